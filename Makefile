@@ -1,0 +1,145 @@
+# The front page of the build: `make help`. Everything lands in build/, .venv/ and runs/.
+# A bare Debian 12 needs git and make; `make setup` brings the rest.
+
+SHELL := /bin/bash
+.SHELLFLAGS := -eu -o pipefail -c
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+MAKEFLAGS += --no-print-directory
+
+# Debian's own Python: another one that comes first on PATH may lack the headers.
+PYTHON ?= /usr/bin/python3
+VENV   := .venv
+PY     := $(VENV)/bin/python
+# The paper's main experiment and where its run folder goes.
+PAPER  := experiments/paper/simplified-n100.toml
+RUN    ?= runs/paper-$(shell date +%Y%m%d-%H%M%S)
+
+# Stamps lie in .venv, so that they go when it goes.
+LOCKED    := $(VENV)/.locked
+INSTALLED := $(VENV)/.installed
+ENGINE := CMakeLists.txt pyproject.toml $(shell find emulator firmware/aggregation/wire.h \
+            firmware/kilolib/include -type f \( -name '*.[ch]' -o -name '*.cpp' -o -name '*.hpp' \
+            -o -name CMakeLists.txt -o -name '*.cmake' \) 2>/dev/null)
+C_FILES := $(shell find emulator firmware kilogrid_modules tests -name '*.[ch]' -o -name '*.cpp' \
+             -o -name '*.hpp' 2>/dev/null)
+CMAKE_FLAGS := -G Ninja -DPython_EXECUTABLE=$(CURDIR)/$(PY) -DKILOTWIN_TESTS=ON
+APT_WANT := $(shell sed 's/\#.*//' apt.txt)
+
+## help: this list
+.PHONY: help
+help:
+	@sed -n 's/^## //p' $(firstword $(MAKEFILE_LIST)) | awk -F': ' '{ printf "  make %-11s %s\n", $$1, $$2 }'
+
+## setup: install what is needed (Debian packages, .venv, kilotwin); costs nothing when all is there
+.PHONY: setup
+setup: $(INSTALLED)
+
+## run: the paper's main experiment (N = 100, nobody informed), with a map and a timeline
+.PHONY: run
+run: setup
+	@$(VENV)/bin/kilotwin run $(PAPER) --set swarm.informed=0 --out $(RUN)
+	@$(VENV)/bin/kilotwin plot map $(RUN) -o $(RUN)/map.png
+	@$(VENV)/bin/kilotwin plot timeline $(RUN) -o $(RUN)/timeline.png
+	@echo; echo "The run is in $(RUN): map.png, timeline.png, and the numbers above."
+
+## test: every test but the long ones (under 10 minutes)
+.PHONY: test
+test: native
+	@$(PY) tests/run_all.py
+
+## check: format, lint, types, and builds with warnings as errors (gcc and clang)
+.PHONY: check
+check: check-format check-python check-firmware check-gcc check-clang
+	@echo "make check: all clean"
+
+.PHONY: check-format check-python check-firmware check-gcc check-clang
+check-format:
+	@echo "== clang-format"
+	@clang-format --dry-run -Werror $(C_FILES)
+
+check-python: setup
+	@echo "== ruff, mypy"
+	@$(VENV)/bin/ruff check --quiet .
+	@$(VENV)/bin/ruff format --check --quiet .
+	@$(VENV)/bin/mypy --no-error-summary
+
+check-firmware: apt
+	@echo "== firmware: warnings of gcc, clang and avr-gcc, clang-tidy"
+	@$(MAKE) -C firmware check
+	@clang-tidy --quiet $(shell find firmware -name '*.c') -- -std=gnu11 -Ifirmware/kilolib/include
+
+check-gcc: CXX_NAME := g++
+check-clang: CXX_NAME := clang++
+check-gcc check-clang: check-%: setup
+	@echo "== $*: warnings are errors"
+	@mkdir -p build
+	@{ CC=$* CXX=$(CXX_NAME) cmake -S . -B build/check-$* $(CMAKE_FLAGS) -DKILOTWIN_WERROR=ON && \
+	    cmake --build build/check-$*; } > build/check-$*.log || { cat build/check-$*.log; exit 1; }
+
+## check-long: the tests that take many minutes
+.PHONY: check-long
+check-long: native
+	@$(PY) tests/run_all.py --long
+
+## firmware: compile the robot firmware for the ATmega328P and print its size
+.PHONY: firmware
+firmware: apt
+	@$(MAKE) -C firmware firmware
+
+## format: rewrite all sources in the one format
+.PHONY: format
+format: setup
+	clang-format -i $(C_FILES)
+	$(VENV)/bin/ruff check --quiet --fix . || true
+	$(VENV)/bin/ruff format .
+
+## lock: make requirements.lock anew from requirements.in
+.PHONY: lock
+lock: apt
+	$(PYTHON) -m venv build/uv
+	build/uv/bin/pip install --quiet uv
+	{ echo "# Made by 'make lock' from requirements.in. Do not edit."; \
+	  build/uv/bin/uv pip compile --quiet --upgrade --generate-hashes --no-header \
+	      --python $(PYTHON) requirements.in; } > build/requirements.lock
+	mv build/requirements.lock requirements.lock
+
+## clean: remove what was built; runs/ and .venv/ stay
+.PHONY: clean
+clean:
+	rm -rf build
+	@if [ -f firmware/Makefile ]; then $(MAKE) -C firmware clean; fi
+
+# Builds what ctest runs.
+.PHONY: native
+native: setup
+	@mkdir -p build
+	@{ cmake -S . -B build/native $(CMAKE_FLAGS) -DKILOTWIN_PYTHON=OFF && \
+	    cmake --build build/native; } > build/native.log || { cat build/native.log; exit 1; }
+
+# Asked every time, since it takes a moment only: packages can go while a stamp stays.
+.PHONY: apt
+apt:
+	@missing=$$(for p in $(APT_WANT); do \
+	    dpkg-query -W -f '$${db:Status-Status}\n' $$p 2>/dev/null | grep -qx installed || echo $$p; done | xargs); \
+	[ -z "$$missing" ] && exit 0; \
+	echo "set-up: Debian packages: $$missing"; \
+	sudo=; if [ "$$(id -u)" != 0 ]; then \
+	    command -v sudo >/dev/null || { echo "Not root and no sudo here. As root: apt-get install $$missing" >&2; exit 1; }; sudo=sudo; fi; \
+	mkdir -p build; \
+	{ $$sudo apt-get update -q && \
+	  $$sudo env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends $$missing; \
+	} >build/apt.log 2>&1 || { tail -n 20 build/apt.log >&2; echo "The whole log: build/apt.log" >&2; exit 1; }
+
+$(LOCKED): requirements.lock | apt
+	@echo "set-up: Python packages into $(VENV) (about half a minute)"
+	@[ -x $(PY) ] || $(PYTHON) -m venv $(VENV)
+	@$(PY) -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
+	@touch $@
+
+$(INSTALLED): $(LOCKED) $(ENGINE) | apt
+	@echo "set-up: the emulator's engine (about a minute)"
+	@mkdir -p build
+	@$(PY) -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps -e . >build/kilotwin.log 2>&1 \
+	    || { cat build/kilotwin.log >&2; exit 1; }
+	@touch $@

@@ -1,0 +1,48 @@
+/// The lossless medium of the foot-bots: everybody in range (and, if asked for, in sight) hears every frame.
+///
+/// A frame that begins within a world step is heard at its end, but not before the next step begins: so all robots can
+/// be run through a step one after the other. Range and sight go from centre to centre, as robots stand at the
+/// beginning of the step; the discs of other robots hide what is behind them, walls do not.
+#ifndef KILOTWIN_ENGINE_IDEAL_MEDIUM_H
+#define KILOTWIN_ENGINE_IDEAL_MEDIUM_H
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "engine/neighbours.h"
+
+namespace kilotwin {
+
+struct Listener {
+    uint32_t robot;
+    uint16_t distance_mm;
+};
+
+class IdealMedium {
+  public:
+    IdealMedium(double range_m, bool line_of_sight, double radius_m, size_t robots)
+        : range_m_(range_m), line_of_sight_(line_of_sight), radius_m_(radius_m), audiences_(robots) {}
+
+    double range_m() const { return range_m_; }
+
+    /// Who hears `sender`, ascending, given where everybody is now.
+    const std::vector<Listener> &find_audience(uint32_t sender, Neighbours::List around,
+                                               const std::vector<Eigen::Vector2d> &positions);
+
+    /// Who heard `sender` when find_audience() was last called.
+    const std::vector<Listener> &last_audience(uint32_t sender) const { return audiences_[sender]; }
+
+  private:
+    bool hidden(uint32_t sender, uint32_t listener, Neighbours::List around,
+                const std::vector<Eigen::Vector2d> &positions) const;
+
+    double range_m_;
+    bool line_of_sight_;
+    double radius_m_;
+    std::vector<std::vector<Listener>> audiences_;
+};
+
+}  // namespace kilotwin
+
+#endif

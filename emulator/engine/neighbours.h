@@ -1,0 +1,43 @@
+/// Who may come near whom: lists of the robots around each robot, good until somebody has moved too far.
+#ifndef KILOTWIN_ENGINE_NEIGHBOURS_H
+#define KILOTWIN_ENGINE_NEIGHBOURS_H
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+namespace kilotwin {
+
+class Neighbours {
+  public:
+    /// Lists hold everybody within `reach_m` + `skin_m` at the time of rebuild().
+    Neighbours(double reach_m, double skin_m) : reach_m_(reach_m), skin_m_(skin_m) {}
+
+    /// Makes all lists anew, from the robots' positions. Time O(robots + pairs).
+    void rebuild(const std::vector<Eigen::Vector2d> &positions);
+
+    struct List {
+        const uint32_t *first, *last;
+        const uint32_t *begin() const { return first; }
+        const uint32_t *end() const { return last; }
+    };
+
+    /// The robots around `robot`, in ascending order.
+    List of(uint32_t robot) const { return {ids_.data() + begin_[robot], ids_.data() + begin_[robot + 1]}; }
+
+    /// Whether the last rebuild() changed the list of `robot`.
+    bool changed(uint32_t robot) const { return changed_[robot]; }
+
+    double reach_m() const { return reach_m_; }
+    double skin_m() const { return skin_m_; }
+
+  private:
+    double reach_m_, skin_m_;
+    std::vector<size_t> begin_;
+    std::vector<uint32_t> ids_;
+    std::vector<bool> changed_;
+};
+
+}  // namespace kilotwin
+
+#endif

@@ -1,0 +1,472 @@
+#include "engine/simulation.h"
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+#include "engine/message_crc.h"
+#include "engine/placement.h"
+#include "engine/trigonometry.h"
+
+namespace kilotwin {
+
+namespace {
+
+constexpr uint32_t POWER_UP_TICKS = 16;  // robots are switched on within a message period of one another
+constexpr int64_t LEAD_TICKS = 64;       // and at least so long before RUN
+constexpr double SKIN_SHARE = 0.4;       // of the medium's range
+constexpr double CONTACT_MARGIN = 0.05;  // of a radius
+constexpr uint8_t STEPS_APART_TO_LEAVE = 4;
+constexpr uint32_t STEPS_TOUCHING_TO_CARE = 4;
+constexpr double TOUCHING = 0.001;       // of a diameter
+// A robot that is pushed may be faster than it drives: the solver's own limit, relative to the drive's speed.
+constexpr double PUSHED_SPEED = 2;
+
+// Two robots approach one another at most so fast: one drives, the other may be pushed.
+constexpr double CLOSING_SPEED = 1 + PUSHED_SPEED;
+
+BlackBox *map_black_box(const std::string &path) {
+    int file = open(path.c_str(), O_RDWR | O_CLOEXEC);
+    if (file < 0) throw EngineError("cannot open " + path + ": " + std::strerror(errno));
+    void *memory = mmap(nullptr, sizeof(BlackBox), PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
+    close(file);
+    if (memory == MAP_FAILED) throw EngineError("cannot map " + path + ": " + std::strerror(errno));
+    return static_cast<BlackBox *>(memory);
+}
+
+Cycles run_cycles(const std::vector<SimulationDef::Command> &commands) {
+    int64_t lead = LEAD_TICKS;
+    for (const auto &command : commands) lead = std::max(lead, 2 * POWER_UP_TICKS - command.tick);
+    return static_cast<Cycles>((lead + 3) / 4 * 4) * TICK_CYCLES;
+}
+
+size_t count_robots(const SimulationDef &def) {
+    size_t count = 0;
+    for (const auto &group : def.groups) count += group.count;
+    return count;
+}
+
+}  // namespace
+
+Simulation::Simulation(const SimulationDef &def)
+    : def_(def),
+      chance_(def.seed),
+      step_(def.step_ticks * TICK_CYCLES),
+      run_at_(run_cycles(def.commands)),
+      next_sample_(run_at_),
+      contact_gap_m_(2 * PUSHED_SPEED * def.profile.speed_m_s * seconds(step_) +
+                     CONTACT_MARGIN * def.profile.radius_m),
+      black_box_(def.black_box.empty() ? nullptr : map_black_box(def.black_box)),
+      context_{chance_, events_, emissions_, black_box_},
+      commands_(def.commands),
+      wake_(count_robots(def), 0),
+      next_motor_(wake_.size(), NEVER),
+      motor_index_(wake_.size(), 0),
+      still_since_(wake_.size(), 0),
+      audience_at_(wake_.size(), NEVER),
+      surroundings_(wake_.size()),
+      steps_apart_(wake_.size(), 0),
+      in_contact_(wake_.size(), false),
+      neighbours_(std::max(def.range_m + def.profile.radius_m,
+                           2 * def.profile.radius_m + contact_gap_m_ + (def.floor ? def.floor->obstacle_m : 0)),
+                  SKIN_SHARE * def.range_m),
+      medium_(def.range_m, def.line_of_sight, def.profile.radius_m, wake_.size()),
+      world_(def.arena, def.profile, wake_.size()) {
+    if (wake_.empty()) throw EngineError("there is no robot");
+    if (def.floor) floor_.emplace(*def.floor, run_at_, step_, wake_.size());
+    std::stable_sort(commands_.begin(), commands_.end(),
+                     [](const auto &a, const auto &b) { return a.tick < b.tick; });
+    create_robots();
+    boot();
+}
+
+Simulation::~Simulation() {
+    if (black_box_ != nullptr) munmap(black_box_, sizeof *black_box_);
+}
+
+void Simulation::create_robots() {
+    std::vector<Pose> poses;
+    for (const auto &group : def_.groups)
+        if (group.poses.empty())
+            place_uniformly(poses, group.count, def_.arena, def_.profile.radius_m, chance_);
+        else
+            poses.insert(poses.end(), group.poses.begin(), group.poses.end());
+    uint32_t index = 0;
+    for (const auto &group : def_.groups) {
+        auto program = Program::load(group.program, group.name);
+        size_t stride = (program->state_bytes() + 63) / 64 * 64;
+        images_.emplace_back(new uint8_t[stride * group.count]);
+        for (size_t i = 0; i < group.count; i++, index++) {
+            auto power_up = static_cast<Cycles>(chance_.uniform(index, Purpose::POWER_UP, 0) *
+                                                static_cast<double>(POWER_UP_TICKS * TICK_CYCLES));
+            Calibration calibration = {static_cast<uint16_t>(index + 1), def_.profile.turn_left,
+                                       def_.profile.turn_right, def_.profile.straight_left,
+                                       def_.profile.straight_right};
+            robots_.emplace_back(context_, program, index, calibration, power_up, images_.back().get() + i * stride);
+        }
+    }
+    for (const auto &pose : poses) {
+        trajectories_.emplace_back(run_at_, pose);
+        positions_.push_back(pose.position);
+    }
+}
+
+// From power-up to RUN robots wait on their places for what the host tells them.
+void Simulation::boot() {
+    give_commands(run_at_);
+    for (auto &robot : robots_) robot.run(run_at_);
+    emissions_.clear();
+    for (auto &robot : robots_) robot.motor_commands.clear();
+    now_ = run_at_;
+    neighbours_.rebuild(positions_);
+}
+
+int64_t Simulation::tick_of(Cycles at) const {
+    return (static_cast<int64_t>(at) - static_cast<int64_t>(run_at_)) / static_cast<int64_t>(TICK_CYCLES);
+}
+
+int64_t Simulation::tick() const { return tick_of(now_); }
+
+void Simulation::advance(int64_t ticks) {
+    const Cycles end = end_of_step(now_ + static_cast<Cycles>(ticks) * TICK_CYCLES);
+    sample_if_due();
+    while (now_ < end) {
+        step(std::min(end, next_sample_));
+        sample_if_due();
+    }
+}
+
+void Simulation::step(Cycles limit) {
+    give_commands(now_ + step_);
+    if (next_command_ < commands_.size())
+        limit = std::min(limit, std::max(now_ + step_, begin_of_step(command_time(commands_[next_command_]))));
+    refresh_lists();
+    for (uint32_t robot = 0; robot < robots_.size(); robot++)
+        if (wake_[robot] <= now_) attend(robot, limit);
+    deliver_frames();
+    move();
+    now_ += step_;
+    statistics_.steps++;
+}
+
+Cycles Simulation::command_time(const SimulationDef::Command &command) const {
+    return run_at_ + static_cast<Cycles>(command.tick) * TICK_CYCLES;  // negative ticks wrap as they should
+}
+
+Cycles Simulation::begin_of_step(Cycles at) const { return at - (at - run_at_) % step_; }
+Cycles Simulation::end_of_step(Cycles at) const { return begin_of_step(at + step_ - 1); }
+
+/// Hands out the commands before `until`.
+void Simulation::give_commands(Cycles until) {
+    for (; next_command_ < commands_.size() && command_time(commands_[next_command_]) < until; next_command_++) {
+        const auto &command = commands_[next_command_];
+        Reception reception = {std::max(command_time(command), now_), command.message, {}};
+        for (auto &robot : robots_)
+            if (robot.uid() >= command.uid_first && robot.uid() <= command.uid_last) robot.receive(reception);
+    }
+}
+
+void Simulation::refresh_lists() {
+    if (2 * drift_m_ <= neighbours_.skin_m() / 2) return;
+    neighbours_.rebuild(positions_);
+    statistics_.list_rebuilds++;
+    drift_m_ = 0;
+    for (uint32_t robot = 0; robot < robots_.size(); robot++)
+        if (neighbours_.changed(robot)) audience_at_[robot] = NEVER;
+}
+
+/// How long nobody can come near who is on no list.
+double Simulation::lists_hold_for_s() const {
+    return (neighbours_.skin_m() - 2 * drift_m_) / (CLOSING_SPEED * def_.profile.speed_m_s);
+}
+
+void Simulation::attend(uint32_t robot, Cycles limit) {
+    auto &around = surroundings_[robot];
+    if (around.look_again <= now_) look_around(robot);
+    Cycles until = std::min(limit, std::max(around.alone_until, now_ + step_));
+    if (floor_) {
+        Cycles sensing = floor_->senses_at(now_) ? now_ : floor_->next_sensing(now_);
+        floor_->tell(robots_[robot], around.cell, sensing, until);
+    }
+    run_robot(robot, until);
+    wake_[robot] = until;
+}
+
+/// What stands around a robot at rest or on its way, and how long it can be left alone: bounded by the fastest that
+/// anybody can come nearer.
+void Simulation::look_around(uint32_t robot) {
+    auto &around = surroundings_[robot];
+    const auto &trajectory = trajectories_[robot];
+    const Eigen::Vector2d here = positions_[robot];
+    const double speed = def_.profile.speed_m_s, radius = def_.profile.radius_m;
+    const double obstacle_gap = floor_ ? floor_->obstacle_m() : 0;
+    const double sensed_gap = std::max(obstacle_gap, contact_gap_m_);
+    const bool at_rest = trajectory.drive().at_rest() && !world_.holds(robot);
+    const Eigen::Vector2d ahead = trajectory.ahead(now_);
+
+    double alone_s = lists_hold_for_s(), unchanged_s = alone_s;
+    bool obstacle = false, crowded = false;
+    for (uint32_t other : neighbours_.of(robot)) {
+        const Eigen::Vector2d offset = positions_[other] - here;
+        double distance = offset.norm(), gap = distance - 2 * radius;
+        if (gap <= obstacle_gap && offset.dot(ahead) > 0) obstacle = true;
+        if (gap <= contact_gap_m_) crowded = true;
+        double nearest_change_s = std::min(std::max(gap - sensed_gap, 0.0), std::max(distance - def_.range_m, 0.0)) /
+                                  (CLOSING_SPEED * speed);
+        alone_s = std::min(alone_s, nearest_change_s);
+        bool other_moves = !trajectories_[other].drive().at_rest() || world_.holds(other);
+        // In range already is no change to come; a gap already sensed may close or open any time.
+        if (other_moves)
+            unchanged_s = std::min(unchanged_s, std::max(gap - sensed_gap, 0.0) / (CLOSING_SPEED * speed));
+    }
+    double wall_gap = INFINITY;
+    def_.arena.for_each_wall(here, [&](double distance, const Eigen::Vector2d &outward) {
+        double gap = distance - radius;
+        wall_gap = std::min(wall_gap, gap);
+        if (gap <= obstacle_gap && outward.dot(ahead) > 0) obstacle = true;
+        if (gap <= contact_gap_m_) crowded = true;
+    });
+    alone_s = std::min(alone_s, std::max(wall_gap - sensed_gap, 0.0) / speed);
+    if (floor_) {
+        around.cell.site = def_.arena.site_at(here);
+        around.cell.flags = obstacle ? WIRE_CELL_OBSTACLE : 0;
+        alone_s = std::min(alone_s, def_.arena.distance_to_site_edge(here) / speed);
+    }
+    around.crowded = crowded;
+    around.alone_until = now_ + whole_steps(alone_s);
+    around.look_again = at_rest ? now_ + std::max(whole_steps(unchanged_s), step_) : around.alone_until;
+    if (around.alone_until > now_ + step_) around.look_again = std::min(around.look_again, around.alone_until);
+}
+
+/// World steps that lie wholly within `for_s` seconds.
+Cycles Simulation::whole_steps(double for_s) const {
+    return static_cast<Cycles>(for_s / seconds(step_)) * step_;
+}
+
+void Simulation::run_robot(uint32_t index, Cycles until) {
+    auto &robot = robots_[index];
+    emissions_.clear();
+    if (def_.run_ahead)
+        robot.run(until);
+    else
+        for (Cycles at = now_ + TICK_CYCLES; at <= until; at += TICK_CYCLES) robot.run(at);
+    // Who is left alone for longer has nobody in range meanwhile.
+    for (const auto &emission : emissions_) {
+        if (emission.at < now_ + step_)
+            on_air_.push_back(emission);
+        else
+            statistics_.frames_sent++;
+    }
+    if (!robot.motor_commands.empty()) next_motor_[index] = robot.motor_commands[motor_index_[index]].at;
+}
+
+void Simulation::deliver_frames() {
+    std::sort(on_air_.begin(), on_air_.end(), [](const Emission &a, const Emission &b) {
+        return a.at != b.at ? a.at < b.at : a.robot < b.robot;
+    });
+    for (const auto &emission : on_air_) {
+        statistics_.frames_sent++;
+        if (!crc_is_right(emission.message)) {
+            statistics_.frames_spoilt++;
+            continue;
+        }
+        if (!audience_holds(emission.robot)) {
+            medium_.find_audience(emission.robot, neighbours_.of(emission.robot), positions_);
+            audience_at_[emission.robot] = now_;
+        }
+        Reception reception = {std::max(emission.at + FRAME_CYCLES, now_ + step_), emission.message, {}};
+        for (const auto &listener : medium_.last_audience(emission.robot)) {
+            auto gain = static_cast<int16_t>(std::min<uint16_t>(listener.distance_mm, INT16_MAX));
+            reception.distance = {gain, gain};
+            robots_[listener.robot].receive(reception);
+            statistics_.frames_received++;
+        }
+    }
+    on_air_.clear();
+}
+
+/// Whether nobody who could matter has moved since the audience of `robot` was found.
+bool Simulation::audience_holds(uint32_t robot) const {
+    Cycles found = audience_at_[robot];
+    if (found == NEVER || still_since_[robot] > found) return false;
+    for (uint32_t other : neighbours_.of(robot))
+        if (still_since_[other] > found) return false;
+    return true;
+}
+
+void Simulation::move() {
+    find_contacts();
+    anybody_moves_ = !world_.robots().empty();
+    for (uint32_t robot = 0; robot < robots_.size(); robot++) {
+        if (world_.holds(robot)) continue;
+        if (next_motor_[robot] < now_ + step_) apply_commands(robot, trajectories_[robot]);
+        if (trajectories_[robot].drive().speed == 0) continue;
+        positions_[robot] = trajectories_[robot].position(now_ + step_);
+        anybody_moves_ = true;
+    }
+    solve_contacts();
+    double fastest = world_.robots().empty() ? 1 : PUSHED_SPEED;
+    if (anybody_moves_) drift_m_ += fastest * def_.profile.speed_m_s * seconds(step_);
+}
+
+bool Simulation::moves_in_step(uint32_t robot) const {
+    return !trajectories_[robot].drive().at_rest() || next_motor_[robot] < now_ + step_;
+}
+
+/// The robots that belong into the solver: whoever moves near a body or wall, and all who stand near those in turn.
+void Simulation::find_contacts() {
+    const double reach = 2 * def_.profile.radius_m + contact_gap_m_;
+    contacts_.clear();
+    auto include = [&](uint32_t robot) {
+        if (in_contact_[robot]) return;
+        in_contact_[robot] = true;
+        contacts_.push_back(robot);
+    };
+    for (uint32_t robot = 0; robot < robots_.size(); robot++)
+        if (surroundings_[robot].crowded && moves_in_step(robot)) include(robot);
+    for (size_t i = 0; i < contacts_.size(); i++) {
+        const Eigen::Vector2d here = positions_[contacts_[i]];
+        for (uint32_t other : neighbours_.of(contacts_[i]))
+            if ((positions_[other] - here).squaredNorm() <= reach * reach) include(other);
+    }
+    std::sort(contacts_.begin(), contacts_.end());
+    for (uint32_t robot : contacts_) {
+        in_contact_[robot] = false;
+        steps_apart_[robot] = 0;
+        if (!world_.holds(robot)) world_.add(robot, trajectories_[robot].pose(now_), free_shift(robot), seconds(step_));
+    }
+    leaving_.clear();
+    size_t next = 0;
+    for (uint32_t robot : world_.robots()) {
+        if (next < contacts_.size() && contacts_[next] == robot)
+            next++;
+        else if (++steps_apart_[robot] >= STEPS_APART_TO_LEAVE)
+            leaving_.push_back(robot);
+    }
+    for (uint32_t robot : leaving_) world_.remove(robot);
+}
+
+/// Lets the motor commands of this step take effect at their times.
+void Simulation::apply_commands(uint32_t index, Trajectory &trajectory) {
+    auto &commands = robots_[index].motor_commands;
+    bool rested = trajectory.drive().at_rest();
+    size_t &next = motor_index_[index];
+    for (; next < commands.size() && commands[next].at < now_ + step_; next++) {
+        Drive drive = def_.profile.drive(commands[next].left, commands[next].right);
+        if (drive == trajectory.drive()) continue;
+        bool halts = drive.speed == 0 && trajectory.drive().speed != 0;
+        trajectory.change(std::max(commands[next].at, now_), drive);
+        still_since_[index] = drive.speed != 0 ? NEVER : halts ? now_ + step_ : still_since_[index];
+        if (halts) positions_[index] = trajectory.position(now_ + step_);
+        surroundings_[index].look_again = std::min(surroundings_[index].look_again, now_ + step_);
+    }
+    if (next == commands.size()) {
+        commands.clear();
+        next = 0;
+        next_motor_[index] = NEVER;
+    } else {
+        next_motor_[index] = commands[next].at;
+    }
+    if (rested && !trajectory.drive().at_rest()) disturb_neighbours(index);
+}
+
+/// Where a robot would go within this step, were it alone.
+Shift Simulation::free_shift(uint32_t robot) const {
+    Trajectory alone = trajectories_[robot];
+    const Pose before = alone.pose(now_);
+    Cycles at = now_;
+    double turn = 0;
+    auto pass = [&](Cycles until) {
+        turn += alone.drive().turn * seconds(until - at);
+        at = until;
+    };
+    const auto &commands = robots_[robot].motor_commands;
+    for (size_t i = motor_index_[robot]; i < commands.size() && commands[i].at < now_ + step_; i++) {
+        pass(std::max(commands[i].at, now_));
+        alone.change(at, def_.profile.drive(commands[i].left, commands[i].right));
+    }
+    pass(now_ + step_);
+    return {alone.position(now_ + step_) - before.position, turn};
+}
+
+void Simulation::solve_contacts() {
+    const auto &held = world_.robots();
+    if (held.empty()) {
+        touching_steps_ = 0;
+        return;
+    }
+    const double step_s = seconds(step_);
+    for (uint32_t robot : held) world_.drive(robot, free_shift(robot), step_s);
+    world_.step(step_s, touching_steps_ >= STEPS_TOUCHING_TO_CARE);
+    statistics_.solver_steps += held.size();
+    for (uint32_t robot : held) {
+        Pose pose = trajectories_[robot].pose(now_);
+        Shift shift = world_.moved(robot);
+        if (next_motor_[robot] < now_ + step_) apply_commands(robot, trajectories_[robot]);
+        bool moved = shift.by != Eigen::Vector2d::Zero();
+        if (moved) {
+            still_since_[robot] = now_ + step_;
+            disturb_neighbours(robot);
+        }
+        if (moved || shift.turn != 0) surroundings_[robot].look_again = std::min(surroundings_[robot].look_again, now_ + step_);
+        pose.position += shift.by;
+        pose.heading = wrapped(pose.heading + shift.turn);
+        trajectories_[robot].restart(now_ + step_, pose);
+        positions_[robot] = pose.position;
+    }
+    record_overlaps();
+}
+
+void Simulation::record_overlaps() {
+    const double diameter = 2 * def_.profile.radius_m;
+    bool touching = false;
+    auto add = [&](double gap) {
+        if (gap < TOUCHING * diameter) touching = true;
+        if (gap < 0) statistics_.overlaps.add(-gap / diameter);
+    };
+    for (uint32_t robot : world_.robots()) {
+        for (uint32_t other : neighbours_.of(robot))
+            if (other > robot && world_.holds(other))
+                add((positions_[other] - positions_[robot]).norm() - diameter);
+        add(def_.arena.wall_gap(positions_[robot]) - def_.profile.radius_m);
+    }
+    touching_steps_ = touching ? touching_steps_ + 1 : 0;
+}
+
+/// What the robots around found may no longer hold: `robot` began to move.
+void Simulation::disturb_neighbours(uint32_t robot) {
+    for (uint32_t other : neighbours_.of(robot))
+        surroundings_[other].look_again = std::min(surroundings_[other].look_again, now_ + step_);
+}
+
+void Simulation::sample_if_due() {
+    if (now_ < next_sample_) return;
+    sample_into(samples_);
+    samples_due_++;
+    next_sample_ = end_of_step(run_at_ + samples_due_ * def_.sample_ticks * TICK_CYCLES);
+}
+
+void Simulation::sample_into(Samples &samples) const {
+    samples.tick.push_back(tick());
+    for (uint32_t robot = 0; robot < robots_.size(); robot++) {
+        Pose pose = trajectories_[robot].pose(now_);
+        samples.add_robot(pose, robots_[robot].color(), def_.arena.site_at(pose.position));
+    }
+}
+
+Samples Simulation::take_samples() { return std::exchange(samples_, {}); }
+
+Samples Simulation::snapshot() const {
+    Samples samples;
+    sample_into(samples);
+    return samples;
+}
+
+Events Simulation::take_events() { return std::exchange(events_, {}); }
+
+}  // namespace kilotwin

@@ -1,0 +1,37 @@
+#include "engine/virtual_floor.h"
+
+namespace kilotwin {
+
+VirtualFloor::VirtualFloor(const Settings &settings, Cycles begin, Cycles world_step, size_t robots)
+    : settings_(settings), begin_(begin), world_step_(world_step), told_(robots) {}
+
+bool VirtualFloor::senses_at(Cycles at) const {
+    if (at < begin_) return false;
+    // A control step fell into the world step that ends at `at`.
+    Cycles control_step = settings_.step_ticks * TICK_CYCLES;
+    return at == begin_ || (at - begin_) / control_step != (at - begin_ - world_step_) / control_step;
+}
+
+Cycles VirtualFloor::next_sensing(Cycles at) const {
+    if (at < begin_) return begin_;
+    Cycles next = at + world_step_;
+    while (!senses_at(next)) next += world_step_;
+    return next;
+}
+
+void VirtualFloor::tell(Robot &robot, wire_cell_t cell, Cycles at, Cycles until) {
+    auto &told = told_[robot.index()];
+    Reception reception = {};
+    reception.message.type = WIRE_TYPE_CELL;
+    wire_put_cell(reception.message.data, cell);
+    for (; at < until; at = next_sensing(at)) {
+        bool news = told.at == NEVER || cell.site != told.cell.site || cell.flags != told.cell.flags;
+        bool due = news || next_sensing(at) - told.at > settings_.repeat_ticks * TICK_CYCLES;
+        if (!due) continue;
+        told = {cell, at};
+        reception.at = at;
+        robot.receive(reception);
+    }
+}
+
+}  // namespace kilotwin

@@ -1,0 +1,160 @@
+#include "engine/world.h"
+
+#include <box2d/box2d.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "engine/trigonometry.h"
+
+namespace kilotwin {
+
+namespace {
+
+constexpr double RADIUS_UNITS = 0.2;
+constexpr int ROUND_WALL_SEGMENTS = 720;  // a 19.2 m arena differs from a circle by 0.1 mm
+constexpr float FRICTION = 0.3f;
+constexpr int SUB_STEPS = 4, SUB_STEPS_SUSTAINED = 8;
+
+// The series of asin: a step turns a robot by little, and its sine is what Box2D's rotations give exactly.
+double small_angle(double sine) {
+    double square = sine * sine;
+    return sine * (1 + square * (1.0 / 6 + square * (3.0 / 40 + square * (15.0 / 336))));
+}
+
+}  // namespace
+
+struct World::Box2D {
+    struct Disc {
+        b2BodyId body = b2_nullBodyId;
+        b2Vec2 position_before;
+        b2Rot rotation_before;
+    };
+
+    b2WorldId world;
+    double units_per_m;
+    double push_m_s2, push_rad_s2;
+    std::vector<Disc> discs;
+
+    b2Vec2 to_units(const Eigen::Vector2d &v) const {
+        return {static_cast<float>(v.x() * units_per_m), static_cast<float>(v.y() * units_per_m)};
+    }
+
+    void build_walls(const Arena &arena) {
+        std::vector<b2Vec2> corners;
+        if (arena.bounds.shape == Region::Shape::CIRCLE) {
+            double half = PI / ROUND_WALL_SEGMENTS;
+            double radius = arena.bounds.size.x() / 2 / direction(half).x();
+            for (int i = 0; i < ROUND_WALL_SEGMENTS; i++)  // clockwise: solid from within
+                corners.push_back(to_units(radius * direction(-2 * half * i)));
+        } else {
+            Eigen::Vector2d half = arena.bounds.size / 2;
+            for (auto sign : {Eigen::Vector2d(-1, -1), Eigen::Vector2d(-1, 1), Eigen::Vector2d(1, 1),
+                              Eigen::Vector2d(1, -1)})
+                corners.push_back(to_units(half.cwiseProduct(sign)));
+        }
+        b2BodyDef ground = b2DefaultBodyDef();
+        b2SurfaceMaterial material = b2DefaultSurfaceMaterial();
+        material.friction = FRICTION;
+        b2ChainDef chain = b2DefaultChainDef();
+        chain.points = corners.data();
+        chain.count = static_cast<int>(corners.size());
+        chain.materials = &material;
+        chain.materialCount = 1;
+        chain.isLoop = true;
+        b2CreateChain(b2CreateBody(world, &ground), &chain);
+    }
+
+    void create(Disc &disc) {
+        b2BodyDef def = b2DefaultBodyDef();
+        def.type = b2_dynamicBody;
+        def.enableSleep = false;
+        def.isEnabled = false;
+        disc.body = b2CreateBody(world, &def);
+        b2ShapeDef shape = b2DefaultShapeDef();
+        shape.material.friction = FRICTION;
+        b2Circle circle = {{0, 0}, static_cast<float>(RADIUS_UNITS)};
+        b2CreateCircleShape(disc.body, &shape, &circle);
+    }
+};
+
+World::World(const Arena &arena, const Profile &profile, size_t robots)
+    : box2d_(std::make_unique<Box2D>()), held_(robots, false) {
+    auto &b = *box2d_;
+    b.units_per_m = RADIUS_UNITS / profile.radius_m;
+    b.push_m_s2 = profile.push_m_s2;
+    b.push_rad_s2 = 2 * profile.push_m_s2 / profile.radius_m;  // a disc's inertia is m r^2 / 2
+    b2WorldDef def = b2DefaultWorldDef();
+    def.gravity = {0, 0};
+    def.enableSleep = false;
+    def.maxContactPushSpeed = static_cast<float>(profile.speed_m_s * b.units_per_m);
+    def.maximumLinearSpeed = static_cast<float>(2 * profile.speed_m_s * b.units_per_m);
+    b.world = b2CreateWorld(&def);
+    b.discs.resize(robots);
+    b.build_walls(arena);
+}
+
+World::~World() { b2DestroyWorld(box2d_->world); }
+
+void World::add(uint32_t robot, const Pose &pose, const Shift &free, double step_s) {
+    auto &b = *box2d_;
+    auto &disc = b.discs[robot];
+    if (B2_IS_NULL(disc.body)) b.create(disc);
+    Eigen::Vector2d ahead = direction(pose.heading);
+    b2Body_SetTransform(disc.body, b.to_units(pose.position),
+                        {static_cast<float>(ahead.x()), static_cast<float>(ahead.y())});
+    b2Body_SetLinearVelocity(disc.body, b.to_units(free.by / step_s));
+    b2Body_SetAngularVelocity(disc.body, static_cast<float>(free.turn / step_s));
+    b2Body_Enable(disc.body);
+    held_[robot] = true;
+    robots_.insert(std::lower_bound(robots_.begin(), robots_.end(), robot), robot);
+}
+
+void World::remove(uint32_t robot) {
+    b2Body_Disable(box2d_->discs[robot].body);
+    held_[robot] = false;
+    robots_.erase(std::lower_bound(robots_.begin(), robots_.end(), robot));
+}
+
+void World::drive(uint32_t robot, const Shift &free, double step_s) {
+    auto &b = *box2d_;
+    b2BodyId body = b.discs[robot].body;
+    b2Vec2 now = b2Body_GetLinearVelocity(body);
+    Eigen::Vector2d change = free.by / step_s - Eigen::Vector2d(now.x, now.y) / b.units_per_m;
+    double most = b.push_m_s2 * step_s, wanted = change.norm();
+    if (wanted > most) change *= most / wanted;
+    b2Vec2 delta = b.to_units(change);
+    b2Body_SetLinearVelocity(body, {now.x + delta.x, now.y + delta.y});
+
+    double spin = b2Body_GetAngularVelocity(body), most_spin = b.push_rad_s2 * step_s;
+    double spin_change = std::clamp(free.turn / step_s - spin, -most_spin, most_spin);
+    b2Body_SetAngularVelocity(body, static_cast<float>(spin + spin_change));
+}
+
+void World::step(double step_s, bool sustained) {
+    auto &b = *box2d_;
+    for (uint32_t robot : robots_) {
+        auto &disc = b.discs[robot];
+        disc.position_before = b2Body_GetPosition(disc.body);
+        disc.rotation_before = b2Body_GetRotation(disc.body);
+    }
+    b2World_Step(b.world, static_cast<float>(step_s), sustained ? SUB_STEPS_SUSTAINED : SUB_STEPS);
+}
+
+Shift World::moved(uint32_t robot) const {
+    const auto &b = *box2d_;
+    const auto &disc = b.discs[robot];
+    b2Vec2 p = b2Body_GetPosition(disc.body), p0 = disc.position_before;
+    b2Rot q = b2Body_GetRotation(disc.body), q0 = disc.rotation_before;
+    double sine = static_cast<double>(q.s) * q0.c - static_cast<double>(q.c) * q0.s;
+    Eigen::Vector2d by(static_cast<double>(p.x) - p0.x, static_cast<double>(p.y) - p0.y);
+    return {by / b.units_per_m, q.s == q0.s && q.c == q0.c ? 0 : small_angle(sine)};
+}
+
+std::string box2d_version() {
+    b2Version v = b2GetVersion();
+    return std::to_string(v.major) + "." + std::to_string(v.minor) + "." + std::to_string(v.revision);
+}
+
+}  // namespace kilotwin

@@ -1,0 +1,61 @@
+/// The contacts of robots with one another and with the walls, solved by Box2D. Only world.cpp knows Box2D's types.
+///
+/// Only robots near a contact are in here. They are discs that a limited force drives; with their motors off the same
+/// force holds them, as friction does. Lengths in metres outside; inside, one robot radius is 0.2 Box2D units in
+/// every profile, because the solver's tolerances are fixed in units.
+#ifndef KILOTWIN_ENGINE_WORLD_H
+#define KILOTWIN_ENGINE_WORLD_H
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/arena.h"
+#include "engine/motion.h"
+
+namespace kilotwin {
+
+/// A change of place within one step, or (over its time) a velocity.
+struct Shift {
+    Eigen::Vector2d by{0, 0};  ///< m
+    double turn = 0;           ///< rad
+};
+
+class World {
+  public:
+    World(const Arena &arena, const Profile &profile, size_t robots);
+    ~World();
+
+    bool holds(uint32_t robot) const { return held_[robot]; }
+
+    /// Robots in the solver, ascending.
+    const std::vector<uint32_t> &robots() const { return robots_; }
+
+    /// Takes a robot in, moving as `free` says per `step_s` seconds.
+    void add(uint32_t robot, const Pose &pose, const Shift &free, double step_s);
+    void remove(uint32_t robot);
+
+    /// For the next step of `step_s`: where the robot would go, were it alone.
+    void drive(uint32_t robot, const Shift &free, double step_s);
+
+    /// Solves one step. `sustained`: something has been touching for a while, so that care pays.
+    void step(double step_s, bool sustained);
+
+    /// How the last step moved a robot.
+    Shift moved(uint32_t robot) const;
+
+  private:
+    struct Box2D;
+    std::unique_ptr<Box2D> box2d_;
+    std::vector<bool> held_;
+    std::vector<uint32_t> robots_;
+};
+
+/// Version of the Box2D library linked, "3.1.1".
+std::string box2d_version();
+
+}  // namespace kilotwin
+
+#endif

@@ -1,0 +1,64 @@
+/// The seam between the engine and a guest (a robot program with the thin half of the mock Kilobot API in it).
+///
+/// A guest is one shared object. Its plain variables are private to each robot: they lie in one section that the
+/// engine swaps. Guests are compiled with -fpack-struct -fshort-enums, so only what is packed and of fixed width
+/// crosses here. Times are cycles of 125 ns.
+#ifndef KILOTWIN_GUEST_ABI_H
+#define KILOTWIN_GUEST_ABI_H
+
+#include <stdint.h>
+
+#include "message.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define KT_GUEST_ABI 1
+#define KT_PACKED __attribute__((packed))
+
+enum { KT_SENSOR_LIGHT, KT_SENSOR_VOLTAGE, KT_SENSOR_TEMPERATURE };
+
+/// What the guest may ask of the engine. All of it acts on the robot that is running.
+typedef struct KT_PACKED {
+    void (*init)(void);                                       ///< kilo_init: registers and EEPROM values
+    void (*start)(void (*setup)(void), void (*loop)(void));   ///< kilo_start: does not return
+    void (*wait)(uint32_t cycles);                            ///< lets time pass; interrupts are served meanwhile
+    void (*set_motors)(uint8_t left, uint8_t right);
+    void (*set_color)(uint8_t rgb);
+    uint8_t (*rand_hard)(void);
+    int16_t (*sensor)(uint8_t which);                         ///< KT_SENSOR_*, 0..1023 or -1
+    void (*print)(const char *text, uint32_t bytes);
+    void (*spent)(const uint8_t *frame);                      ///< the budget of basic blocks ran out; the program's
+                                                              ///< registers and frames lie from `frame` up
+    void (*unusable)(const char *what);                       ///< a call that cannot be served: the robot stops
+} kt_host_t;
+
+/// What the engine may touch of the guest.
+typedef struct KT_PACKED {
+    uint32_t abi;                                             ///< KT_GUEST_ABI of the guest's build
+    uint8_t *guard_low, *state_begin, *state_end, *guard_high;  ///< guard pages around the swapped section
+    int (*program_main)();
+    volatile uint32_t *ticks;
+    volatile uint16_t *tx_period;
+    uint16_t *uid;
+    uint8_t *turn_left, *turn_right, *straight_left, *straight_right;
+    message_rx_t *message_rx;
+    message_tx_t *message_tx;
+    message_tx_success_t *message_tx_success;
+    message_t *rx_message;                                    ///< kilolib's one receive buffer
+    distance_measurement_t *rx_distance;
+    int32_t *budget;                                          ///< basic blocks left; not part of the state
+    const kt_host_t **host;                                   ///< not part of the state
+} kt_table_t;
+
+#define KT_GUARD_BYTES 8192
+
+/// The one symbol a guest exports.
+extern __attribute__((visibility("default"))) const kt_table_t kt_table;
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,64 @@
+#include "guest/program.h"
+
+#include <dlfcn.h>
+#include <sys/mman.h>
+
+#include <cstring>
+#include <map>
+
+namespace kilotwin {
+
+namespace {
+
+constexpr uintptr_t PAGE = 4096;
+
+void forbid_access(uint8_t *begin) {
+    auto first = (reinterpret_cast<uintptr_t>(begin) + PAGE - 1) / PAGE * PAGE;
+    auto last = (reinterpret_cast<uintptr_t>(begin) + KT_GUARD_BYTES) / PAGE * PAGE;
+    if (mprotect(reinterpret_cast<void *>(first), last - first, PROT_NONE) != 0)
+        throw EngineError(std::string("cannot guard a program's state: ") + std::strerror(errno));
+}
+
+}  // namespace
+
+std::shared_ptr<Program> Program::load(const std::string &path, const std::string &name) {
+    static std::map<std::string, std::shared_ptr<Program>> loaded;
+    auto &program = loaded[path];
+    if (!program) program.reset(new Program(path, name));
+    return program;
+}
+
+Program::Program(const std::string &path, std::string name) : name_(std::move(name)) {
+    void *handle = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+    if (handle == nullptr)
+        throw EngineError("program " + name_ + " cannot be loaded: " + std::string(dlerror()));
+    table_ = static_cast<const kt_table_t *>(dlsym(handle, "kt_table"));
+    if (table_ == nullptr) throw EngineError(path + " is no Kilotwin program: it has no kt_table");
+    if (table_->abi != KT_GUEST_ABI)
+        throw EngineError(path + " was built for another Kilotwin (ABI " + std::to_string(table_->abi) +
+                          ", this one has " + std::to_string(KT_GUEST_ABI) + "): build it again");
+    state_bytes_ = static_cast<size_t>(table_->state_end - table_->state_begin);
+    initial_.assign(table_->state_begin, table_->state_end);
+    forbid_access(table_->guard_low);
+    forbid_access(table_->guard_high);
+}
+
+void Program::swap_in(uint8_t *image) {
+    if (resident_ != nullptr) std::memcpy(resident_, table_->state_begin, state_bytes_);
+    std::memcpy(table_->state_begin, image, state_bytes_);
+    resident_ = image;
+}
+
+void Program::evict(const uint8_t *image) {
+    if (resident_ != image) return;
+    std::memcpy(resident_, table_->state_begin, state_bytes_);
+    resident_ = nullptr;
+}
+
+bool Program::guards(const void *address) const {
+    auto at = static_cast<const uint8_t *>(address);
+    return (at >= table_->guard_low && at < table_->guard_low + KT_GUARD_BYTES) ||
+           (at >= table_->guard_high && at < table_->guard_high + KT_GUARD_BYTES);
+}
+
+}  // namespace kilotwin

@@ -1,0 +1,41 @@
+// The parts of libc that hold state, private to each robot and shaped as on the AVR.
+#include <stdlib.h>
+
+#include "side.h"
+
+static unsigned long rand_state = 1;
+static unsigned long random_state = 1;
+
+// The minimal standard generator of Park and Miller (CACM 1988), which avr-libc uses too: 0 stands for another seed.
+static unsigned long next(unsigned long state) {
+    if (state == 0) state = 123459876;
+    return state * 16807 % 2147483647;
+}
+
+int rand_r(unsigned int *state) {
+    *state = (unsigned int)next(*state);
+    return (int)(*state % (RAND_MAX + 1u));
+}
+
+int rand(void) {
+    rand_state = next(rand_state);
+    return (int)(rand_state % (RAND_MAX + 1ul));
+}
+void srand(unsigned int seed) { rand_state = seed; }
+
+long random(void) {
+    random_state = next(random_state);
+    return (long)random_state;
+}
+void srandom(unsigned int seed) { random_state = seed; }
+
+void exit(int status) {
+    (void)status;
+    kt_unusable("called exit()");
+    for (;;) {}
+}
+
+void abort(void) {
+    kt_unusable("called abort()");
+    for (;;) {}
+}

@@ -1,0 +1,118 @@
+#include "guest/stack.h"
+
+#include <signal.h>
+#include <sys/mman.h>
+#include <ucontext.h>
+
+#include <boost/context/detail/fcontext.hpp>
+#include <cstring>
+#include <new>
+
+namespace kilotwin {
+
+using boost::context::detail::jump_fcontext;
+using boost::context::detail::make_fcontext;
+using boost::context::detail::transfer_t;
+
+namespace {
+
+constexpr size_t GUARD_BYTES = 16 * 4096;
+constexpr int FAULT_SIGNALS[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL};
+
+/// What a jump back to the host means; travels as the pointer that Boost.Context hands over.
+void *as_pointer(GuestStack::Outcome outcome) {
+    return reinterpret_cast<void *>(static_cast<uintptr_t>(outcome));
+}
+
+}  // namespace
+
+struct StackEntry {
+    static void run(transfer_t from) {
+        auto &stack = GuestStack::instance();
+        stack.host_ = from.fctx;
+        stack.body_(stack.argument_);
+        jump_fcontext(stack.host_, as_pointer(GuestStack::Outcome::RETURNED));
+    }
+    static void handle(int signal, siginfo_t *info, void *context) {
+        GuestStack::on_fault(signal, info, context);
+    }
+};
+
+GuestStack &GuestStack::instance() {
+    static GuestStack stack;
+    return stack;
+}
+
+GuestStack::GuestStack() {
+    void *area = mmap(nullptr, BYTES + 2 * GUARD_BYTES, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (area == MAP_FAILED) throw std::bad_alloc();
+    memory_ = static_cast<uint8_t *>(area) + GUARD_BYTES;
+    if (mprotect(memory_, BYTES, PROT_READ | PROT_WRITE) != 0) throw std::bad_alloc();
+
+    static uint8_t signal_stack[64 * 1024];
+    stack_t alternative = {};
+    alternative.ss_sp = signal_stack;
+    alternative.ss_size = sizeof signal_stack;
+    sigaltstack(&alternative, nullptr);
+    struct sigaction action = {};
+    action.sa_sigaction = StackEntry::handle;
+    action.sa_flags = SA_SIGINFO | SA_ONSTACK;
+    for (int signal : FAULT_SIGNALS) sigaction(signal, &action, nullptr);
+}
+
+GuestStack::Outcome GuestStack::call(void (*body)(void *), void *argument, SuspendedCall &suspended) {
+    body_ = body;
+    argument_ = argument;
+    return enter(make_fcontext(memory_ + BYTES, BYTES, StackEntry::run), suspended);
+}
+
+GuestStack::Outcome GuestStack::resume(SuspendedCall &suspended) {
+    uint8_t *bottom = memory_ + BYTES - suspended.size();
+    std::memcpy(bottom, suspended.data(), suspended.size());
+    suspended.clear();
+    return enter(bottom, suspended);
+}
+
+GuestStack::Outcome GuestStack::enter(void *context, SuspendedCall &suspended) {
+    transfer_t back = jump_fcontext(context, nullptr);
+    host_ = nullptr;
+    auto outcome = static_cast<Outcome>(reinterpret_cast<uintptr_t>(back.data));
+    if (outcome == Outcome::SUSPENDED)
+        suspended.assign(static_cast<uint8_t *>(back.fctx), memory_ + BYTES);
+    return outcome;
+}
+
+void GuestStack::suspend() {
+    transfer_t resumed = jump_fcontext(host_, as_pointer(Outcome::SUSPENDED));
+    host_ = resumed.fctx;
+}
+
+void GuestStack::abandon() {
+    jump_fcontext(host_, as_pointer(Outcome::ABANDONED));
+    __builtin_unreachable();
+}
+
+void GuestStack::leave_after_fault() {
+    jump_fcontext(instance().host_, as_pointer(Outcome::FAULT));
+    __builtin_unreachable();
+}
+
+// The handler itself must not leave: it makes the interrupted thread go on at the top of the guest's stack (whose
+// frames nobody needs any more), from where it jumps to the host with the signal mask restored.
+void GuestStack::on_fault(int signal, void *info, void *context) {
+    auto &stack = instance();
+    if (stack.host_ == nullptr) {  // not a guest's fault: let it kill the process, as without us
+        ::signal(signal, SIG_DFL);
+        raise(signal);
+        return;
+    }
+    auto address = static_cast<const uint8_t *>(static_cast<siginfo_t *>(info)->si_addr);
+    bool memory_fault = signal == SIGSEGV || signal == SIGBUS;
+    stack.fault_ = {signal, address,
+                    memory_fault && address >= stack.memory_ - GUARD_BYTES && address < stack.memory_};
+    auto &registers = static_cast<ucontext_t *>(context)->uc_mcontext.gregs;
+    registers[REG_RIP] = reinterpret_cast<greg_t>(&GuestStack::leave_after_fault);
+    registers[REG_RSP] = reinterpret_cast<greg_t>(stack.memory_ + BYTES - 64 - sizeof(void *));
+}
+
+}  // namespace kilotwin

@@ -1,0 +1,68 @@
+/// The one stack that all guests run on, in turn.
+///
+/// A call that comes back is an ordinary call. A call that blocks (`delay`) is suspended: the used part of the stack
+/// is copied away and, later, back to the same address, so pointers into it stay valid. The stack lies between guard
+/// pages; a fault in a guest ends its call and nothing else.
+#ifndef KILOTWIN_GUEST_STACK_H
+#define KILOTWIN_GUEST_STACK_H
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace kilotwin {
+
+/// A call that blocked: the bytes of the stack from its lowest address to the top.
+using SuspendedCall = std::vector<uint8_t>;
+
+class GuestStack {
+  public:
+    enum class Outcome { RETURNED, SUSPENDED, ABANDONED, FAULT };
+
+    /// How a fault happened, after Outcome::FAULT.
+    struct Fault {
+        int signal = 0;
+        const void *address = nullptr;
+        bool stack_overflow = false;
+    };
+
+    static constexpr size_t BYTES = 64 * 1024;
+
+    /// The process's one stack; installs the fault handlers when first used.
+    static GuestStack &instance();
+
+    /// Runs `body(argument)` from the top of the stack. On SUSPENDED the call was moved into `suspended`.
+    Outcome call(void (*body)(void *), void *argument, SuspendedCall &suspended);
+
+    /// Goes on with a suspended call, which is consumed (and filled anew if it blocks again).
+    Outcome resume(SuspendedCall &suspended);
+
+    /// From within a guest's call: lets the caller of call() or resume() go on. Returns when resumed.
+    void suspend();
+
+    /// From within a guest's call: ends it; its frames are dropped.
+    [[noreturn]] void abandon();
+
+    const Fault &fault() const { return fault_; }
+
+    /// Top of the stack: where the frames of a guest begin.
+    const uint8_t *top() const { return memory_ + BYTES; }
+
+  private:
+    GuestStack();
+    Outcome enter(void *context, SuspendedCall &suspended);
+    static void on_fault(int signal, void *info, void *context);
+    [[noreturn]] static void leave_after_fault();
+
+    uint8_t *memory_ = nullptr;
+    void *host_ = nullptr;  ///< the context to go back to; null while no guest runs
+    void (*body_)(void *) = nullptr;
+    void *argument_ = nullptr;
+    Fault fault_;
+
+    friend struct StackEntry;
+};
+
+}  // namespace kilotwin
+
+#endif

@@ -1,0 +1,219 @@
+// The engine as the Python module kilotwin._emulator. Takes resolved experiments as plain dictionaries; the schema and
+// its error messages are the host's (host_tools/kilotwin/experiment*.py).
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
+
+#include <cstring>
+
+#include "aggregation/wire.h"
+#include "engine/simulation.h"
+#include "engine/world.h"
+
+namespace nb = nanobind;
+using namespace kilotwin;
+
+namespace {
+
+template <typename T> T get(const nb::dict &from, const char *key) {
+    if (!from.contains(key)) throw EngineError(std::string("the run's specification lacks ") + key);
+    return nb::cast<T>(from[key]);
+}
+
+Eigen::Vector2d vector_of(const std::vector<double> &xy) {
+    if (xy.size() != 2) throw EngineError("a point has two coordinates");
+    return {xy[0], xy[1]};
+}
+
+Region region_of(const nb::dict &from, const Eigen::Vector2d &centre) {
+    auto shape = get<std::string>(from, "shape");
+    if (shape != "circle" && shape != "rectangle") throw EngineError("shape is circle or rectangle, not " + shape);
+    return {shape == "circle" ? Region::Shape::CIRCLE : Region::Shape::RECTANGLE, centre,
+            {get<double>(from, "width_m"), get<double>(from, "height_m")}};
+}
+
+Profile profile_of(const nb::dict &from) {
+    return {get<double>(from, "radius_m"),       get<double>(from, "speed_m_s"),
+            get<double>(from, "turn_rad_s"),     get<double>(from, "push_m_s2"),
+            get<uint8_t>(from, "straight_left"), get<uint8_t>(from, "straight_right"),
+            get<uint8_t>(from, "turn_left"),     get<uint8_t>(from, "turn_right")};
+}
+
+std::vector<Pose> poses_of(nb::handle from) {
+    std::vector<Pose> poses;
+    for (nb::handle row : from) {
+        auto values = nb::cast<std::vector<double>>(row);
+        if (values.size() != 3) throw EngineError("a pose is x_m, y_m, heading_rad");
+        poses.push_back({{values[0], values[1]}, values[2]});
+    }
+    return poses;
+}
+
+message_t message_of(const nb::bytes &bytes) {
+    if (bytes.size() != WIRE_DATA_BYTES + 1) throw EngineError("a message has nine data bytes and a type");
+    message_t message = {};
+    std::memcpy(&message, bytes.c_str(), WIRE_DATA_BYTES + 1);
+    return message;
+}
+
+SimulationDef definition_of(const nb::dict &spec) {
+    SimulationDef def;
+    def.seed = get<uint64_t>(spec, "seed");
+    def.step_ticks = get<uint32_t>(spec, "step_ticks");
+    def.arena.bounds = region_of(get<nb::dict>(spec, "arena"), {0, 0});
+    for (nb::handle site : get<nb::list>(spec, "sites")) {
+        auto from = nb::cast<nb::dict>(site);
+        def.arena.sites.push_back(region_of(from, vector_of(get<std::vector<double>>(from, "centre_m"))));
+    }
+    def.profile = profile_of(get<nb::dict>(spec, "profile"));
+    if (!spec["floor"].is_none()) {
+        auto floor = get<nb::dict>(spec, "floor");
+        def.floor = VirtualFloor::Settings{get<double>(floor, "obstacle_m"), get<uint32_t>(floor, "step_ticks"),
+                                           get<uint32_t>(floor, "repeat_ticks")};
+    }
+    auto medium = get<nb::dict>(spec, "medium");
+    def.range_m = get<double>(medium, "range_m");
+    def.line_of_sight = get<bool>(medium, "line_of_sight");
+    for (nb::handle item : get<nb::list>(spec, "groups")) {
+        auto from = nb::cast<nb::dict>(item);
+        SimulationDef::Group group = {get<std::string>(from, "program"), get<std::string>(from, "name"),
+                                      get<size_t>(from, "count"), {}};
+        if (!from["poses"].is_none()) group.poses = poses_of(from["poses"]);
+        if (!group.poses.empty() && group.poses.size() != group.count)
+            throw EngineError("a group has as many poses as robots, or none");
+        def.groups.push_back(std::move(group));
+    }
+    for (nb::handle item : get<nb::list>(spec, "commands")) {
+        auto [tick, first, last, message] = nb::cast<std::tuple<int64_t, uint16_t, uint16_t, nb::bytes>>(item);
+        def.commands.push_back({tick, first, last, message_of(message)});
+    }
+    def.sample_ticks = get<uint32_t>(spec, "sample_ticks");
+    if (spec.contains("black_box") && !spec["black_box"].is_none()) def.black_box = get<std::string>(spec, "black_box");
+    if (spec.contains("run_ahead")) def.run_ahead = get<bool>(spec, "run_ahead");
+    return def;
+}
+
+/// A numpy array that owns `values`, `columns` wide (0: one dimension).
+template <typename T> nb::object array_of(std::vector<T> values, size_t columns) {
+    auto owned = new std::vector<T>(std::move(values));
+    nb::capsule owner(owned, [](void *p) noexcept { delete static_cast<std::vector<T> *>(p); });
+    if (columns == 0) return nb::cast(nb::ndarray<nb::numpy, T>(owned->data(), {owned->size()}, owner));
+    return nb::cast(nb::ndarray<nb::numpy, T>(owned->data(), {owned->size() / columns, columns}, owner));
+}
+
+nb::dict to_python(Samples samples, size_t robots) {
+    nb::dict out;
+    out["tick"] = array_of(std::move(samples.tick), 0);
+    out["x_m"] = array_of(std::move(samples.x_m), robots);
+    out["y_m"] = array_of(std::move(samples.y_m), robots);
+    out["heading_rad"] = array_of(std::move(samples.heading_rad), robots);
+    out["led"] = array_of(std::move(samples.led), robots);
+    out["site"] = array_of(std::move(samples.site), robots);
+    return out;
+}
+
+nb::list to_python(const Simulation &simulation, const Events &events) {
+    nb::list out;
+    for (const auto &event : events) {
+        nb::dict row;
+        row["tick"] = simulation.tick_of(event.at);
+        row["robot_tick"] = event.tick;
+        row["robot"] = event.robot;
+        row["program"] = event.program;
+        row["kind"] = name_of(event.kind);
+        // A program may print any bytes.
+        row["text"] = nb::steal(PyUnicode_DecodeUTF8(event.text.data(), static_cast<Py_ssize_t>(event.text.size()),
+                                                     "backslashreplace"));
+        out.append(row);
+    }
+    return out;
+}
+
+nb::dict to_python(const Statistics &statistics, double diameter_m) {
+    nb::dict out;
+    out["steps"] = statistics.steps;
+    out["frames_sent"] = statistics.frames_sent;
+    out["frames_received"] = statistics.frames_received;
+    out["frames_spoilt"] = statistics.frames_spoilt;
+    out["solver_steps"] = statistics.solver_steps;
+    out["list_rebuilds"] = statistics.list_rebuilds;
+    out["contacts"] = statistics.overlaps.contacts();
+    out["worst_overlap_fraction"] = statistics.overlaps.worst();
+    out["median_overlap_fraction"] = statistics.overlaps.median();
+    out["worst_overlap_m"] = statistics.overlaps.worst() * diameter_m;
+    out["median_overlap_m"] = statistics.overlaps.median() * diameter_m;
+    return out;
+}
+
+/// A simulation as Python holds it.
+struct PythonSimulation {
+    explicit PythonSimulation(const nb::dict &spec) : def(definition_of(spec)), simulation(def) {}
+    SimulationDef def;
+    Simulation simulation;
+};
+
+std::string hash_of(const PythonSimulation &self) {
+    char text[17];
+    std::snprintf(text, sizeof text, "%016llx",
+                  static_cast<unsigned long long>(result_hash(self.simulation.snapshot())));
+    return text;
+}
+
+nb::dict config_keys() {
+    nb::dict keys;
+#define ADD_KEY(name, key, preset, least, most) \
+    keys[#name] = nb::make_tuple(key##u, preset##u, static_cast<uint32_t>(least), static_cast<uint32_t>(most));
+    WIRE_CONFIG_KEYS(ADD_KEY)
+#undef ADD_KEY
+    return keys;
+}
+
+nb::bytes config_message(uint16_t uid_first, uint16_t uid_last, uint8_t key, uint32_t value) {
+    uint8_t bytes[WIRE_DATA_BYTES + 1];
+    wire_put_config(bytes, {uid_first, uid_last, key, value});
+    bytes[WIRE_DATA_BYTES] = WIRE_TYPE_CONFIG;
+    return nb::bytes(bytes, sizeof bytes);
+}
+
+}  // namespace
+
+NB_MODULE(_emulator, m) {
+    m.doc() = "Kilotwin's engine: many robots, each running its unedited program, in one world.";
+    m.attr("TICK_S") = TICK_S;
+    m.attr("GUEST_ABI") = KT_GUEST_ABI;
+    m.attr("BOX2D_VERSION") = box2d_version();
+    m.attr("VERSION") = KILOTWIN_VERSION;
+    m.attr("BUILD") = KILOTWIN_BUILD;
+    m.attr("CONFIG_KEYS") = config_keys();
+    nb::dict wire;
+    wire["TYPE_CELL"] = int(WIRE_TYPE_CELL);
+    wire["TYPE_SIGNAL"] = int(WIRE_TYPE_SIGNAL);
+    wire["TYPE_CONFIG"] = int(WIRE_TYPE_CONFIG);
+    wire["CELL_WALL"] = WIRE_CELL_WALL;
+    wire["CELL_OBSTACLE"] = WIRE_CELL_OBSTACLE;
+    m.attr("WIRE") = wire;
+    m.def("config_message", config_message, nb::arg("uid_first"), nb::arg("uid_last"), nb::arg("key"),
+          nb::arg("value"), "A CONFIG message: nine data bytes and the type.");
+    nb::exception<EngineError>(m, "EngineError", PyExc_ValueError);
+
+    nb::class_<PythonSimulation>(m, "Simulation", "One run; see emulator/engine/simulation.h.")
+        .def(nb::init<const nb::dict &>(), nb::arg("spec"))
+        .def(
+            "advance", [](PythonSimulation &self, int64_t ticks) { self.simulation.advance(ticks); }, nb::arg("ticks"),
+            nb::call_guard<nb::gil_scoped_release>(), "Go on by at least `ticks`, to the end of a world step.")
+        .def_prop_ro("tick", [](const PythonSimulation &self) { return self.simulation.tick(); })
+        .def_prop_ro("robots", [](const PythonSimulation &self) { return self.simulation.size(); })
+        .def("samples",
+             [](PythonSimulation &self) { return to_python(self.simulation.take_samples(), self.simulation.size()); })
+        .def("snapshot",
+             [](PythonSimulation &self) { return to_python(self.simulation.snapshot(), self.simulation.size()); })
+        .def("events",
+             [](PythonSimulation &self) { return to_python(self.simulation, self.simulation.take_events()); })
+        .def("result_hash", hash_of)
+        .def("stats", [](const PythonSimulation &self) {
+            return to_python(self.simulation.statistics(), 2 * self.def.profile.radius_m);
+        });
+}

@@ -1,0 +1,31 @@
+/// printf for robot programs, there only if the program defines DEBUG before including this.
+///
+/// With DEBUG, debug_init() makes printf() work: by the serial line (38,400 baud) on the robot, by
+/// the run's event log in the emulator. Without DEBUG both vanish, arguments and all.
+#ifndef __DEBUG_H__
+#define __DEBUG_H__  // NOLINT(bugprone-reserved-identifier): programs know it
+
+// In both cases: a later <stdio.h> would otherwise meet the macro where it declares printf.
+#include <stdio.h>
+
+#ifdef DEBUG
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// To be called once, in main() or setup(), before the first printf().
+void debug_init(void);
+
+#ifdef __cplusplus
+}
+#endif
+
+#else
+
+#define debug_init() ((void)0)
+#define printf(...) ((void)0)
+
+#endif
+
+#endif

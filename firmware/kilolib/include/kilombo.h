@@ -1,0 +1,18 @@
+/// Lets programs written for the Kilombo simulator compile as ordinary Kilobot programs.
+///
+/// Such programs keep their variables in one structure and reach it through `mydata`.
+#ifndef KILOMBO_H
+#define KILOMBO_H
+
+#include "kilolib.h"
+
+/// At file scope, once in a program, with or without a semicolon after it: the one instance of
+/// TYPE, zero at the start, and the pointer `mydata` to it.
+#define REGISTER_USERDATA(TYPE) \
+    static TYPE myuserdata;     \
+    TYPE *mydata = &myuserdata;
+
+/// Callbacks of the simulator's own; a robot has none of them.
+#define SET_CALLBACK(ID, CALLBACK)
+
+#endif

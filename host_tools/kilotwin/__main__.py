@@ -1,0 +1,5 @@
+"""`python -m kilotwin` is the `kilotwin` command."""
+
+from kilotwin.cli import main
+
+main()

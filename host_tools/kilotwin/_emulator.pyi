@@ -1,0 +1,48 @@
+"""The compiled engine (emulator/python), as the host tools see it."""
+
+from typing import Any, TypedDict
+
+import numpy as np
+from numpy.typing import NDArray
+
+CONFIG_KEYS: dict[str, tuple[int, int, int, int]]  # name: key, default, least, most
+WIRE: dict[str, int]
+GUEST_ABI: int
+BOX2D_VERSION: str
+VERSION: str
+BUILD: str
+TICK_S: float
+
+class EngineError(ValueError): ...
+
+class Samples(TypedDict):
+    """k samples of N robots."""
+
+    tick: NDArray[np.int64]  # [k]
+    x_m: NDArray[np.float32]  # [k, N], as all below
+    y_m: NDArray[np.float32]
+    heading_rad: NDArray[np.float32]
+    led: NDArray[np.uint8]
+    site: NDArray[np.uint8]
+
+class Event(TypedDict):
+    """Something that happened to a robot."""
+
+    tick: int
+    robot: int
+    program: str
+    kind: str  # crash, busy_wait, endless, stack_overflow, print, info
+    text: str
+
+class Simulation:
+    tick: int
+    robots: int
+    def __init__(self, spec: dict[str, Any]) -> None: ...
+    def advance(self, ticks: int) -> None: ...
+    def samples(self) -> Samples: ...
+    def snapshot(self) -> Samples: ...
+    def events(self) -> list[Event]: ...
+    def result_hash(self) -> str: ...
+    def stats(self) -> dict[str, int | float]: ...
+
+def config_message(uid_first: int, uid_last: int, key: int, value: int) -> bytes: ...

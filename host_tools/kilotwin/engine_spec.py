@@ -1,0 +1,142 @@
+"""What the engine is told: the experiment in ticks, numbers and messages, nothing left to decide."""
+
+from typing import Any, get_args
+
+import numpy as np
+
+from kilotwin import _emulator
+from kilotwin.experiment import Experiment
+from kilotwin.experiment_checks import area_of
+from kilotwin.experiment_schema import Arena, Controller, ExperimentSchema, Reading, Section, Site
+from kilotwin.informed import informed_ranges
+from kilotwin.profiles import PROFILES
+from kilotwin.units import q16, ticks, ticks_q16
+
+ALL_ROBOTS = (0, 0xFFFF)
+_RUN = bytes(9) + b"\x88"
+# The foot-bot's control step is 3 ticks; the floor speaks on change and every 16 ticks at least.
+_FLOOR_STEP_TICKS = 3
+_FLOOR_REPEAT_TICKS = 16
+
+Command = tuple[int, int, int, bytes]
+
+
+def engine_spec(
+    experiment: Experiment, guests: list[str], *, sample_ticks: int, black_box: str | None
+) -> dict[str, Any]:
+    """The spec of `_emulator.Simulation`; `guests` are the built programs, one per group."""
+    keys = experiment.keys
+    profile = PROFILES[keys.swarm.profile]
+    floor = {
+        "obstacle_m": keys.reading.obstacle_m,
+        "step_ticks": _FLOOR_STEP_TICKS,
+        "repeat_ticks": _FLOOR_REPEAT_TICKS,
+    }
+    return {
+        "seed": keys.seed,
+        "step_ticks": keys.engine.step_ticks,
+        "arena": _place(keys.arena),
+        "sites": [
+            {**_place(site), "centre_m": [float(part) for part in site.centre_m]}
+            for site in keys.site
+        ],
+        "profile": {
+            "name": profile.name,
+            "radius_m": profile.radius_m,
+            "speed_m_s": profile.speed_m_s,
+            "turn_rad_s": profile.turn_rad_s,
+            "straight_left": profile.straight_left,
+            "straight_right": profile.straight_right,
+            "turn_left": profile.turn_left,
+            "turn_right": profile.turn_right,
+            "push_m_s2": profile.push_m_s2,
+        },
+        "floor": floor if profile.virtual_floor else None,
+        "medium": {
+            "kind": keys.medium.kind,
+            "range_m": keys.medium.range_m,
+            "line_of_sight": keys.reading.line_of_sight,
+        },
+        "groups": [
+            {
+                "program": guest,
+                "name": group.program.name,
+                "count": group.count,
+                "poses": None if group.poses is None else np.array(group.poses, dtype=np.float64),
+            }
+            for group, guest in zip(experiment.groups, guests, strict=True)
+        ],
+        "commands": commands(keys),
+        "sample_ticks": sample_ticks,
+        "black_box": black_box,
+    }
+
+
+def _place(place: Arena | Site) -> dict[str, Any]:
+    area = area_of(place)
+    return {"shape": place.shape, "width_m": area.width, "height_m": area.height}
+
+
+def commands(keys: ExperimentSchema) -> list[Command]:
+    """CONFIG, one message per tick, the last two ticks before RUN; then RUN at tick 0."""
+    messages = config_messages(keys)
+    first_tick = -1 - len(messages)
+    configs = [
+        (first_tick + slot, first_uid, last_uid, message)
+        for slot, (first_uid, last_uid, message) in enumerate(messages)
+    ]
+    return [*configs, (0, *ALL_ROBOTS, _RUN)]
+
+
+def config_messages(keys: ExperimentSchema) -> list[tuple[int, int, bytes]]:
+    """(first uid, last uid, message): every parameter for all, then each site's informed robots."""
+    if keys.controller is None:
+        return []
+    settings = [
+        (*ALL_ROBOTS, name, value)
+        for name, value in config_values(keys.controller, keys.reading).items()
+    ]
+    for site, first_id, count in informed_ranges(keys):
+        settings.append((first_id + 1, first_id + count, "INFORMED_SITE", site))
+    return [
+        (first, last, _emulator.config_message(first, last, _emulator.CONFIG_KEYS[name][0], value))
+        for first, last, name, value in settings
+    ]
+
+
+def config_values(controller: Controller, reading: Reading) -> dict[str, int]:
+    """The value of every key of wire.h but INFORMED_SITE, in the firmware's units."""
+    return {
+        "RULE": _choice(controller, "rule"),
+        "ALPHA": q16(controller.alpha),
+        "BETA": q16(controller.beta),
+        "FIRAT_A": q16(controller.a),
+        "FIRAT_K": q16(controller.k),
+        "UPDATE_TICKS": ticks(controller.update_s),
+        "STRAIGHT_TICKS": ticks(controller.straight_s),
+        "ENTRY_TICKS": ticks(controller.entry_s),
+        "RHO": q16(controller.rho),
+        "TURN_TICKS_PER_RAD": ticks_q16(controller.turn_s_per_rad),
+        "WINDOW_TICKS": ticks(controller.neighbour_window_s),
+        "TIMEOUT_TICKS": ticks(controller.neighbour_timeout_s),
+        "CAPACITY": controller.neighbour_capacity,
+        "EMPTY_WINDOWS": controller.empty_windows,
+        "STEP_TICKS": ticks(controller.control_step_s),
+        "WALL_IGNORE_TICKS": ticks(controller.wall_ignore_s),
+        "LEAVE_TURN": int(controller.leave_turn),
+        "SIGNAL_FROM": _choice(reading, "signal_from"),
+        "FIRST_LEAVE": _choice(reading, "first_leave"),
+        "WALK_OUT": _choice(reading, "walk_out"),
+        "ENTRY_OBSTACLE": _choice(reading, "entry_obstacle"),
+        "COUNT_SELF": int(reading.count_self),
+        "FIRAT_JOIN": _choice(reading, "firat_join"),
+        "FIRAT_SIGNAL_FROM": _choice(reading, "firat_signal_from"),
+        "START_ON_SITE": _choice(reading, "start_on_site"),
+        "UPDATE_CLOCK": _choice(reading, "update_clock"),
+    }
+
+
+def _choice(section: Section, key: str) -> int:
+    """The place of the chosen word among the schema's choices: wire.h numbers them so."""
+    choices = get_args(type(section).model_fields[key].annotation)
+    return choices.index(getattr(section, key))

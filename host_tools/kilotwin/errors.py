@@ -1,0 +1,34 @@
+"""The one tree of errors that are for people: a line that says the cause, where, and what to do."""
+
+
+class KilotwinError(Exception):
+    """Base of all. `detail` is shown below the line exactly as it is (a compiler's own words)."""
+
+    exit_code = 1
+
+    def __init__(self, message: str, *, detail: str = "") -> None:
+        super().__init__(message)
+        self.detail = detail
+
+
+class RunError(KilotwinError):
+    """A check or a run failed."""
+
+    exit_code = 1
+
+
+class InputError(KilotwinError):
+    """What the user gave cannot be used. Nothing has been written."""
+
+    exit_code = 2
+
+
+class DeviceError(KilotwinError):
+    """Hardware or an interface is not there."""
+
+    exit_code = 3
+
+
+# Not an error of the run: it went on without these robots, and the report lists them.
+EXIT_ROBOTS_FAILED = 4
+EXIT_INTERRUPTED = 130

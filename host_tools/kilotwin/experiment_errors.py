@@ -1,0 +1,154 @@
+"""Turns what pydantic finds wrong with an experiment into one line for people: where, what, what to do."""
+
+import difflib
+import json
+import types
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+from annotated_types import Ge, Gt, Le, Lt
+from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
+
+from kilotwin.errors import InputError
+from kilotwin.experiment_schema import ExperimentSchema
+from kilotwin.experiment_text import ExperimentText
+from kilotwin.toml_lines import KeyPath
+
+_KINDS = {
+    "float_type": "a number",
+    "int_type": "a whole number",
+    "string_type": "text in quotes",
+    "bool_type": "true or false",
+    "list_type": "a list in [ ]",
+    "dict_type": "a table",
+    "model_type": "a table",
+    "model_attributes_type": "a table",
+    "finite_number": "a finite number",
+}
+_EXAMPLES = {
+    "duration_s": "duration_s = 30000",
+    "centre_m": "centre_m = [0.0, 0.0]",
+    "size": "size = 100",
+    "profile": 'profile = "foot-bot"',
+    "program": 'program = "firmware/aggregation"',
+    "arena": "[arena] with diameter_m = 19.2",
+    "swarm": "[swarm] with profile, program and size",
+}
+
+
+def input_error(text: ExperimentText, error: ValidationError) -> InputError:
+    """The problem to mend first: unknown keys, then wrong values, then missing ones."""
+    order = {"extra_forbidden": 0, "missing": 2}
+    worst = min(error.errors(), key=lambda problem: order.get(problem["type"], 1))
+    path: KeyPath = tuple(worst["loc"])
+    return InputError(f"{text.where(path)}: {_describe(dict(worst), path)}")
+
+
+def dotted(path: KeyPath) -> str:
+    """`site.0.diameter_m`, as `--set` takes it."""
+    return ".".join(map(str, path))
+
+
+def _describe(problem: dict[str, Any], path: KeyPath) -> str:
+    kind, key = problem["type"], str(path[-1]) if path else ""
+    if kind == "extra_forbidden":
+        return _unknown_key(path)
+    if kind == "missing":
+        example = _EXAMPLES.get(key, f"{key} = ...")
+        return f"{_table(path[:-1])} lacks '{key}'; add {example}"
+    value = _shown(problem["input"])
+    annotation, metadata = _field_at(path)
+    if kind in _KINDS:
+        allowed = _range(annotation, metadata)
+        return f"{dotted(path)} is {value}; it must be {_KINDS[kind]}{allowed and f', {allowed}'}"
+    if kind == "literal_error":
+        choices = [str(choice) for choice in get_args(_bare(annotation))]
+        return f"{dotted(path)} is {value}; {_nearest(value.strip(chr(34)), choices)}"
+    if kind.startswith(("greater_than", "less_than")):
+        return f"{dotted(path)} is {value}; it must be {_range(annotation, metadata)}"
+    if kind in ("too_short", "too_long"):
+        context = problem["ctx"]
+        wanted = context.get("min_length", context.get("max_length"))
+        return f"{dotted(path)} has {context['actual_length']} items; it must have {wanted}"
+    if kind == "value_error":
+        return f"{dotted(path)} is {value}; it {problem['ctx']['error']}"
+    return f"{dotted(path)} is {value}; {problem['msg'].lower()}"
+
+
+def _unknown_key(path: KeyPath) -> str:
+    annotation, _ = _field_at(path[:-1])
+    model = _bare(annotation)
+    known = list(model.model_fields) if isinstance(model, type) else []
+    return f"unknown key '{path[-1]}' in {_table(path[:-1])}; {_nearest(str(path[-1]), known)}"
+
+
+def _nearest(word: str, choices: list[str]) -> str:
+    near = difflib.get_close_matches(word, choices, n=1)
+    hint = f"did you mean '{near[0]}'? Allowed" if near else "allowed"
+    return f"{hint}: {', '.join(choices)}"
+
+
+def _table(path: KeyPath) -> str:
+    if not path:
+        return "the experiment"
+    return f"[[{path[0]}]]" if isinstance(path[-1], int) else f"[{dotted(path)}]"
+
+
+def _shown(value: Any) -> str:
+    try:
+        text = json.dumps(value, ensure_ascii=False)
+    except (TypeError, ValueError):
+        text = str(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def _field_at(path: KeyPath) -> tuple[Any, list[Any]]:
+    """The annotation and the metadata of the schema's field at `path`."""
+    annotation: Any = ExperimentSchema
+    metadata: list[Any] = []
+    for step in path:
+        inner = _bare(annotation)
+        if isinstance(inner, type) and issubclass(inner, BaseModel):
+            field = inner.model_fields.get(str(step))
+            if field is None:
+                return None, []
+            annotation, metadata = field.annotation, field.metadata
+        else:
+            arguments = get_args(inner)
+            annotation, metadata = (arguments[-1] if arguments else None), []
+        annotation, more = _unwrap(annotation)
+        metadata = [*metadata, *more]
+    return annotation, metadata
+
+
+def _unwrap(annotation: Any) -> tuple[Any, list[Any]]:
+    """Without `| None` and Annotated, whose constraints are returned."""
+    if get_origin(annotation) in (Union, types.UnionType):
+        (annotation,) = (part for part in get_args(annotation) if part is not type(None))
+    if get_origin(annotation) is Annotated:
+        inner, *extras = get_args(annotation)
+        constraints: list[Any] = []
+        for extra in extras:
+            constraints += extra.metadata if isinstance(extra, FieldInfo) else [extra]
+        return inner, constraints
+    return annotation, []
+
+
+def _bare(annotation: Any) -> Any:
+    return _unwrap(annotation)[0]
+
+
+def _range(annotation: Any, metadata: list[Any]) -> str:
+    if get_origin(annotation) is Literal:
+        return "one of " + ", ".join(str(choice) for choice in get_args(annotation))
+    low = high = ""
+    for constraint in metadata:
+        if isinstance(constraint, Ge):
+            low = f"from {constraint.ge:g}"
+        elif isinstance(constraint, Gt):
+            low = f"above {constraint.gt:g}"
+        elif isinstance(constraint, Le):
+            high = f"up to {constraint.le:.10g}"
+        elif isinstance(constraint, Lt):
+            high = f"below {constraint.lt:g}"
+    return " ".join(part for part in (low, high) if part)

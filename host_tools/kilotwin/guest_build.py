@@ -1,0 +1,183 @@
+"""Builds a robot program into a guest: one shared object with the thin half of the mock Kilobot API in it.
+
+Sources stay as they are. Results are kept in a cache under the hash of everything that went in, so that a
+program is compiled once; a finished guest appears in one step, so that builds may go on side by side.
+"""
+
+import hashlib
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+from kilotwin import resources
+from kilotwin.errors import InputError, RunError
+from kilotwin.programs import Program
+
+# What kilolib's own Makefile gives avr-gcc, as far as a PC can have it; and nothing that makes results differ.
+_FLAGS = (
+    "-std=gnu99 -O2 -g -w -fPIC -funsigned-char -funsigned-bitfields -fpack-struct -fshort-enums "
+    "-fno-common -fvisibility=hidden -ffp-contract=off"
+).split()
+# Counts the program's basic blocks, so that the engine notices a busy-wait; renames its main.
+_PROGRAM_FLAGS = ["-fsanitize-coverage=trace-pc", "-Dmain=kt_guest_main"]
+_SHARED_FLAGS = "-shared -Wl,-Bsymbolic -Wl,-z,now -Wl,-z,defs".split()
+
+Notify = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Guest:
+    """A built program. `key` is the hash of all that went into it."""
+
+    name: str
+    file: Path
+    key: str
+    compiler: str
+
+
+def build(program: Program, notify: Notify = lambda _: None) -> Guest:
+    """The guest of `program`, from the cache if it is there; `notify` is told when it is compiled.
+
+    A program that does not compile is an InputError that carries the compiler's words.
+    """
+    compiler = find_compiler()
+    version = compiler_version(compiler)
+    builder = _Builder(program, compiler)
+    key = builder.key(version)
+    file = cache_folder() / key / f"{program.name}.so"
+    if not file.exists():
+        notify(f"compiling {program.written}")
+        try:
+            file.parent.mkdir(parents=True, exist_ok=True)
+            builder.build(file)
+        except OSError as error:
+            raise RunError(
+                f"{file.parent}: cannot keep compiled programs ({error.strerror}); "
+                "set KILOTWIN_CACHE to a folder that can be written"
+            ) from None
+    return Guest(program.name, file, key, version)
+
+
+def cache_folder() -> Path:
+    """$KILOTWIN_CACHE, else kilotwin in the user's cache folder."""
+    own = os.environ.get("KILOTWIN_CACHE")
+    if own:
+        return Path(own)
+    base = os.environ.get("XDG_CACHE_HOME")
+    return (Path(base) if base else Path.home() / ".cache") / "kilotwin"
+
+
+def find_compiler() -> str:
+    """$KILOTWIN_CC, else gcc, else clang."""
+    wanted = os.environ.get("KILOTWIN_CC")
+    for name in [wanted] if wanted else ["gcc", "clang"]:
+        found = shutil.which(name)
+        if found:
+            return found
+    if wanted:
+        raise InputError(f"KILOTWIN_CC={wanted}: there is no such compiler; unset it or install it")
+    raise RunError("no C compiler is here to build robot programs; type: apt-get install gcc")
+
+
+def compiler_version(compiler: str) -> str:
+    """The first line of its --version."""
+    return _run([compiler, "--version"], "the compiler does not start").splitlines()[0]
+
+
+class _Builder:
+    """Paths and flags of one build."""
+
+    def __init__(self, program: Program, compiler: str) -> None:
+        self._program = program
+        self._compiler = compiler
+        self._guest = resources.path("emulator/guest")
+        self._side = sorted((self._guest / "side").glob("*.c"))
+        own_includes = [self._guest / "include", resources.path("firmware/kilolib/include")]
+        folders = dict.fromkeys(source.parent for source in program.sources)
+        extra = shlex.split(os.environ.get("KILOTWIN_CFLAGS", ""))
+        flags = [*_FLAGS, *(f"-I{folder}" for folder in own_includes)]
+        self._program_flags = [*flags, *(f"-I{f}" for f in folders), *_PROGRAM_FLAGS, *extra]
+        self._side_flags = [*flags, f"-I{self._guest}", *extra]
+
+    def key(self, version: str) -> str:
+        """The hash of compiler, flags, and every file that is read."""
+        flags = [*self._program_flags, *self._side_flags, *_SHARED_FLAGS]
+        digest = hashlib.sha256("\0".join([version, *flags]).encode())
+        files = [
+            *self._read_by(self._program.sources, self._program_flags),
+            *self._read_by(self._side, self._side_flags),
+            self._guest / "merge.ld",
+            self._guest / "guest.map",
+        ]
+        for file in files:
+            digest.update(f"\0{file}\0".encode())
+            digest.update(file.read_bytes())
+        return digest.hexdigest()[:32]
+
+    def build(self, target: Path) -> None:
+        """Compiles, merges all state into one section, links, and shows the result at once."""
+        with tempfile.TemporaryDirectory(prefix="kilotwin-") as scratch:
+            work = Path(scratch)
+            objects = self._compile(self._program.sources, self._program_flags, work / "program")
+            side = self._compile(self._side, self._side_flags, work / "side")
+            library, merged = work / "libside.a", work / "merged.o"
+            self._tool(["ar", "rc", library, *side])
+            # From an archive only what is used comes along: malloc's heap is state that few need.
+            merge = ["-r", "-nostdlib", "-u", "kt_table", "-T", self._guest / "merge.ld"]
+            self._tool([self._compiler, *merge, "-o", merged, *objects, library])
+            version_script = f"-Wl,--version-script={self._guest / 'guest.map'}"
+            with tempfile.NamedTemporaryFile(
+                dir=target.parent, prefix=f".{target.stem}-", delete=False
+            ) as draft:
+                pass
+            try:
+                link = [self._compiler, *_SHARED_FLAGS, version_script]
+                self._tool([*link, "-o", draft.name, merged, "-lm"])
+                Path(draft.name).replace(target)
+            finally:
+                Path(draft.name).unlink(missing_ok=True)
+
+    def _compile(self, sources: Sequence[Path], flags: list[str], folder: Path) -> list[Path]:
+        folder.mkdir()
+
+        def compile_one(number: int, source: Path) -> Path:
+            target = folder / f"{number}-{source.stem}.o"
+            self._tool([self._compiler, *flags, "-c", source, "-o", target])
+            return target
+
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            return list(pool.map(compile_one, range(len(sources)), sources))
+
+    def _read_by(self, sources: Sequence[Path], flags: list[str]) -> list[Path]:
+        """The sources and every header of ours or the program's that they include."""
+        rules = self._tool([self._compiler, *flags, "-MM", *sources])
+        return list(dict.fromkeys(Path(name) for name in _prerequisites(rules)))
+
+    def _tool(self, command: Sequence[str | Path]) -> str:
+        return _run(
+            [str(word) for word in command],
+            f"{self._program.path}: does not compile; mend what the compiler says",
+        )
+
+
+def _prerequisites(make_rules: str) -> list[str]:
+    """The names after each colon of make rules as `cc -M` writes them; spaces are escaped."""
+    names: list[str] = []
+    for rule in make_rules.replace("\\\n", " ").splitlines():
+        _, _, right = rule.partition(": ")
+        names += [re.sub(r"\\([ #])", r"\1", word) for word in re.findall(r"(?:\\.|\S)+", right)]
+    return names
+
+
+def _run(command: list[str], failure: str) -> str:
+    done = subprocess.run(command, capture_output=True, text=True, check=False, errors="replace")
+    if done.returncode != 0:
+        raise InputError(failure, detail=done.stderr.rstrip())
+    return done.stdout

@@ -1,0 +1,179 @@
+"""Runs an experiment in a child process, and closes its folder whatever happens to the child."""
+
+import contextlib
+import json
+import pickle
+import platform
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from types import FrameType
+from typing import Any, Protocol
+
+from kilotwin import __version__
+from kilotwin.errors import InputError, KilotwinError, RunError
+from kilotwin.experiment import Experiment
+from kilotwin.guest_build import Guest, build
+from kilotwin.run_folder import FAILED, RUNNING, check_free, close_manifest, default_folder, utc_now
+from kilotwin.job import Job
+
+_BLACK_BOX_BYTES = 256
+
+
+class Display(Protocol):
+    """Shows a run while it goes on."""
+
+    def note(self, text: str) -> None:
+        """Says what is being prepared."""
+
+    def start(self, experiment: Experiment, folder: Path) -> None:
+        """The run begins."""
+
+    def progress(self, tick: int, resting: dict[str, int], not_resting: int) -> None:
+        """So far has it come."""
+
+    def stop(self) -> None:
+        """The run is over, one way or another."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a run ended: `summary` is what --json prints."""
+
+    summary: dict[str, Any]
+    exit_code: int
+
+
+def run(
+    experiment: Experiment, folder: Path | None, command_line: list[str], display: Display
+) -> Outcome:
+    """Builds the programs, runs the experiment, leaves the run folder. Input errors leave none."""
+    folder = folder or default_folder(experiment)
+    check_free(folder)
+    guests = [build(group.program, display.note) for group in experiment.groups]
+    manifest = _manifest(experiment, guests, command_line)
+    with tempfile.NamedTemporaryFile(prefix="kilotwin-") as black_box:
+        black_box.write(bytes(_BLACK_BOX_BYTES))
+        black_box.flush()
+        files = [str(guest.file) for guest in guests]
+        job = Job(experiment, files, folder.absolute(), manifest, black_box.name)
+        try:
+            return _Child(job, display).wait()
+        finally:
+            display.stop()
+
+
+def _manifest(
+    experiment: Experiment, guests: list[Guest], command_line: list[str]
+) -> dict[str, Any]:
+    return {
+        "kilotwin": __version__,
+        "status": RUNNING,
+        "command_line": command_line,
+        "experiment_sha256": experiment.identity(),
+        "seed": experiment.keys.seed,
+        "programs": [{**asdict(guest), "file": guest.file.name} for guest in guests],
+        "python": platform.python_version(),
+        "machine": platform.platform(),
+        "started_utc": utc_now(),
+    }
+
+
+class _Child:
+    """The worker process of one run."""
+
+    def __init__(self, job: Job, display: Display) -> None:
+        self._job = job
+        self._display = display
+        self._folder_made = False
+        self._log = tempfile.TemporaryFile(mode="w+", errors="replace")
+
+    def wait(self) -> Outcome:
+        """Starts it, shows what it reports, and gives its outcome; errors leave a closed folder."""
+        last: dict[str, Any] = {}
+        with self._log, self._start() as process:
+            assert process.stdin is not None
+            assert process.stdout is not None
+            with contextlib.suppress(BrokenPipeError):
+                pickle.dump(self._job, process.stdin)
+                process.stdin.flush()
+            with _stop_on_signals(process):
+                for line in process.stdout:
+                    last = json.loads(line)
+                    self._show(last)
+                returncode = process.wait()
+            if last.get("type") == "done":
+                return Outcome(last["summary"], last["exit_code"])
+            raise self._failure(last, returncode)
+
+    def _start(self) -> "subprocess.Popen[bytes]":
+        # A process group of its own: Ctrl-C is for us, who then ask the child to stop.
+        return subprocess.Popen(
+            [sys.executable, "-m", "kilotwin.worker"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self._log,
+            process_group=0,
+        )
+
+    def _show(self, message: dict[str, Any]) -> None:
+        if message["type"] == "started":
+            self._folder_made = True
+            self._display.start(self._job.experiment, self._job.folder)
+        elif message["type"] == "progress":
+            self._display.progress(
+                message["tick"], message["resting"], message["not_resting"]
+            )
+
+    def _failure(self, last: dict[str, Any], returncode: int) -> KilotwinError:
+        """What to tell when no `done` came; the folder, if there is one, is closed."""
+        if last.get("type") == "error":
+            kind = InputError if last["exit_code"] == InputError.exit_code else RunError
+            error: KilotwinError = kind(last["message"])
+        else:
+            error = self._death(returncode)
+        if self._folder_made:
+            with contextlib.suppress(OSError):
+                close_manifest(
+                    self._job.folder, FAILED, error.exit_code, reason=str(error)
+                )
+        return error
+
+    def _death(self, returncode: int) -> RunError:
+        cause = f"ended with code {returncode}"
+        if returncode < 0:
+            cause = f"was ended by {signal.Signals(-returncode).name}"
+        raw = Path(self._job.black_box).read_bytes()
+        last_robot = raw.partition(b"\0")[0].decode(errors="replace")
+        ran = f"; last to run was {last_robot}" if last_robot else ""
+        kept = f"; what was recorded is in {self._job.folder}" if self._folder_made else ""
+        self._log.seek(0)
+        return RunError(f"the engine's process {cause}{ran}{kept}", detail=self._log.read().strip())
+
+
+@contextlib.contextmanager
+def _stop_on_signals(process: "subprocess.Popen[bytes]") -> Iterator[None]:
+    """Ctrl-C or a polite kill ends the run early, with its data kept; a second one ends it now."""
+    asked = False
+
+    def stop(number: int, frame: FrameType | None) -> None:
+        nonlocal asked
+        if asked:
+            process.kill()
+        elif process.stdin is not None:
+            asked = True
+            process.stdin.close()
+
+    before = {}
+    for number in (signal.SIGINT, signal.SIGTERM):
+        with contextlib.suppress(ValueError):  # not in the main thread: signals are not ours
+            before[number] = signal.signal(number, stop)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

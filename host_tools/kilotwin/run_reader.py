@@ -1,0 +1,66 @@
+"""Reads a run folder, whole or as a killed run left it."""
+
+import contextlib
+import json
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+
+from kilotwin.errors import InputError
+from kilotwin.experiment_schema import ExperimentSchema
+from kilotwin.records import Records
+from kilotwin.run_folder import EVENTS, EXPERIMENT, MANIFEST
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run folder; tables are read when asked for."""
+
+    folder: Path
+    manifest: dict[str, Any]
+    experiment: ExperimentSchema
+
+    @staticmethod
+    def open(folder: Path) -> "Run":
+        """InputError if this is no run folder."""
+        try:
+            manifest = json.loads((folder / MANIFEST).read_text())
+            tables = tomllib.loads((folder / EXPERIMENT).read_text())
+            return Run(folder, manifest, ExperimentSchema.model_validate(tables))
+        except OSError:
+            missing = MANIFEST if folder.is_dir() else "such folder"
+            raise InputError(
+                f"{folder}: not a run folder (no {missing}); name one that `kilotwin run` made"
+            ) from None
+        except ValueError as error:
+            first_line = str(error).splitlines()[0]
+            raise InputError(
+                f"{folder}: a damaged run folder ({first_line}); repeat the run"
+            ) from None
+
+    def robots(self) -> pa.Table:
+        """A row per robot and sample."""
+        return self._table("robots.arrows", Records.of(self.experiment, {}).robots_schema)
+
+    def sites(self) -> pa.Table:
+        """A row per sample."""
+        return self._table("sites.arrows", Records.of(self.experiment, {}).sites_schema)
+
+    def events(self) -> list[dict[str, Any]]:
+        """What happened to robots; a line cut short by a kill is left out."""
+        file = self.folder / EVENTS
+        lines = file.read_text().splitlines(keepends=True) if file.exists() else []
+        return [json.loads(line) for line in lines if line.endswith("\n")]
+
+    def _table(self, name: str, schema: pa.Schema) -> pa.Table:
+        batches = []
+        # A writer killed early leaves no file, or half a schema; one killed later, half a batch.
+        with contextlib.suppress(pa.ArrowInvalid, FileNotFoundError, OSError):
+            with pa.OSFile(str(self.folder / name)) as file, pa.ipc.open_stream(file) as reader:
+                schema = reader.schema
+                for batch in reader:
+                    batches.append(batch)
+        return pa.Table.from_batches(batches, schema)

@@ -1,0 +1,175 @@
+"""What a person sees of a run: progress on stderr, a summary and errors."""
+
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
+
+from kilotwin.errors import KilotwinError
+from kilotwin.experiment import Experiment
+from kilotwin.run import Display
+from kilotwin.units import seconds, ticks
+
+_LINE_EVERY_S = 10.0
+
+
+def display(quiet: bool) -> Display:
+    """A live bar on a terminal, a line now and then elsewhere, nothing if `quiet`."""
+    if quiet:
+        return Silent()
+    return Bar() if sys.stderr.isatty() else Lines()
+
+
+class Silent:
+    """Shows nothing."""
+
+    def note(self, text: str) -> None:
+        """Nothing."""
+
+    def start(self, experiment: Experiment, folder: Path) -> None:
+        """Nothing."""
+
+    def progress(self, tick: int, resting: dict[str, int], not_resting: int) -> None:
+        """Nothing."""
+
+    def stop(self) -> None:
+        """Nothing."""
+
+
+class Lines:
+    """A plain line every ten seconds, for logs."""
+
+    def __init__(self) -> None:
+        self._began = self._shown = time.monotonic()
+        self._duration_s = 0.0
+
+    def note(self, text: str) -> None:
+        """One line."""
+        print(text, file=sys.stderr, flush=True)
+
+    def start(self, experiment: Experiment, folder: Path) -> None:
+        """Starts the clock."""
+        self._began = self._shown = time.monotonic()
+        self._duration_s = experiment.keys.duration_s
+
+    def progress(self, tick: int, resting: dict[str, int], not_resting: int) -> None:
+        """A line if it is time for one."""
+        now = time.monotonic()
+        if now - self._shown < _LINE_EVERY_S:
+            return
+        self._shown = now
+        wall_s, done_s = now - self._began, seconds(tick)
+        left_s = wall_s * (self._duration_s - done_s) / done_s if done_s > 0 else 0.0
+        self.note(
+            f"{done_s:,.0f} of {self._duration_s:,.0f} s simulated in {wall_s:.0f} s "
+            f"({done_s / wall_s:,.0f} x real time, {left_s:.0f} s left); "
+            f"{robots_now(resting, not_resting)}"
+        )
+
+    def stop(self) -> None:
+        """Nothing to tidy up."""
+
+
+class Bar:
+    """A live line: bar, simulated time, speed, time left, robots per site."""
+
+    def __init__(self) -> None:
+        self._console = Console(stderr=True)
+        self._bar = Progress(
+            TextColumn("[bold]{task.description}"),
+            BarColumn(bar_width=24),
+            TextColumn("{task.fields[simulated]}"),
+            TimeRemainingColumn(compact=True),
+            TextColumn("{task.fields[robots]}"),
+            console=self._console,
+            transient=True,
+        )
+        self._task = TaskID(0)
+        self._began = time.monotonic()
+        self._duration_s = 0.0
+
+    def note(self, text: str) -> None:
+        """One line above."""
+        self._console.print(text, style="dim", markup=False)
+
+    def start(self, experiment: Experiment, folder: Path) -> None:
+        """Shows the bar."""
+        self._duration_s = experiment.keys.duration_s
+        self._task = self._bar.add_task(
+            f"{experiment.keys.name}, seed {experiment.keys.seed}",
+            total=ticks(self._duration_s),
+            simulated="",
+            robots="",
+        )
+        self._bar.start()
+        self._began = time.monotonic()
+
+    def progress(self, tick: int, resting: dict[str, int], not_resting: int) -> None:
+        """Moves the bar."""
+        wall_s = time.monotonic() - self._began
+        speed = seconds(tick) / max(wall_s, 1e-3)
+        self._bar.update(
+            self._task,
+            completed=tick,
+            simulated=f"{seconds(tick):,.0f} of {self._duration_s:,.0f} s, "
+            f"{wall_s:.0f} s wall, {speed:,.0f} x real time",
+            robots=robots_now(resting, not_resting),
+        )
+
+    def stop(self) -> None:
+        """Removes the bar."""
+        self._bar.stop()
+
+
+def robots_now(resting: dict[str, int], not_resting: int) -> str:
+    """`black 52, white 44, not resting 4`."""
+    sites = [f"{name} {count}" for name, count in resting.items()]
+    return ", ".join([*sites, f"not resting {not_resting}"])
+
+
+def summary_text(summary: dict[str, Any]) -> str:
+    """The end of `kilotwin run` in a few lines."""
+    width = max(len("result hash"), *(len(f"resting on {name}") for name in summary["resting"]), 0)
+    lines = [
+        f"{summary['experiment']}, seed {summary['seed']}: "
+        f"{summary['simulated_s']:,.0f} s simulated in {summary['wall_s']:.1f} s "
+        f"({summary['robot_s_per_cpu_s']:,} robot-seconds per CPU-second)"
+    ]
+    rows: list[tuple[str, str]] = []
+    for name, count in summary["resting"].items():
+        informed = summary["informed"].get(name, 0)
+        note = f"   ({informed} robots are informed for it)" if informed else ""
+        rows.append((f"resting on {name}", f"{count:5d}{note}"))
+    rows.append(("not resting", f"{summary['not_resting']:5d}"))
+    rows.append(("result hash", summary["result_hash"]))
+    rows.append(("run folder", shown_path(Path(summary["run_folder"]))))
+    lines += [f"  {label:<{width}}  {value}" for label, value in rows]
+    return "\n".join(lines)
+
+
+def failed_robots_text(failed: list[dict[str, Any]]) -> str:
+    """A line per robot that crashed or computes for ever."""
+    lines = [
+        f"robot {event['robot']} ({event['program']}) at tick {event['tick']}: "
+        f"{event['kind'].replace('_', ' ')}: {event['text']}"
+        for event in failed[:20]
+    ]
+    if len(failed) > 20:
+        lines.append(f"and {len(failed) - 20} more; events.jsonl has them all")
+    return "\n".join([f"{len(failed)} robots failed:", *lines])
+
+
+def shown_path(path: Path) -> str:
+    """Relative to the current folder where that is shorter."""
+    here = Path.cwd()
+    return str(path.relative_to(here) if path.is_relative_to(here) else path)
+
+
+def print_error(error: KilotwinError) -> None:
+    """One line, then the words of others as they are."""
+    print(f"kilotwin: {error}", file=sys.stderr)
+    if error.detail:
+        print(error.detail, file=sys.stderr)

@@ -1,0 +1,203 @@
+"""The child process of a run: steps the engine, writes the run folder, reports.
+
+`python -m kilotwin.worker` takes a pickled Job on stdin and answers with one JSON object per line on stdout:
+started, progress, then done or error. The parent ends a run early by closing the stdin, which its own death
+does too. Robot programs run in this process; one that brings it down leaves the parent to close the folder.
+"""
+
+import contextlib
+import json
+import os
+import pickle
+import select
+import signal
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from kilotwin import _emulator
+from kilotwin.engine_spec import engine_spec
+from kilotwin.errors import (
+    EXIT_INTERRUPTED,
+    EXIT_ROBOTS_FAILED,
+    InputError,
+    KilotwinError,
+    RunError,
+)
+from kilotwin.informed import informed_for
+from kilotwin.job import Job
+from kilotwin.run_folder import FINISHED, INTERRUPTED, close_manifest
+from kilotwin.run_writer import RunWriter
+from kilotwin.states import Counts
+from kilotwin.units import seconds, ticks
+
+if TYPE_CHECKING:
+    from kilotwin._emulator import Samples
+
+# The engine does not look up while it advances, so each call is kept to about this wall time.
+_CHUNK_S = 0.15
+_PROGRESS_S = 0.2
+
+# Events after which a robot takes no part any more.
+FAILURES = {"crash", "endless", "stack_overflow"}
+
+
+Report = Callable[[dict[str, Any]], None]
+
+
+def main() -> None:
+    """Runs the job of stdin."""
+    # Ctrl-C is for the parent, which then closes our stdin.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # What a library or a program prints must not get between the reports.
+    reports = os.dup(1)
+    os.dup2(2, 1)
+    job: Job = pickle.load(sys.stdin.buffer)
+
+    def report(message: dict[str, Any]) -> None:
+        # A parent that died is noticed by `stopped`, with the folder in order.
+        with contextlib.suppress(BrokenPipeError):
+            os.write(reports, json.dumps(message).encode() + b"\n")
+
+    def stopped() -> bool:
+        return bool(select.select([0], [], [], 0)[0])
+
+    try:
+        simulate(job, report, stopped)
+    except KilotwinError as error:
+        report({"type": "error", "exit_code": error.exit_code, "message": str(error)})
+
+
+def simulate(job: Job, report: Report, stopped: Callable[[], bool]) -> None:
+    """Runs the experiment to its end or until `stopped`. The folder is made when all is accepted."""
+    trial = _Trial(job, report)
+    try:
+        interrupted = not trial.run(stopped)
+        summary = trial.summary(interrupted)
+        trial.writer.close(clean=not interrupted)
+        exit_code = _exit_code(summary)
+        close_manifest(job.folder, summary["status"], exit_code, summary=summary)
+    except OSError as error:
+        raise RunError(f"{job.folder}: cannot write ({error.strerror}); see to the disk") from None
+    report({"type": "done", "exit_code": exit_code, "summary": summary})
+
+
+def _exit_code(summary: dict[str, Any]) -> int:
+    if summary["status"] == INTERRUPTED:
+        return EXIT_INTERRUPTED
+    return EXIT_ROBOTS_FAILED if summary["robots_failed"] else 0
+
+
+class _Trial:
+    """The engine, the folder, and what has been seen so far."""
+
+    def __init__(self, job: Job, report: Report) -> None:
+        self._began = time.perf_counter()
+        self._cpu_began = time.process_time()
+        self._job = job
+        self._report = report
+        self._keys = job.experiment.keys
+        self._simulation = self._place_robots()
+        self.writer = self._make_folder()
+        self._events: Counter[str] = Counter()
+        self._failed: list[dict[str, Any]] = []
+        self._startup_s = 0.0
+        self._sampled_at = -1
+        self._reported_at = 0.0
+        report({"type": "started", "folder": str(job.folder)})
+
+    def run(self, stopped: Callable[[], bool]) -> bool:
+        """Advances to the end; False if it was stopped before. The last record is the last moment."""
+        simulation, end = self._simulation, ticks(self._keys.duration_s)
+        chunk = 1
+        while simulation.tick < end and not stopped():
+            began = time.perf_counter()
+            simulation.advance(min(chunk, end - simulation.tick))
+            now = time.perf_counter()
+            self._startup_s = self._startup_s or now - self._began
+            chunk = max(1, min(4 * chunk, round(chunk * _CHUNK_S / max(now - began, 1e-6))))
+            self._take(simulation.samples())
+        if self._sampled_at != simulation.tick:
+            self._take(simulation.snapshot())
+        return simulation.tick >= end
+
+    def _take(self, samples: "Samples") -> None:
+        for event in self._simulation.events():
+            self.writer.add_event(event)
+            self._events[event["kind"]] += 1
+            if event["kind"] in FAILURES:
+                self._failed.append(dict(event))
+        counts = self.writer.add(samples)
+        if counts is None:
+            return
+        self._sampled_at = int(samples["tick"][-1])
+        if time.perf_counter() - self._reported_at > _PROGRESS_S:
+            self._reported_at = time.perf_counter()
+            shown = {"tick": self._simulation.tick, **self._robots_now(counts)}
+            self._report({"type": "progress", **shown})
+
+    def _robots_now(self, counts: Counts) -> dict[str, Any]:
+        names = [site.name for site in self._keys.site]
+        return {
+            "resting": dict(zip(names, counts.resting[-1].tolist(), strict=True)),
+            "not_resting": int(counts.not_resting[-1]),
+        }
+
+    def summary(self, interrupted: bool) -> dict[str, Any]:
+        """What `kilotwin run --json` prints."""
+        simulation = self._simulation
+        cpu_s = time.process_time() - self._cpu_began
+        simulated_s = seconds(simulation.tick)
+        last = self.writer.count(simulation.snapshot())
+        return {
+            "experiment": self._keys.name,
+            "seed": self._keys.seed,
+            "status": INTERRUPTED if interrupted else FINISHED,
+            "duration_s": self._keys.duration_s,
+            "simulated_s": round(simulated_s, 3),
+            "robots": simulation.robots,
+            **self._robots_now(last),
+            "informed": informed_for(self._keys),
+            "cpu_s": round(cpu_s, 3),
+            "wall_s": round(time.perf_counter() - self._began, 3),
+            "startup_s": round(self._startup_s, 4),
+            "robot_s_per_cpu_s": round(simulation.robots * simulated_s / max(cpu_s, 1e-9)),
+            "result_hash": simulation.result_hash(),
+            "run_folder": str(self._job.folder),
+            "events": dict(self._events),
+            "robots_failed": self._failed,
+            "stats": simulation.stats(),
+        }
+
+    def _place_robots(self) -> _emulator.Simulation:
+        job = self._job
+        spec = engine_spec(
+            job.experiment,
+            job.guests,
+            sample_ticks=max(1, ticks(self._keys.record.sample_s)),
+            black_box=job.black_box,
+        )
+        try:
+            return _emulator.Simulation(spec)
+        except _emulator.EngineError as error:
+            swarm = ("robots",) if self._keys.robots else ("swarm",)
+            raise job.experiment.error(swarm, str(error)) from None
+
+    def _make_folder(self) -> RunWriter:
+        engine = {
+            "version": _emulator.VERSION,
+            "build": _emulator.BUILD,
+            "box2d": _emulator.BOX2D_VERSION,
+            "guest_abi": _emulator.GUEST_ABI,
+        }
+        folder = self._job.folder
+        try:
+            return RunWriter(folder, self._job.experiment, {**self._job.manifest, "engine": engine})
+        except OSError as error:
+            raise InputError(f"--out {folder}: {error.strerror}; name another folder") from None
+
+
+if __name__ == "__main__":
+    main()

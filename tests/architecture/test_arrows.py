@@ -1,0 +1,225 @@
+"""Dependencies point one way: firmware <- emulator <- host tools. A forbidden arrow fails here.
+
+The rules are functions of a tree, so that each of them is also tried on a small bad tree.
+"""
+
+import ast
+import os
+import re
+import sys
+import tomllib
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+C_SUFFIXES = {".c", ".h", ".cpp", ".hpp", ".inl"}
+NOT_SOURCES = {".git", ".venv", "build", "runs", "__pycache__"}
+INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*(?:"([^"]+)"|<([^>]+)>)', re.MULTILINE)
+
+# What firmware may find besides its own files: the C library as avr-libc has it.
+AVR_LIBC = re.compile(
+    r"(std(int|bool|def|lib|io|arg)|string|ctype|limits|inttypes|math|float|assert|errno)\.h"
+    r"|(avr|util)/\w+\.h"
+)
+
+# Who may include what of the repository, besides the folder itself.
+PUBLIC_HEADERS = ("firmware/kilolib/include/", "firmware/aggregation/wire.h")
+ALLOWED = {
+    "firmware": (),
+    "kilogrid_modules": PUBLIC_HEADERS,
+    "emulator": (*PUBLIC_HEADERS, "kilogrid_modules/runtime/include/"),
+}
+# Headers that stay behind one wall: pattern of the include, files that may use it, why.
+WALLS = [
+    (re.compile(r"box2d/"), re.compile(r"emulator/engine/world\.cpp"), "Box2D"),
+    (re.compile(r"nanobind/|Python\.h"), re.compile(r"emulator/python/.*"), "Python"),
+]
+
+
+def sources(root: Path, suffixes: set[str] | None = None) -> Iterator[Path]:
+    """Every file of the project below `root` in a fixed order, relative to it."""
+    for folder, folders, files in os.walk(root):
+        folders[:] = sorted(
+            f for f in folders if f not in NOT_SOURCES and not f.endswith(("_cache", ".egg-info"))
+        )
+        for name in sorted(files):
+            path = Path(folder, name)
+            if suffixes is None or path.suffix in suffixes:
+                yield path.relative_to(root)
+
+
+def includes(path: Path) -> Iterator[tuple[str, bool]]:
+    """The includes of a file: what is named, and whether in quotes."""
+    for match in INCLUDE.finditer(path.read_text(encoding="utf-8")):
+        yield (match[1], True) if match[1] else (match[2], False)
+
+
+def owners_of(files: list[str], includer: Path, name: str, quoted: bool) -> list[str]:
+    """Which of `files` the `name` can mean: the one beside the includer, else all that end so."""
+    beside = os.path.normpath(includer.parent / name)
+    if quoted and beside in files:
+        return [beside]
+    tail = "/" + re.sub(r"^(\.\.?/)+", "", name)
+    return [file for file in files if f"/{file}".endswith(tail)]
+
+
+def bad_includes(root: Path) -> list[str]:
+    found = []
+    files = [path.as_posix() for path in sources(root, C_SUFFIXES)]
+    for path in map(Path, files):
+        part = path.parts[0]
+        if part not in ALLOWED:
+            continue
+        allowed = (f"{part}/", *ALLOWED[part])
+        for name, quoted in includes(root / path):
+            owners = owners_of(files, path, name, quoted)
+            # A C library name is the C library, whatever stand-in the emulator has for it.
+            library = not quoted and AVR_LIBC.fullmatch(name)
+            if owners and not library and not any(o.startswith(allowed) for o in owners):
+                found.append(f"{path}: includes {owners[0]}, which {part} must not know")
+            if part == "firmware" and not owners and not library:
+                found.append(f"{path}: includes {name}, which a robot does not have")
+            for wall, insiders, what in WALLS:
+                if wall.match(name) and not insiders.fullmatch(path.as_posix()):
+                    found.append(f"{path}: includes {name}; {what} stays in {insiders.pattern}")
+    return found
+
+
+def imports(path: Path) -> Iterator[str]:
+    """Top-level names of the absolute imports of a Python file, also those inside functions."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name.split(".")[0] for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
+            yield node.module.split(".")[0]
+
+
+def declared_packages(root: Path) -> set[str]:
+    """The packages that pyproject.toml says kilotwin needs."""
+    project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    return {re.split(r"[ <>=~!\[;]", d)[0].replace("-", "_") for d in project["dependencies"]}
+
+
+def bad_imports(root: Path) -> list[str]:
+    allowed = {"kilotwin", *sys.stdlib_module_names, *declared_packages(root)}
+    return [
+        f"{path}: imports {name}, which is neither kilotwin, standard library nor declared"
+        for path in sources(root, {".py"})
+        if path.parts[0] == "host_tools"
+        for name in imports(root / path)
+        if name not in allowed
+    ]
+
+
+# A path that exists on one machine only, and the places a package client is set to.
+MACHINE_PATH = re.compile(r"(?<![\w.~$})/-])/(?:home|root|Users|work|opt|mnt|srv|media)/\w")
+REGISTRY = re.compile(
+    r"\b(?:pypi|pythonhosted|npmjs|crates|golang|maven)\.(?:org|com|io)\b"
+    r"|\bdeb\.debian\b|--(?:extra-)?index-url|--find-links"
+)
+
+
+def bad_words(root: Path) -> list[str]:
+    found = []
+    for path in sources(root):
+        try:
+            text = (root / path).read_text(encoding="utf-8")
+        except UnicodeDecodeError:
+            continue  # a picture
+        for number, line in enumerate(text.splitlines(), 1):
+            if path.as_posix() == "tests/architecture/test_arrows.py":
+                continue
+            if match := MACHINE_PATH.search(line):
+                found.append(f"{path}:{number}: {match[0]}... is a path of one machine")
+            if match := REGISTRY.search(line):
+                found.append(f"{path}:{number}: {match[0]} names a package registry")
+    return found
+
+
+RULES = [bad_includes, bad_imports, bad_words]
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_the_tree_has_no_forbidden_arrow(rule: Callable[[Path], list[str]]) -> None:
+    assert rule(ROOT) == []
+
+
+def test_the_walk_sees_the_tree() -> None:
+    """An empty walk would find nothing wrong."""
+    seen = {path.parts[0] for path in sources(ROOT, C_SUFFIXES | {".py"})}
+    assert {"firmware", "emulator", "host_tools", "tests"} <= seen
+    assert not NOT_SOURCES & seen
+
+
+def test_every_declared_package_is_locked() -> None:
+    lock = (ROOT / "requirements.lock").read_text(encoding="utf-8")
+    locked = {name.replace("-", "_") for name in re.findall(r"^([a-z0-9-]+)==", lock, re.MULTILINE)}
+    assert declared_packages(ROOT) <= locked
+
+
+GOOD_TREE = {
+    "pyproject.toml": '[project]\ndependencies = ["numpy>=2", "pyarrow"]\n',
+    "firmware/kilolib/include/kilolib.h": "#include <stdint.h>\n",
+    "firmware/aggregation/wire.h": "#include <stdbool.h>\n",
+    "firmware/aggregation/pfsm.h": "#include <stdint.h>\n",
+    "firmware/aggregation/pfsm.c": '#include "pfsm.h"\n#include <kilolib.h>\n#include <avr/io.h>\n',
+    "emulator/guest/include/avr/io.h": "#include <stdint.h>\n",
+    "emulator/engine/world.h": "#include <vector>\n",
+    "emulator/engine/world.cpp": '#include "world.h"\n#include <box2d/box2d.h>\n',
+    "emulator/engine/infrared.cpp": '#include "world.h"\n#include <kilolib.h>\n#include "wire.h"\n',
+    "emulator/python/module.cpp": '#include "../engine/world.h"\n#include <nanobind/nanobind.h>\n',
+    "host_tools/kilotwin/run.py": "import json\nimport numpy as np\nfrom . import plot\n"
+    "from kilotwin import _emulator\n",
+}
+
+
+def plant(root: Path, files: dict[str, str]) -> Path:
+    for name, text in files.items():
+        path = root / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    return root
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_a_good_tree_passes(rule: Callable[[Path], list[str]], tmp_path: Path) -> None:
+    assert rule(plant(tmp_path, GOOD_TREE)) == []
+
+
+@pytest.mark.parametrize(
+    ("rule", "name", "text"),
+    [
+        (bad_includes, "firmware/aggregation/walk.c", '#include "../../emulator/engine/world.h"\n'),
+        (bad_includes, "firmware/aggregation/walk.c", "#include <world.h>\n"),
+        (bad_includes, "firmware/aggregation/walk.c", "#include <pthread.h>\n"),
+        (bad_includes, "firmware/aggregation/walk.c", '#  include "world.h" // why\n'),
+        (bad_includes, "kilogrid_modules/sites/cell.c", "#include <engine/world.h>\n"),
+        (bad_includes, "kilogrid_modules/sites/cell.c", "#include <pfsm.h>\n"),
+        (bad_includes, "emulator/engine/x.cpp", '#include "firmware/aggregation/pfsm.h"\n'),
+        (bad_includes, "emulator/engine/x.cpp", '#include "../../firmware/aggregation/pfsm.h"\n'),
+        (bad_includes, "emulator/engine/world.h", "#include <box2d/types.h>\n"),
+        (bad_includes, "emulator/engine/clock.cpp", "#include <nanobind/ndarray.h>\n"),
+        (bad_imports, "host_tools/kilotwin/view.py", "import requests\n"),
+        (
+            bad_imports,
+            "host_tools/kilotwin/view.py",
+            "def f():\n    import scipy.stats\n",
+        ),
+        (bad_imports, "host_tools/kilotwin/view.py", "from tests.system import conftest\n"),
+        (bad_words, "docs/quickstart.md", "cd /" + "home/ada/kilotwin\n"),
+        (bad_words, "Makefile", "CC = /" + "opt/avr/bin/avr-gcc\n"),
+        (bad_words, "requirements.lock", "--index" + "-url https://example.org/simple\n"),
+        (bad_words, "README.md", "see https://" + "pypi" + ".org/project/kilotwin\n"),
+    ],
+)
+def test_a_planted_bad_file_is_caught(
+    rule: Callable[[Path], list[str]], name: str, text: str, tmp_path: Path
+) -> None:
+    plant(tmp_path, GOOD_TREE)
+    plant(tmp_path, {name: GOOD_TREE.get(name, "") + text})
+    found = rule(tmp_path)
+    assert len(found) == 1, found
+    assert found[0].startswith(name)

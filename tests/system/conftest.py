@@ -1,0 +1,74 @@
+"""What the system tests share: they type the commands a person types and look at what comes out."""
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+KILOTWIN = Path(sys.executable).with_name("kilotwin")
+SIMPLIFIED = "experiments/paper/simplified-n100.toml"
+FIRAT = "experiments/paper/firat-n100.toml"
+
+Kilotwin = Callable[..., "subprocess.CompletedProcess[str]"]
+RunJson = Callable[..., dict[str, Any]]
+
+
+@pytest.fixture(scope="session")
+def guest_cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Compiled programs of this session: a test never sees what an older build left."""
+    return tmp_path_factory.mktemp("guests")
+
+
+@pytest.fixture
+def environment(guest_cache: Path) -> dict[str, str]:
+    return {**os.environ, "KILOTWIN_CACHE": str(guest_cache), "NO_COLOR": "1", "COLUMNS": "200"}
+
+
+@pytest.fixture
+def kilotwin(environment: dict[str, str]) -> Kilotwin:
+    """`kilotwin ARGUMENTS`, from the project's root, with what it printed."""
+
+    def call(
+        *arguments: str | Path, expect: int = 0, env: dict[str, str] | None = None
+    ) -> subprocess.CompletedProcess[str]:
+        done = subprocess.run(
+            [KILOTWIN, *map(str, arguments)],
+            cwd=ROOT,
+            env={**environment, **(env or {})},
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=300,
+        )
+        assert done.returncode == expect, f"{arguments}\n{done.stdout}\n{done.stderr}"
+        return done
+
+    return call
+
+
+@pytest.fixture
+def run_json(kilotwin: Kilotwin, tmp_path: Path) -> RunJson:
+    """`kilotwin run EXPERIMENT --set ... --json`: what it prints. Each run has its folder."""
+    count = 0
+
+    def run(
+        experiment: str | Path, *settings: str, seed: int = 1, env: dict[str, str] | None = None
+    ) -> dict[str, Any]:
+        nonlocal count
+        count += 1
+        sets = [word for setting in settings for word in ("--set", setting)]
+        out = tmp_path / f"run-{count}"
+        seed_words = ["--seed", str(seed)]
+        done = kilotwin("run", experiment, *sets, *seed_words, "--out", out, "--json", env=env)
+        result = json.loads(done.stdout)
+        assert isinstance(result, dict)
+        return result
+
+    return run
