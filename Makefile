@@ -15,7 +15,7 @@ PY     := $(VENV)/bin/python
 PAPER  := experiments/paper/simplified-n100.toml
 RUN    ?= runs/paper-$(shell date +%Y%m%d-%H%M%S)
 
-# Stamps lie in .venv, so that they go when it goes.
+# Stamps lie in .venv, so that they go when it goes. The engine's is as old as the sources it was built from.
 LOCKED    := $(VENV)/.locked
 INSTALLED := $(VENV)/.installed
 ENGINE := CMakeLists.txt pyproject.toml $(shell find emulator firmware/aggregation/wire.h \
@@ -38,9 +38,7 @@ setup: $(INSTALLED)
 ## run: the paper's main experiment (N = 100, nobody informed), with a map and a timeline
 .PHONY: run
 run: setup
-	@$(VENV)/bin/kilotwin run $(PAPER) --set swarm.informed=0 --out $(RUN)
-	@$(VENV)/bin/kilotwin plot map $(RUN) -o $(RUN)/map.png
-	@$(VENV)/bin/kilotwin plot timeline $(RUN) -o $(RUN)/timeline.png
+	@$(VENV)/bin/kilotwin run $(PAPER) --set swarm.informed=0 --out $(RUN) --plots
 	@echo; echo "The run is in $(RUN): map.png, timeline.png, and the numbers above."
 
 ## test: every test but the long ones (under 10 minutes)
@@ -67,7 +65,8 @@ check-python: setup
 check-firmware: apt
 	@echo "== firmware: warnings of gcc, clang and avr-gcc, clang-tidy"
 	@$(MAKE) -C firmware check
-	@clang-tidy --quiet $(shell find firmware -name '*.c') -- -std=gnu11 -Ifirmware/kilolib/include
+	@mkdir -p build; clang-tidy --quiet $(shell find firmware -name '*.c') -- -std=gnu11 \
+	    -Ifirmware/kilolib/include 2> build/clang-tidy.log || { cat build/clang-tidy.log; exit 1; }
 
 check-gcc: CXX_NAME := g++
 check-clang: CXX_NAME := clang++
@@ -139,7 +138,7 @@ $(LOCKED): requirements.lock | apt
 
 $(INSTALLED): $(LOCKED) $(ENGINE) | apt
 	@echo "set-up: the emulator's engine (about a minute)"
-	@mkdir -p build
+	@mkdir -p build; touch $@.begun
 	@$(PY) -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps -e . >build/kilotwin.log 2>&1 \
 	    || { cat build/kilotwin.log >&2; exit 1; }
-	@touch $@
+	@mv $@.begun $@

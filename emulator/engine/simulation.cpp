@@ -118,6 +118,7 @@ void Simulation::create_robots() {
 
 // From power-up to RUN robots wait on their places for what the host tells them.
 void Simulation::boot() {
+    Robot::serve_this_thread();
     give_commands(run_at_);
     for (auto &robot : robots_) robot.run(run_at_);
     emissions_.clear();
@@ -133,6 +134,7 @@ int64_t Simulation::tick_of(Cycles at) const {
 int64_t Simulation::tick() const { return tick_of(now_); }
 
 void Simulation::advance(int64_t ticks) {
+    Robot::serve_this_thread();
     const Cycles end = end_of_step(now_ + static_cast<Cycles>(ticks) * TICK_CYCLES);
     sample_if_due();
     while (now_ < end) {

@@ -40,7 +40,7 @@ struct Robot::HostCalls {
     static void init() {
         auto &robot = *current;
         const auto &table = robot.program_->table();
-        *table.ticks = 0;
+        *table.ticks = robot.last_tick_ = 0;
         *table.tx_period = TX_PERIOD_AT_RESET;
         *table.uid = robot.calibration_.uid;
         *table.turn_left = robot.calibration_.turn_left;
@@ -87,6 +87,14 @@ struct Robot::HostCalls {
     static void print(const char *text, uint32_t bytes) { current->report(EventKind::PRINT, {text, bytes}); }
     static void spent(const uint8_t *frame) { current->budget_spent(frame); }
 
+    // Only interrupts go on: what `for (;;);` means.
+    static void empty_loop() {
+        auto &robot = *current;
+        robot.wait_until(robot.now_ + WARN_AFTER);
+        robot.report(EventKind::BUSY_WAIT, "it stays in an empty endless loop");
+        for (;;) robot.wait_until(NEVER);
+    }
+
     static void unusable(const char *what) {
         current->stop(EventKind::CRASH, what);
         GuestStack::instance().abandon();
@@ -110,6 +118,8 @@ Robot::Robot(RobotContext &context, std::shared_ptr<Program> program, uint32_t i
     *program_->table().host = &HOST;
 }
 
+void Robot::serve_this_thread() { GuestStack::instance().serve_this_thread(HostCalls::empty_loop); }
+
 Robot::~Robot() { program_->evict(image_); }
 
 void Robot::receive(const Reception &reception) {
@@ -129,7 +139,7 @@ void Robot::run(Cycles until) {
     until_ = until;
     current = this;
     program_->make_resident(image_);
-    if (context_.black_box != nullptr) *context_.black_box = {index_, *program_->table().ticks};
+    if (context_.black_box != nullptr) *context_.black_box = {index_, last_tick_};
     auto &stack = GuestStack::instance();
     GuestStack::Outcome outcome;
     do {
@@ -218,7 +228,8 @@ template <typename Callback> void Robot::interrupt(Callback callback) {
 void Robot::tick() {
     now_ = std::max(now_, next_tick_);
     next_tick_ += TICK_CYCLES;
-    *program_->table().ticks = *program_->table().ticks + 1;
+    last_tick_ = *program_->table().ticks + 1;
+    *program_->table().ticks = last_tick_;
     loop_due_ = true;
     tx_clock_ = static_cast<uint16_t>(tx_clock_ + TX_CLOCK_PER_TICK);
     if (state_ == State::RUNNING && tx_clock_ > *program_->table().tx_period) interrupt([this] { ask_for_message(); });
@@ -333,7 +344,7 @@ void Robot::stop(EventKind kind, std::string text) {
 }
 
 void Robot::report(EventKind kind, std::string text) {
-    context_.events.push_back({now_, index_, *program_->table().ticks, program_->name(), kind, std::move(text)});
+    context_.events.push_back({now_, index_, last_tick_, program_->name(), kind, std::move(text)});
 }
 
 }  // namespace kilotwin

@@ -46,7 +46,7 @@ struct Calibration {
 /// Last words: which robot runs. Survives the process when it is a mapped file.
 struct BlackBox {
     uint32_t robot;  ///< index
-    uint32_t tick;   ///< its kilo_ticks
+    uint32_t tick;   ///< its kilo_ticks at the last tick
 };
 
 /// What all robots of a world share.
@@ -65,6 +65,9 @@ class Robot {
     ~Robot();
     Robot(const Robot &) = delete;
     Robot &operator=(const Robot &) = delete;
+
+    /// To be called by a thread before it runs robots.
+    static void serve_this_thread();
 
     /// Lets the robot live through everything strictly before `until`.
     void run(Cycles until);
@@ -125,6 +128,7 @@ class Robot {
     Cycles computing_since_ = NEVER;   ///< since when it changed memory at every tick of that
     uint32_t index_;
     Calibration calibration_;
+    uint32_t last_tick_ = 0;  ///< kilo_ticks after the last tick, for reports: the program may spoil its own
     uint16_t tx_clock_ = 0;
     uint8_t left_ = 0, right_ = 0;     ///< as set_motors wrote them
     uint8_t color_ = 0;

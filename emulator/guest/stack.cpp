@@ -2,7 +2,9 @@
 
 #include <signal.h>
 #include <sys/mman.h>
+#include <time.h>
 #include <ucontext.h>
+#include <unistd.h>
 
 #include <boost/context/detail/fcontext.hpp>
 #include <cstring>
@@ -18,6 +20,38 @@ namespace {
 
 constexpr size_t GUARD_BYTES = 16 * 4096;
 constexpr int FAULT_SIGNALS[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL};
+constexpr int TIMER_SIGNAL = SIGVTALRM;
+constexpr long TIMER_NS = 5'000'000;  // of CPU time
+constexpr size_t SIGNAL_STACK_BYTES = 64 * 1024;
+constexpr size_t RED_ZONE_BYTES = 128;
+
+/// A thread's own stack for signals, and its timer.
+class ThreadSignals {
+  public:
+    ThreadSignals() : memory_(SIGNAL_STACK_BYTES) {
+        stack_t alternative = {};
+        alternative.ss_sp = memory_.data();
+        alternative.ss_size = memory_.size();
+        sigaltstack(&alternative, nullptr);
+        sigevent event = {};
+        event.sigev_notify = SIGEV_THREAD_ID;
+        event.sigev_signo = TIMER_SIGNAL;
+        event._sigev_un._tid = gettid();
+        timer_create(CLOCK_THREAD_CPUTIME_ID, &event, &timer_);
+        itimerspec each = {{0, TIMER_NS}, {0, TIMER_NS}};
+        timer_settime(timer_, 0, &each, nullptr);
+    }
+    ~ThreadSignals() {
+        timer_delete(timer_);
+        stack_t none = {};
+        none.ss_flags = SS_DISABLE;
+        sigaltstack(&none, nullptr);
+    }
+
+  private:
+    std::vector<uint8_t> memory_;
+    timer_t timer_ = nullptr;
+};
 
 /// What a jump back to the host means; travels as the pointer that Boost.Context hands over.
 void *as_pointer(GuestStack::Outcome outcome) {
@@ -33,9 +67,10 @@ struct StackEntry {
         stack.body_(stack.argument_);
         jump_fcontext(stack.host_, as_pointer(GuestStack::Outcome::RETURNED));
     }
-    static void handle(int signal, siginfo_t *info, void *context) {
+    static void handle_fault(int signal, siginfo_t *info, void *context) {
         GuestStack::on_fault(signal, info, context);
     }
+    static void handle_timer(int, siginfo_t *, void *context) { GuestStack::on_timer(context); }
 };
 
 GuestStack &GuestStack::instance() {
@@ -49,15 +84,18 @@ GuestStack::GuestStack() {
     memory_ = static_cast<uint8_t *>(area) + GUARD_BYTES;
     if (mprotect(memory_, BYTES, PROT_READ | PROT_WRITE) != 0) throw std::bad_alloc();
 
-    static uint8_t signal_stack[64 * 1024];
-    stack_t alternative = {};
-    alternative.ss_sp = signal_stack;
-    alternative.ss_size = sizeof signal_stack;
-    sigaltstack(&alternative, nullptr);
     struct sigaction action = {};
-    action.sa_sigaction = StackEntry::handle;
+    action.sa_sigaction = StackEntry::handle_fault;
     action.sa_flags = SA_SIGINFO | SA_ONSTACK;
     for (int signal : FAULT_SIGNALS) sigaction(signal, &action, nullptr);
+    action.sa_sigaction = StackEntry::handle_timer;
+    action.sa_flags |= SA_RESTART;
+    sigaction(TIMER_SIGNAL, &action, nullptr);
+}
+
+void GuestStack::serve_this_thread(EmptyLoop empty_loop) {
+    thread_local ThreadSignals signals;
+    empty_loop_ = empty_loop;
 }
 
 GuestStack::Outcome GuestStack::call(void (*body)(void *), void *argument, SuspendedCall &suspended) {
@@ -113,6 +151,20 @@ void GuestStack::on_fault(int signal, void *info, void *context) {
     auto &registers = static_cast<ucontext_t *>(context)->uc_mcontext.gregs;
     registers[REG_RIP] = reinterpret_cast<greg_t>(&GuestStack::leave_after_fault);
     registers[REG_RSP] = reinterpret_cast<greg_t>(stack.memory_ + BYTES - 64 - sizeof(void *));
+}
+
+// An instruction that jumps to itself never ends and changes nothing: whenever it is found, the robot is the same.
+void GuestStack::on_timer(void *context) {
+    auto &stack = instance();
+    auto &registers = static_cast<ucontext_t *>(context)->uc_mcontext.gregs;
+    auto sp = static_cast<uintptr_t>(registers[REG_RSP]);
+    auto bottom = reinterpret_cast<uintptr_t>(stack.memory_);
+    bool in_guest = stack.host_ != nullptr && sp >= bottom && sp < bottom + BYTES;
+    if (!in_guest) return;
+    constexpr uint8_t JUMP_TO_SELF[] = {0xEB, 0xFE};
+    if (std::memcmp(reinterpret_cast<const void *>(registers[REG_RIP]), JUMP_TO_SELF, sizeof JUMP_TO_SELF) != 0) return;
+    registers[REG_RIP] = reinterpret_cast<greg_t>(stack.empty_loop_);
+    registers[REG_RSP] = static_cast<greg_t>((sp - RED_ZONE_BYTES) / 16 * 16 - sizeof(void *));
 }
 
 }  // namespace kilotwin

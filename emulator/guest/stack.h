@@ -2,7 +2,8 @@
 ///
 /// A call that comes back is an ordinary call. A call that blocks (`delay`) is suspended: the used part of the stack
 /// is copied away and, later, back to the same address, so pointers into it stay valid. The stack lies between guard
-/// pages; a fault in a guest ends its call and nothing else.
+/// pages; a fault in a guest ends its call and nothing else. `for (;;);` has no basic block that a compiler would
+/// instrument: a timer finds a guest in such a jump to itself.
 #ifndef KILOTWIN_GUEST_STACK_H
 #define KILOTWIN_GUEST_STACK_H
 
@@ -28,8 +29,14 @@ class GuestStack {
 
     static constexpr size_t BYTES = 64 * 1024;
 
-    /// The process's one stack; installs the fault handlers when first used.
+    /// Called on the guest's stack when the guest is found in an empty endless loop; must not return.
+    using EmptyLoop = void (*)();
+
+    /// The process's one stack; installs the signal handlers when first used.
     static GuestStack &instance();
+
+    /// To be called by a thread before it runs guests: faults and the timer reach it from then on.
+    void serve_this_thread(EmptyLoop empty_loop);
 
     /// Runs `body(argument)` from the top of the stack. On SUSPENDED the call was moved into `suspended`.
     Outcome call(void (*body)(void *), void *argument, SuspendedCall &suspended);
@@ -52,12 +59,14 @@ class GuestStack {
     GuestStack();
     Outcome enter(void *context, SuspendedCall &suspended);
     static void on_fault(int signal, void *info, void *context);
+    static void on_timer(void *context);
     [[noreturn]] static void leave_after_fault();
 
     uint8_t *memory_ = nullptr;
     void *host_ = nullptr;  ///< the context to go back to; null while no guest runs
     void (*body_)(void *) = nullptr;
     void *argument_ = nullptr;
+    EmptyLoop empty_loop_ = nullptr;
     Fault fault_;
 
     friend struct StackEntry;

@@ -29,11 +29,10 @@ bool walk_blocked(const walk_t *walk, uint32_t now, uint8_t flags) {
     return (flags & WIRE_CELL_OBSTACLE) || wall_warns(walk, now, flags);
 }
 
-// A turn too small to last a tick leaves the motion as it is until the next step.
-static uint32_t turn(walk_t *walk, int16_t angle, const params_t *params, uint32_t now) {
+// A turn too small to last a tick leaves the motion as it is.
+static uint32_t turn(walk_t *walk, int16_t angle, const params_t *params) {
     const uint32_t ticks = walk_turn_ticks(angle, params->TURN_TICKS_PER_RAD);
     if (ticks > 0) walk->motion = angle < 0 ? WALK_RIGHT : WALK_LEFT;
-    walk->turn_end = now + ticks;
     return ticks;
 }
 
@@ -42,7 +41,9 @@ static uint32_t turn_away(walk_t *walk, const params_t *params, random_t *random
     const bool from_wall = wall_warns(walk, now, flags);
     walk->motion = WALK_STOP;
     walk->avoiding = true;
-    const uint32_t ticks = turn(walk, walk_angle_uniform(random_next(random)), params, now);
+    uint32_t ticks = turn(walk, walk_angle_uniform(random_next(random)), params);
+    if (ticks == 0) ticks = 1;
+    walk->turn_end = now + ticks;
     walk->leg_end += ticks;
     if (from_wall) walk->wall_heeded_from = walk->turn_end + params->WALL_IGNORE_TICKS;
     return ticks;
@@ -50,7 +51,8 @@ static uint32_t turn_away(walk_t *walk, const params_t *params, random_t *random
 
 static void turn_at_random(walk_t *walk, const params_t *params, random_t *random, uint32_t now) {
     const int16_t angle = walk_angle_cauchy(random_next(random), params->RHO);
-    walk->leg_end = now + turn(walk, angle, params, now) + params->STRAIGHT_TICKS;
+    walk->turn_end = now + turn(walk, angle, params);
+    walk->leg_end = walk->turn_end + params->STRAIGHT_TICKS;
 }
 
 uint32_t walk_step(walk_t *walk, const params_t *params, random_t *random, uint32_t now,
@@ -81,12 +83,12 @@ static const uint16_t TANGENT[33] = {
     19640, 20750, 21895, 23078, 24302, 25572, 26892, 28266, 29699, 31198, 32768,
 };
 
-// tan(x) in Q25, for x = angle / 32,768 pi / 4 with angle below 32,768.
+// tan(x) in Q26, for x = (angle + 1/2) / 32,768 pi / 4 with angle below 32,768.
 static uint32_t tangent(uint16_t angle) {
     const uint8_t i = (uint8_t)(angle >> 10);
-    const uint16_t part = angle & 1023;
+    const uint16_t part = (uint16_t)((angle & 1023) * 2 + 1);
     const uint16_t step = (uint16_t)(TANGENT[i + 1] - TANGENT[i]);
-    return ((uint32_t)TANGENT[i] << 10) + (uint32_t)step * part;
+    return ((uint32_t)TANGENT[i] << 11) + (uint32_t)step * part;
 }
 
 // The inverse: 32,768 atan(ratio) / (pi / 4), for a ratio up to one in Q15. The same table, read
@@ -100,16 +102,16 @@ static uint16_t arc_tangent(uint16_t ratio) {
 }
 
 int16_t walk_angle_cauchy(uint32_t draw, uint16_t rho) {
-    // |pi (u - 1/2)| in units of pi / 131,072. Beyond pi / 4, tan(x) = 1 / tan(pi / 2 - x).
+    // |pi (u - 1/2)| is x + 1/2 units of pi / 131,072. Beyond pi / 4, tan(x) = 1 / tan(pi / 2 - x).
     const uint16_t x = (uint16_t)(draw >> 16);
     const bool steep = x > 32767;
     const uint32_t tan_x = tangent(steep ? (uint16_t)(65535u - x) : x);
 
-    // rise / run = (1 - rho) / (1 + rho) tan(x), with 25 bits after the point.
+    // rise / run = (1 - rho) / (1 + rho) tan(x), with 26 bits after the point.
     const uint64_t less = UINT32_C(65536) - rho;
     const uint64_t more = UINT32_C(65536) + rho;
-    const uint64_t rise = steep ? less << 25 : less * tan_x;
-    const uint64_t run = steep ? more * tan_x : more << 25;
+    const uint64_t rise = steep ? less << 26 : less * tan_x;
+    const uint64_t run = steep ? more * tan_x : more << 26;
 
     const uint16_t half = rise > run
                               ? (uint16_t)(65535u - arc_tangent((uint16_t)((run << 15) / rise)))

@@ -1,4 +1,4 @@
-"""Colours by name: of sites (for pictures) and of the robots' LED (two bits each of red, green and blue)."""
+"""Colours by name: of sites, for pictures, and of the robots' LED."""
 
 import re
 

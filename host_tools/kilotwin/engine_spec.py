@@ -1,12 +1,12 @@
-"""What the engine is told: the experiment in ticks, numbers and messages, nothing left to decide."""
+"""What the engine is told: the experiment in ticks, numbers and messages."""
 
 from typing import Any, get_args
 
 import numpy as np
 
 from kilotwin import _emulator
+from kilotwin.areas import area_of
 from kilotwin.experiment import Experiment
-from kilotwin.experiment_checks import area_of
 from kilotwin.experiment_schema import Arena, Controller, ExperimentSchema, Reading, Section, Site
 from kilotwin.informed import informed_ranges
 from kilotwin.profiles import PROFILES

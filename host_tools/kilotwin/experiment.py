@@ -50,8 +50,7 @@ class Experiment:
             raise input_error(origin, error) from None
         problem = first_problem(keys)
         if problem is not None:
-            path, what = problem
-            raise InputError(f"{origin.where(path)}: {what}")
+            raise InputError(f"{origin.where(*problem.paths)}: {problem.what}")
         return Experiment(keys, tuple(_groups(keys, origin)), origin)
 
     @property

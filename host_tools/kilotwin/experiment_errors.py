@@ -1,9 +1,9 @@
-"""Turns what pydantic finds wrong with an experiment into one line for people: where, what, what to do."""
+"""Turns what pydantic finds wrong with an experiment into one line: where, what, what to do."""
 
 import difflib
 import json
 import types
-from typing import Annotated, Any, Literal, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, TypeGuard, Union, get_args, get_origin
 
 from annotated_types import Ge, Gt, Le, Lt
 from pydantic import BaseModel, ValidationError
@@ -41,7 +41,9 @@ def input_error(text: ExperimentText, error: ValidationError) -> InputError:
     order = {"extra_forbidden": 0, "missing": 2}
     worst = min(error.errors(), key=lambda problem: order.get(problem["type"], 1))
     path: KeyPath = tuple(worst["loc"])
-    return InputError(f"{text.where(path)}: {_describe(dict(worst), path)}")
+    # A key that is not there is missed where its table stands.
+    place = path[:-1] if worst["type"] == "missing" and len(path) > 1 else path
+    return InputError(f"{text.where(place)}: {_describe(dict(worst), path)}")
 
 
 def dotted(path: KeyPath) -> str:
@@ -78,7 +80,7 @@ def _describe(problem: dict[str, Any], path: KeyPath) -> str:
 def _unknown_key(path: KeyPath) -> str:
     annotation, _ = _field_at(path[:-1])
     model = _bare(annotation)
-    known = list(model.model_fields) if isinstance(model, type) else []
+    known = list(model.model_fields) if _is_section(model) else []
     return f"unknown key '{path[-1]}' in {_table(path[:-1])}; {_nearest(str(path[-1]), known)}"
 
 
@@ -108,7 +110,7 @@ def _field_at(path: KeyPath) -> tuple[Any, list[Any]]:
     metadata: list[Any] = []
     for step in path:
         inner = _bare(annotation)
-        if isinstance(inner, type) and issubclass(inner, BaseModel):
+        if _is_section(inner):
             field = inner.model_fields.get(str(step))
             if field is None:
                 return None, []
@@ -119,6 +121,10 @@ def _field_at(path: KeyPath) -> tuple[Any, list[Any]]:
         annotation, more = _unwrap(annotation)
         metadata = [*metadata, *more]
     return annotation, metadata
+
+
+def _is_section(annotation: Any) -> TypeGuard[type[BaseModel]]:
+    return isinstance(annotation, type) and issubclass(annotation, BaseModel)
 
 
 def _unwrap(annotation: Any) -> tuple[Any, list[Any]]:
@@ -144,11 +150,11 @@ def _range(annotation: Any, metadata: list[Any]) -> str:
     low = high = ""
     for constraint in metadata:
         if isinstance(constraint, Ge):
-            low = f"from {constraint.ge:g}"
+            low = f"from {constraint.ge}"
         elif isinstance(constraint, Gt):
-            low = f"above {constraint.gt:g}"
+            low = f"above {constraint.gt}"
         elif isinstance(constraint, Le):
-            high = f"up to {constraint.le:.10g}"
+            high = f"up to {constraint.le}"
         elif isinstance(constraint, Lt):
-            high = f"below {constraint.lt:g}"
+            high = f"below {constraint.lt}"
     return " ".join(part for part in (low, high) if part)

@@ -1,7 +1,7 @@
 """Every key an experiment file may have, with its range and default. The only place that says so.
 
-Units are in the keys. Shares are 0 to 1. What only makes sense together with other keys is checked in
-`experiment_checks`. Defaults that depend on the robot come from `profiles`.
+Units are in the keys. Shares are 0 to 1. What only makes sense together with other keys is checked
+in `experiment_checks`. Defaults that depend on the robot come from `profiles`.
 """
 
 from typing import Annotated, Any, Literal
@@ -21,9 +21,8 @@ Count = Annotated[int, Field(ge=1, le=1_000_000)]
 Real = Annotated[float, Field(ge=0, le=65535)]
 Period = Annotated[float, Field(ge=TICK_S, le=2147)]
 Pause = Annotated[float, Field(ge=0, le=2147)]
-Window = Annotated[float, Field(ge=TICK_S, le=1073)]
+Window = Annotated[float, Field(ge=TICK_S, le=1048)]
 
-# A choice is listed by its name; its value is what follows it under CONFIG (paper.md 4, same order).
 ProfileName = Literal["foot-bot"]
 Shape = Literal["circle", "rectangle"]
 
@@ -44,7 +43,7 @@ class Arena(Section):
 
 
 class Site(Section):
-    """A spot on the floor that robots can tell apart by its number: its place in the file, from 1."""
+    """A spot on the floor. Robots know it by its number: its place in the file, from 1."""
 
     name: Text
     shape: Shape = "circle"
@@ -75,7 +74,10 @@ class Robots(Section):
 
 
 class Controller(Section):
-    """The parameters of `firmware/aggregation`, sent as CONFIG before the run. Defaults: `profiles`."""
+    """The parameters of `firmware/aggregation`, sent as CONFIG before the run.
+
+    Defaults stand in `profiles`. CONFIG sends a choice as its place in the list; so in Reading.
+    """
 
     rule: Literal["simplified", "firat"]
     alpha: Real

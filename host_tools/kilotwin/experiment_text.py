@@ -1,4 +1,4 @@
-"""An experiment as it was written: the TOML file, the `--set` options on top, and where each key stands."""
+"""An experiment as it was written: the TOML file, `--set` on top, and where each key stands."""
 
 import tomllib
 from dataclasses import dataclass
@@ -64,16 +64,12 @@ class ExperimentText:
             (_apply(self.raw, setting), setting.written) for setting in settings
         ]
 
-    def where(self, path: KeyPath) -> str:
-        """`file:line` of a key, or the option that set it."""
+    def where(self, *paths: KeyPath) -> str:
+        """`file:line` of the first of these keys, or the option that set one of them."""
         for key, written in reversed(self._set):
-            if path[: len(key)] == key:
+            if any(path[: len(key)] == key or key[: len(path)] == path for path in paths):
                 return written
-        if path[:-1] not in self._lines:
-            for key, written in reversed(self._set):
-                if path[:-1] and key[: len(path) - 1] == path[:-1]:
-                    return written
-        line = line_of(self._lines, path)
+        line = line_of(self._lines, paths[0])
         return str(self.file) if line is None else f"{self.file}:{line}"
 
 

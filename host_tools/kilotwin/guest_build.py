@@ -1,7 +1,8 @@
-"""Builds a robot program into a guest: one shared object with the thin half of the mock Kilobot API in it.
+"""Builds a robot program into a guest: a shared object with the thin half of the mock Kilobot API.
 
-Sources stay as they are. Results are kept in a cache under the hash of everything that went in, so that a
-program is compiled once; a finished guest appears in one step, so that builds may go on side by side.
+Sources stay as they are. Results are kept in a cache under the hash of everything that went in, so
+that a program is compiled once; a finished guest appears in one step, so that builds may go on side
+by side.
 """
 
 import hashlib
@@ -20,14 +21,24 @@ from kilotwin import resources
 from kilotwin.errors import InputError, RunError
 from kilotwin.programs import Program
 
-# What kilolib's own Makefile gives avr-gcc, as far as a PC can have it; and nothing that makes results differ.
-_FLAGS = (
-    "-std=gnu99 -O2 -g -w -fPIC -funsigned-char -funsigned-bitfields -fpack-struct -fshort-enums "
-    "-fno-common -fvisibility=hidden -ffp-contract=off"
-).split()
+# How kilolib compiles for the robot, and nothing that would make results differ between compilers.
+_FLAGS = [
+    "-std=gnu99",
+    "-O2",
+    "-g",
+    "-w",
+    "-fPIC",
+    "-funsigned-char",
+    "-funsigned-bitfields",
+    "-fpack-struct",
+    "-fshort-enums",
+    "-fno-common",
+    "-fvisibility=hidden",
+    "-ffp-contract=off",
+]
 # Counts the program's basic blocks, so that the engine notices a busy-wait; renames its main.
 _PROGRAM_FLAGS = ["-fsanitize-coverage=trace-pc", "-Dmain=kt_guest_main"]
-_SHARED_FLAGS = "-shared -Wl,-Bsymbolic -Wl,-z,now -Wl,-z,defs".split()
+_SHARED_FLAGS = ["-shared", "-Wl,-Bsymbolic", "-Wl,-z,now", "-Wl,-z,defs"]
 
 Notify = Callable[[str], None]
 
@@ -130,7 +141,14 @@ class _Builder:
             library, merged = work / "libside.a", work / "merged.o"
             self._tool(["ar", "rc", library, *side])
             # From an archive only what is used comes along: malloc's heap is state that few need.
-            merge = ["-r", "-nostdlib", "-u", "kt_table", "-T", self._guest / "merge.ld"]
+            merge: list[str | Path] = [
+                "-r",
+                "-nostdlib",
+                "-u",
+                "kt_table",
+                "-T",
+                self._guest / "merge.ld",
+            ]
             self._tool([self._compiler, *merge, "-o", merged, *objects, library])
             version_script = f"-Wl,--version-script={self._guest / 'guest.map'}"
             with tempfile.NamedTemporaryFile(

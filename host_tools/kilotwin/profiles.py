@@ -1,4 +1,4 @@
-"""The robots that an experiment can name: body, speed, and what the firmware must be told about it."""
+"""The robots that an experiment can name, and what the firmware must be told about them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

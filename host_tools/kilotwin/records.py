@@ -1,7 +1,7 @@
 """The tables of a run folder: their columns and units, and the rows made from the engine's samples.
 
-`robots`: a row per robot and sample. `sites`: a row per sample; its columns are named after the experiment's
-sites (resting_<site>) and states (state_<name>).
+`robots`: a row per robot and sample. `sites`: a row per sample, with columns named after the
+experiment's sites (resting_<site>) and states (state_<name>).
 """
 
 from collections.abc import Mapping

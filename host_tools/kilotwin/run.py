@@ -8,18 +8,18 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from types import FrameType
-from typing import Any, Protocol
+from typing import IO, Any, Protocol
 
 from kilotwin import __version__
 from kilotwin.errors import InputError, KilotwinError, RunError
 from kilotwin.experiment import Experiment
 from kilotwin.guest_build import Guest, build
-from kilotwin.run_folder import FAILED, RUNNING, check_free, close_manifest, default_folder, utc_now
 from kilotwin.job import Job
+from kilotwin.run_folder import FAILED, RUNNING, check_free, close_manifest, default_folder, utc_now
 
 _BLACK_BOX_BYTES = 256
 
@@ -90,12 +90,11 @@ class _Child:
         self._job = job
         self._display = display
         self._folder_made = False
-        self._log = tempfile.TemporaryFile(mode="w+", errors="replace")
 
     def wait(self) -> Outcome:
         """Starts it, shows what it reports, and gives its outcome; errors leave a closed folder."""
         last: dict[str, Any] = {}
-        with self._log, self._start() as process:
+        with tempfile.TemporaryFile("w+", errors="replace") as log, self._start(log) as process:
             assert process.stdin is not None
             assert process.stdout is not None
             with contextlib.suppress(BrokenPipeError):
@@ -108,15 +107,16 @@ class _Child:
                 returncode = process.wait()
             if last.get("type") == "done":
                 return Outcome(last["summary"], last["exit_code"])
-            raise self._failure(last, returncode)
+            log.seek(0)
+            raise self._failure(last, returncode, log.read().strip())
 
-    def _start(self) -> "subprocess.Popen[bytes]":
+    def _start(self, log: IO[str]) -> "subprocess.Popen[bytes]":
         # A process group of its own: Ctrl-C is for us, who then ask the child to stop.
         return subprocess.Popen(
             [sys.executable, "-m", "kilotwin.worker"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            stderr=self._log,
+            stderr=log,
             process_group=0,
         )
 
@@ -125,25 +125,21 @@ class _Child:
             self._folder_made = True
             self._display.start(self._job.experiment, self._job.folder)
         elif message["type"] == "progress":
-            self._display.progress(
-                message["tick"], message["resting"], message["not_resting"]
-            )
+            self._display.progress(message["tick"], message["resting"], message["not_resting"])
 
-    def _failure(self, last: dict[str, Any], returncode: int) -> KilotwinError:
+    def _failure(self, last: dict[str, Any], returncode: int, log: str) -> KilotwinError:
         """What to tell when no `done` came; the folder, if there is one, is closed."""
         if last.get("type") == "error":
             kind = InputError if last["exit_code"] == InputError.exit_code else RunError
             error: KilotwinError = kind(last["message"])
         else:
-            error = self._death(returncode)
+            error = self._death(returncode, log)
         if self._folder_made:
             with contextlib.suppress(OSError):
-                close_manifest(
-                    self._job.folder, FAILED, error.exit_code, reason=str(error)
-                )
+                close_manifest(self._job.folder, FAILED, error.exit_code, reason=str(error))
         return error
 
-    def _death(self, returncode: int) -> RunError:
+    def _death(self, returncode: int, log: str) -> RunError:
         cause = f"ended with code {returncode}"
         if returncode < 0:
             cause = f"was ended by {signal.Signals(-returncode).name}"
@@ -151,8 +147,7 @@ class _Child:
         last_robot = raw.partition(b"\0")[0].decode(errors="replace")
         ran = f"; last to run was {last_robot}" if last_robot else ""
         kept = f"; what was recorded is in {self._job.folder}" if self._folder_made else ""
-        self._log.seek(0)
-        return RunError(f"the engine's process {cause}{ran}{kept}", detail=self._log.read().strip())
+        return RunError(f"the engine's process {cause}{ran}{kept}", detail=log)
 
 
 @contextlib.contextmanager

@@ -1,12 +1,12 @@
 """What a run folder is called and made of (the same for emulated and real runs), and its manifest.
 
-    manifest.json     who, what, when, which versions, how it ended
-    experiment.toml   resolved: `kilotwin run` repeats the run from it
-    robots.arrows     a row per robot and sample      (Arrow IPC stream)
-    sites.arrows      a row per sample                (Arrow IPC stream)
-    events.jsonl      a line per thing that happened to a robot
-    robots.parquet    as the streams, after a clean end only
-    sites.parquet
+manifest.json     who, what, when, which versions, how it ended
+experiment.toml   resolved: `kilotwin run` repeats the run from it
+robots.arrows     a row per robot and sample      (Arrow IPC stream)
+sites.arrows      a row per sample                (Arrow IPC stream)
+events.jsonl      a line per thing that happened to a robot
+robots.parquet    as the streams, after a clean end only
+sites.parquet
 """
 
 import json

@@ -58,9 +58,12 @@ class Run:
     def _table(self, name: str, schema: pa.Schema) -> pa.Table:
         batches = []
         # A writer killed early leaves no file, or half a schema; one killed later, half a batch.
-        with contextlib.suppress(pa.ArrowInvalid, FileNotFoundError, OSError):
-            with pa.OSFile(str(self.folder / name)) as file, pa.ipc.open_stream(file) as reader:
-                schema = reader.schema
-                for batch in reader:
-                    batches.append(batch)
+        with (
+            contextlib.suppress(pa.ArrowInvalid, OSError),
+            pa.OSFile(str(self.folder / name)) as file,
+            pa.ipc.open_stream(file) as reader,
+        ):
+            schema = reader.schema
+            for batch in reader:
+                batches.append(batch)
         return pa.Table.from_batches(batches, schema)

@@ -1,7 +1,8 @@
 """Writes a run folder while the run goes on.
 
-The folder appears whole, with its manifest, or not at all. Every batch goes to its file at once, so that what
-was written stays readable whenever the writer is killed: a stream then ends with its last whole batch.
+The folder appears whole, with its manifest, or not at all. Every batch goes to its file at once, so
+that what was written stays readable whenever the writer is killed: a stream then ends with its last
+whole batch.
 """
 
 import json
@@ -100,14 +101,16 @@ class _Stream:
 def _to_parquet(stream: Path, target: Path) -> None:
     """Copies a whole stream, some million rows at a time, and shows the result when it is done."""
     draft = target.with_name(f".{target.name}.new")
-    with pa.ipc.open_stream(stream) as reader:
-        with pq.ParquetWriter(draft, reader.schema, compression="zstd") as writer:
-            waiting: list[pa.RecordBatch] = []
-            for batch in reader:
-                waiting.append(batch)
-                if sum(part.num_rows for part in waiting) >= _ROW_GROUP:
-                    writer.write_table(pa.Table.from_batches(waiting))
-                    waiting = []
-            if waiting:
+    with (
+        pa.ipc.open_stream(stream) as reader,
+        pq.ParquetWriter(draft, reader.schema, compression="zstd") as writer,
+    ):
+        waiting: list[pa.RecordBatch] = []
+        for batch in reader:
+            waiting.append(batch)
+            if sum(part.num_rows for part in waiting) >= _ROW_GROUP:
                 writer.write_table(pa.Table.from_batches(waiting))
+                waiting = []
+        if waiting:
+            writer.write_table(pa.Table.from_batches(waiting))
     draft.replace(target)

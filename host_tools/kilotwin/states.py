@@ -22,9 +22,10 @@ AGGREGATION = {
 
 @dataclass(frozen=True)
 class States:
-    """`names[of_led[led]]` is the state of an LED byte; the first `known` names are the experiment's.
+    """`names[of_led[led]]` is the state of an LED byte.
 
-    The other names are plain colours, "RGB(r,g,b)", so that no colour a robot shows is lost.
+    The first `known` names are the experiment's. The other names are plain colours, "RGB(r,g,b)",
+    so that no colour a robot shows is lost.
     """
 
     names: list[str]
@@ -49,7 +50,7 @@ class States:
 
     def of_robots(self, led: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """Index into `names` for each LED byte; the two highest bits mean nothing."""
-        return self.of_led[led & (LED_VALUES - 1)]
+        return np.take(self.of_led, led & (LED_VALUES - 1))
 
     @property
     def resting(self) -> int:
@@ -67,9 +68,7 @@ class Counts:
     in_state: NDArray[np.int64]  # [k, known states]
 
 
-def count(
-    states: States, led: NDArray[np.uint8], site: NDArray[np.uint8], sites: int
-) -> Counts:
+def count(states: States, led: NDArray[np.uint8], site: NDArray[np.uint8], sites: int) -> Counts:
     """Resting on a site: the LED says resting and the centre is inside the site."""
     state = states.of_robots(led)
     on_site = np.where(state == states.resting, site, 0)

@@ -2,18 +2,20 @@
 
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
-from kilotwin.errors import KilotwinError
 from kilotwin.experiment import Experiment
 from kilotwin.run import Display
 from kilotwin.units import seconds, ticks
 
 _LINE_EVERY_S = 10.0
+_LISTED = 20
 
 
 def display(quiet: bool) -> Display:
@@ -48,7 +50,7 @@ class Lines:
 
     def note(self, text: str) -> None:
         """One line."""
-        print(text, file=sys.stderr, flush=True)
+        typer.echo(text, err=True)
 
     def start(self, experiment: Experiment, folder: Path) -> None:
         """Starts the clock."""
@@ -150,16 +152,21 @@ def summary_text(summary: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def failed_robots_text(failed: list[dict[str, Any]]) -> str:
-    """A line per robot that crashed or computes for ever."""
-    lines = [
+def troubles_text(summary: dict[str, Any]) -> str:
+    """A line per robot that failed, and a word on busy-waits; mostly empty."""
+    failed = summary["robots_failed"]
+    busy = summary["events"].get("busy_wait", 0)
+    lines = [f"{len(failed)} robots failed:"] if failed else []
+    lines += [
         f"robot {event['robot']} ({event['program']}) at tick {event['tick']}: "
         f"{event['kind'].replace('_', ' ')}: {event['text']}"
-        for event in failed[:20]
+        for event in failed[:_LISTED]
     ]
-    if len(failed) > 20:
-        lines.append(f"and {len(failed) - 20} more; events.jsonl has them all")
-    return "\n".join([f"{len(failed)} robots failed:", *lines])
+    if len(failed) > _LISTED:
+        lines.append(f"and {len(failed) - _LISTED} more; events.jsonl has them all")
+    if busy:
+        lines.append(f"{busy} warnings of busy-waiting; events.jsonl has them")
+    return "\n".join(lines)
 
 
 def shown_path(path: Path) -> str:
@@ -168,8 +175,6 @@ def shown_path(path: Path) -> str:
     return str(path.relative_to(here) if path.is_relative_to(here) else path)
 
 
-def print_error(error: KilotwinError) -> None:
-    """One line, then the words of others as they are."""
-    print(f"kilotwin: {error}", file=sys.stderr)
-    if error.detail:
-        print(error.detail, file=sys.stderr)
+def bench_note(quiet: bool) -> Callable[[str], None]:
+    """Where a benchmark says what it is doing: stderr."""
+    return (lambda _: None) if quiet else Lines().note

@@ -1,7 +1,7 @@
 """Tells on which line of a TOML text each key stands, so that an error can say where.
 
-The text must already have been accepted by `tomllib`, which is why this scanner checks nothing. A path is a
-tuple of keys and of indexes into arrays: ("site", 1, "diameter_m").
+The text must already have been accepted by `tomllib`, which is why this scanner checks nothing. A
+path is a tuple of keys and of indexes into arrays: ("site", 1, "diameter_m").
 """
 
 import re

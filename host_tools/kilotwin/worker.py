@@ -1,8 +1,9 @@
 """The child process of a run: steps the engine, writes the run folder, reports.
 
-`python -m kilotwin.worker` takes a pickled Job on stdin and answers with one JSON object per line on stdout:
-started, progress, then done or error. The parent ends a run early by closing the stdin, which its own death
-does too. Robot programs run in this process; one that brings it down leaves the parent to close the folder.
+`python -m kilotwin.worker` takes a pickled Job on stdin and answers with one JSON object per line
+on stdout: started, progress, then done or error. The parent ends a run early by closing the stdin,
+which its own death does too. Robot programs run in this process; one that brings it down leaves the
+parent to close the folder.
 """
 
 import contextlib
@@ -71,7 +72,7 @@ def main() -> None:
 
 
 def simulate(job: Job, report: Report, stopped: Callable[[], bool]) -> None:
-    """Runs the experiment to its end or until `stopped`. The folder is made when all is accepted."""
+    """Runs the experiment to its end or until `stopped`. What is refused leaves no folder."""
     trial = _Trial(job, report)
     try:
         interrupted = not trial.run(stopped)
@@ -109,7 +110,7 @@ class _Trial:
         report({"type": "started", "folder": str(job.folder)})
 
     def run(self, stopped: Callable[[], bool]) -> bool:
-        """Advances to the end; False if it was stopped before. The last record is the last moment."""
+        """Advances to the end; False if stopped before. The last record is the last moment."""
         simulation, end = self._simulation, ticks(self._keys.duration_s)
         chunk = 1
         while simulation.tick < end and not stopped():

@@ -1,0 +1,101 @@
+"""How fast it is: robot-seconds per CPU-second on one core, as a user's own run has it."""
+
+import os
+import platform
+import statistics
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from kilotwin import resources, run
+from kilotwin.experiment import Experiment
+from kilotwin.experiment_text import Setting
+from kilotwin.terminal import Silent
+
+_WORKLOADS = {
+    "paper": ["simplified-n100", "firat-n100", "simplified-n50", "firat-n50"],
+}
+
+Note = Callable[[str], None]
+
+
+def measure(
+    workloads: list[str], repeats: int, duration_s: float | None, note: Note
+) -> list[dict[str, Any]]:
+    """One record per experiment; each figure is the median over `repeats` runs."""
+    return [
+        _measure_one(workload, name, repeats, duration_s, note)
+        for workload in workloads
+        for name in _WORKLOADS[workload]
+    ]
+
+
+def _measure_one(
+    workload: str, name: str, repeats: int, duration_s: float | None, note: Note
+) -> dict[str, Any]:
+    file = resources.path(f"experiments/{workload}/{name}.toml")
+    settings = []
+    if duration_s is not None:
+        settings.append(Setting(("duration_s",), duration_s, f"--duration-s {duration_s:g}"))
+    experiment = Experiment.load(file, settings)
+    summaries = []
+    for repeat in range(repeats):
+        note(f"{workload}/{name}, run {repeat + 1} of {repeats}")
+        with tempfile.TemporaryDirectory(prefix="kilotwin-bench-") as scratch:
+            outcome = run.run(experiment, Path(scratch) / "run", ["kilotwin", "bench"], Silent())
+        summaries.append(outcome.summary)
+
+    def median(key: str) -> float:
+        return float(statistics.median(summary[key] for summary in summaries))
+
+    return {
+        "workload": f"{workload}/{name}",
+        "robots": experiment.size,
+        "medium": experiment.keys.medium.kind,
+        "robot_s_per_cpu_s": round(median("robot_s_per_cpu_s")),
+        "worst_overlap_fraction": max(
+            summary["stats"]["worst_overlap_fraction"] for summary in summaries
+        ),
+        "bytes_per_robot": None,
+        "startup_s": round(median("startup_s"), 4),
+        "simulated_s": summaries[0]["simulated_s"],
+        "cpu_s": round(median("cpu_s"), 3),
+        "repeats": repeats,
+        "machine": machine(),
+    }
+
+
+def machine() -> str:
+    """The processor, its cores, the system."""
+    model = platform.machine()
+    cpuinfo = Path("/proc/cpuinfo")
+    if cpuinfo.exists():
+        lines = cpuinfo.read_text().splitlines()
+        model = next(
+            (line.split(": ")[1] for line in lines if line.startswith("model name")), model
+        )
+    return f"{model}, {os.cpu_count()} cores, {platform.system()} {platform.release()}"
+
+
+def table_text(results: list[dict[str, Any]]) -> str:
+    """The results as a table, with the machine below."""
+    rows = [("workload", "robots", "medium", "robot-s/CPU-s", "worst overlap", "start-up")]
+    rows += [
+        (
+            result["workload"],
+            str(result["robots"]),
+            result["medium"],
+            f"{result['robot_s_per_cpu_s']:,}",
+            f"{100 * result['worst_overlap_fraction']:.2f} %",
+            f"{1000 * result['startup_s']:.0f} ms",
+        )
+        for result in results
+    ]
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+    lines = [
+        "  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True))
+        for row in rows
+    ]
+    repeats = results[0]["repeats"]
+    return "\n".join([*lines, "", f"Medians of {repeats}; overlap in robot diameters. {machine()}"])

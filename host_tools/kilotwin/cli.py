@@ -1,0 +1,208 @@
+"""The `kilotwin` command: options in, one call, text out.
+
+Every option is an environment variable too. What a command needs is imported in it, so that
+`kilotwin --help` does not wait for pyarrow and matplotlib.
+"""
+# ruff: noqa: PLC0415
+
+import json
+import sys
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from kilotwin import __version__
+from kilotwin.errors import EXIT_INTERRUPTED, KilotwinError
+
+app = typer.Typer(
+    help="Runs unedited Kilobot firmware in a simulated world, and looks at what came of it.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="rich",
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+Json = Annotated[
+    bool, typer.Option("--json", envvar="KILOTWIN_JSON", help="Print JSON on stdout, for programs.")
+]
+Quiet = Annotated[
+    bool, typer.Option("--quiet", "-q", envvar="KILOTWIN_QUIET", help="No progress on stderr.")
+]
+
+
+class Figure(StrEnum):
+    """The figures of one run."""
+
+    timeline = "timeline"
+    map = "map"
+
+
+class Workload(StrEnum):
+    """What `bench` can measure."""
+
+    paper = "paper"
+
+
+def main() -> None:
+    """The console script. 0 done, 1 failed, 2 bad input, 3 no device, 4 some robots failed."""
+    try:
+        app(prog_name="kilotwin")
+    except KilotwinError as error:
+        typer.echo(f"kilotwin: {error}", err=True)
+        if error.detail:
+            typer.echo(error.detail, err=True)
+        sys.exit(error.exit_code)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"kilotwin {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def kilotwin(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_print_version, is_eager=True, help="Print the version."
+        ),
+    ] = False,
+) -> None:
+    """The options of all commands."""
+
+
+@app.command(epilog="Example: kilotwin doctor")
+def doctor(as_json: Json = False) -> None:
+    """Say what is here, what is missing, and what to type."""
+    from kilotwin.doctor import examine, report_text
+
+    findings = examine()
+    if as_json:
+        typer.echo(json.dumps([finding.as_dict() for finding in findings], indent=2))
+    else:
+        typer.echo(report_text(findings))
+    if any(finding.blocks for finding in findings):
+        raise typer.Exit(1)
+
+
+@app.command(
+    epilog="Examples:\n\n"
+    "  kilotwin run experiments/paper/simplified-n100.toml\n\n"
+    "  kilotwin run experiments/paper/firat-n50.toml --seed 7 --set swarm.informed=0.5 --json"
+)
+def run(
+    experiment: Annotated[Path, typer.Argument(help="The experiment's TOML file.")],
+    *,
+    seed: Annotated[
+        int | None, typer.Option(envvar="KILOTWIN_SEED", help="In place of the file's seed.")
+    ] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="KEY=VALUE",
+            envvar="KILOTWIN_SET",
+            help="Set any key of the file; repeatable.",
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            envvar="KILOTWIN_OUT",
+            help="The run folder to make; runs/NAME-seedN-TIME if not given.",
+        ),
+    ] = None,
+    plots: Annotated[
+        bool,
+        typer.Option(
+            "--plots",
+            envvar="KILOTWIN_PLOTS",
+            help="Also write map.png and timeline.png into the folder.",
+        ),
+    ] = False,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Run an experiment and leave a run folder."""
+    from kilotwin import run as runner
+    from kilotwin import terminal
+    from kilotwin.experiment import Experiment
+    from kilotwin.experiment_text import Setting, parse_setting
+
+    given = [parse_setting(text) for text in settings or []]
+    if seed is not None:
+        given.append(Setting(("seed",), seed, f"--seed {seed}"))
+    loaded = Experiment.load(experiment, given)
+    outcome = runner.run(loaded, out, sys.argv, terminal.display(quiet))
+    summary = outcome.summary
+    if plots:
+        _plot_both(Path(summary["run_folder"]))
+    typer.echo(json.dumps(summary) if as_json else terminal.summary_text(summary))
+    if troubles := terminal.troubles_text(summary):
+        typer.echo(troubles, err=True)
+    if outcome.exit_code == EXIT_INTERRUPTED:
+        typer.echo("interrupted; what was recorded is kept", err=True)
+    raise typer.Exit(outcome.exit_code)
+
+
+def _plot_both(folder: Path) -> None:
+    from kilotwin.plot import write_figure
+
+    for figure in Figure:
+        write_figure(figure.value, folder, folder / f"{figure.value}.png")
+
+
+@app.command(
+    epilog="Examples:\n\n"
+    "  kilotwin plot map runs/my-run -o map.png\n\n"
+    "  kilotwin plot timeline runs/my-run -o timeline.pdf"
+)
+def plot(
+    figure: Annotated[Figure, typer.Argument(help="Which figure.")],
+    run_folder: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder.")],
+    output: Annotated[
+        Path,
+        typer.Option(
+            "-o", "--output", envvar="KILOTWIN_OUTPUT", help="The picture: .png, .svg or .pdf."
+        ),
+    ],
+) -> None:
+    """Draw a figure of a run."""
+    from kilotwin.plot import write_figure
+
+    write_figure(figure.value, run_folder, output)
+
+
+@app.command(epilog="Example: kilotwin bench paper --repeats 5 --json")
+def bench(
+    workloads: Annotated[
+        list[Workload] | None, typer.Argument(help="What to measure; all if none is named.")
+    ] = None,
+    repeats: Annotated[
+        int,
+        typer.Option(min=1, envvar="KILOTWIN_REPEATS", help="Runs of each; the median counts."),
+    ] = 3,
+    duration_s: Annotated[
+        float | None,
+        typer.Option(
+            envvar="KILOTWIN_DURATION_S", help="Simulated seconds in place of whole trials."
+        ),
+    ] = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Measure robot-seconds per CPU-second on one core."""
+    from kilotwin import bench as benchmarks
+    from kilotwin import terminal
+
+    names = [workload.value for workload in workloads or Workload]
+    results = benchmarks.measure(names, repeats, duration_s, terminal.bench_note(quiet))
+    typer.echo(json.dumps(results, indent=2) if as_json else benchmarks.table_text(results))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,136 @@
+"""The arena from above at the end of a run, robots to scale in the colour of their state."""
+
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.collections import EllipseCollection, LineCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle, Patch, Rectangle
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
+
+from kilotwin.areas import area_of
+from kilotwin.errors import InputError
+from kilotwin.experiment_schema import Arena, ExperimentSchema, Site
+from kilotwin.informed import informed_ranges
+from kilotwin.plot.style import FLOOR, OUTLINE, site_fills, state_colours, title
+from kilotwin.profiles import PROFILES
+from kilotwin.run_reader import Run
+from kilotwin.states import States
+
+_INFORMED = "#cc79a7"
+
+
+def draw_map(run: Run) -> Figure:
+    """The last sample of the run."""
+    robots = _last_sample(run)
+    experiment = run.experiment
+    states = [str(state) for state in robots["state"].to_pylist()]
+    order = [name for name in States.of(experiment).names if name in states]
+    colours = state_colours(order)
+    diameter = 2 * PROFILES[experiment.swarm.profile].radius_m
+    centres = np.column_stack([robots["x_m"], robots["y_m"]])
+    informed = _informed_ids(experiment)
+
+    figure = Figure(figsize=(10, 7.5))
+    axes = figure.add_subplot()
+    _draw_floor(axes, experiment)
+    _draw_robots(
+        axes, centres, np.asarray(robots["heading_rad"]), diameter, [colours[s] for s in states]
+    )
+    _circles(axes, centres[informed], diameter, facecolor="none", edgecolor=_INFORMED, lw=1.6)
+
+    handles: list[Artist] = [
+        _dot(f"{state} ({states.count(state)})", mfc=colours[state], mec=OUTLINE) for state in order
+    ]
+    if informed:
+        label = f"informed ({len(informed)})"
+        handles.append(_dot(label, mfc="none", mec=_INFORMED, mew=2.5))
+    handles += _site_handles(experiment)
+    axes.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MaxNLocator(steps=[1, 2, 5, 10]))
+    axes.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
+    axes.set_title(f"{title(run)}, at {robots['time_s'][0].as_py():,.0f} s")
+    return figure
+
+
+def _last_sample(run: Run) -> pa.Table:
+    table = run.robots()
+    if table.num_rows == 0:
+        raise InputError(f"{run.folder}: no sample was recorded; let the run go on for longer")
+    return table.filter(pc.equal(table["tick"], table["tick"][-1]))
+
+
+def _informed_ids(experiment: ExperimentSchema) -> list[int]:
+    return [
+        robot
+        for _, first, count in informed_ranges(experiment)
+        for robot in range(first, first + count)
+    ]
+
+
+def _draw_floor(axes: Axes, experiment: ExperimentSchema) -> None:
+    arena = area_of(experiment.arena)
+    _draw_place(axes, experiment.arena, facecolor=FLOOR, edgecolor="black", lw=2)
+    for site, fill in zip(experiment.site, site_fills(experiment), strict=True):
+        _draw_place(axes, site, facecolor=fill, edgecolor=OUTLINE, lw=0.8)
+    margin = 0.02 * max(arena.width, arena.height)
+    axes.set_xlim(-arena.width / 2 - margin, arena.width / 2 + margin)
+    axes.set_ylim(-arena.height / 2 - margin, arena.height / 2 + margin)
+
+
+def _draw_place(axes: Axes, place: Arena | Site, **look: Any) -> None:
+    area = area_of(place)
+    patch: Patch
+    if area.circle:
+        patch = Circle((area.x, area.y), area.width / 2, **look)
+    else:
+        corner = (area.x - area.width / 2, area.y - area.height / 2)
+        patch = Rectangle(corner, area.width, area.height, **look)
+    axes.add_patch(patch)
+
+
+def _draw_robots(
+    axes: Axes,
+    centres: NDArray[np.float32],
+    heading_rad: NDArray[np.float32],
+    diameter: float,
+    fills: list[str],
+) -> None:
+    """Discs to scale, with a line from the middle to the front."""
+    _circles(axes, centres, diameter, facecolor=fills, edgecolor=OUTLINE, lw=0.5)
+    front = centres + diameter / 2 * np.column_stack([np.cos(heading_rad), np.sin(heading_rad)])
+    lines = np.stack([centres, front], axis=1)
+    axes.add_collection(LineCollection(list(lines), colors=OUTLINE, lw=0.5))
+
+
+def _circles(axes: Axes, centres: NDArray[np.float32], diameter: float, **look: Any) -> None:
+    size = np.full(len(centres), diameter)
+    axes.add_collection(
+        EllipseCollection(
+            size,
+            size,
+            np.zeros(len(centres)),
+            units="xy",
+            offsets=centres,
+            offset_transform=axes.transData,
+            **look,
+        )
+    )
+
+
+def _dot(label: str, **look: Any) -> Line2D:
+    return Line2D([], [], **{"ls": "", "marker": "o", "ms": 9, "label": label, **look})
+
+
+def _site_handles(experiment: ExperimentSchema) -> list[Artist]:
+    return [
+        Patch(facecolor=fill, edgecolor=OUTLINE, label=f"site {site.name}")
+        for site, fill in zip(experiment.site, site_fills(experiment), strict=True)
+    ]

@@ -1,0 +1,70 @@
+"""Fails if a branch or a line of the given sources was never taken by the tests that just ran.
+
+    branch_coverage.py clear BUILD_DIR            forget the counts of earlier runs
+    branch_coverage.py check BUILD_DIR SOURCE...  report what was never taken
+
+Reads the counts of gcc's --coverage through gcov.
+"""
+
+import json
+import subprocess
+import sys
+from collections import Counter
+from pathlib import Path
+
+
+def clear(build_dir: Path) -> int:
+    for counts in build_dir.rglob("*.gcda"):
+        counts.unlink()
+    return 0
+
+
+def gcov_files(build_dir: Path) -> list[dict]:
+    """What gcov says of each source file of each object."""
+    files = []
+    for counts in sorted(build_dir.rglob("*.gcda")):
+        command = ["gcov", "--branch-probabilities", "--json-format", "--stdout", str(counts)]
+        output = subprocess.run(command, capture_output=True, check=True, text=True).stdout
+        for line in output.splitlines():
+            if line.strip():
+                files += json.loads(line)["files"]
+    return files
+
+
+def check(build_dir: Path, sources: list[Path]) -> int:
+    lines: dict[Path, Counter] = {source: Counter() for source in sources}
+    branches: dict[Path, Counter] = {source: Counter() for source in sources}
+    for file in gcov_files(build_dir):
+        source = Path(file["file"]).resolve()
+        if source not in lines:
+            continue
+        for line in file["lines"]:
+            number = line["line_number"]
+            lines[source][number] += line["count"]
+            for index, branch in enumerate(line["branches"]):
+                branches[source][number, index] += branch["count"]
+
+    never = 0
+    for source in sources:
+        text = source.read_text().splitlines()
+        missed = [n for n, count in lines[source].items() if count == 0]
+        missed += [n for (n, _), count in branches[source].items() if count == 0]
+        for number in sorted(set(missed)):
+            print(f"{source}:{number}: never taken: {text[number - 1].strip()}")
+        if not lines[source]:
+            print(f"{source}: no counts at all: not built with --coverage, or no test ran")
+        never += len(missed) + (not lines[source])
+        print(f"{source.name}: {len(lines[source])} lines, {len(branches[source])} branches")
+    print("every branch was taken" if never == 0 else f"{never} never taken")
+    return never != 0
+
+
+def main() -> int:
+    build_dir = Path(sys.argv[2])
+    if sys.argv[1] == "clear":
+        return clear(build_dir)
+    return check(build_dir, [Path(source).resolve() for source in sys.argv[3:]])
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,127 @@
+"""What the unit tests share: a small experiment, its programs, and the command with a fake engine."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from kilotwin.experiment import Experiment
+from kilotwin.experiment_text import parse_setting
+
+SMALL = """\
+name = "small"
+duration_s = 60
+
+[arena]
+diameter_m = 4.0
+
+[[site]]
+name = "black"
+centre_m = [-1.0, 0.0]
+diameter_m = 1.0
+
+[[site]]
+name = "white"
+centre_m = [1.0, 0.0]
+diameter_m = 1.0
+
+[swarm]
+profile = "foot-bot"
+program = "blink.c"
+size = 10
+"""
+
+INFORMED = """
+[swarm.informed_for]
+black = 0.7
+white = 0.3
+
+[controller]
+"""
+
+BLINK = """\
+#include <kilolib.h>
+
+static int count;
+
+static void setup(void) {}
+
+static void loop(void) {
+    set_color(count++ & 1 ? RGB(1, 1, 1) : RGB(0, 0, 0));
+    delay(500);
+}
+
+int main(void) {
+    kilo_init();
+    kilo_start(setup, loop);
+    return 0;
+}
+"""
+
+FAKE_ENGINE = Path(__file__).parent / "fake_engine"
+
+Load = Callable[..., Experiment]
+Kilotwin = Callable[..., "subprocess.CompletedProcess[str]"]
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A folder with small.toml and its program."""
+    (tmp_path / "small.toml").write_text(SMALL)
+    (tmp_path / "blink.c").write_text(BLINK)
+    return tmp_path
+
+
+@pytest.fixture
+def load(folder: Path) -> Load:
+    """`load(text, "key=value", ...)`: the experiment of that text, in `folder`."""
+
+    def load(text: str = SMALL, *settings: str) -> Experiment:
+        (folder / "small.toml").write_text(text)
+        return Experiment.load(folder / "small.toml", map(parse_setting, settings))
+
+    return load
+
+
+@pytest.fixture(scope="session")
+def guest_cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Compiled programs of this session."""
+    return tmp_path_factory.mktemp("guests")
+
+
+@pytest.fixture
+def fake_environment(guest_cache: Path) -> dict[str, str]:
+    """For commands that get the fake engine in place of the real one."""
+    return {
+        **{name: value for name, value in os.environ.items() if not name.startswith("KILOTWIN_")},
+        "KILOTWIN_CACHE": str(guest_cache),
+        "PYTHONPATH": str(FAKE_ENGINE),
+        "COLUMNS": "120",
+        "NO_COLOR": "1",
+    }
+
+
+@pytest.fixture
+def kilotwin(folder: Path, fake_environment: dict[str, str]) -> Kilotwin:
+    """`kilotwin(arguments...)` in `folder`, on the fake engine."""
+
+    def call(
+        *arguments: str, expect: int = 0, **environment: str
+    ) -> subprocess.CompletedProcess[str]:
+        done = subprocess.run(
+            [sys.executable, "-m", "kilotwin", *arguments],
+            cwd=folder,
+            env={**fake_environment, **environment},
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=120,
+        )
+        assert done.returncode == expect, f"{arguments}\n{done.stdout}\n{done.stderr}"
+        return done
+
+    return call

@@ -1,0 +1,116 @@
+"""What the engine is told, and that CONFIG says what wire.h says."""
+
+from pathlib import Path
+from typing import Any, get_args
+
+import pytest
+from annotated_types import Ge, Le
+
+from kilotwin import _emulator
+from kilotwin.engine_spec import commands, config_messages, config_values, engine_spec
+from kilotwin.experiment_schema import Controller, Reading
+from kilotwin.profiles import CONTROLLER_DEFAULTS
+
+from .conftest import INFORMED, SMALL, Load
+
+# The hex alone knows nobody's role; the range of the messages decides.
+NOT_SENT_TO_ALL = {"INFORMED_SITE"}
+
+
+def controller(profile: str, **changes: Any) -> Controller:
+    defaults = CONTROLLER_DEFAULTS[profile]
+    window = {"neighbour_timeout_s": defaults["neighbour_window_s"]}
+    return Controller.model_validate({**window, **defaults, **changes})
+
+
+def test_config_covers_every_key_of_the_wire() -> None:
+    keys = set(config_values(controller("foot-bot"), Reading()))
+    assert keys == set(_emulator.CONFIG_KEYS) - NOT_SENT_TO_ALL
+
+
+def test_the_hosts_defaults_of_a_kilobot_are_the_firmwares() -> None:
+    values = config_values(controller("kilobot"), Reading())
+    assert values == {name: _emulator.CONFIG_KEYS[name][1] for name in values}
+
+
+def least_and_most(model: type[Controller] | type[Reading], key: str) -> tuple[Any, Any]:
+    field = model.model_fields[key]
+    least = next(limit.ge for limit in field.metadata if isinstance(limit, Ge))
+    most = next(limit.le for limit in field.metadata if isinstance(limit, Le))
+    return least, most
+
+
+@pytest.mark.parametrize(
+    "key", [name for name, field in Controller.model_fields.items() if field.metadata]
+)
+def test_what_the_schema_allows_the_firmware_takes(key: str) -> None:
+    for limit in least_and_most(Controller, key):
+        for name, value in config_values(controller("kilobot", **{key: limit}), Reading()).items():
+            _, _, least, most = _emulator.CONFIG_KEYS[name]
+            assert least <= value <= most, (name, limit)
+
+
+@pytest.mark.parametrize("key", ["signal_from", "entry_obstacle", "firat_join", "update_clock"])
+def test_choices_are_numbered_in_the_order_of_the_schema(key: str) -> None:
+    choices = get_args(Reading.model_fields[key].annotation)
+    sent = [
+        config_values(controller("foot-bot"), Reading.model_validate({key: choice}))[key.upper()]
+        for choice in choices
+    ]
+    assert sent == list(range(len(choices)))
+    assert sent[-1] == _emulator.CONFIG_KEYS[key.upper()][3]
+
+
+def test_config_is_one_message_a_tick_and_over_before_run(load: Load) -> None:
+    keys = load(SMALL + INFORMED, "swarm.informed=0.5").keys
+    *configs, run = commands(keys)
+    ticks = [tick for tick, *_ in configs]
+    assert ticks == list(range(-1 - len(configs), -1))
+    assert run == (0, 0, 0xFFFF, bytes(9) + b"\x88")
+
+
+def test_each_informed_robot_is_told_its_site_once(load: Load) -> None:
+    messages = config_messages(load(SMALL + INFORMED, "swarm.informed=0.5").keys)
+    key = _emulator.CONFIG_KEYS["INFORMED_SITE"][0]
+    told = [(first, last, message[5]) for first, last, message in messages if message[4] == key]
+    assert told == [(1, 4, 1), (5, 5, 2)]
+
+
+def test_a_message_is_as_the_wire_says(load: Load) -> None:
+    messages = config_messages(load(f"{SMALL}\n[controller]\n").keys)
+    beta = next(m for _, _, m in messages if m[4] == _emulator.CONFIG_KEYS["BETA"][0])
+    expected = b"\x00\x00\xff\xff\x03" + (147_456).to_bytes(4, "little") + b"\x03"
+    assert beta == expected
+
+
+def test_without_a_controller_robots_hear_only_run(load: Load) -> None:
+    assert [tick for tick, *_ in commands(load().keys)] == [0]
+
+
+def test_the_spec_holds_what_the_engine_needs(load: Load) -> None:
+    experiment = load(SMALL, "reading.line_of_sight=false", "seed=9")
+    spec = engine_spec(experiment, ["/guest.so"], sample_ticks=305, black_box=None)
+    assert spec["seed"] == 9
+    assert spec["arena"] == {"shape": "circle", "width_m": 4.0, "height_m": 4.0}
+    assert spec["sites"][1] == {
+        "shape": "circle",
+        "width_m": 1.0,
+        "height_m": 1.0,
+        "centre_m": [1.0, 0.0],
+    }
+    assert spec["medium"] == {"kind": "ideal", "range_m": 0.8, "line_of_sight": False}
+    assert spec["floor"] == {"obstacle_m": 0.05, "step_ticks": 3, "repeat_ticks": 16}
+    assert spec["groups"] == [{"program": "/guest.so", "name": "blink", "count": 10, "poses": None}]
+
+
+def test_the_engine_takes_the_spec(load: Load) -> None:
+    from kilotwin.guest_build import build
+
+    experiment = load(f"{SMALL}\n[controller]\n")
+    guest = build(experiment.groups[0].program)
+    spec = engine_spec(experiment, [str(guest.file)], sample_ticks=305, black_box=None)
+    simulation = _emulator.Simulation(spec)
+    simulation.advance(1000)
+    assert simulation.tick == 1000
+    assert simulation.samples()["tick"].tolist() == [0, 306, 612, 918]
+    assert Path(guest.file).exists()

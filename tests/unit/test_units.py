@@ -1,0 +1,25 @@
+"""Seconds and real numbers in the firmware's units."""
+
+import pytest
+
+from kilotwin.units import q16, seconds, ticks, ticks_q16
+
+
+@pytest.mark.parametrize(
+    ("duration_s", "expected"),
+    [(0, 0), (0.59, 18), (2.0, 61), (5.0, 153), (10.0, 305), (2.5, 76), (30_000, 915_527)],
+)
+def test_seconds_become_the_nearest_tick(duration_s: float, expected: int) -> None:
+    assert ticks(duration_s) == expected
+
+
+def test_ticks_last_32768_microseconds() -> None:
+    assert seconds(1_000_000) == pytest.approx(32_768)
+
+
+def test_reals_become_q16() -> None:
+    assert q16(2.25) == 147_456
+
+
+def test_a_kilobots_turn_time_is_the_firmwares_default() -> None:
+    assert ticks_q16(1.27) == 2_540_000
