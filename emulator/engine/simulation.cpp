@@ -148,6 +148,7 @@ void Simulation::step(Cycles limit) {
     if (next_command_ < commands_.size())
         limit = std::min(limit, std::max(now_ + step_, begin_of_step(command_time(commands_[next_command_]))));
     refresh_lists();
+    if (floor_) next_sensing_ = floor_->senses_at(now_) ? now_ : floor_->next_sensing(now_);
     for (uint32_t robot = 0; robot < robots_.size(); robot++)
         if (wake_[robot] <= now_) attend(robot, limit);
     deliver_frames();
@@ -191,10 +192,7 @@ void Simulation::attend(uint32_t robot, Cycles limit) {
     auto &around = surroundings_[robot];
     if (around.look_again <= now_) look_around(robot);
     Cycles until = std::min(limit, std::max(around.alone_until, now_ + step_));
-    if (floor_) {
-        Cycles sensing = floor_->senses_at(now_) ? now_ : floor_->next_sensing(now_);
-        floor_->tell(robots_[robot], around.cell, sensing, until);
-    }
+    if (next_sensing_ < until) floor_->tell(robots_[robot], around.cell, next_sensing_, until);
     run_robot(robot, until);
     wake_[robot] = until;
 }

@@ -156,6 +156,7 @@ class Simulation {
     bool anybody_moves_ = false;
     IdealMedium medium_;
     std::optional<VirtualFloor> floor_;
+    Cycles next_sensing_ = NEVER;  ///< of the floor, from now_ on
     World world_;
     std::vector<uint32_t> contacts_;  ///< robots that belong into the solver this step, ascending
     std::vector<uint32_t> leaving_;   ///< and those that no longer do

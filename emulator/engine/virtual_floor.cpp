@@ -3,7 +3,11 @@
 namespace kilotwin {
 
 VirtualFloor::VirtualFloor(const Settings &settings, Cycles begin, Cycles world_step, size_t robots)
-    : settings_(settings), begin_(begin), world_step_(world_step), told_(robots) {}
+    : settings_(settings),
+      begin_(begin),
+      world_step_(world_step),
+      longest_gap_((settings.step_ticks * TICK_CYCLES + world_step - 1) / world_step * world_step),
+      told_(robots) {}
 
 bool VirtualFloor::senses_at(Cycles at) const {
     if (at < begin_) return false;
@@ -21,15 +25,14 @@ Cycles VirtualFloor::next_sensing(Cycles at) const {
 
 void VirtualFloor::tell(Robot &robot, wire_cell_t cell, Cycles at, Cycles until) {
     auto &told = told_[robot.index()];
-    Reception reception = {};
-    reception.message.type = WIRE_TYPE_CELL;
-    wire_put_cell(reception.message.data, cell);
     for (; at < until; at = next_sensing(at)) {
         bool news = told.at == NEVER || cell.site != told.cell.site || cell.flags != told.cell.flags;
-        bool due = news || next_sensing(at) - told.at > settings_.repeat_ticks * TICK_CYCLES;
+        bool due = news || at + longest_gap_ - told.at > settings_.repeat_ticks * TICK_CYCLES;
         if (!due) continue;
         told = {cell, at};
-        reception.at = at;
+        Reception reception = {at, {}, {}};
+        reception.message.type = WIRE_TYPE_CELL;
+        wire_put_cell(reception.message.data, cell);
         robot.receive(reception);
     }
 }

@@ -44,6 +44,7 @@ class VirtualFloor {
 
     Settings settings_;
     Cycles begin_, world_step_;
+    Cycles longest_gap_;  ///< between two sensings
     std::vector<Told> told_;
 };
 

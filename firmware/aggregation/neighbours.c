@@ -66,7 +66,7 @@ void neighbours_heard(neighbours_t *t, uint16_t uid, uint32_t now) {
 
     uint8_t place = find(t, uid);
     if (place == t->used) {
-        sweep(t, now);
+        if (t->used >= t->capacity) sweep(t, now);
         if (t->used >= t->capacity) {
             if (t->dropped < UINT16_MAX) t->dropped++;
             return;

@@ -1,4 +1,4 @@
-"""What the unit tests share: a small experiment, its programs, and the command with a fake engine."""
+"""What the unit tests share: a small experiment, and the command with a fake engine."""
 
 import os
 import subprocess

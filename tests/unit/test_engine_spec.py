@@ -1,6 +1,5 @@
 """What the engine is told, and that CONFIG says what wire.h says."""
 
-from pathlib import Path
 from typing import Any, get_args
 
 import pytest
@@ -8,7 +7,9 @@ from annotated_types import Ge, Le
 
 from kilotwin import _emulator
 from kilotwin.engine_spec import commands, config_messages, config_values, engine_spec
+from kilotwin.experiment import Experiment
 from kilotwin.experiment_schema import Controller, Reading
+from kilotwin.guest_build import build
 from kilotwin.profiles import CONTROLLER_DEFAULTS
 
 from .conftest import INFORMED, SMALL, Load
@@ -103,14 +104,28 @@ def test_the_spec_holds_what_the_engine_needs(load: Load) -> None:
     assert spec["groups"] == [{"program": "/guest.so", "name": "blink", "count": 10, "poses": None}]
 
 
-def test_the_engine_takes_the_spec(load: Load) -> None:
-    from kilotwin.guest_build import build
-
-    experiment = load(f"{SMALL}\n[controller]\n")
-    guest = build(experiment.groups[0].program)
-    spec = engine_spec(experiment, [str(guest.file)], sample_ticks=305, black_box=None)
-    simulation = _emulator.Simulation(spec)
-    simulation.advance(1000)
+def test_the_engine_takes_the_spec_and_samples_in_time(load: Load) -> None:
+    simulation = simulate(load(f"{SMALL}\n[controller]\n"), [1000])
     assert simulation.tick == 1000
-    assert simulation.samples()["tick"].tolist() == [0, 306, 612, 918]
-    assert Path(guest.file).exists()
+    # Of the world's steps, the first at or after each sample's time.
+    assert simulation.samples()["tick"].tolist() == [0, 306, 610, 916]
+
+
+def test_how_often_the_host_looks_changes_nothing(load: Load) -> None:
+    experiment = load(f"{SMALL}\n[controller]\n", "swarm.program=firmware/aggregation")
+    once = simulate(experiment, [3000])
+    often = simulate(experiment, [1, 2, 7, 90, 900, 1000, 1000])
+    assert often.tick == once.tick == 3000
+    assert often.result_hash() == once.result_hash()
+    assert once.samples()["x_m"].tobytes() == often.samples()["x_m"].tobytes()
+
+
+def simulate(experiment: Experiment, chunks: list[int]) -> _emulator.Simulation:
+    """The real engine with this experiment, advanced chunk by chunk."""
+    guests = [str(build(group.program).file) for group in experiment.groups]
+    simulation = _emulator.Simulation(
+        engine_spec(experiment, guests, sample_ticks=305, black_box=None)
+    )
+    for chunk in chunks:
+        simulation.advance(min(chunk, sum(chunks) - simulation.tick))
+    return simulation

@@ -118,7 +118,8 @@ def test_a_later_setting_wins(load: Load) -> None:
         ("site.0.diameter_m=3", "--set site.0.diameter_m=3: site 'black' does not lie inside"),
         ("arena.diameter_m=2", "--set arena.diameter_m=2: site 'black' does not lie inside"),
         ("site.2.name=x", "--set site.2.name=x: [[site]] lacks 'centre_m'"),
-        ("site.0.diameter_m=1.9", "--set site.0.diameter_m=1.9: sites 'black' and 'white' overlap"),
+        ("site.0.centre_m=[0.3,0]", "--set site.0.centre_m=[0.3,0]: sites 'black' and 'white'"),
+        ("site.1.name=black", "--set site.1.name=black: two sites are called 'black'"),
     ],
 )
 def test_a_wrong_setting_is_named(load: Load, setting: str, said: str) -> None:

@@ -1,0 +1,105 @@
+"""The command's face: help, version, environment, exit codes."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+import typer.main
+
+from kilotwin import __version__, cli
+from kilotwin.doctor import Finding, examine, report_text
+
+from .conftest import Kilotwin
+
+COMMANDS = ["doctor", "run", "plot", "bench"]
+
+
+def test_the_version_is_told(kilotwin: Kilotwin) -> None:
+    assert kilotwin("--version").stdout == f"kilotwin {__version__}\n"
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_helps_with_an_example(command: str, kilotwin: Kilotwin) -> None:
+    shown = kilotwin(command, "--help").stdout
+    assert f"kilotwin {command}" in shown.split("Example")[1]
+
+
+def test_every_option_has_an_environment_variable() -> None:
+    group = typer.main.get_command(cli.app)
+    assert set(group.commands) == set(COMMANDS)  # type: ignore[attr-defined]
+    for command in group.commands.values():  # type: ignore[attr-defined]
+        for option in command.params:
+            if option.param_type_name == "option" and option.name != "help":
+                assert str(option.envvar).startswith("KILOTWIN_"), (command.name, option.name)
+
+
+def test_help_does_not_wait_for_the_heavy_libraries() -> None:
+    code = (
+        "import sys, kilotwin.cli; "
+        "print([m for m in ('pyarrow', 'matplotlib', 'numpy', 'pydantic') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
+
+
+@pytest.mark.parametrize(
+    "words", [["run"], ["fly"], ["run", "x.toml", "--seed", "one"], ["plot", "pie", "x", "-o", "y"]]
+)
+def test_bad_usage_ends_with_2(words: list[str], kilotwin: Kilotwin) -> None:
+    assert "Traceback" not in kilotwin(*words, expect=2).stderr
+
+
+def test_the_doctor_says_what_is_here(kilotwin: Kilotwin) -> None:
+    found = {each["what"]: each for each in json.loads(kilotwin("doctor", "--json").stdout)}
+    assert found["engine"]["ok"]
+    assert "fake" in found["engine"]["found"]
+    assert found["Python"]["found"].startswith("3.")
+    assert "Ready to run experiments." in kilotwin("doctor").stdout
+
+
+def test_the_doctor_looks_at_the_real_engine_too() -> None:
+    assert {"engine", "compiler of robot programs", "processor cores"} <= {
+        finding.what for finding in examine()
+    }
+
+
+def test_the_doctor_says_what_to_type() -> None:
+    missing = Finding("engine", "not built", "make setup")
+    optional = Finding("avr-gcc", "not here", "apt-get install gcc-avr", needed=False)
+    text = report_text([missing, optional])
+    assert "MISSING  engine   not built" in text
+    assert "type: make setup" in text
+    assert "type: apt-get install gcc-avr" in text
+    assert text.endswith("Not ready: see MISSING above.")
+    assert report_text([optional]).endswith("Ready to run experiments.")
+
+
+def test_a_missing_engine_is_for_the_doctor(kilotwin: Kilotwin) -> None:
+    done = kilotwin("doctor", expect=1, KILOTWIN_CC="no-such-compiler")
+    assert "MISSING  compiler of robot programs" in done.stdout
+
+
+def test_bench_prints_a_list_of_measurements(kilotwin: Kilotwin) -> None:
+    words = ["bench", "paper", "--json", "--repeats", "1", "--duration-s", "100", "--quiet"]
+    results = json.loads(kilotwin(*words).stdout)
+    assert [result["workload"] for result in results] == [
+        "paper/simplified-n100",
+        "paper/firat-n100",
+        "paper/simplified-n50",
+        "paper/firat-n50",
+    ]
+    for result in results:
+        assert result["medium"] == "ideal"
+        assert result["robots"] in (50, 100)
+        assert result["robot_s_per_cpu_s"] > 0
+        assert result["worst_overlap_fraction"] == 0.01
+        assert result["startup_s"] > 0
+        assert result["bytes_per_robot"] is None
+
+
+def test_bench_prints_a_table_for_people(kilotwin: Kilotwin) -> None:
+    shown = kilotwin("bench", "--repeats", "1", "--duration-s", "50").stdout
+    assert "robot-s/CPU-s" in shown.splitlines()[0]
+    assert "paper/firat-n50" in shown
+    assert "cores" in shown.splitlines()[-1]

@@ -1,0 +1,142 @@
+"""Robot programs become guests: cached by content, errors in the compiler's words."""
+
+import ctypes
+import shutil
+import subprocess
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+
+from kilotwin import guest_build
+from kilotwin.errors import InputError, RunError
+from kilotwin.guest_build import build
+from kilotwin.programs import find_program
+
+from .conftest import BLINK
+
+HERE = Path("/nowhere")
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    for name in ("KILOTWIN_CC", "KILOTWIN_CFLAGS"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("KILOTWIN_CACHE", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+@pytest.fixture
+def program(tmp_path: Path) -> Path:
+    """A folder with spaces in its name and two sources that share a header."""
+    folder = tmp_path / "my program"
+    folder.mkdir()
+    (folder / "blink.c").write_text(BLINK.replace("count++", "next_count()"))
+    (folder / "blink.c").write_text('#include "count.h"\n' + (folder / "blink.c").read_text())
+    (folder / "count.c").write_text('#include "count.h"\nint next_count(void) { return N; }\n')
+    (folder / "count.h").write_text("#define N 1\nint next_count(void);\n")
+    return folder
+
+
+def test_a_program_is_compiled_once(program: Path) -> None:
+    notes: list[str] = []
+    first = build(find_program(str(program), HERE), notes.append)
+    second = build(find_program(str(program), HERE), notes.append)
+    assert first == second
+    assert first.file.name == "my program.so"
+    assert len(notes) == 1
+
+
+def test_the_guest_exports_its_table_and_nothing_else(program: Path) -> None:
+    guest = build(find_program(str(program), HERE))
+    symbols = subprocess.run(
+        ["nm", "-D", "--defined-only", guest.file], capture_output=True, text=True, check=True
+    )
+    assert [line.split()[-1] for line in symbols.stdout.splitlines()] == ["kt_table"]
+    ctypes.CDLL(str(guest.file))
+
+
+@pytest.mark.parametrize("file", ["blink.c", "count.c", "count.h"])
+def test_a_change_of_any_file_compiles_anew(program: Path, file: str) -> None:
+    before = build(find_program(str(program), HERE))
+    (program / file).write_text((program / file).read_text() + "\n/* changed */\n")
+    assert build(find_program(str(program), HERE)).key != before.key
+
+
+def test_a_file_that_is_not_included_changes_nothing(program: Path) -> None:
+    before = build(find_program(str(program), HERE))
+    (program / "notes.h").write_text("not included")
+    assert build(find_program(str(program), HERE)).key == before.key
+
+
+def test_flags_compile_anew(program: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = build(find_program(str(program), HERE))
+    monkeypatch.setenv("KILOTWIN_CFLAGS", "-O0")
+    assert build(find_program(str(program), HERE)).key != before.key
+
+
+@pytest.mark.skipif(shutil.which("clang") is None, reason="clang is not here")
+def test_either_compiler_will_do(program: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("KILOTWIN_CC", "clang")
+    assert "clang" in build(find_program(str(program), HERE)).compiler
+
+
+def test_builds_side_by_side_give_one_guest(program: Path, cache: Path) -> None:
+    found = find_program(str(program), HERE)
+    with ThreadPoolExecutor(4) as pool:
+        guests = list(pool.map(build, [found] * 4))
+    assert len(set(guests)) == 1
+    assert [path.name for path in guests[0].file.parent.iterdir()] == ["my program.so"]
+    assert len(list(cache.iterdir())) == 1
+
+
+def test_a_compile_error_is_shown_as_the_compiler_wrote_it(tmp_path: Path, cache: Path) -> None:
+    source = tmp_path / "broken.c"
+    source.write_text("#include <kilolib.h>\nint main(void) { return nothing; }\n")
+    with pytest.raises(InputError) as caught:
+        build(find_program(str(source), HERE))
+    assert str(caught.value) == f"{source}: does not compile; mend what the compiler says"
+    assert f"{source}:2:25: error: 'nothing' undeclared" in caught.value.detail.replace("‘", "'").replace("’", "'")
+    assert not list(cache.rglob("*.so"))
+
+
+def test_a_missing_header_is_a_compile_error(tmp_path: Path) -> None:
+    source = tmp_path / "lost.c"
+    source.write_text('#include "nowhere.h"\n')
+    with pytest.raises(InputError) as caught:
+        build(find_program(str(source), HERE))
+    assert "nowhere.h" in caught.value.detail
+
+
+def test_a_function_nobody_has_is_found_when_linking(tmp_path: Path) -> None:
+    source = tmp_path / "lost.c"
+    source.write_text(BLINK.replace("count++", "fly_away()"))
+    with pytest.raises(InputError) as caught:
+        build(find_program(str(source), HERE))
+    assert "fly_away" in caught.value.detail
+
+
+def test_a_compiler_that_is_not_there_is_named(
+    program: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("KILOTWIN_CC", "no-such-cc")
+    with pytest.raises(InputError, match="KILOTWIN_CC=no-such-cc: there is no such compiler"):
+        build(find_program(str(program), HERE))
+
+
+def test_without_any_compiler_one_is_told_what_to_type(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", "/nowhere")
+    with pytest.raises(RunError, match="apt-get install gcc"):
+        guest_build.find_compiler()
+
+
+def test_a_cache_that_cannot_be_written_is_named(
+    program: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("KILOTWIN_CACHE", "/proc/cache")
+    with pytest.raises(RunError, match="set KILOTWIN_CACHE"):
+        build(find_program(str(program), HERE))
+
+
+def test_our_own_firmware_is_a_guest() -> None:
+    assert build(find_program("firmware/aggregation", HERE)).name == "aggregation"

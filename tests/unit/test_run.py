@@ -1,0 +1,213 @@
+"""`kilotwin run`, its child process, and what becomes of it; on the fake engine."""
+
+import contextlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from kilotwin.run_reader import Run
+from kilotwin.terminal import Lines
+
+from .conftest import BLINK, INFORMED, SMALL, Kilotwin
+
+Start = Callable[..., "subprocess.Popen[str]"]
+
+
+@pytest.fixture
+def trouble(folder: Path) -> Callable[[str], str]:
+    """The file name of a program that the fake engine makes trouble with."""
+
+    def program(name: str) -> str:
+        (folder / f"{name}.c").write_text(BLINK)
+        return f"swarm.program={name}.c"
+
+    return program
+
+
+@pytest.fixture
+def start(folder: Path, fake_environment: dict[str, str]) -> Iterator[Start]:
+    """Starts a run in a process group of its own; all of it ends with the test."""
+    with contextlib.ExitStack() as stack:
+
+        def start(*arguments: str) -> "subprocess.Popen[str]":
+            process = stack.enter_context(
+                subprocess.Popen(
+                    [sys.executable, "-m", "kilotwin", "run", "small.toml", *arguments],
+                    cwd=folder,
+                    env=fake_environment,
+                    stdin=subprocess.DEVNULL,
+                    stdout=subprocess.PIPE,
+                    stderr=subprocess.PIPE,
+                    text=True,
+                    start_new_session=True,
+                )
+            )
+            stack.callback(kill_group, process.pid)
+            return process
+
+        yield start
+
+
+def kill_group(pid: int) -> None:
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(pid, signal.SIGKILL)
+
+
+def wait_for(condition: Callable[[], object], what: str, limit_s: float = 30) -> None:
+    end = time.monotonic() + limit_s
+    while not condition():
+        assert time.monotonic() < end, f"waited {limit_s} s for {what}"
+        time.sleep(0.005)
+
+
+def status(folder: Path) -> str:
+    return str(json.loads((folder / "manifest.json").read_text())["status"])
+
+
+def test_json_is_one_object_with_all_that_others_rely_on(kilotwin: Kilotwin, folder: Path) -> None:
+    (folder / "small.toml").write_text(SMALL + INFORMED)
+    done = kilotwin("run", "small.toml", "--json", "--set", "swarm.informed=0.5", "--seed", "4")
+    result = json.loads(done.stdout)
+    assert result["experiment"] == "small"
+    assert result["seed"] == 4
+    assert result["duration_s"] == 60
+    assert result["robots"] == 10
+    assert result["informed"] == {"black": 4, "white": 1}
+    assert set(result["resting"]) == {"black", "white"}
+    assert sum(result["resting"].values()) + result["not_resting"] == 10
+    assert len(result["result_hash"]) == 16
+    assert result["robot_s_per_cpu_s"] == pytest.approx(600 / result["cpu_s"], rel=0.2)
+    assert {"cpu_s", "wall_s", "run_folder", "events", "stats", "robots_failed"} <= set(result)
+    assert Path(result["run_folder"]).parent == folder / "runs"
+
+
+def test_the_last_record_is_the_end(kilotwin: Kilotwin, folder: Path) -> None:
+    kilotwin("run", "small.toml", "--out", "run")
+    ticks = Run.open(folder / "run").sites()["tick"].to_pylist()
+    assert ticks[:3] == [0, 305, 610]
+    assert ticks[-1] == 1831
+    assert len(set(ticks)) == len(ticks)
+
+
+def test_the_manifest_says_all_about_the_run(kilotwin: Kilotwin, folder: Path) -> None:
+    kilotwin("run", "small.toml", "--out", "run", "--set", "seed=5")
+    manifest = json.loads((folder / "run/manifest.json").read_text())
+    assert manifest["status"] == "finished"
+    assert manifest["exit_code"] == 0
+    assert manifest["seed"] == 5
+    assert manifest["command_line"][-2:] == ["--set", "seed=5"]
+    assert manifest["engine"]["version"] == "fake"
+    assert manifest["programs"][0]["name"] == "blink"
+    assert len(manifest["experiment_sha256"]) == 64
+    assert manifest["started_utc"] <= manifest["ended_utc"]
+    assert manifest["summary"]["robots"] == 10
+
+
+def test_the_summary_is_for_people(kilotwin: Kilotwin) -> None:
+    done = kilotwin("run", "small.toml", "--out", "run", "--quiet")
+    assert "small, seed 1: 60 s simulated" in done.stdout
+    assert "resting on black" in done.stdout
+    assert "not resting" in done.stdout
+    assert done.stdout.rstrip().endswith("run")
+    assert done.stderr == ""
+
+
+def test_plots_come_with_a_run_if_wanted(kilotwin: Kilotwin, folder: Path) -> None:
+    kilotwin("run", "small.toml", "--out", "run", "--plots")
+    assert (folder / "run/map.png").read_bytes().startswith(b"\x89PNG")
+    assert (folder / "run/timeline.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_options_may_come_from_the_environment(kilotwin: Kilotwin, folder: Path) -> None:
+    environment = {"KILOTWIN_SEED": "9", "KILOTWIN_OUT": "here", "KILOTWIN_JSON": "1"}
+    done = kilotwin("run", "small.toml", **environment, KILOTWIN_SET="duration_s=30 name=x")
+    result = json.loads(done.stdout)
+    assert (result["seed"], result["duration_s"], result["experiment"]) == (9, 30, "x")
+    assert (folder / "here/manifest.json").exists()
+
+
+def test_what_the_engine_refuses_leaves_no_folder(
+    kilotwin: Kilotwin, folder: Path, trouble: Callable[[str], str]
+) -> None:
+    done = kilotwin("run", "small.toml", "--out", "run", "--set", trouble("refused"), expect=2)
+    assert done.stderr.splitlines()[-1] == (
+        "kilotwin: --set swarm.program=refused.c: there is no room for 7 of the robots"
+    )
+    assert not (folder / "run").exists()
+
+
+def test_robots_that_crash_are_listed_and_the_folder_is_whole(
+    kilotwin: Kilotwin, folder: Path, trouble: Callable[[str], str]
+) -> None:
+    words = ["--out", "run", "--json", "--set", trouble("crashes"), "--set", "swarm.size=2"]
+    done = kilotwin("run", "small.toml", *words, expect=4)
+    failed = json.loads(done.stdout)["robots_failed"]
+    assert [(event["robot"], event["program"], event["tick"]) for event in failed] == [
+        (0, "crashes", 0),
+        (1, "crashes", 0),
+    ]
+    assert "robot 1 (crashes) at tick 0: crash: SIGSEGV" in done.stderr
+    assert status(folder / "run") == "finished"
+    assert len(Run.open(folder / "run").events()) == 2
+
+
+def test_when_the_engine_dies_the_parent_closes_the_folder(
+    kilotwin: Kilotwin, folder: Path, trouble: Callable[[str], str]
+) -> None:
+    done = kilotwin("run", "small.toml", "--out", "run", "--set", trouble("dies"), expect=1)
+    (line,) = [line for line in done.stderr.splitlines() if line.startswith("kilotwin:")]
+    assert "was ended by SIGSEGV; last to run was dies robot 0 tick 1000" in line
+    assert "Traceback" not in done.stderr
+    manifest = json.loads((folder / "run/manifest.json").read_text())
+    assert (manifest["status"], manifest["exit_code"]) == ("failed", 1)
+    assert "SIGSEGV" in manifest["reason"]
+    assert Run.open(folder / "run").robots().num_rows >= 10
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 130)])
+def test_an_interrupted_run_keeps_its_data(
+    number: int, code: int, start: Start, folder: Path, trouble: Callable[[str], str]
+) -> None:
+    words = ["--set", trouble("slow"), "--set", "duration_s=1e9", "--out", "run", "--json"]
+    process = start(*words)
+    wait_for(lambda: Run.open(folder / "run").sites().num_rows > 5, "samples")
+    os.killpg(process.pid, number)
+    output, errors = process.communicate(timeout=30)
+    assert process.returncode == code, errors
+    assert "interrupted; what was recorded is kept" in errors
+    result = json.loads(output)
+    assert result["status"] == "interrupted"
+    assert 0 < result["simulated_s"] < 1e9
+    assert status(folder / "run") == "interrupted"
+    run = Run.open(folder / "run")
+    assert run.sites()["tick"][-1].as_py() == round(result["simulated_s"] / 0.032768)
+    assert not (folder / "run/robots.parquet").exists()
+
+
+def test_a_child_whose_parent_is_killed_closes_the_folder(
+    start: Start, folder: Path, trouble: Callable[[str], str]
+) -> None:
+    process = start("--set", trouble("slow"), "--set", "duration_s=1e9", "--out", "run")
+    wait_for(lambda: Run.open(folder / "run").sites().num_rows > 5, "samples")
+    process.kill()
+    wait_for(lambda: status(folder / "run") == "interrupted", "the child to end")
+
+
+def test_progress_off_a_terminal_is_a_line_now_and_then(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    clock = iter(range(100))
+    monkeypatch.setattr(time, "monotonic", lambda: float(next(clock)))
+    lines = Lines()
+    for step in range(25):
+        lines.progress(305 * step, {"black": 3, "white": 0}, 7)
+    shown = capsys.readouterr().err.splitlines()
+    assert len(shown) == 2
+    assert "black 3, white 0, not resting 7" in shown[0]
