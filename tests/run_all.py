@@ -4,6 +4,7 @@ Both run even if the first fails. The exit code is 0 only if nothing failed and 
 """
 
 import argparse
+import os
 import subprocess
 import sys
 import time
@@ -61,7 +62,8 @@ def main() -> int:
     if not arguments.long:
         report = BUILD / "native.xml"
         command = ["ctest", "--test-dir", "build/native", "--output-on-failure", "--no-tests=error"]
-        jobs.append(("native tests", [*command, "--output-junit", str(report)], report))
+        command += ["--parallel", str(os.cpu_count()), "--output-junit", str(report)]
+        jobs.append(("native tests", command, report))
     report = BUILD / "pytest.xml"
     marker = "long" if arguments.long else "not long"
     command = [sys.executable, "-m", "pytest", "-m", marker, f"--junitxml={report}", "tests"]

@@ -113,20 +113,22 @@ static void setup(void) {
     running = true;
 }
 
+// A pause has switched motors and LED off behind our back.
+static void resume(void) {
+    left_motor = right_motor = 0;
+    colour = NO_COLOUR;
+    show();
+}
+
 static void loop(void) {
     const uint32_t now = ticks_now();
-    if (now == last_tick) return;
-
-    // A pause switches motors and LED off behind our back.
-    const bool paused = now - last_tick > PAUSE_TICKS;
-    if (paused) {
-        left_motor = right_motor = 0;
-        colour = NO_COLOUR;
-    }
+    const uint32_t passed = now - last_tick;
+    if (passed == 0) return;
     last_tick = now;
+    if (passed > PAUSE_TICKS) resume();
 
     const pfsm_floor_t floor = {site, flags};
-    if (pfsm_step(&machine, &params, &neighbours, now, floor) || paused) show();
+    if (pfsm_step(&machine, &params, &neighbours, now, floor)) show();
 }
 
 // The callbacks come first: kilo_init() switches the interrupts on, and CONFIG may be on air.

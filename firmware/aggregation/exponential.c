@@ -6,11 +6,11 @@
 #define TERMS 12
 
 uint64_t exponential_decay(uint64_t x) {
-    // exp(-x) = exp(-rest) / 2^halvings, the rest below ln 2. After 33 halvings nothing is left.
+    // exp(-x) = exp(-rest) / 2^halvings, the rest below ln 2. 32 halvings leave less than 2^-32.
     uint8_t halvings = 0;
     while (x >= LN_2) {
         x -= LN_2;
-        if (++halvings > 32) return 0;
+        if (++halvings == 32) return 0;
     }
 
     // 1 - x/1 (1 - x/2 (1 - x/3 (...))): the nested form needs no table, and each division by a

@@ -1,5 +1,6 @@
 #include "neighbours.h"
 
+#include <stdbool.h>
 #include <string.h>
 
 #include "ticks.h"
@@ -19,32 +20,20 @@ void neighbours_init(neighbours_t *t, uint8_t capacity, uint16_t timeout_ticks) 
 
 static uint16_t age(uint16_t heard, uint32_t now) { return (uint16_t)((uint16_t)now - heard); }
 
-// Keeps the order of those that stay.
+// Keeps the order of those that stay. After a long silence 16 bits do not tell how old an entry
+// is, but `latest` does.
 static void sweep(neighbours_t *t, uint32_t now) {
+    const bool silence = now - t->latest > t->timeout_ticks;
     uint8_t kept = 0;
-    uint8_t next = 0;
     for (uint8_t i = 0; i < t->used; i++) {
-        if (age(t->heard[i], now) > t->timeout_ticks) continue;
+        if (silence || age(t->heard[i], now) > t->timeout_ticks) continue;
         t->uid[kept] = t->uid[i];
         t->heard[kept] = t->heard[i];
         kept++;
-        if (i < t->next) next = kept;
     }
     t->used = kept;
-    t->next = next;
-    t->swept = (uint16_t)now;
-}
-
-// The place of `uid`, or `used` if it has none. Robots send in turn, each once in a period, so the
-// sender is nearly always the one that follows the last.
-static uint8_t find(const neighbours_t *t, uint16_t uid) {
-    for (uint8_t i = t->next; i < t->used; i++) {
-        if (t->uid[i] == uid) return i;
-    }
-    for (uint8_t i = 0; i < t->next; i++) {
-        if (t->uid[i] == uid) return i;
-    }
-    return t->used;
+    t->next = 0;
+    t->swept = now;
 }
 
 // A new sender's place is where it was looked for, between those heard before and after it: this
@@ -58,24 +47,33 @@ static void insert(neighbours_t *t, uint16_t uid) {
     t->used++;
 }
 
+// The place of `uid`, a new one if need be, or `used` if there is none to be had.
+static uint8_t find(neighbours_t *t, uint16_t uid, uint32_t now) {
+    for (uint8_t i = 0; i < t->used; i++) {
+        if (t->uid[i] == uid) return i;
+    }
+    if (t->used >= t->capacity) sweep(t, now);
+    if (t->used >= t->capacity) {
+        if (t->dropped < UINT16_MAX) t->dropped++;
+        return t->used;
+    }
+    insert(t, uid);
+    return t->next;
+}
+
 void neighbours_heard(neighbours_t *t, uint16_t uid, uint32_t now) {
-    if (now - t->latest > t->timeout_ticks) t->used = t->next = 0;  // all have timed out
+    if (now - t->swept >= SWEEP_TICKS) sweep(t, now);
     t->latest = now;
     t->changes++;
-    if (age(t->swept, now) >= SWEEP_TICKS) sweep(t, now);
 
-    uint8_t place = find(t, uid);
-    if (place == t->used) {
-        if (t->used >= t->capacity) sweep(t, now);
-        if (t->used >= t->capacity) {
-            if (t->dropped < UINT16_MAX) t->dropped++;
-            return;
-        }
-        insert(t, uid);
-        place = t->next;
+    // Robots send in turn, each once in a period: nearly always it is the one after the last.
+    uint8_t place = t->next;
+    if (t->uid[place] != uid || place >= t->used) {
+        place = find(t, uid, now);
+        if (place == t->used) return;
     }
     t->heard[place] = (uint16_t)now;
-    t->next = (uint8_t)(place + 1);
+    t->next = (uint8_t)(place + 1 < t->used ? place + 1 : 0);
 }
 
 // Volatile throughout, for the compiler must not move these reads past those of `changes`.

@@ -16,12 +16,12 @@
 /// Largest time-out, in ticks (17.5 minutes).
 #define NEIGHBOURS_TIMEOUT_MAX 32000
 
-/// 414 bytes. The caller owns it; `dropped` may be read by anyone.
+/// 416 bytes. The caller owns it; `dropped` may be read by anyone.
 typedef struct {
     uint32_t latest;                 ///< tick of the last message of all
+    uint32_t swept;                  ///< when expired senders were last removed
     uint16_t uid[NEIGHBOURS_MAX];    ///< in the order in which they are usually heard
     uint16_t heard[NEIGHBOURS_MAX];  ///< tick of each sender's last message, low 16 bits
-    uint16_t swept;                  ///< when expired senders were last removed, low 16 bits
     uint16_t timeout_ticks;
     uint16_t dropped;  ///< messages of senders for whom there was no place; saturates
     uint8_t capacity;

@@ -1,5 +1,7 @@
 #include "pfsm.h"
 
+#include <string.h>
+
 #include "exponential.h"
 #include "leave.h"
 #include "ticks.h"
@@ -21,6 +23,12 @@ static uint32_t test_time(const pfsm_t *m, const params_t *p, uint32_t earliest)
     if (p->UPDATE_CLOCK == UPDATE_CLOCK_OWN) return earliest;
     const uint16_t past = (uint16_t)((earliest - m->start) % p->UPDATE_TICKS);
     return past == 0 ? earliest : earliest + (p->UPDATE_TICKS - past);
+}
+
+// One period on by its own clock, however late `now` is: tests missed during a pause are not made
+// up for.
+static uint32_t next_update(const pfsm_t *m, const params_t *p, uint32_t now) {
+    return test_time(m, p, p->UPDATE_CLOCK == UPDATE_CLOCK_OWN ? now + p->UPDATE_TICKS : now + 1);
 }
 
 static void start_leave_tests(pfsm_t *m, const params_t *p, uint32_t now) {
@@ -45,6 +53,7 @@ static void rest(pfsm_t *m, const params_t *p, uint32_t now) {
     if (p->SIGNAL_FROM == SIGNAL_FROM_REST) start_leave_tests(m, p, now);
 }
 
+// A robot that was pushed off its site meanwhile has nothing to leave.
 static void leave(pfsm_t *m, const params_t *p, uint32_t now) {
     m->state = m->floor.site == m->home ? PFSM_LEAVE : PFSM_WALK;
     walk_straight(&m->walk, p, now);
@@ -74,7 +83,7 @@ static bool must_perceive(const params_t *p) { return p->RULE == RULE_FIRAT && !
 
 static uint32_t first_join_test(const pfsm_t *m, const params_t *p, uint32_t now) {
     if (!must_perceive(p) || p->FIRAT_JOIN == FIRAT_JOIN_CROSSING) return now;
-    return test_time(m, p, p->UPDATE_CLOCK == UPDATE_CLOCK_OWN ? now + p->UPDATE_TICKS : now + 1);
+    return next_update(m, p, now);
 }
 
 static uint8_t neighbours_now(const params_t *p, const neighbours_t *neighbours, uint32_t now) {
@@ -83,6 +92,7 @@ static uint8_t neighbours_now(const params_t *p, const neighbours_t *neighbours,
 
 static void join(pfsm_t *m, const params_t *p, const neighbours_t *neighbours, uint32_t now,
                  bool edge) {
+    // A site that is not joined now is crossed in ignorance of it: only `joining` remembers it.
     if (edge) {
         m->joining = !is_informed(p) || p->INFORMED_SITE == m->floor.site;
         m->join_at = first_join_test(m, p, now);
@@ -93,12 +103,13 @@ static void join(pfsm_t *m, const params_t *p, const neighbours_t *neighbours, u
     if (n > 0 || !must_perceive(p)) {
         enter(m, p, now, n);
     } else if (p->FIRAT_JOIN == FIRAT_JOIN_EVERY_UPDATE) {
-        m->join_at += p->UPDATE_TICKS;
+        m->join_at = next_update(m, p, now);
     } else {
         m->joining = false;
     }
 }
 
+// The entry walk as far as time and obstacles may end it; its motion is move()'s business.
 static void go_in(pfsm_t *m, const params_t *p, uint32_t now) {
     const bool blocked = walk_blocked(&m->walk, now, m->floor.flags);
     if (ticks_reached(now, m->entry_end) || (blocked && p->ENTRY_OBSTACLE == ENTRY_OBSTACLE_REST)) {
@@ -123,7 +134,8 @@ static uint64_t leave_probability(pfsm_t *m, const params_t *p, uint8_t n) {
 
 static void test_leaving(pfsm_t *m, const params_t *p, const neighbours_t *neighbours,
                          uint32_t now) {
-    m->test_at += p->UPDATE_TICKS;
+    m->test_at = next_update(m, p, now);
+    // One draw a test, whatever the probability: luck does not depend on the neighbours.
     const uint64_t threshold = leave_probability(m, p, neighbours_now(p, neighbours, now));
     if (random_next(&m->random) < threshold) leave(m, p, now);
 }
@@ -151,10 +163,8 @@ static uint32_t next_wake(const pfsm_t *m, const params_t *p, uint32_t now) {
 bool pfsm_step(pfsm_t *m, const params_t *p, const neighbours_t *neighbours, uint32_t now,
                pfsm_floor_t floor) {
     // Most ticks end here.
-    if (floor.site == m->floor.site && floor.flags == m->floor.flags &&
-        !ticks_reached(now, m->wake)) {
-        return false;
-    }
+    const bool same_floor = memcmp(&floor, &m->floor, sizeof floor) == 0;
+    if (same_floor && !ticks_reached(now, m->wake)) return false;
 
     // One tick may take the robot through several states: off one site, onto the next, at rest.
     const bool edge = notice_floor(m, p, floor);

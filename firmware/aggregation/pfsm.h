@@ -4,7 +4,7 @@
 /// in time, floor and the table of neighbours, and makes motors, LED and messages do what the
 /// machine says. The same inputs give the same outputs on a PC and on an AVR, bit for bit.
 ///
-///     WALK --(onto a site)--> ENTER --(ENTRY_TICKS)--> REST --(leave test)--> LEAVE --(off)--> WALK
+///     WALK --onto a site--> ENTER --ENTRY_TICKS--> REST --leave test--> LEAVE --off it--> WALK
 ///
 /// Two rules, simplified and Firat, and informed robots in each. What a robot does is chosen by
 /// parameters (wire.h); this is what each means exactly. A robot's *site* is the site number of
@@ -88,7 +88,8 @@ typedef struct {
 /// The start, at `now`: walking, the first leg straight on. `seed` and `uid` start its luck.
 void pfsm_init(pfsm_t *machine, const params_t *params, uint32_t now, uint32_t seed, uint16_t uid);
 
-/// Brings the machine up to `now`. Call it once a tick; late calls do no harm but being late.
+/// Brings the machine up to `now`. Call it once a tick. Calls may be late, after a pause by any
+/// length of time: what was due happens then, once.
 /// Returns false, after a few comparisons, if nothing can have changed. Does not call for
 /// neighbours_count() but at tests. The parameters must not change after pfsm_init().
 bool pfsm_step(pfsm_t *machine, const params_t *params, const neighbours_t *neighbours,

@@ -1,4 +1,4 @@
-/// Comparing ticks, which wrap: right as long as the two are less than 2^31 ticks (2.2 years) apart.
+/// Comparing ticks, which wrap: right for two that are less than 2^31 ticks (2.2 years) apart.
 #ifndef AGGREGATION_TICKS_H
 #define AGGREGATION_TICKS_H
 

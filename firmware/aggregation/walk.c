@@ -38,6 +38,7 @@ static uint32_t turn(walk_t *walk, int16_t angle, const params_t *params) {
 
 static uint32_t turn_away(walk_t *walk, const params_t *params, random_t *random, uint32_t now,
                           uint8_t flags) {
+    // A robot on a wall cell is warned until it is off the cell, which one turn cannot bring about.
     const bool from_wall = wall_warns(walk, now, flags);
     walk->motion = WALK_STOP;
     walk->avoiding = true;
@@ -58,6 +59,7 @@ static void turn_at_random(walk_t *walk, const params_t *params, random_t *rando
 uint32_t walk_step(walk_t *walk, const params_t *params, random_t *random, uint32_t now,
                    uint8_t flags, bool legs) {
     if (walk->motion != WALK_STRAIGHT && !ticks_reached(now, walk->turn_end)) return 0;
+    // A turn is over, or there was none. A leg that is over has to wait until the way is free.
     if (walk_blocked(walk, now, flags)) return turn_away(walk, params, random, now, flags);
 
     walk->motion = WALK_STRAIGHT;
@@ -121,7 +123,7 @@ int16_t walk_angle_cauchy(uint32_t draw, uint16_t rho) {
     return magnitude;
 }
 
-#define PI_Q13 25736
+#define PI_Q13 25736  // with angle and rate, 63 bits in all
 
 uint32_t walk_turn_ticks(int16_t angle, uint32_t ticks_per_rad) {
     const uint32_t magnitude = (uint32_t)(angle < 0 ? -(int32_t)angle : angle);

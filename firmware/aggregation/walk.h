@@ -38,8 +38,8 @@ bool walk_blocked(const walk_t *walk, uint32_t now, uint8_t flags);
 /// One step of a walk that is not stopped. Call it once a tick, or as walk_wake() says.
 ///
 /// On a straight leg: if the way is blocked the robot stops and turns by a uniform angle, and
-/// again for as long as an obstacle is ahead; then it resumes the leg, which is not shortened by the
-/// turn. Turning away from a wall cell is done once, after which its warning is ignored for
+/// again for as long as an obstacle is ahead; then it resumes the leg, which the turn has not
+/// shortened. Turning away from a wall cell is done once, after which its warning is ignored for
 /// WALL_IGNORE_TICKS. If `legs`, a leg that is over ends in a turn by a wrapped Cauchy angle and
 /// a new leg follows; otherwise the robot goes straight for ever. Nothing interrupts a turn.
 ///

@@ -18,6 +18,9 @@ from kilotwin.errors import EXIT_INTERRUPTED, KilotwinError
 
 app = typer.Typer(
     help="Runs unedited Kilobot firmware in a simulated world, and looks at what came of it.",
+    epilog="Exit codes: 0 done, 1 failed, 2 bad usage or input, 3 device missing, 4 some robots "
+    "failed (listed), 130 interrupted. Every option can be set in the environment, see each "
+    "command's --help.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,

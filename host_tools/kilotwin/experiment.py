@@ -4,6 +4,7 @@
 """
 
 import hashlib
+import itertools
 import json
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -57,6 +58,13 @@ class Experiment:
     def size(self) -> int:
         """The number of robots."""
         return swarm_size(self.keys)
+
+    def program_of(self, robot: int) -> Program:
+        """What the robot of that id runs."""
+        ends = itertools.accumulate(group.count for group in self.groups)
+        return next(
+            group.program for group, end in zip(self.groups, ends, strict=True) if robot < end
+        )
 
     def resolved(self) -> dict[str, Any]:
         """Every key with its value, as plain tables that TOML can hold; loads to the same."""

@@ -98,7 +98,7 @@ def _table(path: KeyPath) -> str:
 
 def _shown(value: Any) -> str:
     try:
-        text = json.dumps(value, ensure_ascii=False)
+        text = json.dumps(value, ensure_ascii=False, allow_nan=False)
     except (TypeError, ValueError):
         text = str(value)
     return text if len(text) <= 60 else f"{text[:57]}..."
@@ -150,11 +150,11 @@ def _range(annotation: Any, metadata: list[Any]) -> str:
     low = high = ""
     for constraint in metadata:
         if isinstance(constraint, Ge):
-            low = f"from {constraint.ge}"
+            low = f"from {constraint.ge:.15g}"
         elif isinstance(constraint, Gt):
-            low = f"above {constraint.gt}"
+            low = f"above {constraint.gt:.15g}"
         elif isinstance(constraint, Le):
-            high = f"up to {constraint.le}"
+            high = f"up to {constraint.le:{'d' if isinstance(constraint.le, int) else '.15g'}}"
         elif isinstance(constraint, Lt):
-            high = f"below {constraint.lt}"
+            high = f"below {constraint.lt:.15g}"
     return " ".join(part for part in (low, high) if part)

@@ -12,6 +12,7 @@ import shlex
 import shutil
 import subprocess
 import tempfile
+import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -40,6 +41,8 @@ _FLAGS = [
 _PROGRAM_FLAGS = ["-fsanitize-coverage=trace-pc", "-Dmain=kt_guest_main"]
 _SHARED_FLAGS = ["-shared", "-Wl,-Bsymbolic", "-Wl,-z,now", "-Wl,-z,defs"]
 
+_SLOW_S = 0.5
+
 Notify = Callable[[str], None]
 
 
@@ -54,7 +57,7 @@ class Guest:
 
 
 def build(program: Program, notify: Notify = lambda _: None) -> Guest:
-    """The guest of `program`, from the cache if it is there; `notify` is told when it is compiled.
+    """The guest of `program`, from the cache if it is there; `notify` is told if that takes time.
 
     A program that does not compile is an InputError that carries the compiler's words.
     """
@@ -64,7 +67,8 @@ def build(program: Program, notify: Notify = lambda _: None) -> Guest:
     key = builder.key(version)
     file = cache_folder() / key / f"{program.name}.so"
     if not file.exists():
-        notify(f"compiling {program.written}")
+        slow = threading.Timer(_SLOW_S, notify, [f"compiling {program.written}"])
+        slow.start()
         try:
             file.parent.mkdir(parents=True, exist_ok=True)
             builder.build(file)
@@ -73,6 +77,8 @@ def build(program: Program, notify: Notify = lambda _: None) -> Guest:
                 f"{file.parent}: cannot keep compiled programs ({error.strerror}); "
                 "set KILOTWIN_CACHE to a folder that can be written"
             ) from None
+        finally:
+            slow.cancel()
     return Guest(program.name, file, key, version)
 
 
@@ -181,7 +187,7 @@ class _Builder:
     def _tool(self, command: Sequence[str | Path]) -> str:
         return _run(
             [str(word) for word in command],
-            f"{self._program.path}: does not compile; mend what the compiler says",
+            f"{self._program.written}: does not compile; mend what the compiler says",
         )
 
 

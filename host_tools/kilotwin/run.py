@@ -1,10 +1,12 @@
 """Runs an experiment in a child process, and closes its folder whatever happens to the child."""
 
 import contextlib
+import importlib.util
 import json
 import pickle
 import platform
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
@@ -21,7 +23,10 @@ from kilotwin.guest_build import Guest, build
 from kilotwin.job import Job
 from kilotwin.run_folder import FAILED, RUNNING, check_free, close_manifest, default_folder, utc_now
 
-_BLACK_BOX_BYTES = 256
+# Into the black box the engine writes, before it runs a robot, the robot's id and its tick.
+_BLACK_BOX = struct.Struct("=II")
+_NOBODY = 0xFFFFFFFF
+_PAGE_BYTES = 4096
 
 
 class Display(Protocol):
@@ -52,12 +57,14 @@ def run(
     experiment: Experiment, folder: Path | None, command_line: list[str], display: Display
 ) -> Outcome:
     """Builds the programs, runs the experiment, leaves the run folder. Input errors leave none."""
+    if importlib.util.find_spec("kilotwin._emulator") is None:
+        raise RunError("the engine is not built; type: make setup")
     folder = folder or default_folder(experiment)
     check_free(folder)
     guests = [build(group.program, display.note) for group in experiment.groups]
     manifest = _manifest(experiment, guests, command_line)
     with tempfile.NamedTemporaryFile(prefix="kilotwin-") as black_box:
-        black_box.write(bytes(_BLACK_BOX_BYTES))
+        black_box.write(_BLACK_BOX.pack(_NOBODY, 0).ljust(_PAGE_BYTES, b"\0"))
         black_box.flush()
         files = [str(guest.file) for guest in guests]
         job = Job(experiment, files, folder.absolute(), manifest, black_box.name)
@@ -113,7 +120,7 @@ class _Child:
     def _start(self, log: IO[str]) -> "subprocess.Popen[bytes]":
         # A process group of its own: Ctrl-C is for us, who then ask the child to stop.
         return subprocess.Popen(
-            [sys.executable, "-m", "kilotwin.worker"],
+            [sys.executable, "-P", "-m", "kilotwin.worker"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=log,
@@ -143,9 +150,11 @@ class _Child:
         cause = f"ended with code {returncode}"
         if returncode < 0:
             cause = f"was ended by {signal.Signals(-returncode).name}"
-        raw = Path(self._job.black_box).read_bytes()
-        last_robot = raw.partition(b"\0")[0].decode(errors="replace")
-        ran = f"; last to run was {last_robot}" if last_robot else ""
+        robot, tick = _BLACK_BOX.unpack_from(Path(self._job.black_box).read_bytes())
+        ran = ""
+        if robot != _NOBODY:
+            program = self._job.experiment.program_of(robot).name
+            ran = f"; last to run was {program} robot {robot} tick {tick}"
         kept = f"; what was recorded is in {self._job.folder}" if self._folder_made else ""
         return RunError(f"the engine's process {cause}{ran}{kept}", detail=log)
 

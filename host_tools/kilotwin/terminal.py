@@ -2,13 +2,14 @@
 
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
 import typer
-from rich.console import Console
+from rich.console import Console, RenderableType
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
+from rich.text import Text
 
 from kilotwin.experiment import Experiment
 from kilotwin.run import Display
@@ -76,16 +77,15 @@ class Lines:
 
 
 class Bar:
-    """A live line: bar, simulated time, speed, time left, robots per site."""
+    """Two live lines: how far, how fast, how long still; and the robots per site."""
 
     def __init__(self) -> None:
         self._console = Console(stderr=True)
-        self._bar = Progress(
-            TextColumn("[bold]{task.description}"),
-            BarColumn(bar_width=24),
-            TextColumn("{task.fields[simulated]}"),
-            TimeRemainingColumn(compact=True),
-            TextColumn("{task.fields[robots]}"),
+        self._bar = _BarAndLine(
+            BarColumn(bar_width=20),
+            TextColumn("{task.description}"),
+            TextColumn("left"),
+            TimeRemainingColumn(),
             console=self._console,
             transient=True,
         )
@@ -95,35 +95,40 @@ class Bar:
 
     def note(self, text: str) -> None:
         """One line above."""
-        self._console.print(text, style="dim", markup=False)
+        self._console.print(text, style="dim", markup=False, highlight=False)
 
     def start(self, experiment: Experiment, folder: Path) -> None:
         """Shows the bar."""
+        self.note(f"{experiment.keys.name}, seed {experiment.keys.seed}")
         self._duration_s = experiment.keys.duration_s
-        self._task = self._bar.add_task(
-            f"{experiment.keys.name}, seed {experiment.keys.seed}",
-            total=ticks(self._duration_s),
-            simulated="",
-            robots="",
-        )
+        self._task = self._bar.add_task("", total=ticks(self._duration_s))
         self._bar.start()
         self._began = time.monotonic()
 
     def progress(self, tick: int, resting: dict[str, int], not_resting: int) -> None:
         """Moves the bar."""
-        wall_s = time.monotonic() - self._began
-        speed = seconds(tick) / max(wall_s, 1e-3)
+        wall_s = max(time.monotonic() - self._began, 1e-3)
+        self._bar.line = robots_now(resting, not_resting)
         self._bar.update(
             self._task,
             completed=tick,
-            simulated=f"{seconds(tick):,.0f} of {self._duration_s:,.0f} s, "
-            f"{wall_s:.0f} s wall, {speed:,.0f} x real time",
-            robots=robots_now(resting, not_resting),
+            description=f"{seconds(tick):,.0f} of {self._duration_s:,.0f} s in {wall_s:.0f} s, "
+            f"{seconds(tick) / wall_s:,.0f} x real time",
         )
 
     def stop(self) -> None:
         """Removes the bar."""
         self._bar.stop()
+
+
+class _BarAndLine(Progress):
+    """rich's progress with a line of text below."""
+
+    line = ""
+
+    def get_renderables(self) -> Iterable[RenderableType]:
+        yield self.make_tasks_table(self.tasks)
+        yield Text(self.line)
 
 
 def robots_now(resting: dict[str, int], not_resting: int) -> str:

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -17,6 +18,13 @@ FIRAT = "experiments/paper/firat-n100.toml"
 
 Kilotwin = Callable[..., "subprocess.CompletedProcess[str]"]
 RunJson = Callable[..., dict[str, Any]]
+
+
+def block(text: str, language: str) -> str:
+    """The first fenced block of that language in a document."""
+    match = re.search(rf"^```{language}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    assert match, f"no {language} block"
+    return match[1]
 
 
 @pytest.fixture(scope="session")

@@ -7,16 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from .conftest import ROOT, Kilotwin
+from .conftest import ROOT, Kilotwin, block
 
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-
-
-def block(text: str, language: str) -> str:
-    """The first fenced block of that language."""
-    match = re.search(rf"^```{language}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
-    assert match, f"no {language} block"
-    return match[1]
 
 
 def test_the_example_of_the_readme_runs(kilotwin: Kilotwin, tmp_path: Path) -> None:

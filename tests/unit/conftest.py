@@ -7,9 +7,14 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 from kilotwin.experiment import Experiment
 from kilotwin.experiment_text import parse_setting
+
+# No examples kept from run to run, and no clock: the machine may be busy.
+settings.register_profile("kilotwin", database=None, deadline=None)
+settings.load_profile("kilotwin")
 
 SMALL = """\
 name = "small"
@@ -92,7 +97,7 @@ def guest_cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("guests")
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def fake_environment(guest_cache: Path) -> dict[str, str]:
     """For commands that get the fake engine in place of the real one."""
     return {
@@ -104,24 +109,31 @@ def fake_environment(guest_cache: Path) -> dict[str, str]:
     }
 
 
+def call_kilotwin(
+    folder: Path, environment: dict[str, str], *arguments: str, expect: int = 0
+) -> "subprocess.CompletedProcess[str]":
+    """`kilotwin arguments...` in `folder`; it must end with the expected code."""
+    done = subprocess.run(
+        [sys.executable, "-m", "kilotwin", *arguments],
+        cwd=folder,
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+    )
+    assert done.returncode == expect, f"{arguments}\n{done.stdout}\n{done.stderr}"
+    return done
+
+
 @pytest.fixture
 def kilotwin(folder: Path, fake_environment: dict[str, str]) -> Kilotwin:
-    """`kilotwin(arguments...)` in `folder`, on the fake engine."""
+    """`kilotwin(arguments..., expect=0, VARIABLE=...)` in `folder`, on the fake engine."""
 
     def call(
         *arguments: str, expect: int = 0, **environment: str
-    ) -> subprocess.CompletedProcess[str]:
-        done = subprocess.run(
-            [sys.executable, "-m", "kilotwin", *arguments],
-            cwd=folder,
-            env={**fake_environment, **environment},
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            check=False,
-            timeout=120,
-        )
-        assert done.returncode == expect, f"{arguments}\n{done.stdout}\n{done.stderr}"
-        return done
+    ) -> "subprocess.CompletedProcess[str]":
+        return call_kilotwin(folder, {**fake_environment, **environment}, *arguments, expect=expect)
 
     return call

@@ -175,6 +175,12 @@ count = 5
     ]
     assert experiment.groups[0].poses == [[0.0, 1.0, 0.0], [0.0, -1.0, 3.1]]
     assert experiment.size == 7
+    assert [experiment.program_of(robot).name for robot in (0, 1, 2, 6)] == [
+        "blink",
+        "blink",
+        "aggregation",
+        "aggregation",
+    ]
 
 
 def test_a_setting_remembers_what_was_typed() -> None:

@@ -39,12 +39,11 @@ def program(tmp_path: Path) -> Path:
 
 
 def test_a_program_is_compiled_once(program: Path) -> None:
-    notes: list[str] = []
-    first = build(find_program(str(program), HERE), notes.append)
-    second = build(find_program(str(program), HERE), notes.append)
-    assert first == second
+    first = build(find_program(str(program), HERE))
+    made = first.file.stat().st_mtime_ns
+    assert build(find_program(str(program), HERE)) == first
     assert first.file.name == "my program.so"
-    assert len(notes) == 1
+    assert first.file.stat().st_mtime_ns == made
 
 
 def test_the_guest_exports_its_table_and_nothing_else(program: Path) -> None:
@@ -96,7 +95,8 @@ def test_a_compile_error_is_shown_as_the_compiler_wrote_it(tmp_path: Path, cache
     with pytest.raises(InputError) as caught:
         build(find_program(str(source), HERE))
     assert str(caught.value) == f"{source}: does not compile; mend what the compiler says"
-    assert f"{source}:2:25: error: 'nothing' undeclared" in caught.value.detail.replace("‘", "'").replace("’", "'")
+    assert f"{source}:2:25: error: " in caught.value.detail
+    assert "undeclared" in caught.value.detail
     assert not list(cache.rglob("*.so"))
 
 

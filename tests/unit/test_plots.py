@@ -2,6 +2,7 @@
 
 import hashlib
 import re
+import shutil
 from pathlib import Path
 
 import pytest
@@ -10,15 +11,19 @@ from kilotwin.errors import InputError
 from kilotwin.plot import write_figure
 from kilotwin.plot.style import site_fills, state_colours
 
-from .conftest import INFORMED, SMALL, Kilotwin, Load
+from .conftest import BLINK, INFORMED, SMALL, Load, call_kilotwin
 
 MAGIC = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
 
 
-@pytest.fixture
-def run_folder(kilotwin: Kilotwin, folder: Path) -> Path:
+@pytest.fixture(scope="module")
+def run_folder(tmp_path_factory: pytest.TempPathFactory, fake_environment: dict[str, str]) -> Path:
+    """A finished run of the small experiment; not to be changed."""
+    folder = tmp_path_factory.mktemp("plots")
     (folder / "small.toml").write_text(SMALL + INFORMED)
-    kilotwin("run", "small.toml", "--out", "run", "--set", "swarm.informed=0.5")
+    (folder / "blink.c").write_text(BLINK)
+    words = ["run", "small.toml", "--out", "run", "--set", "swarm.informed=0.5"]
+    call_kilotwin(folder, fake_environment, *words)
     return folder / "run"
 
 
@@ -47,7 +52,7 @@ def test_axes_have_names_and_units(figure: str, run_folder: Path, tmp_path: Path
     comments = re.findall(r"<!-- (.*?) -->", (tmp_path / "figure.svg").read_text())
     wanted = {
         "map": ["x (m)", "y (m)", "informed (5)", "site black", "small, seed 1, at 60 s"],
-        "timeline": ["time (s)", "robots", "not resting (10)", "wanted on black: 7"],
+        "timeline": ["time (s)", "robots (at the end)", "wanted on black: 7"],
     }[figure]
     assert [text for text in wanted if text not in comments] == []
 
@@ -55,11 +60,13 @@ def test_axes_have_names_and_units(figure: str, run_folder: Path, tmp_path: Path
 def test_a_run_killed_before_its_first_sample_cannot_be_drawn(
     run_folder: Path, tmp_path: Path
 ) -> None:
-    (run_folder / "robots.arrows").write_bytes(b"")
-    (run_folder / "sites.arrows").write_bytes(b"")
+    killed = tmp_path / "run"
+    shutil.copytree(run_folder, killed)
+    (killed / "robots.arrows").write_bytes(b"")
+    (killed / "sites.arrows").write_bytes(b"")
     for figure in ("map", "timeline"):
         with pytest.raises(InputError, match="no sample was recorded"):
-            write_figure(figure, run_folder, tmp_path / "figure.png")
+            write_figure(figure, killed, tmp_path / "figure.png")
 
 
 def test_a_picture_needs_a_known_suffix(run_folder: Path, tmp_path: Path) -> None:

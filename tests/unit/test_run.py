@@ -3,6 +3,8 @@
 import contextlib
 import json
 import os
+import pty
+import re
 import signal
 import subprocess
 import sys
@@ -177,6 +179,7 @@ def test_an_interrupted_run_keeps_its_data(
 ) -> None:
     words = ["--set", trouble("slow"), "--set", "duration_s=1e9", "--out", "run", "--json"]
     process = start(*words)
+    wait_for((folder / "run").exists, "the run folder")
     wait_for(lambda: Run.open(folder / "run").sites().num_rows > 5, "samples")
     os.killpg(process.pid, number)
     output, errors = process.communicate(timeout=30)
@@ -195,9 +198,36 @@ def test_a_child_whose_parent_is_killed_closes_the_folder(
     start: Start, folder: Path, trouble: Callable[[str], str]
 ) -> None:
     process = start("--set", trouble("slow"), "--set", "duration_s=1e9", "--out", "run")
+    wait_for((folder / "run").exists, "the run folder")
     wait_for(lambda: Run.open(folder / "run").sites().num_rows > 5, "samples")
     process.kill()
     wait_for(lambda: status(folder / "run") == "interrupted", "the child to end")
+
+
+def test_progress_on_a_terminal_is_live(
+    folder: Path, fake_environment: dict[str, str], trouble: Callable[[str], str]
+) -> None:
+    here, there = pty.openpty()
+    words = ["--out", "run", "--set", trouble("slow"), "--set", "duration_s=30000"]
+    with subprocess.Popen(
+        [sys.executable, "-m", "kilotwin", "run", "small.toml", *words],
+        cwd=folder,
+        env={**fake_environment, "TERM": "xterm", "COLUMNS": "80"},
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=there,
+    ) as process:
+        os.close(there)
+        shown = b""
+        with contextlib.suppress(OSError):  # the other end is closed
+            while block := os.read(here, 65536):
+                shown += block
+        os.close(here)
+    assert process.returncode == 0, shown
+    text = shown.decode()
+    assert "small, seed 1" in text
+    assert re.search(r"of 30,000 s in \d+ s, [\d,]+ x real time", text)
+    assert re.search(r"black \d+, white \d+, not resting \d+", text)
 
 
 def test_progress_off_a_terminal_is_a_line_now_and_then(

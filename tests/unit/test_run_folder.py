@@ -37,7 +37,7 @@ def some_samples(first: int, k: int) -> "Samples":
     site[:, :3] = [1, 1, 2]
     x = np.arange(k * ROBOTS, dtype=np.float32).reshape(k, ROBOTS)
     tick = np.arange(first, first + k, dtype=np.int64) * 305
-    return {"tick": tick, "x_m": x, "y_m": -x, "heading_rad": x / 100, "led": led, "site": site}
+    return {"tick": tick, "x_m": x, "y_m": -x, "heading_rad": x, "led": led, "site": site}
 
 
 @pytest.fixture

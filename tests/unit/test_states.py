@@ -13,7 +13,13 @@ WITH_CONTROLLER = f"{SMALL}\n[controller]\n"
 
 @pytest.mark.parametrize(
     ("led", "state"),
-    [(0x00, "walking"), (0x15, "entering"), (0x3F, "resting"), (0x04, "leaving"), (0x01, "avoiding")],
+    [
+        (0x00, "walking"),
+        (0x15, "entering"),
+        (0x3F, "resting"),
+        (0x04, "leaving"),
+        (0x01, "avoiding"),
+    ],
 )
 def test_the_colours_of_aggregation_have_names(load: Load, led: int, state: str) -> None:
     states = States.of(load(WITH_CONTROLLER).keys)

@@ -48,7 +48,7 @@ extern uint8_t kilo_turn_right;
 extern uint8_t kilo_straight_left;
 extern uint8_t kilo_straight_right;
 
-/// Sets up the robot and reads its EEPROM. Interrupts are on afterwards. Leaves the callbacks alone.
+/// Sets up the robot, reads its EEPROM and switches interrupts on. Leaves the callbacks alone.
 void kilo_init(void);
 
 /// Waits for RUN, calls setup() once, then loop() for ever. Never returns. A pause stops the calls

@@ -11,6 +11,7 @@ import subprocess
 import sys
 from collections import Counter
 from pathlib import Path
+from typing import Any
 
 
 def clear(build_dir: Path) -> int:
@@ -19,9 +20,9 @@ def clear(build_dir: Path) -> int:
     return 0
 
 
-def gcov_files(build_dir: Path) -> list[dict]:
+def gcov_files(build_dir: Path) -> list[dict[str, Any]]:
     """What gcov says of each source file of each object."""
-    files = []
+    files: list[dict[str, Any]] = []
     for counts in sorted(build_dir.rglob("*.gcda")):
         command = ["gcov", "--branch-probabilities", "--json-format", "--stdout", str(counts)]
         output = subprocess.run(command, capture_output=True, check=True, text=True).stdout
@@ -32,8 +33,8 @@ def gcov_files(build_dir: Path) -> list[dict]:
 
 
 def check(build_dir: Path, sources: list[Path]) -> int:
-    lines: dict[Path, Counter] = {source: Counter() for source in sources}
-    branches: dict[Path, Counter] = {source: Counter() for source in sources}
+    lines: dict[Path, Counter[int]] = {source: Counter() for source in sources}
+    branches: dict[Path, Counter[tuple[int, int]]] = {source: Counter() for source in sources}
     for file in gcov_files(build_dir):
         source = Path(file["file"]).resolve()
         if source not in lines:
@@ -56,7 +57,7 @@ def check(build_dir: Path, sources: list[Path]) -> int:
         never += len(missed) + (not lines[source])
         print(f"{source.name}: {len(lines[source])} lines, {len(branches[source])} branches")
     print("every branch was taken" if never == 0 else f"{never} never taken")
-    return never != 0
+    return int(never != 0)
 
 
 def main() -> int:

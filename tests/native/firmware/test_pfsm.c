@@ -370,6 +370,18 @@ TEST(after_the_first_test_there_is_one_in_each_period) {
     }
 }
 
+TEST(tests_missed_in_a_pause_are_not_made_up_for) {
+    for (uint8_t clock = UPDATE_CLOCK_OWN; clock <= UPDATE_CLOCK_COMMON; clock++) {
+        robot_t r = simplified();
+        r.params.ALPHA = 0;
+        r.params.UPDATE_CLOCK = clock;
+        start_and_rest(&r, BLACK);
+        r.now += 100 * UPDATE;
+        step(&r);
+        assert_in_range(r.machine.test_at, r.now + 1, r.now + UPDATE);
+    }
+}
+
 TEST(the_common_clock_puts_tests_off_to_multiples_of_the_period_since_the_start) {
     for (uint32_t lag = 0; lag < UPDATE; lag++) {
         for (uint8_t first = FIRST_LEAVE_NEXT_STEP; first <= FIRST_LEAVE_FULL_PERIOD; first++) {
@@ -468,6 +480,23 @@ TEST(count_self_adds_one_robot) {
     start_and_rest(&r, BLACK);
     assert_leaves_with(&r, 0, 50000, 0.5 * exp(-2.25));
     assert_leaves_with(&r, 1, 50000, 0.5 * exp(-4.5));
+}
+
+// The generator's first output is the sum of a, b and counter.
+static bool leaves_at_draw(uint32_t draw, uint32_t alpha) {
+    robot_t r = simplified();
+    r.params.ALPHA = alpha;
+    start_and_rest(&r, BLACK);
+    r.machine.random = (random_t){draw, 0, 0, 0};
+    ticks(&r, STEP);
+    return r.machine.state == PFSM_LEAVE;
+}
+
+TEST(no_draw_makes_a_robot_leave_with_probability_zero_or_stay_with_one) {
+    assert_false(leaves_at_draw(0, 0));
+    assert_true(leaves_at_draw(UINT32_MAX, 65536));
+    assert_true(leaves_at_draw(0x7FFFFFFF, 32768));
+    assert_false(leaves_at_draw(0x80000000, 32768));
 }
 
 TEST(those_heard_before_the_window_do_not_count) {
@@ -845,6 +874,7 @@ int main(void) {
         cmocka_unit_test(first_leave_next_step_tests_one_step_after_coming_to_rest),
         cmocka_unit_test(first_leave_full_period_tests_one_period_after_coming_to_rest),
         cmocka_unit_test(after_the_first_test_there_is_one_in_each_period),
+        cmocka_unit_test(tests_missed_in_a_pause_are_not_made_up_for),
         cmocka_unit_test(
             the_common_clock_puts_tests_off_to_multiples_of_the_period_since_the_start),
         cmocka_unit_test(signal_from_crossing_tests_in_the_entry_walk_too),
@@ -852,6 +882,7 @@ int main(void) {
         cmocka_unit_test(the_simplified_rule_leaves_as_often_as_it_says),
         cmocka_unit_test(the_simplified_rule_takes_any_alpha_and_beta),
         cmocka_unit_test(count_self_adds_one_robot),
+        cmocka_unit_test(no_draw_makes_a_robot_leave_with_probability_zero_or_stay_with_one),
         cmocka_unit_test(those_heard_before_the_window_do_not_count),
         cmocka_unit_test(firats_rule_leaves_as_often_as_it_says),
         cmocka_unit_test(firats_rule_with_the_papers_values_holds_a_robot_for_good),

@@ -1,0 +1,162 @@
+"""Bad input ends with one line that says cause, place and remedy, with 2, and leaves nothing.
+
+Each cases/NAME.toml has what is expected of it in cases/NAME.expected.
+"""
+
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from kilotwin import cli
+
+CASES = Path(__file__).parent / "cases"
+GOOD = """
+name = "good"
+duration_s = 10
+
+[arena]
+diameter_m = {diameter_m}
+
+[swarm]
+profile = "foot-bot"
+program = "{program}"
+size = {size}
+"""
+
+Refuse = Callable[..., str]
+
+
+@pytest.fixture(scope="module")
+def guest_cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("guests")
+
+
+@pytest.fixture(autouse=True)
+def clean_environment(monkeypatch: pytest.MonkeyPatch, guest_cache: Path) -> None:
+    for name in [name for name in os.environ if name.startswith("KILOTWIN_")]:
+        monkeypatch.delenv(name)
+    monkeypatch.setenv("KILOTWIN_CACHE", str(guest_cache))
+
+
+@pytest.fixture
+def refuse(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str], tmp_path: Path
+) -> Refuse:
+    """`kilotwin run ...` must be refused; gives what it says. Nothing may appear anywhere."""
+
+    def run(*words: str, folder: Path = CASES) -> str:
+        before = contents(folder), contents(tmp_path)
+        monkeypatch.chdir(folder)
+        monkeypatch.setattr(sys, "argv", ["kilotwin", "run", *words])
+        with pytest.raises(SystemExit) as caught:
+            cli.main()
+        output, errors = capfd.readouterr()
+        assert caught.value.code == 2, errors
+        assert output == ""
+        assert "Traceback" not in errors
+        assert (contents(folder), contents(tmp_path)) == before
+        return errors
+
+    return run
+
+
+def contents(folder: Path) -> set[Path]:
+    return set(folder.rglob("*"))
+
+
+@pytest.mark.parametrize("case", sorted(CASES.glob("*.toml")), ids=lambda case: case.stem)
+def test_a_bad_experiment_is_refused_in_one_line(
+    case: Path, refuse: Refuse, tmp_path: Path
+) -> None:
+    first, *others = refuse(case.name, "--out", str(tmp_path / "run")).splitlines()
+    assert first == "kilotwin: " + case.with_suffix(".expected").read_text().rstrip("\n")
+    # Only a compiler has more to say.
+    assert bool(others) == ("does not compile" in first)
+
+
+def test_every_expectation_has_its_case() -> None:
+    assert [
+        path.name for path in CASES.glob("*.expected") if not path.with_suffix(".toml").exists()
+    ] == []
+
+
+def test_the_compilers_words_are_shown_as_they_are(refuse: Refuse) -> None:
+    said = refuse("program_that_does_not_compile.toml")
+    assert re.search(r"^\S*/programs/broken\.c:6:13: error: ", said, re.MULTILINE)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["nowhere.toml"], "nowhere.toml: no such file or directory; name an experiment's"),
+        (["programs"], "programs: a folder; name an experiment's TOML file"),
+        (["informed_share_over_1.toml", "--set", "swarm.informed=2"], "--set swarm.informed=2: "),
+        (["informed_share_over_1.toml", "--set", "swarm.informed"], "not of the form key=value"),
+        (["two_sites_of_one_name.toml", "--set", "site.1.nam=x"], "did you mean 'name'?"),
+        (["wrong_step.toml", "--seed", "-3", "--set", "engine.step_ticks=2"], "--seed -3: seed is"),
+    ],
+)
+def test_bad_words_are_named(words: list[str], said: str, refuse: Refuse) -> None:
+    (line,) = refuse(*words).splitlines()
+    assert line.startswith("kilotwin: ")
+    assert said in line
+
+
+def good(folder: Path, *, diameter_m: float = 4.0, size: int = 10) -> str:
+    """The name of an experiment that could be run."""
+    program = CASES / "programs" / "blink.c"
+    text = GOOD.format(diameter_m=diameter_m, program=program, size=size)
+    (folder / "good.toml").write_text(text)
+    return "good.toml"
+
+
+@pytest.mark.parametrize("out", ["/proc/run", "/dev/null/run", "good.toml", "good.toml/run"])
+def test_a_folder_that_cannot_be_written_is_refused(
+    out: str, refuse: Refuse, tmp_path: Path
+) -> None:
+    (line,) = refuse(good(tmp_path), "--out", out, folder=tmp_path).splitlines()
+    assert line.startswith(f"kilotwin: --out {out}: ")
+    assert re.search(r"; name (another|a new) folder$", line)
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
+def test_a_folder_without_permission_is_refused(refuse: Refuse, tmp_path: Path) -> None:
+    (tmp_path / "locked").mkdir(mode=0o555)
+    (line,) = refuse(good(tmp_path), "--out", "locked/run", folder=tmp_path).splitlines()
+    assert "cannot write in" in line
+    assert "permission denied" in line
+
+
+def test_a_folder_in_use_is_refused(refuse: Refuse, tmp_path: Path) -> None:
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "mine.txt").write_text("mine")
+    (line,) = refuse(good(tmp_path), "--out", "run", folder=tmp_path).splitlines()
+    assert line == "kilotwin: --out run: the folder is not empty; name a new one"
+
+
+def test_more_robots_than_the_engine_can_place_are_refused(refuse: Refuse, tmp_path: Path) -> None:
+    """Few enough by area, but there is no way to put two so large ones into so small an arena."""
+    file = good(tmp_path, diameter_m=0.345, size=2)
+    (line,) = refuse(file, "--out", "run", folder=tmp_path).splitlines()
+    assert line.startswith("kilotwin: good.toml:8: ")
+    assert "2" in line
+
+
+def test_the_installed_command_refuses_just_so(tmp_path: Path) -> None:
+    """Once through a process of its own, as people call it."""
+    done = subprocess.run(
+        [sys.executable, "-m", "kilotwin", "run", "unknown_key.toml", "--out", tmp_path / "run"],
+        cwd=CASES,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert done.stderr == "kilotwin: " + (CASES / "unknown_key.expected").read_text()
+    assert done.stdout == ""
+    assert not (tmp_path / "run").exists()

@@ -1,0 +1,29 @@
+"""build_guest.py PROGRAM GUEST.so: builds a robot program with the host's builder, for the native tests."""
+
+import os
+import sys
+import tempfile
+from pathlib import Path
+
+from kilotwin import guest_build
+from kilotwin.errors import KilotwinError
+from kilotwin.programs import find_program
+
+
+def main() -> int:
+    program, guest = sys.argv[1], Path(sys.argv[2])
+    guest.parent.mkdir(parents=True, exist_ok=True)
+    # The build system knows what is up to date; a cache beside it would only grow.
+    with tempfile.TemporaryDirectory(dir=guest.parent) as cache:
+        os.environ["KILOTWIN_CACHE"] = cache
+        try:
+            built = guest_build.build(find_program(program, Path.cwd()))
+        except (KilotwinError, ValueError) as error:
+            print(error, getattr(error, "detail", ""), sep="\n", file=sys.stderr)
+            return 1
+        built.file.replace(guest)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,107 @@
+/// What the engine's tests share: scenes to put robots into, and a bench for a robot without a world.
+#ifndef KILOTWIN_TESTS_SUPPORT_H
+#define KILOTWIN_TESTS_SUPPORT_H
+
+#include <deque>
+#include <initializer_list>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/simulation.h"
+
+namespace kilotwin::testing {
+
+/// Messages that the program `puppet` obeys, beside those of kilolib.
+enum PuppetMessage : uint8_t {
+    MOTORS = 0x20,  ///< left, right
+    COLOR = 0x21,   ///< RGB()
+    SEND = 0x22,    ///< type of what it sends from now on, 0 nothing; then 1 for a wrong CRC
+    SAY = 0x23,     ///< 1: prints whatever else it hears
+};
+
+constexpr uint8_t FULL = 70;  ///< motor value that drives a foot-bot straight at full speed
+
+std::string guest(const std::string &name);
+
+/// A message with the right CRC.
+message_t message(uint8_t type, std::initializer_list<uint8_t> data = {});
+message_t run_message();
+
+constexpr Cycles ticks(uint64_t count) { return count * TICK_CYCLES; }
+
+Profile foot_bot();
+Arena square_hall(double side_m);
+Arena round_hall(double diameter_m);
+
+/// Numbers from a test's own generator, so that "random" scenes are the same everywhere.
+class Dice {
+  public:
+    explicit Dice(uint64_t seed) : chance_(seed) {}
+    double between(double low, double high) {
+        return low + (high - low) * chance_.uniform(0, Purpose::PLACE, n_++);
+    }
+    uint32_t below(uint32_t limit) {
+        return static_cast<uint32_t>(chance_.uniform(0, Purpose::PLACE, n_++) * limit);
+    }
+
+  private:
+    Chance chance_;
+    uint64_t n_ = 0;
+};
+
+/// A run in the making: foot-bots without a floor, RUN at 0.
+struct Scene {
+    explicit Scene(const Arena &arena, uint64_t seed = 1);
+
+    /// Returns the index of the first of them.
+    uint32_t add(const std::string &program, const std::vector<Pose> &poses);
+    uint32_t add_anywhere(const std::string &program, size_t count);
+
+    /// A message to one robot, or to all.
+    void tell(int64_t tick, uint32_t robot, const message_t &what);
+    void tell_all(int64_t tick, const message_t &what);
+
+    /// From `tick` on a puppet drives as its motors are set here.
+    void motors(int64_t tick, uint32_t robot, uint8_t left, uint8_t right) {
+        tell(tick, robot, message(MOTORS, {left, right}));
+    }
+
+    SimulationDef def;
+    uint32_t robots = 0;
+};
+
+/// The poses of a sample as they were stored.
+Pose pose_of(const Samples &samples, uint32_t robot, size_t row = 0);
+
+/// Some robots on a bench: they run, hear what they are told, but stand in no world.
+class Bench {
+  public:
+    explicit Bench(const std::vector<std::string> &programs, uint64_t seed = 1);
+
+    void tell(Cycles at, uint32_t robot, const message_t &what, int16_t distance_mm = 0);
+    void run(Cycles until, Cycles slice = ticks(64));
+
+    /// What a robot printed, and when; other events are in `events`.
+    std::vector<Event> prints(uint32_t robot) const;
+    std::vector<std::string> said(uint32_t robot) const;
+    std::vector<Event> others(uint32_t robot) const;
+    std::vector<Emission> sent(uint32_t robot) const;
+    Robot &robot(uint32_t index) { return robots_[index]; }
+
+    Events events;
+    std::vector<Emission> emissions;
+
+  private:
+    Chance chance_;
+    RobotContext context_;
+    std::vector<std::unique_ptr<uint8_t[]>> images_;
+    std::deque<Robot> robots_;
+    Cycles now_ = 0;
+};
+
+std::vector<std::string> texts(const Events &events, uint32_t robot, EventKind kind = EventKind::PRINT);
+
+}  // namespace kilotwin::testing
+
+#endif

@@ -1,0 +1,33 @@
+"""A wheel holds all that is needed to build and run a robot program, without the source tree."""
+
+import subprocess
+import sys
+import sysconfig
+from pathlib import Path
+
+from .conftest import ROOT, block
+
+# Debian's Python does not read the .pth file that leads to the source tree.
+BASE_PYTHON = sys._base_executable  # type: ignore[attr-defined]
+
+
+def test_an_installed_wheel_runs_a_program(environment: dict[str, str], tmp_path: Path) -> None:
+    pip = [sys.executable, "-m", "pip", "--disable-pip-version-check"]
+    options = ["--quiet", "--no-deps", "--no-build-isolation"]
+    installed, locked = tmp_path / "installed", sysconfig.get_path("purelib")
+    subprocess.run([*pip, "install", *options, "--target", installed, ROOT], check=True)
+
+    readme = (ROOT / "README.md").read_text()
+    (tmp_path / "my.c").write_text(block(readme, "c"))
+    (tmp_path / "my.toml").write_text(block(readme, "toml"))
+    run = ["-c", "from kilotwin.cli import main; main()", "run", "my.toml", "--out", "run"]
+    done = subprocess.run(
+        [BASE_PYTHON, *run, "--json"],
+        cwd=tmp_path,
+        env={**environment, "PYTHONPATH": f"{installed}:{locked}"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert '"robots": 10' in done.stdout
