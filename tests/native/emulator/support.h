@@ -1,4 +1,4 @@
-/// What the engine's tests share: scenes to put robots into, and a bench for a robot without a world.
+/// What the engine's tests share: scenes to put robots into, and a bench for robots without a world.
 #ifndef KILOTWIN_TESTS_SUPPORT_H
 #define KILOTWIN_TESTS_SUPPORT_H
 
@@ -103,7 +103,8 @@ class Bench {
     Cycles now_ = 0;
 };
 
-std::vector<std::string> texts(const Events &events, uint32_t robot, EventKind kind = EventKind::PRINT);
+std::vector<std::string> texts(const Events &events, uint32_t robot,
+                               EventKind kind = EventKind::PRINT);
 
 }  // namespace kilotwin::testing
 

@@ -52,7 +52,7 @@ TEST_CASE("a robot turns on the spot in closed form, over many turns") {
 TEST_CASE("a change of motion keeps the pose of that moment") {
     Trajectory way(0, {{0, 0}, 0});
     way.change(0, {0.1, 0});
-    way.change(CYCLES_PER_SECOND * 2, {0, 1});    // 0.2 m along x, then a quarter turn
+    way.change(CYCLES_PER_SECOND * 2, {0, 1});  // 0.2 m along x, then a quarter turn
     way.change(static_cast<Cycles>(CYCLES_PER_SECOND * (2 + PI / 2)), {0.1, 0});
     Pose pose = way.pose(static_cast<Cycles>(CYCLES_PER_SECOND * (3 + PI / 2)));
     CHECK((pose.position - Eigen::Vector2d(0.2, 0.1)).norm() < 1e-7);
