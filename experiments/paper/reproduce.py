@@ -1,4 +1,4 @@
-"""Runs what decides the paper's claims (a) and (e), and five conditions of its grid.
+"""Makes the runs that decide the paper's claims (a) and (e), and five conditions of its grid.
 
     .venv/bin/python experiments/paper/reproduce.py [--seeds N] [--out DIR] [--only a|cells]
 
