@@ -58,11 +58,13 @@ Simulation::Simulation(const SimulationDef &def)
       chance_(def.seed),
       step_(def.step_ticks * TICK_CYCLES),
       run_at_(run_cycles(def.commands)),
+      chassis_(def.profile, chance_, count_robots(def)),
       next_sample_(run_at_),
-      contact_gap_m_(2 * PUSHED_SPEED * def.profile.speed_m_s * seconds(step_) +
+      reach_m_(def.kilobot_medium ? KilobotMedium::reach_m(*def.kilobot_medium) : def.range_m),
+      contact_gap_m_(2 * PUSHED_SPEED * chassis_.fastest_m_s() * seconds(step_) +
                      CONTACT_MARGIN * def.profile.radius_m),
       black_box_(def.black_box.empty() ? nullptr : map_black_box(def.black_box)),
-      context_{chance_, events_, emissions_, black_box_},
+      context_{chance_, events_, emissions_, black_box_, def.kilobot_medium ? FRAME_CYCLES : 0},
       commands_(def.commands),
       wake_(count_robots(def), 0),
       next_motor_(wake_.size(), NEVER),
@@ -72,16 +74,17 @@ Simulation::Simulation(const SimulationDef &def)
       surroundings_(wake_.size()),
       steps_apart_(wake_.size(), 0),
       in_contact_(wake_.size(), false),
-      neighbours_(std::max(def.range_m + def.profile.radius_m,
+      neighbours_(std::max(reach_m_ + def.profile.radius_m,
                            2 * def.profile.radius_m + contact_gap_m_ + (def.floor ? def.floor->obstacle_m : 0)),
-                  SKIN_SHARE * def.range_m),
+                  SKIN_SHARE * reach_m_),
       medium_(def.range_m, def.line_of_sight, def.profile.radius_m, wake_.size()),
-      world_(def.arena, def.profile, wake_.size()) {
+      world_(def.arena, def.profile, chassis_.fastest_m_s(), wake_.size()) {
     if (wake_.empty()) throw EngineError("there is no robot");
     if (def.floor) floor_.emplace(*def.floor, run_at_, step_, wake_.size());
     std::stable_sort(commands_.begin(), commands_.end(),
                      [](const auto &a, const auto &b) { return a.tick < b.tick; });
     create_robots();
+    if (def.kilobot_medium) kilobot_medium_.emplace(*def.kilobot_medium, chance_, robots_);
     boot();
 }
 
@@ -104,9 +107,7 @@ void Simulation::create_robots() {
         for (size_t i = 0; i < group.count; i++, index++) {
             auto power_up = static_cast<Cycles>(chance_.uniform(index, Purpose::POWER_UP, 0) *
                                                 static_cast<double>(POWER_UP_TICKS * TICK_CYCLES));
-            Calibration calibration = {static_cast<uint16_t>(index + 1), def_.profile.turn_left,
-                                       def_.profile.turn_right, def_.profile.straight_left,
-                                       def_.profile.straight_right};
+            Calibration calibration = calibrate(index);
             robots_.emplace_back(context_, program, index, calibration, power_up, images_.back().get() + i * stride);
         }
     }
@@ -114,6 +115,17 @@ void Simulation::create_robots() {
         trajectories_.emplace_back(run_at_, pose);
         positions_.push_back(pose.position);
     }
+}
+
+Calibration Simulation::calibrate(uint32_t index) const {
+    constexpr double LIMIT = 3;
+    auto spread = [&](Purpose purpose, double sd) {
+        return 1 + sd * std::clamp(chance_.normal(index, purpose, 0), -LIMIT, LIMIT);
+    };
+    const auto &p = def_.profile;
+    const double tick = static_cast<double>(TICK_CYCLES) * spread(Purpose::CLOCK, def_.clock_spread);
+    return {static_cast<uint16_t>(index + 1), p.turn_left, p.turn_right, p.straight_left, p.straight_right,
+            InfraredGains(spread(Purpose::SENSITIVITY, def_.sensitivity_spread)), static_cast<Cycles>(tick + 0.5)};
 }
 
 // From power-up to RUN robots wait on their places for what the host tells them.
@@ -151,7 +163,10 @@ void Simulation::step(Cycles limit) {
     if (floor_) next_sensing_ = floor_->senses_at(now_) ? now_ : floor_->next_sensing(now_);
     for (uint32_t robot = 0; robot < robots_.size(); robot++)
         if (wake_[robot] <= now_) attend(robot, limit);
-    deliver_frames();
+    if (kilobot_medium_)
+        run_attended();
+    else
+        deliver_frames();
     move();
     now_ += step_;
     statistics_.steps++;
@@ -185,7 +200,7 @@ void Simulation::refresh_lists() {
 
 /// How long nobody can come near who is on no list.
 double Simulation::lists_hold_for_s() const {
-    return (neighbours_.skin_m() - 2 * drift_m_) / (CLOSING_SPEED * def_.profile.speed_m_s);
+    return (neighbours_.skin_m() - 2 * drift_m_) / (CLOSING_SPEED * chassis_.fastest_m_s());
 }
 
 void Simulation::attend(uint32_t robot, Cycles limit) {
@@ -193,8 +208,13 @@ void Simulation::attend(uint32_t robot, Cycles limit) {
     if (around.look_again <= now_) look_around(robot);
     Cycles until = std::min(limit, std::max(around.alone_until, now_ + step_));
     if (next_sensing_ < until) floor_->tell(robots_[robot], around.cell, next_sensing_, until);
-    run_robot(robot, until);
     wake_[robot] = until;
+    if (kilobot_medium_ && (until == now_ + step_ || kilobot_medium_->busy_with(robot))) {
+        wake_[robot] = now_ + step_;
+        attended_.push_back(robot);
+    } else {
+        run_robot(robot, until);
+    }
 }
 
 /// What stands around a robot at rest or on its way, and how long it can be left alone: bounded by the fastest that
@@ -203,7 +223,7 @@ void Simulation::look_around(uint32_t robot) {
     auto &around = surroundings_[robot];
     const auto &trajectory = trajectories_[robot];
     const Eigen::Vector2d here = positions_[robot];
-    const double speed = def_.profile.speed_m_s, radius = def_.profile.radius_m;
+    const double speed = chassis_.fastest_m_s(), radius = def_.profile.radius_m;
     const double obstacle_gap = floor_ ? floor_->obstacle_m() : 0;
     const double sensed_gap = std::max(obstacle_gap, contact_gap_m_);
     const bool at_rest = trajectory.drive().at_rest() && !world_.holds(robot);
@@ -216,7 +236,7 @@ void Simulation::look_around(uint32_t robot) {
         double distance = offset.norm(), gap = distance - 2 * radius;
         if (gap <= obstacle_gap && offset.dot(ahead) > 0) obstacle = true;
         if (gap <= contact_gap_m_) crowded = true;
-        double nearest_change_s = std::min(std::max(gap - sensed_gap, 0.0), std::max(distance - def_.range_m, 0.0)) /
+        double nearest_change_s = std::min(std::max(gap - sensed_gap, 0.0), std::max(distance - reach_m_, 0.0)) /
                                   (CLOSING_SPEED * speed);
         alone_s = std::min(alone_s, nearest_change_s);
         bool other_moves = !trajectories_[other].drive().at_rest() || world_.holds(other);
@@ -262,7 +282,19 @@ void Simulation::run_robot(uint32_t index, Cycles until) {
         else
             statistics_.frames_sent++;
     }
-    if (!robot.motor_commands.empty()) next_motor_[index] = robot.motor_commands[motor_index_[index]].at;
+    take_motor_commands(index);
+}
+
+void Simulation::take_motor_commands(uint32_t index) {
+    const auto &commands = robots_[index].motor_commands;
+    if (!commands.empty()) next_motor_[index] = std::min(next_motor_[index], commands[motor_index_[index]].at);
+}
+
+/// Robots that may hear one another: the medium runs them together.
+void Simulation::run_attended() {
+    kilobot_medium_->run(attended_, now_, now_ + step_, neighbours_, positions_);
+    for (uint32_t robot : attended_) take_motor_commands(robot);
+    attended_.clear();
 }
 
 void Simulation::deliver_frames() {
@@ -281,9 +313,9 @@ void Simulation::deliver_frames() {
         }
         Reception reception = {std::max(emission.at + FRAME_CYCLES, now_ + step_), emission.message, {}};
         for (const auto &listener : medium_.last_audience(emission.robot)) {
-            auto gain = static_cast<int16_t>(std::min<uint16_t>(listener.distance_mm, INT16_MAX));
-            reception.distance = {gain, gain};
-            robots_[listener.robot].receive(reception);
+            Robot &robot = robots_[listener.robot];
+            reception.distance = robot.calibration().gains.measure(listener.distance_mm);
+            robot.receive(reception);
             statistics_.frames_received++;
         }
     }
@@ -305,13 +337,13 @@ void Simulation::move() {
     for (uint32_t robot = 0; robot < robots_.size(); robot++) {
         if (world_.holds(robot)) continue;
         if (next_motor_[robot] < now_ + step_) apply_commands(robot, trajectories_[robot]);
-        if (trajectories_[robot].drive().speed == 0) continue;
+        if (trajectories_[robot].drive().stands()) continue;
         positions_[robot] = trajectories_[robot].position(now_ + step_);
         anybody_moves_ = true;
     }
     solve_contacts();
     double fastest = world_.robots().empty() ? 1 : PUSHED_SPEED;
-    if (anybody_moves_) drift_m_ += fastest * def_.profile.speed_m_s * seconds(step_);
+    if (anybody_moves_) drift_m_ += fastest * chassis_.fastest_m_s() * seconds(step_);
 }
 
 bool Simulation::moves_in_step(uint32_t robot) const {
@@ -338,7 +370,7 @@ void Simulation::find_contacts() {
     for (uint32_t robot : contacts_) {
         in_contact_[robot] = false;
         steps_apart_[robot] = 0;
-        if (!world_.holds(robot)) world_.add(robot, trajectories_[robot].pose(now_), free_shift(robot), seconds(step_));
+        if (!world_.holds(robot)) world_.add(robot, trajectories_[robot], now_);
     }
     leaving_.clear();
     size_t next = 0;
@@ -351,47 +383,30 @@ void Simulation::find_contacts() {
     for (uint32_t robot : leaving_) world_.remove(robot);
 }
 
-/// Lets the motor commands of this step take effect at their times.
+/// Lets the motor commands of this step, and what changes by itself, take effect at their times.
 void Simulation::apply_commands(uint32_t index, Trajectory &trajectory) {
     auto &commands = robots_[index].motor_commands;
     bool rested = trajectory.drive().at_rest();
     size_t &next = motor_index_[index];
-    for (; next < commands.size() && commands[next].at < now_ + step_; next++) {
-        Drive drive = def_.profile.drive(commands[next].left, commands[next].right);
+    while (next_motor_[index] < now_ + step_) {
+        const Cycles at = std::max(next_motor_[index], now_);
+        const bool commanded = next < commands.size() && commands[next].at <= at;
+        Drive drive = commanded ? chassis_.set_duties(index, at, commands[next].left, commands[next].right)
+                                : chassis_.renew(index);
+        next += commanded;
+        next_motor_[index] = std::min(next < commands.size() ? commands[next].at : NEVER, chassis_.next_renewal(index));
         if (drive == trajectory.drive()) continue;
-        bool halts = drive.speed == 0 && trajectory.drive().speed != 0;
-        trajectory.change(std::max(commands[next].at, now_), drive);
-        still_since_[index] = drive.speed != 0 ? NEVER : halts ? now_ + step_ : still_since_[index];
+        bool halts = drive.stands() && !trajectory.drive().stands();
+        trajectory.change(at, drive);
+        still_since_[index] = !drive.stands() ? NEVER : halts ? now_ + step_ : still_since_[index];
         if (halts) positions_[index] = trajectory.position(now_ + step_);
         surroundings_[index].look_again = std::min(surroundings_[index].look_again, now_ + step_);
     }
     if (next == commands.size()) {
         commands.clear();
         next = 0;
-        next_motor_[index] = NEVER;
-    } else {
-        next_motor_[index] = commands[next].at;
     }
     if (rested && !trajectory.drive().at_rest()) disturb_neighbours(index);
-}
-
-/// Where a robot would go within this step, were it alone.
-Shift Simulation::free_shift(uint32_t robot) const {
-    Trajectory alone = trajectories_[robot];
-    const Pose before = alone.pose(now_);
-    Cycles at = now_;
-    double turn = 0;
-    auto pass = [&](Cycles until) {
-        turn += alone.drive().turn * seconds(until - at);
-        at = until;
-    };
-    const auto &commands = robots_[robot].motor_commands;
-    for (size_t i = motor_index_[robot]; i < commands.size() && commands[i].at < now_ + step_; i++) {
-        pass(std::max(commands[i].at, now_));
-        alone.change(at, def_.profile.drive(commands[i].left, commands[i].right));
-    }
-    pass(now_ + step_);
-    return {alone.position(now_ + step_) - before.position, turn};
 }
 
 void Simulation::solve_contacts() {
@@ -401,13 +416,19 @@ void Simulation::solve_contacts() {
         return;
     }
     const double step_s = seconds(step_);
-    for (uint32_t robot : held) world_.drive(robot, free_shift(robot), step_s);
+    poses_before_.clear();
+    for (uint32_t robot : held) {
+        poses_before_.push_back(trajectories_[robot].pose(now_));
+        apply_commands(robot, trajectories_[robot]);
+        Pose alone = trajectories_[robot].pose(now_ + step_);
+        world_.drive(robot, {alone.position - poses_before_.back().position, wrapped(alone.heading - poses_before_.back().heading)}, step_s);
+    }
     world_.step(step_s, touching_steps_ >= STEPS_TOUCHING_TO_CARE);
     statistics_.solver_steps += held.size();
-    for (uint32_t robot : held) {
-        Pose pose = trajectories_[robot].pose(now_);
-        Shift shift = world_.moved(robot);
-        if (next_motor_[robot] < now_ + step_) apply_commands(robot, trajectories_[robot]);
+    for (size_t i = 0; i < held.size(); i++) {
+        const uint32_t robot = held[i];
+        Pose pose = poses_before_[i];
+        const Shift shift = world_.moved(robot);
         bool moved = shift.by != Eigen::Vector2d::Zero();
         if (moved) {
             still_since_[robot] = now_ + step_;
@@ -455,7 +476,7 @@ void Simulation::sample_into(Samples &samples) const {
     samples.tick.push_back(tick());
     for (uint32_t robot = 0; robot < robots_.size(); robot++) {
         Pose pose = trajectories_[robot].pose(now_);
-        samples.add_robot(pose, robots_[robot].color(), def_.arena.site_at(pose.position));
+        samples.add_robot(pose, robots_[robot].color(now_), def_.arena.site_at(pose.position));
     }
 }
 

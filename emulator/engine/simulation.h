@@ -16,9 +16,11 @@
 
 #include "engine/arena.h"
 #include "engine/chance.h"
+#include "engine/chassis.h"
 #include "engine/clock.h"
 #include "engine/events.h"
 #include "engine/ideal_medium.h"
+#include "engine/kilobot_medium.h"
 #include "engine/motion.h"
 #include "engine/neighbours.h"
 #include "engine/recorder.h"
@@ -48,8 +50,11 @@ struct SimulationDef {
     Arena arena;
     Profile profile;
     std::optional<VirtualFloor::Settings> floor;
-    double range_m = 0.8;
+    double range_m = 0.8;     ///< of the ideal medium
     bool line_of_sight = true;
+    std::optional<KilobotMedium::Settings> kilobot_medium;  ///< instead of the ideal one
+    double clock_spread = 0;        ///< sd of the robots' oscillators, share
+    double sensitivity_spread = 0;  ///< sd of the robots' receivers, share
     std::vector<Group> groups;
     std::vector<Command> commands;
     uint32_t sample_ticks = 305;  ///< at least step_ticks; taken when the world step is over
@@ -96,6 +101,7 @@ class Simulation {
     };
 
     void create_robots();
+    Calibration calibrate(uint32_t robot) const;
     void boot();
     void step(Cycles limit);
     void give_commands(Cycles until);
@@ -108,13 +114,14 @@ class Simulation {
     void look_around(uint32_t robot);
     Cycles whole_steps(double for_s) const;
     void run_robot(uint32_t robot, Cycles until);
+    void take_motor_commands(uint32_t robot);
+    void run_attended();
     void deliver_frames();
     bool audience_holds(uint32_t robot) const;
     void move();
     bool moves_in_step(uint32_t robot) const;
     void find_contacts();
     void apply_commands(uint32_t robot, Trajectory &trajectory);
-    Shift free_shift(uint32_t robot) const;
     void solve_contacts();
     void record_overlaps();
     void disturb_neighbours(uint32_t robot);
@@ -125,9 +132,11 @@ class Simulation {
     Chance chance_;
     Cycles step_;                ///< length of a world step
     Cycles run_at_;              ///< when RUN is given: t = 0
+    Chassis chassis_;
     Cycles now_ = 0;             ///< begin of the current step
     uint64_t samples_due_ = 0;   ///< so many were taken
     Cycles next_sample_;
+    double reach_m_;             ///< nobody is heard from farther away
     double contact_gap_m_;       ///< robots farther apart cannot touch within a step
     Events events_;
     std::vector<Emission> emissions_;
@@ -155,11 +164,14 @@ class Simulation {
     double drift_m_ = 0;  ///< nobody has moved farther since the lists were made
     bool anybody_moves_ = false;
     IdealMedium medium_;
+    std::optional<KilobotMedium> kilobot_medium_;
+    std::vector<uint32_t> attended_;  ///< robots that it runs in this step
     std::optional<VirtualFloor> floor_;
     Cycles next_sensing_ = NEVER;  ///< of the floor, from now_ on
     World world_;
     std::vector<uint32_t> contacts_;  ///< robots that belong into the solver this step, ascending
     std::vector<uint32_t> leaving_;   ///< and those that no longer do
+    std::vector<Pose> poses_before_;  ///< of the robots in the solver
     uint32_t touching_steps_ = 0;
     Samples samples_;
     Statistics statistics_;

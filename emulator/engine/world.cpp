@@ -79,7 +79,7 @@ struct World::Box2D {
     }
 };
 
-World::World(const Arena &arena, const Profile &profile, size_t robots)
+World::World(const Arena &arena, const Profile &profile, double fastest_m_s, size_t robots)
     : box2d_(std::make_unique<Box2D>()), held_(robots, false) {
     auto &b = *box2d_;
     b.units_per_m = RADIUS_UNITS / profile.radius_m;
@@ -88,8 +88,8 @@ World::World(const Arena &arena, const Profile &profile, size_t robots)
     b2WorldDef def = b2DefaultWorldDef();
     def.gravity = {0, 0};
     def.enableSleep = false;
-    def.maxContactPushSpeed = static_cast<float>(profile.speed_m_s * b.units_per_m);
-    def.maximumLinearSpeed = static_cast<float>(2 * profile.speed_m_s * b.units_per_m);
+    def.maxContactPushSpeed = static_cast<float>(fastest_m_s * b.units_per_m);
+    def.maximumLinearSpeed = static_cast<float>(2 * fastest_m_s * b.units_per_m);
     b.world = b2CreateWorld(&def);
     b.discs.resize(robots);
     b.build_walls(arena);
@@ -97,15 +97,16 @@ World::World(const Arena &arena, const Profile &profile, size_t robots)
 
 World::~World() { b2DestroyWorld(box2d_->world); }
 
-void World::add(uint32_t robot, const Pose &pose, const Shift &free, double step_s) {
+void World::add(uint32_t robot, const Trajectory &trajectory, Cycles at) {
     auto &b = *box2d_;
     auto &disc = b.discs[robot];
     if (B2_IS_NULL(disc.body)) b.create(disc);
-    Eigen::Vector2d ahead = direction(pose.heading);
-    b2Body_SetTransform(disc.body, b.to_units(pose.position),
+    const Eigen::Vector2d ahead = trajectory.ahead(at), v = trajectory.drive().velocity;
+    b2Body_SetTransform(disc.body, b.to_units(trajectory.position(at)),
                         {static_cast<float>(ahead.x()), static_cast<float>(ahead.y())});
-    b2Body_SetLinearVelocity(disc.body, b.to_units(free.by / step_s));
-    b2Body_SetAngularVelocity(disc.body, static_cast<float>(free.turn / step_s));
+    b2Body_SetLinearVelocity(disc.body, b.to_units({ahead.x() * v.x() - ahead.y() * v.y(),
+                                                    ahead.y() * v.x() + ahead.x() * v.y()}));
+    b2Body_SetAngularVelocity(disc.body, static_cast<float>(trajectory.drive().turn));
     b2Body_Enable(disc.body);
     held_[robot] = true;
     robots_.insert(std::lower_bound(robots_.begin(), robots_.end(), robot), robot);
