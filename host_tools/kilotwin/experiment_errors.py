@@ -3,9 +3,8 @@
 import difflib
 import json
 import types
-from typing import Annotated, Any, Literal, TypeGuard, Union, get_args, get_origin
+from typing import Annotated, Any, TypeGuard, Union, get_args, get_origin
 
-from annotated_types import Ge, Gt, Le, Lt
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
@@ -19,7 +18,7 @@ _KINDS = {
     "int_type": "a whole number",
     "string_type": "text in quotes",
     "bool_type": "true or false",
-    "list_type": "a list in [ ]",
+    "list_type": "a list in [ ], or [[ ]] tables",
     "dict_type": "a table",
     "model_type": "a table",
     "model_attributes_type": "a table",
@@ -60,14 +59,14 @@ def _describe(problem: dict[str, Any], path: KeyPath) -> str:
         return f"{_table(path[:-1])} lacks '{key}'; add {example}"
     value = _shown(problem["input"])
     annotation, metadata = _field_at(path)
+    allowed = _range(metadata)
     if kind in _KINDS:
-        allowed = _range(annotation, metadata)
         return f"{dotted(path)} is {value}; it must be {_KINDS[kind]}{allowed and f', {allowed}'}"
     if kind == "literal_error":
         choices = [str(choice) for choice in get_args(_bare(annotation))]
-        return f"{dotted(path)} is {value}; {_nearest(value.strip(chr(34)), choices)}"
+        return f"{dotted(path)} is {value}; {_nearest(str(problem['input']), choices)}"
     if kind.startswith(("greater_than", "less_than")):
-        return f"{dotted(path)} is {value}; it must be {_range(annotation, metadata)}"
+        return f"{dotted(path)} is {value}; it must be {allowed}"
     if kind in ("too_short", "too_long"):
         context = problem["ctx"]
         wanted = context.get("min_length", context.get("max_length"))
@@ -144,17 +143,14 @@ def _bare(annotation: Any) -> Any:
     return _unwrap(annotation)[0]
 
 
-def _range(annotation: Any, metadata: list[Any]) -> str:
-    if get_origin(annotation) is Literal:
-        return "one of " + ", ".join(str(choice) for choice in get_args(annotation))
-    low = high = ""
+def _range(metadata: list[Any]) -> str:
+    """`from 0 up to 1`; nothing where anything goes."""
+    words = {"ge": "from", "gt": "above", "le": "up to", "lt": "below"}
+    parts: list[str] = []
     for constraint in metadata:
-        if isinstance(constraint, Ge):
-            low = f"from {constraint.ge:.15g}"
-        elif isinstance(constraint, Gt):
-            low = f"above {constraint.gt:.15g}"
-        elif isinstance(constraint, Le):
-            high = f"up to {constraint.le:{'d' if isinstance(constraint.le, int) else '.15g'}}"
-        elif isinstance(constraint, Lt):
-            high = f"below {constraint.lt:.15g}"
-    return " ".join(part for part in (low, high) if part)
+        for name, word in words.items():
+            limit = getattr(constraint, name, None)
+            if limit is not None:
+                shown = limit if isinstance(limit, int) else f"{limit:.15g}"
+                parts.append(f"{word} {shown}")
+    return " ".join(parts)

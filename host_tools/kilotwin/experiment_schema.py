@@ -27,6 +27,11 @@ ProfileName = Literal["foot-bot"]
 Shape = Literal["circle", "rectangle"]
 
 
+def _named_colour(text: str) -> str:
+    site_colour(text)
+    return text
+
+
 class Section(BaseModel):
     """A table of the file: no unknown keys, no text for numbers, no NaN."""
 
@@ -51,7 +56,7 @@ class Site(Section):
     diameter_m: Length | None = None
     width_m: Length | None = None
     height_m: Length | None = None
-    colour: Annotated[str, AfterValidator(lambda text: site_colour(text) and text)] | None = None
+    colour: Annotated[str, AfterValidator(_named_colour)] | None = None
 
 
 class Swarm(Section):

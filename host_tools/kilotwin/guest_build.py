@@ -86,7 +86,7 @@ def cache_folder() -> Path:
     """$KILOTWIN_CACHE, else kilotwin in the user's cache folder."""
     own = os.environ.get("KILOTWIN_CACHE")
     if own:
-        return Path(own)
+        return Path(own).absolute()
     base = os.environ.get("XDG_CACHE_HOME")
     return (Path(base) if base else Path.home() / ".cache") / "kilotwin"
 
@@ -147,14 +147,7 @@ class _Builder:
             library, merged = work / "libside.a", work / "merged.o"
             self._tool(["ar", "rc", library, *side])
             # From an archive only what is used comes along: malloc's heap is state that few need.
-            merge: list[str | Path] = [
-                "-r",
-                "-nostdlib",
-                "-u",
-                "kt_table",
-                "-T",
-                self._guest / "merge.ld",
-            ]
+            merge = ["-r", "-nostdlib", "-u", "kt_table", "-T", str(self._guest / "merge.ld")]
             self._tool([self._compiler, *merge, "-o", merged, *objects, library])
             version_script = f"-Wl,--version-script={self._guest / 'guest.map'}"
             with tempfile.NamedTemporaryFile(

@@ -8,11 +8,13 @@ from pathlib import Path
 
 import pytest
 from hypothesis import settings
+from hypothesis.configuration import set_hypothesis_home_dir
 
 from kilotwin.experiment import Experiment
 from kilotwin.experiment_text import parse_setting
 
 # No examples kept from run to run, and no clock: the machine may be busy.
+set_hypothesis_home_dir(Path(__file__).parents[2] / "build" / "hypothesis")
 settings.register_profile("kilotwin", database=None, deadline=None)
 settings.load_profile("kilotwin")
 

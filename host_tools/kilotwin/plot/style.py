@@ -1,5 +1,6 @@
 """The look of all figures: sizes, type, and colours that colour-blind people can tell apart."""
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -7,7 +8,7 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from kilotwin.colours import SITE_COLOURS, SITE_PALETTE, led_rgb, site_colour
+from kilotwin.colours import SITE_COLOURS, SITE_PALETTE, site_colour
 from kilotwin.experiment_schema import ExperimentSchema
 from kilotwin.run_reader import Run
 
@@ -75,13 +76,8 @@ def state_colours(states: list[str]) -> dict[str, str]:
 
 def _led_colour(state: str) -> str | None:
     """`RGB(1,0,3)`, the name of a colour without a meaning, as #rrggbb."""
-    for led in range(64):
-        red, green, blue = led_rgb(led)
-        if state == f"RGB({red},{green},{blue})":
-            return "#{:02x}{:02x}{:02x}".format(
-                *(round(level * 255 / 3) for level in (red, green, blue))
-            )
-    return None
+    plain = re.fullmatch(r"RGB\((\d),(\d),(\d)\)", state)
+    return plain and "#" + "".join(f"{85 * int(level):02x}" for level in plain.groups())
 
 
 def title(run: Run) -> str:

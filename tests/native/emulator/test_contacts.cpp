@@ -1,0 +1,321 @@
+// Bodies: robots stop at one another and at walls, push and resist, and the solver sees all that matters.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "engine/trigonometry.h"
+#include "support.h"
+
+using namespace kilotwin;
+using namespace kilotwin::testing;
+
+namespace {
+
+constexpr double RADIUS = 0.085, DIAMETER = 0.17;
+constexpr double SPEED_PER_TICK = 0.1 * TICK_S;
+
+double gap(const Samples &samples, uint32_t a, uint32_t b, size_t row = 0) {
+    return (pose_of(samples, a, row).position - pose_of(samples, b, row).position).norm() - DIAMETER;
+}
+
+/// Poses of all robots after each sample period.
+Samples run(Scene &scene, int64_t duration_ticks, uint32_t sample_ticks = 8) {
+    scene.def.sample_ticks = sample_ticks;
+    Simulation simulation(scene.def);
+    simulation.advance(duration_ticks);
+    return simulation.take_samples();
+}
+
+size_t last_row(const Samples &samples) { return samples.tick.size() - 1; }
+
+/// The same scene with every robot in the solver at every step: what the hybrid has to agree with. Robots drive from
+/// the beginning on as `drives` says.
+std::vector<Pose> all_in_solver(const Scene &scene, std::vector<Pose> poses, const std::vector<Drive> &drives,
+                                int64_t duration_ticks) {
+    World world(scene.def.arena, scene.def.profile, poses.size());
+    const double step_s = scene.def.step_ticks * TICK_S;
+    auto free = [&](size_t i) {
+        return Shift{direction(poses[i].heading) * drives[i].speed * step_s, drives[i].turn * step_s};
+    };
+    auto count = static_cast<uint32_t>(poses.size());
+    for (uint32_t i = 0; i < count; i++) world.add(i, poses[i], free(i), step_s);
+    for (int64_t tick = 0; tick < duration_ticks; tick += scene.def.step_ticks) {
+        for (uint32_t i = 0; i < count; i++) world.drive(i, free(i), step_s);
+        world.step(step_s, true);
+        for (uint32_t i = 0; i < count; i++) {
+            Shift moved = world.moved(i);
+            poses[i].position += moved.by;
+            poses[i].heading = wrapped(poses[i].heading + moved.turn);
+        }
+    }
+    return poses;
+}
+
+/// Compares a run of puppets with the all-in-solver run, at the end of each of ten parts. Returns the largest
+/// difference in place.
+double worst_difference(const Arena &arena, const std::vector<Pose> &poses, const std::vector<Drive> &drives,
+                        int64_t duration_ticks, uint32_t step_ticks = 2) {
+    Scene scene(arena);
+    scene.def.step_ticks = step_ticks;
+    scene.add("puppet", poses);
+    for (uint32_t i = 0; i < poses.size(); i++)
+        if (!drives[i].at_rest()) scene.motors(0, i, FULL, FULL);
+    auto samples = run(scene, duration_ticks, static_cast<uint32_t>(duration_ticks / 10));
+    double worst = 0;
+    for (size_t row = 1; row < samples.tick.size(); row++) {
+        auto expected = all_in_solver(scene, poses, drives, samples.tick[row]);
+        for (uint32_t i = 0; i < poses.size(); i++)
+            worst = std::max(worst, (pose_of(samples, i, row).position - expected[i].position).norm());
+    }
+    return worst;
+}
+
+constexpr Drive FORWARD = {0.1, 0};
+
+}  // namespace
+
+TEST_CASE("two robots head-on stop where they touch") {
+    for (uint32_t step : {1u, 2u, 4u}) {
+        Scene scene(square_hall(6));
+        scene.def.step_ticks = step;
+        scene.add("puppet", {{{-0.5, 0}, 0}, {{0.5, 0}, PI}});
+        scene.motors(0, 0, FULL, FULL);
+        scene.motors(0, 1, FULL, FULL);
+        auto samples = run(scene, 400, 4);
+        for (size_t row = 0; row <= last_row(samples); row++) {
+            CHECK(gap(samples, 0, 1, row) > -0.05 * DIAMETER);
+            // Free until they meet, 0.415 m on: tick 126.
+            if (samples.tick[row] < 120) {
+                double way = SPEED_PER_TICK * static_cast<double>(samples.tick[row]);
+                CHECK(pose_of(samples, 0, row).position.x() == doctest::Approx(-0.5 + way).epsilon(1e-4));
+            }
+        }
+        size_t last = last_row(samples);
+        CHECK(std::abs(gap(samples, 0, 1, last)) < 0.01 * DIAMETER);
+        CHECK((pose_of(samples, 0, last).position - Eigen::Vector2d(-RADIUS, 0)).norm() < 0.01);
+        CHECK(std::abs(pose_of(samples, 0, last).heading) < 0.05);
+    }
+}
+
+TEST_CASE("a robot drives into a wall from any side and never through it") {
+    for (uint32_t step : {1u, 2u, 4u})
+        for (bool round : {true, false}) {
+            CAPTURE(round);
+            Scene scene(round ? round_hall(8) : square_hall(8));
+            scene.def.step_ticks = step;
+            // One robot for each direction, and one that meets the wall aslant.
+            std::vector<Pose> poses;
+            for (int i = 0; i < 24; i++) {
+                double angle = (i + 0.37) * PI / 12;
+                Eigen::Vector2d outward = direction(angle);
+                double edge = round ? 4 : 4 / outward.cwiseAbs().maxCoeff();
+                poses.push_back({outward * (edge - 0.5), angle + (i % 2) * 0.5});
+            }
+            uint32_t count = static_cast<uint32_t>(poses.size());
+            scene.add("puppet", poses);
+            for (uint32_t i = 0; i < count; i++) scene.motors(0, i, FULL, FULL);
+            auto samples = run(scene, 600, 4);
+            for (size_t row = 0; row <= last_row(samples); row++)
+                for (uint32_t i = 0; i < count; i++)
+                    CHECK(scene.def.arena.wall_gap(pose_of(samples, i, row).position) > 0.95 * RADIUS);
+            for (uint32_t i = 0; i < count; i++)
+                CHECK(scene.def.arena.wall_gap(pose_of(samples, i, last_row(samples)).position) < 1.02 * RADIUS);
+        }
+}
+
+TEST_CASE("the round wall is where the arena says, all around") {
+    Scene scene(round_hall(19.2));
+    std::vector<Pose> poses;
+    for (int i = 0; i < 40; i++) {
+        double angle = i * PI / 20 + 0.001 * i;
+        poses.push_back({direction(angle) * 9.45, angle});
+    }
+    scene.add("puppet", poses);
+    for (uint32_t i = 0; i < 40; i++) scene.motors(0, i, FULL, FULL);
+    auto samples = run(scene, 200);
+    for (uint32_t i = 0; i < 40; i++) {
+        double wall_gap = 9.6 - pose_of(samples, i, last_row(samples)).position.norm() - RADIUS;
+        CHECK(std::abs(wall_gap) < 0.01 * DIAMETER);
+    }
+}
+
+TEST_CASE("a robot that meets a wall aslant slides along it") {
+    Scene scene(square_hall(8));
+    scene.add("puppet", {{{3.5, 0}, PI / 4}});
+    scene.motors(0, 0, FULL, FULL);
+    auto samples = run(scene, 600);
+    Pose pose = pose_of(samples, 0, last_row(samples));
+    CHECK(pose.position.x() == doctest::Approx(4 - RADIUS).epsilon(0.001));
+    double free = SPEED_PER_TICK * 600 * std::sin(PI / 4);
+    CHECK(pose.position.y() > 0.5 * free);
+    CHECK(pose.position.y() < 1.01 * free);
+}
+
+TEST_CASE("a robot with its motors off resists: it is pushed, but slower than its pusher drives freely") {
+    for (uint32_t step : {1u, 2u, 4u}) {
+        Scene scene(square_hall(8));
+        scene.def.step_ticks = step;
+        scene.add("puppet", {{{-0.2, 0}, 0}, {{0, 0}, 0}});
+        scene.motors(0, 0, FULL, FULL);
+        scene.motors(600, 0, 0, 0);
+        auto samples = run(scene, 800, 8);
+        double contact_tick = 0.03 / SPEED_PER_TICK, pushed = 0, worst = 0;
+        for (size_t row = 0; row <= last_row(samples); row++) {
+            worst = std::min(worst, gap(samples, 0, 1, row));
+            if (samples.tick[row] <= 600) pushed = pose_of(samples, 1, row).position.x();
+        }
+        double speed = pushed / ((600 - contact_tick) * TICK_S);
+        MESSAGE("a robot pushed by another moves at " << speed << " m/s, in steps of " << step << " ticks");
+        CHECK(speed < 0.06);
+        CHECK(worst > -0.05 * DIAMETER);
+        // Who is pushed no longer does not slide on.
+        CHECK(pose_of(samples, 1, last_row(samples)).position.x() < pushed + 0.01);
+    }
+}
+
+TEST_CASE("the harder a robot is to push, the more stand in a row") {
+    double speed[4];
+    for (int resting = 0; resting < 4; resting++) {
+        Scene scene(square_hall(10));
+        std::vector<Pose> poses = {{{-3, 0}, 0}};
+        for (int i = 0; i < resting; i++) poses.push_back({{-3 + (i + 1) * DIAMETER, 0}, 0});
+        scene.add("puppet", poses);
+        scene.motors(0, 0, FULL, FULL);
+        auto samples = run(scene, 400);
+        speed[resting] = (pose_of(samples, 0, last_row(samples)).position.x() + 3) / (400 * TICK_S);
+        MESSAGE("pushing " << resting << ": " << speed[resting] << " m/s");
+    }
+    CHECK(speed[0] == doctest::Approx(0.1).epsilon(0.001));
+    for (int resting = 1; resting < 4; resting++) CHECK(speed[resting] < speed[resting - 1]);
+}
+
+TEST_CASE("a robot at rest stays where it is, also beside one that passes") {
+    Scene scene(square_hall(6));
+    scene.add("puppet", {{{-0.6, 0.176}, 0}, {{0, 0}, 1}, {{0, 0.352}, 2}});
+    scene.motors(0, 0, FULL, FULL);
+    Simulation simulation(scene.def);
+    simulation.advance(400);
+    CHECK(simulation.statistics().solver_steps > 0);
+    auto samples = simulation.snapshot();
+    // Robot 0 went between the two, 6 mm from each, in and out of the solver: as in closed form.
+    double way = SPEED_PER_TICK * 400;
+    CHECK((pose_of(samples, 0).position - Eigen::Vector2d(-0.6 + way, 0.176)).norm() < 1e-5);
+    CHECK(std::abs(pose_of(samples, 0).heading) < 1e-6);
+    CHECK((pose_of(samples, 1).position - Eigen::Vector2d(0, 0)).norm() < 1e-7);
+    CHECK((pose_of(samples, 2).position - Eigen::Vector2d(0, 0.352)).norm() < 1e-7);
+    CHECK(std::abs(pose_of(samples, 1).heading - 1) < 1e-6);
+    CHECK(std::abs(pose_of(samples, 2).heading - 2) < 1e-6);
+}
+
+TEST_CASE("a robot turns beside others as if alone") {
+    Scene scene(square_hall(6));
+    scene.add("puppet", {{{0, 0}, 0}, {{0.175, 0}, 1}, {{-0.175, 0}, 0}});
+    scene.motors(10, 0, 65, 0);
+    scene.motors(60, 0, 0, 65);
+    scene.motors(81, 0, 0, 0);
+    auto samples = run(scene, 100);
+    Pose pose = pose_of(samples, 0, last_row(samples));
+    CHECK(pose.position.norm() < 1e-6);
+    CHECK(std::abs(std::remainder(pose.heading - 1.43 * (50 - 21) * TICK_S, 2 * PI)) < 1e-4);
+}
+
+TEST_CASE("a motor change within a step acts at its moment, also in the solver") {
+    for (uint32_t step : {1u, 2u, 4u}) {
+        Scene scene(square_hall(6));
+        scene.def.step_ticks = step;
+        // The second one is near enough to be in the solver, and out of the way.
+        scene.add("puppet", {{{0, 0}, PI / 2}, {{0.175, -0.05}, 0}});
+        scene.motors(3, 0, FULL, FULL);
+        scene.motors(14, 0, 0, 0);
+        Simulation simulation(scene.def);
+        simulation.advance(40);
+        CHECK(simulation.statistics().solver_steps > 0);
+        double way = SPEED_PER_TICK * 11;
+        CHECK(pose_of(simulation.snapshot(), 0).position.y() == doctest::Approx(way).epsilon(0.2));
+    }
+}
+
+TEST_CASE("only robots near a moving body are in the solver") {
+    Scene scene(square_hall(20));
+    std::vector<Pose> poses;
+    for (int i = 0; i < 10; i++) poses.push_back({{DIAMETER * i, 0}, 0});  // a resting pile
+    for (int i = 0; i < 10; i++) poses.push_back({{-8, i - 5.0}, 0});      // far from all others
+    scene.add("puppet", poses);
+    for (uint32_t i = 10; i < 20; i++) scene.motors(0, i, FULL, FULL);
+    Simulation simulation(scene.def);
+    simulation.advance(400);
+    CHECK(simulation.statistics().solver_steps == 0);
+}
+
+TEST_CASE("all that stand in a chain are in the solver, and leave it together 4 steps after") {
+    Scene scene(square_hall(20));
+    std::vector<Pose> poses = {{{-0.3, 0}, 0}};
+    for (int i = 0; i < 9; i++) poses.push_back({{DIAMETER * i, 0}, 0});
+    scene.add("puppet", poses);
+    scene.motors(0, 0, FULL, FULL);
+    scene.motors(90, 0, 0, 0);
+    Simulation simulation(scene.def);
+    simulation.advance(38);  // 0.13 m to go, less 30 mm of margin
+    CHECK(simulation.statistics().solver_steps == 0);
+    simulation.advance(20);
+    CHECK(simulation.statistics().solver_steps > 0);
+    CHECK(simulation.statistics().solver_steps % 10 == 0);
+    simulation.advance(52);
+    auto before = simulation.statistics().solver_steps;
+    CHECK(before % 10 == 0);
+    simulation.advance(100);
+    CHECK(simulation.statistics().solver_steps == before);
+}
+
+TEST_CASE("a chain of ten agrees with a run that has all robots in the solver") {
+    std::vector<Pose> poses;
+    std::vector<Drive> drives;
+    for (int i = 0; i < 10; i++) {
+        poses.push_back({{-1 + 0.2 * i, 0}, 0});  // 30 mm apart
+        drives.push_back(i == 0 ? FORWARD : Drive{});
+    }
+    double worst = worst_difference(square_hall(10), poses, drives, 400);
+    MESSAGE("chain of ten: " << 100 * worst / DIAMETER << " % of a diameter");
+    CHECK(worst < 0.02 * DIAMETER);
+
+    // Five from either end.
+    for (size_t i = 0; i < 10; i++) {
+        if (i >= 5) poses[i].heading = PI;
+        drives[i] = FORWARD;
+    }
+    worst = worst_difference(square_hall(10), poses, drives, 400);
+    MESSAGE("five against five: " << 100 * worst / DIAMETER << " % of a diameter");
+    CHECK(worst < 0.02 * DIAMETER);
+}
+
+TEST_CASE("a resting pile that others drive into agrees with a run that has all robots in the solver") {
+    std::vector<Pose> poses;
+    std::vector<Drive> drives;
+    for (int row = 0; row < 4; row++)
+        for (int i = 0; i < 4; i++) {
+            poses.push_back({{0.18 * i + 0.09 * (row % 2), 0.16 * row}, 0});
+            drives.push_back({});
+        }
+    for (int i = 0; i < 3; i++) {
+        poses.push_back({{-0.5, 0.05 + 0.2 * i}, 0});
+        drives.push_back(FORWARD);
+    }
+    double worst = worst_difference(square_hall(10), poses, drives, 300);
+    MESSAGE("resting pile: " << 100 * worst / DIAMETER << " % of a diameter");
+    CHECK(worst < 0.05 * DIAMETER);
+}
+
+TEST_CASE("robots in a corner agree with a run that has all robots in the solver") {
+    std::vector<Pose> poses;
+    std::vector<Drive> drives;
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) {
+            poses.push_back({{1.0 + 0.25 * i, 1.0 + 0.26 * j}, PI / 4 + 0.1 * (i - j)});
+            drives.push_back(FORWARD);
+        }
+    double worst = worst_difference(square_hall(4), poses, drives, 400);
+    MESSAGE("corner: " << 100 * worst / DIAMETER << " % of a diameter");
+    CHECK(worst < 0.05 * DIAMETER);
+}

@@ -1,0 +1,183 @@
+#include "engine/simulation.h"
+
+#include <doctest/doctest.h>
+
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+
+#include "support.h"
+
+using namespace kilotwin;
+using namespace kilotwin::testing;
+
+TEST_CASE("time starts at RUN and advances to the end of a world step") {
+    for (uint32_t step : {1u, 2u, 4u}) {
+        Scene scene(square_hall(6));
+        scene.def.step_ticks = step;
+        scene.add("puppet", {{{0, 0}, 0}});
+        Simulation simulation(scene.def);
+        CHECK(simulation.tick() == 0);
+        simulation.advance(1);
+        CHECK(simulation.tick() == step);
+        simulation.advance(9);
+        CHECK(simulation.tick() >= step + 9);
+        CHECK(simulation.tick() < step + 9 + step);
+        CHECK(simulation.tick() % step == 0);
+    }
+}
+
+TEST_CASE("samples are taken at 0 and at every period, however the run is cut") {
+    Scene scene(square_hall(6));
+    scene.def.sample_ticks = 25;
+    scene.add("puppet", {{{0, 0}, 0}, {{1, 0}, 1}});
+    scene.motors(0, 0, FULL, FULL);
+    scene.tell(30, 1, message(COLOR, {RGB(1, 2, 3)}));
+    Simulation whole(scene.def), cut(scene.def);
+    whole.advance(110);
+    auto samples = whole.take_samples();
+    CHECK(samples.tick == std::vector<int64_t>{0, 26, 50, 76, 100});  // at the ends of world steps
+    REQUIRE(samples.x_m.size() == 10);
+    for (size_t row = 0; row < 5; row++) {
+        CHECK(samples.x_m[2 * row] == doctest::Approx(0.1 * TICK_S * static_cast<double>(samples.tick[row])));
+        CHECK(samples.led[2 * row + 1] == (row < 2 ? 0 : RGB(1, 2, 3)));
+    }
+    CHECK(whole.take_samples().tick.empty());
+
+    Samples joined;
+    for (int i = 0; i < 37; i++) {
+        cut.advance(i % 5);
+        auto part = cut.take_samples();
+        joined.tick.insert(joined.tick.end(), part.tick.begin(), part.tick.end());
+        joined.x_m.insert(joined.x_m.end(), part.x_m.begin(), part.x_m.end());
+        joined.led.insert(joined.led.end(), part.led.begin(), part.led.end());
+    }
+    joined.tick.resize(4);
+    CHECK(joined.tick == std::vector<int64_t>{0, 26, 50, 76});
+    for (size_t i = 0; i < 8; i++) {
+        CHECK(joined.x_m[i] == samples.x_m[i]);
+        CHECK(joined.led[i] == samples.led[i]);
+    }
+}
+
+TEST_CASE("a snapshot shows now and disturbs nothing") {
+    Scene scene(square_hall(6));
+    scene.def.arena.sites = {{Region::Shape::CIRCLE, {0.5, 0}, {0.4, 0.4}}};
+    scene.add("puppet", {{{0, 0}, 0.5}, {{0.5, 0.1}, -2}});
+    Simulation simulation(scene.def);
+    auto now = simulation.snapshot();
+    CHECK(now.tick == std::vector<int64_t>{0});
+    CHECK(now.heading_rad == std::vector<float>{0.5f, -2});
+    CHECK(now.site == std::vector<uint8_t>{0, 1});
+    CHECK(simulation.take_samples().tick.empty());
+    simulation.advance(2);
+    CHECK(simulation.take_samples().tick == std::vector<int64_t>{0});
+}
+
+TEST_CASE("commands are given at their tick, to the robots in their range of uids") {
+    Scene scene(square_hall(6));
+    scene.def.sample_ticks = 2;
+    scene.add("puppet", {{{-1, 0}, 0}, {{0, 0}, 0}, {{1, 0}, 0}, {{2, 0}, 0}});
+    scene.def.commands.push_back({10, 2, 3, message(COLOR, {RGB(0, 0, 3)})});
+    scene.tell_all(-20, message(COLOR, {RGB(1, 1, 1)}));
+    Simulation simulation(scene.def);
+    simulation.advance(20);
+    auto samples = simulation.take_samples();
+    for (size_t row = 0; row < samples.tick.size(); row++)
+        for (size_t robot = 0; robot < 4; robot++) {
+            bool told = samples.tick[row] > 10 && (robot == 1 || robot == 2);
+            CHECK(samples.led[4 * row + robot] == (told ? RGB(0, 0, 3) : RGB(1, 1, 1)));
+        }
+}
+
+TEST_CASE("motors act exactly at the cycle they are set, also within a world step") {
+    for (uint32_t step : {1u, 2u, 4u}) {
+        Scene scene(square_hall(6));
+        scene.def.step_ticks = step;
+        scene.add("puppet", {{{0, 0}, 0}});
+        scene.motors(3, 0, FULL, FULL);
+        scene.motors(6, 0, 0, 0);
+        scene.motors(9, 0, 65, 0);
+        scene.motors(14, 0, 0, 0);
+        Simulation simulation(scene.def);
+        simulation.advance(20);
+        Pose pose = pose_of(simulation.snapshot(), 0);
+        CHECK(pose.position.x() == doctest::Approx(0.1 * 3 * TICK_S).epsilon(1e-6));
+        CHECK(pose.heading == doctest::Approx(1.43 * 5 * TICK_S).epsilon(1e-6));
+    }
+}
+
+TEST_CASE("what cannot be run is refused with words for people") {
+    Scene empty(square_hall(6));
+    CHECK_THROWS_WITH_AS(Simulation{empty.def}, "there is no robot", EngineError);
+
+    Scene full(square_hall(0.5));
+    full.add_anywhere("puppet", 50);
+    CHECK_THROWS_AS(Simulation{full.def}, EngineError);
+
+    Scene missing(square_hall(6));
+    missing.add("no_such_program", {{{0, 0}, 0}});
+    CHECK_THROWS_AS(Simulation{missing.def}, EngineError);
+    CHECK_THROWS_WITH(Simulation{missing.def}, doctest::Contains("program no_such_program cannot be loaded"));
+
+    Scene stranger(square_hall(6));
+    stranger.add("puppet", {{{0, 0}, 0}});
+    stranger.def.groups[0].program = "libm.so.6";
+    CHECK_THROWS_WITH_AS(Simulation{stranger.def}, "libm.so.6 is no Kilotwin program: it has no kt_table", EngineError);
+
+    Scene box(square_hall(6));
+    box.add("puppet", {{{0, 0}, 0}});
+    box.def.black_box = "/nowhere/at/all";
+    CHECK_THROWS_AS(Simulation{box.def}, EngineError);
+}
+
+TEST_CASE("the black box tells which robot ran last, and its tick") {
+    char path[] = "/tmp/kilotwin-black-box-XXXXXX";
+    int file = mkstemp(path);
+    REQUIRE(file >= 0);
+    REQUIRE(ftruncate(file, sizeof(BlackBox)) == 0);
+    Scene scene(square_hall(6));
+    scene.def.black_box = path;
+    scene.add("puppet", {{{-1, 0}, 0}, {{0, 0}, 0}, {{1, 0}, 0}});
+    scene.tell(100, 1, message(COLOR, {1}));
+    {
+        Simulation simulation(scene.def);
+        simulation.advance(102);
+        BlackBox box;
+        REQUIRE(pread(file, &box, sizeof box, 0) == sizeof box);
+        CHECK(box.robot < 3);
+        CHECK(box.tick > 40);
+        CHECK(box.tick <= 64 + 102);
+    }
+    close(file);
+    std::remove(path);
+}
+
+TEST_CASE("equal definitions give equal runs, other seeds others") {
+    auto hash_of = [](uint64_t seed) {
+        Scene scene(round_hall(3), seed);
+        scene.add_anywhere("wanderer", 20);
+        Simulation simulation(scene.def);
+        simulation.advance(2000);
+        return result_hash(simulation.snapshot());
+    };
+    CHECK(hash_of(1) == hash_of(1));
+    CHECK(hash_of(1) != hash_of(2));
+}
+
+TEST_CASE("two runs in one process do not disturb each other") {
+    auto make = [](uint64_t seed) {
+        Scene scene(round_hall(3), seed);
+        scene.add_anywhere("wanderer", 20);
+        return scene.def;
+    };
+    Simulation alone(make(1));
+    alone.advance(1000);
+    Simulation first(make(1)), second(make(2));
+    for (int i = 0; i < 100; i++) {
+        first.advance(10);
+        second.advance(10);
+    }
+    CHECK(result_hash(first.snapshot()) == result_hash(alone.snapshot()));
+}

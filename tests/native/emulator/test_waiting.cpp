@@ -1,0 +1,129 @@
+// Programs that wait or compute without coming back. `waiting` does it in a way of its own for each uid.
+#include <doctest/doctest.h>
+
+#include "support.h"
+
+using namespace kilotwin;
+using namespace kilotwin::testing;
+
+namespace {
+
+using Texts = std::vector<std::string>;
+
+/// One robot for each way to wait; `way` alone runs.
+struct Waiting : Bench {
+    explicit Waiting(uint32_t way) : Bench(std::vector<std::string>(way, "waiting")), robot(way - 1) {
+        tell(ticks(2) + 10, robot, run_message());
+    }
+    uint32_t robot;
+};
+
+}  // namespace
+
+TEST_CASE("a busy-wait on kilo_ticks advances") {
+    Waiting bench(1);
+    bench.run(ticks(150));
+    CHECK(bench.said(bench.robot) == Texts{"waited 100 until 102"});
+    CHECK(bench.others(bench.robot).empty());
+}
+
+TEST_CASE("a busy-wait on a flag that a callback sets advances within a tick") {
+    Waiting bench(2);
+    bench.tell(ticks(40) + 99, bench.robot, message(5));
+    bench.run(ticks(43));
+    auto prints = bench.prints(bench.robot);
+    REQUIRE(prints.size() == 1);
+    CHECK(prints[0].at >= ticks(40) + 99);
+    CHECK(prints[0].at <= ticks(42));
+}
+
+TEST_CASE("a busy-wait with calls of the API in it advances") {
+    Waiting bench(8);
+    bench.tell(ticks(40), bench.robot, message(5));
+    bench.run(ticks(43));
+    CHECK(bench.prints(bench.robot).size() >= 1);
+    CHECK(bench.Bench::robot(bench.robot).color() == RGB(1, 0, 0));
+}
+
+TEST_CASE("a wait of more than 10 s is warned about once, and goes on") {
+    Waiting bench(2);
+    bench.run(ticks(2000));
+    auto others = bench.others(bench.robot);
+    REQUIRE(others.size() == 1);
+    CHECK(others[0].kind == EventKind::BUSY_WAIT);
+    CHECK(others[0].robot == bench.robot);
+    CHECK(others[0].program == "waiting");
+    CHECK(others[0].tick == 2 + 305 + 1);  // 10 s are 305.2 ticks
+    bench.tell(ticks(2000) + 1, bench.robot, message(5));
+    bench.run(ticks(2003));
+    CHECK(bench.said(bench.robot).size() == 1);
+}
+
+TEST_CASE("for (;;); stays where it is, warned about, with interrupts served") {
+    Waiting bench(3);
+    bench.tell(ticks(5), bench.robot, message(5));
+    bench.tell(ticks(500), bench.robot, message(5));
+    bench.tell(ticks(3000), bench.robot, message(5));
+    bench.run(ticks(4000));
+    CHECK(bench.said(bench.robot) == Texts{"heard 1", "heard 2", "heard 3"});
+    auto others = bench.others(bench.robot);
+    REQUIRE(others.size() == 1);
+    CHECK(others[0].kind == EventKind::BUSY_WAIT);
+    CHECK_FALSE(bench.Bench::robot(bench.robot).stopped());
+}
+
+TEST_CASE("endless computing is stopped after 60 s") {
+    for (uint32_t way : {4u, 5u}) {
+        CAPTURE(way);
+        Waiting bench(way);
+        bench.run(ticks(1825));
+        CHECK_FALSE(bench.Bench::robot(bench.robot).stopped());
+        bench.run(ticks(1900));
+        CHECK(bench.Bench::robot(bench.robot).stopped());
+        auto others = bench.others(bench.robot);
+        REQUIRE(others.size() == 2);
+        CHECK(others[0].kind == EventKind::BUSY_WAIT);
+        CHECK(others[1].kind == EventKind::ENDLESS);
+        CHECK(others[1].program == "waiting");
+        CHECK(others[1].robot == bench.robot);
+        CHECK(seconds(others[1].at - ticks(2)) >= 60);
+        CHECK(seconds(others[1].at - ticks(2)) < 60.2);
+    }
+}
+
+TEST_CASE("a long computation takes the time it would, and ends") {
+    Waiting bench(6);
+    bench.run(ticks(500));
+    auto prints = bench.prints(bench.robot);
+    REQUIRE(prints.size() >= 2);
+    CHECK(bench.others(bench.robot).empty());
+    // A million turns of about one basic block, at ten cycles a block.
+    Cycles took = prints[1].at - prints[0].at;
+    CHECK(seconds(took) > 0.8);
+    CHECK(seconds(took) < 5);
+}
+
+TEST_CASE("a wait of 98 s on a copy of kilo_ticks is not taken for computing, whatever callbacks count meanwhile") {
+    Waiting bench(7);
+    for (uint64_t i = 3; i < 3050; i++) bench.tell(ticks(i) + 100, bench.robot, message(5));
+    bench.run(ticks(3050));
+    CHECK(bench.said(bench.robot) == Texts{"waited 3000 until 3002"});
+    CHECK_FALSE(bench.Bench::robot(bench.robot).stopped());
+}
+
+TEST_CASE("a callback that waits for kilo_ticks waits for ever, as on hardware, and is warned about") {
+    Waiting bench(9);
+    bench.tell(ticks(50), bench.robot, message(5));
+    bench.run(ticks(500));
+    auto others = bench.others(bench.robot);
+    REQUIRE(others.size() == 1);
+    CHECK(others[0].kind == EventKind::BUSY_WAIT);
+    CHECK(others[0].tick == 50);
+}
+
+TEST_CASE("who comes back in time is never warned about") {
+    Bench bench(std::vector<std::string>(10, "waiting"));
+    bench.tell(10, 9, run_message());
+    bench.run(ticks(5000));
+    CHECK(bench.others(9).empty());
+}
