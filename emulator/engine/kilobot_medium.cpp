@@ -18,10 +18,12 @@ constexpr double RANGE_LIMIT = 3;  // of the spread
 
 }  // namespace
 
-KilobotMedium::KilobotMedium(const Settings &settings, const Chance &chance, std::deque<Robot> &robots)
+KilobotMedium::KilobotMedium(const Settings &settings, const Chance &chance, std::deque<Robot> &robots,
+                             MediumCounts &counts)
     : settings_(settings),
       chance_(chance),
       robots_(robots),
+      counts_(counts),
       frames_(robots.size()),
       audible_(robots.size()),
       draws_(robots.size()) {

@@ -18,6 +18,16 @@
 
 namespace kilotwin {
 
+/// What became of frames.
+struct MediumCounts {
+    uint64_t sent = 0, received = 0;  ///< received: at a robot
+    uint64_t wrong_crc = 0;           ///< sent, but nobody takes them
+    uint64_t attempts_failed = 0;     ///< not sent: channel found busy
+    uint64_t collided = 0;            ///< lost at a receiver to another frame
+    uint64_t deaf = 0;                ///< lost at a receiver that was sending itself
+    uint64_t lost = 0;                ///< lost at a receiver by chance
+};
+
 class KilobotMedium {
   public:
     /// Each mechanism can be switched off by itself.
@@ -33,31 +43,21 @@ class KilobotMedium {
         bool held_busy = false;       ///< somebody's light never goes out: no attempt succeeds
     };
 
-    struct Counts {
-        uint64_t sent = 0, received = 0;
-        uint64_t attempts_failed = 0;   ///< channel found busy
-        uint64_t wrong_crc = 0;         ///< frames that nobody takes
-        uint64_t collided = 0;          ///< lost at a receiver to another frame
-        uint64_t deaf = 0;              ///< lost at a receiver that was sending itself
-        uint64_t lost = 0;              ///< lost at a receiver by chance
-    };
-
-    KilobotMedium(const Settings &settings, const Chance &chance, std::deque<Robot> &robots);
+    KilobotMedium(const Settings &settings, const Chance &chance, std::deque<Robot> &robots, MediumCounts &counts);
 
     /// The farthest that anybody can be heard.
     static double reach_m(const Settings &settings);
 
-    /// Whether a robot is in the middle of a transmission: then it has to be run here.
-    bool busy_with(uint32_t robot) const {
-        return frames_[robot].on_air || robots_[robot].question() != Robot::Question::NONE;
+    /// Whether a robot has to be run here, even if nobody else is near: it is in the middle of a transmission, or the
+    /// channel is not free.
+    bool claims(uint32_t robot) const {
+        return settings_.held_busy || frames_[robot].on_air || robots_[robot].question() != Robot::Question::NONE;
     }
 
     /// Runs `attended` robots (ascending) from `begin` to `end` together, as they stand at `begin`.
     void run(const std::vector<uint32_t> &attended, Cycles begin, Cycles end, const Neighbours &neighbours,
              const std::vector<Eigen::Vector2d> &positions);
 
-    const Counts &counts() const { return counts_; }
-    void count_unheard(uint64_t frames) { counts_.sent += frames; }
 
   private:
     struct Heard {
@@ -97,6 +97,7 @@ class KilobotMedium {
     Settings settings_;
     const Chance &chance_;
     std::deque<Robot> &robots_;
+    MediumCounts &counts_;
     std::vector<float> range_m_;                   ///< by sender
     std::vector<Frame> frames_;                    ///< by sender: a robot sends one at a time
     std::vector<std::vector<uint32_t>> audible_;   ///< by receiver: senders on air
@@ -105,7 +106,6 @@ class KilobotMedium {
     const Neighbours *neighbours_ = nullptr;
     const std::vector<Eigen::Vector2d> *positions_ = nullptr;
     Cycles end_ = 0;
-    Counts counts_;
 };
 
 }  // namespace kilotwin

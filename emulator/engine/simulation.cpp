@@ -20,6 +20,7 @@ namespace {
 constexpr uint32_t POWER_UP_TICKS = 16;  // robots are switched on within a message period of one another
 constexpr int64_t LEAD_TICKS = 64;       // and at least so long before RUN
 constexpr double SKIN_SHARE = 0.4;       // of the medium's range
+constexpr double SKIN_USED = 0.6;        // of the skin, before new lists are made: the rest is for running ahead
 constexpr double CONTACT_MARGIN = 0.05;  // of a radius
 constexpr uint8_t STEPS_APART_TO_LEAVE = 4;
 constexpr uint32_t STEPS_TOUCHING_TO_CARE = 4;
@@ -67,6 +68,7 @@ Simulation::Simulation(const SimulationDef &def)
       context_{chance_, events_, emissions_, black_box_, def.kilobot_medium ? FRAME_CYCLES : 0},
       commands_(def.commands),
       wake_(count_robots(def), 0),
+      next_ask_(wake_.size(), 0),
       next_motor_(wake_.size(), NEVER),
       motor_index_(wake_.size(), 0),
       still_since_(wake_.size(), 0),
@@ -84,7 +86,7 @@ Simulation::Simulation(const SimulationDef &def)
     std::stable_sort(commands_.begin(), commands_.end(),
                      [](const auto &a, const auto &b) { return a.tick < b.tick; });
     create_robots();
-    if (def.kilobot_medium) kilobot_medium_.emplace(*def.kilobot_medium, chance_, robots_);
+    if (def.kilobot_medium) kilobot_medium_.emplace(*def.kilobot_medium, chance_, robots_, statistics_.medium);
     boot();
 }
 
@@ -137,6 +139,7 @@ void Simulation::boot() {
     for (auto &robot : robots_) robot.motor_commands.clear();
     now_ = run_at_;
     neighbours_.rebuild(positions_);
+    listed_at_ = positions_;
 }
 
 int64_t Simulation::tick_of(Cycles at) const {
@@ -163,10 +166,9 @@ void Simulation::step(Cycles limit) {
     if (floor_) next_sensing_ = floor_->senses_at(now_) ? now_ : floor_->next_sensing(now_);
     for (uint32_t robot = 0; robot < robots_.size(); robot++)
         if (wake_[robot] <= now_) attend(robot, limit);
-    if (kilobot_medium_)
-        run_attended();
-    else
-        deliver_frames();
+    if (kilobot_medium_) kilobot_medium_->run(together_, now_, now_ + step_, neighbours_, positions_);
+    deliver_frames();
+    take_over_plans();
     move();
     now_ += step_;
     statistics_.steps++;
@@ -190,8 +192,9 @@ void Simulation::give_commands(Cycles until) {
 }
 
 void Simulation::refresh_lists() {
-    if (2 * drift_m_ <= neighbours_.skin_m() / 2) return;
+    if (2 * drift_m_ <= SKIN_USED * neighbours_.skin_m()) return;
     neighbours_.rebuild(positions_);
+    listed_at_ = positions_;
     statistics_.list_rebuilds++;
     drift_m_ = 0;
     for (uint32_t robot = 0; robot < robots_.size(); robot++)
@@ -206,15 +209,28 @@ double Simulation::lists_hold_for_s() const {
 void Simulation::attend(uint32_t robot, Cycles limit) {
     auto &around = surroundings_[robot];
     if (around.look_again <= now_) look_around(robot);
-    Cycles until = std::min(limit, std::max(around.alone_until, now_ + step_));
+    Cycles until = std::min({limit, around.alone_until, silent_until(robot)});
+    until = def_.run_ahead ? std::max(until, now_ + step_) : now_ + step_;
     if (next_sensing_ < until) floor_->tell(robots_[robot], around.cell, next_sensing_, until);
-    wake_[robot] = until;
-    if (kilobot_medium_ && (until == now_ + step_ || kilobot_medium_->busy_with(robot))) {
+    attended_.push_back(robot);
+    const bool together = kilobot_medium_ && (until == now_ + step_ || kilobot_medium_->claims(robot));
+    if (together) {
         wake_[robot] = now_ + step_;
-        attended_.push_back(robot);
+        together_.push_back(robot);
     } else {
+        wake_[robot] = until;
         run_robot(robot, until);
     }
+}
+
+/// The begin of the first step in which the robot, or anybody in its reach, may send: who may not yet be asked for a
+/// message cannot be heard.
+Cycles Simulation::silent_until(uint32_t robot) const {
+    const auto &around = surroundings_[robot];
+    if (around.in_reach.empty()) return NEVER;
+    Cycles first = next_ask_[robot];
+    for (uint32_t other : around.in_reach) first = std::min(first, next_ask_[other]);
+    return first == NEVER ? NEVER : begin_of_step(std::max(first, now_));
 }
 
 /// What stands around a robot at rest or on its way, and how long it can be left alone: bounded by the fastest that
@@ -231,18 +247,20 @@ void Simulation::look_around(uint32_t robot) {
 
     double alone_s = lists_hold_for_s(), unchanged_s = alone_s;
     bool obstacle = false, crowded = false;
+    around.in_reach.clear();
     for (uint32_t other : neighbours_.of(robot)) {
         const Eigen::Vector2d offset = positions_[other] - here;
         double distance = offset.norm(), gap = distance - 2 * radius;
         if (gap <= obstacle_gap && offset.dot(ahead) > 0) obstacle = true;
         if (gap <= contact_gap_m_) crowded = true;
-        double nearest_change_s = std::min(std::max(gap - sensed_gap, 0.0), std::max(distance - reach_m_, 0.0)) /
-                                  (CLOSING_SPEED * speed);
-        alone_s = std::min(alone_s, nearest_change_s);
+        double change_m = std::max(gap - sensed_gap, 0.0);
+        if (distance > reach_m_)
+            change_m = std::min(change_m, distance - reach_m_);
+        else
+            around.in_reach.push_back(other);
+        alone_s = std::min(alone_s, change_m / (CLOSING_SPEED * speed));
         bool other_moves = !trajectories_[other].drive().at_rest() || world_.holds(other);
-        // In range already is no change to come; a gap already sensed may close or open any time.
-        if (other_moves)
-            unchanged_s = std::min(unchanged_s, std::max(gap - sensed_gap, 0.0) / (CLOSING_SPEED * speed));
+        if (other_moves) unchanged_s = std::min(unchanged_s, change_m / (CLOSING_SPEED * speed));
     }
     double wall_gap = INFINITY;
     def_.arena.for_each_wall(here, [&](double distance, const Eigen::Vector2d &outward) {
@@ -260,7 +278,6 @@ void Simulation::look_around(uint32_t robot) {
     around.crowded = crowded;
     around.alone_until = now_ + whole_steps(alone_s);
     around.look_again = at_rest ? now_ + std::max(whole_steps(unchanged_s), step_) : around.alone_until;
-    if (around.alone_until > now_ + step_) around.look_again = std::min(around.look_again, around.alone_until);
 }
 
 /// World steps that lie wholly within `for_s` seconds.
@@ -275,26 +292,25 @@ void Simulation::run_robot(uint32_t index, Cycles until) {
         robot.run(until);
     else
         for (Cycles at = now_ + TICK_CYCLES; at <= until; at += TICK_CYCLES) robot.run(at);
-    // Who is left alone for longer has nobody in range meanwhile.
+    // Beside the ideal medium's robots only those run so that nobody hears.
     for (const auto &emission : emissions_) {
-        if (emission.at < now_ + step_)
+        if (!kilobot_medium_ && emission.at < now_ + step_)
             on_air_.push_back(emission);
         else
-            statistics_.frames_sent++;
+            statistics_.medium.sent++;
     }
-    take_motor_commands(index);
 }
 
-void Simulation::take_motor_commands(uint32_t index) {
-    const auto &commands = robots_[index].motor_commands;
-    if (!commands.empty()) next_motor_[index] = std::min(next_motor_[index], commands[motor_index_[index]].at);
-}
-
-/// Robots that may hear one another: the medium runs them together.
-void Simulation::run_attended() {
-    kilobot_medium_->run(attended_, now_, now_ + step_, neighbours_, positions_);
-    for (uint32_t robot : attended_) take_motor_commands(robot);
+/// What the robots that ran mean to do. Not before all have: who runs later in a step must still see what was to be
+/// expected at its begin.
+void Simulation::take_over_plans() {
+    for (uint32_t index : attended_) {
+        const auto &commands = robots_[index].motor_commands;
+        next_ask_[index] = robots_[index].next_ask();
+        if (!commands.empty()) next_motor_[index] = std::min(next_motor_[index], commands[motor_index_[index]].at);
+    }
     attended_.clear();
+    together_.clear();
 }
 
 void Simulation::deliver_frames() {
@@ -302,9 +318,9 @@ void Simulation::deliver_frames() {
         return a.at != b.at ? a.at < b.at : a.robot < b.robot;
     });
     for (const auto &emission : on_air_) {
-        statistics_.frames_sent++;
+        statistics_.medium.sent++;
         if (!crc_is_right(emission.message)) {
-            statistics_.frames_spoilt++;
+            statistics_.medium.wrong_crc++;
             continue;
         }
         if (!audience_holds(emission.robot)) {
@@ -316,7 +332,7 @@ void Simulation::deliver_frames() {
             Robot &robot = robots_[listener.robot];
             reception.distance = robot.calibration().gains.measure(listener.distance_mm);
             robot.receive(reception);
-            statistics_.frames_received++;
+            statistics_.medium.received++;
         }
     }
     on_air_.clear();
@@ -333,17 +349,17 @@ bool Simulation::audience_holds(uint32_t robot) const {
 
 void Simulation::move() {
     find_contacts();
-    anybody_moves_ = !world_.robots().empty();
     for (uint32_t robot = 0; robot < robots_.size(); robot++) {
         if (world_.holds(robot)) continue;
         if (next_motor_[robot] < now_ + step_) apply_commands(robot, trajectories_[robot]);
-        if (trajectories_[robot].drive().stands()) continue;
-        positions_[robot] = trajectories_[robot].position(now_ + step_);
-        anybody_moves_ = true;
+        if (!trajectories_[robot].drive().stands()) place(robot, trajectories_[robot].position(now_ + step_));
     }
     solve_contacts();
-    double fastest = world_.robots().empty() ? 1 : PUSHED_SPEED;
-    if (anybody_moves_) drift_m_ += fastest * chassis_.fastest_m_s() * seconds(step_);
+}
+
+void Simulation::place(uint32_t robot, const Eigen::Vector2d &position) {
+    positions_[robot] = position;
+    drift_m_ = std::max(drift_m_, (position - listed_at_[robot]).norm());
 }
 
 bool Simulation::moves_in_step(uint32_t robot) const {
@@ -399,7 +415,7 @@ void Simulation::apply_commands(uint32_t index, Trajectory &trajectory) {
         bool halts = drive.stands() && !trajectory.drive().stands();
         trajectory.change(at, drive);
         still_since_[index] = !drive.stands() ? NEVER : halts ? now_ + step_ : still_since_[index];
-        if (halts) positions_[index] = trajectory.position(now_ + step_);
+        if (halts) place(index, trajectory.position(now_ + step_));
         surroundings_[index].look_again = std::min(surroundings_[index].look_again, now_ + step_);
     }
     if (next == commands.size()) {
@@ -438,7 +454,7 @@ void Simulation::solve_contacts() {
         pose.position += shift.by;
         pose.heading = wrapped(pose.heading + shift.turn);
         trajectories_[robot].restart(now_ + step_, pose);
-        positions_[robot] = pose.position;
+        place(robot, pose.position);
     }
     record_overlaps();
 }

@@ -64,8 +64,7 @@ struct SimulationDef {
 
 struct Statistics {
     uint64_t steps = 0;
-    uint64_t frames_sent = 0, frames_received = 0;
-    uint64_t frames_spoilt = 0;    ///< sent with a wrong CRC: nobody takes them
+    MediumCounts medium;
     uint64_t solver_steps = 0;     ///< bodies times steps
     uint64_t list_rebuilds = 0;
     Overlaps overlaps;
@@ -95,7 +94,8 @@ class Simulation {
     /// What a robot's last look around found, and how long that holds.
     struct Surroundings {
         Cycles look_again = 0;   ///< until then nothing in it can change
-        Cycles alone_until = 0;  ///< nothing can reach it before
+        Cycles alone_until = 0;  ///< nobody comes into contact, sight or reach before
+        std::vector<uint32_t> in_reach;  ///< who may be heard
         wire_cell_t cell = {0, 0};
         bool crowded = false;    ///< a body or wall is so near that this step may bring contact
     };
@@ -112,13 +112,14 @@ class Simulation {
     double lists_hold_for_s() const;
     void attend(uint32_t robot, Cycles limit);
     void look_around(uint32_t robot);
+    Cycles silent_until(uint32_t robot) const;
     Cycles whole_steps(double for_s) const;
     void run_robot(uint32_t robot, Cycles until);
-    void take_motor_commands(uint32_t robot);
-    void run_attended();
+    void take_over_plans();
     void deliver_frames();
     bool audience_holds(uint32_t robot) const;
     void move();
+    void place(uint32_t robot, const Eigen::Vector2d &position);
     bool moves_in_step(uint32_t robot) const;
     void find_contacts();
     void apply_commands(uint32_t robot, Trajectory &trajectory);
@@ -150,6 +151,7 @@ class Simulation {
 
     // By robot.
     std::vector<Cycles> wake_;
+    std::vector<Cycles> next_ask_;          ///< when it may next send, at the earliest
     std::vector<Cycles> next_motor_;        ///< of its pending motor commands
     std::vector<size_t> motor_index_;
     std::vector<Trajectory> trajectories_;
@@ -161,11 +163,12 @@ class Simulation {
     std::vector<bool> in_contact_;
 
     Neighbours neighbours_;
-    double drift_m_ = 0;  ///< nobody has moved farther since the lists were made
-    bool anybody_moves_ = false;
+    std::vector<Eigen::Vector2d> listed_at_;  ///< positions when the lists were made
+    double drift_m_ = 0;                      ///< nobody has moved farther since
     IdealMedium medium_;
     std::optional<KilobotMedium> kilobot_medium_;
-    std::vector<uint32_t> attended_;  ///< robots that it runs in this step
+    std::vector<uint32_t> attended_;  ///< robots that run in this step
+    std::vector<uint32_t> together_;  ///< those of them that the Kilobot medium runs
     std::optional<VirtualFloor> floor_;
     Cycles next_sensing_ = NEVER;  ///< of the floor, from now_ on
     World world_;

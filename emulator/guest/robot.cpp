@@ -501,7 +501,8 @@ bool Robot::wakes_for(Cycles at) {
 
 void Robot::switch_motors(bool on) {
     auto &outputs = *program_->table().outputs;
-    outputs.ocr2a = outputs.ocr2b = 0;
+    outputs.ocr2a = 0;
+    outputs.ocr2b = 0;
     outputs.ddrb = on ? outputs.ddrb | KT_LEFT_MOTOR_DDRB : outputs.ddrb & ~KT_LEFT_MOTOR_DDRB;
     outputs.ddrd = on ? outputs.ddrd | KT_RIGHT_MOTOR_DDRD : outputs.ddrd & ~KT_RIGHT_MOTOR_DDRD;
     look_at_outputs();

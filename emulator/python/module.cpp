@@ -35,11 +35,45 @@ Region region_of(const nb::dict &from, const Eigen::Vector2d &centre) {
             {get<double>(from, "width_m"), get<double>(from, "height_m")}};
 }
 
+template <typename T> T get_or(const nb::dict &from, const char *key, T otherwise) {
+    return from.contains(key) ? nb::cast<T>(from[key]) : otherwise;
+}
+
 Profile profile_of(const nb::dict &from) {
-    return {get<double>(from, "radius_m"),       get<double>(from, "speed_m_s"),
-            get<double>(from, "turn_rad_s"),     get<double>(from, "push_m_s2"),
-            get<uint8_t>(from, "straight_left"), get<uint8_t>(from, "straight_right"),
-            get<uint8_t>(from, "turn_left"),     get<uint8_t>(from, "turn_right")};
+    Profile profile = {get<double>(from, "radius_m"),       get<double>(from, "speed_m_s"),
+                       get<double>(from, "turn_rad_s"),     get<double>(from, "push_m_s2"),
+                       get<uint8_t>(from, "straight_left"), get<uint8_t>(from, "straight_right"),
+                       get<uint8_t>(from, "turn_left"),     get<uint8_t>(from, "turn_right")};
+    profile.legs = get_or(from, "legs", profile.legs);
+    profile.kick_needed = get_or(from, "kick_needed", profile.kick_needed);
+    profile.speed_spread = get_or(from, "speed_spread", profile.speed_spread);
+    profile.bias_spread = get_or(from, "bias_spread", profile.bias_spread);
+    profile.motor_noise = get_or(from, "motor_noise", profile.motor_noise);
+    return profile;
+}
+
+/// The medium is "ideal", or "kilobot" with any of its settings.
+void set_medium(SimulationDef &def, const nb::dict &from) {
+    auto kind = get<std::string>(from, "kind");
+    def.range_m = get<double>(from, "range_m");
+    if (kind == "ideal") {
+        def.line_of_sight = get<bool>(from, "line_of_sight");
+        return;
+    }
+    if (kind != "kilobot") throw EngineError("the medium is ideal or kilobot, not " + kind);
+    KilobotMedium::Settings s;
+    s.range_m = def.range_m;
+    s.range_spread = get_or(from, "range_spread", s.range_spread);
+    s.loss = get_or(from, "loss", s.loss);
+    s.loss_at_range = get_or(from, "loss_at_range", s.loss_at_range);
+    s.gain_noise_lsb = get_or(from, "gain_noise_lsb", s.gain_noise_lsb);
+    s.carrier_sense = get_or(from, "carrier_sense", s.carrier_sense);
+    s.collisions = get_or(from, "collisions", s.collisions);
+    s.half_duplex = get_or(from, "half_duplex", s.half_duplex);
+    s.held_busy = get_or(from, "held_busy", s.held_busy);
+    def.kilobot_medium = s;
+    def.clock_spread = get_or(from, "clock_spread", 0.0);
+    def.sensitivity_spread = get_or(from, "sensitivity_spread", 0.0);
 }
 
 std::vector<Pose> poses_of(nb::handle from) {
@@ -74,9 +108,7 @@ SimulationDef definition_of(const nb::dict &spec) {
         def.floor = VirtualFloor::Settings{get<double>(floor, "obstacle_m"), get<uint32_t>(floor, "step_ticks"),
                                            get<uint32_t>(floor, "repeat_ticks")};
     }
-    auto medium = get<nb::dict>(spec, "medium");
-    def.range_m = get<double>(medium, "range_m");
-    def.line_of_sight = get<bool>(medium, "line_of_sight");
+    set_medium(def, get<nb::dict>(spec, "medium"));
     for (nb::handle item : get<nb::list>(spec, "groups")) {
         auto from = nb::cast<nb::dict>(item);
         SimulationDef::Group group = {get<std::string>(from, "program"), get<std::string>(from, "name"),
@@ -135,9 +167,13 @@ nb::list to_python(const Simulation &simulation, const Events &events) {
 nb::dict to_python(const Statistics &statistics, double diameter_m) {
     nb::dict out;
     out["steps"] = statistics.steps;
-    out["frames_sent"] = statistics.frames_sent;
-    out["frames_received"] = statistics.frames_received;
-    out["frames_spoilt"] = statistics.frames_spoilt;
+    out["frames_sent"] = statistics.medium.sent;
+    out["frames_received"] = statistics.medium.received;
+    out["frames_spoilt"] = statistics.medium.wrong_crc;
+    out["attempts_failed"] = statistics.medium.attempts_failed;
+    out["frames_collided"] = statistics.medium.collided;
+    out["frames_deaf"] = statistics.medium.deaf;
+    out["frames_lost"] = statistics.medium.lost;
     out["solver_steps"] = statistics.solver_steps;
     out["list_rebuilds"] = statistics.list_rebuilds;
     out["contacts"] = statistics.overlaps.contacts();
