@@ -16,12 +16,23 @@ constexpr double HIGH_ONLY_BELOW = 700, LOW_ONLY_ABOVE = 900;
 
 using Table = std::array<uint16_t, InfraredGains::ENTRIES>;
 
-// Unclipped, so that it can go on falling beyond the table.
+/// FALL to the power of 0, 1, 2 ...; what is left after the last is no light at all.
+constexpr auto FALLEN = [] {
+    std::array<double, 64> powers{};
+    double value = 1;
+    for (double &power : powers) {
+        power = value;
+        value *= FALL;
+    }
+    return powers;
+}();
+
+// Not limited to the converter's range, so that it can go on falling beyond the table.
 double signal(double at_contact, double distance_mm) {
-    double entries = std::max((distance_mm - InfraredGains::FIRST_MM) / InfraredGains::SPACING_MM, 0.0);
-    double value = at_contact;
-    for (; entries >= 1; entries--) value *= FALL;
-    return value * (1 - entries * (1 - FALL));
+    const double entries = std::max((distance_mm - InfraredGains::FIRST_MM) / InfraredGains::SPACING_MM, 0.0);
+    const auto whole = static_cast<size_t>(entries);
+    if (whole >= FALLEN.size()) return 0;
+    return at_contact * FALLEN[whole] * (1 - (entries - static_cast<double>(whole)) * (1 - FALL));
 }
 
 int16_t converted(double value) {

@@ -17,8 +17,7 @@ static inline void kt_forbid_interrupts(const uint8_t *sreg) {
 }
 
 #define KT_BLOCK(type, enter)                                    \
-    for (uint8_t kt_sreg __attribute__((cleanup(type))) = enter, \
-                 kt_once __attribute__((unused)) = 1;            \
+    for (uint8_t kt_sreg __attribute__((cleanup(type), unused)) = enter, kt_once = 1; \
          kt_once != 0; kt_once = 0)
 
 #define ATOMIC_BLOCK(type) KT_BLOCK(type, kt_enter_atomic())
