@@ -74,7 +74,7 @@ check-gcc check-clang: check-%: setup
 	@echo "== $*: warnings are errors"
 	@mkdir -p build
 	@{ CC=$* CXX=$(CXX_NAME) cmake -S . -B build/check-$* $(CMAKE_FLAGS) -DKILOTWIN_WERROR=ON && \
-	    cmake --build build/check-$*; } > build/check-$*.log || { cat build/check-$*.log; exit 1; }
+	    cmake --build build/check-$* -- --quiet; } > build/check-$*.log || { cat build/check-$*.log; exit 1; }
 
 ## check-long: the tests that take many minutes
 .PHONY: check-long
@@ -114,7 +114,7 @@ clean:
 native: setup
 	@mkdir -p build
 	@{ cmake -S . -B build/native $(CMAKE_FLAGS) -DKILOTWIN_PYTHON=OFF && \
-	    cmake --build build/native; } > build/native.log || { cat build/native.log; exit 1; }
+	    cmake --build build/native -- --quiet; } > build/native.log || { cat build/native.log; exit 1; }
 
 # Asked every time, since it takes a moment only: packages can go while a stamp stays.
 .PHONY: apt

@@ -15,7 +15,7 @@ function(kilotwin_add_guest target name program)
     OUTPUT ${guest}
     COMMAND ${CMAKE_COMMAND} -E env PYTHONPATH=${PROJECT_SOURCE_DIR}/host_tools
       KILOTWIN_CC=${CMAKE_C_COMPILER} KILOTWIN_CFLAGS=${KILOTWIN_GUEST_CFLAGS}
-      ${Python_EXECUTABLE} ${KILOTWIN_BUILD_GUEST} ${program} ${guest}
+      ${Python_EXECUTABLE} -S ${KILOTWIN_BUILD_GUEST} ${program} ${guest}
     DEPENDS ${program} ${sources} ${own} ${KILOTWIN_BUILD_GUEST}
       ${PROJECT_SOURCE_DIR}/host_tools/kilotwin/guest_build.py
     COMMENT "Building guest ${name}"

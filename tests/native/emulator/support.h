@@ -2,6 +2,8 @@
 #ifndef KILOTWIN_TESTS_SUPPORT_H
 #define KILOTWIN_TESTS_SUPPORT_H
 
+#include <doctest/doctest.h>
+
 #include <deque>
 #include <initializer_list>
 #include <memory>
@@ -9,6 +11,7 @@
 #include <vector>
 
 #include "engine/simulation.h"
+#include "kilolib.h"  // RGB
 
 namespace kilotwin::testing {
 
@@ -103,5 +106,14 @@ class Bench {
 std::vector<std::string> texts(const Events &events, uint32_t robot, EventKind kind = EventKind::PRINT);
 
 }  // namespace kilotwin::testing
+
+/// What a failed comparison of lists shows.
+template <typename T> struct doctest::StringMaker<std::vector<T>> {
+    static String convert(const std::vector<T> &list) {
+        String out = "{";
+        for (const auto &item : list) out += (out.size() > 1 ? ", " : "") + toString(item);
+        return out + "}";
+    }
+};
 
 #endif

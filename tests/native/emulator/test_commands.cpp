@@ -61,7 +61,7 @@ TEST_CASE("after a pause loop() goes on without setup(), the motors stay off unt
     bench.run(ticks(62));
     CHECK(motors(bench.robot(0)) == Motors{{70, 70}});
     CHECK(bench.said(0) == Texts{"main, life 1, ticks 0", "setup at 1", "loop 10 at 10", "heard 49 in loop 15",
-                                 "loop 20 at 50", "heard 49 in loop 26", "loop 30 at 60"});
+                                 "loop 21 at 50", "heard 49 in loop 27", "loop 31 at 60"});
 }
 
 TEST_CASE("a pause during delay(): the call is finished, then loop() is called no more") {

@@ -148,9 +148,10 @@ TEST_CASE("a robot that meets a wall aslant slides along it") {
     auto samples = run(scene, 600);
     Pose pose = pose_of(samples, 0, last_row(samples));
     CHECK(pose.position.x() == doctest::Approx(4 - RADIUS).epsilon(0.001));
-    double free = SPEED_PER_TICK * 600 * std::sin(PI / 4);
-    CHECK(pose.position.y() > 0.5 * free);
-    CHECK(pose.position.y() < 1.01 * free);
+    // Friction slows it and turns it towards the wall.
+    CHECK(pose.position.y() > 0.2);
+    CHECK(pose.position.y() < SPEED_PER_TICK * 600 * std::sin(PI / 4));
+    CHECK(std::abs(pose.heading) <= PI / 4);
 }
 
 TEST_CASE("a robot with its motors off resists: it is pushed, but slower than its pusher drives freely") {
@@ -213,8 +214,10 @@ TEST_CASE("a robot turns beside others as if alone") {
     Scene scene(square_hall(6));
     scene.add("puppet", {{{0, 0}, 0}, {{0.175, 0}, 1}, {{-0.175, 0}, 0}});
     scene.motors(10, 0, 65, 0);
-    scene.motors(60, 0, 0, 65);
-    scene.motors(81, 0, 0, 0);
+    scene.motors(10, 0, 65, 0);
+    scene.motors(60, 0, 0, 0);
+    scene.motors(70, 0, 0, 65);
+    scene.motors(91, 0, 0, 0);
     auto samples = run(scene, 100);
     Pose pose = pose_of(samples, 0, last_row(samples));
     CHECK(pose.position.norm() < 1e-6);
@@ -245,8 +248,10 @@ TEST_CASE("only robots near a moving body are in the solver") {
     scene.add("puppet", poses);
     for (uint32_t i = 10; i < 20; i++) scene.motors(0, i, FULL, FULL);
     Simulation simulation(scene.def);
+    simulation.advance(20);  // RUN sets everybody's motors once
+    auto begin = simulation.statistics().solver_steps;
     simulation.advance(400);
-    CHECK(simulation.statistics().solver_steps == 0);
+    CHECK(simulation.statistics().solver_steps == begin);
 }
 
 TEST_CASE("all that stand in a chain are in the solver, and leave it together 4 steps after") {
@@ -257,16 +262,16 @@ TEST_CASE("all that stand in a chain are in the solver, and leave it together 4 
     scene.motors(0, 0, FULL, FULL);
     scene.motors(90, 0, 0, 0);
     Simulation simulation(scene.def);
-    simulation.advance(38);  // 0.13 m to go, less 30 mm of margin
-    CHECK(simulation.statistics().solver_steps == 0);
-    simulation.advance(20);
-    CHECK(simulation.statistics().solver_steps > 0);
-    CHECK(simulation.statistics().solver_steps % 10 == 0);
-    simulation.advance(52);
-    auto before = simulation.statistics().solver_steps;
-    CHECK(before % 10 == 0);
-    simulation.advance(100);
-    CHECK(simulation.statistics().solver_steps == before);
+    auto solver_steps_of = [&](int64_t ticks) {
+        auto before = simulation.statistics().solver_steps;
+        simulation.advance(ticks);
+        return simulation.statistics().solver_steps - before;
+    };
+    solver_steps_of(20);                    // RUN sets everybody's motors once
+    CHECK(solver_steps_of(8) == 0);         // 0.13 m to go, less 30 mm of margin: tick 30
+    CHECK(solver_steps_of(62) >= 10 * 29);
+    CHECK(solver_steps_of(10) <= 10 * 5);
+    CHECK(solver_steps_of(100) == 0);
 }
 
 TEST_CASE("a chain of ten agrees with a run that has all robots in the solver") {

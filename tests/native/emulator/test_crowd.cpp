@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "engine/trigonometry.h"
 #include "support.h"
@@ -13,7 +14,7 @@ using namespace kilotwin::testing;
 namespace {
 
 /// 100 robots that drive straight to `spot` for 300 s, with all their force.
-void drive_into(const char *name, const Arena &arena, const Eigen::Vector2d &spot, uint32_t step_ticks) {
+void drive_into(const std::string &name, const Arena &arena, const Eigen::Vector2d &spot, uint32_t step_ticks) {
     Scene scene(arena, 3);
     scene.def.step_ticks = step_ticks;
     scene.add_anywhere("puppet", 100);

@@ -43,10 +43,10 @@ TEST_CASE("two programs that use the same names do not meet") {
     // All of them define setup, loop, on_message, last, count.
     Bench bench({"variables", "paused", "variables", "waiting", "random"});
     for (uint32_t robot = 0; robot < 5; robot++) bench.tell(10, robot, run_message());
-    bench.run(ticks(120), ticks(1));
+    bench.run(ticks(115), ticks(1));
     CHECK(bench.said(0) == Texts{"1050 -50 57 101 -52051 501 odd"});
     CHECK(bench.said(2) == Texts{"1150 -150 57 201 -154051 503 odd"});
-    CHECK(bench.said(1).back() == "loop 120 at 119");
+    CHECK(bench.said(1).back() == "loop 110 at 110");
 }
 
 TEST_CASE("a group's robots are the ones after those of the groups before it") {

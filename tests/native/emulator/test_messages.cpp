@@ -44,7 +44,7 @@ TEST_CASE("a message is heard by whom it reaches, with the distance, every 16 ti
 
 TEST_CASE("walls do not stop a message") {
     Scene scene(round_hall(3));
-    scene.add("puppet", {{{1.4, 0.3}, 0}, {{1.4, -0.3}, 0}});
+    scene.add("puppet", {{{1.3, 0.3}, 0}, {{1.3, -0.3}, 0}});
     scene.tell_all(0, message(SAY, {1}));
     scene.tell(0, 0, message(SEND, {HELLO}));
     Simulation simulation(scene.def);

@@ -81,10 +81,10 @@ TEST_CASE("kilo_tx_period changes the period from the next tick on") {
     CHECK(times(four) == std::vector<Cycles>{ticks(16), ticks(20), ticks(24), ticks(28)});
     auto every = sent(ticks(21), {{ticks(17), number(0x30, 0)}});
     CHECK(times(every) == std::vector<Cycles>{ticks(16), ticks(18), ticks(19), ticks(20)});
-    auto edge = sent(ticks(24), {{0, number(0x30, 0)}, {ticks(6), number(0x30, 255)}, {ticks(16), number(0x30, 254)}});
-    CHECK(times(edge) == std::vector<Cycles>{ticks(4), ticks(5), ticks(7), ticks(9), ticks(11), ticks(13), ticks(15),
-                                             ticks(17), ticks(18), ticks(19), ticks(20), ticks(21), ticks(22),
-                                             ticks(23)});
+    // A tick adds 255 units of 128 us, and a message is due when the sum is above the period.
+    auto edge = sent(ticks(15), {{0, number(0x30, 0)}, {ticks(6) + 5, number(0x30, 255)}, {ticks(12) + 5, number(0x30, 254)}});
+    CHECK(times(edge) == std::vector<Cycles>{ticks(4), ticks(5), ticks(6), ticks(8), ticks(10), ticks(12), ticks(13),
+                                             ticks(14)});
 }
 
 TEST_CASE("who returns NULL is asked again at every tick") {
@@ -109,7 +109,7 @@ TEST_CASE("nothing is sent before RUN, nor while paused") {
     CHECK(bench.sent(0).empty());
     bench.tell(ticks(40) + 1, 0, run_message());
     bench.tell(ticks(45), 0, message(WAKEUP));
-    bench.tell(ticks(90), 0, run_message());
+    bench.tell(ticks(89) + 1, 0, run_message());
     bench.run(ticks(100));
     CHECK(times(bench.sent(0)) == std::vector<Cycles>{ticks(41), ticks(90)});
 }

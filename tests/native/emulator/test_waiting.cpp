@@ -107,6 +107,7 @@ TEST_CASE("a wait of 98 s on a copy of kilo_ticks is not taken for computing, wh
     Waiting bench(7);
     for (uint64_t i = 3; i < 3050; i++) bench.tell(ticks(i) + 100, bench.robot, message(5));
     bench.run(ticks(3050));
+    for (const auto &event : bench.others(bench.robot)) MESSAGE(event.text << event.tick);
     CHECK(bench.said(bench.robot) == Texts{"waited 3000 until 3002"});
     CHECK_FALSE(bench.Bench::robot(bench.robot).stopped());
 }

@@ -1,5 +1,6 @@
 // Sends how often it was asked and how often it succeeded. 0x30 sets the period, 0x31 silences it, 0x32 sets the clock.
 #include <kilolib.h>
+#include <stddef.h>
 
 static message_t out;
 static uint8_t asked, succeeded, silent;

@@ -30,6 +30,7 @@ static message_t *send(void) {
 
 static void setup(void) {
     rand_seed(rand_hard());
+    sum = rand_hard();
     kilo_tx_period = (uint16_t)(rand_soft() * 30);
 }
 
