@@ -65,7 +65,8 @@ Simulation::Simulation(const SimulationDef &def)
       contact_gap_m_(2 * PUSHED_SPEED * chassis_.fastest_m_s() * seconds(step_) +
                      CONTACT_MARGIN * def.profile.radius_m),
       black_box_(def.black_box.empty() ? nullptr : map_black_box(def.black_box)),
-      context_{chance_, events_, emissions_, black_box_, def.kilobot_medium ? FRAME_CYCLES : 0},
+      context_{chance_, events_, emissions_, black_box_, def.kilobot_medium ? FRAME_CYCLES : 0,
+               static_cast<Cycles>(def.battery_h * 3600 * CYCLES_PER_SECOND), def.temperature},
       commands_(def.commands),
       wake_(count_robots(def), 0),
       next_ask_(wake_.size(), 0),
@@ -183,13 +184,19 @@ Cycles Simulation::end_of_step(Cycles at) const { return begin_of_step(at + step
 
 /// Hands out the commands before `until`.
 void Simulation::give_commands(Cycles until) {
-    for (; next_command_ < commands_.size() && command_time(commands_[next_command_]) < until; next_command_++) {
-        const auto &command = commands_[next_command_];
-        Reception reception = {std::max(command_time(command), now_), command.message, {}};
-        for (auto &robot : robots_)
-            if (robot.uid() >= command.uid_first && robot.uid() <= command.uid_last) robot.receive(reception);
+    for (; next_command_ < commands_.size() && command_time(commands_[next_command_]) < until; next_command_++)
+        give(commands_[next_command_], std::max(command_time(commands_[next_command_]), now_));
+}
+
+void Simulation::give(const SimulationDef::Command &command, Cycles at) {
+    for (auto &robot : robots_) {
+        if (robot.uid() < command.uid_first || robot.uid() > command.uid_last) continue;
+        if ((positions_[robot.index()] - command.centre).norm() > command.radius_m) continue;
+        robot.receive({at, command.message, {}});
     }
 }
+
+void Simulation::send(const SimulationDef::Command &command) { give(command, now_); }
 
 void Simulation::refresh_lists() {
     if (2 * drift_m_ <= SKIN_USED * neighbours_.skin_m()) return;
@@ -210,9 +217,11 @@ void Simulation::attend(uint32_t robot, Cycles limit) {
     auto &around = surroundings_[robot];
     if (around.look_again <= now_) look_around(robot);
     Cycles until = std::min({limit, around.alone_until, silent_until(robot)});
-    until = def_.run_ahead ? std::max(until, now_ + step_) : now_ + step_;
+    const bool light_changes = !def_.light.sources.empty() && !trajectories_[robot].drive().stands();
+    until = def_.run_ahead && !light_changes ? std::max(until, now_ + step_) : now_ + step_;
     if (next_sensing_ < until) floor_->tell(robots_[robot], around.cell, next_sensing_, until);
     attended_.push_back(robot);
+    robots_[robot].light = def_.light.at(positions_[robot]);
     const bool together = kilobot_medium_ && (until == now_ + step_ || kilobot_medium_->claims(robot));
     if (together) {
         wake_[robot] = now_ + step_;

@@ -8,6 +8,7 @@
 #ifndef KILOTWIN_ENGINE_SIMULATION_H
 #define KILOTWIN_ENGINE_SIMULATION_H
 
+#include <cmath>
 #include <deque>
 #include <memory>
 #include <optional>
@@ -21,6 +22,7 @@
 #include "engine/events.h"
 #include "engine/ideal_medium.h"
 #include "engine/kilobot_medium.h"
+#include "engine/light.h"
 #include "engine/motion.h"
 #include "engine/neighbours.h"
 #include "engine/recorder.h"
@@ -43,6 +45,9 @@ struct SimulationDef {
         int64_t tick;  ///< since RUN; negative: before
         uint16_t uid_first, uid_last;
         message_t message;
+        /// Only robots whose centre is in here when it is sent; infinite: everywhere.
+        Eigen::Vector2d centre{0, 0};
+        double radius_m = INFINITY;
     };
 
     uint64_t seed = 0;
@@ -53,6 +58,9 @@ struct SimulationDef {
     double range_m = 0.8;     ///< of the ideal medium
     bool line_of_sight = true;
     std::optional<KilobotMedium::Settings> kilobot_medium;  ///< instead of the ideal one
+    Light light;
+    double battery_h = 0;           ///< hours of driving that a full battery lasts; 0: it never drains
+    int16_t temperature = 300;      ///< reading
     double clock_spread = 0;        ///< sd of the robots' oscillators, share
     double sensitivity_spread = 0;  ///< sd of the robots' receivers, share
     std::vector<Group> groups;
@@ -81,7 +89,11 @@ class Simulation {
     /// Nominal ticks since RUN, which happens at 0.
     int64_t tick() const;
 
+    /// Gives robots a message now, from outside the medium. `command.tick` does not matter.
+    void send(const SimulationDef::Command &command);
+
     size_t size() const { return robots_.size(); }
+    const Robot &robot(size_t index) const { return robots_[index]; }
     Samples take_samples();
     Samples snapshot() const;
     Events take_events();
@@ -105,6 +117,7 @@ class Simulation {
     void boot();
     void step(Cycles limit);
     void give_commands(Cycles until);
+    void give(const SimulationDef::Command &command, Cycles at);
     Cycles command_time(const SimulationDef::Command &command) const;
     Cycles begin_of_step(Cycles at) const;
     Cycles end_of_step(Cycles at) const;

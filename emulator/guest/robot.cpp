@@ -86,10 +86,10 @@ struct Robot::HostCalls {
     static int16_t sensor(uint8_t which) {
         auto &robot = *current;
         if (robot.disturbed()) return -1;
-        robot.stale_conversion_ = which == KT_SENSOR_VOLTAGE ? robot.senses.voltage : int16_t{-1};
-        return which == KT_SENSOR_LIGHT     ? robot.senses.light
-               : which == KT_SENSOR_VOLTAGE ? robot.senses.voltage
-                                            : robot.senses.temperature;
+        robot.stale_conversion_ = -1;
+        if (which == KT_SENSOR_LIGHT) return robot.light;
+        if (which == KT_SENSOR_TEMPERATURE) return robot.context_.temperature;
+        return robot.stale_conversion_ = robot.voltage(robot.now_);
     }
 
     static uint8_t distance_mm(int16_t low_gain, int16_t high_gain) {
@@ -145,6 +145,7 @@ Robot::Robot(RobotContext &context, std::shared_ptr<Program> program, uint32_t i
       now_(power_up),
       next_tick_(NEVER),
       state_since_(power_up),
+      power_up_(power_up),
       index_(index),
       calibration_(calibration),
       outgoing_() {
@@ -221,14 +222,24 @@ void Robot::answer(bool yes) {
 }
 
 void Robot::disturb(Cycles begin, Cycles end) {
-    light_.erase(std::remove_if(light_.begin(), light_.end(), [this](auto &frame) { return frame.second <= now_; }),
-                 light_.end());
-    light_.emplace_back(begin, end);
+    auto over = [this](const auto &frame) { return frame.second <= now_; };
+    frames_seen_.erase(std::remove_if(frames_seen_.begin(), frames_seen_.end(), over), frames_seen_.end());
+    frames_seen_.emplace_back(begin, end);
 }
 
 bool Robot::disturbed() const {
-    return std::any_of(light_.begin(), light_.end(),
+    return std::any_of(frames_seen_.begin(), frames_seen_.end(),
                        [this](auto &frame) { return frame.first <= now_ && now_ < frame.second; });
+}
+
+// Falls evenly with the charge used; a robot that stands uses a tenth of what one needs that drives.
+int16_t Robot::voltage(Cycles at) const {
+    constexpr double FULL = 720, EMPTY = 580, AT_REST = 0.1;
+    if (context_.battery == 0) return static_cast<int16_t>(FULL);
+    Cycles driven = driven_ + (driving_since_ < at ? at - driving_since_ : 0);
+    double age = at > power_up_ ? static_cast<double>(at - power_up_) : 0;
+    double used = (static_cast<double>(driven) * (1 - AT_REST) + age * AT_REST) / static_cast<double>(context_.battery);
+    return static_cast<int16_t>(std::max(FULL - (FULL - EMPTY) * used, EMPTY));
 }
 
 // What the robot shows while its program does not decide: hardware.md 1.3.
@@ -238,8 +249,7 @@ uint8_t Robot::color(Cycles at) const {
     switch (state_) {
         case State::IDLE: return in_state % IDLE_BLINK_PERIOD < IDLE_BLINK_ON ? GREEN : 0;
         case State::CHARGING: return in_state % CHARGE_BLINK_PERIOD < IDLE_BLINK_ON ? DIM_RED : 0;
-        case State::BATTERY:
-            return senses.voltage > 682 ? GREEN : senses.voltage > 648 ? BLUE : senses.voltage > 614 ? YELLOW : RED;
+        case State::BATTERY: return voltage(at) > 682 ? GREEN : voltage(at) > 648 ? BLUE : voltage(at) > 614 ? YELLOW : RED;
         case State::SLEEPING: return 0;
         default: return color_;
     }
@@ -538,6 +548,8 @@ void Robot::look_at_outputs() {
     if (left == left_ && right == right_) return;
     left_ = left;
     right_ = right;
+    if (driving_since_ != NEVER) driven_ += now_ - driving_since_;
+    driving_since_ = left != 0 || right != 0 ? now_ : NEVER;
     motor_commands.push_back({now_, left, right});
 }
 

@@ -48,11 +48,6 @@ struct Calibration {
     Cycles tick = TICK_CYCLES;  ///< by its own oscillator
 };
 
-/// What the sensors read, 0..1023.
-struct Senses {
-    int16_t light = 0, voltage = 700, temperature = 300;
-};
-
 /// Last words: which robot runs. Survives the process when it is a mapped file.
 struct BlackBox {
     uint32_t robot;  ///< index
@@ -66,6 +61,8 @@ struct RobotContext {
     std::vector<Emission> &emissions;  ///< of robots whose medium takes everything; in the order of each robot's time
     BlackBox *black_box = nullptr;     ///< may be null
     Cycles frame = 0;                  ///< how long sending keeps a robot busy
+    Cycles battery = 0;                ///< how long it drives on a full battery; 0: for ever
+    int16_t temperature = 300;         ///< reading, 0..1023
 };
 
 class Robot {
@@ -114,10 +111,15 @@ class Robot {
     bool listens() const { return state_ != State::SLEEPING && life_ == Life::ALIVE; }
     const Calibration &calibration() const { return calibration_; }
     const Program &program() const { return *program_; }
-    const uint8_t *image() const { return image_; }
 
-    /// What sensors read from now on; set from outside.
-    Senses senses;
+    /// The bytes of its program's variables at present.
+    std::vector<uint8_t> state() const { return program_->state_of(image_); }
+
+    uint8_t left_duty() const { return left_; }
+    uint8_t right_duty() const { return right_; }
+
+    /// What the light sensor reads from now on, 0..1023; set from outside.
+    int16_t light = 0;
 
     /// Motor commands of the last run(), in order of time; the caller clears them.
     std::vector<MotorCommand> motor_commands;
@@ -154,6 +156,7 @@ class Robot {
     void budget_spent(const uint8_t *frame);
     uint64_t memory_fingerprint(const uint8_t *frame) const;
     bool disturbed() const;
+    int16_t voltage(Cycles at) const;
     uint8_t eeprom(uint16_t address) const;
     void set_eeprom(uint16_t address, uint8_t value);
     void stop(EventKind kind, std::string text);
@@ -165,7 +168,7 @@ class Robot {
     SuspendedCall suspended_;
     std::vector<Reception> inbox_;  ///< in order of time, from inbox_next_ on
     size_t inbox_next_ = 0;
-    std::vector<std::pair<Cycles, Cycles>> light_;  ///< frames on the receiver: begin, end
+    std::vector<std::pair<Cycles, Cycles>> frames_seen_;  ///< light on the receiver: begin, end
     std::unique_ptr<EepromImage> eeprom_;           ///< once it differs from the calibration
 
     Cycles now_;
@@ -173,6 +176,9 @@ class Robot {
     Cycles next_tick_;  ///< compare match of timer 0
     Cycles overflow_ = NEVER;  ///< after a retry: when the timer's next ordinary match comes
     Cycles state_since_;
+    Cycles power_up_;
+    Cycles driven_ = 0;             ///< with a motor on, up to driving_since_
+    Cycles driving_since_ = NEVER;
     void (*setup_)(void) = nullptr;
     void (*loop_)(void) = nullptr;
     uint64_t rand_hard_draws_ = 0;

@@ -93,6 +93,26 @@ message_t message_of(const nb::bytes &bytes) {
     return message;
 }
 
+SimulationDef::Command command_of(const nb::bytes &message, uint16_t uid_first, uint16_t uid_last, nb::handle region) {
+    SimulationDef::Command command = {0, uid_first, uid_last, message_of(message)};
+    if (region.is_none()) return command;
+    auto [x, y, radius] = nb::cast<std::tuple<double, double, double>>(region);
+    command.centre = {x, y};
+    command.radius_m = radius;
+    return command;
+}
+
+Light light_of(const nb::dict &from) {
+    Light light;
+    light.ambient = get<double>(from, "ambient");
+    for (nb::handle item : get<nb::list>(from, "sources")) {
+        auto source = nb::cast<nb::dict>(item);
+        light.sources.push_back({vector_of(get<std::vector<double>>(source, "at_m")), get<double>(source, "peak"),
+                                 get<double>(source, "half_m")});
+    }
+    return light;
+}
+
 SimulationDef definition_of(const nb::dict &spec) {
     SimulationDef def;
     def.seed = get<uint64_t>(spec, "seed");
@@ -119,9 +139,16 @@ SimulationDef definition_of(const nb::dict &spec) {
         def.groups.push_back(std::move(group));
     }
     for (nb::handle item : get<nb::list>(spec, "commands")) {
-        auto [tick, first, last, message] = nb::cast<std::tuple<int64_t, uint16_t, uint16_t, nb::bytes>>(item);
-        def.commands.push_back({tick, first, last, message_of(message)});
+        auto fields = nb::cast<nb::tuple>(item);
+        if (fields.size() != 5) throw EngineError("a command is tick, uid_first, uid_last, message, region");
+        auto command = command_of(nb::cast<nb::bytes>(fields[3]), nb::cast<uint16_t>(fields[1]),
+                                  nb::cast<uint16_t>(fields[2]), fields[4]);
+        command.tick = nb::cast<int64_t>(fields[0]);
+        def.commands.push_back(command);
     }
+    if (spec.contains("light") && !spec["light"].is_none()) def.light = light_of(get<nb::dict>(spec, "light"));
+    def.battery_h = get_or(spec, "battery_h", def.battery_h);
+    def.temperature = get_or(spec, "temperature", def.temperature);
     def.sample_ticks = get<uint32_t>(spec, "sample_ticks");
     if (spec.contains("black_box") && !spec["black_box"].is_none()) def.black_box = get<std::string>(spec, "black_box");
     if (spec.contains("run_ahead")) def.run_ahead = get<bool>(spec, "run_ahead");
@@ -198,6 +225,20 @@ std::string hash_of(const PythonSimulation &self) {
     return text;
 }
 
+const Robot &robot_of(const PythonSimulation &self, size_t robot) {
+    if (robot >= self.simulation.size()) throw EngineError("there is no robot " + std::to_string(robot));
+    return self.simulation.robot(robot);
+}
+
+nb::object motors_of(const PythonSimulation &self) {
+    std::vector<uint8_t> duties;
+    for (size_t i = 0; i < self.simulation.size(); i++) {
+        duties.push_back(self.simulation.robot(i).left_duty());
+        duties.push_back(self.simulation.robot(i).right_duty());
+    }
+    return array_of(std::move(duties), 2);
+}
+
 nb::dict config_keys() {
     nb::dict keys;
 #define ADD_KEY(name, key, preset, least, most) \
@@ -249,6 +290,22 @@ NB_MODULE(_emulator, m) {
         .def("events",
              [](PythonSimulation &self) { return to_python(self.simulation, self.simulation.take_events()); })
         .def("result_hash", hash_of)
+        .def(
+            "send",
+            [](PythonSimulation &self, const nb::bytes &message, uint16_t first, uint16_t last, nb::object region) {
+                self.simulation.send(command_of(message, first, last, region));
+            },
+            nb::arg("message"), nb::arg("uid_first") = 0, nb::arg("uid_last") = 65535,
+            nb::arg("region").none() = nb::none(), "Give robots a message now: nine data bytes and a type.")
+        .def("motors", motors_of)
+        .def("state",
+             [](const PythonSimulation &self, size_t robot) {
+                 auto bytes = robot_of(self, robot).state();
+                 return nb::bytes(bytes.data(), bytes.size());
+             })
+        .def("program", [](const PythonSimulation &self, size_t robot) {
+            return robot_of(self, robot).program().path();
+        })
         .def("stats", [](const PythonSimulation &self) {
             return to_python(self.simulation.statistics(), 2 * self.def.profile.radius_m);
         });

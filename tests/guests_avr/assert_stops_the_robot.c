@@ -1,4 +1,4 @@
-// assert() that holds does nothing; one that does not stops this robot, so that "passed" never comes.
+// assert() that holds does nothing; one that does not stops this robot: "passed" never comes.
 #include <assert.h>
 
 #include "check.h"

@@ -7,8 +7,8 @@
 #include <debug.h>
 #include <kilolib.h>
 
-#define CHECK(condition)                                                      \
-    do {                                                                      \
+#define CHECK(condition)                                                             \
+    do {                                                                             \
         if (!(condition)) printf("FAIL %s:%d %s\n", __FILE__, __LINE__, #condition); \
     } while (0)
 

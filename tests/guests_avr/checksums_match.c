@@ -17,9 +17,7 @@ static uint16_t ccitt(uint16_t crc, uint8_t byte) { return _crc_ccitt_update(crc
 static uint16_t one_wire(uint16_t crc, uint8_t byte) {
     return _crc_ibutton_update((uint8_t)crc, byte);
 }
-static uint16_t crc_8(uint16_t crc, uint8_t byte) {
-    return _crc8_ccitt_update((uint8_t)crc, byte);
-}
+static uint16_t crc_8(uint16_t crc, uint8_t byte) { return _crc8_ccitt_update((uint8_t)crc, byte); }
 
 static void check(void) {
     CHECK(over_text(arc, 0) == 0xBB3D);

@@ -18,6 +18,7 @@ static void check(void) {
 
     ADMUX = _BV(ADLAR) | 6;
     ADCSRA |= _BV(ADSC);
-    while (ADCSRA & _BV(ADSC)) {}
+    while (ADCSRA & _BV(ADSC)) {
+    }
     CHECK(is_near((int16_t)(ADCH * 4), get_voltage()));
 }

@@ -9,7 +9,8 @@
 
 static void begin_of_tick(void) {
     const uint32_t tick = kilo_ticks;
-    while (kilo_ticks == tick) {}
+    while (kilo_ticks == tick) {
+    }
 }
 
 static void check(void) {

@@ -12,7 +12,8 @@ static uint32_t EEMEM stored_number = 5;
 static char EEMEM stored_text[8];
 
 static uint8_t by_register(uint16_t address) {
-    while (EECR & _BV(EEPE)) {}
+    while (EECR & _BV(EEPE)) {
+    }
     EEAR = address;
     EECR |= _BV(EERE);
     return EEDR;

@@ -20,7 +20,7 @@ static void check(void) {
     ltoa(-2000000000, text, 10);
     CHECK(is("-2000000000"));
     ultoa(4000000000, text, 36);
-    CHECK(is("1u5yjk0") || strlen(text) == 7);
+    CHECK(is("1u5hvr4"));
 
     dtostrf(3.14159, 8, 3, text);
     CHECK(is("   3.142"));

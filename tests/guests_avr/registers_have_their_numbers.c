@@ -1,5 +1,5 @@
-// Bits and interrupt vectors have the numbers of the data sheet. The same list holds for avr-libc's own
-// headers, by which it was checked.
+// Bits and interrupt vectors have the numbers of the data sheet. The same list holds with avr-gcc
+// and avr-libc's own headers.
 #include <avr/io.h>
 
 #include "check.h"
@@ -66,6 +66,6 @@ VECTOR(TIMER1_COMPA, 11) VECTOR(TIMER1_COMPB, 12) VECTOR(TIMER1_OVF, 13) VECTOR(
 VECTOR(TIMER0_COMPB, 15) VECTOR(TIMER0_OVF, 16) VECTOR(SPI_STC, 17) VECTOR(USART_RX, 18)
 VECTOR(USART_UDRE, 19) VECTOR(USART_TX, 20) VECTOR(ADC, 21) VECTOR(EE_READY, 22)
 VECTOR(ANALOG_COMP, 23) VECTOR(TWI, 24) VECTOR(SPM_READY, 25)
-// clang-format on
+    // clang-format on
 
-static void check(void) {}
+    static void check(void) {}

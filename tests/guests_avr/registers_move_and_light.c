@@ -1,5 +1,5 @@
-// Registers written directly do what set_motors() and set_color() do: a red LED, the left motor on at
-// 60, the right one off for its pin is an input.
+// Registers written directly do what set_motors() and set_color() do: a red LED, the left motor on
+// at 60, the right one off for its pin is an input.
 #include <avr/io.h>
 
 #include "check.h"

@@ -1,5 +1,5 @@
-// What is written to UDR0 is printed: "serial 0123456789" as one line, then "A" from a straight piece
-// of code that never looks whether it is out.
+// What is written to UDR0 is printed: "serial 0123456789" as one line, then "A" from a straight
+// piece of code that never looks whether it is out.
 #define F_CPU 8000000UL
 #define BAUD 38400
 #include <avr/io.h>
@@ -8,7 +8,8 @@
 #include "check.h"
 
 static void put(char character) {
-    while (!(UCSR0A & _BV(UDRE0))) {}
+    while (!(UCSR0A & _BV(UDRE0))) {
+    }
     UDR0 = (uint8_t)character;
 }
 

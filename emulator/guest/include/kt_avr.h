@@ -1,10 +1,10 @@
-/// What the AVR-shaped headers need of the guest's thin half (emulator/guest/side). Programs include
-/// those, never this.
+/// What the AVR-shaped headers need of the guest's thin half (emulator/guest/side). Programs
+/// include those, never this.
 ///
 /// Registers are of three kinds:
 ///   - outputs, to motors and LED: in `kt_outputs`, where the engine looks;
-///   - live: reading or writing them means something. They are reached by kt_register(), which first
-///     carries out what was written since the last time, for C has no way to see a write as such;
+///   - live: reading or writing them means something. They are reached by kt_register(), which
+///     first carries out what was written since the last time, for C cannot see a write as such;
 ///   - the others: they keep what is written, and that is all they do.
 #ifndef KT_AVR_H
 #define KT_AVR_H

@@ -1,5 +1,5 @@
-/// stdio as the AVR has it: streams are a program's own functions for single characters. What goes to
-/// a stream without such a function, as stdout is at the start, is kept in the run folder.
+/// stdio as the AVR has it: streams are a program's own functions for single characters. What goes
+/// to a stream without such a function, as stdout is at the start, is kept in the run folder.
 ///
 /// In formats, `%ld` and the like take 32 bits, as wide as a long is on the robot.
 #ifndef KT_STDIO_H
@@ -33,7 +33,7 @@ extern FILE *kt_streams[3];
 #define _FDEV_EOF (-2)
 
 #define FDEV_SETUP_STREAM(put_function, get_function, mode) \
-    {(put_function), (get_function), NULL, (mode)}
+    { (put_function), (get_function), NULL, (mode) }
 #define fdev_setup_stream(stream, put_function, get_function, mode) \
     do {                                                            \
         (stream)->put = (put_function);                             \
@@ -76,8 +76,8 @@ char *fgets(char *text, int bytes, FILE *stream);
 int sprintf(char *text, const char *format, ...) __asm__("kt_sprintf");
 int snprintf(char *text, size_t bytes, const char *format, ...) __asm__("kt_snprintf");
 int vsprintf(char *text, const char *format, va_list arguments) __asm__("kt_vsprintf");
-int vsnprintf(char *text, size_t bytes, const char *format, va_list arguments)
-    __asm__("kt_vsnprintf");
+int vsnprintf(char *text, size_t bytes, const char *format,
+              va_list arguments) __asm__("kt_vsnprintf");
 
 int sscanf(const char *text, const char *format, ...);
 int vsscanf(const char *text, const char *format, va_list arguments);

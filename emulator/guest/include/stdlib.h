@@ -49,9 +49,9 @@ double strtod(const char *text, char **end);
 long strtol(const char *text, char **end, int base);
 unsigned long strtoul(const char *text, char **end, int base);
 
-/// Numbers in base 2 to 36, in lower case; a minus sign in base 10 only. They return `text`, which is
-/// empty for other bases. A negative number in another base is shown with the bits of the robot's
-/// type: 16 for int, 32 for long.
+/// Numbers in base 2 to 36, in lower case; a minus sign in base 10 only. They return `text`, which
+/// is empty for other bases. A negative number in another base is shown with the bits of the
+/// robot's type: 16 for int, 32 for long.
 char *itoa(int number, char *text, int base);
 char *utoa(unsigned int number, char *text, int base);
 char *ltoa(long number, char *text, int base);

@@ -15,13 +15,15 @@ SAME_PLACE(KT_PORTB, portb);
 SAME_PLACE(KT_PORTC, portc);
 SAME_PLACE(KT_PORTD, portd);
 
-// The data addresses of live registers, and their values without further ado.
+// Data addresses, and the values there without further ado.
 enum {
+    PIND_AT = 0x29,
     EECR_AT = 0x3F,
     EEDR_AT = 0x40,
     EEAR_AT = 0x41,
     TCNT0_AT = 0x46,
     SPSR_AT = 0x4D,
+    MCUSR_AT = 0x54,
     SREG_AT = 0x5F,
     ADC_AT = 0x78,
     ADCSRA_AT = 0x7A,
@@ -35,7 +37,8 @@ enum {
 
 enum { NOT_CHARGING = _BV(PIND0), POWERED_UP = _BV(PORF), INTERRUPTS = _BV(SREG_I) };
 
-kt_register8_t kt_registers[256] = {[0x29] = NOT_CHARGING, [0x54] = POWERED_UP, [SREG_AT] = INTERRUPTS};
+kt_register8_t kt_registers[256] = {
+    [PIND_AT] = NOT_CHARGING, [MCUSR_AT] = POWERED_UP, [SREG_AT] = INTERRUPTS};
 
 static uint8_t interrupts_on = INTERRUPTS;  // what the engine knows
 
@@ -138,9 +141,14 @@ void kt_settle(void) {
     settle_adc();
 }
 
-// As kilolib sets the timers: timer 0 counts each 1,024 cycles, timer 1 each one, timer 2 each 8 and
-// up and down. None is known better than timer 0.
-enum { CYCLES_PER_COUNT_0 = 1024, CYCLES_PER_COUNT_2 = 8, COUNTS_PER_TICK = 256, ROUND_TRIP_2 = 510 };
+// As kilolib sets the timers: timer 0 counts each 1,024 cycles, timer 1 each one, timer 2 each 8
+// and up and down. None is known better than timer 0.
+enum {
+    CYCLES_PER_COUNT_0 = 1024,
+    CYCLES_PER_COUNT_2 = 8,
+    COUNTS_PER_TICK = 256,
+    ROUND_TRIP_2 = 510
+};
 
 kt_register16_t *kt_timer1(void) {
     PLAIN16(TCNT1_AT) = (uint16_t)(kt_timer0() * CYCLES_PER_COUNT_0);

@@ -32,16 +32,16 @@ void eeprom_update_block(const void *from, void *address, size_t bytes) {
     }
 }
 
-#define FUNCTIONS_FOR(name, type)                         \
-    type eeprom_read_##name(const type *address) {        \
-        type value;                                       \
-        eeprom_read_block(&value, address, sizeof value); \
-        return value;                                     \
-    }                                                     \
-    void eeprom_write_##name(type *address, type value) { \
-        eeprom_write_block(&value, address, sizeof value); \
-    }                                                     \
-    void eeprom_update_##name(type *address, type value) { \
+#define FUNCTIONS_FOR(name, type)                           \
+    type eeprom_read_##name(const type *address) {          \
+        type value;                                         \
+        eeprom_read_block(&value, address, sizeof value);   \
+        return value;                                       \
+    }                                                       \
+    void eeprom_write_##name(type *address, type value) {   \
+        eeprom_write_block(&value, address, sizeof value);  \
+    }                                                       \
+    void eeprom_update_##name(type *address, type value) {  \
         eeprom_update_block(&value, address, sizeof value); \
     }
 

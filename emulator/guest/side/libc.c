@@ -1,5 +1,5 @@
-// What the AVR's libc has and the PC's has not, or has with a state that robots must not share. Weak:
-// a program may have functions of the same names.
+// What the AVR's libc has and the PC's has not, or has with a state that robots must not share.
+// Weak: a program may have functions of the same names.
 #include <ctype.h>
 #include <math.h>
 #include <stdint.h>

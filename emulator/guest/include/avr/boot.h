@@ -1,4 +1,4 @@
-/// Self-programming. A program that writes its own flash has no place in the emulator: it is stopped.
+/// Self-programming. There is no flash here that a program could write: one that tries is stopped.
 #ifndef KT_AVR_BOOT_H
 #define KT_AVR_BOOT_H
 
@@ -36,16 +36,18 @@
 
 #define boot_spm_busy() 0
 #define boot_rww_busy() 0
-#define boot_spm_busy_wait() do {} while (boot_spm_busy())
+#define boot_spm_busy_wait() \
+    do {                     \
+    } while (boot_spm_busy())
 #define boot_is_spm_interrupt() (SPMCSR & _BV(SPMIE))
 #define boot_spm_interrupt_enable() ((void)(SPMCSR = (uint8_t)(SPMCSR | _BV(SPMIE))))
 #define boot_spm_interrupt_disable() ((void)(SPMCSR = (uint8_t)(SPMCSR & ~_BV(SPMIE))))
 
 /// The signature row: bytes 0, 2 and 4 say ATmega328P.
-#define boot_signature_byte_get(address)             \
-    ((uint8_t)((address) == 0   ? SIGNATURE_0        \
-               : (address) == 2 ? SIGNATURE_1        \
-               : (address) == 4 ? SIGNATURE_2        \
+#define boot_signature_byte_get(address)      \
+    ((uint8_t)((address) == 0   ? SIGNATURE_0 \
+               : (address) == 2 ? SIGNATURE_1 \
+               : (address) == 4 ? SIGNATURE_2 \
                                 : 0xFF))
 
 #endif

@@ -12,7 +12,9 @@
 #define EEMEM __attribute__((section("kt_eeprom")))
 
 #define eeprom_is_ready() 1
-#define eeprom_busy_wait() do {} while (!eeprom_is_ready())
+#define eeprom_busy_wait() \
+    do {                   \
+    } while (!eeprom_is_ready())
 
 uint8_t eeprom_read_byte(const uint8_t *address);
 uint16_t eeprom_read_word(const uint16_t *address);

@@ -34,13 +34,13 @@ typedef const void *__attribute__((may_alias, aligned(1))) kt_flash_pointer_t;
 #define pgm_read_ptr(address) ((void *)*(const kt_flash_pointer_t *)(address))
 
 /// Pointers are words on the robot, and doubles are floats: what `address` points to decides.
-#define pgm_read_word(address)                                                          \
-    __builtin_choose_expr(sizeof((address)[0]) == sizeof(void *),                       \
-                          (uintptr_t) * (const kt_flash_pointer_t *)(address),          \
+#define pgm_read_word(address)                                                 \
+    __builtin_choose_expr(sizeof((address)[0]) == sizeof(void *),              \
+                          (uintptr_t) * (const kt_flash_pointer_t *)(address), \
                           *(kt_flash16_t *)(address))
-#define pgm_read_float(address)                                                         \
-    __builtin_choose_expr(sizeof((address)[0]) == sizeof(double),                       \
-                          *(kt_flash_double_t *)(address), *(kt_flash_float_t *)(address))
+#define pgm_read_float(address)                                                                    \
+    __builtin_choose_expr(sizeof((address)[0]) == sizeof(double), *(kt_flash_double_t *)(address), \
+                          *(kt_flash_float_t *)(address))
 
 #define pgm_read_byte_near(address) pgm_read_byte(address)
 #define pgm_read_word_near(address) pgm_read_word(address)

@@ -6,9 +6,8 @@
 
 #define KT_POWER_OFF(bits) ((void)(PRR = (uint8_t)(PRR | (bits))))
 #define KT_POWER_ON(bits) ((void)(PRR = (uint8_t)(PRR & ~(bits))))
-#define KT_POWER_ALL                                                                     \
-    (_BV(PRADC) | _BV(PRSPI) | _BV(PRTWI) | _BV(PRTIM0) | _BV(PRTIM1) | _BV(PRTIM2) |    \
-     _BV(PRUSART0))
+#define KT_POWER_ALL \
+    (_BV(PRADC) | _BV(PRSPI) | _BV(PRTWI) | _BV(PRTIM0) | _BV(PRTIM1) | _BV(PRTIM2) | _BV(PRUSART0))
 
 #define power_adc_disable() KT_POWER_OFF(_BV(PRADC))
 #define power_adc_enable() KT_POWER_ON(_BV(PRADC))

@@ -17,10 +17,14 @@
 #define _SFR_WORD(sfr) (sfr)
 
 #define _BV(bit) (1 << (bit))
-#define bit_is_set(sfr, bit) ((sfr) & _BV(bit))
-#define bit_is_clear(sfr, bit) (!((sfr) & _BV(bit)))
-#define loop_until_bit_is_set(sfr, bit) do {} while (bit_is_clear(sfr, bit))
-#define loop_until_bit_is_clear(sfr, bit) do {} while (bit_is_set(sfr, bit))
+#define bit_is_set(sfr, bit) ((sfr)&_BV(bit))
+#define bit_is_clear(sfr, bit) (!((sfr)&_BV(bit)))
+#define loop_until_bit_is_set(sfr, bit) \
+    do {                                \
+    } while (bit_is_clear(sfr, bit))
+#define loop_until_bit_is_clear(sfr, bit) \
+    do {                                  \
+    } while (bit_is_set(sfr, bit))
 
 #define _VECTOR(number) __vector_##number
 

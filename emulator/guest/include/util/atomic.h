@@ -1,5 +1,5 @@
-/// Blocks that no callback interrupts, even if they let time pass, and blocks that may be interrupted.
-/// They may be left by any way.
+/// Blocks that no callback interrupts, even if they let time pass, and blocks that one may. Any way
+/// leaves them properly.
 #ifndef KT_UTIL_ATOMIC_H
 #define KT_UTIL_ATOMIC_H
 
@@ -16,7 +16,7 @@ static inline void kt_forbid_interrupts(const uint8_t *sreg) {
     kt_cli();
 }
 
-#define KT_BLOCK(type, enter)                                    \
+#define KT_BLOCK(type, enter)                                                         \
     for (uint8_t kt_sreg __attribute__((cleanup(type), unused)) = enter, kt_once = 1; \
          kt_once != 0; kt_once = 0)
 
