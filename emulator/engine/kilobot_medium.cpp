@@ -19,10 +19,11 @@ constexpr double RANGE_LIMIT = 3;  // of the spread
 }  // namespace
 
 KilobotMedium::KilobotMedium(const Settings &settings, const Chance &chance, std::deque<Robot> &robots,
-                             MediumCounts &counts)
+                             std::vector<Emission> &emissions, MediumCounts &counts)
     : settings_(settings),
       chance_(chance),
       robots_(robots),
+      emissions_(emissions),
       counts_(counts),
       frames_(robots.size()),
       audible_(robots.size()),
@@ -63,7 +64,12 @@ void KilobotMedium::run(const std::vector<uint32_t> &attended, Cycles begin, Cyc
 void KilobotMedium::run_robot(uint32_t index, Cycles until) {
     Robot &robot = robots_[index];
     for (;;) {
-        if (robot.question() == Robot::Question::NONE) robot.run_arbitrated(until);
+        if (robot.question() == Robot::Question::NONE) {
+            if (has_channel(index, until - 1)) robot.grant(until - 1, std::min(end_, until + FRAME_CYCLES));
+            emissions_.clear();
+            robot.run_arbitrated(until);
+            if (!emissions_.empty()) begin_frame(index, emissions_.back().at);
+        }
         if (robot.question() == Robot::Question::MAY_ASK) {
             robot.answer(!receives(index, robot.now()));
         } else if (robot.question() == Robot::Question::IS_CHANNEL_FREE) {
@@ -75,6 +81,15 @@ void KilobotMedium::run_robot(uint32_t index, Cycles until) {
     }
     Cycles ask = robot.next_ask();
     if (until < end_ && ask < end_) events_.push({std::max(ask, until), What::RUN, index});
+}
+
+/// Whether nothing can come between if the robot is asked at `at`: it receives nothing, and nobody around may start
+/// before it is done listening.
+bool KilobotMedium::has_channel(uint32_t robot, Cycles at) const {
+    if (settings_.held_busy || !audible_[robot].empty() || on_air(robot) || robots_[robot].next_ask() != at) return false;
+    for (uint32_t other : neighbours_->of(robot))
+        if (robots_[other].next_ask() <= at + SENSE_END_CYCLES) return false;
+    return true;
 }
 
 bool KilobotMedium::receives(uint32_t robot, Cycles at) const {
@@ -110,7 +125,11 @@ void KilobotMedium::begin_frame(uint32_t sender, Cycles at) {
         for (uint32_t earlier : audible_[sender])
             for (Heard &missed : frames_[earlier].heard)
                 if (missed.robot == sender) missed.fate = Heard::Fate::DEAF;
-    events_.push({at + SENSE_END_CYCLES, What::SENSE_END, sender});
+    frame.granted = robots_[sender].question() == Robot::Question::NONE;
+    if (frame.granted)
+        events_.push({at + FRAME_CYCLES, What::FRAME_END, sender});
+    else
+        events_.push({at + SENSE_END_CYCLES, What::SENSE_END, sender});
 }
 
 /// Light on the receiver while it polled: the start pulse of a frame begun meanwhile, or the leader's stop pulse of one
@@ -146,7 +165,7 @@ void KilobotMedium::end_frame(uint32_t sender) {
         for (const Heard &heard : frame.heard) deliver(frame, heard);
     else
         counts_.wrong_crc++;
-    events_.push({frame.begin + FRAME_CYCLES, What::RUN, sender});
+    if (!frame.granted) events_.push({frame.begin + FRAME_CYCLES, What::RUN, sender});
 }
 
 void KilobotMedium::leave_air(Frame &frame) {

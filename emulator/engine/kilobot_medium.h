@@ -43,7 +43,8 @@ class KilobotMedium {
         bool held_busy = false;       ///< somebody's light never goes out: no attempt succeeds
     };
 
-    KilobotMedium(const Settings &settings, const Chance &chance, std::deque<Robot> &robots, MediumCounts &counts);
+    KilobotMedium(const Settings &settings, const Chance &chance, std::deque<Robot> &robots,
+                  std::vector<Emission> &emissions, MediumCounts &counts);
 
     /// The farthest that anybody can be heard.
     static double reach_m(const Settings &settings);
@@ -69,6 +70,7 @@ class KilobotMedium {
         Cycles begin;
         uint32_t sender;
         bool on_air = false;
+        bool granted = false;  ///< its sender did not have to listen first
         message_t message;
         std::vector<Heard> heard;
     };
@@ -85,6 +87,7 @@ class KilobotMedium {
     };
 
     void run_robot(uint32_t robot, Cycles until);
+    bool has_channel(uint32_t robot, Cycles at) const;
     void begin_frame(uint32_t sender, Cycles at);
     void end_sensing(uint32_t sender);
     void end_frame(uint32_t sender);
@@ -97,6 +100,7 @@ class KilobotMedium {
     Settings settings_;
     const Chance &chance_;
     std::deque<Robot> &robots_;
+    std::vector<Emission> &emissions_;  ///< what robots send that were granted the channel
     MediumCounts &counts_;
     std::vector<float> range_m_;                   ///< by sender
     std::vector<Frame> frames_;                    ///< by sender: a robot sends one at a time

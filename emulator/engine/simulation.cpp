@@ -87,7 +87,7 @@ Simulation::Simulation(const SimulationDef &def)
     std::stable_sort(commands_.begin(), commands_.end(),
                      [](const auto &a, const auto &b) { return a.tick < b.tick; });
     create_robots();
-    if (def.kilobot_medium) kilobot_medium_.emplace(*def.kilobot_medium, chance_, robots_, statistics_.medium);
+    if (def.kilobot_medium) kilobot_medium_.emplace(*def.kilobot_medium, chance_, robots_, emissions_, statistics_.medium);
     boot();
 }
 

@@ -176,6 +176,7 @@ void Robot::run(Cycles until) {
 Cycles Robot::run_arbitrated(Cycles until) {
     arbitrated_ = true;
     go_on(until);
+    granted_at_ = NEVER;
     return question_ == Question::NONE ? until : now_;
 }
 
@@ -371,14 +372,17 @@ void Robot::tick() {
 
 void Robot::ask_for_message() {
     const auto &table = program_->table();
-    if (arbitrated_ && !ask_medium(Question::MAY_ASK)) return;
+    const bool granted = !arbitrated_ || now_ == granted_at_;
+    if (!granted && !ask_medium(Question::MAY_ASK)) return;
     const message_t *message = (*table.message_tx)();
     if (message == nullptr) return;
     outgoing_ = *message;
-    if (!arbitrated_)
+    if (granted) {
         context_.emissions.push_back({now_, index_, outgoing_});
-    else if (!ask_medium(Question::IS_CHANNEL_FREE))
+        if (arbitrated_) until_ = std::max(until_, granted_until_);
+    } else if (!ask_medium(Question::IS_CHANNEL_FREE)) {
         return retry_soon();
+    }
     if (context_.frame > 0) wait_until(now_ + context_.frame);
     tx_clock_ = 0;
     (*table.message_tx_success)();

@@ -88,6 +88,13 @@ class Robot {
     Question question() const { return question_; }
     Cycles now() const { return now_; }
 
+    /// Answers both questions with yes beforehand, should they come up at `at` in the next run. It then sends, which
+    /// shows in the context's emissions, and lives on until `until`: nobody reaches a robot that sends.
+    void grant(Cycles at, Cycles until) {
+        granted_at_ = at;
+        granted_until_ = until;
+    }
+
     /// Answers MAY_ASK (no: a frame is being received; it tries again at the next tick) or IS_CHANNEL_FREE (no: the
     /// attempt failed; it tries again soon). The next run goes on from there.
     void answer(bool yes);
@@ -173,6 +180,7 @@ class Robot {
 
     Cycles now_;
     Cycles until_ = 0;
+    Cycles granted_at_ = NEVER, granted_until_ = 0;
     Cycles next_tick_;  ///< compare match of timer 0
     Cycles overflow_ = NEVER;  ///< after a retry: when the timer's next ordinary match comes
     Cycles state_since_;

@@ -5,7 +5,7 @@
 #include <kilolib.h>
 #include <stdbool.h>
 
-#define TYPE_HELLO 2                      // 0x02 to 0x7F are free for programs
+#define TYPE_HELLO 2  // 0x02 to 0x7F are free for programs
 #define HEARD_TICKS (2 * TICKS_PER_SEC)
 #define FLASH_TICKS 3
 
