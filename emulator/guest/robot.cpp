@@ -12,6 +12,8 @@ namespace {
 constexpr int32_t BLOCKS_PER_TICK = TICK_CYCLES / 10;
 // A program that waits needs but one look at what it waits for.
 constexpr int32_t BLOCKS_WHILE_WAITING = 500;
+// Blocks that a program which waits passes through at most, before it is where it was.
+constexpr uint16_t PROBES = 512;
 constexpr Cycles WARN_AFTER = 10 * CYCLES_PER_SECOND;
 constexpr Cycles ENDLESS_AFTER = 60 * CYCLES_PER_SECOND;
 
@@ -323,6 +325,7 @@ void Robot::live() {
 void Robot::came_back() {
     *program_->table().budget = BLOCKS_PER_TICK;
     busy_since_ = computing_since_ = NEVER;
+    probes_left_ = 0;
     warned_ = false;
 }
 
@@ -568,13 +571,32 @@ void Robot::wait_until(Cycles wake) {
     now_ = std::max(now_, wake);
 }
 
-// The program passed through more blocks than fit into a tick without giving time back. If the memory it may count in
-// is as it was a tick ago, it waits for something and costs little; else it computes, which must end some day.
+// The program passed through more blocks than fit into a tick without giving time back. Does it wait or compute? Nothing
+// happens around it while it is looked at, block by block: if its memory comes back to where it was, it goes round in
+// circles until a tick or a callback changes something, which costs little to emulate. If not, it computes, which must
+// end some day.
 void Robot::budget_spent(const uint8_t *frame) {
-    if (busy_since_ == NEVER) busy_since_ = now_;
+    auto &budget = *program_->table().budget;
     uint64_t fingerprint = memory_fingerprint(frame);
-    bool waits = fingerprint == fingerprint_;
-    fingerprint_ = fingerprint;
+    if (probes_left_ == 0) {
+        fingerprint_ = fingerprint;
+        probes_left_ = PROBES;
+        budget = 0;
+        return;
+    }
+    const bool waits = fingerprint == fingerprint_;
+    if (!waits && --probes_left_ > 0) {
+        budget = 0;
+        return;
+    }
+    probes_left_ = 0;
+    note_busy(waits);
+    wait_until(in_interrupt_ ? now_ + TICK_CYCLES : std::max(next_tick_, now_));
+    budget = waits ? BLOCKS_WHILE_WAITING : BLOCKS_PER_TICK;
+}
+
+void Robot::note_busy(bool waits) {
+    if (busy_since_ == NEVER) busy_since_ = now_;
     if (waits)
         computing_since_ = NEVER;
     else if (computing_since_ == NEVER)
@@ -587,8 +609,6 @@ void Robot::budget_spent(const uint8_t *frame) {
         stop(EventKind::ENDLESS, "it has been computing for 60 s without coming back or calling delay()");
         GuestStack::instance().abandon();
     }
-    wait_until(in_interrupt_ ? now_ + TICK_CYCLES : std::max(next_tick_, now_));
-    *program_->table().budget = waits ? BLOCKS_WHILE_WAITING : BLOCKS_PER_TICK;
 }
 
 /// Over the program's variables but kilo_ticks, and its registers and frames.

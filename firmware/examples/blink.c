@@ -9,8 +9,8 @@
 static uint32_t changed_at;
 static bool lit;
 
-// An interrupt counts the four bytes of kilo_ticks up, perhaps between our reads of them: read until
-// two readings agree.
+// An interrupt counts the four bytes of kilo_ticks up, perhaps between our reads of them: read
+// until two readings agree.
 static uint32_t ticks_now(void) {
     uint32_t now = kilo_ticks;
     while (now != kilo_ticks) now = kilo_ticks;
@@ -20,8 +20,8 @@ static uint32_t ticks_now(void) {
 // Runs once, at the first RUN.
 static void setup(void) { changed_at = ticks_now(); }
 
-// Runs again and again, thousands of times in a tick. It asks the clock what is due and returns, for
-// a program that waits in here cannot do anything else meanwhile.
+// Runs again and again, thousands of times in a tick. It asks the clock what is due and returns,
+// for a program that waits in here cannot do anything else meanwhile.
 static void loop(void) {
     // A difference is right even when kilo_ticks wraps; `now >= changed_at + HALF_SECOND` is not.
     if (ticks_now() - changed_at < HALF_SECOND) return;

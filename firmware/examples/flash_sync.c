@@ -1,7 +1,7 @@
 /// Flashes in step: each robot starts with a clock of its own, and soon all flash together.
 ///
-/// Robots tell each other their clocks. One that hears of a clock ahead of its own sets it forward, so
-/// that all of them follow the one most ahead, over any number of hops.
+/// Robots tell each other their clocks. One that hears of a clock ahead of its own sets it forward,
+/// so that all of them follow the one most ahead, over any number of hops.
 ///
 /// LED: white for an eighth of a second every two seconds, else off.
 #include <kilolib.h>
@@ -27,15 +27,15 @@ static void put_clock(uint8_t *bytes, uint32_t clock) {
     for (uint8_t i = 0; i < 4; i++) bytes[i] = (uint8_t)(clock >> (8 * i));
 }
 
-// The difference of two clocks is right even if one has wrapped. A single tick is ignored: two robots
-// whose ticks come at different moments are both ahead by one for part of the time, and would drive
-// each other on for ever.
+// The difference of two clocks is right even if one has wrapped. The robot stays one tick behind:
+// ticks come at a different moment on each robot, and two that wanted to be level would overtake
+// each other by a part of a tick again and again.
 static void on_message(message_t *received, distance_measurement_t *distance) {
     (void)distance;
     if (received->type != TYPE_CLOCK || !started) return;
     const uint32_t mine = kilo_ticks + ahead;
     const int32_t difference = (int32_t)(get_clock(received->data) - mine);
-    if (difference > 1) ahead += (uint32_t)difference;
+    if (difference > 1) ahead += (uint32_t)difference - 1;
 }
 
 // Made here, at the last moment, the message tells the time at which it is sent.

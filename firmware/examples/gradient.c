@@ -1,8 +1,8 @@
 /// A gradient: each robot finds out how many hops it is away from the robot with uid 1, the seed.
 ///
 /// Robots tell their hops twice a second. A robot is one hop farther than the nearest it hears, and
-/// forgets that after ten seconds without a word that confirms it, so that the gradient follows when
-/// robots move.
+/// forgets that after ten seconds without a word that confirms it, so that the gradient follows
+/// when robots move.
 ///
 /// LED: white for the seed, then red, green, blue, yellow, magenta, cyan for 1 to 6 hops, and again
 /// from red on; off as long as the robot does not know.
@@ -13,6 +13,7 @@
 #define TYPE_HOPS 2
 #define SEED_UID 1
 #define UNKNOWN 255
+#define PERIOD_MIN 2900  // units of 128 us; with up to 2,040 more, half a second on average
 #define FORGET_TICKS (10 * TICKS_PER_SEC)
 
 static const uint8_t COLOURS[] = {
@@ -46,6 +47,10 @@ static message_t *on_transmit(void) {
     return &message;
 }
 
+// Two robots that do not hear each other may send at the same time, over and over: their clocks are
+// nearly the same, and who is between them hears neither. A period drawn anew each time ends that.
+static void on_sent(void) { kilo_tx_period = (uint16_t)(PERIOD_MIN + (uint16_t)rand_soft() * 8); }
+
 static uint32_t ticks_now(void) {
     uint32_t now = kilo_ticks;
     while (now != kilo_ticks) now = kilo_ticks;
@@ -58,11 +63,12 @@ static void show(uint8_t shown) {
     } else if (shown == 0) {
         set_color(RGB(3, 3, 3));
     } else {
-        set_color(COLOURS[(shown - 1) % sizeof COLOURS]);
+        set_color(COLOURS[(shown - 1u) % sizeof COLOURS]);
     }
 }
 
 static void setup(void) {
+    rand_seed(rand_hard());
     if (kilo_uid == SEED_UID) hops = 0;
 }
 
@@ -80,6 +86,7 @@ static void loop(void) {
 int main(void) {
     kilo_message_rx = on_message;
     kilo_message_tx = on_transmit;
+    kilo_message_tx_success = on_sent;
     kilo_init();
     kilo_start(setup, loop);
     return 0;

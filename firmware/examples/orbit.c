@@ -1,9 +1,9 @@
 /// Orbits: goes round a planet at about 60 mm, the planet on its left.
 ///
 /// The robot with uid 1 is the planet: it stands still and speaks four times as often as usual. An
-/// orbiter cannot tell where the planet is, only how far. So it steers by the distance and by how that
-/// changes: too far, and not coming closer, it turns left; too near, and not going away, right. A
-/// turn leads forwards too, for one motor alone turns the robot about a leg.
+/// orbiter cannot tell where the planet is, only how far. So it steers by the distance and by how
+/// that changes: too far, and not coming closer, it turns left; too near, and not going away,
+/// right. A turn leads forwards too, for one motor alone turns the robot about a leg.
 ///
 /// LED of an orbiter: green within 10 mm of its way, red farther out, blue farther in; off while it
 /// has not heard the planet for two seconds. LED of the planet: white.
@@ -16,9 +16,8 @@
 #define PLANET_PERIOD 976  // units of 128 us: every fourth tick
 #define ORBIT_MM 60
 #define BAND_MM 10
-#define ERROR_MAX_MM \
-    8  // where it is counts for so much at most, or it would never look at the change
-#define AVERAGE_OF 8  // messages: about the last second
+#define ERROR_MAX_MM 8  // an error counts for no more, or the change would never count
+#define AVERAGE_OF 8    // messages: about the last second
 #define LOST_TICKS (2 * TICKS_PER_SEC)
 
 typedef enum { STAND, LEFT, RIGHT } motion_t;

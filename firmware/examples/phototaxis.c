@@ -1,8 +1,9 @@
 /// Goes to the light, with one sensor that knows nothing of directions.
 ///
 /// A turn leads forwards along an arc, so that it gets brighter for half of a circle and darker for
-/// the other. The robot turns to one side until it has become brighter and begins to get darker again,
-/// then it turns to the other side. Arc by arc it comes nearer, and ends in circles round the light.
+/// the other. The robot turns to one side until it has become brighter and begins to get darker
+/// again, then it turns to the other side. Arc by arc it comes nearer, and ends in circles round
+/// the light.
 ///
 /// LED: red while it turns left, green while it turns right.
 #include <kilolib.h>

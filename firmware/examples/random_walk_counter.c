@@ -7,15 +7,13 @@
 
 #define TYPE_HERE 2
 #define CAPACITY 16
-#define SECOND_TICKS TICKS_PER_SEC
 #define STRAIGHT_MIN_TICKS 61
 #define STRAIGHT_SPAN_TICKS 122
 #define TURN_MIN_TICKS 15
 #define TURN_SPAN_TICKS 61
 
-static const uint8_t COLOURS[] = {
-    RGB(0, 0, 0), RGB(3, 0, 0), RGB(3, 3, 0), RGB(0, 3, 0), RGB(0, 0, 3),
-};
+static const uint8_t COLOURS[] = {RGB(0, 0, 0), RGB(3, 0, 0), RGB(3, 3, 0), RGB(0, 3, 0),
+                                  RGB(0, 0, 3)};
 
 static message_t message;
 
@@ -49,7 +47,7 @@ static uint32_t ticks_now(void) {
 }
 
 static uint8_t between(uint8_t least, uint8_t span) {
-    return (uint8_t)(least + ((uint16_t)rand_soft() * (span + 1) >> 8));
+    return (uint8_t)(least + ((uint16_t)rand_soft() * (span + 1u) >> 8));
 }
 
 static void next_leg(uint32_t now) {
@@ -82,8 +80,8 @@ static void setup(void) {
 static void loop(void) {
     const uint32_t now = ticks_now();
     if (now - leg_began >= leg_ticks) next_leg(now);
-    if (now - second_began >= SECOND_TICKS) {
-        second_began += SECOND_TICKS;
+    if (now - second_began >= TICKS_PER_SEC) {
+        second_began += TICKS_PER_SEC;
         count_neighbours();
     }
 }
@@ -97,7 +95,6 @@ int main(void) {
     message.data[0] = (uint8_t)kilo_uid;
     message.data[1] = (uint8_t)(kilo_uid >> 8);
     message.crc = message_crc(&message);
-
     kilo_start(setup, loop);
     return 0;
 }

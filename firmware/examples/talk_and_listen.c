@@ -1,7 +1,7 @@
 /// Talks and listens: each robot sends its number, about twice a second, and hears the others.
 ///
-/// LED: blue for a moment after each message of its own; else green if another robot was heard within
-/// the last two seconds, red if not.
+/// LED: blue for a moment after each message of its own; else green if another robot was heard
+/// within the last two seconds, red if not.
 #include <kilolib.h>
 #include <stdbool.h>
 
@@ -61,8 +61,8 @@ static void loop(void) {
     }
 }
 
-// kilo_init() reads the number and switches the interrupts on. The callbacks are in place before, so
-// that no interrupt finds one half written; the message is ready before kilo_start().
+// kilo_init() reads the number and switches the interrupts on. The callbacks are in place before,
+// so that no interrupt finds one half written; the message is ready before kilo_start().
 int main(void) {
     kilo_message_rx = on_message;
     kilo_message_tx = on_transmit;

@@ -35,11 +35,14 @@ _EXAMPLES = {
 }
 
 
-def input_error(text: ExperimentText, error: ValidationError) -> InputError:
-    """The problem to mend first: unknown keys, then wrong values, then missing ones."""
+def input_error(text: ExperimentText, error: ValidationError, below: KeyPath = ()) -> InputError:
+    """The problem to mend first: unknown keys, then wrong values, then missing ones.
+
+    `below` is the path of what was validated, if that was not the whole experiment.
+    """
     order = {"extra_forbidden": 0, "missing": 2}
     worst = min(error.errors(), key=lambda problem: order.get(problem["type"], 1))
-    path: KeyPath = tuple(worst["loc"])
+    path: KeyPath = (*below, *worst["loc"])
     # A key that is not there is missed where its table stands.
     place = path[:-1] if worst["type"] == "missing" and len(path) > 1 else path
     return InputError(f"{text.where(place)}: {_describe(dict(worst), path)}")
