@@ -66,6 +66,8 @@ typedef struct KT_PACKED {
     message_t *rx_message;                                    ///< kilolib's one receive buffer
     distance_measurement_t *rx_distance;
     volatile kt_outputs_t *outputs;
+    void (*settle)(void);                                     ///< brings registers that act when written up to date;
+                                                              ///< null if the program uses none
     int (*random)(void);                                      ///< the program's rand()
     int32_t *budget;                                          ///< basic blocks left; not part of the state
     const kt_host_t **host;                                   ///< not part of the state

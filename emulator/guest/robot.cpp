@@ -357,7 +357,7 @@ template <typename Callback> void Robot::interrupt(Callback callback) {
     *program_->table().budget = BLOCKS_PER_TICK;
     callback();
     *program_->table().budget = budget;
-    in_interrupt_ = false;
+    in_interrupt_ = interrupts_off_ = false;
     look_at_outputs();
     if (now_ == before) return;
     while (next_tick_ + calibration_.tick <= now_) next_tick_ += calibration_.tick;
@@ -538,6 +538,7 @@ void Robot::reset() {
 
 // What the registers now make of motors and LED: hardware.md 1.8.
 void Robot::look_at_outputs() {
+    if (program_->table().settle != nullptr) program_->table().settle();
     const auto &registers = *program_->table().outputs;
     uint64_t seen;
     static_assert(sizeof seen == sizeof registers);

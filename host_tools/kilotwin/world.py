@@ -144,7 +144,8 @@ class World:
     def leds(self) -> NDArray[np.uint8]:
         """What the LEDs show: bytes as RGB(r, g, b) makes them."""
         led = self._simulation.snapshot()["led"][0]
-        return np.bitwise_and(led, LED_VALUES - 1, dtype=np.uint8)
+        shown: NDArray[np.uint8] = np.bitwise_and(led, LED_VALUES - 1, dtype=np.uint8)
+        return shown
 
     @property
     def motors(self) -> NDArray[np.uint8]:

@@ -46,6 +46,9 @@ static uint8_t soft_accumulator;
 
 extern int kt_guest_main();
 
+// Only programs that use such registers link it (avr.c).
+extern __attribute__((weak, visibility("hidden"))) void kt_settle(void);
+
 const kt_table_t kt_table = {
     .abi = KT_GUEST_ABI,
     .guard_low = (uint8_t *)kt_guard_low,
@@ -66,6 +69,7 @@ const kt_table_t kt_table = {
     .rx_message = &rx_message,
     .rx_distance = &rx_distance,
     .outputs = &kt_outputs,
+    .settle = kt_settle,
     .random = rand,
     .budget = &kt_budget,
     .host = &kt_host,
