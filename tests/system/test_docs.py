@@ -39,6 +39,18 @@ def test_files_that_are_named_exist(document: Path) -> None:
     assert [name for name in named if not (ROOT / name).exists()] == []
 
 
+def test_the_life_of_a_message_names_functions_of_those_files() -> None:
+    overview = (ROOT / "docs/code_overview.md").read_text()
+    hops = re.findall(r"^\| \d+ \| `([\w/.]+)` \| (.*) \|$", overview, re.MULTILINE)
+    assert len(hops) > 10
+    for file, what in hops:
+        pair = (ROOT / file).parent.glob(f"{Path(file).stem}.*")
+        source = "".join(path.read_text() for path in pair)
+        names = re.findall(r"`(\w+)(?:\(\))?`", what)
+        missing = [name for name in names if not re.search(rf"\b{name}\b", source)]
+        assert missing == [], file
+
+
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
 def test_make_targets_that_are_named_exist(document: Path) -> None:
     targets = set(re.findall(r"^## (\S+):", (ROOT / "Makefile").read_text(), re.MULTILINE))

@@ -97,9 +97,9 @@ TEST_CASE("a long computation takes the time it would, and ends") {
     auto prints = bench.prints(bench.robot);
     REQUIRE(prints.size() >= 2);
     CHECK(bench.others(bench.robot).empty());
-    // A million turns of about one basic block, at ten cycles a block.
+    // A million turns of a basic block or less (compilers unroll loops), at ten cycles a block.
     Cycles took = prints[1].at - prints[0].at;
-    CHECK(seconds(took) > 0.8);
+    CHECK(seconds(took) > 0.2);
     CHECK(seconds(took) < 5);
 }
 
@@ -107,7 +107,6 @@ TEST_CASE("a wait of 98 s on a copy of kilo_ticks is not taken for computing, wh
     Waiting bench(7);
     for (uint64_t i = 3; i < 3050; i++) bench.tell(ticks(i) + 100, bench.robot, message(5));
     bench.run(ticks(3050));
-    for (const auto &event : bench.others(bench.robot)) MESSAGE(event.text << event.tick);
     CHECK(bench.said(bench.robot) == Texts{"waited 3000 until 3002"});
     CHECK_FALSE(bench.Bench::robot(bench.robot).stopped());
 }

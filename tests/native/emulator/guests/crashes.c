@@ -5,7 +5,7 @@
 #include <stdlib.h>
 
 static uint8_t array[10];
-static int (*function)(void);
+static int (*volatile function)(void);
 static volatile int zero;
 
 static int recurse(volatile int *above) {
