@@ -66,7 +66,7 @@ Simulation::Simulation(const SimulationDef &def)
                      CONTACT_MARGIN * def.profile.radius_m),
       black_box_(def.black_box.empty() ? nullptr : map_black_box(def.black_box)),
       context_{chance_, events_, emissions_, black_box_, def.kilobot_medium ? FRAME_CYCLES : 0,
-               static_cast<Cycles>(def.battery_h * 3600 * CYCLES_PER_SECOND), def.temperature},
+               !def.kilobot_medium, static_cast<Cycles>(def.battery_h * 3600 * CYCLES_PER_SECOND), def.temperature},
       commands_(def.commands),
       wake_(count_robots(def), 0),
       next_ask_(wake_.size(), 0),
@@ -303,10 +303,12 @@ void Simulation::run_robot(uint32_t index, Cycles until) {
         for (Cycles at = now_ + TICK_CYCLES; at <= until; at += TICK_CYCLES) robot.run(at);
     // Beside the ideal medium's robots only those run so that nobody hears.
     for (const auto &emission : emissions_) {
-        if (!kilobot_medium_ && emission.at < now_ + step_)
+        if (!kilobot_medium_ && emission.at < now_ + step_) {
             on_air_.push_back(emission);
-        else
-            statistics_.medium.sent++;
+            continue;
+        }
+        statistics_.medium.sent++;
+        statistics_.medium.wrong_crc += !crc_is_right(emission.message);
     }
 }
 
@@ -338,9 +340,9 @@ void Simulation::deliver_frames() {
         }
         Reception reception = {std::max(emission.at + FRAME_CYCLES, now_ + step_), emission.message, {}};
         for (const auto &listener : medium_.last_audience(emission.robot)) {
-            Robot &robot = robots_[listener.robot];
-            reception.distance = robot.calibration().gains.measure(listener.distance_mm);
-            robot.receive(reception);
+            auto gain = static_cast<int16_t>(std::min<uint16_t>(listener.distance_mm, INT16_MAX));
+            reception.distance = {gain, gain};
+            robots_[listener.robot].receive(reception);
             statistics_.medium.received++;
         }
     }
@@ -442,13 +444,14 @@ void Simulation::solve_contacts() {
     }
     const double step_s = seconds(step_);
     poses_before_.clear();
+    free_shifts_.clear();
     for (uint32_t robot : held) {
         poses_before_.push_back(trajectories_[robot].pose(now_));
         apply_commands(robot, trajectories_[robot]);
-        Pose alone = trajectories_[robot].pose(now_ + step_);
-        world_.drive(robot, {alone.position - poses_before_.back().position, wrapped(alone.heading - poses_before_.back().heading)}, step_s);
+        const Pose alone = trajectories_[robot].pose(now_ + step_), &before = poses_before_.back();
+        free_shifts_.push_back({alone.position - before.position, wrapped(alone.heading - before.heading)});
     }
-    world_.step(step_s, touching_steps_ >= STEPS_TOUCHING_TO_CARE);
+    world_.step(free_shifts_, step_s, touching_steps_ >= STEPS_TOUCHING_TO_CARE);
     statistics_.solver_steps += held.size();
     for (size_t i = 0; i < held.size(); i++) {
         const uint32_t robot = held[i];
@@ -456,7 +459,7 @@ void Simulation::solve_contacts() {
         const Shift shift = world_.moved(robot);
         bool moved = shift.by != Eigen::Vector2d::Zero();
         if (moved) {
-            still_since_[robot] = now_ + step_;
+            still_since_[robot] = trajectories_[robot].drive().stands() ? now_ + step_ : NEVER;
             disturb_neighbours(robot);
         }
         if (moved || shift.turn != 0) surroundings_[robot].look_again = std::min(surroundings_[robot].look_again, now_ + step_);
@@ -513,6 +516,12 @@ Samples Simulation::snapshot() const {
     return samples;
 }
 
-Events Simulation::take_events() { return std::exchange(events_, {}); }
+Events Simulation::take_events() {
+    // Robots run one after the other; people want to read what happened in order.
+    std::stable_sort(events_.begin(), events_.end(), [](const Event &a, const Event &b) {
+        return a.at != b.at ? a.at < b.at : a.robot < b.robot;
+    });
+    return std::exchange(events_, {});
+}
 
 }  // namespace kilotwin

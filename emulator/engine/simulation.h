@@ -188,6 +188,7 @@ class Simulation {
     std::vector<uint32_t> contacts_;  ///< robots that belong into the solver this step, ascending
     std::vector<uint32_t> leaving_;   ///< and those that no longer do
     std::vector<Pose> poses_before_;  ///< of the robots in the solver
+    std::vector<Shift> free_shifts_;  ///< and where each would go within the step, were it alone
     uint32_t touching_steps_ = 0;
     Samples samples_;
     Statistics statistics_;

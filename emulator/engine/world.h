@@ -39,11 +39,9 @@ class World {
     void add(uint32_t robot, const Trajectory &trajectory, Cycles at);
     void remove(uint32_t robot);
 
-    /// For the next step of `step_s`: where the robot would go, were it alone.
-    void drive(uint32_t robot, const Shift &free, double step_s);
-
-    /// Solves one step. `sustained`: something has been touching for a while, so that care pays.
-    void step(double step_s, bool sustained);
+    /// Solves one step of `step_s`. `free`: for each of robots(), in their order, where it would go within the step,
+    /// were it alone. `sustained`: something has been touching for a while, so that care pays.
+    void step(const std::vector<Shift> &free, double step_s, bool sustained);
 
     /// How the last step moved a robot.
     Shift moved(uint32_t robot) const;

@@ -95,6 +95,7 @@ struct Robot::HostCalls {
     }
 
     static uint8_t distance_mm(int16_t low_gain, int16_t high_gain) {
+        if (current->context_.gains_are_mm) return static_cast<uint8_t>(std::clamp<int16_t>(high_gain, 0, UINT8_MAX));
         return current->calibration_.gains.estimate_mm({low_gain, high_gain});
     }
 
@@ -624,6 +625,8 @@ uint64_t Robot::memory_fingerprint(const uint8_t *frame) const {
 void Robot::stop(EventKind kind, std::string text) {
     report(kind, std::move(text));
     life_ = Life::STOPPED;
+    if (left_ != 0 || right_ != 0) motor_commands.push_back({now_, 0, 0});
+    left_ = right_ = 0;
     suspended_.clear();
     inbox_.clear();
     inbox_next_ = 0;

@@ -61,6 +61,7 @@ struct RobotContext {
     std::vector<Emission> &emissions;  ///< of robots whose medium takes everything; in the order of each robot's time
     BlackBox *black_box = nullptr;     ///< may be null
     Cycles frame = 0;                  ///< how long sending keeps a robot busy
+    bool gains_are_mm = true;          ///< the medium reports the distance itself, as both gains
     Cycles battery = 0;                ///< how long it drives on a full battery; 0: for ever
     int16_t temperature = 300;         ///< reading, 0..1023
 };

@@ -20,6 +20,7 @@ _PAPER = ["simplified-n100", "firat-n100", "simplified-n50", "firat-n50"]
 _WALK_PROGRAM = "firmware/examples/random_walk_counter.c"
 _WALK_PER_M2 = 31.8
 _WALK_RANGE_M = 0.10
+_WALK_SPEED_M_S = 0.010
 _WALK_SIZES = {100: 20_000, 1_000: 2_000, 10_000: 200}
 
 Note = Callable[[str], None]
@@ -40,6 +41,7 @@ def _walk(settings: list[Setting]) -> Iterator[tuple[str, Experiment]]:
                 "duration_s": duration_s,
                 "arena": {"shape": "rectangle", "width_m": side_m, "height_m": side_m},
                 "swarm": {"profile": "kilobot", "program": _WALK_PROGRAM, "size": robots},
+                "motion": {"speed_m_s": _WALK_SPEED_M_S},
                 "medium": {"kind": medium, "range_m": _WALK_RANGE_M},
                 "record": {"sample_s": 100.0},
             }

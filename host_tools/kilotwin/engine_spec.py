@@ -10,7 +10,7 @@ from kilotwin.experiment import Experiment
 from kilotwin.experiment_schema import Arena, Controller, ExperimentSchema, Reading, Section, Site
 from kilotwin.informed import informed_ranges
 from kilotwin.overhead import ALL_ROBOTS, RUN, TimedMessage, timed
-from kilotwin.profiles import NO_MOTION_NOISE, PROFILES, Profile
+from kilotwin.profiles import PROFILES, Profile, motion_defaults
 from kilotwin.units import q16, ticks, ticks_q16
 
 # The foot-bot's control step is 3 ticks; the floor speaks on change and every 16 ticks at least.
@@ -65,12 +65,10 @@ def engine_spec(
 
 
 def _profile(profile: Profile, keys: ExperimentSchema) -> dict[str, Any]:
-    motion = NO_MOTION_NOISE if keys.motion is None else keys.motion.model_dump()
+    motion = motion_defaults(profile) if keys.motion is None else keys.motion.model_dump()
     return {
         "name": profile.name,
         "radius_m": profile.radius_m,
-        "speed_m_s": profile.speed_m_s,
-        "turn_rad_s": profile.turn_rad_s,
         "straight_left": profile.straight_left,
         "straight_right": profile.straight_right,
         "turn_left": profile.turn_left,

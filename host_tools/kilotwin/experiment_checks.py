@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from kilotwin.areas import Area, area_of, lies_inside, overlap
 from kilotwin.experiment_schema import Arena, Command, ExperimentSchema, Robots, Site
 from kilotwin.overhead import KEYS, uids
-from kilotwin.profiles import KILOBOT_MEDIUM, NO_MOTION_NOISE, PROFILES
+from kilotwin.profiles import KILOBOT_MEDIUM, PROFILES, motion_defaults
 from kilotwin.toml_lines import KeyPath
 
 # Robots placed one after the other at random stop fitting somewhere above half of the area.
@@ -169,12 +169,12 @@ def _states(experiment: ExperimentSchema) -> Iterator[Problem]:
 
 
 def _motion(experiment: ExperimentSchema) -> Iterator[Problem]:
-    profile = experiment.swarm.profile
-    if experiment.motion is None or PROFILES[profile].legs:
+    profile = PROFILES[experiment.swarm.profile]
+    if experiment.motion is None or profile.legs:
         return
-    for key, none in NO_MOTION_NOISE.items():
-        if getattr(experiment.motion, key) != none:
-            what = f"the motors of a {profile} are ideal; remove '{key}', or take another profile"
+    for key, fixed in motion_defaults(profile).items():
+        if getattr(experiment.motion, key) != fixed:
+            what = f"the motion of a {profile.name} is fixed; remove '{key}', or take a kilobot"
             yield Problem(what, (("motion", key), ("swarm", "profile")))
 
 

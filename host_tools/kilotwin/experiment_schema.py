@@ -13,9 +13,8 @@ from kilotwin.colours import led_triple, site_colour
 from kilotwin.profiles import (
     CONTROLLER_DEFAULTS,
     KILOBOT_MEDIUM,
-    MOTION_DEFAULTS,
-    NO_MOTION_NOISE,
     PROFILES,
+    motion_defaults,
 )
 from kilotwin.units import TICK_S
 
@@ -212,11 +211,15 @@ class Reading(Section):
 
 
 class Motion(Section):
-    """How motors of one Kilobot differ from the next one's, and from moment to moment.
+    """How a Kilobot moves, and how its motors differ from the next one's and from themselves.
 
-    The ideal foot-bot has none of it.
+    The foot-bot's motion is fixed and ideal.
     """
 
+    speed_m_s: Annotated[float, Field(gt=0, le=1)]
+    """Both motors at their straight duties."""
+    turn_rad_s: Annotated[float, Field(gt=0, le=5)]
+    """One motor at its turn duty."""
     kick_needed: bool
     """Whether a motor at rest needs 15 ms at full duty (`spinup_motors()`) to start."""
     speed_spread: Spread
@@ -348,6 +351,8 @@ class ExperimentSchema(Section):
     """All chance comes from it: same seed, same run."""
     duration_s: Annotated[float, Field(ge=TICK_S, le=1e9)]
     """Simulated time."""
+    temperature: Annotated[int, Field(ge=0, le=1023)] = 300
+    """What `get_temperature()` reads, 0 to 1023."""
     arena: Arena
     site: Annotated[list[Site], Field(max_length=255)] = []
     swarm: Swarm
@@ -358,8 +363,6 @@ class ExperimentSchema(Section):
     medium: Medium
     light: Light = Light()
     battery: Battery = Battery()
-    temperature: Annotated[int, Field(ge=0, le=1023)] = 300
-    """What `get_temperature()` reads, 0 to 1023."""
     command: list[Command] | None = None
     record: Record = Record()
     engine: Engine = Engine()
@@ -385,9 +388,9 @@ class ExperimentSchema(Section):
             kind = medium.get("kind", profile.medium)
             own = KILOBOT_MEDIUM if kind == "kilobot" else {}
             filled["medium"] = {"kind": kind, "range_m": profile.range_m, **own, **medium}
-        motion = raw.get("motion", MOTION_DEFAULTS.get(name))
+        motion = raw.get("motion", {} if profile.legs else None)
         if isinstance(motion, dict):
-            filled["motion"] = {**MOTION_DEFAULTS.get(name, NO_MOTION_NOISE), **motion}
+            filled["motion"] = {**motion_defaults(profile), **motion}
         controller = raw.get("controller")
         if isinstance(controller, dict):
             merged = {**CONTROLLER_DEFAULTS[name], **controller}

@@ -147,7 +147,8 @@ class _Builder:
             *defines,
             *extra,
         ]
-        self._side_flags = [*flags, "-fno-common", f"-I{self._guest}", *extra]
+        # gcc would make our calloc() call itself.
+        self._side_flags = [*flags, "-fno-common", "-fno-builtin", f"-I{self._guest}", *extra]
 
     def key(self, version: str) -> str:
         """The hash of compiler, flags, and every file that is read."""

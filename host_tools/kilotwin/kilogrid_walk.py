@@ -144,9 +144,8 @@ def cells(place: Floats, size: Floats) -> tuple[Floats, Floats]:
 def displacements_cm(seen: Floats, lag: int) -> Floats:
     """[pairs of seconds, robots, 4]: between all records of two seconds so far apart; NaN: none."""
     before, after = seen[:-lag, :, :, None], seen[lag:, :, None, :]
-    return (100 * np.linalg.norm(after - before, axis=-1)).reshape(
-        len(seen) - lag, seen.shape[1], 4
-    )
+    distance: Floats = 100 * np.linalg.norm(after - before, axis=-1)
+    return distance.reshape(len(seen) - lag, seen.shape[1], 4)
 
 
 def measure(seen: Floats) -> Comparison:

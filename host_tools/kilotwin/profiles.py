@@ -44,11 +44,12 @@ PROFILES = {
             virtual_floor=True,
             legs=False,
         ),
-        # hardware.md 2: one centimetre and an eighth of a turn per second.
+        # hardware.md 2. Speed and [motion] are fitted to tracks of real robots, see
+        # docs/limits.md; others say 7 to 15 mm/s.
         Profile(
             name="kilobot",
             radius_m=0.0165,
-            speed_m_s=0.010,
+            speed_m_s=0.0135,
             turn_rad_s=0.785,
             straight_left=65,
             straight_right=65,
@@ -63,20 +64,20 @@ PROFILES = {
     ]
 }
 
-# Of [motion]; a robot without legs has none of it.
+# Of [motion], besides speed and turn rate; a robot without legs has none of it.
 MOTION_DEFAULTS: Mapping[str, Defaults] = {
+    "foot-bot": {
+        "kick_needed": False,
+        "speed_spread": 0.0,
+        "bias_spread": 0.0,
+        "motor_noise": 0.0,
+    },
     "kilobot": {
         "kick_needed": True,
-        "speed_spread": 0.12,
-        "bias_spread": 0.05,
-        "motor_noise": 0.05,
+        "speed_spread": 0.08,
+        "bias_spread": 0.24,
+        "motor_noise": 0.25,
     },
-}
-NO_MOTION_NOISE: Defaults = {
-    "kick_needed": False,
-    "speed_spread": 0.0,
-    "bias_spread": 0.0,
-    "motor_noise": 0.0,
 }
 
 # Of [medium] with kind = "kilobot".
@@ -131,3 +132,12 @@ CONTROLLER_DEFAULTS: Mapping[str, ControllerDefaults] = {
         "leave_turn": True,
     },
 }
+
+
+def motion_defaults(profile: Profile) -> Defaults:
+    """Every key of [motion]."""
+    return {
+        "speed_m_s": profile.speed_m_s,
+        "turn_rad_s": profile.turn_rad_s,
+        **MOTION_DEFAULTS[profile.name],
+    }

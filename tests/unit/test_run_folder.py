@@ -177,7 +177,7 @@ def test_a_writer_killed_at_any_moment_leaves_what_it_wrote(
     target = tmp_path / "run"
     root = Path(__file__).parents[2]
     with subprocess.Popen(
-        [sys.executable, "-c", WRITER, str(experiment.origin.file), str(target)],
+        [sys.executable, "-c", WRITER, str(experiment.origin.source), str(target)],
         env={**os.environ, "PYTHONPATH": str(root)},
     ) as writer:
         end = time.monotonic() + 30
