@@ -215,7 +215,7 @@ double Simulation::lists_hold_for_s() const {
 
 void Simulation::attend(uint32_t robot, Cycles limit) {
     auto &around = surroundings_[robot];
-    if (around.look_again <= now_) look_around(robot);
+    if (around.look_again <= now_ || !def_.run_ahead) look_around(robot);
     Cycles until = std::min({limit, around.alone_until, silent_until(robot)});
     const bool light_changes = !def_.light.sources.empty() && !trajectories_[robot].drive().stands();
     until = def_.run_ahead && !light_changes ? std::max(until, now_ + step_) : now_ + step_;
@@ -334,7 +334,7 @@ void Simulation::deliver_frames() {
             statistics_.medium.wrong_crc++;
             continue;
         }
-        if (!audience_holds(emission.robot)) {
+        if (!def_.run_ahead || !audience_holds(emission.robot)) {
             medium_.find_audience(emission.robot, neighbours_.of(emission.robot), positions_);
             audience_at_[emission.robot] = now_;
         }

@@ -125,11 +125,11 @@ void World::add(uint32_t robot, const Trajectory &trajectory, Cycles at) {
     const Eigen::Vector2d ahead = trajectory.ahead(at), v = trajectory.drive().velocity;
     b2Body_SetTransform(disc.body, b.to_units(trajectory.position(at)),
                         {static_cast<float>(ahead.x()), static_cast<float>(ahead.y())});
+    b2Body_Enable(disc.body);  // first: a disabled body has no velocity
     disc.wanted = {{ahead.x() * v.x() - ahead.y() * v.y(), ahead.y() * v.x() + ahead.x() * v.y()},
                    trajectory.drive().turn};
     b2Body_SetLinearVelocity(disc.body, b.to_units(disc.wanted.by));
     b2Body_SetAngularVelocity(disc.body, static_cast<float>(disc.wanted.turn));
-    b2Body_Enable(disc.body);
     held_[robot] = true;
     robots_.insert(std::lower_bound(robots_.begin(), robots_.end(), robot), robot);
 }

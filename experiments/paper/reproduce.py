@@ -320,7 +320,10 @@ def main() -> int:
     arguments = parser.parse_args()
     if arguments.seeds < 1:
         parser.error("--seeds: at least 1")
-    arguments.out.mkdir(parents=True, exist_ok=True)
+    try:
+        arguments.out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        parser.error(f"--out {arguments.out}: {error.strerror}; name another folder")
 
     for_a = Condition("simplified", 100)
     cells = [Condition(rule, n, *shares) for shares in SHARES for rule in RULES for n in SIZES]

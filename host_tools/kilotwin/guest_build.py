@@ -37,6 +37,8 @@ _FLAGS = [
     "-ffp-contract=off",
 ]
 _GCC_FLAGS = ["-funsigned-bitfields"]  # clang has no such option
+# clang leaves out counters that follow from others, and with them those of some endless loops.
+_CLANG_PROGRAM_FLAGS = ["-fsanitize-coverage=no-prune"]
 # avr-gcc 5 takes a variable that several files define without a value for one variable, and only
 # warns of what later compilers refuse. trace-pc counts the program's basic blocks, so that the
 # engine notices a busy-wait.
@@ -144,6 +146,7 @@ class _Builder:
             *flags,
             *(f"-I{folder}" for folder in folders),
             *_PROGRAM_FLAGS,
+            *(_CLANG_PROGRAM_FLAGS if "clang" in version else []),
             *defines,
             *extra,
         ]

@@ -39,8 +39,9 @@ message_tx_success_t kilo_message_tx_success = ignore_tx_success;
 
 volatile kt_outputs_t kt_outputs;
 
-static message_t rx_message;
-static distance_measurement_t rx_distance;
+// Packed types have alignment 1; the engine writes whole words.
+static message_t rx_message __attribute__((aligned(4)));
+static distance_measurement_t rx_distance __attribute__((aligned(4)));
 static uint8_t soft_seed = 0xAA;
 static uint8_t soft_accumulator;
 

@@ -1,4 +1,7 @@
-"""build_guest.py PROGRAM GUEST.so: builds a robot program with the host's builder, for the native tests."""
+"""build_guest.py PROGRAM GUEST.so: builds a robot program for the native tests.
+
+The host's own builder does it, found by PYTHONPATH: it needs nothing but Python's library.
+"""
 
 import os
 import sys

@@ -1,6 +1,6 @@
-# kilotwin_add_guest(TARGET NAME PROGRAM): builds guests/NAME.so, which TARGET loads when it runs. PROGRAM is a .c file
-# or a folder of them. The host's own builder does it, with this build's C compiler; KILOTWIN_GUEST_CFLAGS are more
-# flags.
+# kilotwin_add_guest(TARGET NAME PROGRAM): builds guests/NAME.so, which TARGET loads when it runs.
+# PROGRAM is a .c file or a folder of them. The host's own builder does it, with this build's C
+# compiler and, after its own flags, KILOTWIN_GUEST_CFLAGS.
 set(KILOTWIN_GUEST_CFLAGS "" CACHE STRING "Further flags for the robot programs of the tests")
 set(KILOTWIN_BUILD_GUEST ${CMAKE_CURRENT_LIST_DIR}/build_guest.py)
 

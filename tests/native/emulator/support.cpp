@@ -10,7 +10,7 @@ message_t message(uint8_t type, std::initializer_list<uint8_t> data) {
     message_t out = {};
     std::copy(data.begin(), data.end(), out.data);
     out.type = type;
-    // CRC-16/MCRF4XX, bit by bit from its definition (hardware.md 1.5).
+    // CRC-16/MCRF4XX, bit by bit from its definition.
     uint16_t crc = 0xFFFF;
     auto take = [&crc](uint8_t byte) {
         for (int bit = 0; bit < 8; bit++, byte >>= 1) {
@@ -72,7 +72,8 @@ Pose pose_of(const Samples &samples, uint32_t robot, size_t row) {
 }
 
 Bench::Bench(const std::vector<std::string> &programs, uint64_t seed)
-    : chance_(seed), context_{chance_, events, emissions} {
+    : chance_(seed),
+      context_{chance_, events, emissions} {
     Robot::serve_this_thread();
     for (const auto &name : programs) {
         auto program = Program::load(guest(name), name);
@@ -96,9 +97,10 @@ void Bench::run(Cycles until, Cycles slice) {
 
 std::vector<Event> Bench::prints(uint32_t robot) const {
     std::vector<Event> out;
-    std::copy_if(events.begin(), events.end(), std::back_inserter(out), [robot](const Event &event) {
-        return event.robot == robot && event.kind == EventKind::PRINT;
-    });
+    std::copy_if(events.begin(), events.end(), std::back_inserter(out),
+                 [robot](const Event &event) {
+                     return event.robot == robot && event.kind == EventKind::PRINT;
+                 });
     return out;
 }
 
@@ -106,9 +108,10 @@ std::vector<std::string> Bench::said(uint32_t robot) const { return texts(events
 
 std::vector<Event> Bench::others(uint32_t robot) const {
     std::vector<Event> out;
-    std::copy_if(events.begin(), events.end(), std::back_inserter(out), [robot](const Event &event) {
-        return event.robot == robot && event.kind != EventKind::PRINT;
-    });
+    std::copy_if(events.begin(), events.end(), std::back_inserter(out),
+                 [robot](const Event &event) {
+                     return event.robot == robot && event.kind != EventKind::PRINT;
+                 });
     return out;
 }
 

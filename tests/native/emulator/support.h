@@ -1,4 +1,4 @@
-/// What the engine's tests share: scenes to put robots into, and a bench for a robot without a world.
+/// What the engine's tests share: scenes to put robots into, and a bench for robots without a world.
 #ifndef KILOTWIN_TESTS_SUPPORT_H
 #define KILOTWIN_TESTS_SUPPORT_H
 
@@ -106,7 +106,8 @@ class Bench {
 /// The LED's colour at the time a robot has been run up to.
 inline uint8_t shown(const Robot &robot) { return robot.color(robot.now()); }
 
-std::vector<std::string> texts(const Events &events, uint32_t robot, EventKind kind = EventKind::PRINT);
+std::vector<std::string> texts(const Events &events, uint32_t robot,
+                               EventKind kind = EventKind::PRINT);
 
 }  // namespace kilotwin::testing
 

@@ -29,7 +29,8 @@ TEST_CASE("seeds, robots, purposes and draws all differ") {
     std::set<uint64_t> seen;
     for (uint64_t seed : {0ull, 1ull, 2ull, 1ull << 32})
         for (uint32_t robot = 0; robot < 20; robot++)
-            for (auto purpose : {Purpose::PLACE, Purpose::HEADING, Purpose::POWER_UP, Purpose::RAND_HARD})
+            for (auto purpose :
+                 {Purpose::PLACE, Purpose::HEADING, Purpose::POWER_UP, Purpose::RAND_HARD})
                 for (uint64_t n : {0ull, 1ull, 2ull, 1ull << 32})
                     CHECK(seen.insert(Chance(seed).bits(robot, purpose, n)).second);
 }
@@ -50,7 +51,8 @@ TEST_CASE("uniform draws lie in [0, 1), evenly") {
 
 namespace {
 
-/// What each robot of a world drew first (`roll_call` prints four rand_hard draws), and where it started.
+/// What each robot of a world drew first (`roll_call` prints four rand_hard draws), and where it
+/// started.
 struct Start {
     std::map<uint32_t, std::vector<std::string>> draws;
     Samples poses;
@@ -65,7 +67,8 @@ Start start_of(size_t robots, bool one_more_far_away) {
     start.poses = simulation.snapshot();
     simulation.advance(8);
     auto events = simulation.take_events();
-    for (uint32_t robot = 0; robot < scene.robots; robot++) start.draws[robot] = texts(events, robot);
+    for (uint32_t robot = 0; robot < scene.robots; robot++)
+        start.draws[robot] = texts(events, robot);
     return start;
 }
 

@@ -1,4 +1,4 @@
-// System messages (hardware.md 1.3, 1.4): RUN, the pause that WAKEUP is, RESET, SLEEP.
+// System messages: RUN, the pause that WAKEUP is, RESET, SLEEP.
 #include <doctest/doctest.h>
 
 #include "support.h"
@@ -49,7 +49,8 @@ TEST_CASE("after a pause loop() goes on without setup(), the motors stay off unt
     bench.tell(ticks(15) + 5, 0, message(WAKEUP));
     bench.run(ticks(30));
     CHECK(motors(bench.robot(0)) == Motors{{70, 70}, {0, 0}});
-    bench.tell(ticks(35), 0, message(0x31));  // a callback that sets motors while paused: they are off
+    bench.tell(ticks(35), 0,
+               message(0x31));  // a callback that sets motors while paused: they are off
     bench.run(ticks(36));
     CHECK(motors(bench.robot(0)) == Motors{});
     bench.tell(ticks(45) + 5, 0, run_message());
@@ -58,8 +59,9 @@ TEST_CASE("after a pause loop() goes on without setup(), the motors stay off unt
     bench.tell(ticks(56), 0, message(0x31));
     bench.run(ticks(62));
     CHECK(motors(bench.robot(0)) == Motors{{70, 70}});
-    CHECK(bench.said(0) == Texts{"main, life 1, ticks 0", "setup at 1", "loop 10 at 10", "heard 49 in loop 15",
-                                 "loop 21 at 50", "heard 49 in loop 27", "loop 31 at 60"});
+    CHECK(bench.said(0) == Texts{"main, life 1, ticks 0", "setup at 1", "loop 10 at 10",
+                                 "heard 49 in loop 15", "loop 21 at 50", "heard 49 in loop 27",
+                                 "loop 31 at 60"});
 }
 
 TEST_CASE("a pause during delay(): the call is finished, then loop() is called no more") {
@@ -81,7 +83,8 @@ TEST_CASE("RESET runs main() again with memory as after power-up, motors and LED
     bench.tell(ticks(1), 0, run_message());
     bench.tell(ticks(15) + 5, 0, message(RESET));
     bench.run(ticks(40));
-    CHECK(bench.said(0) == Texts{"main, life 1, ticks 0", "setup at 1", "loop 10 at 10", "main, life 1, ticks 0"});
+    CHECK(bench.said(0) ==
+          Texts{"main, life 1, ticks 0", "setup at 1", "loop 10 at 10", "main, life 1, ticks 0"});
     CHECK(motors(bench.robot(0)) == Motors{{70, 70}, {0, 0}});
     CHECK(shown(bench.robot(0)) == 0);
     bench.tell(ticks(40), 0, run_message());
@@ -113,8 +116,8 @@ TEST_CASE("messages reach the callback in every state, system messages never do"
     bench.tell(ticks(6), 0, message(VOLTAGE));
     bench.tell(ticks(7), 0, message(0x00));
     bench.run(ticks(9));
-    CHECK(bench.said(0) == Texts{"main, life 1, ticks 0", "heard 64 in loop 0", "setup at 3", "heard 127 in loop 3",
-                                 "heard 0 in loop 4"});
+    CHECK(bench.said(0) == Texts{"main, life 1, ticks 0", "heard 64 in loop 0", "setup at 3",
+                                 "heard 127 in loop 3", "heard 0 in loop 4"});
     CHECK(motors(bench.robot(0)) == Motors{{70, 70}, {0, 0}});
 }
 

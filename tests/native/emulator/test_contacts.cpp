@@ -1,4 +1,5 @@
-// Bodies: robots stop at one another and at walls, push and resist, and the solver sees all that matters.
+// Bodies: robots stop at one another and at walls, push and resist, and the solver sees all that
+// matters.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -17,7 +18,8 @@ constexpr double RADIUS = 0.085, DIAMETER = 0.17;
 constexpr double SPEED_PER_TICK = 0.1 * TICK_S;
 
 double gap(const Samples &samples, uint32_t a, uint32_t b, size_t row = 0) {
-    return (pose_of(samples, a, row).position - pose_of(samples, b, row).position).norm() - DIAMETER;
+    return (pose_of(samples, a, row).position - pose_of(samples, b, row).position).norm() -
+           DIAMETER;
 }
 
 /// Poses of all robots after each sample period.
@@ -30,14 +32,15 @@ Samples run(Scene &scene, int64_t duration_ticks, uint32_t sample_ticks = 8) {
 
 size_t last_row(const Samples &samples) { return samples.tick.size() - 1; }
 
-/// The same scene with every robot in the solver at every step: what the hybrid has to agree with. Robots drive from
-/// the beginning on as `drives` says.
-std::vector<Pose> all_in_solver(const Scene &scene, std::vector<Pose> poses, const std::vector<Drive> &drives,
-                                int64_t duration_ticks) {
+/// The same scene with every robot in the solver at every step: what the hybrid has to agree with.
+/// Robots drive from the beginning on as `drives` says.
+std::vector<Pose> all_in_solver(const Scene &scene, std::vector<Pose> poses,
+                                const std::vector<Drive> &drives, int64_t duration_ticks) {
     World world(scene.def.arena, scene.def.profile, scene.def.profile.speed_m_s, poses.size());
     const double step_s = scene.def.step_ticks * TICK_S;
     auto free = [&](size_t i) {
-        return Shift{direction(poses[i].heading) * drives[i].velocity.x() * step_s, drives[i].turn * step_s};
+        return Shift{direction(poses[i].heading) * drives[i].velocity.x() * step_s,
+                     drives[i].turn * step_s};
     };
     auto count = static_cast<uint32_t>(poses.size());
     for (uint32_t i = 0; i < count; i++) {
@@ -58,10 +61,11 @@ std::vector<Pose> all_in_solver(const Scene &scene, std::vector<Pose> poses, con
     return poses;
 }
 
-/// Compares a run of puppets with the all-in-solver run, at the end of each of ten parts. Returns the largest
-/// difference in place.
-double worst_difference(const Arena &arena, const std::vector<Pose> &poses, const std::vector<Drive> &drives,
-                        int64_t duration_ticks, uint32_t step_ticks = 2) {
+/// Compares a run of puppets with the all-in-solver run, at the end of each of ten parts. Returns
+/// the largest difference in place.
+double worst_difference(const Arena &arena, const std::vector<Pose> &poses,
+                        const std::vector<Drive> &drives, int64_t duration_ticks,
+                        uint32_t step_ticks = 2) {
     Scene scene(arena);
     scene.def.step_ticks = step_ticks;
     scene.add("puppet", poses);
@@ -72,7 +76,8 @@ double worst_difference(const Arena &arena, const std::vector<Pose> &poses, cons
     for (size_t row = 1; row < samples.tick.size(); row++) {
         auto expected = all_in_solver(scene, poses, drives, samples.tick[row]);
         for (uint32_t i = 0; i < poses.size(); i++)
-            worst = std::max(worst, (pose_of(samples, i, row).position - expected[i].position).norm());
+            worst =
+                std::max(worst, (pose_of(samples, i, row).position - expected[i].position).norm());
     }
     return worst;
 }
@@ -94,7 +99,8 @@ TEST_CASE("two robots head-on stop where they touch") {
             // Free until they meet, 0.415 m on: tick 126.
             if (samples.tick[row] < 120) {
                 double way = SPEED_PER_TICK * static_cast<double>(samples.tick[row]);
-                CHECK(pose_of(samples, 0, row).position.x() == doctest::Approx(-0.5 + way).epsilon(1e-4));
+                CHECK(pose_of(samples, 0, row).position.x() ==
+                      doctest::Approx(-0.5 + way).epsilon(1e-4));
             }
         }
         size_t last = last_row(samples);
@@ -124,9 +130,11 @@ TEST_CASE("a robot drives into a wall from any side and never through it") {
             auto samples = run(scene, 600, 4);
             for (size_t row = 0; row <= last_row(samples); row++)
                 for (uint32_t i = 0; i < count; i++)
-                    CHECK(scene.def.arena.wall_gap(pose_of(samples, i, row).position) > 0.95 * RADIUS);
+                    CHECK(scene.def.arena.wall_gap(pose_of(samples, i, row).position) >
+                          0.95 * RADIUS);
             for (uint32_t i = 0; i < count; i++)
-                CHECK(scene.def.arena.wall_gap(pose_of(samples, i, last_row(samples)).position) < 1.02 * RADIUS);
+                CHECK(scene.def.arena.wall_gap(pose_of(samples, i, last_row(samples)).position) <
+                      1.02 * RADIUS);
         }
 }
 
@@ -159,7 +167,8 @@ TEST_CASE("a robot that meets a wall aslant slides along it") {
     CHECK(std::abs(pose.heading) <= PI / 4);
 }
 
-TEST_CASE("a robot with its motors off resists: it is pushed, but slower than its pusher drives freely") {
+TEST_CASE(
+    "a robot with its motors off resists: it is pushed, but slower than its pusher drives freely") {
     for (uint32_t step : {1u, 2u, 4u}) {
         Scene scene(square_hall(8));
         scene.def.step_ticks = step;
@@ -173,7 +182,8 @@ TEST_CASE("a robot with its motors off resists: it is pushed, but slower than it
             if (samples.tick[row] <= 600) pushed = pose_of(samples, 1, row).position.x();
         }
         double speed = pushed / ((600 - contact_tick) * TICK_S);
-        MESSAGE("a robot pushed by another moves at " << speed << " m/s, in steps of " << step << " ticks");
+        MESSAGE("a robot pushed by another moves at " << speed << " m/s, in steps of " << step
+                                                      << " ticks");
         CHECK(speed < 0.06);
         CHECK(worst > -0.05 * DIAMETER);
         // Who is pushed no longer does not slide on.
@@ -272,8 +282,8 @@ TEST_CASE("all that stand in a chain are in the solver, and leave it together 4 
         simulation.advance(ticks);
         return simulation.statistics().solver_steps - before;
     };
-    solver_steps_of(20);                    // RUN sets everybody's motors once
-    CHECK(solver_steps_of(8) == 0);         // 0.13 m to go, less 30 mm of margin: tick 30
+    solver_steps_of(20);             // RUN sets everybody's motors once
+    CHECK(solver_steps_of(8) == 0);  // 0.13 m to go, less 30 mm of margin: tick 30
     CHECK(solver_steps_of(62) >= 10 * 29);
     CHECK(solver_steps_of(10) <= 10 * 5);
     CHECK(solver_steps_of(100) == 0);
@@ -300,7 +310,8 @@ TEST_CASE("a chain of ten agrees with a run that has all robots in the solver") 
     CHECK(worst < 0.02 * DIAMETER);
 }
 
-TEST_CASE("a resting pile that others drive into agrees with a run that has all robots in the solver") {
+TEST_CASE(
+    "a resting pile that others drive into agrees with a run that has all robots in the solver") {
     std::vector<Pose> poses;
     std::vector<Drive> drives;
     for (int row = 0; row < 4; row++)

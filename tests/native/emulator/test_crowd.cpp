@@ -14,7 +14,8 @@ using namespace kilotwin::testing;
 namespace {
 
 /// 100 robots that drive straight to `spot` for 300 s, with all their force.
-void drive_into(const std::string &name, const Arena &arena, const Eigen::Vector2d &spot, uint32_t step_ticks) {
+void drive_into(const std::string &name, const Arena &arena, const Eigen::Vector2d &spot,
+                uint32_t step_ticks) {
     Scene scene(arena, 3);
     scene.def.step_ticks = step_ticks;
     scene.add_anywhere("puppet", 100);
@@ -31,8 +32,9 @@ void drive_into(const std::string &name, const Arena &arena, const Eigen::Vector
     simulation.advance(static_cast<int64_t>(std::lround(300 / TICK_S)));
 
     const auto &overlaps = simulation.statistics().overlaps;
-    MESSAGE(name << ", steps of " << step_ticks << " ticks: overlap worst " << 100 * overlaps.worst() << " %, median "
-                 << 100 * overlaps.median() << " % of a diameter over " << overlaps.contacts() << " contacts");
+    MESSAGE(name << ", steps of " << step_ticks << " ticks: overlap worst "
+                 << 100 * overlaps.worst() << " %, median " << 100 * overlaps.median()
+                 << " % of a diameter over " << overlaps.contacts() << " contacts");
     CHECK(overlaps.contacts() > 10'000);
     CHECK(overlaps.worst() <= 0.05);
     CHECK(overlaps.median() <= 0.01);

@@ -1,4 +1,5 @@
-// A robot whose program fails is parked and reported; all others go on. `crashes` fails in a way of its own per uid.
+// A robot whose program fails is parked and reported; all others go on. `crashes` fails in a way of
+// its own for each uid.
 #include <doctest/doctest.h>
 
 #include <sys/wait.h>
@@ -32,13 +33,12 @@ const Failure FAILURES[] = {
     {9, EventKind::CRASH, "Illegal instruction at address"},
 };
 
-Bench crashed() {
-    return Bench(std::vector<std::string>(10, "crashes"));
-}
+Bench crashed() { return Bench(std::vector<std::string>(10, "crashes")); }
 
 }  // namespace
 
-TEST_CASE("each kind of failure is reported once, with program, robot and tick, and the others go on unharmed") {
+TEST_CASE("each kind of failure is reported once, with program, robot and tick, and the others go "
+          "on unharmed") {
     for (Cycles slice : {ticks(1), ticks(500)}) {
         auto bench = crashed();
         for (uint32_t robot = 0; robot < 10; robot++) bench.tell(10, robot, run_message());

@@ -16,7 +16,8 @@ using Positions = std::vector<Eigen::Vector2d>;
 
 constexpr double RANGE = 0.8, RADIUS = 0.085;
 
-std::vector<Listener> audience(const Positions &positions, uint32_t sender, bool line_of_sight = true) {
+std::vector<Listener> audience(const Positions &positions, uint32_t sender,
+                               bool line_of_sight = true) {
     Neighbours neighbours(RANGE + RADIUS, 0.3);
     neighbours.rebuild(positions);
     IdealMedium medium(RANGE, line_of_sight, RADIUS, positions.size());
@@ -33,7 +34,8 @@ std::vector<uint32_t> who(const std::vector<Listener> &listeners) {
 
 using Who = std::vector<uint32_t>;
 
-double distance_to_segment(const Eigen::Vector2d &p, const Eigen::Vector2d &a, const Eigen::Vector2d &b) {
+double distance_to_segment(const Eigen::Vector2d &p, const Eigen::Vector2d &a,
+                           const Eigen::Vector2d &b) {
     double t = std::clamp((p - a).dot(b - a) / (b - a).squaredNorm(), 0.0, 1.0);
     return (a + t * (b - a) - p).norm();
 }
@@ -75,8 +77,10 @@ TEST_CASE("a chain of touching robots is heard link by link") {
 
 TEST_CASE("a ring around a sender closes it off") {
     Positions positions = {{0, 0}};
-    for (int i = 0; i < 6; i++) positions.emplace_back(0.17 * std::cos(i * M_PI / 3), 0.17 * std::sin(i * M_PI / 3));
-    for (int i = 0; i < 40; i++) positions.emplace_back(0.6 * std::cos(i * M_PI / 20), 0.6 * std::sin(i * M_PI / 20));
+    for (int i = 0; i < 6; i++)
+        positions.emplace_back(0.17 * std::cos(i * M_PI / 3), 0.17 * std::sin(i * M_PI / 3));
+    for (int i = 0; i < 40; i++)
+        positions.emplace_back(0.6 * std::cos(i * M_PI / 20), 0.6 * std::sin(i * M_PI / 20));
     // Six touching discs hide everything but, at most, the six directions between them.
     CHECK(audience(positions, 0).size() <= 12);
     CHECK(audience(positions, 0).size() >= 6);
@@ -89,17 +93,18 @@ TEST_CASE("random crowds hear what brute force says, and each other") {
         for (int i = 0; i < 60; i++) positions.emplace_back(dice.between(0, 3), dice.between(0, 3));
         bool sight = seed % 3 != 0;
         std::vector<Who> heard_by;
-        for (uint32_t i = 0; i < positions.size(); i++) heard_by.push_back(who(audience(positions, i, sight)));
+        for (uint32_t i = 0; i < positions.size(); i++)
+            heard_by.push_back(who(audience(positions, i, sight)));
         for (uint32_t i = 0; i < positions.size(); i++)
             for (uint32_t j = 0; j < positions.size(); j++) {
                 if (i == j) continue;
                 bool expected = (positions[i] - positions[j]).norm() <= RANGE;
                 for (uint32_t k = 0; k < positions.size() && sight; k++) {
-                    // Discs that overlap the ends do not occur among bodies; they would count differently.
                     if (k == i || k == j) continue;
                     Eigen::Vector2d ray = positions[j] - positions[i];
                     double along = (positions[k] - positions[i]).dot(ray) / ray.squaredNorm();
-                    if (along > 0 && along < 1 && distance_to_segment(positions[k], positions[i], positions[j]) < RADIUS)
+                    if (along > 0 && along < 1 &&
+                        distance_to_segment(positions[k], positions[i], positions[j]) < RADIUS)
                         expected = false;
                 }
                 bool hears = std::binary_search(heard_by[i].begin(), heard_by[i].end(), j);

@@ -15,11 +15,12 @@ struct Vector {
     uint16_t crc;
 };
 
-// hardware.md 1.5, confirmed on the ATmega328P.
-constexpr Vector VECTORS[] = {
-    {{0, 0, 0, 0, 0, 0, 0, 0, 0}, 0x00, 0x9C87}, {{0, 0, 0, 0, 0, 0, 0, 0, 0}, 0x01, 0x8D0E},
-    {{1, 2, 3, 4, 5, 6, 7, 8, 9}, 0x02, 0x840A}, {{0, 0, 0, 0, 0, 0, 0, 0, 0}, 0x88, 0x94C7},
-    {{255, 255, 255, 255, 255, 255, 255, 255, 255}, 0x7F, 0x036D}};
+// Confirmed on the ATmega328P.
+constexpr Vector VECTORS[] = {{{0, 0, 0, 0, 0, 0, 0, 0, 0}, 0x00, 0x9C87},
+                              {{0, 0, 0, 0, 0, 0, 0, 0, 0}, 0x01, 0x8D0E},
+                              {{1, 2, 3, 4, 5, 6, 7, 8, 9}, 0x02, 0x840A},
+                              {{0, 0, 0, 0, 0, 0, 0, 0, 0}, 0x88, 0x94C7},
+                              {{255, 255, 255, 255, 255, 255, 255, 255, 255}, 0x7F, 0x036D}};
 
 message_t message_of(const Vector &vector) {
     message_t message;

@@ -26,7 +26,8 @@ std::vector<int64_t> heard_at(const Simulation &simulation, const Events &events
 
 TEST_CASE("a message is heard by whom it reaches, with the distance, every 16 ticks") {
     Scene scene(square_hall(6));
-    scene.add("puppet", {{{0, 0}, 0}, {{0.4, 0}, 0}, {{0.79, 0.01}, 0}, {{0, 0.81}, 0}, {{0, -0.79}, 0}});
+    scene.add("puppet",
+              {{{0, 0}, 0}, {{0.4, 0}, 0}, {{0.79, 0.01}, 0}, {{0, 0.81}, 0}, {{0, -0.79}, 0}});
     scene.tell_all(0, message(SAY, {1}));
     scene.tell(0, 0, message(SEND, {HELLO}));
     Simulation simulation(scene.def);

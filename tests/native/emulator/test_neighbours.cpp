@@ -13,7 +13,8 @@ using Positions = std::vector<Eigen::Vector2d>;
 
 Positions anywhere(Dice &dice, size_t count, double side) {
     Positions out;
-    for (size_t i = 0; i < count; i++) out.emplace_back(dice.between(0, side), dice.between(0, side));
+    for (size_t i = 0; i < count; i++)
+        out.emplace_back(dice.between(0, side), dice.between(0, side));
     return out;
 }
 
@@ -25,7 +26,8 @@ std::vector<uint32_t> list_of(const Neighbours &neighbours, uint32_t robot) {
 std::vector<uint32_t> brute_force(const Positions &positions, uint32_t robot, double width) {
     std::vector<uint32_t> out;
     for (uint32_t other = 0; other < positions.size(); other++)
-        if (other != robot && (positions[other] - positions[robot]).norm() <= width) out.push_back(other);
+        if (other != robot && (positions[other] - positions[robot]).norm() <= width)
+            out.push_back(other);
     return out;
 }
 
@@ -42,7 +44,8 @@ TEST_CASE("lists hold exactly those within reach and skin, in ascending order") 
             neighbours.rebuild(positions);
             for (uint32_t i = 0; i < positions.size(); i++)
                 CHECK(list_of(neighbours, i) == brute_force(positions, i, reach + skin));
-            for (auto &p : positions) p += Eigen::Vector2d(dice.between(-0.1, 0.1), dice.between(-0.1, 0.1));
+            for (auto &p : positions)
+                p += Eigen::Vector2d(dice.between(-0.1, 0.1), dice.between(-0.1, 0.1));
         }
     }
 }

@@ -20,7 +20,9 @@ std::vector<Pose> place(size_t count, const Arena &arena, uint64_t seed = 1) {
     return poses;
 }
 
-bool same(const Pose &a, const Pose &b) { return a.position == b.position && a.heading == b.heading; }
+bool same(const Pose &a, const Pose &b) {
+    return a.position == b.position && a.heading == b.heading;
+}
 
 }  // namespace
 
@@ -47,7 +49,8 @@ TEST_CASE("robots are placed around those already there, who stay") {
     REQUIRE(poses.size() == 62);
     CHECK(same(poses[1], {{0.5, 0.5}, 2}));
     for (size_t i = 0; i < poses.size(); i++)
-        for (size_t j = 0; j < i; j++) CHECK((poses[i].position - poses[j].position).norm() >= 2 * RADIUS);
+        for (size_t j = 0; j < i; j++)
+            CHECK((poses[i].position - poses[j].position).norm() >= 2 * RADIUS);
 }
 
 TEST_CASE("another seed places otherwise") {
@@ -76,8 +79,9 @@ TEST_CASE("start places and headings are spread evenly") {
 
 TEST_CASE("more robots than fit are refused, with the number of the one too many") {
     CHECK_THROWS_AS(place(2, square_hall(0.2)), EngineError);
-    CHECK_THROWS_WITH(place(2, square_hall(0.2)),
-                      "robot 2 finds no free place in the arena: use fewer robots or a larger arena");
+    CHECK_THROWS_WITH(
+        place(2, square_hall(0.2)),
+        "robot 2 finds no free place in the arena: use fewer robots or a larger arena");
     CHECK_THROWS_AS(place(1, square_hall(0.16)), EngineError);
     CHECK_THROWS_AS(place(100, round_hall(1)), EngineError);
 }

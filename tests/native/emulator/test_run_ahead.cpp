@@ -32,7 +32,8 @@ void note(Outcome &outcome, Simulation &simulation) {
     }
 }
 
-Outcome outcome_of(SimulationDef def, bool run_ahead, int64_t duration_ticks, const std::vector<int64_t> &chunks) {
+Outcome outcome_of(SimulationDef def, bool run_ahead, int64_t duration_ticks,
+                   const std::vector<int64_t> &chunks) {
     def.run_ahead = run_ahead;
     Simulation simulation(def);
     Outcome outcome;
@@ -72,8 +73,9 @@ void check_all_ways(const Scene &scene, int64_t duration_ticks) {
     check_same(ahead, outcome_of(scene.def, false, duration_ticks, {duration_ticks}));
     check_same(ahead, outcome_of(scene.def, true, duration_ticks, {1, 7, 3, 100, 2, 33}));
     check_same(ahead, outcome_of(scene.def, false, duration_ticks, {5, 64, 11}));
-    MESSAGE(ahead.events.size() << " events, " << ahead.statistics.medium.received << " frames heard, "
-                                << ahead.statistics.solver_steps << " solver steps");
+    MESSAGE(ahead.events.size() << " events, " << ahead.statistics.medium.received
+                                << " frames heard, " << ahead.statistics.solver_steps
+                                << " solver steps");
 }
 
 Arena with_sites(Arena arena) {
@@ -128,7 +130,8 @@ TEST_CASE("programs with delay(), waiting and failing ones among them: the same"
     check_all_ways(scene, 2000);
 
     Scene waiting(round_hall(5), 22);
-    waiting.add("waiting", {{{-1, 0}, 0}, {{-0.7, 0}, 0}, {{-0.4, 0}, 0}, {{0, 0}, 0}, {{0.3, 0}, 0}});
+    waiting.add("waiting",
+                {{{-1, 0}, 0}, {{-0.7, 0}, 0}, {{-0.4, 0}, 0}, {{0, 0}, 0}, {{0.3, 0}, 0}});
     waiting.add("sender", {{{0, 1}, 0}});
     waiting.add("wanderer", {{{0, -1}, 0}, {{1, -1}, 0}});
     check_all_ways(waiting, 2500);

@@ -40,7 +40,8 @@ TEST_CASE("samples are taken at 0 and at every period, however the run is cut") 
     CHECK(samples.tick == std::vector<int64_t>{0, 26, 50, 76, 100});  // at the ends of world steps
     REQUIRE(samples.x_m.size() == 10);
     for (size_t row = 0; row < 5; row++) {
-        CHECK(samples.x_m[2 * row] == doctest::Approx(0.1 * TICK_S * static_cast<double>(samples.tick[row])));
+        CHECK(samples.x_m[2 * row] ==
+              doctest::Approx(0.1 * TICK_S * static_cast<double>(samples.tick[row])));
         CHECK(samples.led[2 * row + 1] == (row < 2 ? 0 : RGB(1, 2, 3)));
     }
     CHECK(whole.take_samples().tick.empty());
@@ -120,12 +121,14 @@ TEST_CASE("what cannot be run is refused with words for people") {
     Scene missing(square_hall(6));
     missing.add("no_such_program", {{{0, 0}, 0}});
     CHECK_THROWS_AS(Simulation{missing.def}, EngineError);
-    CHECK_THROWS_WITH(Simulation{missing.def}, doctest::Contains("program no_such_program cannot be loaded"));
+    CHECK_THROWS_WITH(Simulation{missing.def},
+                      doctest::Contains("program no_such_program cannot be loaded"));
 
     Scene stranger(square_hall(6));
     stranger.add("puppet", {{{0, 0}, 0}});
     stranger.def.groups[0].program = "libm.so.6";
-    CHECK_THROWS_WITH_AS(Simulation{stranger.def}, "libm.so.6 is no Kilotwin program: it has no kt_table", EngineError);
+    CHECK_THROWS_WITH_AS(Simulation{stranger.def},
+                         "libm.so.6 is no Kilotwin program: it has no kt_table", EngineError);
 
     Scene box(square_hall(6));
     box.add("puppet", {{{0, 0}, 0}});

@@ -1,4 +1,4 @@
-// The mock keeps the hardware's time: ticks, message periods, delay() anywhere (hardware.md 1.2, 1.6).
+// The mock keeps the hardware's time: ticks, message periods, delay() anywhere.
 #include <doctest/doctest.h>
 
 #include "support.h"
@@ -29,7 +29,8 @@ uint32_t ticks_told(const Emission &emission) {
 }
 
 /// A sender that runs from the beginning and is told something at times of its own.
-std::vector<Emission> sent(Cycles until, const std::vector<std::pair<Cycles, message_t>> &told = {}) {
+std::vector<Emission> sent(Cycles until,
+                           const std::vector<std::pair<Cycles, message_t>> &told = {}) {
     Bench bench({"sender"});
     bench.tell(BEGIN, 0, run_message());
     for (const auto &[at, what] : told) bench.tell(at, 0, what);
@@ -73,7 +74,8 @@ TEST_CASE("delay() suspends anywhere and takes its time, however the robot's tim
 }
 
 TEST_CASE("by default a message goes out every 16 ticks") {
-    CHECK(times(sent(ticks(70))) == std::vector<Cycles>{ticks(16), ticks(32), ticks(48), ticks(64)});
+    CHECK(times(sent(ticks(70))) ==
+          std::vector<Cycles>{ticks(16), ticks(32), ticks(48), ticks(64)});
 }
 
 TEST_CASE("kilo_tx_period changes the period from the next tick on") {
@@ -82,9 +84,11 @@ TEST_CASE("kilo_tx_period changes the period from the next tick on") {
     auto every = sent(ticks(21), {{ticks(17), number(0x30, 0)}});
     CHECK(times(every) == std::vector<Cycles>{ticks(16), ticks(18), ticks(19), ticks(20)});
     // A tick adds 255 units of 128 us, and a message is due when the sum is above the period.
-    auto edge = sent(ticks(15), {{0, number(0x30, 0)}, {ticks(6) + 5, number(0x30, 255)}, {ticks(12) + 5, number(0x30, 254)}});
-    CHECK(times(edge) == std::vector<Cycles>{ticks(4), ticks(5), ticks(6), ticks(8), ticks(10), ticks(12), ticks(13),
-                                             ticks(14)});
+    auto edge = sent(ticks(15), {{0, number(0x30, 0)},
+                                 {ticks(6) + 5, number(0x30, 255)},
+                                 {ticks(12) + 5, number(0x30, 254)}});
+    CHECK(times(edge) == std::vector<Cycles>{ticks(4), ticks(5), ticks(6), ticks(8), ticks(10),
+                                             ticks(12), ticks(13), ticks(14)});
 }
 
 TEST_CASE("who returns NULL is asked again at every tick") {
@@ -130,8 +134,8 @@ TEST_CASE("delay() in a receive callback blocks ticks, loop and reception") {
     bench.tell(BEGIN, 0, run_message());
     Cycles heard = ticks(10) + TICK_CYCLES / 2;  // 100 ms are 3.05 ticks
     bench.tell(heard, 0, message(5, {1}));
-    bench.tell(heard + 10 * MS, 0, message(5, {2}));   // lost
-    bench.tell(heard + 99 * MS, 0, message(5, {3}));   // lost
+    bench.tell(heard + 10 * MS, 0, message(5, {2}));  // lost
+    bench.tell(heard + 99 * MS, 0, message(5, {3}));  // lost
     bench.tell(heard + 120 * MS, 0, message(5, {4}));
     bench.run(ticks(20));
     auto prints = bench.prints(0);
@@ -155,7 +159,8 @@ TEST_CASE("delay() in a receive callback blocks ticks, loop and reception") {
     CHECK(ticks_printed == Texts{"tick 11", "tick 12"});
 }
 
-TEST_CASE("a callback's message survives its delay(): there is one receive buffer, and it is the callback's") {
+TEST_CASE("a callback's message survives its delay(): there is one receive buffer, and it is the "
+          "callback's") {
     Bench bench({"callbacks"});
     bench.tell(10, 0, run_message());
     bench.tell(ticks(2), 0, message(5, {77}));
@@ -173,17 +178,18 @@ TEST_CASE("delay() in a transmit callback blocks ticks too") {
     std::vector<Cycles> asked;
     for (const auto &print : bench.prints(1))
         if (print.text.starts_with("asked")) asked.push_back(print.at);
-    // 70 ms are 2.1 ticks: of the two ticks that fall into one call, the last is served late, and asks again.
+    // 70 ms are 2.1 ticks: of the two ticks that fall into one call, the last is served late, and
+    // asks again.
     REQUIRE(asked.size() > 4);
     CHECK(asked[0] == ticks(16) + 70 * MS);
     CHECK(asked[1] == asked[0] + 70 * MS);
     for (const auto &print : bench.prints(1))
-        if (print.text.starts_with("asked at"))
-            CHECK(print.tick < print.at / TICK_CYCLES);
+        if (print.text.starts_with("asked at")) CHECK(print.tick < print.at / TICK_CYCLES);
 }
 
 TEST_CASE("rand_hard gives other bytes to each robot and each draw, the same in each run") {
-    Bench a(std::vector<std::string>(10, "roll_call"), 5), b(std::vector<std::string>(10, "roll_call"), 5);
+    Bench a(std::vector<std::string>(10, "roll_call"), 5),
+        b(std::vector<std::string>(10, "roll_call"), 5);
     for (uint32_t robot = 0; robot < 10; robot++) {
         a.tell(10, robot, run_message());
         b.tell(10, robot, run_message());

@@ -63,7 +63,8 @@ TEST_CASE("angles on the edge wrap into [-pi, pi)") {
         for (double edge : {-PI, PI})
             for (int ulps = -3; ulps <= 3; ulps++) {
                 double angle = edge + 2 * PI * turn;
-                for (int i = 0; i < std::abs(ulps); i++) angle = std::nextafter(angle, ulps * 100.0);
+                for (int i = 0; i < std::abs(ulps); i++)
+                    angle = std::nextafter(angle, ulps * 100.0);
                 CAPTURE(angle);
                 CHECK(wrapped(angle) >= -PI);
                 CHECK(wrapped(angle) < PI);

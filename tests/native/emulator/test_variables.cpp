@@ -13,7 +13,9 @@ namespace {
 using Texts = std::vector<std::string>;
 
 /// The minimal standard generator of Park and Miller, as avr-libc has it.
-uint32_t next(uint32_t &state) { return state = static_cast<uint32_t>(state * 16807ull % 2147483647); }
+uint32_t next(uint32_t &state) {
+    return state = static_cast<uint32_t>(state * 16807ull % 2147483647);
+}
 
 std::string rand_line(uint32_t seed) {
     std::string line = "rand";
@@ -23,15 +25,16 @@ std::string rand_line(uint32_t seed) {
 
 }  // namespace
 
-TEST_CASE("globals, function statics and statics of one name in several files are each robot's own") {
+TEST_CASE(
+    "globals, function statics and statics of one name in several files are each robot's own") {
     Bench bench(std::vector<std::string>(20, "variables"));
     for (uint32_t robot = 0; robot < 20; robot++) bench.tell(10, robot, run_message());
     bench.run(ticks(60), ticks(1));
     for (int uid = 1; uid <= 20; uid++) {
         char expected[100];
         int calls = 100 + 50 * (uid - 1) + 1, other = (-1 - 51 * uid) * 1000 - 51;
-        std::snprintf(expected, sizeof expected, "%d %d %d %d %d %d %s", 1000 + 50 * uid, -50 * uid, 7 + 50, calls,
-                      other, 500 + uid, uid % 2 ? "odd" : "even");
+        std::snprintf(expected, sizeof expected, "%d %d %d %d %d %d %s", 1000 + 50 * uid, -50 * uid,
+                      7 + 50, calls, other, 500 + uid, uid % 2 ? "odd" : "even");
         CHECK(bench.said(static_cast<uint32_t>(uid - 1)) == Texts{expected});
     }
 }
@@ -75,8 +78,9 @@ TEST_CASE("message_crc, estimate_distance and the sensors answer") {
     bench.run(ticks(2));
     auto said = bench.said(0);
     REQUIRE(said.size() == 11);
-    CHECK(Texts(said.begin() + 4, said.end()) == Texts{"crc 9C87", "crc 8D0E", "crc 840A", "crc 94C7", "crc 036D",
-                                                       "distance 33 255", "sensors 1 1 1"});
+    CHECK(Texts(said.begin() + 4, said.end()) == Texts{"crc 9C87", "crc 8D0E", "crc 840A",
+                                                       "crc 94C7", "crc 036D", "distance 33 255",
+                                                       "sensors 1 1 1"});
 }
 
 TEST_CASE("malloc's heap is each robot's own, runs out as 2 KB would, and freed blocks join") {
@@ -85,8 +89,9 @@ TEST_CASE("malloc's heap is each robot's own, runs out as 2 KB would, and freed 
     bench.run(ticks(64), ticks(1));
     for (uint32_t robot = 0; robot < 3; robot++) {
         CHECK(bench.others(robot).empty());
-        CHECK(bench.said(robot) == Texts{"pieces 32", "spoilt 0", "hole 0", "joined 1", "calloc 0, 0",
-                                         "realloc kept, 0", "aligned 0", "too much 0 0"});
+        CHECK(bench.said(robot) == Texts{"pieces 32", "spoilt 0", "hole 0", "joined 1",
+                                         "calloc 0, 0", "realloc kept, 0", "aligned 0",
+                                         "too much 0 0"});
     }
 }
 
@@ -100,5 +105,6 @@ TEST_CASE("printf tells who printed, what and when") {
     CHECK(printed[0].robot == 1);
     CHECK(printed[0].program == "roll_call");
     CHECK(printed[0].tick == 5);
-    CHECK(printed[0].at == ticks(5) + 100 + 4 * CYCLES_PER_SECOND / 2000);  // four rand_hard of 0.5 ms
+    CHECK(printed[0].at ==
+          ticks(5) + 100 + 4 * CYCLES_PER_SECOND / 2000);  // four rand_hard of 0.5 ms
 }

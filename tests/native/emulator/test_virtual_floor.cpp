@@ -1,4 +1,5 @@
-// What robots are told by CELL messages: on change, at least every 16 ticks, each control step of 3 ticks.
+// What robots are told by CELL messages: on change, at least every 16 ticks, each control step of
+// 3 ticks.
 #include "engine/virtual_floor.h"
 
 #include <doctest/doctest.h>
@@ -35,7 +36,8 @@ std::vector<Told> told(const Simulation &simulation, const Events &events, uint3
         int type = 0, site = 0, flags = 0;
         REQUIRE(std::sscanf(event.text.c_str(), "%d: %d %d", &type, &site, &flags) == 3);
         CHECK(type == WIRE_TYPE_CELL);
-        out.push_back({simulation.tick_of(event.at), static_cast<uint8_t>(site), static_cast<uint8_t>(flags)});
+        out.push_back({simulation.tick_of(event.at), static_cast<uint8_t>(site),
+                       static_cast<uint8_t>(flags)});
     }
     return out;
 }
@@ -109,15 +111,19 @@ TEST_CASE("a robot is told of a site within a control step of crossing its edge"
     }
 }
 
-TEST_CASE("an obstacle is a wall or robot within 50 mm, surface to surface, in the front half-plane") {
+TEST_CASE(
+    "an obstacle is a wall or robot within 50 mm, surface to surface, in the front half-plane") {
     struct Case {
         Eigen::Vector2d other;
         double heading;
         bool obstacle;
     };
     const Case cases[] = {
-        {{0.219, 0}, 0, true},        {{0.221, 0}, 0, false},     {{0.219, 0}, PI, false},
-        {{0.219, 0}, PI / 2 - 0.01, true}, {{0.219, 0}, PI / 2 + 0.01, false},
+        {{0.219, 0}, 0, true},
+        {{0.221, 0}, 0, false},
+        {{0.219, 0}, PI, false},
+        {{0.219, 0}, PI / 2 - 0.01, true},
+        {{0.219, 0}, PI / 2 + 0.01, false},
         {{-0.15, 0.15}, PI / 2, true},
     };
     for (const auto &c : cases) {
@@ -143,7 +149,9 @@ TEST_CASE("walls are obstacles on every side, round or straight") {
             double wall = round ? 2 : 2 / outward.cwiseAbs().maxCoeff();
             // Straight walls are met at an angle: what counts is the distance to the wall.
             double cosine = round ? 1 : outward.cwiseAbs().maxCoeff();
-            auto at = [&](double gap) { return Eigen::Vector2d(outward * (wall - (0.085 + gap) / cosine)); };
+            auto at = [&](double gap) {
+                return Eigen::Vector2d(outward * (wall - (0.085 + gap) / cosine));
+            };
             scene.add("puppet", {{at(0.049), angle}});
             scene.add("puppet", {{-at(0.051), angle + PI}});
             Simulation simulation(scene.def);

@@ -1,4 +1,5 @@
-// Programs that wait or compute without coming back. `waiting` does it in a way of its own for each uid.
+// Programs that wait or compute without coming back. `waiting` does it in a way of its own for each
+// uid.
 #include <doctest/doctest.h>
 
 #include "support.h"
@@ -12,7 +13,9 @@ using Texts = std::vector<std::string>;
 
 /// One robot for each way to wait; `way` alone runs.
 struct Waiting : Bench {
-    explicit Waiting(uint32_t way) : Bench(std::vector<std::string>(way, "waiting")), robot(way - 1) {
+    explicit Waiting(uint32_t way)
+        : Bench(std::vector<std::string>(way, "waiting")),
+          robot(way - 1) {
         tell(ticks(2) + 10, robot, run_message());
     }
     uint32_t robot;
@@ -103,7 +106,8 @@ TEST_CASE("a long computation takes the time it would, and ends") {
     CHECK(seconds(took) < 5);
 }
 
-TEST_CASE("a wait of 98 s on a copy of kilo_ticks is not taken for computing, whatever callbacks count meanwhile") {
+TEST_CASE("a wait of 98 s on a copy of kilo_ticks is not taken for computing, whatever callbacks "
+          "count meanwhile") {
     Waiting bench(7);
     for (uint64_t i = 3; i < 3050; i++) bench.tell(ticks(i) + 100, bench.robot, message(5));
     bench.run(ticks(3050));
@@ -111,7 +115,8 @@ TEST_CASE("a wait of 98 s on a copy of kilo_ticks is not taken for computing, wh
     CHECK_FALSE(bench.Bench::robot(bench.robot).stopped());
 }
 
-TEST_CASE("a callback that waits for kilo_ticks waits for ever, as on hardware, and is warned about") {
+TEST_CASE(
+    "a callback that waits for kilo_ticks waits for ever, as on hardware, and is warned about") {
     Waiting bench(9);
     bench.tell(ticks(50), bench.robot, message(5));
     bench.run(ticks(500));

@@ -1,5 +1,6 @@
-// One run that meets all that could differ between compilers: a crowd in contact, the floor, messages with line of
-// sight, the paper's firmware, and a program that waits and delays. Prints its result's hash.
+// One run that meets all that could differ between compilers: a crowd in contact, the floor,
+// messages with line of sight, the paper's firmware, and a program that waits and delays. Prints
+// its result's hash.
 #include <cstdio>
 #include <string>
 
@@ -33,11 +34,13 @@ SimulationDef definition() {
     SimulationDef def;
     def.seed = 20240229;
     def.arena = {{Region::Shape::CIRCLE, {0, 0}, {5, 5}},
-                 {{Region::Shape::CIRCLE, {-1.2, 0}, {1.6, 1.6}}, {Region::Shape::RECTANGLE, {1.2, 0}, {1, 1.4}}}};
+                 {{Region::Shape::CIRCLE, {-1.2, 0}, {1.6, 1.6}},
+                  {Region::Shape::RECTANGLE, {1.2, 0}, {1, 1.4}}}};
     def.profile = {0.085, 0.10, 1.43, 1.0, 70, 70, 65, 65};
     def.floor = VirtualFloor::Settings{};
-    def.groups = {{guest("aggregation"), "aggregation", 50, {}}, {guest("wanderer"), "wanderer", 10, {}}};
-    // As a foot-bot is told (design.md 5.1): turns take 0.70 s a radian; legs of 5 s, entry 10 s, leave test 2 s.
+    def.groups = {{guest("aggregation"), "aggregation", 50, {}},
+                  {guest("wanderer"), "wanderer", 10, {}}};
+    // As a foot-bot is told: turns take 0.70 s a radian; legs of 5 s, entry 10 s, leave test 2 s.
     def.commands = {{-6, 0, ALL, config(WIRE_KEY_TURN_TICKS_PER_RAD, 1'400'000)},
                     {-5, 0, ALL, config(WIRE_KEY_STRAIGHT_TICKS, 153)},
                     {-4, 0, ALL, config(WIRE_KEY_ENTRY_TICKS, 305)},
@@ -54,7 +57,8 @@ int main() {
     simulation.advance(DURATION_TICKS);
     const auto &statistics = simulation.statistics();
     std::printf("%016llx box2d %s, %llu frames heard, %llu solver steps, %llu contacts\n",
-                static_cast<unsigned long long>(result_hash(simulation.snapshot())), box2d_version().c_str(),
+                static_cast<unsigned long long>(result_hash(simulation.snapshot())),
+                box2d_version().c_str(),
                 static_cast<unsigned long long>(statistics.frames_received),
                 static_cast<unsigned long long>(statistics.solver_steps),
                 static_cast<unsigned long long>(statistics.overlaps.contacts()));

@@ -20,8 +20,7 @@ static void obey(message_t *message, distance_measurement_t *distance) {
         break;
     case SAY: says = data[0]; break;
     default:
-        if (says)
-            printf("%u: %u %u, %d mm", message->type, data[0], data[1], distance->high_gain);
+        if (says) printf("%u: %u %u, %d mm", message->type, data[0], data[1], distance->high_gain);
     }
 }
 

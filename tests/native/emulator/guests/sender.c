@@ -1,4 +1,5 @@
-// Sends how often it was asked and how often it succeeded. 0x30 sets the period, 0x31 silences it, 0x32 sets the clock.
+// Sends how often it was asked and how often it succeeded. 0x30 sets the period, 0x31 silences it,
+// 0x32 sets the clock.
 #include <kilolib.h>
 #include <stddef.h>
 

@@ -14,7 +14,8 @@ static void on_message(message_t *message, distance_measurement_t *distance) {
     heard++;
     if (kilo_uid == 3) printf("heard %lu", (unsigned long)heard);
     if (kilo_uid == 9)
-        for (uint32_t now = kilo_ticks; kilo_ticks == now;) {}
+        for (uint32_t now = kilo_ticks; kilo_ticks == now;) {
+        }
 }
 
 static void compute(uint32_t steps) {
@@ -33,14 +34,17 @@ static void loop(void) {
     uint32_t begin = kilo_ticks;
     switch (kilo_uid) {
     case 1:
-        while (kilo_ticks < begin + 100) {}
+        while (kilo_ticks < begin + 100) {
+        }
         break;
     case 2:
         flag = 0;
-        while (!flag) {}
+        while (!flag) {
+        }
         break;
     case 3:
-        for (;;) {}
+        for (;;) {
+        }
     case 4:
         for (;;) number++;
     case 5:

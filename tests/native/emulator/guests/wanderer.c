@@ -43,7 +43,8 @@ static void turn(void) {
     if (kilo_uid % 3 == 0)
         delay((uint16_t)(rand_soft() * 4));
     else
-        for (uint32_t end = kilo_ticks + rand_soft() % 32; kilo_ticks < end;) {}
+        for (uint32_t end = kilo_ticks + rand_soft() % 32; kilo_ticks < end;) {
+        }
 }
 
 static void loop(void) {
