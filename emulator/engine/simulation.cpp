@@ -193,6 +193,7 @@ void Simulation::give(const SimulationDef::Command &command, Cycles at) {
         if (robot.uid() < command.uid_first || robot.uid() > command.uid_last) continue;
         if ((positions_[robot.index()] - command.centre).norm() > command.radius_m) continue;
         robot.receive({at, command.message, {}});
+        next_ask_[robot.index()] = std::min(next_ask_[robot.index()], at);  // it may be told to run
     }
 }
 

@@ -57,7 +57,7 @@ typedef struct KT_PACKED {
     uint8_t *guard_low, *state_begin, *state_end, *guard_high;  ///< guard pages around the swapped section
     int (*program_main)();
     volatile uint32_t *ticks;
-    volatile uint16_t *tx_period;
+    volatile uint16_t *tx_period;                             ///< null if the program does not name it
     uint16_t *uid;
     uint8_t *turn_left, *turn_right, *straight_left, *straight_right;
     message_rx_t *message_rx;

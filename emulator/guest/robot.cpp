@@ -52,7 +52,7 @@ struct Robot::HostCalls {
         auto &robot = *current;
         const auto &table = robot.program_->table();
         *table.ticks = robot.last_tick_ = 0;
-        *table.tx_period = TX_PERIOD_AT_RESET;
+        if (table.tx_period != nullptr) *table.tx_period = TX_PERIOD_AT_RESET;
         *table.uid = static_cast<uint16_t>(robot.eeprom(EEPROM_UID) | robot.eeprom(EEPROM_UID + 1) << 8);
         *table.turn_left = robot.eeprom(EEPROM_TURN_LEFT);
         *table.turn_right = robot.eeprom(EEPROM_TURN_RIGHT);
@@ -206,18 +206,22 @@ void Robot::go_on(Cycles until) {
         else
             stop(EventKind::CRASH, text);
     }
-    tx_period_ = *program_->table().tx_period;
     inbox_.erase(inbox_.begin(), inbox_.begin() + static_cast<ptrdiff_t>(inbox_next_));
     inbox_next_ = 0;
     current = nullptr;
 }
 
 Cycles Robot::next_ask() const {
-    if (life_ != Life::ALIVE || state_ != State::RUNNING || next_tick_ == NEVER) return NEVER;
-    Cycles missing = tx_clock_ + tick_increment_ > tx_period_
-                         ? 0
-                         : (static_cast<Cycles>(tx_period_ - tx_clock_ - tick_increment_) / TICK_COMPARE + 1);
-    return next_tick_ + missing * calibration_.tick;
+    const bool may_run = state_ == State::RUNNING || state_ == State::SETUP;  // setup() may end any time
+    if (life_ != Life::ALIVE || !may_run || next_tick_ == NEVER) return NEVER;
+    if (program_->table().tx_period != nullptr) return next_tick_;  // it may shorten its period any time
+    const int missing = TX_PERIOD_AT_RESET - tx_clock_ - tick_increment_;
+    return missing < 0 ? next_tick_ : next_tick_ + static_cast<Cycles>(missing / TICK_COMPARE + 1) * calibration_.tick;
+}
+
+uint16_t Robot::tx_period() const {
+    const auto *own = program_->table().tx_period;
+    return own != nullptr ? *own : TX_PERIOD_AT_RESET;
 }
 
 void Robot::answer(bool yes) {
@@ -371,7 +375,7 @@ void Robot::tick() {
     loop_due_ = true;
     tx_clock_ = static_cast<uint16_t>(tx_clock_ + tick_increment_);
     tick_increment_ = TICK_COMPARE;
-    if (state_ == State::RUNNING && tx_clock_ > *program_->table().tx_period) interrupt([this] { ask_for_message(); });
+    if (state_ == State::RUNNING && tx_clock_ > tx_period()) interrupt([this] { ask_for_message(); });
 }
 
 void Robot::ask_for_message() {

@@ -103,7 +103,7 @@ class Robot {
     /// After IS_CHANNEL_FREE: what it wants to send.
     const message_t &outgoing() const { return outgoing_; }
 
-    /// The next moment at which it may ask, unless its program changes kilo_tx_period before; NEVER if none.
+    /// The earliest moment at which it may ask for a message next; NEVER if none.
     Cycles next_ask() const;
 
     /// A message whose frame ends at `reception.at`, not earlier than the time run up to. Any order.
@@ -164,6 +164,7 @@ class Robot {
     void budget_spent(const uint8_t *frame);
     void note_busy(bool waits);
     uint64_t memory_fingerprint(const uint8_t *frame) const;
+    uint16_t tx_period() const;
     bool disturbed() const;
     int16_t voltage(Cycles at) const;
     uint8_t eeprom(uint16_t address) const;
@@ -202,7 +203,6 @@ class Robot {
     Calibration calibration_;
     message_t outgoing_;
     uint16_t tx_clock_ = 0;
-    uint16_t tx_period_ = 0;       ///< kilo_tx_period when it last ran
     uint16_t tick_increment_ = 0;  ///< counts of the timer that the next compare match stands for
     int16_t stale_conversion_ = -1;  ///< of get_voltage(): the next message's high gain is read from its channel
     uint8_t left_ = 0, right_ = 0;

@@ -45,6 +45,8 @@ def find_program(
 ) -> Program:
     """Looks from the current folder, beside the experiment file, and in what Kilotwin brings.
 
+    For headers it looks beside the experiment file first.
+
     ProgramError says what is missing.
     """
     parts = [written] if isinstance(written, str) else written
@@ -78,6 +80,8 @@ def find_program(
 def _find(written: str, beside: Path, key: str, wanted: str) -> Path:
     path = Path(written).expanduser()
     places = [Path.cwd() / path, beside / path]
+    if key == "include":
+        places.reverse()
     found = next((place for place in places if place.exists()), None) or resources.find(written)
     if found is None:
         raise ProgramError(f"{key} '{written}' is not there; name {wanted}", key)

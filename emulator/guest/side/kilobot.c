@@ -19,7 +19,7 @@ static char kt_guard_high[KT_GUARD_BYTES] __attribute__((aligned(4096), used, se
 extern uint8_t kt_state_begin[], kt_state_end[];
 
 volatile uint32_t kilo_ticks;
-volatile uint16_t kilo_tx_period;
+#pragma weak kilo_tx_period  // tx_period.c
 uint16_t kilo_uid;
 uint8_t kilo_turn_left;
 uint8_t kilo_turn_right;
