@@ -12,7 +12,24 @@
 namespace kilotwin {
 
 /// What a draw is for. Numbers are part of "same seed, same result": never reuse one.
-enum class Purpose : uint32_t { PLACE = 1, HEADING = 2, POWER_UP = 3, RAND_HARD = 4 };
+enum class Purpose : uint32_t {
+    PLACE = 1,
+    HEADING = 2,
+    POWER_UP = 3,
+    RAND_HARD = 4,
+    CLOCK = 5,
+    RANGE = 6,
+    SENSITIVITY = 7,
+    FRAME_LOSS = 8,
+    LOW_GAIN = 9,
+    HIGH_GAIN = 10,
+    SPEED = 11,
+    LEFT_BIAS = 12,
+    RIGHT_BIAS = 13,
+    LEFT_NOISE = 14,
+    RIGHT_NOISE = 15,
+    LIGHT = 16,
+};
 
 class Chance {
   public:
@@ -30,6 +47,16 @@ class Chance {
     /// Uniform in [0, 1), a multiple of 2^-53.
     double uniform(uint32_t robot, Purpose purpose, uint64_t n) const {
         return static_cast<double>(bits(robot, purpose, n) >> 11) * 0x1p-53;
+    }
+
+    /// Mean 0, variance 1, nearly normal: the sum of eight uniform numbers, so at most 4.9 in size.
+    double normal(uint32_t robot, Purpose purpose, uint64_t n) const {
+        constexpr double SCALE = 1.224744871391589;  // sqrt(12 / 8)
+        double sum = -4;
+        for (uint64_t half = 0; half < 2; half++)
+            for (uint64_t word = bits(robot, purpose, 2 * n + half), i = 0; i < 4; i++, word >>= 16)
+                sum += (static_cast<double>(word & 0xFFFF) + 0.5) * 0x1p-16;
+        return sum * SCALE;
     }
 
   private:

@@ -1,18 +1,8 @@
 #include "engine/motion.h"
 
-#include <algorithm>
-
 #include "engine/trigonometry.h"
 
 namespace kilotwin {
-
-Drive Profile::drive(uint8_t left, uint8_t right) const {
-    if (left == 0 && right == 0) return {};
-    if (right == 0) return {0, turn_rad_s};
-    if (left == 0) return {0, -turn_rad_s};
-    double share = std::min({double(left) / straight_left, double(right) / straight_right, 1.0});
-    return {speed_m_s * share, 0};
-}
 
 void Trajectory::restart(Cycles at, const Pose &pose) {
     since_ = at;
@@ -25,8 +15,19 @@ void Trajectory::change(Cycles at, const Drive &drive) {
     drive_ = drive;
 }
 
+// Straight on, or along a circle: the velocity turns with the robot, and its integral is exact.
 Eigen::Vector2d Trajectory::position(Cycles at) const {
-    return origin_.position + ahead_ * (drive_.speed * seconds(at - since_));
+    if (drive_.stands()) return origin_.position;
+    const double time = seconds(at - since_);
+    const Eigen::Vector2d &v = drive_.velocity;
+    Eigen::Vector2d shift = v * time;
+    if (drive_.turn != 0) {
+        const Eigen::Vector2d turned = direction(drive_.turn * time);
+        const double sine = turned.y() / drive_.turn, rest = (1 - turned.x()) / drive_.turn;
+        shift = {v.x() * sine - v.y() * rest, v.x() * rest + v.y() * sine};
+    }
+    return origin_.position + Eigen::Vector2d(ahead_.x() * shift.x() - ahead_.y() * shift.y(),
+                                              ahead_.y() * shift.x() + ahead_.x() * shift.y());
 }
 
 Eigen::Vector2d Trajectory::ahead(Cycles at) const {

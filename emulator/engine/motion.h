@@ -13,24 +13,13 @@ struct Pose {
     double heading = 0;              ///< rad, counter-clockwise from +x, [-pi, pi)
 };
 
-/// What the motors ask for, in the robot's own frame.
+/// A steady motion, in the robot's own frame.
 struct Drive {
-    double speed = 0;  ///< m/s, forward
-    double turn = 0;   ///< rad/s, counter-clockwise, on the spot
-    bool at_rest() const { return speed == 0 && turn == 0; }
-    bool operator==(const Drive &) const = default;
-};
-
-/// A kind of robot (design.md 5.1).
-struct Profile {
-    double radius_m;
-    double speed_m_s;     ///< both motors at their straight duties
-    double turn_rad_s;    ///< one motor on
-    double push_m_s2;     ///< the drive's force over the robot's mass; friction when it is off
-    uint8_t straight_left, straight_right, turn_left, turn_right;  ///< calibrated duties
-
-    /// The motion that duties of the motors cause.
-    Drive drive(uint8_t left, uint8_t right) const;
+    Eigen::Vector2d velocity{0, 0};  ///< m/s of the centre: forward, to the left
+    double turn = 0;                 ///< rad/s, counter-clockwise
+    bool stands() const { return velocity.x() == 0 && velocity.y() == 0; }
+    bool at_rest() const { return stands() && turn == 0; }
+    bool operator==(const Drive &other) const { return velocity == other.velocity && turn == other.turn; }
 };
 
 class Trajectory {

@@ -20,6 +20,7 @@ namespace {
 constexpr uint32_t POWER_UP_TICKS = 16;  // robots are switched on within a message period of one another
 constexpr int64_t LEAD_TICKS = 64;       // and at least so long before RUN
 constexpr double SKIN_SHARE = 0.4;       // of the medium's range
+constexpr double SKIN_USED = 0.6;        // of the skin, before new lists are made: the rest is for running ahead
 constexpr double CONTACT_MARGIN = 0.05;  // of a radius
 constexpr uint8_t STEPS_APART_TO_LEAVE = 4;
 constexpr uint32_t STEPS_TOUCHING_TO_CARE = 4;
@@ -58,13 +59,17 @@ Simulation::Simulation(const SimulationDef &def)
       chance_(def.seed),
       step_(def.step_ticks * TICK_CYCLES),
       run_at_(run_cycles(def.commands)),
+      chassis_(def.profile, chance_, count_robots(def)),
       next_sample_(run_at_),
-      contact_gap_m_(2 * PUSHED_SPEED * def.profile.speed_m_s * seconds(step_) +
+      reach_m_(def.kilobot_medium ? KilobotMedium::reach_m(*def.kilobot_medium) : def.range_m),
+      contact_gap_m_(2 * PUSHED_SPEED * chassis_.fastest_m_s() * seconds(step_) +
                      CONTACT_MARGIN * def.profile.radius_m),
       black_box_(def.black_box.empty() ? nullptr : map_black_box(def.black_box)),
-      context_{chance_, events_, emissions_, black_box_},
+      context_{chance_, events_, emissions_, black_box_, def.kilobot_medium ? FRAME_CYCLES : 0,
+               !def.kilobot_medium, static_cast<Cycles>(def.battery_h * 3600 * CYCLES_PER_SECOND), def.temperature},
       commands_(def.commands),
       wake_(count_robots(def), 0),
+      next_ask_(wake_.size(), 0),
       next_motor_(wake_.size(), NEVER),
       motor_index_(wake_.size(), 0),
       still_since_(wake_.size(), 0),
@@ -72,16 +77,17 @@ Simulation::Simulation(const SimulationDef &def)
       surroundings_(wake_.size()),
       steps_apart_(wake_.size(), 0),
       in_contact_(wake_.size(), false),
-      neighbours_(std::max(def.range_m + def.profile.radius_m,
+      neighbours_(std::max(reach_m_ + def.profile.radius_m,
                            2 * def.profile.radius_m + contact_gap_m_ + (def.floor ? def.floor->obstacle_m : 0)),
-                  SKIN_SHARE * def.range_m),
+                  SKIN_SHARE * reach_m_),
       medium_(def.range_m, def.line_of_sight, def.profile.radius_m, wake_.size()),
-      world_(def.arena, def.profile, wake_.size()) {
+      world_(def.arena, def.profile, chassis_.fastest_m_s(), wake_.size()) {
     if (wake_.empty()) throw EngineError("there is no robot");
     if (def.floor) floor_.emplace(*def.floor, run_at_, step_, wake_.size());
     std::stable_sort(commands_.begin(), commands_.end(),
                      [](const auto &a, const auto &b) { return a.tick < b.tick; });
     create_robots();
+    if (def.kilobot_medium) kilobot_medium_.emplace(*def.kilobot_medium, chance_, robots_, emissions_, statistics_.medium);
     boot();
 }
 
@@ -104,9 +110,7 @@ void Simulation::create_robots() {
         for (size_t i = 0; i < group.count; i++, index++) {
             auto power_up = static_cast<Cycles>(chance_.uniform(index, Purpose::POWER_UP, 0) *
                                                 static_cast<double>(POWER_UP_TICKS * TICK_CYCLES));
-            Calibration calibration = {static_cast<uint16_t>(index + 1), def_.profile.turn_left,
-                                       def_.profile.turn_right, def_.profile.straight_left,
-                                       def_.profile.straight_right};
+            Calibration calibration = calibrate(index);
             robots_.emplace_back(context_, program, index, calibration, power_up, images_.back().get() + i * stride);
         }
     }
@@ -114,6 +118,17 @@ void Simulation::create_robots() {
         trajectories_.emplace_back(run_at_, pose);
         positions_.push_back(pose.position);
     }
+}
+
+Calibration Simulation::calibrate(uint32_t index) const {
+    constexpr double LIMIT = 3;
+    auto spread = [&](Purpose purpose, double sd) {
+        return 1 + sd * std::clamp(chance_.normal(index, purpose, 0), -LIMIT, LIMIT);
+    };
+    const auto &p = def_.profile;
+    const double tick = static_cast<double>(TICK_CYCLES) * spread(Purpose::CLOCK, def_.clock_spread);
+    return {static_cast<uint16_t>(index + 1), p.turn_left, p.turn_right, p.straight_left, p.straight_right,
+            InfraredGains(spread(Purpose::SENSITIVITY, def_.sensitivity_spread)), static_cast<Cycles>(tick + 0.5)};
 }
 
 // From power-up to RUN robots wait on their places for what the host tells them.
@@ -125,6 +140,7 @@ void Simulation::boot() {
     for (auto &robot : robots_) robot.motor_commands.clear();
     now_ = run_at_;
     neighbours_.rebuild(positions_);
+    listed_at_ = positions_;
 }
 
 int64_t Simulation::tick_of(Cycles at) const {
@@ -151,7 +167,9 @@ void Simulation::step(Cycles limit) {
     if (floor_) next_sensing_ = floor_->senses_at(now_) ? now_ : floor_->next_sensing(now_);
     for (uint32_t robot = 0; robot < robots_.size(); robot++)
         if (wake_[robot] <= now_) attend(robot, limit);
+    if (kilobot_medium_) kilobot_medium_->run(together_, now_, now_ + step_, neighbours_, positions_);
     deliver_frames();
+    take_over_plans();
     move();
     now_ += step_;
     statistics_.steps++;
@@ -166,17 +184,25 @@ Cycles Simulation::end_of_step(Cycles at) const { return begin_of_step(at + step
 
 /// Hands out the commands before `until`.
 void Simulation::give_commands(Cycles until) {
-    for (; next_command_ < commands_.size() && command_time(commands_[next_command_]) < until; next_command_++) {
-        const auto &command = commands_[next_command_];
-        Reception reception = {std::max(command_time(command), now_), command.message, {}};
-        for (auto &robot : robots_)
-            if (robot.uid() >= command.uid_first && robot.uid() <= command.uid_last) robot.receive(reception);
+    for (; next_command_ < commands_.size() && command_time(commands_[next_command_]) < until; next_command_++)
+        give(commands_[next_command_], std::max(command_time(commands_[next_command_]), now_));
+}
+
+void Simulation::give(const SimulationDef::Command &command, Cycles at) {
+    for (auto &robot : robots_) {
+        if (robot.uid() < command.uid_first || robot.uid() > command.uid_last) continue;
+        if ((positions_[robot.index()] - command.centre).norm() > command.radius_m) continue;
+        robot.receive({at, command.message, {}});
+        next_ask_[robot.index()] = std::min(next_ask_[robot.index()], at);  // it may be told to run
     }
 }
 
+void Simulation::send(const SimulationDef::Command &command) { give(command, now_); }
+
 void Simulation::refresh_lists() {
-    if (2 * drift_m_ <= neighbours_.skin_m() / 2) return;
+    if (2 * drift_m_ <= SKIN_USED * neighbours_.skin_m()) return;
     neighbours_.rebuild(positions_);
+    listed_at_ = positions_;
     statistics_.list_rebuilds++;
     drift_m_ = 0;
     for (uint32_t robot = 0; robot < robots_.size(); robot++)
@@ -185,16 +211,36 @@ void Simulation::refresh_lists() {
 
 /// How long nobody can come near who is on no list.
 double Simulation::lists_hold_for_s() const {
-    return (neighbours_.skin_m() - 2 * drift_m_) / (CLOSING_SPEED * def_.profile.speed_m_s);
+    return (neighbours_.skin_m() - 2 * drift_m_) / (CLOSING_SPEED * chassis_.fastest_m_s());
 }
 
 void Simulation::attend(uint32_t robot, Cycles limit) {
     auto &around = surroundings_[robot];
-    if (around.look_again <= now_) look_around(robot);
-    Cycles until = std::min(limit, std::max(around.alone_until, now_ + step_));
+    if (around.look_again <= now_ || !def_.run_ahead) look_around(robot);
+    Cycles until = std::min({limit, around.alone_until, silent_until(robot)});
+    const bool light_changes = !def_.light.sources.empty() && !trajectories_[robot].drive().stands();
+    until = def_.run_ahead && !light_changes ? std::max(until, now_ + step_) : now_ + step_;
     if (next_sensing_ < until) floor_->tell(robots_[robot], around.cell, next_sensing_, until);
-    run_robot(robot, until);
-    wake_[robot] = until;
+    attended_.push_back(robot);
+    robots_[robot].light = def_.light.at(positions_[robot]);
+    const bool together = kilobot_medium_ && (until == now_ + step_ || kilobot_medium_->claims(robot));
+    if (together) {
+        wake_[robot] = now_ + step_;
+        together_.push_back(robot);
+    } else {
+        wake_[robot] = until;
+        run_robot(robot, until);
+    }
+}
+
+/// The begin of the first step in which the robot, or anybody in its reach, may send: who may not yet be asked for a
+/// message cannot be heard.
+Cycles Simulation::silent_until(uint32_t robot) const {
+    const auto &around = surroundings_[robot];
+    if (around.in_reach.empty()) return NEVER;
+    Cycles first = next_ask_[robot];
+    for (uint32_t other : around.in_reach) first = std::min(first, next_ask_[other]);
+    return first == NEVER ? NEVER : begin_of_step(std::max(first, now_));
 }
 
 /// What stands around a robot at rest or on its way, and how long it can be left alone: bounded by the fastest that
@@ -203,7 +249,7 @@ void Simulation::look_around(uint32_t robot) {
     auto &around = surroundings_[robot];
     const auto &trajectory = trajectories_[robot];
     const Eigen::Vector2d here = positions_[robot];
-    const double speed = def_.profile.speed_m_s, radius = def_.profile.radius_m;
+    const double speed = chassis_.fastest_m_s(), radius = def_.profile.radius_m;
     const double obstacle_gap = floor_ ? floor_->obstacle_m() : 0;
     const double sensed_gap = std::max(obstacle_gap, contact_gap_m_);
     const bool at_rest = trajectory.drive().at_rest() && !world_.holds(robot);
@@ -211,18 +257,20 @@ void Simulation::look_around(uint32_t robot) {
 
     double alone_s = lists_hold_for_s(), unchanged_s = alone_s;
     bool obstacle = false, crowded = false;
+    around.in_reach.clear();
     for (uint32_t other : neighbours_.of(robot)) {
         const Eigen::Vector2d offset = positions_[other] - here;
         double distance = offset.norm(), gap = distance - 2 * radius;
         if (gap <= obstacle_gap && offset.dot(ahead) > 0) obstacle = true;
         if (gap <= contact_gap_m_) crowded = true;
-        double nearest_change_s = std::min(std::max(gap - sensed_gap, 0.0), std::max(distance - def_.range_m, 0.0)) /
-                                  (CLOSING_SPEED * speed);
-        alone_s = std::min(alone_s, nearest_change_s);
+        double change_m = std::max(gap - sensed_gap, 0.0);
+        if (distance > reach_m_)
+            change_m = std::min(change_m, distance - reach_m_);
+        else
+            around.in_reach.push_back(other);
+        alone_s = std::min(alone_s, change_m / (CLOSING_SPEED * speed));
         bool other_moves = !trajectories_[other].drive().at_rest() || world_.holds(other);
-        // In range already is no change to come; a gap already sensed may close or open any time.
-        if (other_moves)
-            unchanged_s = std::min(unchanged_s, std::max(gap - sensed_gap, 0.0) / (CLOSING_SPEED * speed));
+        if (other_moves) unchanged_s = std::min(unchanged_s, change_m / (CLOSING_SPEED * speed));
     }
     double wall_gap = INFINITY;
     def_.arena.for_each_wall(here, [&](double distance, const Eigen::Vector2d &outward) {
@@ -240,7 +288,6 @@ void Simulation::look_around(uint32_t robot) {
     around.crowded = crowded;
     around.alone_until = now_ + whole_steps(alone_s);
     around.look_again = at_rest ? now_ + std::max(whole_steps(unchanged_s), step_) : around.alone_until;
-    if (around.alone_until > now_ + step_) around.look_again = std::min(around.look_again, around.alone_until);
 }
 
 /// World steps that lie wholly within `for_s` seconds.
@@ -255,14 +302,27 @@ void Simulation::run_robot(uint32_t index, Cycles until) {
         robot.run(until);
     else
         for (Cycles at = now_ + TICK_CYCLES; at <= until; at += TICK_CYCLES) robot.run(at);
-    // Who is left alone for longer has nobody in range meanwhile.
+    // Beside the ideal medium's robots only those run so that nobody hears.
     for (const auto &emission : emissions_) {
-        if (emission.at < now_ + step_)
+        if (!kilobot_medium_ && emission.at < now_ + step_) {
             on_air_.push_back(emission);
-        else
-            statistics_.frames_sent++;
+            continue;
+        }
+        statistics_.medium.sent++;
+        statistics_.medium.wrong_crc += !crc_is_right(emission.message);
     }
-    if (!robot.motor_commands.empty()) next_motor_[index] = robot.motor_commands[motor_index_[index]].at;
+}
+
+/// What the robots that ran mean to do. Not before all have: who runs later in a step must still see what was to be
+/// expected at its begin.
+void Simulation::take_over_plans() {
+    for (uint32_t index : attended_) {
+        const auto &commands = robots_[index].motor_commands;
+        next_ask_[index] = robots_[index].next_ask();
+        if (!commands.empty()) next_motor_[index] = std::min(next_motor_[index], commands[motor_index_[index]].at);
+    }
+    attended_.clear();
+    together_.clear();
 }
 
 void Simulation::deliver_frames() {
@@ -270,12 +330,12 @@ void Simulation::deliver_frames() {
         return a.at != b.at ? a.at < b.at : a.robot < b.robot;
     });
     for (const auto &emission : on_air_) {
-        statistics_.frames_sent++;
+        statistics_.medium.sent++;
         if (!crc_is_right(emission.message)) {
-            statistics_.frames_spoilt++;
+            statistics_.medium.wrong_crc++;
             continue;
         }
-        if (!audience_holds(emission.robot)) {
+        if (!def_.run_ahead || !audience_holds(emission.robot)) {
             medium_.find_audience(emission.robot, neighbours_.of(emission.robot), positions_);
             audience_at_[emission.robot] = now_;
         }
@@ -284,7 +344,7 @@ void Simulation::deliver_frames() {
             auto gain = static_cast<int16_t>(std::min<uint16_t>(listener.distance_mm, INT16_MAX));
             reception.distance = {gain, gain};
             robots_[listener.robot].receive(reception);
-            statistics_.frames_received++;
+            statistics_.medium.received++;
         }
     }
     on_air_.clear();
@@ -301,17 +361,17 @@ bool Simulation::audience_holds(uint32_t robot) const {
 
 void Simulation::move() {
     find_contacts();
-    anybody_moves_ = !world_.robots().empty();
     for (uint32_t robot = 0; robot < robots_.size(); robot++) {
         if (world_.holds(robot)) continue;
         if (next_motor_[robot] < now_ + step_) apply_commands(robot, trajectories_[robot]);
-        if (trajectories_[robot].drive().speed == 0) continue;
-        positions_[robot] = trajectories_[robot].position(now_ + step_);
-        anybody_moves_ = true;
+        if (!trajectories_[robot].drive().stands()) place(robot, trajectories_[robot].position(now_ + step_));
     }
     solve_contacts();
-    double fastest = world_.robots().empty() ? 1 : PUSHED_SPEED;
-    if (anybody_moves_) drift_m_ += fastest * def_.profile.speed_m_s * seconds(step_);
+}
+
+void Simulation::place(uint32_t robot, const Eigen::Vector2d &position) {
+    positions_[robot] = position;
+    drift_m_ = std::max(drift_m_, (position - listed_at_[robot]).norm());
 }
 
 bool Simulation::moves_in_step(uint32_t robot) const {
@@ -338,7 +398,7 @@ void Simulation::find_contacts() {
     for (uint32_t robot : contacts_) {
         in_contact_[robot] = false;
         steps_apart_[robot] = 0;
-        if (!world_.holds(robot)) world_.add(robot, trajectories_[robot].pose(now_), free_shift(robot), seconds(step_));
+        if (!world_.holds(robot)) world_.add(robot, trajectories_[robot], now_);
     }
     leaving_.clear();
     size_t next = 0;
@@ -351,47 +411,30 @@ void Simulation::find_contacts() {
     for (uint32_t robot : leaving_) world_.remove(robot);
 }
 
-/// Lets the motor commands of this step take effect at their times.
+/// Lets the motor commands of this step, and what changes by itself, take effect at their times.
 void Simulation::apply_commands(uint32_t index, Trajectory &trajectory) {
     auto &commands = robots_[index].motor_commands;
     bool rested = trajectory.drive().at_rest();
     size_t &next = motor_index_[index];
-    for (; next < commands.size() && commands[next].at < now_ + step_; next++) {
-        Drive drive = def_.profile.drive(commands[next].left, commands[next].right);
+    while (next_motor_[index] < now_ + step_) {
+        const Cycles at = std::max(next_motor_[index], now_);
+        const bool commanded = next < commands.size() && commands[next].at <= at;
+        Drive drive = commanded ? chassis_.set_duties(index, at, commands[next].left, commands[next].right)
+                                : chassis_.renew(index);
+        next += commanded;
+        next_motor_[index] = std::min(next < commands.size() ? commands[next].at : NEVER, chassis_.next_renewal(index));
         if (drive == trajectory.drive()) continue;
-        bool halts = drive.speed == 0 && trajectory.drive().speed != 0;
-        trajectory.change(std::max(commands[next].at, now_), drive);
-        still_since_[index] = drive.speed != 0 ? NEVER : halts ? now_ + step_ : still_since_[index];
-        if (halts) positions_[index] = trajectory.position(now_ + step_);
+        bool halts = drive.stands() && !trajectory.drive().stands();
+        trajectory.change(at, drive);
+        still_since_[index] = !drive.stands() ? NEVER : halts ? now_ + step_ : still_since_[index];
+        if (halts) place(index, trajectory.position(now_ + step_));
         surroundings_[index].look_again = std::min(surroundings_[index].look_again, now_ + step_);
     }
     if (next == commands.size()) {
         commands.clear();
         next = 0;
-        next_motor_[index] = NEVER;
-    } else {
-        next_motor_[index] = commands[next].at;
     }
     if (rested && !trajectory.drive().at_rest()) disturb_neighbours(index);
-}
-
-/// Where a robot would go within this step, were it alone.
-Shift Simulation::free_shift(uint32_t robot) const {
-    Trajectory alone = trajectories_[robot];
-    const Pose before = alone.pose(now_);
-    Cycles at = now_;
-    double turn = 0;
-    auto pass = [&](Cycles until) {
-        turn += alone.drive().turn * seconds(until - at);
-        at = until;
-    };
-    const auto &commands = robots_[robot].motor_commands;
-    for (size_t i = motor_index_[robot]; i < commands.size() && commands[i].at < now_ + step_; i++) {
-        pass(std::max(commands[i].at, now_));
-        alone.change(at, def_.profile.drive(commands[i].left, commands[i].right));
-    }
-    pass(now_ + step_);
-    return {alone.position(now_ + step_) - before.position, turn};
 }
 
 void Simulation::solve_contacts() {
@@ -401,23 +444,30 @@ void Simulation::solve_contacts() {
         return;
     }
     const double step_s = seconds(step_);
-    for (uint32_t robot : held) world_.drive(robot, free_shift(robot), step_s);
-    world_.step(step_s, touching_steps_ >= STEPS_TOUCHING_TO_CARE);
-    statistics_.solver_steps += held.size();
+    poses_before_.clear();
+    free_shifts_.clear();
     for (uint32_t robot : held) {
-        Pose pose = trajectories_[robot].pose(now_);
-        Shift shift = world_.moved(robot);
-        if (next_motor_[robot] < now_ + step_) apply_commands(robot, trajectories_[robot]);
+        poses_before_.push_back(trajectories_[robot].pose(now_));
+        apply_commands(robot, trajectories_[robot]);
+        const Pose alone = trajectories_[robot].pose(now_ + step_), &before = poses_before_.back();
+        free_shifts_.push_back({alone.position - before.position, wrapped(alone.heading - before.heading)});
+    }
+    world_.step(free_shifts_, step_s, touching_steps_ >= STEPS_TOUCHING_TO_CARE);
+    statistics_.solver_steps += held.size();
+    for (size_t i = 0; i < held.size(); i++) {
+        const uint32_t robot = held[i];
+        Pose pose = poses_before_[i];
+        const Shift shift = world_.moved(robot);
         bool moved = shift.by != Eigen::Vector2d::Zero();
         if (moved) {
-            still_since_[robot] = now_ + step_;
+            still_since_[robot] = trajectories_[robot].drive().stands() ? now_ + step_ : NEVER;
             disturb_neighbours(robot);
         }
         if (moved || shift.turn != 0) surroundings_[robot].look_again = std::min(surroundings_[robot].look_again, now_ + step_);
         pose.position += shift.by;
         pose.heading = wrapped(pose.heading + shift.turn);
         trajectories_[robot].restart(now_ + step_, pose);
-        positions_[robot] = pose.position;
+        place(robot, pose.position);
     }
     record_overlaps();
 }
@@ -455,7 +505,7 @@ void Simulation::sample_into(Samples &samples) const {
     samples.tick.push_back(tick());
     for (uint32_t robot = 0; robot < robots_.size(); robot++) {
         Pose pose = trajectories_[robot].pose(now_);
-        samples.add_robot(pose, robots_[robot].color(), def_.arena.site_at(pose.position));
+        samples.add_robot(pose, robots_[robot].color(now_), def_.arena.site_at(pose.position));
     }
 }
 
@@ -467,6 +517,12 @@ Samples Simulation::snapshot() const {
     return samples;
 }
 
-Events Simulation::take_events() { return std::exchange(events_, {}); }
+Events Simulation::take_events() {
+    // Robots run one after the other; people want to read what happened in order.
+    std::stable_sort(events_.begin(), events_.end(), [](const Event &a, const Event &b) {
+        return a.at != b.at ? a.at < b.at : a.robot < b.robot;
+    });
+    return std::exchange(events_, {});
+}
 
 }  // namespace kilotwin

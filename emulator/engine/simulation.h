@@ -8,6 +8,7 @@
 #ifndef KILOTWIN_ENGINE_SIMULATION_H
 #define KILOTWIN_ENGINE_SIMULATION_H
 
+#include <cmath>
 #include <deque>
 #include <memory>
 #include <optional>
@@ -16,9 +17,12 @@
 
 #include "engine/arena.h"
 #include "engine/chance.h"
+#include "engine/chassis.h"
 #include "engine/clock.h"
 #include "engine/events.h"
 #include "engine/ideal_medium.h"
+#include "engine/kilobot_medium.h"
+#include "engine/light.h"
 #include "engine/motion.h"
 #include "engine/neighbours.h"
 #include "engine/recorder.h"
@@ -41,6 +45,9 @@ struct SimulationDef {
         int64_t tick;  ///< since RUN; negative: before
         uint16_t uid_first, uid_last;
         message_t message;
+        /// Only robots whose centre is in here when it is sent; infinite: everywhere.
+        Eigen::Vector2d centre{0, 0};
+        double radius_m = INFINITY;
     };
 
     uint64_t seed = 0;
@@ -48,8 +55,14 @@ struct SimulationDef {
     Arena arena;
     Profile profile;
     std::optional<VirtualFloor::Settings> floor;
-    double range_m = 0.8;
+    double range_m = 0.8;     ///< of the ideal medium
     bool line_of_sight = true;
+    std::optional<KilobotMedium::Settings> kilobot_medium;  ///< instead of the ideal one
+    Light light;
+    double battery_h = 0;           ///< hours of driving that a full battery lasts; 0: it never drains
+    int16_t temperature = 300;      ///< reading
+    double clock_spread = 0;        ///< sd of the robots' oscillators, share
+    double sensitivity_spread = 0;  ///< sd of the robots' receivers, share
     std::vector<Group> groups;
     std::vector<Command> commands;
     uint32_t sample_ticks = 305;  ///< at least step_ticks; taken when the world step is over
@@ -59,8 +72,7 @@ struct SimulationDef {
 
 struct Statistics {
     uint64_t steps = 0;
-    uint64_t frames_sent = 0, frames_received = 0;
-    uint64_t frames_spoilt = 0;    ///< sent with a wrong CRC: nobody takes them
+    MediumCounts medium;
     uint64_t solver_steps = 0;     ///< bodies times steps
     uint64_t list_rebuilds = 0;
     Overlaps overlaps;
@@ -77,7 +89,11 @@ class Simulation {
     /// Nominal ticks since RUN, which happens at 0.
     int64_t tick() const;
 
+    /// Gives robots a message now, from outside the medium. `command.tick` does not matter.
+    void send(const SimulationDef::Command &command);
+
     size_t size() const { return robots_.size(); }
+    const Robot &robot(size_t index) const { return robots_[index]; }
     Samples take_samples();
     Samples snapshot() const;
     Events take_events();
@@ -90,15 +106,18 @@ class Simulation {
     /// What a robot's last look around found, and how long that holds.
     struct Surroundings {
         Cycles look_again = 0;   ///< until then nothing in it can change
-        Cycles alone_until = 0;  ///< nothing can reach it before
+        Cycles alone_until = 0;  ///< nobody comes into contact, sight or reach before
+        std::vector<uint32_t> in_reach;  ///< who may be heard
         wire_cell_t cell = {0, 0};
         bool crowded = false;    ///< a body or wall is so near that this step may bring contact
     };
 
     void create_robots();
+    Calibration calibrate(uint32_t robot) const;
     void boot();
     void step(Cycles limit);
     void give_commands(Cycles until);
+    void give(const SimulationDef::Command &command, Cycles at);
     Cycles command_time(const SimulationDef::Command &command) const;
     Cycles begin_of_step(Cycles at) const;
     Cycles end_of_step(Cycles at) const;
@@ -106,15 +125,17 @@ class Simulation {
     double lists_hold_for_s() const;
     void attend(uint32_t robot, Cycles limit);
     void look_around(uint32_t robot);
+    Cycles silent_until(uint32_t robot) const;
     Cycles whole_steps(double for_s) const;
     void run_robot(uint32_t robot, Cycles until);
+    void take_over_plans();
     void deliver_frames();
     bool audience_holds(uint32_t robot) const;
     void move();
+    void place(uint32_t robot, const Eigen::Vector2d &position);
     bool moves_in_step(uint32_t robot) const;
     void find_contacts();
     void apply_commands(uint32_t robot, Trajectory &trajectory);
-    Shift free_shift(uint32_t robot) const;
     void solve_contacts();
     void record_overlaps();
     void disturb_neighbours(uint32_t robot);
@@ -125,9 +146,11 @@ class Simulation {
     Chance chance_;
     Cycles step_;                ///< length of a world step
     Cycles run_at_;              ///< when RUN is given: t = 0
+    Chassis chassis_;
     Cycles now_ = 0;             ///< begin of the current step
     uint64_t samples_due_ = 0;   ///< so many were taken
     Cycles next_sample_;
+    double reach_m_;             ///< nobody is heard from farther away
     double contact_gap_m_;       ///< robots farther apart cannot touch within a step
     Events events_;
     std::vector<Emission> emissions_;
@@ -141,6 +164,7 @@ class Simulation {
 
     // By robot.
     std::vector<Cycles> wake_;
+    std::vector<Cycles> next_ask_;          ///< when it may next send, at the earliest
     std::vector<Cycles> next_motor_;        ///< of its pending motor commands
     std::vector<size_t> motor_index_;
     std::vector<Trajectory> trajectories_;
@@ -152,14 +176,19 @@ class Simulation {
     std::vector<bool> in_contact_;
 
     Neighbours neighbours_;
-    double drift_m_ = 0;  ///< nobody has moved farther since the lists were made
-    bool anybody_moves_ = false;
+    std::vector<Eigen::Vector2d> listed_at_;  ///< positions when the lists were made
+    double drift_m_ = 0;                      ///< nobody has moved farther since
     IdealMedium medium_;
+    std::optional<KilobotMedium> kilobot_medium_;
+    std::vector<uint32_t> attended_;  ///< robots that run in this step
+    std::vector<uint32_t> together_;  ///< those of them that the Kilobot medium runs
     std::optional<VirtualFloor> floor_;
     Cycles next_sensing_ = NEVER;  ///< of the floor, from now_ on
     World world_;
     std::vector<uint32_t> contacts_;  ///< robots that belong into the solver this step, ascending
     std::vector<uint32_t> leaving_;   ///< and those that no longer do
+    std::vector<Pose> poses_before_;  ///< of the robots in the solver
+    std::vector<Shift> free_shifts_;  ///< and where each would go within the step, were it alone
     uint32_t touching_steps_ = 0;
     Samples samples_;
     Statistics statistics_;

@@ -35,6 +35,10 @@ Eigen::Vector2d direction(double angle) {
     }
 }
 
-double wrapped(double angle) { return angle - 2 * PI * std::floor((angle + PI) / (2 * PI)); }
+double wrapped(double angle) {
+    double within = angle - 2 * PI * std::floor((angle + PI) / (2 * PI));
+    if (within < -PI) within += 2 * PI;  // rounding may leave it a hair outside
+    return within < PI ? within : within - 2 * PI;
+}
 
 }  // namespace kilotwin

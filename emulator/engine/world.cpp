@@ -16,6 +16,7 @@ constexpr double RADIUS_UNITS = 0.2;
 constexpr int ROUND_WALL_SEGMENTS = 720;  // a 19.2 m arena differs from a circle by 0.1 mm
 constexpr float FRICTION = 0.3f;
 constexpr int SUB_STEPS = 4, SUB_STEPS_SUSTAINED = 8;
+constexpr double SPECULATIVE_UNITS = 0.018;  // Box2D's margin is 0.02
 
 // The series of asin: a step turns a robot by little, and its sine is what Box2D's rotations give exactly.
 double small_angle(double sine) {
@@ -30,11 +31,13 @@ struct World::Box2D {
         b2BodyId body = b2_nullBodyId;
         b2Vec2 position_before;
         b2Rot rotation_before;
+        Shift wanted;  ///< velocity that it was last driven at
     };
 
     b2WorldId world;
     double units_per_m;
     double push_m_s2, push_rad_s2;
+    double closing_units_s;  ///< two drives, head on
     std::vector<Disc> discs;
 
     b2Vec2 to_units(const Eigen::Vector2d &v) const {
@@ -66,6 +69,23 @@ struct World::Box2D {
         b2CreateChain(b2CreateBody(world, &ground), &chain);
     }
 
+    /// Brings a robot's velocity nearer to the wanted one (m/s, rad/s), as far as the drive's force can in `time_s`. What
+    /// it wants otherwise than before it gets at once, as robots do that are not in here.
+    void drive(Disc &disc, const Shift &wanted, double time_s) {
+        b2Vec2 now = b2Body_GetLinearVelocity(disc.body);
+        Eigen::Vector2d change = wanted.by - Eigen::Vector2d(now.x, now.y) / units_per_m;
+        double most = push_m_s2 * time_s + (wanted.by - disc.wanted.by).norm(), size = change.norm();
+        if (size > most) change *= most / size;
+        b2Vec2 delta = to_units(change);
+        b2Body_SetLinearVelocity(disc.body, {now.x + delta.x, now.y + delta.y});
+
+        double spin = b2Body_GetAngularVelocity(disc.body);
+        double most_spin = push_rad_s2 * time_s + std::abs(wanted.turn - disc.wanted.turn);
+        double spin_change = std::clamp(wanted.turn - spin, -most_spin, most_spin);
+        b2Body_SetAngularVelocity(disc.body, static_cast<float>(spin + spin_change));
+        disc.wanted = wanted;
+    }
+
     void create(Disc &disc) {
         b2BodyDef def = b2DefaultBodyDef();
         def.type = b2_dynamicBody;
@@ -79,17 +99,18 @@ struct World::Box2D {
     }
 };
 
-World::World(const Arena &arena, const Profile &profile, size_t robots)
+World::World(const Arena &arena, const Profile &profile, double fastest_m_s, size_t robots)
     : box2d_(std::make_unique<Box2D>()), held_(robots, false) {
     auto &b = *box2d_;
     b.units_per_m = RADIUS_UNITS / profile.radius_m;
     b.push_m_s2 = profile.push_m_s2;
+    b.closing_units_s = 2 * fastest_m_s * b.units_per_m;
     b.push_rad_s2 = 2 * profile.push_m_s2 / profile.radius_m;  // a disc's inertia is m r^2 / 2
     b2WorldDef def = b2DefaultWorldDef();
     def.gravity = {0, 0};
     def.enableSleep = false;
-    def.maxContactPushSpeed = static_cast<float>(profile.speed_m_s * b.units_per_m);
-    def.maximumLinearSpeed = static_cast<float>(2 * profile.speed_m_s * b.units_per_m);
+    def.maxContactPushSpeed = static_cast<float>(fastest_m_s * b.units_per_m);
+    def.maximumLinearSpeed = static_cast<float>(2 * fastest_m_s * b.units_per_m);
     b.world = b2CreateWorld(&def);
     b.discs.resize(robots);
     b.build_walls(arena);
@@ -97,16 +118,18 @@ World::World(const Arena &arena, const Profile &profile, size_t robots)
 
 World::~World() { b2DestroyWorld(box2d_->world); }
 
-void World::add(uint32_t robot, const Pose &pose, const Shift &free, double step_s) {
+void World::add(uint32_t robot, const Trajectory &trajectory, Cycles at) {
     auto &b = *box2d_;
     auto &disc = b.discs[robot];
     if (B2_IS_NULL(disc.body)) b.create(disc);
-    Eigen::Vector2d ahead = direction(pose.heading);
-    b2Body_SetTransform(disc.body, b.to_units(pose.position),
+    const Eigen::Vector2d ahead = trajectory.ahead(at), v = trajectory.drive().velocity;
+    b2Body_SetTransform(disc.body, b.to_units(trajectory.position(at)),
                         {static_cast<float>(ahead.x()), static_cast<float>(ahead.y())});
-    b2Body_SetLinearVelocity(disc.body, b.to_units(free.by / step_s));
-    b2Body_SetAngularVelocity(disc.body, static_cast<float>(free.turn / step_s));
-    b2Body_Enable(disc.body);
+    b2Body_Enable(disc.body);  // first: a disabled body has no velocity
+    disc.wanted = {{ahead.x() * v.x() - ahead.y() * v.y(), ahead.y() * v.x() + ahead.x() * v.y()},
+                   trajectory.drive().turn};
+    b2Body_SetLinearVelocity(disc.body, b.to_units(disc.wanted.by));
+    b2Body_SetAngularVelocity(disc.body, static_cast<float>(disc.wanted.turn));
     held_[robot] = true;
     robots_.insert(std::lower_bound(robots_.begin(), robots_.end(), robot), robot);
 }
@@ -117,29 +140,22 @@ void World::remove(uint32_t robot) {
     robots_.erase(std::lower_bound(robots_.begin(), robots_.end(), robot));
 }
 
-void World::drive(uint32_t robot, const Shift &free, double step_s) {
-    auto &b = *box2d_;
-    b2BodyId body = b.discs[robot].body;
-    b2Vec2 now = b2Body_GetLinearVelocity(body);
-    Eigen::Vector2d change = free.by / step_s - Eigen::Vector2d(now.x, now.y) / b.units_per_m;
-    double most = b.push_m_s2 * step_s, wanted = change.norm();
-    if (wanted > most) change *= most / wanted;
-    b2Vec2 delta = b.to_units(change);
-    b2Body_SetLinearVelocity(body, {now.x + delta.x, now.y + delta.y});
-
-    double spin = b2Body_GetAngularVelocity(body), most_spin = b.push_rad_s2 * step_s;
-    double spin_change = std::clamp(free.turn / step_s - spin, -most_spin, most_spin);
-    b2Body_SetAngularVelocity(body, static_cast<float>(spin + spin_change));
-}
-
-void World::step(double step_s, bool sustained) {
+// A contact is seen by the solver only when bodies are nearer than its speculative margin at the begin of a solver step:
+// two robots must not come closer than that within one.
+void World::step(const std::vector<Shift> &free, double step_s, bool sustained) {
     auto &b = *box2d_;
     for (uint32_t robot : robots_) {
         auto &disc = b.discs[robot];
         disc.position_before = b2Body_GetPosition(disc.body);
         disc.rotation_before = b2Body_GetRotation(disc.body);
     }
-    b2World_Step(b.world, static_cast<float>(step_s), sustained ? SUB_STEPS_SUSTAINED : SUB_STEPS);
+    const int rounds = std::max(1, static_cast<int>(std::ceil(b.closing_units_s * step_s / SPECULATIVE_UNITS)));
+    const double round_s = step_s / rounds;
+    for (int round = 0; round < rounds; round++) {
+        for (size_t i = 0; i < robots_.size(); i++) 
+            b.drive(b.discs[robots_[i]], {free[i].by / step_s, free[i].turn / step_s}, round_s);
+        b2World_Step(b.world, static_cast<float>(round_s), sustained ? SUB_STEPS_SUSTAINED : SUB_STEPS);
+    }
 }
 
 Shift World::moved(uint32_t robot) const {

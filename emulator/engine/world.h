@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "engine/arena.h"
+#include "engine/chassis.h"
 #include "engine/motion.h"
 
 namespace kilotwin {
@@ -25,7 +26,8 @@ struct Shift {
 
 class World {
   public:
-    World(const Arena &arena, const Profile &profile, size_t robots);
+    /// `fastest_m_s`: the speed of the fastest drive.
+    World(const Arena &arena, const Profile &profile, double fastest_m_s, size_t robots);
     ~World();
 
     bool holds(uint32_t robot) const { return held_[robot]; }
@@ -33,15 +35,13 @@ class World {
     /// Robots in the solver, ascending.
     const std::vector<uint32_t> &robots() const { return robots_; }
 
-    /// Takes a robot in, moving as `free` says per `step_s` seconds.
-    void add(uint32_t robot, const Pose &pose, const Shift &free, double step_s);
+    /// Takes a robot in, moving as it does at `at`.
+    void add(uint32_t robot, const Trajectory &trajectory, Cycles at);
     void remove(uint32_t robot);
 
-    /// For the next step of `step_s`: where the robot would go, were it alone.
-    void drive(uint32_t robot, const Shift &free, double step_s);
-
-    /// Solves one step. `sustained`: something has been touching for a while, so that care pays.
-    void step(double step_s, bool sustained);
+    /// Solves one step of `step_s`. `free`: for each of robots(), in their order, where it would go within the step,
+    /// were it alone. `sustained`: something has been touching for a while, so that care pays.
+    void step(const std::vector<Shift> &free, double step_s, bool sustained);
 
     /// How the last step moved a robot.
     Shift moved(uint32_t robot) const;

@@ -14,8 +14,21 @@
 extern "C" {
 #endif
 
-#define KT_GUEST_ABI 1
+#define KT_GUEST_ABI 2
 #define KT_PACKED __attribute__((packed))
+
+/// The registers that reach motors and LED (hardware.md 1.8), as a program may write them itself. The engine looks at
+/// them after every callback, loop() and blocking call.
+typedef struct KT_PACKED {
+    uint8_t ocr2a, ocr2b;  ///< duty of the left and the right motor
+    uint8_t ddrb, ddrc, ddrd;
+    uint8_t portb, portc, portd;
+} kt_outputs_t;
+
+extern volatile kt_outputs_t kt_outputs;
+
+#define KT_LEFT_MOTOR_DDRB 0x08
+#define KT_RIGHT_MOTOR_DDRD 0x08
 
 enum { KT_SENSOR_LIGHT, KT_SENSOR_VOLTAGE, KT_SENSOR_TEMPERATURE };
 
@@ -24,9 +37,13 @@ typedef struct KT_PACKED {
     void (*init)(void);                                       ///< kilo_init: registers and EEPROM values
     void (*start)(void (*setup)(void), void (*loop)(void));   ///< kilo_start: does not return
     void (*wait)(uint32_t cycles);                            ///< lets time pass; interrupts are served meanwhile
-    void (*set_motors)(uint8_t left, uint8_t right);
-    void (*set_color)(uint8_t rgb);
+    void (*outputs)(void);                                    ///< kt_outputs may have changed
     uint8_t (*rand_hard)(void);
+    uint8_t (*distance_mm)(int16_t low_gain, int16_t high_gain);  ///< by the robot's calibration tables
+    uint8_t (*eeprom_read)(uint16_t address);
+    void (*eeprom_write)(uint16_t address, uint8_t value);
+    void (*interrupts)(uint8_t on);                           ///< while off, ticks and callbacks wait
+    uint8_t (*timer0)(void);                                  ///< counts of 128 us since the last tick
     int16_t (*sensor)(uint8_t which);                         ///< KT_SENSOR_*, 0..1023 or -1
     void (*print)(const char *text, uint32_t bytes);
     void (*spent)(const uint8_t *frame);                      ///< the budget of basic blocks ran out; the program's
@@ -40,7 +57,7 @@ typedef struct KT_PACKED {
     uint8_t *guard_low, *state_begin, *state_end, *guard_high;  ///< guard pages around the swapped section
     int (*program_main)();
     volatile uint32_t *ticks;
-    volatile uint16_t *tx_period;
+    volatile uint16_t *tx_period;                             ///< null if the program does not name it
     uint16_t *uid;
     uint8_t *turn_left, *turn_right, *straight_left, *straight_right;
     message_rx_t *message_rx;
@@ -48,6 +65,10 @@ typedef struct KT_PACKED {
     message_tx_success_t *message_tx_success;
     message_t *rx_message;                                    ///< kilolib's one receive buffer
     distance_measurement_t *rx_distance;
+    volatile kt_outputs_t *outputs;
+    void (*settle)(void);                                     ///< brings registers that act when written up to date;
+                                                              ///< null if the program uses none
+    int (*random)(void);                                      ///< the program's rand()
     int32_t *budget;                                          ///< basic blocks left; not part of the state
     const kt_host_t **host;                                   ///< not part of the state
 } kt_table_t;

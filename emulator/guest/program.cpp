@@ -28,7 +28,7 @@ std::shared_ptr<Program> Program::load(const std::string &path, const std::strin
     return program;
 }
 
-Program::Program(const std::string &path, std::string name) : name_(std::move(name)) {
+Program::Program(const std::string &path, std::string name) : name_(std::move(name)), path_(path) {
     void *handle = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
     if (handle == nullptr)
         throw EngineError("program " + name_ + " cannot be loaded: " + std::string(dlerror()));
@@ -47,6 +47,11 @@ void Program::swap_in(uint8_t *image) {
     if (resident_ != nullptr) std::memcpy(resident_, table_->state_begin, state_bytes_);
     std::memcpy(table_->state_begin, image, state_bytes_);
     resident_ = image;
+}
+
+std::vector<uint8_t> Program::state_of(const uint8_t *image) const {
+    const uint8_t *at = image == resident_ ? table_->state_begin : image;
+    return {at, at + state_bytes_};
 }
 
 void Program::evict(const uint8_t *image) {

@@ -29,6 +29,7 @@ class Program {
     Program &operator=(const Program &) = delete;
 
     const std::string &name() const { return name_; }
+    const std::string &path() const { return path_; }
     const kt_table_t &table() const { return *table_; }
     size_t state_bytes() const { return state_bytes_; }
 
@@ -41,6 +42,9 @@ class Program {
         if (image != resident_) swap_in(image);
     }
 
+    /// The state of the robot whose image this is, wherever it is at present.
+    std::vector<uint8_t> state_of(const uint8_t *image) const;
+
     /// To be called before `image` is given up or overwritten from outside.
     void evict(const uint8_t *image);
 
@@ -51,7 +55,7 @@ class Program {
     Program(const std::string &path, std::string name);
     void swap_in(uint8_t *image);
 
-    std::string name_;
+    std::string name_, path_;
     const kt_table_t *table_ = nullptr;
     size_t state_bytes_ = 0;
     std::vector<uint8_t> initial_;

@@ -12,11 +12,22 @@ namespace {
 constexpr int32_t BLOCKS_PER_TICK = TICK_CYCLES / 10;
 // A program that waits needs but one look at what it waits for.
 constexpr int32_t BLOCKS_WHILE_WAITING = 500;
+// Blocks that a program which waits passes through at most, before it is where it was.
+constexpr uint16_t PROBES = 512;
 constexpr Cycles WARN_AFTER = 10 * CYCLES_PER_SECOND;
 constexpr Cycles ENDLESS_AFTER = 60 * CYCLES_PER_SECOND;
 
 constexpr uint16_t TX_PERIOD_AT_RESET = 3906;  // units of 128 us: every 16th tick
-constexpr uint16_t TX_CLOCK_PER_TICK = 255;
+constexpr uint16_t TICK_COMPARE = 255;           // timer 0's compare value, and what a tick adds to the tx clock
+constexpr Cycles COUNT_CYCLES = 1024;            // a count of timer 0
+constexpr Cycles SENSE_CYCLES = 2418;            // an attempt that finds the channel busy: 2 slots and 235 polls
+constexpr Cycles IDLE_BLINK_ON = CYCLES_PER_SECOND / 1000, IDLE_BLINK_PERIOD = 1'609'600;
+constexpr Cycles CHARGE_BLINK_PERIOD = CYCLES_PER_SECOND / 5;
+constexpr Cycles SLEEP_PERIOD = 8 * CYCLES_PER_SECOND;       // the watchdog's
+constexpr Cycles SLEEP_SETTLE = 2400;                        // 300 us
+constexpr Cycles SLEEP_LISTEN = CYCLES_PER_SECOND / 100;     // for the start of a frame
+constexpr uint8_t MOTOR_KICK = 255;
+constexpr uint32_t MOTOR_KICK_CYCLES = 15 * CYCLES_PER_SECOND / 1000;
 constexpr uint8_t FIRST_SYSTEM_MESSAGE = 0x80;
 constexpr uint32_t RAND_HARD_CYCLES = CYCLES_PER_SECOND / 2000;
 
@@ -41,14 +52,16 @@ struct Robot::HostCalls {
         auto &robot = *current;
         const auto &table = robot.program_->table();
         *table.ticks = robot.last_tick_ = 0;
-        *table.tx_period = TX_PERIOD_AT_RESET;
-        *table.uid = robot.calibration_.uid;
-        *table.turn_left = robot.calibration_.turn_left;
-        *table.turn_right = robot.calibration_.turn_right;
-        *table.straight_left = robot.calibration_.straight_left;
-        *table.straight_right = robot.calibration_.straight_right;
+        if (table.tx_period != nullptr) *table.tx_period = TX_PERIOD_AT_RESET;
+        *table.uid = static_cast<uint16_t>(robot.eeprom(EEPROM_UID) | robot.eeprom(EEPROM_UID + 1) << 8);
+        *table.turn_left = robot.eeprom(EEPROM_TURN_LEFT);
+        *table.turn_right = robot.eeprom(EEPROM_TURN_RIGHT);
+        *table.straight_left = robot.eeprom(EEPROM_STRAIGHT_LEFT);
+        *table.straight_right = robot.eeprom(EEPROM_STRAIGHT_RIGHT);
         robot.tx_clock_ = 0;
-        robot.next_tick_ = robot.now_ + TICK_CYCLES;
+        robot.tick_increment_ = TICK_COMPARE;
+        robot.next_tick_ = robot.now_ + robot.calibration_.tick;
+        robot.interrupts_off_ = false;
     }
 
     static void start(void (*setup)(void), void (*loop)(void)) {
@@ -63,13 +76,7 @@ struct Robot::HostCalls {
         current->came_back();
     }
 
-    static void set_motors(uint8_t left, uint8_t right) {
-        current->left_ = left;
-        current->right_ = right;
-        current->set_outputs();
-    }
-
-    static void set_color(uint8_t rgb) { current->color_ = rgb & 0x3F; }
+    static void outputs() { current->look_at_outputs(); }
 
     static uint8_t rand_hard() {
         auto &robot = *current;
@@ -78,10 +85,35 @@ struct Robot::HostCalls {
         return static_cast<uint8_t>(bits);
     }
 
-    // No light, a full battery, room temperature: as steady as the foot-bots' hall.
     static int16_t sensor(uint8_t which) {
-        constexpr int16_t DARK = 0, FULL = 700, ROOM = 300;
-        return which == KT_SENSOR_LIGHT ? DARK : which == KT_SENSOR_VOLTAGE ? FULL : ROOM;
+        auto &robot = *current;
+        if (robot.disturbed()) return -1;
+        robot.stale_conversion_ = -1;
+        if (which == KT_SENSOR_LIGHT) return robot.light;
+        if (which == KT_SENSOR_TEMPERATURE) return robot.context_.temperature;
+        return robot.stale_conversion_ = robot.voltage(robot.now_);
+    }
+
+    static uint8_t distance_mm(int16_t low_gain, int16_t high_gain) {
+        if (current->context_.gains_are_mm) return static_cast<uint8_t>(std::clamp<int16_t>(high_gain, 0, UINT8_MAX));
+        return current->calibration_.gains.estimate_mm({low_gain, high_gain});
+    }
+
+    static uint8_t eeprom_read(uint16_t address) { return current->eeprom(address); }
+    static void eeprom_write(uint16_t address, uint8_t value) { current->set_eeprom(address, value); }
+
+    static void interrupts(uint8_t on) {
+        auto &robot = *current;
+        robot.interrupts_off_ = !on;
+        if (on && robot.tick_pending_ && !robot.in_interrupt_) {
+            robot.tick_pending_ = false;
+            robot.tick();
+        }
+    }
+
+    static uint8_t timer0() {
+        Cycles since = current->now_ + current->calibration_.tick - std::min(current->next_tick_, current->now_ + current->calibration_.tick);
+        return static_cast<uint8_t>(std::min<Cycles>(since / COUNT_CYCLES, TICK_COMPARE));
     }
 
     static void print(const char *text, uint32_t bytes) { current->report(EventKind::PRINT, {text, bytes}); }
@@ -101,19 +133,25 @@ struct Robot::HostCalls {
     }
 };
 
-const kt_host_t Robot::HOST = {HostCalls::init,      HostCalls::start,     HostCalls::wait,   HostCalls::set_motors,
-                               HostCalls::set_color, HostCalls::rand_hard, HostCalls::sensor, HostCalls::print,
-                               HostCalls::spent,     HostCalls::unusable};
+const kt_host_t Robot::HOST = {
+    HostCalls::init,        HostCalls::start,       HostCalls::wait,         HostCalls::outputs,
+    HostCalls::rand_hard,   HostCalls::distance_mm, HostCalls::eeprom_read,  HostCalls::eeprom_write,
+    HostCalls::interrupts,  HostCalls::timer0,      HostCalls::sensor,       HostCalls::print,
+    HostCalls::spent,       HostCalls::unusable,
+};
 
-Robot::Robot(RobotContext &context, std::shared_ptr<Program> program, uint32_t index, Calibration calibration,
+Robot::Robot(RobotContext &context, std::shared_ptr<Program> program, uint32_t index, const Calibration &calibration,
              Cycles power_up, uint8_t *image)
     : context_(context),
       program_(std::move(program)),
       image_(image),
       now_(power_up),
       next_tick_(NEVER),
+      state_since_(power_up),
+      power_up_(power_up),
       index_(index),
-      calibration_(calibration) {
+      calibration_(calibration),
+      outgoing_() {
     std::memcpy(image_, program_->initial_state(), program_->state_bytes());
     *program_->table().host = &HOST;
 }
@@ -134,7 +172,19 @@ void Robot::receive(const Reception &reception) {
 }
 
 void Robot::run(Cycles until) {
-    if (life_ == Life::STOPPED || until <= now_) return;
+    arbitrated_ = false;
+    go_on(until);
+}
+
+Cycles Robot::run_arbitrated(Cycles until) {
+    arbitrated_ = true;
+    go_on(until);
+    granted_at_ = NEVER;
+    return question_ == Question::NONE ? until : now_;
+}
+
+void Robot::go_on(Cycles until) {
+    if (life_ == Life::STOPPED || until <= now_ || question_ != Question::NONE) return;
     if (life_ == Life::ALIVE && suspended_.empty() && !loop_due_ && next_interrupt() >= until) return;
     until_ = until;
     current = this;
@@ -161,6 +211,90 @@ void Robot::run(Cycles until) {
     current = nullptr;
 }
 
+Cycles Robot::next_ask() const {
+    const bool may_run = state_ == State::RUNNING || state_ == State::SETUP;  // setup() may end any time
+    if (life_ != Life::ALIVE || !may_run || next_tick_ == NEVER) return NEVER;
+    if (program_->table().tx_period != nullptr) return next_tick_;  // it may shorten its period any time
+    const int missing = TX_PERIOD_AT_RESET - tx_clock_ - tick_increment_;
+    return missing < 0 ? next_tick_ : next_tick_ + static_cast<Cycles>(missing / TICK_COMPARE + 1) * calibration_.tick;
+}
+
+uint16_t Robot::tx_period() const {
+    const auto *own = program_->table().tx_period;
+    return own != nullptr ? *own : TX_PERIOD_AT_RESET;
+}
+
+void Robot::answer(bool yes) {
+    answer_ = yes;
+    question_ = Question::NONE;
+}
+
+void Robot::disturb(Cycles begin, Cycles end) {
+    auto over = [this](const auto &frame) { return frame.second <= now_; };
+    frames_seen_.erase(std::remove_if(frames_seen_.begin(), frames_seen_.end(), over), frames_seen_.end());
+    frames_seen_.emplace_back(begin, end);
+}
+
+bool Robot::disturbed() const {
+    return std::any_of(frames_seen_.begin(), frames_seen_.end(),
+                       [this](auto &frame) { return frame.first <= now_ && now_ < frame.second; });
+}
+
+// Falls evenly with the charge used; a robot that stands uses a tenth of what one needs that drives.
+int16_t Robot::voltage(Cycles at) const {
+    constexpr double FULL = 720, EMPTY = 580, AT_REST = 0.1;
+    if (context_.battery == 0) return static_cast<int16_t>(FULL);
+    Cycles driven = driven_ + (driving_since_ < at ? at - driving_since_ : 0);
+    double age = at > power_up_ ? static_cast<double>(at - power_up_) : 0;
+    double used = (static_cast<double>(driven) * (1 - AT_REST) + age * AT_REST) / static_cast<double>(context_.battery);
+    return static_cast<int16_t>(std::max(FULL - (FULL - EMPTY) * used, EMPTY));
+}
+
+// What the robot shows while its program does not decide: hardware.md 1.3.
+uint8_t Robot::color(Cycles at) const {
+    constexpr uint8_t GREEN = 3 << 2, BLUE = 3 << 4, YELLOW = 3 | 3 << 2, RED = 3, DIM_RED = 1;
+    Cycles in_state = at > state_since_ ? at - state_since_ : 0;
+    switch (state_) {
+        case State::IDLE: return in_state % IDLE_BLINK_PERIOD < IDLE_BLINK_ON ? GREEN : 0;
+        case State::CHARGING: return in_state % CHARGE_BLINK_PERIOD < IDLE_BLINK_ON ? DIM_RED : 0;
+        case State::BATTERY: return voltage(at) > 682 ? GREEN : voltage(at) > 648 ? BLUE : voltage(at) > 614 ? YELLOW : RED;
+        case State::SLEEPING: return 0;
+        default: return color_;
+    }
+}
+
+uint8_t Robot::eeprom(uint16_t address) const {
+    address %= EEPROM_BYTES;
+    if (eeprom_) return (*eeprom_)[address];
+    auto word = [&](uint16_t base, bool high) {
+        int entry = (address - base) / 2;
+        uint16_t value = high ? calibration_.gains.high(entry) : calibration_.gains.low(entry);
+        return static_cast<uint8_t>((address - base) % 2 == 0 ? value >> 8 : value);
+    };
+    constexpr uint16_t TABLE_BYTES = 2 * InfraredGains::ENTRIES;
+    if (address >= EEPROM_LOW_GAIN && address < EEPROM_LOW_GAIN + TABLE_BYTES) return word(EEPROM_LOW_GAIN, false);
+    if (address >= EEPROM_HIGH_GAIN && address < EEPROM_HIGH_GAIN + TABLE_BYTES) return word(EEPROM_HIGH_GAIN, true);
+    switch (address) {
+        case EEPROM_TURN_LEFT: return calibration_.turn_left;
+        case EEPROM_TURN_RIGHT: return calibration_.turn_right;
+        case EEPROM_STRAIGHT_LEFT: return calibration_.straight_left;
+        case EEPROM_STRAIGHT_RIGHT: return calibration_.straight_right;
+        case EEPROM_TX_MASK: return 1;
+        case EEPROM_UID: return static_cast<uint8_t>(calibration_.uid);
+        case EEPROM_UID + 1: return static_cast<uint8_t>(calibration_.uid >> 8);
+        default: return 0xFF;  // erased
+    }
+}
+
+void Robot::set_eeprom(uint16_t address, uint8_t value) {
+    if (!eeprom_) {
+        auto image = std::make_unique<EepromImage>();
+        for (uint16_t i = 0; i < EEPROM_BYTES; i++) (*image)[i] = eeprom(i);
+        eeprom_ = std::move(image);
+    }
+    (*eeprom_)[address % EEPROM_BYTES] = value;
+}
+
 void Robot::body(void *robot) { static_cast<Robot *>(robot)->live(); }
 
 void Robot::live() {
@@ -183,6 +317,7 @@ void Robot::live() {
             Cycles before = now_;
             loop_();
             came_back();
+            look_at_outputs();
             if (now_ > before) loop_due_ = true;
         } else if (next_interrupt() < until_) {
             serve_interrupt();
@@ -195,6 +330,7 @@ void Robot::live() {
 void Robot::came_back() {
     *program_->table().budget = BLOCKS_PER_TICK;
     busy_since_ = computing_since_ = NEVER;
+    probes_left_ = 0;
     warned_ = false;
 }
 
@@ -204,10 +340,17 @@ Cycles Robot::next_interrupt() const {
 }
 
 void Robot::serve_interrupt() {
-    if (next_tick_ <= next_interrupt())
-        tick();
-    else
+    if (next_tick_ > next_interrupt())
         take_message();
+    else if (interrupts_off_) {
+        now_ = std::max(now_, next_tick_);
+        next_tick_ += calibration_.tick;
+        tick_pending_ = loop_due_ = true;
+    } else {
+        now_ = std::max(now_, next_tick_);
+        next_tick_ = tick_increment_ == TICK_COMPARE ? next_tick_ + calibration_.tick : overflow_;
+        tick();
+    }
 }
 
 // Runs a callback with interrupts off and a budget of its own. Time that it takes by delay() is lost: one tick stays
@@ -219,82 +362,213 @@ template <typename Callback> void Robot::interrupt(Callback callback) {
     *program_->table().budget = BLOCKS_PER_TICK;
     callback();
     *program_->table().budget = budget;
-    in_interrupt_ = false;
+    in_interrupt_ = interrupts_off_ = false;
+    look_at_outputs();
     if (now_ == before) return;
-    while (next_tick_ + TICK_CYCLES <= now_) next_tick_ += TICK_CYCLES;
+    while (next_tick_ + calibration_.tick <= now_) next_tick_ += calibration_.tick;
     while (inbox_next_ < inbox_.size() && inbox_[inbox_next_].at < now_) inbox_next_++;
 }
 
 void Robot::tick() {
-    now_ = std::max(now_, next_tick_);
-    next_tick_ += TICK_CYCLES;
     last_tick_ = *program_->table().ticks + 1;
     *program_->table().ticks = last_tick_;
     loop_due_ = true;
-    tx_clock_ = static_cast<uint16_t>(tx_clock_ + TX_CLOCK_PER_TICK);
-    if (state_ == State::RUNNING && tx_clock_ > *program_->table().tx_period) interrupt([this] { ask_for_message(); });
+    tx_clock_ = static_cast<uint16_t>(tx_clock_ + tick_increment_);
+    tick_increment_ = TICK_COMPARE;
+    if (state_ == State::RUNNING && tx_clock_ > tx_period()) interrupt([this] { ask_for_message(); });
 }
 
 void Robot::ask_for_message() {
     const auto &table = program_->table();
+    const bool granted = !arbitrated_ || now_ == granted_at_;
+    if (!granted && !ask_medium(Question::MAY_ASK)) return;
     const message_t *message = (*table.message_tx)();
     if (message == nullptr) return;
-    context_.emissions.push_back({now_, index_, *message});
+    outgoing_ = *message;
+    if (granted) {
+        context_.emissions.push_back({now_, index_, outgoing_});
+        if (arbitrated_) until_ = std::max(until_, granted_until_);
+    } else if (!ask_medium(Question::IS_CHANNEL_FREE)) {
+        return retry_soon();
+    }
+    if (context_.frame > 0) wait_until(now_ + context_.frame);
     tx_clock_ = 0;
     (*table.message_tx_success)();
+}
+
+bool Robot::ask_medium(Question question) {
+    question_ = question;
+    GuestStack::instance().suspend();
+    return answer_;
+}
+// The failed attempt moves timer 0's compare value somewhere else, by libc's rand(): the next match comes soon, counts
+// as a tick and tries again (hardware.md 1.6).
+void Robot::retry_soon() {
+    now_ += SENSE_CYCLES;
+    Cycles overflow = next_tick_;  // the next time that the timer is at 0
+    tick_increment_ = static_cast<uint16_t>((*program_->table().random)() & TICK_COMPARE);
+    Cycles match = overflow - (TICK_COMPARE - tick_increment_) * COUNT_CYCLES;
+    if (match <= now_) {
+        match += calibration_.tick;
+        overflow += calibration_.tick;
+    }
+    next_tick_ = match;
+    overflow_ = overflow;
 }
 
 void Robot::take_message() {
     const Reception reception = inbox_[inbox_next_++];
     now_ = std::max(now_, reception.at);
-    if (life_ != Life::ALIVE && next_tick_ == NEVER) return;  // not initialised: the receiver is off
+    if (next_tick_ == NEVER && state_ != State::SLEEPING) return;  // not initialised: the receiver is off
+    if (interrupts_off_ || (state_ == State::SLEEPING && !wakes_for(reception.at - FRAME_CYCLES))) return;
     if (reception.message.type >= FIRST_SYSTEM_MESSAGE) return obey(reception.message);
     const auto &table = program_->table();
     *table.rx_message = reception.message;
     *table.rx_distance = reception.distance;
+    if (stale_conversion_ >= 0) table.rx_distance->high_gain = stale_conversion_;
+    stale_conversion_ = -1;
     interrupt([&table] { (*table.message_rx)(table.rx_message, table.rx_distance); });
 }
 
-// hardware.md 1.3 and 1.4. The displays of BATTERY, CHARGING and calibration do not concern a profile without them.
+// hardware.md 1.3 and 1.4.
 void Robot::obey(const message_t &message) {
-    if (message.type == RUN) {
-        if (state_ == State::SETUP || state_ == State::RUNNING) return;
-        state_ = State::SETUP;
-        motors_on_ = true;
-        left_ = right_ = 0;
-        set_outputs();
-        return;
+    switch (message.type) {
+        case RUN:
+            if (state_ == State::SETUP || state_ == State::RUNNING) return;
+            enter(State::SETUP);
+            switch_motors(true);
+            return;
+        case READUID: {
+            bool set = calibration_.uid >> (message.data[0] & 15) & 1;
+            return move_for_display(set ? *program_->table().turn_left : uint8_t{0}, 0);
+        }
+        case CALIB: return calibrate(message);
+        default: break;
     }
-    switch_motors_off();
-    if (message.type == RESET) reset();
-    state_ = message.type == SLEEP ? State::SLEEPING : State::IDLE;
+    switch_motors(false);
+    switch (message.type) {
+        case RESET: reset();
+        case SLEEP: return fall_asleep();
+        case CHARGE: return enter(State::CHARGING);
+        case VOLTAGE: return enter(State::BATTERY);
+        default: return enter(State::IDLE);
+    }
 }
 
-void Robot::switch_motors_off() {
-    motors_on_ = false;
-    left_ = right_ = 0;
-    set_outputs();
+// CALIB: mode; uid; turn left, turn right; straight left, straight right. SAVE counts only after a trial.
+void Robot::calibrate(const message_t &message) {
+    enum { SAVE, UID, TURN_LEFT, TURN_RIGHT, STRAIGHT };
+    const uint8_t *data = message.data;
+    switch (data[0]) {
+        case SAVE: {
+            if (state_ != State::MOVING) return;
+            constexpr uint16_t WHERE[] = {EEPROM_UID,         EEPROM_UID + 1,       EEPROM_TURN_LEFT,
+                                          EEPROM_TURN_RIGHT, EEPROM_STRAIGHT_LEFT, EEPROM_STRAIGHT_RIGHT};
+            for (size_t i = 0; i < std::size(WHERE); i++) set_eeprom(WHERE[i], data[1 + i]);
+            calibration_.uid = static_cast<uint16_t>(data[1] | data[2] << 8);
+            switch_motors(false);
+            return enter(State::IDLE);
+        }
+        case UID: return move_for_display(0, 0);
+        case TURN_LEFT: return move_for_display(data[3], 0);
+        case TURN_RIGHT: return move_for_display(0, data[4]);
+        case STRAIGHT: return move_for_display(data[5], data[6]);
+        default: return;
+    }
+}
+
+// MOVING: the motors concerned are kicked, then turn as told until the next command.
+void Robot::move_for_display(uint8_t left, uint8_t right) {
+    enter(State::MOVING);
+    auto &outputs = *program_->table().outputs;
+    outputs.ddrb = outputs.ddrb | KT_LEFT_MOTOR_DDRB;
+    outputs.ddrd = outputs.ddrd | KT_RIGHT_MOTOR_DDRD;
+    auto drive = [&](uint8_t l, uint8_t r) {
+        outputs.ocr2a = l;
+        outputs.ocr2b = r;
+        look_at_outputs();
+    };
+    drive(left != 0 ? MOTOR_KICK : 0, right != 0 ? MOTOR_KICK : 0);
+    in_interrupt_ = true;
+    wait_until(now_ + MOTOR_KICK_CYCLES);
+    in_interrupt_ = false;
+    drive(left, right);
+}
+
+void Robot::enter(State state) {
+    state_ = state;
+    state_since_ = now_;
+    if (state == State::SETUP) return;
+    auto &outputs = *program_->table().outputs;  // these states use the LED for themselves
+    outputs.ddrc = outputs.ddrc & ~0x3C;
+    outputs.ddrd = outputs.ddrd & ~0x30;
+    look_at_outputs();
+}
+
+// Power-down: the timer stands still, and the receiver is off but for a moment each time the watchdog wakes it.
+void Robot::fall_asleep() {
+    enter(State::SLEEPING);
+    next_tick_ = NEVER;
+    loop_due_ = false;
+}
+
+/// Whether a sleeping robot hears a frame that begins at `at`; if so it is awake.
+bool Robot::wakes_for(Cycles at) {
+    Cycles in_period = (at - state_since_) % SLEEP_PERIOD;
+    if (at < state_since_ + SLEEP_PERIOD || in_period < SLEEP_SETTLE || in_period >= SLEEP_SETTLE + SLEEP_LISTEN)
+        return false;
+    next_tick_ = now_ + calibration_.tick;
+    return true;
+}
+
+void Robot::switch_motors(bool on) {
+    auto &outputs = *program_->table().outputs;
+    outputs.ocr2a = 0;
+    outputs.ocr2b = 0;
+    outputs.ddrb = on ? outputs.ddrb | KT_LEFT_MOTOR_DDRB : outputs.ddrb & ~KT_LEFT_MOTOR_DDRB;
+    outputs.ddrd = on ? outputs.ddrd | KT_RIGHT_MOTOR_DDRD : outputs.ddrd & ~KT_RIGHT_MOTOR_DDRD;
+    look_at_outputs();
 }
 
 // A jump to address 0 from within the interrupt: memory as after power-up, main() again, the stack forgotten.
 void Robot::reset() {
     std::memcpy(program_->table().state_begin, program_->initial_state(), program_->state_bytes());
     life_ = Life::OFF;
-    state_ = State::IDLE;
-    color_ = 0;
+    enter(State::IDLE);
     next_tick_ = NEVER;
-    in_interrupt_ = loop_due_ = set_up_ = false;
+    in_interrupt_ = interrupts_off_ = tick_pending_ = loop_due_ = set_up_ = false;
     came_back();
     GuestStack::instance().abandon();
 }
 
-void Robot::set_outputs() {
-    MotorCommand command = {now_, motors_on_ ? left_ : uint8_t{0}, motors_on_ ? right_ : uint8_t{0}};
-    motor_commands.push_back(command);
+// What the registers now make of motors and LED: hardware.md 1.8.
+void Robot::look_at_outputs() {
+    if (program_->table().settle != nullptr) program_->table().settle();
+    const auto &registers = *program_->table().outputs;
+    uint64_t seen;
+    static_assert(sizeof seen == sizeof registers);
+    std::memcpy(&seen, const_cast<const kt_outputs_t *>(&registers), sizeof seen);
+    if (seen == outputs_seen_) return;
+    outputs_seen_ = seen;
+
+    auto lit = [](uint8_t ddr, uint8_t port, int pin) { return ddr >> pin & ~(port >> pin) & 1; };
+    color_ = static_cast<uint8_t>(
+        lit(registers.ddrd, registers.portd, 5) | lit(registers.ddrd, registers.portd, 4) << 1 |
+        lit(registers.ddrc, registers.portc, 3) << 2 | lit(registers.ddrc, registers.portc, 2) << 3 |
+        lit(registers.ddrc, registers.portc, 5) << 4 | lit(registers.ddrc, registers.portc, 4) << 5);
+    uint8_t left = registers.ddrb & KT_LEFT_MOTOR_DDRB ? registers.ocr2a : 0;
+    uint8_t right = registers.ddrd & KT_RIGHT_MOTOR_DDRD ? registers.ocr2b : 0;
+    if (left == left_ && right == right_) return;
+    left_ = left;
+    right_ = right;
+    if (driving_since_ != NEVER) driven_ += now_ - driving_since_;
+    driving_since_ = left != 0 || right != 0 ? now_ : NEVER;
+    motor_commands.push_back({now_, left, right});
 }
 
 // Time passes up to `wake`; interrupts at that moment come before the program goes on.
 void Robot::wait_until(Cycles wake) {
+    look_at_outputs();
     for (;;) {
         while (!in_interrupt_ && next_interrupt() <= wake && next_interrupt() < until_) serve_interrupt();
         if (wake < until_) break;
@@ -303,13 +577,32 @@ void Robot::wait_until(Cycles wake) {
     now_ = std::max(now_, wake);
 }
 
-// The program passed through more blocks than fit into a tick without giving time back. If the memory it may count in
-// is as it was a tick ago, it waits for something and costs little; else it computes, which must end some day.
+// The program passed through more blocks than fit into a tick without giving time back. Does it wait or compute? Nothing
+// happens around it while it is looked at, block by block: if its memory comes back to where it was, it goes round in
+// circles until a tick or a callback changes something, which costs little to emulate. If not, it computes, which must
+// end some day.
 void Robot::budget_spent(const uint8_t *frame) {
-    if (busy_since_ == NEVER) busy_since_ = now_;
+    auto &budget = *program_->table().budget;
     uint64_t fingerprint = memory_fingerprint(frame);
-    bool waits = fingerprint == fingerprint_;
-    fingerprint_ = fingerprint;
+    if (probes_left_ == 0) {
+        fingerprint_ = fingerprint;
+        probes_left_ = PROBES;
+        budget = 0;
+        return;
+    }
+    const bool waits = fingerprint == fingerprint_;
+    if (!waits && --probes_left_ > 0) {
+        budget = 0;
+        return;
+    }
+    probes_left_ = 0;
+    note_busy(waits);
+    wait_until(in_interrupt_ ? now_ + TICK_CYCLES : std::max(next_tick_, now_));
+    budget = waits ? BLOCKS_WHILE_WAITING : BLOCKS_PER_TICK;
+}
+
+void Robot::note_busy(bool waits) {
+    if (busy_since_ == NEVER) busy_since_ = now_;
     if (waits)
         computing_since_ = NEVER;
     else if (computing_since_ == NEVER)
@@ -322,8 +615,6 @@ void Robot::budget_spent(const uint8_t *frame) {
         stop(EventKind::ENDLESS, "it has been computing for 60 s without coming back or calling delay()");
         GuestStack::instance().abandon();
     }
-    wait_until(in_interrupt_ ? now_ + TICK_CYCLES : std::max(next_tick_, now_));
-    *program_->table().budget = waits ? BLOCKS_WHILE_WAITING : BLOCKS_PER_TICK;
 }
 
 /// Over the program's variables but kilo_ticks, and its registers and frames.
@@ -338,6 +629,8 @@ uint64_t Robot::memory_fingerprint(const uint8_t *frame) const {
 void Robot::stop(EventKind kind, std::string text) {
     report(kind, std::move(text));
     life_ = Life::STOPPED;
+    if (left_ != 0 || right_ != 0) motor_commands.push_back({now_, 0, 0});
+    left_ = right_ = 0;
     suspended_.clear();
     inbox_.clear();
     inbox_next_ = 0;

@@ -1,27 +1,30 @@
 /// The mock of the Kilobot API: one robot's clock, callbacks and registers around its program.
 ///
-/// Time is the hardware's (hardware.md 1.2, 1.6): a tick each 32.768 ms, transmission asked for from the tick's
-/// interrupt, callbacks where an interrupt would come, `delay()` that lets time pass. The program itself takes no
-/// time. A robot is run ahead up to a moment before which nothing from outside can reach it; what it does is a list
-/// of commands with their times, the same however far it is run at once.
+/// Time is the hardware's (hardware.md 1.2 to 1.6): a tick each 32.768 ms of the robot's own oscillator, transmission
+/// asked for from the tick's interrupt, callbacks where an interrupt would come, `delay()` that lets time pass. The
+/// program itself takes no time. A robot is run ahead up to a moment before which nothing from outside can reach it;
+/// what it does is a list of commands with their times, the same however far it is run at once.
 #ifndef KILOTWIN_GUEST_ROBOT_H
 #define KILOTWIN_GUEST_ROBOT_H
 
 #include <cstdint>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "engine/chance.h"
 #include "engine/clock.h"
 #include "engine/events.h"
+#include "guest/eeprom.h"
+#include "guest/infrared_gains.h"
 #include "guest/program.h"
 #include "guest/stack.h"
 
 namespace kilotwin {
 
-/// A message on its way into a robot.
+/// Light that reaches a robot's receiver, seen when the frame ends.
 struct Reception {
-    Cycles at;  ///< end of the frame
+    Cycles at;
     message_t message;
     distance_measurement_t distance;
 };
@@ -37,10 +40,12 @@ struct Emission {
     message_t message;
 };
 
-/// Calibration that kilo_init reads from EEPROM.
+/// How one robot differs from the next: what its EEPROM says of it, and its clock.
 struct Calibration {
     uint16_t uid;
     uint8_t turn_left, turn_right, straight_left, straight_right;
+    InfraredGains gains;
+    Cycles tick = TICK_CYCLES;  ///< by its own oscillator
 };
 
 /// Last words: which robot runs. Survives the process when it is a mapped file.
@@ -53,14 +58,18 @@ struct BlackBox {
 struct RobotContext {
     const Chance &chance;
     Events &events;
-    std::vector<Emission> &emissions;  ///< appended in the order of each robot's time
+    std::vector<Emission> &emissions;  ///< of robots whose medium takes everything; in the order of each robot's time
     BlackBox *black_box = nullptr;     ///< may be null
+    Cycles frame = 0;                  ///< how long sending keeps a robot busy
+    bool gains_are_mm = true;          ///< the medium reports the distance itself, as both gains
+    Cycles battery = 0;                ///< how long it drives on a full battery; 0: for ever
+    int16_t temperature = 300;         ///< reading, 0..1023
 };
 
 class Robot {
   public:
     /// Robot `index`, switched on at `power_up`. `image` holds its state: program->state_bytes() bytes of its own.
-    Robot(RobotContext &context, std::shared_ptr<Program> program, uint32_t index, Calibration calibration,
+    Robot(RobotContext &context, std::shared_ptr<Program> program, uint32_t index, const Calibration &calibration,
           Cycles power_up, uint8_t *image);
     ~Robot();
     Robot(const Robot &) = delete;
@@ -69,45 +78,98 @@ class Robot {
     /// To be called by a thread before it runs robots.
     static void serve_this_thread();
 
-    /// Lets the robot live through everything strictly before `until`.
+    /// Lets the robot live through everything strictly before `until`. What its program sends goes out: the medium is
+    /// free.
     void run(Cycles until);
+
+    /// The same, but it stops where the program is about to be asked for a message, or sends one: then the medium
+    /// decides. Returns the time run up to: `until`, or that of the question.
+    enum class Question : uint8_t { NONE, MAY_ASK, IS_CHANNEL_FREE };
+    Cycles run_arbitrated(Cycles until);
+    Question question() const { return question_; }
+    Cycles now() const { return now_; }
+
+    /// Answers both questions with yes beforehand, should they come up at `at` in the next run. It then sends, which
+    /// shows in the context's emissions, and lives on until `until`: nobody reaches a robot that sends.
+    void grant(Cycles at, Cycles until) {
+        granted_at_ = at;
+        granted_until_ = until;
+    }
+
+    /// Answers MAY_ASK (no: a frame is being received; it tries again at the next tick) or IS_CHANNEL_FREE (no: the
+    /// attempt failed; it tries again soon). The next run goes on from there.
+    void answer(bool yes);
+
+    /// After IS_CHANNEL_FREE: what it wants to send.
+    const message_t &outgoing() const { return outgoing_; }
+
+    /// The earliest moment at which it may ask for a message next; NEVER if none.
+    Cycles next_ask() const;
 
     /// A message whose frame ends at `reception.at`, not earlier than the time run up to. Any order.
     void receive(const Reception &reception);
 
+    /// Light of a frame falls on the receiver from `begin` to `end`: meanwhile sensors cannot be read.
+    void disturb(Cycles begin, Cycles end);
+
     uint32_t index() const { return index_; }
     uint16_t uid() const { return calibration_.uid; }
-    uint8_t color() const { return color_; }          ///< RGB() value shown at the time run up to
+    uint8_t color(Cycles at) const;  ///< RGB() value shown at `at`, which it has been run up to
     bool stopped() const { return life_ == Life::STOPPED; }
+    bool listens() const { return state_ != State::SLEEPING && life_ == Life::ALIVE; }
+    const Calibration &calibration() const { return calibration_; }
     const Program &program() const { return *program_; }
+
+    /// The bytes of its program's variables at present.
+    std::vector<uint8_t> state() const { return program_->state_of(image_); }
+
+    uint8_t left_duty() const { return left_; }
+    uint8_t right_duty() const { return right_; }
+
+    /// What the light sensor reads from now on, 0..1023; set from outside.
+    int16_t light = 0;
 
     /// Motor commands of the last run(), in order of time; the caller clears them.
     std::vector<MotorCommand> motor_commands;
 
   private:
     enum class Life : uint8_t { OFF, BOOTING, ALIVE, STOPPED };
-    enum class State : uint8_t { IDLE, SETUP, RUNNING, SLEEPING };  ///< hardware.md 1.3
+    enum class State : uint8_t { IDLE, SETUP, RUNNING, SLEEPING, BATTERY, CHARGING, MOVING };  ///< hardware.md 1.3
 
     static const kt_host_t HOST;
     struct HostCalls;
 
     static void body(void *robot);
+    void go_on(Cycles until);
     void live();
+    Cycles next_interrupt() const;
     void serve_interrupt();
     void tick();
     void ask_for_message();
+    bool ask_medium(Question question);
+    void retry_soon();
     void take_message();
     void obey(const message_t &message);
+    void calibrate(const message_t &message);
+    void move_for_display(uint8_t left, uint8_t right);
+    void enter(State state);
+    void fall_asleep();
+    bool wakes_for(Cycles at);
     [[noreturn]] void reset();
-    void switch_motors_off();
     template <typename Callback> void interrupt(Callback callback);
     void wait_until(Cycles wake);
-    void budget_spent(const uint8_t *frame);
-    uint64_t memory_fingerprint(const uint8_t *frame) const;
+    void look_at_outputs();
+    void switch_motors(bool on);
     void came_back();
-    Cycles next_interrupt() const;
+    void budget_spent(const uint8_t *frame);
+    void note_busy(bool waits);
+    uint64_t memory_fingerprint(const uint8_t *frame) const;
+    uint16_t tx_period() const;
+    bool disturbed() const;
+    int16_t voltage(Cycles at) const;
+    uint8_t eeprom(uint16_t address) const;
+    void set_eeprom(uint16_t address, uint8_t value);
     void stop(EventKind kind, std::string text);
-    void set_outputs();
     void report(EventKind kind, std::string text);
 
     RobotContext &context_;
@@ -116,26 +178,43 @@ class Robot {
     SuspendedCall suspended_;
     std::vector<Reception> inbox_;  ///< in order of time, from inbox_next_ on
     size_t inbox_next_ = 0;
+    std::vector<std::pair<Cycles, Cycles>> frames_seen_;  ///< light on the receiver: begin, end
+    std::unique_ptr<EepromImage> eeprom_;           ///< once it differs from the calibration
 
     Cycles now_;
     Cycles until_ = 0;
-    Cycles next_tick_;
+    Cycles granted_at_ = NEVER, granted_until_ = 0;
+    Cycles next_tick_;  ///< compare match of timer 0
+    Cycles overflow_ = NEVER;  ///< after a retry: when the timer's next ordinary match comes
+    Cycles state_since_;
+    Cycles power_up_;
+    Cycles driven_ = 0;             ///< with a motor on, up to driving_since_
+    Cycles driving_since_ = NEVER;
     void (*setup_)(void) = nullptr;
     void (*loop_)(void) = nullptr;
     uint64_t rand_hard_draws_ = 0;
+    uint64_t outputs_seen_ = 0;
     uint64_t fingerprint_ = 0;         ///< of the memory when the budget was last spent
+    uint16_t probes_left_ = 0;         ///< looks at the memory until it counts as computing
     Cycles busy_since_ = NEVER;        ///< since when the program has not come back
-    Cycles computing_since_ = NEVER;   ///< since when it changed memory at every tick of that
+    Cycles computing_since_ = NEVER;   ///< since when it has changed memory all the time
     uint32_t index_;
-    Calibration calibration_;
     uint32_t last_tick_ = 0;  ///< kilo_ticks after the last tick, for reports: the program may spoil its own
+    Calibration calibration_;
+    message_t outgoing_;
     uint16_t tx_clock_ = 0;
-    uint8_t left_ = 0, right_ = 0;     ///< as set_motors wrote them
+    uint16_t tick_increment_ = 0;  ///< counts of the timer that the next compare match stands for
+    int16_t stale_conversion_ = -1;  ///< of get_voltage(): the next message's high gain is read from its channel
+    uint8_t left_ = 0, right_ = 0;
     uint8_t color_ = 0;
     Life life_ = Life::OFF;
     State state_ = State::IDLE;
-    bool motors_on_ = false;
+    Question question_ = Question::NONE;
+    bool arbitrated_ = false;
+    bool answer_ = false;
     bool in_interrupt_ = false;
+    bool interrupts_off_ = false;
+    bool tick_pending_ = false;
     bool loop_due_ = false;
     bool set_up_ = false;
     bool warned_ = false;

@@ -35,11 +35,45 @@ Region region_of(const nb::dict &from, const Eigen::Vector2d &centre) {
             {get<double>(from, "width_m"), get<double>(from, "height_m")}};
 }
 
+template <typename T> T get_or(const nb::dict &from, const char *key, T otherwise) {
+    return from.contains(key) ? nb::cast<T>(from[key]) : otherwise;
+}
+
 Profile profile_of(const nb::dict &from) {
-    return {get<double>(from, "radius_m"),       get<double>(from, "speed_m_s"),
-            get<double>(from, "turn_rad_s"),     get<double>(from, "push_m_s2"),
-            get<uint8_t>(from, "straight_left"), get<uint8_t>(from, "straight_right"),
-            get<uint8_t>(from, "turn_left"),     get<uint8_t>(from, "turn_right")};
+    Profile profile = {get<double>(from, "radius_m"),       get<double>(from, "speed_m_s"),
+                       get<double>(from, "turn_rad_s"),     get<double>(from, "push_m_s2"),
+                       get<uint8_t>(from, "straight_left"), get<uint8_t>(from, "straight_right"),
+                       get<uint8_t>(from, "turn_left"),     get<uint8_t>(from, "turn_right")};
+    profile.legs = get_or(from, "legs", profile.legs);
+    profile.kick_needed = get_or(from, "kick_needed", profile.kick_needed);
+    profile.speed_spread = get_or(from, "speed_spread", profile.speed_spread);
+    profile.bias_spread = get_or(from, "bias_spread", profile.bias_spread);
+    profile.motor_noise = get_or(from, "motor_noise", profile.motor_noise);
+    return profile;
+}
+
+/// The medium is "ideal", or "kilobot" with any of its settings.
+void set_medium(SimulationDef &def, const nb::dict &from) {
+    auto kind = get<std::string>(from, "kind");
+    def.range_m = get<double>(from, "range_m");
+    if (kind == "ideal") {
+        def.line_of_sight = get<bool>(from, "line_of_sight");
+        return;
+    }
+    if (kind != "kilobot") throw EngineError("the medium is ideal or kilobot, not " + kind);
+    KilobotMedium::Settings s;
+    s.range_m = def.range_m;
+    s.range_spread = get_or(from, "range_spread", s.range_spread);
+    s.loss = get_or(from, "loss", s.loss);
+    s.loss_at_range = get_or(from, "loss_at_range", s.loss_at_range);
+    s.gain_noise_lsb = get_or(from, "gain_noise_lsb", s.gain_noise_lsb);
+    s.carrier_sense = get_or(from, "carrier_sense", s.carrier_sense);
+    s.collisions = get_or(from, "collisions", s.collisions);
+    s.half_duplex = get_or(from, "half_duplex", s.half_duplex);
+    s.held_busy = get_or(from, "held_busy", s.held_busy);
+    def.kilobot_medium = s;
+    def.clock_spread = get_or(from, "clock_spread", 0.0);
+    def.sensitivity_spread = get_or(from, "sensitivity_spread", 0.0);
 }
 
 std::vector<Pose> poses_of(nb::handle from) {
@@ -59,6 +93,26 @@ message_t message_of(const nb::bytes &bytes) {
     return message;
 }
 
+SimulationDef::Command command_of(const nb::bytes &message, uint16_t uid_first, uint16_t uid_last, nb::handle region) {
+    SimulationDef::Command command = {0, uid_first, uid_last, message_of(message)};
+    if (region.is_none()) return command;
+    auto [x, y, radius] = nb::cast<std::tuple<double, double, double>>(region);
+    command.centre = {x, y};
+    command.radius_m = radius;
+    return command;
+}
+
+Light light_of(const nb::dict &from) {
+    Light light;
+    light.ambient = get<double>(from, "ambient");
+    for (nb::handle item : get<nb::list>(from, "sources")) {
+        auto source = nb::cast<nb::dict>(item);
+        light.sources.push_back({vector_of(get<std::vector<double>>(source, "at_m")), get<double>(source, "peak"),
+                                 get<double>(source, "half_m")});
+    }
+    return light;
+}
+
 SimulationDef definition_of(const nb::dict &spec) {
     SimulationDef def;
     def.seed = get<uint64_t>(spec, "seed");
@@ -74,9 +128,7 @@ SimulationDef definition_of(const nb::dict &spec) {
         def.floor = VirtualFloor::Settings{get<double>(floor, "obstacle_m"), get<uint32_t>(floor, "step_ticks"),
                                            get<uint32_t>(floor, "repeat_ticks")};
     }
-    auto medium = get<nb::dict>(spec, "medium");
-    def.range_m = get<double>(medium, "range_m");
-    def.line_of_sight = get<bool>(medium, "line_of_sight");
+    set_medium(def, get<nb::dict>(spec, "medium"));
     for (nb::handle item : get<nb::list>(spec, "groups")) {
         auto from = nb::cast<nb::dict>(item);
         SimulationDef::Group group = {get<std::string>(from, "program"), get<std::string>(from, "name"),
@@ -87,9 +139,16 @@ SimulationDef definition_of(const nb::dict &spec) {
         def.groups.push_back(std::move(group));
     }
     for (nb::handle item : get<nb::list>(spec, "commands")) {
-        auto [tick, first, last, message] = nb::cast<std::tuple<int64_t, uint16_t, uint16_t, nb::bytes>>(item);
-        def.commands.push_back({tick, first, last, message_of(message)});
+        auto fields = nb::cast<nb::tuple>(item);
+        if (fields.size() != 5) throw EngineError("a command is tick, uid_first, uid_last, message, region");
+        auto command = command_of(nb::cast<nb::bytes>(fields[3]), nb::cast<uint16_t>(fields[1]),
+                                  nb::cast<uint16_t>(fields[2]), fields[4]);
+        command.tick = nb::cast<int64_t>(fields[0]);
+        def.commands.push_back(command);
     }
+    if (spec.contains("light") && !spec["light"].is_none()) def.light = light_of(get<nb::dict>(spec, "light"));
+    def.battery_h = get_or(spec, "battery_h", def.battery_h);
+    def.temperature = get_or(spec, "temperature", def.temperature);
     def.sample_ticks = get<uint32_t>(spec, "sample_ticks");
     if (spec.contains("black_box") && !spec["black_box"].is_none()) def.black_box = get<std::string>(spec, "black_box");
     if (spec.contains("run_ahead")) def.run_ahead = get<bool>(spec, "run_ahead");
@@ -135,9 +194,13 @@ nb::list to_python(const Simulation &simulation, const Events &events) {
 nb::dict to_python(const Statistics &statistics, double diameter_m) {
     nb::dict out;
     out["steps"] = statistics.steps;
-    out["frames_sent"] = statistics.frames_sent;
-    out["frames_received"] = statistics.frames_received;
-    out["frames_spoilt"] = statistics.frames_spoilt;
+    out["frames_sent"] = statistics.medium.sent;
+    out["frames_received"] = statistics.medium.received;
+    out["frames_spoilt"] = statistics.medium.wrong_crc;
+    out["attempts_failed"] = statistics.medium.attempts_failed;
+    out["frames_collided"] = statistics.medium.collided;
+    out["frames_deaf"] = statistics.medium.deaf;
+    out["frames_lost"] = statistics.medium.lost;
     out["solver_steps"] = statistics.solver_steps;
     out["list_rebuilds"] = statistics.list_rebuilds;
     out["contacts"] = statistics.overlaps.contacts();
@@ -160,6 +223,20 @@ std::string hash_of(const PythonSimulation &self) {
     std::snprintf(text, sizeof text, "%016llx",
                   static_cast<unsigned long long>(result_hash(self.simulation.snapshot())));
     return text;
+}
+
+const Robot &robot_of(const PythonSimulation &self, size_t robot) {
+    if (robot >= self.simulation.size()) throw EngineError("there is no robot " + std::to_string(robot));
+    return self.simulation.robot(robot);
+}
+
+nb::object motors_of(const PythonSimulation &self) {
+    std::vector<uint8_t> duties;
+    for (size_t i = 0; i < self.simulation.size(); i++) {
+        duties.push_back(self.simulation.robot(i).left_duty());
+        duties.push_back(self.simulation.robot(i).right_duty());
+    }
+    return array_of(std::move(duties), 2);
 }
 
 nb::dict config_keys() {
@@ -213,6 +290,22 @@ NB_MODULE(_emulator, m) {
         .def("events",
              [](PythonSimulation &self) { return to_python(self.simulation, self.simulation.take_events()); })
         .def("result_hash", hash_of)
+        .def(
+            "send",
+            [](PythonSimulation &self, const nb::bytes &message, uint16_t first, uint16_t last, nb::object region) {
+                self.simulation.send(command_of(message, first, last, region));
+            },
+            nb::arg("message"), nb::arg("uid_first") = 0, nb::arg("uid_last") = 65535,
+            nb::arg("region").none() = nb::none(), "Give robots a message now: nine data bytes and a type.")
+        .def("motors", motors_of)
+        .def("state",
+             [](const PythonSimulation &self, size_t robot) {
+                 auto bytes = robot_of(self, robot).state();
+                 return nb::bytes(bytes.data(), bytes.size());
+             })
+        .def("program", [](const PythonSimulation &self, size_t robot) {
+            return robot_of(self, robot).program().path();
+        })
         .def("stats", [](const PythonSimulation &self) {
             return to_python(self.simulation.statistics(), 2 * self.def.profile.radius_m);
         });

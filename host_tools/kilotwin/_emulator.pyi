@@ -28,10 +28,11 @@ class Samples(TypedDict):
 class Event(TypedDict):
     """Something that happened to a robot."""
 
-    tick: int
+    tick: int  # nominal, of the world
+    robot_tick: int  # the robot's own kilo_ticks
     robot: int
     program: str
-    kind: str  # crash, busy_wait, endless, stack_overflow, print, info
+    kind: str  # crash, busy_wait, endless, stack_overflow, print
     text: str
 
 class Simulation:
@@ -43,6 +44,16 @@ class Simulation:
     def snapshot(self) -> Samples: ...
     def events(self) -> list[Event]: ...
     def result_hash(self) -> str: ...
+    def send(
+        self,
+        message: bytes,
+        uid_first: int = 0,
+        uid_last: int = 65535,
+        region: tuple[float, float, float] | None = None,
+    ) -> None: ...
+    def motors(self) -> NDArray[np.uint8]: ...  # [N, 2]
+    def state(self, robot: int) -> bytes: ...
+    def program(self, robot: int) -> str: ...
     def stats(self) -> dict[str, int | float]: ...
 
 def config_message(uid_first: int, uid_last: int, key: int, value: int) -> bytes: ...

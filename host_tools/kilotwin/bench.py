@@ -1,47 +1,75 @@
 """How fast it is: robot-seconds per CPU-second on one core, as a user's own run has it."""
 
+import math
 import os
 import platform
 import statistics
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 from kilotwin import resources, run
 from kilotwin.experiment import Experiment
-from kilotwin.experiment_text import Setting
+from kilotwin.experiment_text import ExperimentText, Setting
 from kilotwin.terminal import Silent
 
-_WORKLOADS = {
-    "paper": ["simplified-n100", "firat-n100", "simplified-n50", "firat-n50"],
-}
+_PAPER = ["simplified-n100", "firat-n100", "simplified-n50", "firat-n50"]
+
+# Walkers that broadcast twice a second and count their neighbours: robots, simulated seconds.
+_WALK_PROGRAM = "firmware/examples/random_walk_counter.c"
+_WALK_PER_M2 = 31.8
+_WALK_RANGE_M = 0.10
+_WALK_SPEED_M_S = 0.010
+_WALK_SIZES = {100: 20_000, 1_000: 2_000, 10_000: 200}
 
 Note = Callable[[str], None]
+
+
+def _paper(settings: list[Setting]) -> Iterator[tuple[str, Experiment]]:
+    for name in _PAPER:
+        file = resources.path(f"experiments/paper/{name}.toml")
+        yield f"paper/{name}", Experiment.load(file, settings)
+
+
+def _walk(settings: list[Setting]) -> Iterator[tuple[str, Experiment]]:
+    for medium in ("kilobot", "ideal"):
+        for robots, duration_s in _WALK_SIZES.items():
+            side_m = math.sqrt(robots / _WALK_PER_M2)
+            tables = {
+                "name": f"walk, N = {robots}",
+                "duration_s": duration_s,
+                "arena": {"shape": "rectangle", "width_m": side_m, "height_m": side_m},
+                "swarm": {"profile": "kilobot", "program": _WALK_PROGRAM, "size": robots},
+                "motion": {"speed_m_s": _WALK_SPEED_M_S},
+                "medium": {"kind": medium, "range_m": _WALK_RANGE_M},
+                "record": {"sample_s": 100.0},
+            }
+            origin = ExperimentText("bench walk", Path.cwd(), tables, {}, settings)
+            yield f"walk/{medium}-n{robots}", Experiment.of(origin)
+
+
+_WORKLOADS = {"paper": _paper, "walk": _walk}
 
 
 def measure(
     workloads: list[str], repeats: int, duration_s: float | None, note: Note
 ) -> list[dict[str, Any]]:
     """One record per experiment; each figure is the median over `repeats` runs."""
-    return [
-        _measure_one(workload, name, repeats, duration_s, note)
-        for workload in workloads
-        for name in _WORKLOADS[workload]
-    ]
-
-
-def _measure_one(
-    workload: str, name: str, repeats: int, duration_s: float | None, note: Note
-) -> dict[str, Any]:
-    file = resources.path(f"experiments/{workload}/{name}.toml")
     settings = []
     if duration_s is not None:
         settings.append(Setting(("duration_s",), duration_s, f"--duration-s {duration_s:g}"))
-    experiment = Experiment.load(file, settings)
+    return [
+        _measure_one(name, experiment, repeats, note)
+        for workload in workloads
+        for name, experiment in _WORKLOADS[workload](settings)
+    ]
+
+
+def _measure_one(name: str, experiment: Experiment, repeats: int, note: Note) -> dict[str, Any]:
     summaries = []
     for repeat in range(repeats):
-        note(f"{workload}/{name}, run {repeat + 1} of {repeats}")
+        note(f"{name}, run {repeat + 1} of {repeats}")
         with tempfile.TemporaryDirectory(prefix="kilotwin-bench-") as scratch:
             outcome = run.run(experiment, Path(scratch) / "run", ["kilotwin", "bench"], Silent())
         summaries.append(outcome.summary)
@@ -50,7 +78,7 @@ def _measure_one(
         return float(statistics.median(summary[key] for summary in summaries))
 
     return {
-        "workload": f"{workload}/{name}",
+        "workload": name,
         "robots": experiment.size,
         "medium": experiment.keys.medium.kind,
         "robot_s_per_cpu_s": round(median("robot_s_per_cpu_s")),

@@ -47,6 +47,13 @@ class Workload(StrEnum):
     """What `bench` can measure."""
 
     paper = "paper"
+    walk = "walk"
+
+
+class Reference(StrEnum):
+    """What `compare` can compare a run with."""
+
+    kilogrid_walk = "kilogrid-walk"
 
 
 def main() -> None:
@@ -180,6 +187,67 @@ def plot(
     write_figure(figure.value, run_folder, output)
 
 
+@app.command(
+    epilog="Examples:\n\n"
+    "  kilotwin build my.c\n\n"
+    "  kilotwin build main.c helpers.c -I include -D N=3 -o my.so --json"
+)
+def build(
+    program: Annotated[
+        list[str], typer.Argument(help="A .c file or several, or a folder whose .c files are one.")
+    ],
+    *,
+    include: Annotated[
+        list[str] | None,
+        typer.Option(
+            "-I", metavar="DIR", envvar="KILOTWIN_INCLUDE", help="Look for headers in DIR too."
+        ),
+    ] = None,
+    define: Annotated[
+        list[str] | None,
+        typer.Option(
+            "-D",
+            metavar="NAME[=VALUE]",
+            envvar="KILOTWIN_DEFINE",
+            help="Define a macro, as the compiler's -D.",
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", envvar="KILOTWIN_OUTPUT", help="Copy the guest there."),
+    ] = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Build a robot program into a guest and say how large it is."""
+    from kilotwin import build_report, terminal
+
+    report = build_report.build_program(
+        program, include or [], define or [], output, terminal.note(quiet)
+    )
+    typer.echo(json.dumps(report) if as_json else build_report.report_text(report))
+
+
+@app.command(
+    epilog="Example: kilotwin compare kilogrid-walk runs/my-walk",
+)
+def compare(
+    reference: Annotated[Reference, typer.Argument(help="What to compare with.")],
+    run_folder: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder.")],
+    *,
+    as_json: Json = False,
+) -> None:
+    """Compare a run with what real robots did. 1 if it is outside the bounds."""
+    from kilotwin import kilogrid_walk
+
+    comparison = kilogrid_walk.compare(run_folder)
+    typer.echo(
+        json.dumps(comparison.as_dict()) if as_json else kilogrid_walk.report_text(comparison)
+    )
+    if not comparison.within_bounds:
+        raise typer.Exit(1)
+
+
 @app.command(epilog="Example: kilotwin bench paper --repeats 5 --json")
 def bench(
     workloads: Annotated[
@@ -203,7 +271,7 @@ def bench(
     from kilotwin import terminal
 
     names = [workload.value for workload in workloads or Workload]
-    results = benchmarks.measure(names, repeats, duration_s, terminal.bench_note(quiet))
+    results = benchmarks.measure(names, repeats, duration_s, terminal.note(quiet))
     typer.echo(json.dumps(results, indent=2) if as_json else benchmarks.table_text(results))
 
 

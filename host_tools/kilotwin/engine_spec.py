@@ -9,16 +9,13 @@ from kilotwin.areas import area_of
 from kilotwin.experiment import Experiment
 from kilotwin.experiment_schema import Arena, Controller, ExperimentSchema, Reading, Section, Site
 from kilotwin.informed import informed_ranges
-from kilotwin.profiles import PROFILES
+from kilotwin.overhead import ALL_ROBOTS, RUN, TimedMessage, timed
+from kilotwin.profiles import PROFILES, Profile, motion_defaults
 from kilotwin.units import q16, ticks, ticks_q16
 
-ALL_ROBOTS = (0, 0xFFFF)
-_RUN = bytes(9) + b"\x88"
 # The foot-bot's control step is 3 ticks; the floor speaks on change and every 16 ticks at least.
 _FLOOR_STEP_TICKS = 3
 _FLOOR_REPEAT_TICKS = 16
-
-Command = tuple[int, int, int, bytes]
 
 
 def engine_spec(
@@ -40,23 +37,18 @@ def engine_spec(
             {**_place(site), "centre_m": [float(part) for part in site.centre_m]}
             for site in keys.site
         ],
-        "profile": {
-            "name": profile.name,
-            "radius_m": profile.radius_m,
-            "speed_m_s": profile.speed_m_s,
-            "turn_rad_s": profile.turn_rad_s,
-            "straight_left": profile.straight_left,
-            "straight_right": profile.straight_right,
-            "turn_left": profile.turn_left,
-            "turn_right": profile.turn_right,
-            "push_m_s2": profile.push_m_s2,
+        "profile": _profile(profile, keys),
+        "floor": floor if keys.swarm.floor else None,
+        "medium": _medium(keys),
+        "light": {
+            "ambient": keys.light.ambient,
+            "sources": [
+                {**source.model_dump(), "at_m": [float(part) for part in source.at_m]}
+                for source in keys.light.source
+            ],
         },
-        "floor": floor if profile.virtual_floor else None,
-        "medium": {
-            "kind": keys.medium.kind,
-            "range_m": keys.medium.range_m,
-            "line_of_sight": keys.reading.line_of_sight,
-        },
+        "battery_h": keys.battery.hours,
+        "temperature": keys.temperature,
         "groups": [
             {
                 "program": guest,
@@ -72,20 +64,45 @@ def engine_spec(
     }
 
 
+def _profile(profile: Profile, keys: ExperimentSchema) -> dict[str, Any]:
+    motion = motion_defaults(profile) if keys.motion is None else keys.motion.model_dump()
+    return {
+        "name": profile.name,
+        "radius_m": profile.radius_m,
+        "straight_left": profile.straight_left,
+        "straight_right": profile.straight_right,
+        "turn_left": profile.turn_left,
+        "turn_right": profile.turn_right,
+        "push_m_s2": profile.push_m_s2,
+        "legs": profile.legs,
+        **motion,
+    }
+
+
+def _medium(keys: ExperimentSchema) -> dict[str, Any]:
+    own = keys.medium.model_dump(exclude_none=True)
+    if keys.medium.kind == "ideal":
+        own["line_of_sight"] = keys.reading.line_of_sight
+    return own
+
+
 def _place(place: Arena | Site) -> dict[str, Any]:
     area = area_of(place)
     return {"shape": place.shape, "width_m": area.width, "height_m": area.height}
 
 
-def commands(keys: ExperimentSchema) -> list[Command]:
-    """CONFIG, one message per tick, the last two ticks before RUN; then RUN at tick 0."""
+def commands(keys: ExperimentSchema) -> list[TimedMessage]:
+    """CONFIG, one message per tick, the last two ticks before t = 0; then RUN, or [[command]]."""
     messages = config_messages(keys)
     first_tick = -1 - len(messages)
-    configs = [
-        (first_tick + slot, first_uid, last_uid, message)
+    configs: list[TimedMessage] = [
+        (first_tick + slot, first_uid, last_uid, message, None)
         for slot, (first_uid, last_uid, message) in enumerate(messages)
     ]
-    return [*configs, (0, *ALL_ROBOTS, _RUN)]
+    if keys.command is None:
+        return [*configs, (0, *ALL_ROBOTS, RUN, None)]
+    profile = PROFILES[keys.swarm.profile]
+    return [*configs, *(sent for command in keys.command for sent in timed(command, profile))]
 
 
 def config_messages(keys: ExperimentSchema) -> list[tuple[int, int, bytes]]:

@@ -1,12 +1,12 @@
 """An experiment, read, checked and complete: every default filled in, every program found.
 
-`Experiment.load` is the way in for a file, `Experiment.from_resolved` for what `resolved()` gave.
+`Experiment.load` is the way in for a file, `Experiment.of` for tables from elsewhere.
 """
 
 import hashlib
 import itertools
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,11 +15,11 @@ import tomlkit
 from pydantic import ValidationError
 
 from kilotwin.errors import InputError
-from kilotwin.experiment_checks import first_problem, swarm_size
+from kilotwin.experiment_checks import first_problem, first_problem_of_command, swarm_size
 from kilotwin.experiment_errors import input_error
-from kilotwin.experiment_schema import ExperimentSchema
+from kilotwin.experiment_schema import Command, ExperimentSchema
 from kilotwin.experiment_text import ExperimentText, Setting
-from kilotwin.programs import Program, find_program
+from kilotwin.programs import Program, ProgramError, find_program
 from kilotwin.toml_lines import KeyPath
 
 
@@ -43,8 +43,11 @@ class Experiment:
     @staticmethod
     def load(file: Path, settings: Iterable[Setting] = ()) -> "Experiment":
         """Reads, applies the settings, then checks everything; InputError names the place."""
-        origin = ExperimentText(file, list(settings))
-        origin.raw.setdefault("name", file.stem)
+        return Experiment.of(ExperimentText.read(file, list(settings)))
+
+    @staticmethod
+    def of(origin: ExperimentText) -> "Experiment":
+        """Checks everything; InputError names the place."""
         try:
             keys = ExperimentSchema.model_validate(origin.raw)
         except ValidationError as error:
@@ -69,12 +72,12 @@ class Experiment:
     def resolved(self) -> dict[str, Any]:
         """Every key with its value, as plain tables that TOML can hold; loads to the same."""
         tables = self.keys.model_dump(exclude_none=True)
-        written = [group.program.written for group in self.groups]
-        if self.keys.robots is None:
-            tables["swarm"]["program"] = written[0]
-        else:
-            for table, program in zip(tables["robots"], written, strict=True):
-                table["program"] = program
+        kinds = [tables["swarm"]] if self.keys.robots is None else tables["robots"]
+        for table, group in zip(kinds, self.groups, strict=True):
+            parts = list(group.program.parts)
+            table["program"] = parts if len(parts) > 1 else parts[0]
+            if "include" in table:
+                table["include"] = list(group.program.includes)
         return tables
 
     def identity(self) -> str:
@@ -91,19 +94,38 @@ class Experiment:
         return InputError(f"{self.origin.where(path)}: {what}")
 
 
+def one_command(origin: ExperimentText, robots: int) -> Command:
+    """The one [[command]] of tables that hold nothing else, for so many robots."""
+    try:
+        command = Command.model_validate(origin.raw["command"][0])
+    except ValidationError as error:
+        raise input_error(origin, error, ("command", 0)) from None
+    problem = first_problem_of_command(command, robots)
+    if problem is not None:
+        raise InputError(f"{origin.where(*problem.paths)}: {problem.what}")
+    return command
+
+
 def _groups(keys: ExperimentSchema, origin: ExperimentText) -> Iterable[Group]:
     if keys.robots is None:
         assert keys.swarm.program is not None
         assert keys.swarm.size is not None
-        program = _program(keys.swarm.program, ("swarm", "program"), origin)
+        program = _program(keys.swarm.program, ("swarm",), origin)
         yield Group(program, keys.swarm.size, None)
     for index, robots in enumerate(keys.robots or []):
-        program = _program(robots.program, ("robots", index, "program"), origin)
+        table = ("robots", index)
+        program = _program(robots.program, table, origin, robots.include, robots.define)
         yield Group(program, robots.count, robots.poses)
 
 
-def _program(written: str, path: KeyPath, origin: ExperimentText) -> Program:
+def _program(
+    written: str | list[str],
+    table: KeyPath,
+    origin: ExperimentText,
+    includes: Sequence[str] = (),
+    defines: Sequence[str] = (),
+) -> Program:
     try:
-        return find_program(written, origin.file.parent)
-    except ValueError as error:
-        raise InputError(f"{origin.where(path)}: {error}") from None
+        return find_program(written, origin.folder, includes, defines)
+    except ProgramError as error:
+        raise InputError(f"{origin.where((*table, error.key))}: {error}") from None

@@ -6,8 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from kilotwin.areas import Area, area_of, lies_inside, overlap
-from kilotwin.experiment_schema import Arena, ExperimentSchema, Robots, Site
-from kilotwin.profiles import PROFILES
+from kilotwin.experiment_schema import Arena, Command, ExperimentSchema, Robots, Site
+from kilotwin.overhead import KEYS, uids
+from kilotwin.profiles import KILOBOT_MEDIUM, PROFILES, motion_defaults
 from kilotwin.toml_lines import KeyPath
 
 # Robots placed one after the other at random stop fitting somewhere above half of the area.
@@ -29,6 +30,11 @@ def first_problem(experiment: ExperimentSchema) -> Problem | None:
     return next(_problems(experiment), None)
 
 
+def first_problem_of_command(command: Command, robots: int) -> Problem | None:
+    """The same for a [[command]] alone."""
+    return next(_command(("command", 0), command, robots), None)
+
+
 def swarm_size(experiment: ExperimentSchema) -> int:
     """How many robots there are in all."""
     if experiment.robots is not None:
@@ -47,6 +53,10 @@ def _problems(experiment: ExperimentSchema) -> Iterator[Problem]:
     yield from _informed(experiment)
     yield from _neighbours(experiment)
     yield from _states(experiment)
+    yield from _motion(experiment)
+    yield from _medium(experiment)
+    for index, command in enumerate(experiment.command or []):
+        yield from _command(("command", index), command, swarm_size(experiment))
 
 
 def _shape_keys(path: KeyPath, place: Arena | Site) -> Iterator[Problem]:
@@ -156,3 +166,63 @@ def _states(experiment: ExperimentSchema) -> Iterator[Problem]:
         if other != name:
             what = f"'{name}' has the colour of '{other}'; give each state its own"
             yield Problem(what, (("states", name), ("states", other)))
+
+
+def _motion(experiment: ExperimentSchema) -> Iterator[Problem]:
+    profile = PROFILES[experiment.swarm.profile]
+    if experiment.motion is None or profile.legs:
+        return
+    for key, fixed in motion_defaults(profile).items():
+        if getattr(experiment.motion, key) != fixed:
+            what = f"the motion of a {profile.name} is fixed; remove '{key}', or take a kilobot"
+            yield Problem(what, (("motion", key), ("swarm", "profile")))
+
+
+def _medium(experiment: ExperimentSchema) -> Iterator[Problem]:
+    medium = experiment.medium
+    if medium.kind == "kilobot":
+        return
+    for key in KILOBOT_MEDIUM:
+        if getattr(medium, key) is not None:
+            what = f"the ideal medium has no '{key}'; remove it, or set kind = \"kilobot\""
+            yield Problem(what, (("medium", key), ("medium", "kind")))
+
+
+def _command(path: KeyPath, command: Command, robots: int) -> Iterator[Problem]:
+    yield from _own_keys(path, command)
+    yield from _addressees(path, command, robots)
+
+
+def _own_keys(path: KeyPath, command: Command) -> Iterator[Problem]:
+    """What goes with the message, and what a robot would take from it."""
+    needed, more = KEYS[command.send]
+    for send, (others, others_more) in KEYS.items():
+        for key in (*others, *others_more):
+            if key not in (*needed, *more) and getattr(command, key) is not None:
+                what = f"'{key}' belongs to send = \"{send}\"; '{command.send}' has no such key"
+                yield Problem(what, ((*path, key), (*path, "send")))
+    for key in needed:
+        if getattr(command, key) is None:
+            yield Problem(f"'{command.send}' needs '{key}'; add {key} = ...", (path,))
+    if command.mode == "save":
+        for key in KEYS["calib"][1]:
+            if getattr(command, key) is None:
+                what = f"calib with mode = \"save\" writes '{key}' too; add {key} = ..."
+                yield Problem(what, (path,))
+
+
+def _addressees(path: KeyPath, command: Command, robots: int) -> Iterator[Problem]:
+    for key in ("uid_first", "uid_last"):
+        if command.robot is not None and getattr(command, key) is not None:
+            what = f"'robot' names one robot; remove it, or '{key}'"
+            yield Problem(what, ((*path, key), (*path, "robot")))
+    if command.robot is not None and command.robot >= robots:
+        what = f"there is no robot {command.robot}; the robots are 0 to {robots - 1}"
+        yield Problem(what, ((*path, "robot"),))
+    first, last = uids(command)
+    if first > last:
+        what = f"uid_first {first} is above uid_last {last}; exchange them"
+        yield Problem(what, ((*path, "uid_first"), (*path, "uid_last")))
+    for key, other in (("within_m", "centre_m"), ("centre_m", "within_m")):
+        if getattr(command, key) is not None and getattr(command, other) is None:
+            yield Problem(f"'{key}' needs '{other}' beside it; add {other} = ...", ((*path, key),))

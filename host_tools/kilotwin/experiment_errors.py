@@ -5,6 +5,7 @@ import json
 import types
 from typing import Annotated, Any, TypeGuard, Union, get_args, get_origin
 
+from annotated_types import MaxLen, MinLen
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
@@ -35,11 +36,14 @@ _EXAMPLES = {
 }
 
 
-def input_error(text: ExperimentText, error: ValidationError) -> InputError:
-    """The problem to mend first: unknown keys, then wrong values, then missing ones."""
+def input_error(text: ExperimentText, error: ValidationError, below: KeyPath = ()) -> InputError:
+    """The problem to mend first: unknown keys, then wrong values, then missing ones.
+
+    `below` is the path of what was validated, if that was not the whole experiment.
+    """
     order = {"extra_forbidden": 0, "missing": 2}
     worst = min(error.errors(), key=lambda problem: order.get(problem["type"], 1))
-    path: KeyPath = tuple(worst["loc"])
+    path: KeyPath = (*below, *worst["loc"])
     # A key that is not there is missed where its table stands.
     place = path[:-1] if worst["type"] == "missing" and len(path) > 1 else path
     return InputError(f"{text.where(place)}: {_describe(dict(worst), path)}")
@@ -63,14 +67,16 @@ def _describe(problem: dict[str, Any], path: KeyPath) -> str:
     if kind in _KINDS:
         return f"{dotted(path)} is {value}; it must be {_KINDS[kind]}{allowed and f', {allowed}'}"
     if kind == "literal_error":
-        choices = [str(choice) for choice in get_args(_bare(annotation))]
+        choices = [str(choice) for choice in get_args(bare(annotation))]
         return f"{dotted(path)} is {value}; {_nearest(str(problem['input']), choices)}"
     if kind.startswith(("greater_than", "less_than")):
         return f"{dotted(path)} is {value}; it must be {allowed}"
     if kind in ("too_short", "too_long"):
         context = problem["ctx"]
         wanted = context.get("min_length", context.get("max_length"))
-        return f"{dotted(path)} has {context['actual_length']} items; it must have {wanted}"
+        exact = {MinLen(wanted), MaxLen(wanted)} <= set(metadata)
+        bound = "" if exact else "at least " if kind == "too_short" else "at most "
+        return f"{dotted(path)} has {context['actual_length']} items; it must have {bound}{wanted}"
     if kind == "value_error":
         return f"{dotted(path)} is {value}; it {problem['ctx']['error']}"
     return f"{dotted(path)} is {value}; {problem['msg'].lower()}"
@@ -78,8 +84,8 @@ def _describe(problem: dict[str, Any], path: KeyPath) -> str:
 
 def _unknown_key(path: KeyPath) -> str:
     annotation, _ = _field_at(path[:-1])
-    model = _bare(annotation)
-    known = list(model.model_fields) if _is_section(model) else []
+    model = bare(annotation)
+    known = list(model.model_fields) if is_section(model) else []
     return f"unknown key '{path[-1]}' in {_table(path[:-1])}; {_nearest(str(path[-1]), known)}"
 
 
@@ -92,7 +98,8 @@ def _nearest(word: str, choices: list[str]) -> str:
 def _table(path: KeyPath) -> str:
     if not path:
         return "the experiment"
-    return f"[[{path[0]}]]" if isinstance(path[-1], int) else f"[{dotted(path)}]"
+    names = tuple(step for step in path if isinstance(step, str))
+    return f"[[{dotted(names)}]]" if isinstance(path[-1], int) else f"[{dotted(path)}]"
 
 
 def _shown(value: Any) -> str:
@@ -108,8 +115,8 @@ def _field_at(path: KeyPath) -> tuple[Any, list[Any]]:
     annotation: Any = ExperimentSchema
     metadata: list[Any] = []
     for step in path:
-        inner = _bare(annotation)
-        if _is_section(inner):
+        inner = bare(annotation)
+        if is_section(inner):
             field = inner.model_fields.get(str(step))
             if field is None:
                 return None, []
@@ -122,7 +129,8 @@ def _field_at(path: KeyPath) -> tuple[Any, list[Any]]:
     return annotation, metadata
 
 
-def _is_section(annotation: Any) -> TypeGuard[type[BaseModel]]:
+def is_section(annotation: Any) -> TypeGuard[type[BaseModel]]:
+    """Whether it is a table of the schema."""
     return isinstance(annotation, type) and issubclass(annotation, BaseModel)
 
 
@@ -139,8 +147,14 @@ def _unwrap(annotation: Any) -> tuple[Any, list[Any]]:
     return annotation, []
 
 
-def _bare(annotation: Any) -> Any:
+def bare(annotation: Any) -> Any:
+    """A field's annotation without `| None` and constraints."""
     return _unwrap(annotation)[0]
+
+
+def limits(field: FieldInfo) -> str:
+    """`from 0 up to 1`, of a field of the schema; nothing where anything goes."""
+    return _range([*field.metadata, *_unwrap(field.annotation)[1]])
 
 
 def _range(metadata: list[Any]) -> str:

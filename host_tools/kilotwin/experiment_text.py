@@ -51,18 +51,34 @@ def _parse_value(text: str) -> Any:
 class ExperimentText:
     """The raw tables with all settings applied; `where` names the origin of any key."""
 
-    def __init__(self, file: Path, settings: list[Setting]) -> None:
-        """Reads `file`; an unreadable or malformed one is an InputError with its line."""
-        self.file = file
-        text = _read(file)
-        try:
-            self.raw: dict[str, Any] = tomllib.loads(text)
-        except tomllib.TOMLDecodeError as error:
-            raise InputError(_syntax_message(file, text, error)) from None
-        self._lines = locate(text)
+    def __init__(
+        self,
+        source: str,
+        folder: Path,
+        raw: dict[str, Any],
+        lines: dict[KeyPath, int],
+        settings: list[Setting],
+    ) -> None:
+        """Keeps and changes `raw`. `source` is its name in messages; paths start at `folder`."""
+        self.source = source
+        self.folder = folder
+        self.raw = raw
+        self._lines = lines
         self._set: list[tuple[KeyPath, str]] = [
             (_apply(self.raw, setting), setting.written) for setting in settings
         ]
+
+    @staticmethod
+    def read(file: Path, settings: list[Setting]) -> "ExperimentText":
+        """Reads `file`; an unreadable or malformed one is an InputError with its line."""
+        text = _read(file)
+        try:
+            raw: dict[str, Any] = tomllib.loads(text)
+        except tomllib.TOMLDecodeError as error:
+            raise InputError(_syntax_message(file, text, error)) from None
+        read = ExperimentText(str(file), file.parent, raw, locate(text), settings)
+        read.raw.setdefault("name", file.stem)
+        return read
 
     def where(self, *paths: KeyPath) -> str:
         """`file:line` of the first of these keys, or the option that set one of them."""
@@ -70,7 +86,7 @@ class ExperimentText:
             if any(path[: len(key)] == key or key[: len(path)] == path for path in paths):
                 return written
         line = line_of(self._lines, paths[0])
-        return str(self.file) if line is None else f"{self.file}:{line}"
+        return self.source if line is None else f"{self.source}:{line}"
 
 
 def _read(file: Path) -> str:

@@ -5,6 +5,7 @@ that a program is compiled once; a finished guest appears in one step, so that b
 by side.
 """
 
+import contextlib
 import hashlib
 import os
 import re
@@ -30,15 +31,31 @@ _FLAGS = [
     "-w",
     "-fPIC",
     "-funsigned-char",
-    "-funsigned-bitfields",
     "-fpack-struct",
     "-fshort-enums",
-    "-fno-common",
     "-fvisibility=hidden",
     "-ffp-contract=off",
 ]
-# Counts the program's basic blocks, so that the engine notices a busy-wait; renames its main.
-_PROGRAM_FLAGS = ["-fsanitize-coverage=trace-pc", "-Dmain=kt_guest_main"]
+_GCC_FLAGS = ["-funsigned-bitfields"]  # clang has no such option
+# clang leaves out counters that follow from others, and with them those of some endless loops.
+_CLANG_PROGRAM_FLAGS = ["-fsanitize-coverage=no-prune"]
+# avr-gcc 5 takes a variable that several files define without a value for one variable, and only
+# warns of what later compilers refuse. trace-pc counts the program's basic blocks, so that the
+# engine notices a busy-wait.
+_PROGRAM_FLAGS = [
+    "-fcommon",
+    "-Wno-implicit-function-declaration",
+    "-Wno-implicit-int",
+    "-Wno-int-conversion",
+    "-Wno-incompatible-pointer-types",
+    "-Wno-incompatible-function-pointer-types",
+    "-Wno-return-type",
+    "-Wno-return-mismatch",
+    "-fsanitize-coverage=trace-pc",
+    "-Dmain=kt_guest_main",
+]
+# An `inline` function that was inlined on the robot may not be here, and then it is missing.
+_INLINE_FLAGS = ["-fgnu89-inline"]
 _SHARED_FLAGS = ["-shared", "-Wl,-Bsymbolic", "-Wl,-z,now", "-Wl,-z,defs"]
 
 _SLOW_S = 0.5
@@ -63,7 +80,7 @@ def build(program: Program, notify: Notify = lambda _: None) -> Guest:
     """
     compiler = find_compiler()
     version = compiler_version(compiler)
-    builder = _Builder(program, compiler)
+    builder = _Builder(program, compiler, version)
     key = builder.key(version)
     file = cache_folder() / key / f"{program.name}.so"
     if not file.exists():
@@ -111,17 +128,30 @@ def compiler_version(compiler: str) -> str:
 class _Builder:
     """Paths and flags of one build."""
 
-    def __init__(self, program: Program, compiler: str) -> None:
+    def __init__(self, program: Program, compiler: str, version: str) -> None:
         self._program = program
         self._compiler = compiler
         self._guest = resources.path("emulator/guest")
         self._side = sorted((self._guest / "side").glob("*.c"))
         own_includes = [self._guest / "include", resources.path("firmware/kilolib/include")]
-        folders = dict.fromkeys(source.parent for source in program.sources)
+        folders = dict.fromkeys(
+            [*(source.parent for source in program.sources), *program.include_folders]
+        )
         extra = shlex.split(os.environ.get("KILOTWIN_CFLAGS", ""))
         flags = [*_FLAGS, *(f"-I{folder}" for folder in own_includes)]
-        self._program_flags = [*flags, *(f"-I{f}" for f in folders), *_PROGRAM_FLAGS, *extra]
-        self._side_flags = [*flags, f"-I{self._guest}", *extra]
+        if "clang" not in version:
+            flags += _GCC_FLAGS
+        defines = [f"-D{define}" for define in program.defines]
+        self._program_flags = [
+            *flags,
+            *(f"-I{folder}" for folder in folders),
+            *_PROGRAM_FLAGS,
+            *(_CLANG_PROGRAM_FLAGS if "clang" in version else []),
+            *defines,
+            *extra,
+        ]
+        # gcc would make our calloc() call itself.
+        self._side_flags = [*flags, "-fno-common", "-fno-builtin", f"-I{self._guest}", *extra]
 
     def key(self, version: str) -> str:
         """The hash of compiler, flags, and every file that is read."""
@@ -140,14 +170,25 @@ class _Builder:
 
     def build(self, target: Path) -> None:
         """Compiles, merges all state into one section, links, and shows the result at once."""
+        try:
+            self._build(target, [])
+        except InputError:
+            with contextlib.suppress(InputError):
+                return self._build(target, _INLINE_FLAGS)
+            raise
+
+    def _build(self, target: Path, more_flags: list[str]) -> None:
         with tempfile.TemporaryDirectory(prefix="kilotwin-") as scratch:
             work = Path(scratch)
-            objects = self._compile(self._program.sources, self._program_flags, work / "program")
+            flags = [*self._program_flags, *more_flags]
+            objects = self._compile(self._program.sources, flags, work / "program")
             side = self._compile(self._side, self._side_flags, work / "side")
             library, merged = work / "libside.a", work / "merged.o"
             self._tool(["ar", "rc", library, *side])
             # From an archive only what is used comes along: malloc's heap is state that few need.
-            merge = ["-r", "-nostdlib", "-u", "kt_table", "-T", str(self._guest / "merge.ld")]
+            # -d gives common variables their place here, in the state.
+            merge = ["-r", "-nostdlib", "-Wl,-d", "-u", "kt_table"]
+            merge += ["-T", str(self._guest / "merge.ld")]
             self._tool([self._compiler, *merge, "-o", merged, *objects, library])
             version_script = f"-Wl,--version-script={self._guest / 'guest.map'}"
             with tempfile.NamedTemporaryFile(

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 ControllerDefaults = Mapping[str, str | float | bool]
+Defaults = dict[str, float | bool]
 
 
 @dataclass(frozen=True)
@@ -20,7 +21,9 @@ class Profile:
     turn_right: int
     push_m_s2: float
     range_m: float
+    medium: str
     virtual_floor: bool
+    legs: bool
 
 
 PROFILES = {
@@ -37,9 +40,58 @@ PROFILES = {
             turn_right=65,
             push_m_s2=1.0,
             range_m=0.8,
+            medium="ideal",
             virtual_floor=True,
+            legs=False,
+        ),
+        # hardware.md 2. Speed and [motion] are fitted to tracks of real robots, see
+        # docs/limits.md; others say 7 to 15 mm/s.
+        Profile(
+            name="kilobot",
+            radius_m=0.0165,
+            speed_m_s=0.0135,
+            turn_rad_s=0.785,
+            straight_left=65,
+            straight_right=65,
+            turn_left=70,
+            turn_right=70,
+            push_m_s2=0.1,
+            range_m=0.10,
+            medium="kilobot",
+            virtual_floor=False,
+            legs=True,
         ),
     ]
+}
+
+# Of [motion], besides speed and turn rate; a robot without legs has none of it.
+MOTION_DEFAULTS: Mapping[str, Defaults] = {
+    "foot-bot": {
+        "kick_needed": False,
+        "speed_spread": 0.0,
+        "bias_spread": 0.0,
+        "motor_noise": 0.0,
+    },
+    "kilobot": {
+        "kick_needed": True,
+        "speed_spread": 0.08,
+        "bias_spread": 0.24,
+        "motor_noise": 0.25,
+    },
+}
+
+# Of [medium] with kind = "kilobot".
+KILOBOT_MEDIUM: Defaults = {
+    "range_spread": 0.05,
+    "loss": 0.02,
+    "loss_at_range": 0.2,
+    "gain_noise_lsb": 2.0,
+    "carrier_sense": True,
+    "collisions": True,
+    "half_duplex": True,
+    "held_busy": False,
+    "clock_spread": 0.005,
+    "sensitivity_spread": 0.05,
 }
 
 # What the paper fixes, for every robot.
@@ -80,3 +132,12 @@ CONTROLLER_DEFAULTS: Mapping[str, ControllerDefaults] = {
         "leave_turn": True,
     },
 }
+
+
+def motion_defaults(profile: Profile) -> Defaults:
+    """Every key of [motion]."""
+    return {
+        "speed_m_s": profile.speed_m_s,
+        "turn_rad_s": profile.turn_rad_s,
+        **MOTION_DEFAULTS[profile.name],
+    }

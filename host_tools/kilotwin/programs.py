@@ -1,45 +1,97 @@
-"""Finds a robot program: a folder with all its .c files, or one .c file."""
+"""Finds a robot program: a folder with all its .c files, one .c file, or several."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from kilotwin import resources
 
 
+class ProgramError(ValueError):
+    """What is missing or wrong; `key` is the one to mend, of `[[robots]]`."""
+
+    def __init__(self, what: str, key: str = "program") -> None:
+        super().__init__(what)
+        self.key = key
+
+
 @dataclass(frozen=True)
 class Program:
-    """`written` is how a run folder names it, so that it is found again from anywhere."""
+    """`parts` is how a run folder names its files, so that they are found again from anywhere."""
 
-    written: str
-    path: Path
+    parts: tuple[str, ...]
+    path: Path  # of the folder, or of the first file
     sources: tuple[Path, ...]
+    includes: tuple[str, ...] = ()  # as `parts`
+    include_folders: tuple[Path, ...] = ()
+    defines: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
-        """What people call it: the folder's or the file's name."""
+        """What people call it: the folder's or the first file's name."""
         return self.path.stem if self.path.is_file() else self.path.name
 
+    @property
+    def written(self) -> str:
+        """For messages."""
+        return " ".join(self.parts)
 
-def find_program(written: str, beside: Path) -> Program:
+
+def find_program(
+    written: str | Sequence[str],
+    beside: Path,
+    includes: Sequence[str] = (),
+    defines: Sequence[str] = (),
+) -> Program:
     """Looks from the current folder, beside the experiment file, and in what Kilotwin brings.
 
-    ValueError says what is missing.
+    For headers it looks beside the experiment file first.
+
+    ProgramError says what is missing.
     """
-    wanted = Path(written).expanduser()
-    places = [Path.cwd() / wanted, beside / wanted]
+    parts = [written] if isinstance(written, str) else written
+    paths = [_find(part, beside, "program", "a folder or a .c file") for part in parts]
+    if len(paths) == 1 and paths[0].is_dir():
+        sources = tuple(sorted(paths[0].glob("*.c")))
+        if not sources:
+            raise ProgramError(f"program '{parts[0]}' has no .c file in it; name a folder that has")
+    else:
+        for part, path in zip(parts, paths, strict=True):
+            if path.is_dir():
+                raise ProgramError(
+                    f"program '{part}' is a folder; beside other files name .c files"
+                )
+            if path.suffix != ".c":
+                raise ProgramError(f"program '{part}' is not C source; name a folder or a .c file")
+        sources = tuple(paths)
+    folders = [_find(name, beside, "include", "a folder") for name in includes]
+    for define in defines:
+        _check_define(define)
+    return Program(
+        tuple(map(_portable, paths)),
+        paths[0],
+        sources,
+        tuple(map(_portable, folders)),
+        tuple(folders),
+        tuple(defines),
+    )
+
+
+def _find(written: str, beside: Path, key: str, wanted: str) -> Path:
+    path = Path(written).expanduser()
+    places = [Path.cwd() / path, beside / path]
+    if key == "include":
+        places.reverse()
     found = next((place for place in places if place.exists()), None) or resources.find(written)
     if found is None:
-        raise ValueError(f"program '{written}' is not there; name a folder or a .c file")
-    path = found.resolve()
-    if path.is_dir():
-        sources = tuple(sorted(path.glob("*.c")))
-        if not sources:
-            raise ValueError(f"program '{written}' has no .c file in it; name a folder that has")
-    elif path.suffix == ".c":
-        sources = (path,)
-    else:
-        raise ValueError(f"program '{written}' is not C source; name a folder or a .c file")
-    return Program(_portable(path), path, sources)
+        raise ProgramError(f"{key} '{written}' is not there; name {wanted}", key)
+    return found.resolve()
+
+
+def _check_define(define: str) -> None:
+    name = define.partition("=")[0]
+    if not name.isidentifier() or not name.isascii():
+        raise ProgramError(f"'{define}' defines no macro; write NAME or NAME=value", "define")
 
 
 def _portable(path: Path) -> str:

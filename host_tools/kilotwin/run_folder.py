@@ -5,6 +5,7 @@ experiment.toml   resolved: `kilotwin run` repeats the run from it
 robots.arrows     a row per robot and sample      (Arrow IPC stream)
 sites.arrows      a row per sample                (Arrow IPC stream)
 events.jsonl      a line per thing that happened to a robot
+prints/           robot-7.log: what robot 7 printed, if it did; each line with its time
 robots.parquet    as the streams, after a clean end only
 sites.parquet
 """
@@ -22,6 +23,7 @@ from kilotwin.experiment import Experiment
 MANIFEST = "manifest.json"
 EXPERIMENT = "experiment.toml"
 EVENTS = "events.jsonl"
+PRINTS = "prints"
 TABLES = ("robots", "sites")
 
 # A manifest's status.

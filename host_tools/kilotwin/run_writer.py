@@ -16,8 +16,9 @@ import pyarrow.parquet as pq
 
 from kilotwin import __version__
 from kilotwin.experiment import Experiment
+from kilotwin.prints import Prints
 from kilotwin.records import Records
-from kilotwin.run_folder import EVENTS, EXPERIMENT, TABLES, write_manifest
+from kilotwin.run_folder import EVENTS, EXPERIMENT, PRINTS, TABLES, write_manifest
 from kilotwin.states import Counts, States, count
 from kilotwin.units import seconds
 
@@ -41,6 +42,7 @@ class RunWriter:
         self._robots = _Stream(folder / "robots.arrows", self._records.robots_schema)
         self._sites = _Stream(folder / "sites.arrows", self._records.sites_schema)
         self._events = (folder / EVENTS).open("w", buffering=1)
+        self._prints = Prints(folder / PRINTS)
 
     def add(self, samples: "Samples") -> Counts | None:
         """Writes samples of the engine, a batch per table; returns their counts, None for none."""
@@ -56,9 +58,11 @@ class RunWriter:
         return count(self._states, samples["led"], samples["site"], self._site_count)
 
     def add_event(self, event: "Event") -> None:
-        """Writes one event."""
-        line = {"time_s": round(seconds(event["tick"]), 3), **event}
-        self._events.write(json.dumps(line) + "\n")
+        """Writes one event; what a robot prints goes to its own file too."""
+        time_s = round(seconds(event["tick"]), 3)
+        self._events.write(json.dumps({"time_s": time_s, **event}) + "\n")
+        if event["kind"] == "print":
+            self._prints.add(event["robot"], event["tick"], event["text"])
 
     def close(self, *, clean: bool) -> None:
         """Ends the streams; after a clean end the tables are written as Parquet too."""

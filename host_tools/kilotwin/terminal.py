@@ -180,6 +180,6 @@ def shown_path(path: Path) -> str:
     return str(path.relative_to(here) if path.is_relative_to(here) else path)
 
 
-def bench_note(quiet: bool) -> Callable[[str], None]:
-    """Where a benchmark says what it is doing: stderr."""
+def note(quiet: bool) -> Callable[[str], None]:
+    """Where a command says what it is doing: stderr."""
     return (lambda _: None) if quiet else Lines().note

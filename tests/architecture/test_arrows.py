@@ -97,6 +97,10 @@ def imports(path: Path) -> Iterator[str]:
             yield node.module.split(".")[0]
 
 
+# Packages that are not imported under the name they are installed by.
+IMPORTED_AS = {"pyelftools": "elftools"}
+
+
 def declared_packages(root: Path) -> set[str]:
     """The packages that pyproject.toml says kilotwin needs."""
     project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -104,7 +108,8 @@ def declared_packages(root: Path) -> set[str]:
 
 
 def bad_imports(root: Path) -> list[str]:
-    allowed = {"kilotwin", *sys.stdlib_module_names, *declared_packages(root)}
+    declared = {IMPORTED_AS.get(name, name) for name in declared_packages(root)}
+    allowed = {"kilotwin", *sys.stdlib_module_names, *declared}
     return [
         f"{path}: imports {name}, which is neither kilotwin, standard library nor declared"
         for path in sources(root, {".py"})

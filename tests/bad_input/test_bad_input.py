@@ -142,7 +142,8 @@ def test_a_folder_in_use_is_refused(refuse: Refuse, tmp_path: Path) -> None:
 def test_more_robots_than_the_engine_can_place_are_refused(refuse: Refuse, tmp_path: Path) -> None:
     """Few enough by area, but there is no way to put two so large ones into so small an arena."""
     file = good(tmp_path, diameter_m=0.345, size=2)
-    (line,) = refuse(file, "--out", "run", folder=tmp_path).splitlines()
+    # A busy machine may say that it compiles the program.
+    *_, line = refuse(file, "--out", "run", folder=tmp_path).splitlines()
     assert line.startswith("kilotwin: good.toml:8: ")
     assert "2" in line
 

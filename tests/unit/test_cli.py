@@ -12,7 +12,7 @@ from kilotwin.doctor import Finding, examine, report_text
 
 from .conftest import Kilotwin
 
-COMMANDS = ["doctor", "run", "plot", "bench"]
+COMMANDS = ["doctor", "run", "plot", "build", "compare", "bench"]
 
 
 def test_the_version_is_told(kilotwin: Kilotwin) -> None:
@@ -99,7 +99,7 @@ def test_bench_prints_a_list_of_measurements(kilotwin: Kilotwin) -> None:
 
 
 def test_bench_prints_a_table_for_people(kilotwin: Kilotwin) -> None:
-    shown = kilotwin("bench", "--repeats", "1", "--duration-s", "10").stdout
+    shown = kilotwin("bench", "paper", "--repeats", "1", "--duration-s", "10").stdout
     assert "robot-s/CPU-s" in shown.splitlines()[0]
     assert "paper/firat-n50" in shown
     assert "cores" in shown.splitlines()[-1]

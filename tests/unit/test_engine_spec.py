@@ -67,7 +67,7 @@ def test_config_is_one_message_a_tick_and_over_before_run(load: Load) -> None:
     *configs, run = commands(keys)
     ticks = [tick for tick, *_ in configs]
     assert ticks == list(range(-1 - len(configs), -1))
-    assert run == (0, 0, 0xFFFF, bytes(9) + b"\x88")
+    assert run == (0, 0, 0xFFFF, bytes(9) + b"\x88", None)
 
 
 def test_each_informed_robot_is_told_its_site_once(load: Load) -> None:

@@ -140,3 +140,90 @@ def test_a_cache_that_cannot_be_written_is_named(
 
 def test_our_own_firmware_is_a_guest() -> None:
     assert build(find_program("firmware/aggregation", HERE)).name == "aggregation"
+
+
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+def test_old_c_builds_as_upstream_takes_it(
+    compiler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """No prototypes, no types, one variable in two files, values of the wrong type."""
+    if shutil.which(compiler) is None:
+        pytest.skip(f"{compiler} is not here")
+    monkeypatch.setenv("KILOTWIN_CC", compiler)
+    (tmp_path / "main.c").write_text("""
+#include "kilolib.h"
+int shared;
+message_t message;
+int *place;
+char *name;
+long number;
+static counter = 5;
+message_t *answer() { return &message; }
+void hear(message_t *m) { shared += m->data[0]; }
+void setup() { place = &number; name = 3; number = name; }
+int nothing() { return; }
+void something() { return 3; }
+void loop() { helper(3); counter += nothing(); }
+main(int argc, char **argv) {
+    kilo_message_tx = answer;
+    kilo_message_rx = hear;
+    kilo_init();
+    kilo_start(setup, loop);
+}
+""")
+    (tmp_path / "other.c").write_text("int shared;\nvoid helper(int n) { shared = n; }\n")
+    guest = build(find_program([str(tmp_path / name) for name in ("main.c", "other.c")], HERE))
+    symbols = symbols_of(guest.file)
+    assert symbols["kt_state_begin"] <= symbols["shared"] < symbols["kt_state_end"]
+    assert guest.name == "main"
+
+
+def symbols_of(file: Path) -> dict[str, int]:
+    lines = subprocess.run(["nm", file], capture_output=True, text=True, check=True).stdout
+    rows = [line.split() for line in lines.splitlines()]
+    return {row[2]: int(row[0], 16) for row in rows if len(row) == 3}
+
+
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+def test_an_inline_function_need_not_be_inlined(
+    compiler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if shutil.which(compiler) is None:
+        pytest.skip(f"{compiler} is not here")
+    monkeypatch.setenv("KILOTWIN_CC", compiler)
+    monkeypatch.setenv("KILOTWIN_CFLAGS", "-O0")
+    (tmp_path / "in.c").write_text(
+        BLINK.replace(
+            "static int count;", "inline int one(void) { return 1; }\nstatic int count;"
+        ).replace("count++", "count += one()")
+    )
+    assert build(find_program(str(tmp_path / "in.c"), HERE)).file.exists()
+
+
+def test_headers_and_macros_may_come_from_elsewhere(tmp_path: Path) -> None:
+    (tmp_path / "headers").mkdir()
+    (tmp_path / "headers" / "far.h").write_text("#define COLOUR RGB(LEVEL, 0, 0)\n")
+    source = tmp_path / "far.c"
+    source.write_text('#include "far.h"\n' + BLINK.replace("RGB(1, 1, 1)", "COLOUR"))
+    words = [str(source)], HERE, [str(tmp_path / "headers")]
+    first = build(find_program(*words, ["LEVEL=1"]))
+    assert build(find_program(*words, ["LEVEL=2"])).key != first.key
+    with pytest.raises(InputError, match="does not compile"):
+        build(find_program(*words))
+
+
+def test_programs_of_the_kilombo_simulator_build(tmp_path: Path) -> None:
+    (tmp_path / "k.c").write_text("""
+#include <kilombo.h>
+typedef struct { int count; } USERDATA;
+REGISTER_USERDATA(USERDATA)
+void setup(void) { mydata->count = 1; }
+void loop(void) { mydata->count++; }
+int main(void) {
+    kilo_init();
+    SET_CALLBACK(botinfo, setup);
+    kilo_start(setup, loop);
+    return 0;
+}
+""")
+    assert build(find_program(str(tmp_path / "k.c"), HERE)).name == "k"

@@ -23,7 +23,7 @@ from kilotwin.run_writer import RunWriter
 from .conftest import SMALL, Load
 
 if TYPE_CHECKING:
-    from kilotwin._emulator import Samples
+    from kilotwin._emulator import Event, Samples
 
 WITH_CONTROLLER = f"{SMALL}\n[controller]\n"
 ROBOTS = 10
@@ -54,7 +54,15 @@ def write(folder: Path, experiment: Experiment, batches: int) -> RunWriter:
 
 def test_what_is_written_is_read(experiment: Experiment, tmp_path: Path) -> None:
     writer = write(tmp_path / "run", experiment, 2)
-    writer.add_event({"tick": 305, "robot": 3, "program": "p", "kind": "print", "text": "hello"})
+    event: "Event" = {
+        "tick": 305,
+        "robot_tick": 306,
+        "robot": 3,
+        "program": "p",
+        "kind": "print",
+        "text": "hello",
+    }
+    writer.add_event(event)
     writer.close(clean=True)
     run = Run.open(tmp_path / "run")
     robots, sites = run.robots(), run.sites()
@@ -69,7 +77,7 @@ def test_what_is_written_is_read(experiment: Experiment, tmp_path: Path) -> None
     assert sites["not_resting"].to_pylist() == [7] * 6
     assert sites["state_walking"].to_pylist() == [7] * 6
     assert run.events() == [
-        {"time_s": 9.994, "tick": 305, "robot": 3, "program": "p", "kind": "print", "text": "hello"}
+        {"time_s": 9.994, **event}
     ]
 
 
@@ -149,7 +157,15 @@ def test_a_stream_cut_anywhere_before_its_first_batch_is_empty(
 def test_an_event_cut_short_is_left_out(experiment: Experiment, tmp_path: Path) -> None:
     writer = write(tmp_path / "run", experiment, 0)
     for tick in (1, 2):
-        writer.add_event({"tick": tick, "robot": 0, "program": "p", "kind": "info", "text": "x"})
+        event: "Event" = {
+            "tick": tick,
+            "robot_tick": tick,
+            "robot": 0,
+            "program": "p",
+            "kind": "print",
+            "text": "x",
+        }
+        writer.add_event(event)
     writer.close(clean=False)
     file = tmp_path / "run/events.jsonl"
     file.write_bytes(file.read_bytes()[:-5])
@@ -177,7 +193,7 @@ def test_a_writer_killed_at_any_moment_leaves_what_it_wrote(
     target = tmp_path / "run"
     root = Path(__file__).parents[2]
     with subprocess.Popen(
-        [sys.executable, "-c", WRITER, str(experiment.origin.file), str(target)],
+        [sys.executable, "-c", WRITER, str(experiment.origin.source), str(target)],
         env={**os.environ, "PYTHONPATH": str(root)},
     ) as writer:
         end = time.monotonic() + 30

@@ -1,6 +1,7 @@
 // The thin half of the mock Kilobot API: it is compiled into every guest, so that the API's plain variables are
 // swapped with the program's own. What needs a clock, a body or a medium goes to the engine through `kt_host`.
 #include <stddef.h>
+#include <stdlib.h>
 
 #include "abi.h"
 #include "side.h"
@@ -18,7 +19,7 @@ static char kt_guard_high[KT_GUARD_BYTES] __attribute__((aligned(4096), used, se
 extern uint8_t kt_state_begin[], kt_state_end[];
 
 volatile uint32_t kilo_ticks;
-volatile uint16_t kilo_tx_period;
+#pragma weak kilo_tx_period  // tx_period.c
 uint16_t kilo_uid;
 uint8_t kilo_turn_left;
 uint8_t kilo_turn_right;
@@ -36,12 +37,18 @@ message_rx_t kilo_message_rx = ignore_rx;
 message_tx_t kilo_message_tx = ignore_tx;
 message_tx_success_t kilo_message_tx_success = ignore_tx_success;
 
-static message_t rx_message;
-static distance_measurement_t rx_distance;
+volatile kt_outputs_t kt_outputs;
+
+// Packed types have alignment 1; the engine writes whole words.
+static message_t rx_message __attribute__((aligned(4)));
+static distance_measurement_t rx_distance __attribute__((aligned(4)));
 static uint8_t soft_seed = 0xAA;
 static uint8_t soft_accumulator;
 
 extern int kt_guest_main();
+
+// Only programs that use such registers link it (avr.c).
+extern __attribute__((weak, visibility("hidden"))) void kt_settle(void);
 
 const kt_table_t kt_table = {
     .abi = KT_GUEST_ABI,
@@ -62,6 +69,9 @@ const kt_table_t kt_table = {
     .message_tx_success = &kilo_message_tx_success,
     .rx_message = &rx_message,
     .rx_distance = &rx_distance,
+    .outputs = &kt_outputs,
+    .settle = kt_settle,
+    .random = rand,
     .budget = &kt_budget,
     .host = &kt_host,
 };
@@ -85,8 +95,20 @@ void __sanitizer_cov_trace_pc(void) {
 void kilo_init(void) { kt_host->init(); }
 void kilo_start(void (*setup)(void), void (*loop)(void)) { kt_host->start(setup, loop); }
 void delay(uint16_t ms) { kt_host->wait((uint32_t)ms * CYCLES_PER_MS); }
-void set_motors(uint8_t left, uint8_t right) { kt_host->set_motors(left, right); }
-void set_color(uint8_t rgb) { kt_host->set_color(rgb); }
+
+void set_motors(uint8_t left, uint8_t right) {
+    kt_outputs.ocr2a = left;
+    kt_outputs.ocr2b = right;
+    kt_host->outputs();
+}
+
+// The pins of an LED light it as outputs, low: set_color() turns outputs on and off (hardware.md 1.8).
+void set_color(uint8_t rgb) {
+    kt_outputs.ddrd = (uint8_t)((kt_outputs.ddrd & ~0x30) | (rgb & 1) << 5 | (rgb & 2) << 3);
+    kt_outputs.ddrc = (uint8_t)((kt_outputs.ddrc & ~0x3C) | (rgb & 4) << 1 | (rgb & 8) >> 1 | (rgb & 16) << 1 |
+                                (rgb & 32) >> 1);
+    kt_host->outputs();
+}
 
 void spinup_motors(void) {
     set_motors(255, 255);
@@ -110,9 +132,8 @@ uint8_t rand_soft(void) {
 
 void rand_seed(uint8_t seed) { soft_seed = seed; }
 
-// The lossless medium reports the distance itself, in millimetres, as both gains.
 uint8_t estimate_distance(const distance_measurement_t *measured) {
-    return measured->high_gain > UINT8_MAX ? UINT8_MAX : (uint8_t)measured->high_gain;
+    return kt_host->distance_mm(measured->low_gain, measured->high_gain);
 }
 
 // CRC-16/MCRF4XX over the data and the type (hardware.md 1.5).
@@ -127,4 +148,9 @@ uint16_t message_crc(const message_t *message) {
 }
 
 void kt_print(const char *text, uint32_t bytes) { kt_host->print(text, bytes); }
+uint8_t kt_eeprom_read(uint16_t address) { return kt_host->eeprom_read(address); }
+void kt_eeprom_write(uint16_t address, uint8_t value) { kt_host->eeprom_write(address, value); }
+void kt_interrupts(uint8_t on) { kt_host->interrupts(on); }
+uint8_t kt_timer0(void) { return kt_host->timer0(); }
+void kt_wait(uint32_t cycles) { kt_host->wait(cycles); }
 void kt_unusable(const char *what) { kt_host->unusable(what); }

@@ -1,21 +1,98 @@
-// What a program prints goes to the run folder; nothing reaches the emulator's own output.
-#include <stdarg.h>
+// What a program prints goes to the run folder, or to its own stream; nothing reaches the emulator's
+// own output.
 #include <stdio.h>
+
 #include <string.h>
 
 #include "side.h"
 
-enum { LINE_BYTES = 512 };
+enum { LINE_BYTES = 512, FORMAT_BYTES = 256, OPENED = 4 };
+
+static FILE run_folder;
+FILE *kt_streams[3] = {&run_folder, &run_folder, &run_folder};
+
+static FILE opened[OPENED];
+static uint8_t used;
+
+FILE *fdevopen(int (*put)(char, FILE *), int (*get)(FILE *)) {
+    if (used == OPENED) return NULL;
+    FILE *stream = &opened[used++];
+    fdev_setup_stream(stream, put, get, _FDEV_SETUP_RW);
+    if (get != NULL && stdin == &run_folder) stdin = stream;
+    if (put != NULL && stdout == &run_folder) stdout = stderr = stream;
+    return stream;
+}
+
+int fclose(FILE *stream) {
+    (void)stream;
+    return 0;
+}
 
 void debug_init(void);
 void debug_init(void) {}
 
-int vprintf(const char *format, va_list arguments) {
-    char line[LINE_BYTES];
-    int length = vsnprintf(line, sizeof line, format, arguments);
-    if (length > 0) kt_print(line, length < LINE_BYTES ? (uint32_t)length : LINE_BYTES - 1);
+static void write_text(FILE *stream, const char *text, size_t bytes) {
+    if (stream == NULL || stream->put == NULL) {
+        kt_print(text, (uint32_t)bytes);
+        return;
+    }
+    for (size_t i = 0; i < bytes; i++) stream->put(text[i], stream);
+}
+
+// The PC's function, which the header hides.
+extern int pc_vsnprintf(char *text, size_t bytes, const char *format,
+                        va_list arguments) __asm__("vsnprintf");
+
+// A long has 32 bits on the robot, and programs print int32_t and uint32_t as longs: without its `l`
+// a conversion takes those. `%S` is a string in flash.
+static const char *robots_format(const char *format, char *changed) {
+    if (strlen(format) >= FORMAT_BYTES) return format;
+    char *end = changed;
+    while (*format != '\0') {
+        if ((*end++ = *format++) != '%') continue;
+        while (*format != '\0' && strchr("-+ #.*0123456789", *format) != NULL) *end++ = *format++;
+        if (*format == 'l' && format[1] != 'l') format++;
+        if (*format == '\0') break;
+        *end++ = *format == 'S' ? 's' : *format;
+        format++;
+    }
+    *end = '\0';
+    return changed;
+}
+
+int vsnprintf(char *text, size_t bytes, const char *format, va_list arguments) {
+    char changed[FORMAT_BYTES];
+    return pc_vsnprintf(text, bytes, robots_format(format, changed), arguments);
+}
+
+int vsprintf(char *text, const char *format, va_list arguments) {
+    return vsnprintf(text, INT32_MAX, format, arguments);
+}
+
+int snprintf(char *text, size_t bytes, const char *format, ...) {
+    va_list arguments;
+    va_start(arguments, format);
+    int length = vsnprintf(text, bytes, format, arguments);
+    va_end(arguments);
     return length;
 }
+
+int sprintf(char *text, const char *format, ...) {
+    va_list arguments;
+    va_start(arguments, format);
+    int length = vsprintf(text, format, arguments);
+    va_end(arguments);
+    return length;
+}
+
+int vfprintf(FILE *stream, const char *format, va_list arguments) {
+    char line[LINE_BYTES];
+    int length = vsnprintf(line, sizeof line, format, arguments);
+    if (length > 0) write_text(stream, line, length < LINE_BYTES ? (size_t)length : LINE_BYTES - 1);
+    return length;
+}
+
+int vprintf(const char *format, va_list arguments) { return vfprintf(stdout, format, arguments); }
 
 int printf(const char *format, ...) {
     va_list arguments;
@@ -25,55 +102,66 @@ int printf(const char *format, ...) {
     return length;
 }
 
-int vfprintf(FILE *stream, const char *format, va_list arguments) {
-    (void)stream;
-    return vprintf(format, arguments);
-}
-
 int fprintf(FILE *stream, const char *format, ...) {
-    (void)stream;
     va_list arguments;
     va_start(arguments, format);
-    int length = vprintf(format, arguments);
+    int length = vfprintf(stream, format, arguments);
     va_end(arguments);
     return length;
 }
 
-int puts(const char *text) {
-    kt_print(text, (uint32_t)strlen(text));
-    kt_print("\n", 1);
-    return 1;
-}
-
 int fputs(const char *text, FILE *stream) {
-    (void)stream;
-    kt_print(text, (uint32_t)strlen(text));
+    write_text(stream, text, strlen(text));
     return 1;
 }
 
-int putchar(int character) {
-    char byte = (char)character;
-    kt_print(&byte, 1);
-    return character;
+// In one piece, for the run folder.
+int puts(const char *text) {
+    char line[LINE_BYTES];
+    size_t length = strlen(text);
+    if (length > LINE_BYTES - 1) length = LINE_BYTES - 1;
+    memcpy(line, text, length);
+    line[length] = '\n';
+    write_text(stdout, line, length + 1);
+    return 1;
 }
 
 int fputc(int character, FILE *stream) {
-    (void)stream;
-    return putchar(character);
+    char byte = (char)character;
+    write_text(stream, &byte, 1);
+    return character;
 }
 
-int putc(int character, FILE *stream) {
-    (void)stream;
-    return putchar(character);
-}
+int putc(int character, FILE *stream) { return fputc(character, stream); }
+int putchar(int character) { return fputc(character, stdout); }
 
 size_t fwrite(const void *data, size_t size, size_t count, FILE *stream) {
-    (void)stream;
-    kt_print(data, (uint32_t)(size * count));
+    write_text(stream, data, size * count);
     return count;
 }
 
 int fflush(FILE *stream) {
     (void)stream;
     return 0;
+}
+
+int fgetc(FILE *stream) {
+    int character = stream == NULL || stream->get == NULL ? EOF : stream->get(stream);
+    return character < 0 ? EOF : character;
+}
+
+int getc(FILE *stream) { return fgetc(stream); }
+int getchar(void) { return fgetc(stdin); }
+
+char *fgets(char *text, int bytes, FILE *stream) {
+    int length = 0;
+    while (length < bytes - 1) {
+        int character = fgetc(stream);
+        if (character == EOF) break;
+        text[length++] = (char)character;
+        if (character == '\n') break;
+    }
+    if (length == 0) return NULL;
+    text[length] = '\0';
+    return text;
 }

@@ -103,6 +103,9 @@ class Bench {
     Cycles now_ = 0;
 };
 
+/// The LED's colour at the time a robot has been run up to.
+inline uint8_t shown(const Robot &robot) { return robot.color(robot.now()); }
+
 std::vector<std::string> texts(const Events &events, uint32_t robot,
                                EventKind kind = EventKind::PRINT);
 

@@ -27,13 +27,11 @@ TEST_CASE("main() runs at power-up, setup() and loop() from RUN on") {
     bench.tell(ticks(12) + 5, 0, run_message());
     bench.run(ticks(25));
     CHECK(bench.said(0) == Texts{"main, life 1, ticks 0", "setup at 12", "loop 9 at 20"});
-    CHECK(bench.robot(0).color() == RGB(0, 3, 0));
+    CHECK(shown(bench.robot(0)) == RGB(0, 3, 0));
     auto commands = bench.robot(0).motor_commands;
-    REQUIRE(commands.size() == 2);
-    CHECK(commands[0].at == ticks(12) + 5);
-    CHECK(commands[0].left == 0);
-    CHECK(commands[1].left == 70);
-    CHECK(commands[1].right == 70);
+    REQUIRE(commands.size() == 1);
+    CHECK(commands[0].left == 70);
+    CHECK(commands[0].right == 70);
 }
 
 TEST_CASE("a second RUN changes nothing") {
@@ -42,7 +40,7 @@ TEST_CASE("a second RUN changes nothing") {
     bench.tell(ticks(5), 0, run_message());
     bench.run(ticks(12));
     CHECK(bench.said(0) == Texts{"main, life 1, ticks 0", "setup at 1", "loop 10 at 10"});
-    CHECK(motors(bench.robot(0)) == Motors{{0, 0}, {70, 70}});
+    CHECK(motors(bench.robot(0)) == Motors{{70, 70}});
 }
 
 TEST_CASE("after a pause loop() goes on without setup(), the motors stay off until set again") {
@@ -50,14 +48,14 @@ TEST_CASE("after a pause loop() goes on without setup(), the motors stay off unt
     bench.tell(ticks(1), 0, run_message());
     bench.tell(ticks(15) + 5, 0, message(WAKEUP));
     bench.run(ticks(30));
-    CHECK(motors(bench.robot(0)) == Motors{{0, 0}, {70, 70}, {0, 0}});
+    CHECK(motors(bench.robot(0)) == Motors{{70, 70}, {0, 0}});
     bench.tell(ticks(35), 0,
                message(0x31));  // a callback that sets motors while paused: they are off
     bench.run(ticks(36));
-    CHECK(motors(bench.robot(0)) == Motors{{0, 0}});
+    CHECK(motors(bench.robot(0)) == Motors{});
     bench.tell(ticks(45) + 5, 0, run_message());
     bench.run(ticks(55));
-    CHECK(motors(bench.robot(0)) == Motors{{0, 0}});
+    CHECK(motors(bench.robot(0)) == Motors{});
     bench.tell(ticks(56), 0, message(0x31));
     bench.run(ticks(62));
     CHECK(motors(bench.robot(0)) == Motors{{70, 70}});
@@ -87,8 +85,8 @@ TEST_CASE("RESET runs main() again with memory as after power-up, motors and LED
     bench.run(ticks(40));
     CHECK(bench.said(0) ==
           Texts{"main, life 1, ticks 0", "setup at 1", "loop 10 at 10", "main, life 1, ticks 0"});
-    CHECK(motors(bench.robot(0)) == Motors{{0, 0}, {70, 70}, {0, 0}});
-    CHECK(bench.robot(0).color() == 0);
+    CHECK(motors(bench.robot(0)) == Motors{{70, 70}, {0, 0}});
+    CHECK(shown(bench.robot(0)) == 0);
     bench.tell(ticks(40), 0, run_message());
     bench.run(ticks(45));
     CHECK(bench.said(0).back() == "setup at 24");  // kilo_ticks began anew
@@ -120,7 +118,7 @@ TEST_CASE("messages reach the callback in every state, system messages never do"
     bench.run(ticks(9));
     CHECK(bench.said(0) == Texts{"main, life 1, ticks 0", "heard 64 in loop 0", "setup at 3",
                                  "heard 127 in loop 3", "heard 0 in loop 4"});
-    CHECK(motors(bench.robot(0)) == Motors{{0, 0}, {70, 70}, {0, 0}});
+    CHECK(motors(bench.robot(0)) == Motors{{70, 70}, {0, 0}});
 }
 
 TEST_CASE("a robot knows its uid and calibration from its EEPROM") {

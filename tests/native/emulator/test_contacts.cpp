@@ -36,17 +36,22 @@ size_t last_row(const Samples &samples) { return samples.tick.size() - 1; }
 /// Robots drive from the beginning on as `drives` says.
 std::vector<Pose> all_in_solver(const Scene &scene, std::vector<Pose> poses,
                                 const std::vector<Drive> &drives, int64_t duration_ticks) {
-    World world(scene.def.arena, scene.def.profile, poses.size());
+    World world(scene.def.arena, scene.def.profile, scene.def.profile.speed_m_s, poses.size());
     const double step_s = scene.def.step_ticks * TICK_S;
     auto free = [&](size_t i) {
-        return Shift{direction(poses[i].heading) * drives[i].speed * step_s,
+        return Shift{direction(poses[i].heading) * drives[i].velocity.x() * step_s,
                      drives[i].turn * step_s};
     };
     auto count = static_cast<uint32_t>(poses.size());
-    for (uint32_t i = 0; i < count; i++) world.add(i, poses[i], free(i), step_s);
+    for (uint32_t i = 0; i < count; i++) {
+        Trajectory way(0, poses[i]);
+        way.change(0, drives[i]);
+        world.add(i, way, 0);
+    }
     for (int64_t tick = 0; tick < duration_ticks; tick += scene.def.step_ticks) {
-        for (uint32_t i = 0; i < count; i++) world.drive(i, free(i), step_s);
-        world.step(step_s, true);
+        std::vector<Shift> shifts;
+        for (uint32_t i = 0; i < count; i++) shifts.push_back(free(i));
+        world.step(shifts, step_s, true);
         for (uint32_t i = 0; i < count; i++) {
             Shift moved = world.moved(i);
             poses[i].position += moved.by;
@@ -77,7 +82,7 @@ double worst_difference(const Arena &arena, const std::vector<Pose> &poses,
     return worst;
 }
 
-constexpr Drive FORWARD = {0.1, 0};
+const Drive FORWARD = {{0.1, 0}, 0};
 
 }  // namespace
 

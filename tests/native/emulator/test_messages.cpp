@@ -38,9 +38,9 @@ TEST_CASE("a message is heard by whom it reaches, with the distance, every 16 ti
     CHECK(texts(events, 2).empty());  // behind robot 1
     CHECK(texts(events, 3).empty());  // out of range
     CHECK(texts(events, 4) == Texts(10, "9: 1 0, 790 mm"));
-    CHECK(simulation.statistics().frames_sent == 10);
-    CHECK(simulation.statistics().frames_received == 20);
-    CHECK(simulation.statistics().frames_spoilt == 0);
+    CHECK(simulation.statistics().medium.sent == 10);
+    CHECK(simulation.statistics().medium.received == 20);
+    CHECK(simulation.statistics().medium.wrong_crc == 0);
 }
 
 TEST_CASE("walls do not stop a message") {
@@ -65,9 +65,9 @@ TEST_CASE("a frame with a wrong CRC is heard by nobody") {
     auto heard = heard_at(simulation, events, 1);
     CHECK(heard.size() == 5);
     CHECK(heard.front() >= 80);
-    CHECK(simulation.statistics().frames_sent == 10);
-    CHECK(simulation.statistics().frames_spoilt == 5);
-    CHECK(simulation.statistics().frames_received == 5);
+    CHECK(simulation.statistics().medium.sent == 10);
+    CHECK(simulation.statistics().medium.wrong_crc == 5);
+    CHECK(simulation.statistics().medium.received == 5);
 }
 
 TEST_CASE("frames that nobody could hear are counted like all others") {
@@ -78,8 +78,8 @@ TEST_CASE("frames that nobody could hear are counted like all others") {
         scene.def.run_ahead = run_ahead;
         Simulation simulation(scene.def);
         simulation.advance(160);
-        CHECK(simulation.statistics().frames_sent == 10);
-        CHECK(simulation.statistics().frames_spoilt == 10);
+        CHECK(simulation.statistics().medium.sent == 10);
+        CHECK(simulation.statistics().medium.wrong_crc == 10);
     }
 }
 
@@ -159,7 +159,7 @@ TEST_CASE("a robot that steps between two hides one from the other") {
         double y = -0.6 + static_cast<double>(tick - 1) * TICK_S * 0.1;
         CHECK(std::abs(y) > 0.085 - 0.1 * 4 * TICK_S);
     }
-    CHECK(simulation.statistics().frames_sent == 25);
+    CHECK(simulation.statistics().medium.sent == 25);
     // 0.17 m of shadow at 0.1 m/s: 52 ticks, 3 or 4 frames.
-    CHECK(simulation.statistics().frames_received >= 25 + 21);
+    CHECK(simulation.statistics().medium.received >= 25 + 21);
 }

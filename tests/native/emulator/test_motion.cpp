@@ -4,32 +4,133 @@
 
 #include <cmath>
 
+#include "engine/chassis.h"
 #include "engine/trigonometry.h"
 #include "support.h"
 
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
-TEST_CASE("both motors drive straight, as fast as the weaker one allows") {
+namespace {
+
+const Chance LUCK(1);
+
+Drive wheels(const Profile &profile, uint8_t left, uint8_t right) {
+    return Chassis(profile, LUCK, 1).set_duties(0, 0, left, right);
+}
+
+Profile kilobot() {
+    Profile profile = {0.0165, 0.01, 0.785, 0.1, 65, 65, 70, 70};
+    profile.legs = true;
+    return profile;
+}
+
+constexpr Cycles KICK = CYCLES_PER_SECOND * 15 / 1000;
+
+}  // namespace
+
+TEST_CASE("both wheels drive straight, as fast as the weaker motor allows") {
     Profile robot = foot_bot();
     robot.straight_left = 60;
     robot.straight_right = 80;
-    CHECK(robot.drive(60, 80) == Drive{0.10, 0});
-    CHECK(robot.drive(30, 80) == Drive{0.05, 0});
-    CHECK(robot.drive(60, 20) == Drive{0.025, 0});
-    CHECK(robot.drive(255, 255) == Drive{0.10, 0});
+    CHECK(wheels(robot, 60, 80) == Drive{{0.10, 0}, 0});
+    CHECK(wheels(robot, 30, 80) == Drive{{0.05, 0}, 0});
+    CHECK(wheels(robot, 60, 20) == Drive{{0.025, 0}, 0});
+    CHECK(wheels(robot, 255, 255) == Drive{{0.10, 0}, 0});
 }
 
-TEST_CASE("one motor turns on the spot: the left one counter-clockwise") {
-    CHECK(foot_bot().drive(65, 0) == Drive{0, 1.43});
-    CHECK(foot_bot().drive(0, 65) == Drive{0, -1.43});
-    CHECK(foot_bot().drive(1, 0) == Drive{0, 1.43});
-    CHECK(foot_bot().drive(0, 0).at_rest());
+TEST_CASE("one wheel turns on the spot: the left motor counter-clockwise") {
+    CHECK(wheels(foot_bot(), 65, 0) == Drive{{0, 0}, 1.43});
+    CHECK(wheels(foot_bot(), 0, 65) == Drive{{0, 0}, -1.43});
+    CHECK(wheels(foot_bot(), 1, 0) == Drive{{0, 0}, 1.43});
+    CHECK(wheels(foot_bot(), 0, 0).at_rest());
+}
+
+TEST_CASE("legs start after a kick of 15 ms at full duty, and not without one") {
+    for (bool kicked : {false, true}) {
+        Chassis chassis(kilobot(), LUCK, 1);
+        Cycles at = 1000;
+        if (kicked) chassis.set_duties(0, at, 255, 255);
+        Drive drive = chassis.set_duties(0, at + KICK, 65, 65);
+        CHECK(drive.at_rest() == !kicked);
+        if (kicked) CHECK((drive.velocity - Eigen::Vector2d(0.01, 0)).norm() < 1e-12);
+        CHECK(chassis.set_duties(0, at + 2 * KICK, 0, 0).at_rest());
+        CHECK(chassis.set_duties(0, at + 3 * KICK, 65, 65).at_rest());
+    }
+    Chassis hasty(kilobot(), LUCK, 1);
+    hasty.set_duties(0, 0, 255, 255);
+    CHECK(hasty.set_duties(0, KICK / 3, 65, 65).at_rest());
+    Profile easy = kilobot();
+    easy.kick_needed = false;
+    CHECK_FALSE(Chassis(easy, LUCK, 1).set_duties(0, 0, 65, 65).at_rest());
+}
+
+TEST_CASE("one motor turns a robot on legs about the rear leg on the side it turns to") {
+    Profile profile = kilobot();
+    profile.kick_needed = false;
+    for (bool left : {true, false}) {
+        Chassis chassis(profile, LUCK, 1);
+        Trajectory way(0, {{0.3, 0.2}, 0.7});
+        way.change(0, chassis.set_duties(0, 0, left ? 70 : 0, left ? 0 : 70));
+        CHECK(way.drive().turn == doctest::Approx(left ? 0.785 : -0.785));
+        auto leg = [&](Cycles at) {
+            Eigen::Vector2d ahead = way.ahead(at), aside(-ahead.y(), ahead.x());
+            return Eigen::Vector2d(way.position(at) - 0.0092 * ahead + (left ? 0.0125 : -0.0125) * aside);
+        };
+        for (Cycles at : {ticks(10), ticks(100), ticks(1000)}) CHECK((leg(at) - leg(0)).norm() < 1e-12);
+    }
+}
+
+TEST_CASE("robots on legs differ, each in its own way and for good") {
+    Profile profile = kilobot();
+    profile.kick_needed = false;
+    profile.speed_spread = 0.12;
+    profile.bias_spread = 0.05;
+    constexpr uint32_t COUNT = 2000;
+    Chassis chassis(profile, LUCK, COUNT);
+    double sum = 0, squares = 0;
+    for (uint32_t i = 0; i < COUNT; i++) {
+        Drive drive = chassis.set_duties(i, 0, 65, 65);
+        CHECK(drive.velocity.norm() <= chassis.fastest_m_s());
+        sum += drive.velocity.x();
+        squares += drive.velocity.x() * drive.velocity.x();
+        CHECK(chassis.next_renewal(i) == NEVER);
+    }
+    double mean = sum / COUNT, sd = std::sqrt(squares / COUNT - mean * mean);
+    // Two motors, each with its bias: 0.12 and 0.05 / sqrt(2) together. Bounds are five standard errors wide.
+    double expected = 0.01 * std::sqrt(0.12 * 0.12 + 0.05 * 0.05 / 2);
+    CHECK(std::abs(mean - 0.01) < 5 * expected / std::sqrt(COUNT));
+    CHECK(std::abs(sd - expected) < 5 * expected / std::sqrt(2.0 * COUNT));
+}
+
+TEST_CASE("motor noise is drawn anew each second while a motor turns, and at no other time") {
+    Profile profile = kilobot();
+    profile.kick_needed = false;
+    profile.motor_noise = 0.05;
+    Chassis chassis(profile, LUCK, 1);
+    CHECK(chassis.next_renewal(0) == NEVER);
+    Drive first = chassis.set_duties(0, ticks(3), 65, 65);
+    CHECK(chassis.next_renewal(0) == ticks(3) + CYCLES_PER_SECOND);
+    Drive second = chassis.renew(0);
+    CHECK_FALSE(first == second);
+    CHECK(chassis.next_renewal(0) == ticks(3) + 2 * CYCLES_PER_SECOND);
+    chassis.set_duties(0, ticks(90), 0, 0);
+    CHECK(chassis.next_renewal(0) == NEVER);
+}
+
+TEST_CASE("a robot drives along a circle in closed form") {
+    Trajectory way(0, {{1, 2}, 0.6});
+    way.change(0, {{0.1, 0}, 0.5});
+    for (Cycles at : {ticks(7), ticks(500)}) {
+        double angle = 0.5 * seconds(at), radius = 0.1 / 0.5;
+        Eigen::Vector2d centre = Eigen::Vector2d(1, 2) + radius * direction(0.6 + PI / 2);
+        CHECK((way.position(at) - (centre + radius * direction(0.6 - PI / 2 + angle))).norm() < 1e-12);
+    }
 }
 
 TEST_CASE("a robot drives along its heading in closed form") {
     Trajectory way(ticks(5), {{1, 2}, 0.6});
-    way.change(ticks(5), {0.1, 0});
+    way.change(ticks(5), {{0.1, 0}, 0});
     double s = seconds(ticks(1000));
     Pose pose = way.pose(ticks(1005));
     CHECK(pose.position.x() == doctest::Approx(1 + 0.1 * s * std::cos(0.6)).epsilon(1e-14));
@@ -40,7 +141,7 @@ TEST_CASE("a robot drives along its heading in closed form") {
 
 TEST_CASE("a robot turns on the spot in closed form, over many turns") {
     Trajectory way(0, {{1, 2}, 0.5});
-    way.change(0, {0, 1.43});
+    way.change(0, {{0, 0}, 1.43});
     double s = seconds(ticks(10'000));
     Pose pose = way.pose(ticks(10'000));
     CHECK(pose.position == Eigen::Vector2d(1, 2));
@@ -51,9 +152,9 @@ TEST_CASE("a robot turns on the spot in closed form, over many turns") {
 
 TEST_CASE("a change of motion keeps the pose of that moment") {
     Trajectory way(0, {{0, 0}, 0});
-    way.change(0, {0.1, 0});
-    way.change(CYCLES_PER_SECOND * 2, {0, 1});  // 0.2 m along x, then a quarter turn
-    way.change(static_cast<Cycles>(CYCLES_PER_SECOND * (2 + PI / 2)), {0.1, 0});
+    way.change(0, {{0.1, 0}, 0});
+    way.change(CYCLES_PER_SECOND * 2, {{0, 0}, 1});    // 0.2 m along x, then a quarter turn
+    way.change(static_cast<Cycles>(CYCLES_PER_SECOND * (2 + PI / 2)), {{0.1, 0}, 0});
     Pose pose = way.pose(static_cast<Cycles>(CYCLES_PER_SECOND * (3 + PI / 2)));
     CHECK((pose.position - Eigen::Vector2d(0.2, 0.1)).norm() < 1e-7);
     CHECK(std::abs(pose.heading - PI / 2) < 1e-6);
@@ -63,8 +164,8 @@ TEST_CASE("a change of motion keeps the pose of that moment") {
 
 TEST_CASE("where a robot is does not depend on how often one asks") {
     Trajectory asked(0, {{0.3, -0.2}, 2.5}), not_asked = asked;
-    asked.change(0, {0.07, 0});
-    not_asked.change(0, {0.07, 0});
+    asked.change(0, {{0.07, 0}, 0});
+    not_asked.change(0, {{0.07, 0}, 0});
     for (uint64_t i = 1; i < 100; i++) (void)asked.pose(ticks(i));
     CHECK(asked.position(ticks(777)) == not_asked.position(ticks(777)));
 }

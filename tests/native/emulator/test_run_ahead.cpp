@@ -58,9 +58,9 @@ void check_same(const Outcome &a, const Outcome &b) {
     }
     CHECK(one == a.events.end());
     CHECK(a.statistics.steps == b.statistics.steps);
-    CHECK(a.statistics.frames_sent == b.statistics.frames_sent);
-    CHECK(a.statistics.frames_received == b.statistics.frames_received);
-    CHECK(a.statistics.frames_spoilt == b.statistics.frames_spoilt);
+    CHECK(a.statistics.medium.sent == b.statistics.medium.sent);
+    CHECK(a.statistics.medium.received == b.statistics.medium.received);
+    CHECK(a.statistics.medium.wrong_crc == b.statistics.medium.wrong_crc);
     CHECK(a.statistics.solver_steps == b.statistics.solver_steps);
     CHECK(a.statistics.list_rebuilds == b.statistics.list_rebuilds);
     CHECK(a.statistics.overlaps.contacts() == b.statistics.overlaps.contacts());
@@ -73,7 +73,7 @@ void check_all_ways(const Scene &scene, int64_t duration_ticks) {
     check_same(ahead, outcome_of(scene.def, false, duration_ticks, {duration_ticks}));
     check_same(ahead, outcome_of(scene.def, true, duration_ticks, {1, 7, 3, 100, 2, 33}));
     check_same(ahead, outcome_of(scene.def, false, duration_ticks, {5, 64, 11}));
-    MESSAGE(ahead.events.size() << " events, " << ahead.statistics.frames_received
+    MESSAGE(ahead.events.size() << " events, " << ahead.statistics.medium.received
                                 << " frames heard, " << ahead.statistics.solver_steps
                                 << " solver steps");
 }

@@ -85,7 +85,8 @@ TEST_CASE("commands are given at their tick, to the robots in their range of uid
     Simulation simulation(scene.def);
     simulation.advance(20);
     auto samples = simulation.take_samples();
-    for (size_t row = 0; row < samples.tick.size(); row++)
+    REQUIRE(samples.tick.size() == 11);
+    for (size_t row = 1; row < samples.tick.size(); row++)  // at 0 the robots are still IDLE
         for (size_t robot = 0; robot < 4; robot++) {
             bool told = samples.tick[row] > 10 && (robot == 1 || robot == 2);
             CHECK(samples.led[4 * row + robot] == (told ? RGB(0, 0, 3) : RGB(1, 1, 1)));

@@ -45,7 +45,7 @@ TEST_CASE("a busy-wait with calls of the API in it advances") {
     bench.tell(ticks(40), bench.robot, message(5));
     bench.run(ticks(43));
     CHECK(bench.prints(bench.robot).size() >= 1);
-    CHECK(bench.Bench::robot(bench.robot).color() == RGB(1, 0, 0));
+    CHECK(shown(bench.Bench::robot(bench.robot)) == RGB(1, 0, 0));
 }
 
 TEST_CASE("a wait of more than 10 s is warned about once, and goes on") {

@@ -1,0 +1,117 @@
+/// The robots' own infrared: 30 kbit/s, half duplex, carrier sense, collisions, loss (hardware.md 1.6).
+///
+/// Each receiver has its own set of audible senders, so hidden senders collide. A frame lasts 4.371 ms from the tick at
+/// which its sender asks its program. Whoever receives is not asked. An attempt listens between its start pulse and the
+/// leader's stop pulse; light seen then makes it fail, and the robot tries again within a tick. No capture: any light of
+/// another frame spoils a frame at that receiver. What robots do is taken in order of time, robot by robot.
+#ifndef KILOTWIN_ENGINE_KILOBOT_MEDIUM_H
+#define KILOTWIN_ENGINE_KILOBOT_MEDIUM_H
+
+#include <Eigen/Core>
+#include <deque>
+#include <queue>
+#include <vector>
+
+#include "engine/chance.h"
+#include "engine/neighbours.h"
+#include "guest/robot.h"
+
+namespace kilotwin {
+
+/// What became of frames.
+struct MediumCounts {
+    uint64_t sent = 0, received = 0;  ///< received: at a robot
+    uint64_t wrong_crc = 0;           ///< sent, but nobody takes them
+    uint64_t attempts_failed = 0;     ///< not sent: channel found busy
+    uint64_t collided = 0;            ///< lost at a receiver to another frame
+    uint64_t deaf = 0;                ///< lost at a receiver that was sending itself
+    uint64_t lost = 0;                ///< lost at a receiver by chance
+};
+
+class KilobotMedium {
+  public:
+    /// Each mechanism can be switched off by itself.
+    struct Settings {
+        double range_m = 0.10;
+        double range_spread = 0.05;   ///< sd over senders, share of the range
+        double loss = 0.02;           ///< share of frames lost near the sender ...
+        double loss_at_range = 0.20;  ///< ... and at the end of its range; grows with the distance's 4th power
+        double gain_noise_lsb = 2;    ///< sd of each converter reading
+        bool carrier_sense = true;
+        bool collisions = true;
+        bool half_duplex = true;
+        bool held_busy = false;       ///< somebody's light never goes out: no attempt succeeds
+    };
+
+    KilobotMedium(const Settings &settings, const Chance &chance, std::deque<Robot> &robots,
+                  std::vector<Emission> &emissions, MediumCounts &counts);
+
+    /// The farthest that anybody can be heard.
+    static double reach_m(const Settings &settings);
+
+    /// Whether a robot has to be run here, even if nobody else is near: it is in the middle of a transmission, or the
+    /// channel is not free.
+    bool claims(uint32_t robot) const {
+        return settings_.held_busy || frames_[robot].on_air || robots_[robot].question() != Robot::Question::NONE;
+    }
+
+    /// Runs `attended` robots (ascending) from `begin` to `end` together, as they stand at `begin`.
+    void run(const std::vector<uint32_t> &attended, Cycles begin, Cycles end, const Neighbours &neighbours,
+             const std::vector<Eigen::Vector2d> &positions);
+
+
+  private:
+    struct Heard {
+        uint32_t robot;
+        float distance_mm;
+        enum class Fate : uint8_t { CLEAR, COLLIDED, DEAF } fate;
+    };
+    struct Frame {
+        Cycles begin;
+        uint32_t sender;
+        bool on_air = false;
+        bool granted = false;  ///< its sender did not have to listen first
+        message_t message;
+        std::vector<Heard> heard;
+    };
+    /// In this order when at the same time.
+    enum class What : uint8_t { FRAME_END, SENSE_END, RUN };
+    struct Event {
+        Cycles at;
+        What what;
+        uint32_t robot;
+        bool operator>(const Event &other) const {
+            if (at != other.at) return at > other.at;
+            return what != other.what ? what > other.what : robot > other.robot;
+        }
+    };
+
+    void run_robot(uint32_t robot, Cycles until);
+    bool has_channel(uint32_t robot, Cycles at) const;
+    void begin_frame(uint32_t sender, Cycles at);
+    void end_sensing(uint32_t sender);
+    void end_frame(uint32_t sender);
+    void leave_air(Frame &frame);
+    bool receives(uint32_t robot, Cycles at) const;
+    bool finds_busy(uint32_t sender) const;
+    void deliver(const Frame &frame, const Heard &heard);
+    bool on_air(uint32_t sender) const { return frames_[sender].on_air; }
+
+    Settings settings_;
+    const Chance &chance_;
+    std::deque<Robot> &robots_;
+    std::vector<Emission> &emissions_;  ///< what robots send that were granted the channel
+    MediumCounts &counts_;
+    std::vector<float> range_m_;                   ///< by sender
+    std::vector<Frame> frames_;                    ///< by sender: a robot sends one at a time
+    std::vector<std::vector<uint32_t>> audible_;   ///< by receiver: senders on air
+    std::vector<uint64_t> draws_;                  ///< by receiver
+    std::priority_queue<Event, std::vector<Event>, std::greater<>> events_;
+    const Neighbours *neighbours_ = nullptr;
+    const std::vector<Eigen::Vector2d> *positions_ = nullptr;
+    Cycles end_ = 0;
+};
+
+}  // namespace kilotwin
+
+#endif

@@ -1,0 +1,22 @@
+/// A robot's EEPROM: 1,024 bytes with the calibration where kilolib keeps it (hardware.md 1.9).
+#ifndef KILOTWIN_GUEST_EEPROM_H
+#define KILOTWIN_GUEST_EEPROM_H
+
+#include <array>
+#include <cstdint>
+
+#include "guest/infrared_gains.h"
+
+namespace kilotwin {
+
+constexpr uint16_t EEPROM_BYTES = 1024;
+constexpr uint16_t EEPROM_TURN_LEFT = 0x05, EEPROM_TURN_RIGHT = 0x09;
+constexpr uint16_t EEPROM_STRAIGHT_LEFT = 0x0C, EEPROM_STRAIGHT_RIGHT = 0x14;
+constexpr uint16_t EEPROM_LOW_GAIN = 0x20, EEPROM_HIGH_GAIN = 0x50;  ///< 14 big-endian words each
+constexpr uint16_t EEPROM_TX_MASK = 0x90, EEPROM_UID = 0xB0;         ///< uid little-endian
+
+using EepromImage = std::array<uint8_t, EEPROM_BYTES>;
+
+}  // namespace kilotwin
+
+#endif

@@ -1,0 +1,10 @@
+/// The registers of the robot's ATmega328P.
+#ifndef KT_AVR_IO_H
+#define KT_AVR_IO_H
+
+#include "sfr_defs.h"
+
+#include "iom328p.h"
+#include "portpins.h"
+
+#endif

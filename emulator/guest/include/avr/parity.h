@@ -1,0 +1,7 @@
+/// The old name of <util/parity.h>.
+#ifndef KT_AVR_PARITY_H
+#define KT_AVR_PARITY_H
+
+#include "../util/parity.h"
+
+#endif

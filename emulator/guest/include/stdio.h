@@ -1,0 +1,96 @@
+/// stdio as the AVR has it: streams are a program's own functions for single characters. What goes
+/// to a stream without such a function, as stdout is at the start, is kept in the run folder.
+///
+/// In formats, `%ld` and the like take 32 bits, as wide as a long is on the robot.
+#ifndef KT_STDIO_H
+#define KT_STDIO_H
+
+#include <inttypes.h>
+#include <stdarg.h>
+#include <stddef.h>
+
+typedef struct kt_stream FILE;
+
+struct kt_stream {
+    int (*put)(char character, FILE *stream);  ///< may be NULL
+    int (*get)(FILE *stream);                  ///< may be NULL
+    void *udata;
+    uint8_t flags;
+};
+
+extern FILE *kt_streams[3];
+
+#define stdin (kt_streams[0])
+#define stdout (kt_streams[1])
+#define stderr (kt_streams[2])
+
+#define EOF (-1)
+
+#define _FDEV_SETUP_READ 1
+#define _FDEV_SETUP_WRITE 2
+#define _FDEV_SETUP_RW (_FDEV_SETUP_READ | _FDEV_SETUP_WRITE)
+#define _FDEV_ERR (-1)
+#define _FDEV_EOF (-2)
+
+#define FDEV_SETUP_STREAM(put_function, get_function, mode) \
+    { (put_function), (get_function), NULL, (mode) }
+#define fdev_setup_stream(stream, put_function, get_function, mode) \
+    do {                                                            \
+        (stream)->put = (put_function);                             \
+        (stream)->get = (get_function);                             \
+        (stream)->udata = NULL;                                     \
+        (stream)->flags = (mode);                                   \
+    } while (0)
+#define fdev_set_udata(stream, data) ((void)((stream)->udata = (data)))
+#define fdev_get_udata(stream) ((stream)->udata)
+#define fdev_close() ((void)0)
+
+/// The first stream that can write becomes stdout and stderr, the first that can read stdin. NULL
+/// after four.
+FILE *fdevopen(int (*put)(char, FILE *), int (*get)(FILE *));
+int fclose(FILE *stream);
+
+int printf(const char *format, ...);
+int fprintf(FILE *stream, const char *format, ...);
+int vprintf(const char *format, va_list arguments);
+int vfprintf(FILE *stream, const char *format, va_list arguments);
+int putchar(int character);
+int putc(int character, FILE *stream);
+int fputc(int character, FILE *stream);
+int puts(const char *text);
+int fputs(const char *text, FILE *stream);
+size_t fwrite(const void *data, size_t size, size_t count, FILE *stream);
+int fflush(FILE *stream);
+
+/// Nothing ever comes in but by a program's own `get`.
+int getchar(void);
+int getc(FILE *stream);
+int fgetc(FILE *stream);
+char *fgets(char *text, int bytes, FILE *stream);
+
+#define ferror(stream) ((void)(stream), 0)
+#define feof(stream) ((void)(stream), 0)
+#define clearerr(stream) ((void)(stream))
+
+// Other functions than the PC's, which know longs of 64 bits only.
+int sprintf(char *text, const char *format, ...) __asm__("kt_sprintf");
+int snprintf(char *text, size_t bytes, const char *format, ...) __asm__("kt_snprintf");
+int vsprintf(char *text, const char *format, va_list arguments) __asm__("kt_vsprintf");
+int vsnprintf(char *text, size_t bytes, const char *format,
+              va_list arguments) __asm__("kt_vsnprintf");
+
+int sscanf(const char *text, const char *format, ...);
+int vsscanf(const char *text, const char *format, va_list arguments);
+
+#define printf_P printf
+#define fprintf_P fprintf
+#define sprintf_P sprintf
+#define snprintf_P snprintf
+#define vfprintf_P vfprintf
+#define vsprintf_P vsprintf
+#define vsnprintf_P vsnprintf
+#define puts_P puts
+#define fputs_P fputs
+#define sscanf_P sscanf
+
+#endif

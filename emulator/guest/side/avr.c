@@ -1,0 +1,186 @@
+// The registers behind <avr/io.h>. Only programs that use them carry this.
+#include "abi.h"
+#include "avr/interrupt.h"
+#include "avr/io.h"
+#include "kilolib.h"
+
+#define SAME_PLACE(register, field) \
+    _Static_assert((register) == offsetof(kt_outputs_t, field), "kt_avr.h follows abi.h")
+SAME_PLACE(KT_OCR2A, ocr2a);
+SAME_PLACE(KT_OCR2B, ocr2b);
+SAME_PLACE(KT_DDRB, ddrb);
+SAME_PLACE(KT_DDRC, ddrc);
+SAME_PLACE(KT_DDRD, ddrd);
+SAME_PLACE(KT_PORTB, portb);
+SAME_PLACE(KT_PORTC, portc);
+SAME_PLACE(KT_PORTD, portd);
+
+// Data addresses, and the values there without further ado.
+enum {
+    PIND_AT = 0x29,
+    EECR_AT = 0x3F,
+    EEDR_AT = 0x40,
+    EEAR_AT = 0x41,
+    TCNT0_AT = 0x46,
+    SPSR_AT = 0x4D,
+    MCUSR_AT = 0x54,
+    SREG_AT = 0x5F,
+    ADC_AT = 0x78,
+    ADCSRA_AT = 0x7A,
+    TCNT1_AT = 0x84,
+    TCNT2_AT = 0xB2,
+    TWCR_AT = 0xBC,
+    UCSR0A_AT = 0xC0,
+};
+#define PLAIN(address) kt_registers[address]
+#define PLAIN16(address) _SFR_MEM16(address)
+
+enum { NOT_CHARGING = _BV(PIND0), POWERED_UP = _BV(PORF), INTERRUPTS = _BV(SREG_I) };
+
+kt_register8_t kt_registers[256] = {
+    [PIND_AT] = NOT_CHARGING, [MCUSR_AT] = POWERED_UP, [SREG_AT] = INTERRUPTS};
+
+static uint8_t interrupts_on = INTERRUPTS;  // what the engine knows
+
+static void settle_interrupts(void) {
+    const uint8_t wanted = PLAIN(SREG_AT) & INTERRUPTS;
+    if (wanted == interrupts_on) return;
+    interrupts_on = wanted;
+    kt_interrupts(wanted != 0);
+}
+
+void kt_sei(void) {
+    PLAIN(SREG_AT) |= INTERRUPTS;
+    settle_interrupts();
+}
+
+void kt_cli(void) {
+    PLAIN(SREG_AT) &= (uint8_t)~INTERRUPTS;
+    settle_interrupts();
+}
+
+uint8_t kt_enter_atomic(void) {
+    const uint8_t sreg = SREG;
+    kt_cli();
+    return sreg;
+}
+
+void kt_restore_sreg(const uint8_t *sreg) {
+    PLAIN(SREG_AT) = *sreg;
+    settle_interrupts();
+}
+
+void kt_leave_atomic(const uint8_t *sreg) {
+    (void)sreg;
+    kt_sei();
+}
+
+enum { NOTHING_WRITTEN = 0x4000, SERIAL_BYTES = 80 };
+
+static kt_register16_t serial_data = NOTHING_WRITTEN;
+static char serial_text[SERIAL_BYTES];
+static uint8_t serial_used;
+
+static void print_serial(void) {
+    if (serial_used > 0) kt_print(serial_text, serial_used);
+    serial_used = 0;
+}
+
+static void settle_serial(void) {
+    if (serial_data == NOTHING_WRITTEN) return;
+    const char character = (char)serial_data;
+    serial_data = NOTHING_WRITTEN;
+    serial_text[serial_used++] = character;
+    if (character == '\n' || serial_used == SERIAL_BYTES) print_serial();
+}
+
+kt_register16_t *kt_serial_data(void) {
+    settle_serial();
+    return &serial_data;
+}
+
+static void settle_eeprom(void) {
+    const uint8_t wanted = PLAIN(EECR_AT);
+    const uint16_t address = PLAIN16(EEAR_AT) & E2END;
+    PLAIN(EECR_AT) = (uint8_t)(wanted & ~(_BV(EERE) | _BV(EEPE)));
+    if (wanted & _BV(EERE)) PLAIN(EEDR_AT) = kt_eeprom_read(address);
+    if (!(wanted & _BV(EEPE)) || !(wanted & _BV(EEMPE))) return;
+    PLAIN(EECR_AT) &= (uint8_t)~_BV(EEMPE);
+    kt_eeprom_write(address, PLAIN(EEDR_AT));
+}
+
+enum { CHANNEL_BATTERY = 6, CHANNEL_LIGHT = 7, CHANNEL_TEMPERATURE = 8, CHANNELS = 16 };
+
+// kilolib's functions return -1 during a reception, the converter would still convert.
+static uint16_t convert(uint8_t channel) {
+    int16_t value = 0;
+    if (channel == CHANNEL_BATTERY) value = get_voltage();
+    if (channel == CHANNEL_LIGHT) value = get_ambientlight();
+    if (channel == CHANNEL_TEMPERATURE) value = get_temperature();
+    return value < 0 ? 0 : (uint16_t)value;
+}
+
+static void settle_adc(void) {
+    if (!(PLAIN(ADCSRA_AT) & _BV(ADSC))) return;
+    const uint8_t source = ADMUX;
+    const uint16_t value = convert(source % CHANNELS);
+    PLAIN16(ADC_AT) = (uint16_t)(source & _BV(ADLAR) ? value << 6 : value);
+    PLAIN(ADCSRA_AT) = (uint8_t)((PLAIN(ADCSRA_AT) & ~_BV(ADSC)) | _BV(ADIF));
+}
+
+kt_register16_t *kt_adc_result(void) {
+    settle_adc();
+    return &PLAIN16(ADC_AT);
+}
+
+void kt_settle(void) {
+    settle_interrupts();
+    settle_serial();
+    print_serial();
+    settle_eeprom();
+    settle_adc();
+}
+
+// As kilolib sets the timers: timer 0 counts each 1,024 cycles, timer 1 each one, timer 2 each 8
+// and up and down. None is known better than timer 0.
+enum {
+    CYCLES_PER_COUNT_0 = 1024,
+    CYCLES_PER_COUNT_2 = 8,
+    COUNTS_PER_TICK = 256,
+    ROUND_TRIP_2 = 510
+};
+
+kt_register16_t *kt_timer1(void) {
+    PLAIN16(TCNT1_AT) = (uint16_t)(kt_timer0() * CYCLES_PER_COUNT_0);
+    return &PLAIN16(TCNT1_AT);
+}
+
+static uint8_t timer2(void) {
+    const uint32_t counts_0 = kilo_ticks * COUNTS_PER_TICK + kt_timer0();
+    const uint32_t count = counts_0 * (CYCLES_PER_COUNT_0 / CYCLES_PER_COUNT_2) % ROUND_TRIP_2;
+    return (uint8_t)(count < COUNTS_PER_TICK ? count : ROUND_TRIP_2 - count);
+}
+
+kt_register8_t *kt_register(uint8_t address) {
+    settle_interrupts();
+    settle_serial();
+    settle_eeprom();
+    settle_adc();
+    switch (address) {
+    case TCNT0_AT: PLAIN(address) = kt_timer0(); break;
+    case TCNT1_AT:
+    case TCNT1_AT + 1: kt_timer1(); break;
+    case TCNT2_AT: PLAIN(address) = timer2(); break;
+    case UCSR0A_AT: PLAIN(address) |= _BV(UDRE0) | _BV(TXC0); break;
+    case SPSR_AT: PLAIN(address) |= _BV(SPIF); break;
+    case TWCR_AT: PLAIN(address) |= _BV(TWINT); break;
+    default: break;
+    }
+    return &kt_registers[address];
+}
+
+void kt_sleep(void) {
+    if (!(SMCR & _BV(SE))) return;
+    kt_settle();
+    kt_wait((uint32_t)(COUNTS_PER_TICK - kt_timer0()) * CYCLES_PER_COUNT_0);
+}

@@ -1,0 +1,8 @@
+// strdup() in the robot's heap. A file of its own, for it brings the heap along.
+#include <stdlib.h>
+#include <string.h>
+
+char *strdup(const char *text) {
+    char *copy = malloc(strlen(text) + 1);
+    return copy == NULL ? NULL : strcpy(copy, text);
+}

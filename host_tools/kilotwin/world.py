@@ -1,0 +1,274 @@
+"""A simulated world to step and look at from Python: for a lab's own tests, and for exploring.
+
+    with World("my.toml", seed=1) as world:
+        world.run(10)
+        assert world.leds[0] == RGB(0, 3, 0)
+
+See docs/python_api.md. Nothing is recorded; `kilotwin run` does that. The engine runs in this
+process.
+"""
+
+import time
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kilotwin import _emulator
+from kilotwin.colours import LED_VALUES, led_byte
+from kilotwin.engine_spec import engine_spec
+from kilotwin.errors import InputError, KilotwinError, RunError
+from kilotwin.experiment import Experiment, one_command
+from kilotwin.experiment_text import ExperimentText, Setting, parse_setting
+from kilotwin.guest_build import build
+from kilotwin.guest_symbols import GuestSymbols
+from kilotwin.overhead import ALL_ROBOTS, Region, message, message_of, region, uids
+from kilotwin.profiles import PROFILES
+from kilotwin.states import States
+from kilotwin.units import seconds, ticks
+
+__all__ = ["RGB", "InputError", "KilotwinError", "World"]
+
+# Between two looks at Ctrl-C.
+_CHUNK_S = 0.1
+_NEVER_TICKS = 2**31 - 1
+
+
+def RGB(red: int, green: int, blue: int) -> int:  # noqa: N802 (as robot programs write it)
+    """The LED byte of `set_color(RGB(red, green, blue))`."""
+    return led_byte(red, green, blue)
+
+
+class World:
+    """Robots with their programs. Robots are told apart by their index, from 0.
+
+    Arrays are copies of the present moment. KilotwinError says what cannot be done.
+    """
+
+    def __init__(
+        self,
+        experiment: str | Path | None = None,
+        *,
+        seed: int | None = None,
+        set: Sequence[str] = (),
+        **keys: Any,
+    ) -> None:
+        """The world of an experiment file, with `set=["swarm.size=3"]` as `kilotwin run --set` has.
+
+        Without a file it is made from `keys`: `program`, `count` and `poses` of one kind of robot,
+        `arena` = (width, height) in metres or a diameter, `profile`, and any table of an experiment
+        file as a dict, as in `medium={"kind": "ideal"}`.
+        """
+        settings = [parse_setting(text) for text in set]
+        if seed is not None:
+            settings.append(Setting(("seed",), seed, f"seed={seed}"))
+        if experiment is not None:
+            if keys:
+                raise InputError(f"World: '{next(iter(keys))}' goes without a file; use set=[...]")
+            self._experiment = Experiment.load(Path(experiment), settings)
+        else:
+            self._experiment = experiment_of(keys, settings)
+        guests = [build(group.program) for group in self._experiment.groups]
+        self._names = States.of(self._experiment.keys)
+        self._symbols: dict[str, GuestSymbols] = {}
+        self._events: list[_emulator.Event] = []
+        spec = engine_spec(
+            self._experiment,
+            [str(guest.file) for guest in guests],
+            sample_ticks=_NEVER_TICKS,
+            black_box=None,
+        )
+        try:
+            self._engine: _emulator.Simulation | None = _emulator.Simulation(spec)
+        except _emulator.EngineError as error:
+            raise InputError(f"{self._experiment.origin.source}: {error}") from None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Gives the robots' memory back; nothing can be asked afterwards."""
+        self._engine = None
+
+    @property
+    def _simulation(self) -> _emulator.Simulation:
+        if self._engine is None:
+            raise RunError("this world is closed")
+        return self._engine
+
+    # Going on.
+
+    def run(self, for_s: float) -> None:
+        """Lets so many simulated seconds pass, to the end of a world step."""
+        self.run_ticks(ticks(for_s))
+
+    def run_ticks(self, count: int) -> None:
+        """Lets so many nominal ticks of 32.768 ms pass. Ctrl-C is heard within a moment."""
+        simulation = self._simulation
+        end, chunk = simulation.tick + count, 1
+        while simulation.tick < end:
+            began = time.perf_counter()
+            simulation.advance(min(chunk, end - simulation.tick))
+            took_s = time.perf_counter() - began
+            chunk = max(1, min(4 * chunk, round(chunk * _CHUNK_S / max(took_s, 1e-6))))
+
+    @property
+    def tick(self) -> int:
+        """Nominal ticks since the begin."""
+        return self._simulation.tick
+
+    @property
+    def time_s(self) -> float:
+        """Simulated seconds since the begin."""
+        return seconds(self.tick)
+
+    # Looking.
+
+    @property
+    def size(self) -> int:
+        """How many robots there are."""
+        return self._simulation.robots
+
+    @property
+    def poses(self) -> NDArray[np.float32]:
+        """[robots, 3]: x_m, y_m, heading_rad."""
+        now = self._simulation.snapshot()
+        return np.stack([now["x_m"][0], now["y_m"][0], now["heading_rad"][0]], axis=1)
+
+    @property
+    def leds(self) -> NDArray[np.uint8]:
+        """What the LEDs show: bytes as RGB(r, g, b) makes them."""
+        led = self._simulation.snapshot()["led"][0]
+        shown: NDArray[np.uint8] = np.bitwise_and(led, LED_VALUES - 1, dtype=np.uint8)
+        return shown
+
+    @property
+    def motors(self) -> NDArray[np.uint8]:
+        """[robots, 2]: duties of the left and the right motor."""
+        return self._simulation.motors()
+
+    @property
+    def states(self) -> list[str]:
+        """What the LEDs mean by the experiment's [states]; "RGB(r,g,b)" where it has no name."""
+        return [self._names.names[index] for index in self._names.of_robots(self.leds)]
+
+    @property
+    def events(self) -> list["_emulator.Event"]:
+        """All that happened to robots so far: what they printed, and what went wrong."""
+        self._events += self._simulation.events()
+        return list(self._events)
+
+    def prints(self, robot: int) -> str:
+        """All that a robot has printed so far."""
+        return "".join(
+            event["text"]
+            for event in self.events
+            if event["kind"] == "print" and event["robot"] == robot
+        )
+
+    @property
+    def stats(self) -> dict[str, int | float]:
+        """Counts of frames, contacts and so on."""
+        return self._simulation.stats()
+
+    @property
+    def result_hash(self) -> str:
+        """16 hex digits: equal for worlds that have come to the same."""
+        return self._simulation.result_hash()
+
+    def variable(self, robot: int, name: str) -> Any:
+        """The value of a global or static variable of a robot's program. For tests.
+
+        Where several have the name: "file.c:name" or "function:name". Structures come as dicts,
+        arrays as lists, pointers and enums as numbers.
+        """
+        if not 0 <= robot < self.size:
+            raise InputError(f"there is no robot {robot}; the robots are 0 to {self.size - 1}")
+        file = self._simulation.program(robot)
+        if file not in self._symbols:
+            self._symbols[file] = GuestSymbols(Path(file))
+        return self._symbols[file].read(self._simulation.state(robot), name)
+
+    # Talking, from outside the robots' own infrared.
+
+    def send(
+        self,
+        data: Iterable[int] = (),
+        type: int = 0,
+        *,
+        robot: int | None = None,
+        within: tuple[float, float, float] | None = None,
+    ) -> None:
+        """A message to all robots, to one, or to those `within` (x_m, y_m, radius_m).
+
+        Up to nine bytes, filled up with zeros. Types from 0x80 up are system commands.
+        """
+        content = list(data)
+        if len(content) > 9 or not all(0 <= byte <= 255 for byte in (*content, type)):
+            raise InputError("a message has up to nine bytes and a type, each 0 to 255")
+        self._give(message(content, type), self._uids(robot), within)
+
+    def command(self, send: str, **keys: Any) -> None:
+        """What a [[command]] of an experiment does, now: `command("pause", robot=3)`."""
+        origin = _origin({"command": [{"at_s": 0, "send": send, **keys}]}, [])
+        command = one_command(origin, self.size)
+        profile = PROFILES[self._experiment.keys.swarm.profile]
+        self._give(message_of(command, profile), uids(command), region(command))
+
+    def _uids(self, robot: int | None) -> tuple[int, int]:
+        if robot is None:
+            return ALL_ROBOTS
+        if not 0 <= robot < self.size:
+            raise InputError(f"there is no robot {robot}; the robots are 0 to {self.size - 1}")
+        return robot + 1, robot + 1
+
+    def _give(self, what: bytes, to: tuple[int, int], where: Region | None) -> None:
+        self._simulation.send(what, *to, where)
+
+
+def experiment_of(keys: Mapping[str, Any], settings: list[Setting]) -> Experiment:
+    """An experiment without a file; keys as `World` takes them."""
+    tables = dict(keys)
+    tables.setdefault("name", "world")
+    tables.setdefault("duration_s", 1e9)  # as long as somebody steps it
+    arena = tables.get("arena", (1.0, 1.0))
+    if isinstance(arena, int | float):
+        tables["arena"] = {"diameter_m": arena}
+    elif not isinstance(arena, dict):
+        width, height = arena
+        tables["arena"] = {"shape": "rectangle", "width_m": width, "height_m": height}
+    swarm = dict(tables.get("swarm", {}))
+    swarm.setdefault("profile", tables.pop("profile", "kilobot"))
+    tables["swarm"] = swarm
+    if "program" in tables:
+        kind = {"program": tables.pop("program"), "count": tables.pop("count", None)}
+        poses = tables.pop("poses", None)
+        if poses is not None:
+            kind["poses"] = list(poses)
+        if kind["count"] is None:
+            kind["count"] = len(kind.get("poses", [0]))
+        for key in ("include", "define"):
+            if key in tables:
+                kind[key] = tables.pop(key)
+        tables["robots"] = [kind]
+    return Experiment.of(_origin(tables, settings))
+
+
+def _origin(tables: dict[str, Any], settings: list[Setting]) -> ExperimentText:
+    return ExperimentText("World", Path.cwd(), _plain(tables), {}, settings)
+
+
+def _plain(value: Any) -> Any:
+    """As TOML would have it: lists, Python's own numbers, text."""
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return str(value) if isinstance(value, Path) else value

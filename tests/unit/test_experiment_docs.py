@@ -1,0 +1,37 @@
+"""docs/experiments.md tells every key, and its examples are sound."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from kilotwin.experiment_docs import renewed, table
+from kilotwin.experiment_schema import ExperimentSchema
+
+from .conftest import SMALL, Load
+
+DOCUMENT = Path(__file__).parents[2] / "docs" / "experiments.md"
+TEXT = DOCUMENT.read_text()
+
+
+def test_the_table_is_of_this_schema() -> None:
+    assert renewed(TEXT) == TEXT, "type: python -m kilotwin.experiment_docs docs/experiments.md"
+
+
+def test_every_key_has_a_meaning() -> None:
+    rows = [line.split(" | ") for line in table().splitlines()[2:]]
+    assert len(rows) > 100
+    assert [row[0] for row in rows if not row[-1].strip(" |")] == []
+    for name in ExperimentSchema.model_fields:
+        assert re.search(rf"`\[*{name}\b", table()), name
+
+
+@pytest.mark.parametrize("example", re.findall(r"```toml\n(.*?)```", TEXT, re.DOTALL))
+def test_examples_are_taken(example: str, load: Load, folder: Path) -> None:
+    for name in ("main.c", "helpers.c", "seed.c"):
+        (folder / name).write_text("int main(void) { return 0; }\n")
+    (folder / "headers").mkdir()
+    text = SMALL
+    if "[swarm]" in example:
+        text = text[: text.index("[swarm]")]
+    load(text + example)

@@ -1,0 +1,256 @@
+"""The Python API, with the real engine; and its document, whose test is run as it stands."""
+
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from kilotwin import RGB, World
+from kilotwin.errors import InputError, RunError
+
+from .conftest import BLINK, SMALL
+
+ROOT = Path(__file__).parents[2]
+
+TALKER = """\
+#define DEBUG
+#include <kilolib.h>
+#include <debug.h>
+#include <stdbool.h>
+
+enum mood { CALM, EXCITED };
+static struct {
+    int8_t low;
+    uint16_t many[2][2];
+    float real;
+    enum mood mood;
+    bool yes;
+    unsigned narrow : 3, wide : 5;
+} all = {-5, {{1, 2}, {3, 500}}, 2.5f, EXCITED, true, 5, 17};
+static volatile uint8_t heard;
+static volatile uint8_t heard_type;
+
+static void on_message(message_t *message, distance_measurement_t *distance) {
+    (void)distance;
+    heard = message->data[1];
+    heard_type = message->type;
+}
+
+static void setup(void) {
+    static volatile int steps = 1;
+    steps++;
+    all.low--;
+    printf("uid %d\\n", kilo_uid);
+    printf("half a ");
+    printf("line\\n");
+    all.many[0][0] += all.narrow + all.wide + all.yes + all.mood + (int)all.real;
+}
+
+static void loop(void) {
+    static volatile int steps = 7;
+    (void)steps;
+    set_motors(kilo_straight_left, 12);
+    set_color(RGB(1, 2, 3));
+}
+
+int main(void) {
+    debug_init();
+    kilo_message_rx = on_message;
+    kilo_init();
+    kilo_start(setup, loop);
+    return 0;
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("world")
+    (folder / "talker.c").write_text(TALKER)
+    (folder / "blink.c").write_text(BLINK)
+    (folder / "small.toml").write_text(SMALL)
+    return folder
+
+
+@pytest.fixture
+def world(folder: Path) -> Iterator[World]:
+    poses = [(0.0, 0.0, 1.0), (0.2, 0.0, 2.0), (0.4, 0.0, 3.0)]
+    with World(program=folder / "talker.c", count=3, poses=poses, arena=(2.0, 1.0)) as world:
+        yield world
+
+
+def test_robots_can_be_looked_at(world: World) -> None:
+    world.run(1)
+    assert world.size == 3
+    assert world.time_s == pytest.approx(1, abs=0.07)
+    assert world.motors.tolist() == [[65, 12]] * 3
+    assert world.leds.tolist() == [RGB(1, 2, 3)] * 3
+    assert world.states == ["RGB(1,2,3)"] * 3
+    assert world.poses.shape == (3, 3)
+    assert world.poses[2, 0] == pytest.approx(0.4, abs=0.02)
+    assert world.stats["frames_sent"] == 0
+    assert len(world.result_hash) == 16
+
+
+def test_variables_are_read_by_name(world: World) -> None:
+    world.run(0.2)
+    everything = world.variable(1, "all")
+    assert everything["low"] == -6
+    assert everything["many"] == [[1 + 5 + 17 + 1 + 1 + 2, 2], [3, 500]]
+    assert everything["real"] == 2.5
+    assert everything["mood"] == 1
+    assert everything["yes"] is True
+    assert (everything["narrow"], everything["wide"]) == (5, 17)
+    assert world.variable(1, "kilo_uid") == 2
+    assert world.variable(1, "setup:steps") == 2
+    assert world.variable(1, "loop:steps") == 7
+    assert world.variable(1, "talker.c:heard") == 0
+
+
+def test_a_variable_that_is_not_there_is_told(world: World) -> None:
+    with pytest.raises(InputError, match=r"has no variable 'nothing'; it has: all, heard"):
+        world.variable(0, "nothing")
+    with pytest.raises(InputError, match=r"several variables 'steps'; name one of: .*setup:steps"):
+        world.variable(0, "steps")
+    with pytest.raises(InputError, match="there is no robot 3; the robots are 0 to 2"):
+        world.variable(3, "heard")
+
+
+def test_what_robots_print_is_kept(world: World) -> None:
+    world.run(0.5)
+    assert world.prints(2) == "uid 3\nhalf a line\n"
+    assert {event["robot"] for event in world.events} == {0, 1, 2}
+
+
+def test_messages_go_to_all_to_one_or_to_a_place(world: World) -> None:
+    world.run(0.1)
+
+    def heard() -> list[int]:
+        world.run(0.1)
+        return [world.variable(robot, "heard") for robot in range(3)]
+
+    world.send([0, 9], type=3)
+    assert heard() == [9, 9, 9]
+    assert world.variable(0, "heard_type") == 3
+    world.send([0, 8], robot=1)
+    assert heard() == [9, 8, 9]
+    world.send([0, 7], within=(0.4, 0.0, 0.1))
+    assert heard() == [9, 8, 7]
+
+
+@pytest.mark.parametrize(("data", "message_type"), [([0] * 10, 0), ([256], 0), ([], 300)])
+def test_a_message_that_cannot_be_is_refused(
+    world: World, data: list[int], message_type: int
+) -> None:
+    with pytest.raises(InputError, match="up to nine bytes"):
+        world.send(data, type=message_type)
+
+
+def test_commands_act_now(world: World) -> None:
+    world.run(0.5)
+    world.command("pause", robot=1)
+    world.run(0.2)
+    assert world.motors.tolist() == [[65, 12], [0, 0], [65, 12]]
+    world.command("reset")
+    world.run(0.2)
+    assert world.motors.any() == 0
+    assert world.variable(0, "all")["low"] == -5
+    world.command("run")
+    world.run(0.2)
+    assert world.variable(0, "all")["low"] == -6
+
+
+@pytest.mark.parametrize(
+    ("send", "keys", "said"),
+    [
+        ("stop", {}, 'command.0.send is "stop"; '),
+        ("run", {"robto": 1}, "unknown key 'robto' in [[command]]; did you mean 'robot'?"),
+        ("run", {"robot": 9}, "there is no robot 9; the robots are 0 to 2"),
+        ("readuid", {}, "'readuid' needs 'bit'; add bit = ..."),
+    ],
+)
+def test_a_wrong_command_is_told(world: World, send: str, keys: dict[str, int], said: str) -> None:
+    with pytest.raises(InputError, match=re.escape(said)):
+        world.command(send, **keys)
+
+
+def test_a_world_can_wait_for_its_run(folder: Path) -> None:
+    with World(program=folder / "talker.c", count=1, command=[]) as world:
+        world.run(1)
+        assert world.prints(0) == ""
+        world.command("run")
+        world.run(0.1)
+        assert world.prints(0) != ""
+
+
+def test_a_world_can_be_made_of_a_file(folder: Path) -> None:
+    settings = ["swarm.size=4", "states.blinking=white"]
+    with World(folder / "small.toml", seed=3, set=settings) as world:
+        world.run(0.75)
+        assert world.states == ["blinking"] * 4
+
+
+def test_the_same_seed_gives_the_same_world(folder: Path) -> None:
+    def result(seed: int, *steps: float) -> str:
+        with World(program=folder / "talker.c", count=5, seed=seed) as world:
+            for step in steps:
+                world.run(step)
+            return world.result_hash
+
+    assert result(1, 4.0) == result(1, 1.048576, 4.0 - 1.048576)
+    assert result(1, 4.0) != result(2, 4.0)
+
+
+def test_several_programs_and_any_table_may_be_given(folder: Path) -> None:
+    kinds = [{"program": folder / name, "count": 1} for name in ("talker.c", "blink.c")]
+    light, medium = {"ambient": 7}, {"kind": "ideal"}
+    with World(robots=kinds, arena=0.5, light=light, medium=medium) as world:
+        world.run(0.2)
+        assert world.leds.tolist() == [RGB(1, 2, 3), RGB(0, 0, 0)]
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        ({"program": "nowhere.c"}, "World: program 'nowhere.c' is not there"),
+        ({"program": "x.c", "cuont": 3}, "World: unknown key 'cuont'"),
+        ({}, "[swarm] lacks 'program'"),
+    ],
+)
+def test_a_world_that_cannot_be_is_told(keys: dict[str, object], said: str) -> None:
+    with pytest.raises(InputError, match=re.escape(said)):
+        World(**keys)  # type: ignore[arg-type]
+
+
+def test_a_file_and_keys_do_not_go_together(folder: Path) -> None:
+    with pytest.raises(InputError, match="'count' goes without a file"):
+        World(folder / "small.toml", count=3)
+
+
+def test_a_closed_world_says_so(folder: Path) -> None:
+    world = World(program=folder / "blink.c", count=1)
+    world.close()
+    with pytest.raises(RunError, match="this world is closed"):
+        world.run(1)
+
+
+def test_the_documents_test_passes(tmp_path: Path) -> None:
+    text = (ROOT / "docs" / "python_api.md").read_text()
+    for language, name in (("python", "test_blink.py"), ("c", "blink.c")):
+        found = re.search(rf"^```{language}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+        assert found
+        (tmp_path / name).write_text(found[1])
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "test_blink.py"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+    )
+    assert done.returncode == 0, done.stdout
+    assert "1 passed" in done.stdout
+    assert len((tmp_path / "test_blink.py").read_text().splitlines()) <= 12
