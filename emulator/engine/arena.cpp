@@ -15,8 +15,10 @@ bool Region::contains(const Eigen::Vector2d &point) const {
 double Region::distance_to_edge(const Eigen::Vector2d &point) const {
     Eigen::Vector2d offset = point - centre;
     if (shape == Shape::CIRCLE) return std::abs(offset.norm() - size.x() / 2);
-    // The largest norm of the offset from the edge's box: exact inside and beside it, too small off its corners.
-    return std::abs(std::max(std::abs(offset.x()) - size.x() / 2, std::abs(offset.y()) - size.y() / 2));
+    // The largest norm of the offset from the edge's box: exact inside and beside it, too small off
+    // its corners.
+    return std::abs(
+        std::max(std::abs(offset.x()) - size.x() / 2, std::abs(offset.y()) - size.y() / 2));
 }
 
 uint8_t Arena::site_at(const Eigen::Vector2d &point) const {
@@ -33,7 +35,8 @@ double Arena::distance_to_site_edge(const Eigen::Vector2d &point) const {
 
 double Arena::wall_gap(const Eigen::Vector2d &point) const {
     double nearest = std::numeric_limits<double>::infinity();
-    for_each_wall(point, [&](double gap, const Eigen::Vector2d &) { nearest = std::min(nearest, gap); });
+    for_each_wall(point,
+                  [&](double gap, const Eigen::Vector2d &) { nearest = std::min(nearest, gap); });
     return nearest;
 }
 

@@ -25,14 +25,15 @@ struct Arena {
     Region bounds;              ///< what the walls enclose
     std::vector<Region> sites;  ///< at most 255, none overlapping
 
-    /// The site under a point: 1.. in the order of `sites`, 0 for none. An edge belongs to its site.
+    /// The site under a point: 1.. in the order of `sites`, 0 for none. An edge belongs to its
+    /// site.
     uint8_t site_at(const Eigen::Vector2d &point) const;
 
     /// Smallest distance from `point` to an edge of any site.
     double distance_to_site_edge(const Eigen::Vector2d &point) const;
 
-    /// Calls `visit(gap, outward)` for each wall: distance of `point` from it (negative beyond it) and the unit
-    /// vector towards its nearest point.
+    /// Calls `visit(gap, outward)` for each wall: distance of `point` from it (negative beyond it)
+    /// and the unit vector towards its nearest point.
     template <typename Visit> void for_each_wall(const Eigen::Vector2d &point, Visit visit) const {
         if (bounds.shape == Region::Shape::CIRCLE) {
             double distance = point.norm();

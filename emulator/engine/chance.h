@@ -1,7 +1,8 @@
-/// All chance of the engine: one counter-based generator (Philox 4x32-10), keyed by seed, robot and purpose.
+/// All chance of the engine: one counter-based generator (Philox 4x32-10), keyed by seed, robot and
+/// purpose.
 ///
-/// The n-th draw of a purpose depends on nothing else, so another robot or another source of noise never shifts
-/// anybody's luck.
+/// The n-th draw of a purpose depends on nothing else, so another robot or another source of noise
+/// never shifts anybody's luck.
 #ifndef KILOTWIN_ENGINE_CHANCE_H
 #define KILOTWIN_ENGINE_CHANCE_H
 
@@ -37,9 +38,11 @@ class Chance {
 
     /// The n-th draw of `robot` for `purpose`: 64 uniform bits.
     uint64_t bits(uint32_t robot, Purpose purpose, uint64_t n) const {
-        r123::Philox4x32::ctr_type counter = {
-            {static_cast<uint32_t>(n), static_cast<uint32_t>(n >> 32), robot, static_cast<uint32_t>(purpose)}};
-        r123::Philox4x32::key_type key = {{static_cast<uint32_t>(seed_), static_cast<uint32_t>(seed_ >> 32)}};
+        r123::Philox4x32::ctr_type counter = {{static_cast<uint32_t>(n),
+                                               static_cast<uint32_t>(n >> 32), robot,
+                                               static_cast<uint32_t>(purpose)}};
+        r123::Philox4x32::key_type key = {
+            {static_cast<uint32_t>(seed_), static_cast<uint32_t>(seed_ >> 32)}};
         auto out = r123::Philox4x32()(counter, key);
         return static_cast<uint64_t>(out[1]) << 32 | out[0];
     }

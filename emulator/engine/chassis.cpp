@@ -6,13 +6,14 @@ namespace kilotwin {
 
 namespace {
 
-constexpr double SPREAD_LIMIT = 3;      // of a standard deviation
+constexpr double SPREAD_LIMIT = 3;              // of a standard deviation
 constexpr double FASTER_THAN_CALIBRATED = 1.2;  // a duty above the calibrated one helps little
 constexpr Cycles NOISE_PERIOD = CYCLES_PER_SECOND;
 constexpr uint8_t KICK_DUTY = 200;
 constexpr Cycles KICK_CYCLES = CYCLES_PER_SECOND * 12 / 1000;  // 15 ms, less what is lost around it
 
-// The rear legs, in radii of the robot: 12.5 mm to the side and 9.2 mm behind the centre of a Kilobot of 16.5 mm.
+// The rear legs, in radii of the robot: 12.5 mm to the side and 9.2 mm behind the centre of a
+// Kilobot of 16.5 mm.
 constexpr double LEG_ASIDE = 12.5 / 16.5, LEG_BEHIND = 9.2 / 16.5;
 
 double limited(double normal) { return std::clamp(normal, -SPREAD_LIMIT, SPREAD_LIMIT); }
@@ -20,21 +21,24 @@ double limited(double normal) { return std::clamp(normal, -SPREAD_LIMIT, SPREAD_
 }  // namespace
 
 Chassis::Chassis(const Profile &profile, const Chance &chance, size_t robots)
-    : profile_(profile), chance_(chance), motors_(robots) {
+    : profile_(profile),
+      chance_(chance),
+      motors_(robots) {
     fastest_m_s_ = profile.speed_m_s;
     if (!profile.legs) return;
     const double bends = SPREAD_LIMIT * (profile.bias_spread + profile.motor_noise);
     // Straight on, or the centre's way round the far leg.
-    const double turning = profile.turn_rad_s * profile.radius_m *
-                           Eigen::Vector2d(LEG_ASIDE, LEG_BEHIND).norm();
+    const double turning =
+        profile.turn_rad_s * profile.radius_m * Eigen::Vector2d(LEG_ASIDE, LEG_BEHIND).norm();
     fastest_m_s_ = std::max(profile.speed_m_s, turning) * FASTER_THAN_CALIBRATED *
                    (1 + SPREAD_LIMIT * profile.speed_spread) * (1 + bends);
     for (uint32_t robot = 0; robot < robots; robot++) {
         auto &motors = motors_[robot];
-        motors.speed = static_cast<float>(
-            std::max(1 + profile.speed_spread * limited(chance.normal(robot, Purpose::SPEED, 0)), 0.1));
+        motors.speed = static_cast<float>(std::max(
+            1 + profile.speed_spread * limited(chance.normal(robot, Purpose::SPEED, 0)), 0.1));
         auto share = [&](Purpose purpose) {
-            return static_cast<float>(1 + profile.bias_spread * limited(chance.normal(robot, purpose, 0)));
+            return static_cast<float>(1 + profile.bias_spread *
+                                              limited(chance.normal(robot, purpose, 0)));
         };
         motors.left.share = share(Purpose::LEFT_BIAS);
         motors.right.share = share(Purpose::RIGHT_BIAS);
@@ -80,24 +84,29 @@ Drive Chassis::drive(uint32_t robot) const {
     return {{profile_.speed_m_s * share, 0}, 0};
 }
 
-// A motor alone turns the robot about the rear leg on the side it turns to. Both together share the work: each turns it
-// half as fast about its leg, so that the sum goes straight on.
+// A motor alone turns the robot about the rear leg on the side it turns to. Both together share the
+// work: each turns it half as fast about its leg, so that the sum goes straight on.
 Drive Chassis::drive_on_legs(uint32_t robot) const {
     const auto &motors = motors_[robot];
-    auto rate = [&](const Motor &motor, const Motor &other, uint8_t straight, uint8_t turn, Purpose noise) {
+    auto rate = [&](const Motor &motor, const Motor &other, uint8_t straight, uint8_t turn,
+                    Purpose noise) {
         if (!motor.turns) return 0.0;
         const double arm = 2 * LEG_ASIDE * profile_.radius_m;
         const double calibrated = other.turns ? profile_.speed_m_s / arm : profile_.turn_rad_s;
         const double duty_share = double(motor.duty) / (other.turns ? straight : turn);
         double wobble = 1;
         if (profile_.motor_noise > 0)
-            wobble += profile_.motor_noise * limited(chance_.normal(robot, noise, motors.noise_draws));
-        return calibrated * std::min(duty_share, FASTER_THAN_CALIBRATED) * motors.speed * motor.share * wobble;
+            wobble +=
+                profile_.motor_noise * limited(chance_.normal(robot, noise, motors.noise_draws));
+        return calibrated * std::min(duty_share, FASTER_THAN_CALIBRATED) * motors.speed *
+               motor.share * wobble;
     };
-    const double left = rate(motors.left, motors.right, profile_.straight_left, profile_.turn_left, Purpose::LEFT_NOISE);
-    const double right =
-        rate(motors.right, motors.left, profile_.straight_right, profile_.turn_right, Purpose::RIGHT_NOISE);
-    return {{LEG_ASIDE * profile_.radius_m * (left + right), LEG_BEHIND * profile_.radius_m * (left - right)},
+    const double left = rate(motors.left, motors.right, profile_.straight_left, profile_.turn_left,
+                             Purpose::LEFT_NOISE);
+    const double right = rate(motors.right, motors.left, profile_.straight_right,
+                              profile_.turn_right, Purpose::RIGHT_NOISE);
+    return {{LEG_ASIDE * profile_.radius_m * (left + right),
+             LEG_BEHIND * profile_.radius_m * (left - right)},
             left - right};
 }
 

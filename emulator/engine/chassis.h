@@ -1,4 +1,5 @@
-/// From the duties of two motors to motion: kinds of robots, and how one of a kind differs from the next.
+/// From the duties of two motors to motion: kinds of robots, and how one of a kind differs from the
+/// next.
 #ifndef KILOTWIN_ENGINE_CHASSIS_H
 #define KILOTWIN_ENGINE_CHASSIS_H
 
@@ -14,18 +15,20 @@ namespace kilotwin {
 /// A kind of robot (design.md 5.1).
 struct Profile {
     double radius_m;
-    double speed_m_s;     ///< both motors at their straight duties
-    double turn_rad_s;    ///< one motor at its turn duty
-    double push_m_s2;     ///< the drive's force over the robot's mass; friction when it is off
+    double speed_m_s;   ///< both motors at their straight duties
+    double turn_rad_s;  ///< one motor at its turn duty
+    double push_m_s2;   ///< the drive's force over the robot's mass; friction when it is off
     uint8_t straight_left, straight_right, turn_left, turn_right;  ///< calibrated duties
 
-    /// True: legs that shuffle (Kilobot): one motor alone turns the robot about a rear leg, speed goes with the duty,
-    /// and a motor needs a kick to start. False: wheels (foot-bot): one motor alone turns it on the spot.
+    /// True: legs that shuffle (Kilobot): one motor alone turns the robot about a rear leg, speed
+    /// goes with the duty, and a motor needs a kick to start. False: wheels (foot-bot): one motor
+    /// alone turns it on the spot.
     bool legs = false;
-    bool kick_needed = true;    ///< legs only: 15 ms at full duty, from standstill
-    double speed_spread = 0;    ///< sd over robots, share of the speed
-    double bias_spread = 0;     ///< sd over motors, share of the motor's speed: a robot that bends to one side
-    double motor_noise = 0;     ///< sd of each motor's speed from second to second, share of it
+    bool kick_needed = true;  ///< legs only: 15 ms at full duty, from standstill
+    double speed_spread = 0;  ///< sd over robots, share of the speed
+    double bias_spread =
+        0;  ///< sd over motors, share of the motor's speed: a robot that bends to one side
+    double motor_noise = 0;  ///< sd of each motor's speed from second to second, share of it
 };
 
 class Chassis {
@@ -35,7 +38,8 @@ class Chassis {
     /// From `at` on the motors of `robot` are at these duties.
     Drive set_duties(uint32_t robot, Cycles at, uint8_t left, uint8_t right);
 
-    /// When the motion of `robot` next changes by itself, to be followed by renew(); NEVER while it rests.
+    /// When the motion of `robot` next changes by itself, to be followed by renew(); NEVER while it
+    /// rests.
     Cycles next_renewal(uint32_t robot) const { return motors_[robot].renewal; }
     Drive renew(uint32_t robot);
 

@@ -1,4 +1,5 @@
-/// The time base: an unsigned count of cycles of 125 ns (the robots' 8 MHz), from the moment the world begins.
+/// The time base: an unsigned count of cycles of 125 ns (the robots' 8 MHz), from the moment the
+/// world begins.
 #ifndef KILOTWIN_ENGINE_CLOCK_H
 #define KILOTWIN_ENGINE_CLOCK_H
 
@@ -11,8 +12,9 @@ using Cycles = uint64_t;
 
 constexpr Cycles NEVER = std::numeric_limits<Cycles>::max();
 constexpr Cycles CYCLES_PER_SECOND = 8'000'000;
-constexpr Cycles TICK_CYCLES = 256 * 1024;  ///< 32.768 ms: timer 0 at clk/1024, 256 counts (hardware.md 1.6)
-constexpr Cycles FRAME_CYCLES = 34'970;     ///< 4.371 ms: one infrared frame (hardware.md 1.6)
+constexpr Cycles TICK_CYCLES =
+    256 * 1024;  ///< 32.768 ms: timer 0 at clk/1024, 256 counts (hardware.md 1.6)
+constexpr Cycles FRAME_CYCLES = 34'970;  ///< 4.371 ms: one infrared frame (hardware.md 1.6)
 constexpr double CYCLE_S = 1.0 / static_cast<double>(CYCLES_PER_SECOND);
 constexpr double TICK_S = static_cast<double>(TICK_CYCLES) * CYCLE_S;
 

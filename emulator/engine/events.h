@@ -18,9 +18,9 @@ inline const char *name_of(EventKind kind) {
 }
 
 struct Event {
-    Cycles at;           ///< the robot's own time
-    uint32_t robot;      ///< index
-    uint32_t tick;       ///< the robot's kilo_ticks
+    Cycles at;       ///< the robot's own time
+    uint32_t robot;  ///< index
+    uint32_t tick;   ///< the robot's kilo_ticks
     std::string program;
     EventKind kind;
     std::string text;

@@ -1,8 +1,10 @@
-/// The lossless medium of the foot-bots: everybody in range (and, if asked for, in sight) hears every frame.
+/// The lossless medium of the foot-bots: everybody in range (and, if asked for, in sight) hears
+/// every frame.
 ///
-/// A frame that begins within a world step is heard at its end, but not before the next step begins: so all robots can
-/// be run through a step one after the other. Range and sight go from centre to centre, as robots stand at the
-/// beginning of the step; the discs of other robots hide what is behind them, walls do not.
+/// A frame that begins within a world step is heard at its end, but not before the next step
+/// begins: so all robots can be run through a step one after the other. Range and sight go from
+/// centre to centre, as robots stand at the beginning of the step; the discs of other robots hide
+/// what is behind them, walls do not.
 #ifndef KILOTWIN_ENGINE_IDEAL_MEDIUM_H
 #define KILOTWIN_ENGINE_IDEAL_MEDIUM_H
 
@@ -22,7 +24,10 @@ struct Listener {
 class IdealMedium {
   public:
     IdealMedium(double range_m, bool line_of_sight, double radius_m, size_t robots)
-        : range_m_(range_m), line_of_sight_(line_of_sight), radius_m_(radius_m), audiences_(robots) {}
+        : range_m_(range_m),
+          line_of_sight_(line_of_sight),
+          radius_m_(radius_m),
+          audiences_(robots) {}
 
     double range_m() const { return range_m_; }
 

@@ -13,13 +13,15 @@ constexpr Cycles SLOT = 269;
 // A pulse needs so long to be noticed: its own length and the interrupt's entry.
 constexpr Cycles NOTICE_CYCLES = 72;
 // The leader: start pulse, two slots of rest, 235 polls of 8 cycles, stop pulse in the tenth slot.
-constexpr Cycles SENSE_BEGIN = 2 * SLOT, SENSE_END_CYCLES = SENSE_BEGIN + 235 * 8, LEADER_STOP = 9 * SLOT;
+constexpr Cycles SENSE_BEGIN = 2 * SLOT, SENSE_END_CYCLES = SENSE_BEGIN + 235 * 8,
+                 LEADER_STOP = 9 * SLOT;
 constexpr double RANGE_LIMIT = 3;  // of the spread
 
 }  // namespace
 
-KilobotMedium::KilobotMedium(const Settings &settings, const Chance &chance, std::deque<Robot> &robots,
-                             std::vector<Emission> &emissions, MediumCounts &counts)
+KilobotMedium::KilobotMedium(const Settings &settings, const Chance &chance,
+                             std::deque<Robot> &robots, std::vector<Emission> &emissions,
+                             MediumCounts &counts)
     : settings_(settings),
       chance_(chance),
       robots_(robots),
@@ -29,8 +31,10 @@ KilobotMedium::KilobotMedium(const Settings &settings, const Chance &chance, std
       audible_(robots.size()),
       draws_(robots.size()) {
     for (uint32_t robot = 0; robot < robots.size(); robot++) {
-        double spread = std::clamp(chance.normal(robot, Purpose::RANGE, 0), -RANGE_LIMIT, RANGE_LIMIT);
-        range_m_.push_back(static_cast<float>(settings.range_m * (1 + spread * settings.range_spread)));
+        double spread =
+            std::clamp(chance.normal(robot, Purpose::RANGE, 0), -RANGE_LIMIT, RANGE_LIMIT);
+        range_m_.push_back(
+            static_cast<float>(settings.range_m * (1 + spread * settings.range_spread)));
         frames_[robot].sender = robot;
     }
 }
@@ -39,7 +43,8 @@ double KilobotMedium::reach_m(const Settings &settings) {
     return settings.range_m * (1 + RANGE_LIMIT * settings.range_spread);
 }
 
-void KilobotMedium::run(const std::vector<uint32_t> &attended, Cycles begin, Cycles end, const Neighbours &neighbours,
+void KilobotMedium::run(const std::vector<uint32_t> &attended, Cycles begin, Cycles end,
+                        const Neighbours &neighbours,
                         const std::vector<Eigen::Vector2d> &positions) {
     neighbours_ = &neighbours;
     positions_ = &positions;
@@ -52,9 +57,9 @@ void KilobotMedium::run(const std::vector<uint32_t> &attended, Cycles begin, Cyc
         Event event = events_.top();
         events_.pop();
         switch (event.what) {
-            case What::FRAME_END: end_frame(event.robot); break;
-            case What::SENSE_END: end_sensing(event.robot); break;
-            case What::RUN: run_robot(event.robot, event.at + 1); break;
+        case What::FRAME_END: end_frame(event.robot); break;
+        case What::SENSE_END: end_sensing(event.robot); break;
+        case What::RUN: run_robot(event.robot, event.at + 1); break;
         }
     }
     for (uint32_t robot : attended) run_robot(robot, end);
@@ -65,7 +70,8 @@ void KilobotMedium::run_robot(uint32_t index, Cycles until) {
     Robot &robot = robots_[index];
     for (;;) {
         if (robot.question() == Robot::Question::NONE) {
-            if (has_channel(index, until - 1)) robot.grant(until - 1, std::min(end_, until + FRAME_CYCLES));
+            if (has_channel(index, until - 1))
+                robot.grant(until - 1, std::min(end_, until + FRAME_CYCLES));
             emissions_.clear();
             robot.run_arbitrated(until);
             if (!emissions_.empty()) begin_frame(index, emissions_.back().at);
@@ -83,18 +89,21 @@ void KilobotMedium::run_robot(uint32_t index, Cycles until) {
     if (until < end_ && ask < end_) events_.push({std::max(ask, until), What::RUN, index});
 }
 
-/// Whether nothing can come between if the robot is asked at `at`: it receives nothing, and nobody around may start
-/// before it is done listening.
+/// Whether nothing can come between if the robot is asked at `at`: it receives nothing, and nobody
+/// around may start before it is done listening.
 bool KilobotMedium::has_channel(uint32_t robot, Cycles at) const {
-    if (settings_.held_busy || !audible_[robot].empty() || on_air(robot) || robots_[robot].next_ask() != at) return false;
+    if (settings_.held_busy || !audible_[robot].empty() || on_air(robot) ||
+        robots_[robot].next_ask() != at)
+        return false;
     for (uint32_t other : neighbours_->of(robot))
         if (robots_[other].next_ask() <= at + SENSE_END_CYCLES) return false;
     return true;
 }
 
 bool KilobotMedium::receives(uint32_t robot, Cycles at) const {
-    return std::any_of(audible_[robot].begin(), audible_[robot].end(),
-                       [&](uint32_t sender) { return frames_[sender].begin + NOTICE_CYCLES <= at; });
+    return std::any_of(audible_[robot].begin(), audible_[robot].end(), [&](uint32_t sender) {
+        return frames_[sender].begin + NOTICE_CYCLES <= at;
+    });
 }
 
 void KilobotMedium::begin_frame(uint32_t sender, Cycles at) {
@@ -114,7 +123,8 @@ void KilobotMedium::begin_frame(uint32_t sender, Cycles at) {
             if (heard.fate == Heard::Fate::CLEAR) heard.fate = Heard::Fate::COLLIDED;
             for (uint32_t earlier : audible_[other])
                 for (Heard &spoilt : frames_[earlier].heard)
-                    if (spoilt.robot == other && spoilt.fate == Heard::Fate::CLEAR) spoilt.fate = Heard::Fate::COLLIDED;
+                    if (spoilt.robot == other && spoilt.fate == Heard::Fate::CLEAR)
+                        spoilt.fate = Heard::Fate::COLLIDED;
         }
         frame.heard.push_back(heard);
         audible_[other].push_back(sender);
@@ -132,12 +142,13 @@ void KilobotMedium::begin_frame(uint32_t sender, Cycles at) {
         events_.push({at + SENSE_END_CYCLES, What::SENSE_END, sender});
 }
 
-/// Light on the receiver while it polled: the start pulse of a frame begun meanwhile, or the leader's stop pulse of one
-/// that began too shortly before its own to be noticed.
+/// Light on the receiver while it polled: the start pulse of a frame begun meanwhile, or the
+/// leader's stop pulse of one that began too shortly before its own to be noticed.
 bool KilobotMedium::finds_busy(uint32_t sender) const {
     if (settings_.held_busy) return true;
     if (!settings_.carrier_sense) return false;
-    const Cycles first = frames_[sender].begin + SENSE_BEGIN, last = frames_[sender].begin + SENSE_END_CYCLES;
+    const Cycles first = frames_[sender].begin + SENSE_BEGIN,
+                 last = frames_[sender].begin + SENSE_END_CYCLES;
     auto polled = [&](Cycles pulse) { return pulse >= first && pulse < last; };
     return std::any_of(audible_[sender].begin(), audible_[sender].end(), [&](uint32_t other) {
         return polled(frames_[other].begin) || polled(frames_[other].begin + LEADER_STOP);
@@ -188,7 +199,8 @@ void KilobotMedium::deliver(const Frame &frame, const Heard &heard) {
     Robot &robot = robots_[heard.robot];
     uint64_t n = draws_[heard.robot]++;
     double share = heard.distance_mm / 1000 / range_m_[frame.sender];
-    double loss = settings_.loss + (settings_.loss_at_range - settings_.loss) * share * share * share * share;
+    double loss =
+        settings_.loss + (settings_.loss_at_range - settings_.loss) * share * share * share * share;
     if (chance_.uniform(heard.robot, Purpose::FRAME_LOSS, n) < loss) {
         counts_.lost++;
         return;

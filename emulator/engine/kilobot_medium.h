@@ -1,9 +1,11 @@
-/// The robots' own infrared: 30 kbit/s, half duplex, carrier sense, collisions, loss (hardware.md 1.6).
+/// The robots' own infrared: 30 kbit/s, half duplex, carrier sense, collisions, loss (hardware.md
+/// 1.6).
 ///
-/// Each receiver has its own set of audible senders, so hidden senders collide. A frame lasts 4.371 ms from the tick at
-/// which its sender asks its program. Whoever receives is not asked. An attempt listens between its start pulse and the
-/// leader's stop pulse; light seen then makes it fail, and the robot tries again within a tick. No capture: any light of
-/// another frame spoils a frame at that receiver. What robots do is taken in order of time, robot by robot.
+/// Each receiver has its own set of audible senders, so hidden senders collide. A frame lasts 4.371
+/// ms from the tick at which its sender asks its program. Whoever receives is not asked. An attempt
+/// listens between its start pulse and the leader's stop pulse; light seen then makes it fail, and
+/// the robot tries again within a tick. No capture: any light of another frame spoils a frame at
+/// that receiver. What robots do is taken in order of time, robot by robot.
 #ifndef KILOTWIN_ENGINE_KILOBOT_MEDIUM_H
 #define KILOTWIN_ENGINE_KILOBOT_MEDIUM_H
 
@@ -33,14 +35,15 @@ class KilobotMedium {
     /// Each mechanism can be switched off by itself.
     struct Settings {
         double range_m = 0.10;
-        double range_spread = 0.05;   ///< sd over senders, share of the range
-        double loss = 0.02;           ///< share of frames lost near the sender ...
-        double loss_at_range = 0.20;  ///< ... and at the end of its range; grows with the distance's 4th power
-        double gain_noise_lsb = 2;    ///< sd of each converter reading
+        double range_spread = 0.05;  ///< sd over senders, share of the range
+        double loss = 0.02;          ///< share of frames lost near the sender ...
+        double loss_at_range =
+            0.20;  ///< ... and at the end of its range; grows with the distance's 4th power
+        double gain_noise_lsb = 2;  ///< sd of each converter reading
         bool carrier_sense = true;
         bool collisions = true;
         bool half_duplex = true;
-        bool held_busy = false;       ///< somebody's light never goes out: no attempt succeeds
+        bool held_busy = false;  ///< somebody's light never goes out: no attempt succeeds
     };
 
     KilobotMedium(const Settings &settings, const Chance &chance, std::deque<Robot> &robots,
@@ -49,16 +52,16 @@ class KilobotMedium {
     /// The farthest that anybody can be heard.
     static double reach_m(const Settings &settings);
 
-    /// Whether a robot has to be run here, even if nobody else is near: it is in the middle of a transmission, or the
-    /// channel is not free.
+    /// Whether a robot has to be run here, even if nobody else is near: it is in the middle of a
+    /// transmission, or the channel is not free.
     bool claims(uint32_t robot) const {
-        return settings_.held_busy || frames_[robot].on_air || robots_[robot].question() != Robot::Question::NONE;
+        return settings_.held_busy || frames_[robot].on_air ||
+               robots_[robot].question() != Robot::Question::NONE;
     }
 
     /// Runs `attended` robots (ascending) from `begin` to `end` together, as they stand at `begin`.
-    void run(const std::vector<uint32_t> &attended, Cycles begin, Cycles end, const Neighbours &neighbours,
-             const std::vector<Eigen::Vector2d> &positions);
-
+    void run(const std::vector<uint32_t> &attended, Cycles begin, Cycles end,
+             const Neighbours &neighbours, const std::vector<Eigen::Vector2d> &positions);
 
   private:
     struct Heard {
@@ -102,10 +105,10 @@ class KilobotMedium {
     std::deque<Robot> &robots_;
     std::vector<Emission> &emissions_;  ///< what robots send that were granted the channel
     MediumCounts &counts_;
-    std::vector<float> range_m_;                   ///< by sender
-    std::vector<Frame> frames_;                    ///< by sender: a robot sends one at a time
-    std::vector<std::vector<uint32_t>> audible_;   ///< by receiver: senders on air
-    std::vector<uint64_t> draws_;                  ///< by receiver
+    std::vector<float> range_m_;                  ///< by sender
+    std::vector<Frame> frames_;                   ///< by sender: a robot sends one at a time
+    std::vector<std::vector<uint32_t>> audible_;  ///< by receiver: senders on air
+    std::vector<uint64_t> draws_;                 ///< by receiver
     std::priority_queue<Event, std::vector<Event>, std::greater<>> events_;
     const Neighbours *neighbours_ = nullptr;
     const std::vector<Eigen::Vector2d> *positions_ = nullptr;

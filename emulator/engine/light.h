@@ -13,8 +13,9 @@ namespace kilotwin {
 struct Light {
     struct Source {
         Eigen::Vector2d at;
-        double peak;    ///< reading that it adds right below it
-        double half_m;  ///< where half of that is left; falls with the square of the distance from afar
+        double peak;  ///< reading that it adds right below it
+        double
+            half_m;  ///< where half of that is left; falls with the square of the distance from afar
     };
     double ambient = 0;  ///< reading without any source
     std::vector<Source> sources;
@@ -23,7 +24,8 @@ struct Light {
     int16_t at(const Eigen::Vector2d &place) const {
         double sum = ambient;
         for (const auto &source : sources)
-            sum += source.peak / (1 + (place - source.at).squaredNorm() / (source.half_m * source.half_m));
+            sum += source.peak /
+                   (1 + (place - source.at).squaredNorm() / (source.half_m * source.half_m));
         return static_cast<int16_t>(std::clamp(std::floor(sum + 0.5), 0.0, 1023.0));
     }
 };

@@ -1,4 +1,5 @@
-/// Where a robot is while nothing touches it: in closed form from the moment its motion last changed.
+/// Where a robot is while nothing touches it: in closed form from the moment its motion last
+/// changed.
 #ifndef KILOTWIN_ENGINE_MOTION_H
 #define KILOTWIN_ENGINE_MOTION_H
 
@@ -19,7 +20,9 @@ struct Drive {
     double turn = 0;                 ///< rad/s, counter-clockwise
     bool stands() const { return velocity.x() == 0 && velocity.y() == 0; }
     bool at_rest() const { return stands() && turn == 0; }
-    bool operator==(const Drive &other) const { return velocity == other.velocity && turn == other.turn; }
+    bool operator==(const Drive &other) const {
+        return velocity == other.velocity && turn == other.turn;
+    }
 };
 
 class Trajectory {

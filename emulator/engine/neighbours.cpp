@@ -34,16 +34,22 @@ class Cells {
         int column = column_of(p), row = row_of(p);
         for (int r = std::max(row - 1, 0); r <= std::min(row + 1, rows_ - 1); r++)
             for (int c = std::max(column - 1, 0); c <= std::min(column + 1, columns_ - 1); c++) {
-                size_t cell = static_cast<size_t>(r) * static_cast<size_t>(columns_) + static_cast<size_t>(c);
+                size_t cell =
+                    static_cast<size_t>(r) * static_cast<size_t>(columns_) + static_cast<size_t>(c);
                 for (size_t k = first_[cell]; k < first_[cell + 1]; k++) visit(members_[k]);
             }
     }
 
   private:
-    int column_of(const Eigen::Vector2d &p) const { return static_cast<int>((p.x() - low_.x()) / width_); }
-    int row_of(const Eigen::Vector2d &p) const { return static_cast<int>((p.y() - low_.y()) / width_); }
+    int column_of(const Eigen::Vector2d &p) const {
+        return static_cast<int>((p.x() - low_.x()) / width_);
+    }
+    int row_of(const Eigen::Vector2d &p) const {
+        return static_cast<int>((p.y() - low_.y()) / width_);
+    }
     size_t index(const Eigen::Vector2d &p) const {
-        return static_cast<size_t>(row_of(p)) * static_cast<size_t>(columns_) + static_cast<size_t>(column_of(p));
+        return static_cast<size_t>(row_of(p)) * static_cast<size_t>(columns_) +
+               static_cast<size_t>(column_of(p));
     }
 
     double width_;
@@ -68,12 +74,14 @@ void Neighbours::rebuild(const std::vector<Eigen::Vector2d> &positions) {
     Cells cells(positions, width);
     for (uint32_t i = 0; i < positions.size(); i++) {
         cells.around(positions[i], [&](uint32_t j) {
-            if (j != i && (positions[j] - positions[i]).squaredNorm() <= width * width) ids_.push_back(j);
+            if (j != i && (positions[j] - positions[i]).squaredNorm() <= width * width)
+                ids_.push_back(j);
         });
         auto first = ids_.begin() + static_cast<ptrdiff_t>(begin_.back());
         std::sort(first, ids_.end());
         if (i + 1 < old_begin.size())
-            changed_[i] = !std::equal(first, ids_.end(), old_ids.begin() + static_cast<ptrdiff_t>(old_begin[i]),
+            changed_[i] = !std::equal(first, ids_.end(),
+                                      old_ids.begin() + static_cast<ptrdiff_t>(old_begin[i]),
                                       old_ids.begin() + static_cast<ptrdiff_t>(old_begin[i + 1]));
         begin_.push_back(ids_.size());
     }

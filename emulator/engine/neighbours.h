@@ -1,4 +1,5 @@
-/// Who may come near whom: lists of the robots around each robot, good until somebody has moved too far.
+/// Who may come near whom: lists of the robots around each robot, good until somebody has moved too
+/// far.
 #ifndef KILOTWIN_ENGINE_NEIGHBOURS_H
 #define KILOTWIN_ENGINE_NEIGHBOURS_H
 
@@ -23,7 +24,9 @@ class Neighbours {
     };
 
     /// The robots around `robot`, in ascending order.
-    List of(uint32_t robot) const { return {ids_.data() + begin_[robot], ids_.data() + begin_[robot + 1]}; }
+    List of(uint32_t robot) const {
+        return {ids_.data() + begin_[robot], ids_.data() + begin_[robot + 1]};
+    }
 
     /// Whether the last rebuild() changed the list of `robot`.
     bool changed(uint32_t robot) const { return changed_[robot]; }

@@ -10,9 +10,9 @@
 
 namespace kilotwin {
 
-/// Adds `count` robots of one radius to `poses`, free of one another, of those already there and of the walls.
-/// Each robot draws for itself, so a further robot changes nobody else's place. Throws EngineError when they do not
-/// fit.
+/// Adds `count` robots of one radius to `poses`, free of one another, of those already there and of
+/// the walls. Each robot draws for itself, so a further robot changes nobody else's place. Throws
+/// EngineError when they do not fit.
 void place_uniformly(std::vector<Pose> &poses, size_t count, const Arena &arena, double radius_m,
                      const Chance &chance);
 

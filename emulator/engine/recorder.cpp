@@ -16,7 +16,8 @@ void Samples::add_robot(const Pose &pose, uint8_t color, uint8_t site_under) {
 void Overlaps::add(double fraction) {
     contacts_++;
     worst_ = std::max(worst_, fraction);
-    classes_[static_cast<size_t>(std::min(fraction / CLASS, static_cast<double>(classes_.size() - 1)))]++;
+    classes_[static_cast<size_t>(
+        std::min(fraction / CLASS, static_cast<double>(classes_.size() - 1)))]++;
 }
 
 double Overlaps::median() const {
@@ -30,7 +31,8 @@ double Overlaps::median() const {
 uint64_t result_hash(const Samples &now) {
     uint64_t hash = 0xCBF29CE484222325u;
     auto take = [&hash](const void *data, size_t bytes) {
-        for (size_t i = 0; i < bytes; i++) hash = (hash ^ static_cast<const uint8_t *>(data)[i]) * 0x100000001B3u;
+        for (size_t i = 0; i < bytes; i++)
+            hash = (hash ^ static_cast<const uint8_t *>(data)[i]) * 0x100000001B3u;
     };
     for (size_t i = 0; i < now.led.size(); i++) {
         take(&now.x_m[i], sizeof(float));

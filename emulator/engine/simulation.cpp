@@ -17,15 +17,18 @@ namespace kilotwin {
 
 namespace {
 
-constexpr uint32_t POWER_UP_TICKS = 16;  // robots are switched on within a message period of one another
-constexpr int64_t LEAD_TICKS = 64;       // and at least so long before RUN
-constexpr double SKIN_SHARE = 0.4;       // of the medium's range
-constexpr double SKIN_USED = 0.6;        // of the skin, before new lists are made: the rest is for running ahead
+constexpr uint32_t POWER_UP_TICKS =
+    16;                             // robots are switched on within a message period of one another
+constexpr int64_t LEAD_TICKS = 64;  // and at least so long before RUN
+constexpr double SKIN_SHARE = 0.4;  // of the medium's range
+constexpr double SKIN_USED =
+    0.6;  // of the skin, before new lists are made: the rest is for running ahead
 constexpr double CONTACT_MARGIN = 0.05;  // of a radius
 constexpr uint8_t STEPS_APART_TO_LEAVE = 4;
 constexpr uint32_t STEPS_TOUCHING_TO_CARE = 4;
-constexpr double TOUCHING = 0.001;       // of a diameter
-// A robot that is pushed may be faster than it drives: the solver's own limit, relative to the drive's speed.
+constexpr double TOUCHING = 0.001;  // of a diameter
+// A robot that is pushed may be faster than it drives: the solver's own limit, relative to the
+// drive's speed.
 constexpr double PUSHED_SPEED = 2;
 
 // Two robots approach one another at most so fast: one drives, the other may be pushed.
@@ -65,8 +68,14 @@ Simulation::Simulation(const SimulationDef &def)
       contact_gap_m_(2 * PUSHED_SPEED * chassis_.fastest_m_s() * seconds(step_) +
                      CONTACT_MARGIN * def.profile.radius_m),
       black_box_(def.black_box.empty() ? nullptr : map_black_box(def.black_box)),
-      context_{chance_, events_, emissions_, black_box_, def.kilobot_medium ? FRAME_CYCLES : 0,
-               !def.kilobot_medium, static_cast<Cycles>(def.battery_h * 3600 * CYCLES_PER_SECOND), def.temperature},
+      context_{chance_,
+               events_,
+               emissions_,
+               black_box_,
+               def.kilobot_medium ? FRAME_CYCLES : 0,
+               !def.kilobot_medium,
+               static_cast<Cycles>(def.battery_h * 3600 * CYCLES_PER_SECOND),
+               def.temperature},
       commands_(def.commands),
       wake_(count_robots(def), 0),
       next_ask_(wake_.size(), 0),
@@ -77,9 +86,10 @@ Simulation::Simulation(const SimulationDef &def)
       surroundings_(wake_.size()),
       steps_apart_(wake_.size(), 0),
       in_contact_(wake_.size(), false),
-      neighbours_(std::max(reach_m_ + def.profile.radius_m,
-                           2 * def.profile.radius_m + contact_gap_m_ + (def.floor ? def.floor->obstacle_m : 0)),
-                  SKIN_SHARE * reach_m_),
+      neighbours_(
+          std::max(reach_m_ + def.profile.radius_m, 2 * def.profile.radius_m + contact_gap_m_ +
+                                                        (def.floor ? def.floor->obstacle_m : 0)),
+          SKIN_SHARE * reach_m_),
       medium_(def.range_m, def.line_of_sight, def.profile.radius_m, wake_.size()),
       world_(def.arena, def.profile, chassis_.fastest_m_s(), wake_.size()) {
     if (wake_.empty()) throw EngineError("there is no robot");
@@ -87,7 +97,9 @@ Simulation::Simulation(const SimulationDef &def)
     std::stable_sort(commands_.begin(), commands_.end(),
                      [](const auto &a, const auto &b) { return a.tick < b.tick; });
     create_robots();
-    if (def.kilobot_medium) kilobot_medium_.emplace(*def.kilobot_medium, chance_, robots_, emissions_, statistics_.medium);
+    if (def.kilobot_medium)
+        kilobot_medium_.emplace(*def.kilobot_medium, chance_, robots_, emissions_,
+                                statistics_.medium);
     boot();
 }
 
@@ -111,7 +123,8 @@ void Simulation::create_robots() {
             auto power_up = static_cast<Cycles>(chance_.uniform(index, Purpose::POWER_UP, 0) *
                                                 static_cast<double>(POWER_UP_TICKS * TICK_CYCLES));
             Calibration calibration = calibrate(index);
-            robots_.emplace_back(context_, program, index, calibration, power_up, images_.back().get() + i * stride);
+            robots_.emplace_back(context_, program, index, calibration, power_up,
+                                 images_.back().get() + i * stride);
         }
     }
     for (const auto &pose : poses) {
@@ -126,9 +139,15 @@ Calibration Simulation::calibrate(uint32_t index) const {
         return 1 + sd * std::clamp(chance_.normal(index, purpose, 0), -LIMIT, LIMIT);
     };
     const auto &p = def_.profile;
-    const double tick = static_cast<double>(TICK_CYCLES) * spread(Purpose::CLOCK, def_.clock_spread);
-    return {static_cast<uint16_t>(index + 1), p.turn_left, p.turn_right, p.straight_left, p.straight_right,
-            InfraredGains(spread(Purpose::SENSITIVITY, def_.sensitivity_spread)), static_cast<Cycles>(tick + 0.5)};
+    const double tick =
+        static_cast<double>(TICK_CYCLES) * spread(Purpose::CLOCK, def_.clock_spread);
+    return {static_cast<uint16_t>(index + 1),
+            p.turn_left,
+            p.turn_right,
+            p.straight_left,
+            p.straight_right,
+            InfraredGains(spread(Purpose::SENSITIVITY, def_.sensitivity_spread)),
+            static_cast<Cycles>(tick + 0.5)};
 }
 
 // From power-up to RUN robots wait on their places for what the host tells them.
@@ -144,7 +163,8 @@ void Simulation::boot() {
 }
 
 int64_t Simulation::tick_of(Cycles at) const {
-    return (static_cast<int64_t>(at) - static_cast<int64_t>(run_at_)) / static_cast<int64_t>(TICK_CYCLES);
+    return (static_cast<int64_t>(at) - static_cast<int64_t>(run_at_)) /
+           static_cast<int64_t>(TICK_CYCLES);
 }
 
 int64_t Simulation::tick() const { return tick_of(now_); }
@@ -162,12 +182,14 @@ void Simulation::advance(int64_t ticks) {
 void Simulation::step(Cycles limit) {
     give_commands(now_ + step_);
     if (next_command_ < commands_.size())
-        limit = std::min(limit, std::max(now_ + step_, begin_of_step(command_time(commands_[next_command_]))));
+        limit = std::min(
+            limit, std::max(now_ + step_, begin_of_step(command_time(commands_[next_command_]))));
     refresh_lists();
     if (floor_) next_sensing_ = floor_->senses_at(now_) ? now_ : floor_->next_sensing(now_);
     for (uint32_t robot = 0; robot < robots_.size(); robot++)
         if (wake_[robot] <= now_) attend(robot, limit);
-    if (kilobot_medium_) kilobot_medium_->run(together_, now_, now_ + step_, neighbours_, positions_);
+    if (kilobot_medium_)
+        kilobot_medium_->run(together_, now_, now_ + step_, neighbours_, positions_);
     deliver_frames();
     take_over_plans();
     move();
@@ -176,7 +198,8 @@ void Simulation::step(Cycles limit) {
 }
 
 Cycles Simulation::command_time(const SimulationDef::Command &command) const {
-    return run_at_ + static_cast<Cycles>(command.tick) * TICK_CYCLES;  // negative ticks wrap as they should
+    return run_at_ +
+           static_cast<Cycles>(command.tick) * TICK_CYCLES;  // negative ticks wrap as they should
 }
 
 Cycles Simulation::begin_of_step(Cycles at) const { return at - (at - run_at_) % step_; }
@@ -184,7 +207,8 @@ Cycles Simulation::end_of_step(Cycles at) const { return begin_of_step(at + step
 
 /// Hands out the commands before `until`.
 void Simulation::give_commands(Cycles until) {
-    for (; next_command_ < commands_.size() && command_time(commands_[next_command_]) < until; next_command_++)
+    for (; next_command_ < commands_.size() && command_time(commands_[next_command_]) < until;
+         next_command_++)
         give(commands_[next_command_], std::max(command_time(commands_[next_command_]), now_));
 }
 
@@ -218,12 +242,14 @@ void Simulation::attend(uint32_t robot, Cycles limit) {
     auto &around = surroundings_[robot];
     if (around.look_again <= now_ || !def_.run_ahead) look_around(robot);
     Cycles until = std::min({limit, around.alone_until, silent_until(robot)});
-    const bool light_changes = !def_.light.sources.empty() && !trajectories_[robot].drive().stands();
+    const bool light_changes =
+        !def_.light.sources.empty() && !trajectories_[robot].drive().stands();
     until = def_.run_ahead && !light_changes ? std::max(until, now_ + step_) : now_ + step_;
     if (next_sensing_ < until) floor_->tell(robots_[robot], around.cell, next_sensing_, until);
     attended_.push_back(robot);
     robots_[robot].light = def_.light.at(positions_[robot]);
-    const bool together = kilobot_medium_ && (until == now_ + step_ || kilobot_medium_->claims(robot));
+    const bool together =
+        kilobot_medium_ && (until == now_ + step_ || kilobot_medium_->claims(robot));
     if (together) {
         wake_[robot] = now_ + step_;
         together_.push_back(robot);
@@ -233,8 +259,8 @@ void Simulation::attend(uint32_t robot, Cycles limit) {
     }
 }
 
-/// The begin of the first step in which the robot, or anybody in its reach, may send: who may not yet be asked for a
-/// message cannot be heard.
+/// The begin of the first step in which the robot, or anybody in its reach, may send: who may not
+/// yet be asked for a message cannot be heard.
 Cycles Simulation::silent_until(uint32_t robot) const {
     const auto &around = surroundings_[robot];
     if (around.in_reach.empty()) return NEVER;
@@ -243,8 +269,8 @@ Cycles Simulation::silent_until(uint32_t robot) const {
     return first == NEVER ? NEVER : begin_of_step(std::max(first, now_));
 }
 
-/// What stands around a robot at rest or on its way, and how long it can be left alone: bounded by the fastest that
-/// anybody can come nearer.
+/// What stands around a robot at rest or on its way, and how long it can be left alone: bounded by
+/// the fastest that anybody can come nearer.
 void Simulation::look_around(uint32_t robot) {
     auto &around = surroundings_[robot];
     const auto &trajectory = trajectories_[robot];
@@ -287,7 +313,8 @@ void Simulation::look_around(uint32_t robot) {
     }
     around.crowded = crowded;
     around.alone_until = now_ + whole_steps(alone_s);
-    around.look_again = at_rest ? now_ + std::max(whole_steps(unchanged_s), step_) : around.alone_until;
+    around.look_again =
+        at_rest ? now_ + std::max(whole_steps(unchanged_s), step_) : around.alone_until;
 }
 
 /// World steps that lie wholly within `for_s` seconds.
@@ -313,13 +340,14 @@ void Simulation::run_robot(uint32_t index, Cycles until) {
     }
 }
 
-/// What the robots that ran mean to do. Not before all have: who runs later in a step must still see what was to be
-/// expected at its begin.
+/// What the robots that ran mean to do. Not before all have: who runs later in a step must still
+/// see what was to be expected at its begin.
 void Simulation::take_over_plans() {
     for (uint32_t index : attended_) {
         const auto &commands = robots_[index].motor_commands;
         next_ask_[index] = robots_[index].next_ask();
-        if (!commands.empty()) next_motor_[index] = std::min(next_motor_[index], commands[motor_index_[index]].at);
+        if (!commands.empty())
+            next_motor_[index] = std::min(next_motor_[index], commands[motor_index_[index]].at);
     }
     attended_.clear();
     together_.clear();
@@ -339,7 +367,8 @@ void Simulation::deliver_frames() {
             medium_.find_audience(emission.robot, neighbours_.of(emission.robot), positions_);
             audience_at_[emission.robot] = now_;
         }
-        Reception reception = {std::max(emission.at + FRAME_CYCLES, now_ + step_), emission.message, {}};
+        Reception reception = {
+            std::max(emission.at + FRAME_CYCLES, now_ + step_), emission.message, {}};
         for (const auto &listener : medium_.last_audience(emission.robot)) {
             auto gain = static_cast<int16_t>(std::min<uint16_t>(listener.distance_mm, INT16_MAX));
             reception.distance = {gain, gain};
@@ -364,7 +393,8 @@ void Simulation::move() {
     for (uint32_t robot = 0; robot < robots_.size(); robot++) {
         if (world_.holds(robot)) continue;
         if (next_motor_[robot] < now_ + step_) apply_commands(robot, trajectories_[robot]);
-        if (!trajectories_[robot].drive().stands()) place(robot, trajectories_[robot].position(now_ + step_));
+        if (!trajectories_[robot].drive().stands())
+            place(robot, trajectories_[robot].position(now_ + step_));
     }
     solve_contacts();
 }
@@ -378,7 +408,8 @@ bool Simulation::moves_in_step(uint32_t robot) const {
     return !trajectories_[robot].drive().at_rest() || next_motor_[robot] < now_ + step_;
 }
 
-/// The robots that belong into the solver: whoever moves near a body or wall, and all who stand near those in turn.
+/// The robots that belong into the solver: whoever moves near a body or wall, and all who stand
+/// near those in turn.
 void Simulation::find_contacts() {
     const double reach = 2 * def_.profile.radius_m + contact_gap_m_;
     contacts_.clear();
@@ -419,10 +450,12 @@ void Simulation::apply_commands(uint32_t index, Trajectory &trajectory) {
     while (next_motor_[index] < now_ + step_) {
         const Cycles at = std::max(next_motor_[index], now_);
         const bool commanded = next < commands.size() && commands[next].at <= at;
-        Drive drive = commanded ? chassis_.set_duties(index, at, commands[next].left, commands[next].right)
-                                : chassis_.renew(index);
+        Drive drive =
+            commanded ? chassis_.set_duties(index, at, commands[next].left, commands[next].right)
+                      : chassis_.renew(index);
         next += commanded;
-        next_motor_[index] = std::min(next < commands.size() ? commands[next].at : NEVER, chassis_.next_renewal(index));
+        next_motor_[index] = std::min(next < commands.size() ? commands[next].at : NEVER,
+                                      chassis_.next_renewal(index));
         if (drive == trajectory.drive()) continue;
         bool halts = drive.stands() && !trajectory.drive().stands();
         trajectory.change(at, drive);
@@ -450,7 +483,8 @@ void Simulation::solve_contacts() {
         poses_before_.push_back(trajectories_[robot].pose(now_));
         apply_commands(robot, trajectories_[robot]);
         const Pose alone = trajectories_[robot].pose(now_ + step_), &before = poses_before_.back();
-        free_shifts_.push_back({alone.position - before.position, wrapped(alone.heading - before.heading)});
+        free_shifts_.push_back(
+            {alone.position - before.position, wrapped(alone.heading - before.heading)});
     }
     world_.step(free_shifts_, step_s, touching_steps_ >= STEPS_TOUCHING_TO_CARE);
     statistics_.solver_steps += held.size();
@@ -463,7 +497,9 @@ void Simulation::solve_contacts() {
             still_since_[robot] = trajectories_[robot].drive().stands() ? now_ + step_ : NEVER;
             disturb_neighbours(robot);
         }
-        if (moved || shift.turn != 0) surroundings_[robot].look_again = std::min(surroundings_[robot].look_again, now_ + step_);
+        if (moved || shift.turn != 0)
+            surroundings_[robot].look_again =
+                std::min(surroundings_[robot].look_again, now_ + step_);
         pose.position += shift.by;
         pose.heading = wrapped(pose.heading + shift.turn);
         trajectories_[robot].restart(now_ + step_, pose);

@@ -1,10 +1,10 @@
 /// One run: robots, their world, the medium and the floor, stepped together.
 ///
-/// A world step (1, 2 or 4 ticks) goes: (1) robots that something may have reached look around, are told what the
-/// floor says and run ahead to the earliest moment at which anything can reach them; (2) frames that began within the
-/// step find their listeners, who hear them from the next step on; (3) bodies move, in closed form or, near a contact,
-/// by the solver. What a robot is not woken for cannot have happened: run-ahead changes the cost of a run, never its
-/// result.
+/// A world step (1, 2 or 4 ticks) goes: (1) robots that something may have reached look around, are
+/// told what the floor says and run ahead to the earliest moment at which anything can reach them;
+/// (2) frames that began within the step find their listeners, who hear them from the next step on;
+/// (3) bodies move, in closed form or, near a contact, by the solver. What a robot is not woken for
+/// cannot have happened: run-ahead changes the cost of a run, never its result.
 #ifndef KILOTWIN_ENGINE_SIMULATION_H
 #define KILOTWIN_ENGINE_SIMULATION_H
 
@@ -32,10 +32,11 @@
 
 namespace kilotwin {
 
-/// Everything that makes a run. Resolved and checked by the host; what only the engine can find throws EngineError.
+/// Everything that makes a run. Resolved and checked by the host; what only the engine can find
+/// throws EngineError.
 struct SimulationDef {
     struct Group {
-        std::string program;      ///< path of the guest
+        std::string program;  ///< path of the guest
         std::string name;
         size_t count = 0;
         std::vector<Pose> poses;  ///< empty: placed at random
@@ -55,13 +56,13 @@ struct SimulationDef {
     Arena arena;
     Profile profile;
     std::optional<VirtualFloor::Settings> floor;
-    double range_m = 0.8;     ///< of the ideal medium
+    double range_m = 0.8;  ///< of the ideal medium
     bool line_of_sight = true;
     std::optional<KilobotMedium::Settings> kilobot_medium;  ///< instead of the ideal one
     Light light;
-    double battery_h = 0;           ///< hours of driving that a full battery lasts; 0: it never drains
-    int16_t temperature = 300;      ///< reading
-    double clock_spread = 0;        ///< sd of the robots' oscillators, share
+    double battery_h = 0;       ///< hours of driving that a full battery lasts; 0: it never drains
+    int16_t temperature = 300;  ///< reading
+    double clock_spread = 0;    ///< sd of the robots' oscillators, share
     double sensitivity_spread = 0;  ///< sd of the robots' receivers, share
     std::vector<Group> groups;
     std::vector<Command> commands;
@@ -73,7 +74,7 @@ struct SimulationDef {
 struct Statistics {
     uint64_t steps = 0;
     MediumCounts medium;
-    uint64_t solver_steps = 0;     ///< bodies times steps
+    uint64_t solver_steps = 0;  ///< bodies times steps
     uint64_t list_rebuilds = 0;
     Overlaps overlaps;
 };
@@ -105,11 +106,11 @@ class Simulation {
   private:
     /// What a robot's last look around found, and how long that holds.
     struct Surroundings {
-        Cycles look_again = 0;   ///< until then nothing in it can change
-        Cycles alone_until = 0;  ///< nobody comes into contact, sight or reach before
+        Cycles look_again = 0;           ///< until then nothing in it can change
+        Cycles alone_until = 0;          ///< nobody comes into contact, sight or reach before
         std::vector<uint32_t> in_reach;  ///< who may be heard
         wire_cell_t cell = {0, 0};
-        bool crowded = false;    ///< a body or wall is so near that this step may bring contact
+        bool crowded = false;  ///< a body or wall is so near that this step may bring contact
     };
 
     void create_robots();
@@ -144,14 +145,14 @@ class Simulation {
 
     SimulationDef def_;
     Chance chance_;
-    Cycles step_;                ///< length of a world step
-    Cycles run_at_;              ///< when RUN is given: t = 0
+    Cycles step_;    ///< length of a world step
+    Cycles run_at_;  ///< when RUN is given: t = 0
     Chassis chassis_;
-    Cycles now_ = 0;             ///< begin of the current step
-    uint64_t samples_due_ = 0;   ///< so many were taken
+    Cycles now_ = 0;            ///< begin of the current step
+    uint64_t samples_due_ = 0;  ///< so many were taken
     Cycles next_sample_;
-    double reach_m_;             ///< nobody is heard from farther away
-    double contact_gap_m_;       ///< robots farther apart cannot touch within a step
+    double reach_m_;        ///< nobody is heard from farther away
+    double contact_gap_m_;  ///< robots farther apart cannot touch within a step
     Events events_;
     std::vector<Emission> emissions_;
     std::vector<Emission> on_air_;  ///< of the current step
@@ -159,13 +160,13 @@ class Simulation {
     RobotContext context_;
     std::vector<std::unique_ptr<uint8_t[]>> images_;  ///< state of all robots of a group
     std::deque<Robot> robots_;
-    std::vector<SimulationDef::Command> commands_;    ///< in order of time
+    std::vector<SimulationDef::Command> commands_;  ///< in order of time
     size_t next_command_ = 0;
 
     // By robot.
     std::vector<Cycles> wake_;
-    std::vector<Cycles> next_ask_;          ///< when it may next send, at the earliest
-    std::vector<Cycles> next_motor_;        ///< of its pending motor commands
+    std::vector<Cycles> next_ask_;    ///< when it may next send, at the earliest
+    std::vector<Cycles> next_motor_;  ///< of its pending motor commands
     std::vector<size_t> motor_index_;
     std::vector<Trajectory> trajectories_;
     std::vector<Eigen::Vector2d> positions_;  ///< at now_

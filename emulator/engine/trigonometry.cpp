@@ -7,10 +7,12 @@ namespace kilotwin {
 namespace {
 
 // Taylor series in x^2 for |x| <= pi/4, highest power first; what is left out is below 1e-17.
-constexpr double SINE[] = {1.0 / 355687428096000, -1.0 / 1307674368000, 1.0 / 6227020800, -1.0 / 39916800,
-                           1.0 / 362880,          -1.0 / 5040,          1.0 / 120,        -1.0 / 6};
-constexpr double COSINE[] = {1.0 / 20922789888000, -1.0 / 87178291200, 1.0 / 479001600, -1.0 / 3628800,
-                             1.0 / 40320,          -1.0 / 720,         1.0 / 24,        -1.0 / 2};
+constexpr double SINE[] = {
+    1.0 / 355687428096000, -1.0 / 1307674368000, 1.0 / 6227020800, -1.0 / 39916800,
+    1.0 / 362880,          -1.0 / 5040,          1.0 / 120,        -1.0 / 6};
+constexpr double COSINE[] = {
+    1.0 / 20922789888000, -1.0 / 87178291200, 1.0 / 479001600, -1.0 / 3628800,
+    1.0 / 40320,          -1.0 / 720,         1.0 / 24,        -1.0 / 2};
 
 double horner(const double (&coefficients)[8], double square) {
     double value = coefficients[0];
@@ -28,10 +30,10 @@ Eigen::Vector2d direction(double angle) {
     double s = x + x * horner(SINE, x * x);
     double c = 1 + horner(COSINE, x * x);
     switch (static_cast<long long>(quarters) & 3) {
-        case 0: return {c, s};
-        case 1: return {-s, c};
-        case 2: return {-c, -s};
-        default: return {s, -c};
+    case 0: return {c, s};
+    case 1: return {-s, c};
+    case 2: return {-c, -s};
+    default: return {s, -c};
     }
 }
 

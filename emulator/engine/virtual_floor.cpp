@@ -13,7 +13,8 @@ bool VirtualFloor::senses_at(Cycles at) const {
     if (at < begin_) return false;
     // A control step fell into the world step that ends at `at`.
     Cycles control_step = settings_.step_ticks * TICK_CYCLES;
-    return at == begin_ || (at - begin_) / control_step != (at - begin_ - world_step_) / control_step;
+    return at == begin_ ||
+           (at - begin_) / control_step != (at - begin_ - world_step_) / control_step;
 }
 
 Cycles VirtualFloor::next_sensing(Cycles at) const {
@@ -26,7 +27,8 @@ Cycles VirtualFloor::next_sensing(Cycles at) const {
 void VirtualFloor::tell(Robot &robot, wire_cell_t cell, Cycles at, Cycles until) {
     auto &told = told_[robot.index()];
     for (; at < until; at = next_sensing(at)) {
-        bool news = told.at == NEVER || cell.site != told.cell.site || cell.flags != told.cell.flags;
+        bool news =
+            told.at == NEVER || cell.site != told.cell.site || cell.flags != told.cell.flags;
         bool due = news || at + longest_gap_ - told.at > settings_.repeat_ticks * TICK_CYCLES;
         if (!due) continue;
         told = {cell, at};

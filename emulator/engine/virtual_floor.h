@@ -1,8 +1,9 @@
-/// Stands in for the foot-bot's ground sensor and proximity ring: tells each robot by a CELL message what it stands on
-/// and whether something is close ahead (design.md 5.3). Outside the medium: it is lossless and takes no air time.
+/// Stands in for the foot-bot's ground sensor and proximity ring: tells each robot by a CELL
+/// message what it stands on and whether something is close ahead (design.md 5.3). Outside the
+/// medium: it is lossless and takes no air time.
 ///
-/// A control step is 3 ticks; what falls between two world steps is sensed at the next one. A message goes out when
-/// what it says changes, and at least every 16 ticks.
+/// A control step is 3 ticks; what falls between two world steps is sensed at the next one. A
+/// message goes out when what it says changes, and at least every 16 ticks.
 #ifndef KILOTWIN_ENGINE_VIRTUAL_FLOOR_H
 #define KILOTWIN_ENGINE_VIRTUAL_FLOOR_H
 
@@ -33,7 +34,8 @@ class VirtualFloor {
     /// The first sensing after `at`.
     Cycles next_sensing(Cycles at) const;
 
-    /// `robot` senses `cell` at `at`, and nothing else will be sensed until `until`: gives it the messages due.
+    /// `robot` senses `cell` at `at`, and nothing else will be sensed until `until`: gives it the
+    /// messages due.
     void tell(Robot &robot, wire_cell_t cell, Cycles at, Cycles until);
 
   private:

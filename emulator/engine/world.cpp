@@ -18,7 +18,8 @@ constexpr float FRICTION = 0.3f;
 constexpr int SUB_STEPS = 4, SUB_STEPS_SUSTAINED = 8;
 constexpr double SPECULATIVE_UNITS = 0.018;  // Box2D's margin is 0.02
 
-// The series of asin: a step turns a robot by little, and its sine is what Box2D's rotations give exactly.
+// The series of asin: a step turns a robot by little, and its sine is what Box2D's rotations give
+// exactly.
 double small_angle(double sine) {
     double square = sine * sine;
     return sine * (1 + square * (1.0 / 6 + square * (3.0 / 40 + square * (15.0 / 336))));
@@ -53,8 +54,8 @@ struct World::Box2D {
                 corners.push_back(to_units(radius * direction(-2 * half * i)));
         } else {
             Eigen::Vector2d half = arena.bounds.size / 2;
-            for (auto sign : {Eigen::Vector2d(-1, -1), Eigen::Vector2d(-1, 1), Eigen::Vector2d(1, 1),
-                              Eigen::Vector2d(1, -1)})
+            for (auto sign : {Eigen::Vector2d(-1, -1), Eigen::Vector2d(-1, 1),
+                              Eigen::Vector2d(1, 1), Eigen::Vector2d(1, -1)})
                 corners.push_back(to_units(half.cwiseProduct(sign)));
         }
         b2BodyDef ground = b2DefaultBodyDef();
@@ -69,12 +70,14 @@ struct World::Box2D {
         b2CreateChain(b2CreateBody(world, &ground), &chain);
     }
 
-    /// Brings a robot's velocity nearer to the wanted one (m/s, rad/s), as far as the drive's force can in `time_s`. What
-    /// it wants otherwise than before it gets at once, as robots do that are not in here.
+    /// Brings a robot's velocity nearer to the wanted one (m/s, rad/s), as far as the drive's force
+    /// can in `time_s`. What it wants otherwise than before it gets at once, as robots do that are
+    /// not in here.
     void drive(Disc &disc, const Shift &wanted, double time_s) {
         b2Vec2 now = b2Body_GetLinearVelocity(disc.body);
         Eigen::Vector2d change = wanted.by - Eigen::Vector2d(now.x, now.y) / units_per_m;
-        double most = push_m_s2 * time_s + (wanted.by - disc.wanted.by).norm(), size = change.norm();
+        double most = push_m_s2 * time_s + (wanted.by - disc.wanted.by).norm(),
+               size = change.norm();
         if (size > most) change *= most / size;
         b2Vec2 delta = to_units(change);
         b2Body_SetLinearVelocity(disc.body, {now.x + delta.x, now.y + delta.y});
@@ -100,7 +103,8 @@ struct World::Box2D {
 };
 
 World::World(const Arena &arena, const Profile &profile, double fastest_m_s, size_t robots)
-    : box2d_(std::make_unique<Box2D>()), held_(robots, false) {
+    : box2d_(std::make_unique<Box2D>()),
+      held_(robots, false) {
     auto &b = *box2d_;
     b.units_per_m = RADIUS_UNITS / profile.radius_m;
     b.push_m_s2 = profile.push_m_s2;
@@ -140,8 +144,8 @@ void World::remove(uint32_t robot) {
     robots_.erase(std::lower_bound(robots_.begin(), robots_.end(), robot));
 }
 
-// A contact is seen by the solver only when bodies are nearer than its speculative margin at the begin of a solver step:
-// two robots must not come closer than that within one.
+// A contact is seen by the solver only when bodies are nearer than its speculative margin at the
+// begin of a solver step: two robots must not come closer than that within one.
 void World::step(const std::vector<Shift> &free, double step_s, bool sustained) {
     auto &b = *box2d_;
     for (uint32_t robot : robots_) {
@@ -149,12 +153,14 @@ void World::step(const std::vector<Shift> &free, double step_s, bool sustained) 
         disc.position_before = b2Body_GetPosition(disc.body);
         disc.rotation_before = b2Body_GetRotation(disc.body);
     }
-    const int rounds = std::max(1, static_cast<int>(std::ceil(b.closing_units_s * step_s / SPECULATIVE_UNITS)));
+    const int rounds =
+        std::max(1, static_cast<int>(std::ceil(b.closing_units_s * step_s / SPECULATIVE_UNITS)));
     const double round_s = step_s / rounds;
     for (int round = 0; round < rounds; round++) {
-        for (size_t i = 0; i < robots_.size(); i++) 
+        for (size_t i = 0; i < robots_.size(); i++)
             b.drive(b.discs[robots_[i]], {free[i].by / step_s, free[i].turn / step_s}, round_s);
-        b2World_Step(b.world, static_cast<float>(round_s), sustained ? SUB_STEPS_SUSTAINED : SUB_STEPS);
+        b2World_Step(b.world, static_cast<float>(round_s),
+                     sustained ? SUB_STEPS_SUSTAINED : SUB_STEPS);
     }
 }
 
@@ -170,7 +176,8 @@ Shift World::moved(uint32_t robot) const {
 
 std::string box2d_version() {
     b2Version v = b2GetVersion();
-    return std::to_string(v.major) + "." + std::to_string(v.minor) + "." + std::to_string(v.revision);
+    return std::to_string(v.major) + "." + std::to_string(v.minor) + "." +
+           std::to_string(v.revision);
 }
 
 }  // namespace kilotwin

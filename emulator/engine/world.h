@@ -1,8 +1,10 @@
-/// The contacts of robots with one another and with the walls, solved by Box2D. Only world.cpp knows Box2D's types.
+/// The contacts of robots with one another and with the walls, solved by Box2D. Only world.cpp
+/// knows Box2D's types.
 ///
-/// Only robots near a contact are in here. They are discs that a limited force drives; with their motors off the same
-/// force holds them, as friction does. Lengths in metres outside; inside, one robot radius is 0.2 Box2D units in
-/// every profile, because the solver's tolerances are fixed in units.
+/// Only robots near a contact are in here. They are discs that a limited force drives; with their
+/// motors off the same force holds them, as friction does. Lengths in metres outside; inside, one
+/// robot radius is 0.2 Box2D units in every profile, because the solver's tolerances are fixed in
+/// units.
 #ifndef KILOTWIN_ENGINE_WORLD_H
 #define KILOTWIN_ENGINE_WORLD_H
 
@@ -39,8 +41,9 @@ class World {
     void add(uint32_t robot, const Trajectory &trajectory, Cycles at);
     void remove(uint32_t robot);
 
-    /// Solves one step of `step_s`. `free`: for each of robots(), in their order, where it would go within the step,
-    /// were it alone. `sustained`: something has been touching for a while, so that care pays.
+    /// Solves one step of `step_s`. `free`: for each of robots(), in their order, where it would go
+    /// within the step, were it alone. `sustained`: something has been touching for a while, so
+    /// that care pays.
     void step(const std::vector<Shift> &free, double step_s, bool sustained);
 
     /// How the last step moved a robot.

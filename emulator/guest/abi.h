@@ -1,8 +1,9 @@
-/// The seam between the engine and a guest (a robot program with the thin half of the mock Kilobot API in it).
+/// The seam between the engine and a guest (a robot program with the thin half of the mock Kilobot
+/// API in it).
 ///
-/// A guest is one shared object. Its plain variables are private to each robot: they lie in one section that the
-/// engine swaps. Guests are compiled with -fpack-struct -fshort-enums, so only what is packed and of fixed width
-/// crosses here. Times are cycles of 125 ns.
+/// A guest is one shared object. Its plain variables are private to each robot: they lie in one
+/// section that the engine swaps. Guests are compiled with -fpack-struct -fshort-enums, so only
+/// what is packed and of fixed width crosses here. Times are cycles of 125 ns.
 #ifndef KILOTWIN_GUEST_ABI_H
 #define KILOTWIN_GUEST_ABI_H
 
@@ -17,8 +18,8 @@ extern "C" {
 #define KT_GUEST_ABI 2
 #define KT_PACKED __attribute__((packed))
 
-/// The registers that reach motors and LED (hardware.md 1.8), as a program may write them itself. The engine looks at
-/// them after every callback, loop() and blocking call.
+/// The registers that reach motors and LED (hardware.md 1.8), as a program may write them itself.
+/// The engine looks at them after every callback, loop() and blocking call.
 typedef struct KT_PACKED {
     uint8_t ocr2a, ocr2b;  ///< duty of the left and the right motor
     uint8_t ddrb, ddrc, ddrd;
@@ -34,43 +35,45 @@ enum { KT_SENSOR_LIGHT, KT_SENSOR_VOLTAGE, KT_SENSOR_TEMPERATURE };
 
 /// What the guest may ask of the engine. All of it acts on the robot that is running.
 typedef struct KT_PACKED {
-    void (*init)(void);                                       ///< kilo_init: registers and EEPROM values
-    void (*start)(void (*setup)(void), void (*loop)(void));   ///< kilo_start: does not return
-    void (*wait)(uint32_t cycles);                            ///< lets time pass; interrupts are served meanwhile
-    void (*outputs)(void);                                    ///< kt_outputs may have changed
+    void (*init)(void);  ///< kilo_init: registers and EEPROM values
+    void (*start)(void (*setup)(void), void (*loop)(void));  ///< kilo_start: does not return
+    void (*wait)(uint32_t cycles);  ///< lets time pass; interrupts are served meanwhile
+    void (*outputs)(void);          ///< kt_outputs may have changed
     uint8_t (*rand_hard)(void);
-    uint8_t (*distance_mm)(int16_t low_gain, int16_t high_gain);  ///< by the robot's calibration tables
+    uint8_t (*distance_mm)(int16_t low_gain,
+                           int16_t high_gain);  ///< by the robot's calibration tables
     uint8_t (*eeprom_read)(uint16_t address);
     void (*eeprom_write)(uint16_t address, uint8_t value);
-    void (*interrupts)(uint8_t on);                           ///< while off, ticks and callbacks wait
-    uint8_t (*timer0)(void);                                  ///< counts of 128 us since the last tick
-    int16_t (*sensor)(uint8_t which);                         ///< KT_SENSOR_*, 0..1023 or -1
+    void (*interrupts)(uint8_t on);    ///< while off, ticks and callbacks wait
+    uint8_t (*timer0)(void);           ///< counts of 128 us since the last tick
+    int16_t (*sensor)(uint8_t which);  ///< KT_SENSOR_*, 0..1023 or -1
     void (*print)(const char *text, uint32_t bytes);
-    void (*spent)(const uint8_t *frame);                      ///< the budget of basic blocks ran out; the program's
-                                                              ///< registers and frames lie from `frame` up
-    void (*unusable)(const char *what);                       ///< a call that cannot be served: the robot stops
+    void (*spent)(const uint8_t *frame);  ///< the budget of basic blocks ran out; the program's
+                                          ///< registers and frames lie from `frame` up
+    void (*unusable)(const char *what);   ///< a call that cannot be served: the robot stops
 } kt_host_t;
 
 /// What the engine may touch of the guest.
 typedef struct KT_PACKED {
-    uint32_t abi;                                             ///< KT_GUEST_ABI of the guest's build
-    uint8_t *guard_low, *state_begin, *state_end, *guard_high;  ///< guard pages around the swapped section
+    uint32_t abi;  ///< KT_GUEST_ABI of the guest's build
+    uint8_t *guard_low, *state_begin, *state_end,
+        *guard_high;  ///< guard pages around the swapped section
     int (*program_main)();
     volatile uint32_t *ticks;
-    volatile uint16_t *tx_period;                             ///< null if the program does not name it
+    volatile uint16_t *tx_period;  ///< null if the program does not name it
     uint16_t *uid;
     uint8_t *turn_left, *turn_right, *straight_left, *straight_right;
     message_rx_t *message_rx;
     message_tx_t *message_tx;
     message_tx_success_t *message_tx_success;
-    message_t *rx_message;                                    ///< kilolib's one receive buffer
+    message_t *rx_message;  ///< kilolib's one receive buffer
     distance_measurement_t *rx_distance;
     volatile kt_outputs_t *outputs;
-    void (*settle)(void);                                     ///< brings registers that act when written up to date;
-                                                              ///< null if the program uses none
-    int (*random)(void);                                      ///< the program's rand()
-    int32_t *budget;                                          ///< basic blocks left; not part of the state
-    const kt_host_t **host;                                   ///< not part of the state
+    void (*settle)(void);    ///< brings registers that act when written up to date;
+                             ///< null if the program uses none
+    int (*random)(void);     ///< the program's rand()
+    int32_t *budget;         ///< basic blocks left; not part of the state
+    const kt_host_t **host;  ///< not part of the state
 } kt_table_t;
 
 #define KT_GUARD_BYTES 8192

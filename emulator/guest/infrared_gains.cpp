@@ -29,7 +29,8 @@ constexpr auto FALLEN = [] {
 
 // Not limited to the converter's range, so that it can go on falling beyond the table.
 double signal(double at_contact, double distance_mm) {
-    const double entries = std::max((distance_mm - InfraredGains::FIRST_MM) / InfraredGains::SPACING_MM, 0.0);
+    const double entries =
+        std::max((distance_mm - InfraredGains::FIRST_MM) / InfraredGains::SPACING_MM, 0.0);
     const auto whole = static_cast<size_t>(entries);
     if (whole >= FALLEN.size()) return 0;
     return at_contact * FALLEN[whole] * (1 - (entries - static_cast<double>(whole)) * (1 - FALL));
@@ -52,20 +53,23 @@ double distance_of(const Table &table, double gain) {
 
 InfraredGains::InfraredGains(double sensitivity) {
     for (size_t i = 0; i < ENTRIES; i++) {
-        double low = signal(LOW_AT_CONTACT * sensitivity, FIRST_MM + SPACING_MM * static_cast<double>(i));
+        double low =
+            signal(LOW_AT_CONTACT * sensitivity, FIRST_MM + SPACING_MM * static_cast<double>(i));
         low_[i] = static_cast<uint16_t>(converted(low));
         high_[i] = static_cast<uint16_t>(converted(low * HIGH_OVER_LOW));
     }
 }
 
-distance_measurement_t InfraredGains::measure(double distance_mm, double low_noise_lsb, double high_noise_lsb) const {
+distance_measurement_t InfraredGains::measure(double distance_mm, double low_noise_lsb,
+                                              double high_noise_lsb) const {
     double low = signal(low_[0], distance_mm);
     return {converted(low + low_noise_lsb), converted(low * HIGH_OVER_LOW + high_noise_lsb)};
 }
 
 uint8_t InfraredGains::estimate_mm(distance_measurement_t measured) const {
     double high = measured.high_gain, low = measured.low_gain;
-    double high_share = std::clamp((LOW_ONLY_ABOVE - high) / (LOW_ONLY_ABOVE - HIGH_ONLY_BELOW), 0.0, 1.0);
+    double high_share =
+        std::clamp((LOW_ONLY_ABOVE - high) / (LOW_ONLY_ABOVE - HIGH_ONLY_BELOW), 0.0, 1.0);
     double distance = 0;
     if (high_share > 0) distance += high_share * distance_of(high_, high);
     if (high_share < 1) distance += (1 - high_share) * distance_of(low_, low);

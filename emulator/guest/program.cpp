@@ -35,8 +35,9 @@ Program::Program(const std::string &path, std::string name) : name_(std::move(na
     table_ = static_cast<const kt_table_t *>(dlsym(handle, "kt_table"));
     if (table_ == nullptr) throw EngineError(path + " is no Kilotwin program: it has no kt_table");
     if (table_->abi != KT_GUEST_ABI)
-        throw EngineError(path + " was built for another Kilotwin (ABI " + std::to_string(table_->abi) +
-                          ", this one has " + std::to_string(KT_GUEST_ABI) + "): build it again");
+        throw EngineError(path + " was built for another Kilotwin (ABI " +
+                          std::to_string(table_->abi) + ", this one has " +
+                          std::to_string(KT_GUEST_ABI) + "): build it again");
     state_bytes_ = static_cast<size_t>(table_->state_end - table_->state_begin);
     initial_.assign(table_->state_begin, table_->state_end);
     forbid_access(table_->guard_low);

@@ -19,10 +19,12 @@ class EngineError : public std::invalid_argument {
     using std::invalid_argument::invalid_argument;
 };
 
-/// One per shared object and process, however many worlds use it: its state section exists only once.
+/// One per shared object and process, however many worlds use it: its state section exists only
+/// once.
 class Program {
   public:
-    /// Loads the guest at `path` (or finds it loaded already). Throws EngineError when it is no guest of this build.
+    /// Loads the guest at `path` (or finds it loaded already). Throws EngineError when it is no
+    /// guest of this build.
     static std::shared_ptr<Program> load(const std::string &path, const std::string &name);
 
     Program(const Program &) = delete;
@@ -36,8 +38,8 @@ class Program {
     /// The state at power-up, `state_bytes()` long.
     const uint8_t *initial_state() const { return initial_.data(); }
 
-    /// Puts the state kept at `image` into the guest; what was there goes back to where it came from.
-    /// Pass the same pointer again and nothing is copied.
+    /// Puts the state kept at `image` into the guest; what was there goes back to where it came
+    /// from. Pass the same pointer again and nothing is copied.
     void make_resident(uint8_t *image) {
         if (image != resident_) swap_in(image);
     }

@@ -8,7 +8,8 @@ namespace kilotwin {
 
 namespace {
 
-// A basic block takes an AVR about ten cycles, so a program may pass through this many in a tick's time.
+// A basic block takes an AVR about ten cycles, so a program may pass through this many in a tick's
+// time.
 constexpr int32_t BLOCKS_PER_TICK = TICK_CYCLES / 10;
 // A program that waits needs but one look at what it waits for.
 constexpr int32_t BLOCKS_WHILE_WAITING = 500;
@@ -18,14 +19,16 @@ constexpr Cycles WARN_AFTER = 10 * CYCLES_PER_SECOND;
 constexpr Cycles ENDLESS_AFTER = 60 * CYCLES_PER_SECOND;
 
 constexpr uint16_t TX_PERIOD_AT_RESET = 3906;  // units of 128 us: every 16th tick
-constexpr uint16_t TICK_COMPARE = 255;           // timer 0's compare value, and what a tick adds to the tx clock
-constexpr Cycles COUNT_CYCLES = 1024;            // a count of timer 0
-constexpr Cycles SENSE_CYCLES = 2418;            // an attempt that finds the channel busy: 2 slots and 235 polls
+constexpr uint16_t TICK_COMPARE =
+    255;  // timer 0's compare value, and what a tick adds to the tx clock
+constexpr Cycles COUNT_CYCLES = 1024;  // a count of timer 0
+constexpr Cycles SENSE_CYCLES =
+    2418;  // an attempt that finds the channel busy: 2 slots and 235 polls
 constexpr Cycles IDLE_BLINK_ON = CYCLES_PER_SECOND / 1000, IDLE_BLINK_PERIOD = 1'609'600;
 constexpr Cycles CHARGE_BLINK_PERIOD = CYCLES_PER_SECOND / 5;
-constexpr Cycles SLEEP_PERIOD = 8 * CYCLES_PER_SECOND;       // the watchdog's
-constexpr Cycles SLEEP_SETTLE = 2400;                        // 300 us
-constexpr Cycles SLEEP_LISTEN = CYCLES_PER_SECOND / 100;     // for the start of a frame
+constexpr Cycles SLEEP_PERIOD = 8 * CYCLES_PER_SECOND;    // the watchdog's
+constexpr Cycles SLEEP_SETTLE = 2400;                     // 300 us
+constexpr Cycles SLEEP_LISTEN = CYCLES_PER_SECOND / 100;  // for the start of a frame
 constexpr uint8_t MOTOR_KICK = 255;
 constexpr uint32_t MOTOR_KICK_CYCLES = 15 * CYCLES_PER_SECOND / 1000;
 constexpr uint8_t FIRST_SYSTEM_MESSAGE = 0x80;
@@ -53,7 +56,8 @@ struct Robot::HostCalls {
         const auto &table = robot.program_->table();
         *table.ticks = robot.last_tick_ = 0;
         if (table.tx_period != nullptr) *table.tx_period = TX_PERIOD_AT_RESET;
-        *table.uid = static_cast<uint16_t>(robot.eeprom(EEPROM_UID) | robot.eeprom(EEPROM_UID + 1) << 8);
+        *table.uid =
+            static_cast<uint16_t>(robot.eeprom(EEPROM_UID) | robot.eeprom(EEPROM_UID + 1) << 8);
         *table.turn_left = robot.eeprom(EEPROM_TURN_LEFT);
         *table.turn_right = robot.eeprom(EEPROM_TURN_RIGHT);
         *table.straight_left = robot.eeprom(EEPROM_STRAIGHT_LEFT);
@@ -80,7 +84,8 @@ struct Robot::HostCalls {
 
     static uint8_t rand_hard() {
         auto &robot = *current;
-        auto bits = robot.context_.chance.bits(robot.index_, Purpose::RAND_HARD, robot.rand_hard_draws_++);
+        auto bits =
+            robot.context_.chance.bits(robot.index_, Purpose::RAND_HARD, robot.rand_hard_draws_++);
         wait(RAND_HARD_CYCLES);
         return static_cast<uint8_t>(bits);
     }
@@ -95,12 +100,15 @@ struct Robot::HostCalls {
     }
 
     static uint8_t distance_mm(int16_t low_gain, int16_t high_gain) {
-        if (current->context_.gains_are_mm) return static_cast<uint8_t>(std::clamp<int16_t>(high_gain, 0, UINT8_MAX));
+        if (current->context_.gains_are_mm)
+            return static_cast<uint8_t>(std::clamp<int16_t>(high_gain, 0, UINT8_MAX));
         return current->calibration_.gains.estimate_mm({low_gain, high_gain});
     }
 
     static uint8_t eeprom_read(uint16_t address) { return current->eeprom(address); }
-    static void eeprom_write(uint16_t address, uint8_t value) { current->set_eeprom(address, value); }
+    static void eeprom_write(uint16_t address, uint8_t value) {
+        current->set_eeprom(address, value);
+    }
 
     static void interrupts(uint8_t on) {
         auto &robot = *current;
@@ -112,11 +120,14 @@ struct Robot::HostCalls {
     }
 
     static uint8_t timer0() {
-        Cycles since = current->now_ + current->calibration_.tick - std::min(current->next_tick_, current->now_ + current->calibration_.tick);
+        Cycles since = current->now_ + current->calibration_.tick -
+                       std::min(current->next_tick_, current->now_ + current->calibration_.tick);
         return static_cast<uint8_t>(std::min<Cycles>(since / COUNT_CYCLES, TICK_COMPARE));
     }
 
-    static void print(const char *text, uint32_t bytes) { current->report(EventKind::PRINT, {text, bytes}); }
+    static void print(const char *text, uint32_t bytes) {
+        current->report(EventKind::PRINT, {text, bytes});
+    }
     static void spent(const uint8_t *frame) { current->budget_spent(frame); }
 
     // Only interrupts go on: what `for (;;);` means.
@@ -134,14 +145,14 @@ struct Robot::HostCalls {
 };
 
 const kt_host_t Robot::HOST = {
-    HostCalls::init,        HostCalls::start,       HostCalls::wait,         HostCalls::outputs,
-    HostCalls::rand_hard,   HostCalls::distance_mm, HostCalls::eeprom_read,  HostCalls::eeprom_write,
-    HostCalls::interrupts,  HostCalls::timer0,      HostCalls::sensor,       HostCalls::print,
-    HostCalls::spent,       HostCalls::unusable,
+    HostCalls::init,       HostCalls::start,       HostCalls::wait,        HostCalls::outputs,
+    HostCalls::rand_hard,  HostCalls::distance_mm, HostCalls::eeprom_read, HostCalls::eeprom_write,
+    HostCalls::interrupts, HostCalls::timer0,      HostCalls::sensor,      HostCalls::print,
+    HostCalls::spent,      HostCalls::unusable,
 };
 
-Robot::Robot(RobotContext &context, std::shared_ptr<Program> program, uint32_t index, const Calibration &calibration,
-             Cycles power_up, uint8_t *image)
+Robot::Robot(RobotContext &context, std::shared_ptr<Program> program, uint32_t index,
+             const Calibration &calibration, Cycles power_up, uint8_t *image)
     : context_(context),
       program_(std::move(program)),
       image_(image),
@@ -166,8 +177,8 @@ void Robot::receive(const Reception &reception) {
     if (inbox_.empty() || inbox_.back().at <= reception.at)
         inbox_.push_back(reception);
     else
-        inbox_.insert(std::upper_bound(inbox_.begin() + static_cast<ptrdiff_t>(inbox_next_), inbox_.end(),
-                                       reception, later),
+        inbox_.insert(std::upper_bound(inbox_.begin() + static_cast<ptrdiff_t>(inbox_next_),
+                                       inbox_.end(), reception, later),
                       reception);
 }
 
@@ -185,7 +196,8 @@ Cycles Robot::run_arbitrated(Cycles until) {
 
 void Robot::go_on(Cycles until) {
     if (life_ == Life::STOPPED || until <= now_ || question_ != Question::NONE) return;
-    if (life_ == Life::ALIVE && suspended_.empty() && !loop_due_ && next_interrupt() >= until) return;
+    if (life_ == Life::ALIVE && suspended_.empty() && !loop_due_ && next_interrupt() >= until)
+        return;
     until_ = until;
     current = this;
     program_->make_resident(image_);
@@ -193,14 +205,17 @@ void Robot::go_on(Cycles until) {
     auto &stack = GuestStack::instance();
     GuestStack::Outcome outcome;
     do {
-        outcome = suspended_.empty() ? stack.call(body, this, suspended_) : stack.resume(suspended_);
+        outcome =
+            suspended_.empty() ? stack.call(body, this, suspended_) : stack.resume(suspended_);
     } while (outcome == GuestStack::Outcome::ABANDONED && life_ != Life::STOPPED);
     if (outcome == GuestStack::Outcome::FAULT) {
         const auto &fault = stack.fault();
         char text[96];
-        std::snprintf(text, sizeof text, "%s at address %p", strsignal(fault.signal), fault.address);
+        std::snprintf(text, sizeof text, "%s at address %p", strsignal(fault.signal),
+                      fault.address);
         if (fault.stack_overflow)
-            stop(EventKind::STACK_OVERFLOW, "its stack grew over " + std::to_string(GuestStack::BYTES) + " bytes");
+            stop(EventKind::STACK_OVERFLOW,
+                 "its stack grew over " + std::to_string(GuestStack::BYTES) + " bytes");
         else if (program_->guards(fault.address))
             stop(EventKind::CRASH, "it wrote or read beyond its own variables");
         else
@@ -212,11 +227,15 @@ void Robot::go_on(Cycles until) {
 }
 
 Cycles Robot::next_ask() const {
-    const bool may_run = state_ == State::RUNNING || state_ == State::SETUP;  // setup() may end any time
+    const bool may_run =
+        state_ == State::RUNNING || state_ == State::SETUP;  // setup() may end any time
     if (life_ != Life::ALIVE || !may_run || next_tick_ == NEVER) return NEVER;
-    if (program_->table().tx_period != nullptr) return next_tick_;  // it may shorten its period any time
+    if (program_->table().tx_period != nullptr)
+        return next_tick_;  // it may shorten its period any time
     const int missing = TX_PERIOD_AT_RESET - tx_clock_ - tick_increment_;
-    return missing < 0 ? next_tick_ : next_tick_ + static_cast<Cycles>(missing / TICK_COMPARE + 1) * calibration_.tick;
+    return missing < 0
+               ? next_tick_
+               : next_tick_ + static_cast<Cycles>(missing / TICK_COMPARE + 1) * calibration_.tick;
 }
 
 uint16_t Robot::tx_period() const {
@@ -231,7 +250,8 @@ void Robot::answer(bool yes) {
 
 void Robot::disturb(Cycles begin, Cycles end) {
     auto over = [this](const auto &frame) { return frame.second <= now_; };
-    frames_seen_.erase(std::remove_if(frames_seen_.begin(), frames_seen_.end(), over), frames_seen_.end());
+    frames_seen_.erase(std::remove_if(frames_seen_.begin(), frames_seen_.end(), over),
+                       frames_seen_.end());
     frames_seen_.emplace_back(begin, end);
 }
 
@@ -240,13 +260,15 @@ bool Robot::disturbed() const {
                        [this](auto &frame) { return frame.first <= now_ && now_ < frame.second; });
 }
 
-// Falls evenly with the charge used; a robot that stands uses a tenth of what one needs that drives.
+// Falls evenly with the charge used; a robot that stands uses a tenth of what one needs that
+// drives.
 int16_t Robot::voltage(Cycles at) const {
     constexpr double FULL = 720, EMPTY = 580, AT_REST = 0.1;
     if (context_.battery == 0) return static_cast<int16_t>(FULL);
     Cycles driven = driven_ + (driving_since_ < at ? at - driving_since_ : 0);
     double age = at > power_up_ ? static_cast<double>(at - power_up_) : 0;
-    double used = (static_cast<double>(driven) * (1 - AT_REST) + age * AT_REST) / static_cast<double>(context_.battery);
+    double used = (static_cast<double>(driven) * (1 - AT_REST) + age * AT_REST) /
+                  static_cast<double>(context_.battery);
     return static_cast<int16_t>(std::max(FULL - (FULL - EMPTY) * used, EMPTY));
 }
 
@@ -255,11 +277,15 @@ uint8_t Robot::color(Cycles at) const {
     constexpr uint8_t GREEN = 3 << 2, BLUE = 3 << 4, YELLOW = 3 | 3 << 2, RED = 3, DIM_RED = 1;
     Cycles in_state = at > state_since_ ? at - state_since_ : 0;
     switch (state_) {
-        case State::IDLE: return in_state % IDLE_BLINK_PERIOD < IDLE_BLINK_ON ? GREEN : 0;
-        case State::CHARGING: return in_state % CHARGE_BLINK_PERIOD < IDLE_BLINK_ON ? DIM_RED : 0;
-        case State::BATTERY: return voltage(at) > 682 ? GREEN : voltage(at) > 648 ? BLUE : voltage(at) > 614 ? YELLOW : RED;
-        case State::SLEEPING: return 0;
-        default: return color_;
+    case State::IDLE: return in_state % IDLE_BLINK_PERIOD < IDLE_BLINK_ON ? GREEN : 0;
+    case State::CHARGING: return in_state % CHARGE_BLINK_PERIOD < IDLE_BLINK_ON ? DIM_RED : 0;
+    case State::BATTERY:
+        return voltage(at) > 682   ? GREEN
+               : voltage(at) > 648 ? BLUE
+               : voltage(at) > 614 ? YELLOW
+                                   : RED;
+    case State::SLEEPING: return 0;
+    default: return color_;
     }
 }
 
@@ -272,17 +298,19 @@ uint8_t Robot::eeprom(uint16_t address) const {
         return static_cast<uint8_t>((address - base) % 2 == 0 ? value >> 8 : value);
     };
     constexpr uint16_t TABLE_BYTES = 2 * InfraredGains::ENTRIES;
-    if (address >= EEPROM_LOW_GAIN && address < EEPROM_LOW_GAIN + TABLE_BYTES) return word(EEPROM_LOW_GAIN, false);
-    if (address >= EEPROM_HIGH_GAIN && address < EEPROM_HIGH_GAIN + TABLE_BYTES) return word(EEPROM_HIGH_GAIN, true);
+    if (address >= EEPROM_LOW_GAIN && address < EEPROM_LOW_GAIN + TABLE_BYTES)
+        return word(EEPROM_LOW_GAIN, false);
+    if (address >= EEPROM_HIGH_GAIN && address < EEPROM_HIGH_GAIN + TABLE_BYTES)
+        return word(EEPROM_HIGH_GAIN, true);
     switch (address) {
-        case EEPROM_TURN_LEFT: return calibration_.turn_left;
-        case EEPROM_TURN_RIGHT: return calibration_.turn_right;
-        case EEPROM_STRAIGHT_LEFT: return calibration_.straight_left;
-        case EEPROM_STRAIGHT_RIGHT: return calibration_.straight_right;
-        case EEPROM_TX_MASK: return 1;
-        case EEPROM_UID: return static_cast<uint8_t>(calibration_.uid);
-        case EEPROM_UID + 1: return static_cast<uint8_t>(calibration_.uid >> 8);
-        default: return 0xFF;  // erased
+    case EEPROM_TURN_LEFT: return calibration_.turn_left;
+    case EEPROM_TURN_RIGHT: return calibration_.turn_right;
+    case EEPROM_STRAIGHT_LEFT: return calibration_.straight_left;
+    case EEPROM_STRAIGHT_RIGHT: return calibration_.straight_right;
+    case EEPROM_TX_MASK: return 1;
+    case EEPROM_UID: return static_cast<uint8_t>(calibration_.uid);
+    case EEPROM_UID + 1: return static_cast<uint8_t>(calibration_.uid >> 8);
+    default: return 0xFF;  // erased
     }
 }
 
@@ -353,8 +381,8 @@ void Robot::serve_interrupt() {
     }
 }
 
-// Runs a callback with interrupts off and a budget of its own. Time that it takes by delay() is lost: one tick stays
-// pending, messages are not heard.
+// Runs a callback with interrupts off and a budget of its own. Time that it takes by delay() is
+// lost: one tick stays pending, messages are not heard.
 template <typename Callback> void Robot::interrupt(Callback callback) {
     in_interrupt_ = true;
     Cycles before = now_;
@@ -375,7 +403,8 @@ void Robot::tick() {
     loop_due_ = true;
     tx_clock_ = static_cast<uint16_t>(tx_clock_ + tick_increment_);
     tick_increment_ = TICK_COMPARE;
-    if (state_ == State::RUNNING && tx_clock_ > tx_period()) interrupt([this] { ask_for_message(); });
+    if (state_ == State::RUNNING && tx_clock_ > tx_period())
+        interrupt([this] { ask_for_message(); });
 }
 
 void Robot::ask_for_message() {
@@ -401,8 +430,8 @@ bool Robot::ask_medium(Question question) {
     GuestStack::instance().suspend();
     return answer_;
 }
-// The failed attempt moves timer 0's compare value somewhere else, by libc's rand(): the next match comes soon, counts
-// as a tick and tries again (hardware.md 1.6).
+// The failed attempt moves timer 0's compare value somewhere else, by libc's rand(): the next match
+// comes soon, counts as a tick and tries again (hardware.md 1.6).
 void Robot::retry_soon() {
     now_ += SENSE_CYCLES;
     Cycles overflow = next_tick_;  // the next time that the timer is at 0
@@ -419,8 +448,10 @@ void Robot::retry_soon() {
 void Robot::take_message() {
     const Reception reception = inbox_[inbox_next_++];
     now_ = std::max(now_, reception.at);
-    if (next_tick_ == NEVER && state_ != State::SLEEPING) return;  // not initialised: the receiver is off
-    if (interrupts_off_ || (state_ == State::SLEEPING && !wakes_for(reception.at - FRAME_CYCLES))) return;
+    if (next_tick_ == NEVER && state_ != State::SLEEPING)
+        return;  // not initialised: the receiver is off
+    if (interrupts_off_ || (state_ == State::SLEEPING && !wakes_for(reception.at - FRAME_CYCLES)))
+        return;
     if (reception.message.type >= FIRST_SYSTEM_MESSAGE) return obey(reception.message);
     const auto &table = program_->table();
     *table.rx_message = reception.message;
@@ -433,47 +464,49 @@ void Robot::take_message() {
 // hardware.md 1.3 and 1.4.
 void Robot::obey(const message_t &message) {
     switch (message.type) {
-        case RUN:
-            if (state_ == State::SETUP || state_ == State::RUNNING) return;
-            enter(State::SETUP);
-            switch_motors(true);
-            return;
-        case READUID: {
-            bool set = calibration_.uid >> (message.data[0] & 15) & 1;
-            return move_for_display(set ? *program_->table().turn_left : uint8_t{0}, 0);
-        }
-        case CALIB: return calibrate(message);
-        default: break;
+    case RUN:
+        if (state_ == State::SETUP || state_ == State::RUNNING) return;
+        enter(State::SETUP);
+        switch_motors(true);
+        return;
+    case READUID: {
+        bool set = calibration_.uid >> (message.data[0] & 15) & 1;
+        return move_for_display(set ? *program_->table().turn_left : uint8_t{0}, 0);
+    }
+    case CALIB: return calibrate(message);
+    default: break;
     }
     switch_motors(false);
     switch (message.type) {
-        case RESET: reset();
-        case SLEEP: return fall_asleep();
-        case CHARGE: return enter(State::CHARGING);
-        case VOLTAGE: return enter(State::BATTERY);
-        default: return enter(State::IDLE);
+    case RESET: reset();
+    case SLEEP: return fall_asleep();
+    case CHARGE: return enter(State::CHARGING);
+    case VOLTAGE: return enter(State::BATTERY);
+    default: return enter(State::IDLE);
     }
 }
 
-// CALIB: mode; uid; turn left, turn right; straight left, straight right. SAVE counts only after a trial.
+// CALIB: mode; uid; turn left, turn right; straight left, straight right. SAVE counts only after a
+// trial.
 void Robot::calibrate(const message_t &message) {
     enum { SAVE, UID, TURN_LEFT, TURN_RIGHT, STRAIGHT };
     const uint8_t *data = message.data;
     switch (data[0]) {
-        case SAVE: {
-            if (state_ != State::MOVING) return;
-            constexpr uint16_t WHERE[] = {EEPROM_UID,         EEPROM_UID + 1,       EEPROM_TURN_LEFT,
-                                          EEPROM_TURN_RIGHT, EEPROM_STRAIGHT_LEFT, EEPROM_STRAIGHT_RIGHT};
-            for (size_t i = 0; i < std::size(WHERE); i++) set_eeprom(WHERE[i], data[1 + i]);
-            calibration_.uid = static_cast<uint16_t>(data[1] | data[2] << 8);
-            switch_motors(false);
-            return enter(State::IDLE);
-        }
-        case UID: return move_for_display(0, 0);
-        case TURN_LEFT: return move_for_display(data[3], 0);
-        case TURN_RIGHT: return move_for_display(0, data[4]);
-        case STRAIGHT: return move_for_display(data[5], data[6]);
-        default: return;
+    case SAVE: {
+        if (state_ != State::MOVING) return;
+        constexpr uint16_t WHERE[] = {EEPROM_UID,           EEPROM_UID + 1,
+                                      EEPROM_TURN_LEFT,     EEPROM_TURN_RIGHT,
+                                      EEPROM_STRAIGHT_LEFT, EEPROM_STRAIGHT_RIGHT};
+        for (size_t i = 0; i < std::size(WHERE); i++) set_eeprom(WHERE[i], data[1 + i]);
+        calibration_.uid = static_cast<uint16_t>(data[1] | data[2] << 8);
+        switch_motors(false);
+        return enter(State::IDLE);
+    }
+    case UID: return move_for_display(0, 0);
+    case TURN_LEFT: return move_for_display(data[3], 0);
+    case TURN_RIGHT: return move_for_display(0, data[4]);
+    case STRAIGHT: return move_for_display(data[5], data[6]);
+    default: return;
     }
 }
 
@@ -505,7 +538,8 @@ void Robot::enter(State state) {
     look_at_outputs();
 }
 
-// Power-down: the timer stands still, and the receiver is off but for a moment each time the watchdog wakes it.
+// Power-down: the timer stands still, and the receiver is off but for a moment each time the
+// watchdog wakes it.
 void Robot::fall_asleep() {
     enter(State::SLEEPING);
     next_tick_ = NEVER;
@@ -515,7 +549,8 @@ void Robot::fall_asleep() {
 /// Whether a sleeping robot hears a frame that begins at `at`; if so it is awake.
 bool Robot::wakes_for(Cycles at) {
     Cycles in_period = (at - state_since_) % SLEEP_PERIOD;
-    if (at < state_since_ + SLEEP_PERIOD || in_period < SLEEP_SETTLE || in_period >= SLEEP_SETTLE + SLEEP_LISTEN)
+    if (at < state_since_ + SLEEP_PERIOD || in_period < SLEEP_SETTLE ||
+        in_period >= SLEEP_SETTLE + SLEEP_LISTEN)
         return false;
     next_tick_ = now_ + calibration_.tick;
     return true;
@@ -530,7 +565,8 @@ void Robot::switch_motors(bool on) {
     look_at_outputs();
 }
 
-// A jump to address 0 from within the interrupt: memory as after power-up, main() again, the stack forgotten.
+// A jump to address 0 from within the interrupt: memory as after power-up, main() again, the stack
+// forgotten.
 void Robot::reset() {
     std::memcpy(program_->table().state_begin, program_->initial_state(), program_->state_bytes());
     life_ = Life::OFF;
@@ -552,10 +588,12 @@ void Robot::look_at_outputs() {
     outputs_seen_ = seen;
 
     auto lit = [](uint8_t ddr, uint8_t port, int pin) { return ddr >> pin & ~(port >> pin) & 1; };
-    color_ = static_cast<uint8_t>(
-        lit(registers.ddrd, registers.portd, 5) | lit(registers.ddrd, registers.portd, 4) << 1 |
-        lit(registers.ddrc, registers.portc, 3) << 2 | lit(registers.ddrc, registers.portc, 2) << 3 |
-        lit(registers.ddrc, registers.portc, 5) << 4 | lit(registers.ddrc, registers.portc, 4) << 5);
+    color_ = static_cast<uint8_t>(lit(registers.ddrd, registers.portd, 5) |
+                                  lit(registers.ddrd, registers.portd, 4) << 1 |
+                                  lit(registers.ddrc, registers.portc, 3) << 2 |
+                                  lit(registers.ddrc, registers.portc, 2) << 3 |
+                                  lit(registers.ddrc, registers.portc, 5) << 4 |
+                                  lit(registers.ddrc, registers.portc, 4) << 5);
     uint8_t left = registers.ddrb & KT_LEFT_MOTOR_DDRB ? registers.ocr2a : 0;
     uint8_t right = registers.ddrd & KT_RIGHT_MOTOR_DDRD ? registers.ocr2b : 0;
     if (left == left_ && right == right_) return;
@@ -570,17 +608,18 @@ void Robot::look_at_outputs() {
 void Robot::wait_until(Cycles wake) {
     look_at_outputs();
     for (;;) {
-        while (!in_interrupt_ && next_interrupt() <= wake && next_interrupt() < until_) serve_interrupt();
+        while (!in_interrupt_ && next_interrupt() <= wake && next_interrupt() < until_)
+            serve_interrupt();
         if (wake < until_) break;
         GuestStack::instance().suspend();
     }
     now_ = std::max(now_, wake);
 }
 
-// The program passed through more blocks than fit into a tick without giving time back. Does it wait or compute? Nothing
-// happens around it while it is looked at, block by block: if its memory comes back to where it was, it goes round in
-// circles until a tick or a callback changes something, which costs little to emulate. If not, it computes, which must
-// end some day.
+// The program passed through more blocks than fit into a tick without giving time back. Does it
+// wait or compute? Nothing happens around it while it is looked at, block by block: if its memory
+// comes back to where it was, it goes round in circles until a tick or a callback changes
+// something, which costs little to emulate. If not, it computes, which must end some day.
 void Robot::budget_spent(const uint8_t *frame) {
     auto &budget = *program_->table().budget;
     uint64_t fingerprint = memory_fingerprint(frame);
@@ -609,10 +648,12 @@ void Robot::note_busy(bool waits) {
         computing_since_ = now_;
     if (!warned_ && now_ - busy_since_ >= WARN_AFTER) {
         warned_ = true;
-        report(EventKind::BUSY_WAIT, "it has been busy for 10 s without coming back or calling delay()");
+        report(EventKind::BUSY_WAIT,
+               "it has been busy for 10 s without coming back or calling delay()");
     }
     if (computing_since_ != NEVER && now_ - computing_since_ >= ENDLESS_AFTER) {
-        stop(EventKind::ENDLESS, "it has been computing for 60 s without coming back or calling delay()");
+        stop(EventKind::ENDLESS,
+             "it has been computing for 60 s without coming back or calling delay()");
         GuestStack::instance().abandon();
     }
 }

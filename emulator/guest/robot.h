@@ -1,9 +1,10 @@
 /// The mock of the Kilobot API: one robot's clock, callbacks and registers around its program.
 ///
-/// Time is the hardware's (hardware.md 1.2 to 1.6): a tick each 32.768 ms of the robot's own oscillator, transmission
-/// asked for from the tick's interrupt, callbacks where an interrupt would come, `delay()` that lets time pass. The
-/// program itself takes no time. A robot is run ahead up to a moment before which nothing from outside can reach it;
-/// what it does is a list of commands with their times, the same however far it is run at once.
+/// Time is the hardware's (hardware.md 1.2 to 1.6): a tick each 32.768 ms of the robot's own
+/// oscillator, transmission asked for from the tick's interrupt, callbacks where an interrupt would
+/// come, `delay()` that lets time pass. The program itself takes no time. A robot is run ahead up
+/// to a moment before which nothing from outside can reach it; what it does is a list of commands
+/// with their times, the same however far it is run at once.
 #ifndef KILOTWIN_GUEST_ROBOT_H
 #define KILOTWIN_GUEST_ROBOT_H
 
@@ -58,19 +59,21 @@ struct BlackBox {
 struct RobotContext {
     const Chance &chance;
     Events &events;
-    std::vector<Emission> &emissions;  ///< of robots whose medium takes everything; in the order of each robot's time
-    BlackBox *black_box = nullptr;     ///< may be null
-    Cycles frame = 0;                  ///< how long sending keeps a robot busy
-    bool gains_are_mm = true;          ///< the medium reports the distance itself, as both gains
-    Cycles battery = 0;                ///< how long it drives on a full battery; 0: for ever
-    int16_t temperature = 300;         ///< reading, 0..1023
+    std::vector<Emission>
+        &emissions;  ///< of robots whose medium takes everything; in the order of each robot's time
+    BlackBox *black_box = nullptr;  ///< may be null
+    Cycles frame = 0;               ///< how long sending keeps a robot busy
+    bool gains_are_mm = true;       ///< the medium reports the distance itself, as both gains
+    Cycles battery = 0;             ///< how long it drives on a full battery; 0: for ever
+    int16_t temperature = 300;      ///< reading, 0..1023
 };
 
 class Robot {
   public:
-    /// Robot `index`, switched on at `power_up`. `image` holds its state: program->state_bytes() bytes of its own.
-    Robot(RobotContext &context, std::shared_ptr<Program> program, uint32_t index, const Calibration &calibration,
-          Cycles power_up, uint8_t *image);
+    /// Robot `index`, switched on at `power_up`. `image` holds its state: program->state_bytes()
+    /// bytes of its own.
+    Robot(RobotContext &context, std::shared_ptr<Program> program, uint32_t index,
+          const Calibration &calibration, Cycles power_up, uint8_t *image);
     ~Robot();
     Robot(const Robot &) = delete;
     Robot &operator=(const Robot &) = delete;
@@ -78,26 +81,28 @@ class Robot {
     /// To be called by a thread before it runs robots.
     static void serve_this_thread();
 
-    /// Lets the robot live through everything strictly before `until`. What its program sends goes out: the medium is
-    /// free.
+    /// Lets the robot live through everything strictly before `until`. What its program sends goes
+    /// out: the medium is free.
     void run(Cycles until);
 
-    /// The same, but it stops where the program is about to be asked for a message, or sends one: then the medium
-    /// decides. Returns the time run up to: `until`, or that of the question.
+    /// The same, but it stops where the program is about to be asked for a message, or sends one:
+    /// then the medium decides. Returns the time run up to: `until`, or that of the question.
     enum class Question : uint8_t { NONE, MAY_ASK, IS_CHANNEL_FREE };
     Cycles run_arbitrated(Cycles until);
     Question question() const { return question_; }
     Cycles now() const { return now_; }
 
-    /// Answers both questions with yes beforehand, should they come up at `at` in the next run. It then sends, which
-    /// shows in the context's emissions, and lives on until `until`: nobody reaches a robot that sends.
+    /// Answers both questions with yes beforehand, should they come up at `at` in the next run. It
+    /// then sends, which shows in the context's emissions, and lives on until `until`: nobody
+    /// reaches a robot that sends.
     void grant(Cycles at, Cycles until) {
         granted_at_ = at;
         granted_until_ = until;
     }
 
-    /// Answers MAY_ASK (no: a frame is being received; it tries again at the next tick) or IS_CHANNEL_FREE (no: the
-    /// attempt failed; it tries again soon). The next run goes on from there.
+    /// Answers MAY_ASK (no: a frame is being received; it tries again at the next tick) or
+    /// IS_CHANNEL_FREE (no: the attempt failed; it tries again soon). The next run goes on from
+    /// there.
     void answer(bool yes);
 
     /// After IS_CHANNEL_FREE: what it wants to send.
@@ -106,10 +111,12 @@ class Robot {
     /// The earliest moment at which it may ask for a message next; NEVER if none.
     Cycles next_ask() const;
 
-    /// A message whose frame ends at `reception.at`, not earlier than the time run up to. Any order.
+    /// A message whose frame ends at `reception.at`, not earlier than the time run up to. Any
+    /// order.
     void receive(const Reception &reception);
 
-    /// Light of a frame falls on the receiver from `begin` to `end`: meanwhile sensors cannot be read.
+    /// Light of a frame falls on the receiver from `begin` to `end`: meanwhile sensors cannot be
+    /// read.
     void disturb(Cycles begin, Cycles end);
 
     uint32_t index() const { return index_; }
@@ -134,7 +141,15 @@ class Robot {
 
   private:
     enum class Life : uint8_t { OFF, BOOTING, ALIVE, STOPPED };
-    enum class State : uint8_t { IDLE, SETUP, RUNNING, SLEEPING, BATTERY, CHARGING, MOVING };  ///< hardware.md 1.3
+    enum class State : uint8_t {
+        IDLE,
+        SETUP,
+        RUNNING,
+        SLEEPING,
+        BATTERY,
+        CHARGING,
+        MOVING
+    };  ///< hardware.md 1.3
 
     static const kt_host_t HOST;
     struct HostCalls;
@@ -179,32 +194,34 @@ class Robot {
     std::vector<Reception> inbox_;  ///< in order of time, from inbox_next_ on
     size_t inbox_next_ = 0;
     std::vector<std::pair<Cycles, Cycles>> frames_seen_;  ///< light on the receiver: begin, end
-    std::unique_ptr<EepromImage> eeprom_;           ///< once it differs from the calibration
+    std::unique_ptr<EepromImage> eeprom_;                 ///< once it differs from the calibration
 
     Cycles now_;
     Cycles until_ = 0;
     Cycles granted_at_ = NEVER, granted_until_ = 0;
-    Cycles next_tick_;  ///< compare match of timer 0
+    Cycles next_tick_;         ///< compare match of timer 0
     Cycles overflow_ = NEVER;  ///< after a retry: when the timer's next ordinary match comes
     Cycles state_since_;
     Cycles power_up_;
-    Cycles driven_ = 0;             ///< with a motor on, up to driving_since_
+    Cycles driven_ = 0;  ///< with a motor on, up to driving_since_
     Cycles driving_since_ = NEVER;
     void (*setup_)(void) = nullptr;
     void (*loop_)(void) = nullptr;
     uint64_t rand_hard_draws_ = 0;
     uint64_t outputs_seen_ = 0;
-    uint64_t fingerprint_ = 0;         ///< of the memory when the budget was last spent
-    uint16_t probes_left_ = 0;         ///< looks at the memory until it counts as computing
-    Cycles busy_since_ = NEVER;        ///< since when the program has not come back
-    Cycles computing_since_ = NEVER;   ///< since when it has changed memory all the time
+    uint64_t fingerprint_ = 0;        ///< of the memory when the budget was last spent
+    uint16_t probes_left_ = 0;        ///< looks at the memory until it counts as computing
+    Cycles busy_since_ = NEVER;       ///< since when the program has not come back
+    Cycles computing_since_ = NEVER;  ///< since when it has changed memory all the time
     uint32_t index_;
-    uint32_t last_tick_ = 0;  ///< kilo_ticks after the last tick, for reports: the program may spoil its own
+    uint32_t last_tick_ =
+        0;  ///< kilo_ticks after the last tick, for reports: the program may spoil its own
     Calibration calibration_;
     message_t outgoing_;
     uint16_t tx_clock_ = 0;
     uint16_t tick_increment_ = 0;  ///< counts of the timer that the next compare match stands for
-    int16_t stale_conversion_ = -1;  ///< of get_voltage(): the next message's high gain is read from its channel
+    int16_t stale_conversion_ =
+        -1;  ///< of get_voltage(): the next message's high gain is read from its channel
     uint8_t left_ = 0, right_ = 0;
     uint8_t color_ = 0;
     Life life_ = Life::OFF;

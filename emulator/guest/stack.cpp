@@ -79,7 +79,8 @@ GuestStack &GuestStack::instance() {
 }
 
 GuestStack::GuestStack() {
-    void *area = mmap(nullptr, BYTES + 2 * GUARD_BYTES, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    void *area =
+        mmap(nullptr, BYTES + 2 * GUARD_BYTES, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (area == MAP_FAILED) throw std::bad_alloc();
     memory_ = static_cast<uint8_t *>(area) + GUARD_BYTES;
     if (mprotect(memory_, BYTES, PROT_READ | PROT_WRITE) != 0) throw std::bad_alloc();
@@ -98,7 +99,8 @@ void GuestStack::serve_this_thread(EmptyLoop empty_loop) {
     empty_loop_ = empty_loop;
 }
 
-GuestStack::Outcome GuestStack::call(void (*body)(void *), void *argument, SuspendedCall &suspended) {
+GuestStack::Outcome GuestStack::call(void (*body)(void *), void *argument,
+                                     SuspendedCall &suspended) {
     body_ = body;
     argument_ = argument;
     return enter(make_fcontext(memory_ + BYTES, BYTES, StackEntry::run), suspended);
@@ -135,8 +137,9 @@ void GuestStack::leave_after_fault() {
     __builtin_unreachable();
 }
 
-// The handler itself must not leave: it makes the interrupted thread go on at the top of the guest's stack (whose
-// frames nobody needs any more), from where it jumps to the host with the signal mask restored.
+// The handler itself must not leave: it makes the interrupted thread go on at the top of the
+// guest's stack (whose frames nobody needs any more), from where it jumps to the host with the
+// signal mask restored.
 void GuestStack::on_fault(int signal, void *info, void *context) {
     auto &stack = instance();
     if (stack.host_ == nullptr) {  // not a guest's fault: let it kill the process, as without us
@@ -147,13 +150,15 @@ void GuestStack::on_fault(int signal, void *info, void *context) {
     auto address = static_cast<const uint8_t *>(static_cast<siginfo_t *>(info)->si_addr);
     bool memory_fault = signal == SIGSEGV || signal == SIGBUS;
     stack.fault_ = {signal, address,
-                    memory_fault && address >= stack.memory_ - GUARD_BYTES && address < stack.memory_};
+                    memory_fault && address >= stack.memory_ - GUARD_BYTES &&
+                        address < stack.memory_};
     auto &registers = static_cast<ucontext_t *>(context)->uc_mcontext.gregs;
     registers[REG_RIP] = reinterpret_cast<greg_t>(&GuestStack::leave_after_fault);
     registers[REG_RSP] = reinterpret_cast<greg_t>(stack.memory_ + BYTES - 64 - sizeof(void *));
 }
 
-// An instruction that jumps to itself never ends and changes nothing: whenever it is found, the robot is the same.
+// An instruction that jumps to itself never ends and changes nothing: whenever it is found, the
+// robot is the same.
 void GuestStack::on_timer(void *context) {
     auto &stack = instance();
     auto &registers = static_cast<ucontext_t *>(context)->uc_mcontext.gregs;
@@ -162,7 +167,9 @@ void GuestStack::on_timer(void *context) {
     bool in_guest = stack.host_ != nullptr && sp >= bottom && sp < bottom + BYTES;
     if (!in_guest) return;
     constexpr uint8_t JUMP_TO_SELF[] = {0xEB, 0xFE};
-    if (std::memcmp(reinterpret_cast<const void *>(registers[REG_RIP]), JUMP_TO_SELF, sizeof JUMP_TO_SELF) != 0) return;
+    if (std::memcmp(reinterpret_cast<const void *>(registers[REG_RIP]), JUMP_TO_SELF,
+                    sizeof JUMP_TO_SELF) != 0)
+        return;
     registers[REG_RIP] = reinterpret_cast<greg_t>(stack.empty_loop_);
     registers[REG_RSP] = static_cast<greg_t>((sp - RED_ZONE_BYTES) / 16 * 16 - sizeof(void *));
 }

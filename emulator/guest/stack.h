@@ -1,9 +1,10 @@
 /// The one stack that all guests run on, in turn.
 ///
-/// A call that comes back is an ordinary call. A call that blocks (`delay`) is suspended: the used part of the stack
-/// is copied away and, later, back to the same address, so pointers into it stay valid. The stack lies between guard
-/// pages; a fault in a guest ends its call and nothing else. `for (;;);` has no basic block that a compiler would
-/// instrument: a timer finds a guest in such a jump to itself.
+/// A call that comes back is an ordinary call. A call that blocks (`delay`) is suspended: the used
+/// part of the stack is copied away and, later, back to the same address, so pointers into it stay
+/// valid. The stack lies between guard pages; a fault in a guest ends its call and nothing else.
+/// `for (;;);` has no basic block that a compiler would instrument: a timer finds a guest in such a
+/// jump to itself.
 #ifndef KILOTWIN_GUEST_STACK_H
 #define KILOTWIN_GUEST_STACK_H
 
@@ -29,7 +30,8 @@ class GuestStack {
 
     static constexpr size_t BYTES = 64 * 1024;
 
-    /// Called on the guest's stack when the guest is found in an empty endless loop; must not return.
+    /// Called on the guest's stack when the guest is found in an empty endless loop; must not
+    /// return.
     using EmptyLoop = void (*)();
 
     /// The process's one stack; installs the signal handlers when first used.
@@ -38,13 +40,15 @@ class GuestStack {
     /// To be called by a thread before it runs guests: faults and the timer reach it from then on.
     void serve_this_thread(EmptyLoop empty_loop);
 
-    /// Runs `body(argument)` from the top of the stack. On SUSPENDED the call was moved into `suspended`.
+    /// Runs `body(argument)` from the top of the stack. On SUSPENDED the call was moved into
+    /// `suspended`.
     Outcome call(void (*body)(void *), void *argument, SuspendedCall &suspended);
 
     /// Goes on with a suspended call, which is consumed (and filled anew if it blocks again).
     Outcome resume(SuspendedCall &suspended);
 
-    /// From within a guest's call: lets the caller of call() or resume() go on. Returns when resumed.
+    /// From within a guest's call: lets the caller of call() or resume() go on. Returns when
+    /// resumed.
     void suspend();
 
     /// From within a guest's call: ends it; its frames are dropped.

@@ -1,5 +1,6 @@
-// The engine as the Python module kilotwin._emulator. Takes resolved experiments as plain dictionaries; the schema and
-// its error messages are the host's (host_tools/kilotwin/experiment*.py).
+// The engine as the Python module kilotwin._emulator. Takes resolved experiments as plain
+// dictionaries; the schema and its error messages are the host's
+// (host_tools/kilotwin/experiment*.py).
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/pair.h>
@@ -30,8 +31,10 @@ Eigen::Vector2d vector_of(const std::vector<double> &xy) {
 
 Region region_of(const nb::dict &from, const Eigen::Vector2d &centre) {
     auto shape = get<std::string>(from, "shape");
-    if (shape != "circle" && shape != "rectangle") throw EngineError("shape is circle or rectangle, not " + shape);
-    return {shape == "circle" ? Region::Shape::CIRCLE : Region::Shape::RECTANGLE, centre,
+    if (shape != "circle" && shape != "rectangle")
+        throw EngineError("shape is circle or rectangle, not " + shape);
+    return {shape == "circle" ? Region::Shape::CIRCLE : Region::Shape::RECTANGLE,
+            centre,
             {get<double>(from, "width_m"), get<double>(from, "height_m")}};
 }
 
@@ -87,13 +90,15 @@ std::vector<Pose> poses_of(nb::handle from) {
 }
 
 message_t message_of(const nb::bytes &bytes) {
-    if (bytes.size() != WIRE_DATA_BYTES + 1) throw EngineError("a message has nine data bytes and a type");
+    if (bytes.size() != WIRE_DATA_BYTES + 1)
+        throw EngineError("a message has nine data bytes and a type");
     message_t message = {};
     std::memcpy(&message, bytes.c_str(), WIRE_DATA_BYTES + 1);
     return message;
 }
 
-SimulationDef::Command command_of(const nb::bytes &message, uint16_t uid_first, uint16_t uid_last, nb::handle region) {
+SimulationDef::Command command_of(const nb::bytes &message, uint16_t uid_first, uint16_t uid_last,
+                                  nb::handle region) {
     SimulationDef::Command command = {0, uid_first, uid_last, message_of(message)};
     if (region.is_none()) return command;
     auto [x, y, radius] = nb::cast<std::tuple<double, double, double>>(region);
@@ -107,8 +112,8 @@ Light light_of(const nb::dict &from) {
     light.ambient = get<double>(from, "ambient");
     for (nb::handle item : get<nb::list>(from, "sources")) {
         auto source = nb::cast<nb::dict>(item);
-        light.sources.push_back({vector_of(get<std::vector<double>>(source, "at_m")), get<double>(source, "peak"),
-                                 get<double>(source, "half_m")});
+        light.sources.push_back({vector_of(get<std::vector<double>>(source, "at_m")),
+                                 get<double>(source, "peak"), get<double>(source, "half_m")});
     }
     return light;
 }
@@ -120,19 +125,23 @@ SimulationDef definition_of(const nb::dict &spec) {
     def.arena.bounds = region_of(get<nb::dict>(spec, "arena"), {0, 0});
     for (nb::handle site : get<nb::list>(spec, "sites")) {
         auto from = nb::cast<nb::dict>(site);
-        def.arena.sites.push_back(region_of(from, vector_of(get<std::vector<double>>(from, "centre_m"))));
+        def.arena.sites.push_back(
+            region_of(from, vector_of(get<std::vector<double>>(from, "centre_m"))));
     }
     def.profile = profile_of(get<nb::dict>(spec, "profile"));
     if (!spec["floor"].is_none()) {
         auto floor = get<nb::dict>(spec, "floor");
-        def.floor = VirtualFloor::Settings{get<double>(floor, "obstacle_m"), get<uint32_t>(floor, "step_ticks"),
+        def.floor = VirtualFloor::Settings{get<double>(floor, "obstacle_m"),
+                                           get<uint32_t>(floor, "step_ticks"),
                                            get<uint32_t>(floor, "repeat_ticks")};
     }
     set_medium(def, get<nb::dict>(spec, "medium"));
     for (nb::handle item : get<nb::list>(spec, "groups")) {
         auto from = nb::cast<nb::dict>(item);
-        SimulationDef::Group group = {get<std::string>(from, "program"), get<std::string>(from, "name"),
-                                      get<size_t>(from, "count"), {}};
+        SimulationDef::Group group = {get<std::string>(from, "program"),
+                                      get<std::string>(from, "name"),
+                                      get<size_t>(from, "count"),
+                                      {}};
         if (!from["poses"].is_none()) group.poses = poses_of(from["poses"]);
         if (!group.poses.empty() && group.poses.size() != group.count)
             throw EngineError("a group has as many poses as robots, or none");
@@ -140,17 +149,20 @@ SimulationDef definition_of(const nb::dict &spec) {
     }
     for (nb::handle item : get<nb::list>(spec, "commands")) {
         auto fields = nb::cast<nb::tuple>(item);
-        if (fields.size() != 5) throw EngineError("a command is tick, uid_first, uid_last, message, region");
+        if (fields.size() != 5)
+            throw EngineError("a command is tick, uid_first, uid_last, message, region");
         auto command = command_of(nb::cast<nb::bytes>(fields[3]), nb::cast<uint16_t>(fields[1]),
                                   nb::cast<uint16_t>(fields[2]), fields[4]);
         command.tick = nb::cast<int64_t>(fields[0]);
         def.commands.push_back(command);
     }
-    if (spec.contains("light") && !spec["light"].is_none()) def.light = light_of(get<nb::dict>(spec, "light"));
+    if (spec.contains("light") && !spec["light"].is_none())
+        def.light = light_of(get<nb::dict>(spec, "light"));
     def.battery_h = get_or(spec, "battery_h", def.battery_h);
     def.temperature = get_or(spec, "temperature", def.temperature);
     def.sample_ticks = get<uint32_t>(spec, "sample_ticks");
-    if (spec.contains("black_box") && !spec["black_box"].is_none()) def.black_box = get<std::string>(spec, "black_box");
+    if (spec.contains("black_box") && !spec["black_box"].is_none())
+        def.black_box = get<std::string>(spec, "black_box");
     if (spec.contains("run_ahead")) def.run_ahead = get<bool>(spec, "run_ahead");
     return def;
 }
@@ -159,8 +171,10 @@ SimulationDef definition_of(const nb::dict &spec) {
 template <typename T> nb::object array_of(std::vector<T> values, size_t columns) {
     auto owned = new std::vector<T>(std::move(values));
     nb::capsule owner(owned, [](void *p) noexcept { delete static_cast<std::vector<T> *>(p); });
-    if (columns == 0) return nb::cast(nb::ndarray<nb::numpy, T>(owned->data(), {owned->size()}, owner));
-    return nb::cast(nb::ndarray<nb::numpy, T>(owned->data(), {owned->size() / columns, columns}, owner));
+    if (columns == 0)
+        return nb::cast(nb::ndarray<nb::numpy, T>(owned->data(), {owned->size()}, owner));
+    return nb::cast(
+        nb::ndarray<nb::numpy, T>(owned->data(), {owned->size() / columns, columns}, owner));
 }
 
 nb::dict to_python(Samples samples, size_t robots) {
@@ -184,8 +198,8 @@ nb::list to_python(const Simulation &simulation, const Events &events) {
         row["program"] = event.program;
         row["kind"] = name_of(event.kind);
         // A program may print any bytes.
-        row["text"] = nb::steal(PyUnicode_DecodeUTF8(event.text.data(), static_cast<Py_ssize_t>(event.text.size()),
-                                                     "backslashreplace"));
+        row["text"] = nb::steal(PyUnicode_DecodeUTF8(
+            event.text.data(), static_cast<Py_ssize_t>(event.text.size()), "backslashreplace"));
         out.append(row);
     }
     return out;
@@ -226,7 +240,8 @@ std::string hash_of(const PythonSimulation &self) {
 }
 
 const Robot &robot_of(const PythonSimulation &self, size_t robot) {
-    if (robot >= self.simulation.size()) throw EngineError("there is no robot " + std::to_string(robot));
+    if (robot >= self.simulation.size())
+        throw EngineError("there is no robot " + std::to_string(robot));
     return self.simulation.robot(robot);
 }
 
@@ -241,8 +256,9 @@ nb::object motors_of(const PythonSimulation &self) {
 
 nb::dict config_keys() {
     nb::dict keys;
-#define ADD_KEY(name, key, preset, least, most) \
-    keys[#name] = nb::make_tuple(key##u, preset##u, static_cast<uint32_t>(least), static_cast<uint32_t>(most));
+#define ADD_KEY(name, key, preset, least, most)                                   \
+    keys[#name] = nb::make_tuple(key##u, preset##u, static_cast<uint32_t>(least), \
+                                 static_cast<uint32_t>(most));
     WIRE_CONFIG_KEYS(ADD_KEY)
 #undef ADD_KEY
     return keys;
@@ -272,40 +288,49 @@ NB_MODULE(_emulator, m) {
     wire["CELL_WALL"] = WIRE_CELL_WALL;
     wire["CELL_OBSTACLE"] = WIRE_CELL_OBSTACLE;
     m.attr("WIRE") = wire;
-    m.def("config_message", config_message, nb::arg("uid_first"), nb::arg("uid_last"), nb::arg("key"),
-          nb::arg("value"), "A CONFIG message: nine data bytes and the type.");
+    m.def("config_message", config_message, nb::arg("uid_first"), nb::arg("uid_last"),
+          nb::arg("key"), nb::arg("value"), "A CONFIG message: nine data bytes and the type.");
     nb::exception<EngineError>(m, "EngineError", PyExc_ValueError);
 
     nb::class_<PythonSimulation>(m, "Simulation", "One run; see emulator/engine/simulation.h.")
         .def(nb::init<const nb::dict &>(), nb::arg("spec"))
         .def(
-            "advance", [](PythonSimulation &self, int64_t ticks) { self.simulation.advance(ticks); }, nb::arg("ticks"),
-            nb::call_guard<nb::gil_scoped_release>(), "Go on by at least `ticks`, to the end of a world step.")
+            "advance",
+            [](PythonSimulation &self, int64_t ticks) { self.simulation.advance(ticks); },
+            nb::arg("ticks"), nb::call_guard<nb::gil_scoped_release>(),
+            "Go on by at least `ticks`, to the end of a world step.")
         .def_prop_ro("tick", [](const PythonSimulation &self) { return self.simulation.tick(); })
         .def_prop_ro("robots", [](const PythonSimulation &self) { return self.simulation.size(); })
         .def("samples",
-             [](PythonSimulation &self) { return to_python(self.simulation.take_samples(), self.simulation.size()); })
+             [](PythonSimulation &self) {
+                 return to_python(self.simulation.take_samples(), self.simulation.size());
+             })
         .def("snapshot",
-             [](PythonSimulation &self) { return to_python(self.simulation.snapshot(), self.simulation.size()); })
+             [](PythonSimulation &self) {
+                 return to_python(self.simulation.snapshot(), self.simulation.size());
+             })
         .def("events",
-             [](PythonSimulation &self) { return to_python(self.simulation, self.simulation.take_events()); })
+             [](PythonSimulation &self) {
+                 return to_python(self.simulation, self.simulation.take_events());
+             })
         .def("result_hash", hash_of)
         .def(
             "send",
-            [](PythonSimulation &self, const nb::bytes &message, uint16_t first, uint16_t last, nb::object region) {
+            [](PythonSimulation &self, const nb::bytes &message, uint16_t first, uint16_t last,
+               nb::object region) {
                 self.simulation.send(command_of(message, first, last, region));
             },
             nb::arg("message"), nb::arg("uid_first") = 0, nb::arg("uid_last") = 65535,
-            nb::arg("region").none() = nb::none(), "Give robots a message now: nine data bytes and a type.")
+            nb::arg("region").none() = nb::none(),
+            "Give robots a message now: nine data bytes and a type.")
         .def("motors", motors_of)
         .def("state",
              [](const PythonSimulation &self, size_t robot) {
                  auto bytes = robot_of(self, robot).state();
                  return nb::bytes(bytes.data(), bytes.size());
              })
-        .def("program", [](const PythonSimulation &self, size_t robot) {
-            return robot_of(self, robot).program().path();
-        })
+        .def("program", [](const PythonSimulation &self,
+                           size_t robot) { return robot_of(self, robot).program().path(); })
         .def("stats", [](const PythonSimulation &self) {
             return to_python(self.simulation.statistics(), 2 * self.def.profile.radius_m);
         });

@@ -1,11 +1,12 @@
-/// The bytes of every message that `aggregation` sends or understands, and the keys of its parameters.
+/// The bytes of every message that `aggregation` sends or understands, and the keys of its
+/// parameters.
 ///
-/// This file is the only place that says so: the firmware, the emulator's virtual floor, the module program and
-/// the host (through the emulator's Python module) all take the numbers from here.
+/// This file is the only place that says so: the firmware, the emulator's virtual floor, the module
+/// program and the host (through the emulator's Python module) all take the numbers from here.
 ///
-/// Every message is a Kilobot message of nine data bytes and a type. Types 0x10 and 0x40 up belong to the Kilogrid
-/// and to kilolib. Numbers of several bytes are little-endian. Unused data bytes are zero when sent, ignored when
-/// received.
+/// Every message is a Kilobot message of nine data bytes and a type. Types 0x10 and 0x40 up belong
+/// to the Kilogrid and to kilolib. Numbers of several bytes are little-endian. Unused data bytes
+/// are zero when sent, ignored when received.
 #ifndef AGGREGATION_WIRE_H
 #define AGGREGATION_WIRE_H
 
@@ -15,8 +16,8 @@
 #define WIRE_DATA_BYTES 9
 
 enum {
-    /// Floor (a grid cell, or the emulator's virtual floor) to the robot above it.
-    /// data[0] site: 0 none, 1..255 the site's number. data[1] flags: WIRE_CELL_WALL, WIRE_CELL_OBSTACLE.
+    /// Floor (a grid cell, or the emulator's virtual floor) to the robot above it. data[0] site: 0
+    /// none, 1..255 the site's number. data[1] flags: WIRE_CELL_WALL, WIRE_CELL_OBSTACLE.
     WIRE_TYPE_CELL = 0x01,
     /// Robot to robot: "I rest here". data[0..1] uid of the sender. Says nothing about its role.
     WIRE_TYPE_SIGNAL = 0x02,
@@ -30,9 +31,9 @@ enum {
 /// A wall or a robot is close ahead (foot-bot: proximity ring).
 #define WIRE_CELL_OBSTACLE 0x02
 
-/// The parameters: X(name, key, default, least, most). Values are uint32_t; `Q16` is a real number times 65,536.
-/// The defaults are those of a Kilobot (design: the hex must be useful with no CONFIG at all); ticks are 32.768 ms.
-/// A value outside least..most is refused and the old one stays.
+/// The parameters: X(name, key, default, least, most). Values are uint32_t; `Q16` is a real number
+/// times 65,536. The defaults are those of a Kilobot (design: the hex must be useful with no CONFIG
+/// at all); ticks are 32.768 ms. A value outside least..most is refused and the old one stays.
 ///
 ///   RULE               0 simplified, 1 Firat
 ///   ALPHA BETA         simplified rule, P = alpha exp(-beta n), Q16
@@ -55,33 +56,33 @@ enum {
 ///   ENTRY_OBSTACLE 0 turn 1 rest 2 pause; COUNT_SELF 0 no 1 yes; FIRAT_JOIN 0 crossing 1 first_update
 ///   2 every_update; FIRAT_SIGNAL_FROM 0 crossing 1 rest; START_ON_SITE 0 entered 1 must_leave;
 ///   UPDATE_CLOCK 0 own 1 common.
-#define WIRE_CONFIG_KEYS(X)                                                                                          \
-    X(RULE, 1, 0, 0, 1)                                                                                              \
-    X(ALPHA, 2, 32768, 0, 0xFFFFFFFF)                                                                                \
-    X(BETA, 3, 147456, 0, 0xFFFFFFFF)                                                                                \
-    X(FIRAT_A, 4, 131072, 0, 0xFFFFFFFF)                                                                             \
-    X(FIRAT_K, 5, 1179648, 0, 0xFFFFFFFF)                                                                            \
-    X(UPDATE_TICKS, 6, 76, 1, 65535)                                                                                 \
-    X(STRAIGHT_TICKS, 7, 191, 1, 65535)                                                                              \
-    X(ENTRY_TICKS, 8, 381, 0, 65535)                                                                                 \
-    X(RHO, 9, 32768, 0, 65535)                                                                                       \
-    X(TURN_TICKS_PER_RAD, 10, 2540000, 1, 0xFFFFFFFF)                                                                \
-    X(WINDOW_TICKS, 11, 76, 1, 32000)                                                                                \
-    X(TIMEOUT_TICKS, 12, 76, 1, 32000)                                                                               \
-    X(CAPACITY, 13, 100, 1, 100)                                                                                     \
-    X(EMPTY_WINDOWS, 14, 2, 1, 255)                                                                                  \
-    X(INFORMED_SITE, 15, 0, 0, 255)                                                                                  \
-    X(STEP_TICKS, 16, 3, 1, 65535)                                                                                   \
-    X(WALL_IGNORE_TICKS, 17, 488, 0, 65535)                                                                          \
-    X(LEAVE_TURN, 18, 1, 0, 1)                                                                                       \
-    X(SIGNAL_FROM, 32, 0, 0, 1)                                                                                      \
-    X(FIRST_LEAVE, 33, 0, 0, 1)                                                                                      \
-    X(WALK_OUT, 34, 0, 0, 1)                                                                                         \
-    X(ENTRY_OBSTACLE, 35, 0, 0, 2)                                                                                   \
-    X(COUNT_SELF, 36, 0, 0, 1)                                                                                       \
-    X(FIRAT_JOIN, 37, 0, 0, 2)                                                                                       \
-    X(FIRAT_SIGNAL_FROM, 38, 0, 0, 1)                                                                                \
-    X(START_ON_SITE, 39, 0, 0, 1)                                                                                    \
+#define WIRE_CONFIG_KEYS(X)                           \
+    X(RULE, 1, 0, 0, 1)                               \
+    X(ALPHA, 2, 32768, 0, 0xFFFFFFFF)                 \
+    X(BETA, 3, 147456, 0, 0xFFFFFFFF)                 \
+    X(FIRAT_A, 4, 131072, 0, 0xFFFFFFFF)              \
+    X(FIRAT_K, 5, 1179648, 0, 0xFFFFFFFF)             \
+    X(UPDATE_TICKS, 6, 76, 1, 65535)                  \
+    X(STRAIGHT_TICKS, 7, 191, 1, 65535)               \
+    X(ENTRY_TICKS, 8, 381, 0, 65535)                  \
+    X(RHO, 9, 32768, 0, 65535)                        \
+    X(TURN_TICKS_PER_RAD, 10, 2540000, 1, 0xFFFFFFFF) \
+    X(WINDOW_TICKS, 11, 76, 1, 32000)                 \
+    X(TIMEOUT_TICKS, 12, 76, 1, 32000)                \
+    X(CAPACITY, 13, 100, 1, 100)                      \
+    X(EMPTY_WINDOWS, 14, 2, 1, 255)                   \
+    X(INFORMED_SITE, 15, 0, 0, 255)                   \
+    X(STEP_TICKS, 16, 3, 1, 65535)                    \
+    X(WALL_IGNORE_TICKS, 17, 488, 0, 65535)           \
+    X(LEAVE_TURN, 18, 1, 0, 1)                        \
+    X(SIGNAL_FROM, 32, 0, 0, 1)                       \
+    X(FIRST_LEAVE, 33, 0, 0, 1)                       \
+    X(WALK_OUT, 34, 0, 0, 1)                          \
+    X(ENTRY_OBSTACLE, 35, 0, 0, 2)                    \
+    X(COUNT_SELF, 36, 0, 0, 1)                        \
+    X(FIRAT_JOIN, 37, 0, 0, 2)                        \
+    X(FIRAT_SIGNAL_FROM, 38, 0, 0, 1)                 \
+    X(START_ON_SITE, 39, 0, 0, 1)                     \
     X(UPDATE_CLOCK, 40, 0, 0, 1)
 
 #define WIRE_CONFIG_ENUM(name, key, preset, least, most) WIRE_KEY_##name = (key),
@@ -99,7 +100,8 @@ typedef struct {
     uint32_t value;
 } wire_config_t;
 
-/// Encoders write all WIRE_DATA_BYTES of `data`; decoders read them. None can fail: a type has one layout.
+/// Encoders write all WIRE_DATA_BYTES of `data`; decoders read them. None can fail: a type has one
+/// layout.
 static inline void wire_put_cell(uint8_t data[WIRE_DATA_BYTES], wire_cell_t cell) {
     data[0] = cell.site;
     data[1] = cell.flags;

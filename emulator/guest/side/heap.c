@@ -1,5 +1,6 @@
-// malloc in a heap that is part of the robot's state and runs out as the robot's 2 KB would. Only programs that use
-// it carry it. First fit over one list of blocks in order of address; neighbours that are free are joined.
+// malloc in a heap that is part of the robot's state and runs out as the robot's 2 KB would. Only
+// programs that use it carry it. First fit over one list of blocks in order of address; neighbours
+// that are free are joined.
 #include <stddef.h>
 #include <stdint.h>
 #include <string.h>

@@ -1,11 +1,12 @@
-// The thin half of the mock Kilobot API: it is compiled into every guest, so that the API's plain variables are
-// swapped with the program's own. What needs a clock, a body or a medium goes to the engine through `kt_host`.
+// The thin half of the mock Kilobot API: it is compiled into every guest, so that the API's plain
+// variables are swapped with the program's own. What needs a clock, a body or a medium goes to the
+// engine through `kt_host`.
 #include <stddef.h>
 #include <stdlib.h>
 
 #include "abi.h"
-#include "side.h"
 #include "kilolib.h"
+#include "side.h"
 
 #define SHARED __attribute__((section(".kt_shared")))
 #define CYCLES_PER_MS 8000
@@ -14,8 +15,10 @@
 static const kt_host_t *kt_host SHARED = NULL;
 static int32_t kt_budget SHARED = 0;
 
-static char kt_guard_low[KT_GUARD_BYTES] __attribute__((aligned(4096), used, section(".kt_guard_low"))) = {0};
-static char kt_guard_high[KT_GUARD_BYTES] __attribute__((aligned(4096), used, section(".kt_guard_high"))) = {0};
+static char kt_guard_low[KT_GUARD_BYTES]
+    __attribute__((aligned(4096), used, section(".kt_guard_low"))) = {0};
+static char kt_guard_high[KT_GUARD_BYTES]
+    __attribute__((aligned(4096), used, section(".kt_guard_high"))) = {0};
 extern uint8_t kt_state_begin[], kt_state_end[];
 
 volatile uint32_t kilo_ticks;
@@ -76,13 +79,14 @@ const kt_table_t kt_table = {
     .host = &kt_host,
 };
 
-// Loop variables may live in registers only: they are laid open beside the stack, so that the engine can tell a
-// program that computes from one that waits.
+// Loop variables may live in registers only: they are laid open beside the stack, so that the
+// engine can tell a program that computes from one that waits.
 static __attribute__((noinline)) void budget_spent(void) {
     uint64_t registers[5];
-    __asm__ volatile("movq %%rbx, %0; movq %%r12, %1; movq %%r13, %2; movq %%r14, %3; movq %%r15, %4"
-                     : "=m"(registers[0]), "=m"(registers[1]), "=m"(registers[2]), "=m"(registers[3]),
-                       "=m"(registers[4]));
+    __asm__ volatile(
+        "movq %%rbx, %0; movq %%r12, %1; movq %%r13, %2; movq %%r14, %3; movq %%r15, %4"
+        : "=m"(registers[0]), "=m"(registers[1]), "=m"(registers[2]), "=m"(registers[3]),
+          "=m"(registers[4]));
     kt_host->spent((uint8_t *)registers);
 }
 
@@ -102,11 +106,12 @@ void set_motors(uint8_t left, uint8_t right) {
     kt_host->outputs();
 }
 
-// The pins of an LED light it as outputs, low: set_color() turns outputs on and off (hardware.md 1.8).
+// The pins of an LED light it as outputs, low: set_color() turns outputs on and off (hardware.md
+// 1.8).
 void set_color(uint8_t rgb) {
     kt_outputs.ddrd = (uint8_t)((kt_outputs.ddrd & ~0x30) | (rgb & 1) << 5 | (rgb & 2) << 3);
-    kt_outputs.ddrc = (uint8_t)((kt_outputs.ddrc & ~0x3C) | (rgb & 4) << 1 | (rgb & 8) >> 1 | (rgb & 16) << 1 |
-                                (rgb & 32) >> 1);
+    kt_outputs.ddrc = (uint8_t)((kt_outputs.ddrc & ~0x3C) | (rgb & 4) << 1 | (rgb & 8) >> 1 |
+                                (rgb & 16) << 1 | (rgb & 32) >> 1);
     kt_host->outputs();
 }
 
@@ -142,7 +147,8 @@ uint16_t message_crc(const message_t *message) {
     for (size_t i = 0; i < offsetof(message_t, crc); i++) {
         uint8_t byte = (uint8_t)(((const uint8_t *)message)[i] ^ crc);
         byte ^= (uint8_t)(byte << 4);
-        crc = (uint16_t)(((uint16_t)byte << 8 | crc >> 8) ^ (uint8_t)(byte >> 4) ^ (uint16_t)(byte << 3));
+        crc = (uint16_t)(((uint16_t)byte << 8 | crc >> 8) ^ (uint8_t)(byte >> 4) ^
+                         (uint16_t)(byte << 3));
     }
     return crc;
 }

@@ -1,5 +1,5 @@
-// What a program prints goes to the run folder, or to its own stream; nothing reaches the emulator's
-// own output.
+// What a program prints goes to the run folder, or to its own stream; nothing reaches the
+// emulator's own output.
 #include <stdio.h>
 
 #include <string.h>
@@ -43,8 +43,8 @@ static void write_text(FILE *stream, const char *text, size_t bytes) {
 extern int pc_vsnprintf(char *text, size_t bytes, const char *format,
                         va_list arguments) __asm__("vsnprintf");
 
-// A long has 32 bits on the robot, and programs print int32_t and uint32_t as longs: without its `l`
-// a conversion takes those. `%S` is a string in flash.
+// A long has 32 bits on the robot, and programs print int32_t and uint32_t as longs: without its
+// `l` a conversion takes those. `%S` is a string in flash.
 static const char *robots_format(const char *format, char *changed) {
     if (strlen(format) >= FORMAT_BYTES) return format;
     char *end = changed;

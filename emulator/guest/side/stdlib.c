@@ -6,7 +6,8 @@
 static unsigned long rand_state = 1;
 static unsigned long random_state = 1;
 
-// The minimal standard generator of Park and Miller (CACM 1988), which avr-libc uses too: 0 stands for another seed.
+// The minimal standard generator of Park and Miller (CACM 1988), which avr-libc uses too: 0 stands
+// for another seed.
 static unsigned long next(unsigned long state) {
     if (state == 0) state = 123459876;
     return state * 16807 % 2147483647;
@@ -32,10 +33,12 @@ void srandom(unsigned int seed) { random_state = seed; }
 void exit(int status) {
     (void)status;
     kt_unusable("called exit()");
-    for (;;) {}
+    for (;;) {
+    }
 }
 
 void abort(void) {
     kt_unusable("called abort()");
-    for (;;) {}
+    for (;;) {
+    }
 }

@@ -1,4 +1,5 @@
-/// What the engine's tests share: scenes to put robots into, and a bench for robots without a world.
+/// What the engine's tests share: scenes to put robots into, and a bench for robots without a
+/// world.
 #ifndef KILOTWIN_TESTS_SUPPORT_H
 #define KILOTWIN_TESTS_SUPPORT_H
 

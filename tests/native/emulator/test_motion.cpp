@@ -75,9 +75,11 @@ TEST_CASE("one motor turns a robot on legs about the rear leg on the side it tur
         CHECK(way.drive().turn == doctest::Approx(left ? 0.785 : -0.785));
         auto leg = [&](Cycles at) {
             Eigen::Vector2d ahead = way.ahead(at), aside(-ahead.y(), ahead.x());
-            return Eigen::Vector2d(way.position(at) - 0.0092 * ahead + (left ? 0.0125 : -0.0125) * aside);
+            return Eigen::Vector2d(way.position(at) - 0.0092 * ahead +
+                                   (left ? 0.0125 : -0.0125) * aside);
         };
-        for (Cycles at : {ticks(10), ticks(100), ticks(1000)}) CHECK((leg(at) - leg(0)).norm() < 1e-12);
+        for (Cycles at : {ticks(10), ticks(100), ticks(1000)})
+            CHECK((leg(at) - leg(0)).norm() < 1e-12);
     }
 }
 
@@ -97,7 +99,8 @@ TEST_CASE("robots on legs differ, each in its own way and for good") {
         CHECK(chassis.next_renewal(i) == NEVER);
     }
     double mean = sum / COUNT, sd = std::sqrt(squares / COUNT - mean * mean);
-    // Two motors, each with its bias: 0.12 and 0.05 / sqrt(2) together. Bounds are five standard errors wide.
+    // Two motors, each with its bias: 0.12 and 0.05 / sqrt(2) together. Bounds are five standard
+    // errors wide.
     double expected = 0.01 * std::sqrt(0.12 * 0.12 + 0.05 * 0.05 / 2);
     CHECK(std::abs(mean - 0.01) < 5 * expected / std::sqrt(COUNT));
     CHECK(std::abs(sd - expected) < 5 * expected / std::sqrt(2.0 * COUNT));
@@ -124,7 +127,8 @@ TEST_CASE("a robot drives along a circle in closed form") {
     for (Cycles at : {ticks(7), ticks(500)}) {
         double angle = 0.5 * seconds(at), radius = 0.1 / 0.5;
         Eigen::Vector2d centre = Eigen::Vector2d(1, 2) + radius * direction(0.6 + PI / 2);
-        CHECK((way.position(at) - (centre + radius * direction(0.6 - PI / 2 + angle))).norm() < 1e-12);
+        CHECK((way.position(at) - (centre + radius * direction(0.6 - PI / 2 + angle))).norm() <
+              1e-12);
     }
 }
 
@@ -153,7 +157,7 @@ TEST_CASE("a robot turns on the spot in closed form, over many turns") {
 TEST_CASE("a change of motion keeps the pose of that moment") {
     Trajectory way(0, {{0, 0}, 0});
     way.change(0, {{0.1, 0}, 0});
-    way.change(CYCLES_PER_SECOND * 2, {{0, 0}, 1});    // 0.2 m along x, then a quarter turn
+    way.change(CYCLES_PER_SECOND * 2, {{0, 0}, 1});  // 0.2 m along x, then a quarter turn
     way.change(static_cast<Cycles>(CYCLES_PER_SECOND * (2 + PI / 2)), {{0.1, 0}, 0});
     Pose pose = way.pose(static_cast<Cycles>(CYCLES_PER_SECOND * (3 + PI / 2)));
     CHECK((pose.position - Eigen::Vector2d(0.2, 0.1)).norm() < 1e-7);
