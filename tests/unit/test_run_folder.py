@@ -54,7 +54,7 @@ def write(folder: Path, experiment: Experiment, batches: int) -> RunWriter:
 
 def test_what_is_written_is_read(experiment: Experiment, tmp_path: Path) -> None:
     writer = write(tmp_path / "run", experiment, 2)
-    event: "Event" = {
+    event: Event = {
         "tick": 305,
         "robot_tick": 306,
         "robot": 3,
@@ -76,9 +76,7 @@ def test_what_is_written_is_read(experiment: Experiment, tmp_path: Path) -> None
     assert sites["resting_white"].to_pylist() == [1] * 6
     assert sites["not_resting"].to_pylist() == [7] * 6
     assert sites["state_walking"].to_pylist() == [7] * 6
-    assert run.events() == [
-        {"time_s": 9.994, **event}
-    ]
+    assert run.events() == [{"time_s": 9.994, **event}]
 
 
 def test_every_column_has_a_unit_and_the_file_says_what_it_is(
@@ -157,7 +155,7 @@ def test_a_stream_cut_anywhere_before_its_first_batch_is_empty(
 def test_an_event_cut_short_is_left_out(experiment: Experiment, tmp_path: Path) -> None:
     writer = write(tmp_path / "run", experiment, 0)
     for tick in (1, 2):
-        event: "Event" = {
+        event: Event = {
             "tick": tick,
             "robot_tick": tick,
             "robot": 0,
