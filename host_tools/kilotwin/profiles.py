@@ -49,7 +49,7 @@ PROFILES = {
         Profile(
             name="kilobot",
             radius_m=0.0165,
-            speed_m_s=0.0135,
+            speed_m_s=0.013,
             turn_rad_s=0.785,
             straight_left=65,
             straight_right=65,
@@ -76,7 +76,7 @@ MOTION_DEFAULTS: Mapping[str, Defaults] = {
         "kick_needed": True,
         "speed_spread": 0.08,
         "bias_spread": 0.24,
-        "motor_noise": 0.25,
+        "motor_noise": 0.2,
     },
 }
 
