@@ -15,7 +15,7 @@
 extern "C" {
 #endif
 
-#define KT_GUEST_ABI 2
+#define KT_GUEST_ABI 3
 #define KT_PACKED __attribute__((packed))
 
 /// The registers that reach motors and LED (hardware.md 1.8), as a program may write them itself.

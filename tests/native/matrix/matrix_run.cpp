@@ -59,7 +59,7 @@ int main() {
     std::printf("%016llx box2d %s, %llu frames heard, %llu solver steps, %llu contacts\n",
                 static_cast<unsigned long long>(result_hash(simulation.snapshot())),
                 box2d_version().c_str(),
-                static_cast<unsigned long long>(statistics.frames_received),
+                static_cast<unsigned long long>(statistics.medium.received),
                 static_cast<unsigned long long>(statistics.solver_steps),
                 static_cast<unsigned long long>(statistics.overlaps.contacts()));
     return 0;
