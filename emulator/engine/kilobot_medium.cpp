@@ -53,16 +53,19 @@ void KilobotMedium::run(const std::vector<uint32_t> &attended, Cycles begin, Cyc
         Cycles ask = std::max(robots_[robot].next_ask(), begin);
         if (ask < end && !on_air(robot)) events_.push({ask, What::RUN, robot});
     }
-    while (!events_.empty() && events_.top().at < end) {
-        Event event = events_.top();
-        events_.pop();
-        switch (event.what) {
-        case What::FRAME_END: end_frame(event.robot); break;
-        case What::SENSE_END: end_sensing(event.robot); break;
-        case What::RUN: run_robot(event.robot, event.at + 1); break;
+    do {
+        while (!events_.empty() && events_.top().at < end) {
+            Event event = events_.top();
+            events_.pop();
+            switch (event.what) {
+            case What::FRAME_END: end_frame(event.robot); break;
+            case What::SENSE_END: end_sensing(event.robot); break;
+            case What::RUN: run_robot(event.robot, event.at + 1); break;
+            }
         }
-    }
-    for (uint32_t robot : attended) run_robot(robot, end);
+        // To the end; who was told to run within this step may ask on the way.
+        for (uint32_t robot : attended) run_robot(robot, end);
+    } while (!events_.empty() && events_.top().at < end);
 }
 
 /// Runs a robot up to `until`, answering what it asks.
@@ -98,6 +101,15 @@ bool KilobotMedium::has_channel(uint32_t robot, Cycles at) const {
     for (uint32_t other : neighbours_->of(robot))
         if (robots_[other].next_ask() <= at + SENSE_END_CYCLES) return false;
     return true;
+}
+
+void KilobotMedium::begin_unheard(const Emission &emission) {
+    Frame &frame = frames_[emission.robot];
+    frame.begin = emission.at;
+    frame.on_air = frame.granted = true;
+    frame.message = emission.message;
+    frame.heard.clear();
+    events_.push({emission.at + FRAME_CYCLES, What::FRAME_END, emission.robot});
 }
 
 bool KilobotMedium::receives(uint32_t robot, Cycles at) const {

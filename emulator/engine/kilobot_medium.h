@@ -59,6 +59,9 @@ class KilobotMedium {
                robots_[robot].question() != Robot::Question::NONE;
     }
 
+    /// A robot that ran by itself began a frame that nobody hears; whoever comes near before its end finds it sending.
+    void begin_unheard(const Emission &emission);
+
     /// Runs `attended` robots (ascending) from `begin` to `end` together, as they stand at `begin`.
     void run(const std::vector<uint32_t> &attended, Cycles begin, Cycles end,
              const Neighbours &neighbours, const std::vector<Eigen::Vector2d> &positions);

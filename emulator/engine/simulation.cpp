@@ -335,6 +335,10 @@ void Simulation::run_robot(uint32_t index, Cycles until) {
             on_air_.push_back(emission);
             continue;
         }
+        if (kilobot_medium_ && emission.at + FRAME_CYCLES > until) {
+            kilobot_medium_->begin_unheard(emission);
+            continue;
+        }
         statistics_.medium.sent++;
         statistics_.medium.wrong_crc += !crc_is_right(emission.message);
     }
