@@ -79,7 +79,8 @@ Bench::Bench(const std::vector<std::string> &programs, uint64_t seed)
         auto program = Program::load(guest(name), name);
         auto index = static_cast<uint32_t>(robots_.size());
         images_.emplace_back(new uint8_t[program->state_bytes()]);
-        Calibration calibration = {static_cast<uint16_t>(index + 1), 65, 66, 70, 71};
+        Calibration calibration = {
+            static_cast<uint16_t>(index + 1), 65, 66, 70, 71, InfraredGains(), TICK_CYCLES};
         robots_.emplace_back(context_, program, index, calibration, 0, images_.back().get());
     }
 }
