@@ -29,8 +29,6 @@ class IdealMedium {
           radius_m_(radius_m),
           audiences_(robots) {}
 
-    double range_m() const { return range_m_; }
-
     /// Who hears `sender`, ascending, given where everybody is now.
     const std::vector<Listener> &find_audience(uint32_t sender, Neighbours::List around,
                                                const std::vector<Eigen::Vector2d> &positions);

@@ -31,7 +31,6 @@ class Neighbours {
     /// Whether the last rebuild() changed the list of `robot`.
     bool changed(uint32_t robot) const { return changed_[robot]; }
 
-    double reach_m() const { return reach_m_; }
     double skin_m() const { return skin_m_; }
 
   private:

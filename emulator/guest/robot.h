@@ -123,7 +123,6 @@ class Robot {
     uint16_t uid() const { return calibration_.uid; }
     uint8_t color(Cycles at) const;  ///< RGB() value shown at `at`, which it has been run up to
     bool stopped() const { return life_ == Life::STOPPED; }
-    bool listens() const { return state_ != State::SLEEPING && life_ == Life::ALIVE; }
     const Calibration &calibration() const { return calibration_; }
     const Program &program() const { return *program_; }
 
