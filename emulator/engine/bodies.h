@@ -111,6 +111,7 @@ class Bodies {
     Eigen::Vector2d free_shift(uint32_t robot);
     void find_contacts();
     bool may_touch(uint32_t robot);
+    double longest_free_m(uint32_t robot) const;
     bool meets(uint32_t robot, uint32_t other);
     bool meets_wall(uint32_t robot);
     void include(uint32_t robot);

@@ -12,7 +12,7 @@ namespace kilotwin {
 
 namespace {
 
-constexpr double RADIUS_UNITS = 0.2;
+constexpr double RADIUS_UNITS = 0.1;
 constexpr int ROUND_WALL_SEGMENTS = 720;  // a 19.2 m arena differs from a circle by 0.1 mm
 constexpr float FRICTION = 0.3f;
 constexpr int SUB_STEPS = 4, SUB_STEPS_CAREFUL = 8;

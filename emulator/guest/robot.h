@@ -8,6 +8,7 @@
 #ifndef KILOTWIN_GUEST_ROBOT_H
 #define KILOTWIN_GUEST_ROBOT_H
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <utility>
@@ -153,7 +154,12 @@ class Robot {
     static void body(void *robot);
     void go_on(Cycles until);
     void live();
-    Cycles next_interrupt() const;
+    void run_loop();
+    bool pass_tick(const kt_table_t &table, Cycles quiet_until);
+    Cycles next_message() const {
+        return inbox_next_ < inbox_.size() ? inbox_[inbox_next_].at : NEVER;
+    }
+    Cycles next_interrupt() const { return std::min(next_message(), next_tick_); }
     void serve_interrupt();
     void tick();
     void ask_for_message();
@@ -170,6 +176,8 @@ class Robot {
     template <typename Callback> void interrupt(Callback callback);
     void wait_until(Cycles wake);
     void look_at_outputs();
+    void look_at_outputs(const kt_table_t &table);
+    void take_outputs(uint64_t registers);
     void switch_motors(bool on);
     void came_back();
     void budget_spent(const uint8_t *frame);
@@ -231,6 +239,7 @@ class Robot {
     bool loop_due_ = false;
     bool set_up_ = false;
     bool warned_ = false;
+    bool watched_ = false;  ///< its budget was spent since it last came back
 };
 
 }  // namespace kilotwin
