@@ -296,15 +296,15 @@ void Bodies::hand_over() {
         steps_apart_[robot] = 0;
         if (!world_.holds(robot)) world_.add(robot, trajectory_before(robot), now_);
     }
-    leaving_.clear();
     size_t next = 0;
+    world_.settle();
     for (uint32_t robot : world_.robots()) {
         if (next < contacts_.size() && contacts_[next] == robot)
             next++;
         else if (++steps_apart_[robot] >= STEPS_APART_TO_LEAVE)
-            leaving_.push_back(robot);
+            world_.remove(robot);
     }
-    for (uint32_t robot : leaving_) world_.remove(robot);
+    world_.settle();
 }
 
 void Bodies::solve_contacts() {

@@ -148,7 +148,6 @@ class Bodies {
     std::vector<bool> in_contact_;
 
     std::vector<uint32_t> contacts_;  ///< robots that belong into the solver this step, ascending
-    std::vector<uint32_t> leaving_;   ///< and those that no longer do
     std::vector<Before> before_;
     std::vector<Pair> pairs_;  ///< of robots in the solver that may touch this step
     std::vector<uint32_t> pushed_;

@@ -134,13 +134,18 @@ void World::add(uint32_t robot, const Trajectory &trajectory, Cycles at) {
     b2Body_SetLinearVelocity(disc.body, b.to_units(disc.wanted.by));
     b2Body_SetAngularVelocity(disc.body, static_cast<float>(disc.wanted.turn));
     held_[robot] = true;
-    robots_.insert(std::lower_bound(robots_.begin(), robots_.end(), robot), robot);
+    robots_.push_back(robot);
 }
 
 void World::remove(uint32_t robot) {
     b2Body_Disable(box2d_->discs[robot].body);
     held_[robot] = false;
-    robots_.erase(std::lower_bound(robots_.begin(), robots_.end(), robot));
+}
+
+void World::settle() {
+    auto gone = [this](uint32_t robot) { return !held_[robot]; };
+    robots_.erase(std::remove_if(robots_.begin(), robots_.end(), gone), robots_.end());
+    std::sort(robots_.begin(), robots_.end());
 }
 
 double World::margin_m(double radius_m) { return SPECULATIVE_UNITS / RADIUS_UNITS * radius_m; }

@@ -48,6 +48,11 @@ class Workload(StrEnum):
 
     paper = "paper"
     walk = "walk"
+    dense = "dense"
+    squeeze = "squeeze"
+    memory = "memory"
+    grid = "grid"
+    avr = "avr"
 
 
 class Reference(StrEnum):

@@ -338,7 +338,7 @@ class Record(Section):
 class Engine(Section):
     """How the world is computed."""
 
-    step_ticks: Literal[1, 2, 4] = 2
+    step_ticks: Literal[1, 2, 4]
     """The world's step, in ticks of 32.768 ms."""
 
 
@@ -365,7 +365,7 @@ class ExperimentSchema(Section):
     battery: Battery = Battery()
     command: list[Command] | None = None
     record: Record = Record()
-    engine: Engine = Engine()
+    engine: Engine
     states: dict[Text, Annotated[list[int], BeforeValidator(led_triple)]] | None = None
     """LED colours by the name of what they mean: [r, g, b] with 0 to 3 each, or a colour's name."""
 
@@ -388,6 +388,9 @@ class ExperimentSchema(Section):
             kind = medium.get("kind", profile.medium)
             own = KILOBOT_MEDIUM if kind == "kilobot" else {}
             filled["medium"] = {"kind": kind, "range_m": profile.range_m, **own, **medium}
+        engine = raw.get("engine", {})
+        if isinstance(engine, dict):
+            filled["engine"] = {"step_ticks": profile.step_ticks, **engine}
         motion = raw.get("motion", {} if profile.legs else None)
         if isinstance(motion, dict):
             filled["motion"] = {**motion_defaults(profile), **motion}

@@ -24,6 +24,7 @@ class Profile:
     medium: str
     virtual_floor: bool
     legs: bool
+    step_ticks: int
 
 
 PROFILES = {
@@ -43,6 +44,7 @@ PROFILES = {
             medium="ideal",
             virtual_floor=True,
             legs=False,
+            step_ticks=2,
         ),
         # hardware.md 2. Speed and [motion] are fitted to tracks of real robots, see
         # docs/limits.md; others say 7 to 15 mm/s.
@@ -60,6 +62,7 @@ PROFILES = {
             medium="kilobot",
             virtual_floor=False,
             legs=True,
+            step_ticks=4,  # as far as a foot-bot in 2, measured in radii
         ),
     ]
 }

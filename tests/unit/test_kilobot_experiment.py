@@ -20,6 +20,7 @@ def test_a_kilobot_has_legs_noise_and_real_infrared(load: Load) -> None:
     assert keys.motion is not None
     assert keys.motion.model_dump() == motion_defaults(PROFILES["kilobot"])
     assert keys.medium.model_dump() == {"kind": "kilobot", "range_m": 0.1, **KILOBOT_MEDIUM}
+    assert keys.engine.step_ticks == 4
     assert not keys.swarm.floor
 
 
