@@ -38,6 +38,10 @@ class Program {
     /// The state at power-up, `state_bytes()` long.
     const uint8_t *initial_state() const { return initial_.data(); }
 
+    /// Names of the interrupt handlers that the program defines for itself, "A, B": none is ever
+    /// called here. Mostly empty.
+    std::string own_handlers() const;
+
     /// Puts the state kept at `image` into the guest; what was there goes back to where it came
     /// from. Pass the same pointer again and nothing is copied.
     void make_resident(uint8_t *image) {

@@ -138,6 +138,23 @@ struct Robot::HostCalls {
         for (;;) robot.wait_until(NEVER);
     }
 
+    // Once for each robot and kind. The fault came from the program, or from libc on its behalf, so
+    // that the engine may work as usual here.
+    static void mistake(GuestStack::Mistake mistake, const void *address) {
+        auto &robot = *current;
+        auto &told = mistake == GuestStack::Mistake::LOW_MEMORY ? robot.told_of_low_memory_
+                                                                : robot.told_of_division_;
+        if (told) return;
+        told = true;
+        char text[160] = "it divides by zero; as on the robot, it goes on with a wrong number";
+        if (mistake == GuestStack::Mistake::LOW_MEMORY)
+            std::snprintf(text, sizeof text,
+                          "it uses a pointer that is NULL or wild, at address 0x%03x; there it "
+                          "reads zeros, and what it writes is lost",
+                          static_cast<unsigned>(reinterpret_cast<uintptr_t>(address)));
+        robot.report(EventKind::NOTE, text);
+    }
+
     static void unusable(const char *what) {
         current->stop(EventKind::CRASH, what);
         GuestStack::instance().abandon();
@@ -167,7 +184,9 @@ Robot::Robot(RobotContext &context, std::shared_ptr<Program> program, uint32_t i
     *program_->table().host = &HOST;
 }
 
-void Robot::serve_this_thread() { GuestStack::instance().serve_this_thread(HostCalls::empty_loop); }
+void Robot::serve_this_thread() {
+    GuestStack::instance().serve_this_thread(HostCalls::empty_loop, HostCalls::mistake);
+}
 
 Robot::~Robot() { program_->evict(image_); }
 
@@ -275,6 +294,7 @@ int16_t Robot::voltage(Cycles at) const {
 // What the robot shows while its program does not decide: hardware.md 1.3.
 uint8_t Robot::color(Cycles at) const {
     constexpr uint8_t GREEN = 3 << 2, BLUE = 3 << 4, YELLOW = 3 | 3 << 2, RED = 3, DIM_RED = 1;
+    if (life_ != Life::ALIVE) return color_;  // before kilo_start() and after its end
     Cycles in_state = at > state_since_ ? at - state_since_ : 0;
     switch (state_) {
     case State::IDLE: return in_state % IDLE_BLINK_PERIOD < IDLE_BLINK_ON ? GREEN : 0;

@@ -224,6 +224,7 @@ class Robot {
     uint8_t left_ = 0, right_ = 0;
     uint8_t color_ = 0;
     Life life_ = Life::OFF;
+    bool told_of_division_ = false, told_of_low_memory_ = false;
     State state_ = State::IDLE;
     Question question_ = Question::NONE;
     bool arbitrated_ = false;

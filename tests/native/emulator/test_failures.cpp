@@ -28,7 +28,7 @@ const Failure FAILURES[] = {
     {4, EventKind::STACK_OVERFLOW, "its stack grew over 65536 bytes"},
     {5, EventKind::CRASH, "called exit()"},
     {6, EventKind::CRASH, "called abort()"},
-    {7, EventKind::CRASH, "Floating point exception at address"},
+    {7, EventKind::CRASH, "Segmentation fault at address"},
     {8, EventKind::CRASH, "Segmentation fault at address (nil)"},
     {9, EventKind::CRASH, "Illegal instruction at address"},
 };
@@ -59,6 +59,28 @@ TEST_CASE("each kind of failure is reported once, with program, robot and tick, 
         CHECK(bench.others(9).empty());
         CHECK_FALSE(bench.robot(9).stopped());
         CHECK(bench.said(9) == std::vector<std::string>{"lives on, 0 0"});
+    }
+}
+
+TEST_CASE("a division by zero and a NULL pointer do not stop a robot, and are noted once") {
+    for (Cycles slice : {ticks(1), ticks(500)}) {
+        Bench bench(std::vector<std::string>(2, "mistakes"));
+        for (uint32_t robot = 0; robot < 2; robot++) bench.tell(10, robot, run_message());
+        bench.run(ticks(400), slice);
+        const std::vector<std::string> quotients = {"65535 1000", "1 -7", "-1 5", "-1 70000"};
+        auto expected = quotients;
+        expected.insert(expected.end(), {"0 0 1 1", "1"});
+        expected.insert(expected.end(), quotients.begin(), quotients.end());
+        expected.push_back("lives on");
+        CHECK(bench.said(0) == expected);
+        auto others = bench.others(0);
+        REQUIRE(others.size() == 2);
+        CHECK(others[0].kind == EventKind::NOTE);
+        CHECK(others[0].tick == 100);
+        CHECK(others[0].text.starts_with("it divides by zero"));
+        CHECK(others[1].text.starts_with("it uses a pointer that is NULL or wild, at address 0x"));
+        CHECK(bench.others(1).empty());
+        CHECK_FALSE(bench.robot(0).stopped());
     }
 }
 
