@@ -78,7 +78,8 @@ typedef struct KT_PACKED {
     const kt_host_t **host;      ///< not part of the state
 } kt_table_t;
 
-#define KT_GUARD_BYTES 8192
+/// More than the 64 KB that an index of 16 bits can be off: it never reaches the engine.
+#define KT_GUARD_BYTES 0x11000
 
 /// The one symbol a guest exports.
 extern __attribute__((visibility("default"))) const kt_table_t kt_table;

@@ -151,34 +151,36 @@ bool divide_as_avr(greg_t *registers) {
     return true;
 }
 
-bool LowMemory::has(const void *address) {
+bool LostMemory::is_the_robots(const void *address) {
     auto number = reinterpret_cast<uintptr_t>(address);
-    return number > 0 && number < BYTES;
+    return number > 0 && number < RAM_END;
 }
 
-bool LowMemory::redirect(greg_t *registers) {
-    constexpr greg_t NEAR = 0x10000;  // a pointer into low memory, or an offset from one
-    if (redirected_ != -1 || has(code_at(registers)) || code_at(registers) == nullptr) return false;
-    const Instruction instruction = decode(code_at(registers));
+bool LostMemory::redirect(greg_t *registers, const void *address) {
+    constexpr int STACK_POINTER = 4;
+    const uint8_t *code = code_at(registers);
+    if (redirected_ != -1 || code == nullptr || is_the_robots(code)) return false;
+    const Instruction instruction = decode(code);
     // The first table's 0xA0 to 0xAF have no ModRM: strings, and absolute addresses.
     if (!instruction.escaped && (instruction.opcode & 0xF0) == 0xA0) return false;
     const int pointer = instruction.base != NO_REGISTER ? instruction.base
                         : instruction.scale == 1        ? instruction.index
                                                         : NO_REGISTER;
-    if (instruction.mod == 3 || pointer == NO_REGISTER) return false;
-    auto &value = registers[REGISTERS[pointer]];
-    if (value < -NEAR || value >= NEAR) return false;
+    if (instruction.mod == 3 || pointer == NO_REGISTER || pointer == STACK_POINTER) return false;
+    if (instruction.base == instruction.index) return false;
     memory_.fill(0);
+    auto &value = registers[REGISTERS[pointer]];
     redirected_ = REGISTERS[pointer];
     original_ = value;
-    value += reinterpret_cast<greg_t>(memory_.data());
+    value += reinterpret_cast<greg_t>(memory_.data() + WIDEST_ACCESS) -
+             reinterpret_cast<greg_t>(address);
     replaced_ = value;
     registers[REG_EFL] |= TRAP_FLAG;
     return true;
 }
 
 // The instruction may have overwritten the register, by what it read for instance.
-bool LowMemory::settle(greg_t *registers) {
+bool LostMemory::settle(greg_t *registers) {
     if (redirected_ == -1) return false;
     if (registers[redirected_] == replaced_) registers[redirected_] = original_;
     redirected_ = -1;

@@ -18,28 +18,27 @@ namespace kilotwin {
 /// remainder; of the least number by -1, that number and 0. False: it is no division.
 bool divide_as_avr(greg_t *registers);
 
-/// The robot's data memory (registers, and RAM up to 0x8FF) where a program reaches it by a pointer
-/// that belongs to no variable of its own. It reads as zeros, and what is written is lost: which
-/// variable would lie there is known to the robot's linker only.
-class LowMemory {
+/// Memory of nobody, for accesses that an AVR does not stop at: it reads as zeros, and what is
+/// written is lost. What they would meet on the robot is known to its linker only.
+class LostMemory {
   public:
-    /// Whether the robot has memory there. Address 0 itself is left out: what NULL points to is
-    /// nobody's variable.
-    static bool has(const void *address);
+    /// Whether the robot has memory at that address, taken as a number: its registers, and RAM up
+    /// to 0x8FF. Address 0 itself is left out: what NULL points to is nobody's variable.
+    static bool is_the_robots(const void *address);
 
-    /// Makes the instruction at RIP, which the fault came from, reach memory of its own instead,
-    /// and has the processor stop after it: then comes SIGTRAP, and settle(). False: the
-    /// instruction is not of a kind that can be led elsewhere.
-    bool redirect(greg_t *registers);
+    /// Makes the instruction at RIP, whose access to `address` failed, meet this memory, and has
+    /// the processor stop after it: then comes SIGTRAP, and settle(). False: the instruction is not
+    /// of a kind that can be led elsewhere.
+    bool redirect(greg_t *registers, const void *address);
 
     /// After that instruction: its pointer is what it was. False: there was none.
     bool settle(greg_t *registers);
 
   private:
-    static constexpr size_t BYTES = 0x900;
-    static constexpr size_t MARGIN = 64;  ///< the widest access
+    static constexpr size_t RAM_END = 0x900;
+    static constexpr size_t WIDEST_ACCESS = 64;
 
-    alignas(64) std::array<uint8_t, BYTES + MARGIN> memory_ = {};
+    alignas(64) std::array<uint8_t, 2 *WIDEST_ACCESS> memory_ = {};
     int redirected_ = -1;  ///< index of the register, -1: none
     greg_t original_ = 0, replaced_ = 0;
 };

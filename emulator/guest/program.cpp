@@ -69,6 +69,12 @@ void Program::evict(const uint8_t *image) {
     resident_ = nullptr;
 }
 
+bool Program::is_beside_state(const void *address) const {
+    constexpr ptrdiff_t RAM_BYTES = 2048;
+    auto at = static_cast<const uint8_t *>(address);
+    return at >= table_->state_begin - RAM_BYTES && at < table_->state_end + RAM_BYTES;
+}
+
 bool Program::guards(const void *address) const {
     auto at = static_cast<const uint8_t *>(address);
     return (at >= table_->guard_low && at < table_->guard_low + KT_GUARD_BYTES) ||

@@ -54,6 +54,10 @@ class Program {
     /// To be called before `image` is given up or overwritten from outside.
     void evict(const uint8_t *image);
 
+    /// Whether an address lies so near to the state that the robot, whose RAM has 2 KB, has memory
+    /// there.
+    bool is_beside_state(const void *address) const;
+
     /// Whether an address lies in the guard pages around the state.
     bool guards(const void *address) const;
 

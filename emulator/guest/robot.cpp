@@ -138,21 +138,27 @@ struct Robot::HostCalls {
         for (;;) robot.wait_until(NEVER);
     }
 
-    // Once for each robot and kind. The fault came from the program, or from libc on its behalf, so
-    // that the engine may work as usual here.
-    static void mistake(GuestStack::Mistake mistake, const void *address) {
+    // The fault came from the program, or from libc on its behalf, so that the engine may work as
+    // usual here.
+    static bool mistake(GuestStack::Mistake mistake, const void *address) {
         auto &robot = *current;
-        auto &told = mistake == GuestStack::Mistake::LOW_MEMORY ? robot.told_of_low_memory_
-                                                                : robot.told_of_division_;
-        if (told) return;
-        told = true;
-        char text[160] = "it divides by zero; as on the robot, it goes on with a wrong number";
-        if (mistake == GuestStack::Mistake::LOW_MEMORY)
+        if (mistake == GuestStack::Mistake::DIVISION_BY_ZERO) {
+            robot.note(Note::DIVISION,
+                       "it divides by zero; as on the robot, it goes on with a wrong number");
+        } else if (LostMemory::is_the_robots(address)) {
+            char text[128];
             std::snprintf(text, sizeof text,
                           "it uses a pointer that is NULL or wild, at address 0x%03x; there it "
                           "reads zeros, and what it writes is lost",
                           static_cast<unsigned>(reinterpret_cast<uintptr_t>(address)));
-        robot.report(EventKind::NOTE, text);
+            robot.note(Note::POINTER, text);
+        } else if (robot.program_->is_beside_state(address)) {
+            robot.note(Note::BEYOND, "it goes beyond its own variables; there it reads zeros, and "
+                                     "what it writes is lost");
+        } else {
+            return false;
+        }
+        return true;
     }
 
     static void unusable(const char *what) {
@@ -695,6 +701,12 @@ void Robot::stop(EventKind kind, std::string text) {
     suspended_.clear();
     inbox_.clear();
     inbox_next_ = 0;
+}
+
+void Robot::note(Note what, const char *text) {
+    if (noted_ & static_cast<uint8_t>(what)) return;
+    noted_ |= static_cast<uint8_t>(what);
+    report(EventKind::NOTE, text);
 }
 
 void Robot::report(EventKind kind, std::string text) {

@@ -185,6 +185,8 @@ class Robot {
     void set_eeprom(uint16_t address, uint8_t value);
     void stop(EventKind kind, std::string text);
     void report(EventKind kind, std::string text);
+    enum class Note : uint8_t { DIVISION = 1, POINTER = 2, BEYOND = 4 };
+    void note(Note what, const char *text);  ///< once each
 
     RobotContext &context_;
     std::shared_ptr<Program> program_;
@@ -224,7 +226,6 @@ class Robot {
     uint8_t left_ = 0, right_ = 0;
     uint8_t color_ = 0;
     Life life_ = Life::OFF;
-    bool told_of_division_ = false, told_of_low_memory_ = false;
     State state_ = State::IDLE;
     Question question_ = Question::NONE;
     bool arbitrated_ = false;
@@ -235,6 +236,7 @@ class Robot {
     bool loop_due_ = false;
     bool set_up_ = false;
     bool warned_ = false;
+    uint8_t noted_ = 0;  ///< Note bits
 };
 
 }  // namespace kilotwin

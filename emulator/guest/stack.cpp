@@ -140,16 +140,13 @@ void GuestStack::leave_after_fault() {
 
 // Whether the program goes on as on an AVR.
 bool GuestStack::overlook(int signal, const void *address, greg_t *registers) {
-    if (signal == SIGTRAP) return low_memory_.settle(registers);
-    if (signal == SIGFPE && divide_as_avr(registers)) {
-        on_mistake_(Mistake::DIVISION_BY_ZERO, nullptr);
-        return true;
-    }
-    if (signal == SIGSEGV && LowMemory::has(address) && low_memory_.redirect(registers)) {
-        on_mistake_(Mistake::LOW_MEMORY, address);
-        return true;
-    }
-    low_memory_.settle(registers);
+    if (signal == SIGTRAP) return lost_memory_.settle(registers);
+    lost_memory_.settle(registers);
+    if (signal == SIGFPE && divide_as_avr(registers))
+        return on_mistake_(Mistake::DIVISION_BY_ZERO, nullptr);
+    if (signal != SIGSEGV || !lost_memory_.redirect(registers, address)) return false;
+    if (on_mistake_(Mistake::LOST_ACCESS, address)) return true;
+    lost_memory_.settle(registers);
     return false;
 }
 

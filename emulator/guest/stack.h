@@ -37,11 +37,11 @@ class GuestStack {
     using EmptyLoop = void (*)();
 
     /// What an AVR does not stop at, and a program here does not either (fixups.h).
-    enum class Mistake { DIVISION_BY_ZERO, LOW_MEMORY };
+    enum class Mistake { DIVISION_BY_ZERO, LOST_ACCESS };
 
     /// Called in the handler of the fault, from which nothing must be thrown; `address` is that of
-    /// the memory.
-    using OnMistake = void (*)(Mistake mistake, const void *address);
+    /// the memory. False: the program shall stop.
+    using OnMistake = bool (*)(Mistake mistake, const void *address);
 
     /// The process's one stack; installs the signal handlers when first used.
     static GuestStack &instance();
@@ -82,7 +82,7 @@ class GuestStack {
     void *argument_ = nullptr;
     EmptyLoop empty_loop_ = nullptr;
     OnMistake on_mistake_ = nullptr;
-    LowMemory low_memory_;
+    LostMemory lost_memory_;
     Fault fault_;
 
     friend struct StackEntry;

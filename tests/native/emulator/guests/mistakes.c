@@ -38,6 +38,14 @@ static void use_null(void) {
     printf("%d", next == NULL);
 }
 
+static void miss(void) {
+    static volatile uint8_t array[4];
+    volatile uint8_t *const below = array + negative * 200;
+    for (uint8_t i = 0; i < 4; i++) below[i] = 5;
+    below[zero]++;
+    printf("%d %d", below[2], below[zero]);
+}
+
 static void setup(void) {}
 
 static void loop(void) {
@@ -48,6 +56,7 @@ static void loop(void) {
     if (last != 100 || kilo_uid != 1) return;
     divide();
     use_null();
+    miss();
     divide();
 }
 
