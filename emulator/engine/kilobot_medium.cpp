@@ -50,8 +50,8 @@ void KilobotMedium::run(const std::vector<uint32_t> &attended, Cycles begin, Cyc
     positions_ = &positions;
     end_ = end;
     for (uint32_t robot : attended) {
-        Cycles ask = std::max(robots_[robot].next_ask(), begin);
-        if (ask < end && !on_air(robot)) events_.push({ask, What::RUN, robot});
+        Cycles turn = std::max(next_turn(robot), begin);
+        if (turn < end && !on_air(robot)) events_.push({turn, What::RUN, robot});
     }
     do {
         while (!events_.empty() && events_.top().at < end) {
@@ -63,7 +63,7 @@ void KilobotMedium::run(const std::vector<uint32_t> &attended, Cycles begin, Cyc
             case What::RUN: run_robot(event.robot, event.at + 1); break;
             }
         }
-        // To the end; who was told to run within this step may ask on the way.
+        // To the end; who leaves a blocking setup() may ask on the way.
         for (uint32_t robot : attended) run_robot(robot, end);
     } while (!events_.empty() && events_.top().at < end);
 }
@@ -88,8 +88,14 @@ void KilobotMedium::run_robot(uint32_t index, Cycles until) {
             break;
         }
     }
-    Cycles ask = robot.next_ask();
-    if (until < end_ && ask < end_) events_.push({std::max(ask, until), What::RUN, index});
+    Cycles turn = next_turn(index);
+    if (until < end_ && turn < end_) events_.push({std::max(turn, until), What::RUN, index});
+}
+
+/// When a robot may do what others notice: when it is asked, or hears the RUN after which it is.
+Cycles KilobotMedium::next_turn(uint32_t robot) const {
+    Cycles ask = robots_[robot].next_ask();
+    return ask == NEVER ? robots_[robot].next_message() : ask;
 }
 
 /// Whether nothing can come between if the robot is asked at `at`: it receives nothing, and nobody

@@ -92,6 +92,7 @@ class KilobotMedium {
         }
     };
 
+    Cycles next_turn(uint32_t robot) const;
     void run_robot(uint32_t robot, Cycles until);
     bool has_channel(uint32_t robot, Cycles at) const;
     void begin_frame(uint32_t sender, Cycles at);

@@ -388,10 +388,11 @@ void Robot::came_back() {
     warned_ = false;
 }
 
-Cycles Robot::next_interrupt() const {
-    Cycles message = inbox_next_ < inbox_.size() ? inbox_[inbox_next_].at : NEVER;
-    return std::min(message, next_tick_);
+Cycles Robot::next_message() const {
+    return inbox_next_ < inbox_.size() ? inbox_[inbox_next_].at : NEVER;
 }
+
+Cycles Robot::next_interrupt() const { return std::min(next_message(), next_tick_); }
 
 void Robot::serve_interrupt() {
     if (next_tick_ > next_interrupt())

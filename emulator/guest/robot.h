@@ -111,6 +111,9 @@ class Robot {
     /// The earliest moment at which it may ask for a message next; NEVER if none.
     Cycles next_ask() const;
 
+    /// When the earliest message that it has been given and not yet heard arrives; NEVER: none.
+    Cycles next_message() const;
+
     /// A message whose frame ends at `reception.at`, not earlier than the time run up to. Any
     /// order.
     void receive(const Reception &reception);

@@ -12,7 +12,7 @@ using namespace kilotwin::testing;
 namespace {
 
 constexpr int RUNS = 8;
-constexpr double DURATION_S = 60, RANGE_M = 0.08, CLOCK_SPREAD = 0.01;
+constexpr double DURATION_S = 30, RANGE_M = 0.08, CLOCK_SPREAD = 0.01;
 
 using Places = std::vector<Eigen::Vector2d>;
 
