@@ -40,7 +40,7 @@ _FLAGS = [
 _GCC_FLAGS = ["-funsigned-bitfields"]  # clang has no such option
 # clang leaves out counters that follow from others, and with them those of some endless loops.
 _CLANG_PROGRAM_FLAGS = ["-fsanitize-coverage=no-prune"]
-# What avr-gcc defines for the robot's processor, and kilolib's Makefile for its clock: programs ask.
+# What avr-gcc defines for the robot's processor, and kilolib's Makefile for its clock.
 _ROBOT_MACROS = [
     "-DF_CPU=8000000UL",
     "-DAVR=1",

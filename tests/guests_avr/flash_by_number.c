@@ -22,7 +22,8 @@ static const uint16_t words[] PROGMEM = {1, 500};
 static const char *const names[] PROGMEM = {"a", "b"};
 
 static void check(void) {
-    for (uint16_t i = 0; i < 3; i++) CHECK(pgm_read_word(TABLE_AT + sizeof(words[0]) * i) == 0xFFFF);
+    for (uint16_t i = 0; i < 3; i++)
+        CHECK(pgm_read_word(TABLE_AT + sizeof(words[0]) * i) == 0xFFFF);
     CHECK(pgm_read_byte(TABLE_AT) == 0xFF);
     CHECK(pgm_read_word(&words[1]) == 500);
     CHECK(*(const char *)pgm_read_word(&names[1]) == 'b');

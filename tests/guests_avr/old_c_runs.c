@@ -10,8 +10,7 @@ message_t message; /* once more */
 
 message_t *answer() { return &message; }
 
-add(a, b)
-int a;
+add(a, b) int a;
 int b;
 { return a + b; }
 
@@ -26,12 +25,10 @@ loop() { ticks_seen = kilo_ticks; }
 
 later(n) { return 2 * n; }
 
-void show(text)
-char *text;
+void show(text) char *text;
 { printf("%s\n", text); }
 
-main(argc, argv)
-int argc;
+main(argc, argv) int argc;
 char **argv;
 {
     debug_init();
