@@ -80,6 +80,8 @@ def draw_error(trials: Conditions) -> Figure:
             _draw_errors(axes, trials, size, share)
             if place % columns == 0:
                 axes.set_ylabel(f"N = {size}\nerror (robots per site)")
+    for axes in grid.ravel():
+        axes.set_ylim(bottom=0)
     for axes in grid[-1]:
         axes.set_xlabel("share informed")
     grid[0, 0].legend(fontsize=9)
@@ -211,5 +213,4 @@ def _draw_errors(axes: Axes, trials: Conditions, size: int, shares: tuple[float,
         f"{name} {share:g}" for name, share in zip(trials.sites, shares, strict=False)
     )
     axes.set_title(f"wanted: {wanted}", fontsize=9)
-    axes.set_ylim(bottom=0)
     axes.grid(color="#dddddd", lw=0.6)

@@ -100,7 +100,8 @@ class Conditions:
             for condition in self.endings
             if all(getattr(condition, key) == value for key, value in wanted.items())
         ]
-        chosen.sort(key=lambda c: (c.robots, c.informed, c.shares, c.rule))
+        rules = self.rules
+        chosen.sort(key=lambda c: (c.robots, rules.index(c.rule), c.informed, c.shares))
         return {condition: self.endings[condition] for condition in chosen}
 
 

@@ -5,6 +5,7 @@ All are executors of `concurrent.futures`, so that the sweep does not know the d
 
 import contextlib
 import os
+import shutil
 import signal
 import threading
 import time
@@ -16,7 +17,7 @@ from typing import Any, Protocol
 
 from kilotwin.errors import DeviceError, InputError
 
-_CONNECT_S = 30
+_CONNECT_S = 10
 _JOBS = 4
 
 
@@ -136,14 +137,12 @@ class Slurm:
         """DeviceError where there is no Slurm."""
         from distributed import Client  # noqa: PLC0415
 
+        # dask-jobqueue would only log that it cannot submit, and wait for ever.
+        if shutil.which("sbatch") is None:
+            raise DeviceError("--slurm: sbatch is not there; run this where Slurm is")
         with self._cluster() as cluster, Client(cluster, set_as_default=False) as client:
-            try:
-                cluster.scale(jobs=self.workers())
-                yield client.get_executor(pure=False)
-            except FileNotFoundError as error:
-                raise DeviceError(
-                    f"--slurm: {error.filename} is not there; run this where Slurm is"
-                ) from None
+            cluster.scale(jobs=self.workers())
+            yield client.get_executor(pure=False)
 
     @contextlib.contextmanager
     def _cluster(self) -> Iterator[Any]:

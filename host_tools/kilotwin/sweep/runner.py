@@ -176,7 +176,7 @@ class Sweep:
         when = {"key": answer.key, "utc": utc_now()}
         if isinstance(answer, Failed):
             self.failures[answer.key] = answer
-            self.data.log(**when, **failure_line(answer))
+            self.data.log(**{**when, **failure_line(answer)})
         else:
             if answer.engine_sha256 != engine_sha256():
                 raise RunError(
