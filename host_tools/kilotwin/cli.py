@@ -197,7 +197,7 @@ def sweep(
     slurm: Annotated[
         bool,
         typer.Option(
-            "--slurm", envvar="KILOTWIN_SLURM", help="Run in jobs of Slurm, as [[slurm] says."
+            "--slurm", envvar="KILOTWIN_SLURM", help="Run in jobs of Slurm, as \\[slurm] says."
         ),
     ] = False,
     seeds: Annotated[
@@ -221,7 +221,11 @@ def sweep(
     ] = None,
     listing: Annotated[
         bool,
-        typer.Option("--list", help="Only list the trials and whether they are there already."),
+        typer.Option(
+            "--list",
+            envvar="KILOTWIN_LIST",
+            help="Only list the trials and whether they are there already.",
+        ),
     ] = False,
     as_json: Json = False,
     quiet: Quiet = False,

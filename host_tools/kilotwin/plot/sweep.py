@@ -5,8 +5,9 @@ from statistics import median
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from matplotlib.image import AxesImage
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
@@ -19,6 +20,7 @@ from kilotwin.sweep.conditions import Condition, Conditions, Ending, errors, on_
 _RULE_COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7"]
 _RULE_MARKERS = ["o", "s", "^", "D"]
 _BINS = 20
+_SHADES = "gray_r"  # white is 0
 
 
 def draw_median(trials: Conditions) -> Figure:
@@ -52,7 +54,7 @@ def draw_symmetry(trials: Conditions) -> Figure:
     columns = min(len(groups), 2)
     panels = figure.subplots((len(groups) + 1) // 2, columns, squeeze=False).ravel()
     for axes, (condition, endings) in zip(panels, groups.items(), strict=False):
-        _draw_frequencies(axes, trials, condition, endings)
+        _draw_frequencies(axes, condition, endings)
     for axes in panels[len(groups) :]:
         axes.set_axis_off()
     tallest = max(axes.get_ylim()[1] for axes in panels[: len(groups)])
@@ -66,18 +68,18 @@ def draw_error(trials: Conditions) -> Figure:
     """Robots too many or too few per site: means with 95 % bootstrap intervals, by controller."""
     informed = _informed(trials)
     sizes = sorted({condition.robots for condition in informed})
-    shares = sorted({condition.shares for condition in informed})
-    columns = min(len(shares), 6)
-    rows_per_size = -(-len(shares) // columns)
+    splits = sorted({(condition.sites, condition.shares) for condition in informed})
+    columns = min(len(splits), 6)
+    rows_per_size = -(-len(splits) // columns)
     figure = Figure(figsize=(2.5 * columns + 1.2, 2.6 * len(sizes) * rows_per_size + 0.6))
     figure.set_layout_engine("constrained")
     grid = figure.subplots(
         len(sizes) * rows_per_size, columns, squeeze=False, sharex=True, sharey="row"
     )
     for row, size in enumerate(sizes):
-        for place, share in enumerate(shares):
+        for place, split in enumerate(splits):
             axes = grid[row * rows_per_size + place // columns, place % columns]
-            _draw_errors(axes, trials, size, share)
+            _draw_errors(axes, trials, size, *split)
             if place % columns == 0:
                 axes.set_ylabel(f"N = {size}\nerror (robots per site)")
     for axes in grid.ravel():
@@ -104,22 +106,28 @@ def _heat_maps(
     """White is 0, black `top` times N; the same scale in all maps of one N."""
     informed = _informed(trials)
     sizes = sorted({condition.robots for condition in informed})
-    sites = range(max(len(condition.shares) for condition in informed))
-    columns = [(rule, site) for rule in trials.rules for site in sites]
+    columns = [(rule, site) for rule in trials.rules for site in trials.sites]
     figure = Figure(figsize=(2.9 * len(columns) + 1, 2.9 * len(sizes) + 0.5))
     figure.set_layout_engine("constrained")
     grid = figure.subplots(len(sizes), len(columns), squeeze=False)
     for row, size in enumerate(sizes):
         for column, (rule, site) in enumerate(columns):
-            cells = {c: e for c, e in informed.items() if c.robots == size and c.rule == rule}
+            cells = {
+                c: e
+                for c, e in informed.items()
+                if (c.robots, c.rule) == (size, rule) and site in c.sites
+            }
             axes = grid[row, column]
-            image = _draw_map(axes, cells, site, statistic, top * size)
-            name = trials.sites[site]
-            axes.set_title(f"{rule}, N = {size}\nsite {name}", fontsize=10)
-            axes.set_xlabel(f"share of informed for {name}")
+            if not cells:
+                axes.set_axis_off()
+                continue
+            _draw_map(axes, cells, site, statistic, top * size)
+            axes.set_title(f"{rule}, N = {size}\nsite {site}", fontsize=10)
+            axes.set_xlabel(f"share of informed for {site}")
             if column == 0:
                 axes.set_ylabel("share informed")
-        figure.colorbar(image, ax=list(grid[row]), label="robots", shrink=0.9)
+        shades = ScalarMappable(Normalize(0, top * size), _SHADES)
+        figure.colorbar(shades, ax=list(grid[row]), label="robots", shrink=0.9)
     figure.suptitle(f"{trials.name}: {label}", x=0.01, ha="left")
     return figure
 
@@ -127,18 +135,23 @@ def _heat_maps(
 def _draw_map(
     axes: Axes,
     cells: dict[Condition, list[Ending]],
-    site: int,
+    site: str,
     statistic: Callable[[Sequence[int]], float],
     top: float,
-) -> AxesImage:
-    across = sorted({condition.shares[site] for condition in cells})
-    up = sorted({condition.informed for condition in cells})
-    values: NDArray[np.float64] = np.full((len(up), len(across)), np.nan)
+) -> None:
+    """Cells that differ in the other sites' shares only are one cell here."""
+    pooled: dict[tuple[float, float], list[int]] = {}
     for condition, endings in cells.items():
-        place = up.index(condition.informed), across.index(condition.shares[site])
-        values[place] = statistic(on_site(endings, site))
-    image = axes.imshow(
-        np.ma.masked_invalid(values), origin="lower", cmap="gray_r", vmin=0, vmax=top, aspect="auto"
+        index = condition.sites.index(site)
+        cell = (condition.informed, condition.shares[index])
+        pooled.setdefault(cell, []).extend(on_site(endings, index))
+    up = sorted({informed for informed, _ in pooled})
+    across = sorted({share for _, share in pooled})
+    values: NDArray[np.float64] = np.full((len(up), len(across)), np.nan)
+    for (informed, share), robots in pooled.items():
+        values[up.index(informed), across.index(share)] = statistic(robots)
+    axes.imshow(
+        np.ma.masked_invalid(values), origin="lower", cmap=_SHADES, vmin=0, vmax=top, aspect="auto"
     )
     axes.set_facecolor("#cfe3f2")  # a cell without trials
     for (y, x), value in np.ndenumerate(values):
@@ -146,20 +159,17 @@ def _draw_map(
             colour = "white" if value > 0.5 * top else "black"
             axes.text(x, y, f"{value:g}", ha="center", va="center", fontsize=8, color=colour)
     axes.set_xticks(range(len(across)), [f"{share:g}" for share in across])
-    axes.set_yticks(range(len(up)), [f"{share:g}" for share in up])
+    axes.set_yticks(range(len(up)), [f"{informed:g}" for informed in up])
     axes.spines[["top", "right"]].set_visible(True)
-    return image
 
 
-def _draw_frequencies(
-    axes: Axes, trials: Conditions, condition: Condition, endings: list[Ending]
-) -> None:
+def _draw_frequencies(axes: Axes, condition: Condition, endings: list[Ending]) -> None:
     edges = np.linspace(0, condition.robots, _BINS + 1)
     sites = len(condition.shares)
     width = (edges[1] - edges[0]) / (sites + 0.5)
     for site in range(sites):
         counts, _ = np.histogram(on_site(endings, site), edges)
-        name = trials.sites[site]
+        name = condition.sites[site]
         axes.bar(
             edges[:-1] + (site + 0.75) * width,
             counts,
@@ -181,12 +191,16 @@ def _draw_frequencies(
     axes.legend(fontsize=9)
 
 
-def _draw_errors(axes: Axes, trials: Conditions, size: int, shares: tuple[float, ...]) -> None:
+def _draw_errors(
+    axes: Axes, trials: Conditions, size: int, sites: tuple[str, ...], shares: tuple[float, ...]
+) -> None:
     rules = trials.rules
     for place, rule in enumerate(rules):
         cells = {
             condition: endings
-            for condition, endings in trials.where(rule=rule, robots=size, shares=shares).items()
+            for condition, endings in trials.where(
+                rule=rule, robots=size, sites=sites, shares=shares
+            ).items()
             if condition.informed > 0
         }
         if not cells:
@@ -209,8 +223,6 @@ def _draw_errors(axes: Axes, trials: Conditions, size: int, shares: tuple[float,
             capsize=2,
             label=rule,
         )
-    wanted = ", ".join(
-        f"{name} {share:g}" for name, share in zip(trials.sites, shares, strict=False)
-    )
+    wanted = ", ".join(f"{name} {share:g}" for name, share in zip(sites, shares, strict=True))
     axes.set_title(f"wanted: {wanted}", fontsize=9)
     axes.grid(color="#dddddd", lw=0.6)

@@ -15,12 +15,13 @@ from kilotwin.sweep.data_set import ABOUT, TRIALS
 
 @dataclass(frozen=True)
 class Condition:
-    """One cell of the grid. `shares`: of the informed robots over the sites, in their order."""
+    """One cell of the grid. `shares`: of the informed robots over `sites`, in their order."""
 
     rule: str
     robots: int
     informed: float
     shares: tuple[float, ...]
+    sites: tuple[str, ...] = ("black", "white")
 
     @property
     def wanted(self) -> tuple[float, ...]:
@@ -49,7 +50,7 @@ class Ending:
 
 @dataclass(frozen=True)
 class Conditions:
-    """All trials of a data set. `sites` are the names of all sites."""
+    """All trials of a data set. `sites` are the names of all sites of all its experiments."""
 
     name: str
     sites: tuple[str, ...]
@@ -78,6 +79,7 @@ class Conditions:
                 row["robots"],
                 row["informed"],
                 tuple(row[f"share_{site}"] for site in own),
+                tuple(own),
             )
             ending = Ending(tuple(row[f"resting_{site}"] for site in own), row["not_resting"])
             found.endings.setdefault(condition, []).append(ending)
@@ -101,7 +103,7 @@ class Conditions:
             if all(getattr(condition, key) == value for key, value in wanted.items())
         ]
         rules = self.rules
-        chosen.sort(key=lambda c: (c.robots, rules.index(c.rule), c.informed, c.shares))
+        chosen.sort(key=lambda c: (c.robots, rules.index(c.rule), c.informed, c.sites, c.shares))
         return {condition: self.endings[condition] for condition in chosen}
 
 
