@@ -63,17 +63,17 @@ bool infrared_send(const message_t *message) {
         "brne 1b                        \n"  // 3 * 83
         "rjmp 3b                        \n"  // 2, together 269
 
-        "4: dec %[bytes]                \n"  // 1, and 2 for the way here
-        "breq 6f                        \n"  // 1
+        "4: ldi %[wait], %[next_byte]   \n"  // 2 for the way here
+        "1: dec %[wait]                 \n"
+        "brne 1b                        \n"  // 3 * 80
+        "dec %[bytes]                   \n"  // 1
+        "breq 6f                        \n"  // 1, at the end of the last slot
         "ld %[low], %a[next]+           \n"  // 2
         "ldi %[high], 1                 \n"  // 1
         "sec                            \n"  // 1
         "rol %[low]                     \n"  // 1, a start in front of the bits
         "rol %[high]                    \n"  // 1, a stop behind them
         "ldi %[slots], %[byte_slots]    \n"  // 1
-        "ldi %[wait], %[next_byte]      \n"
-        "1: dec %[wait]                 \n"
-        "brne 1b                        \n"  // 3 * 80
         "rjmp 3b                        \n"  // 2, together 269
         "6:                             \n"
         : [wait] "+d"(wait), [polls] "+d"(polls), [bytes] "+r"(bytes), [slots] "+d"(slots),

@@ -1,7 +1,7 @@
 /// A robot on the bench: a board with a program linked against firmware/kilolib/avr, light shone on
 /// it frame by frame, and what it sends read back.
-#ifndef KILOTWIN_TESTS_AVR_BENCH_H
-#define KILOTWIN_TESTS_AVR_BENCH_H
+#ifndef KILOTWIN_TESTS_KILOLIB_BENCH_H
+#define KILOTWIN_TESTS_KILOLIB_BENCH_H
 
 #include <doctest/doctest.h>
 
