@@ -76,9 +76,15 @@ struct Microcontroller::Hooks {
         return 0;
     }
 
-    static void register_written(avr_irq_t *irq, uint32_t, void *chip) {
-        static_cast<Microcontroller *>(chip)->board_.register_written(
-            static_cast<uint16_t>(irq->irq));
+    static void write(avr_t *avr, avr_io_addr_t address, uint8_t value, void *parameter) {
+        const auto &watched = *static_cast<Watched *>(parameter);
+        // kilolib's set_color() writes six times, mostly what is there: not worth simavr's rounds of calls.
+        if (watched.watch == Watch::CHANGES && avr->data[address] == value) return;
+        if (watched.write != nullptr)
+            watched.write(avr, address, value, watched.parameter);
+        else
+            avr->data[address] = value;
+        watched.chip->board_.register_written(address);
     }
 
     static void flag_changed(avr_irq_t *irq, uint32_t value, void *chip) {
@@ -186,10 +192,11 @@ uint8_t Microcontroller::read(uint16_t address) const { return avr_->data[addres
 void Microcontroller::write(uint16_t address, uint8_t value) { avr_->data[address] = value; }
 uint8_t Microcontroller::flash(uint16_t address) const { return avr_->flash[address]; }
 
-void Microcontroller::watch_register(uint16_t address) {
-    avr_irq_t *irq = avr_iomem_getirq(avr_, address, nullptr, AVR_IOMEM_IRQ_ALL);
-    irq->irq = address;  // what the hook is told
-    avr_irq_register_notify(irq, Hooks::register_written, this);
+void Microcontroller::watch_register(uint16_t address, Watch watch) {
+    auto &handler = avr_->io[AVR_DATA_TO_IO(address)].w;
+    watched_.push_back({this, watch, handler.c, handler.param});
+    handler.c = Hooks::write;
+    handler.param = &watched_.back();
 }
 
 void Microcontroller::watch_interrupt(uint8_t vector) {
