@@ -1,8 +1,8 @@
 /// An ATmega328P at 8 MHz, run by simavr instruction by instruction.
 ///
 /// The only file that knows simavr. It adds what simavr 1.6 lacks and a Kilobot's firmware needs: interrupt
-/// vectors moved to the boot section, the program counter's wrap at 16 K words, and an account of why a
-/// program cannot go on. Time is the chip's own: cycles since power-up.
+/// vectors moved to the boot section, the program counter's wrap at 16 K words, timers that stand still in
+/// power-down, and an account of why a program cannot go on. Time is the chip's own: cycles since power-up.
 #ifndef KILOTWIN_AVR_MICROCONTROLLER_H
 #define KILOTWIN_AVR_MICROCONTROLLER_H
 
@@ -91,6 +91,8 @@ class Microcontroller {
     };
 
     void recover(int state);
+    void sleep_deeply(uint64_t until);
+    bool wakes_from_power_down(const void *timer_owner) const;
     void arm(Clock &clock);
     void note(const char *format, const char *text);
 
@@ -102,6 +104,7 @@ class Microcontroller {
     uint32_t crashed_at_ = 0;  ///< program counter where simavr gave up
     bool crashed_ = false;
     bool was_reset_ = false;
+    uint64_t dozed_ = 0;  ///< how far simavr's own way to sleep went ahead
     void (*core_reset_)(avr_t *) = nullptr;
 };
 

@@ -186,8 +186,10 @@ TEST_CASE("a sleeping board wakes by its watchdog, and the watchdog resets it; t
     CHECK(bench.byte("wakes") == 0);
     bench.board.run(1100 * MS);
     CHECK(bench.byte("wakes") == 1);
+    CHECK(bench.byte("ticks") == 0);
     bench.board.run(2900 * MS);
     CHECK(bench.byte("starts") == 0);
+    CHECK(bench.byte("ticks") > 20);  // awake, while it waits for the watchdog to reset it
     bench.board.run(4000 * MS);
     CHECK(bench.byte("starts") == 1);
     CHECK(bench.byte("cause") == 1 << 3);  // WDRF

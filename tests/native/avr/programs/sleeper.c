@@ -1,5 +1,5 @@
 // Sleeps in power-down until the watchdog's interrupt, twice; then lets the watchdog reset it. Counts its starts
-// in the EEPROM.
+// in the EEPROM. Timer 0 would interrupt 31 times per second, but stands still meanwhile.
 #include <avr/eeprom.h>
 #include <avr/interrupt.h>
 #include <avr/io.h>
@@ -8,9 +8,10 @@
 
 #define STARTS ((uint8_t *)0x100)
 
-volatile uint8_t wakes, starts, cause;
+volatile uint8_t wakes, starts, cause, ticks;
 
 ISR(WDT_vect) { wakes++; }
+ISR(TIMER0_COMPA_vect) { ticks++; }
 
 static void watchdog(uint8_t mode) {
     cli();
@@ -30,6 +31,8 @@ int main(void) {
         for (;;) {
         }
     }
+    TCCR0B = 1 << CS02 | 1 << CS00;
+    TIMSK0 = 1 << OCIE0A;
     set_sleep_mode(SLEEP_MODE_PWR_DOWN);
     while (wakes < 2) {
         watchdog(1 << WDIE | 1 << WDP2 | 1 << WDP1);  // 1 s
