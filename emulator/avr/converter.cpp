@@ -21,7 +21,7 @@ Converter::Converter(Microcontroller &chip, Sample sample)
     : chip_(chip),
       sample_(std::move(sample)) {
     for (uint16_t address : {ADCL, ADCH, ADCSRA, ADCSRB}) chip_.take_over(address);
-    chip_.watch_register(ADCSRA);
+    chip_.watch_register(ADCSRA, Microcontroller::Watch::WRITES);
     chip_.watch_interrupt(VECTOR_COMPARATOR);
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstring>
 #include <fstream>
+#include <iterator>
 #include <sstream>
 #include <vector>
 
@@ -29,9 +30,9 @@ enum HexRecord : uint8_t {
 
 std::string content_of(const std::string &path) {
     std::ifstream file(path, std::ios::binary);
-    std::ostringstream content;
-    if (!(file && content << file.rdbuf())) throw EngineError(path + " cannot be read");
-    return content.str();
+    std::string content(std::istreambuf_iterator<char>(file), {});
+    if (!file) throw EngineError(path + " cannot be read");
+    return content;
 }
 
 int hex_digit(char c) {

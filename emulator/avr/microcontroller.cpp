@@ -9,10 +9,12 @@
 #include <simavr/sim_avr.h>
 #include <simavr/sim_gdb.h>
 
+#include <algorithm>
 #include <cstdarg>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <vector>
 
 #include "avr/registers.h"
 #include "engine/clock.h"
@@ -26,7 +28,8 @@ namespace {
 
 constexpr uint32_t DARK_MV = 0, THRESHOLD_MV = 1000, LIGHT_MV = 2000;
 
-void do_not_sleep(avr_t *, avr_cycle_count_t) {}
+constexpr uint16_t SMCR = 0x53;
+constexpr uint8_t SMCR_SM = 7 << 1, POWER_DOWN = 2 << 1;
 
 // simavr polls level-triggered interrupts after every instruction, and it knows no phase-correct PWM on
 // timer 2, which it then counts as one event each 8 cycles. The motors' timer needs neither: nobody looks
@@ -69,6 +72,9 @@ struct Microcontroller::Hooks {
         of(avr).was_reset_ = true;
     }
 
+    // In place of simavr's, which lets the computer sleep as long as the chip.
+    static void sleep(avr_t *avr, avr_cycle_count_t for_cycles) { of(avr).dozed_ = for_cycles; }
+
     static avr_cycle_count_t alarm(avr_t *, avr_cycle_count_t, void *clock) {
         auto &fired = *static_cast<Clock *>(clock);
         fired.at = NO_ALARM;
@@ -76,9 +82,15 @@ struct Microcontroller::Hooks {
         return 0;
     }
 
-    static void register_written(avr_irq_t *irq, uint32_t, void *chip) {
-        static_cast<Microcontroller *>(chip)->board_.register_written(
-            static_cast<uint16_t>(irq->irq));
+    static void write(avr_t *avr, avr_io_addr_t address, uint8_t value, void *parameter) {
+        const auto &watched = *static_cast<Watched *>(parameter);
+        // kilolib's set_color() writes six times, mostly what is there: not worth simavr's rounds of calls.
+        if (watched.watch == Watch::CHANGES && avr->data[address] == value) return;
+        if (watched.write != nullptr)
+            watched.write(avr, address, value, watched.parameter);
+        else
+            avr->data[address] = value;
+        watched.chip->board_.register_written(address);
     }
 
     static void flag_changed(avr_irq_t *irq, uint32_t value, void *chip) {
@@ -108,7 +120,7 @@ Microcontroller::Microcontroller(Board &board, const FlashImage &flash, const Ee
     avr_->custom.data = this;
     avr_->frequency = CYCLES_PER_SECOND;
     avr_->run_cycle_limit = CYCLES_PER_SECOND;
-    avr_->sleep = do_not_sleep;
+    avr_->sleep = Hooks::sleep;
     core_reset_ = avr_->reset;
     avr_->reset = Hooks::reset;
     spare_simavr_work(avr_);
@@ -141,7 +153,43 @@ void Microcontroller::run(uint64_t until) {
     while (avr_->cycle < until && failure_.empty()) {
         const int state = avr_run(avr_);
         if (state == cpu_Running && !crashed_ && !was_reset_) continue;
-        recover(state);
+        if (state == cpu_Sleeping && (avr_->data[SMCR] & SMCR_SM) == POWER_DOWN)
+            sleep_deeply(until);
+        else
+            recover(state);
+    }
+}
+
+bool Microcontroller::wakes_from_power_down(const void *timer_owner) const {
+    for (const avr_io_t *part = avr_->io_port; part != nullptr; part = part->next)
+        if (part == timer_owner) return std::strcmp(part->kind, "watchdog") == 0;
+    return timer_owner >= clocks_.data() && timer_owner < clocks_.data() + clocks_.size();
+}
+
+/// Power-down: only the watchdog goes on, and the world outside. For simavr all sleep is idle, in which timers
+/// run on and wake; here they are put off by as long as the chip sleeps.
+void Microcontroller::sleep_deeply(uint64_t until) {
+    avr_->cycle -= dozed_;
+    while (avr_->state == cpu_Sleeping && avr_->cycle < until) {
+        uint64_t wake = until;
+        std::vector<avr_cycle_timer_slot_t *> slots;
+        for (auto *slot = avr_->cycle_timers.timer; slot != nullptr; slot = slot->next) {
+            slots.push_back(slot);
+            if (wakes_from_power_down(slot->param)) wake = std::min<uint64_t>(wake, slot->when);
+        }
+        const uint64_t slept = wake > avr_->cycle ? wake - avr_->cycle : 0;
+        for (auto *slot : slots)
+            if (!wakes_from_power_down(slot->param)) slot->when += slept;
+        std::stable_sort(slots.begin(), slots.end(),
+                         [](const auto *a, const auto *b) { return a->when < b->when; });
+        for (size_t i = 0; i < slots.size(); i++)
+            slots[i]->next = i + 1 < slots.size() ? slots[i + 1] : nullptr;
+        avr_->cycle_timers.timer = slots.empty() ? nullptr : slots.front();
+        for (avr_io_t *part = avr_->io_port; part != nullptr; part = part->next)
+            if (std::strcmp(part->kind, "timer") == 0)
+                reinterpret_cast<avr_timer_t *>(part)->tov_base += slept;
+        avr_->cycle += slept;
+        avr_cycle_timer_process(avr_);
     }
 }
 
@@ -186,10 +234,11 @@ uint8_t Microcontroller::read(uint16_t address) const { return avr_->data[addres
 void Microcontroller::write(uint16_t address, uint8_t value) { avr_->data[address] = value; }
 uint8_t Microcontroller::flash(uint16_t address) const { return avr_->flash[address]; }
 
-void Microcontroller::watch_register(uint16_t address) {
-    avr_irq_t *irq = avr_iomem_getirq(avr_, address, nullptr, AVR_IOMEM_IRQ_ALL);
-    irq->irq = address;  // what the hook is told
-    avr_irq_register_notify(irq, Hooks::register_written, this);
+void Microcontroller::watch_register(uint16_t address, Watch watch) {
+    auto &handler = avr_->io[AVR_DATA_TO_IO(address)].w;
+    watched_.push_back({this, watch, handler.c, handler.param});
+    handler.c = Hooks::write;
+    handler.param = &watched_.back();
 }
 
 void Microcontroller::watch_interrupt(uint8_t vector) {
@@ -246,7 +295,7 @@ void Microcontroller::serve_debugger(uint16_t port) {
     if (avr_gdb_init(avr_) < 0 || avr_->gdb == nullptr)
         throw EngineError("gdb cannot be served on port " + std::to_string(port) +
                           ": is it taken?");
-    avr_->sleep = do_not_sleep;
+    avr_->sleep = Hooks::sleep;
 }
 
 }  // namespace kilotwin

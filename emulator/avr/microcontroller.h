@@ -1,13 +1,14 @@
 /// An ATmega328P at 8 MHz, run by simavr instruction by instruction.
 ///
 /// The only file that knows simavr. It adds what simavr 1.6 lacks and a Kilobot's firmware needs: interrupt
-/// vectors moved to the boot section, the program counter's wrap at 16 K words, and an account of why a
-/// program cannot go on. Time is the chip's own: cycles since power-up.
+/// vectors moved to the boot section, the program counter's wrap at 16 K words, timers that stand still in
+/// power-down, and an account of why a program cannot go on. Time is the chip's own: cycles since power-up.
 #ifndef KILOTWIN_AVR_MICROCONTROLLER_H
 #define KILOTWIN_AVR_MICROCONTROLLER_H
 
 #include <array>
 #include <cstdint>
+#include <deque>
 #include <string>
 
 #include "avr/flash_image.h"
@@ -27,8 +28,9 @@ class Microcontroller {
     class Board {
       public:
         virtual ~Board() = default;
-        virtual void register_written(uint16_t address) = 0;  ///< one of those watched
-        virtual void flag_set(uint8_t vector) = 0;            ///< of a watched interrupt
+        virtual void register_written(
+            uint16_t address) = 0;  ///< one of those watched; the new value is in place
+        virtual void flag_set(uint8_t vector) = 0;  ///< of a watched interrupt
         virtual void alarm(Alarm alarm) = 0;
         virtual void serial_byte(uint8_t byte) = 0;  ///< by the UART
         virtual void was_reset() = 0;                ///< by the watchdog: registers are 0 again
@@ -48,7 +50,10 @@ class Microcontroller {
 
     uint8_t read(uint16_t address) const;         ///< of data space, without side effects
     void write(uint16_t address, uint8_t value);  ///< likewise
-    void watch_register(uint16_t address);
+
+    /// Tells the board of writes to a register: of all, or of those that change it.
+    enum class Watch : uint8_t { WRITES, CHANGES };
+    void watch_register(uint16_t address, Watch watch);
     void watch_interrupt(uint8_t vector);
 
     /// From now on simavr's own model of the register is out of the way: it is plain memory.
@@ -77,17 +82,29 @@ class Microcontroller {
         uint64_t at = NO_ALARM;
     };
 
+    /// A register whose writes the board is told of, and what simavr does with them.
+    struct Watched {
+        Microcontroller *chip;
+        Watch watch;
+        void (*write)(avr_t *, uint16_t address, uint8_t value, void *parameter);
+        void *parameter;
+    };
+
     void recover(int state);
+    void sleep_deeply(uint64_t until);
+    bool wakes_from_power_down(const void *timer_owner) const;
     void arm(Clock &clock);
     void note(const char *format, const char *text);
 
     Board &board_;
     avr_t *avr_;
     std::array<Clock, ALARMS> clocks_;
+    std::deque<Watched> watched_;
     std::string failure_;
     uint32_t crashed_at_ = 0;  ///< program counter where simavr gave up
     bool crashed_ = false;
     bool was_reset_ = false;
+    uint64_t dozed_ = 0;  ///< how far simavr's own way to sleep went ahead
     void (*core_reset_)(avr_t *) = nullptr;
 };
 

@@ -66,7 +66,7 @@ RobotBoard::RobotBoard(const FlashImage &flash, uint32_t index, const Calibratio
       chance_(chance),
       chip_(*this, flash, eeprom_of(calibration)),
       converter_(chip_, [this](uint8_t channel) { return sample(channel); }) {
-    for (uint16_t address : WATCHED) chip_.watch_register(address);
+    for (uint16_t address : WATCHED) chip_.watch_register(address, Microcontroller::Watch::CHANGES);
     set_charging(false);
 }
 
