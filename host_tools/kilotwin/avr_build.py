@@ -23,7 +23,7 @@ FLAGS = [
     "-DF_CPU=8000000UL",
     "-std=gnu99",
     "-O2",
-    "-g",
+    "-gdwarf-2",
     "-funsigned-char",
     "-funsigned-bitfields",
     "-fpack-struct",
@@ -36,7 +36,7 @@ _SLOW_S = 0.5
 
 @dataclass(frozen=True)
 class Image:
-    """A program for the robot. `folder` also holds its objects, and their stack usage as .su files."""
+    """A program for the robot. `folder` also holds its objects, with stack usage as .su files."""
 
     name: str
     folder: Path
