@@ -74,8 +74,13 @@ class Function:
             target = instruction.target
             if target is None or target[1] == _RESET or not target[2]:
                 continue
-            tail_call = instruction.name in _JUMPS and target[1] != self.name
-            if instruction.name in _CALLS or tail_call:
+            itself = target[1] == self.name
+            if instruction.name in _CALLS:
+                # The C library's own code has places of a name that it calls, and it ends.
+                counts = not itself or instruction.place is not None
+            else:
+                counts = instruction.name in _JUMPS and not itself
+            if counts:
                 found.append((instruction, target[1]))
         return found
 
