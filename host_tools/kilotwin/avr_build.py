@@ -5,6 +5,7 @@ As with guests, results are kept under the hash of everything that went in, and 
 
 import contextlib
 import hashlib
+import re
 import shutil
 import tempfile
 import threading
@@ -13,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from kilotwin import resources
-from kilotwin.errors import RunError
+from kilotwin.errors import InputError, RunError
 from kilotwin.guest_build import Notify, cache_folder, compiler_version, prerequisites, run_tool
 from kilotwin.programs import Program
 
@@ -23,7 +24,7 @@ FLAGS = [
     "-DF_CPU=8000000UL",
     "-std=gnu99",
     "-O2",
-    "-g",
+    "-gdwarf-2",
     "-funsigned-char",
     "-funsigned-bitfields",
     "-fpack-struct",
@@ -36,7 +37,7 @@ _SLOW_S = 0.5
 
 @dataclass(frozen=True)
 class Image:
-    """A program for the robot. `folder` also holds its objects, and their stack usage as .su files."""
+    """A program for the robot. `folder` also holds its objects, with stack usage as .su files."""
 
     name: str
     folder: Path
@@ -106,6 +107,19 @@ def _failure(program: Program) -> str:
     return f"{program.written}: does not compile for the robot; mend what the compiler says"
 
 
+def _link(command: list[str], program: Program) -> None:
+    try:
+        run_tool(command, f"{program.written}: cannot be linked; mend what the linker says")
+    except InputError as error:
+        if re.search(r"not within region|overflowed by", error.detail):
+            raise RunError(
+                f"{program.written}: does not fit into the robot's flash and RAM; make tables and "
+                "arrays smaller, or keep tables in flash (PROGMEM)",
+                detail=error.detail,
+            ) from None
+        raise
+
+
 def _key(program: Program, compiler: str, version: str, runtime: Sequence[Path]) -> str:
     own, kilolib = program_flags(program), _runtime_flags()
     digest = hashlib.sha256("\0".join([version, *own, *kilolib, *_LINK_FLAGS]).encode())
@@ -141,7 +155,7 @@ def _build(program: Program, compiler: str, runtime: Sequence[Path], image: Imag
         library, elf = str(draft / "libkilolib.a"), str(draft / f"{image.name}.elf")
         run_tool(["avr-ar", "rcs", library, *objects["kilolib"]], failure)
         link = [compiler, *_LINK_FLAGS, *objects["program"], library, "-lm", "-o", elf]
-        run_tool(link, failure)
+        _link(link, program)
         target = str(draft / f"{image.name}.hex")
         run_tool(["avr-objcopy", "-O", "ihex", "-R", ".eeprom", elf, target], failure)
         # Another process may have been faster; its result is the same.

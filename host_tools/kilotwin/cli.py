@@ -322,6 +322,44 @@ def build(
 
 @app.command(
     epilog="Examples:\n\n"
+    "  kilotwin port my.c\n\n"
+    "  kilotwin port main.c helpers.c -I include -D N=3 --json"
+)
+def port(
+    program: Annotated[
+        list[str], typer.Argument(help="A .c file or several, or a folder whose .c files are one.")
+    ],
+    *,
+    include: Annotated[
+        list[str] | None,
+        typer.Option(
+            "-I", metavar="DIR", envvar="KILOTWIN_INCLUDE", help="Look for headers in DIR too."
+        ),
+    ] = None,
+    define: Annotated[
+        list[str] | None,
+        typer.Option(
+            "-D",
+            metavar="NAME[=VALUE]",
+            envvar="KILOTWIN_DEFINE",
+            help="Define a macro, as the compiler's -D.",
+        ),
+    ] = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Say what of a program would go wrong on the robot. 1 if something fails there."""
+    from kilotwin import port as porting
+    from kilotwin import terminal
+
+    report = porting.check(program, include or [], define or [], terminal.note(quiet))
+    typer.echo(json.dumps(report.as_dict()) if as_json else report.text())
+    if report.fails:
+        raise typer.Exit(1)
+
+
+@app.command(
+    epilog="Examples:\n\n"
     "  kilotwin compare kilogrid-walk runs/my-walk\n\n"
     "  kilotwin compare paper runs/sweep-paper-grid",
 )
