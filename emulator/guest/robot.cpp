@@ -194,7 +194,9 @@ void Robot::serve_this_thread() {
     GuestStack::instance().serve_this_thread(HostCalls::empty_loop, HostCalls::mistake);
 }
 
-Robot::~Robot() { program_->evict(image_); }
+Robot::~Robot() {
+    if (program_) program_->evict(image_);
+}
 
 void Robot::receive(const Reception &reception) {
     if (life_ == Life::STOPPED) return;
@@ -388,11 +390,10 @@ void Robot::came_back() {
     warned_ = false;
 }
 
-Cycles Robot::next_message() const {
-    return inbox_next_ < inbox_.size() ? inbox_[inbox_next_].at : NEVER;
+Cycles Robot::next_interrupt() const {
+    Cycles message = inbox_next_ < inbox_.size() ? inbox_[inbox_next_].at : NEVER;
+    return std::min(message, next_tick_);
 }
-
-Cycles Robot::next_interrupt() const { return std::min(next_message(), next_tick_); }
 
 void Robot::serve_interrupt() {
     if (next_tick_ > next_interrupt())

@@ -33,6 +33,8 @@ WEAK int fclose(FILE *stream) {
 
 void debug_init(void);
 WEAK void debug_init(void) {}
+void debug_init_nonblocking(void);
+WEAK void debug_init_nonblocking(void) {}
 
 static void write_text(FILE *stream, const char *text, size_t bytes) {
     if (stream == NULL || stream->put == NULL) {
