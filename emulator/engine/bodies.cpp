@@ -16,7 +16,6 @@ constexpr double SKIN_USED =
 constexpr double CONTACT_MARGIN = 0.03;  // of a radius
 constexpr double NEAR = 1;               // of a radius: gap up to which others count as near
 constexpr uint8_t STEPS_APART_TO_LEAVE = 2;
-constexpr double OVERLAP_TO_CARE = 0.01;  // of a diameter
 // A robot that is pushed may be a little faster than it drives: the solver's own limit, relative to
 // the fastest drive.
 constexpr double PUSHED_SPEED = 1.1;
@@ -325,7 +324,7 @@ void Bodies::solve_contacts() {
         free_shifts_.push_back(
             {alone.position - before.position, wrapped(alone.heading - before.heading)});
     }
-    world_.step(free_shifts_, step_s, approach_m_, overlap_m_ > OVERLAP_TO_CARE * 2 * radius_m_);
+    world_.step(free_shifts_, step_s, approach_m_, overlap_m_ / (2 * radius_m_));
     solver_steps_ += held.size();
     longest_shift_m_ = 0;
     for (size_t i = 0; i < held.size(); i++) {

@@ -51,8 +51,9 @@ class World {
 
     /// Solves one step of `step_s`. `free`: for each of robots(), in their order, where it would go
     /// within the step, were it alone. `approach_m`: the most that any two come nearer who are
-    /// farther apart than margin_m(). `careful`: something is pressed, so that care pays.
-    void step(const std::vector<Shift> &free, double step_s, double approach_m, bool careful);
+    /// farther apart than margin_m(). `overlap`: the worst of the last step, as a share of a
+    /// diameter; the more, the more care is taken.
+    void step(const std::vector<Shift> &free, double step_s, double approach_m, double overlap);
 
     /// How the last step moved a robot.
     Shift moved(uint32_t robot) const;

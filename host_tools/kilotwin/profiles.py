@@ -51,7 +51,7 @@ PROFILES = {
         Profile(
             name="kilobot",
             radius_m=0.0165,
-            speed_m_s=0.013,
+            speed_m_s=0.0134,
             turn_rad_s=0.785,
             straight_left=65,
             straight_right=65,
@@ -77,9 +77,9 @@ MOTION_DEFAULTS: Mapping[str, Defaults] = {
     },
     "kilobot": {
         "kick_needed": True,
-        "speed_spread": 0.08,
-        "bias_spread": 0.24,
-        "motor_noise": 0.2,
+        "speed_spread": 0.04,
+        "bias_spread": 0.18,
+        "motor_noise": 0.16,
     },
 }
 
