@@ -242,7 +242,7 @@ class Robot {
     bool set_up_ = false;
     bool warned_ = false;
     bool watched_ = false;  ///< its budget was spent since it last came back
-    uint8_t noted_ = 0;  ///< Note bits
+    uint8_t noted_ = 0;     ///< Note bits
 };
 
 }  // namespace kilotwin
