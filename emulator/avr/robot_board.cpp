@@ -66,6 +66,8 @@ RobotBoard::RobotBoard(const FlashImage &flash, uint32_t index, const Calibratio
       chance_(chance),
       chip_(*this, flash, eeprom_of(calibration)),
       converter_(chip_, [this](uint8_t channel) { return sample(channel); }) {
+    // Timer 2 only drives the motors. simavr does not know its phase-correct mode and would count in vain.
+    for (uint16_t address : {TCCR2A, TCCR2B, OCR2A, OCR2B}) chip_.take_over(address);
     for (uint16_t address : WATCHED) chip_.watch_register(address, Microcontroller::Watch::CHANGES);
     set_charging(false);
 }

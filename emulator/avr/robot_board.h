@@ -89,6 +89,8 @@ class RobotBoard : private Microcontroller::Board {
     uint8_t flash(uint16_t address) const { return chip_.flash(address); }
     EepromImage eeprom() const { return chip_.eeprom(); }
 
+    void skip_nothing() { chip_.skip_nothing(); }  ///< for tests, see Microcontroller
+
     /// Waits for gdb on 127.0.0.1:`port` before the next instruction.
     void serve_debugger(uint16_t port) { chip_.serve_debugger(port); }
 
