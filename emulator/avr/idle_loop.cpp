@@ -82,8 +82,9 @@ bool IdleLoop::pass(uint64_t until) {
         patience_ = 0;
         if (period_ == 0) return false;  // a delay was counted down
     }
-    // Not up to an event: what comes before it is executed, so that it happens in the right place.
-    if (avr_->cycle < limit) avr_->cycle += (limit - avr_->cycle) / period_ * period_;
+    // Not quite up to an event: simavr looks for events behind an instruction, not before one.
+    const uint64_t last = limit == next_event() ? limit - 1 : limit;
+    if (avr_->cycle < last) avr_->cycle += (last - avr_->cycle) / period_ * period_;
     return until < next_event();
 }
 
