@@ -8,7 +8,8 @@
 #include "motors.h"
 #include "sleep.h"
 
-#define IDLE_PAUSE_MS 200
+#define PAUSE_MS 200
+#define STEP_MS 10
 #define KICK 255
 #define KICK_MS 15
 // Least readings of the voltage for the colours.
@@ -31,15 +32,17 @@ void start_moving(motion_t next) {
 }
 
 // Ends early when a command comes.
-static void stay(robot_state_t state, uint8_t ms) {
-    for (; ms > 0 && robot_state == state; ms--) delay(1);
+static void stay(robot_state_t state) {
+    for (uint8_t left = PAUSE_MS / STEP_MS; left > 0 && robot_state == state; left--) {
+        delay(STEP_MS);
+    }
 }
 
 static void blink(robot_state_t state, uint8_t color) {
     set_color(color);
     delay(1);
     set_color(0);
-    stay(state, IDLE_PAUSE_MS);
+    stay(state);
 }
 
 static void show_charging(void) {

@@ -102,7 +102,7 @@ void Bench::hear(const message_t &message, distance_measurement_t strength) {
 void Bench::start() {
     run_ms(20);
     hear(make_message(RUN));
-    run_ms(2);
+    run_ms(12);  // an idle robot looks each 10 ms
     REQUIRE(board.failure() == "");
     REQUIRE(byte("robot_state") == STATE_RUNNING);
 }
