@@ -29,27 +29,6 @@ uint8_t duty(bool output, bool level, uint8_t compare_mode, bool runs, uint8_t c
 
 }  // namespace
 
-EepromImage eeprom_of(const Calibration &calibration) {
-    EepromImage bytes;
-    bytes.fill(0xFF);
-    bytes[EEPROM_TURN_LEFT] = calibration.turn_left;
-    bytes[EEPROM_TURN_RIGHT] = calibration.turn_right;
-    bytes[EEPROM_STRAIGHT_LEFT] = calibration.straight_left;
-    bytes[EEPROM_STRAIGHT_RIGHT] = calibration.straight_right;
-    bytes[EEPROM_TX_MASK] = IR_LED;
-    bytes[EEPROM_UID] = static_cast<uint8_t>(calibration.uid);
-    bytes[EEPROM_UID + 1] = static_cast<uint8_t>(calibration.uid >> 8);
-    auto put = [&](size_t at, uint16_t gain) {
-        bytes[at] = static_cast<uint8_t>(gain >> 8);
-        bytes[at + 1] = static_cast<uint8_t>(gain);
-    };
-    for (int i = 0; i < InfraredGains::ENTRIES; i++) {
-        put(EEPROM_LOW_GAIN + 2 * static_cast<size_t>(i), calibration.gains.low(i));
-        put(EEPROM_HIGH_GAIN + 2 * static_cast<size_t>(i), calibration.gains.high(i));
-    }
-    return bytes;
-}
-
 void BoardOutputs::clear() {
     light.clear();
     motors.clear();

@@ -22,10 +22,6 @@
 
 namespace kilotwin {
 
-/// The bytes that calibration leaves in a robot's EEPROM: uid, duties, gain tables, its IR LED on PB0;
-/// OSCCAL and all else erased.
-EepromImage eeprom_of(const Calibration &calibration);
-
 /// Light on a robot's receiver from `begin` to before `end`. `strength` is what the converter makes of it.
 struct LightPulse {
     Cycles begin, end;

@@ -22,7 +22,7 @@ constexpr double RANGE_LIMIT = 3;  // of the spread
 KilobotMedium::KilobotMedium(const Settings &settings, const Chance &chance,
                              std::vector<Robot> &robots, Bodies &bodies,
                              std::vector<Cycles> &speaks, std::vector<Emission> &emissions,
-                             MediumCounts &counts)
+                             MediumCounts &counts, Boards *boards)
     : settings_(settings),
       chance_(chance),
       robots_(robots),
@@ -30,6 +30,7 @@ KilobotMedium::KilobotMedium(const Settings &settings, const Chance &chance,
       speaks_(speaks),
       emissions_(emissions),
       counts_(counts),
+      boards_(boards),
       frames_(robots.size()),
       audible_(robots.size()),
       draws_(robots.size()) {
@@ -40,6 +41,7 @@ KilobotMedium::KilobotMedium(const Settings &settings, const Chance &chance,
             static_cast<float>(settings.range_m * (1 + spread * settings.range_spread)));
         frames_[robot].sender = robot;
     }
+    if (boards_ != nullptr && settings.held_busy) boards_->hold_busy();
 }
 
 double KilobotMedium::reach_m(const Settings &settings) {
@@ -50,9 +52,20 @@ void KilobotMedium::run(Cycles begin, Cycles end, Cycles limit) {
     end_ = end;
     limit_ = limit;
     for (uint32_t robot = 0; robot < robots_.size(); robot++)
-        if (speaks_[robot] < end && !on_air(robot))
+        if (speaks_[robot] < end && !on_air(robot) && !robots_[robot].on_board())
             events_.push({std::max(speaks_[robot], begin), What::ASK, robot});
-    while (!events_.empty() && events_.top().at < end) {
+    for (;;) {
+        const Cycles next = events_.empty() ? end : std::min(events_.top().at, end);
+        if (boards_ != nullptr) {
+            auto busy = [this](uint32_t robot) {
+                return on_air(robot) || !audible_[robot].empty();
+            };
+            if (auto flash = boards_->run(next, busy)) {
+                take_flash(*flash);
+                continue;
+            }
+        }
+        if (next == end) return;
         const Event event = events_.top();
         events_.pop();
         switch (event.what) {
@@ -111,39 +124,87 @@ bool KilobotMedium::receives(uint32_t robot, Cycles at) const {
 }
 
 void KilobotMedium::begin_frame(uint32_t sender, Cycles at) {
+    Frame &frame = put_on_air(sender, at);
+    frame.message = robots_[sender].outgoing();
+    frame.granted = robots_[sender].question() == Robot::Question::NONE;
+    if (boards_ != nullptr) boards_->first_pulse(sender, at);
+    if (frame.granted) {
+        if (boards_ != nullptr) boards_->other_pulses(sender, at, frame.message);
+        events_.push({at + FRAME_CYCLES, What::FRAME_END, sender});
+    } else {
+        events_.push({at + SENSE_END_CYCLES, What::SENSE_END, sender});
+    }
+}
+
+/// Light of `sender` begins: whoever is in range receives, and what was on air there is spoilt.
+KilobotMedium::Frame &KilobotMedium::put_on_air(uint32_t sender, Cycles at) {
     Frame &frame = frames_[sender];
     frame.begin = at;
     frame.on_air = true;
-    frame.message = robots_[sender].outgoing();
     frame.heard.clear();
+    if (boards_ != nullptr) boards_->begin_light(sender);
     const Eigen::Vector2d here = bodies_.position(sender);
     const double range = range_m_[sender];
     for (uint32_t other : bodies_.lists().of(sender)) {
         double distance = (bodies_.position(other) - here).norm();
-        if (distance > range) continue;
-        Heard heard = {other, static_cast<float>(distance * 1000), Heard::Fate::CLEAR};
-        if (settings_.half_duplex && on_air(other)) heard.fate = Heard::Fate::DEAF;
-        if (settings_.collisions && !audible_[other].empty()) {
-            if (heard.fate == Heard::Fate::CLEAR) heard.fate = Heard::Fate::COLLIDED;
-            for (uint32_t earlier : audible_[other])
-                for (Heard &spoilt : frames_[earlier].heard)
-                    if (spoilt.robot == other && spoilt.fate == Heard::Fate::CLEAR)
-                        spoilt.fate = Heard::Fate::COLLIDED;
-        }
-        frame.heard.push_back(heard);
-        audible_[other].push_back(sender);
-        robots_[other].disturb(at, at + FRAME_CYCLES);
+        if (distance <= range) shine_on_robot(frame, other, distance);
     }
     // What it was about to hear, it cannot hear now.
     if (settings_.half_duplex)
         for (uint32_t earlier : audible_[sender])
             for (Heard &missed : frames_[earlier].heard)
                 if (missed.robot == sender) missed.fate = Heard::Fate::DEAF;
-    frame.granted = robots_[sender].question() == Robot::Question::NONE;
-    if (frame.granted)
-        events_.push({at + FRAME_CYCLES, What::FRAME_END, sender});
-    else
-        events_.push({at + SENSE_END_CYCLES, What::SENSE_END, sender});
+    return frame;
+}
+
+/// A frame that begins reaches a robot: it is heard, unless something else is, or comes.
+void KilobotMedium::shine_on_robot(Frame &frame, uint32_t robot, double distance_m) {
+    Heard heard = {robot, static_cast<float>(distance_m * 1000), Heard::Fate::CLEAR};
+    auto &audible = audible_[robot];
+    if (settings_.half_duplex && on_air(robot)) heard.fate = Heard::Fate::DEAF;
+    if (settings_.collisions && !audible.empty()) {
+        if (heard.fate == Heard::Fate::CLEAR) heard.fate = Heard::Fate::COLLIDED;
+        for (uint32_t earlier : audible)
+            for (Heard &spoilt : frames_[earlier].heard)
+                if (spoilt.robot == robot && spoilt.fate == Heard::Fate::CLEAR)
+                    spoilt.fate = Heard::Fate::COLLIDED;
+    }
+    if (robots_[robot].on_board()) shine_on_board(frame, heard);
+    frame.heard.push_back(heard);
+    audible.push_back(frame.sender);
+    robots_[robot].disturb(frame.begin, frame.begin + FRAME_CYCLES);
+}
+
+/// A board sees pulses, so chance decides now what it will make of the frame. Collisions and deafness are its own
+/// affair; here they only count.
+void KilobotMedium::shine_on_board(const Frame &frame, Heard &heard) {
+    const uint64_t draw = draws_[heard.robot]++;
+    const bool lost = is_lost(frame, heard, draw);
+    if (lost && heard.fate == Heard::Fate::CLEAR) heard.fate = Heard::Fate::LOST;
+    boards_->reach(frame.sender, heard.robot, measure(heard, draw), lost,
+                   chance_.bits(heard.robot, Purpose::LOST_PULSE, draw));
+}
+
+/// Light of a board arrives.
+void KilobotMedium::take_flash(const Boards::Flash &flash) {
+    using Found = PulseReader::Found;
+    const uint32_t sender = flash.robot;
+    Frame &frame = frames_[sender];
+    const bool over = flash.given_up || flash.found == Found::NONSENSE;
+    if (flash.begins && flash.found == Found::BEGIN) {
+        if (on_air(sender)) leave_air(frame);
+        put_on_air(sender, flash.at);
+    }
+    if (!flash.given_up) boards_->pulse(sender, flash.at, flash.end, flash.begins);
+    if (over && on_air(sender)) {
+        counts_.attempts_failed++;
+        leave_air(frame);
+    }
+    if (flash.found == Found::MESSAGE && on_air(sender)) {
+        frame.message = flash.message;
+        frame.granted = true;
+        end_frame(sender);
+    }
 }
 
 /// Light on the receiver while it polled: the start pulse of a frame begun meanwhile, or the
@@ -168,6 +229,7 @@ void KilobotMedium::end_sensing(uint32_t sender) {
         leave_air(frame);
         events_.push({frame.begin + SENSE_END_CYCLES + 1, What::ASK, sender});
     } else {
+        if (boards_ != nullptr) boards_->other_pulses(sender, frame.begin, frame.message);
         events_.push({frame.begin + FRAME_CYCLES, What::FRAME_END, sender});
     }
 }
@@ -201,22 +263,34 @@ void KilobotMedium::deliver(const Frame &frame, const Heard &heard) {
         return;
     }
     Robot &robot = robots_[heard.robot];
-    uint64_t n = draws_[heard.robot]++;
-    double share = heard.distance_mm / 1000 / range_m_[frame.sender];
-    double loss =
-        settings_.loss + (settings_.loss_at_range - settings_.loss) * share * share * share * share;
-    if (chance_.uniform(heard.robot, Purpose::FRAME_LOSS, n) < loss) {
+    const bool on_board = robot.on_board();
+    const uint64_t draw = on_board ? 0 : draws_[heard.robot]++;
+    if (on_board ? heard.fate == Heard::Fate::LOST : is_lost(frame, heard, draw)) {
         counts_.lost++;
         return;
     }
     counts_.received++;
+    if (!on_board) robot.receive({frame.begin + FRAME_CYCLES, frame.message, measure(heard, draw)});
+}
+
+/// Whether a frame is lost on its way, by chance.
+bool KilobotMedium::is_lost(const Frame &frame, const Heard &heard, uint64_t draw) const {
+    const double share = heard.distance_mm / 1000 / range_m_[frame.sender];
+    const double loss =
+        settings_.loss + (settings_.loss_at_range - settings_.loss) * share * share * share * share;
+    return chance_.uniform(heard.robot, Purpose::FRAME_LOSS, draw) < loss;
+}
+
+/// What a robot's converter makes of a frame's light.
+distance_measurement_t KilobotMedium::measure(const Heard &heard, uint64_t draw) const {
     double low_noise = 0, high_noise = 0;
     if (settings_.gain_noise_lsb > 0) {
-        low_noise = settings_.gain_noise_lsb * chance_.normal(heard.robot, Purpose::LOW_GAIN, n);
-        high_noise = settings_.gain_noise_lsb * chance_.normal(heard.robot, Purpose::HIGH_GAIN, n);
+        low_noise = settings_.gain_noise_lsb * chance_.normal(heard.robot, Purpose::LOW_GAIN, draw);
+        high_noise =
+            settings_.gain_noise_lsb * chance_.normal(heard.robot, Purpose::HIGH_GAIN, draw);
     }
-    robot.receive({frame.begin + FRAME_CYCLES, frame.message,
-                   robot.calibration().gains.measure(heard.distance_mm, low_noise, high_noise)});
+    return robots_[heard.robot].calibration().gains.measure(heard.distance_mm, low_noise,
+                                                            high_noise);
 }
 
 }  // namespace kilotwin

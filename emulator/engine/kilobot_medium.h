@@ -6,6 +6,9 @@
 /// listens between its start pulse and the leader's stop pulse; light seen then makes it fail, and
 /// the robot tries again within a tick. No capture: any light of another frame spoils a frame at
 /// that receiver. What robots do is taken in order of time, robot by robot.
+///
+/// Robots on boards see each pulse for themselves, and theirs are taken as they come: the first puts a
+/// frame on air, and what it says is known when the last has come (avr/boards.h).
 #ifndef KILOTWIN_ENGINE_KILOBOT_MEDIUM_H
 #define KILOTWIN_ENGINE_KILOBOT_MEDIUM_H
 
@@ -13,6 +16,7 @@
 #include <queue>
 #include <vector>
 
+#include "avr/boards.h"
 #include "engine/bodies.h"
 #include "engine/chance.h"
 #include "guest/robot.h"
@@ -45,10 +49,10 @@ class KilobotMedium {
         bool held_busy = false;  ///< somebody's light never goes out: no attempt succeeds
     };
 
-    /// `speaks`: by robot, the earliest moment at which it may begin a frame; kept up to date here.
+    /// `boards` may be null. `speaks`: by robot, the earliest moment at which it may begin a frame; kept up to date here.
     KilobotMedium(const Settings &settings, const Chance &chance, std::vector<Robot> &robots,
                   Bodies &bodies, std::vector<Cycles> &speaks, std::vector<Emission> &emissions,
-                  MediumCounts &counts);
+                  MediumCounts &counts, Boards *boards = nullptr);
 
     /// The farthest that anybody can be heard.
     static double reach_m(const Settings &settings);
@@ -71,7 +75,7 @@ class KilobotMedium {
     struct Heard {
         uint32_t robot;
         float distance_mm;
-        enum class Fate : uint8_t { CLEAR, COLLIDED, DEAF } fate;
+        enum class Fate : uint8_t { CLEAR, COLLIDED, DEAF, LOST } fate;
     };
     struct Frame {
         Cycles begin;
@@ -97,6 +101,12 @@ class KilobotMedium {
     void go_on(uint32_t robot, Cycles until);
     bool has_channel(uint32_t robot, Cycles at) const;
     void begin_frame(uint32_t sender, Cycles at);
+    Frame &put_on_air(uint32_t sender, Cycles at);
+    void shine_on_robot(Frame &frame, uint32_t robot, double distance_m);
+    void shine_on_board(const Frame &frame, Heard &heard);
+    void take_flash(const Boards::Flash &flash);
+    bool is_lost(const Frame &frame, const Heard &heard, uint64_t draw) const;
+    distance_measurement_t measure(const Heard &heard, uint64_t draw) const;
     void end_sensing(uint32_t sender);
     void end_frame(uint32_t sender);
     void leave_air(Frame &frame);
@@ -112,6 +122,7 @@ class KilobotMedium {
     std::vector<Cycles> &speaks_;
     std::vector<Emission> &emissions_;  ///< what robots send that were granted the channel
     MediumCounts &counts_;
+    Boards *boards_;                              ///< null: there are none
     std::vector<float> range_m_;                  ///< by sender
     std::vector<Frame> frames_;                   ///< by sender: a robot sends one at a time
     std::vector<std::vector<uint32_t>> audible_;  ///< by receiver: senders on air

@@ -4,7 +4,7 @@
 
 namespace kilotwin {
 
-bool crc_is_right(const message_t &message) {
+uint16_t crc_of(const message_t &message) {
     uint16_t crc = 0xFFFF;
     auto bytes = reinterpret_cast<const uint8_t *>(&message);
     for (size_t i = 0; i < offsetof(message_t, crc); i++) {
@@ -13,7 +13,9 @@ bool crc_is_right(const message_t &message) {
         byte = static_cast<uint8_t>(byte ^ byte << 4);
         crc = static_cast<uint16_t>((byte << 8 | crc >> 8) ^ byte >> 4 ^ byte << 3);
     }
-    return crc == message.crc;
+    return crc;
 }
+
+bool crc_is_right(const message_t &message) { return crc_of(message) == message.crc; }
 
 }  // namespace kilotwin

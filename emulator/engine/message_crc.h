@@ -6,7 +6,10 @@
 
 namespace kilotwin {
 
-/// Whether the message carries the CRC-16/MCRF4XX of its data and type (hardware.md 1.5).
+/// CRC-16/MCRF4XX of the message's data and type (hardware.md 1.5).
+uint16_t crc_of(const message_t &message);
+
+/// Whether the message carries it.
 bool crc_is_right(const message_t &message);
 
 }  // namespace kilotwin

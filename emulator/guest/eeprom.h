@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 
+#include "engine/clock.h"
 #include "guest/infrared_gains.h"
 
 namespace kilotwin {
@@ -16,6 +17,21 @@ constexpr uint16_t EEPROM_LOW_GAIN = 0x20, EEPROM_HIGH_GAIN = 0x50;  ///< 14 big
 constexpr uint16_t EEPROM_TX_MASK = 0x90, EEPROM_UID = 0xB0;         ///< uid little-endian
 
 using EepromImage = std::array<uint8_t, EEPROM_BYTES>;
+
+/// How one robot differs from the next: what its EEPROM says of it, and its clock.
+struct Calibration {
+    uint16_t uid;
+    uint8_t turn_left, turn_right, straight_left, straight_right;
+    InfraredGains gains;
+    Cycles tick = TICK_CYCLES;  ///< by its own oscillator
+};
+
+/// The byte that calibration leaves at an address, 0..1023: uid, duties, gain tables, the IR LED on PB0. OSCCAL
+/// and all else is erased, 0xFF.
+uint8_t calibrated_byte(const Calibration &calibration, uint16_t address);
+
+/// All of them.
+EepromImage eeprom_of(const Calibration &calibration);
 
 }  // namespace kilotwin
 

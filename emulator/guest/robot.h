@@ -10,6 +10,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -37,14 +38,6 @@ struct Emission {
     message_t message;
 };
 
-/// How one robot differs from the next: what its EEPROM says of it, and its clock.
-struct Calibration {
-    uint16_t uid;
-    uint8_t turn_left, turn_right, straight_left, straight_right;
-    InfraredGains gains;
-    Cycles tick = TICK_CYCLES;  ///< by its own oscillator
-};
-
 /// Last words: which robot runs. Survives the process when it is a mapped file.
 struct BlackBox {
     uint32_t robot;  ///< index
@@ -70,6 +63,11 @@ class Robot {
     /// bytes of its own.
     Robot(RobotContext &context, std::shared_ptr<Program> program, uint32_t index,
           const Calibration &calibration, Cycles power_up, uint8_t *image);
+
+    /// A robot whose program runs elsewhere, on a board: this one holds what reaches it and what it does, and
+    /// run() does nothing. `name` is its program's.
+    Robot(RobotContext &context, std::string name, uint32_t index, const Calibration &calibration,
+          Cycles power_up);
     ~Robot();
     Robot(Robot &&) = default;
     Robot(const Robot &) = delete;
@@ -116,15 +114,29 @@ class Robot {
     /// read.
     void disturb(Cycles begin, Cycles end);
 
+    // For the board that runs it: takes out what it received, in order of time; notes what its pins do, and that it
+    // cannot go on.
+    std::vector<Reception> take_inbox() { return std::exchange(inbox_, {}); }
+    void drive(const MotorCommand &command);
+    void show(uint8_t color) { color_ = color; }
+    void print(Cycles at, uint32_t tick, std::string text);
+    void crash(Cycles at, uint32_t tick, std::string text);
+
+    /// Reading of its battery.
+    int16_t voltage(Cycles at) const;
+
     uint32_t index() const { return index_; }
     uint16_t uid() const { return calibration_.uid; }
     uint8_t color(Cycles at) const;  ///< RGB() value shown at `at`, which it has been run up to
     bool stopped() const { return life_ == Life::STOPPED; }
     const Calibration &calibration() const { return calibration_; }
-    const Program &program() const { return *program_; }
+    bool on_board() const { return program_ == nullptr; }
+    const Program &program() const { return *program_; }  ///< not of one on a board
 
-    /// The bytes of its program's variables at present.
-    std::vector<uint8_t> state() const { return program_->state_of(image_); }
+    /// The bytes of its program's variables at present; none of one on a board.
+    std::vector<uint8_t> state() const {
+        return program_ ? program_->state_of(image_) : std::vector<uint8_t>{};
+    }
 
     uint8_t left_duty() const { return left_; }
     uint8_t right_duty() const { return right_; }
@@ -177,7 +189,6 @@ class Robot {
     uint64_t memory_fingerprint(const uint8_t *frame) const;
     uint16_t tx_period() const;
     bool disturbed() const;
-    int16_t voltage(Cycles at) const;
     uint8_t eeprom(uint16_t address) const;
     void set_eeprom(uint16_t address, uint8_t value);
     void stop(EventKind kind, std::string text);
@@ -209,6 +220,7 @@ class Robot {
     uint16_t probes_left_ = 0;        ///< looks at the memory until it counts as computing
     Cycles busy_since_ = NEVER;       ///< since when the program has not come back
     Cycles computing_since_ = NEVER;  ///< since when it has changed memory all the time
+    std::string name_;                ///< of its program
     uint32_t index_;
     uint32_t last_tick_ =
         0;  ///< kilo_ticks after the last tick, for reports: the program may spoil its own
