@@ -51,7 +51,7 @@ class Bodies {
     /// All positions; right for those robots that were asked for since the step began.
     const std::vector<Eigen::Vector2d> &positions() const { return positions_; }
 
-    /// When the current step begins, after catch_up().
+    /// Pose of a robot when the current step begins, after catch_up().
     Pose pose(uint32_t robot) const { return trajectories_[robot].pose(now_); }
 
     /// Unit vector of its heading.
@@ -89,18 +89,39 @@ class Bodies {
         size_t next = 0;
     };
 
+    /// Those who may come into contact with a robot before `until`.
+    struct Near {
+        Cycles until = 0;
+        std::vector<uint32_t> robots;
+    };
+    struct Pair {
+        uint32_t one, other;
+    };
+    /// How a robot moved when the step began, whose drive changes within it.
+    struct Before {
+        uint32_t robot;
+        Trajectory trajectory;
+    };
+
     void place(uint32_t robot);
     void apply_commands(uint32_t robot, Cycles until);
+    const std::vector<uint32_t> &near(uint32_t robot);
+    void look_ahead(uint32_t robot);
+    const Trajectory &trajectory_before(uint32_t robot) const;
+    Eigen::Vector2d free_shift(uint32_t robot);
     void find_contacts();
     bool may_touch(uint32_t robot);
-    bool moves_in_step(uint32_t robot) const;
+    bool meets(uint32_t robot, uint32_t other);
+    bool meets_wall(uint32_t robot);
+    void include(uint32_t robot);
+    void close_over();
     void hand_over();
     void solve_contacts();
     void record_overlaps();
     Cycles whole_steps(double for_s) const;
 
     const Arena &arena_;
-    double radius_m_;
+    double radius_m_, margin_m_;
     Cycles step_;
     Cycles now_;  ///< begin of the current step
     Chassis chassis_;
@@ -120,15 +141,21 @@ class Bodies {
     std::vector<Cycles> still_since_;   ///< NEVER while it moves
     std::vector<Cycles> next_contact_;  ///< before this, nothing is near enough to touch
     std::vector<Orders> orders_;
+    std::vector<Near> near_;
+    std::vector<uint32_t> before_slot_;  ///< in before_, if it is there
     std::vector<uint8_t> steps_apart_;
     std::vector<bool> in_contact_;
 
     std::vector<uint32_t> contacts_;  ///< robots that belong into the solver this step, ascending
     std::vector<uint32_t> leaving_;   ///< and those that no longer do
+    std::vector<Before> before_;
+    std::vector<Pair> pairs_;  ///< of robots in the solver that may touch this step
     std::vector<uint32_t> pushed_;
     std::vector<Pose> poses_before_;  ///< of the robots in the solver
     std::vector<Shift> free_shifts_;  ///< and where each would go within the step, were it alone
-    uint32_t touching_steps_ = 0;
+    double longest_shift_m_ = 0;      ///< of a robot in the solver, in the last step or this one
+    double approach_m_ = 0;  ///< most that two come nearer in this step who are not close yet
+    double overlap_m_ = 0;   ///< the worst of the last step
     uint64_t solver_steps_ = 0;
     Overlaps overlaps_;
 };
