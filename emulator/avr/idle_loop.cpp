@@ -69,7 +69,7 @@ uint64_t IdleLoop::next_event() const {
 }
 
 bool IdleLoop::pass(uint64_t until) {
-    if (avr_->state != cpu_Running || avr_->interrupt_state != 0 || avr_->gdb != nullptr)
+    if (avr_->state != cpu_Running || avr_has_pending_interrupts(avr_) != 0 || avr_->gdb != nullptr)
         return false;
     const uint64_t limit = std::min(until, next_event());
     if (period_ == 0) {
@@ -111,12 +111,12 @@ bool IdleLoop::find(uint64_t limit) {
 /// One instruction; false if the chip then no longer just runs on.
 bool IdleLoop::step() {
     avr_->run_cycle_count = 1;
-    return avr_run(avr_) == cpu_Running && avr_->interrupt_state == 0 &&
-           avr_has_pending_interrupts(avr_) == 0;
+    return avr_run(avr_) == cpu_Running && avr_has_pending_interrupts(avr_) == 0;
 }
 
 void IdleLoop::keep_state() {
     pc_ = avr_->pc;
+    interrupt_state_ = avr_->interrupt_state;
     std::copy_n(avr_->data, memory_.size(), memory_.begin());
     std::copy_n(avr_->sreg, flags_.size(), flags_.begin());
     timers_.clear();
@@ -125,7 +125,8 @@ void IdleLoop::keep_state() {
 }
 
 bool IdleLoop::same_state() const {
-    if (std::memcmp(avr_->data, memory_.data(), memory_.size()) != 0 ||
+    if (avr_->interrupt_state != interrupt_state_ ||
+        std::memcmp(avr_->data, memory_.data(), memory_.size()) != 0 ||
         std::memcmp(avr_->sreg, flags_.data(), flags_.size()) != 0)
         return false;
     auto kept = timers_.begin();

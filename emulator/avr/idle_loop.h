@@ -44,6 +44,7 @@ class IdleLoop {
 
     // The state that is to come back.
     uint32_t pc_ = 0;
+    int8_t interrupt_state_ = 0;  ///< simavr's wait after interrupts were enabled
     std::vector<uint8_t> memory_;
     std::array<uint8_t, 8> flags_{};
     std::vector<uint64_t> timers_;

@@ -26,8 +26,11 @@ ISR(ANALOG_COMP_vect) {
 }
 
 static void __attribute__((noinline)) show(uint8_t color) {
+    const uint8_t flags = SREG;
+    cli();
     DDRD = (DDRD & ~0x30) | (color & 3) << 4;
     DDRC = (DDRC & ~0x0C) | (color & 12);
+    SREG = flags;
 }
 
 int main(void) {
