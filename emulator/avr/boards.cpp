@@ -13,9 +13,8 @@ namespace {
 constexpr distance_measurement_t FROM_ABOVE = {400, 800};
 // From one of its frames to the next (hardware.md 1.11).
 constexpr Cycles FRAME_PERIOD = 83'200;
-// It goes on sending a command as long as its button is pressed: a robot that sends meanwhile misses one frame.
-constexpr int COMMAND_REPEATS = 3;
-constexpr uint8_t FIRST_COMMAND = 0x80;
+// So often a message is tried in vain, until it is given up.
+constexpr unsigned MOST_SPOILT = 20;
 constexpr size_t LONGEST_LINE = 256;
 
 }  // namespace
@@ -48,21 +47,28 @@ void Boards::live(Cycles until) {
 /// What came to the robots from outside the medium is to go to their boards as light.
 void Boards::take_messages() {
     for (Place &place : places_)
-        for (const Reception &reception : place.robot.take_inbox()) {
-            const int times = reception.message.type >= FIRST_COMMAND ? COMMAND_REPEATS : 1;
-            for (int i = 0; i < times; i++) place.messages.push_back(reception);
-        }
+        for (const Reception &reception : place.robot.take_inbox())
+            place.messages.push_back(reception);
 }
 
-void Boards::shine_message(Place &place) {
-    const Reception next = place.messages.front();
-    place.messages.pop_front();
-    message_t message = next.message;
+void Boards::shine_message(Place &place, Cycles begin) {
+    message_t message = place.messages.front().message;
     message.crc = crc_of(message);
-    const Cycles begin = std::max({next.at, place.light_free, lived_until_});
     for (Cycles offset : pulses_of(message))
         place.board.shine({begin + offset, begin + offset + RobotBoard::SEEN_PULSE, FROM_ABOVE});
-    place.light_free = begin + FRAME_PERIOD;
+    place.light_free = std::max(place.light_free, begin + FRAME_PERIOD);
+    place.shown_until = begin + FRAME_CYCLES;
+    place.shows = true;
+    place.spoils = false;
+}
+
+/// When a message has been shown: it is over, or has to be shown again.
+void Boards::end_message(Place &place) {
+    if (!place.shows || lived_until_ < place.shown_until) return;
+    place.shows = false;
+    if (place.spoils && ++place.spoilt < MOST_SPOILT) return;
+    place.messages.pop_front();
+    place.spoilt = 0;
 }
 
 void Boards::take_outputs(Place &place, Cycles until) {
@@ -83,6 +89,7 @@ void Boards::take_light(Place &place, Cycles until) {
         end = std::max(end, begin + RobotBoard::SEEN_PULSE);
         Flash out = {begin + QUANTUM, end + QUANTUM, place.index, begins, false, {}, {}};
         if (begins) out.found = place.reader.pulse(begin);
+        if (out.found == PulseReader::Found::BEGIN) place.spoils = true;
         if (out.found == PulseReader::Found::MESSAGE) out.message = place.reader.message();
         flashes_.push_back(out);
     };
@@ -131,6 +138,7 @@ void Boards::reach(uint32_t station, uint32_t robot, distance_measurement_t stre
     // Behind the leader and the first start pulse, so that the rest is still taken for a message.
     constexpr unsigned FIRST_TO_LOSE = 3, LEAST_PULSES = 26;
     const auto which = static_cast<unsigned>(FIRST_TO_LOSE + draw % (LEAST_PULSES - FIRST_TO_LOSE));
+    place(robot).spoils = true;
     reached_[station].push_back({&place(robot), strength, lost ? which : NO_PULSE});
 }
 

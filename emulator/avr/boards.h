@@ -2,7 +2,8 @@
 ///
 /// All boards live up to the same moment, then all the next QUANTUM cycles. What one of them sends reaches others,
 /// boards or not, a QUANTUM later; what others send reaches a board without delay. Messages from outside the medium
-/// (overhead controller, virtual floor) come as light too, while nothing else is on air around the robot.
+/// (overhead controller, virtual floor) come as light too, while nothing else is on air around the robot, and again
+/// if other light comes between.
 ///
 /// To the medium a board is a sender whose message is known only when it has ended: it hears of flashes,
 /// and of what a robot makes of them.
@@ -59,8 +60,13 @@ class Boards {
             if (!flashes_.empty() && flashes_.front().at < std::min(next, until))
                 return take_flash();
             if (next > until) return std::nullopt;
-            for (Place &place : places_)
-                if (place.wants_light(next) && !busy(place.index)) shine_message(place);
+            for (Place &place : places_) {
+                end_message(place);
+                if (place.messages.empty() || place.shows) continue;
+                // A receiver that was disturbed is itself again after a silence.
+                if (busy(place.index)) place.light_free = next + PulseReader::SILENCE;
+                if (place.message_due() <= next) shine_message(place, next);
+            }
             live(next);
         }
     }
@@ -102,12 +108,13 @@ class Boards {
         std::string line;                ///< printed, not yet ended
         std::deque<Reception> messages;  ///< from outside the medium, to be shown
         Cycles light_free = 0;           ///< when the next may begin
-        Cycles on_since = NEVER;         ///< its LED is on
+        Cycles shown_until = 0;          ///< the end of the one that is being shown
+        unsigned spoilt = 0;             ///< how often in vain
+        bool shows = false, spoils = false;
+        Cycles on_since = NEVER;  ///< its LED is on
         bool failed = false;
 
-        bool wants_light(Cycles until) const {
-            return !messages.empty() && std::max(messages.front().at, light_free) < until;
-        }
+        Cycles message_due() const { return std::max(messages.front().at, light_free); }
     };
     /// A board that sees a station.
     struct Reached {
@@ -121,7 +128,8 @@ class Boards {
     Place &place(uint32_t robot) { return places_[static_cast<size_t>(place_of_[robot])]; }
     void live(Cycles until);
     void take_messages();
-    void shine_message(Place &place);
+    void shine_message(Place &place, Cycles begin);
+    void end_message(Place &place);
     void take_outputs(Place &place, Cycles until);
     void take_light(Place &place, Cycles until);
     void take_text(Place &place);
