@@ -64,7 +64,7 @@ class Boards {
                 end_message(place);
                 if (place.messages.empty() || place.shows) continue;
                 // A receiver that was disturbed is itself again after a silence.
-                if (busy(place.index)) place.light_free = next + PulseReader::SILENCE;
+                if (busy(place.index)) place.light_free = next + QUANTUM + PulseReader::SILENCE;
                 if (place.message_due() <= next) shine_message(place, next);
             }
             live(next);

@@ -21,7 +21,7 @@ _FLOOR_REPEAT_TICKS = 16
 def engine_spec(
     experiment: Experiment, guests: list[str], *, sample_ticks: int, black_box: str | None
 ) -> dict[str, Any]:
-    """The spec of `_emulator.Simulation`; `guests` are the built programs, one per group."""
+    """The spec of `_emulator.Simulation`; `guests`: built programs or images, one per group."""
     keys = experiment.keys
     profile = PROFILES[keys.swarm.profile]
     floor = {
@@ -54,6 +54,7 @@ def engine_spec(
                 "program": guest,
                 "name": group.program.name,
                 "count": group.count,
+                "on_board": group.on_board,
                 "poses": None if group.poses is None else np.array(group.poses, dtype=np.float64),
             }
             for group, guest in zip(experiment.groups, guests, strict=True)

@@ -6,7 +6,7 @@
 import hashlib
 import itertools
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,7 @@ from kilotwin.experiment_checks import first_problem, first_problem_of_command, 
 from kilotwin.experiment_errors import input_error
 from kilotwin.experiment_schema import Command, ExperimentSchema
 from kilotwin.experiment_text import ExperimentText, Setting
-from kilotwin.programs import Program, ProgramError, find_program
+from kilotwin.programs import Program, ProgramError, find_image, find_program
 from kilotwin.toml_lines import KeyPath
 
 
@@ -27,9 +27,10 @@ from kilotwin.toml_lines import KeyPath
 class Group:
     """Robots that run one program; ids are given group by group."""
 
-    program: Program
+    program: Program  # without sources: an image
     count: int
     poses: list[list[float]] | None
+    on_board: bool = False  # each robot is an ATmega328P
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,8 @@ class Experiment:
         kinds = [tables["swarm"]] if self.keys.robots is None else tables["robots"]
         for table, group in zip(kinds, self.groups, strict=True):
             parts = list(group.program.parts)
-            table["program"] = parts if len(parts) > 1 else parts[0]
+            key = "program" if group.program.sources else "hex"
+            table[key] = parts if len(parts) > 1 else parts[0]
             if "include" in table:
                 table["include"] = list(group.program.includes)
         return tables
@@ -114,8 +116,13 @@ def _groups(keys: ExperimentSchema, origin: ExperimentText) -> Iterable[Group]:
         yield Group(program, keys.swarm.size, None)
     for index, robots in enumerate(keys.robots or []):
         table = ("robots", index)
-        program = _program(robots.program, table, origin, robots.include, robots.define)
-        yield Group(program, robots.count, robots.poses)
+        if robots.hex is not None:
+            program = _found(lambda: find_image(robots.hex or "", origin.folder), table, origin)
+        else:
+            assert robots.program is not None
+            program = _program(robots.program, table, origin, robots.include, robots.define)
+        on_board = robots.hex is not None or robots.cpu == "avr"
+        yield Group(program, robots.count, robots.poses, on_board)
 
 
 def _program(
@@ -125,7 +132,11 @@ def _program(
     includes: Sequence[str] = (),
     defines: Sequence[str] = (),
 ) -> Program:
+    return _found(lambda: find_program(written, origin.folder, includes, defines), table, origin)
+
+
+def _found(find: Callable[[], Program], table: KeyPath, origin: ExperimentText) -> Program:
     try:
-        return find_program(written, origin.folder, includes, defines)
+        return find()
     except ProgramError as error:
         raise InputError(f"{origin.where((*table, error.key))}: {error}") from None

@@ -59,7 +59,8 @@ def _named_colour(text: str) -> str:
     return text
 
 
-def _one_or_more(value: Any) -> Any:
+def one_or_more(value: Any) -> Any:
+    """A list of one where a single text was written."""
     return [value] if isinstance(value, str) else value
 
 
@@ -112,8 +113,10 @@ class Swarm(Section):
 
     profile: ProfileName
     """The kind of robot: body, motors, medium, and the defaults of many keys."""
-    program: Text | None = None
-    """A `.c` file, or a folder whose `.c` files are one program."""
+    program: Annotated[
+        Annotated[list[Text], Field(min_length=1)] | None, BeforeValidator(one_or_more)
+    ] = None
+    """A `.c` file, a folder whose `.c` files are one program, or a list of `.c` files."""
     size: Count | None = None
     """How many robots run it."""
     floor: bool
@@ -129,8 +132,14 @@ class Swarm(Section):
 class Robots(Section):
     """One kind of robot of a mixed swarm."""
 
-    program: Annotated[list[Text], Field(min_length=1), BeforeValidator(_one_or_more)]
+    program: Annotated[
+        Annotated[list[Text], Field(min_length=1)] | None, BeforeValidator(one_or_more)
+    ] = None
     """A `.c` file, a folder whose `.c` files are one program, or a list of `.c` files."""
+    hex: Text | None = None
+    """Instead of `program`: a `.hex` or `.elf` for the ATmega328P, run as it would be flashed."""
+    cpu: Literal["native", "avr"] | None = None
+    """What runs `program`: this computer, or in each robot an ATmega328P; needs `kilobot` medium."""
     include: list[Text] = []
     """Folders to look for headers in, besides the program's own."""
     define: list[Text] = []

@@ -35,10 +35,21 @@ _FLAGS = [
     "-fshort-enums",
     "-fvisibility=hidden",
     "-ffp-contract=off",
+    "-fno-delete-null-pointer-checks",  # address 0 is as good as another on an AVR
 ]
 _GCC_FLAGS = ["-funsigned-bitfields"]  # clang has no such option
 # clang leaves out counters that follow from others, and with them those of some endless loops.
 _CLANG_PROGRAM_FLAGS = ["-fsanitize-coverage=no-prune"]
+# What avr-gcc defines for the robot's processor, and kilolib's Makefile for its clock.
+_ROBOT_MACROS = [
+    "-DF_CPU=8000000UL",
+    "-DAVR=1",
+    "-D__AVR=1",
+    "-D__AVR__=1",
+    "-D__AVR_ARCH__=5",
+    "-D__AVR_ATmega328P__=1",
+    "-D__AVR_MEGA__=1",
+]
 # avr-gcc 5 takes a variable that several files define without a value for one variable, and only
 # warns of what later compilers refuse. trace-pc counts the program's basic blocks, so that the
 # engine notices a busy-wait.
@@ -122,7 +133,7 @@ def find_compiler() -> str:
 
 def compiler_version(compiler: str) -> str:
     """The first line of its --version."""
-    return _run([compiler, "--version"], "the compiler does not start").splitlines()[0]
+    return run_tool([compiler, "--version"], "the compiler does not start").splitlines()[0]
 
 
 class _Builder:
@@ -146,6 +157,7 @@ class _Builder:
             *flags,
             *(f"-I{folder}" for folder in folders),
             *_PROGRAM_FLAGS,
+            *_ROBOT_MACROS,
             *(_CLANG_PROGRAM_FLAGS if "clang" in version else []),
             *defines,
             *extra,
@@ -216,16 +228,16 @@ class _Builder:
     def _read_by(self, sources: Sequence[Path], flags: list[str]) -> list[Path]:
         """The sources and every header of ours or the program's that they include."""
         rules = self._tool([self._compiler, *flags, "-MM", *sources])
-        return list(dict.fromkeys(Path(name) for name in _prerequisites(rules)))
+        return list(dict.fromkeys(Path(name) for name in prerequisites(rules)))
 
     def _tool(self, command: Sequence[str | Path]) -> str:
-        return _run(
+        return run_tool(
             [str(word) for word in command],
             f"{self._program.written}: does not compile; mend what the compiler says",
         )
 
 
-def _prerequisites(make_rules: str) -> list[str]:
+def prerequisites(make_rules: str) -> list[str]:
     """The names after each colon of make rules as `cc -M` writes them; spaces are escaped."""
     names: list[str] = []
     for rule in make_rules.replace("\\\n", " ").splitlines():
@@ -234,7 +246,8 @@ def _prerequisites(make_rules: str) -> list[str]:
     return names
 
 
-def _run(command: list[str], failure: str) -> str:
+def run_tool(command: list[str], failure: str) -> str:
+    """What a tool prints; its complaints become an InputError that begins with `failure`."""
     done = subprocess.run(command, capture_output=True, text=True, check=False, errors="replace")
     if done.returncode != 0:
         raise InputError(failure, detail=done.stderr.rstrip())

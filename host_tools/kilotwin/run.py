@@ -19,7 +19,8 @@ from typing import IO, Any, Protocol
 from kilotwin import __version__
 from kilotwin.errors import InputError, KilotwinError, RunError
 from kilotwin.experiment import Experiment
-from kilotwin.guest_build import Guest, build
+from kilotwin.group_build import build_group
+from kilotwin.guest_build import Guest
 from kilotwin.job import Job
 from kilotwin.run_folder import FAILED, RUNNING, check_free, close_manifest, default_folder, utc_now
 
@@ -61,7 +62,10 @@ def run(
         raise RunError("the engine is not built; type: make setup")
     folder = folder or default_folder(experiment)
     check_free(folder)
-    guests = [build(group.program, display.note) for group in experiment.groups]
+    guests = [build_group(group, display.note) for group in experiment.groups]
+    commands = experiment.keys.command
+    if commands is not None and not any(command.send == "run" for command in commands):
+        display.note('no [[command]] has send = "run": setup() and loop() are never called')
     manifest = _manifest(experiment, guests, command_line)
     with tempfile.NamedTemporaryFile(prefix="kilotwin-") as black_box:
         black_box.write(_BLACK_BOX.pack(_NOBODY, 0).ljust(_PAGE_BYTES, b"\0"))
@@ -150,6 +154,7 @@ class _Child:
         cause = f"ended with code {returncode}"
         if returncode < 0:
             cause = f"was ended by {signal.Signals(-returncode).name}"
+        assert self._job.black_box is not None
         robot, tick = _BLACK_BOX.unpack_from(Path(self._job.black_box).read_bytes())
         ran = ""
         if robot != _NOBODY:
