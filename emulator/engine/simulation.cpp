@@ -103,7 +103,8 @@ void Simulation::create_robots() {
         const auto program = group.on_board ? nullptr : Program::load(group.program, group.name);
         const size_t stride = program ? (program->state_bytes() + 63) / 64 * 64 : 0;
         images_.emplace_back(new uint8_t[stride * group.count]);
-        if (const auto handlers = program->own_handlers(); !handlers.empty())
+        const auto handlers = program ? program->own_handlers() : std::string();
+        if (!handlers.empty())
             events_.push_back({0, index, 0, program->name(), EventKind::NOTE,
                                "its own interrupt handlers are never called here: " + handlers});
         for (size_t i = 0; i < group.count; i++, index++) {
