@@ -139,7 +139,7 @@ class Robots(Section):
     hex: Text | None = None
     """Instead of `program`: a `.hex` or `.elf` for the ATmega328P, run as it would be flashed."""
     cpu: Literal["native", "avr"] | None = None
-    """What runs `program`: this computer, or in each robot an ATmega328P; needs `kilobot` medium."""
+    """What runs `program`: this computer, or each robot's ATmega328P (`kilobot` medium only)."""
     include: list[Text] = []
     """Folders to look for headers in, besides the program's own."""
     define: list[Text] = []

@@ -8,6 +8,15 @@ from kilotwin.experiment import Experiment
 
 
 @dataclass(frozen=True)
+class Probes:
+    """Looks into robots on an ATmega328P."""
+
+    gdb: int | None = None  # the robot that gdb controls
+    gdb_port: int = 1234
+    vcd: tuple[int, ...] = ()  # robots whose pins are traced
+
+
+@dataclass(frozen=True)
 class Job:
     """One run; `guests` are the files of the built programs, one per group of the experiment."""
 
@@ -16,3 +25,4 @@ class Job:
     folder: Path
     manifest: dict[str, Any]
     black_box: str | None
+    probes: Probes = Probes()

@@ -21,7 +21,7 @@ from kilotwin.errors import InputError, KilotwinError, RunError
 from kilotwin.experiment import Experiment
 from kilotwin.group_build import build_group
 from kilotwin.guest_build import Guest
-from kilotwin.job import Job
+from kilotwin.job import Job, Probes
 from kilotwin.run_folder import FAILED, RUNNING, check_free, close_manifest, default_folder, utc_now
 
 # Into the black box the engine writes, before it runs a robot, the robot's id and its tick.
@@ -55,7 +55,11 @@ class Outcome:
 
 
 def run(
-    experiment: Experiment, folder: Path | None, command_line: list[str], display: Display
+    experiment: Experiment,
+    folder: Path | None,
+    command_line: list[str],
+    display: Display,
+    probes: Probes | None = None,
 ) -> Outcome:
     """Builds the programs, runs the experiment, leaves the run folder. Input errors leave none."""
     if importlib.util.find_spec("kilotwin._emulator") is None:
@@ -71,7 +75,9 @@ def run(
         black_box.write(_BLACK_BOX.pack(_NOBODY, 0).ljust(_PAGE_BYTES, b"\0"))
         black_box.flush()
         files = [str(guest.file) for guest in guests]
-        job = Job(experiment, files, folder.absolute(), manifest, black_box.name)
+        job = Job(
+            experiment, files, folder.absolute(), manifest, black_box.name, probes or Probes()
+        )
         try:
             return _Child(job, display).wait()
         finally:
