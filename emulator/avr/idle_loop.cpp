@@ -108,8 +108,11 @@ bool IdleLoop::find(uint64_t limit) {
     return false;
 }
 
-/// One instruction; false if the chip then no longer just runs on.
+/// One instruction; false if the chip then no longer just runs on. To sleep, and to leave the flash, is
+/// for whoever runs the chip.
 bool IdleLoop::step() {
+    constexpr uint16_t SLEEP = 0x9588;
+    if (avr_->pc > avr_->flashend || word_at(avr_, avr_->pc) == SLEEP) return false;
     avr_->run_cycle_count = 1;
     return avr_run(avr_) == cpu_Running && avr_has_pending_interrupts(avr_) == 0;
 }

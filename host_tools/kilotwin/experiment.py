@@ -3,6 +3,7 @@
 `Experiment.load` is the way in for a file, `Experiment.of` for tables from elsewhere.
 """
 
+import functools
 import hashlib
 import itertools
 import json
@@ -117,7 +118,8 @@ def _groups(keys: ExperimentSchema, origin: ExperimentText) -> Iterable[Group]:
     for index, robots in enumerate(keys.robots or []):
         table = ("robots", index)
         if robots.hex is not None:
-            program = _found(lambda: find_image(robots.hex or "", origin.folder), table, origin)
+            find = functools.partial(find_image, robots.hex, origin.folder)
+            program = _found(find, table, origin)
         else:
             assert robots.program is not None
             program = _program(robots.program, table, origin, robots.include, robots.define)
@@ -132,7 +134,8 @@ def _program(
     includes: Sequence[str] = (),
     defines: Sequence[str] = (),
 ) -> Program:
-    return _found(lambda: find_program(written, origin.folder, includes, defines), table, origin)
+    find = functools.partial(find_program, written, origin.folder, includes, defines)
+    return _found(find, table, origin)
 
 
 def _found(find: Callable[[], Program], table: KeyPath, origin: ExperimentText) -> Program:
