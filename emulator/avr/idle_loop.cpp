@@ -69,18 +69,20 @@ uint64_t IdleLoop::next_event() const {
 }
 
 bool IdleLoop::pass(uint64_t until) {
-    if (avr_->state != cpu_Running || avr_has_pending_interrupts(avr_) != 0 || avr_->gdb != nullptr)
+    if (avr_->state != cpu_Running || avr_->interrupt_state != 0 ||
+        avr_has_pending_interrupts(avr_) != 0 || avr_->gdb != nullptr)
         return false;
-    const uint64_t limit = std::min(until, next_event());
+    uint64_t limit = std::min(until, next_event());
     if (period_ == 0) {
         if (avr_->cycle < not_before_ || avr_->cycle + WORTHWHILE > limit) return false;
-        if (!find(limit)) {
+        if (!find(until)) {
             patience_ = std::clamp(2 * patience_, LEAST_PATIENCE, MOST_PATIENCE);
             not_before_ = avr_->cycle + patience_;
             return false;
         }
         patience_ = 0;
-        if (period_ == 0) return false;  // a delay was counted down
+        if (period_ == 0) return false;         // a delay was counted down
+        limit = std::min(until, next_event());  // the search may have started a timer
     }
     // Not quite up to an event: simavr looks for events behind an instruction, not before one.
     const uint64_t last = limit == next_event() ? limit - 1 : limit;
@@ -90,14 +92,17 @@ bool IdleLoop::pass(uint64_t until) {
 
 /// Executes instructions until the chip is in a state that it was in before, or in a delay's loop, which is then
 /// counted down. False if neither comes soon.
-bool IdleLoop::find(uint64_t limit) {
+bool IdleLoop::find(uint64_t until) {
     for (int stretch = FIRST_STRETCH; stretch <= LONGEST_STRETCH; stretch *= 2) {
+        // simavr waits for an instruction after interrupts were enabled.
+        while (avr_->interrupt_state < 0)
+            if (!step() || avr_->cycle >= until) return false;
         keep_state();
         const uint64_t from = avr_->cycle;
         active_ = false;
         for (int i = 0; i < stretch; i++) {
-            if (count_down(limit)) return true;
-            if (!step() || avr_->cycle >= limit) return false;
+            if (count_down(std::min(until, next_event()))) return true;
+            if (!step() || avr_->cycle >= until) return false;
             if (active_) break;
             if (avr_->pc == pc_ && same_state()) {
                 period_ = avr_->cycle - from;
