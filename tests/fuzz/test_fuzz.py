@@ -20,14 +20,14 @@ LONG_S = 240
 def compile_module(target: Path) -> None:
     sources = [PROTOCOL / name for name in ("address.c", "kilogrid_can.c", "transfer.c")]
     options = ["-std=gnu99", "-fpack-struct", "-fshort-enums", "-funsigned-char", f"-I{PROTOCOL}"]
-    command = ["clang", *SANITIZERS, *options, HERE / "fuzz_module.c", *sources, "-o", target]
-    subprocess.run(command, check=True)
+    command = ["clang", *SANITIZERS, *options, "-o", str(target)]
+    subprocess.run([*command, *map(str, [HERE / "fuzz_module.c", *sources])], check=True)
 
 
 def compile_socketcand(target: Path) -> None:
     sources = [HERE / "fuzz_socketcand.cpp", EMULATOR / "grid" / "socketcand.cpp"]
-    command = ["clang++", *SANITIZERS, "-std=c++20", f"-I{EMULATOR}", *sources, "-o", target]
-    subprocess.run(command, check=True)
+    command = ["clang++", *SANITIZERS, "-std=c++20", f"-I{EMULATOR}", "-o", str(target)]
+    subprocess.run([*command, *map(str, sources)], check=True)
 
 
 def module_seeds() -> list[bytes]:

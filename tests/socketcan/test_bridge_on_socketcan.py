@@ -54,6 +54,18 @@ def until(done: Callable[[], Any]) -> Any:
     raise AssertionError("it did not happen")
 
 
+def taken_from(bridge: Bridge, count: int) -> list[tuple[int, int, bytes]]:
+    """What comes in, until it is so many frames or more."""
+    taken: list[tuple[int, int, bytes]] = []
+
+    def enough() -> bool:
+        taken.extend(bridge.take())
+        return len(taken) >= count
+
+    until(enough)
+    return taken
+
+
 class Candump:
     """candump's log of a bus, from now on."""
 
@@ -112,8 +124,7 @@ def test_what_cansend_sends_is_taken(bridge: Bridge) -> None:
     run = protocol.to_module("MODULE_RUN")
     subprocess.run(["cansend", "vcan2", f"000#{run.hex()}"], check=True)
     subprocess.run(["cansend", "vcan2", "044#15"], check=True)
-    taken: list[Any] = []
-    until(lambda: taken.extend(bridge.take()) or len(taken) == 2)
+    taken = taken_from(bridge, 2)
     assert taken == [(2, 0x000, run), (2, 0x044, b"\x15")]
 
 
@@ -122,8 +133,7 @@ def test_a_burst_from_python_can_is_taken_without_a_loss(bridge: Bridge) -> None
         for number in range(5000):
             data = number.to_bytes(8, "little")
             bus.send(can.Message(arbitration_id=0x42, data=data, is_extended_id=False))
-    taken: list[Any] = []
-    until(lambda: taken.extend(bridge.take()) or len(taken) == 5000)
+    taken = taken_from(bridge, 5000)
     assert [int.from_bytes(data, "little") for _, _, data in taken] == list(range(5000))
     assert bridge.counts()["lost_incoming"] == 0
 
@@ -152,8 +162,7 @@ def test_a_frame_from_the_interface_is_not_written_there_again(bridge: Bridge) -
                 bus.send(
                     can.Message(arbitration_id=int(row["id"]), data=data, is_extended_id=False)
                 )
-        taken: list[Any] = []
-        until(lambda: taken.extend(bridge.take()) or len(taken) >= 2)
+        taken_from(bridge, 2)
         # Two came from there, two from a host inside the simulation.
         bridge.publish(rows)
         assert witness.frames(4) == [text_of(row) for row in rows]
