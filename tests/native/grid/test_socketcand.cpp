@@ -62,5 +62,8 @@ TEST_CASE("frames are written with microseconds and two digits a byte") {
     std::string text;
     append_socketcand_frame(text, {0x043, 3, false, {0x01, 0xAB, 0x00}}, 1763777777.000001);
     append_socketcand_frame(text, {0x7FF, 0}, 0.9999996);
-    CHECK(text == "< frame 043 1763777777.000001 01AB00 >< frame 7FF 1.000000  >");
+    append_socketcand_frame(text, {0x7FF, 0}, -2.25);
+    append_socketcand_frame(text, {0x7FF, 0}, -1e-9);
+    CHECK(text == "< frame 043 1763777777.000001 01AB00 >< frame 7FF 1.000000  >"
+                  "< frame 7FF -2.250000  >< frame 7FF 0.000000  >");
 }
