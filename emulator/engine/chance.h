@@ -30,7 +30,8 @@ enum class Purpose : uint32_t {
     LEFT_NOISE = 14,
     RIGHT_NOISE = 15,
     LIGHT = 16,
-    CAN_ERROR = 32,
+    CONVERTER_NOISE = 32,
+    CAN_ERROR = 64,
 };
 
 class Chance {

@@ -122,7 +122,7 @@ def find_compiler() -> str:
 
 def compiler_version(compiler: str) -> str:
     """The first line of its --version."""
-    return _run([compiler, "--version"], "the compiler does not start").splitlines()[0]
+    return run_tool([compiler, "--version"], "the compiler does not start").splitlines()[0]
 
 
 class _Builder:
@@ -216,16 +216,16 @@ class _Builder:
     def _read_by(self, sources: Sequence[Path], flags: list[str]) -> list[Path]:
         """The sources and every header of ours or the program's that they include."""
         rules = self._tool([self._compiler, *flags, "-MM", *sources])
-        return list(dict.fromkeys(Path(name) for name in _prerequisites(rules)))
+        return list(dict.fromkeys(Path(name) for name in prerequisites(rules)))
 
     def _tool(self, command: Sequence[str | Path]) -> str:
-        return _run(
+        return run_tool(
             [str(word) for word in command],
             f"{self._program.written}: does not compile; mend what the compiler says",
         )
 
 
-def _prerequisites(make_rules: str) -> list[str]:
+def prerequisites(make_rules: str) -> list[str]:
     """The names after each colon of make rules as `cc -M` writes them; spaces are escaped."""
     names: list[str] = []
     for rule in make_rules.replace("\\\n", " ").splitlines():
@@ -234,7 +234,8 @@ def _prerequisites(make_rules: str) -> list[str]:
     return names
 
 
-def _run(command: list[str], failure: str) -> str:
+def run_tool(command: list[str], failure: str) -> str:
+    """What a tool prints; its complaints become an InputError that begins with `failure`."""
     done = subprocess.run(command, capture_output=True, text=True, check=False, errors="replace")
     if done.returncode != 0:
         raise InputError(failure, detail=done.stderr.rstrip())
