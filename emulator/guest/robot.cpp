@@ -138,6 +138,29 @@ struct Robot::HostCalls {
         for (;;) robot.wait_until(NEVER);
     }
 
+    // The fault came from the program, or from libc on its behalf, so that the engine may work as
+    // usual here.
+    static bool mistake(GuestStack::Mistake mistake, const void *address) {
+        auto &robot = *current;
+        if (mistake == GuestStack::Mistake::DIVISION_BY_ZERO) {
+            robot.note(Note::DIVISION,
+                       "it divides by zero; as on the robot, it goes on with a wrong number");
+        } else if (LostMemory::is_the_robots(address)) {
+            char text[128];
+            std::snprintf(text, sizeof text,
+                          "it uses a pointer that is NULL or wild, at address 0x%03x; there it "
+                          "reads zeros, and what it writes is lost",
+                          static_cast<unsigned>(reinterpret_cast<uintptr_t>(address)));
+            robot.note(Note::POINTER, text);
+        } else if (robot.program_->is_beside_state(address)) {
+            robot.note(Note::BEYOND, "it goes beyond its own variables; there it reads zeros, and "
+                                     "what it writes is lost");
+        } else {
+            return false;
+        }
+        return true;
+    }
+
     static void unusable(const char *what) {
         current->stop(EventKind::CRASH, what);
         GuestStack::instance().abandon();
@@ -167,7 +190,9 @@ Robot::Robot(RobotContext &context, std::shared_ptr<Program> program, uint32_t i
     *program_->table().host = &HOST;
 }
 
-void Robot::serve_this_thread() { GuestStack::instance().serve_this_thread(HostCalls::empty_loop); }
+void Robot::serve_this_thread() {
+    GuestStack::instance().serve_this_thread(HostCalls::empty_loop, HostCalls::mistake);
+}
 
 Robot::~Robot() {
     if (program_) program_->evict(image_);
@@ -277,6 +302,7 @@ int16_t Robot::voltage(Cycles at) const {
 // What the robot shows while its program does not decide: hardware.md 1.3.
 uint8_t Robot::color(Cycles at) const {
     constexpr uint8_t GREEN = 3 << 2, BLUE = 3 << 4, YELLOW = 3 | 3 << 2, RED = 3, DIM_RED = 1;
+    if (life_ != Life::ALIVE) return color_;  // before kilo_start() and after its end
     Cycles in_state = at > state_since_ ? at - state_since_ : 0;
     switch (state_) {
     case State::IDLE: return in_state % IDLE_BLINK_PERIOD < IDLE_BLINK_ON ? GREEN : 0;
@@ -677,6 +703,12 @@ void Robot::stop(EventKind kind, std::string text) {
     suspended_.clear();
     inbox_.clear();
     inbox_next_ = 0;
+}
+
+void Robot::note(Note what, const char *text) {
+    if (noted_ & static_cast<uint8_t>(what)) return;
+    noted_ |= static_cast<uint8_t>(what);
+    report(EventKind::NOTE, text);
 }
 
 void Robot::report(EventKind kind, std::string text) {

@@ -182,6 +182,8 @@ class Robot {
     void set_eeprom(uint16_t address, uint8_t value);
     void stop(EventKind kind, std::string text);
     void report(EventKind kind, std::string text);
+    enum class Note : uint8_t { DIVISION = 1, POINTER = 2, BEYOND = 4 };
+    void note(Note what, const char *text);  ///< once each
 
     RobotContext &context_;
     std::shared_ptr<Program> program_;
@@ -231,6 +233,7 @@ class Robot {
     bool loop_due_ = false;
     bool set_up_ = false;
     bool warned_ = false;
+    uint8_t noted_ = 0;  ///< Note bits
 };
 
 }  // namespace kilotwin

@@ -35,10 +35,21 @@ _FLAGS = [
     "-fshort-enums",
     "-fvisibility=hidden",
     "-ffp-contract=off",
+    "-fno-delete-null-pointer-checks",  # address 0 is as good as another on an AVR
 ]
 _GCC_FLAGS = ["-funsigned-bitfields"]  # clang has no such option
 # clang leaves out counters that follow from others, and with them those of some endless loops.
 _CLANG_PROGRAM_FLAGS = ["-fsanitize-coverage=no-prune"]
+# What avr-gcc defines for the robot's processor, and kilolib's Makefile for its clock.
+_ROBOT_MACROS = [
+    "-DF_CPU=8000000UL",
+    "-DAVR=1",
+    "-D__AVR=1",
+    "-D__AVR__=1",
+    "-D__AVR_ARCH__=5",
+    "-D__AVR_ATmega328P__=1",
+    "-D__AVR_MEGA__=1",
+]
 # avr-gcc 5 takes a variable that several files define without a value for one variable, and only
 # warns of what later compilers refuse. trace-pc counts the program's basic blocks, so that the
 # engine notices a busy-wait.
@@ -146,6 +157,7 @@ class _Builder:
             *flags,
             *(f"-I{folder}" for folder in folders),
             *_PROGRAM_FLAGS,
+            *_ROBOT_MACROS,
             *(_CLANG_PROGRAM_FLAGS if "clang" in version else []),
             *defines,
             *extra,

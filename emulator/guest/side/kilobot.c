@@ -53,6 +53,10 @@ extern int kt_guest_main();
 // Only programs that use such registers link it (avr.c).
 extern __attribute__((weak, visibility("hidden"))) void kt_settle(void);
 
+// avr/interrupt.h.
+extern __attribute__((weak, visibility("hidden"))) const char __start_kt_handlers[];
+extern __attribute__((weak, visibility("hidden"))) const char __stop_kt_handlers[];
+
 const kt_table_t kt_table = {
     .abi = KT_GUEST_ABI,
     .guard_low = (uint8_t *)kt_guard_low,
@@ -74,6 +78,8 @@ const kt_table_t kt_table = {
     .rx_distance = &rx_distance,
     .outputs = &kt_outputs,
     .settle = kt_settle,
+    .handlers_begin = __start_kt_handlers,
+    .handlers_end = __stop_kt_handlers,
     .random = rand,
     .budget = &kt_budget,
     .host = &kt_host,
