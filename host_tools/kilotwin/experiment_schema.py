@@ -114,7 +114,7 @@ class Swarm(Section):
     profile: ProfileName
     """The kind of robot: body, motors, medium, and the defaults of many keys."""
     program: Annotated[
-        Annotated[list[Text], Field(min_length=1)] | None, BeforeValidator(_one_or_more)
+        Annotated[list[Text], Field(min_length=1)] | None, BeforeValidator(one_or_more)
     ] = None
     """A `.c` file, a folder whose `.c` files are one program, or a list of `.c` files."""
     size: Count | None = None
