@@ -189,14 +189,16 @@ class _Builder:
         if "clang" not in version:
             flags += _GCC_FLAGS
         defines = [f"-D{define}" for define in program.defines]
+        counted = [*_PROGRAM_FLAGS, *(_CLANG_PROGRAM_FLAGS if "clang" in version else [])]
         self._program_flags = [
             *flags,
             *([*own, *headers] if api.own_headers_first else [*headers, *own]),
-            *_PROGRAM_FLAGS,
-            *(_CLANG_PROGRAM_FLAGS if "clang" in version else []),
+            *counted,
             *defines,
             *extra,
         ]
+        # Ours, by our own headers, whatever the program brings.
+        self._helper_flags = [*flags, *headers, *counted, *extra]
         # gcc would make our calloc() call itself.
         self._side_flags = [
             *flags,
@@ -209,10 +211,16 @@ class _Builder:
 
     def key(self, version: str) -> str:
         """The hash of compiler, flags, and every file that is read."""
-        flags = [*self._program_flags, *self._side_flags, *_SHARED_FLAGS]
+        flags = [
+            *self._program_flags,
+            *self._helper_flags,
+            *self._side_flags,
+            *_SHARED_FLAGS,
+        ]
         digest = hashlib.sha256("\0".join([version, *flags]).encode())
         files = [
-            *self._read_by([*self._program.sources, *self._helpers], self._program_flags),
+            *self._read_by(self._program.sources, self._program_flags),
+            *(self._read_by(self._helpers, self._helper_flags) if self._helpers else []),
             *self._read_by(self._side, self._side_flags),
             self._guest / "merge.ld",
             self._guest / "guest.map",
@@ -239,7 +247,7 @@ class _Builder:
             work = Path(scratch)
             flags = [*self._program_flags, *more_flags]
             objects = self._compile(self._program.sources, flags, work / "program")
-            helpers = self._compile(self._helpers, flags, work / "helpers")
+            helpers = self._compile(self._helpers, self._helper_flags, work / "helpers")
             side = self._compile(self._side, self._side_flags, work / "side")
             library, merged = work / "libside.a", work / "merged.o"
             # From an archive only what is missing comes along: malloc's heap is state that few
