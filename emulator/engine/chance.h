@@ -30,6 +30,7 @@ enum class Purpose : uint32_t {
     LEFT_NOISE = 14,
     RIGHT_NOISE = 15,
     LIGHT = 16,
+    CONVERTER_NOISE = 32,
     MODULE_RAND_HARD = 40,
 };
 

@@ -14,6 +14,7 @@ from typing import Any
 import tomlkit
 from pydantic import ValidationError
 
+from kilotwin.apis import Api
 from kilotwin.errors import InputError
 from kilotwin.experiment_checks import first_problem, first_problem_of_command, swarm_size
 from kilotwin.experiment_errors import input_error
@@ -114,7 +115,9 @@ def _groups(keys: ExperimentSchema, origin: ExperimentText) -> Iterable[Group]:
         yield Group(program, keys.swarm.size, None)
     for index, robots in enumerate(keys.robots or []):
         table = ("robots", index)
-        program = _program(robots.program, table, origin, robots.include, robots.define)
+        program = _program(
+            robots.program, table, origin, robots.include, robots.define, robots.flavour
+        )
         yield Group(program, robots.count, robots.poses)
 
 
@@ -124,8 +127,9 @@ def _program(
     origin: ExperimentText,
     includes: Sequence[str] = (),
     defines: Sequence[str] = (),
+    api: Api | None = None,
 ) -> Program:
     try:
-        return find_program(written, origin.folder, includes, defines)
+        return find_program(written, origin.folder, includes, defines, api)
     except ProgramError as error:
         raise InputError(f"{origin.where((*table, error.key))}: {error}") from None
