@@ -24,7 +24,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from kilotwin import resources
-from kilotwin.apis import APIS
+from kilotwin.apis import APIS, wanted_helpers
 from kilotwin.errors import InputError, RunError
 from kilotwin.programs import Program
 
@@ -220,7 +220,9 @@ class _Builder:
             work = Path(scratch)
             flags = [*self._program_flags, *more_flags]
             objects = self._compile(self._program.sources, flags, work / "program")
-            helpers = self._compile(self._helpers, self._helper_flags, work / "helpers")
+            helpers = wanted_helpers(
+                "nm", objects, self._compile(self._helpers, self._helper_flags, work / "helpers")
+            )
             side = self._compile(self._side, self._side_flags, work / "side")
             library, merged = work / "libside.a", work / "merged.o"
             # From an archive only what is missing comes along: malloc's heap is state that few
