@@ -138,6 +138,9 @@ class Robots(Section):
     """Folders to look for headers in, besides the program's own."""
     define: list[Text] = []
     """Macros for the compiler: "NAME" or "NAME=value"."""
+    flavour: Literal["kilobot", "kilogrid"] | None = None
+    """What it is written for: kilolib, or the Kilogrid's flavour of it with its helpers; as its
+    `.c` files look (`IR_message_t`, `kilogrid.h`, `kilob_*.h`) if left out."""
     count: Count
     """How many robots run it."""
     poses: list[Pose] | None = None
