@@ -14,11 +14,14 @@ uint8_t kilo_turn_right;
 uint8_t kilo_straight_left;
 uint8_t kilo_straight_right;
 
-static uint8_t read(uint16_t address) { return eeprom_read_byte((const uint8_t *)address); }
+// Addresses in the EEPROM are numbers; avr-libc wants pointers.
+static uint8_t read(uint16_t address) {
+    return eeprom_read_byte((const uint8_t *)address);  // NOLINT(performance-no-int-to-ptr)
+}
 
 // Only what differs is written: a cell wears out after 100,000 times.
 static void update(uint16_t address, uint8_t value) {
-    eeprom_update_byte((uint8_t *)address, value);
+    eeprom_update_byte((uint8_t *)address, value);  // NOLINT(performance-no-int-to-ptr)
 }
 
 void calibration_load(void) {

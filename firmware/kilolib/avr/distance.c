@@ -10,10 +10,10 @@
 static gain_tables_t tables;
 
 static void read_table(uint16_t *table, uint16_t address) {
+    const uint16_t *entry = (const uint16_t *)address;  // NOLINT(performance-no-int-to-ptr)
     for (uint8_t i = 0; i < GAIN_ENTRIES; i++) {
-        const uint16_t gain = __builtin_bswap16(eeprom_read_word((const uint16_t *)address));
+        const uint16_t gain = __builtin_bswap16(eeprom_read_word(entry + i));
         table[i] = gain > GAIN_MOST ? GAIN_MOST : gain;
-        address += sizeof gain;
     }
 }
 

@@ -23,6 +23,6 @@ typedef struct {
 } motion_t;
 
 /// Enters MOVING, or changes the motion in it. Interrupts have to be off.
-void start_moving(motion_t motion);
+void start_moving(motion_t next);
 
 #endif
