@@ -122,7 +122,8 @@ def config_messages(keys: ExperimentSchema) -> list[tuple[int, int, bytes]]:
 
 
 def config_values(controller: Controller, reading: Reading) -> dict[str, int]:
-    """The value of every key of wire.h but INFORMED_SITE, in the firmware's units."""
+    """The value of every key of wire.h, in the firmware's units, but of two: INFORMED_SITE, which
+    not all robots share, and TRACKING_TICKS, which only a grid needs."""
     return {
         "RULE": _choice(controller, "rule"),
         "ALPHA": q16(controller.alpha),
