@@ -1,0 +1,71 @@
+#include "bus.h"
+
+#include <avr/interrupt.h>
+#include <util/delay.h>
+
+#include "address.h"
+#include "board.h"
+
+#define TRIES 100
+#define TRY_US 100
+
+static uint8_t own_x, own_y;
+
+bool bus_init(uint8_t x, uint8_t y) {
+    uint16_t ids[CAN_FILTERS] = {0};
+    _Static_assert(CAN_FILTERS == KILOGRID_FILTERS, "the controller has as many as an address");
+    own_x = x;
+    own_y = y;
+    (void)kilogrid_filters(x, y, ids);
+    EICRA = 0;  // as long as the pin is low
+    return can_controller_init(ids, KILOGRID_MODULE_MASK);
+}
+
+void bus_listen(void) { EIMSK = BIT(INT0); }
+
+// Infrared pulses go on meanwhile: its interrupt has to be let in.
+ISR(INT0_vect) {
+    can_frame_t frame;
+    EIMSK = 0;
+    sei();
+    while (can_controller_receive(&frame)) bus_received(&frame);
+    cli();
+    EIMSK = BIT(INT0);
+}
+
+// The interrupt and the main loop talk to the controller in turn.
+static bool try_to_send(const can_frame_t *frame) {
+    const uint8_t listening = EIMSK;
+    EIMSK = 0;
+    const bool taken = can_controller_send(frame);
+    EIMSK = listening;
+    return taken;
+}
+
+bool bus_send(can_frame_t *frame, uint8_t x, uint8_t y, uint8_t type) {
+    frame->id = kilogrid_id((kilogrid_address_t){x, y, type});
+    if (frame->id == KILOGRID_NO_ID) return false;
+    for (uint8_t tries = 0; tries < TRIES; tries++) {
+        if (try_to_send(frame)) return true;
+        _delay_us(TRY_US);
+    }
+    return false;
+}
+
+bool bus_send_to_host(can_frame_t *frame) { return bus_send(frame, own_x, own_y, ADDR_DISPATCHER); }
+
+void bus_address_of(uint16_t id, uint8_t address[3]) {
+    kilogrid_address_t found = {0, 0, ADDR_BROADCAST};
+    (void)kilogrid_address(id, &found);
+    address[0] = found.x;
+    address[1] = found.y;
+    address[2] = found.type;
+}
+
+can_health_t bus_health(void) {
+    const uint8_t listening = EIMSK;
+    EIMSK = 0;
+    const can_health_t health = can_controller_health();
+    EIMSK = listening;
+    return health;
+}
