@@ -87,7 +87,7 @@ void answer_host(void) {
     for (uint8_t part = 0; orders.health >> part != 0; part++) {
         if ((orders.health >> part & 1) == 0) continue;
         cli();
-        orders.health &= (uint8_t)~(1 << part);
+        orders.health &= (uint8_t) ~(1 << part);
         sei();
         answer_health(part);
     }

@@ -6,6 +6,10 @@
 #include "address.h"
 #include "board.h"
 
+#if CAN_FILTERS != KILOGRID_FILTERS
+#error "the controller can be told as many identifiers as a module listens to"
+#endif
+
 #define TRIES 100
 #define TRY_US 100
 
@@ -13,7 +17,6 @@ static uint8_t own_x, own_y;
 
 bool bus_init(uint8_t x, uint8_t y) {
     uint16_t ids[CAN_FILTERS] = {0};
-    _Static_assert(CAN_FILTERS == KILOGRID_FILTERS, "the controller has as many as an address");
     own_x = x;
     own_y = y;
     (void)kilogrid_filters(x, y, ids);

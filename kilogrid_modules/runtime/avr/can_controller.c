@@ -116,7 +116,8 @@ static void write_filters(const uint16_t ids[CAN_FILTERS], uint16_t mask) {
 }
 
 bool can_controller_init(const uint16_t ids[CAN_FILTERS], uint16_t mask) {
-    static const uint8_t bit_timing[] = {CNF3_VALUE, CNF2_VALUE, CNF1_VALUE, INTERRUPT_ON_RECEPTION};
+    static const uint8_t bit_timing[] = {CNF3_VALUE, CNF2_VALUE, CNF1_VALUE,
+                                         INTERRUPT_ON_RECEPTION};
     spi_init();
     issue(RESET);
     if (!reaches(MODE_CONFIGURATION)) return false;

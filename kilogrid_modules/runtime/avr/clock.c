@@ -73,6 +73,6 @@ ISR(TIMER0_COMPA_vect) {
 }
 
 ISR(TIMER0_COMPB_vect) {
-    OCR0B += RECEIVER_PERIOD;
+    OCR0B = (uint8_t)(OCR0B + RECEIVER_PERIOD);
     infrared_listen_to_next_cell();
 }

@@ -50,7 +50,9 @@ static void __attribute__((noreturn)) enter_boot_loader(void) {
 }
 
 static void hand_over(const can_frame_t *frame) {
-    CAN_message_t message = {.id = frame->id, .header = {.rtr = 0, .length = frame->length & 0x0F}};
+    const uint8_t header = (uint8_t)(frame->length << 1);  // rtr 0
+    CAN_message_t message = {.id = frame->id};
+    memcpy(&message.header, &header, sizeof message.header);
     memcpy(message.data, frame->data, sizeof message.data);
     (*module_CAN_message_rx)(&message);
 }
@@ -100,7 +102,8 @@ static void ask_for_health(const can_frame_t *frame) {
     if (frame->length < 2 || frame->data[1] >= HEALTH_PARTS) {
         count_refused(1);
     } else {
-        orders.health |= BIT(frame->data[1]);
+        const uint8_t part = frame->data[1] == 0 ? 1 : 2;
+        orders.health |= part;
     }
 }
 

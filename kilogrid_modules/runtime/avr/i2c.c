@@ -26,7 +26,8 @@ static bool send(uint8_t byte, uint8_t expected) {
 }
 
 bool i2c_write(uint8_t device, uint8_t first, const uint8_t *bytes, uint8_t count) {
-    bool answers = step(BIT(TWSTA), STARTED) && send((uint8_t)(device << 1), ADDRESS_ACKNOWLEDGED) &&
+    bool answers = step(BIT(TWSTA), STARTED) &&
+                   send((uint8_t)(device << 1), ADDRESS_ACKNOWLEDGED) &&
                    send(first, DATA_ACKNOWLEDGED);
     for (uint8_t i = 0; answers && i < count; i++) answers = send(bytes[i], DATA_ACKNOWLEDGED);
     TWCR = BIT(TWINT) | BIT(TWEN) | BIT(TWSTO);

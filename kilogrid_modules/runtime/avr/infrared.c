@@ -167,9 +167,10 @@ void set_IR_message(IR_message_t *message, cell_num_t cell) {
     }
     IR_message_t copy = *message;
     copy.crc = message_crc(&copy);
+    const uint8_t bit = BIT(cell);
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
         messages[cell] = copy;
-        repeating |= BIT(cell);
+        repeating |= bit;
     }
 }
 

@@ -28,13 +28,13 @@ extern transfer_t transfer;
 
 /// What the bus wants of the main loop.
 typedef struct {
-    volatile bool set_up;   ///< setup() has run since the last configuration
-    volatile bool started;  ///< RUN has been sent to the robots
-    volatile bool page;     ///< transfer.kilo holds a page for the robots
-    volatile bool poll;     ///< the host wants the tracking records
-    volatile uint8_t health;         ///< and these parts of the health: a bit each
-    volatile uint8_t page_cell;      ///< the cell by which pages go out
-    volatile uint8_t pages_received; ///< in this round
+    volatile bool set_up;             ///< setup() has run since the last configuration
+    volatile bool started;            ///< RUN has been sent to the robots
+    volatile bool page;               ///< transfer.kilo holds a page for the robots
+    volatile bool poll;               ///< the host wants the tracking records
+    volatile uint8_t health;          ///< and these parts of the health: a bit each
+    volatile uint8_t page_cell;       ///< the cell by which pages go out
+    volatile uint8_t pages_received;  ///< in this round
 } orders_t;
 
 extern orders_t orders;
