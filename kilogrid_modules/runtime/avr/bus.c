@@ -20,13 +20,14 @@ bool bus_init(uint8_t x, uint8_t y) {
     own_x = x;
     own_y = y;
     (void)kilogrid_filters(x, y, ids);
-    EICRA = 0;  // as long as the pin is low
+    EICRA = BIT(ISC01);  // falls when a frame has come
     return can_controller_init(ids, KILOGRID_MODULE_MASK);
 }
 
 void bus_listen(void) { EIMSK = BIT(INT0); }
 
-// Infrared pulses go on meanwhile: its interrupt has to be let in.
+// Infrared pulses go on meanwhile: their interrupt has to be let in. The pin rises only when the
+// controller has no frame left, so none is forgotten.
 ISR(INT0_vect) {
     can_frame_t frame;
     EIMSK = 0;
