@@ -4,20 +4,13 @@
 #include <cstring>
 
 #include "guest/fault.h"
+#include "guest/timer.h"
 
 namespace kilotwin {
 
 namespace {
 
-// What an empty endless loop waits before it is told of.
-constexpr Cycles WARN_AFTER = 10 * CYCLES_PER_SECOND;
-
 constexpr uint16_t TX_PERIOD_AT_RESET = 3906;  // units of 128 us: every 16th tick
-constexpr uint16_t TICK_COMPARE =
-    255;  // timer 0's compare value, and what a tick adds to the tx clock
-constexpr Cycles COUNT_CYCLES = 1024;  // a count of timer 0
-constexpr Cycles SENSE_CYCLES =
-    2418;  // an attempt that finds the channel busy: 2 slots and 235 polls
 constexpr Cycles IDLE_BLINK_ON = CYCLES_PER_SECOND / 1000, IDLE_BLINK_PERIOD = 1'609'600;
 constexpr Cycles CHARGE_BLINK_PERIOD = CYCLES_PER_SECOND / 5;
 constexpr Cycles SLEEP_PERIOD = 8 * CYCLES_PER_SECOND;    // the watchdog's
@@ -26,7 +19,6 @@ constexpr Cycles SLEEP_LISTEN = CYCLES_PER_SECOND / 100;  // for the start of a 
 constexpr uint8_t MOTOR_KICK = 255;
 constexpr uint32_t MOTOR_KICK_CYCLES = 15 * CYCLES_PER_SECOND / 1000;
 constexpr uint8_t FIRST_SYSTEM_MESSAGE = 0x80;
-constexpr uint32_t RAND_HARD_CYCLES = CYCLES_PER_SECOND / 2000;
 
 Robot *current = nullptr;
 
@@ -116,7 +108,7 @@ struct Robot::HostCalls {
     // Only interrupts go on: what `for (;;);` means.
     static void empty_loop() {
         auto &robot = *current;
-        robot.wait_until(robot.now_ + WARN_AFTER);
+        robot.wait_until(robot.now_ + BusyWatch::WARN_AFTER);
         robot.report(EventKind::BUSY_WAIT, "it stays in an empty endless loop");
         for (;;) robot.wait_until(NEVER);
     }

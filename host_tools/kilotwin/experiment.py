@@ -6,7 +6,7 @@
 import hashlib
 import itertools
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ from pydantic import ValidationError
 from kilotwin.errors import InputError
 from kilotwin.experiment_checks import first_problem, first_problem_of_command, swarm_size
 from kilotwin.experiment_errors import input_error
-from kilotwin.experiment_schema import Command, ExperimentSchema
+from kilotwin.experiment_schema import Command, ExperimentSchema, Robots
 from kilotwin.experiment_text import ExperimentText, Setting
 from kilotwin.programs import Program, ProgramError, find_program
 from kilotwin.toml_lines import KeyPath
@@ -114,7 +114,7 @@ def _groups(keys: ExperimentSchema, origin: ExperimentText) -> Iterable[Group]:
         yield Group(program, keys.swarm.size, None)
     for index, robots in enumerate(keys.robots or []):
         table = ("robots", index)
-        program = _program(robots.program, table, origin, robots.include, robots.define)
+        program = _program(robots.program, table, origin, robots)
         yield Group(program, robots.count, robots.poses)
 
 
@@ -122,10 +122,10 @@ def _program(
     written: str | list[str],
     table: KeyPath,
     origin: ExperimentText,
-    includes: Sequence[str] = (),
-    defines: Sequence[str] = (),
+    robots: Robots | None = None,
 ) -> Program:
+    more = (robots.include, robots.define, robots.flavour) if robots else ()
     try:
-        return find_program(written, origin.folder, includes, defines)
+        return find_program(written, origin.folder, *more)
     except ProgramError as error:
         raise InputError(f"{origin.where((*table, error.key))}: {error}") from None

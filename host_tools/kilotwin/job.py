@@ -15,4 +15,4 @@ class Job:
     guests: list[str]
     folder: Path
     manifest: dict[str, Any]
-    black_box: str
+    black_box: str | None

@@ -150,6 +150,7 @@ class _Child:
         cause = f"ended with code {returncode}"
         if returncode < 0:
             cause = f"was ended by {signal.Signals(-returncode).name}"
+        assert self._job.black_box is not None
         robot, tick = _BLACK_BOX.unpack_from(Path(self._job.black_box).read_bytes())
         ran = ""
         if robot != _NOBODY:

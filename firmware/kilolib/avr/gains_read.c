@@ -14,7 +14,7 @@ static void read_table(uint16_t *table, uint16_t address) {
     }
 }
 
-void gains_read(gain_tables_t *tables) {
+void kilolib_gains_read(gain_tables_t *tables) {
     read_table(tables->low, EEPROM_LOW_GAIN);
     read_table(tables->high, EEPROM_HIGH_GAIN);
 }

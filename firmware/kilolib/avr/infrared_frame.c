@@ -11,7 +11,7 @@
 
 // A pulse is nine cycles long. From pulse to pulse it is 269 cycles, whatever is sent: all ways
 // through the loop take the same time. The cycles of an instruction, or of a line, stand behind it.
-bool infrared_send_frame(const message_t *message, uint8_t pins) {
+bool kilolib_infrared_send_frame(const message_t *message, uint8_t pins) {
     const uint8_t *next = (const uint8_t *)message;
     const uint8_t dark = PORTB;
     const uint8_t lit = PORTB | pins;

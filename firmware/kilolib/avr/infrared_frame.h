@@ -22,7 +22,7 @@
 /// Sends the message as it is, crc included, in 4.37 ms, by the LED at `pins` of port B. False if
 /// the comparator saw light in the leader, after which nothing more is sent. Interrupts have to be
 /// off.
-bool infrared_send_frame(const message_t *message, uint8_t pins);
+bool kilolib_infrared_send_frame(const message_t *message, uint8_t pins);
 
 /// What an edge of the comparator's output was.
 typedef enum {

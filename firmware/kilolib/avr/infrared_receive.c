@@ -19,10 +19,10 @@ static distance_measurement_t distance;
 
 static void wait_for_frame(void) {
     TIMSK1 = 0;
-    converter_sample_on_edge(HIGH_GAIN_CHANNEL);
+    kilolib_converter_sample_on_edge(HIGH_GAIN_CHANNEL);
 }
 
-void infrared_receive_init(void) {
+void kilolib_infrared_receive_init(void) {
     TCCR1A = 0;
     TCCR1B = BIT(ICES1) | BIT(CS10);
     DIDR1 = BIT(AIN0D) | BIT(AIN1D);
@@ -35,36 +35,36 @@ void infrared_receive_init(void) {
 }
 
 // The interrupt goes off first: switching the comparator can make an edge.
-void infrared_receive_stop(void) {
+void kilolib_infrared_receive_stop(void) {
     ACSR &= (uint8_t)~BIT(ACIE);
     ACSR = BIT(ACD);
     TIMSK1 = 0;
     infrared_reader_reset(&reader);
 }
 
-bool infrared_in_frame(void) { return reader.receiving; }
-bool infrared_receiving(void) { return reader.receiving || (ACSR & BIT(ACI)) != 0; }
-bool infrared_measuring(void) { return reader.receiving && reader.bytes == 0; }
+bool kilolib_infrared_in_frame(void) { return reader.receiving; }
+bool kilolib_infrared_receiving(void) { return reader.receiving || (ACSR & BIT(ACI)) != 0; }
+bool kilolib_infrared_measuring(void) { return reader.receiving && reader.bytes == 0; }
 
-bool infrared_heard(void) {
+bool kilolib_infrared_heard(void) {
     const bool since = heard;
     heard = false;
     return since;
 }
 
-void infrared_forget_edge(void) { forget = (ACSR & BIT(ACI)) != 0; }
+void kilolib_infrared_forget_edge(void) { forget = (ACSR & BIT(ACI)) != 0; }
 
 static void begin_frame(void) {
     heard = true;
     TIFR1 = BIT(OCF1A);
     TIMSK1 = BIT(OCIE1A);
-    distance.high_gain = converter_sampled();
-    converter_sample_on_edge(LOW_GAIN_CHANNEL);
+    distance.high_gain = kilolib_converter_sampled();
+    kilolib_converter_sample_on_edge(LOW_GAIN_CHANNEL);
 }
 
 static void end_leader(void) {
-    distance.low_gain = converter_sampled();
-    converter_sample_on_edge(HIGH_GAIN_CHANNEL);
+    distance.low_gain = kilolib_converter_sampled();
+    kilolib_converter_sample_on_edge(HIGH_GAIN_CHANNEL);
 }
 
 static void take_message(message_t *message) {
@@ -73,7 +73,7 @@ static void take_message(message_t *message) {
     if (message->type < FIRST_COMMAND) {
         (*kilo_message_rx)(message, &distance);
     } else {
-        command_obey(message);
+        kilolib_command_obey(message);
     }
 }
 

@@ -7,14 +7,14 @@
 
 static uint8_t pins;
 
-void infrared_send_init(void) {
-    pins = calibration_infrared_pins();
+void kilolib_infrared_send_init(void) {
+    pins = kilolib_calibration_infrared_pins();
     PORTB &= (uint8_t)~pins;
     DDRB |= pins;
 }
 
-bool infrared_send(const message_t *message) {
-    const bool sent = infrared_send_frame(message, pins);
-    infrared_forget_edge();
+bool kilolib_infrared_send(const message_t *message) {
+    const bool sent = kilolib_infrared_send_frame(message, pins);
+    kilolib_infrared_forget_edge();
     return sent;
 }

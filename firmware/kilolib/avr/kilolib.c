@@ -24,10 +24,10 @@ message_tx_success_t kilo_message_tx_success = ignore_tx_success;
 void kilo_init(void) {
     cli();
     watchdog_stop();  // RESET may have come while it ran
-    robot_state = STATE_IDLE;
-    calibration_load();
-    power_on();
-    motors_init();
-    clock_init();
+    kilolib_robot_state = STATE_IDLE;
+    kilolib_calibration_load();
+    kilolib_power_on();
+    kilolib_motors_init();
+    kilolib_clock_init();
     sei();
 }

@@ -15,13 +15,13 @@ uint8_t rand_soft(void) {
     return state;
 }
 
-void random_seed(uint8_t seed) { state = seed; }
+void kilolib_random_seed(uint8_t seed) { state = seed; }
 
 // Of two bits that differ the first is 0 as often as 1, however often each bit alone is 1.
 static uint8_t fair_bit(void) {
     for (uint8_t tries = 0; tries < TRIES_PER_BIT; tries++) {
-        const uint8_t first = random_noise_bit();
-        if (first != random_noise_bit()) return first;
+        const uint8_t first = kilolib_random_noise_bit();
+        if (first != kilolib_random_noise_bit()) return first;
     }
     return 0;
 }

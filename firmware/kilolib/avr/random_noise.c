@@ -9,15 +9,15 @@
 #include "infrared_receive.h"
 #include "kilolib.h"
 
-void rand_seed(uint8_t seed) { random_seed(seed); }
+void rand_seed(uint8_t seed) { kilolib_random_seed(seed); }
 
 static bool interrupts_on(void) { return (SREG & BIT(SREG_I)) != 0; }
 
 // A frame just beginning needs the converter for itself, 0.4 ms at most.
-uint8_t random_noise_bit(void) {
-    while (infrared_measuring() && interrupts_on()) {
+uint8_t kilolib_random_noise_bit(void) {
+    while (kilolib_infrared_measuring() && interrupts_on()) {
     }
     uint8_t bit = 0;
-    ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { bit = converter_read(BATTERY_CHANNEL) & 1; }
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { bit = kilolib_converter_read(BATTERY_CHANNEL) & 1; }
     return bit;
 }

@@ -6,9 +6,9 @@
 
 /// A bit that is 0 and 1 by chance, though perhaps not equally often. Implemented by who has a
 /// converter.
-uint8_t random_noise_bit(void);
+uint8_t kilolib_random_noise_bit(void);
 
 /// The start of rand_soft()'s row.
-void random_seed(uint8_t seed);
+void kilolib_random_seed(uint8_t seed);
 
 #endif

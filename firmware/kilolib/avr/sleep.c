@@ -21,7 +21,7 @@ EMPTY_INTERRUPT(WDT_vect)
 // Interrupts are off when it comes back.
 static void power_down(void) {
     cli();
-    power_off();
+    kilolib_power_off();
     watchdog_ring_in_8_s();
     SMCR = BIT(SM1) | BIT(SE);  // power-down
     sleep_bod_disable();
@@ -32,15 +32,15 @@ static void power_down(void) {
     watchdog_stop();
 }
 
-void sleep_for_8_s(void) {
+void kilolib_sleep_for_8_s(void) {
     power_down();
-    power_on();
+    kilolib_power_on();
     sei();
     _delay_us(SETTLE_US);
-    (void)infrared_heard();
+    (void)kilolib_infrared_heard();
     set_color(RGB(3, 3, 3));
     delay(LISTEN_MS);
-    if (infrared_heard()) {
+    if (kilolib_infrared_heard()) {
         set_color(RGB(3, 0, 0));
         delay(LISTEN_ON_MS);
     }

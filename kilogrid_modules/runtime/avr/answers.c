@@ -38,14 +38,14 @@ static bool report(bool sent) {
 }
 
 static void answer_poll(void) {
-    uint8_t waiting = records_waiting();
+    uint8_t waiting = runtime_records_waiting();
     can_frame_t start = {.length = START_BYTES, .data = {CAN_TRACKING_KILOBOT_START, waiting}};
-    if (!report(bus_send_to_host(&start))) return;
+    if (!report(runtime_bus_send_to_host(&start))) return;
     _delay_ms(AFTER_START_MS);
     for (; waiting > 0; waiting--) {
-        const CAN_message_t record = records_take();
+        const CAN_message_t record = runtime_records_take();
         can_frame_t frame = frame_of(&record);
-        if (!report(bus_send_to_host(&frame))) return;
+        if (!report(runtime_bus_send_to_host(&frame))) return;
         _delay_us(AFTER_RECORD_US);
     }
 }
@@ -53,41 +53,41 @@ static void answer_poll(void) {
 // Of the configuration that is complete.
 static uint16_t configuration_crc(void) {
     uint16_t crc = 0xFFFF;
-    if (transfer.config.next != TRANSFER_NOTHING_DUE) return crc;
+    if (runtime_transfer.config.next != TRANSFER_NOTHING_DUE) return crc;
     for (uint8_t i = 0; i < configuration_size; i++) crc = _crc_ccitt_update(crc, configuration[i]);
     return crc;
 }
 
 static void answer_health(uint8_t part) {
-    const can_health_t can = bus_health();
-    count_refused(can.missed);
+    const can_health_t can = runtime_bus_health();
+    runtime_count_refused(can.missed);
     const struct kilogrid_can_to_host_t health = {
         .type = CAN_MODULE_DATA,
         .health_part = part,
-        .state = module_state,
+        .state = runtime_module_state,
         .config_size = configuration_size,
         .config_crc = configuration_crc(),
-        .lost_records = records_lost(),
-        .refused_frames = frames_refused(),
+        .lost_records = runtime_records_lost(),
+        .refused_frames = runtime_frames_refused(),
         .transmit_errors = can.transmit_errors,
         .receive_errors = can.receive_errors,
-        .uptime = clock_uptime(),
+        .uptime = runtime_clock_uptime(),
         .version = HEALTH_VERSION,
     };
     can_frame_t frame = {.length = CAN_DATA_MAX};
     kilogrid_can_to_host_pack(frame.data, &health, sizeof frame.data);
-    (void)report(bus_send_to_host(&frame));
+    (void)report(runtime_bus_send_to_host(&frame));
 }
 
-void answer_host(void) {
-    if (orders.poll) {
-        orders.poll = false;
+void runtime_answer_host(void) {
+    if (runtime_orders.poll) {
+        runtime_orders.poll = false;
         answer_poll();
     }
-    for (uint8_t part = 0; orders.health >> part != 0; part++) {
-        if ((orders.health >> part & 1) == 0) continue;
+    for (uint8_t part = 0; runtime_orders.health >> part != 0; part++) {
+        if ((runtime_orders.health >> part & 1) == 0) continue;
         cli();
-        orders.health &= (uint8_t) ~(1 << part);
+        runtime_orders.health &= (uint8_t) ~(1 << part);
         sei();
         answer_health(part);
     }
@@ -95,7 +95,7 @@ void answer_host(void) {
 
 uint8_t CAN_message_tx(CAN_message_t *message, kilogrid_address_t to) {
     can_frame_t frame = frame_of(message);
-    const bool sent = report(bus_send(&frame, to.x, to.y, to.type));
+    const bool sent = report(runtime_bus_send(&frame, to.x, to.y, to.type));
     message->id = frame.id;
     return sent ? 1 : 0;
 }
@@ -105,15 +105,15 @@ void CAN_send_broadcast_message(CAN_message_t *message) {
     broadcast_pending = true;
 }
 
-void send_broadcast(void) {
+void runtime_send_broadcast(void) {
     if (!broadcast_pending) return;
     broadcast_pending = false;
     can_frame_t frame = frame_of(&broadcast);
-    (void)report(bus_send(&frame, 0, 0, ADDR_BROADCAST));
+    (void)report(runtime_bus_send(&frame, 0, 0, ADDR_BROADCAST));
 }
 
 kilogrid_address_t get_coord_from_CAN_ID(CAN_message_t *message) {
     uint8_t address[3];
-    bus_address_of(message->id, address);
+    runtime_bus_address_of(message->id, address);
     return (kilogrid_address_t){address[0], address[1], (kilogrid_addressing_type_t)address[2]};
 }

@@ -3,9 +3,9 @@
 #define MODULE_AVR_ANSWERS_H
 
 /// Sends what has been asked for: tracking records, health.
-void answer_host(void);
+void runtime_answer_host(void);
 
 /// Sends what the program wants sent to all modules.
-void send_broadcast(void);
+void runtime_send_broadcast(void);
 
 #endif

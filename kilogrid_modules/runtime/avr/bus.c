@@ -15,16 +15,16 @@
 
 static uint8_t own_x, own_y;
 
-bool bus_init(uint8_t x, uint8_t y) {
+bool runtime_bus_init(uint8_t x, uint8_t y) {
     uint16_t ids[CAN_FILTERS] = {0};
     own_x = x;
     own_y = y;
     (void)kilogrid_filters(x, y, ids);
     EICRA = BIT(ISC01);  // falls when a frame has come
-    return can_controller_init(ids, KILOGRID_MODULE_MASK);
+    return runtime_can_controller_init(ids, KILOGRID_MODULE_MASK);
 }
 
-void bus_listen(void) { EIMSK = BIT(INT0); }
+void runtime_bus_listen(void) { EIMSK = BIT(INT0); }
 
 // Infrared pulses go on meanwhile: their interrupt has to be let in. The pin rises only when the
 // controller has no frame left, so none is forgotten.
@@ -32,7 +32,7 @@ ISR(INT0_vect) {
     can_frame_t frame;
     EIMSK = 0;
     sei();
-    while (can_controller_receive(&frame)) bus_received(&frame);
+    while (runtime_can_controller_receive(&frame)) runtime_bus_received(&frame);
     cli();
     EIMSK = BIT(INT0);
 }
@@ -41,12 +41,12 @@ ISR(INT0_vect) {
 static bool try_to_send(const can_frame_t *frame) {
     const uint8_t listening = EIMSK;
     EIMSK = 0;
-    const bool taken = can_controller_send(frame);
+    const bool taken = runtime_can_controller_send(frame);
     EIMSK = listening;
     return taken;
 }
 
-bool bus_send(can_frame_t *frame, uint8_t x, uint8_t y, uint8_t type) {
+bool runtime_bus_send(can_frame_t *frame, uint8_t x, uint8_t y, uint8_t type) {
     frame->id = kilogrid_id((kilogrid_address_t){x, y, type});
     if (frame->id == KILOGRID_NO_ID) return false;
     for (uint8_t tries = 0; tries < TRIES; tries++) {
@@ -56,9 +56,11 @@ bool bus_send(can_frame_t *frame, uint8_t x, uint8_t y, uint8_t type) {
     return false;
 }
 
-bool bus_send_to_host(can_frame_t *frame) { return bus_send(frame, own_x, own_y, ADDR_DISPATCHER); }
+bool runtime_bus_send_to_host(can_frame_t *frame) {
+    return runtime_bus_send(frame, own_x, own_y, ADDR_DISPATCHER);
+}
 
-void bus_address_of(uint16_t id, uint8_t address[3]) {
+void runtime_bus_address_of(uint16_t id, uint8_t address[3]) {
     kilogrid_address_t found = {0, 0, ADDR_BROADCAST};
     (void)kilogrid_address(id, &found);
     address[0] = found.x;
@@ -66,10 +68,10 @@ void bus_address_of(uint16_t id, uint8_t address[3]) {
     address[2] = found.type;
 }
 
-can_health_t bus_health(void) {
+can_health_t runtime_bus_health(void) {
     const uint8_t listening = EIMSK;
     EIMSK = 0;
-    const can_health_t health = can_controller_health();
+    const can_health_t health = runtime_can_controller_health();
     EIMSK = listening;
     return health;
 }

@@ -11,24 +11,24 @@
 
 /// Connects module (x, y) to the bus; with coordinates that cannot be it hears broadcasts only.
 /// False if no controller answers.
-bool bus_init(uint8_t x, uint8_t y);
+bool runtime_bus_init(uint8_t x, uint8_t y);
 
-/// Lets the controller's interrupt in; bus_received() is called by it, with interrupts on.
-void bus_listen(void);
+/// Lets the controller's interrupt in; runtime_bus_received() is called by it, with interrupts on.
+void runtime_bus_listen(void);
 
 /// Implemented by who listens.
-void bus_received(const can_frame_t *frame);
+void runtime_bus_received(const can_frame_t *frame);
 
 /// Sends a frame to an address of protocol/address.h; waits up to 10 ms for the one before. False if
-/// there is no such address or the bus is stuck. From the main loop or from bus_received().
-bool bus_send(can_frame_t *frame, uint8_t x, uint8_t y, uint8_t type);
+/// there is no such address or the bus is stuck. From the main loop or from runtime_bus_received().
+bool runtime_bus_send(can_frame_t *frame, uint8_t x, uint8_t y, uint8_t type);
 
 /// The same to the host, with the module's own coordinates.
-bool bus_send_to_host(can_frame_t *frame);
+bool runtime_bus_send_to_host(can_frame_t *frame);
 
 /// Who a frame is for, or whose it is: x, y, type; zeros for an identifier that nobody has.
-void bus_address_of(uint16_t id, uint8_t address[3]);
+void runtime_bus_address_of(uint16_t id, uint8_t address[3]);
 
-can_health_t bus_health(void);
+can_health_t runtime_bus_health(void);
 
 #endif

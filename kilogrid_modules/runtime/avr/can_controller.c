@@ -50,45 +50,45 @@ enum { CNF1_VALUE = 0x01, CNF2_VALUE = 0x90, CNF3_VALUE = 0x02 };
 #define START_UP_TRIES 200
 
 static uint8_t read_register(uint8_t address) {
-    spi_select();
-    spi_exchange(READ);
-    spi_exchange(address);
-    const uint8_t value = spi_exchange(0);
-    spi_release();
+    runtime_spi_select();
+    runtime_spi_exchange(READ);
+    runtime_spi_exchange(address);
+    const uint8_t value = runtime_spi_exchange(0);
+    runtime_spi_release();
     return value;
 }
 
 static void write_registers(uint8_t address, const uint8_t *values, uint8_t count) {
-    spi_select();
-    spi_exchange(WRITE);
-    spi_exchange(address);
-    for (uint8_t i = 0; i < count; i++) spi_exchange(values[i]);
-    spi_release();
+    runtime_spi_select();
+    runtime_spi_exchange(WRITE);
+    runtime_spi_exchange(address);
+    for (uint8_t i = 0; i < count; i++) runtime_spi_exchange(values[i]);
+    runtime_spi_release();
 }
 
 static void write_register(uint8_t address, uint8_t value) { write_registers(address, &value, 1); }
 
 static void clear_bits(uint8_t address, uint8_t bits) {
-    spi_select();
-    spi_exchange(BIT_MODIFY);
-    spi_exchange(address);
-    spi_exchange(bits);
-    spi_exchange(0);
-    spi_release();
+    runtime_spi_select();
+    runtime_spi_exchange(BIT_MODIFY);
+    runtime_spi_exchange(address);
+    runtime_spi_exchange(bits);
+    runtime_spi_exchange(0);
+    runtime_spi_release();
 }
 
 static uint8_t read_status(void) {
-    spi_select();
-    spi_exchange(READ_STATUS);
-    const uint8_t status = spi_exchange(0);
-    spi_release();
+    runtime_spi_select();
+    runtime_spi_exchange(READ_STATUS);
+    const uint8_t status = runtime_spi_exchange(0);
+    runtime_spi_release();
     return status;
 }
 
 static void issue(uint8_t instruction) {
-    spi_select();
-    spi_exchange(instruction);
-    spi_release();
+    runtime_spi_select();
+    runtime_spi_exchange(instruction);
+    runtime_spi_release();
 }
 
 // 11 bits, the upper 8 in the first register; extended identifiers are not for us.
@@ -115,10 +115,10 @@ static void write_filters(const uint16_t ids[CAN_FILTERS], uint16_t mask) {
     }
 }
 
-bool can_controller_init(const uint16_t ids[CAN_FILTERS], uint16_t mask) {
+bool runtime_can_controller_init(const uint16_t ids[CAN_FILTERS], uint16_t mask) {
     static const uint8_t bit_timing[] = {CNF3_VALUE, CNF2_VALUE, CNF1_VALUE,
                                          INTERRUPT_ON_RECEPTION};
-    spi_init();
+    runtime_spi_init();
     issue(RESET);
     if (!reaches(MODE_CONFIGURATION)) return false;
     write_registers(CNF3, bit_timing, sizeof bit_timing);
@@ -128,41 +128,41 @@ bool can_controller_init(const uint16_t ids[CAN_FILTERS], uint16_t mask) {
     return reaches(MODE_NORMAL);
 }
 
-bool can_controller_receive(can_frame_t *frame) {
+bool runtime_can_controller_receive(can_frame_t *frame) {
     const uint8_t status = read_status();
     if (!(status & (STATUS_RECEIVED_0 | STATUS_RECEIVED_1))) return false;
-    spi_select();
+    runtime_spi_select();
     // Reading a whole buffer tells the controller that it is free again.
-    spi_exchange(status & STATUS_RECEIVED_0 ? READ_BUFFER_0 : READ_BUFFER_1);
-    const uint8_t high = spi_exchange(0), low = spi_exchange(0);
-    spi_exchange(0);
-    spi_exchange(0);
-    const uint8_t length = spi_exchange(0) & 0x0F;
+    runtime_spi_exchange(status & STATUS_RECEIVED_0 ? READ_BUFFER_0 : READ_BUFFER_1);
+    const uint8_t high = runtime_spi_exchange(0), low = runtime_spi_exchange(0);
+    runtime_spi_exchange(0);
+    runtime_spi_exchange(0);
+    const uint8_t length = runtime_spi_exchange(0) & 0x0F;
     frame->id = (uint16_t)(high << 3 | low >> 5);
     frame->rtr = (low & REMOTE_REQUEST) != 0;
     frame->length = length < CAN_DATA_MAX ? length : CAN_DATA_MAX;
-    for (uint8_t i = 0; i < frame->length; i++) frame->data[i] = spi_exchange(0);
-    spi_release();
+    for (uint8_t i = 0; i < frame->length; i++) frame->data[i] = runtime_spi_exchange(0);
+    runtime_spi_release();
     return true;
 }
 
 // One of the three transmit buffers only: with several, the controller would change their order.
-bool can_controller_send(const can_frame_t *frame) {
+bool runtime_can_controller_send(const can_frame_t *frame) {
     if (read_status() & STATUS_SENDING_0) return false;
-    spi_select();
-    spi_exchange(LOAD_TRANSMIT_BUFFER_0);
-    spi_exchange((uint8_t)(frame->id >> 3));
-    spi_exchange((uint8_t)(frame->id << 5));
-    spi_exchange(0);
-    spi_exchange(0);
-    spi_exchange(frame->length);
-    for (uint8_t i = 0; i < frame->length; i++) spi_exchange(frame->data[i]);
-    spi_release();
+    runtime_spi_select();
+    runtime_spi_exchange(LOAD_TRANSMIT_BUFFER_0);
+    runtime_spi_exchange((uint8_t)(frame->id >> 3));
+    runtime_spi_exchange((uint8_t)(frame->id << 5));
+    runtime_spi_exchange(0);
+    runtime_spi_exchange(0);
+    runtime_spi_exchange(frame->length);
+    for (uint8_t i = 0; i < frame->length; i++) runtime_spi_exchange(frame->data[i]);
+    runtime_spi_release();
     issue(REQUEST_TO_SEND_0);
     return true;
 }
 
-can_health_t can_controller_health(void) {
+can_health_t runtime_can_controller_health(void) {
     const uint8_t overflows = read_register(EFLG) & OVERFLOWS;
     if (overflows) clear_bits(EFLG, OVERFLOWS);
     return (can_health_t){read_register(TEC), read_register(REC), overflows ? 1 : 0};

@@ -25,14 +25,14 @@ typedef struct {
 
 /// Resets the controller and lets it take frames with these identifiers, compared under `mask`. It
 /// interrupts when it has one. False if no controller answers.
-bool can_controller_init(const uint16_t ids[CAN_FILTERS], uint16_t mask);
+bool runtime_can_controller_init(const uint16_t ids[CAN_FILTERS], uint16_t mask);
 
 /// Takes a frame out of the controller; false: there is none.
-bool can_controller_receive(can_frame_t *frame);
+bool runtime_can_controller_receive(can_frame_t *frame);
 
 /// Hands over a frame to be sent. False if the one before is still waiting for the bus.
-bool can_controller_send(const can_frame_t *frame);
+bool runtime_can_controller_send(const can_frame_t *frame);
 
-can_health_t can_controller_health(void);
+can_health_t runtime_can_controller_health(void);
 
 #endif

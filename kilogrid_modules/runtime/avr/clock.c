@@ -22,7 +22,7 @@ static uint16_t increment;  // what the next match adds to it
 static uint8_t turn;        // the cell that had the last one
 static uint32_t units;
 
-void clock_init(void) {
+void runtime_clock_init(void) {
     module_ticks = 0;
     tx_clock = 0;
     units = 0;
@@ -36,9 +36,9 @@ void clock_init(void) {
     TIMSK0 = BIT(OCIE0A) | BIT(OCIE0B);
 }
 
-void clock_stop(void) { TIMSK0 = 0; }
+void runtime_clock_stop(void) { TIMSK0 = 0; }
 
-uint16_t clock_uptime(void) {
+uint16_t runtime_clock_uptime(void) {
     uint32_t passed = 0;
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { passed = units; }
     const uint32_t seconds = passed / (UNITS_PER_16_SECONDS / 16);
@@ -56,7 +56,7 @@ static void start_anew(void) {
 
 static void take_turn(void) {
     const uint8_t cell = (uint8_t)((turn + 1) % N_CELLS);
-    const infrared_attempt_t attempt = infrared_repeat(cell);
+    const infrared_attempt_t attempt = runtime_infrared_repeat(cell);
     if (attempt == INFRARED_RECEIVING) return;
     turn = cell;
     tx_clock = 0;
@@ -74,5 +74,5 @@ ISR(TIMER0_COMPA_vect) {
 
 ISR(TIMER0_COMPB_vect) {
     OCR0B = (uint8_t)(OCR0B + RECEIVER_PERIOD);
-    infrared_listen_to_next_cell();
+    runtime_infrared_listen_to_next_cell();
 }

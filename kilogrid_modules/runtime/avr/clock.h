@@ -4,10 +4,10 @@
 
 #include <stdint.h>
 
-void clock_init(void);
-void clock_stop(void);
+void runtime_clock_init(void);
+void runtime_clock_stop(void);
 
-/// Since clock_init(), in seconds; stays at 65,535.
-uint16_t clock_uptime(void);
+/// Since runtime_clock_init(), in seconds; stays at 65,535.
+uint16_t runtime_clock_uptime(void);
 
 #endif

@@ -17,33 +17,33 @@
 #define OLD_NAME 0x9F
 #define HEALTH_PARTS 2
 
-volatile module_state_t module_state;
-transfer_t transfer;
-orders_t orders;
+volatile module_state_t runtime_module_state;
+transfer_t runtime_transfer;
+orders_t runtime_orders;
 
 static uint8_t refused;
 
-uint8_t frames_refused(void) { return refused; }
+uint8_t runtime_frames_refused(void) { return refused; }
 
-void count_refused(uint8_t frames) {
+void runtime_count_refused(uint8_t frames) {
     refused = frames < UINT8_MAX - refused ? (uint8_t)(refused + frames) : UINT8_MAX;
 }
 
-void enter_state(module_state_t state) {
+void runtime_enter_state(module_state_t state) {
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
-        if (state != STATE_RUNNING) orders.started = false;
-        module_state = state;
+        if (state != STATE_RUNNING) runtime_orders.started = false;
+        runtime_module_state = state;
     }
 }
 
 static void enter(module_state_t state) {
-    transfer_abandon_config(&transfer);
-    enter_state(state);
+    transfer_abandon_config(&runtime_transfer);
+    runtime_enter_state(state);
 }
 
 static void __attribute__((noreturn)) enter_boot_loader(void) {
     cli();
-    clock_stop();
+    runtime_clock_stop();
     wdt_disable();
     __asm__ volatile("jmp " BOOT_LOADER);
     __builtin_unreachable();
@@ -68,42 +68,44 @@ static bool is_outside(void) {
 }
 
 static void forward_message(void) {
-    if (transfer.ir.type == CALIB && is_outside()) return;
-    if (transfer.ir.type == BOOT) orders.page_cell = orders.pages_received = 0;
+    if (runtime_transfer.ir.type == CALIB && is_outside()) return;
+    if (runtime_transfer.ir.type == BOOT)
+        runtime_orders.page_cell = runtime_orders.pages_received = 0;
     enter(STATE_SETUP_KILOBOTS);
 }
 
 static void take_configuration(void) {
-    for (uint8_t i = 0; i < transfer.config.size; i++) configuration[i] = transfer.config.data[i];
-    orders.set_up = false;
-    enter_state(STATE_SETUP);
+    for (uint8_t i = 0; i < runtime_transfer.config.size; i++)
+        configuration[i] = runtime_transfer.config.data[i];
+    runtime_orders.set_up = false;
+    runtime_enter_state(STATE_SETUP);
 }
 
 static void transferred(transfer_event_t event) {
     switch (event) {
     case TRANSFER_CONFIG_BEGUN:
-        configuration_size = transfer.config.size;
-        enter_state(STATE_WAITING_FOR_CONFIGURATION);
+        configuration_size = runtime_transfer.config.size;
+        runtime_enter_state(STATE_WAITING_FOR_CONFIGURATION);
         break;
     case TRANSFER_CONFIG_DONE: take_configuration(); break;
     case TRANSFER_IR_DONE: forward_message(); break;
     case TRANSFER_PAGE_BEGUN: enter(STATE_WAITING_FOR_PAGE); break;
     case TRANSFER_PAGE_DONE:
-        orders.pages_received++;
-        orders.page = true;
-        enter_state(STATE_BOOTLOADING_KILOBOTS);
+        runtime_orders.pages_received++;
+        runtime_orders.page = true;
+        runtime_enter_state(STATE_BOOTLOADING_KILOBOTS);
         break;
-    case TRANSFER_REFUSED: count_refused(1); break;
+    case TRANSFER_REFUSED: runtime_count_refused(1); break;
     default: break;
     }
 }
 
 static void ask_for_health(const can_frame_t *frame) {
     if (frame->length < 2 || frame->data[1] >= HEALTH_PARTS) {
-        count_refused(1);
+        runtime_count_refused(1);
     } else {
         const uint8_t part = frame->data[1] == 0 ? 1 : 2;
-        orders.health |= part;
+        runtime_orders.health |= part;
     }
 }
 
@@ -115,8 +117,8 @@ static bool is_for_boot_loader(uint8_t type) {
 static void obey(const can_frame_t *frame) {
     switch (frame->data[0]) {
     case CAN_FORWARD_IR_MESSAGE_STOP:
-        memset(&transfer.ir, 0, sizeof transfer.ir);
-        infrared_silence();
+        memset(&runtime_transfer.ir, 0, sizeof runtime_transfer.ir);
+        runtime_infrared_silence();
         enter(STATE_IDLE);
         break;
     case CAN_MODULE_BOOT: enter_boot_loader();
@@ -124,22 +126,22 @@ static void obey(const can_frame_t *frame) {
     case CAN_MODULE_SETUP: enter(STATE_SETUP); break;
     case CAN_MODULE_RUN: enter(STATE_RUNNING); break;
     case CAN_MODULE_PAUSE: break;
-    case CAN_TRACKING_REQ: orders.poll = true; break;
+    case CAN_TRACKING_REQ: runtime_orders.poll = true; break;
     case CAN_MODULE_DATA: ask_for_health(frame); break;
     default: hand_over(frame); break;
     }
 }
 
-void bus_received(const can_frame_t *frame) {
+void runtime_bus_received(const can_frame_t *frame) {
     if (frame->rtr || frame->length == 0) {
-        count_refused(1);
+        runtime_count_refused(1);
         return;
     }
     if (is_for_boot_loader(frame->data[0])) {
         hand_over(frame);
         return;
     }
-    const transfer_event_t event = transfer_receive(&transfer, frame->data, frame->length);
+    const transfer_event_t event = transfer_receive(&runtime_transfer, frame->data, frame->length);
     if (event == TRANSFER_NOT_MINE) {
         obey(frame);
     } else {

@@ -7,7 +7,7 @@
 #define STATUS_MASK 0xF8
 enum { STARTED = 0x08, ADDRESS_ACKNOWLEDGED = 0x18, DATA_ACKNOWLEDGED = 0x28 };
 
-void i2c_init(void) {
+void runtime_i2c_init(void) {
     TWSR = 0;
     TWBR = (uint8_t)((F_CPU / BIT_RATE - 16) / 2);
 }
@@ -25,7 +25,7 @@ static bool send(uint8_t byte, uint8_t expected) {
     return step(0, expected);
 }
 
-bool i2c_write(uint8_t device, uint8_t first, const uint8_t *bytes, uint8_t count) {
+bool runtime_i2c_write(uint8_t device, uint8_t first, const uint8_t *bytes, uint8_t count) {
     bool answers = step(BIT(TWSTA), STARTED) &&
                    send((uint8_t)(device << 1), ADDRESS_ACKNOWLEDGED) &&
                    send(first, DATA_ACKNOWLEDGED);

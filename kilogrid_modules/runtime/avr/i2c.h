@@ -5,9 +5,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-void i2c_init(void);
+void runtime_i2c_init(void);
 
 /// Writes `count` bytes to the registers of a device, from `first` on. False if nobody answers.
-bool i2c_write(uint8_t device, uint8_t first, const uint8_t *bytes, uint8_t count);
+bool runtime_i2c_write(uint8_t device, uint8_t first, const uint8_t *bytes, uint8_t count);
 
 #endif

@@ -49,8 +49,8 @@ static void wait_for_frame(void) {
     ACSR = BIT(ACIC) | BIT(ACIE) | BIT(ACIS1) | BIT(ACIS0);
 }
 
-void infrared_init(void) {
-    gains_read(&tables);
+void runtime_infrared_init(void) {
+    kilolib_gains_read(&tables);
     PORTB &= (uint8_t)~IR_LED;
     DDRB |= IR_LED;
     DDRD |= IR_LED_CELL;
@@ -65,9 +65,9 @@ void infrared_init(void) {
     wait_for_frame();
 }
 
-bool infrared_receiving(void) { return reader.receiving; }
+bool runtime_infrared_receiving(void) { return reader.receiving; }
 
-void infrared_listen_to_next_cell(void) {
+void runtime_infrared_listen_to_next_cell(void) {
     if (reader.receiving) return;
     listening_cell = (uint8_t)((listening_cell + 1) % N_CELLS);
     select_receiver(RECEIVER_HIGH_GAIN);
@@ -136,26 +136,26 @@ ISR(TIMER1_COMPA_vect) {
     wait_for_frame();
 }
 
-infrared_attempt_t infrared_send_by(uint8_t cell, const message_t *message) {
+infrared_attempt_t runtime_infrared_send_by(uint8_t cell, const message_t *message) {
     infrared_attempt_t attempt = INFRARED_RECEIVING;
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
         if (!reader.receiving) {
             PORTD = (uint8_t)((PORTD & ~IR_LED_CELL) | cell << IR_LED_CELL_SHIFT);
-            attempt = infrared_send_frame(message, IR_LED) ? INFRARED_SENT : INFRARED_BUSY;
+            attempt = kilolib_infrared_send_frame(message, IR_LED) ? INFRARED_SENT : INFRARED_BUSY;
             forget_edge();
         }
     }
     return attempt;
 }
 
-infrared_attempt_t infrared_repeat(uint8_t cell) {
+infrared_attempt_t runtime_infrared_repeat(uint8_t cell) {
     if ((repeating >> cell & 1) == 0) return INFRARED_SENT;
-    const infrared_attempt_t attempt = infrared_send_by(cell, &messages[cell]);
+    const infrared_attempt_t attempt = runtime_infrared_send_by(cell, &messages[cell]);
     if (attempt == INFRARED_SENT) (*module_IR_message_tx_success)((cell_num_t)cell);
     return attempt;
 }
 
-void infrared_silence(void) { repeating = 0; }
+void runtime_infrared_silence(void) { repeating = 0; }
 
 void init_IR_message(IR_message_t *message) { memset(message, 0, sizeof *message); }
 
@@ -180,10 +180,10 @@ void disable_IR_tx(cell_num_t cell) {
 
 void send_IR_message(IR_message_t *message, cell_num_t cell) {
     message->crc = message_crc(message);
-    (void)infrared_send_by((uint8_t)(cell % N_CELLS), message);
+    (void)runtime_infrared_send_by((uint8_t)(cell % N_CELLS), message);
 }
 
 uint8_t estimate_distance_mm(const distance_measurement_t *measured, cell_num_t cell) {
     (void)cell;
-    return gains_distance(&tables, measured);
+    return kilolib_gains_distance(&tables, measured);
 }

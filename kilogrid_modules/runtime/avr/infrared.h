@@ -8,13 +8,13 @@
 #include "message.h"
 
 /// Reads the tables of distances, switches the receiver on.
-void infrared_init(void);
+void runtime_infrared_init(void);
 
 /// A frame is coming in.
-bool infrared_receiving(void);
+bool runtime_infrared_receiving(void);
 
 /// The receiver goes on to the next cell, unless a frame is coming in.
-void infrared_listen_to_next_cell(void);
+void runtime_infrared_listen_to_next_cell(void);
 
 typedef enum {
     INFRARED_SENT,
@@ -23,12 +23,12 @@ typedef enum {
 } infrared_attempt_t;
 
 /// Sends a message as it is, crc included, in 4.4 ms with interrupts off.
-infrared_attempt_t infrared_send_by(uint8_t cell, const message_t *message);
+infrared_attempt_t runtime_infrared_send_by(uint8_t cell, const message_t *message);
 
 /// Sends the message that `cell` repeats; INFRARED_SENT as well if it has none.
-infrared_attempt_t infrared_repeat(uint8_t cell);
+infrared_attempt_t runtime_infrared_repeat(uint8_t cell);
 
 /// No cell repeats anything.
-void infrared_silence(void);
+void runtime_infrared_silence(void);
 
 #endif

@@ -14,16 +14,16 @@ enum { AWAKE = 0x80, BY_PWM = 0xAA };
 #define PARTS 3
 
 static void show(uint8_t cell, const uint8_t rgb[PARTS]) {
-    i2c_write(LED_DRIVER_ADDRESS, (uint8_t)FROM_REGISTER(PWM0 + PARTS * cell), rgb, PARTS);
+    runtime_i2c_write(LED_DRIVER_ADDRESS, (uint8_t)FROM_REGISTER(PWM0 + PARTS * cell), rgb, PARTS);
 }
 
-void lights_init(void) {
+void runtime_lights_init(void) {
     static const uint8_t modes[] = {AWAKE, LED_DRIVER_MODE2};
     static const uint8_t outputs[] = {BY_PWM, BY_PWM, BY_PWM, BY_PWM};
-    i2c_init();
-    i2c_write(LED_DRIVER_ADDRESS, FROM_REGISTER(MODE1), modes, sizeof modes);
+    runtime_i2c_init();
+    runtime_i2c_write(LED_DRIVER_ADDRESS, FROM_REGISTER(MODE1), modes, sizeof modes);
     set_all_LEDs(LED_OFF);
-    i2c_write(LED_DRIVER_ADDRESS, FROM_REGISTER(LEDOUT0), outputs, sizeof outputs);
+    runtime_i2c_write(LED_DRIVER_ADDRESS, FROM_REGISTER(LEDOUT0), outputs, sizeof outputs);
 }
 
 void set_LED_with_brightness(cell_num_t cell, color_t color, brightness_t brightness) {

@@ -3,6 +3,6 @@
 #define MODULE_AVR_LIGHTS_H
 
 /// Wakes the driver; all LEDs are off.
-void lights_init(void);
+void runtime_lights_init(void);
 
 #endif

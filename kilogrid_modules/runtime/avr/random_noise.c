@@ -6,13 +6,13 @@
 #include "infrared.h"
 #include "rand.h"
 
-void rand_set_seed(uint8_t seed) { random_seed(seed); }
+void rand_set_seed(uint8_t seed) { kilolib_random_seed(seed); }
 
 // A conversion in the middle of a frame would spoil its strength.
-uint8_t random_noise_bit(void) {
+uint8_t kilolib_random_noise_bit(void) {
     uint8_t bit = 0;
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
-        if (!infrared_receiving()) ADCSRA |= BIT(ADSC);
+        if (!runtime_infrared_receiving()) ADCSRA |= BIT(ADSC);
         while (ADCSRA & BIT(ADSC)) {
         }
         bit = (uint8_t)ADC & 1;

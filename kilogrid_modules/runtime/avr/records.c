@@ -13,9 +13,9 @@ static uint8_t first;
 static volatile uint8_t used;
 static uint8_t lost;
 
-void records_clear(void) { used = 0; }
-uint8_t records_waiting(void) { return used; }
-uint8_t records_lost(void) { return lost; }
+void runtime_records_clear(void) { used = 0; }
+uint8_t runtime_records_waiting(void) { return used; }
+uint8_t runtime_records_lost(void) { return lost; }
 
 // Called from the infrared interrupt as well as from the main loop.
 CAN_message_t *next_CAN_message(void) {
@@ -30,7 +30,7 @@ CAN_message_t *next_CAN_message(void) {
     return place;
 }
 
-CAN_message_t records_take(void) {
+CAN_message_t runtime_records_take(void) {
     const CAN_message_t record = slots[first];
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
         first = (uint8_t)((first + 1) % CAN_MESSAGE_BUFFER_SIZE);

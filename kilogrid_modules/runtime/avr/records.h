@@ -6,13 +6,13 @@
 
 #include "CAN.h"
 
-void records_clear(void);
-uint8_t records_waiting(void);
+void runtime_records_clear(void);
+uint8_t runtime_records_waiting(void);
 
 /// Takes out the oldest; to be called only if one waits.
-CAN_message_t records_take(void);
+CAN_message_t runtime_records_take(void);
 
 /// For which there was no place, since power-up; stays at 255.
-uint8_t records_lost(void);
+uint8_t runtime_records_lost(void);
 
 #endif

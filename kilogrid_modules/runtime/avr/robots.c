@@ -16,8 +16,8 @@ static message_t message_to_repeat(void) {
     message_t message;
     memset(&message, 0, sizeof message);
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
-        memcpy(message.data, transfer.ir.data, sizeof message.data);
-        message.type = transfer.ir.type;
+        memcpy(message.data, runtime_transfer.ir.data, sizeof message.data);
+        message.type = runtime_transfer.ir.type;
     }
     return message;
 }
@@ -44,17 +44,17 @@ static void send_by_all(message_t *message) {
     for (uint8_t cell = 0; cell < N_CELLS; cell++) send_IR_message(message, (cell_num_t)cell);
 }
 
-void repeat_message(void) {
+void runtime_repeat_message(void) {
     message_t message = message_to_repeat();
     send_by_all(&message);
-    if (module_state == STATE_SETUP_KILOBOTS) set_all_LEDs(color_of(message.type));
+    if (runtime_module_state == STATE_SETUP_KILOBOTS) set_all_LEDs(color_of(message.type));
 }
 
-void start_robots(void) {
+void runtime_start_robots(void) {
     message_t message = message_to_repeat();
     message.type = RUN;
     set_all_LEDs(MAGENTA);
-    for (uint8_t i = 0; i < RUNS_PER_CELL && module_state == STATE_RUNNING; i++) {
+    for (uint8_t i = 0; i < RUNS_PER_CELL && runtime_module_state == STATE_RUNNING; i++) {
         wdt_reset();
         send_by_all(&message);
     }
@@ -85,22 +85,22 @@ static void send_words(cell_num_t cell, uint8_t page, const uint8_t *bytes) {
 
 // A copy: the next page may come in while this one goes out. After a whole program the next cell
 // has its turn, so that four rounds reach the robots of all.
-void send_page(void) {
+void runtime_send_page(void) {
     uint8_t bytes[TRANSFER_PAGE_BYTES];
     uint8_t page = 0, pages = 0, received = 0;
-    const cell_num_t cell = (cell_num_t)orders.page_cell;
+    const cell_num_t cell = (cell_num_t)runtime_orders.page_cell;
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
-        memcpy(bytes, transfer.kilo.data, sizeof bytes);
-        page = transfer.kilo.page;
-        pages = transfer.kilo.pages;
-        received = orders.pages_received;
-        orders.page = false;
+        memcpy(bytes, runtime_transfer.kilo.data, sizeof bytes);
+        page = runtime_transfer.kilo.page;
+        pages = runtime_transfer.kilo.pages;
+        received = runtime_orders.pages_received;
+        runtime_orders.page = false;
     }
     if (received == 1) send_size(cell, pages);
     send_words(cell, page, bytes);
     set_LED(cell, page % 2 == 0 ? BLUE : GREEN);
     if (received < pages) return;
-    orders.pages_received = 0;
-    orders.page_cell = (uint8_t)((cell + 1) % N_CELLS);
+    runtime_orders.pages_received = 0;
+    runtime_orders.page_cell = (uint8_t)((cell + 1) % N_CELLS);
     set_all_LEDs(LED_OFF);
 }

@@ -3,12 +3,12 @@
 #define MODULE_AVR_ROBOTS_H
 
 /// Once, by each cell, the message that is to be repeated; then the lights of its command.
-void repeat_message(void);
+void runtime_repeat_message(void);
 
 /// RUN, ten times by each cell.
-void start_robots(void);
+void runtime_start_robots(void);
 
 /// The page that is in, by one cell.
-void send_page(void);
+void runtime_send_page(void);
 
 #endif

@@ -55,17 +55,17 @@ static void despair(void) {
 
 void module_init(void) {
     cli();
-    module_state = STATE_INIT;
+    runtime_module_state = STATE_INIT;
     module_uid_x_coord = eeprom_read_byte(PLACE(X_COORDINATE));
     module_uid_y_coord = eeprom_read_byte(PLACE(Y_COORDINATE));
     module_uid = (uint16_t)(module_uid_x_coord | module_uid_y_coord << 8);
-    transfer_init(&transfer);
-    lights_init();
+    transfer_init(&runtime_transfer);
+    runtime_lights_init();
     show_lights();
-    if (!bus_init(module_uid_x_coord, module_uid_y_coord)) despair();
-    infrared_init();
-    clock_init();
-    bus_listen();
+    if (!runtime_bus_init(module_uid_x_coord, module_uid_y_coord)) despair();
+    runtime_infrared_init();
+    runtime_clock_init();
+    runtime_bus_listen();
     sei();
 }
 
@@ -81,49 +81,49 @@ static void breathe(void) {
     const uint8_t height = step <= BREATH_STEPS ? step : (uint8_t)(2 * BREATH_STEPS - step);
     set_all_LEDs_with_brightness(WHITE, (brightness_t)height);
     step = (uint8_t)((step + 1) % (2 * BREATH_STEPS));
-    for (uint8_t ms = 0; ms < BREATH_STEP_MS && module_state == STATE_IDLE; ms++) {
-        answer_host();
+    for (uint8_t ms = 0; ms < BREATH_STEP_MS && runtime_module_state == STATE_IDLE; ms++) {
+        runtime_answer_host();
         _delay_ms(1);
     }
 }
 
 static void set_up(void (*setup)(void)) {
-    if (!orders.set_up) {
-        orders.set_up = true;
+    if (!runtime_orders.set_up) {
+        runtime_orders.set_up = true;
         setup();
     }
-    if (autostart && module_state == STATE_SETUP) enter_state(STATE_RUNNING);
+    if (autostart && runtime_module_state == STATE_SETUP) runtime_enter_state(STATE_RUNNING);
 }
 
 // The robots are told first.
 static void run(void (*loop)(void)) {
-    if (orders.started) {
+    if (runtime_orders.started) {
         loop();
         return;
     }
-    start_robots();
-    records_clear();
+    runtime_start_robots();
+    runtime_records_clear();
     cli();
-    orders.started = module_state == STATE_RUNNING;
+    runtime_orders.started = runtime_module_state == STATE_RUNNING;
     sei();
 }
 
 void module_start(void (*setup)(void), void (*loop)(void)) {
     wdt_enable(WDTO_8S);
-    enter_state(autostart ? STATE_SETUP : STATE_IDLE);
+    runtime_enter_state(autostart ? STATE_SETUP : STATE_IDLE);
     for (;;) {
         wdt_reset();
-        switch (module_state) {
+        switch (runtime_module_state) {
         case STATE_IDLE: breathe(); break;
-        case STATE_SETUP_KILOBOTS: repeat_message(); break;
+        case STATE_SETUP_KILOBOTS: runtime_repeat_message(); break;
         case STATE_BOOTLOADING_KILOBOTS:
-            if (orders.page) send_page();
+            if (runtime_orders.page) runtime_send_page();
             break;
         case STATE_SETUP: set_up(setup); break;
         case STATE_RUNNING: run(loop); break;
         default: break;
         }
-        send_broadcast();
-        answer_host();
+        runtime_send_broadcast();
+        runtime_answer_host();
     }
 }

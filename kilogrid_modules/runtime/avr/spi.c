@@ -2,17 +2,17 @@
 
 #include "board.h"
 
-void spi_init(void) {
+void runtime_spi_init(void) {
     PORTB |= CAN_SELECT;
     DDRB |= CAN_SELECT | SPI_MOSI | SPI_CLOCK;
     SPCR = BIT(SPE) | BIT(MSTR);
     SPSR = BIT(SPI2X);
 }
 
-void spi_select(void) { PORTB &= (uint8_t)~CAN_SELECT; }
-void spi_release(void) { PORTB |= CAN_SELECT; }
+void runtime_spi_select(void) { PORTB &= (uint8_t)~CAN_SELECT; }
+void runtime_spi_release(void) { PORTB |= CAN_SELECT; }
 
-uint8_t spi_exchange(uint8_t byte) {
+uint8_t runtime_spi_exchange(uint8_t byte) {
     SPDR = byte;
     while (!(SPSR & BIT(SPIF))) {
     }

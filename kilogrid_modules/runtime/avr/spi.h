@@ -4,13 +4,13 @@
 
 #include <stdint.h>
 
-void spi_init(void);
+void runtime_spi_init(void);
 
 /// Begins and ends an instruction to the controller.
-void spi_select(void);
-void spi_release(void);
+void runtime_spi_select(void);
+void runtime_spi_release(void);
 
 /// Sends a byte and returns the one that comes back for it.
-uint8_t spi_exchange(uint8_t byte);
+uint8_t runtime_spi_exchange(uint8_t byte);
 
 #endif

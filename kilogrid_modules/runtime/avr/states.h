@@ -21,29 +21,29 @@ typedef enum {
     STATE_RUNNING,  ///< loop()
 } module_state_t;
 
-extern volatile module_state_t module_state;
+extern volatile module_state_t runtime_module_state;
 
 /// What comes in by the bus.
-extern transfer_t transfer;
+extern transfer_t runtime_transfer;
 
 /// What the bus wants of the main loop.
 typedef struct {
     volatile bool set_up;             ///< setup() has run since the last configuration
     volatile bool started;            ///< RUN has been sent to the robots
-    volatile bool page;               ///< transfer.kilo holds a page for the robots
+    volatile bool page;               ///< runtime_transfer.kilo holds a page for the robots
     volatile bool poll;               ///< the host wants the tracking records
     volatile uint8_t health;          ///< and these parts of the health: a bit each
     volatile uint8_t page_cell;       ///< the cell by which pages go out
     volatile uint8_t pages_received;  ///< in this round
 } orders_t;
 
-extern orders_t orders;
+extern orders_t runtime_orders;
 
 /// Changes the state; leaving RUNNING forgets that the robots were started.
-void enter_state(module_state_t state);
+void runtime_enter_state(module_state_t state);
 
 /// Frames that were refused or missed, since power-up; stays at 255.
-uint8_t frames_refused(void);
-void count_refused(uint8_t frames);
+uint8_t runtime_frames_refused(void);
+void runtime_count_refused(uint8_t frames);
 
 #endif

@@ -104,7 +104,7 @@ void Bench::start() {
     hear(make_message(RUN));
     run_ms(12);  // an idle robot looks each 10 ms
     REQUIRE(board.failure() == "");
-    REQUIRE(byte("robot_state") == STATE_RUNNING);
+    REQUIRE(byte("kilolib_robot_state") == STATE_RUNNING);
 }
 
 int16_t Bench::ask(Request request, uint16_t argument) {
@@ -117,7 +117,6 @@ int16_t Bench::ask(Request request, uint16_t argument) {
 
 uint16_t Bench::address(const std::string &symbol) const {
     auto found = flash->symbol(symbol);
-    if (!found) found = flash->symbol("runtime." + symbol);  // see firmware/hide_names.sh
     REQUIRE_MESSAGE(found.has_value(), "the program has no ", symbol);
     return *found;
 }

@@ -105,8 +105,8 @@ void CanControllerModel::receive(int buffer, uint16_t id, bool rtr,
 }  // namespace kilotwin
 
 extern "C" {
-void spi_init(void) {}
-void spi_select(void) { kilotwin::can_controller_model.select(); }
-void spi_release(void) { kilotwin::can_controller_model.release(); }
-uint8_t spi_exchange(uint8_t byte) { return kilotwin::can_controller_model.exchange(byte); }
+void runtime_spi_init(void) {}
+void runtime_spi_select(void) { kilotwin::can_controller_model.select(); }
+void runtime_spi_release(void) { kilotwin::can_controller_model.release(); }
+uint8_t runtime_spi_exchange(uint8_t byte) { return kilotwin::can_controller_model.exchange(byte); }
 }

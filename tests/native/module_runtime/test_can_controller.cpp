@@ -18,7 +18,7 @@ CanControllerModel &start(uint8_t x, uint8_t y) {
     can_controller_model = CanControllerModel();
     uint16_t ids[KILOGRID_FILTERS];
     REQUIRE(kilogrid_filters(x, y, ids));
-    REQUIRE(can_controller_init(ids, KILOGRID_MODULE_MASK));
+    REQUIRE(runtime_can_controller_init(ids, KILOGRID_MODULE_MASK));
     return can_controller_model;
 }
 
@@ -50,27 +50,27 @@ TEST_CASE("a controller that is not there is noticed") {
     can_controller_model = CanControllerModel();
     can_controller_model.there = false;
     const uint16_t ids[CAN_FILTERS] = {};
-    CHECK_FALSE(can_controller_init(ids, 0x7FF));
+    CHECK_FALSE(runtime_can_controller_init(ids, 0x7FF));
 }
 
 TEST_CASE("frames are taken out of both buffers and free them") {
     auto &chip = start(0, 0);
     can_frame_t frame;
-    CHECK_FALSE(can_controller_receive(&frame));
+    CHECK_FALSE(runtime_can_controller_receive(&frame));
     chip.receive(1, 0x7A5, false, {1, 2, 3});
     chip.receive(0, 0x042, false, {9, 8, 7, 6, 5, 4, 3, 2});
-    REQUIRE(can_controller_receive(&frame));
+    REQUIRE(runtime_can_controller_receive(&frame));
     CHECK(frame.id == 0x042);
     CHECK(frame.length == 8);
     CHECK(frame.data[0] == 9);
     CHECK(frame.data[7] == 2);
-    REQUIRE(can_controller_receive(&frame));
+    REQUIRE(runtime_can_controller_receive(&frame));
     CHECK(frame.id == 0x7A5);
     CHECK(frame.length == 3);
     CHECK_FALSE(frame.rtr);
-    CHECK_FALSE(can_controller_receive(&frame));
+    CHECK_FALSE(runtime_can_controller_receive(&frame));
     chip.receive(0, 0x000, true, {});
-    REQUIRE(can_controller_receive(&frame));
+    REQUIRE(runtime_can_controller_receive(&frame));
     CHECK(frame.rtr);
     CHECK(frame.length == 0);
 }
@@ -80,23 +80,23 @@ TEST_CASE("a frame with more than 8 data bytes in its header has 8") {
     chip.receive(0, 1, false, {1});
     chip.registers[0x65] = 0x0F;
     can_frame_t frame;
-    REQUIRE(can_controller_receive(&frame));
+    REQUIRE(runtime_can_controller_receive(&frame));
     CHECK(frame.length == 8);
 }
 
 TEST_CASE("a frame is loaded and requested; the next one waits until it is out") {
     auto &chip = start(0, 0);
     const can_frame_t frame = {0x0D7, false, 3, {0x14, 2, 5}};
-    REQUIRE(can_controller_send(&frame));
+    REQUIRE(runtime_can_controller_send(&frame));
     CHECK(chip.id_at(0x31) == 0x0D7);
     CHECK((chip.registers[0x32] & 0x08) == 0);  // no extended identifier
     CHECK(chip.registers[0x35] == 3);           // a data frame
     CHECK(chip.registers[0x36] == 0x14);
     CHECK(chip.registers[0x38] == 5);
     CHECK((chip.registers[CanControllerModel::TXB0CTRL] & CanControllerModel::REQUESTED) != 0);
-    CHECK_FALSE(can_controller_send(&frame));
+    CHECK_FALSE(runtime_can_controller_send(&frame));
     chip.registers[CanControllerModel::TXB0CTRL] = 0;
-    CHECK(can_controller_send(&frame));
+    CHECK(runtime_can_controller_send(&frame));
 }
 
 TEST_CASE("error counters are read, and an overflow is told once") {
@@ -104,7 +104,8 @@ TEST_CASE("error counters are read, and an overflow is told once") {
     chip.registers[0x1C] = 96;
     chip.registers[0x1D] = 5;
     chip.registers[0x2D] = 0x40 | 0x01;
-    const can_health_t first = can_controller_health(), second = can_controller_health();
+    const can_health_t first = runtime_can_controller_health(),
+                       second = runtime_can_controller_health();
     CHECK(first.transmit_errors == 96);
     CHECK(first.receive_errors == 5);
     CHECK(first.missed == 1);
