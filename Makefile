@@ -65,6 +65,7 @@ check-python: setup
 check-firmware: apt
 	@echo "== firmware: warnings of gcc, clang and avr-gcc, clang-tidy"
 	@$(MAKE) -C firmware check
+	@$(MAKE) -C kilogrid_modules check
 	@mkdir -p build; clang-tidy --quiet $(shell find firmware -name '*.c' -not -path '*/avr/*') -- -std=gnu11 \
 	    -Ifirmware/kilolib/include 2> build/clang-tidy.log || { cat build/clang-tidy.log; exit 1; }
 	@clang-tidy --quiet firmware/kilolib/avr/*.c -- -std=gnu99 -O2 --target=avr -mmcu=atmega328p \
@@ -88,6 +89,11 @@ check-long: native
 .PHONY: firmware
 firmware: apt
 	@$(MAKE) -C firmware firmware $(foreach name,PROGRAM KILOLIB,$(if $($(name)),$(name)=$(abspath $($(name)))))
+
+## modules: the same for the Kilogrid's modules: sites, or PROGRAM=x.c
+.PHONY: modules
+modules: apt
+	@$(MAKE) -C kilogrid_modules modules $(if $(PROGRAM),PROGRAM=$(abspath $(PROGRAM)))
 
 ## format: rewrite all sources in the one format
 .PHONY: format
