@@ -93,7 +93,7 @@ firmware: apt
 ## modules: the same for the Kilogrid's modules: sites, or PROGRAM=x.c
 .PHONY: modules
 modules: apt
-	@$(MAKE) -C kilogrid_modules modules $(if $(PROGRAM),PROGRAM=$(abspath $(PROGRAM)))
+	@$(MAKE) -C kilogrid_modules modules $(foreach name,PROGRAM BOARD,$(if $($(name)),$(name)=$(abspath $($(name)))))
 
 ## format: rewrite all sources in the one format
 .PHONY: format
