@@ -31,6 +31,10 @@ enum class Purpose : uint32_t {
     RIGHT_NOISE = 15,
     LIGHT = 16,
     CAN_ERROR = 32,
+    MODULE_POWER_UP = 40,
+    MODULE_CLOCK = 41,
+    WEAK_LIGHT = 42,
+    CELL_LOSS = 43,
 };
 
 class Chance {
