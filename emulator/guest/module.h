@@ -16,6 +16,7 @@
 #include <memory>
 #include <vector>
 
+#include "address.h"
 #include "engine/chance.h"
 #include "engine/clock.h"
 #include "engine/events.h"
@@ -25,6 +26,7 @@
 #include "guest/infrared_gains.h"
 #include "guest/program.h"
 #include "guest/stack.h"
+#include "transfer.h"
 
 namespace kilotwin {
 
@@ -83,11 +85,10 @@ class Module {
         RECEIVING,  ///< the receiver is in the middle of a frame: it was not even tried
     };
 
-    /// Frames and messages that were refused: they changed nothing.
+    /// What was lost or refused, since the world began.
     struct Counts {
-        uint64_t bad_frames = 0;    ///< wrong length, configuration too long, page out of range ...
-        uint64_t records_lost = 0;  ///< next_CAN_message() found the ring full
-        uint64_t frames_missed = 0;  ///< came while the controller's two buffers were full
+        uint64_t frames_refused = 0;  ///< wrong length, out of range or order: they changed nothing
+        uint64_t frames_missed = 0;   ///< came while the controller's two buffers were full
     };
 
     /// Module `index` at column `x`, row `y`, switched on at `power_up`; `tick` by its own
@@ -124,7 +125,7 @@ class Module {
     void receive_can(Cycles at, const CanFrame &frame);
 
     /// Identifiers that its controller takes: broadcast, its row, its column, its own.
-    std::array<uint16_t, 4> filters() const;
+    std::array<uint16_t, KILOGRID_FILTERS> filters() const;
 
     /// An infrared frame that ended at `at` on the cell listened to, with a right checksum or not.
     void receive_ir(Cycles at, uint8_t cell, const message_t &message,
@@ -134,7 +135,7 @@ class Module {
     /// it. In order of time.
     void hold_receiver(Cycles begin, Cycles end);
 
-    /// The cell that the receiver listens to at `at`: 10.24 ms each. Not before an earlier call's.
+    /// The cell that the receiver listens to at `at`: 10.24 ms each. Times must not go back.
     uint8_t listening_cell(Cycles at);
 
     /// A power cycle at `at`, not earlier than the time run up to: starts from main() again. The
@@ -165,7 +166,8 @@ class Module {
 
   private:
     enum class Life : uint8_t { OFF, BOOTING, ALIVE, STOPPED };
-    enum class Asking : uint8_t { NOTHING, TURN, AT_ONCE };  ///< why it is about to send
+    enum class Asking : uint8_t { NOTHING, TURN, AT_ONCE };        ///< why it is about to send
+    enum class Burst : uint8_t { NONE, REPETITION, START, PAGE };  ///< what frames in a row are for
 
     struct CanReception {
         Cycles at;
@@ -178,17 +180,126 @@ class Module {
         uint8_t cell;
         bool crc_error;
     };
+    struct CellMessage {
+        uint8_t cell;
+        message_t message;
+    };
 
-    uint32_t index_;
-    uint8_t x_, y_;
+    static const kt_module_host_t MODULE_HOST;
+    static const kt_host_t HOST;
+    struct HostCalls;
+
+    static void body(void *module);
+    void go_on(Cycles until);
+    void live();
+    bool has_nothing_before(Cycles until) const;
+    Cycles next_interrupt() const;
+    Cycles next_turn() const;
+    Cycles next_pass() const;
+    void pass();
+    void pass_of_state();
+    void start_running();
+    void send_burst_frame();
+    void end_burst();
+    void begin_repetition();
+    void begin_page();
+    void end_page();
+    void serve_interrupt();
+    void tick();
+    void take_turn();
+    void ask(Asking why, uint8_t cell, const message_t &message);
+    void settle();
+    void keep_busy(Cycles until);
+    void take_can();
+    void take_cell_message();
+    void obey(const CanFrame &frame);
+    void transferred(transfer_event_t event);
+    void forward_message();
+    bool obey_as_boot_loader(const CanFrame &frame);
+    void hand_over(const CanFrame &frame);
+    void enter(State state);
+    void answer_poll();
+    void answer_health();
+    void queue_answer(const CanFrame &frame, Cycles gap);
+    void emit_answers(Cycles until);
+    template <typename Call> void run_program(Call call);
+    template <typename Callback> void interrupt(Callback callback);
+    void wait_until(Cycles wake);
+    void switch_off();
+    [[noreturn]] void restart();
+    void came_back() { busy_.came_back(*program_); }
+    void budget_spent(const uint8_t *frame);
+    CanFrame frame_to_host(uint8_t type) const;
+    uint8_t eeprom(uint16_t address) const;
+    void set_eeprom(uint16_t address, uint8_t value);
+    void light_all(uint8_t color, uint8_t brightness);
+    uint16_t configuration_crc() const;
+    void stop(EventKind kind, std::string text);
+    void report(EventKind kind, std::string text);
+
+    ModuleContext &context_;
+    std::shared_ptr<Program> program_;
+    uint8_t *image_;
+    SuspendedCall suspended_;
+    std::vector<CanReception> can_inbox_;  ///< in order of time, as cell_inbox_
+    std::vector<CellReception> cell_inbox_;
+    std::vector<CanOutput> answers_;  ///< in order of time, not yet handed out
+    std::vector<CellMessage> burst_;
+    std::unique_ptr<EepromImage> eeprom_;  ///< once the program has written to it
+    InfraredGains gains_;
+    transfer_t transfer_;
+    BusyWatch busy_;
+
     Cycles now_;
+    Cycles until_ = 0;
+    Cycles tick_;
+    Cycles next_tick_ = NEVER;  ///< compare match of timer 0
+    Cycles power_up_;
+    Cycles busy_until_ = 0;  ///< interrupts are off: the CAN controller keeps two frames
+    Cycles wake_ = NEVER;    ///< when the suspended program goes on
+    Cycles state_since_ = 0;
+    Cycles repeat_at_ = 0;  ///< the next round of a forwarded message
+    Cycles mux_next_;       ///< when the receiver goes to the next cell
+    Cycles held_from_ = 0, held_until_ = 0;
+    void (*setup_)(void) = nullptr;
+    void (*loop_)(void) = nullptr;
+    uint64_t rand_hard_draws_ = 0;
+    size_t burst_next_ = 0;
+    uint32_t index_;
     uint32_t last_tick_ = 0;
-    uint8_t tec_ = 0, rec_ = 0;
-    State state_ = State::INIT;
-    Life life_ = Life::OFF;
-    Asking asking_ = Asking::NOTHING;
+    std::array<message_t, CELLS_PER_MODULE> cell_messages_{};
+    std::array<CellLight, CELLS_PER_MODULE> lights_{};
     CellEmission outgoing_{};
     Counts counts_;
+    CanFrame broadcast_;
+    uint16_t tx_clock_ = 0;
+    uint16_t tick_increment_ = 0;  ///< counts of the timer that the next compare match stands for
+    uint8_t x_, y_;
+    uint8_t sending_cells_ = 0;  ///< bit per cell that repeats a message
+    uint8_t turn_cell_ = 0;      ///< the last one whose turn it was
+    uint8_t mux_cell_ = 0;
+    uint8_t buffered_ = 0;  ///< CAN frames that came since it is busy
+    uint8_t page_cell_ = 0;
+    uint8_t pages_received_ = 0;
+    uint8_t health_asked_ = 0;  ///< bit per part
+    uint8_t tec_ = 0, rec_ = 0;
+    Life life_ = Life::OFF;
+    State state_ = State::INIT;
+    Asking asking_ = Asking::NOTHING;
+    Asking answered_ = Asking::NOTHING;  ///< what answer_ is to; to be acted upon
+    Answer answer_ = Answer::SENT;
+    Burst burst_kind_ = Burst::NONE;
+    bool autostart_ = false;
+    bool set_up_ = false;   ///< setup() has run since the last configuration
+    bool started_ = false;  ///< RUN has been sent to the robots
+    bool poll_pending_ = false;
+    bool page_pending_ = false;
+    bool broadcast_pending_ = false;
+    bool loop_due_ = false;
+    bool in_program_ = false;
+    bool in_interrupt_ = false;
+    bool interrupts_off_ = false;
+    bool tick_pending_ = false;
 };
 
 }  // namespace kilotwin
