@@ -98,10 +98,9 @@ _APIS: dict[Api, _ApiParts] = {
         own_headers_first=True,
     ),
 }
-_SIDE_OF = {"kilobot.c": "kilobot", "tx_period.c": "kilobot"} | {
-    "module.c": "module",
-    "module_send.c": "module",
-}
+_SIDE_OF = {"kilobot.c": "kilobot", "tx_period.c": "kilobot"} | dict.fromkeys(
+    ["module.c", "module_debug.c", "module_send.c"], "module"
+)
 
 
 @dataclass(frozen=True)
@@ -199,7 +198,14 @@ class _Builder:
             *extra,
         ]
         # gcc would make our calloc() call itself.
-        self._side_flags = [*flags, *headers, "-fno-common", "-fno-builtin", f"-I{self._guest}", *extra]
+        self._side_flags = [
+            *flags,
+            *headers,
+            "-fno-common",
+            "-fno-builtin",
+            f"-I{self._guest}",
+            *extra,
+        ]
 
     def key(self, version: str) -> str:
         """The hash of compiler, flags, and every file that is read."""
