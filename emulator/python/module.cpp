@@ -417,8 +417,7 @@ nb::list module_events(PythonSimulation &self) {
         nb::dict row;
         row["tick"] = self.simulation.tick_of(event.at);
         row["module_tick"] = event.tick;
-        row["module"] =
-            nb::make_tuple(grid.layout().x(event.robot), grid.layout().y(event.robot));
+        row["module"] = nb::make_tuple(grid.layout().x(event.robot), grid.layout().y(event.robot));
         row["program"] = event.program;
         row["kind"] = name_of(event.kind);
         row["text"] = text_of(event);

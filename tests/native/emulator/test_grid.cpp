@@ -240,7 +240,8 @@ TEST_CASE("a module keeps ten records between two polls; the rest is lost silent
     CHECK(count_type(host.answers(), TRACKING_RECORD) <= 1);
 }
 
-TEST_CASE("the receiver listens to one cell of four: a quarter of a still robot's frames are heard") {
+TEST_CASE(
+    "the receiver listens to one cell of four: a quarter of a still robot's frames are heard") {
     auto scene = on_grid(1, 1, 1, {{{CELL_MIDDLE, CELL_MIDDLE}, 0}});
     scene.def.grid->infrared.robot_range_m = 0.03;  // one cell only
     // Clocks that slide past one another, so that the receiver's turns are met by chance.
