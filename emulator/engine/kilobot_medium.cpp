@@ -195,7 +195,7 @@ void KilobotMedium::spoil(const std::vector<uint32_t> &senders, uint32_t station
 /// A robot's frame that begins reaches the cells around it. A module hears it if it listens to one
 /// of them, and stays with that cell.
 void KilobotMedium::shine_on_cells(Frame &frame, const Eigen::Vector2d &from) {
-    const double range = grid_->range_m(frame.sender);
+    const double range = grid_->range_m(frame.sender, frame.begin);
     for (uint32_t cell : grid_->cells_near(frame.sender)) {
         const double distance = (grid_->layout().centre(cell) - from).norm();
         if (distance > range) continue;
