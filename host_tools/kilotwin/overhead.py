@@ -44,6 +44,8 @@ def message(data: Sequence[int], message_type: int) -> bytes:
 
 
 RUN = message((), _TYPES["run"])
+RESET = message((), _TYPES["reset"])
+WAKEUP = message((), _TYPES["wakeup"])
 
 
 def message_of(command: Command, profile: Profile) -> bytes:

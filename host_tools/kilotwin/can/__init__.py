@@ -1,0 +1,1 @@
+"""The Kilogrid's CAN protocol, and buses to speak it on."""
