@@ -19,7 +19,7 @@ RUN    ?= runs/paper-$(shell date +%Y%m%d-%H%M%S)
 LOCKED    := $(VENV)/.locked
 INSTALLED := $(VENV)/.installed
 ENGINE := CMakeLists.txt pyproject.toml $(shell find emulator firmware/aggregation/wire.h \
-            firmware/kilolib/include -type f \( -name '*.[ch]' -o -name '*.cpp' -o -name '*.hpp' \
+            firmware/kilolib/include kilogrid_modules -type f \( -name '*.[ch]' -o -name '*.cpp' -o -name '*.hpp' \
             -o -name CMakeLists.txt -o -name '*.cmake' \) 2>/dev/null)
 C_FILES := $(shell find emulator firmware kilogrid_modules tests -name '*.[ch]' -o -name '*.cpp' \
              -o -name '*.hpp' 2>/dev/null)
@@ -92,6 +92,11 @@ format: setup
 	clang-format -i $(C_FILES)
 	$(VENV)/bin/ruff check --quiet --fix . || true
 	$(VENV)/bin/ruff format .
+
+## protocol: make the C code of the CAN frames anew from kilogrid_modules/protocol/kilogrid.dbc
+.PHONY: protocol
+protocol: setup
+	$(PY) kilogrid_modules/protocol/generate.py
 
 ## lock: make requirements.lock anew from requirements.in
 .PHONY: lock

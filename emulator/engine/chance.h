@@ -30,6 +30,7 @@ enum class Purpose : uint32_t {
     LEFT_NOISE = 14,
     RIGHT_NOISE = 15,
     LIGHT = 16,
+    CAN_ERROR = 32,
 };
 
 class Chance {

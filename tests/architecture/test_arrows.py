@@ -30,7 +30,11 @@ PUBLIC_HEADERS = ("firmware/kilolib/include/", "firmware/aggregation/wire.h")
 ALLOWED = {
     "firmware": (),
     "kilogrid_modules": PUBLIC_HEADERS,
-    "emulator": (*PUBLIC_HEADERS, "kilogrid_modules/runtime/include/"),
+    "emulator": (
+        *PUBLIC_HEADERS,
+        "kilogrid_modules/runtime/include/",
+        "kilogrid_modules/protocol/",
+    ),
 }
 # Headers that stay behind one wall: pattern of the include, files that may use it, why.
 WALLS = [
