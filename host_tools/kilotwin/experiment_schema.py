@@ -457,10 +457,10 @@ def _grid_size_m(grid: Any) -> tuple[float, float] | None:
     """Width and height of a [grid] as it was written, if it tells them."""
     if not isinstance(grid, dict):
         return None
-    sizes = [grid.get(key) for key in ("columns", "rows")]
-    if not all(type(size) is int and size >= 1 for size in sizes):
+    columns, rows = grid.get("columns"), grid.get("rows")
+    if type(columns) is not int or type(rows) is not int or min(columns, rows) < 1:
         return None
-    return tuple(round(size * MODULE_M, 6) for size in sizes)
+    return round(columns * MODULE_M, 6), round(rows * MODULE_M, 6)
 
 
 class ExperimentSchema(Section):

@@ -7,6 +7,7 @@ from typing import Any
 import can
 import pytest
 
+from kilotwin.can.protocol import ModuleState
 from kilotwin.grid.controller import Controller, Settings
 from kilotwin.grid.layout import Layout
 from kilotwin.grid.links import Links
@@ -234,21 +235,23 @@ def test_health_is_asked_only_when_told_to(build: Build) -> None:
     rig.until_done()
     assert set(rig.controller.health) == {(0, 0), (2, 3)}
     health = rig.controller.health[0, 0]
-    assert (health["State"], health["ConfigSize"], health["Uptime"]) == (7, 4, 42)
+    assert (health.state, health.config_size) == (ModuleState.RUNNING, 4)
+    assert rig.controller.bus_health[0, 0].uptime_s == 42
 
 
 def test_a_configuration_that_did_not_arrive_is_sent_again(build: Build) -> None:
     rig = build(health=True)
     module = rig.table.modules[2, 1]
-    configure = rig.table._chunk  # noqa: SLF001 (the first transfer to one module is lost)
-    rig.table._chunk = lambda fake, data: (  # type: ignore[method-assign]  # noqa: SLF001
+    # The first transfer to one module is lost.
+    configure = rig.table._chunk
+    rig.table._chunk = lambda fake, data: (  # type: ignore[method-assign]
         configure(fake, data) if fake is not module or len(module.forwarded) > 3 else None
     )
     rig.controller.step(0)
     rig.controller.set_up(dict.fromkeys(rig.layout.modules(), b"\1\2\3\4"), [CONFIG])
     rig.pass_time(60, lambda: any("configure" in kind for kind in rig.kinds()))
     rig.pass_time(0.2)
-    rig.table._chunk = configure  # type: ignore[method-assign]  # noqa: SLF001
+    rig.table._chunk = configure  # type: ignore[method-assign]
     rig.until_done()
     assert module.configuration == b"\1\2\3\4"
 

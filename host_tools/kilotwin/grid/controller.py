@@ -2,8 +2,8 @@
 
 No I/O of its own and no waiting: whoever has a clock calls `step(now_s)`, often, and `next_step_s`
 says when at the latest. What takes time is a script, a generator that yields what it waits for:
-a moment, all that it queued to be sent (`_sent`), or a condition. A new order takes the place of the
-script that goes on. Polling goes on beside it.
+a moment, all that it queued to be sent (`_sent`), or a condition. A new order takes the place of
+the script that goes on. Polling goes on beside it.
 
 Modules read frames one at a time, from two buffers, and are deaf while they send by infrared. So
 frames that may be for the same module leave at a pace, and slower where modules are running.
@@ -14,6 +14,7 @@ from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+from kilotwin.can.protocol import BusHealth, Health, ModuleState, read_to_host
 from kilotwin.grid import frames as wire
 from kilotwin.grid.cover import EVERYBODY, Group, cover
 from kilotwin.grid.layout import Layout, Module
@@ -82,7 +83,8 @@ class Controller:
         self._script: Script | None = None
         self._wait: Wait = 0.0
         self._now_s = float("-inf")
-        self._answers: dict[Module, dict[str, int]] = {}
+        self._health: dict[Module, Health] = {}
+        self._bus_health: dict[Module, BusHealth] = {}
         self._troubled: set[int] = set()
         self.configuration: dict[Module, bytes] = {}
         self.running = False
@@ -136,9 +138,14 @@ class Controller:
         return self._script is not None or self._queued or bool(self._later)
 
     @property
-    def health(self) -> Mapping[Module, dict[str, int]]:
-        """What modules said of themselves, by the names of the protocol's signals."""
-        return self._answers
+    def health(self) -> Mapping[Module, Health]:
+        """What modules said of themselves when they were asked last."""
+        return self._health
+
+    @property
+    def bus_health(self) -> Mapping[Module, BusHealth]:
+        """The same of their CAN controllers."""
+        return self._bus_health
 
     # Time.
 
@@ -214,18 +221,20 @@ class Controller:
                 queue.popleft()
                 self._ready_s[bus] = self._now_s + gap_s
 
-    def _queue(self, bus: int, group: Group, data: bytes) -> None:
-        gap_s = max(self.settings.pace_s, _BUSY_PACE_S if self.running else 0.0)
-        self._queues[bus].append((wire.id_of_group(group), data, gap_s))
+    def _queue(self, bus: int, group: Group, frames: Iterable[bytes | wire.Paced]) -> None:
+        """A frame of a transfer brings its own pace; the longest that anybody asks for counts."""
+        identifier = wire.id_of_group(group)
+        least_s = max(self.settings.pace_s, _BUSY_PACE_S if self.running else 0.0)
+        for frame in frames:
+            data, gap_s = (frame, least_s) if isinstance(frame, bytes) else frame
+            self._queues[bus].append((identifier, data, max(gap_s, least_s)))
 
-    def _broadcast(self, *frames: bytes) -> None:
+    def _broadcast(self, *frames: bytes | wire.Paced) -> None:
         for bus in range(self.layout.buses):
-            for data in frames:
-                self._queue(bus, EVERYBODY, data)
+            self._queue(bus, EVERYBODY, frames)
 
-    def _to(self, module: Module, *frames: bytes) -> None:
-        for data in frames:
-            self._queue(self.layout.bus_of(module), Group(*module), data)
+    def _to(self, module: Module, *frames: bytes | wire.Paced) -> None:
+        self._queue(self.layout.bus_of(module), Group(*module), frames)
 
     def _configure(self, wanted: Mapping[Module, bytes]) -> None:
         """Queues the fewest transfers that leave each of these modules with its bytes."""
@@ -233,8 +242,7 @@ class Controller:
             modules = self.layout.modules_of(bus)
             here = {module: wanted[module] for module in modules if module in wanted}
             for telling in cover(here, modules):
-                for data in wire.configuration(telling.content):
-                    self._queue(bus, telling.group, data)
+                self._queue(bus, telling.group, wire.configuration(telling.content))
 
     # Receiving.
 
@@ -250,12 +258,17 @@ class Controller:
 
     def _take_health(self, frames: Frames) -> None:
         ours = (frames["id"] & 1 == 1) & (frames["data"][:, 0] == wire.MODULE_DATA)
-        for frame in frames[ours & ~frames["from_host"] & (frames["dlc"] == wire.FRAME_BYTES)]:
-            module = wire.module_of_id(int(frame["id"]))
-            data = frame["data"].tobytes()
-            part = data[1]
-            if module in self.poller.index and part < wire.HEALTH_PARTS:
-                self._answers.setdefault(module, {}).update(wire.health(data))
+        for frame in frames[ours & ~frames["from_host"]]:
+            try:
+                module = wire.module_of_id(int(frame["id"]))
+                answer = read_to_host(frame["data"][: frame["dlc"]].tobytes())
+            except ValueError:
+                self.poller.counts.bad_frames += 1
+                continue
+            if module in self.poller.index and isinstance(answer, Health):
+                self._health[module] = answer
+            elif module in self.poller.index and isinstance(answer, BusHealth):
+                self._bus_health[module] = answer
 
     def _restore(self, module: Module) -> None:
         """A module that was silent may have been reset: it gets everything anew."""
@@ -263,15 +276,16 @@ class Controller:
             return
         self._event("module_back", f"module {module[0]}-{module[1]} answers again", module)
         if self.settings.health:
-            self._answers.pop(module, None)
-            self._to(module, wire.health_request(0))
+            self._health.pop(module, None)
+            self._to(module, *wire.HEALTH_REQUESTS)
             self._at(_SETTLE_S, lambda: self._restore_unless_running(module))
         else:
             self._configure_again(module)
 
     def _restore_unless_running(self, module: Module) -> None:
-        answer = self._answers.get(module)
-        if answer is None or not self._is_right(module, answer) or answer["State"] != wire.RUNNING:
+        answer = self._health.get(module)
+        right = answer is not None and self._is_right(module, answer)
+        if answer is None or not right or answer.state != ModuleState.RUNNING:
             self._configure_again(module)
 
     def _configure_again(self, module: Module) -> None:
@@ -288,10 +302,10 @@ class Controller:
     def _at(self, after_s: float, what: Callable[[], None]) -> None:
         self._later.append((self._now_s + after_s, what))
 
-    def _is_right(self, module: Module, answer: Mapping[str, int]) -> bool:
+    def _is_right(self, module: Module, answer: Health) -> bool:
         wanted = self.configuration.get(module)
         return wanted is None or (
-            answer["ConfigSize"] == len(wanted) and answer["ConfigCrc"] == wire.checksum(wanted)
+            answer.config_size == len(wanted) and answer.config_crc == wire.checksum(wanted)
         )
 
     # Scripts.
@@ -341,7 +355,7 @@ class Controller:
         for attempt in range(_ATTEMPTS):
             silent = set(self.poller.silent)
             yield from self._asking([m for m in self.poller.modules if m not in silent])
-            wrong = [m for m, answer in self._answers.items() if not self._is_right(m, answer)]
+            wrong = [m for m, answer in self._health.items() if not self._is_right(m, answer)]
             if not wrong:
                 return
             for module in wrong:
@@ -363,8 +377,9 @@ class Controller:
 
     def _asking(self, modules: list[Module]) -> Script:
         for module in modules:
-            self._answers.pop(module, None)
-            self._to(module, *(wire.health_request(part) for part in range(wire.HEALTH_PARTS)))
+            self._health.pop(module, None)
+            self._bus_health.pop(module, None)
+            self._to(module, *wire.HEALTH_REQUESTS)
         yield self._sent
         yield self._after(_SETTLE_S)
 

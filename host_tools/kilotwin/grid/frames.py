@@ -1,77 +1,82 @@
-"""The frames that the controller sends and understands, made once: what python-can carries.
+"""The frames of a run, made once, and where their parts lie in arrays of frames.
 
-What a frame means is said by `kilogrid_modules/protocol`; here are only its ready-made bytes.
+What a frame means is said by `kilotwin.can.protocol`, whose DBC these numbers come from too: a run
+has too many frames to have each of them decoded.
 """
 
+from collections.abc import Iterable
+
+from kilotwin.can import address, protocol, transfer
+from kilotwin.can.protocol import HealthPart
 from kilotwin.grid.cover import Group
 from kilotwin.grid.layout import Module
+from kilotwin.overhead import DATA_BYTES
 
-IDS = 2048
-TYPE_MASK = 0x3F
-CELL_SHIFT = 6
-START, TRACKING, MODULE_DATA = 0x14, 0x11, 0x13
-START_BYTES, TRACKING_BYTES, FRAME_BYTES = 2, 8, 8
-MOST_RECORDS = 10
-HEALTH_PARTS = 2
-RUNNING = 7
-STOP, IDLE, SETUP, RUN = (bytes([t]).ljust(8, b"\0") for t in (0x02, 0x0B, 0x0C, 0x0D))
-TRACKING_REQUEST = b"\x15"
+IDS = address.MODULE_MASK + 1
+"""So many identifiers there are."""
+
+STOP = protocol.to_module("FORWARD_IR_MESSAGE_STOP")
+IDLE = protocol.to_module("MODULE_IDLE")
+SETUP = protocol.to_module("MODULE_SETUP")
+RUN = protocol.to_module("MODULE_RUN")
+TRACKING_REQUEST = protocol.to_module("TRACKING_REQ")
+HEALTH_REQUESTS = tuple(protocol.health_request(part) for part in HealthPart)
+
+_TYPES = protocol.types_to_host()
+START = _TYPES["TRACKING_KILOBOT_START"]
+TRACKING = _TYPES["TRACKING_KILOBOT"]
+MODULE_DATA = _TYPES["MODULE_DATA"]
+
+_SIGNALS = {
+    signal.name: signal for signal in protocol.database().get_message_by_name("ToHost").signals
+}
+TYPE_MASK = (1 << _SIGNALS["Type"].length) - 1
+CELL_SHIFT = _SIGNALS["Cell"].start
+MOST_RECORDS = int(_SIGNALS["Records"].maximum or 0)
+START_BYTES = protocol.least_dlc_to_host("TRACKING_KILOBOT_START")
+TRACKING_BYTES = protocol.least_dlc_to_host("TRACKING_KILOBOT")
+
+Paced = transfer.Paced
 
 
 def id_of_group(group: Group) -> int:
-    return (0 if group.y is None else group.y + 1) << 6 | (
-        0 if group.x is None else group.x + 1
-    ) << 1
-
-
-def id_of_module(module: Module) -> int:
-    return id_of_group(Group(*module))
+    """The identifier of a frame to these modules."""
+    if group.x is None and group.y is None:
+        return address.to_id(address.ALL_MODULES)
+    if group.x is None:
+        assert group.y is not None
+        return address.to_id(address.row(group.y))
+    if group.y is None:
+        return address.to_id(address.column(group.x))
+    return address.to_id(address.module(group.x, group.y))
 
 
 def id_from_module(module: Module) -> int:
-    return id_of_module(module) | 1
+    """The identifier of a module's frames to the host."""
+    return address.to_id(address.Address(*module, address.AddressType.DISPATCHER))
 
 
 def module_of_id(identifier: int) -> Module:
-    return (identifier >> 1 & 31) - 1, (identifier >> 6) - 1
+    """The module whose frame it is; ValueError if none sends that."""
+    sender = address.from_id(identifier)
+    return sender.x, sender.y
 
 
-def forward(message: bytes) -> tuple[bytes, bytes]:
-    return bytes([1, 0]) + message[:6], bytes([1, 1]) + message[6:9] + message[9:10] + b"\0\0"
+def forward(message: bytes) -> list[Paced]:
+    """A message for robots, nine bytes and a type, which modules repeat on all cells."""
+    return transfer.infrared(message[:DATA_BYTES], message[DATA_BYTES])
 
 
-def configuration(data: bytes) -> list[bytes]:
-    out = [bytes([0x0F, 0, len(data)]).ljust(8, b"\0")]
-    for n in range(0, len(data), 6):
-        out.append((bytes([0x10, n // 6]) + data[n : n + 6]).ljust(8, b"\0"))
-    return out
+def configuration(data: bytes) -> list[Paced]:
+    """What a module is to be."""
+    return transfer.configuration(data)
 
 
-def health_request(part: int) -> bytes:
-    return bytes([0x13, part])
-
-
-def health(data: bytes) -> dict[str, int]:
-    if data[1] == 0:
-        return {
-            "State": data[2],
-            "ConfigSize": data[3],
-            "ConfigCrc": data[4] | data[5] << 8,
-            "LostRecords": data[6],
-            "RefusedFrames": data[7],
-        }
-    return {
-        "TransmitErrors": data[2],
-        "ReceiveErrors": data[3],
-        "Uptime": data[4] | data[5] << 8,
-        "Version": data[6],
-    }
-
-
-def checksum(data: bytes) -> int:
+def checksum(data: Iterable[int]) -> int:
+    """CRC-16/MCRF4XX, by which a module tells what configuration it holds."""
     crc = 0xFFFF
     for byte in data:
         crc ^= byte
         for _ in range(8):
-            crc = crc >> 1 ^ (0x8408 if crc & 1 else 0)
+            crc = crc >> 1 ^ 0x8408 if crc & 1 else crc >> 1
     return crc

@@ -119,7 +119,8 @@ def _reports(lines: Iterable[str], source: str) -> Iterator[Report]:
             numbers = [int(word) for word in words]
             if len(numbers) < _LEAST_COLUMNS:
                 raise ValueError
-            yield Report(*numbers[:5], bytes(numbers[5 : 5 + DATA_BYTES]))
+            x, y, cell, stamp, serial, *data = numbers
+            yield Report(x, y, cell, stamp, serial, bytes(data[:DATA_BYTES]))
         except ValueError:
             what = f"'{line}' is no report; allowed: {' '.join(_HEADER)}"
             raise InputError(f"{source}:{number}: {what}") from None

@@ -58,8 +58,10 @@ class Layout:
 
     def centres(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """x in m of each column of cells, y in m of each row of cells."""
-        across = (np.arange(2 * self.columns) + 0.5 - self.columns) * CELL_M
-        up = (np.arange(2 * self.rows) + 0.5 - self.rows) * CELL_M
+        across, up = (
+            (np.arange(2 * count, dtype=np.float64) + 0.5 - count) * CELL_M
+            for count in (self.columns, self.rows)
+        )
         return across, up
 
     def centre(self, module: Module, cell: int) -> tuple[float, float]:

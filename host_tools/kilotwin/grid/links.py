@@ -79,7 +79,7 @@ class Links:
         return self._troubles[bus]
 
     def receive(self, now_s: float) -> Frames:
-        """All frames since the last call, those that this host sent among them, in order of time."""
+        """All frames since the last call in order of time, those that this host sent among them."""
         frames = self._take(now_s)
         if self._log is not None and len(frames):
             self._log.add(frames)

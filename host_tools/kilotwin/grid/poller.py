@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kilotwin.grid import frames as wire
+from kilotwin.grid.cover import Group
 from kilotwin.grid.layout import CELLS_PER_MODULE, Layout, Module
 from kilotwin.grid.links import Frames, Links
 
@@ -68,7 +69,7 @@ class Poller:
         count = len(self.modules)
         self._buses = range(layout.buses)
         self._bus = np.array([layout.bus_of(module) for module in self.modules], dtype=np.intp)
-        self._ids = [wire.id_of_module(module) for module in self.modules]
+        self._ids = [wire.id_of_group(Group(*module)) for module in self.modules]
         self._of_id = np.full(wire.IDS, -1, dtype=np.intp)
         self._of_id[[wire.id_from_module(module) for module in self.modules]] = np.arange(count)
         self._xy = np.array(self.modules, dtype=np.uint8)
@@ -175,7 +176,7 @@ class Poller:
             incoming["at_s"].copy(),
             self._xy[number, 0],
             self._xy[number, 1],
-            data[:, 0] >> wire.CELL_SHIFT & (CELLS_PER_MODULE - 1),
+            (data[:, 0] >> wire.CELL_SHIFT & (CELLS_PER_MODULE - 1)).astype(np.uint8),
             data[:, 1:].copy(),
         )
 

@@ -1,1 +1,0 @@
-"""The Kilogrid's CAN protocol, and buses to speak it on."""
