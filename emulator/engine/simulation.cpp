@@ -20,6 +20,9 @@ namespace {
 constexpr uint32_t POWER_UP_TICKS =
     16;                             // robots are switched on within a message period of one another
 constexpr int64_t LEAD_TICKS = 64;  // and at least so long before RUN
+// Who is near which cell is looked up so often: rarely enough to cost little, often enough that few
+// cells seem to have somebody near.
+constexpr Cycles LOOK_AROUND_GRID = 16 * TICK_CYCLES;
 constexpr double SKIN_SHARE = 0.4;  // of the medium's range
 constexpr double SKIN_USED =
     0.6;  // of the skin, before new lists are made: the rest is for running ahead
@@ -43,10 +46,14 @@ BlackBox *map_black_box(const std::string &path) {
     return static_cast<BlackBox *>(memory);
 }
 
-Cycles run_cycles(const std::vector<SimulationDef::Command> &commands) {
-    int64_t lead = LEAD_TICKS;
-    for (const auto &command : commands) lead = std::max(lead, 2 * POWER_UP_TICKS - command.tick);
-    return static_cast<Cycles>((lead + 3) / 4 * 4) * TICK_CYCLES;
+/// Whole world steps, however long these are.
+Cycles round_up(int64_t ticks) { return static_cast<Cycles>((ticks + 3) / 4 * 4) * TICK_CYCLES; }
+
+Cycles run_cycles(const SimulationDef &def) {
+    int64_t lead = LEAD_TICKS + def.lead_ticks;
+    for (const auto &command : def.commands)
+        lead = std::max(lead, 2 * POWER_UP_TICKS - command.tick);
+    return round_up(lead);
 }
 
 size_t count_robots(const SimulationDef &def) {
@@ -61,7 +68,8 @@ Simulation::Simulation(const SimulationDef &def)
     : def_(def),
       chance_(def.seed),
       step_(def.step_ticks * TICK_CYCLES),
-      run_at_(run_cycles(def.commands)),
+      run_at_(run_cycles(def)),
+      start_(run_at_ - round_up(def.lead_ticks)),
       chassis_(def.profile, chance_, count_robots(def)),
       next_sample_(run_at_),
       reach_m_(def.kilobot_medium ? KilobotMedium::reach_m(*def.kilobot_medium) : def.range_m),
@@ -97,9 +105,12 @@ Simulation::Simulation(const SimulationDef &def)
     std::stable_sort(commands_.begin(), commands_.end(),
                      [](const auto &a, const auto &b) { return a.tick < b.tick; });
     create_robots();
+    if (def.grid)
+        grid_.emplace(*def.grid, chance_, POWER_UP_TICKS * TICK_CYCLES, run_at_,
+                      !def.kilobot_medium, def.run_ahead);
     if (def.kilobot_medium)
         kilobot_medium_.emplace(*def.kilobot_medium, chance_, robots_, emissions_,
-                                statistics_.medium);
+                                statistics_.medium, grid_ ? &*grid_ : nullptr);
     boot();
 }
 
@@ -128,7 +139,7 @@ void Simulation::create_robots() {
         }
     }
     for (const auto &pose : poses) {
-        trajectories_.emplace_back(run_at_, pose);
+        trajectories_.emplace_back(start_, pose);
         positions_.push_back(pose.position);
     }
 }
@@ -153,11 +164,14 @@ Calibration Simulation::calibrate(uint32_t index) const {
 // From power-up to RUN robots wait on their places for what the host tells them.
 void Simulation::boot() {
     Robot::serve_this_thread();
-    give_commands(run_at_);
-    for (auto &robot : robots_) robot.run(run_at_);
+    give_commands(start_);
+    for (auto &robot : robots_) robot.run(start_);
     emissions_.clear();
     for (auto &robot : robots_) robot.motor_commands.clear();
-    now_ = run_at_;
+    now_ = start_;
+    if (grid_)  // nobody listens yet
+        while (auto module = grid_->run(now_))
+            grid_->answer(*module, grid_->module(*module).outgoing().at, Module::Answer::SENT);
     neighbours_.rebuild(positions_);
     listed_at_ = positions_;
 }
@@ -172,6 +186,7 @@ int64_t Simulation::tick() const { return tick_of(now_); }
 void Simulation::advance(int64_t ticks) {
     Robot::serve_this_thread();
     const Cycles end = end_of_step(now_ + static_cast<Cycles>(ticks) * TICK_CYCLES);
+    if (grid_) grid_->no_host_before(end);
     sample_if_due();
     while (now_ < end) {
         step(std::min(end, next_sample_));
@@ -185,11 +200,14 @@ void Simulation::step(Cycles limit) {
         limit = std::min(
             limit, std::max(now_ + step_, begin_of_step(command_time(commands_[next_command_]))));
     refresh_lists();
+    if (grid_ && (now_ - start_) % LOOK_AROUND_GRID == 0) look_around_grid();
     if (floor_) next_sensing_ = floor_->senses_at(now_) ? now_ : floor_->next_sensing(now_);
     for (uint32_t robot = 0; robot < robots_.size(); robot++)
         if (wake_[robot] <= now_) attend(robot, limit);
     if (kilobot_medium_)
         kilobot_medium_->run(together_, now_, now_ + step_, neighbours_, positions_);
+    else if (grid_)
+        run_grid();
     deliver_frames();
     take_over_plans();
     move();
@@ -244,7 +262,8 @@ void Simulation::attend(uint32_t robot, Cycles limit) {
     Cycles until = std::min({limit, around.alone_until, silent_until(robot)});
     const bool light_changes =
         !def_.light.sources.empty() && !trajectories_[robot].drive().stands();
-    until = def_.run_ahead && !light_changes ? std::max(until, now_ + step_) : now_ + step_;
+    // A cell may speak to it any time.
+    until = def_.run_ahead && !light_changes && !grid_ ? std::max(until, now_ + step_) : now_ + step_;
     if (next_sensing_ < until) floor_->tell(robots_[robot], around.cell, next_sensing_, until);
     attended_.push_back(robot);
     robots_[robot].light = def_.light.at(positions_[robot]);
@@ -357,12 +376,59 @@ void Simulation::take_over_plans() {
     together_.clear();
 }
 
+void Simulation::look_around_grid() {
+    const double way_m = PUSHED_SPEED * chassis_.fastest_m_s() * seconds(LOOK_AROUND_GRID);
+    grid_->look_around(now_ + LOOK_AROUND_GRID, way_m, positions_);
+}
+
+/// Beside the ideal medium: robots within range hear each cell, from the next step on.
+void Simulation::run_grid() {
+    const Cycles end = now_ + step_;
+    while (auto index = grid_->run(end)) {
+        const CellEmission sent = grid_->module(*index).outgoing();
+        const uint32_t cell = GridLayout::MODULE_CELLS * *index + sent.cell;
+        const Cycles heard_at = std::max(sent.at + FRAME_CYCLES, end);
+        for (uint32_t robot : grid_->robots_near(cell)) {
+            const double distance = (positions_[robot] - grid_->layout().centre(cell)).norm();
+            if (distance > grid_->infrared().cell_range_m || !crc_is_right(sent.message)) continue;
+            const auto mm = static_cast<int16_t>(distance * 1000 + 0.5);
+            robots_[robot].receive({heard_at, sent.message, {mm, mm}});
+            statistics_.medium.received++;
+        }
+        grid_->answer(*index, sent.at, Module::Answer::SENT);
+    }
+}
+
+bool Simulation::can_send(uint32_t bus, const CanFrame &frame) {
+    return grid().can_send(now_, bus, frame);
+}
+
+Grid &Simulation::grid() {
+    if (!grid_) throw EngineError("this run has no grid");
+    return *grid_;
+}
+
+const Grid &Simulation::grid() const { return const_cast<Simulation *>(this)->grid(); }
+
+/// Beside the ideal medium: the cell below a robot hears it, from the next step on.
+void Simulation::deliver_to_grid(const Emission &emission) {
+    const auto cell = grid_->layout().below(positions_[emission.robot]);
+    if (!cell) return;
+    const double distance =
+        (positions_[emission.robot] - grid_->layout().centre(*cell)).norm();
+    const auto mm = static_cast<int16_t>(distance * 1000 + 0.5);
+    grid_->counts.received++;
+    grid_->receive_ir(std::max(emission.at + FRAME_CYCLES, now_ + step_), *cell, emission.message,
+                      {mm, mm}, !crc_is_right(emission.message));
+}
+
 void Simulation::deliver_frames() {
     std::sort(on_air_.begin(), on_air_.end(), [](const Emission &a, const Emission &b) {
         return a.at != b.at ? a.at < b.at : a.robot < b.robot;
     });
     for (const auto &emission : on_air_) {
         statistics_.medium.sent++;
+        if (grid_) deliver_to_grid(emission);
         if (!crc_is_right(emission.message)) {
             statistics_.medium.wrong_crc++;
             continue;

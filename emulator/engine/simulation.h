@@ -28,6 +28,7 @@
 #include "engine/recorder.h"
 #include "engine/virtual_floor.h"
 #include "engine/world.h"
+#include "grid/grid.h"
 #include "guest/robot.h"
 
 namespace kilotwin {
@@ -59,6 +60,8 @@ struct SimulationDef {
     double range_m = 0.8;  ///< of the ideal medium
     bool line_of_sight = true;
     std::optional<KilobotMedium::Settings> kilobot_medium;  ///< instead of the ideal one
+    std::optional<Grid::Settings> grid;  ///< a Kilogrid below the robots
+    int64_t lead_ticks = 0;  ///< engine time before RUN, for the grid's host; rounded up to 4
     Light light;
     double battery_h = 0;       ///< hours of driving that a full battery lasts; 0: it never drains
     int16_t temperature = 300;  ///< reading
@@ -89,6 +92,18 @@ class Simulation {
 
     /// Nominal ticks since RUN, which happens at 0.
     int64_t tick() const;
+
+    /// Queues a frame at the host's node of a bus now; false if its queue is full. EngineError
+    /// without a grid, or such a bus.
+    bool can_send(uint32_t bus, const CanFrame &frame);
+    /// EngineError without one.
+    Grid &grid();
+    const Grid &grid() const;
+    Cycles now() const { return now_; }
+    /// Since t = 0, when the experiment begins.
+    double seconds_of(Cycles at) const {
+        return static_cast<double>(static_cast<int64_t>(at - run_at_)) * CYCLE_S;
+    }
 
     /// Gives robots a message now, from outside the medium. `command.tick` does not matter.
     void send(const SimulationDef::Command &command);
@@ -130,6 +145,9 @@ class Simulation {
     Cycles whole_steps(double for_s) const;
     void run_robot(uint32_t robot, Cycles until);
     void take_over_plans();
+    void look_around_grid();
+    void run_grid();
+    void deliver_to_grid(const Emission &emission);
     void deliver_frames();
     bool audience_holds(uint32_t robot) const;
     void move();
@@ -147,6 +165,7 @@ class Simulation {
     Chance chance_;
     Cycles step_;    ///< length of a world step
     Cycles run_at_;  ///< when RUN is given: t = 0
+    Cycles start_;   ///< when stepping begins: before, robots wait and hear commands only
     Chassis chassis_;
     Cycles now_ = 0;            ///< begin of the current step
     uint64_t samples_due_ = 0;  ///< so many were taken
@@ -180,6 +199,7 @@ class Simulation {
     std::vector<Eigen::Vector2d> listed_at_;  ///< positions when the lists were made
     double drift_m_ = 0;                      ///< nobody has moved farther since
     IdealMedium medium_;
+    std::optional<Grid> grid_;
     std::optional<KilobotMedium> kilobot_medium_;
     std::vector<uint32_t> attended_;  ///< robots that run in this step
     std::vector<uint32_t> together_;  ///< those of them that the Kilobot medium runs

@@ -1,22 +1,16 @@
 #include "guest/robot.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <cstring>
+
+#include "guest/fault.h"
 
 namespace kilotwin {
 
 namespace {
 
-// A basic block takes an AVR about ten cycles, so a program may pass through this many in a tick's
-// time.
-constexpr int32_t BLOCKS_PER_TICK = TICK_CYCLES / 10;
-// A program that waits needs but one look at what it waits for.
-constexpr int32_t BLOCKS_WHILE_WAITING = 500;
-// Blocks that a program which waits passes through at most, before it is where it was.
-constexpr uint16_t PROBES = 512;
+// What an empty endless loop waits before it is told of.
 constexpr Cycles WARN_AFTER = 10 * CYCLES_PER_SECOND;
-constexpr Cycles ENDLESS_AFTER = 60 * CYCLES_PER_SECOND;
 
 constexpr uint16_t TX_PERIOD_AT_RESET = 3906;  // units of 128 us: every 16th tick
 constexpr uint16_t TICK_COMPARE =
@@ -35,17 +29,6 @@ constexpr uint8_t FIRST_SYSTEM_MESSAGE = 0x80;
 constexpr uint32_t RAND_HARD_CYCLES = CYCLES_PER_SECOND / 2000;
 
 Robot *current = nullptr;
-
-uint64_t fnv(uint64_t hash, const uint8_t *begin, const uint8_t *end) {
-    for (; begin + 8 <= end; begin += 8) {
-        uint64_t word;
-        std::memcpy(&word, begin, 8);
-        hash = (hash ^ word) * 0x100000001B3u;
-        hash ^= hash >> 29;
-    }
-    for (; begin < end; begin++) hash = (hash ^ *begin) * 0x100000001B3u;
-    return hash;
-}
 
 }  // namespace
 
@@ -145,10 +128,11 @@ struct Robot::HostCalls {
 };
 
 const kt_host_t Robot::HOST = {
-    HostCalls::init,       HostCalls::start,       HostCalls::wait,        HostCalls::outputs,
-    HostCalls::rand_hard,  HostCalls::distance_mm, HostCalls::eeprom_read, HostCalls::eeprom_write,
-    HostCalls::interrupts, HostCalls::timer0,      HostCalls::sensor,      HostCalls::print,
-    HostCalls::spent,      HostCalls::unusable,
+    HostCalls::init,        HostCalls::start,        HostCalls::wait,
+    HostCalls::outputs,     HostCalls::rand_hard,    HostCalls::distance_mm,
+    HostCalls::eeprom_read, HostCalls::eeprom_write, HostCalls::interrupts,
+    HostCalls::timer0,      HostCalls::sensor,       HostCalls::print,
+    HostCalls::spent,       HostCalls::unusable,     nullptr,
 };
 
 Robot::Robot(RobotContext &context, std::shared_ptr<Program> program, uint32_t index,
@@ -209,17 +193,8 @@ void Robot::go_on(Cycles until) {
             suspended_.empty() ? stack.call(body, this, suspended_) : stack.resume(suspended_);
     } while (outcome == GuestStack::Outcome::ABANDONED && life_ != Life::STOPPED);
     if (outcome == GuestStack::Outcome::FAULT) {
-        const auto &fault = stack.fault();
-        char text[96];
-        std::snprintf(text, sizeof text, "%s at address %p", strsignal(fault.signal),
-                      fault.address);
-        if (fault.stack_overflow)
-            stop(EventKind::STACK_OVERFLOW,
-                 "its stack grew over " + std::to_string(GuestStack::BYTES) + " bytes");
-        else if (program_->guards(fault.address))
-            stop(EventKind::CRASH, "it wrote or read beyond its own variables");
-        else
-            stop(EventKind::CRASH, text);
+        auto [kind, text] = explain(stack.fault(), *program_);
+        stop(kind, std::move(text));
     }
     inbox_.erase(inbox_.begin(), inbox_.begin() + static_cast<ptrdiff_t>(inbox_next_));
     inbox_next_ = 0;
@@ -355,12 +330,7 @@ void Robot::live() {
     }
 }
 
-void Robot::came_back() {
-    *program_->table().budget = BLOCKS_PER_TICK;
-    busy_since_ = computing_since_ = NEVER;
-    probes_left_ = 0;
-    warned_ = false;
-}
+void Robot::came_back() { busy_.came_back(*program_); }
 
 Cycles Robot::next_interrupt() const {
     Cycles message = inbox_next_ < inbox_.size() ? inbox_[inbox_next_].at : NEVER;
@@ -616,55 +586,21 @@ void Robot::wait_until(Cycles wake) {
     now_ = std::max(now_, wake);
 }
 
-// The program passed through more blocks than fit into a tick without giving time back. Does it
-// wait or compute? Nothing happens around it while it is looked at, block by block: if its memory
-// comes back to where it was, it goes round in circles until a tick or a callback changes
-// something, which costs little to emulate. If not, it computes, which must end some day.
+// The program passed through more blocks than fit into a tick without giving time back. Nothing
+// happens around it while it is looked at; then time passes.
 void Robot::budget_spent(const uint8_t *frame) {
-    auto &budget = *program_->table().budget;
-    uint64_t fingerprint = memory_fingerprint(frame);
-    if (probes_left_ == 0) {
-        fingerprint_ = fingerprint;
-        probes_left_ = PROBES;
-        budget = 0;
-        return;
-    }
-    const bool waits = fingerprint == fingerprint_;
-    if (!waits && --probes_left_ > 0) {
-        budget = 0;
-        return;
-    }
-    probes_left_ = 0;
-    note_busy(waits);
-    wait_until(in_interrupt_ ? now_ + TICK_CYCLES : std::max(next_tick_, now_));
-    budget = waits ? BLOCKS_WHILE_WAITING : BLOCKS_PER_TICK;
-}
-
-void Robot::note_busy(bool waits) {
-    if (busy_since_ == NEVER) busy_since_ = now_;
-    if (waits)
-        computing_since_ = NEVER;
-    else if (computing_since_ == NEVER)
-        computing_since_ = now_;
-    if (!warned_ && now_ - busy_since_ >= WARN_AFTER) {
-        warned_ = true;
-        report(EventKind::BUSY_WAIT,
-               "it has been busy for 10 s without coming back or calling delay()");
-    }
-    if (computing_since_ != NEVER && now_ - computing_since_ >= ENDLESS_AFTER) {
-        stop(EventKind::ENDLESS,
-             "it has been computing for 60 s without coming back or calling delay()");
+    const auto finding = busy_.look(*program_, frame, GuestStack::instance().top());
+    if (finding == BusyWatch::Finding::LOOKING) return;
+    const int32_t budget = *program_->table().budget;
+    switch (busy_.judge(finding, now_)) {
+    case BusyWatch::Verdict::FINE: break;
+    case BusyWatch::Verdict::WARN: report(EventKind::BUSY_WAIT, BusyWatch::WARNING); break;
+    case BusyWatch::Verdict::ENDLESS:
+        stop(EventKind::ENDLESS, BusyWatch::ACCUSATION);
         GuestStack::instance().abandon();
     }
-}
-
-/// Over the program's variables but kilo_ticks, and its registers and frames.
-uint64_t Robot::memory_fingerprint(const uint8_t *frame) const {
-    const auto &table = program_->table();
-    auto ticks = reinterpret_cast<const uint8_t *>(const_cast<const uint32_t *>(table.ticks));
-    uint64_t hash = fnv(0xCBF29CE484222325u, table.state_begin, ticks);
-    hash = fnv(hash, ticks + sizeof *table.ticks, table.state_end);
-    return fnv(hash, frame, GuestStack::instance().top());
+    wait_until(in_interrupt_ ? now_ + TICK_CYCLES : std::max(next_tick_, now_));
+    *program_->table().budget = budget;
 }
 
 void Robot::stop(EventKind kind, std::string text) {

@@ -16,6 +16,7 @@
 #include "engine/chance.h"
 #include "engine/clock.h"
 #include "engine/events.h"
+#include "guest/busy_watch.h"
 #include "guest/eeprom.h"
 #include "guest/infrared_gains.h"
 #include "guest/program.h"
@@ -176,8 +177,6 @@ class Robot {
     void switch_motors(bool on);
     void came_back();
     void budget_spent(const uint8_t *frame);
-    void note_busy(bool waits);
-    uint64_t memory_fingerprint(const uint8_t *frame) const;
     uint16_t tx_period() const;
     bool disturbed() const;
     int16_t voltage(Cycles at) const;
@@ -208,10 +207,7 @@ class Robot {
     void (*loop_)(void) = nullptr;
     uint64_t rand_hard_draws_ = 0;
     uint64_t outputs_seen_ = 0;
-    uint64_t fingerprint_ = 0;        ///< of the memory when the budget was last spent
-    uint16_t probes_left_ = 0;        ///< looks at the memory until it counts as computing
-    Cycles busy_since_ = NEVER;       ///< since when the program has not come back
-    Cycles computing_since_ = NEVER;  ///< since when it has changed memory all the time
+    BusyWatch busy_;
     uint32_t index_;
     uint32_t last_tick_ =
         0;  ///< kilo_ticks after the last tick, for reports: the program may spoil its own
@@ -233,7 +229,6 @@ class Robot {
     bool tick_pending_ = false;
     bool loop_due_ = false;
     bool set_up_ = false;
-    bool warned_ = false;
 };
 
 }  // namespace kilotwin

@@ -35,6 +35,44 @@ class Event(TypedDict):
     kind: str  # crash, busy_wait, endless, stack_overflow, print
     text: str
 
+class ModuleRecord(TypedDict):
+    """A module at present."""
+
+    x: int
+    y: int
+    bus: int
+    state: str  # of hardware.md 3.3, or dead
+    stopped: bool  # its program failed
+    tick: int  # its own module_ticks
+    can: str  # active, passive, bus_off, dead
+    tec: int
+    rec: int
+    bad_frames: int  # wrong length, configuration too long, page out of range ...
+    records_lost: int  # tracking records that found the ring full
+    frames_missed: int  # came while its controller's buffers were full
+
+class CanStatistics(TypedDict):
+    """A bus, from the beginning."""
+
+    load: float
+    frames: int
+    error_frames: int
+    not_acknowledged: int
+    went_bus_off: int
+    lost_queue_full: int
+    lost_bus_off: int
+    lost_dead: int
+
+class ModuleEvent(TypedDict):
+    """Something that happened to a module's program."""
+
+    tick: int
+    module_tick: int
+    module: tuple[int, int]
+    program: str
+    kind: str
+    text: str
+
 class Simulation:
     tick: int
     robots: int
@@ -51,6 +89,14 @@ class Simulation:
         uid_last: int = 65535,
         region: tuple[float, float, float] | None = None,
     ) -> None: ...
+    def can_send(self, bus: int, id: int, data: bytes) -> bool: ...
+    # A structured array: at_s (end of the frame, since t = 0), bus, id, dlc, data[8], from_host.
+    def can_frames(self) -> NDArray[Any]: ...
+    def cells(self) -> NDArray[np.uint8]: ...  # [2 * rows, 2 * columns, 2], lower left first
+    def modules(self) -> list[ModuleRecord]: ...
+    def can_stats(self) -> list[CanStatistics]: ...
+    def cell_stats(self) -> dict[str, int]: ...
+    def module_events(self) -> list[ModuleEvent]: ...
     def motors(self) -> NDArray[np.uint8]: ...  # [N, 2]
     def state(self, robot: int) -> bytes: ...
     def program(self, robot: int) -> str: ...

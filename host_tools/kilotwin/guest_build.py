@@ -1,4 +1,8 @@
-"""Builds a robot program into a guest: a shared object with the thin half of the mock Kilobot API.
+"""Builds a program into a guest: a shared object with the thin half of the mock API in it.
+
+Robot programs get the mock of the Kilobot API, module programs that of the Kilogrid module API.
+Programs written for the Kilogrid also get its helper sources, as far as they do not bring their
+own.
 
 Sources stay as they are. Results are kept in a cache under the hash of everything that went in, so
 that a program is compiled once; a finished guest appears in one step, so that builds may go on side
@@ -21,7 +25,7 @@ from pathlib import Path
 
 from kilotwin import resources
 from kilotwin.errors import InputError, RunError
-from kilotwin.programs import Program
+from kilotwin.programs import Api, Program
 
 # How kilolib compiles for the robot, and nothing that would make results differ between compilers.
 _FLAGS = [
@@ -56,11 +60,48 @@ _PROGRAM_FLAGS = [
 ]
 # An `inline` function that was inlined on the robot may not be here, and then it is missing.
 _INLINE_FLAGS = ["-fgnu89-inline"]
+# Labs write their helpers that way.
+_INLINE_FIRST = {"kilogrid", "module"}
 _SHARED_FLAGS = ["-shared", "-Wl,-Bsymbolic", "-Wl,-z,now", "-Wl,-z,defs"]
 
 _SLOW_S = 0.5
 
 Notify = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class _ApiParts:
+    """What a program written against one of the APIs is built with."""
+
+    headers: tuple[str, ...]
+    side: str  # of the files that only guests of some API have, those that this one has
+    helpers: tuple[str, ...] = ()
+    own_headers_first: bool = False  # the program's include folders come before `headers`
+
+
+_APIS: dict[Api, _ApiParts] = {
+    "kilobot": _ApiParts(("firmware/kilolib/include",), "kilobot"),
+    "kilogrid": _ApiParts(
+        ("firmware/kilogrid/include", "firmware/kilolib/include"),
+        "kilobot",
+        ("firmware/kilogrid/*.c",),
+        own_headers_first=True,
+    ),
+    "module": _ApiParts(
+        (
+            "kilogrid_modules/runtime/include",
+            "firmware/kilogrid/include",
+            "firmware/kilolib/include",
+        ),
+        "module",
+        ("firmware/kilogrid/kilo_rand_lib.c",),
+        own_headers_first=True,
+    ),
+}
+_SIDE_OF = {"kilobot.c": "kilobot", "tx_period.c": "kilobot"} | {
+    "module.c": "module",
+    "module_send.c": "module",
+}
 
 
 @dataclass(frozen=True)
@@ -132,33 +173,40 @@ class _Builder:
         self._program = program
         self._compiler = compiler
         self._guest = resources.path("emulator/guest")
-        self._side = sorted((self._guest / "side").glob("*.c"))
-        own_includes = [self._guest / "include", resources.path("firmware/kilolib/include")]
+        api = _APIS[program.api]
+        self._side = [
+            file
+            for file in sorted((self._guest / "side").glob("*.c"))
+            if _SIDE_OF.get(file.name, api.side) == api.side
+        ]
+        self._helpers = [file for pattern in api.helpers for file in resources.files(pattern)]
+        headers = [f"-I{resources.path(folder)}" for folder in api.headers]
         folders = dict.fromkeys(
             [*(source.parent for source in program.sources), *program.include_folders]
         )
+        own = [f"-I{folder}" for folder in folders]
         extra = shlex.split(os.environ.get("KILOTWIN_CFLAGS", ""))
-        flags = [*_FLAGS, *(f"-I{folder}" for folder in own_includes)]
+        flags = [*_FLAGS, f"-I{self._guest / 'include'}"]
         if "clang" not in version:
             flags += _GCC_FLAGS
         defines = [f"-D{define}" for define in program.defines]
         self._program_flags = [
             *flags,
-            *(f"-I{folder}" for folder in folders),
+            *([*own, *headers] if api.own_headers_first else [*headers, *own]),
             *_PROGRAM_FLAGS,
             *(_CLANG_PROGRAM_FLAGS if "clang" in version else []),
             *defines,
             *extra,
         ]
         # gcc would make our calloc() call itself.
-        self._side_flags = [*flags, "-fno-common", "-fno-builtin", f"-I{self._guest}", *extra]
+        self._side_flags = [*flags, *headers, "-fno-common", "-fno-builtin", f"-I{self._guest}", *extra]
 
     def key(self, version: str) -> str:
         """The hash of compiler, flags, and every file that is read."""
         flags = [*self._program_flags, *self._side_flags, *_SHARED_FLAGS]
         digest = hashlib.sha256("\0".join([version, *flags]).encode())
         files = [
-            *self._read_by(self._program.sources, self._program_flags),
+            *self._read_by([*self._program.sources, *self._helpers], self._program_flags),
             *self._read_by(self._side, self._side_flags),
             self._guest / "merge.ld",
             self._guest / "guest.map",
@@ -170,11 +218,14 @@ class _Builder:
 
     def build(self, target: Path) -> None:
         """Compiles, merges all state into one section, links, and shows the result at once."""
+        ways: list[list[str]] = [[], _INLINE_FLAGS]
+        if self._program.api in _INLINE_FIRST:
+            ways.reverse()
         try:
-            self._build(target, [])
+            self._build(target, ways[0])
         except InputError:
             with contextlib.suppress(InputError):
-                return self._build(target, _INLINE_FLAGS)
+                return self._build(target, ways[1])
             raise
 
     def _build(self, target: Path, more_flags: list[str]) -> None:
@@ -182,10 +233,12 @@ class _Builder:
             work = Path(scratch)
             flags = [*self._program_flags, *more_flags]
             objects = self._compile(self._program.sources, flags, work / "program")
+            helpers = self._compile(self._helpers, flags, work / "helpers")
             side = self._compile(self._side, self._side_flags, work / "side")
             library, merged = work / "libside.a", work / "merged.o"
-            self._tool(["ar", "rc", library, *side])
-            # From an archive only what is used comes along: malloc's heap is state that few need.
+            # From an archive only what is missing comes along: malloc's heap is state that few
+            # need, and a program may bring its own helpers.
+            self._tool(["ar", "rc", library, *helpers, *side])
             # -d gives common variables their place here, in the state.
             merge = ["-r", "-nostdlib", "-Wl,-d", "-u", "kt_table"]
             merge += ["-T", str(self._guest / "merge.ld")]

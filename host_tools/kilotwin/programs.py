@@ -1,10 +1,24 @@
-"""Finds a robot program: a folder with all its .c files, one .c file, or several."""
+"""Finds a program: a folder with all its .c files, one .c file, or several.
 
+Robot programs come in two flavours of the Kilobot API: kilolib's, and the Kilogrid's, which has
+other names and more helpers (`firmware/kilogrid`).
+"""
+
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from kilotwin import resources
+
+# What a program is written against: kilolib, the Kilogrid's flavour of it, or the module API.
+Api = Literal["kilobot", "kilogrid", "module"]
+
+# What only Kilogrid programs have: the grid's name of the message, or one of its headers.
+_KILOGRID_WORDS = re.compile(
+    rb"\bIR_message_t\b|^[ \t]*#[ \t]*include[ \t]*[<\"](kilogrid|kilob_\w+)\.h[>\"]", re.MULTILINE
+)
 
 
 class ProgramError(ValueError):
@@ -25,6 +39,7 @@ class Program:
     includes: tuple[str, ...] = ()  # as `parts`
     include_folders: tuple[Path, ...] = ()
     defines: tuple[str, ...] = ()
+    api: Api = "kilobot"
 
     @property
     def name(self) -> str:
@@ -42,10 +57,13 @@ def find_program(
     beside: Path,
     includes: Sequence[str] = (),
     defines: Sequence[str] = (),
+    api: Api | None = None,
 ) -> Program:
     """Looks from the current folder, beside the experiment file, and in what Kilotwin brings.
 
-    For headers it looks beside the experiment file first.
+    For headers it looks beside the experiment file first. Without `api` it is a robot's program, in
+    the Kilogrid's flavour if one of its .c files names IR_message_t or includes kilogrid.h or a
+    kilob_*.h.
 
     ProgramError says what is missing.
     """
@@ -74,7 +92,14 @@ def find_program(
         tuple(map(portable, folders)),
         tuple(folders),
         tuple(defines),
+        api or _robot_api(sources),
     )
+
+
+def _robot_api(sources: Sequence[Path]) -> Api:
+    if any(_KILOGRID_WORDS.search(source.read_bytes()) for source in sources):
+        return "kilogrid"
+    return "kilobot"
 
 
 def _find(written: str, beside: Path, key: str, wanted: str) -> Path:

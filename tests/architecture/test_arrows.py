@@ -26,7 +26,11 @@ AVR_LIBC = re.compile(
 )
 
 # Who may include what of the repository, besides the folder itself.
-PUBLIC_HEADERS = ("firmware/kilolib/include/", "firmware/aggregation/wire.h")
+PUBLIC_HEADERS = (
+    "firmware/kilolib/include/",
+    "firmware/kilogrid/include/",
+    "firmware/aggregation/wire.h",
+)
 ALLOWED = {
     "firmware": (),
     "kilogrid_modules": PUBLIC_HEADERS,
