@@ -368,8 +368,7 @@ nb::list modules_of(const PythonSimulation &self) {
         row["can"] = name_of(bus.state(node));
         row["tec"] = bus.transmit_errors(node);
         row["rec"] = bus.receive_errors(node);
-        row["bad_frames"] = module.counts().bad_frames;
-        row["records_lost"] = module.counts().records_lost;
+        row["bad_frames"] = module.counts().frames_refused;
         row["frames_missed"] = module.counts().frames_missed;
         out.append(row);
     }

@@ -157,6 +157,16 @@ def config_messages(keys: ExperimentSchema) -> list[tuple[int, int, bytes]]:
     ]
 
 
+def config_differences(keys: ExperimentSchema) -> list[bytes]:
+    """The messages that robots need which have just started: all that is not their default."""
+    defaults = {key: default for key, default, _, _ in _emulator.CONFIG_KEYS.values()}
+    return [
+        message
+        for _, _, message in config_messages(keys)
+        if int.from_bytes(message[5:9], "little") != defaults[message[4]]
+    ]
+
+
 def config_values(controller: Controller, reading: Reading) -> dict[str, int]:
     """The value of every key of wire.h but INFORMED_SITE, in the firmware's units."""
     return {

@@ -19,7 +19,7 @@ from kilotwin.experiment_checks import first_problem, first_problem_of_command, 
 from kilotwin.experiment_errors import input_error
 from kilotwin.experiment_schema import Command, ExperimentSchema
 from kilotwin.experiment_text import ExperimentText, Setting
-from kilotwin.programs import Program, ProgramError, find_program, portable
+from kilotwin.programs import Api, Program, ProgramError, find_program, portable
 from kilotwin.toml_lines import KeyPath
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ class Experiment:
         from kilotwin.grid.plan import plan_of  # noqa: PLC0415
 
         grid = keys.grid
-        modules = _program(grid.program, ("grid",), origin, grid.include, grid.define)
+        modules = _program(grid.program, ("grid",), origin, grid.include, grid.define, api="module")
         return Experiment(keys, groups, origin, modules, plan_of(keys, origin))
 
     @property
@@ -153,8 +153,10 @@ def _program(
     origin: ExperimentText,
     includes: Sequence[str] = (),
     defines: Sequence[str] = (),
+    *,
+    api: Api | None = None,
 ) -> Program:
     try:
-        return find_program(written, origin.folder, includes, defines)
+        return find_program(written, origin.folder, includes, defines, api)
     except ProgramError as error:
         raise InputError(f"{origin.where((*table, error.key))}: {error}") from None

@@ -354,13 +354,19 @@ class GridChange(Section):
 
 
 class GridCells(Section):
-    """The infrared between cells and robots, emulated."""
+    """The infrared between cells and robots, emulated, centre to centre; see docs/limits.md."""
 
-    range_m: Length = 0.06
-    """How far from a cell's middle a robot is heard, and hears."""
+    cell_range_m: Length = 0.036
+    """From how far a robot hears a cell."""
+    robot_range_m: Length = 0.046
+    """From how far a cell hears a robot."""
+    weak_share: Share = 0.2
+    """Share of the robots whose light is weak."""
+    weak_range_m: Length = 0.02
+    """From how far a cell hears these."""
     loss: Share = 0.02
-    """Share of the frames lost to nothing in particular."""
-    clock_spread: Annotated[float, Field(ge=0, le=0.05)] = 0.005
+    """Share of the robots' frames lost at a cell to nothing in particular."""
+    clock_spread: Annotated[float, Field(ge=0, le=0.05)] = 0.0001
     """The modules' oscillators' rate, from one to the next: standard deviation, share."""
 
 

@@ -199,7 +199,14 @@ class _Builder:
             *extra,
         ]
         # gcc would make our calloc() call itself.
-        self._side_flags = [*flags, *headers, "-fno-common", "-fno-builtin", f"-I{self._guest}", *extra]
+        self._side_flags = [
+            *flags,
+            *headers,
+            "-fno-common",
+            "-fno-builtin",
+            f"-I{self._guest}",
+            *extra,
+        ]
 
     def key(self, version: str) -> str:
         """The hash of compiler, flags, and every file that is read."""

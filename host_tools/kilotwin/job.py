@@ -9,10 +9,14 @@ from kilotwin.experiment import Experiment
 
 @dataclass(frozen=True)
 class Job:
-    """One run; `guests` are the files of the built programs, one per group of the experiment."""
+    """One run; `guests` are the files of the built programs, one per group of the experiment.
+
+    `module_guest` is that of a grid's modules.
+    """
 
     experiment: Experiment
     guests: list[str]
+    module_guest: str | None
     folder: Path
     manifest: dict[str, Any]
     black_box: str

@@ -62,21 +62,25 @@ def run(
     folder = folder or default_folder(experiment)
     check_free(folder)
     guests = [build(group.program, display.note) for group in experiment.groups]
-    manifest = _manifest(experiment, guests, command_line)
+    modules = None if experiment.modules is None else build(experiment.modules, display.note)
+    built = [*guests, *([modules] if modules else [])]
+    manifest = new_manifest(experiment, built, command_line)
     with tempfile.NamedTemporaryFile(prefix="kilotwin-") as black_box:
         black_box.write(_BLACK_BOX.pack(_NOBODY, 0).ljust(_PAGE_BYTES, b"\0"))
         black_box.flush()
         files = [str(guest.file) for guest in guests]
-        job = Job(experiment, files, folder.absolute(), manifest, black_box.name)
+        module_file = None if modules is None else str(modules.file)
+        job = Job(experiment, files, module_file, folder.absolute(), manifest, black_box.name)
         try:
             return _Child(job, display).wait()
         finally:
             display.stop()
 
 
-def _manifest(
+def new_manifest(
     experiment: Experiment, guests: list[Guest], command_line: list[str]
 ) -> dict[str, Any]:
+    """The manifest of a run that begins now."""
     return {
         "kilotwin": __version__,
         "status": RUNNING,

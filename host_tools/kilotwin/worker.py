@@ -29,20 +29,18 @@ from kilotwin.errors import (
 )
 from kilotwin.informed import informed_for
 from kilotwin.job import Job
-from kilotwin.run_folder import FINISHED, INTERRUPTED, close_manifest
+from kilotwin.run_folder import FAILURES, FINISHED, INTERRUPTED, close_manifest
 from kilotwin.run_writer import RunWriter
 from kilotwin.states import Counts
 from kilotwin.units import seconds, ticks
 
 if TYPE_CHECKING:
     from kilotwin._emulator import Samples
+    from kilotwin.grid.emulated_run import EmulatedHost
 
 # The engine does not look up while it advances, so each call is kept to about this wall time.
 _CHUNK_S = 0.15
 _PROGRESS_S = 0.2
-
-# Events after which a robot takes no part any more.
-FAILURES = {"crash", "endless", "stack_overflow"}
 
 
 Report = Callable[[dict[str, Any]], None]
@@ -77,7 +75,7 @@ def simulate(job: Job, report: Report, stopped: Callable[[], bool]) -> None:
     try:
         interrupted = not trial.run(stopped)
         summary = trial.summary(interrupted)
-        trial.writer.close(clean=not interrupted)
+        trial.close(clean=not interrupted)
         exit_code = _exit_code(summary)
         close_manifest(job.folder, summary["status"], exit_code, summary=summary)
     except OSError as error:
@@ -88,7 +86,8 @@ def simulate(job: Job, report: Report, stopped: Callable[[], bool]) -> None:
 def _exit_code(summary: dict[str, Any]) -> int:
     if summary["status"] == INTERRUPTED:
         return EXIT_INTERRUPTED
-    return EXIT_ROBOTS_FAILED if summary["robots_failed"] else 0
+    failed = summary["robots_failed"] or summary.get("grid", {}).get("modules_failed")
+    return EXIT_ROBOTS_FAILED if failed else 0
 
 
 class _Trial:
@@ -102,6 +101,7 @@ class _Trial:
         self._keys = job.experiment.keys
         self._simulation = self._place_robots()
         self.writer = self._make_folder()
+        self._host = self._join_grid()
         self._events: Counter[str] = Counter()
         self._failed: list[dict[str, Any]] = []
         self._startup_s = 0.0
@@ -115,7 +115,7 @@ class _Trial:
         chunk = 1
         while simulation.tick < end and not stopped():
             began = time.perf_counter()
-            simulation.advance(min(chunk, end - simulation.tick))
+            self._advance(min(chunk, end - simulation.tick))
             now = time.perf_counter()
             self._startup_s = self._startup_s or now - self._began
             chunk = max(1, min(4 * chunk, round(chunk * _CHUNK_S / max(now - began, 1e-6))))
@@ -124,7 +124,19 @@ class _Trial:
             self._take(simulation.snapshot())
         return simulation.tick >= end
 
+    def _advance(self, count: int) -> None:
+        """So many ticks, with the grid's host doing in between what is due."""
+        if self._host is None:
+            self._simulation.advance(count)
+            return
+        end = self._simulation.tick + count
+        while self._simulation.tick < end:
+            self._simulation.advance(min(self._host.ticks_until_due(), end - self._simulation.tick))
+            self._host.step()
+
     def _take(self, samples: "Samples") -> None:
+        if self._host is not None:
+            self._host.see(samples)
         for event in self._simulation.events():
             self.writer.add_event(event)
             self._events[event["kind"]] += 1
@@ -151,7 +163,10 @@ class _Trial:
         simulation = self._simulation
         cpu_s = time.process_time() - self._cpu_began
         simulated_s = seconds(simulation.tick)
-        last = self.writer.count(simulation.snapshot())
+        snapshot = simulation.snapshot()
+        if self._host is not None:
+            self._host.see(snapshot)
+        last = self.writer.count(snapshot)
         return {
             "experiment": self._keys.name,
             "seed": self._keys.seed,
@@ -170,7 +185,21 @@ class _Trial:
             "events": dict(self._events),
             "robots_failed": self._failed,
             "stats": simulation.stats(),
+            **({} if self._host is None else {"grid": self._host.summary()}),
         }
+
+    def close(self, *, clean: bool) -> None:
+        """Ends the files; the grid's host goes first."""
+        if self._host is not None:
+            self._host.finish()
+        self.writer.close(clean=clean)
+
+    def _join_grid(self) -> "EmulatedHost | None":
+        if self._keys.grid is None:
+            return None
+        from kilotwin.grid.emulated_run import EmulatedHost  # noqa: PLC0415 (as in _place_robots)
+
+        return EmulatedHost(self._simulation, self._job.experiment, self.writer)
 
     def _place_robots(self) -> _emulator.Simulation:
         job = self._job
@@ -179,12 +208,22 @@ class _Trial:
             job.guests,
             sample_ticks=max(1, ticks(self._keys.record.sample_s)),
             black_box=job.black_box,
+            module_guest=job.module_guest,
+            lead_ticks=self._lead_ticks(),
         )
         try:
             return _emulator.Simulation(spec)
         except _emulator.EngineError as error:
             swarm = ("robots",) if self._keys.robots else ("swarm",)
             raise job.experiment.error(swarm, str(error)) from None
+
+    def _lead_ticks(self) -> int:
+        if self._keys.grid is None:
+            return 0
+        # Runs without a grid do without the CAN tools, which take a moment to load.
+        from kilotwin.grid.emulated_run import lead_ticks  # noqa: PLC0415
+
+        return lead_ticks(self._job.experiment)
 
     def _make_folder(self) -> RunWriter:
         engine = {

@@ -148,16 +148,22 @@ class Poller:
         reports = known & (kind == wire.TRACKING) & (incoming["dlc"] == wire.TRACKING_BYTES)
         others = known & (kind != wire.START) & (kind != wire.TRACKING)
         self.counts.bad_frames += int(len(incoming) - np.count_nonzero(starts | reports | others))
-        returned = self._take_starts(number[starts], incoming["data"][starts, 1], now_s)
+        returned = self._take_starts(number[starts], incoming[starts], now_s)
         if not reports.any():
             return None, returned
         return self._take_reports(number[reports], incoming[reports], now_s), returned
 
     def _take_starts(
-        self, number: NDArray[np.intp], announced: NDArray[np.uint8], now_s: float
+        self, number: NDArray[np.intp], incoming: Frames, now_s: float
     ) -> list[Module]:
         if not len(number):
             return []
+        announced = incoming["data"][:, 1]
+        # Whoever steps seldom finds late answers among those in time.
+        late = (self._state[number] == _ASKED) & (
+            incoming["at_s"] - self._since[number] > self._timeout_s
+        )
+        self._missed[number[late]] += 1
         self.counts.answered += len(number)
         self._left[number] = announced
         self._state[number] = np.where(announced > 0, _ANSWERING, _REST)
