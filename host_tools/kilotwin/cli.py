@@ -15,12 +15,13 @@ import typer
 
 from kilotwin import __version__
 from kilotwin.errors import EXIT_INTERRUPTED, KilotwinError
+from kilotwin.grid_cli import grid_app, record
 
 app = typer.Typer(
     help="Runs unedited Kilobot firmware in a simulated world, and looks at what came of it.",
     epilog="Exit codes: 0 done, 1 failed, 2 bad usage or input, 3 device missing, 4 some robots "
-    "failed (listed), 130 interrupted. Every option can be set in the environment, see each "
-    "command's --help.",
+    "or modules failed (listed), 130 interrupted. Every option can be set in the environment, "
+    "see each command's --help.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -273,6 +274,14 @@ def bench(
     names = [workload.value for workload in workloads or Workload]
     results = benchmarks.measure(names, repeats, duration_s, terminal.note(quiet))
     typer.echo(json.dumps(results, indent=2) if as_json else benchmarks.table_text(results))
+
+
+app.add_typer(grid_app, name="grid")
+app.command(
+    epilog="Examples:\n\n"
+    "  kilotwin record experiments/kilogrid/paper-n50.toml --can socketcand:127.0.0.1\n\n"
+    "  kilotwin record my.toml --can socketcan:can0 --can socketcan:can1"
+)(record)
 
 
 if __name__ == "__main__":

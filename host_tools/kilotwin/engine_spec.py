@@ -145,9 +145,10 @@ def config_messages(keys: ExperimentSchema) -> list[tuple[int, int, bytes]]:
     """(first uid, last uid, message): every parameter for all, then each site's informed robots."""
     if keys.controller is None:
         return []
+    report_s = 0.0 if keys.grid is None else keys.grid.report_s
     settings = [
         (*ALL_ROBOTS, name, value)
-        for name, value in config_values(keys.controller, keys.reading).items()
+        for name, value in config_values(keys.controller, keys.reading, report_s).items()
     ]
     for site, first_id, count in informed_ranges(keys):
         settings.append((first_id + 1, first_id + count, "INFORMED_SITE", site))
@@ -167,7 +168,9 @@ def config_differences(keys: ExperimentSchema) -> list[bytes]:
     ]
 
 
-def config_values(controller: Controller, reading: Reading) -> dict[str, int]:
+def config_values(
+    controller: Controller, reading: Reading, report_s: float = 0.0
+) -> dict[str, int]:
     """The value of every key of wire.h but INFORMED_SITE, in the firmware's units."""
     return {
         "RULE": _choice(controller, "rule"),
@@ -187,6 +190,7 @@ def config_values(controller: Controller, reading: Reading) -> dict[str, int]:
         "STEP_TICKS": ticks(controller.control_step_s),
         "WALL_IGNORE_TICKS": ticks(controller.wall_ignore_s),
         "LEAVE_TURN": int(controller.leave_turn),
+        "TRACKING_TICKS": ticks(report_s),
         "SIGNAL_FROM": _choice(reading, "signal_from"),
         "FIRST_LEAVE": _choice(reading, "first_leave"),
         "WALK_OUT": _choice(reading, "walk_out"),

@@ -398,10 +398,12 @@ class Grid(Section):
     """Between two questions to a module for reports. Up to 1 s no reset goes unnoticed."""
     poll_window: Annotated[int, Field(ge=1, le=112)] = 8
     """How many modules of a bus may owe an answer at a time."""
-    poll_timeout_s: Annotated[float, Field(ge=0.02, le=10)] = 0.25
-    """After how long an answer is given up."""
+    poll_timeout_s: Annotated[float, Field(ge=0.02, le=10)] = 0.2
+    """After how long an answer is given up. A module is silent for 1.2 s while it starts."""
     pace_s: Annotated[float, Field(ge=0.0005, le=0.1)] = 0.001
     """Between two frames of the host on a bus that may be for the same module."""
+    report_s: Annotated[float, Field(ge=0, le=2147)] = 2.0
+    """Between two reports of a robot through its cell, by `firmware/aggregation`; 0: none."""
     hold_s: Annotated[float, Field(ge=0.1, le=60)] = 2.0
     """How long modules repeat each message for robots before the run."""
     rounds: Annotated[int, Field(ge=1, le=10)] = 2

@@ -8,7 +8,7 @@ from kilotwin.experiment_schema import MODULE_M, ExperimentSchema, Grid, GridCha
 from kilotwin.toml_lines import KeyPath
 
 MOST_PER_BUS = 112
-_MOST_SITES = 15  # that a cell's code tells apart
+_MOST_SITES = 14  # that a cell's code tells apart
 _MID_RUN = ("pause", "wakeup", "run")
 
 

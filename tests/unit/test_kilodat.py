@@ -3,12 +3,14 @@
 from datetime import UTC, datetime
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from kilotwin.errors import InputError
 from kilotwin.grid import kilodat
+from kilotwin.grid.poller import Reports
 
 rows = st.tuples(
     st.integers(0, 30),
@@ -19,6 +21,12 @@ rows = st.tuples(
 )
 
 
+def reports_of(rows: list[tuple[int, int, int, float, bytes]]) -> Reports:
+    x, y, cell = (np.array([row[n] for row in rows], dtype=np.uint8) for n in range(3))
+    data = np.frombuffer(b"".join(row[4] for row in rows), dtype=np.uint8).reshape(-1, 7)
+    return Reports(np.array([row[3] for row in rows], dtype=float), x, y, cell, data)
+
+
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.lists(rows, max_size=20))
 def test_what_is_written_is_read_again(
@@ -26,8 +34,8 @@ def test_what_is_written_is_read_again(
 ) -> None:
     file = tmp_path / "a.kilodat"
     writer = kilodat.Writer(file, {7: 1234})
-    for row in written:
-        writer.add(*row)
+    for part in (written[:7], written[7:]):
+        writer.add(reports_of(part))
     writer.close()
     for (x, y, cell, time_s, data), report in zip(written, kilodat.read(file), strict=True):
         assert (report.x, report.y, report.cell, report.data) == (x, y, cell, data)
@@ -39,7 +47,7 @@ def test_the_file_is_the_labs(tmp_path: Path) -> None:
     file = tmp_path / kilodat.file_name(datetime(2020, 1, 7, 16, 29, 35, tzinfo=UTC))
     assert file.name == "exp_data_01_07_2020_16h29_35s.kilodat"
     writer = kilodat.Writer(file)
-    writer.add(3, 14, 2, 10.5, bytes([0x85, 1, 2, 3, 4, 5, 6]))
+    writer.add(reports_of([(3, 14, 2, 10.5, bytes([0x85, 1, 2, 3, 4, 5, 6]))]))
     writer.flush()
     assert file.read_bytes() == (
         b"modulex\tmoduley\tc\ttimestamp\tkilobot_sn\tdata0\tdata1\tdata2\tdata3\tdata4\tdata5\tdata6\n"

@@ -1,9 +1,9 @@
 """Opens the CAN buses that a user names: `IFACE:CHANNEL`, with any interface python-can knows.
 
-    socketcan:can0                  the kernel's
-    socketcand:127.0.0.1            an emulated grid, or another machine's buses: all of them
-    socketcand:127.0.0.1:29536/can1 one of them
-    slcan:/dev/ttyACM0              a serial adapter
+socketcan:can0                  the kernel's
+socketcand:127.0.0.1            an emulated grid, or another machine's buses: all of them
+socketcand:127.0.0.1:29536/can1 one of them
+slcan:/dev/ttyACM0              a serial adapter
 """
 
 import contextlib
@@ -112,9 +112,7 @@ def _open(name: BusName) -> OpenBus:
         # python-can would try for ten seconds.
         with socket.create_connection((name.host, name.port), timeout=_CONNECT_S):
             pass
-        bus = can.Bus(
-            interface="socketcand", channel=name.channel, host=name.host, port=name.port
-        )
+        bus = can.Bus(interface="socketcand", channel=name.channel, host=name.host, port=name.port)
         return OpenBus(bus, name.channel, echoes=False)
     if name.interface == "socketcan":
         bus = can.Bus(interface="socketcan", channel=name.channel, receive_own_messages=True)

@@ -4,6 +4,7 @@ One `EmulatedGrid` sits on the engine; each of its `buses` is a python-can bus f
 one. Who handles many frames takes them from the grid as one array.
 """
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import can
@@ -25,6 +26,14 @@ class EmulatedGrid:
     def send(self, bus: int, identifier: int, data: bytes) -> bool:
         """Queues a frame at the host's node; False if its queue is full."""
         return self._simulation.can_send(bus, identifier, data)
+
+    def send_all(self, bus: int, identifiers: Sequence[int], data: bytes) -> int:
+        """The same bytes to several addresses; how many the queue had room for."""
+        send = self._simulation.can_send
+        for count, identifier in enumerate(identifiers):
+            if not send(bus, identifier, data):
+                return count
+        return len(identifiers)
 
     def take(self) -> NDArray[np.void]:
         """Every frame that ended on any bus since the last call, in order of time."""

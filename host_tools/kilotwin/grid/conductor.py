@@ -19,7 +19,7 @@ Phase = Literal["set-up", "ready", "running", "ending", "done"]
 
 # What set-up takes besides repeating messages: settling, sweeps, a frame of each transfer.
 _TELL_S = 0.6
-_VERIFY_S = 3.0
+_VERIFY_S = 4.5
 
 
 class Listener(Protocol):

@@ -34,6 +34,8 @@ _START_S = 0.6
 _BUSY_PACE_S = 0.006
 # How long a robot is told to pause, or to go on: modules repeat it on all cells without a break.
 _TELL_S = 2.0
+# Modules that have just been switched on are deaf for so long.
+_BOOT_S = 1.3
 _ATTEMPTS = 3
 
 
@@ -94,6 +96,10 @@ class Controller:
     def set_up(self, configuration: Mapping[Module, bytes], messages: Sequence[bytes]) -> None:
         """Robots start anew and hear the messages; modules get what they are to be."""
         self._begin(self._setting_up(dict(configuration), list(messages)))
+
+    def configure(self, configuration: Mapping[Module, bytes]) -> None:
+        """Modules get what they are to be, and are ready to run; robots are left alone."""
+        self._begin(self._configuring(dict(configuration)))
 
     def run(self) -> None:
         """Modules run, and tell robots to; polling begins."""
@@ -328,11 +334,19 @@ class Controller:
 
     def _setting_up(self, configuration: dict[Module, bytes], messages: list[bytes]) -> Script:
         settings = self.settings
+        yield self._after(_BOOT_S)
         self._event("set_up", f"robots are told {len(messages)} settings, {settings.rounds} times")
         yield from self._telling(RESET, settings.hold_s)
         for _ in range(settings.rounds):
             for message in messages:
                 yield from self._telling(message, settings.hold_s)
+        yield from self._configuring(configuration)
+
+    def _configuring(self, configuration: dict[Module, bytes]) -> Script:
+        """STOP first: a module that sends by infrared has no time for long transfers."""
+        self.running = False
+        self._broadcast(wire.STOP)
+        yield self._sent
         yield self._after(_SETTLE_S)
         self.configuration = configuration
         self._configure(configuration)

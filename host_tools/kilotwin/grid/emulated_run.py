@@ -42,13 +42,14 @@ class EmulatedHost:
         # The world begins some ticks below 0, and times in a log do not.
         self._zero_s = -simulation.tick * TICK_S
         self.record = GridRecord(writer, experiment, names, self._zero_s)
-        self._grid = EmulatedGrid(simulation, plan.layout.buses)
+        self._grid = grid = EmulatedGrid(simulation, plan.layout.buses)
         # Steps are far apart, so all that are due are asked in one.
+        self._links = Links(grid.buses, self.record.log)
         self.conductor = Conductor(
             plan,
             config_differences(keys),
             keys.duration_s,
-            Links(self._grid.buses, self.record.log),
+            self._links,
             self.record,
             poll_window=MOST_PER_BUS,
         )
@@ -94,6 +95,7 @@ class EmulatedHost:
         while self.conductor.phase != "done" and self._simulation.tick < end:
             self._simulation.advance(1)
             self.conductor.step(self._now_s)
+        self._links.close()
         self.record.close()
 
     def summary(self) -> dict[str, Any]:

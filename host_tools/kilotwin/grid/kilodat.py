@@ -11,7 +11,10 @@ from datetime import datetime
 from pathlib import Path
 from typing import TextIO
 
+import numpy as np
+
 from kilotwin.errors import InputError
+from kilotwin.grid.poller import Reports
 from kilotwin.units import TICK_S
 
 DATA_BYTES = 7
@@ -51,11 +54,6 @@ def file_name(begin: datetime) -> str:
     return f"exp_data_{begin:%m_%d_%Y_%Hh%M_%S}s.kilodat"
 
 
-def timestamp(time_s: float) -> int:
-    """Seconds since the begin in the file's unit."""
-    return int(time_s / UNIT_S)
-
-
 class Writer:
     """Appends to a file; what was added before a `flush` is kept whenever the writer is killed."""
 
@@ -65,11 +63,14 @@ class Writer:
         self._file: TextIO = file.open("w", newline="")
         self._file.write("\t".join(_HEADER) + "\n")
 
-    def add(self, x: int, y: int, cell: int, time_s: float, data: bytes) -> None:
-        """One report."""
-        short = data[0] & 0x7F
-        numbers = (x, y, cell, timestamp(time_s), self._serials.get(short, short), *data)
-        self._file.write("\t".join(map(str, numbers)) + "\n")
+    def add(self, reports: Reports) -> None:
+        """What robots said, at times since the begin of the run."""
+        short = reports.data[:, 0] & 0x7F
+        serials = [self._serials.get(number, number) for number in short.tolist()]
+        times = np.floor(np.maximum(reports.at_s, 0.0) / UNIT_S).astype(np.int64)
+        head = (reports.x, reports.y, reports.cell, times, np.array(serials, dtype=np.int64))
+        rows = np.column_stack((*head, reports.data)).tolist()
+        self._file.write("".join("\t".join(map(str, row)) + "\n" for row in rows))
 
     def flush(self) -> None:
         """Hands all rows to the system."""

@@ -44,15 +44,23 @@ class FrameLog(Protocol):
 class Links:
     """All buses of a grid. Times are those of the caller's clock."""
 
-    def __init__(self, buses: Sequence[can.BusABC], log: FrameLog | None = None) -> None:
-        """`buses[b]` is the grid's bus b."""
+    def __init__(
+        self,
+        buses: Sequence[can.BusABC],
+        log: FrameLog | None = None,
+        *,
+        echoes: Sequence[bool] = (),
+    ) -> None:
+        """`buses[b]` is the grid's bus b.
+
+        `echoes`: which of them also hand back what was sent, in its place among what came.
+        """
         self._buses = list(buses)
         self._log = log
         self._troubles: list[str | None] = [None] * len(self._buses)
         first = self._buses[0]
         self._emulated = first if isinstance(first, EmulatedBus) else None
-        # Such a bus also hands back what was sent, in its place among what came.
-        self._echoes = [bool(getattr(bus, "receive_own_messages", False)) for bus in self._buses]
+        self._echoes = list(echoes) or [False] * len(self._buses)
         self._sent: list[Frames] = []
 
     def __len__(self) -> int:
@@ -73,6 +81,15 @@ class Links:
         if not self._echoes[bus]:
             self._sent.append(_row(now_s, bus, message, from_host=True))
         return True
+
+    def send_all(self, bus: int, identifiers: Sequence[int], data: bytes, now_s: float) -> int:
+        """The same bytes to several addresses in turn; how many of them the bus took."""
+        if self._emulated is not None:
+            return self._emulated.grid.send_all(bus, identifiers, data)
+        for count, identifier in enumerate(identifiers):
+            if not self.send(bus, identifier, data, now_s):
+                return count
+        return len(identifiers)
 
     def trouble(self, bus: int) -> str | None:
         """Why a bus does not work, if it does not."""

@@ -11,7 +11,7 @@ answers after it did not is one that may have been reset.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +41,16 @@ class Reports:
     def __len__(self) -> int:
         return len(self.at_s)
 
+    @staticmethod
+    def joined(parts: Sequence["Reports"]) -> "Reports":
+        """All of them, one after the other."""
+        return Reports(
+            *(
+                np.concatenate([getattr(part, column.name) for part in parts])
+                for column in fields(Reports)
+            )
+        )
+
 
 @dataclass
 class Counts:
@@ -68,7 +78,9 @@ class Poller:
         self.index = {module: number for number, module in enumerate(self.modules)}
         count = len(self.modules)
         self._buses = range(layout.buses)
-        self._bus = np.array([layout.bus_of(module) for module in self.modules], dtype=np.intp)
+        # Modules are in order of their rows, so that those of a bus are neighbours.
+        ends = np.cumsum([len(layout.modules_of(bus)) for bus in self._buses]).tolist()
+        self._of_bus = [slice(a, b) for a, b in zip([0, *ends], ends, strict=False)]
         self._ids = [wire.id_of_group(Group(*module)) for module in self.modules]
         self._of_id = np.full(wire.IDS, -1, dtype=np.intp)
         self._of_id[[wire.id_from_module(module) for module in self.modules]] = np.arange(count)
@@ -131,7 +143,8 @@ class Poller:
         asked = everybody | (self._missed < SILENT_AFTER)
         asked &= (self._state == _REST) & (self._excused_until <= now_s)
         for bus in self._buses:
-            self._due[bus] = np.flatnonzero(asked & (self._bus == bus))[::-1].tolist()
+            here = self._of_bus[bus]
+            self._due[bus] = (here.start + np.flatnonzero(asked[here])[::-1]).tolist()
         self._sweep += 1
         self._next_sweep_s = max(self._next_sweep_s + self._every_s, now_s)
 
@@ -209,13 +222,12 @@ class Poller:
         return [self.modules[number] for number in newly]
 
     def _ask(self, bus: int, due: list[int], now_s: float) -> None:
-        room = self._window - int(np.count_nonzero(self._state[self._bus == bus]))
-        send, ids, request = self._links.send, self._ids, wire.TRACKING_REQUEST
-        asked = []
-        while due and room > 0 and send(bus, ids[due[-1]], request, now_s):
-            asked.append(due.pop())
-            room -= 1
+        room = self._window - int(np.count_nonzero(self._state[self._of_bus[bus]]))
+        wanted = due[: -room - 1 : -1]
+        ids = [self._ids[number] for number in wanted]
+        asked = wanted[: self._links.send_all(bus, ids, wire.TRACKING_REQUEST, now_s)]
         if asked:
+            del due[-len(asked) :]
             self._state[asked] = _ASKED
             self._since[asked] = now_s
             self.counts.asked += len(asked)

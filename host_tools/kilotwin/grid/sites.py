@@ -5,14 +5,16 @@ from numpy.typing import NDArray
 
 from kilotwin.grid.layout import Cells, Layout, Module, of_module
 
-MOST_SITES = 15
+MOST_SITES = 14
 # The 3-bit colours of a module's lights, in the order of their numbers.
 LIGHTS = ("off", "red", "green", "yellow", "blue", "magenta", "cyan", "white")
-WALL_LIGHT = "red"
+_WALL_LIGHT = "red"
 _SITE_LIGHTS = ("green", "blue", "yellow", "magenta", "cyan", "white")
 
-_WALL = 0x80
+# kilogrid_modules/sites/cell.h: from 0x80 up a code says light and site, or wall, all by itself.
+_WHOLE = 0x80
 _LIGHT_SHIFT = 4
+_WALL = 15
 
 
 def light_of(number: int, chosen: str | None) -> int:
@@ -24,6 +26,7 @@ def configurations(
     layout: Layout, cells: Cells, walls: NDArray[np.bool_], lights: NDArray[np.uint8]
 ) -> dict[Module, bytes]:
     """What every module is told: a code per cell. `lights[n]` is that of site n, 0 of none."""
-    codes: Cells = np.bitwise_or(cells, lights[cells] << _LIGHT_SHIFT, dtype=np.uint8)
-    codes[walls] = _WALL | LIGHTS.index(WALL_LIGHT) << _LIGHT_SHIFT | cells[walls]
+    wall = _WHOLE | LIGHTS.index(_WALL_LIGHT) << _LIGHT_SHIFT | _WALL
+    codes: Cells = np.where(walls, wall, _WHOLE | lights[cells] << _LIGHT_SHIFT | cells)
+    codes = codes.astype(np.uint8)
     return {module: bytes(of_module(codes, module)) for module in layout.modules()}
