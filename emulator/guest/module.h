@@ -155,6 +155,10 @@ class Module {
     /// What the LEDs of `cell` show at `at`, which it has been run up to.
     CellLight light(uint8_t cell, Cycles at) const;
 
+    /// Its EEPROM, EEPROM_BYTES; addresses go round. What is written counts from the next use on.
+    uint8_t eeprom(uint16_t address) const;
+    void set_eeprom(uint16_t address, uint8_t value);
+
     /// Its controller's error counters, for health reports.
     void set_can_errors(uint8_t tec, uint8_t rec) {
         tec_ = tec;
@@ -230,8 +234,6 @@ class Module {
     void came_back() { busy_.came_back(*program_); }
     void budget_spent(const uint8_t *frame);
     CanFrame frame_to_host(uint8_t type) const;
-    uint8_t eeprom(uint16_t address) const;
-    void set_eeprom(uint16_t address, uint8_t value);
     void light_all(uint8_t color, uint8_t brightness);
     uint16_t configuration_crc() const;
     void stop(EventKind kind, std::string text);

@@ -98,10 +98,9 @@ _APIS: dict[Api, _ApiParts] = {
         own_headers_first=True,
     ),
 }
-_SIDE_OF = {"kilobot.c": "kilobot", "tx_period.c": "kilobot"} | {
-    "module.c": "module",
-    "module_send.c": "module",
-}
+_SIDE_OF = {"kilobot.c": "kilobot", "tx_period.c": "kilobot"} | dict.fromkeys(
+    ["module.c", "module_debug.c", "module_send.c"], "module"
+)
 
 
 @dataclass(frozen=True)

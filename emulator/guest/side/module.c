@@ -3,7 +3,6 @@
 #include "module.h"
 
 #include <stddef.h>
-#include <stdio.h>
 
 #include "abi.h"
 #include "moduleIR.h"
@@ -149,17 +148,4 @@ void set_all_LEDs(color_t color) { set_all_LEDs_with_brightness(color, ADJUSTED)
 void set_all_LEDs_hex(uint8_t rgb[3]) {
     for (uint8_t cell = 0; cell < N_CELLS; cell++)
         kt_host->module->light(cell, rgb[0], rgb[1], rgb[2]);
-}
-
-void cprints_no_carriage(const char *text) { kt_print(text, (uint32_t)strlen(text)); }
-
-void cprints(const char *text) {
-    cprints_no_carriage(text);
-    cprints_no_carriage("\n");
-}
-
-void cprinti(int number) {
-    char text[16];
-    const int length = snprintf(text, sizeof text, "%d\n", number);
-    kt_print(text, (uint32_t)length);
 }

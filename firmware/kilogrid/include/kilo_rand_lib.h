@@ -2,7 +2,12 @@
 #ifndef __KILO_RAND_LIB_H__
 #define __KILO_RAND_LIB_H__  // NOLINT(bugprone-reserved-identifier): programs know it
 
+#include <math.h>
 #include <stdint.h>
+
+/// |N(mu, sigma)| seconds, whole ones, in ticks. For who has TICKS_PER_SEC.
+#define INT_GAUSSIAN_TICKS(mu_s, sigma_s) \
+    ((uint32_t)(floor(fabs(g_ran_gaussian((mu_s), (sigma_s)))) * TICKS_PER_SEC))
 
 /// Seeds random(). 0 stands for four bytes of rand_hard().
 void g_ran_set_seed_uint32(uint32_t seed);
