@@ -203,8 +203,8 @@ void KilobotMedium::shine_on_cells(Frame &frame, const Eigen::Vector2d &from) {
         auto &audible = audible_[station];
         Heard heard = {station, static_cast<float>(distance * 1000), Fate::CLEAR};
         if (settings_.collisions) spoil(audible, station);
-        if (!grid_->lives(module) || grid_->module(module).listening_cell(frame.begin) !=
-                                         GridLayout::index_in_module(cell))
+        if (!grid_->lives(module) ||
+            grid_->module(module).listening_cell(frame.begin) != GridLayout::index_in_module(cell))
             heard.fate = Fate::ELSEWHERE;
         else if (settings_.half_duplex && receivers_[module].sending_until > frame.begin)
             heard.fate = Fate::DEAF;
@@ -365,7 +365,8 @@ void KilobotMedium::deliver(const Frame &frame, const Heard &heard) {
     double low_noise = 0, high_noise = 0;
     if (settings_.gain_noise_lsb > 0) {
         low_noise = settings_.gain_noise_lsb * chance_.normal(heard.station, Purpose::LOW_GAIN, n);
-        high_noise = settings_.gain_noise_lsb * chance_.normal(heard.station, Purpose::HIGH_GAIN, n);
+        high_noise =
+            settings_.gain_noise_lsb * chance_.normal(heard.station, Purpose::HIGH_GAIN, n);
     }
     const Cycles end = frame.begin + FRAME_CYCLES;
     robot.receive({end, frame.message,

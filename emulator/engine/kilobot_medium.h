@@ -138,9 +138,7 @@ class KilobotMedium {
     uint32_t cell_of(uint32_t station) const {
         return station - static_cast<uint32_t>(robots_.size());
     }
-    uint32_t module_of(uint32_t station) const {
-        return GridLayout::module_of(cell_of(station));
-    }
+    uint32_t module_of(uint32_t station) const { return GridLayout::module_of(cell_of(station)); }
 
     Settings settings_;
     const Chance &chance_;

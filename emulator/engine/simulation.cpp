@@ -263,7 +263,8 @@ void Simulation::attend(uint32_t robot, Cycles limit) {
     const bool light_changes =
         !def_.light.sources.empty() && !trajectories_[robot].drive().stands();
     // A cell may speak to it any time.
-    until = def_.run_ahead && !light_changes && !grid_ ? std::max(until, now_ + step_) : now_ + step_;
+    until =
+        def_.run_ahead && !light_changes && !grid_ ? std::max(until, now_ + step_) : now_ + step_;
     if (next_sensing_ < until) floor_->tell(robots_[robot], around.cell, next_sensing_, until);
     attended_.push_back(robot);
     robots_[robot].light = def_.light.at(positions_[robot]);
@@ -414,8 +415,7 @@ const Grid &Simulation::grid() const { return const_cast<Simulation *>(this)->gr
 void Simulation::deliver_to_grid(const Emission &emission) {
     const auto cell = grid_->layout().below(positions_[emission.robot]);
     if (!cell) return;
-    const double distance =
-        (positions_[emission.robot] - grid_->layout().centre(*cell)).norm();
+    const double distance = (positions_[emission.robot] - grid_->layout().centre(*cell)).norm();
     const auto mm = static_cast<int16_t>(distance * 1000 + 0.5);
     grid_->counts.received++;
     grid_->receive_ir(std::max(emission.at + FRAME_CYCLES, now_ + step_), *cell, emission.message,

@@ -60,7 +60,7 @@ struct SimulationDef {
     double range_m = 0.8;  ///< of the ideal medium
     bool line_of_sight = true;
     std::optional<KilobotMedium::Settings> kilobot_medium;  ///< instead of the ideal one
-    std::optional<Grid::Settings> grid;  ///< a Kilogrid below the robots
+    std::optional<Grid::Settings> grid;                     ///< a Kilogrid below the robots
     int64_t lead_ticks = 0;  ///< engine time before RUN, for the grid's host; rounded up to 4
     Light light;
     double battery_h = 0;       ///< hours of driving that a full battery lasts; 0: it never drains

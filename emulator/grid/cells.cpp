@@ -40,8 +40,7 @@ Eigen::Vector2d GridLayout::centre(uint32_t cell) const {
 std::optional<uint32_t> GridLayout::below(const Eigen::Vector2d &place) const {
     const Eigen::Vector2d from = (place - corner_) / CELL_M;
     const double column = std::floor(from.x()), row = std::floor(from.y());
-    if (!(column >= 0 && column < 2 * columns_ && row >= 0 && row < 2 * rows_))
-        return std::nullopt;
+    if (!(column >= 0 && column < 2 * columns_ && row >= 0 && row < 2 * rows_)) return std::nullopt;
     return cell(static_cast<uint32_t>(column), static_cast<uint32_t>(row));
 }
 

@@ -54,10 +54,9 @@ void Grid::create_modules(const Settings &settings, Cycles power_up) {
     images_.reset(new uint8_t[stride * layout_.modules()]);
     for (uint32_t index = 0; index < layout_.modules(); index++) {
         const double when = chance_.uniform(index, Purpose::MODULE_POWER_UP, 0);
-        const double luck = std::clamp(chance_.normal(index, Purpose::MODULE_CLOCK, 0),
-                                       -CLOCK_LIMIT, CLOCK_LIMIT);
-        const double tick =
-            static_cast<double>(TICK_CYCLES) * (1 + infrared_.clock_spread * luck);
+        const double luck =
+            std::clamp(chance_.normal(index, Purpose::MODULE_CLOCK, 0), -CLOCK_LIMIT, CLOCK_LIMIT);
+        const double tick = static_cast<double>(TICK_CYCLES) * (1 + infrared_.clock_spread * luck);
         modules_.emplace_back(context_, program, index, static_cast<uint8_t>(layout_.x(index)),
                               static_cast<uint8_t>(layout_.y(index)),
                               static_cast<Cycles>(tick + 0.5),
@@ -89,16 +88,14 @@ void Grid::attach_to_buses(double error_share) {
 
 void Grid::draw_ranges(size_t robots) {
     for (auto robot = static_cast<uint32_t>(range_m_.size()); robot < robots; robot++) {
-        const bool weak =
-            chance_.uniform(robot, Purpose::WEAK_LIGHT, 0) < infrared_.weak_share;
+        const bool weak = chance_.uniform(robot, Purpose::WEAK_LIGHT, 0) < infrared_.weak_share;
         range_m_.push_back(weak ? infrared_.weak_range_m : infrared_.robot_range_m);
     }
 }
 
-void Grid::look_around(Cycles until, double way_m,
-                       const std::vector<Eigen::Vector2d> &positions) {
-    const double farthest = std::max(
-        {infrared_.cell_range_m, infrared_.robot_range_m, infrared_.weak_range_m});
+void Grid::look_around(Cycles until, double way_m, const std::vector<Eigen::Vector2d> &positions) {
+    const double farthest =
+        std::max({infrared_.cell_range_m, infrared_.robot_range_m, infrared_.weak_range_m});
     draw_ranges(positions.size());
     lists_until_ = until;
     for (auto &robots : robots_near_) robots.clear();
@@ -258,8 +255,7 @@ void Grid::deliver(uint32_t bus, const CanBus::Delivery &delivery) {
 }
 
 /// The modules of a bus that take frames with this identifier.
-template <typename Visit>
-void Grid::for_each_taker(uint32_t bus, uint16_t id, Visit visit) const {
+template <typename Visit> void Grid::for_each_taker(uint32_t bus, uint16_t id, Visit visit) const {
     kilogrid_address_t to;
     if (!kilogrid_address(id, &to) || to.type == ADDR_DISPATCHER) return;
     for (uint32_t y = layout_.first_row(bus); y < layout_.first_row(bus + 1); y++) {

@@ -77,14 +77,14 @@ class Grid {
     };
 
     struct Counts {
-        uint64_t sent = 0;      ///< frames of cells, and of these ...
-        uint64_t unheard = 0;   ///< ... that nobody was near enough to hear
-        uint64_t put_off = 0;   ///< attempts that found the channel busy, or a frame coming in
-        uint64_t received = 0;  ///< frames of robots that a cell heard ...
-        uint64_t collided = 0;  ///< ... or would have, but for another robot's
-        uint64_t deaf = 0;      ///< ... but that its module was sending
-        uint64_t elsewhere = 0; ///< ... but that its module listened to another cell
-        uint64_t lost = 0;      ///< ... but for chance
+        uint64_t sent = 0;       ///< frames of cells, and of these ...
+        uint64_t unheard = 0;    ///< ... that nobody was near enough to hear
+        uint64_t put_off = 0;    ///< attempts that found the channel busy, or a frame coming in
+        uint64_t received = 0;   ///< frames of robots that a cell heard ...
+        uint64_t collided = 0;   ///< ... or would have, but for another robot's
+        uint64_t deaf = 0;       ///< ... but that its module was sending
+        uint64_t elsewhere = 0;  ///< ... but that its module listened to another cell
+        uint64_t lost = 0;       ///< ... but for chance
     };
 
     /// Modules are switched on between 0 and `power_up`. t = 0 of faults is `zero`. Without
@@ -199,7 +199,7 @@ class Grid {
 
     // By module.
     std::vector<uint32_t> node_;
-    std::vector<Cycles> due_;  ///< when it has to be looked at; NEVER while it asks
+    std::vector<Cycles> due_;             ///< when it has to be looked at; NEVER while it asks
     std::vector<uint32_t> robots_about_;  ///< entries of its cells in robots_near_
     std::vector<uint32_t> promised_;      ///< frames of the host that are under way to it
     std::vector<bool> dead_;

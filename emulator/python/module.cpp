@@ -369,7 +369,7 @@ nb::list modules_of(const PythonSimulation &self) {
         row["can"] = name_of(bus.state(node));
         row["tec"] = bus.transmit_errors(node);
         row["rec"] = bus.receive_errors(node);
-        row["bad_frames"] = module.counts().frames_refused;
+        row["frames_refused"] = module.counts().frames_refused;
         row["frames_missed"] = module.counts().frames_missed;
         out.append(row);
     }
@@ -417,8 +417,7 @@ nb::list module_events(PythonSimulation &self) {
         nb::dict row;
         row["tick"] = self.simulation.tick_of(event.at);
         row["module_tick"] = event.tick;
-        row["module"] =
-            nb::make_tuple(grid.layout().x(event.robot), grid.layout().y(event.robot));
+        row["module"] = nb::make_tuple(grid.layout().x(event.robot), grid.layout().y(event.robot));
         row["program"] = event.program;
         row["kind"] = name_of(event.kind);
         row["text"] = text_of(event);

@@ -48,8 +48,7 @@ class ModuleRecord(TypedDict):
     can: str  # active, passive, bus_off, dead
     tec: int
     rec: int
-    bad_frames: int  # wrong length, configuration too long, page out of range ...
-    records_lost: int  # tracking records that found the ring full
+    frames_refused: int  # wrong length, out of range or order: they changed nothing
     frames_missed: int  # came while its controller's buffers were full
 
 class CanStatistics(TypedDict):
