@@ -50,6 +50,15 @@ Settings = Annotated[
         "--set", metavar="KEY=VALUE", envvar="KILOTWIN_SET", help="Set any key; repeatable."
     ),
 ]
+Speed = Annotated[
+    float,
+    typer.Option(
+        min=0.01,
+        max=1000,
+        envvar="KILOTWIN_SPEED",
+        help="Simulated seconds per second, of an emulated table and its host alike.",
+    ),
+]
 File = Annotated[Path, typer.Argument(help="The experiment's TOML file.")]
 
 
@@ -76,6 +85,7 @@ def record(
             help="Take over a grid that runs already: no set-up, t = 0 is now.",
         ),
     ] = False,
+    speed: Speed = 1.0,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -88,7 +98,9 @@ def record(
     if loaded.keys.grid is None:
         raise InputError(f"{experiment}: no [grid]; add it, or use `kilotwin run`")
     names = name_all(buses or [], loaded.keys.grid.buses)
-    outcome = live.record(loaded, names, out, sys.argv, terminal.display(quiet), join=join)
+    outcome = live.record(
+        loaded, names, out, sys.argv, terminal.display(quiet), join=join, speed=speed
+    )
     typer.echo(json.dumps(outcome.summary) if as_json else terminal.record_text(outcome.summary))
     if troubles := terminal.module_troubles_text(outcome.summary["grid"]["modules_failed"]):
         typer.echo(troubles, err=True)

@@ -2,9 +2,12 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from kilotwin.experiment import Experiment
+
+if TYPE_CHECKING:
+    from kilotwin.grid.served import Serving
 
 
 @dataclass(frozen=True)
@@ -20,3 +23,5 @@ class Job:
     folder: Path
     manifest: dict[str, Any]
     black_box: str
+    serving: "Serving | None" = None
+    """A grid that waits for a host, in place of one that has its own."""

@@ -101,3 +101,19 @@ class Records:
 def field(name: str, kind: pa.DataType, unit: str) -> pa.Field:
     """A column with its unit."""
     return pa.field(name, kind, metadata={"unit": unit})
+
+
+TRACKING_SCHEMA = pa.schema(
+    [
+        field("time_s", pa.float64(), "s, when the host had it"),
+        field("robot", pa.int32(), "index, uid less 1"),
+        field("x_m", pa.float32(), "m, the cell's middle"),
+        field("y_m", pa.float32(), "m, the cell's middle"),
+        field("module_x", pa.uint8(), "column"),
+        field("module_y", pa.uint8(), "row"),
+        field("cell", pa.uint8(), "0 top left, 1 top right, 2 bottom left, 3 bottom right"),
+        field("state", WORD, "what the robot's LED means, if it told"),
+        field("data", pa.binary(7), "what the robot said"),
+    ]
+)
+"""`tracking`: a row per report of a robot, as the host of a grid had it."""

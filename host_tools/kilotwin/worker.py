@@ -37,6 +37,7 @@ from kilotwin.units import seconds, ticks
 if TYPE_CHECKING:
     from kilotwin._emulator import Samples
     from kilotwin.grid.emulated_run import EmulatedHost
+    from kilotwin.grid.served import ServedTable
 
 # The engine does not look up while it advances, so each call is kept to about this wall time.
 _CHUNK_S = 0.15
@@ -101,7 +102,7 @@ class _Trial:
         self._keys = job.experiment.keys
         self._simulation = self._place_robots()
         self.writer = self._make_folder()
-        self._host = self._join_grid()
+        self._host, self._table = self._join_grid()
         self._events: Counter[str] = Counter()
         self._failed: list[dict[str, Any]] = []
         self._startup_s = 0.0
@@ -111,6 +112,8 @@ class _Trial:
 
     def run(self, stopped: Callable[[], bool]) -> bool:
         """Advances to the end; False if stopped before. The last record is the last moment."""
+        if self._table is not None:
+            return self._serve(self._table, stopped)
         simulation, end = self._simulation, ticks(self._keys.duration_s)
         chunk = 1
         while simulation.tick < end and not stopped():
@@ -123,6 +126,15 @@ class _Trial:
         if self._sampled_at != simulation.tick:
             self._take(simulation.snapshot())
         return simulation.tick >= end
+
+    def _serve(self, table: "ServedTable", stopped: Callable[[], bool]) -> bool:
+        """Until a host has had its run; False if stopped before."""
+        while not table.over and not stopped():
+            self._simulation.advance(1)
+            table.step()
+            self._take(table.from_zero(self._simulation.samples()))
+            table.wait()
+        return table.ran
 
     def _advance(self, count: int) -> None:
         """So many ticks, with the grid's host doing in between what is due."""
@@ -138,6 +150,7 @@ class _Trial:
         if self._host is not None:
             self._host.see(samples)
         for event in self._simulation.events():
+            event["tick"] -= self._zero_tick
             self.writer.add_event(event)
             self._events[event["kind"]] += 1
             if event["kind"] in FAILURES:
@@ -148,7 +161,7 @@ class _Trial:
         self._sampled_at = int(samples["tick"][-1])
         if time.perf_counter() - self._reported_at > _PROGRESS_S:
             self._reported_at = time.perf_counter()
-            shown = {"tick": self._simulation.tick, **self._robots_now(counts)}
+            shown = {"tick": self._simulation.tick - self._zero_tick, **self._robots_now(counts)}
             self._report({"type": "progress", **shown})
 
     def _robots_now(self, counts: Counts) -> dict[str, Any]:
@@ -162,7 +175,7 @@ class _Trial:
         """What `kilotwin run --json` prints."""
         simulation = self._simulation
         cpu_s = time.process_time() - self._cpu_began
-        simulated_s = seconds(simulation.tick)
+        simulated_s = seconds(simulation.tick - self._zero_tick)
         snapshot = simulation.snapshot()
         if self._host is not None:
             self._host.see(snapshot)
@@ -192,14 +205,30 @@ class _Trial:
         """Ends the files; the grid's host goes first."""
         if self._host is not None:
             self._host.finish()
+        if self._table is not None:
+            self._table.close()
         self.writer.close(clean=clean)
 
-    def _join_grid(self) -> "EmulatedHost | None":
+    def _join_grid(self) -> "tuple[EmulatedHost | None, ServedTable | None]":
+        """The grid's host, or the buses on which it waits for one; neither without a grid."""
+        job = self._job
         if self._keys.grid is None:
-            return None
-        from kilotwin.grid.emulated_run import EmulatedHost  # noqa: PLC0415 (as in _place_robots)
+            return None, None
+        # Runs without a grid do without the CAN tools, which take a moment to load.
+        from kilotwin.grid.emulated_run import EmulatedHost  # noqa: PLC0415
+        from kilotwin.grid.served import ServedTable  # noqa: PLC0415
 
-        return EmulatedHost(self._simulation, self._job.experiment, self.writer)
+        if job.serving is None:
+            return EmulatedHost(self._simulation, job.experiment, self.writer), None
+        table = ServedTable(self._simulation, job.experiment, job.serving, self.writer)
+        what = "the table waits on " + (", ".join(job.serving.interfaces) or f"port {table.port}")
+        self._report({"type": "note", "text": what, "port": table.port})
+        return None, table
+
+    @property
+    def _zero_tick(self) -> int:
+        """Of the engine, when the run began."""
+        return 0 if self._table is None else self._table.zero_tick or 0
 
     def _place_robots(self) -> _emulator.Simulation:
         job = self._job
@@ -218,10 +247,9 @@ class _Trial:
             raise job.experiment.error(swarm, str(error)) from None
 
     def _lead_ticks(self) -> int:
-        if self._keys.grid is None:
+        if self._keys.grid is None or self._job.serving is not None:
             return 0
-        # Runs without a grid do without the CAN tools, which take a moment to load.
-        from kilotwin.grid.emulated_run import lead_ticks  # noqa: PLC0415
+        from kilotwin.grid.emulated_run import lead_ticks  # noqa: PLC0415 (as in _join_grid)
 
         return lead_ticks(self._job.experiment)
 

@@ -19,6 +19,7 @@ from kilotwin.grid.can_log import CanLog
 from kilotwin.grid.layout import Module
 from kilotwin.grid.poller import Reports
 from kilotwin.grid.tracking import Tracking
+from kilotwin.records import TRACKING_SCHEMA
 from kilotwin.run_folder import CAN_LOG, FAILURES, TRACKING
 from kilotwin.run_writer import RunWriter, Stream
 from kilotwin.units import seconds, ticks
@@ -39,7 +40,7 @@ class GridRecord:
         self._writer = writer
         self.tracking = Tracking(experiment.keys, plan.layout, experiment.size, plan.site_maps)
         folder = writer.folder
-        self._stream = Stream(folder / f"{TRACKING}.arrows", self.tracking.schema)
+        self._stream = Stream(folder / f"{TRACKING}.arrows", TRACKING_SCHEMA)
         self._waiting: list[Reports] = []
         self.log: CanLog | None = None
         if experiment.keys.record.can_log:

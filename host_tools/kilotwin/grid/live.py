@@ -45,11 +45,12 @@ def record(
     display: Display,
     *,
     join: bool = False,
+    speed: float = 1.0,
 ) -> Outcome:
     """Sets the grid up, runs it, polls it, leaves it idle; the run folder says what came of it.
 
     Ctrl-C ends it early, robots and modules idle; a second one leaves them as they are. `join`
-    takes over a grid that runs.
+    takes over a grid that runs. `speed`: seconds of the experiment per second, as the table has it.
     """
     if experiment.plan is None:
         raise InputError(f"{experiment.origin.source}: no [grid] to record; add it, or use run")
@@ -57,7 +58,9 @@ def record(
     check_free(folder)
     buses = open_all(names)
     try:
-        return _Recording(experiment, buses, folder, command_line, display, join=join).run()
+        return _Recording(
+            experiment, buses, folder, command_line, display, join=join, speed=speed
+        ).run()
     finally:
         display.stop()
         for bus in buses:
@@ -76,6 +79,7 @@ class _Recording:
         display: Display,
         *,
         join: bool,
+        speed: float,
     ) -> None:
         assert experiment.plan is not None
         self._experiment = experiment
@@ -84,14 +88,15 @@ class _Recording:
         messages = config_differences(self._keys)
         lead_s = 0.0 if join else set_up_s(experiment.plan, len(messages), _STEP_S)
         self._began = time.monotonic()
-        self._clock_zero = self._began + lead_s
+        self._lead_s = lead_s
+        self._speed = speed
         manifest = _manifest(experiment, [bus.name for bus in buses], command_line)
         try:
             self._writer = RunWriter(folder, experiment, manifest)
         except OSError as error:
             raise InputError(f"--out {folder}: {error.strerror}; name another folder") from None
         self._record = GridRecord(
-            self._writer, experiment, [bus.name for bus in buses], time.time() + lead_s
+            self._writer, experiment, [bus.name for bus in buses], time.time() + lead_s / speed
         )
         self._conductor = Conductor(
             experiment.plan,
@@ -116,14 +121,17 @@ class _Recording:
         """To the end, or until interrupted twice."""
         with self._heeding_signals():
             while self._conductor.phase != "done":
-                now_s = time.monotonic() - self._clock_zero
+                now_s = self._now_s()
                 self._conductor.step(now_s)
                 self._record.flush()
                 if self._conductor.phase == "running":
                     self._sample(now_s - self._conductor.zero_s)
-                time.sleep(min(_STEP_S, max(self._conductor.next_step_s() - now_s, 0.0)))
+                time.sleep(_STEP_S)
             self._record.flush(now=True)
         return self._close()
+
+    def _now_s(self) -> float:
+        return (time.monotonic() - self._began) * self._speed - self._lead_s
 
     def _sample(self, time_s: float) -> None:
         if time_s < self._next_sample * self._sample_s or time_s < 0:
@@ -159,7 +167,7 @@ class _Recording:
                 signal.signal(number, handler)
 
     def _close(self) -> Outcome:
-        run_s = time.monotonic() - self._clock_zero - self._conductor.zero_s
+        run_s = self._now_s() - self._conductor.zero_s
         run_s = min(max(run_s, 0.0), self._keys.duration_s)
         self._write_sample(run_s)
         self._record.close()

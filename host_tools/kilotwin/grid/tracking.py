@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from kilotwin.experiment_schema import ExperimentSchema
 from kilotwin.grid.layout import Cells, Layout
 from kilotwin.grid.poller import Reports
-from kilotwin.records import WORD, field
+from kilotwin.records import TRACKING_SCHEMA, WORD
 from kilotwin.states import States
 
 if TYPE_CHECKING:
@@ -43,20 +43,6 @@ class Tracking:
         self.strangers = 0
         """Reports of robots that are not in the experiment."""
 
-    schema = pa.schema(
-        [
-            field("time_s", pa.float64(), "s, when the host had it"),
-            field("robot", pa.int32(), "index, uid less 1"),
-            field("x_m", pa.float32(), "m, the cell's middle"),
-            field("y_m", pa.float32(), "m, the cell's middle"),
-            field("module_x", pa.uint8(), "column"),
-            field("module_y", pa.uint8(), "row"),
-            field("cell", pa.uint8(), "0 top left, 1 top right, 2 bottom left, 3 bottom right"),
-            field("state", WORD, "what the robot's LED means, if it told"),
-            field("data", pa.binary(7), "what the robot said"),
-        ]
-    )
-
     def add(self, reports: Reports) -> pa.RecordBatch:
         """Takes reports in; gives them as rows."""
         robot, led = self._read(reports.data)
@@ -85,7 +71,7 @@ class Tracking:
             state,
             pa.array([data.tobytes() for data in reports.data], type=pa.binary(7)),
         ]
-        return pa.record_batch(columns, schema=self.schema)
+        return pa.record_batch(columns, schema=TRACKING_SCHEMA)
 
     def sample(self, tick: int) -> "Samples":
         """Where robots were last heard, as the engine would say it; NaN for who never was."""
