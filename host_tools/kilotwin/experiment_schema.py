@@ -394,12 +394,13 @@ class Grid(Section):
     """A `.kconf` file for the modules, in place of what [[site]] and `wall_cells` say."""
     wall_cells: Annotated[int, Field(ge=0, le=31)] = 1
     """How wide the ring of wall cells is along the edge."""
-    poll_s: Annotated[float, Field(ge=0.05, le=60)] = 1.0
-    """Between two questions to a module for reports. Up to 1 s no reset goes unnoticed."""
-    poll_window: Annotated[int, Field(ge=1, le=112)] = 8
+    poll_s: Annotated[float, Field(ge=0.05, le=60)] = 0.8
+    """Between two questions to a module for reports."""
+    poll_window: Annotated[int, Field(ge=1, le=112)] = 16
     """How many modules of a bus may owe an answer at a time."""
-    poll_timeout_s: Annotated[float, Field(ge=0.02, le=10)] = 0.2
-    """After how long an answer is given up. A module is silent for 1.2 s while it starts."""
+    poll_timeout_s: Annotated[float, Field(ge=0.02, le=10)] = 0.4
+    """After how long an answer is late. With `poll_s` it is to be 1.2 s at most: that long a module
+    that was reset says nothing, and so no reset goes unnoticed."""
     pace_s: Annotated[float, Field(ge=0.0005, le=0.1)] = 0.001
     """Between two frames of the host on a bus that may be for the same module."""
     report_s: Annotated[float, Field(ge=0, le=2147)] = 2.0
@@ -409,7 +410,8 @@ class Grid(Section):
     rounds: Annotated[int, Field(ge=1, le=10)] = 2
     """How many times all these messages are sent."""
     health: bool = False
-    """Whether modules are asked for their health (ours answer, original ones do not)."""
+    """Whether a module is asked how it is after the set-up and when it was late. Ours answer;
+    original ones do not, and get their configuration anew in any case."""
     kilobot_ids: Text | None = None
     """A file with a serial and an id per robot, for the `.kilodat`."""
     cells: GridCells = GridCells()

@@ -10,8 +10,8 @@ from typing import Any
 import pyarrow as pa
 
 from kilotwin.errors import InputError
-from kilotwin.experiment_schema import ExperimentSchema
 from kilotwin.experiment_checks import swarm_size
+from kilotwin.experiment_schema import ExperimentSchema
 from kilotwin.records import TRACKING_SCHEMA, Records
 from kilotwin.run_folder import EVENTS, EXPERIMENT, MANIFEST, TRACKING
 

@@ -20,6 +20,8 @@ Phase = Literal["set-up", "ready", "running", "ending", "done"]
 # What set-up takes besides repeating messages: settling, sweeps, a frame of each transfer.
 _TELL_S = 0.6
 _VERIFY_S = 4.5
+# It takes about 4 s to leave robots and modules idle.
+_ENDING_S = 12.0
 
 
 class Listener(Protocol):
@@ -60,6 +62,7 @@ class Conductor:
         self._orders: deque[Order] = deque() if join else deque(plan.orders)
         self._join = join
         self._begun = False
+        self._ending_since_s: float | None = None
         self.phase: Phase = "set-up"
         self.zero_s = 0.0
         """When the run began, by the caller's clock."""
@@ -76,8 +79,8 @@ class Conductor:
             self._run(now_s)
         if self.phase == "running":
             self._carry_out(now_s - self.zero_s)
-        elif self.phase == "ending" and not self.controller.busy:
-            self.phase = "done"
+        elif self.phase == "ending":
+            self._see_to_the_end(now_s)
 
     def next_step_s(self) -> float:
         """By the caller's clock."""
@@ -95,10 +98,21 @@ class Conductor:
         if self.phase not in ("ending", "done"):
             self.controller.set_idle()
             self.phase = "ending"
+            self._ending_since_s = None
 
     def leave(self) -> None:
         """Ends without a word to anybody: the grid runs on."""
         self.phase = "done"
+
+    def _see_to_the_end(self, now_s: float) -> None:
+        """Buses that do not work any more must not keep the caller for ever."""
+        if self._ending_since_s is None:
+            self._ending_since_s = now_s
+        if not self.controller.busy:
+            self.phase = "done"
+        elif now_s - self._ending_since_s > _ENDING_S:
+            self.event(now_s, "not_idle", "robots and modules could not be told to stop")
+            self.phase = "done"
 
     def _begin(self, now_s: float) -> None:
         if self._join:

@@ -43,9 +43,9 @@ _ATTEMPTS = 3
 class Settings:
     """As in [grid]."""
 
-    poll_s: float = 1.0
-    poll_window: int = 8
-    poll_timeout_s: float = 0.2
+    poll_s: float = 0.8
+    poll_window: int = 16
+    poll_timeout_s: float = 0.4
     pace_s: float = 0.001
     hold_s: float = 2.0
     rounds: int = 2
@@ -258,8 +258,11 @@ class Controller:
         reports, returned = self.poller.take(frames, self._now_s)
         if reports is not None:
             self._listener.reports(reports)
-        for module in returned:
-            self._restore(module)
+        for module, missed in returned:
+            if missed >= SILENT_AFTER:
+                self._event("module_back", f"module {module[0]}-{module[1]} answers again", module)
+            if self.running:
+                self._restore(module)
         self._take_health(frames)
 
     def _take_health(self, frames: Frames) -> None:
@@ -277,10 +280,10 @@ class Controller:
                 self._bus_health[module] = answer
 
     def _restore(self, module: Module) -> None:
-        """A module that was silent may have been reset: it gets everything anew."""
-        if not self.running:
-            return
-        self._event("module_back", f"module {module[0]}-{module[1]} answers again", module)
+        """A module that did not answer may have been reset: it gets everything anew.
+
+        One of ours can be asked first whether it was.
+        """
         if self.settings.health:
             self._health.pop(module, None)
             self._to(module, *wire.HEALTH_REQUESTS)
@@ -437,6 +440,9 @@ class Controller:
 
     def _ending(self) -> Script:
         if self.running:
+            # What was asked a moment ago may have answered before the last report came.
+            self.poller.on = False
+            yield lambda: not self.poller.owing
             self.poller.sweep(self._now_s)
             yield lambda: not self.poller.owing
         self.poller.end()

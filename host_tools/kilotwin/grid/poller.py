@@ -6,8 +6,9 @@ answer is START with a number, then so many reports. A module that owes an answe
 only, until it answers.
 
 An original module answers whatever its state is, so that a reset cannot be told from the answer.
-But for 1.2 s after power-up it answers nothing, and polls 1 s apart cannot miss that: a module that
-answers after it did not is one that may have been reset.
+But for 1.2 s after power-up it answers nothing. A poll falls into that time which is answered later
+than `poll_timeout_s`, if this and `poll_s` are not more than 1.2 s together: a module that answers
+after it did not, or late, is one that may have been reset.
 """
 
 from collections.abc import Sequence
@@ -26,6 +27,9 @@ SILENT_AFTER = 3
 _SILENT_SWEEPS = 10  # a silent module is asked in one sweep of so many
 
 _REST, _ASKED, _ANSWERING = 0, 1, 2
+
+Returned = list[tuple[Module, int]]
+"""Modules that answer again, and how often in a row they had not."""
 
 
 @dataclass(frozen=True)
@@ -148,7 +152,7 @@ class Poller:
         self._sweep += 1
         self._next_sweep_s = max(self._next_sweep_s + self._every_s, now_s)
 
-    def take(self, frames: Frames, now_s: float) -> tuple[Reports | None, list[Module]]:
+    def take(self, frames: Frames, now_s: float) -> tuple[Reports | None, Returned]:
         """What frames from modules say: reports, and modules that answer after they did not."""
         incoming = frames[(frames["id"] & 1 == 1) & ~frames["from_host"]]
         if not len(incoming):
@@ -166,9 +170,7 @@ class Poller:
             return None, returned
         return self._take_reports(number[reports], incoming[reports], now_s), returned
 
-    def _take_starts(
-        self, number: NDArray[np.intp], incoming: Frames, now_s: float
-    ) -> list[Module]:
+    def _take_starts(self, number: NDArray[np.intp], incoming: Frames, now_s: float) -> Returned:
         if not len(number):
             return []
         announced = incoming["data"][:, 1]
@@ -181,9 +183,12 @@ class Poller:
         self._left[number] = announced
         self._state[number] = np.where(announced > 0, _ANSWERING, _REST)
         self._since[number] = now_s
-        returned = np.unique(number[self._missed[number] > 0])
+        returned = [
+            (self.modules[one], int(self._missed[one]))
+            for one in np.unique(number[self._missed[number] > 0])
+        ]
         self._missed[number] = 0
-        return [self.modules[one] for one in returned]
+        return returned
 
     def _take_reports(self, number: NDArray[np.intp], incoming: Frames, now_s: float) -> Reports:
         self.counts.reports += len(number)

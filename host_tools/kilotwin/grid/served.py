@@ -26,8 +26,9 @@ from kilotwin.units import TICK_S, seconds, ticks
 if TYPE_CHECKING:
     from kilotwin._emulator import Samples, Simulation
 
-# After the run the host leaves robots and modules idle; one that is gone is not waited for.
-_GRACE_S = 60.0
+# After the run the host leaves robots and modules idle, and then says nothing more. One that is gone
+# is not waited for.
+_QUIET_S, _GRACE_S = 3.0, 30.0
 _FLUSH_S = 0.5
 
 
@@ -76,7 +77,7 @@ class ServedTable:
             self._log = CanLog(writer.folder / CAN_LOG, names, zero_s=0.0)
         self._begin_tick = simulation.tick
         self._began = self._flushed = time.monotonic()
-        self._stopped_at: int | None = None
+        self._heard_at = self._idle_at = simulation.tick  # a frame of the host; one that ends all
         self.zero_tick: int | None = None
         """The engine's tick at the first RUN."""
 
@@ -95,8 +96,8 @@ class ServedTable:
         """Whether there is nothing more to wait for."""
         if not self.ran:
             return False
-        late = self._run_ticks() >= self._duration + ticks(_GRACE_S)
-        return late or self._stopped_at is not None
+        waited = self._simulation.tick - max(self._heard_at, self._duration + (self.zero_tick or 0))
+        return waited >= ticks(_GRACE_S if self._heard_at > self._idle_at else _QUIET_S)
 
     def step(self) -> None:
         """Hands over frames both ways; the engine has just advanced."""
@@ -158,8 +159,10 @@ class ServedTable:
             at_s = float(told["at_s"][np.argmax(kinds == wire.RUN[0])])
             self.zero_tick = ticks(at_s)
             self._event("run", "a host has started the modules")
-        elif self.ran and ((kinds == wire.STOP[0]) | (kinds == wire.IDLE[0])).any():
-            self._stopped_at = self._simulation.tick
+        if len(told):
+            self._heard_at = self._simulation.tick
+            if kinds[-1] in (wire.STOP[0], wire.IDLE[0]):
+                self._idle_at = self._heard_at
 
     def _event(self, kind: str, text: str) -> None:
         tick = self._simulation.tick - (self.zero_tick or 0)
