@@ -107,6 +107,7 @@ class _Trial:
         self._failed: list[dict[str, Any]] = []
         self._startup_s = 0.0
         self._sampled_at = -1
+        self._last: Counts | None = None
         self._reported_at = 0.0
         report({"type": "started", "folder": str(job.folder)})
 
@@ -143,8 +144,8 @@ class _Trial:
             return
         end = self._simulation.tick + count
         while self._simulation.tick < end:
-            self._simulation.advance(min(self._host.ticks_until_due(), end - self._simulation.tick))
             self._host.step()
+            self._simulation.advance(min(self._host.ticks_until_due(), end - self._simulation.tick))
 
     def _take(self, samples: "Samples") -> None:
         if self._host is not None:
@@ -159,6 +160,7 @@ class _Trial:
         if counts is None:
             return
         self._sampled_at = int(samples["tick"][-1])
+        self._last = counts
         if time.perf_counter() - self._reported_at > _PROGRESS_S:
             self._reported_at = time.perf_counter()
             shown = {"tick": self._simulation.tick - self._zero_tick, **self._robots_now(counts)}
@@ -176,10 +178,12 @@ class _Trial:
         simulation = self._simulation
         cpu_s = time.process_time() - self._cpu_began
         simulated_s = seconds(simulation.tick - self._zero_tick)
-        snapshot = simulation.snapshot()
-        if self._host is not None:
-            self._host.see(snapshot)
-        last = self.writer.count(snapshot)
+        last = self._last if self._table is not None else None
+        if last is None:
+            snapshot = simulation.snapshot()
+            if self._host is not None:
+                self._host.see(snapshot)
+            last = self.writer.count(snapshot)
         return {
             "experiment": self._keys.name,
             "seed": self._keys.seed,

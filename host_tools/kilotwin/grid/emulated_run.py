@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 # Beyond the end of the run, for the host to leave robots and modules idle.
 _ENDING_S = 30.0
+_NEVER = 2**62
 
 
 def lead_ticks(experiment: Experiment) -> int:
@@ -55,6 +56,7 @@ class EmulatedHost:
         )
         self._absences = sorted((fault.from_s, fault.until_s) for fault in keys.faults.host)
         self._away = False
+        self._due_tick = simulation.tick
 
     def see(self, samples: "Samples") -> None:
         """On a grid cells say which site a robot is on, and they may change: corrects samples."""
@@ -64,27 +66,40 @@ class EmulatedHost:
 
     def ticks_until_due(self) -> int:
         """How far the engine may advance before the host wants to act; at least 1."""
-        due_s = self.conductor.next_step_s()
-        for from_s, until_s in self._absences:
-            due_s = min(due_s, *(t for t in (from_s, until_s) if t > self._now_s))
+        return max(1, self._due_tick - self._simulation.tick)
+
+    def _next_due_tick(self) -> int:
+        now_s = self._now_s
+        times = [t for absence in self._absences for t in absence if t > now_s]
+        if not self._away:
+            times.append(self.conductor.next_step_s())
+        due_s = min(times, default=math.inf)
         if math.isinf(due_s):
-            return 2**31 - 1
-        return max(1, math.ceil(due_s / TICK_S - 1e-6) - self._simulation.tick)
+            return _NEVER
+        return max(self._simulation.tick + 1, math.ceil(due_s / TICK_S - 1e-6))
 
     def step(self) -> None:
-        """Does what is due at the engine's time, unless the host is away."""
-        now_s = self._now_s
-        away = any(from_s <= now_s < until_s for from_s, until_s in self._absences)
-        if away != self._away:
-            what = "the host is gone" if away else "the host is back"
-            self.record.event(now_s, "host_away" if away else "host_back", what)
-            self._away = away
-        if away:
-            # What came for it is lost, though it was on the bus.
+        """Does what is due at the engine's time, if anything, unless the host is away.
+
+        Steps at other times would make the run depend on how its caller cuts it up.
+        """
+        if self._simulation.tick < self._due_tick:
+            return
+        self._act(self._now_s)
+        self._due_tick = self._next_due_tick()
+
+    def _act(self, now_s: float) -> None:
+        was_away = self._away
+        self._away = any(from_s <= now_s < until_s for from_s, until_s in self._absences)
+        if was_away:
+            # What came for it meanwhile is lost to it, though it was on the bus.
             lost = self._grid.take()
             if self.record.log is not None and len(lost):
                 self.record.log.add(lost)
-        else:
+        if self._away != was_away:
+            what = "the host is gone" if self._away else "the host is back"
+            self.record.event(now_s, "host_away" if self._away else "host_back", what)
+        if not self._away:
             self.conductor.step(now_s)
         self.record.flush()
 

@@ -26,8 +26,8 @@ from kilotwin.units import TICK_S, seconds, ticks
 if TYPE_CHECKING:
     from kilotwin._emulator import Samples, Simulation
 
-# After the run the host leaves robots and modules idle, and then says nothing more. One that is gone
-# is not waited for.
+# After the run the host leaves robots and modules idle, and then says nothing more. One that is
+# gone is not waited for.
 _QUIET_S, _GRACE_S = 3.0, 30.0
 _FLUSH_S = 0.5
 
