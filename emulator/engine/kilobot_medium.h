@@ -14,12 +14,11 @@
 #define KILOTWIN_ENGINE_KILOBOT_MEDIUM_H
 
 #include <Eigen/Core>
-#include <deque>
 #include <queue>
 #include <vector>
 
+#include "engine/bodies.h"
 #include "engine/chance.h"
-#include "engine/neighbours.h"
 #include "grid/grid.h"
 #include "guest/robot.h"
 
@@ -51,26 +50,28 @@ class KilobotMedium {
         bool held_busy = false;  ///< somebody's light never goes out: no attempt succeeds
     };
 
+    /// `speaks`: by robot, the earliest moment at which it may begin a frame; kept up to date here.
     /// `grid` may be null.
-    KilobotMedium(const Settings &settings, const Chance &chance, std::deque<Robot> &robots,
-                  std::vector<Emission> &emissions, MediumCounts &counts, Grid *grid = nullptr);
+    KilobotMedium(const Settings &settings, const Chance &chance, std::vector<Robot> &robots,
+                  Bodies &bodies, std::vector<Cycles> &speaks, std::vector<Emission> &emissions,
+                  MediumCounts &counts, Grid *grid);
 
     /// The farthest that anybody can be heard.
     static double reach_m(const Settings &settings);
 
-    /// Whether a robot has to be run here, even if nobody else is near: it is in the middle of a
-    /// transmission, or the channel is not free.
+    /// Whether a robot cannot be left alone beyond the current step: it receives, it is in the
+    /// middle of a transmission, or the channel is not free.
     bool claims(uint32_t robot) const {
-        return settings_.held_busy || frames_[robot].on_air ||
+        return settings_.held_busy || !audible_[robot].empty() || frames_[robot].on_air ||
                robots_[robot].question() != Robot::Question::NONE;
     }
 
-    /// A robot that ran by itself began a frame that nobody hears; whoever comes near before its end finds it sending.
-    void begin_unheard(const Emission &emission);
+    /// Takes all that begins or ends between `begin` and `end`, the current step, in order of time.
+    /// Robots live up to the moments at which they may send, and none beyond `limit`.
+    void run(Cycles begin, Cycles end, Cycles limit);
 
-    /// Runs `attended` robots (ascending) from `begin` to `end` together, as they stand at `begin`.
-    void run(const std::vector<uint32_t> &attended, Cycles begin, Cycles end,
-             const Neighbours &neighbours, const std::vector<Eigen::Vector2d> &positions);
+    /// Lets a robot live up to `until`; run() has gone through everything that may reach it before.
+    void live(uint32_t robot, Cycles until);
 
   private:
     // Stations are the robots, then the cells of the grid.
@@ -95,7 +96,7 @@ class KilobotMedium {
         std::vector<Heard> heard;
     };
     /// In this order when at the same time.
-    enum class What : uint8_t { FRAME_END, SENSE_END, RUN };
+    enum class What : uint8_t { FRAME_END, SENSE_END, ASK };
     struct Event {
         Cycles at;
         What what;
@@ -111,8 +112,8 @@ class KilobotMedium {
         uint64_t draws = 0;
     };
 
-    void live_until(Cycles end);
-    void run_robot(uint32_t robot, Cycles until);
+    void ask(uint32_t robot, Cycles at);
+    void go_on(uint32_t robot, Cycles until);
     bool has_channel(uint32_t robot, Cycles at) const;
     void begin_frame(uint32_t sender, Cycles at);
     void begin_cell_frame(uint32_t module);
@@ -142,7 +143,9 @@ class KilobotMedium {
 
     Settings settings_;
     const Chance &chance_;
-    std::deque<Robot> &robots_;
+    std::vector<Robot> &robots_;
+    Bodies &bodies_;
+    std::vector<Cycles> &speaks_;
     std::vector<Emission> &emissions_;  ///< what robots send that were granted the channel
     MediumCounts &counts_;
     Grid *grid_;
@@ -153,9 +156,7 @@ class KilobotMedium {
     std::vector<Receiver> receivers_;             ///< by module
     InfraredGains cell_gains_;
     std::priority_queue<Event, std::vector<Event>, std::greater<>> events_;
-    const Neighbours *neighbours_ = nullptr;
-    const std::vector<Eigen::Vector2d> *positions_ = nullptr;
-    Cycles end_ = 0;
+    Cycles end_ = 0, limit_ = 0;
 };
 
 }  // namespace kilotwin

@@ -86,17 +86,19 @@ void Grid::attach_to_buses(double error_share) {
 
 // Who is near whom
 
-void Grid::draw_ranges(size_t robots) {
-    for (auto robot = static_cast<uint32_t>(range_m_.size()); robot < robots; robot++) {
-        const bool weak = chance_.uniform(robot, Purpose::WEAK_LIGHT, 0) < infrared_.weak_share;
-        range_m_.push_back(weak ? infrared_.weak_range_m : infrared_.robot_range_m);
-    }
+double Grid::range_m(uint32_t robot, Cycles at) const {
+    if (infrared_.weak_share == 0) return infrared_.robot_range_m;
+    // Robots' spells do not begin together.
+    const double phase = chance_.uniform(robot, Purpose::WEAK_LIGHT, 0);
+    const auto spell = static_cast<uint64_t>(seconds(at) / infrared_.weak_spell_s + phase);
+    const bool weak =
+        chance_.uniform(robot, Purpose::WEAK_LIGHT, 1 + spell) < infrared_.weak_share;
+    return weak ? infrared_.weak_range_m : infrared_.robot_range_m;
 }
 
 void Grid::look_around(Cycles until, double way_m, const std::vector<Eigen::Vector2d> &positions) {
     const double farthest =
         std::max({infrared_.cell_range_m, infrared_.robot_range_m, infrared_.weak_range_m});
-    draw_ranges(positions.size());
     lists_until_ = until;
     for (auto &robots : robots_near_) robots.clear();
     std::fill(robots_about_.begin(), robots_about_.end(), 0);

@@ -33,12 +33,14 @@ namespace kilotwin {
 struct CellInfrared {
     /// A robot hears cells whose middle is so near to its own: all of a cell, to its corners.
     double cell_range_m = 0.036;
-    /// A cell hears robots so near to its middle: how many cells can hear a frame, and so the share
-    /// that is heard at all (the receiver listens to one cell of four) and heard twice.
-    double robot_range_m = 0.046;
-    /// Share of robots whose light is weak, and how near these must be.
-    double weak_share = 0.2;
-    double weak_range_m = 0.02;
+    /// A cell hears robots so near to its middle. Decides how many cells a frame reaches, and so
+    /// the share that is heard at all (a receiver listens to one cell of four) and heard twice.
+    double robot_range_m = 0.045;
+    /// Share of the time that a robot is hardly heard, in spells of `weak_spell_s`, and how near it
+    /// must be meanwhile: what gives the log its gaps of minutes.
+    double weak_share = 0.3;
+    double weak_range_m = 0.01;
+    double weak_spell_s = 120;
     /// Share of frames lost at a cell for no other reason.
     double loss = 0.02;
     /// sd of the modules' oscillators, share. They are crystals.
@@ -108,8 +110,8 @@ class Grid {
     /// Cells that `robot` may come near to, as far.
     const std::vector<uint32_t> &cells_near(uint32_t robot) const { return cells_near_[robot]; }
 
-    /// How near to a cell's middle `robot` must be to be heard there.
-    double range_m(uint32_t robot) const { return range_m_[robot]; }
+    /// How near to a cell's middle `robot` must be to be heard there at `at`.
+    double range_m(uint32_t robot, Cycles at) const;
 
     /// The host may speak again at `limit`, not before.
     void no_host_before(Cycles limit) { limit_ = limit; }
@@ -168,7 +170,6 @@ class Grid {
 
     void create_modules(const Settings &settings, Cycles power_up);
     void attach_to_buses(double error_share);
-    void draw_ranges(size_t robots);
     bool alone(uint32_t module) const;
     bool attend(uint32_t module, Cycles at);
     void send_frames(uint32_t module);
@@ -210,7 +211,6 @@ class Grid {
     std::priority_queue<Due, std::vector<Due>, std::greater<>> schedule_;  ///< some out of date
     std::vector<std::vector<uint32_t>> robots_near_;                       ///< by cell
     std::vector<std::vector<uint32_t>> cells_near_;                        ///< by robot
-    std::vector<double> range_m_;                                          ///< by robot
 };
 
 }  // namespace kilotwin

@@ -153,7 +153,9 @@ Robot::Robot(RobotContext &context, std::shared_ptr<Program> program, uint32_t i
 
 void Robot::serve_this_thread() { GuestStack::instance().serve_this_thread(HostCalls::empty_loop); }
 
-Robot::~Robot() { program_->evict(image_); }
+Robot::~Robot() {
+    if (program_) program_->evict(image_);
+}
 
 void Robot::receive(const Reception &reception) {
     if (life_ == Life::STOPPED) return;

@@ -152,6 +152,7 @@ Grid::Settings grid_of(const nb::dict &from) {
         s.robot_range_m = get_or(own, "robot_range_m", s.robot_range_m);
         s.weak_share = get_or(own, "weak_share", s.weak_share);
         s.weak_range_m = get_or(own, "weak_range_m", s.weak_range_m);
+        s.weak_spell_s = get_or(own, "weak_spell_s", s.weak_spell_s);
         s.loss = get_or(own, "loss", s.loss);
         s.clock_spread = get_or(own, "clock_spread", s.clock_spread);
     }
