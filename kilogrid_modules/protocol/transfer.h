@@ -71,7 +71,7 @@ typedef struct {
 
 #define TRANSFER_NOTHING_DUE 0xFF
 
-/// All of a module's transfers. 364 bytes; any member may be read at any time.
+/// All of a module's transfers. 357 bytes there; any member may be read at any time.
 typedef struct {
     transfer_config_t config;
     transfer_ir_t ir;
