@@ -53,12 +53,14 @@ class Workload(StrEnum):
 
     paper = "paper"
     walk = "walk"
+    grid = "grid"
 
 
 class Reference(StrEnum):
     """What `compare` can compare a run with."""
 
     kilogrid_walk = "kilogrid-walk"
+    kilogrid_uplink = "kilogrid-uplink"
 
 
 def main() -> None:
@@ -273,7 +275,8 @@ def build(
 
 
 @app.command(
-    epilog="Example: kilotwin compare kilogrid-walk runs/my-walk",
+    epilog="Examples: kilotwin compare kilogrid-walk runs/my-walk · "
+    "kilotwin compare kilogrid-uplink runs/my-grid --json",
 )
 def compare(
     reference: Annotated[Reference, typer.Argument(help="What to compare with.")],
@@ -282,12 +285,16 @@ def compare(
     as_json: Json = False,
 ) -> None:
     """Compare a run with what real robots did. 1 if it is outside the bounds."""
-    from kilotwin import kilogrid_walk
+    from kilotwin import kilogrid_uplink, kilogrid_walk
 
-    comparison = kilogrid_walk.compare(run_folder)
-    typer.echo(
-        json.dumps(comparison.as_dict()) if as_json else kilogrid_walk.report_text(comparison)
-    )
+    comparison: kilogrid_walk.Comparison | kilogrid_uplink.Comparison
+    if reference is Reference.kilogrid_walk:
+        comparison = kilogrid_walk.compare(run_folder)
+        text = kilogrid_walk.report_text(comparison)
+    else:
+        comparison = kilogrid_uplink.compare(run_folder)
+        text = kilogrid_uplink.report_text(comparison)
+    typer.echo(json.dumps(comparison.as_dict()) if as_json else text)
     if not comparison.within_bounds:
         raise typer.Exit(1)
 

@@ -17,8 +17,8 @@ from kilotwin.run_reader import Run
 Floats = NDArray[np.float64]
 
 _LOG_SECOND_S = 32 * 0.032768
-# Two records of a robot so near to one another are one frame, heard at two modules: the robot's next
-# attempt comes 2 s later, and modules keep records for less than this before they are polled.
+# Two records of a robot so near to one another are one frame, heard at two modules: the robot's
+# next attempt comes 2 s later, and modules keep records for less than this before they are polled.
 _SAME_FRAME_S = 1.0
 
 # hardware.md 2.1.
@@ -134,7 +134,11 @@ def report_text(comparison: Comparison) -> str:
         for gap, real in _REAL_GAPS.items()
     ]
     rows += [
-        ("each peak to the one before", f"{comparison.ratio:.2f}", f"{_REAL_RATIO} +- {_RATIO_WITHIN}"),
+        (
+            "each peak to the one before",
+            f"{comparison.ratio:.2f}",
+            f"{_REAL_RATIO} +- {_RATIO_WITHIN}",
+        ),
         ("mean gap", f"{comparison.mean_gap_s:.1f} s", "5.0 s"),
         ("99 % of the gaps below", f"{comparison.p99_gap_s:.0f} s", "60 s"),
         ("longest gap", f"{comparison.longest_gap_s:.0f} s", "over 400 s"),
