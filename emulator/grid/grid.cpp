@@ -91,8 +91,7 @@ double Grid::range_m(uint32_t robot, Cycles at) const {
     // Robots' spells do not begin together.
     const double phase = chance_.uniform(robot, Purpose::WEAK_LIGHT, 0);
     const auto spell = static_cast<uint64_t>(seconds(at) / infrared_.weak_spell_s + phase);
-    const bool weak =
-        chance_.uniform(robot, Purpose::WEAK_LIGHT, 1 + spell) < infrared_.weak_share;
+    const bool weak = chance_.uniform(robot, Purpose::WEAK_LIGHT, 1 + spell) < infrared_.weak_share;
     return weak ? infrared_.weak_range_m : infrared_.robot_range_m;
 }
 
