@@ -393,7 +393,7 @@ bool Module::has_nothing_before(Cycles until) const {
 
 Cycles Module::next_event() const {
     if (life_ == Life::STOPPED || asks()) return answers_.empty() ? NEVER : answers_.front().at;
-    if (life_ == Life::OFF || answered_ != Asking::NOTHING) return now_;
+    if (life_ == Life::OFF || !may_be_left_behind()) return now_;
     Cycles next = next_turn();
     if (!answers_.empty()) next = std::min(next, answers_.front().at);
     if (!can_inbox_.empty()) next = std::min(next, can_inbox_.front().at);
@@ -705,11 +705,18 @@ void Module::tick() {
     if (tx_clock_ > TX_PERIOD) take_turn();
 }
 
+// A frame that went out leaves nothing to do but to tell the program, which can wait.
+bool Module::may_be_left_behind() const {
+    return answered_ == Asking::NOTHING ||
+           (answered_ == Asking::TURN && answer_ == Answer::SENT && suspended_.empty());
+}
+
 /// When the next cell has its turn, if any may have something to send then.
 Cycles Module::next_turn() const {
     const bool may_send = sending_cells_ != 0 || state_ == State::RUNNING;
     if (!may_send || next_tick_ == NEVER || state_ == State::BOOT_LOADER) return NEVER;
-    const int missing = TX_PERIOD - tx_clock_ - tick_increment_;
+    const int clock = answered_ == Asking::TURN ? 0 : tx_clock_;
+    const int missing = TX_PERIOD - clock - tick_increment_;
     return missing < 0 ? next_tick_
                        : next_tick_ + static_cast<Cycles>(missing / TICK_COMPARE + 1) * tick_;
 }
@@ -734,12 +741,12 @@ void Module::answer(Answer answer) {
     answer_ = answer;
     answered_ = asking_;
     asking_ = Asking::NOTHING;
+    if (answer == Answer::SENT) keep_busy(now_ + FRAME_CYCLES);
 }
 
 void Module::settle() {
     const Asking why = answered_;
     answered_ = Asking::NOTHING;
-    if (answer_ == Answer::SENT) keep_busy(now_ + FRAME_CYCLES);
     if (answer_ != Answer::SENT && why == Asking::AT_ONCE) now_ += SENSE_CYCLES;
     if (why == Asking::AT_ONCE || answer_ == Answer::RECEIVING) return;
     turn_cell_ = outgoing_.cell;

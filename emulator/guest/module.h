@@ -198,6 +198,7 @@ class Module {
     void live();
     bool has_nothing_before(Cycles until) const;
     Cycles next_interrupt() const;
+    bool may_be_left_behind() const;
     Cycles next_turn() const;
     Cycles next_pass() const;
     void pass();

@@ -81,7 +81,7 @@ def run(
         files = [str(guest.file) for guest in guests]
         module_file = None if modules is None else str(modules.file)
         folder = folder.absolute()
-        job = Job(experiment, files, module_file, folder, manifest, black_box.name, serving)
+        job = Job(experiment, files, folder, manifest, black_box.name, module_file, serving)
         try:
             return _Child(job, display).wait()
         finally:
@@ -167,6 +167,7 @@ class _Child:
         cause = f"ended with code {returncode}"
         if returncode < 0:
             cause = f"was ended by {signal.Signals(-returncode).name}"
+        assert self._job.black_box is not None
         robot, tick = _BLACK_BOX.unpack_from(Path(self._job.black_box).read_bytes())
         ran = ""
         if robot != _NOBODY:

@@ -252,7 +252,7 @@ def experiment_of(keys: Mapping[str, Any], settings: list[Setting]) -> Experimen
             kind["poses"] = list(poses)
         if kind["count"] is None:
             kind["count"] = len(kind.get("poses", [0]))
-        for key in ("include", "define"):
+        for key in ("include", "define", "flavour"):
             if key in tables:
                 kind[key] = tables.pop(key)
         tables["robots"] = [kind]

@@ -30,6 +30,8 @@ int fclose(FILE *stream) {
 
 void debug_init(void);
 void debug_init(void) {}
+void debug_init_nonblocking(void);
+void debug_init_nonblocking(void) {}
 
 static void write_text(FILE *stream, const char *text, size_t bytes) {
     if (stream == NULL || stream->put == NULL) {
