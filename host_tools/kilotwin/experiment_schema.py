@@ -117,7 +117,7 @@ class Site(Section):
     colour: Annotated[str, AfterValidator(_named_colour)] | None = None
     """In pictures: a colour's name or #rrggbb."""
     light: CellColour | None = None
-    """On a grid: the light of its cells. One after the other by default, from red."""
+    """On a grid: the light of its cells. Left out: green, blue, yellow ... in turn."""
 
 
 class Swarm(Section):
