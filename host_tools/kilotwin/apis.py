@@ -1,6 +1,7 @@
 """What programs are written against, and what is compiled with them: headers and helpers."""
 
-from collections.abc import Iterable
+import subprocess
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -50,3 +51,21 @@ APIS: dict[Api, ApiParts] = {
         own_headers_first=True,
     ),
 }
+
+
+def wanted_helpers(nm: str, objects: Sequence[Path], helpers: Sequence[Path]) -> list[Path]:
+    """The compiled `helpers` of which the program's `objects` define nothing themselves.
+
+    An archive alone does not say so: a variable without a value, which avr-gcc makes common, would
+    pull ours in beside the program's own.
+    """
+    own = _defined(nm, objects) if helpers else set()
+    return [helper for helper in helpers if not own & _defined(nm, [helper])]
+
+
+def _defined(nm: str, objects: Sequence[Path]) -> set[str]:
+    done = subprocess.run(
+        [nm, "-g", "--defined-only", "-P", *objects], capture_output=True, text=True, check=True
+    )
+    # With several files a line that ends in a colon names each.
+    return {line.split()[0] for line in done.stdout.splitlines() if " " in line}

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from kilotwin import resources
-from kilotwin.apis import APIS
+from kilotwin.apis import APIS, wanted_helpers
 from kilotwin.errors import InputError, RunError
 from kilotwin.guest_build import Notify, cache_folder, compiler_version, prerequisites, run_tool
 from kilotwin.programs import Program
@@ -162,7 +162,10 @@ def _build(program: Program, compiler: str, runtime: Sequence[Path], image: Imag
                 run_tool([compiler, *flags, "-c", str(source), "-o", target], failure)
                 objects[part].append(target)
         library, elf = str(draft / "libkilolib.a"), str(draft / f"{image.name}.elf")
-        run_tool(["avr-ar", "rcs", library, *objects["helpers"], *objects["kilolib"]], failure)
+        helpers = wanted_helpers(
+            "avr-nm", list(map(Path, objects["program"])), list(map(Path, objects["helpers"]))
+        )
+        run_tool(["avr-ar", "rcs", library, *map(str, helpers), *objects["kilolib"]], failure)
         link = [compiler, *_LINK_FLAGS, *objects["program"], library, "-lm", "-o", elf]
         _link(link, program)
         target = str(draft / f"{image.name}.hex")

@@ -14,7 +14,6 @@ from typing import Any
 from kilotwin import guest_build
 from kilotwin.errors import KilotwinError
 
-
 # Of a Kilogrid's buses.
 _BITRATE = 250_000
 

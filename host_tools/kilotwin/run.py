@@ -74,6 +74,13 @@ def run(
     guests = [build(group.program, display.note) for group in experiment.groups]
     modules = None if experiment.modules is None else build(experiment.modules, display.note)
     built = [*guests, *([modules] if modules else [])]
+    commands = experiment.keys.command
+    if (
+        experiment.modules is None
+        and commands is not None
+        and not any(command.send == "run" for command in commands)
+    ):
+        display.note('no [[command]] has send = "run": setup() and loop() are never called')
     manifest = new_manifest(experiment, built, command_line)
     with tempfile.NamedTemporaryFile(prefix="kilotwin-") as black_box:
         black_box.write(_BLACK_BOX.pack(_NOBODY, 0).ljust(_PAGE_BYTES, b"\0"))
