@@ -449,6 +449,19 @@ nb::object motors_of(const PythonSimulation &self) {
     return array_of(std::move(duties), 2);
 }
 
+nb::dict cell_infrared() {
+    const CellInfrared defaults;
+    nb::dict out;
+    out["cell_range_m"] = defaults.cell_range_m;
+    out["robot_range_m"] = defaults.robot_range_m;
+    out["weak_share"] = defaults.weak_share;
+    out["weak_range_m"] = defaults.weak_range_m;
+    out["weak_spell_s"] = defaults.weak_spell_s;
+    out["loss"] = defaults.loss;
+    out["clock_spread"] = defaults.clock_spread;
+    return out;
+}
+
 nb::dict config_keys() {
     nb::dict keys;
 #define ADD_KEY(name, key, preset, least, most)                                   \
@@ -476,6 +489,7 @@ NB_MODULE(_emulator, m) {
     m.attr("VERSION") = KILOTWIN_VERSION;
     m.attr("BUILD") = KILOTWIN_BUILD;
     m.attr("CONFIG_KEYS") = config_keys();
+    m.attr("CELL_INFRARED") = cell_infrared();
     nb::dict wire;
     wire["TYPE_CELL"] = int(WIRE_TYPE_CELL);
     wire["TYPE_SIGNAL"] = int(WIRE_TYPE_SIGNAL);

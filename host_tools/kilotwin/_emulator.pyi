@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 CONFIG_KEYS: dict[str, tuple[int, int, int, int]]  # name: key, default, least, most
+CELL_INFRARED: dict[str, float]  # defaults of spec["grid"]["modules"]
 WIRE: dict[str, int]
 GUEST_ABI: int
 BOX2D_VERSION: str

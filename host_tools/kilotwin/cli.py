@@ -10,7 +10,7 @@ import math
 import sys
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -57,6 +57,7 @@ class Workload(StrEnum):
 
     paper = "paper"
     walk = "walk"
+    grid = "grid"
 
 
 class Reference(StrEnum):
@@ -64,6 +65,7 @@ class Reference(StrEnum):
 
     kilogrid_walk = "kilogrid-walk"
     paper = "paper"
+    kilogrid_uplink = "kilogrid-uplink"
 
 
 def main() -> None:
@@ -405,6 +407,7 @@ def port(
 @app.command(
     epilog="Examples:\n\n"
     "  kilotwin compare kilogrid-walk runs/my-walk\n\n"
+    "  kilotwin compare kilogrid-uplink runs/my-grid --json\n\n"
     "  kilotwin compare paper runs/sweep-paper-grid",
 )
 def compare(
@@ -419,15 +422,16 @@ def compare(
     as_json: Json = False,
 ) -> None:
     """Compare with what others measured. 1 if it is outside the bounds."""
-    from kilotwin import kilogrid_walk, paper_claims
+    from kilotwin import kilogrid_uplink, kilogrid_walk, paper_claims
 
     if reference is Reference.paper:
         findings = paper_claims.check(folder)
         found, text = paper_claims.as_dict(findings), paper_claims.report_text(findings)
         good = paper_claims.MISSED not in paper_claims.verdicts(findings).values()
     else:
-        comparison = kilogrid_walk.compare(folder)
-        found, text = comparison.as_dict(), kilogrid_walk.report_text(comparison)
+        real: Any = kilogrid_walk if reference is Reference.kilogrid_walk else kilogrid_uplink
+        comparison = real.compare(folder)
+        found, text = comparison.as_dict(), real.report_text(comparison)
         good = comparison.within_bounds
     typer.echo(json.dumps(found) if as_json else text)
     if not good:

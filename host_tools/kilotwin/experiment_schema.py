@@ -364,12 +364,14 @@ class GridCells(Section):
 
     cell_range_m: Length = 0.036
     """From how far a robot hears a cell."""
-    robot_range_m: Length = 0.046
+    robot_range_m: Length = 0.045
     """From how far a cell hears a robot."""
-    weak_share: Share = 0.2
-    """Share of the robots whose light is weak."""
-    weak_range_m: Length = 0.02
-    """From how far a cell hears these."""
+    weak_share: Share = 0.3
+    """Share of the time that a robot is hardly heard, in spells."""
+    weak_range_m: Length = 0.01
+    """From how far a cell hears it meanwhile."""
+    weak_spell_s: Annotated[float, Field(ge=1, le=1e6)] = 120.0
+    """How long a spell is."""
     loss: Share = 0.02
     """Share of the robots' frames lost at a cell to nothing in particular."""
     clock_spread: Annotated[float, Field(ge=0, le=0.05)] = 0.0001
