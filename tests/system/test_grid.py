@@ -36,7 +36,7 @@ RunSmall = Callable[..., Run]
 
 @pytest.fixture(scope="module")
 def run_small(guest_cache: Path, tmp_path_factory: pytest.TempPathFactory) -> RunSmall:
-    """`run_small("key=value", ..., expect=0)`: a run as `kilotwin run` makes it, in this process."""
+    """`run_small("key=value", ..., expect=0)`: a run as `kilotwin run` makes it, but here."""
 
     def run_small(*settings: str, expect: int = 0) -> Run:
         folder = tmp_path_factory.mktemp("grid")
