@@ -1,28 +1,43 @@
-# Reads `avr-size -A` of objects and says what they take of the robot. Constants (.rodata) count
-# twice: an AVR cannot read flash like memory, so they are copied to RAM at the start.
+# Reads `avr-size -A` of programs and says what they take of the robot: flash, RAM at the start
+# (what is left is the stack), and the budget that `budget` names. A program beyond its budget, or
+# beyond the robot, is marked, and makes the exit code 1; with `strict`, a missing budget does too.
 
-function line(name, flash, ram) {
-    printf "  %-20s %6d %6d\n", name, flash, ram
+BEGIN {
+    # Flash ends where the boot section's last image page does: 220 pages.
+    most_flash = 28160
+    most_ram = 2048
+    while ((getline entry < budget) > 0) {
+        if (entry ~ /^#/ || split(entry, field) < 3) continue
+        flash_budget[field[1]] = field[2]
+        ram_budget[field[1]] = field[3]
+    }
 }
 
 /:$/ {
-    object = $1
-    sub(/:$/, "", object)
-    sub(/.*\//, "", object)
-    names[++objects] = object
+    program = $1
+    sub(/\.elf:?$/, "", program)
+    sub(/.*\//, "", program)
+    names[++programs] = program
 }
-$1 ~ /^\.(text|progmem)/ { flash[object] += $2 }
-$1 ~ /^\.(data|rodata)/ { flash[object] += $2; ram[object] += $2 }
-$1 ~ /^\.bss/ { ram[object] += $2 }
+$1 == ".text" || $1 == ".data" { flash[program] += $2 }
+$1 == ".data" || $1 == ".bss" || $1 == ".noinit" { ram[program] += $2 }
 
 END {
-    printf "  %-20s %6s %6s\n", "bytes", "flash", "RAM"
-    for (i = 1; i <= objects; i++) {
-        line(names[i], flash[names[i]], ram[names[i]])
-        all_flash += flash[names[i]]
-        all_ram += ram[names[i]]
+    printf "  %-22s %6s %6s   %s\n", "bytes", "flash", "RAM", "budget"
+    for (i = 1; i <= programs; i++) {
+        program = names[i]
+        printf "  %-22s %6d %6d", program, flash[program], ram[program]
+        if (program in flash_budget) {
+            printf "   %5d %5d", flash_budget[program], ram_budget[program]
+            over = flash[program] > flash_budget[program] || ram[program] > ram_budget[program]
+        } else {
+            over = flash[program] > most_flash || ram[program] > most_ram
+            if (strict) printf "   no budget"
+            if (strict) failed = 1
+        }
+        print over ? "   TOO LARGE" : ""
+        if (over) failed = 1
     }
-    line("total", all_flash, all_ram)
-    line("of", 28160, 2048)
-    print "  without kilolib (about 7,000 and 110), the 64-bit arithmetic of libgcc, and the stack"
+    printf "  %-22s %6d %6d\n", "the robot has", most_flash, most_ram
+    exit failed
 }

@@ -110,6 +110,9 @@ void Simulation::create_robots() {
         auto program = Program::load(group.program, group.name);
         size_t stride = (program->state_bytes() + 63) / 64 * 64;
         images_.emplace_back(new uint8_t[stride * group.count]);
+        if (const auto handlers = program->own_handlers(); !handlers.empty())
+            events_.push_back({0, index, 0, program->name(), EventKind::NOTE,
+                               "its own interrupt handlers are never called here: " + handlers});
         for (size_t i = 0; i < group.count; i++, index++) {
             auto power_up = static_cast<Cycles>(chance_.uniform(index, Purpose::POWER_UP, 0) *
                                                 static_cast<double>(POWER_UP_TICKS * TICK_CYCLES));

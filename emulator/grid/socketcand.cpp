@@ -52,11 +52,11 @@ std::optional<CanFrame> frame_of(const Words &words) {
 
 void append_socketcand_frame(std::string &text, const CanFrame &frame, double at_s) {
     constexpr uint64_t MICROSECONDS = 1'000'000;
-    auto at_us = static_cast<uint64_t>(std::llround(at_s * MICROSECONDS));
+    auto at_us = static_cast<uint64_t>(std::llround(std::abs(at_s) * MICROSECONDS));
     std::string fraction = std::to_string(at_us % MICROSECONDS);
     text += "< frame ";
     for (int shift = 8; shift >= 0; shift -= 4) text += HEX[frame.id >> shift & 0xF];
-    text += ' ';
+    text += at_s < 0 && at_us > 0 ? " -" : " ";
     text += std::to_string(at_us / MICROSECONDS);
     text += '.';
     text.append(6 - fraction.size(), '0').append(fraction);

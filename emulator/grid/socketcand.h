@@ -19,7 +19,7 @@ namespace kilotwin {
 
 constexpr std::string_view SOCKETCAND_GREETING = "< hi >";
 
-/// Appends `< frame ID SECONDS BYTES >` to `text`; `at_s` is not negative.
+/// Appends `< frame ID SECONDS BYTES >` to `text`. Before the run's beginning `at_s` is negative.
 void append_socketcand_frame(std::string &text, const CanFrame &frame, double at_s);
 
 class SocketcandSession {

@@ -10,7 +10,6 @@ namespace {
 constexpr int32_t BLOCKS_WHILE_WAITING = 500;
 // Blocks that a program which waits passes through at most, before it is where it was.
 constexpr uint16_t PROBES = 512;
-constexpr Cycles WARN_AFTER = 10 * CYCLES_PER_SECOND;
 constexpr Cycles ENDLESS_AFTER = 60 * CYCLES_PER_SECOND;
 
 uint64_t fnv(uint64_t hash, const uint8_t *begin, const uint8_t *end) {

@@ -30,6 +30,7 @@ class BusyWatch {
         WARN,     ///< busy for ten seconds, said once
         ENDLESS,  ///< has computed for a minute
     };
+    static constexpr Cycles WARN_AFTER = 10 * CYCLES_PER_SECOND;
     static constexpr const char *WARNING =
         "it has been busy for 10 s without coming back or calling delay()";
     static constexpr const char *ACCUSATION =

@@ -5,6 +5,7 @@
 
 #include "engine/message_crc.h"
 #include "guest/fault.h"
+#include "guest/timer.h"
 #include "kilogrid_can.h"
 
 namespace kilotwin {
@@ -13,11 +14,7 @@ namespace {
 
 constexpr Cycles MS = CYCLES_PER_SECOND / 1000;
 constexpr uint16_t TX_PERIOD = 977;  // units of 128 us: every 4th tick
-constexpr uint16_t TICK_COMPARE = 255;
-constexpr Cycles COUNT_CYCLES = 1024;  // a count of timer 0
-constexpr Cycles SENSE_CYCLES = 2418;  // an attempt that finds the channel busy
 constexpr Cycles MUX_CYCLES = 80 * COUNT_CYCLES;
-constexpr uint32_t RAND_HARD_CYCLES = CYCLES_PER_SECOND / 2000;
 
 // module_init() shows each colour in turn on the four cells, then takes it off again.
 constexpr Cycles SHOW_STEP = 50 * MS;
@@ -86,7 +83,7 @@ void insert_in_order(std::vector<Reception> &inbox, const Reception &reception) 
     inbox.insert(std::upper_bound(inbox.begin(), inbox.end(), reception, later), reception);
 }
 
-Module *current = nullptr;
+Module *running_module = nullptr;
 
 }  // namespace
 
@@ -94,7 +91,7 @@ Module *current = nullptr;
 struct Module::HostCalls {
     // Interrupts are off while the lights show that they work.
     static void init() {
-        auto &module = *current;
+        auto &module = *running_module;
         const auto &table = module.program_->table();
         const auto &api = *table.module;
         *table.ticks = module.last_tick_ = 0;
@@ -116,23 +113,23 @@ struct Module::HostCalls {
     }
 
     static void start(void (*setup)(void), void (*loop)(void)) {
-        current->setup_ = setup;
-        current->loop_ = loop;
-        current->life_ = Life::ALIVE;
+        running_module->setup_ = setup;
+        running_module->loop_ = loop;
+        running_module->life_ = Life::ALIVE;
         GuestStack::instance().abandon();
     }
 
-    static void autostart() { current->autostart_ = true; }
+    static void autostart() { running_module->autostart_ = true; }
 
     static void wait(uint32_t cycles) {
-        current->wait_until(current->now_ + cycles);
-        current->came_back();
+        running_module->wait_until(running_module->now_ + cycles);
+        running_module->came_back();
     }
 
     static void outputs() {}  // a module's LEDs are not on its pins
 
     static uint8_t rand_hard() {
-        auto &module = *current;
+        auto &module = *running_module;
         auto bits = module.context_.chance.bits(module.index_, Purpose::MODULE_RAND_HARD,
                                                 module.rand_hard_draws_++);
         wait(RAND_HARD_CYCLES);
@@ -142,18 +139,18 @@ struct Module::HostCalls {
     static int16_t sensor(uint8_t) { return 0; }
 
     static uint8_t distance_mm(int16_t low_gain, int16_t high_gain) {
-        if (current->context_.gains_are_mm)
+        if (running_module->context_.gains_are_mm)
             return static_cast<uint8_t>(std::clamp<int16_t>(high_gain, 0, UINT8_MAX));
-        return current->gains_.estimate_mm({low_gain, high_gain});
+        return running_module->gains_.estimate_mm({low_gain, high_gain});
     }
 
-    static uint8_t eeprom_read(uint16_t address) { return current->eeprom(address); }
+    static uint8_t eeprom_read(uint16_t address) { return running_module->eeprom(address); }
     static void eeprom_write(uint16_t address, uint8_t value) {
-        current->set_eeprom(address, value);
+        running_module->set_eeprom(address, value);
     }
 
     static void interrupts(uint8_t on) {
-        auto &module = *current;
+        auto &module = *running_module;
         module.interrupts_off_ = !on;
         if (on && module.tick_pending_ && !module.in_interrupt_) {
             module.tick_pending_ = false;
@@ -162,48 +159,57 @@ struct Module::HostCalls {
     }
 
     static uint8_t timer0() {
-        const auto &module = *current;
+        const auto &module = *running_module;
         const Cycles next = std::min(module.next_tick_, module.now_ + module.tick_);
         return static_cast<uint8_t>(
             std::min<Cycles>((module.now_ + module.tick_ - next) / COUNT_CYCLES, TICK_COMPARE));
     }
 
     static void print(const char *text, uint32_t bytes) {
-        current->report(EventKind::PRINT, {text, bytes});
+        running_module->report(EventKind::PRINT, {text, bytes});
     }
 
-    static void spent(const uint8_t *frame) { current->budget_spent(frame); }
+    static void spent(const uint8_t *frame) { running_module->budget_spent(frame); }
 
     static void unusable(const char *what) {
-        current->stop(EventKind::CRASH, what);
+        running_module->stop(EventKind::CRASH, what);
         GuestStack::instance().abandon();
     }
 
     // Only interrupts go on: what `for (;;);` means.
     static void empty_loop() {
-        current->report(EventKind::BUSY_WAIT, "it stays in an empty endless loop");
-        for (;;) current->wait_until(NEVER);
+        running_module->report(EventKind::BUSY_WAIT, "it stays in an empty endless loop");
+        for (;;) running_module->wait_until(NEVER);
+    }
+
+    static bool mistake(GuestStack::Mistake what, const void *address) {
+        auto [noted, text] = explain(what, address, *running_module->program_);
+        if (noted == 0) return false;
+        if (!(running_module->noted_ & noted))
+            running_module->report(EventKind::NOTE, std::move(text));
+        running_module->noted_ |= noted;
+        return true;
     }
 
     static void light(uint8_t cell, uint8_t red, uint8_t green, uint8_t blue) {
-        if (cell < CELLS_PER_MODULE) current->lights_[cell] = {{red, green, blue}};
+        if (cell < CELLS_PER_MODULE) running_module->lights_[cell] = {{red, green, blue}};
     }
 
     static void cell_message(uint8_t cell, const message_t *message) {
         if (cell >= CELLS_PER_MODULE) return;
         const auto bit = static_cast<uint8_t>(1 << cell);
-        auto &sending = current->sending_cells_;
+        auto &sending = running_module->sending_cells_;
         sending = static_cast<uint8_t>(message != nullptr ? sending | bit : sending & ~bit);
-        if (message != nullptr) current->cell_messages_[cell] = *message;
+        if (message != nullptr) running_module->cell_messages_[cell] = *message;
     }
 
     static void send_at_once(uint8_t cell, const message_t *message) {
-        current->ask(Asking::AT_ONCE, cell % CELLS_PER_MODULE, *message);
-        current->came_back();
+        running_module->ask(Asking::AT_ONCE, cell % CELLS_PER_MODULE, *message);
+        running_module->came_back();
     }
 
     static void can_send(const kt_can_message_t *message, uint8_t x, uint8_t y, uint8_t type) {
-        auto &module = *current;
+        auto &module = *running_module;
         const uint16_t id = kilogrid_id({x, y, type});
         if (id == KILOGRID_NO_ID) return;
         module.emit_answers(module.now_);
@@ -211,8 +217,8 @@ struct Module::HostCalls {
     }
 
     static void can_broadcast(const kt_can_message_t *message) {
-        current->broadcast_ = frame_of(*message, kilogrid_id({0, 0, ADDR_BROADCAST}));
-        current->broadcast_pending_ = true;
+        running_module->broadcast_ = frame_of(*message, kilogrid_id({0, 0, ADDR_BROADCAST}));
+        running_module->broadcast_pending_ = true;
     }
 
     static void can_address(uint16_t id, uint8_t address[3]) {
@@ -265,9 +271,7 @@ Module::Module(ModuleContext &context, std::shared_ptr<Program> program, uint32_
 
 Module::~Module() { program_->evict(image_); }
 
-void Module::serve_this_thread() {
-    GuestStack::instance().serve_this_thread(HostCalls::empty_loop);
-}
+void Module::serve_this_thread() { GuestStack::instance().serve_this_thread(); }
 
 // All that power holds.
 void Module::switch_off() {
@@ -368,9 +372,10 @@ Cycles Module::run(Cycles until) {
 void Module::go_on(Cycles until) {
     if (has_nothing_before(until)) return;
     until_ = until;
-    current = this;
+    running_module = this;
     program_->make_resident(image_);
     auto &stack = GuestStack::instance();
+    stack.attend(HostCalls::empty_loop, HostCalls::mistake);
     GuestStack::Outcome outcome;
     do {
         outcome =
@@ -381,7 +386,7 @@ void Module::go_on(Cycles until) {
         auto [kind, text] = explain(stack.fault(), *program_);
         stop(kind, std::move(text));
     }
-    current = nullptr;
+    running_module = nullptr;
 }
 
 bool Module::has_nothing_before(Cycles until) const {
@@ -393,11 +398,14 @@ bool Module::has_nothing_before(Cycles until) const {
 
 Cycles Module::next_event() const {
     if (life_ == Life::STOPPED || asks()) return answers_.empty() ? NEVER : answers_.front().at;
-    if (life_ == Life::OFF || answered_ != Asking::NOTHING) return now_;
+    if (life_ == Life::OFF || !may_be_left_behind()) return now_;
     Cycles next = next_turn();
     if (!answers_.empty()) next = std::min(next, answers_.front().at);
-    if (!can_inbox_.empty()) next = std::min(next, can_inbox_.front().at);
-    if (!cell_inbox_.empty()) next = std::min(next, cell_inbox_.front().at);
+    // What came while it sends by infrared, or starts, waits for the end of that.
+    if (!can_inbox_.empty())
+        next = std::min(next, std::max(can_inbox_.front().at, busy_until_));
+    if (!cell_inbox_.empty())
+        next = std::min(next, std::max(cell_inbox_.front().at, busy_until_));
     const bool looping = state_ == State::RUNNING && started_ && burst_kind_ == Burst::NONE;
     if (!suspended_.empty()) {
         const bool matters = !looping || poll_pending_ || health_asked_ != 0;
@@ -705,11 +713,18 @@ void Module::tick() {
     if (tx_clock_ > TX_PERIOD) take_turn();
 }
 
+// A frame that went out leaves nothing to do but to tell the program, which can wait.
+bool Module::may_be_left_behind() const {
+    return answered_ == Asking::NOTHING ||
+           (answered_ == Asking::TURN && answer_ == Answer::SENT && suspended_.empty());
+}
+
 /// When the next cell has its turn, if any may have something to send then.
 Cycles Module::next_turn() const {
     const bool may_send = sending_cells_ != 0 || state_ == State::RUNNING;
     if (!may_send || next_tick_ == NEVER || state_ == State::BOOT_LOADER) return NEVER;
-    const int missing = TX_PERIOD - tx_clock_ - tick_increment_;
+    const int clock = answered_ == Asking::TURN ? 0 : tx_clock_;
+    const int missing = TX_PERIOD - clock - tick_increment_;
     return missing < 0 ? next_tick_
                        : next_tick_ + static_cast<Cycles>(missing / TICK_COMPARE + 1) * tick_;
 }
@@ -734,12 +749,12 @@ void Module::answer(Answer answer) {
     answer_ = answer;
     answered_ = asking_;
     asking_ = Asking::NOTHING;
+    if (answer == Answer::SENT) keep_busy(now_ + FRAME_CYCLES);
 }
 
 void Module::settle() {
     const Asking why = answered_;
     answered_ = Asking::NOTHING;
-    if (answer_ == Answer::SENT) keep_busy(now_ + FRAME_CYCLES);
     if (answer_ != Answer::SENT && why == Asking::AT_ONCE) now_ += SENSE_CYCLES;
     if (why == Asking::AT_ONCE || answer_ == Answer::RECEIVING) return;
     turn_cell_ = outgoing_.cell;

@@ -198,6 +198,7 @@ class Module {
     void live();
     bool has_nothing_before(Cycles until) const;
     Cycles next_interrupt() const;
+    bool may_be_left_behind() const;
     Cycles next_turn() const;
     Cycles next_pass() const;
     void pass();
@@ -285,6 +286,7 @@ class Module {
     uint8_t pages_received_ = 0;
     uint8_t health_asked_ = 0;  ///< bit per part
     uint8_t tec_ = 0, rec_ = 0;
+    uint8_t noted_ = 0;  ///< Mistakes
     Life life_ = Life::OFF;
     State state_ = State::INIT;
     Asking asking_ = Asking::NOTHING;

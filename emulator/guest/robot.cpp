@@ -4,20 +4,13 @@
 #include <cstring>
 
 #include "guest/fault.h"
+#include "guest/timer.h"
 
 namespace kilotwin {
 
 namespace {
 
-// What an empty endless loop waits before it is told of.
-constexpr Cycles WARN_AFTER = 10 * CYCLES_PER_SECOND;
-
 constexpr uint16_t TX_PERIOD_AT_RESET = 3906;  // units of 128 us: every 16th tick
-constexpr uint16_t TICK_COMPARE =
-    255;  // timer 0's compare value, and what a tick adds to the tx clock
-constexpr Cycles COUNT_CYCLES = 1024;  // a count of timer 0
-constexpr Cycles SENSE_CYCLES =
-    2418;  // an attempt that finds the channel busy: 2 slots and 235 polls
 constexpr Cycles IDLE_BLINK_ON = CYCLES_PER_SECOND / 1000, IDLE_BLINK_PERIOD = 1'609'600;
 constexpr Cycles CHARGE_BLINK_PERIOD = CYCLES_PER_SECOND / 5;
 constexpr Cycles SLEEP_PERIOD = 8 * CYCLES_PER_SECOND;    // the watchdog's
@@ -26,7 +19,6 @@ constexpr Cycles SLEEP_LISTEN = CYCLES_PER_SECOND / 100;  // for the start of a 
 constexpr uint8_t MOTOR_KICK = 255;
 constexpr uint32_t MOTOR_KICK_CYCLES = 15 * CYCLES_PER_SECOND / 1000;
 constexpr uint8_t FIRST_SYSTEM_MESSAGE = 0x80;
-constexpr uint32_t RAND_HARD_CYCLES = CYCLES_PER_SECOND / 2000;
 
 Robot *current = nullptr;
 
@@ -116,9 +108,18 @@ struct Robot::HostCalls {
     // Only interrupts go on: what `for (;;);` means.
     static void empty_loop() {
         auto &robot = *current;
-        robot.wait_until(robot.now_ + WARN_AFTER);
+        robot.wait_until(robot.now_ + BusyWatch::WARN_AFTER);
         robot.report(EventKind::BUSY_WAIT, "it stays in an empty endless loop");
         for (;;) robot.wait_until(NEVER);
+    }
+
+    // The fault came from the program, or from libc on its behalf, so that the engine may work as
+    // usual here.
+    static bool mistake(GuestStack::Mistake mistake, const void *address) {
+        auto [noted, text] = explain(mistake, address, *current->program_);
+        if (noted == 0) return false;
+        current->note(noted, std::move(text));
+        return true;
     }
 
     static void unusable(const char *what) {
@@ -151,7 +152,7 @@ Robot::Robot(RobotContext &context, std::shared_ptr<Program> program, uint32_t i
     *program_->table().host = &HOST;
 }
 
-void Robot::serve_this_thread() { GuestStack::instance().serve_this_thread(HostCalls::empty_loop); }
+void Robot::serve_this_thread() { GuestStack::instance().serve_this_thread(); }
 
 Robot::~Robot() {
     if (program_) program_->evict(image_);
@@ -189,6 +190,7 @@ void Robot::go_on(Cycles until) {
     program_->make_resident(image_);
     if (context_.black_box != nullptr) *context_.black_box = {index_, last_tick_};
     auto &stack = GuestStack::instance();
+    stack.attend(HostCalls::empty_loop, HostCalls::mistake);
     GuestStack::Outcome outcome;
     do {
         outcome =
@@ -252,6 +254,7 @@ int16_t Robot::voltage(Cycles at) const {
 // What the robot shows while its program does not decide: hardware.md 1.3.
 uint8_t Robot::color(Cycles at) const {
     constexpr uint8_t GREEN = 3 << 2, BLUE = 3 << 4, YELLOW = 3 | 3 << 2, RED = 3, DIM_RED = 1;
+    if (life_ != Life::ALIVE) return color_;  // before kilo_start() and after its end
     Cycles in_state = at > state_since_ ? at - state_since_ : 0;
     switch (state_) {
     case State::IDLE: return in_state % IDLE_BLINK_PERIOD < IDLE_BLINK_ON ? GREEN : 0;
@@ -613,6 +616,12 @@ void Robot::stop(EventKind kind, std::string text) {
     suspended_.clear();
     inbox_.clear();
     inbox_next_ = 0;
+}
+
+void Robot::note(uint8_t mistake, std::string text) {
+    if (noted_ & mistake) return;
+    noted_ |= mistake;
+    report(EventKind::NOTE, std::move(text));
 }
 
 void Robot::report(EventKind kind, std::string text) {

@@ -181,6 +181,7 @@ class Robot {
     void set_eeprom(uint16_t address, uint8_t value);
     void stop(EventKind kind, std::string text);
     void report(EventKind kind, std::string text);
+    void note(uint8_t mistake, std::string text);  ///< once each
 
     RobotContext &context_;
     std::shared_ptr<Program> program_;
@@ -226,6 +227,7 @@ class Robot {
     bool tick_pending_ = false;
     bool loop_due_ = false;
     bool set_up_ = false;
+    uint8_t noted_ = 0;  ///< Mistakes
 };
 
 }  // namespace kilotwin

@@ -1,16 +1,11 @@
 #include "kilo_rand_lib.h"
 
 #include <math.h>
-#include <platform.h>
 #include <stdbool.h>
 #include <stdlib.h>
 
-// For rand_hard(), which robots and modules both have.
-#ifdef MODULE
-#include <rand.h>
-#else
-#include <kilolib.h>
-#endif
+// Robots and modules both have it, by headers of different names.
+uint8_t rand_hard(void);
 
 #define PI 3.14159265358979323846
 // What random() returns at most, on the robot and in the emulator.

@@ -34,7 +34,7 @@ class Event(TypedDict):
     robot_tick: int  # the robot's own kilo_ticks
     robot: int
     program: str
-    kind: str  # crash, busy_wait, endless, stack_overflow, print
+    kind: str  # crash, busy_wait, endless, note, stack_overflow, print
     text: str
 
 class ModuleRecord(TypedDict):

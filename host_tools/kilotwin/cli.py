@@ -10,12 +10,12 @@ import math
 import sys
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from kilotwin import __version__
-from kilotwin.errors import EXIT_INTERRUPTED, KilotwinError
+from kilotwin.errors import EXIT_INTERRUPTED, InputError, KilotwinError
 from kilotwin.grid_cli import Speed, grid_app, record
 
 if TYPE_CHECKING:
@@ -42,10 +42,14 @@ Quiet = Annotated[
 
 
 class Figure(StrEnum):
-    """The figures of one run."""
+    """The figures: two of a run, the others of a sweep."""
 
     timeline = "timeline"
     map = "map"
+    median = "median"
+    iqr = "iqr"
+    symmetry = "symmetry"
+    error = "error"
 
 
 class Workload(StrEnum):
@@ -57,9 +61,10 @@ class Workload(StrEnum):
 
 
 class Reference(StrEnum):
-    """What `compare` can compare a run with."""
+    """What `compare` can compare with."""
 
     kilogrid_walk = "kilogrid-walk"
+    paper = "paper"
     kilogrid_uplink = "kilogrid-uplink"
 
 
@@ -208,18 +213,105 @@ def _serving(port: int | None, interfaces: list[str], speed: float) -> "Serving"
 def _plot_both(folder: Path) -> None:
     from kilotwin.plot import write_figure
 
-    for figure in Figure:
+    for figure in (Figure.map, Figure.timeline):
         write_figure(figure.value, folder, folder / f"{figure.value}.png")
 
 
 @app.command(
     epilog="Examples:\n\n"
+    "  kilotwin sweep experiments/paper/grid.toml -j 2\n\n"
+    "  kilotwin sweep my.toml --seeds 2 --set duration_s=600 --list\n\n"
+    "  kilotwin sweep my.toml --dask tcp://head-node:8786"
+)
+def sweep(
+    file: Annotated[Path, typer.Argument(metavar="SWEEP", help="The sweep's TOML file.")],
+    *,
+    processes: Annotated[
+        int | None,
+        typer.Option(
+            "-j", "--processes", min=1, envvar="KILOTWIN_PROCESSES", help="All cores if not given."
+        ),
+    ] = None,
+    dask: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ADDRESS",
+            envvar="KILOTWIN_DASK",
+            help="Run on the Dask cluster with its scheduler there.",
+        ),
+    ] = None,
+    slurm: Annotated[
+        bool,
+        typer.Option(
+            "--slurm", envvar="KILOTWIN_SLURM", help="Run in jobs of Slurm, as \\[slurm] says."
+        ),
+    ] = False,
+    seeds: Annotated[
+        int | None,
+        typer.Option(min=1, envvar="KILOTWIN_SEEDS", help="In place of the file's numbers."),
+    ] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="KEY=VALUE",
+            envvar="KILOTWIN_SET",
+            help="Set any key of all experiments; repeatable.",
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            envvar="KILOTWIN_OUT", help="The folder of the data set; runs/sweep-NAME if not given."
+        ),
+    ] = None,
+    listing: Annotated[
+        bool,
+        typer.Option(
+            "--list",
+            envvar="KILOTWIN_LIST",
+            help="Only list the trials and whether they are there already.",
+        ),
+    ] = False,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Run an experiment many times, varied, into one data set. Goes on where it was stopped."""
+    from kilotwin import sweep as sweeps
+    from kilotwin import terminal
+    from kilotwin.experiment_text import parse_setting
+
+    if dask and slurm:
+        raise InputError("--dask and --slurm: a sweep runs in one place; name one of them")
+    display = terminal.sweep_display(quiet)
+    plan = sweeps.read_plan(file, [parse_setting(text) for text in settings or []], seeds)
+    place = sweeps.choose_place(plan, processes, dask, slurm)
+    prepared = sweeps.Sweep.prepare(plan, out or sweeps.default_folder(plan), display.note)
+    if listing:
+        typer.echo(sweeps.listing(prepared, place, as_json))
+        return
+    display.note(prepared.estimate().text(place))
+    prepared.run(place, display)
+    summary = prepared.summary(prepared.finish())
+    typer.echo(json.dumps(summary) if as_json else sweeps.summary_text(summary))
+    raise typer.Exit(prepared.exit_code)
+
+
+@app.command(
+    epilog="Examples:\n\n"
     "  kilotwin plot map runs/my-run -o map.png\n\n"
-    "  kilotwin plot timeline runs/my-run -o timeline.pdf"
+    "  kilotwin plot timeline runs/my-run -o timeline.pdf\n\n"
+    "  kilotwin plot median runs/sweep-paper-grid -o median.pdf"
 )
 def plot(
     figure: Annotated[Figure, typer.Argument(help="Which figure.")],
-    run_folder: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder.")],
+    folder: Annotated[
+        Path,
+        typer.Argument(
+            metavar="RUN|SWEEP",
+            help="A run folder (timeline, map) or a sweep's (median, iqr, symmetry, error).",
+        ),
+    ],
     output: Annotated[
         Path,
         typer.Option(
@@ -227,10 +319,10 @@ def plot(
         ),
     ],
 ) -> None:
-    """Draw a figure of a run."""
+    """Draw a figure of a run or a sweep."""
     from kilotwin.plot import write_figure
 
-    write_figure(figure.value, run_folder, output)
+    write_figure(figure.value, folder, output)
 
 
 @app.command(
@@ -275,27 +367,74 @@ def build(
 
 
 @app.command(
-    epilog="Examples: kilotwin compare kilogrid-walk runs/my-walk · "
-    "kilotwin compare kilogrid-uplink runs/my-grid --json",
+    epilog="Examples:\n\n"
+    "  kilotwin port my.c\n\n"
+    "  kilotwin port main.c helpers.c -I include -D N=3 --json"
+)
+def port(
+    program: Annotated[
+        list[str], typer.Argument(help="A .c file or several, or a folder whose .c files are one.")
+    ],
+    *,
+    include: Annotated[
+        list[str] | None,
+        typer.Option(
+            "-I", metavar="DIR", envvar="KILOTWIN_INCLUDE", help="Look for headers in DIR too."
+        ),
+    ] = None,
+    define: Annotated[
+        list[str] | None,
+        typer.Option(
+            "-D",
+            metavar="NAME[=VALUE]",
+            envvar="KILOTWIN_DEFINE",
+            help="Define a macro, as the compiler's -D.",
+        ),
+    ] = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Say what of a program would go wrong on the robot. 1 if something fails there."""
+    from kilotwin import port as porting
+    from kilotwin import terminal
+
+    report = porting.check(program, include or [], define or [], terminal.note(quiet))
+    typer.echo(json.dumps(report.as_dict()) if as_json else report.text())
+    if report.fails:
+        raise typer.Exit(1)
+
+
+@app.command(
+    epilog="Examples:\n\n"
+    "  kilotwin compare kilogrid-walk runs/my-walk\n\n"
+    "  kilotwin compare kilogrid-uplink runs/my-grid --json\n\n"
+    "  kilotwin compare paper runs/sweep-paper-grid",
 )
 def compare(
-    reference: Annotated[Reference, typer.Argument(help="What to compare with.")],
-    run_folder: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder.")],
+    reference: Annotated[
+        Reference,
+        typer.Argument(help="kilogrid-walk: logged walks of real robots; paper: its claims."),
+    ],
+    folder: Annotated[
+        Path, typer.Argument(metavar="RUN|SWEEP", help="A run folder; for paper a sweep's.")
+    ],
     *,
     as_json: Json = False,
 ) -> None:
-    """Compare a run with what real robots did. 1 if it is outside the bounds."""
-    from kilotwin import kilogrid_uplink, kilogrid_walk
+    """Compare with what others measured. 1 if it is outside the bounds."""
+    from kilotwin import kilogrid_uplink, kilogrid_walk, paper_claims
 
-    comparison: kilogrid_walk.Comparison | kilogrid_uplink.Comparison
-    if reference is Reference.kilogrid_walk:
-        comparison = kilogrid_walk.compare(run_folder)
-        text = kilogrid_walk.report_text(comparison)
+    if reference is Reference.paper:
+        findings = paper_claims.check(folder)
+        found, text = paper_claims.as_dict(findings), paper_claims.report_text(findings)
+        good = paper_claims.MISSED not in paper_claims.verdicts(findings).values()
     else:
-        comparison = kilogrid_uplink.compare(run_folder)
-        text = kilogrid_uplink.report_text(comparison)
-    typer.echo(json.dumps(comparison.as_dict()) if as_json else text)
-    if not comparison.within_bounds:
+        real: Any = kilogrid_walk if reference is Reference.kilogrid_walk else kilogrid_uplink
+        comparison = real.compare(folder)
+        found, text = comparison.as_dict(), real.report_text(comparison)
+        good = comparison.within_bounds
+    typer.echo(json.dumps(found) if as_json else text)
+    if not good:
         raise typer.Exit(1)
 
 

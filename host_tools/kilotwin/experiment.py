@@ -14,12 +14,13 @@ from typing import TYPE_CHECKING, Any
 import tomlkit
 from pydantic import ValidationError
 
+from kilotwin.apis import Api
 from kilotwin.errors import InputError
 from kilotwin.experiment_checks import first_problem, first_problem_of_command, swarm_size
 from kilotwin.experiment_errors import input_error
 from kilotwin.experiment_schema import Command, ExperimentSchema
 from kilotwin.experiment_text import ExperimentText, Setting
-from kilotwin.programs import Api, Program, ProgramError, find_program, portable
+from kilotwin.programs import Program, ProgramError, find_program, portable
 from kilotwin.toml_lines import KeyPath
 
 if TYPE_CHECKING:
@@ -143,7 +144,9 @@ def _groups(keys: ExperimentSchema, origin: ExperimentText) -> Iterable[Group]:
         yield Group(program, keys.swarm.size, None)
     for index, robots in enumerate(keys.robots or []):
         table = ("robots", index)
-        program = _program(robots.program, table, origin, robots.include, robots.define)
+        program = _program(
+            robots.program, table, origin, robots.include, robots.define, api=robots.flavour
+        )
         yield Group(program, robots.count, robots.poses)
 
 

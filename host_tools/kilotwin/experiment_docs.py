@@ -27,6 +27,7 @@ _WORDS = {
 }
 # What the types do not tell.
 _ALLOWED = {
+    "swarm.program": "text or list",
     "robots.program": "text or list",
     "grid.program": "text or list",
     "faults.module.module": "list",

@@ -36,17 +36,22 @@ _EXAMPLES = {
 }
 
 
-def input_error(text: ExperimentText, error: ValidationError, below: KeyPath = ()) -> InputError:
+def input_error(
+    text: ExperimentText,
+    error: ValidationError,
+    below: KeyPath = (),
+    schema: type[BaseModel] = ExperimentSchema,
+) -> InputError:
     """The problem to mend first: unknown keys, then wrong values, then missing ones.
 
-    `below` is the path of what was validated, if that was not the whole experiment.
+    `below` is the path of what was validated, if that was not the whole file; `schema` the file's.
     """
     order = {"extra_forbidden": 0, "missing": 2}
     worst = min(error.errors(), key=lambda problem: order.get(problem["type"], 1))
     path: KeyPath = (*below, *worst["loc"])
     # A key that is not there is missed where its table stands.
     place = path[:-1] if worst["type"] == "missing" and len(path) > 1 else path
-    return InputError(f"{text.where(place)}: {_describe(dict(worst), path)}")
+    return InputError(f"{text.where(place)}: {_describe(dict(worst), path, schema)}")
 
 
 def dotted(path: KeyPath) -> str:
@@ -54,15 +59,15 @@ def dotted(path: KeyPath) -> str:
     return ".".join(map(str, path))
 
 
-def _describe(problem: dict[str, Any], path: KeyPath) -> str:
+def _describe(problem: dict[str, Any], path: KeyPath, schema: type[BaseModel]) -> str:
     kind, key = problem["type"], str(path[-1]) if path else ""
     if kind == "extra_forbidden":
-        return _unknown_key(path)
+        return _unknown_key(path, schema)
     if kind == "missing":
         example = _EXAMPLES.get(key, f"{key} = ...")
         return f"{_table(path[:-1])} lacks '{key}'; add {example}"
     value = _shown(problem["input"])
-    annotation, metadata = _field_at(path)
+    annotation, metadata = _field_at(path, schema)
     allowed = _range(metadata)
     if kind in _KINDS:
         return f"{dotted(path)} is {value}; it must be {_KINDS[kind]}{allowed and f', {allowed}'}"
@@ -82,8 +87,8 @@ def _describe(problem: dict[str, Any], path: KeyPath) -> str:
     return f"{dotted(path)} is {value}; {problem['msg'].lower()}"
 
 
-def _unknown_key(path: KeyPath) -> str:
-    annotation, _ = _field_at(path[:-1])
+def _unknown_key(path: KeyPath, schema: type[BaseModel]) -> str:
+    annotation, _ = _field_at(path[:-1], schema)
     model = bare(annotation)
     known = list(model.model_fields) if is_section(model) else []
     return f"unknown key '{path[-1]}' in {_table(path[:-1])}; {_nearest(str(path[-1]), known)}"
@@ -110,9 +115,9 @@ def _shown(value: Any) -> str:
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
-def _field_at(path: KeyPath) -> tuple[Any, list[Any]]:
+def _field_at(path: KeyPath, schema: type[BaseModel]) -> tuple[Any, list[Any]]:
     """The annotation and the metadata of the schema's field at `path`."""
-    annotation: Any = ExperimentSchema
+    annotation: Any = schema
     metadata: list[Any] = []
     for step in path:
         inner = bare(annotation)

@@ -69,7 +69,8 @@ def _named_colour(text: str) -> str:
     return text
 
 
-def _one_or_more(value: Any) -> Any:
+def one_or_more(value: Any) -> Any:
+    """A list of one where a single text was written."""
     return [value] if isinstance(value, str) else value
 
 
@@ -116,7 +117,7 @@ class Site(Section):
     colour: Annotated[str, AfterValidator(_named_colour)] | None = None
     """In pictures: a colour's name or #rrggbb."""
     light: CellColour | None = None
-    """On a grid: the light of its cells. One after the other by default, from red."""
+    """On a grid: the light of its cells. Left out: green, blue, yellow ... in turn."""
 
 
 class Swarm(Section):
@@ -124,8 +125,10 @@ class Swarm(Section):
 
     profile: ProfileName
     """The kind of robot: body, motors, medium, and the defaults of many keys."""
-    program: Text | None = None
-    """A `.c` file, or a folder whose `.c` files are one program."""
+    program: Annotated[
+        Annotated[list[Text], Field(min_length=1)] | None, BeforeValidator(one_or_more)
+    ] = None
+    """A `.c` file, a folder whose `.c` files are one program, or a list of `.c` files."""
     size: Count | None = None
     """How many robots run it."""
     floor: bool
@@ -143,12 +146,15 @@ class Swarm(Section):
 class Robots(Section):
     """One kind of robot of a mixed swarm."""
 
-    program: Annotated[list[Text], Field(min_length=1), BeforeValidator(_one_or_more)]
+    program: Annotated[list[Text], Field(min_length=1), BeforeValidator(one_or_more)]
     """A `.c` file, a folder whose `.c` files are one program, or a list of `.c` files."""
     include: list[Text] = []
     """Folders to look for headers in, besides the program's own."""
     define: list[Text] = []
     """Macros for the compiler: "NAME" or "NAME=value"."""
+    flavour: Literal["kilobot", "kilogrid"] | None = None
+    """What it is written for: kilolib, or the Kilogrid's flavour of it with its helpers; as its
+    `.c` files look (`IR_message_t`, `kilogrid.h`, `kilob_*.h`) if left out."""
     count: Count
     """How many robots run it."""
     poses: list[Pose] | None = None
@@ -384,7 +390,7 @@ class Grid(Section):
     """Modules along y."""
     buses: Annotated[int, Field(ge=1, le=8)] = 4
     """CAN buses; each has an equal share of the rows, and at most 112 modules."""
-    program: Annotated[list[Text], Field(min_length=1), BeforeValidator(_one_or_more)] = [
+    program: Annotated[list[Text], Field(min_length=1), BeforeValidator(one_or_more)] = [
         "kilogrid_modules/sites"
     ]
     """The modules' program: a `.c` file, a folder, or a list of `.c` files."""

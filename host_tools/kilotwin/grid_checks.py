@@ -89,6 +89,8 @@ def _change(path: KeyPath, experiment: ExperimentSchema, change: GridChange) -> 
     if experiment.grid.configuration is not None:
         what = "sites can be swapped where they make the configuration; use 'configuration' here"
         yield Problem(what, ((*path, "swap"), ("grid", "configuration")))
+    if change.swap[0] == change.swap[1]:
+        yield Problem("a site cannot be swapped with itself; name two", ((*path, "swap"),))
     names = [site.name for site in experiment.site]
     for name in change.swap:
         if name not in names:

@@ -24,8 +24,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from kilotwin import resources
+from kilotwin.apis import APIS, wanted_helpers
 from kilotwin.errors import InputError, RunError
-from kilotwin.programs import Api, Program
+from kilotwin.programs import Program
 
 # How kilolib compiles for the robot, and nothing that would make results differ between compilers.
 _FLAGS = [
@@ -39,10 +40,21 @@ _FLAGS = [
     "-fshort-enums",
     "-fvisibility=hidden",
     "-ffp-contract=off",
+    "-fno-delete-null-pointer-checks",  # address 0 is as good as another on an AVR
 ]
 _GCC_FLAGS = ["-funsigned-bitfields"]  # clang has no such option
 # clang leaves out counters that follow from others, and with them those of some endless loops.
 _CLANG_PROGRAM_FLAGS = ["-fsanitize-coverage=no-prune"]
+# What avr-gcc defines for the robot's processor, and kilolib's Makefile for its clock.
+_ROBOT_MACROS = [
+    "-DF_CPU=8000000UL",
+    "-DAVR=1",
+    "-D__AVR=1",
+    "-D__AVR__=1",
+    "-D__AVR_ARCH__=5",
+    "-D__AVR_ATmega328P__=1",
+    "-D__AVR_MEGA__=1",
+]
 # avr-gcc 5 takes a variable that several files define without a value for one variable, and only
 # warns of what later compilers refuse. trace-pc counts the program's basic blocks, so that the
 # engine notices a busy-wait.
@@ -69,35 +81,7 @@ _SLOW_S = 0.5
 Notify = Callable[[str], None]
 
 
-@dataclass(frozen=True)
-class _ApiParts:
-    """What a program written against one of the APIs is built with."""
-
-    headers: tuple[str, ...]
-    side: str  # of the files that only guests of some API have, those that this one has
-    helpers: tuple[str, ...] = ()
-    own_headers_first: bool = False  # the program's include folders come before `headers`
-
-
-_APIS: dict[Api, _ApiParts] = {
-    "kilobot": _ApiParts(("firmware/kilolib/include",), "kilobot"),
-    "kilogrid": _ApiParts(
-        ("firmware/kilogrid/include", "firmware/kilolib/include"),
-        "kilobot",
-        ("firmware/kilogrid/*.c",),
-        own_headers_first=True,
-    ),
-    "module": _ApiParts(
-        (
-            "kilogrid_modules/runtime/include",
-            "firmware/kilogrid/include",
-            "firmware/kilolib/include",
-        ),
-        "module",
-        ("firmware/kilogrid/kilo_rand_lib.c",),
-        own_headers_first=True,
-    ),
-}
+# Files of the thin half that only the guests of one kind have.
 _SIDE_OF = {"kilobot.c": "kilobot", "tx_period.c": "kilobot"} | dict.fromkeys(
     ["module.c", "module_debug.c", "module_send.c"], "module"
 )
@@ -162,7 +146,7 @@ def find_compiler() -> str:
 
 def compiler_version(compiler: str) -> str:
     """The first line of its --version."""
-    return _run([compiler, "--version"], "the compiler does not start").splitlines()[0]
+    return run_tool([compiler, "--version"], "the compiler does not start").splitlines()[0]
 
 
 class _Builder:
@@ -172,31 +156,34 @@ class _Builder:
         self._program = program
         self._compiler = compiler
         self._guest = resources.path("emulator/guest")
-        api = _APIS[program.api]
+        api = APIS[program.api]
+        kind = "module" if program.api == "module" else "kilobot"
         self._side = [
             file
-            for file in sorted((self._guest / "side").glob("*.c"))
-            if _SIDE_OF.get(file.name, api.side) == api.side
+            for file in resources.files("emulator/guest/side/*.c")
+            if _SIDE_OF.get(file.name, kind) == kind
         ]
-        self._helpers = [file for pattern in api.helpers for file in resources.files(pattern)]
-        headers = [f"-I{resources.path(folder)}" for folder in api.headers]
+        self._helpers = api.helper_sources()
+        headers = api.includes()
         folders = dict.fromkeys(
             [*(source.parent for source in program.sources), *program.include_folders]
         )
-        own = [f"-I{folder}" for folder in folders]
         extra = shlex.split(os.environ.get("KILOTWIN_CFLAGS", ""))
         flags = [*_FLAGS, f"-I{self._guest / 'include'}"]
         if "clang" not in version:
             flags += _GCC_FLAGS
         defines = [f"-D{define}" for define in program.defines]
+        counted = [*_PROGRAM_FLAGS, *_ROBOT_MACROS]
+        counted += _CLANG_PROGRAM_FLAGS if "clang" in version else []
         self._program_flags = [
             *flags,
-            *([*own, *headers] if api.own_headers_first else [*headers, *own]),
-            *_PROGRAM_FLAGS,
-            *(_CLANG_PROGRAM_FLAGS if "clang" in version else []),
+            *api.includes(folders),
+            *counted,
             *defines,
             *extra,
         ]
+        # Ours, by our own headers, whatever the program brings.
+        self._helper_flags = [*flags, *headers, *counted, *extra]
         # gcc would make our calloc() call itself.
         self._side_flags = [
             *flags,
@@ -209,10 +196,16 @@ class _Builder:
 
     def key(self, version: str) -> str:
         """The hash of compiler, flags, and every file that is read."""
-        flags = [*self._program_flags, *self._side_flags, *_SHARED_FLAGS]
+        flags = [
+            *self._program_flags,
+            *self._helper_flags,
+            *self._side_flags,
+            *_SHARED_FLAGS,
+        ]
         digest = hashlib.sha256("\0".join([version, *flags]).encode())
         files = [
-            *self._read_by([*self._program.sources, *self._helpers], self._program_flags),
+            *self._read_by(self._program.sources, self._program_flags),
+            *(self._read_by(self._helpers, self._helper_flags) if self._helpers else []),
             *self._read_by(self._side, self._side_flags),
             self._guest / "merge.ld",
             self._guest / "guest.map",
@@ -239,7 +232,9 @@ class _Builder:
             work = Path(scratch)
             flags = [*self._program_flags, *more_flags]
             objects = self._compile(self._program.sources, flags, work / "program")
-            helpers = self._compile(self._helpers, flags, work / "helpers")
+            helpers = wanted_helpers(
+                "nm", objects, self._compile(self._helpers, self._helper_flags, work / "helpers")
+            )
             side = self._compile(self._side, self._side_flags, work / "side")
             library, merged = work / "libside.a", work / "merged.o"
             # From an archive only what is missing comes along: malloc's heap is state that few
@@ -275,16 +270,16 @@ class _Builder:
     def _read_by(self, sources: Sequence[Path], flags: list[str]) -> list[Path]:
         """The sources and every header of ours or the program's that they include."""
         rules = self._tool([self._compiler, *flags, "-MM", *sources])
-        return list(dict.fromkeys(Path(name) for name in _prerequisites(rules)))
+        return list(dict.fromkeys(Path(name) for name in prerequisites(rules)))
 
     def _tool(self, command: Sequence[str | Path]) -> str:
-        return _run(
+        return run_tool(
             [str(word) for word in command],
             f"{self._program.written}: does not compile; mend what the compiler says",
         )
 
 
-def _prerequisites(make_rules: str) -> list[str]:
+def prerequisites(make_rules: str) -> list[str]:
     """The names after each colon of make rules as `cc -M` writes them; spaces are escaped."""
     names: list[str] = []
     for rule in make_rules.replace("\\\n", " ").splitlines():
@@ -293,7 +288,8 @@ def _prerequisites(make_rules: str) -> list[str]:
     return names
 
 
-def _run(command: list[str], failure: str) -> str:
+def run_tool(command: list[str], failure: str) -> str:
+    """What a tool prints; its complaints become an InputError that begins with `failure`."""
     done = subprocess.run(command, capture_output=True, text=True, check=False, errors="replace")
     if done.returncode != 0:
         raise InputError(failure, detail=done.stderr.rstrip())

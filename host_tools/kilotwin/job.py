@@ -19,9 +19,9 @@ class Job:
 
     experiment: Experiment
     guests: list[str]
-    module_guest: str | None
     folder: Path
     manifest: dict[str, Any]
-    black_box: str
+    black_box: str | None
+    module_guest: str | None = None
     serving: "Serving | None" = None
     """A grid that waits for a host, in place of one that has its own."""

@@ -8,12 +8,9 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 from kilotwin import resources
-
-# What a program is written against: kilolib, the Kilogrid's flavour of it, or the module API.
-Api = Literal["kilobot", "kilogrid", "module"]
+from kilotwin.apis import Api
 
 # What only Kilogrid programs have: the grid's name of the message, or one of its headers.
 _KILOGRID_WORDS = re.compile(

@@ -74,6 +74,13 @@ def run(
     guests = [build(group.program, display.note) for group in experiment.groups]
     modules = None if experiment.modules is None else build(experiment.modules, display.note)
     built = [*guests, *([modules] if modules else [])]
+    commands = experiment.keys.command
+    if (
+        experiment.modules is None
+        and commands is not None
+        and not any(command.send == "run" for command in commands)
+    ):
+        display.note('no [[command]] has send = "run": setup() and loop() are never called')
     manifest = new_manifest(experiment, built, command_line)
     with tempfile.NamedTemporaryFile(prefix="kilotwin-") as black_box:
         black_box.write(_BLACK_BOX.pack(_NOBODY, 0).ljust(_PAGE_BYTES, b"\0"))
@@ -81,7 +88,7 @@ def run(
         files = [str(guest.file) for guest in guests]
         module_file = None if modules is None else str(modules.file)
         folder = folder.absolute()
-        job = Job(experiment, files, module_file, folder, manifest, black_box.name, serving)
+        job = Job(experiment, files, folder, manifest, black_box.name, module_file, serving)
         try:
             return _Child(job, display).wait()
         finally:
@@ -167,6 +174,7 @@ class _Child:
         cause = f"ended with code {returncode}"
         if returncode < 0:
             cause = f"was ended by {signal.Signals(-returncode).name}"
+        assert self._job.black_box is not None
         robot, tick = _BLACK_BOX.unpack_from(Path(self._job.black_box).read_bytes())
         ran = ""
         if robot != _NOBODY:

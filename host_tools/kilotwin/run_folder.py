@@ -46,10 +46,15 @@ def utc_now() -> str:
     return datetime.now(UTC).isoformat(timespec="seconds")
 
 
+def slug(name: str) -> str:
+    """A name as folders have it: `simplified, N = 100` is simplified-n-100."""
+    return re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-") or "run"
+
+
 def default_folder(experiment: Experiment) -> Path:
     """runs/<name>-seed<seed>-<UTC time>, a name that is not taken."""
-    slug = re.sub(r"[^a-z0-9]+", "-", experiment.keys.name.lower()).strip("-") or "run"
-    stem = f"{slug}-seed{experiment.keys.seed}-{datetime.now(UTC):%Y%m%dT%H%M%SZ}"
+    now = f"{datetime.now(UTC):%Y%m%dT%H%M%SZ}"
+    stem = f"{slug(experiment.keys.name)}-seed{experiment.keys.seed}-{now}"
     folder = Path("runs") / stem
     copy = 1
     while folder.exists():

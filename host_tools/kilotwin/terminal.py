@@ -121,6 +121,95 @@ class Bar:
         self._bar.stop()
 
 
+class SweepLines:
+    """Plain lines about a sweep: every ten seconds, and when a trial fails."""
+
+    def __init__(self) -> None:
+        self._shown = time.monotonic()
+        self._trials = self._failed = 0
+
+    def note(self, text: str) -> None:
+        """One line."""
+        typer.echo(text, err=True)
+
+    def start(self, trials: int, done: int) -> None:
+        """Nothing yet."""
+        self._trials = trials
+
+    def progress(self, done: int, failed: int, left_s: float, last: str) -> None:
+        """A line if it is time for one, or for bad news."""
+        now = time.monotonic()
+        if now - self._shown < _LINE_EVERY_S and failed == self._failed:
+            return
+        self._shown, self._failed = now, failed
+        self.note(_sweep_now(done, self._trials, failed, left_s) + f"; last: {last}")
+
+    def stop(self) -> None:
+        """Nothing to tidy up."""
+
+
+class SweepBar:
+    """A live bar of trials, and the last one below."""
+
+    def __init__(self) -> None:
+        self._console = Console(stderr=True)
+        self._bar = _BarAndLine(
+            BarColumn(bar_width=20),
+            TextColumn("{task.description}"),
+            console=self._console,
+            transient=True,
+        )
+        self._task = TaskID(0)
+        self._trials = 0
+
+    def note(self, text: str) -> None:
+        """One line above."""
+        self._console.print(text, style="dim", markup=False, highlight=False)
+
+    def start(self, trials: int, done: int) -> None:
+        """Shows the bar."""
+        self._trials = trials
+        self._task = self._bar.add_task(f"{done} of {trials} trials", total=trials, completed=done)
+        self._bar.start()
+
+    def progress(self, done: int, failed: int, left_s: float, last: str) -> None:
+        """Moves the bar."""
+        self._bar.line = last
+        text = _sweep_now(done, self._trials, failed, left_s)
+        self._bar.update(self._task, completed=done, description=text)
+
+    def stop(self) -> None:
+        """Removes the bar."""
+        self._bar.stop()
+
+
+class SweepSilent(SweepLines):
+    """Shows nothing."""
+
+    def note(self, text: str) -> None:
+        """Nothing."""
+
+
+def sweep_display(quiet: bool) -> SweepLines | SweepBar:
+    """A live bar on a terminal, a line now and then elsewhere, nothing if `quiet`."""
+    if quiet:
+        return SweepSilent()
+    return SweepBar() if sys.stderr.isatty() else SweepLines()
+
+
+def _sweep_now(done: int, trials: int, failed: int, left_s: float) -> str:
+    bad = f", {failed} failed" if failed else ""
+    return f"{done} of {trials} trials{bad}, {duration(left_s)} left"
+
+
+def duration(seconds_: float) -> str:
+    """`40 s`, `12 min`, `2.5 h`."""
+    if seconds_ < 90:
+        return f"{seconds_:.0f} s"
+    minutes = seconds_ / 60
+    return f"{minutes:.0f} min" if minutes < 90 else f"{minutes / 60:.1f} h"
+
+
 class _BarAndLine(Progress):
     """rich's progress with a line of text below."""
 
@@ -202,6 +291,9 @@ def troubles_text(summary: dict[str, Any]) -> str:
         lines.append(modules)
     if busy:
         lines.append(f"{busy} warnings of busy-waiting; events.jsonl has them")
+    notes = summary["events"].get("note", 0)
+    if notes:
+        lines.append(f"{notes} notes on what programs do; events.jsonl has them")
     return "\n".join(lines)
 
 

@@ -16,7 +16,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 from kilotwin import _emulator
 from kilotwin.engine_spec import engine_spec
@@ -35,7 +35,7 @@ from kilotwin.states import Counts
 from kilotwin.units import seconds, ticks
 
 if TYPE_CHECKING:
-    from kilotwin._emulator import Samples
+    from kilotwin._emulator import Event, Samples
     from kilotwin.grid.emulated_run import EmulatedHost
     from kilotwin.grid.served import ServedTable
 
@@ -72,11 +72,12 @@ def main() -> None:
 
 def simulate(job: Job, report: Report, stopped: Callable[[], bool]) -> None:
     """Runs the experiment to its end or until `stopped`. What is refused leaves no folder."""
-    trial = _Trial(job, report)
+    trial = Trial(job, report, lambda: _make_folder(job))
     try:
         interrupted = not trial.run(stopped)
         summary = trial.summary(interrupted)
-        trial.close(clean=not interrupted)
+        trial.close()
+        trial.writer.close(clean=not interrupted)
         exit_code = _exit_code(summary)
         close_manifest(job.folder, summary["status"], exit_code, summary=summary)
     except OSError as error:
@@ -91,17 +92,34 @@ def _exit_code(summary: dict[str, Any]) -> int:
     return EXIT_ROBOTS_FAILED if failed else 0
 
 
-class _Trial:
-    """The engine, the folder, and what has been seen so far."""
+class Writer(Protocol):
+    """Where a trial's records go; `run_writer.RunWriter` is the one that makes a run folder."""
 
-    def __init__(self, job: Job, report: Report) -> None:
+    def add(self, samples: "Samples") -> Counts | None:
+        """Takes samples of the engine; returns their counts, None for none."""
+
+    def count(self, samples: "Samples") -> Counts:
+        """How many robots do what, in each of the samples."""
+
+    def add_event(self, event: "Event") -> None:
+        """Takes one event."""
+
+
+WriterT = TypeVar("WriterT", bound=Writer)
+
+
+class Trial(Generic[WriterT]):
+    """The engine, the writer, and what has been seen so far."""
+
+    def __init__(self, job: Job, report: Report, make_writer: Callable[[], WriterT]) -> None:
+        """Places the robots first: a writer is only made for an experiment that can run."""
         self._began = time.perf_counter()
         self._cpu_began = time.process_time()
         self._job = job
         self._report = report
         self._keys = job.experiment.keys
         self._simulation = self._place_robots()
-        self.writer = self._make_folder()
+        self.writer = make_writer()
         self._host, self._table = self._join_grid()
         self._events: Counter[str] = Counter()
         self._failed: list[dict[str, Any]] = []
@@ -205,13 +223,12 @@ class _Trial:
             **({} if self._host is None else {"grid": self._host.summary()}),
         }
 
-    def close(self, *, clean: bool) -> None:
-        """Ends the files; the grid's host goes first."""
+    def close(self) -> None:
+        """Ends what the grid has open; the writer is its maker's."""
         if self._host is not None:
             self._host.finish()
         if self._table is not None:
             self._table.close()
-        self.writer.close(clean=clean)
 
     def _join_grid(self) -> "tuple[EmulatedHost | None, ServedTable | None]":
         """The grid's host, or the buses on which it waits for one; neither without a grid."""
@@ -222,9 +239,11 @@ class _Trial:
         from kilotwin.grid.emulated_run import EmulatedHost  # noqa: PLC0415
         from kilotwin.grid.served import ServedTable  # noqa: PLC0415
 
+        writer = self.writer if isinstance(self.writer, RunWriter) else None
         if job.serving is None:
-            return EmulatedHost(self._simulation, job.experiment, self.writer), None
-        table = ServedTable(self._simulation, job.experiment, job.serving, self.writer)
+            return EmulatedHost(self._simulation, job.experiment, writer), None
+        assert writer is not None
+        table = ServedTable(self._simulation, job.experiment, job.serving, writer)
         what = "the table waits on " + (", ".join(job.serving.interfaces) or f"port {table.port}")
         self._report({"type": "note", "text": what, "port": table.port})
         return None, table
@@ -257,18 +276,18 @@ class _Trial:
 
         return lead_ticks(self._job.experiment)
 
-    def _make_folder(self) -> RunWriter:
-        engine = {
-            "version": _emulator.VERSION,
-            "build": _emulator.BUILD,
-            "box2d": _emulator.BOX2D_VERSION,
-            "guest_abi": _emulator.GUEST_ABI,
-        }
-        folder = self._job.folder
-        try:
-            return RunWriter(folder, self._job.experiment, {**self._job.manifest, "engine": engine})
-        except OSError as error:
-            raise InputError(f"--out {folder}: {error.strerror}; name another folder") from None
+
+def _make_folder(job: Job) -> RunWriter:
+    engine = {
+        "version": _emulator.VERSION,
+        "build": _emulator.BUILD,
+        "box2d": _emulator.BOX2D_VERSION,
+        "guest_abi": _emulator.GUEST_ABI,
+    }
+    try:
+        return RunWriter(job.folder, job.experiment, {**job.manifest, "engine": engine})
+    except OSError as error:
+        raise InputError(f"--out {job.folder}: {error.strerror}; name another folder") from None
 
 
 if __name__ == "__main__":

@@ -53,8 +53,11 @@ static bool place_chunk(uint8_t *data, uint8_t size, uint8_t chunk, const frame_
 }
 
 static transfer_event_t config_size(transfer_t *transfer, const frame_t *frame) {
-    if (frame->config_size == 0 || frame->config_size > TRANSFER_CONFIG_BYTES)
+    if (frame->config_size == 0 || frame->config_size > TRANSFER_CONFIG_BYTES) {
+        // The chunks behind it are not for an earlier one either.
+        transfer_abandon_config(transfer);
         return out_of_range(transfer);
+    }
     transfer->config.size = frame->config_size;
     transfer->config.next = 0;
     return TRANSFER_CONFIG_BEGUN;
@@ -105,7 +108,7 @@ static transfer_event_t page_count(transfer_t *transfer, transfer_page_t *progra
 static transfer_event_t page_number(transfer_t *transfer, transfer_page_t *program,
                                     const frame_t *frame) {
     if (frame->page >= program->pages) {
-        // The chunks behind it are not for the page before either.
+        // As above, for the page before.
         program->next = TRANSFER_NOTHING_DUE;
         return out_of_range(transfer);
     }

@@ -36,7 +36,7 @@ RunSmall = Callable[..., Run]
 
 @pytest.fixture(scope="module")
 def run_small(guest_cache: Path, tmp_path_factory: pytest.TempPathFactory) -> RunSmall:
-    """`run_small("key=value", ..., expect=0)`: a run as `kilotwin run` makes it, in this process."""
+    """`run_small("key=value", ..., expect=0)`: a run as `kilotwin run` makes it, but here."""
 
     def run_small(*settings: str, expect: int = 0) -> Run:
         folder = tmp_path_factory.mktemp("grid")
@@ -48,7 +48,7 @@ def run_small(guest_cache: Path, tmp_path_factory: pytest.TempPathFactory) -> Ru
             assert experiment.modules is not None
             modules = str(build(experiment.modules).file)
         (folder / "black_box").write_bytes(bytes(4096))
-        job = Job(experiment, guests, modules, folder / "run", {}, str(folder / "black_box"))
+        job = Job(experiment, guests, folder / "run", {}, str(folder / "black_box"), modules)
         reports: list[dict[str, Any]] = []
         simulate(job, reports.append, lambda: False)
         assert reports[-1]["exit_code"] == expect, reports[-1]

@@ -12,7 +12,7 @@ from kilotwin.doctor import Finding, examine, report_text
 
 from .conftest import Kilotwin
 
-COMMANDS = ["doctor", "run", "plot", "build", "compare", "bench"]
+COMMANDS = ["doctor", "run", "sweep", "plot", "build", "port", "compare", "bench"]
 
 
 def test_the_version_is_told(kilotwin: Kilotwin) -> None:

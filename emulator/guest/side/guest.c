@@ -1,10 +1,9 @@
 // The part of the thin half that every guest has, a robot's program as a module's: the guard pages
-// around the variables, the budget of basic blocks, random numbers, checksums, and the calls that
-// go to the engine through `kt_host`.
+// around the variables, the budget of basic blocks, random bytes, and the calls that go to the
+// engine through `kt_host`.
 #include <stddef.h>
 
 #include "abi.h"
-#include "message_crc.h"
 #include "side.h"
 
 const kt_host_t *kt_host KT_SHARED = NULL;
@@ -51,18 +50,6 @@ uint8_t rand_soft(void) {
 }
 
 void kt_rand_seed(uint8_t seed) { soft_seed = seed; }
-
-// CRC-16/MCRF4XX over the data and the type (hardware.md 1.5).
-uint16_t message_crc(const message_t *message) {
-    uint16_t crc = 0xFFFF;
-    for (size_t i = 0; i < offsetof(message_t, crc); i++) {
-        uint8_t byte = (uint8_t)(((const uint8_t *)message)[i] ^ crc);
-        byte ^= (uint8_t)(byte << 4);
-        crc = (uint16_t)(((uint16_t)byte << 8 | crc >> 8) ^ (uint8_t)(byte >> 4) ^
-                         (uint16_t)(byte << 3));
-    }
-    return crc;
-}
 
 uint32_t kt_ticks(void) { return *kt_table.ticks; }
 int16_t kt_sensor(uint8_t which) { return kt_host->sensor(which); }

@@ -7,7 +7,7 @@ from kilotwin.can.emulated import EmulatedGrid
 from kilotwin.engine_spec import config_differences
 from kilotwin.experiment import Experiment
 from kilotwin.grid.conductor import Conductor, set_up_s
-from kilotwin.grid.grid_record import GridRecord
+from kilotwin.grid.grid_record import GridEvents, GridRecord
 from kilotwin.grid.layout import MOST_PER_BUS
 from kilotwin.grid.links import Links
 from kilotwin.grid.tracking import sites_of_cells
@@ -33,7 +33,10 @@ def lead_ticks(experiment: Experiment) -> int:
 class EmulatedHost:
     """Steps the conductor beside the engine."""
 
-    def __init__(self, simulation: "Simulation", experiment: Experiment, writer: RunWriter) -> None:
+    def __init__(
+        self, simulation: "Simulation", experiment: Experiment, writer: RunWriter | None
+    ) -> None:
+        """Without a `writer` nothing is written."""
         plan = experiment.plan
         assert plan is not None
         self._plan = plan
@@ -42,7 +45,9 @@ class EmulatedHost:
         names = [f"can{bus}" for bus in range(plan.layout.buses)]
         # The world begins some ticks below 0, and times in a log do not.
         self._zero_s = -simulation.tick * TICK_S
-        self.record = GridRecord(writer, experiment, names, self._zero_s)
+        self.record: GridEvents = GridEvents()
+        if writer is not None:
+            self.record = GridRecord(writer, experiment, names, self._zero_s)
         self._grid = grid = EmulatedGrid(simulation, plan.layout.buses)
         # Steps are far apart, so all that are due are asked in one.
         self._links = Links(grid.buses, self.record.log)
@@ -124,7 +129,7 @@ class EmulatedHost:
             "modules_failed": self.record.failed_modules(poller.silent),
             "buses": self._simulation.can_stats(),
             "cells": self._simulation.cell_stats(),
-            "kilodat": str(self.record.kilodat),
+            "kilodat": self.record.kilodat and str(self.record.kilodat),
         }
 
     @property

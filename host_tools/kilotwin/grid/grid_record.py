@@ -28,13 +28,46 @@ from kilotwin.units import seconds, ticks
 _FLUSH_S = 0.5
 
 
-class GridRecord:
+class GridEvents:
+    """Listens to a conductor: what happened, and which modules failed. Writes nothing."""
+
+    def __init__(self) -> None:
+        self.log: CanLog | None = None
+        self.kilodat: Path | None = None
+        self._crashed: list[dict[str, Any]] = []
+
+    def reports(self, reports: Reports) -> None:
+        """What robots said."""
+
+    def event(self, time_s: float, kind: str, text: str, **more: Any) -> None:
+        """What happened."""
+
+    def module_event(self, event: Mapping[str, Any]) -> None:
+        """What a module's program printed, or what went wrong with it."""
+        if event["kind"] in FAILURES:
+            module, tick = list(event["module"]), event["tick"]
+            self._crashed.append({"module": module, "tick": tick, "what": event["text"]})
+
+    def failed_modules(self, silent: Sequence[Module]) -> list[dict[str, Any]]:
+        """Modules whose programs failed, and those that do not answer."""
+        gone = [{"module": list(module), "what": "does not answer"} for module in silent]
+        return [*self._crashed, *gone]
+
+    def flush(self, *, now: bool = False) -> None:
+        """Hands everything to the system, if it is time to, or `now`."""
+
+    def close(self) -> None:
+        """Ends the files."""
+
+
+class GridRecord(GridEvents):
     """Listens to a conductor and writes down what it says."""
 
     def __init__(
         self, writer: RunWriter, experiment: Experiment, buses: Sequence[str], zero_s: float
     ) -> None:
         """In the folder of `writer`, which is closed by its owner. `zero_s` is t = 0 in can.log."""
+        super().__init__()
         plan = experiment.plan
         assert plan is not None
         self._writer = writer
@@ -42,13 +75,11 @@ class GridRecord:
         folder = writer.folder
         self._stream = Stream(folder / f"{TRACKING}.arrows", TRACKING_SCHEMA)
         self._waiting: list[Reports] = []
-        self.log: CanLog | None = None
         if experiment.keys.record.can_log:
             self.log = CanLog(folder / CAN_LOG, buses, zero_s=zero_s)
-        self.kilodat = _free(folder.parent / kilodat.file_name(datetime.now()))
-        self._kilodat = kilodat.Writer(self.kilodat, plan.serials)
-        self.events: list[Mapping[str, Any]] = []
-        self._crashed: list[dict[str, Any]] = []
+        file = _free(folder.parent / kilodat.file_name(datetime.now()))
+        self._kilodat = kilodat.Writer(file, plan.serials)
+        self.kilodat = file
         self._flushed_at = time.monotonic()
 
     def reports(self, reports: Reports) -> None:
@@ -58,21 +89,13 @@ class GridRecord:
     def event(self, time_s: float, kind: str, text: str, **more: Any) -> None:
         """Writes what happened, at once."""
         event = {"time_s": round(time_s, 3), "tick": ticks(time_s), "kind": kind, "text": text}
-        self.events.append({**event, **more})
         self._writer.add_event({**event, **more})
 
     def module_event(self, event: Mapping[str, Any]) -> None:
-        """Writes what a module's program printed, or what went wrong with it."""
-        module, tick = list(event["module"]), event["tick"]
-        written = {**event, "module": module, "time_s": round(seconds(tick), 3)}
-        self._writer.add_event(written)
-        if event["kind"] in FAILURES:
-            self._crashed.append({"module": module, "tick": tick, "what": event["text"]})
-
-    def failed_modules(self, silent: Sequence[Module]) -> list[dict[str, Any]]:
-        """Modules whose programs failed, and those that do not answer."""
-        gone = [{"module": list(module), "what": "does not answer"} for module in silent]
-        return [*self._crashed, *gone]
+        """Writes it too."""
+        super().module_event(event)
+        where = {"module": list(event["module"]), "time_s": round(seconds(event["tick"]), 3)}
+        self._writer.add_event({**event, **where})
 
     def flush(self, *, now: bool = False) -> None:
         """Hands everything to the system, if it is time to."""

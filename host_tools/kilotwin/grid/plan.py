@@ -116,7 +116,8 @@ def is_ours(grid: Grid) -> bool:
 
 def _read(written: str, path: KeyPath, layout: Layout, origin: ExperimentText) -> Configuration:
     file = find_file(written, path, origin)
-    return kconf.configurations(kconf.read(file), layout.columns, layout.rows, str(file))
+    shown = file.relative_to(Path.cwd()) if file.is_relative_to(Path.cwd()) else file
+    return kconf.configurations(kconf.read(shown), layout.columns, layout.rows, str(shown))
 
 
 def _of_sites(keys: ExperimentSchema, layout: Layout, cells: Cells) -> Configuration:

@@ -1,6 +1,7 @@
-"""Figures of run folders, as PNG, SVG or PDF."""
+"""Figures of run folders and of sweeps, as PNG, SVG or PDF."""
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from matplotlib.figure import Figure
@@ -8,19 +9,30 @@ from matplotlib.figure import Figure
 from kilotwin.errors import InputError
 from kilotwin.plot import style
 from kilotwin.plot.map import draw_map
+from kilotwin.plot.sweep import draw_error, draw_iqr, draw_median, draw_symmetry
 from kilotwin.plot.timeline import draw_timeline
 from kilotwin.run_reader import Run
+from kilotwin.sweep.conditions import Conditions
 
-FIGURES: dict[str, Callable[[Run], Figure]] = {"map": draw_map, "timeline": draw_timeline}
+RUN_FIGURES: dict[str, Callable[[Run], Figure]] = {"map": draw_map, "timeline": draw_timeline}
+SWEEP_FIGURES: dict[str, Callable[[Conditions], Figure]] = {
+    "median": draw_median,
+    "iqr": draw_iqr,
+    "symmetry": draw_symmetry,
+    "error": draw_error,
+}
 _SUFFIXES = {".png", ".svg", ".pdf"}
 
 
 def write_figure(figure: str, folder: Path, target: Path) -> None:
-    """Draws one figure of a run; what cannot be drawn or written is an InputError."""
+    """Draws a figure of a run's or a sweep's folder; what cannot be done is an InputError."""
     if target.suffix.lower() not in _SUFFIXES:
         raise InputError(f"-o {target}: not a kind of picture; end the name in .png, .svg or .pdf")
-    run = Run.open(folder)
-    drawn = style.draw(FIGURES[figure], run)
+    if figure in RUN_FIGURES:
+        drawing = partial(RUN_FIGURES[figure], Run.open(folder))
+    else:
+        drawing = partial(SWEEP_FIGURES[figure], Conditions.open(folder))
+    drawn = style.draw(drawing)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         style.save(drawn, target)

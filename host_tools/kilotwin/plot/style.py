@@ -39,10 +39,10 @@ _SETTINGS: dict[Any, Any] = {
 }
 
 
-def draw(figure: Callable[[Run], Figure], run: Run) -> Figure:
+def draw(drawing: Callable[[], Figure]) -> Figure:
     """Draws in our style, whatever the user's matplotlib settings."""
     with mpl.rc_context(_SETTINGS):
-        return figure(run)
+        return drawing()
 
 
 def save(figure: Figure, target: Path) -> None:

@@ -32,6 +32,7 @@ typedef enum {
     CAN_MODULE_DATA,
     CAN_TRACKING_KILOBOT_START,
     CAN_TRACKING_REQ,
+    CAN_MODULE_TO_MODULE,  ///< by custom what programs tell one another; the runtime knows no such
 } CAN_message_type_t;
 
 /// A frame came in that the runtime does not understand. Runs in an interrupt: be short, light no

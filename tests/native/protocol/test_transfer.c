@@ -76,6 +76,13 @@ TEST(a_configuration_of_no_or_too_many_bytes_is_refused_and_leaves_the_old_one) 
     assert_counted(&transfer, 0, 208, 0);
 }
 
+TEST(the_chunks_of_a_refused_configuration_do_not_become_part_of_the_one_before) {
+    transfer_t transfer = fresh();
+    send(&transfer, CONFIG_SIZE, 0, 6);
+    send(&transfer, CONFIG_SIZE, 0, 49);
+    assert_int_equal(chunk(&transfer, CONFIG, 0), TRANSFER_REFUSED);
+}
+
 TEST(a_configuration_without_its_size_is_dropped) {
     transfer_t transfer = fresh();
     assert_int_equal(chunk(&transfer, CONFIG, 0), TRANSFER_REFUSED);
@@ -292,6 +299,8 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_configuration_of_any_length_comes_in_as_many_chunks_as_it_needs),
         cmocka_unit_test(a_configuration_of_no_or_too_many_bytes_is_refused_and_leaves_the_old_one),
+        cmocka_unit_test(
+            the_chunks_of_a_refused_configuration_do_not_become_part_of_the_one_before),
         cmocka_unit_test(a_configuration_without_its_size_is_dropped),
         cmocka_unit_test(a_configuration_that_loses_or_repeats_or_swaps_a_chunk_is_dropped_whole),
         cmocka_unit_test(an_abandoned_configuration_does_not_go_on),

@@ -1,0 +1,301 @@
+#include "avr/microcontroller.h"
+
+#include <simavr/avr_acomp.h>
+#include <simavr/avr_eeprom.h>
+#include <simavr/avr_extint.h>
+#include <simavr/avr_ioport.h>
+#include <simavr/avr_timer.h>
+#include <simavr/avr_uart.h>
+#include <simavr/sim_avr.h>
+#include <simavr/sim_gdb.h>
+
+#include <algorithm>
+#include <cstdarg>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <vector>
+
+#include "avr/registers.h"
+#include "engine/clock.h"
+#include "guest/program.h"
+
+namespace kilotwin {
+
+using namespace atmega328p;
+
+namespace {
+
+constexpr uint32_t DARK_MV = 0, THRESHOLD_MV = 1000, LIGHT_MV = 2000;
+
+constexpr uint16_t SMCR = 0x53;
+constexpr uint8_t SMCR_SM = 7 << 1, POWER_DOWN = 2 << 1;
+
+// simavr polls level-triggered interrupts after every instruction, and it knows no phase-correct PWM on
+// timer 2, which it then counts as one event each 8 cycles. The motors' timer needs neither: nobody looks
+// at its count.
+void spare_simavr_work(avr_t *avr) {
+    avr_extint_set_strict_lvl_trig(avr, 0, 0);
+    avr_extint_set_strict_lvl_trig(avr, 1, 0);
+    for (avr_io_t *part = avr->io_port; part != nullptr; part = part->next) {
+        auto *timer = reinterpret_cast<avr_timer_t *>(part);
+        if (std::strcmp(part->kind, "timer") == 0 && timer->name == '2') {
+            timer->wgm_op[1].kind = avr_timer_wgm_fast_pwm;
+            timer->wgm_op[1].size = 8;
+        }
+    }
+}
+
+avr_int_vector_t *find_vector(avr_t *avr, uint8_t vector) {
+    for (int i = 0; i < avr->interrupts.vector_count; i++)
+        if (avr->interrupts.vector[i]->vector == vector) return avr->interrupts.vector[i];
+    throw std::logic_error("simavr has no such interrupt");
+}
+
+}  // namespace
+
+/// What simavr calls.
+struct Microcontroller::Hooks {
+    static Microcontroller &of(avr_t *avr) {
+        return *static_cast<Microcontroller *>(avr->custom.data);
+    }
+
+    static void log(avr_t *avr, const int, const char *format, va_list arguments) {
+        if (avr == nullptr || avr->custom.data == nullptr) return;
+        char text[256];
+        std::vsnprintf(text, sizeof text, format, arguments);
+        of(avr).note(format, text);
+    }
+
+    static void reset(avr_t *avr) {
+        of(avr).core_reset_(avr);
+        of(avr).was_reset_ = true;
+    }
+
+    // In place of simavr's, which lets the computer sleep as long as the chip.
+    static void sleep(avr_t *avr, avr_cycle_count_t for_cycles) { of(avr).dozed_ = for_cycles; }
+
+    static avr_cycle_count_t alarm(avr_t *, avr_cycle_count_t, void *clock) {
+        auto &fired = *static_cast<Clock *>(clock);
+        fired.at = NO_ALARM;
+        if (fired.which != END_OF_RUN) fired.chip->board_.alarm(fired.which);
+        return 0;
+    }
+
+    static void write(avr_t *avr, avr_io_addr_t address, uint8_t value, void *parameter) {
+        const auto &watched = *static_cast<Watched *>(parameter);
+        // kilolib's set_color() writes six times, mostly what is there: not worth simavr's rounds of calls.
+        if (watched.watch == Watch::CHANGES && avr->data[address] == value) return;
+        if (watched.write != nullptr)
+            watched.write(avr, address, value, watched.parameter);
+        else
+            avr->data[address] = value;
+        watched.chip->board_.register_written(address);
+    }
+
+    static void flag_changed(avr_irq_t *irq, uint32_t value, void *chip) {
+        if (value != 0)
+            static_cast<Microcontroller *>(chip)->board_.flag_set(static_cast<uint8_t>(irq->irq));
+    }
+
+    static void serial_byte(avr_irq_t *, uint32_t value, void *chip) {
+        static_cast<Microcontroller *>(chip)->board_.serial_byte(static_cast<uint8_t>(value));
+    }
+
+    // simavr always goes to the vectors at 0.
+    static void interrupt_entered(avr_irq_t *, uint32_t vector, void *chip) {
+        avr_t *avr = static_cast<Microcontroller *>(chip)->avr_;
+        if ((avr->data[MCUCR] & MCUCR_IVSEL) != 0 && vector != 0 &&
+            avr->pc == vector * VECTOR_BYTES)
+            avr->pc += BOOT_SECTION;
+    }
+};
+
+Microcontroller::Microcontroller(Board &board, const FlashImage &flash, const EepromImage &eeprom)
+    : board_(board) {
+    avr_global_logger_set(Hooks::log);
+    avr_ = avr_make_mcu_by_name("atmega328p");
+    if (avr_ == nullptr) throw EngineError("this simavr does not know the ATmega328P");
+    avr_init(avr_);
+    avr_->custom.data = this;
+    avr_->frequency = CYCLES_PER_SECOND;
+    avr_->run_cycle_limit = CYCLES_PER_SECOND;
+    avr_->sleep = Hooks::sleep;
+    core_reset_ = avr_->reset;
+    avr_->reset = Hooks::reset;
+    spare_simavr_work(avr_);
+    auto code = flash.bytes();
+    avr_loadcode(avr_, code.data(), static_cast<uint32_t>(code.size()), 0);
+    auto bytes = eeprom;
+    avr_eeprom_desc_t content = {bytes.data(), 0, static_cast<uint32_t>(bytes.size())};
+    avr_ioctl(avr_, AVR_IOCTL_EEPROM_SET, &content);
+    uint32_t quiet = 0;
+    avr_ioctl(avr_, AVR_IOCTL_UART_SET_FLAGS('0'), &quiet);
+    avr_irq_register_notify(avr_io_getirq(avr_, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUTPUT),
+                            Hooks::serial_byte, this);
+    avr_irq_register_notify(avr_->interrupts.irq + AVR_INT_IRQ_RUNNING, Hooks::interrupt_entered,
+                            this);
+    avr_raise_irq(avr_io_getirq(avr_, AVR_IOCTL_ACOMP_GETIRQ, ACOMP_IRQ_AIN1), THRESHOLD_MV);
+    set_comparator(false);
+    for (uint8_t i = 0; i < ALARMS; i++) clocks_[i] = {this, static_cast<Alarm>(i)};
+}
+
+Microcontroller::~Microcontroller() {
+    avr_terminate(avr_);
+    std::free(avr_);
+}
+
+uint64_t Microcontroller::cycle() const { return avr_->cycle; }
+
+void Microcontroller::run(uint64_t until) {
+    if (avr_->cycle >= until || !failure_.empty()) return;
+    set_alarm(END_OF_RUN, until);
+    while (avr_->cycle < until && failure_.empty()) {
+        const int state = avr_run(avr_);
+        if (state == cpu_Running && !crashed_ && !was_reset_) continue;
+        if (state == cpu_Sleeping && (avr_->data[SMCR] & SMCR_SM) == POWER_DOWN)
+            sleep_deeply(until);
+        else
+            recover(state);
+    }
+}
+
+bool Microcontroller::wakes_from_power_down(const void *timer_owner) const {
+    for (const avr_io_t *part = avr_->io_port; part != nullptr; part = part->next)
+        if (part == timer_owner) return std::strcmp(part->kind, "watchdog") == 0;
+    return timer_owner >= clocks_.data() && timer_owner < clocks_.data() + clocks_.size();
+}
+
+/// Power-down: only the watchdog goes on, and the world outside. For simavr all sleep is idle, in which timers
+/// run on and wake; here they are put off by as long as the chip sleeps.
+void Microcontroller::sleep_deeply(uint64_t until) {
+    avr_->cycle -= dozed_;
+    while (avr_->state == cpu_Sleeping && avr_->cycle < until) {
+        uint64_t wake = until;
+        std::vector<avr_cycle_timer_slot_t *> slots;
+        for (auto *slot = avr_->cycle_timers.timer; slot != nullptr; slot = slot->next) {
+            slots.push_back(slot);
+            if (wakes_from_power_down(slot->param)) wake = std::min<uint64_t>(wake, slot->when);
+        }
+        const uint64_t slept = wake > avr_->cycle ? wake - avr_->cycle : 0;
+        for (auto *slot : slots)
+            if (!wakes_from_power_down(slot->param)) slot->when += slept;
+        std::stable_sort(slots.begin(), slots.end(),
+                         [](const auto *a, const auto *b) { return a->when < b->when; });
+        for (size_t i = 0; i < slots.size(); i++)
+            slots[i]->next = i + 1 < slots.size() ? slots[i + 1] : nullptr;
+        avr_->cycle_timers.timer = slots.empty() ? nullptr : slots.front();
+        for (avr_io_t *part = avr_->io_port; part != nullptr; part = part->next)
+            if (std::strcmp(part->kind, "timer") == 0)
+                reinterpret_cast<avr_timer_t *>(part)->tov_base += slept;
+        avr_->cycle += slept;
+        avr_cycle_timer_process(avr_);
+    }
+}
+
+void Microcontroller::recover(int state) {
+    if (was_reset_) {
+        // All of simavr's timers are gone, and so is the level at the comparator.
+        was_reset_ = false;
+        for (auto &clock : clocks_) arm(clock);
+        board_.was_reset();
+    }
+    if (crashed_ && failure_.empty()) {
+        // The chip's program counter has 14 bits: kilolib's way into the boot section counts on that.
+        crashed_ = false;
+        avr_->pc = crashed_at_ % FLASH_BYTES;
+        avr_->state = cpu_Running;
+    }
+    if (state == cpu_Done && failure_.empty())
+        failure_ = "it sleeps with interrupts off, so nothing can wake it";
+}
+
+/// simavr says what went wrong only in its log.
+void Microcontroller::note(const char *format, const char *text) {
+    if (crashed_ || !failure_.empty()) return;
+    char what[128];
+    if (std::strstr(format, "Invalid Opcode") != nullptr) {
+        std::snprintf(what, sizeof what, "bad opcode 0x%02X%02X at PC 0x%04X",
+                      avr_->flash[avr_->pc + 1], avr_->flash[avr_->pc], avr_->pc);
+        failure_ = what;
+    } else if (const char *address = std::strstr(text, "Address "); address != nullptr) {
+        const bool reads = std::strstr(format, "Invalid read") != nullptr;
+        std::snprintf(what, sizeof what,
+                      "it %s address 0x%.4s, where there is no memory, at PC 0x%04X",
+                      reads ? "reads" : "writes to", address + std::strlen("Address "), avr_->pc);
+        failure_ = what;
+    } else if (std::strstr(text, "avr_sadly_crashed") != nullptr) {
+        crashed_ = true;
+        crashed_at_ = avr_->pc;
+    }
+}
+
+uint8_t Microcontroller::read(uint16_t address) const { return avr_->data[address]; }
+void Microcontroller::write(uint16_t address, uint8_t value) { avr_->data[address] = value; }
+uint8_t Microcontroller::flash(uint16_t address) const { return avr_->flash[address]; }
+
+void Microcontroller::watch_register(uint16_t address, Watch watch) {
+    auto &handler = avr_->io[AVR_DATA_TO_IO(address)].w;
+    watched_.push_back({this, watch, handler.c, handler.param});
+    handler.c = Hooks::write;
+    handler.param = &watched_.back();
+}
+
+void Microcontroller::watch_interrupt(uint8_t vector) {
+    avr_irq_t *irq = find_vector(avr_, vector)->irq + AVR_INT_IRQ_PENDING;
+    irq->irq = vector;
+    avr_irq_register_notify(irq, Hooks::flag_changed, this);
+}
+
+void Microcontroller::take_over(uint16_t address) {
+    avr_->io[AVR_DATA_TO_IO(address)].r = {};
+    avr_->io[AVR_DATA_TO_IO(address)].w = {};
+}
+
+void Microcontroller::raise_interrupt(uint8_t vector) {
+    avr_raise_interrupt(avr_, find_vector(avr_, vector));
+}
+
+void Microcontroller::clear_interrupt(uint8_t vector) {
+    avr_clear_interrupt(avr_, find_vector(avr_, vector));
+}
+
+void Microcontroller::set_alarm(Alarm alarm, uint64_t at) {
+    clocks_[alarm].at = at;
+    arm(clocks_[alarm]);
+}
+
+void Microcontroller::arm(Clock &clock) {
+    avr_cycle_timer_cancel(avr_, Hooks::alarm, &clock);
+    if (clock.at == NO_ALARM) return;
+    const uint64_t away = clock.at > avr_->cycle ? clock.at - avr_->cycle : 1;
+    avr_cycle_timer_register(avr_, away, Hooks::alarm, &clock);
+}
+
+void Microcontroller::set_comparator(bool light) {
+    avr_raise_irq(avr_io_getirq(avr_, AVR_IOCTL_ACOMP_GETIRQ, ACOMP_IRQ_AIN0),
+                  light ? LIGHT_MV : DARK_MV);
+}
+
+void Microcontroller::set_pin(char port, uint8_t pin, bool high) {
+    avr_raise_irq(avr_io_getirq(avr_, static_cast<uint32_t>(AVR_IOCTL_IOPORT_GETIRQ(port)), pin),
+                  high);
+}
+
+EepromImage Microcontroller::eeprom() const {
+    EepromImage bytes;
+    avr_eeprom_desc_t content = {bytes.data(), 0, static_cast<uint32_t>(bytes.size())};
+    avr_ioctl(avr_, AVR_IOCTL_EEPROM_GET, &content);
+    return bytes;
+}
+
+void Microcontroller::serve_debugger(uint16_t port) {
+    avr_->gdb_port = port;
+    avr_->state = cpu_Stopped;
+    if (avr_gdb_init(avr_) < 0 || avr_->gdb == nullptr)
+        throw EngineError("gdb cannot be served on port " + std::to_string(port) +
+                          ": is it taken?");
+    avr_->sleep = Hooks::sleep;
+}
+
+}  // namespace kilotwin

@@ -1,0 +1,145 @@
+/// One Kilobot from its very .hex: the ATmega328P and what is wired to it (hardware.md 1.8).
+///
+/// Infrared goes in and out bit by bit, as light on the comparator and the two amplifiers, and as pulses of the
+/// LED; whoever couples boards decides who sees whom. Times are the world's; the board's own oscillator may be
+/// off, as its calibration says.
+#ifndef KILOTWIN_AVR_ROBOT_BOARD_H
+#define KILOTWIN_AVR_ROBOT_BOARD_H
+
+#include <memory>
+#include <optional>
+#include <queue>
+#include <string>
+#include <vector>
+
+#include "avr/converter.h"
+#include "avr/flash_image.h"
+#include "avr/microcontroller.h"
+#include "avr/vcd_trace.h"
+#include "engine/chance.h"
+#include "engine/clock.h"
+#include "guest/robot.h"
+
+namespace kilotwin {
+
+/// The bytes that calibration leaves in a robot's EEPROM: uid, duties, gain tables, its IR LED on PB0;
+/// OSCCAL and all else erased.
+EepromImage eeprom_of(const Calibration &calibration);
+
+/// Light on a robot's receiver from `begin` to before `end`. `strength` is what the converter makes of it.
+struct LightPulse {
+    Cycles begin, end;
+    distance_measurement_t strength;
+};
+
+/// What a board did, in order of time. The caller clears it.
+struct BoardOutputs {
+    struct Light {
+        Cycles at;
+        bool on;
+    };
+    struct Color {
+        Cycles at;
+        uint8_t rgb;  ///< RGB() value
+    };
+    struct Serial {
+        Cycles at;
+        uint8_t byte;
+    };
+    std::vector<Light> light;  ///< of its IR LED
+    std::vector<MotorCommand> motors;
+    std::vector<Color> colors;
+    std::vector<Serial> serial;
+
+    void clear();
+};
+
+class RobotBoard : private Microcontroller::Board {
+  public:
+    /// A pulse from a Kilobot's LED, as the receiver's amplifier shows it to the comparator.
+    static constexpr Cycles SEEN_PULSE = 40;
+
+    /// Robot `index` is switched on at `power_up` with `flash` programmed and `eeprom_of(calibration)`.
+    /// `chance` must live on.
+    RobotBoard(const FlashImage &flash, uint32_t index, const Calibration &calibration,
+               Cycles power_up, const Chance &chance);
+
+    /// Lives through everything before `until`, plus what is left of the instruction begun.
+    void run(Cycles until);
+
+    /// The time it has been run up to.
+    Cycles now() const { return world_time(chip_.cycle()); }
+
+    /// Lets light fall on the receiver; `pulse.begin` is not earlier than now(). Pulses may overlap: the light
+    /// then lasts until the last of them ends, and its strengths add up.
+    void shine(const LightPulse &pulse);
+
+    uint8_t color() const { return color_; }  ///< RGB() value shown
+    uint8_t left_duty() const { return left_; }
+    uint8_t right_duty() const { return right_; }
+
+    /// Why it stands still for ever: its program crashed. Empty while it runs. "tick" in it counts from power-up.
+    const std::string &failure() const { return chip_.failure(); }
+
+    /// Nominal ticks of 262,144 of its cycles since power-up.
+    uint32_t tick() const { return static_cast<uint32_t>(chip_.cycle() / TICK_CYCLES); }
+
+    uint8_t read(uint16_t address) const { return chip_.read(address); }  ///< SRAM or a register
+    void write(uint16_t address, uint8_t value) { chip_.write(address, value); }
+    uint8_t flash(uint16_t address) const { return chip_.flash(address); }
+    EepromImage eeprom() const { return chip_.eeprom(); }
+
+    /// Waits for gdb on 127.0.0.1:`port` before the next instruction.
+    void serve_debugger(uint16_t port) { chip_.serve_debugger(port); }
+
+    /// Writes what its pins do from now on to a VCD file.
+    void trace(const std::string &path);
+
+    // What the sensors read from now on, 0..1023; set from outside.
+    int16_t light = 0, battery = 720, temperature = 300;
+
+    /// On the charger or off it.
+    void set_charging(bool charging);
+
+    BoardOutputs outputs;
+
+  private:
+    struct Edge {
+        uint64_t cycle;
+        bool on;
+        distance_measurement_t strength;
+        bool operator>(const Edge &other) const {
+            return cycle != other.cycle ? cycle > other.cycle : on < other.on;
+        }
+    };
+
+    void register_written(uint16_t address) override;
+    void flag_set(uint8_t vector) override;
+    void alarm(Microcontroller::Alarm alarm) override;
+    void serial_byte(uint8_t byte) override;
+    void was_reset() override;
+
+    int16_t sample(uint8_t channel);
+    void look_at_outputs();
+    void pass_edges();
+    Cycles world_time(uint64_t cycle) const;
+    uint64_t own_cycle(Cycles at) const;
+
+    uint32_t index_;
+    Cycles power_up_, tick_;
+    uint8_t ir_mask_;
+    const Chance &chance_;
+    Microcontroller chip_;
+    Converter converter_;
+    std::priority_queue<Edge, std::vector<Edge>, std::greater<>> edges_;
+    uint32_t lit_ = 0;  ///< pulses on the receiver
+    int32_t low_ = 0, high_ = 0;
+    uint64_t conversions_ = 0;
+    bool ir_on_ = false, charging_ = false;
+    uint8_t color_ = 0, left_ = 0, right_ = 0;
+    std::unique_ptr<VcdTrace> trace_;
+};
+
+}  // namespace kilotwin
+
+#endif

@@ -1,0 +1,45 @@
+/// What a robot's EEPROM holds (hardware.md 1.9), and the API's variables that are read from it.
+#ifndef KILOLIB_AVR_CALIBRATION_H
+#define KILOLIB_AVR_CALIBRATION_H
+
+#include <stdint.h>
+
+#define EEPROM_OSCCAL 0x01
+#define EEPROM_TURN_LEFT 0x05
+#define EEPROM_TURN_RIGHT 0x09
+#define EEPROM_STRAIGHT_LEFT 0x0C
+#define EEPROM_STRAIGHT_RIGHT 0x14
+#define EEPROM_LOW_GAIN 0x20   ///< 14 big-endian words
+#define EEPROM_HIGH_GAIN 0x50  ///< 14 big-endian words
+#define EEPROM_INFRARED_PINS 0x90
+#define EEPROM_UID 0xB0  ///< little-endian
+
+/// Payload of a CALIB message.
+typedef struct {
+    uint8_t mode;  ///< a calibration_mode_t
+    uint16_t uid;
+    uint8_t turn_left;
+    uint8_t turn_right;
+    uint8_t straight_left;
+    uint8_t straight_right;
+} calibration_t;
+
+typedef enum {
+    CALIBRATION_SAVE,
+    CALIBRATION_UID,
+    CALIBRATION_TURN_LEFT,
+    CALIBRATION_TURN_RIGHT,
+    CALIBRATION_STRAIGHT,
+} calibration_mode_t;
+
+/// Tunes the oscillator and sets kilo_uid and the motor values.
+void calibration_load(void);
+
+/// Writes uid and motor values, into the EEPROM and the variables. Takes up to 21 ms.
+void calibration_save(const calibration_t *calibration);
+
+/// The pins of port B to which the infrared LED is connected: as the EEPROM says if it says
+/// something that can be, else PB0.
+uint8_t calibration_infrared_pins(void);
+
+#endif

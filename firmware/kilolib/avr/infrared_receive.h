@@ -1,0 +1,29 @@
+/// Receiving frames by infrared light, and what becomes of them.
+#ifndef KILOLIB_AVR_INFRARED_RECEIVE_H
+#define KILOLIB_AVR_INFRARED_RECEIVE_H
+
+#include <stdbool.h>
+
+/// Switches the comparator on, and timer 1, which times its edges. Needs the converter.
+void infrared_receive_init(void);
+
+/// Switches the comparator off.
+void infrared_receive_stop(void);
+
+/// A frame is coming in.
+bool infrared_in_frame(void);
+
+/// A frame is coming in, or its first edge is there and waits for its interrupt.
+bool infrared_receiving(void);
+
+/// The start of a frame is coming in, from which its strength is measured.
+bool infrared_measuring(void);
+
+/// A frame began since this was asked last.
+bool infrared_heard(void);
+
+/// An edge that waits for its interrupt is nobody's frame: our own light, for instance. Interrupts
+/// have to be off, and no frame coming in.
+void infrared_forget_edge(void);
+
+#endif

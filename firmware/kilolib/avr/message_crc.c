@@ -1,0 +1,11 @@
+#include "message_crc.h"
+
+#include <stddef.h>
+#include <util/crc16.h>
+
+uint16_t message_crc(const message_t *message) {
+    const uint8_t *byte = (const uint8_t *)message;
+    uint16_t crc = 0xFFFF;
+    for (uint8_t i = 0; i < offsetof(message_t, crc); i++) crc = _crc_ccitt_update(crc, byte[i]);
+    return crc;
+}

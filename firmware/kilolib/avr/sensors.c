@@ -1,0 +1,20 @@
+#include <util/atomic.h>
+
+#include "board.h"
+#include "converter.h"
+#include "infrared_receive.h"
+#include "kilolib.h"
+
+#define RECEIVING (-1)
+
+static int16_t measure(uint8_t channel) {
+    int16_t value = RECEIVING;
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
+        if (!infrared_receiving()) value = converter_read(channel);
+    }
+    return value;
+}
+
+int16_t get_ambientlight(void) { return measure(LIGHT_CHANNEL); }
+int16_t get_voltage(void) { return measure(BATTERY_CHANNEL); }
+int16_t get_temperature(void) { return measure(TEMPERATURE_CHANNEL); }

@@ -1,0 +1,177 @@
+"""Builds a robot program for the ATmega328P, linked with firmware/kilolib/avr.
+
+As with guests, results are kept under the hash of everything that went in, and appear in one step.
+"""
+
+import contextlib
+import hashlib
+import re
+import shutil
+import tempfile
+import threading
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from kilotwin import resources
+from kilotwin.apis import APIS, wanted_helpers
+from kilotwin.errors import InputError, RunError
+from kilotwin.guest_build import Notify, cache_folder, compiler_version, prerequisites, run_tool
+from kilotwin.programs import Program
+
+# How kilolib and programs for it are compiled, and what firmware/Makefile uses as well.
+FLAGS = [
+    "-mmcu=atmega328p",
+    "-DF_CPU=8000000UL",
+    "-std=gnu99",
+    "-O2",
+    "-gdwarf-2",
+    "-funsigned-char",
+    "-funsigned-bitfields",
+    "-fpack-struct",
+    "-fshort-enums",
+    "-fstack-usage",
+]
+_LINK_FLAGS = ["-mmcu=atmega328p", "-Wl,--gc-sections", "-Wl,--relax"]
+_SLOW_S = 0.5
+
+
+@dataclass(frozen=True)
+class Image:
+    """A program for the robot. `folder` also holds its objects, with stack usage as .su files."""
+
+    name: str
+    folder: Path
+    key: str
+    compiler: str
+
+    @property
+    def elf(self) -> Path:
+        """With symbols and lines."""
+        return self.folder / f"{self.name}.elf"
+
+    @property
+    def hex(self) -> Path:
+        """What is flashed."""
+        return self.folder / f"{self.name}.hex"
+
+    def objects(self, part: str) -> list[Path]:
+        """Of `program`, in the order of its sources, or of `kilolib`."""
+        return sorted((self.folder / part).glob("*.o"))
+
+
+def avr_gcc() -> str:
+    """The compiler; RunError says how to get it."""
+    found = shutil.which("avr-gcc")
+    if found is None:
+        raise RunError("avr-gcc is not here; type: apt-get install gcc-avr avr-libc binutils-avr")
+    return found
+
+
+def program_flags(program: Program) -> list[str]:
+    """What the program's own sources are compiled with."""
+    folders = dict.fromkeys([source.parent for source in program.sources])
+    return [
+        *FLAGS,
+        *APIS[program.api].includes([*folders, *program.include_folders]),
+        *(f"-D{define}" for define in program.defines),
+    ]
+
+
+def build_image(program: Program, notify: Notify = lambda _: None) -> Image:
+    """The image of `program`, from the cache if it is there; `notify` is told if that takes time.
+
+    A program that does not compile is an InputError that carries the compiler's words.
+    """
+    compiler = avr_gcc()
+    version = compiler_version(compiler)
+    runtime = sorted(resources.path("firmware/kilolib/avr").glob("*.c"))
+    key = _key(program, compiler, version, runtime)
+    image = Image(program.name, cache_folder() / f"{key}-avr", key, version)
+    if not image.folder.exists():
+        slow = threading.Timer(_SLOW_S, notify, [f"compiling {program.written} for the ATmega328P"])
+        slow.start()
+        try:
+            _build(program, compiler, runtime, image)
+        except OSError as error:
+            raise RunError(
+                f"{image.folder}: cannot keep compiled programs ({error.strerror}); "
+                "set KILOTWIN_CACHE to a folder that can be written"
+            ) from None
+        finally:
+            slow.cancel()
+    return image
+
+
+def _failure(program: Program) -> str:
+    return f"{program.written}: does not compile for the robot; mend what the compiler says"
+
+
+def _link(command: list[str], program: Program) -> None:
+    try:
+        run_tool(command, f"{program.written}: cannot be linked; mend what the linker says")
+    except InputError as error:
+        if re.search(r"not within region|overflowed by", error.detail):
+            raise RunError(
+                f"{program.written}: does not fit into the robot's flash and RAM; make tables and "
+                "arrays smaller, or keep tables in flash (PROGMEM)",
+                detail=error.detail,
+            ) from None
+        raise
+
+
+def _key(program: Program, compiler: str, version: str, runtime: Sequence[Path]) -> str:
+    own, kilolib, helped = program_flags(program), _runtime_flags(), _helper_flags(program)
+    words = [version, *own, *kilolib, *helped, *_LINK_FLAGS]
+    digest = hashlib.sha256("\0".join(words).encode())
+    helpers = APIS[program.api].helper_sources()
+    for sources, flags in ((program.sources, own), (runtime, kilolib), (helpers, helped)):
+        if not sources:
+            continue
+        rules = run_tool([compiler, *flags, "-w", "-MM", *map(str, sources)], _failure(program))
+        for name in dict.fromkeys(prerequisites(rules)):
+            digest.update(f"\0{name}\0".encode())
+            digest.update(Path(name).read_bytes())
+    return digest.hexdigest()[:32]
+
+
+def _runtime_flags() -> list[str]:
+    return [*FLAGS, "-ffunction-sections", f"-I{resources.path('firmware/kilolib/include')}"]
+
+
+def _helper_flags(program: Program) -> list[str]:
+    return [*FLAGS, "-ffunction-sections", *APIS[program.api].includes()]
+
+
+def _build(program: Program, compiler: str, runtime: Sequence[Path], image: Image) -> None:
+    image.folder.parent.mkdir(parents=True, exist_ok=True)
+    draft = Path(tempfile.mkdtemp(dir=image.folder.parent, prefix=f".{image.folder.name}-"))
+    failure = _failure(program)
+    try:
+        parts = (
+            ("program", program.sources, [*program_flags(program), "-w"]),
+            ("kilolib", runtime, _runtime_flags()),
+            ("helpers", APIS[program.api].helper_sources(), _helper_flags(program)),
+        )
+        objects: dict[str, list[str]] = {}
+        for part, sources, flags in parts:
+            (draft / part).mkdir()
+            objects[part] = []
+            for number, source in enumerate(sources):
+                target = str(draft / part / f"{number:03}-{source.stem}.o")
+                run_tool([compiler, *flags, "-c", str(source), "-o", target], failure)
+                objects[part].append(target)
+        library, elf = str(draft / "libkilolib.a"), str(draft / f"{image.name}.elf")
+        helpers = wanted_helpers(
+            "avr-nm", list(map(Path, objects["program"])), list(map(Path, objects["helpers"]))
+        )
+        run_tool(["avr-ar", "rcs", library, *map(str, helpers), *objects["kilolib"]], failure)
+        link = [compiler, *_LINK_FLAGS, *objects["program"], library, "-lm", "-o", elf]
+        _link(link, program)
+        target = str(draft / f"{image.name}.hex")
+        run_tool(["avr-objcopy", "-O", "ihex", "-R", ".eeprom", elf, target], failure)
+        # Another process may have been faster; its result is the same.
+        with contextlib.suppress(FileExistsError, OSError):
+            draft.replace(image.folder)
+    finally:
+        shutil.rmtree(draft, ignore_errors=True)

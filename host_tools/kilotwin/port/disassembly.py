@@ -1,0 +1,207 @@
+"""A linked program as the robot runs it: functions, whom they call, which variables they touch.
+
+Read from `avr-objdump`, whose lines carry the source's file and line. Of function pointers it is
+known who can be meant: the functions whose address is taken.
+"""
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from elftools.elf.elffile import ELFFile
+from elftools.elf.sections import Symbol, SymbolTableSection
+
+from kilotwin.avr_build import Image
+from kilotwin.guest_build import run_tool
+
+_FUNCTION = re.compile(r"^([0-9a-f]{8}) <([^>]+)>:$")
+_INSTRUCTION = re.compile(r"^ +([0-9a-f]+):\t(?:[0-9a-f]{2} )+\s*\t?(\S+)(?:\t([^;]*))?(?:;(.*))?$")
+_PLACE = re.compile(r"^(/.*|[^\s:]+\.[chS]):(\d+)(?: \(discriminator \d+\))?$")
+_TARGET = re.compile(r"0x([0-9a-f]+) <([^>+]+)(\+0x[0-9a-f]+)?>")
+_DATA = re.compile(r"0x80([0-9a-f]{4})")
+_RELOCATION = re.compile(r"R_AVR_(?:LO8_LDI|HI8_LDI|16)_?(?:GS|PM)\s+(\S+)")
+_CALLS = {"call", "rcall"}
+_JUMPS = {"jmp", "rjmp"}
+_DATA_BASE = 0x800000
+_RESET = "__vectors"  # a jump to address 0 begins anew
+_SWITCH = "__tablejump2__"  # of a switch, not a call
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where in the source."""
+
+    file: str
+    line: int
+
+
+@dataclass(frozen=True)
+class Instruction:
+    """One of a function; `place` None where the compiler gives no line (libgcc)."""
+
+    address: int
+    name: str
+    operands: str
+    comment: str
+    place: Place | None
+
+    @cached_property
+    def data_address(self) -> int | None:
+        """What `lds` and `sts` read or write, in the data space."""
+        found = _DATA.search(self.comment) if self.name in ("lds", "sts") else None
+        return int(found[1], 16) if found else None
+
+    @cached_property
+    def target(self) -> tuple[int, str, bool] | None:
+        """Of a call or jump: address, symbol, and whether it is the symbol's own address."""
+        found = _TARGET.search(self.comment)
+        return (int(found[1], 16), found[2], found[3] is None) if found else None
+
+
+@dataclass
+class Function:
+    """`size` 0: not known."""
+
+    name: str
+    instructions: list[Instruction] = field(default_factory=list)
+
+    @property
+    def calls(self) -> list[tuple[Instruction, str]]:
+        """Calls, and jumps into another function (tail calls)."""
+        found = []
+        for instruction in self.instructions:
+            target = instruction.target
+            if target is None or target[1] == _RESET or not target[2]:
+                continue
+            itself = target[1] == self.name
+            if instruction.name in _CALLS:
+                # The C library's own code has places of a name that it calls, and it ends.
+                counts = not itself or instruction.place is not None
+            else:
+                counts = instruction.name in _JUMPS and not itself
+            if counts:
+                found.append((instruction, target[1]))
+        return found
+
+    @property
+    def calls_pointers(self) -> bool:
+        """Whether it calls a function by its address."""
+        return self.name != _SWITCH and any(i.name in ("icall", "ijmp") for i in self.instructions)
+
+    @property
+    def stops_interrupts(self) -> bool:
+        """Whether it has a `cli`."""
+        return any(i.name == "cli" for i in self.instructions)
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A symbol in RAM."""
+
+    name: str
+    address: int
+    size: int
+
+
+@dataclass(frozen=True)
+class Disassembly:
+    """The whole program."""
+
+    functions: dict[str, Function]
+    variables: dict[int, Variable]
+    """By address: static variables of several files may have one name."""
+    flash_bytes: int
+    ram_bytes: int
+    address_taken: frozenset[str]
+
+    @staticmethod
+    def of(image: Image) -> "Disassembly":
+        """Reads the image's ELF and objects."""
+        text = run_tool(["avr-objdump", "-d", "-l", str(image.elf)], f"{image.elf}: not readable")
+        with image.elf.open("rb") as file:
+            elf = ELFFile(file)
+            sizes = {section.name: section["sh_size"] for section in elf.iter_sections()}
+            variables = {
+                symbol["st_value"] - _DATA_BASE: Variable(
+                    symbol.name, symbol["st_value"] - _DATA_BASE, symbol["st_size"]
+                )
+                for symbol in _symbols(elf)
+                if symbol["st_info"]["type"] == "STT_OBJECT" and symbol["st_value"] >= _DATA_BASE
+            }
+        data = sizes.get(".data", 0)
+        return Disassembly(
+            parse(text),
+            variables,
+            sizes[".text"] + data,
+            data + sizes.get(".bss", 0) + sizes.get(".noinit", 0),
+            frozenset(_address_taken(image)),
+        )
+
+    def reached_from(self, roots: Iterable[str], *, pointers: bool = True) -> set[str]:
+        """All functions that may run when these do; `pointers`: also those called by address."""
+        found: set[str] = set()
+        waiting = [root for root in roots if root in self.functions]
+        while waiting:
+            name = waiting.pop()
+            if name in found:
+                continue
+            found.add(name)
+            function = self.functions[name]
+            waiting += [callee for _, callee in function.calls if callee in self.functions]
+            if pointers and function.calls_pointers:
+                waiting += [callee for callee in self.address_taken if callee in self.functions]
+        return found
+
+    def variable_at(self, address: int) -> Variable | None:
+        """The variable that holds this byte."""
+        for variable in self.variables.values():
+            if variable.address <= address < variable.address + max(variable.size, 1):
+                return variable
+        return None
+
+
+def parse(text: str) -> dict[str, Function]:
+    """The functions in what `avr-objdump -d -l` prints."""
+    functions: dict[str, Function] = {}
+    function: Function | None = None
+    place: Place | None = None
+    for line in text.splitlines():
+        if found := _FUNCTION.match(line):
+            function = functions.setdefault(found[2], Function(found[2]))
+            place = None
+        elif found := _PLACE.match(line):
+            place = Place(found[1], int(found[2]))
+        elif (found := _INSTRUCTION.match(line)) and function is not None:
+            function.instructions.append(
+                Instruction(
+                    int(found[1], 16),
+                    found[2],
+                    (found[3] or "").strip(),
+                    (found[4] or "").strip(),
+                    place,
+                )
+            )
+    return functions
+
+
+def _symbols(elf: ELFFile) -> Iterable[Symbol]:
+    table = elf.get_section_by_name(".symtab")
+    assert isinstance(table, SymbolTableSection)
+    return table.iter_symbols()
+
+
+def _address_taken(image: Image) -> Iterable[str]:
+    """Functions of the program that a pointer may lead to: the linker leaves no trace of them."""
+    for file in image.objects("program"):
+        with file.open("rb") as stream:
+            elf = ELFFile(stream)
+            functions = {
+                (elf.get_section(symbol["st_shndx"]).name, symbol["st_value"]): symbol.name
+                for symbol in _symbols(elf)
+                if symbol["st_info"]["type"] == "STT_FUNC" and symbol["st_shndx"] != "SHN_UNDEF"
+            }
+        listing = run_tool(["avr-objdump", "-r", str(file)], f"{file}: not readable")
+        for meant in _RELOCATION.findall(listing):
+            section, _, offset = meant.partition("+")
+            yield functions.get((section, int(offset or "0", 16)), section)

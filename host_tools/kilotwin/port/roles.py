@@ -1,0 +1,86 @@
+"""What a program's source says that its machine code does not: which functions have which part.
+
+Read after the preprocessor, with its line marks, so that macros are seen through and places are
+those of the file as it was written.
+"""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from kilotwin.avr_build import avr_gcc, program_flags
+from kilotwin.guest_build import run_tool
+from kilotwin.port.disassembly import Place
+from kilotwin.programs import Program
+
+_MARK = re.compile(r'^# (\d+) "([^"]*)"')
+_CALLBACK = re.compile(r"\bkilo_message_(rx|tx|tx_success)\s*=\s*(?:\([\w\s*]+\)\s*)?&?\s*(\w+)")
+_START = re.compile(
+    r"\bkilo_start\s*\(\s*(?:\([\w\s*]+\)\s*)?&?\s*(\w+)\s*,\s*"
+    r"(?:\([\w\s*]+\)\s*)?&?\s*(\w+)\s*\)"
+)
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of the program's own source, after the preprocessor."""
+
+    place: Place
+    text: str
+
+
+@dataclass(frozen=True)
+class Roles:
+    """Functions by their part; `callbacks`: by `rx`, `tx`, `tx_success`, and where they are set."""
+
+    setup: frozenset[str]
+    loop: frozenset[str]
+    callbacks: dict[str, dict[str, Place]]
+
+    @property
+    def in_interrupts(self) -> frozenset[str]:
+        """The program's functions that interrupts call."""
+        return frozenset(name for found in self.callbacks.values() for name in found)
+
+    @property
+    def in_main(self) -> frozenset[str]:
+        """Those that run outside of them."""
+        return frozenset({"main"}) | self.setup | self.loop
+
+
+def own_lines(program: Program) -> list[Line]:
+    """All lines of the program's sources and own headers, without comments, macros expanded."""
+    compiler = avr_gcc()
+    folders = [source.parent for source in program.sources] + list(program.include_folders)
+    found = []
+    for source in program.sources:
+        text = run_tool([compiler, *program_flags(program), "-w", "-E", str(source)], str(source))
+        for line in _marked(text):
+            if any(line.place.file.startswith(f"{folder}/") for folder in folders):
+                found.append(line)
+    return found
+
+
+def _marked(text: str) -> Iterator[Line]:
+    file, number = "", 0
+    for line in text.splitlines():
+        if mark := _MARK.match(line):
+            number, file = int(mark[1]), mark[2]
+        else:
+            if line.strip():
+                yield Line(Place(file, number), line)
+            number += 1
+
+
+def find_roles(lines: list[Line]) -> Roles:
+    """Who is registered as what."""
+    callbacks: dict[str, dict[str, Place]] = {"rx": {}, "tx": {}, "tx_success": {}}
+    setup, loop = set(), set()
+    for line in lines:
+        for kind, name in _CALLBACK.findall(line.text):
+            callbacks[kind].setdefault(name, line.place)
+    # A call may go over several lines.
+    for first, second in _START.findall(" ".join(line.text for line in lines)):
+        setup.add(first)
+        loop.add(second)
+    return Roles(frozenset(setup), frozenset(loop), callbacks)

@@ -1,0 +1,124 @@
+"""Checks on the source: patterns that a simulator forgives and a robot does not."""
+
+import os
+import re
+import subprocess
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from kilotwin import resources
+from kilotwin.avr_build import avr_gcc, program_flags
+from kilotwin.guest_build import find_compiler
+from kilotwin.port.disassembly import Place
+from kilotwin.port.findings import Finding, Weight
+from kilotwin.port.roles import Line, Roles
+from kilotwin.programs import Program
+
+_MODULO = re.compile(r"\bkilo_ticks\s*\)?\s*%[^;{]*?(==|!=|\)\s*[{;]|<)")
+_GUARD = re.compile(r"kilo_ticks\s*[!=]=\s*\w*[a-z_]\w*|\w*[a-z_]\w*\s*[!=]=\s*kilo_ticks")
+_EQUAL = re.compile(r"\bkilo_ticks\s*==\s*|==\s*kilo_ticks\b")
+_SET_MOTORS = re.compile(r"\bset_motors\s*\(([^;]*)\)\s*;")
+_KICK = re.compile(
+    r"\bspinup_motors\s*\(|\bset_motors\s*\([^;]*\b(255|0xFF|0xff)\b|"
+    r"OCR2[AB]\s*=\s*(255|0xFF|0xff)\b"
+)
+_NO_DUTY = re.compile(r"^\s*(?:\([\w\s]+\)\s*)?0\s*,\s*(?:\([\w\s]+\)\s*)?0\s*$")
+_WARNING = re.compile(
+    r"^([^:\n]+):(\d+):(?:\d+:)? warning: (.*?) \[-W([\w-]+)=?\d*\]$", re.MULTILINE
+)
+# Of all conversions only those to an int, or what is computed in ints.
+_WIDTH = re.compile(
+    r"conversion to .(unsigned )?int. |overflow|shift|always (true|false)|truncated"
+)
+# What only a 16-bit int brings about: the PC's compiler does not say it of the same line.
+_WIDTH_FLAGS = ["-Wconversion", "-Woverflow", "-Wshift-count-overflow", "-Wtype-limits"]
+
+
+def ticks(lines: Sequence[Line]) -> Iterator[Finding]:
+    """`if (kilo_ticks % N == 0)`: true for a whole tick, in which loop() runs a thousand times."""
+    for line in lines:
+        if _MODULO.search(line.text) and not _GUARD.search(line.text):
+            yield Finding(
+                "tick-modulo",
+                Weight.WARNS,
+                "kilo_ticks % N stays what it is for a whole tick, and loop() comes by thousands "
+                "of times in it",
+                "note the tick at which it is due next: if (kilo_ticks >= next) { next += N; ... }",
+                line.place,
+            )
+        elif _EQUAL.search(line.text) and "while" not in line.text:
+            yield Finding(
+                "tick-equal",
+                Weight.WARNS,
+                "kilo_ticks may go by this very value while a callback or delay() takes its time, "
+                "and keeps it for thousands of rounds of loop()",
+                "ask for >= and note that it is done",
+                line.place,
+            )
+
+
+def motors(lines: Sequence[Line]) -> Iterator[Finding]:
+    """A motor that stands needs 15 ms at full duty to start."""
+    if any(_KICK.search(line.text) for line in lines):
+        return
+    for line in lines:
+        found = _SET_MOTORS.search(line.text)
+        if found and not _NO_DUTY.match(found[1]):
+            yield Finding(
+                "no-kick",
+                Weight.FAILS,
+                "motors that stand do not start at this duty, and spinup_motors() is never called",
+                "call spinup_motors() before set_motors() where the robot stood",
+                line.place,
+            )
+            return
+
+
+def checksum(lines: Sequence[Line], roles: Roles) -> Iterator[Finding]:
+    """Frames with a wrong CRC are dropped by every robot that hears them."""
+    if any(
+        "message_crc" in line.text and "uint16_t message_crc" not in line.text for line in lines
+    ):
+        return
+    for name, place in roles.callbacks["tx"].items():
+        yield Finding(
+            "no-crc",
+            Weight.FAILS,
+            f"what {name}() sends has no checksum: message_crc() is never called, and nobody takes "
+            "such a message",
+            "set message.crc = message_crc(&message) after every change of the message",
+            place,
+        )
+
+
+def widths(program: Program) -> Iterator[Finding]:
+    """Where an int of 16 bits loses what one of 32 keeps: avr-gcc warns, the PC's does not."""
+    flags = [flag for flag in program_flags(program) if flag != "-fstack-usage"]
+    avr_libc = f"-I{resources.path('emulator/guest/include')}"
+    for source in program.sources:
+        ours = _warnings([avr_gcc(), *flags, *_WIDTH_FLAGS], source)
+        pc = [find_compiler(), avr_libc, *(flag for flag in flags if not flag.startswith("-mmcu"))]
+        theirs = {(file, line) for file, line, _ in _warnings([*pc, *_WIDTH_FLAGS], source)}
+        for file, line, what in ours:
+            own = Path(file).resolve() in program.sources
+            if own and (file, line) not in theirs and _WIDTH.search(what):
+                yield Finding(
+                    "int-width",
+                    Weight.WARNS,
+                    f"an int has 16 bits on the robot: {what}",
+                    "use a type that says its width, as int32_t; write 60000UL for constants",
+                    Place(str(Path(file).resolve()), line),
+                )
+
+
+def _warnings(command: list[str], source: Path) -> list[tuple[str, int, str]]:
+    done = subprocess.run(
+        [*command, "-fsyntax-only", str(source)],
+        capture_output=True,
+        text=True,
+        check=False,
+        errors="replace",
+        env={**os.environ, "LC_ALL": "C"},
+    )
+    found = _WARNING.findall(done.stderr)
+    return list(dict.fromkeys((file, int(line), what) for file, line, what, _ in found))

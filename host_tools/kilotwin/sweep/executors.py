@@ -1,0 +1,160 @@
+"""Where trials run: processes of this machine, the workers of a Dask cluster, or jobs of Slurm.
+
+All are executors of `concurrent.futures`, so that the sweep does not know the difference.
+"""
+
+import contextlib
+import os
+import shutil
+import signal
+import threading
+import time
+from collections.abc import Iterator, Mapping
+from concurrent.futures import Executor, ProcessPoolExecutor
+from dataclasses import dataclass
+from multiprocessing import get_context
+from typing import Any, Protocol
+
+from kilotwin.errors import DeviceError, InputError
+
+_CONNECT_S = 10
+_JOBS = 4
+
+
+class Place(Protocol):
+    """Opens an executor, again if the first one broke."""
+
+    @property
+    def name(self) -> str:
+        """For people."""
+
+    def open(self) -> contextlib.AbstractContextManager[Executor]:
+        """An executor that is shut down at the end, without waiting for what runs."""
+
+    def workers(self) -> int:
+        """How many trials run at a time, as far as is known."""
+
+
+@dataclass(frozen=True)
+class Processes:
+    """Processes of this machine."""
+
+    number: int
+
+    @property
+    def name(self) -> str:
+        """For people."""
+        return f"{self.number} process{'es' if self.number > 1 else ''}"
+
+    def workers(self) -> int:
+        """As many as processes."""
+        return self.number
+
+    @contextlib.contextmanager
+    def open(self) -> Iterator[Executor]:
+        """A pool whose processes end at once when we are done or gone."""
+        # Spawned, not forked: a child of ours must not hold our threads' locks.
+        pool = ProcessPoolExecutor(
+            self.number, get_context("spawn"), initializer=_serve, initargs=(os.getpid(),)
+        )
+        try:
+            yield pool
+        finally:
+            processes = list((pool._processes or {}).values())
+            pool.shutdown(wait=False, cancel_futures=True)
+            for process in processes:
+                process.kill()
+
+
+def _serve(parent: int) -> None:
+    """In a worker: Ctrl-C is for the parent; when that is gone, so are we."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(1)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+@dataclass(frozen=True)
+class Dask:
+    """The workers of a running Dask cluster."""
+
+    address: str
+
+    @property
+    def name(self) -> str:
+        """For people."""
+        return f"the Dask cluster at {self.address}"
+
+    def workers(self) -> int:
+        """Not known before it is asked; many."""
+        return 64
+
+    @contextlib.contextmanager
+    def open(self) -> Iterator[Executor]:
+        """DeviceError if nobody answers at the address."""
+        from distributed import Client  # noqa: PLC0415
+
+        try:
+            client = Client(self.address, timeout=_CONNECT_S, set_as_default=False)
+        except ValueError as error:
+            raise InputError(f"--dask {self.address}: {error}; try tcp://HOST:8786") from None
+        except (OSError, TimeoutError) as error:
+            raise DeviceError(
+                f"--dask {self.address}: no scheduler answers ({error}); start one with "
+                "`dask scheduler` and workers with `dask worker --nthreads 1`"
+            ) from None
+        with client:
+            # Each engine has one thread; a worker of several would run trials side by side.
+            yield client.get_executor(pure=False)
+
+
+@dataclass(frozen=True)
+class Slurm:
+    """Jobs of one core each, asked of Slurm by dask-jobqueue. `options` are the sweep's [slurm]."""
+
+    options: Mapping[str, Any]
+
+    @property
+    def name(self) -> str:
+        """For people."""
+        return "jobs of Slurm"
+
+    def workers(self) -> int:
+        """As many as jobs are asked for."""
+        return int(self.options.get("jobs", _JOBS))
+
+    def job_script(self) -> str:
+        """What is handed to sbatch."""
+        with self._cluster() as cluster:
+            return str(cluster.job_script())
+
+    @contextlib.contextmanager
+    def open(self) -> Iterator[Executor]:
+        """DeviceError where there is no Slurm."""
+        from distributed import Client  # noqa: PLC0415
+
+        # dask-jobqueue would only log that it cannot submit, and wait for ever.
+        if shutil.which("sbatch") is None:
+            raise DeviceError("--slurm: sbatch is not there; run this where Slurm is")
+        with self._cluster() as cluster, Client(cluster, set_as_default=False) as client:
+            cluster.scale(jobs=self.workers())
+            yield client.get_executor(pure=False)
+
+    @contextlib.contextmanager
+    def _cluster(self) -> Iterator[Any]:
+        from dask_jobqueue import SLURMCluster  # noqa: PLC0415
+
+        own = {key: value for key, value in self.options.items() if key != "jobs"}
+        defaults = {"memory": "2GB", "walltime": "24:00:00", "job_name": "kilotwin"}
+        try:
+            cluster = SLURMCluster(**{**defaults, **own, "cores": 1, "processes": 1})
+        except TypeError as error:
+            raise InputError(
+                f"[slurm]: {error}; allowed: what dask-jobqueue's SLURMCluster takes, and jobs"
+            ) from None
+        with cluster:
+            yield cluster

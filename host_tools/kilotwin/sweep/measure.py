@@ -1,0 +1,153 @@
+"""One trial, run where an executor puts it: in this process, without a run folder.
+
+A trial that fails is run once more as `kilotwin run` would, in a process of its own and into a run
+folder: so it can bring down nothing else, and leaves something to look at.
+"""
+
+import functools
+import hashlib
+import json
+import platform
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pyarrow as pa
+
+from kilotwin import _emulator, run
+from kilotwin.errors import KilotwinError
+from kilotwin.experiment import Experiment
+from kilotwin.guest_build import build
+from kilotwin.job import Job
+from kilotwin.records import Records
+from kilotwin.run_reader import Run
+from kilotwin.states import Counts, States, count
+from kilotwin.terminal import Silent
+from kilotwin.worker import Trial
+
+if TYPE_CHECKING:
+    from kilotwin._emulator import Event, Samples
+
+# What of a run's summary is the trial's result: the same on every machine.
+_RESULT_KEYS = ("robots", "resting", "not_resting", "result_hash")
+
+
+@dataclass(frozen=True)
+class Task:
+    """What a worker of an executor needs for one trial. `folder`: where a failed one is kept."""
+
+    key: str
+    experiment: Experiment
+    folder: Path
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A trial's result, its table `sites` as an Arrow stream, and how it was made."""
+
+    key: str
+    result: dict[str, Any]
+    series: bytes
+    cpu_s: float
+    engine_sha256: str
+    host: str
+
+
+@dataclass(frozen=True)
+class Failed:
+    """A trial that failed: why, and the run folder it left, if any."""
+
+    key: str
+    reason: str
+    folder: Path | None
+
+
+@functools.cache
+def engine_sha256() -> str:
+    """Which engine this is: results of different ones do not belong into one data set."""
+    assert _emulator.__file__ is not None
+    return hashlib.sha256(Path(_emulator.__file__).read_bytes()).hexdigest()
+
+
+def measure(task: Task) -> Measured | Failed:
+    """Runs the trial here. What its programs or the engine refuse comes back as Failed."""
+    try:
+        guests = [str(build(group.program).file) for group in task.experiment.groups]
+        modules = task.experiment.modules
+        module_guest = None if modules is None else str(build(modules).file)
+        job = Job(task.experiment, guests, task.folder, {}, None, module_guest)
+        trial = Trial(job, lambda _: None, lambda: _SeriesWriter(task.experiment))
+        trial.run(lambda: False)
+    except KilotwinError as error:
+        return Failed(task.key, str(error), None)
+    summary = trial.summary(interrupted=False)
+    if summary["robots_failed"]:
+        return Failed(task.key, _robots_failed(summary), None)
+    return _measured(task, summary, trial.writer.stream())
+
+
+def measure_apart(task: Task) -> Measured | Failed:
+    """Runs the trial in a process of its own, into `task.folder`."""
+    try:
+        outcome = run.run(task.experiment, task.folder, ["kilotwin", "sweep"], Silent())
+    except KilotwinError as error:
+        return Failed(task.key, str(error), task.folder if task.folder.exists() else None)
+    if outcome.exit_code != 0:
+        return Failed(task.key, _robots_failed(outcome.summary), task.folder)
+    series = _stream(Run.open(task.folder).sites().to_batches(), task.experiment)
+    return _measured(task, outcome.summary, series)
+
+
+def _measured(task: Task, summary: dict[str, Any], series: bytes) -> Measured:
+    result = {key: summary[key] for key in _RESULT_KEYS}
+    return Measured(task.key, result, series, summary["cpu_s"], engine_sha256(), platform.node())
+
+
+def _robots_failed(summary: dict[str, Any]) -> str:
+    first = summary["robots_failed"][0]
+    number = len(summary["robots_failed"])
+    return (
+        f"{number} robot{'s' if number > 1 else ''} failed; the first: robot {first['robot']} "
+        f"({first['program']}) at tick {first['tick']}: {first['text']}"
+    )
+
+
+def _stream(batches: list[pa.RecordBatch], experiment: Experiment) -> bytes:
+    sink = pa.BufferOutputStream()
+    options = pa.ipc.IpcWriteOptions(compression="zstd")
+    schema = Records.of(experiment.keys, {}).sites_schema
+    with pa.ipc.new_stream(sink, schema, options=options) as writer:
+        writer.write_table(pa.Table.from_batches(batches, schema).combine_chunks())
+    return bytes(sink.getvalue())
+
+
+class _SeriesWriter:
+    """Keeps the table `sites` in memory, in place of the writer of a run folder."""
+
+    def __init__(self, experiment: Experiment) -> None:
+        self._experiment = experiment
+        self._states = States.of(experiment.keys)
+        self._records = Records.of(experiment.keys, {})
+        self._batches: list[pa.RecordBatch] = []
+
+    def add(self, samples: "Samples") -> Counts | None:
+        if not len(samples["tick"]):
+            return None
+        counts = self.count(samples)
+        self._batches.append(self._records.sites(samples, counts))
+        return counts
+
+    def count(self, samples: "Samples") -> Counts:
+        sites = len(self._experiment.keys.site)
+        return count(self._states, samples["led"], samples["site"], sites)
+
+    def add_event(self, event: "Event") -> None:
+        """Events of a trial that went well are not kept."""
+
+    def stream(self) -> bytes:
+        return _stream(self._batches, self._experiment)
+
+
+def as_json(result: dict[str, Any]) -> str:
+    """A result as text, the same for the same result."""
+    return json.dumps(result, sort_keys=True)

@@ -1,0 +1,286 @@
+"""Runs what of a plan is not there yet, and keeps what comes back."""
+
+import contextlib
+import math
+import shutil
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Protocol
+
+from kilotwin.errors import EXIT_INTERRUPTED, RunError
+from kilotwin.guest_build import Guest, Notify, build
+from kilotwin.programs import Program
+from kilotwin.run_folder import slug, utc_now
+from kilotwin.sweep.data_set import DataSet, failure_line, trial_key
+from kilotwin.sweep.executors import Place
+from kilotwin.sweep.measure import (
+    Failed,
+    Measured,
+    Task,
+    engine_sha256,
+    measure,
+    measure_apart,
+)
+from kilotwin.sweep.plan import Plan, Trial, shown
+from kilotwin.terminal import duration
+
+_GUESSED_ROBOT_S_PER_CPU_S = 300_000
+_BYTES_PER_SAMPLE = 8
+_BYTES_PER_TRIAL = 4096
+_BROKEN_MOST = 20
+_WAITING_PER_WORKER = 4
+
+Answer = Measured | Failed
+
+
+class Display(Protocol):
+    """Shows a sweep while it goes on."""
+
+    def note(self, text: str) -> None:
+        """One line."""
+
+    def start(self, trials: int, done: int) -> None:
+        """So many trials, so many of them there already."""
+
+    def progress(self, done: int, failed: int, left_s: float, last: str) -> None:
+        """So far has it come."""
+
+    def stop(self) -> None:
+        """It is over."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What a sweep is going to cost. `cpu_s` and `disk_bytes` for the trials that are not there."""
+
+    trials: int
+    done: int
+    cpu_s: float
+    disk_bytes: float
+    measured: bool
+
+    def text(self, place: Place) -> str:
+        """For people, before the sweep begins."""
+        source = "by the trials that are there" if self.measured else "a guess"
+        there = f", {self.done} of them there already" if self.done else ""
+        return (
+            f"{self.trials} trials{there}; about {duration(self.cpu_s / place.workers())} on "
+            f"{place.name} ({source}), {self.disk_bytes / 1e6:.0f} MB"
+        )
+
+
+@dataclass
+class Sweep:
+    """A plan and its data set. `keys` are the trials' in the order of the plan."""
+
+    plan: Plan
+    data: DataSet
+    keys: Sequence[str]
+    failures: dict[str, Failed] = field(default_factory=dict)
+    interrupted: bool = False
+
+    @staticmethod
+    def prepare(plan: Plan, folder: Path, notify: Notify) -> "Sweep":
+        """Builds the programs, makes or reopens the folder."""
+        guests: dict[Program, Guest] = {}
+        keys = []
+        for trial in plan.trials:
+            programs = [group.program for group in trial.experiment.groups]
+            for program in programs:
+                if program not in guests:
+                    guests[program] = build(program, notify)
+            keys.append(trial_key(trial, [guests[program].key for program in programs]))
+        return Sweep(plan, DataSet.make(folder, plan, engine_sha256()), keys)
+
+    def missing(self) -> list[tuple[Trial, str]]:
+        """Trials without a result, in the order to run them in."""
+        by_index = dict(enumerate(self.keys))
+        seen: set[str] = set()
+        found = []
+        for trial in self.plan.in_running_order():
+            key = by_index[trial.index]
+            if key not in seen and not self.data.part(key).is_file():
+                found.append((trial, key))
+            seen.add(key)
+        return found
+
+    def estimate(self) -> Estimate:
+        """What is left to do."""
+        missing = self.missing()
+        measured = self.data.seconds_per_robot_second()
+        rate = measured or 1 / _GUESSED_ROBOT_S_PER_CPU_S
+        return Estimate(
+            len(self.plan.trials),
+            len(self.plan.trials) - len(missing),
+            rate * sum(_robot_s(trial) for trial, _ in missing),
+            # Once in its part, once in the table.
+            2 * sum(_bytes(trial) for trial, _ in missing),
+            measured is not None,
+        )
+
+    def run(self, place: Place, display: Display) -> None:
+        """Runs what is missing; a failed trial once more. Ctrl-C loses what is being run only."""
+        missing = self.missing()
+        total = len(self.plan.trials)
+        display.start(total, total - len(missing))
+        progress = _Progress(display, missing, total)
+        first = [
+            _Try(
+                trial, Task(key, trial.experiment, self.data.failed_folder(key).absolute()), measure
+            )
+            for trial, key in missing
+        ]
+        try:
+            for attempt, answer in _answers(first, place):
+                self._take(attempt, answer, progress)
+        except KeyboardInterrupt:
+            self.interrupted = True
+        finally:
+            display.stop()
+
+    def finish(self) -> int:
+        """Writes the tables of all that is there; returns the number of trials in them."""
+        try:
+            return self.data.assemble(self.plan, self.keys)
+        except OSError as error:
+            raise RunError(
+                f"{self.data.folder}: cannot write ({error.strerror}); see to the disk"
+            ) from None
+
+    def summary(self, finished: int) -> dict[str, Any]:
+        """What --json prints."""
+        return {
+            "sweep": self.plan.keys.name,
+            "status": "interrupted" if self.interrupted else "finished",
+            "trials": len(self.plan.trials),
+            "finished": finished,
+            "failed": [
+                {"trial": shown(trial), **failure_line(self.failures[key])}
+                for trial, key in zip(self.plan.trials, self.keys, strict=True)
+                if key in self.failures
+            ],
+            "folder": str(self.data.folder),
+        }
+
+    @property
+    def exit_code(self) -> int:
+        """0, or 1 with failed trials, or that of an interruption."""
+        if self.interrupted:
+            return EXIT_INTERRUPTED
+        return 1 if self.failures else 0
+
+    def _take(self, attempt: "_Try", answer: Answer, progress: "_Progress") -> None:
+        when = {"key": answer.key, "utc": utc_now()}
+        if isinstance(answer, Failed):
+            self.failures[answer.key] = answer
+            self.data.log(**{**when, **failure_line(answer)})
+        else:
+            if answer.engine_sha256 != engine_sha256():
+                raise RunError(
+                    f"{answer.host} has another engine than this machine; install the same "
+                    "Kilotwin on all workers"
+                )
+            self.data.add(answer)
+            robot_s = _robot_s(attempt.trial)
+            self.data.log(**when, cpu_s=answer.cpu_s, robot_s=robot_s, host=answer.host)
+            shutil.rmtree(attempt.task.folder, ignore_errors=True)
+        progress.add(attempt.trial, failed=isinstance(answer, Failed))
+
+
+@dataclass(frozen=True)
+class _Try:
+    trial: Trial
+    task: Task
+    how: Callable[[Task], Answer]
+
+    def again(self) -> "_Try | None":
+        """The second try, which leaves a run folder; None after it."""
+        return None if self.how is measure_apart else _Try(self.trial, self.task, measure_apart)
+
+
+def _answers(attempts: Sequence[_Try], place: Place) -> Iterator[tuple[_Try, Answer]]:
+    """The answer to each, in any order. A broken executor is replaced, and what it ran repeated."""
+    waiting = list(reversed(attempts))
+    for _ in range(_BROKEN_MOST):
+        running: dict[Future[Answer], _Try] = {}
+        with place.open() as executor, contextlib.suppress(BrokenExecutor):
+            yield from _drain(executor, place, waiting, running)
+        # Whoever of these broke it does so in a process of its own the next time.
+        lost = [attempt.again() or attempt for attempt in running.values()]
+        waiting += [_clean(attempt) for attempt in lost]
+        if not waiting:
+            return
+    raise RunError("workers die again and again; see to memory and disk, then go on with the sweep")
+
+
+def _drain(
+    executor: Executor, place: Place, waiting: list[_Try], running: dict[Future[Answer], _Try]
+) -> Iterator[tuple[_Try, Answer]]:
+    most = _WAITING_PER_WORKER * place.workers()
+    while waiting or running:
+        while waiting and len(running) < most:
+            attempt = waiting[-1]
+            running[executor.submit(attempt.how, attempt.task)] = attempt
+            waiting.pop()
+        done, _ = wait(running, return_when=FIRST_COMPLETED)
+        for future in done:
+            answer = _answer_of(future, running[future])
+            attempt = running.pop(future)
+            again = attempt.again()
+            if isinstance(answer, Failed) and again is not None:
+                waiting.append(_clean(again))
+            else:
+                yield attempt, answer
+
+
+def _answer_of(future: Future[Answer], attempt: _Try) -> Answer:
+    """What it brought; a worker that Dask lost for good counts as a failure of the trial."""
+    try:
+        return future.result()
+    except BrokenExecutor:
+        raise
+    except Exception as error:
+        return Failed(attempt.task.key, f"{type(error).__name__}: {error}", None)
+
+
+def _clean(attempt: _Try) -> _Try:
+    """Its run folder must not be there yet."""
+    shutil.rmtree(attempt.task.folder, ignore_errors=True)
+    return attempt
+
+
+class _Progress:
+    """Counts trials, and tells from the robot-seconds done how long the rest takes."""
+
+    def __init__(self, display: Display, missing: Sequence[tuple[Trial, str]], total: int) -> None:
+        self._display = display
+        self._began = time.monotonic()
+        self._done, self._failed = total - len(missing), 0
+        self._robot_s_left = math.fsum(_robot_s(trial) for trial, _ in missing)
+        self._robot_s_done = 0.0
+
+    def add(self, trial: Trial, *, failed: bool) -> None:
+        self._failed += failed
+        self._done += not failed
+        self._robot_s_done += _robot_s(trial)
+        self._robot_s_left -= _robot_s(trial)
+        elapsed = time.monotonic() - self._began
+        left_s = elapsed / self._robot_s_done * max(self._robot_s_left, 0.0)
+        self._display.progress(self._done, self._failed, left_s, shown(trial))
+
+
+def _robot_s(trial: Trial) -> float:
+    return trial.experiment.size * trial.experiment.keys.duration_s
+
+
+def _bytes(trial: Trial) -> float:
+    keys = trial.experiment.keys
+    return _BYTES_PER_TRIAL + _BYTES_PER_SAMPLE * keys.duration_s / keys.record.sample_s
+
+
+def default_folder(plan: Plan) -> Path:
+    """runs/sweep-<name>: the same every time, so that a sweep goes on by itself."""
+    return Path("runs") / f"sweep-{slug(plan.keys.name)}"

@@ -1,0 +1,78 @@
+"""`kilotwin port` finds what was planted in bad programs, and is silent on good ones."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from kilotwin.port import check
+from kilotwin.port.disassembly import Function, Instruction, Place, parse
+from kilotwin.port.findings import Weight
+from kilotwin.port.roles import Line, find_roles
+
+ROOT = Path(__file__).resolve().parents[2]
+BAD = sorted((Path(__file__).parent / "programs").glob("*.c"))
+GOOD = [
+    "firmware/aggregation",
+    *(f"firmware/examples/{p.name}" for p in sorted((ROOT / "firmware/examples").glob("*.c"))),
+]
+FAILING = {"flash", "stack", "no-kick", "no-crc"}
+
+
+def found(program: str) -> list[tuple[str, int | None, Weight]]:
+    report = check([program], [], [], lambda _: None)
+    return [(f.check, f.place.line if f.place else None, f.weight) for f in report.findings]
+
+
+@pytest.mark.parametrize("program", BAD, ids=lambda path: path.stem)
+def test_a_planted_trap_is_found_at_its_line(program: Path) -> None:
+    name, line = re.match(r"// expect: (\S+) ?(\d*)", program.read_text()).groups()  # type: ignore[union-attr]
+    findings = found(str(program))
+    weights = {
+        weight for check, at, weight in findings if (check, at) == (name, int(line or 0) or None)
+    }
+    assert weights, findings
+    if name in FAILING and program.stem != "recursion_has_no_end":
+        assert weights == {Weight.FAILS}
+
+
+@pytest.mark.parametrize("program", GOOD)
+def test_good_programs_are_passed_in_silence(program: str) -> None:
+    assert found(program) == []
+
+
+def test_callbacks_are_seen_through_casts_addresses_and_lines() -> None:
+    place = Place("a.c", 1)
+    text = [
+        "kilo_message_rx = (message_rx_t)on_rx;",
+        "kilo_message_tx = &on_tx;",
+        "kilo_message_tx_success=sent;",
+        "kilo_start(",
+        "  setup, &loop);",
+    ]
+    roles = find_roles([Line(place, line) for line in text])
+    assert roles.in_interrupts == {"on_rx", "on_tx", "sent"}
+    assert roles.setup == {"setup"}
+    assert roles.loop == {"loop"}
+
+
+def test_a_disassembly_is_read_with_calls_places_and_variables() -> None:
+    text = (
+        "000000e6 <loop>:\n"
+        "loop():\n"
+        "/a/b.c:42\n"
+        "  e6:\t0f 93       \tpush\tr16\n"
+        "  ea:\t40 91 47 01 \tlds\tr20, 0x0147\t; 0x800147 <kilo_ticks>\n"
+        "/a/b.c:43 (discriminator 2)\n"
+        "  f0:\t0e 94 7a 00 \tcall\t0xf4\t; 0xf4 <other>\n"
+        "  f4:\t01 c0       \trjmp\t.+2      \t; 0xf8 <loop+0x12>\n"
+        "  f6:\t09 95       \ticall\n"
+        "  f8:\t00 c0       \trjmp\t.+0      \t; 0x0 <__vectors>\n"
+    )
+    loop = parse(text)["loop"]
+    assert isinstance(loop, Function)
+    assert [callee for _, callee in loop.calls] == ["other"]
+    assert loop.calls_pointers
+    assert loop.instructions[1].data_address == 0x147
+    assert loop.instructions[2].place == Place("/a/b.c", 43)
+    assert isinstance(loop.instructions[0], Instruction)

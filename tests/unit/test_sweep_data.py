@@ -1,0 +1,178 @@
+"""A sweep's folder: parts that come in any order make the same tables."""
+
+import json
+from pathlib import Path
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from kilotwin.errors import InputError
+from kilotwin.records import Records
+from kilotwin.sweep.conditions import Condition, Conditions, Ending
+from kilotwin.sweep.data_set import DataSet, trial_key
+from kilotwin.sweep.measure import Measured
+from kilotwin.sweep.plan import Plan, read_plan
+
+SWEEP = """\
+name = "sizes"
+base = "small.toml"
+seeds = 2
+vary.swarm.size = [3, 5]
+set.swarm.informed = 0.4
+set.controller.rule = "firat"
+set.swarm.informed_for = { black = 0.5, white = 0.5 }
+"""
+
+
+@pytest.fixture
+def plan(folder: Path) -> Plan:
+    (folder / "sweep.toml").write_text(SWEEP)
+    return read_plan(folder / "sweep.toml")
+
+
+def measured(plan: Plan, index: int) -> Measured:
+    """A result that depends on the trial alone."""
+    trial = plan.trials[index]
+    schema = Records.of(trial.experiment.keys, {}).sites_schema
+    rows = [[0, 305]] + [[0.0, 10.0]] + [[index, 1]] * (len(schema) - 2)
+    table = pa.table([pa.array(c, f.type) for c, f in zip(rows, schema, strict=True)], schema)
+    sink = pa.BufferOutputStream()
+    with pa.ipc.new_stream(sink, schema) as writer:
+        writer.write_table(table)
+    size = trial.experiment.size
+    result = {
+        "robots": size,
+        "resting": {"black": index, "white": 0},
+        "not_resting": size - index,
+        "result_hash": f"{index:016x}",
+    }
+    return Measured(key(plan, index), result, bytes(sink.getvalue()), 1.0, "e", "here")
+
+
+def key(plan: Plan, index: int) -> str:
+    return trial_key(plan.trials[index], ["program"])
+
+
+def keys(plan: Plan) -> list[str]:
+    return [key(plan, index) for index in range(len(plan.trials))]
+
+
+def test_the_tables_are_the_same_in_whatever_order_trials_came(plan: Plan, tmp_path: Path) -> None:
+    contents = []
+    for name, order in (("a", [0, 1, 2, 3]), ("b", [3, 1, 0, 2])):
+        data = DataSet.make(tmp_path / name, plan, "engine")
+        for index in order:
+            data.add(measured(plan, index))
+        assert data.assemble(plan, keys(plan)) == 4
+        files = ("trials.parquet", "series.parquet")
+        contents.append([(data.folder / file).read_bytes() for file in files])
+    assert contents[0] == contents[1]
+
+
+def test_a_row_says_what_varied_and_how_it_ended(plan: Plan, tmp_path: Path) -> None:
+    data = DataSet.make(tmp_path / "out", plan, "engine")
+    data.add(measured(plan, 2))
+    assert data.assemble(plan, keys(plan)) == 1
+    (row,) = pq.read_table(data.folder / "trials.parquet").to_pylist()
+    assert row == {
+        "trial": 2,
+        "key": key(plan, 2),
+        "base": "small",
+        "seed": 1,
+        "swarm.size": 5,
+        "robots": 5,
+        "resting_black": 2,
+        "resting_white": 0,
+        "not_resting": 3,
+        "rule": "firat",
+        "informed": 0.4,
+        "share_black": 0.5,
+        "share_white": 0.5,
+        "result_hash": "0000000000000002",
+    }
+    series = pq.read_table(data.folder / "series.parquet")
+    assert series["trial"].to_pylist() == [2, 2]
+    assert series["resting_black"].to_pylist() == [2, 1]
+
+
+def test_nothing_finished_makes_no_tables(plan: Plan, tmp_path: Path) -> None:
+    data = DataSet.make(tmp_path / "out", plan, "engine")
+    assert data.assemble(plan, keys(plan)) == 0
+    with pytest.raises(InputError, match="no trial is finished yet"):
+        Conditions.open(tmp_path / "out")
+
+
+def test_a_folder_goes_on_only_with_the_engine_that_made_it(plan: Plan, tmp_path: Path) -> None:
+    DataSet.make(tmp_path / "out", plan, "engine")
+    DataSet.make(tmp_path / "out", plan, "engine")
+    with pytest.raises(InputError, match="another engine made the trials"):
+        DataSet.make(tmp_path / "out", plan, "another")
+
+
+def test_a_folder_of_something_else_is_left_alone(plan: Plan, tmp_path: Path) -> None:
+    (tmp_path / "mine.txt").write_text("mine")
+    with pytest.raises(InputError, match="the folder is not empty"):
+        DataSet.make(tmp_path, plan, "engine")
+    assert (tmp_path / "mine.txt").read_text() == "mine"
+
+
+def test_a_trial_is_recognised_by_experiment_and_program(plan: Plan) -> None:
+    assert len(set(keys(plan))) == 4
+    assert trial_key(plan.trials[0], ["program"]) == key(plan, 0)
+    assert trial_key(plan.trials[0], ["changed"]) != key(plan, 0)
+
+
+def test_the_time_of_a_robot_second_is_that_of_the_finished_trials(
+    plan: Plan, tmp_path: Path
+) -> None:
+    data = DataSet.make(tmp_path / "out", plan, "engine")
+    assert data.seconds_per_robot_second() is None
+    data.log(key="a", cpu_s=2.0, robot_s=100.0)
+    data.log(key="b", failed="it crashed")
+    data.log(key="c", cpu_s=1.0, robot_s=50.0)
+    assert data.seconds_per_robot_second() == 0.02
+
+
+def test_trials_are_sorted_into_conditions(plan: Plan, tmp_path: Path) -> None:
+    data = DataSet.make(tmp_path / "out", plan, "engine")
+    for index in range(4):
+        data.add(measured(plan, index))
+    data.assemble(plan, keys(plan))
+    trials = Conditions.open(data.folder)
+    assert trials.sites == ("black", "white")
+    assert trials.name == "sizes"
+    small = Condition("firat", 3, 0.4, (0.5, 0.5))
+    assert trials.where(robots=3) == {small: [Ending((0, 0), 3), Ending((1, 0), 2)]}
+    assert small.wanted == (1.5, 1.5)
+
+
+@pytest.mark.parametrize(
+    ("black", "white", "one"),
+    [
+        (90, 10, True),
+        (89, 10, False),
+        (9, 81, True),
+        (9, 80, False),
+        (50, 50, False),
+        (1, 0, True),
+        (0, 0, False),
+    ],
+)
+def test_one_aggregate_is_nine_tenths_of_the_resting(black: int, white: int, one: bool) -> None:
+    assert Ending((black, white), 0).is_one_aggregate is one
+
+
+def test_the_error_is_averaged_over_the_sites() -> None:
+    ending = Ending((60, 30), 10)
+    assert ending.error(Condition("firat", 100, 0.5, (0.7, 0.3))) == (10 + 0) / 2
+    assert ending.error(Condition("firat", 100, 0.5, (0.5, 0.5))) == (10 + 20) / 2
+
+
+def test_what_is_no_sweep_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="not a sweep's folder"):
+        Conditions.open(tmp_path)
+    (tmp_path / "sweep.json").write_text(json.dumps({"name": "x"}))
+    (tmp_path / "trials.parquet").write_bytes(b"nothing of the kind")
+    with pytest.raises(InputError, match="damaged"):
+        Conditions.open(tmp_path)
