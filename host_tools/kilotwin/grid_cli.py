@@ -197,10 +197,14 @@ def send(
     ],
     *,
     kind: Annotated[
-        int | None, typer.Option("--type", min=0, max=127, help="user: the message's type.")
+        int | None,
+        typer.Option(
+            "--type", min=0, max=127, envvar="KILOTWIN_TYPE", help="user: the message's type."
+        ),
     ] = None,
     data: Annotated[
-        str | None, typer.Option("--data", help="user: up to nine bytes, with commas.")
+        str | None,
+        typer.Option("--data", envvar="KILOTWIN_DATA", help="user: up to nine bytes, with commas."),
     ] = None,
     hold_s: Annotated[
         float,
