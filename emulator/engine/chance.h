@@ -32,6 +32,7 @@ enum class Purpose : uint32_t {
     LIGHT = 16,
     CONVERTER_NOISE = 32,
     MODULE_RAND_HARD = 40,
+    CAN_ERROR = 64,
 };
 
 class Chance {

@@ -8,6 +8,7 @@ namespace {
 
 constexpr double SPREAD_LIMIT = 3;              // of a standard deviation
 constexpr double FASTER_THAN_CALIBRATED = 1.2;  // a duty above the calibrated one helps little
+constexpr double FASTEST = 1.8;                 // of a motor's calibrated speed, whatever its luck
 constexpr Cycles NOISE_PERIOD = CYCLES_PER_SECOND;
 constexpr uint8_t KICK_DUTY = 200;
 constexpr Cycles KICK_CYCLES = CYCLES_PER_SECOND * 12 / 1000;  // 15 ms, less what is lost around it
@@ -23,15 +24,16 @@ double limited(double normal) { return std::clamp(normal, -SPREAD_LIMIT, SPREAD_
 Chassis::Chassis(const Profile &profile, const Chance &chance, size_t robots)
     : profile_(profile),
       chance_(chance),
+      fastest_share_(FASTER_THAN_CALIBRATED),
+      fastest_m_s_(profile.speed_m_s),
       motors_(robots) {
-    fastest_m_s_ = profile.speed_m_s;
     if (!profile.legs) return;
-    const double bends = SPREAD_LIMIT * (profile.bias_spread + profile.motor_noise);
     // Straight on, or the centre's way round the far leg.
     const double turning =
         profile.turn_rad_s * profile.radius_m * Eigen::Vector2d(LEG_ASIDE, LEG_BEHIND).norm();
-    fastest_m_s_ = std::max(profile.speed_m_s, turning) * FASTER_THAN_CALIBRATED *
-                   (1 + SPREAD_LIMIT * profile.speed_spread) * (1 + bends);
+    const bool varies = profile.speed_spread + profile.bias_spread + profile.motor_noise > 0;
+    if (varies) fastest_share_ = FASTEST;
+    fastest_m_s_ = std::max(profile.speed_m_s, turning) * fastest_share_;
     for (uint32_t robot = 0; robot < robots; robot++) {
         auto &motors = motors_[robot];
         motors.speed = static_cast<float>(std::max(
@@ -98,8 +100,9 @@ Drive Chassis::drive_on_legs(uint32_t robot) const {
         if (profile_.motor_noise > 0)
             wobble +=
                 profile_.motor_noise * limited(chance_.normal(robot, noise, motors.noise_draws));
-        return calibrated * std::min(duty_share, FASTER_THAN_CALIBRATED) * motors.speed *
-               motor.share * wobble;
+        const double share =
+            std::min(duty_share, FASTER_THAN_CALIBRATED) * motors.speed * motor.share * wobble;
+        return calibrated * std::clamp(share, 0.0, fastest_share_);
     };
     const double left = rate(motors.left, motors.right, profile_.straight_left, profile_.turn_left,
                              Purpose::LEFT_NOISE);

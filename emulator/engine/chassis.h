@@ -66,6 +66,7 @@ class Chassis {
 
     Profile profile_;
     const Chance &chance_;
+    double fastest_share_;  ///< of the calibrated speed: no motor gets beyond
     double fastest_m_s_;
     std::vector<Motors> motors_;
 };

@@ -9,11 +9,14 @@
 
 namespace kilotwin {
 
-enum class EventKind { PRINT, BUSY_WAIT, ENDLESS, CRASH, STACK_OVERFLOW };
+/// NOTE: the robot goes on, but its program does what its author cannot want, or what does not
+/// happen here.
+enum class EventKind { PRINT, NOTE, BUSY_WAIT, ENDLESS, CRASH, STACK_OVERFLOW };
 
 /// As written to the run folder.
 inline const char *name_of(EventKind kind) {
-    static const char *const NAMES[] = {"print", "busy_wait", "endless", "crash", "stack_overflow"};
+    static const char *const NAMES[] = {"print",   "note",  "busy_wait",
+                                        "endless", "crash", "stack_overflow"};
     return NAMES[static_cast<int>(kind)];
 }
 

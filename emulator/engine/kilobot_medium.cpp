@@ -20,11 +20,14 @@ constexpr double RANGE_LIMIT = 3;  // of the spread
 }  // namespace
 
 KilobotMedium::KilobotMedium(const Settings &settings, const Chance &chance,
-                             std::deque<Robot> &robots, std::vector<Emission> &emissions,
+                             std::vector<Robot> &robots, Bodies &bodies,
+                             std::vector<Cycles> &speaks, std::vector<Emission> &emissions,
                              MediumCounts &counts)
     : settings_(settings),
       chance_(chance),
       robots_(robots),
+      bodies_(bodies),
+      speaks_(speaks),
       emissions_(emissions),
       counts_(counts),
       frames_(robots.size()),
@@ -43,73 +46,62 @@ double KilobotMedium::reach_m(const Settings &settings) {
     return settings.range_m * (1 + RANGE_LIMIT * settings.range_spread);
 }
 
-void KilobotMedium::run(const std::vector<uint32_t> &attended, Cycles begin, Cycles end,
-                        const Neighbours &neighbours,
-                        const std::vector<Eigen::Vector2d> &positions) {
-    neighbours_ = &neighbours;
-    positions_ = &positions;
+void KilobotMedium::run(Cycles begin, Cycles end, Cycles limit) {
     end_ = end;
-    for (uint32_t robot : attended) {
-        Cycles ask = std::max(robots_[robot].next_ask(), begin);
-        if (ask < end && !on_air(robot)) events_.push({ask, What::RUN, robot});
-    }
-    do {
-        while (!events_.empty() && events_.top().at < end) {
-            Event event = events_.top();
-            events_.pop();
-            switch (event.what) {
-            case What::FRAME_END: end_frame(event.robot); break;
-            case What::SENSE_END: end_sensing(event.robot); break;
-            case What::RUN: run_robot(event.robot, event.at + 1); break;
-            }
+    limit_ = limit;
+    for (uint32_t robot = 0; robot < robots_.size(); robot++)
+        if (speaks_[robot] < end && !on_air(robot))
+            events_.push({std::max(speaks_[robot], begin), What::ASK, robot});
+    while (!events_.empty() && events_.top().at < end) {
+        const Event event = events_.top();
+        events_.pop();
+        switch (event.what) {
+        case What::FRAME_END: end_frame(event.robot); break;
+        case What::SENSE_END: end_sensing(event.robot); break;
+        case What::ASK: ask(event.robot, event.at); break;
         }
-        // To the end; who was told to run within this step may ask on the way.
-        for (uint32_t robot : attended) run_robot(robot, end);
-    } while (!events_.empty() && events_.top().at < end);
+    }
+}
+
+/// Runs a robot through the moment at which it may be asked for a message.
+void KilobotMedium::ask(uint32_t robot, Cycles at) {
+    if (has_channel(robot, at)) robots_[robot].grant(at, std::min(limit_, at + 1 + FRAME_CYCLES));
+    go_on(robot, at + 1);
+    const Cycles next = robots_[robot].next_ask();
+    if (next < end_ && !on_air(robot)) events_.push({std::max(next, at + 1), What::ASK, robot});
+}
+
+void KilobotMedium::live(uint32_t robot, Cycles until) {
+    go_on(robot, until);
+    speaks_[robot] = robots_[robot].next_ask();
 }
 
 /// Runs a robot up to `until`, answering what it asks.
-void KilobotMedium::run_robot(uint32_t index, Cycles until) {
+void KilobotMedium::go_on(uint32_t index, Cycles until) {
     Robot &robot = robots_[index];
-    for (;;) {
-        if (robot.question() == Robot::Question::NONE) {
-            if (has_channel(index, until - 1))
-                robot.grant(until - 1, std::min(end_, until + FRAME_CYCLES));
-            emissions_.clear();
-            robot.run_arbitrated(until);
-            if (!emissions_.empty()) begin_frame(index, emissions_.back().at);
-        }
-        if (robot.question() == Robot::Question::MAY_ASK) {
+    do {
+        emissions_.clear();
+        robot.run_arbitrated(until);
+        if (!emissions_.empty()) begin_frame(index, emissions_.back().at);
+        if (robot.question() == Robot::Question::MAY_ASK)
             robot.answer(!receives(index, robot.now()));
-        } else if (robot.question() == Robot::Question::IS_CHANNEL_FREE) {
-            if (!on_air(index)) begin_frame(index, robot.now());
-            return;
-        } else {
+        else
             break;
-        }
-    }
-    Cycles ask = robot.next_ask();
-    if (until < end_ && ask < end_) events_.push({std::max(ask, until), What::RUN, index});
+    } while (true);
+    if (robot.question() == Robot::Question::IS_CHANNEL_FREE && !on_air(index))
+        begin_frame(index, robot.now());
+    speaks_[index] = robot.next_ask();
 }
 
 /// Whether nothing can come between if the robot is asked at `at`: it receives nothing, and nobody
 /// around may start before it is done listening.
 bool KilobotMedium::has_channel(uint32_t robot, Cycles at) const {
     if (settings_.held_busy || !audible_[robot].empty() || on_air(robot) ||
-        robots_[robot].next_ask() != at)
+        robots_[robot].question() != Robot::Question::NONE || robots_[robot].next_ask() != at)
         return false;
-    for (uint32_t other : neighbours_->of(robot))
-        if (robots_[other].next_ask() <= at + SENSE_END_CYCLES) return false;
+    for (uint32_t other : bodies_.lists().of(robot))
+        if (speaks_[other] <= at + SENSE_END_CYCLES) return false;
     return true;
-}
-
-void KilobotMedium::begin_unheard(const Emission &emission) {
-    Frame &frame = frames_[emission.robot];
-    frame.begin = emission.at;
-    frame.on_air = frame.granted = true;
-    frame.message = emission.message;
-    frame.heard.clear();
-    events_.push({emission.at + FRAME_CYCLES, What::FRAME_END, emission.robot});
 }
 
 bool KilobotMedium::receives(uint32_t robot, Cycles at) const {
@@ -124,10 +116,10 @@ void KilobotMedium::begin_frame(uint32_t sender, Cycles at) {
     frame.on_air = true;
     frame.message = robots_[sender].outgoing();
     frame.heard.clear();
-    const Eigen::Vector2d here = (*positions_)[sender];
+    const Eigen::Vector2d here = bodies_.position(sender);
     const double range = range_m_[sender];
-    for (uint32_t other : neighbours_->of(sender)) {
-        double distance = ((*positions_)[other] - here).norm();
+    for (uint32_t other : bodies_.lists().of(sender)) {
+        double distance = (bodies_.position(other) - here).norm();
         if (distance > range) continue;
         Heard heard = {other, static_cast<float>(distance * 1000), Heard::Fate::CLEAR};
         if (settings_.half_duplex && on_air(other)) heard.fate = Heard::Fate::DEAF;
@@ -174,7 +166,7 @@ void KilobotMedium::end_sensing(uint32_t sender) {
     if (busy) {
         counts_.attempts_failed++;
         leave_air(frame);
-        events_.push({frame.begin + SENSE_END_CYCLES + 1, What::RUN, sender});
+        events_.push({frame.begin + SENSE_END_CYCLES + 1, What::ASK, sender});
     } else {
         events_.push({frame.begin + FRAME_CYCLES, What::FRAME_END, sender});
     }
@@ -188,7 +180,7 @@ void KilobotMedium::end_frame(uint32_t sender) {
         for (const Heard &heard : frame.heard) deliver(frame, heard);
     else
         counts_.wrong_crc++;
-    if (!frame.granted) events_.push({frame.begin + FRAME_CYCLES, What::RUN, sender});
+    if (!frame.granted) events_.push({frame.begin + FRAME_CYCLES, What::ASK, sender});
 }
 
 void KilobotMedium::leave_air(Frame &frame) {

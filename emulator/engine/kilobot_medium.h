@@ -10,12 +10,11 @@
 #define KILOTWIN_ENGINE_KILOBOT_MEDIUM_H
 
 #include <Eigen/Core>
-#include <deque>
 #include <queue>
 #include <vector>
 
+#include "engine/bodies.h"
 #include "engine/chance.h"
-#include "engine/neighbours.h"
 #include "guest/robot.h"
 
 namespace kilotwin {
@@ -46,25 +45,27 @@ class KilobotMedium {
         bool held_busy = false;  ///< somebody's light never goes out: no attempt succeeds
     };
 
-    KilobotMedium(const Settings &settings, const Chance &chance, std::deque<Robot> &robots,
-                  std::vector<Emission> &emissions, MediumCounts &counts);
+    /// `speaks`: by robot, the earliest moment at which it may begin a frame; kept up to date here.
+    KilobotMedium(const Settings &settings, const Chance &chance, std::vector<Robot> &robots,
+                  Bodies &bodies, std::vector<Cycles> &speaks, std::vector<Emission> &emissions,
+                  MediumCounts &counts);
 
     /// The farthest that anybody can be heard.
     static double reach_m(const Settings &settings);
 
-    /// Whether a robot has to be run here, even if nobody else is near: it is in the middle of a
-    /// transmission, or the channel is not free.
+    /// Whether a robot cannot be left alone beyond the current step: it receives, it is in the
+    /// middle of a transmission, or the channel is not free.
     bool claims(uint32_t robot) const {
-        return settings_.held_busy || frames_[robot].on_air ||
+        return settings_.held_busy || !audible_[robot].empty() || frames_[robot].on_air ||
                robots_[robot].question() != Robot::Question::NONE;
     }
 
-    /// A robot that ran by itself began a frame that nobody hears; whoever comes near before its end finds it sending.
-    void begin_unheard(const Emission &emission);
+    /// Takes all that begins or ends between `begin` and `end`, the current step, in order of time.
+    /// Robots live up to the moments at which they may send, and none beyond `limit`.
+    void run(Cycles begin, Cycles end, Cycles limit);
 
-    /// Runs `attended` robots (ascending) from `begin` to `end` together, as they stand at `begin`.
-    void run(const std::vector<uint32_t> &attended, Cycles begin, Cycles end,
-             const Neighbours &neighbours, const std::vector<Eigen::Vector2d> &positions);
+    /// Lets a robot live up to `until`; run() has gone through everything that may reach it before.
+    void live(uint32_t robot, Cycles until);
 
   private:
     struct Heard {
@@ -81,7 +82,7 @@ class KilobotMedium {
         std::vector<Heard> heard;
     };
     /// In this order when at the same time.
-    enum class What : uint8_t { FRAME_END, SENSE_END, RUN };
+    enum class What : uint8_t { FRAME_END, SENSE_END, ASK };
     struct Event {
         Cycles at;
         What what;
@@ -92,7 +93,8 @@ class KilobotMedium {
         }
     };
 
-    void run_robot(uint32_t robot, Cycles until);
+    void ask(uint32_t robot, Cycles at);
+    void go_on(uint32_t robot, Cycles until);
     bool has_channel(uint32_t robot, Cycles at) const;
     void begin_frame(uint32_t sender, Cycles at);
     void end_sensing(uint32_t sender);
@@ -105,7 +107,9 @@ class KilobotMedium {
 
     Settings settings_;
     const Chance &chance_;
-    std::deque<Robot> &robots_;
+    std::vector<Robot> &robots_;
+    Bodies &bodies_;
+    std::vector<Cycles> &speaks_;
     std::vector<Emission> &emissions_;  ///< what robots send that were granted the channel
     MediumCounts &counts_;
     std::vector<float> range_m_;                  ///< by sender
@@ -113,9 +117,7 @@ class KilobotMedium {
     std::vector<std::vector<uint32_t>> audible_;  ///< by receiver: senders on air
     std::vector<uint64_t> draws_;                 ///< by receiver
     std::priority_queue<Event, std::vector<Event>, std::greater<>> events_;
-    const Neighbours *neighbours_ = nullptr;
-    const std::vector<Eigen::Vector2d> *positions_ = nullptr;
-    Cycles end_ = 0;
+    Cycles end_ = 0, limit_ = 0;
 };
 
 }  // namespace kilotwin

@@ -20,19 +20,7 @@ namespace {
 constexpr uint32_t POWER_UP_TICKS =
     16;                             // robots are switched on within a message period of one another
 constexpr int64_t LEAD_TICKS = 64;  // and at least so long before RUN
-constexpr double SKIN_SHARE = 0.4;  // of the medium's range
-constexpr double SKIN_USED =
-    0.6;  // of the skin, before new lists are made: the rest is for running ahead
-constexpr double CONTACT_MARGIN = 0.05;  // of a radius
-constexpr uint8_t STEPS_APART_TO_LEAVE = 4;
-constexpr uint32_t STEPS_TOUCHING_TO_CARE = 4;
-constexpr double TOUCHING = 0.001;  // of a diameter
-// A robot that is pushed may be faster than it drives: the solver's own limit, relative to the
-// drive's speed.
-constexpr double PUSHED_SPEED = 2;
-
-// Two robots approach one another at most so fast: one drives, the other may be pushed.
-constexpr double CLOSING_SPEED = 1 + PUSHED_SPEED;
+constexpr size_t FRAME_STEPS = 64;  // frames are planned less than that ahead
 
 BlackBox *map_black_box(const std::string &path) {
     int file = open(path.c_str(), O_RDWR | O_CLOEXEC);
@@ -62,11 +50,9 @@ Simulation::Simulation(const SimulationDef &def)
       chance_(def.seed),
       step_(def.step_ticks * TICK_CYCLES),
       run_at_(run_cycles(def.commands)),
-      chassis_(def.profile, chance_, count_robots(def)),
+      now_(0),
       next_sample_(run_at_),
       reach_m_(def.kilobot_medium ? KilobotMedium::reach_m(*def.kilobot_medium) : def.range_m),
-      contact_gap_m_(2 * PUSHED_SPEED * chassis_.fastest_m_s() * seconds(step_) +
-                     CONTACT_MARGIN * def.profile.radius_m),
       black_box_(def.black_box.empty() ? nullptr : map_black_box(def.black_box)),
       context_{chance_,
                events_,
@@ -78,28 +64,21 @@ Simulation::Simulation(const SimulationDef &def)
                def.temperature},
       commands_(def.commands),
       wake_(count_robots(def), 0),
+      speaks_(wake_.size(), 0),
       next_ask_(wake_.size(), 0),
-      next_motor_(wake_.size(), NEVER),
-      motor_index_(wake_.size(), 0),
-      still_since_(wake_.size(), 0),
       audience_at_(wake_.size(), NEVER),
-      surroundings_(wake_.size()),
-      steps_apart_(wake_.size(), 0),
-      in_contact_(wake_.size(), false),
-      neighbours_(
-          std::max(reach_m_ + def.profile.radius_m, 2 * def.profile.radius_m + contact_gap_m_ +
-                                                        (def.floor ? def.floor->obstacle_m : 0)),
-          SKIN_SHARE * reach_m_),
+      planned_(wake_.size(), 0),
+      surroundings_(def.floor ? wake_.size() : 0),
       medium_(def.range_m, def.line_of_sight, def.profile.radius_m, wake_.size()),
-      world_(def.arena, def.profile, chassis_.fastest_m_s(), wake_.size()) {
+      frames_(FRAME_STEPS) {
     if (wake_.empty()) throw EngineError("there is no robot");
     if (def.floor) floor_.emplace(*def.floor, run_at_, step_, wake_.size());
     std::stable_sort(commands_.begin(), commands_.end(),
                      [](const auto &a, const auto &b) { return a.tick < b.tick; });
     create_robots();
     if (def.kilobot_medium)
-        kilobot_medium_.emplace(*def.kilobot_medium, chance_, robots_, emissions_,
-                                statistics_.medium);
+        kilobot_medium_.emplace(*def.kilobot_medium, chance_, robots_, *bodies_, speaks_,
+                                emissions_, counts_);
     boot();
 }
 
@@ -114,23 +93,27 @@ void Simulation::create_robots() {
             place_uniformly(poses, group.count, def_.arena, def_.profile.radius_m, chance_);
         else
             poses.insert(poses.end(), group.poses.begin(), group.poses.end());
+    robots_.reserve(poses.size());
     uint32_t index = 0;
     for (const auto &group : def_.groups) {
         auto program = Program::load(group.program, group.name);
         size_t stride = (program->state_bytes() + 63) / 64 * 64;
         images_.emplace_back(new uint8_t[stride * group.count]);
+        if (const auto handlers = program->own_handlers(); !handlers.empty())
+            events_.push_back({0, index, 0, program->name(), EventKind::NOTE,
+                               "its own interrupt handlers are never called here: " + handlers});
         for (size_t i = 0; i < group.count; i++, index++) {
             auto power_up = static_cast<Cycles>(chance_.uniform(index, Purpose::POWER_UP, 0) *
                                                 static_cast<double>(POWER_UP_TICKS * TICK_CYCLES));
             Calibration calibration = calibrate(index);
             robots_.emplace_back(context_, program, index, calibration, power_up,
                                  images_.back().get() + i * stride);
+            robots_.back().light = def_.light.at(poses[index].position);
         }
     }
-    for (const auto &pose : poses) {
-        trajectories_.emplace_back(run_at_, pose);
-        positions_.push_back(pose.position);
-    }
+    const double radius = def_.profile.radius_m;
+    bodies_.emplace(def_.arena, def_.profile, chance_, step_, run_at_, poses,
+                    std::max(reach_m_ + radius, floor_ ? 2 * radius + floor_->obstacle_m() : 0));
 }
 
 Calibration Simulation::calibrate(uint32_t index) const {
@@ -156,10 +139,11 @@ void Simulation::boot() {
     give_commands(run_at_);
     for (auto &robot : robots_) robot.run(run_at_);
     emissions_.clear();
-    for (auto &robot : robots_) robot.motor_commands.clear();
+    for (auto &robot : robots_) {
+        robot.motor_commands.clear();
+        speaks_[robot.index()] = next_ask_[robot.index()] = robot.next_ask();
+    }
     now_ = run_at_;
-    neighbours_.rebuild(positions_);
-    listed_at_ = positions_;
 }
 
 int64_t Simulation::tick_of(Cycles at) const {
@@ -177,6 +161,7 @@ void Simulation::advance(int64_t ticks) {
         step(std::min(end, next_sample_));
         sample_if_due();
     }
+    bodies_->catch_up();
 }
 
 void Simulation::step(Cycles limit) {
@@ -186,15 +171,15 @@ void Simulation::step(Cycles limit) {
             limit, std::max(now_ + step_, begin_of_step(command_time(commands_[next_command_]))));
     refresh_lists();
     if (floor_) next_sensing_ = floor_->senses_at(now_) ? now_ : floor_->next_sensing(now_);
+    if (kilobot_medium_) kilobot_medium_->run(now_, now_ + step_, limit);
     for (uint32_t robot = 0; robot < robots_.size(); robot++)
-        if (wake_[robot] <= now_) attend(robot, limit);
-    if (kilobot_medium_)
-        kilobot_medium_->run(together_, now_, now_ + step_, neighbours_, positions_);
-    deliver_frames();
-    take_over_plans();
-    move();
+        if (wake_[robot] <= now_) live_on(robot, limit);
+    if (!kilobot_medium_) deliver_frames();
+    bodies_->step();
     now_ += step_;
-    statistics_.steps++;
+    steps_++;
+    if (floor_)
+        for (uint32_t robot : bodies_->pushed()) disturb(robot, now_);
 }
 
 Cycles Simulation::command_time(const SimulationDef::Command &command) const {
@@ -215,106 +200,62 @@ void Simulation::give_commands(Cycles until) {
 void Simulation::give(const SimulationDef::Command &command, Cycles at) {
     for (auto &robot : robots_) {
         if (robot.uid() < command.uid_first || robot.uid() > command.uid_last) continue;
-        if ((positions_[robot.index()] - command.centre).norm() > command.radius_m) continue;
+        const uint32_t index = robot.index();
+        if (command.radius_m < INFINITY &&
+            (bodies_->position(index) - command.centre).norm() > command.radius_m)
+            continue;
         robot.receive({at, command.message, {}});
-        next_ask_[robot.index()] = std::min(next_ask_[robot.index()], at);  // it may be told to run
+        speaks_[index] = std::min(speaks_[index], at);  // it may be told to run
     }
 }
 
 void Simulation::send(const SimulationDef::Command &command) { give(command, now_); }
 
 void Simulation::refresh_lists() {
-    if (2 * drift_m_ <= SKIN_USED * neighbours_.skin_m()) return;
-    neighbours_.rebuild(positions_);
-    listed_at_ = positions_;
-    statistics_.list_rebuilds++;
-    drift_m_ = 0;
+    if (!bodies_->refresh_lists()) return;
     for (uint32_t robot = 0; robot < robots_.size(); robot++)
-        if (neighbours_.changed(robot)) audience_at_[robot] = NEVER;
+        if (bodies_->lists().changed(robot)) audience_at_[robot] = NEVER;
 }
 
-/// How long nobody can come near who is on no list.
-double Simulation::lists_hold_for_s() const {
-    return (neighbours_.skin_m() - 2 * drift_m_) / (CLOSING_SPEED * chassis_.fastest_m_s());
-}
-
-void Simulation::attend(uint32_t robot, Cycles limit) {
-    auto &around = surroundings_[robot];
-    if (around.look_again <= now_ || !def_.run_ahead) look_around(robot);
-    Cycles until = std::min({limit, around.alone_until, silent_until(robot)});
-    const bool light_changes =
-        !def_.light.sources.empty() && !trajectories_[robot].drive().stands();
-    until = def_.run_ahead && !light_changes ? std::max(until, now_ + step_) : now_ + step_;
-    if (next_sensing_ < until) floor_->tell(robots_[robot], around.cell, next_sensing_, until);
-    attended_.push_back(robot);
-    robots_[robot].light = def_.light.at(positions_[robot]);
-    const bool together =
-        kilobot_medium_ && (until == now_ + step_ || kilobot_medium_->claims(robot));
-    if (together) {
-        wake_[robot] = now_ + step_;
-        together_.push_back(robot);
-    } else {
-        wake_[robot] = until;
-        run_robot(robot, until);
-    }
-}
-
-/// The begin of the first step in which the robot, or anybody in its reach, may send: who may not
-/// yet be asked for a message cannot be heard.
-Cycles Simulation::silent_until(uint32_t robot) const {
-    const auto &around = surroundings_[robot];
-    if (around.in_reach.empty()) return NEVER;
-    Cycles first = next_ask_[robot];
-    for (uint32_t other : around.in_reach) first = std::min(first, next_ask_[other]);
-    return first == NEVER ? NEVER : begin_of_step(std::max(first, now_));
-}
-
-/// What stands around a robot at rest or on its way, and how long it can be left alone: bounded by
-/// the fastest that anybody can come nearer.
-void Simulation::look_around(uint32_t robot) {
-    auto &around = surroundings_[robot];
-    const auto &trajectory = trajectories_[robot];
-    const Eigen::Vector2d here = positions_[robot];
-    const double speed = chassis_.fastest_m_s(), radius = def_.profile.radius_m;
-    const double obstacle_gap = floor_ ? floor_->obstacle_m() : 0;
-    const double sensed_gap = std::max(obstacle_gap, contact_gap_m_);
-    const bool at_rest = trajectory.drive().at_rest() && !world_.holds(robot);
-    const Eigen::Vector2d ahead = trajectory.ahead(now_);
-
-    double alone_s = lists_hold_for_s(), unchanged_s = alone_s;
-    bool obstacle = false, crowded = false;
-    around.in_reach.clear();
-    for (uint32_t other : neighbours_.of(robot)) {
-        const Eigen::Vector2d offset = positions_[other] - here;
-        double distance = offset.norm(), gap = distance - 2 * radius;
-        if (gap <= obstacle_gap && offset.dot(ahead) > 0) obstacle = true;
-        if (gap <= contact_gap_m_) crowded = true;
-        double change_m = std::max(gap - sensed_gap, 0.0);
-        if (distance > reach_m_)
-            change_m = std::min(change_m, distance - reach_m_);
-        else
-            around.in_reach.push_back(other);
-        alone_s = std::min(alone_s, change_m / (CLOSING_SPEED * speed));
-        bool other_moves = !trajectories_[other].drive().at_rest() || world_.holds(other);
-        if (other_moves) unchanged_s = std::min(unchanged_s, change_m / (CLOSING_SPEED * speed));
-    }
-    double wall_gap = INFINITY;
-    def_.arena.for_each_wall(here, [&](double distance, const Eigen::Vector2d &outward) {
-        double gap = distance - radius;
-        wall_gap = std::min(wall_gap, gap);
-        if (gap <= obstacle_gap && outward.dot(ahead) > 0) obstacle = true;
-        if (gap <= contact_gap_m_) crowded = true;
-    });
-    alone_s = std::min(alone_s, std::max(wall_gap - sensed_gap, 0.0) / speed);
+/// Lets a robot live through this step, and on as far as nothing can reach it.
+void Simulation::live_on(uint32_t robot, Cycles limit) {
+    const Cycles soonest = now_ + step_;
+    const bool light_changes = !def_.light.sources.empty();
+    if (light_changes) robots_[robot].light = def_.light.at(bodies_->position(robot));
+    const bool alone = def_.run_ahead && (!light_changes || bodies_->rests(robot));
+    Cycles until = alone ? std::max(undisturbed_until(robot, limit), soonest) : soonest;
     if (floor_) {
-        around.cell.site = def_.arena.site_at(here);
-        around.cell.flags = obstacle ? WIRE_CELL_OBSTACLE : 0;
-        alone_s = std::min(alone_s, def_.arena.distance_to_site_edge(here) / speed);
+        auto &around = surroundings_[robot];
+        if (around.look_again <= now_ || !def_.run_ahead) look_around(robot);
+        until = std::max(std::min(until, around.unchanged_until), soonest);
+        if (next_sensing_ < until) floor_->tell(robots_[robot], around.cell, next_sensing_, until);
     }
-    around.crowded = crowded;
-    around.alone_until = now_ + whole_steps(alone_s);
-    around.look_again =
-        at_rest ? now_ + std::max(whole_steps(unchanged_s), step_) : around.alone_until;
+    wake_[robot] = begin_of_step(until);
+    run_robot(robot, until);
+}
+
+/// Until when a robot hears nothing for certain. Who may not yet be asked for a message cannot be
+/// heard, nor who cannot come into reach before.
+Cycles Simulation::undisturbed_until(uint32_t robot, Cycles limit) {
+    // The ideal medium lets a frame be heard when the step is over in which it begins.
+    const Cycles soonest = now_ + step_, heard_after = kilobot_medium_ ? 0 : step_;
+    const double closing = 2 * bodies_->fastest_m_s();
+    Cycles until = std::min(limit, bodies_->lists_hold_until() + heard_after);
+    if (!kilobot_medium_)
+        until = std::min(until, now_ + (FRAME_STEPS - 1) * step_);
+    else if (kilobot_medium_->claims(robot))
+        return soonest;
+    else
+        until = std::min(until, speaks_[robot]);
+    for (uint32_t other : bodies_->lists().of(robot)) {
+        const Cycles speaks = std::max(speaks_[other], now_);
+        if (speaks == NEVER || begin_of_step(speaks) + heard_after >= until) continue;
+        const double gap = (bodies_->position(other) - bodies_->position(robot)).norm() - reach_m_;
+        const Cycles in_reach = gap > 0 ? now_ + whole_steps(gap / closing) : now_;
+        until = std::min(until, begin_of_step(std::max(speaks, in_reach)) + heard_after);
+        if (until <= soonest) break;
+    }
+    return until;
 }
 
 /// World steps that lie wholly within `for_s` seconds.
@@ -322,220 +263,136 @@ Cycles Simulation::whole_steps(double for_s) const {
     return static_cast<Cycles>(for_s / seconds(step_)) * step_;
 }
 
-void Simulation::run_robot(uint32_t index, Cycles until) {
-    auto &robot = robots_[index];
-    emissions_.clear();
-    if (def_.run_ahead)
-        robot.run(until);
-    else
-        for (Cycles at = now_ + TICK_CYCLES; at <= until; at += TICK_CYCLES) robot.run(at);
-    // Beside the ideal medium's robots only those run so that nobody hears.
-    for (const auto &emission : emissions_) {
-        if (!kilobot_medium_ && emission.at < now_ + step_) {
-            on_air_.push_back(emission);
-            continue;
-        }
-        if (kilobot_medium_ && emission.at + FRAME_CYCLES > until) {
-            kilobot_medium_->begin_unheard(emission);
-            continue;
-        }
-        statistics_.medium.sent++;
-        statistics_.medium.wrong_crc += !crc_is_right(emission.message);
+/// What the floor tells a robot, and how long it will say the same: bounded by the fastest that
+/// anybody can come nearer.
+void Simulation::look_around(uint32_t robot) {
+    auto &around = surroundings_[robot];
+    const Eigen::Vector2d here = bodies_->position(robot), ahead = bodies_->ahead(robot);
+    const double radius = def_.profile.radius_m, obstacle_gap = floor_->obstacle_m();
+    const double closing = 2 * bodies_->fastest_m_s();
+    double unchanged_s =
+        bodies_->lists_hold_until() > now_ ? seconds(bodies_->lists_hold_until() - now_) : 0;
+    double unmoved_s = unchanged_s;  // the same, as long as nobody begins to move who now rests
+    bool obstacle = false;
+    for (uint32_t other : bodies_->lists().of(robot)) {
+        const Eigen::Vector2d offset = bodies_->position(other) - here;
+        const double gap = offset.norm() - 2 * radius;
+        if (gap <= obstacle_gap && offset.dot(ahead) > 0) obstacle = true;
+        const double change_s = std::max(gap - obstacle_gap, 0.0) / closing;
+        unchanged_s = std::min(unchanged_s, change_s);
+        if (!bodies_->rests(other)) unmoved_s = std::min(unmoved_s, change_s);
     }
+    double wall_gap = INFINITY;
+    def_.arena.for_each_wall(here, [&](double distance, const Eigen::Vector2d &outward) {
+        const double gap = distance - radius;
+        wall_gap = std::min(wall_gap, gap);
+        if (gap <= obstacle_gap && outward.dot(ahead) > 0) obstacle = true;
+    });
+    const double still_s =
+        std::min(std::max(wall_gap - obstacle_gap, 0.0), def_.arena.distance_to_site_edge(here)) /
+        bodies_->fastest_m_s();
+    around.cell.site = def_.arena.site_at(here);
+    around.cell.flags = obstacle ? WIRE_CELL_OBSTACLE : 0;
+    around.unchanged_until = now_ + whole_steps(std::min(unchanged_s, still_s));
+    around.look_again = bodies_->rests(robot) ? now_ + std::max(whole_steps(unmoved_s), step_)
+                                              : around.unchanged_until;
 }
 
-/// What the robots that ran mean to do. Not before all have: who runs later in a step must still
-/// see what was to be expected at its begin.
-void Simulation::take_over_plans() {
-    for (uint32_t index : attended_) {
-        const auto &commands = robots_[index].motor_commands;
-        next_ask_[index] = robots_[index].next_ask();
-        if (!commands.empty())
-            next_motor_[index] = std::min(next_motor_[index], commands[motor_index_[index]].at);
+/// What the floor tells `robot` and those around it may change after `at`: it moves.
+void Simulation::disturb(uint32_t robot, Cycles at) {
+    auto look = [&](uint32_t who) {
+        surroundings_[who].look_again = std::min(surroundings_[who].look_again, at);
+    };
+    look(robot);
+    for (uint32_t other : bodies_->lists().of(robot)) look(other);
+}
+
+void Simulation::run_robot(uint32_t index, Cycles until) {
+    auto &robot = robots_[index];
+    if (kilobot_medium_) {
+        kilobot_medium_->live(index, until);
+    } else {
+        emissions_.clear();
+        if (def_.run_ahead)
+            robot.run(until);
+        else
+            for (Cycles at = now_ + TICK_CYCLES; at <= until; at += TICK_CYCLES) robot.run(at);
+        plan_frames(index);
     }
-    attended_.clear();
-    together_.clear();
+    for (const auto &command : robot.motor_commands) {
+        bodies_->command(index, command);
+        if (floor_) disturb(index, begin_of_step(command.at) + step_);
+    }
+    robot.motor_commands.clear();
+}
+
+/// Puts the frames that a robot sends into the steps in which they begin.
+void Simulation::plan_frames(uint32_t robot) {
+    next_ask_[robot] = robots_[robot].next_ask();
+    if (planned_[robot] == 0)
+        speaks_[robot] = emissions_.empty() ? next_ask_[robot] : emissions_.front().at;
+    for (size_t i = 0; i < emissions_.size(); i++) {
+        const Cycles next = i + 1 < emissions_.size() ? emissions_[i + 1].at : next_ask_[robot];
+        frames_[emissions_[i].at / step_ % FRAME_STEPS].push_back({emissions_[i], next});
+        planned_[robot]++;
+    }
 }
 
 void Simulation::deliver_frames() {
-    std::sort(on_air_.begin(), on_air_.end(), [](const Emission &a, const Emission &b) {
-        return a.at != b.at ? a.at < b.at : a.robot < b.robot;
+    auto &frames = frames_[now_ / step_ % FRAME_STEPS];
+    std::sort(frames.begin(), frames.end(), [](const Planned &a, const Planned &b) {
+        return a.emission.at != b.emission.at ? a.emission.at < b.emission.at
+                                              : a.emission.robot < b.emission.robot;
     });
-    for (const auto &emission : on_air_) {
-        statistics_.medium.sent++;
-        if (!crc_is_right(emission.message)) {
-            statistics_.medium.wrong_crc++;
-            continue;
-        }
-        if (!def_.run_ahead || !audience_holds(emission.robot)) {
-            medium_.find_audience(emission.robot, neighbours_.of(emission.robot), positions_);
-            audience_at_[emission.robot] = now_;
-        }
-        Reception reception = {
-            std::max(emission.at + FRAME_CYCLES, now_ + step_), emission.message, {}};
-        for (const auto &listener : medium_.last_audience(emission.robot)) {
-            auto gain = static_cast<int16_t>(std::min<uint16_t>(listener.distance_mm, INT16_MAX));
-            reception.distance = {gain, gain};
-            robots_[listener.robot].receive(reception);
-            statistics_.medium.received++;
-        }
+    for (const auto &[emission, next] : frames) {
+        const uint32_t sender = emission.robot;
+        planned_[sender]--;
+        speaks_[sender] = planned_[sender] > 0 ? next : next_ask_[sender];
+        deliver(emission);
     }
-    on_air_.clear();
+    frames.clear();
+}
+
+void Simulation::deliver(const Emission &emission) {
+    const uint32_t sender = emission.robot;
+    counts_.sent++;
+    if (!crc_is_right(emission.message)) {
+        counts_.wrong_crc++;
+        return;
+    }
+    if (!def_.run_ahead || !audience_holds(sender)) {
+        bodies_->position(sender);
+        for (uint32_t other : bodies_->lists().of(sender)) bodies_->position(other);
+        medium_.find_audience(sender, bodies_->lists().of(sender), bodies_->positions());
+        audience_at_[sender] = now_;
+    }
+    Reception reception = {
+        std::max(emission.at + FRAME_CYCLES, now_ + step_), emission.message, {}};
+    for (const auto &listener : medium_.last_audience(sender)) {
+        auto gain = static_cast<int16_t>(std::min<uint16_t>(listener.distance_mm, INT16_MAX));
+        reception.distance = {gain, gain};
+        robots_[listener.robot].receive(reception);
+        counts_.received++;
+    }
 }
 
 /// Whether nobody who could matter has moved since the audience of `robot` was found.
-bool Simulation::audience_holds(uint32_t robot) const {
-    Cycles found = audience_at_[robot];
-    if (found == NEVER || still_since_[robot] > found) return false;
-    for (uint32_t other : neighbours_.of(robot))
-        if (still_since_[other] > found) return false;
+bool Simulation::audience_holds(uint32_t robot) {
+    const Cycles found = audience_at_[robot];
+    if (found == NEVER || bodies_->still_since(robot) > found) return false;
+    for (uint32_t other : bodies_->lists().of(robot))
+        if (bodies_->still_since(other) > found) return false;
     return true;
 }
 
-void Simulation::move() {
-    find_contacts();
-    for (uint32_t robot = 0; robot < robots_.size(); robot++) {
-        if (world_.holds(robot)) continue;
-        if (next_motor_[robot] < now_ + step_) apply_commands(robot, trajectories_[robot]);
-        if (!trajectories_[robot].drive().stands())
-            place(robot, trajectories_[robot].position(now_ + step_));
-    }
-    solve_contacts();
-}
-
-void Simulation::place(uint32_t robot, const Eigen::Vector2d &position) {
-    positions_[robot] = position;
-    drift_m_ = std::max(drift_m_, (position - listed_at_[robot]).norm());
-}
-
-bool Simulation::moves_in_step(uint32_t robot) const {
-    return !trajectories_[robot].drive().at_rest() || next_motor_[robot] < now_ + step_;
-}
-
-/// The robots that belong into the solver: whoever moves near a body or wall, and all who stand
-/// near those in turn.
-void Simulation::find_contacts() {
-    const double reach = 2 * def_.profile.radius_m + contact_gap_m_;
-    contacts_.clear();
-    auto include = [&](uint32_t robot) {
-        if (in_contact_[robot]) return;
-        in_contact_[robot] = true;
-        contacts_.push_back(robot);
-    };
-    for (uint32_t robot = 0; robot < robots_.size(); robot++)
-        if (surroundings_[robot].crowded && moves_in_step(robot)) include(robot);
-    for (size_t i = 0; i < contacts_.size(); i++) {
-        const Eigen::Vector2d here = positions_[contacts_[i]];
-        for (uint32_t other : neighbours_.of(contacts_[i]))
-            if ((positions_[other] - here).squaredNorm() <= reach * reach) include(other);
-    }
-    std::sort(contacts_.begin(), contacts_.end());
-    for (uint32_t robot : contacts_) {
-        in_contact_[robot] = false;
-        steps_apart_[robot] = 0;
-        if (!world_.holds(robot)) world_.add(robot, trajectories_[robot], now_);
-    }
-    leaving_.clear();
-    size_t next = 0;
-    for (uint32_t robot : world_.robots()) {
-        if (next < contacts_.size() && contacts_[next] == robot)
-            next++;
-        else if (++steps_apart_[robot] >= STEPS_APART_TO_LEAVE)
-            leaving_.push_back(robot);
-    }
-    for (uint32_t robot : leaving_) world_.remove(robot);
-}
-
-/// Lets the motor commands of this step, and what changes by itself, take effect at their times.
-void Simulation::apply_commands(uint32_t index, Trajectory &trajectory) {
-    auto &commands = robots_[index].motor_commands;
-    bool rested = trajectory.drive().at_rest();
-    size_t &next = motor_index_[index];
-    while (next_motor_[index] < now_ + step_) {
-        const Cycles at = std::max(next_motor_[index], now_);
-        const bool commanded = next < commands.size() && commands[next].at <= at;
-        Drive drive =
-            commanded ? chassis_.set_duties(index, at, commands[next].left, commands[next].right)
-                      : chassis_.renew(index);
-        next += commanded;
-        next_motor_[index] = std::min(next < commands.size() ? commands[next].at : NEVER,
-                                      chassis_.next_renewal(index));
-        if (drive == trajectory.drive()) continue;
-        bool halts = drive.stands() && !trajectory.drive().stands();
-        trajectory.change(at, drive);
-        still_since_[index] = !drive.stands() ? NEVER : halts ? now_ + step_ : still_since_[index];
-        if (halts) place(index, trajectory.position(now_ + step_));
-        surroundings_[index].look_again = std::min(surroundings_[index].look_again, now_ + step_);
-    }
-    if (next == commands.size()) {
-        commands.clear();
-        next = 0;
-    }
-    if (rested && !trajectory.drive().at_rest()) disturb_neighbours(index);
-}
-
-void Simulation::solve_contacts() {
-    const auto &held = world_.robots();
-    if (held.empty()) {
-        touching_steps_ = 0;
-        return;
-    }
-    const double step_s = seconds(step_);
-    poses_before_.clear();
-    free_shifts_.clear();
-    for (uint32_t robot : held) {
-        poses_before_.push_back(trajectories_[robot].pose(now_));
-        apply_commands(robot, trajectories_[robot]);
-        const Pose alone = trajectories_[robot].pose(now_ + step_), &before = poses_before_.back();
-        free_shifts_.push_back(
-            {alone.position - before.position, wrapped(alone.heading - before.heading)});
-    }
-    world_.step(free_shifts_, step_s, touching_steps_ >= STEPS_TOUCHING_TO_CARE);
-    statistics_.solver_steps += held.size();
-    for (size_t i = 0; i < held.size(); i++) {
-        const uint32_t robot = held[i];
-        Pose pose = poses_before_[i];
-        const Shift shift = world_.moved(robot);
-        bool moved = shift.by != Eigen::Vector2d::Zero();
-        if (moved) {
-            still_since_[robot] = trajectories_[robot].drive().stands() ? now_ + step_ : NEVER;
-            disturb_neighbours(robot);
-        }
-        if (moved || shift.turn != 0)
-            surroundings_[robot].look_again =
-                std::min(surroundings_[robot].look_again, now_ + step_);
-        pose.position += shift.by;
-        pose.heading = wrapped(pose.heading + shift.turn);
-        trajectories_[robot].restart(now_ + step_, pose);
-        place(robot, pose.position);
-    }
-    record_overlaps();
-}
-
-void Simulation::record_overlaps() {
-    const double diameter = 2 * def_.profile.radius_m;
-    bool touching = false;
-    auto add = [&](double gap) {
-        if (gap < TOUCHING * diameter) touching = true;
-        if (gap < 0) statistics_.overlaps.add(-gap / diameter);
-    };
-    for (uint32_t robot : world_.robots()) {
-        for (uint32_t other : neighbours_.of(robot))
-            if (other > robot && world_.holds(other))
-                add((positions_[other] - positions_[robot]).norm() - diameter);
-        add(def_.arena.wall_gap(positions_[robot]) - def_.profile.radius_m);
-    }
-    touching_steps_ = touching ? touching_steps_ + 1 : 0;
-}
-
-/// What the robots around found may no longer hold: `robot` began to move.
-void Simulation::disturb_neighbours(uint32_t robot) {
-    for (uint32_t other : neighbours_.of(robot))
-        surroundings_[other].look_again = std::min(surroundings_[other].look_again, now_ + step_);
+Statistics Simulation::statistics() const {
+    return {steps_, counts_, bodies_->solver_steps(), bodies_->list_rebuilds(),
+            bodies_->overlaps()};
 }
 
 void Simulation::sample_if_due() {
     if (now_ < next_sample_) return;
+    bodies_->catch_up();
     sample_into(samples_);
     samples_due_++;
     next_sample_ = end_of_step(run_at_ + samples_due_ * def_.sample_ticks * TICK_CYCLES);
@@ -544,7 +401,7 @@ void Simulation::sample_if_due() {
 void Simulation::sample_into(Samples &samples) const {
     samples.tick.push_back(tick());
     for (uint32_t robot = 0; robot < robots_.size(); robot++) {
-        Pose pose = trajectories_[robot].pose(now_);
+        Pose pose = bodies_->pose(robot);
         samples.add_robot(pose, robots_[robot].color(now_), def_.arena.site_at(pose.position));
     }
 }

@@ -9,13 +9,13 @@
 #define KILOTWIN_ENGINE_SIMULATION_H
 
 #include <cmath>
-#include <deque>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "engine/arena.h"
+#include "engine/bodies.h"
 #include "engine/chance.h"
 #include "engine/chassis.h"
 #include "engine/clock.h"
@@ -23,11 +23,8 @@
 #include "engine/ideal_medium.h"
 #include "engine/kilobot_medium.h"
 #include "engine/light.h"
-#include "engine/motion.h"
-#include "engine/neighbours.h"
 #include "engine/recorder.h"
 #include "engine/virtual_floor.h"
-#include "engine/world.h"
 #include "guest/robot.h"
 
 namespace kilotwin {
@@ -98,19 +95,23 @@ class Simulation {
     Samples take_samples();
     Samples snapshot() const;
     Events take_events();
-    const Statistics &statistics() const { return statistics_; }
+    Statistics statistics() const;
 
     /// Nominal ticks since RUN of a moment.
     int64_t tick_of(Cycles at) const;
 
   private:
-    /// What a robot's last look around found, and how long that holds.
+    /// What the floor said to a robot when it last looked around, and how long that holds.
     struct Surroundings {
-        Cycles look_again = 0;           ///< until then nothing in it can change
-        Cycles alone_until = 0;          ///< nobody comes into contact, sight or reach before
-        std::vector<uint32_t> in_reach;  ///< who may be heard
+        Cycles look_again = 0;       ///< until then nothing in it can change
+        Cycles unchanged_until = 0;  ///< nothing changes before, whoever begins to move
         wire_cell_t cell = {0, 0};
-        bool crowded = false;  ///< a body or wall is so near that this step may bring contact
+    };
+    /// A frame that begins later, or in this step. `next`: nothing more comes from its sender
+    /// before.
+    struct Planned {
+        Emission emission;
+        Cycles next;
     };
 
     void create_robots();
@@ -123,76 +124,53 @@ class Simulation {
     Cycles begin_of_step(Cycles at) const;
     Cycles end_of_step(Cycles at) const;
     void refresh_lists();
-    double lists_hold_for_s() const;
-    void attend(uint32_t robot, Cycles limit);
-    void look_around(uint32_t robot);
-    Cycles silent_until(uint32_t robot) const;
+    void live_on(uint32_t robot, Cycles limit);
+    Cycles undisturbed_until(uint32_t robot, Cycles limit);
     Cycles whole_steps(double for_s) const;
+    void look_around(uint32_t robot);
+    void disturb(uint32_t robot, Cycles at);
     void run_robot(uint32_t robot, Cycles until);
-    void take_over_plans();
+    void plan_frames(uint32_t robot);
     void deliver_frames();
-    bool audience_holds(uint32_t robot) const;
-    void move();
-    void place(uint32_t robot, const Eigen::Vector2d &position);
-    bool moves_in_step(uint32_t robot) const;
-    void find_contacts();
-    void apply_commands(uint32_t robot, Trajectory &trajectory);
-    void solve_contacts();
-    void record_overlaps();
-    void disturb_neighbours(uint32_t robot);
+    void deliver(const Emission &emission);
+    bool audience_holds(uint32_t robot);
     void sample_if_due();
     void sample_into(Samples &samples) const;
 
     SimulationDef def_;
     Chance chance_;
-    Cycles step_;    ///< length of a world step
-    Cycles run_at_;  ///< when RUN is given: t = 0
-    Chassis chassis_;
-    Cycles now_ = 0;            ///< begin of the current step
+    Cycles step_;               ///< length of a world step
+    Cycles run_at_;             ///< when RUN is given: t = 0
+    Cycles now_;                ///< begin of the current step
     uint64_t samples_due_ = 0;  ///< so many were taken
     Cycles next_sample_;
-    double reach_m_;        ///< nobody is heard from farther away
-    double contact_gap_m_;  ///< robots farther apart cannot touch within a step
+    double reach_m_;  ///< nobody is heard from farther away
     Events events_;
     std::vector<Emission> emissions_;
-    std::vector<Emission> on_air_;  ///< of the current step
     BlackBox *black_box_ = nullptr;
     RobotContext context_;
     std::vector<std::unique_ptr<uint8_t[]>> images_;  ///< state of all robots of a group
-    std::deque<Robot> robots_;
+    std::vector<Robot> robots_;
     std::vector<SimulationDef::Command> commands_;  ///< in order of time
     size_t next_command_ = 0;
 
     // By robot.
-    std::vector<Cycles> wake_;
-    std::vector<Cycles> next_ask_;    ///< when it may next send, at the earliest
-    std::vector<Cycles> next_motor_;  ///< of its pending motor commands
-    std::vector<size_t> motor_index_;
-    std::vector<Trajectory> trajectories_;
-    std::vector<Eigen::Vector2d> positions_;  ///< at now_
-    std::vector<Cycles> still_since_;         ///< NEVER while it moves
-    std::vector<Cycles> audience_at_;         ///< when its audience was found
+    std::vector<Cycles> wake_;         ///< the begin of the step in which it next has to be seen to
+    std::vector<Cycles> speaks_;       ///< the earliest moment at which it may begin a frame
+    std::vector<Cycles> next_ask_;     ///< the same, after those of its frames that are planned
+    std::vector<Cycles> audience_at_;  ///< when its audience was found
+    std::vector<uint8_t> planned_;     ///< so many of its frames are in frames_
     std::vector<Surroundings> surroundings_;
-    std::vector<uint8_t> steps_apart_;
-    std::vector<bool> in_contact_;
 
-    Neighbours neighbours_;
-    std::vector<Eigen::Vector2d> listed_at_;  ///< positions when the lists were made
-    double drift_m_ = 0;                      ///< nobody has moved farther since
+    std::optional<Bodies> bodies_;
     IdealMedium medium_;
+    std::vector<std::vector<Planned>> frames_;  ///< of the ideal medium, by step: a ring
     std::optional<KilobotMedium> kilobot_medium_;
-    std::vector<uint32_t> attended_;  ///< robots that run in this step
-    std::vector<uint32_t> together_;  ///< those of them that the Kilobot medium runs
     std::optional<VirtualFloor> floor_;
     Cycles next_sensing_ = NEVER;  ///< of the floor, from now_ on
-    World world_;
-    std::vector<uint32_t> contacts_;  ///< robots that belong into the solver this step, ascending
-    std::vector<uint32_t> leaving_;   ///< and those that no longer do
-    std::vector<Pose> poses_before_;  ///< of the robots in the solver
-    std::vector<Shift> free_shifts_;  ///< and where each would go within the step, were it alone
-    uint32_t touching_steps_ = 0;
     Samples samples_;
-    Statistics statistics_;
+    uint64_t steps_ = 0;
+    MediumCounts counts_;
 };
 
 }  // namespace kilotwin

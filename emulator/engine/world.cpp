@@ -15,7 +15,7 @@ namespace {
 constexpr double RADIUS_UNITS = 0.2;
 constexpr int ROUND_WALL_SEGMENTS = 720;  // a 19.2 m arena differs from a circle by 0.1 mm
 constexpr float FRICTION = 0.3f;
-constexpr int SUB_STEPS = 4, SUB_STEPS_SUSTAINED = 8;
+constexpr int SUB_STEPS = 4, SUB_STEPS_CAREFUL = 8;
 constexpr double SPECULATIVE_UNITS = 0.018;  // Box2D's margin is 0.02
 
 // The series of asin: a step turns a robot by little, and its sine is what Box2D's rotations give
@@ -38,7 +38,6 @@ struct World::Box2D {
     b2WorldId world;
     double units_per_m;
     double push_m_s2, push_rad_s2;
-    double closing_units_s;  ///< two drives, head on
     std::vector<Disc> discs;
 
     b2Vec2 to_units(const Eigen::Vector2d &v) const {
@@ -102,19 +101,19 @@ struct World::Box2D {
     }
 };
 
-World::World(const Arena &arena, const Profile &profile, double fastest_m_s, size_t robots)
+World::World(const Arena &arena, const Profile &profile, double drive_m_s, double fastest_m_s,
+             size_t robots)
     : box2d_(std::make_unique<Box2D>()),
       held_(robots, false) {
     auto &b = *box2d_;
     b.units_per_m = RADIUS_UNITS / profile.radius_m;
     b.push_m_s2 = profile.push_m_s2;
-    b.closing_units_s = 2 * fastest_m_s * b.units_per_m;
     b.push_rad_s2 = 2 * profile.push_m_s2 / profile.radius_m;  // a disc's inertia is m r^2 / 2
     b2WorldDef def = b2DefaultWorldDef();
     def.gravity = {0, 0};
     def.enableSleep = false;
-    def.maxContactPushSpeed = static_cast<float>(fastest_m_s * b.units_per_m);
-    def.maximumLinearSpeed = static_cast<float>(2 * fastest_m_s * b.units_per_m);
+    def.maxContactPushSpeed = static_cast<float>(drive_m_s * b.units_per_m);
+    def.maximumLinearSpeed = static_cast<float>(fastest_m_s * b.units_per_m);
     b.world = b2CreateWorld(&def);
     b.discs.resize(robots);
     b.build_walls(arena);
@@ -144,9 +143,11 @@ void World::remove(uint32_t robot) {
     robots_.erase(std::lower_bound(robots_.begin(), robots_.end(), robot));
 }
 
+double World::margin_m(double radius_m) { return SPECULATIVE_UNITS / RADIUS_UNITS * radius_m; }
+
 // A contact is seen by the solver only when bodies are nearer than its speculative margin at the
 // begin of a solver step: two robots must not come closer than that within one.
-void World::step(const std::vector<Shift> &free, double step_s, bool sustained) {
+void World::step(const std::vector<Shift> &free, double step_s, double approach_m, bool careful) {
     auto &b = *box2d_;
     for (uint32_t robot : robots_) {
         auto &disc = b.discs[robot];
@@ -154,13 +155,12 @@ void World::step(const std::vector<Shift> &free, double step_s, bool sustained) 
         disc.rotation_before = b2Body_GetRotation(disc.body);
     }
     const int rounds =
-        std::max(1, static_cast<int>(std::ceil(b.closing_units_s * step_s / SPECULATIVE_UNITS)));
+        std::max(1, static_cast<int>(std::ceil(approach_m * b.units_per_m / SPECULATIVE_UNITS)));
     const double round_s = step_s / rounds;
     for (int round = 0; round < rounds; round++) {
         for (size_t i = 0; i < robots_.size(); i++)
             b.drive(b.discs[robots_[i]], {free[i].by / step_s, free[i].turn / step_s}, round_s);
-        b2World_Step(b.world, static_cast<float>(round_s),
-                     sustained ? SUB_STEPS_SUSTAINED : SUB_STEPS);
+        b2World_Step(b.world, static_cast<float>(round_s), careful ? SUB_STEPS_CAREFUL : SUB_STEPS);
     }
 }
 

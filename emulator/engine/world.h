@@ -28,8 +28,9 @@ struct Shift {
 
 class World {
   public:
-    /// `fastest_m_s`: the speed of the fastest drive.
-    World(const Arena &arena, const Profile &profile, double fastest_m_s, size_t robots);
+    /// `drive_m_s`: the speed of the fastest drive; `fastest_m_s`: nobody is pushed faster.
+    World(const Arena &arena, const Profile &profile, double drive_m_s, double fastest_m_s,
+          size_t robots);
     ~World();
 
     bool holds(uint32_t robot) const { return held_[robot]; }
@@ -41,10 +42,13 @@ class World {
     void add(uint32_t robot, const Trajectory &trajectory, Cycles at);
     void remove(uint32_t robot);
 
+    /// The solver sees those that are nearer than this when a step begins.
+    static double margin_m(double radius_m);
+
     /// Solves one step of `step_s`. `free`: for each of robots(), in their order, where it would go
-    /// within the step, were it alone. `sustained`: something has been touching for a while, so
-    /// that care pays.
-    void step(const std::vector<Shift> &free, double step_s, bool sustained);
+    /// within the step, were it alone. `approach_m`: the most that any two come nearer who are
+    /// farther apart than margin_m(). `careful`: something is pressed, so that care pays.
+    void step(const std::vector<Shift> &free, double step_s, double approach_m, bool careful);
 
     /// How the last step moved a robot.
     Shift moved(uint32_t robot) const;

@@ -20,6 +20,19 @@ struct CanFrame {
     bool operator==(const CanFrame &) const = default;
 };
 
+/// A frame that ended on a bus, as Python has it: a row of a numpy array, without gaps.
+#pragma pack(push, 1)
+struct CanRecord {
+    double at_s;  ///< when its last bit ended
+    uint8_t bus;
+    uint16_t id;
+    uint8_t dlc;
+    std::array<uint8_t, CanFrame::DATA_MAX> data;
+    uint8_t from_host;  ///< 1: the host sent it; 0: a module
+};
+#pragma pack(pop)
+static_assert(sizeof(CanRecord) == 21);
+
 }  // namespace kilotwin
 
 #endif

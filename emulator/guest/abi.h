@@ -15,7 +15,7 @@
 extern "C" {
 #endif
 
-#define KT_GUEST_ABI 4
+#define KT_GUEST_ABI 5
 #define KT_PACKED __attribute__((packed))
 
 /// The registers that reach motors and LED (hardware.md 1.8), as a program may write them itself.
@@ -117,15 +117,18 @@ typedef struct KT_PACKED {
     message_t *rx_message;  ///< kilolib's one receive buffer; of a module KT_CELLS, one per cell
     distance_measurement_t *rx_distance;
     volatile kt_outputs_t *outputs;
-    void (*settle)(void);       ///< brings registers that act when written up to date;
-                                ///< null if the program uses none
-    int (*random)(void);        ///< the program's rand()
-    int32_t *budget;            ///< basic blocks left; not part of the state
-    const kt_host_t **host;     ///< not part of the state
-    const kt_module_t *module;  ///< null: a robot's program
+    void (*settle)(void);        ///< brings registers that act when written up to date;
+                                 ///< null if the program uses none
+    const char *handlers_begin,  ///< names of the program's own interrupt handlers, each ended by
+        *handlers_end;           ///< a zero; null if there are none
+    int (*random)(void);         ///< the program's rand()
+    int32_t *budget;             ///< basic blocks left; not part of the state
+    const kt_host_t **host;      ///< not part of the state
+    const kt_module_t *module;   ///< null: a robot's program
 } kt_table_t;
 
-#define KT_GUARD_BYTES 8192
+/// More than the 64 KB that an index of 16 bits can be off: it never reaches the engine.
+#define KT_GUARD_BYTES 0x11000
 
 /// The one symbol a guest exports.
 extern __attribute__((visibility("default"))) const kt_table_t kt_table;

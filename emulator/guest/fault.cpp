@@ -16,4 +16,22 @@ FaultReport explain(const GuestStack::Fault &fault, const Program &program) {
     return {EventKind::CRASH, text};
 }
 
+MistakeReport explain(GuestStack::Mistake mistake, const void *address, const Program &program) {
+    if (mistake == GuestStack::Mistake::DIVISION_BY_ZERO)
+        return {DIVIDES_BY_ZERO,
+                "it divides by zero; as on the robot, it goes on with a wrong number"};
+    if (LostMemory::is_the_robots(address)) {
+        char text[128];
+        std::snprintf(text, sizeof text,
+                      "it uses a pointer that is NULL or wild, at address 0x%03x; there it reads "
+                      "zeros, and what it writes is lost",
+                      static_cast<unsigned>(reinterpret_cast<uintptr_t>(address)));
+        return {LOST_POINTER, text};
+    }
+    if (program.is_beside_state(address))
+        return {BEYOND_VARIABLES, "it goes beyond its own variables; there it reads zeros, and "
+                                  "what it writes is lost"};
+    return {0, {}};
+}
+
 }  // namespace kilotwin

@@ -182,6 +182,15 @@ struct Module::HostCalls {
         for (;;) running_module->wait_until(NEVER);
     }
 
+    static bool mistake(GuestStack::Mistake what, const void *address) {
+        auto [noted, text] = explain(what, address, *running_module->program_);
+        if (noted == 0) return false;
+        if (!(running_module->noted_ & noted))
+            running_module->report(EventKind::NOTE, std::move(text));
+        running_module->noted_ |= noted;
+        return true;
+    }
+
     static void light(uint8_t cell, uint8_t red, uint8_t green, uint8_t blue) {
         if (cell < CELLS_PER_MODULE) running_module->lights_[cell] = {{red, green, blue}};
     }
@@ -262,9 +271,7 @@ Module::Module(ModuleContext &context, std::shared_ptr<Program> program, uint32_
 
 Module::~Module() { program_->evict(image_); }
 
-void Module::serve_this_thread() {
-    GuestStack::instance().serve_this_thread(HostCalls::empty_loop);
-}
+void Module::serve_this_thread() { GuestStack::instance().serve_this_thread(); }
 
 // All that power holds.
 void Module::switch_off() {
@@ -368,6 +375,7 @@ void Module::go_on(Cycles until) {
     running_module = this;
     program_->make_resident(image_);
     auto &stack = GuestStack::instance();
+    stack.attend(HostCalls::empty_loop, HostCalls::mistake);
     GuestStack::Outcome outcome;
     do {
         outcome =

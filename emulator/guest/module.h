@@ -286,6 +286,7 @@ class Module {
     uint8_t pages_received_ = 0;
     uint8_t health_asked_ = 0;  ///< bit per part
     uint8_t tec_ = 0, rec_ = 0;
+    uint8_t noted_ = 0;  ///< Mistakes
     Life life_ = Life::OFF;
     State state_ = State::INIT;
     Asking asking_ = Asking::NOTHING;

@@ -44,6 +44,14 @@ Program::Program(const std::string &path, std::string name) : name_(std::move(na
     forbid_access(table_->guard_high);
 }
 
+std::string Program::own_handlers() const {
+    std::string names;
+    for (const char *name = table_->handlers_begin; name < table_->handlers_end;
+         name += std::strlen(name) + 1)
+        names += (names.empty() ? "" : ", ") + std::string(name);
+    return names;
+}
+
 void Program::swap_in(uint8_t *image) {
     if (resident_ != nullptr) std::memcpy(resident_, table_->state_begin, state_bytes_);
     std::memcpy(table_->state_begin, image, state_bytes_);
@@ -59,6 +67,12 @@ void Program::evict(const uint8_t *image) {
     if (resident_ != image) return;
     std::memcpy(resident_, table_->state_begin, state_bytes_);
     resident_ = nullptr;
+}
+
+bool Program::is_beside_state(const void *address) const {
+    constexpr ptrdiff_t RAM_BYTES = 2048;
+    auto at = static_cast<const uint8_t *>(address);
+    return at >= table_->state_begin - RAM_BYTES && at < table_->state_end + RAM_BYTES;
 }
 
 bool Program::guards(const void *address) const {

@@ -38,6 +38,10 @@ class Program {
     /// The state at power-up, `state_bytes()` long.
     const uint8_t *initial_state() const { return initial_.data(); }
 
+    /// Names of the interrupt handlers that the program defines for itself, "A, B": none is ever
+    /// called here. Mostly empty.
+    std::string own_handlers() const;
+
     /// Puts the state kept at `image` into the guest; what was there goes back to where it came
     /// from. Pass the same pointer again and nothing is copied.
     void make_resident(uint8_t *image) {
@@ -49,6 +53,10 @@ class Program {
 
     /// To be called before `image` is given up or overwritten from outside.
     void evict(const uint8_t *image);
+
+    /// Whether an address lies so near to the state that the robot, whose RAM has 2 KB, has memory
+    /// there.
+    bool is_beside_state(const void *address) const;
 
     /// Whether an address lies in the guard pages around the state.
     bool guards(const void *address) const;

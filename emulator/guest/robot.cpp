@@ -113,6 +113,15 @@ struct Robot::HostCalls {
         for (;;) robot.wait_until(NEVER);
     }
 
+    // The fault came from the program, or from libc on its behalf, so that the engine may work as
+    // usual here.
+    static bool mistake(GuestStack::Mistake mistake, const void *address) {
+        auto [noted, text] = explain(mistake, address, *current->program_);
+        if (noted == 0) return false;
+        current->note(noted, std::move(text));
+        return true;
+    }
+
     static void unusable(const char *what) {
         current->stop(EventKind::CRASH, what);
         GuestStack::instance().abandon();
@@ -143,9 +152,11 @@ Robot::Robot(RobotContext &context, std::shared_ptr<Program> program, uint32_t i
     *program_->table().host = &HOST;
 }
 
-void Robot::serve_this_thread() { GuestStack::instance().serve_this_thread(HostCalls::empty_loop); }
+void Robot::serve_this_thread() { GuestStack::instance().serve_this_thread(); }
 
-Robot::~Robot() { program_->evict(image_); }
+Robot::~Robot() {
+    if (program_) program_->evict(image_);
+}
 
 void Robot::receive(const Reception &reception) {
     if (life_ == Life::STOPPED) return;
@@ -179,6 +190,7 @@ void Robot::go_on(Cycles until) {
     program_->make_resident(image_);
     if (context_.black_box != nullptr) *context_.black_box = {index_, last_tick_};
     auto &stack = GuestStack::instance();
+    stack.attend(HostCalls::empty_loop, HostCalls::mistake);
     GuestStack::Outcome outcome;
     do {
         outcome =
@@ -242,6 +254,7 @@ int16_t Robot::voltage(Cycles at) const {
 // What the robot shows while its program does not decide: hardware.md 1.3.
 uint8_t Robot::color(Cycles at) const {
     constexpr uint8_t GREEN = 3 << 2, BLUE = 3 << 4, YELLOW = 3 | 3 << 2, RED = 3, DIM_RED = 1;
+    if (life_ != Life::ALIVE) return color_;  // before kilo_start() and after its end
     Cycles in_state = at > state_since_ ? at - state_since_ : 0;
     switch (state_) {
     case State::IDLE: return in_state % IDLE_BLINK_PERIOD < IDLE_BLINK_ON ? GREEN : 0;
@@ -603,6 +616,12 @@ void Robot::stop(EventKind kind, std::string text) {
     suspended_.clear();
     inbox_.clear();
     inbox_next_ = 0;
+}
+
+void Robot::note(uint8_t mistake, std::string text) {
+    if (noted_ & mistake) return;
+    noted_ |= mistake;
+    report(EventKind::NOTE, std::move(text));
 }
 
 void Robot::report(EventKind kind, std::string text) {

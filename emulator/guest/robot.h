@@ -16,6 +16,7 @@
 #include "engine/chance.h"
 #include "engine/clock.h"
 #include "engine/events.h"
+#include "engine/motion.h"
 #include "guest/busy_watch.h"
 #include "guest/eeprom.h"
 #include "guest/infrared_gains.h"
@@ -29,11 +30,6 @@ struct Reception {
     Cycles at;
     message_t message;
     distance_measurement_t distance;
-};
-
-struct MotorCommand {
-    Cycles at;
-    uint8_t left, right;
 };
 
 struct Emission {
@@ -76,6 +72,7 @@ class Robot {
     Robot(RobotContext &context, std::shared_ptr<Program> program, uint32_t index,
           const Calibration &calibration, Cycles power_up, uint8_t *image);
     ~Robot();
+    Robot(Robot &&) = default;
     Robot(const Robot &) = delete;
     Robot &operator=(const Robot &) = delete;
 
@@ -184,6 +181,7 @@ class Robot {
     void set_eeprom(uint16_t address, uint8_t value);
     void stop(EventKind kind, std::string text);
     void report(EventKind kind, std::string text);
+    void note(uint8_t mistake, std::string text);  ///< once each
 
     RobotContext &context_;
     std::shared_ptr<Program> program_;
@@ -229,6 +227,7 @@ class Robot {
     bool tick_pending_ = false;
     bool loop_due_ = false;
     bool set_up_ = false;
+    uint8_t noted_ = 0;  ///< Mistakes
 };
 
 }  // namespace kilotwin

@@ -19,7 +19,7 @@ using boost::context::detail::transfer_t;
 namespace {
 
 constexpr size_t GUARD_BYTES = 16 * 4096;
-constexpr int FAULT_SIGNALS[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL};
+constexpr int FAULT_SIGNALS[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGTRAP};
 constexpr int TIMER_SIGNAL = SIGVTALRM;
 constexpr long TIMER_NS = 5'000'000;  // of CPU time
 constexpr size_t SIGNAL_STACK_BYTES = 64 * 1024;
@@ -94,10 +94,7 @@ GuestStack::GuestStack() {
     sigaction(TIMER_SIGNAL, &action, nullptr);
 }
 
-void GuestStack::serve_this_thread(EmptyLoop empty_loop) {
-    thread_local ThreadSignals signals;
-    empty_loop_ = empty_loop;
-}
+void GuestStack::serve_this_thread() { thread_local ThreadSignals signals; }
 
 GuestStack::Outcome GuestStack::call(void (*body)(void *), void *argument,
                                      SuspendedCall &suspended) {
@@ -137,6 +134,18 @@ void GuestStack::leave_after_fault() {
     __builtin_unreachable();
 }
 
+// Whether the program goes on as on an AVR.
+bool GuestStack::overlook(int signal, const void *address, greg_t *registers) {
+    if (signal == SIGTRAP) return lost_memory_.settle(registers);
+    lost_memory_.settle(registers);
+    if (signal == SIGFPE && divide_as_avr(registers))
+        return on_mistake_(Mistake::DIVISION_BY_ZERO, nullptr);
+    if (signal != SIGSEGV || !lost_memory_.redirect(registers, address)) return false;
+    if (on_mistake_(Mistake::LOST_ACCESS, address)) return true;
+    lost_memory_.settle(registers);
+    return false;
+}
+
 // The handler itself must not leave: it makes the interrupted thread go on at the top of the
 // guest's stack (whose frames nobody needs any more), from where it jumps to the host with the
 // signal mask restored.
@@ -148,11 +157,12 @@ void GuestStack::on_fault(int signal, void *info, void *context) {
         return;
     }
     auto address = static_cast<const uint8_t *>(static_cast<siginfo_t *>(info)->si_addr);
+    auto &registers = static_cast<ucontext_t *>(context)->uc_mcontext.gregs;
+    if (stack.overlook(signal, address, registers)) return;
     bool memory_fault = signal == SIGSEGV || signal == SIGBUS;
     stack.fault_ = {signal, address,
                     memory_fault && address >= stack.memory_ - GUARD_BYTES &&
                         address < stack.memory_};
-    auto &registers = static_cast<ucontext_t *>(context)->uc_mcontext.gregs;
     registers[REG_RIP] = reinterpret_cast<greg_t>(&GuestStack::leave_after_fault);
     registers[REG_RSP] = reinterpret_cast<greg_t>(stack.memory_ + BYTES - 64 - sizeof(void *));
 }

@@ -12,6 +12,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "guest/fixups.h"
+
 namespace kilotwin {
 
 /// A call that blocked: the bytes of the stack from its lowest address to the top.
@@ -34,11 +36,24 @@ class GuestStack {
     /// return.
     using EmptyLoop = void (*)();
 
+    /// What an AVR does not stop at, and a program here does not either (fixups.h).
+    enum class Mistake { DIVISION_BY_ZERO, LOST_ACCESS };
+
+    /// Called in the handler of the fault, from which nothing must be thrown; `address` is that of
+    /// the memory. False: the program shall stop.
+    using OnMistake = bool (*)(Mistake mistake, const void *address);
+
     /// The process's one stack; installs the signal handlers when first used.
     static GuestStack &instance();
 
     /// To be called by a thread before it runs guests: faults and the timer reach it from then on.
-    void serve_this_thread(EmptyLoop empty_loop);
+    void serve_this_thread();
+
+    /// Who is told of what befalls guests from now on: robots and modules take turns.
+    void attend(EmptyLoop empty_loop, OnMistake on_mistake) {
+        empty_loop_ = empty_loop;
+        on_mistake_ = on_mistake;
+    }
 
     /// Runs `body(argument)` from the top of the stack. On SUSPENDED the call was moved into
     /// `suspended`.
@@ -63,6 +78,7 @@ class GuestStack {
     GuestStack();
     Outcome enter(void *context, SuspendedCall &suspended);
     static void on_fault(int signal, void *info, void *context);
+    bool overlook(int signal, const void *address, greg_t *registers);
     static void on_timer(void *context);
     [[noreturn]] static void leave_after_fault();
 
@@ -71,6 +87,8 @@ class GuestStack {
     void (*body_)(void *) = nullptr;
     void *argument_ = nullptr;
     EmptyLoop empty_loop_ = nullptr;
+    OnMistake on_mistake_ = nullptr;
+    LostMemory lost_memory_;
     Fault fault_;
 
     friend struct StackEntry;

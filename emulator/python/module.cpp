@@ -13,6 +13,7 @@
 #include "aggregation/wire.h"
 #include "engine/simulation.h"
 #include "engine/world.h"
+#include "python/bridge.h"
 
 namespace nb = nanobind;
 using namespace kilotwin;
@@ -291,6 +292,7 @@ NB_MODULE(_emulator, m) {
     m.def("config_message", config_message, nb::arg("uid_first"), nb::arg("uid_last"),
           nb::arg("key"), nb::arg("value"), "A CONFIG message: nine data bytes and the type.");
     nb::exception<EngineError>(m, "EngineError", PyExc_ValueError);
+    register_bridge(m);
 
     nb::class_<PythonSimulation>(m, "Simulation", "One run; see emulator/engine/simulation.h.")
         .def(nb::init<const nb::dict &>(), nb::arg("spec"))

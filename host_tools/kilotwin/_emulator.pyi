@@ -12,6 +12,7 @@ BOX2D_VERSION: str
 VERSION: str
 BUILD: str
 TICK_S: float
+CAN_RECORD: list[tuple[Any, ...]]  # fields of numpy.dtype() for a frame that ended on a bus
 
 class EngineError(ValueError): ...
 
@@ -32,7 +33,7 @@ class Event(TypedDict):
     robot_tick: int  # the robot's own kilo_ticks
     robot: int
     program: str
-    kind: str  # crash, busy_wait, endless, stack_overflow, print
+    kind: str  # crash, busy_wait, endless, note, stack_overflow, print
     text: str
 
 class Simulation:
@@ -55,5 +56,30 @@ class Simulation:
     def state(self, robot: int) -> bytes: ...
     def program(self, robot: int) -> str: ...
     def stats(self) -> dict[str, int | float]: ...
+
+class BridgeError(OSError): ...
+
+class Bridge:
+    """The buses for programs outside; see emulator/grid/bridge.h."""
+
+    port: int
+    clients: int
+    def __init__(
+        self,
+        *,
+        buses: int = 1,
+        port: int = 29536,  # 0: any free one
+        more_ports: int = 15,
+        interfaces: list[str] = ...,  # SocketCAN instead of the server, one for each bus
+        client_bytes: int = ...,
+        client_frames: int = ...,
+        clients: int = ...,
+        settle_s: float = ...,
+    ) -> None: ...
+    def publish(self, frames: NDArray[Any]) -> None: ...  # of CAN_RECORD
+    def take(self) -> list[tuple[int, int, bytes]]: ...  # bus, id, data
+    def counts(self) -> dict[str, int]: ...
+    def notes(self) -> list[str]: ...
+    def close(self) -> None: ...
 
 def config_message(uid_first: int, uid_last: int, key: int, value: int) -> bytes: ...

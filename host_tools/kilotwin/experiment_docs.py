@@ -26,7 +26,7 @@ _WORDS = {
     dict: "table",
 }
 # What the types do not tell.
-_ALLOWED = {"robots.program": "text or list"}
+_ALLOWED = dict.fromkeys(("swarm.program", "robots.program"), "text or list")
 _DEFAULTS = {"name": "the file's name", "controller.neighbour_timeout_s": "as the window"}
 
 

@@ -113,8 +113,10 @@ class Swarm(Section):
 
     profile: ProfileName
     """The kind of robot: body, motors, medium, and the defaults of many keys."""
-    program: Text | None = None
-    """A `.c` file, or a folder whose `.c` files are one program."""
+    program: Annotated[
+        Annotated[list[Text], Field(min_length=1)] | None, BeforeValidator(one_or_more)
+    ] = None
+    """A `.c` file, a folder whose `.c` files are one program, or a list of `.c` files."""
     size: Count | None = None
     """How many robots run it."""
     floor: bool

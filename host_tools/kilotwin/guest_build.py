@@ -40,10 +40,21 @@ _FLAGS = [
     "-fshort-enums",
     "-fvisibility=hidden",
     "-ffp-contract=off",
+    "-fno-delete-null-pointer-checks",  # address 0 is as good as another on an AVR
 ]
 _GCC_FLAGS = ["-funsigned-bitfields"]  # clang has no such option
 # clang leaves out counters that follow from others, and with them those of some endless loops.
 _CLANG_PROGRAM_FLAGS = ["-fsanitize-coverage=no-prune"]
+# What avr-gcc defines for the robot's processor, and kilolib's Makefile for its clock.
+_ROBOT_MACROS = [
+    "-DF_CPU=8000000UL",
+    "-DAVR=1",
+    "-D__AVR=1",
+    "-D__AVR__=1",
+    "-D__AVR_ARCH__=5",
+    "-D__AVR_ATmega328P__=1",
+    "-D__AVR_MEGA__=1",
+]
 # avr-gcc 5 takes a variable that several files define without a value for one variable, and only
 # warns of what later compilers refuse. trace-pc counts the program's basic blocks, so that the
 # engine notices a busy-wait.
@@ -162,7 +173,8 @@ class _Builder:
         if "clang" not in version:
             flags += _GCC_FLAGS
         defines = [f"-D{define}" for define in program.defines]
-        counted = [*_PROGRAM_FLAGS, *(_CLANG_PROGRAM_FLAGS if "clang" in version else [])]
+        counted = [*_PROGRAM_FLAGS, *_ROBOT_MACROS]
+        counted += _CLANG_PROGRAM_FLAGS if "clang" in version else []
         self._program_flags = [
             *flags,
             *api.includes(folders),

@@ -62,6 +62,9 @@ def run(
     folder = folder or default_folder(experiment)
     check_free(folder)
     guests = [build(group.program, display.note) for group in experiment.groups]
+    commands = experiment.keys.command
+    if commands is not None and not any(command.send == "run" for command in commands):
+        display.note('no [[command]] has send = "run": setup() and loop() are never called')
     manifest = _manifest(experiment, guests, command_line)
     with tempfile.NamedTemporaryFile(prefix="kilotwin-") as black_box:
         black_box.write(_BLACK_BOX.pack(_NOBODY, 0).ljust(_PAGE_BYTES, b"\0"))

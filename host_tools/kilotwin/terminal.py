@@ -260,6 +260,9 @@ def troubles_text(summary: dict[str, Any]) -> str:
         lines.append(f"and {len(failed) - _LISTED} more; events.jsonl has them all")
     if busy:
         lines.append(f"{busy} warnings of busy-waiting; events.jsonl has them")
+    notes = summary["events"].get("note", 0)
+    if notes:
+        lines.append(f"{notes} notes on what programs do; events.jsonl has them")
     return "\n".join(lines)
 
 

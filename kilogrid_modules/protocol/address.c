@@ -48,8 +48,8 @@ bool kilogrid_address(uint16_t id, kilogrid_address_t *address) {
 
 bool kilogrid_filters(uint8_t x, uint8_t y, uint16_t ids[KILOGRID_FILTERS]) {
     if (!is_coordinate(x) || !is_coordinate(y)) return false;
-    for (uint8_t type = ADDR_BROADCAST; type <= ADDR_INDIVIDUAL; type++)
-        ids[type] = kilogrid_id((kilogrid_address_t){x, y, type});
+    for (uint8_t i = 0; i < KILOGRID_FILTERS; i++)
+        ids[i] = kilogrid_id((kilogrid_address_t){x, y, (uint8_t)(ADDR_BROADCAST + i)});
     return true;
 }
 

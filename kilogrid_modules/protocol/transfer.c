@@ -12,17 +12,22 @@ typedef struct kilogrid_can_to_module_t frame_t;
 // The part of an infrared message that the first of its two frames holds.
 #define IR_FIRST_BYTES TRANSFER_CHUNK_BYTES
 
-static void count(uint16_t *counter) {
-    if (*counter < UINT16_MAX) (*counter)++;
+static uint16_t one_more(uint16_t count) {
+    return count < UINT16_MAX ? (uint16_t)(count + 1) : count;
+}
+
+static transfer_event_t too_short(transfer_t *transfer) {
+    transfer->dropped.too_short = one_more(transfer->dropped.too_short);
+    return TRANSFER_REFUSED;
 }
 
 static transfer_event_t out_of_range(transfer_t *transfer) {
-    count(&transfer->dropped.out_of_range);
+    transfer->dropped.out_of_range = one_more(transfer->dropped.out_of_range);
     return TRANSFER_REFUSED;
 }
 
 static transfer_event_t out_of_order(transfer_t *transfer) {
-    count(&transfer->dropped.out_of_order);
+    transfer->dropped.out_of_order = one_more(transfer->dropped.out_of_order);
     return TRANSFER_REFUSED;
 }
 
@@ -48,8 +53,11 @@ static bool place_chunk(uint8_t *data, uint8_t size, uint8_t chunk, const frame_
 }
 
 static transfer_event_t config_size(transfer_t *transfer, const frame_t *frame) {
-    if (frame->config_size == 0 || frame->config_size > TRANSFER_CONFIG_BYTES)
+    if (frame->config_size == 0 || frame->config_size > TRANSFER_CONFIG_BYTES) {
+        // The chunks behind it are not for an earlier one either.
+        transfer_abandon_config(transfer);
         return out_of_range(transfer);
+    }
     transfer->config.size = frame->config_size;
     transfer->config.next = 0;
     return TRANSFER_CONFIG_BEGUN;
@@ -100,7 +108,7 @@ static transfer_event_t page_count(transfer_t *transfer, transfer_page_t *progra
 static transfer_event_t page_number(transfer_t *transfer, transfer_page_t *program,
                                     const frame_t *frame) {
     if (frame->page >= program->pages) {
-        // The chunks behind it are not for the page before either.
+        // As above, for the page before.
         program->next = TRANSFER_NOTHING_DUE;
         return out_of_range(transfer);
     }
@@ -153,17 +161,11 @@ transfer_event_t transfer_receive(transfer_t *transfer, const uint8_t *data, uin
     uint8_t bytes[KILOGRID_CAN_TO_MODULE_LENGTH] = {0};
     frame_t frame;
     if (length > sizeof bytes) length = sizeof bytes;
-    if (length == 0) {
-        count(&transfer->dropped.too_short);
-        return TRANSFER_REFUSED;
-    }
+    if (length == 0) return too_short(transfer);
     memcpy(bytes, data, length);
     memset(&frame, 0, sizeof frame);
     (void)kilogrid_can_to_module_unpack(&frame, bytes, sizeof bytes);
-    if (length < kilogrid_least_dlc_to_module(frame.type)) {
-        count(&transfer->dropped.too_short);
-        return TRANSFER_REFUSED;
-    }
+    if (length < kilogrid_least_dlc_to_module(frame.type)) return too_short(transfer);
     switch (frame.type) {
     case TYPE(MODULE_CONFIG_SIZE): return config_size(transfer, &frame);
     case TYPE(MODULE_CONFIG_TRANSFER): return config_chunk(transfer, &frame);

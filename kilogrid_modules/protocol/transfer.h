@@ -3,7 +3,8 @@
 ///
 /// Chunks must come in order; one that is missing, repeated or out of its turn spoils the transfer,
 /// whose later chunks are dropped until it is begun anew (the size, the page's number, part 0).
-/// What is too short, too long or out of range is refused and changes nothing. Either is counted.
+/// What is too short or out of range is refused, and does not touch what was received before; a
+/// refused beginning ends the transfer before it. Either is counted.
 ///
 /// Pure: no I/O, no clock. The caller owns the memory, hands in the data bytes of every frame that
 /// the module's filters let through, and does what the returned event says. Not to be called from
@@ -71,7 +72,7 @@ typedef struct {
 
 #define TRANSFER_NOTHING_DUE 0xFF
 
-/// All of a module's transfers. 364 bytes; any member may be read at any time.
+/// All of a module's transfers. 357 bytes there; any member may be read at any time.
 typedef struct {
     transfer_config_t config;
     transfer_ir_t ir;

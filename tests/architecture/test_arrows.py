@@ -113,7 +113,7 @@ def imports(path: Path) -> Iterator[str]:
 
 
 # Packages that are not imported under the name they are installed by.
-IMPORTED_AS = {"pyelftools": "elftools"}
+IMPORTED_AS = {"pyelftools": "elftools", "python_can": "can"}
 
 
 def declared_packages(root: Path) -> set[str]:

@@ -185,3 +185,12 @@ count = 5
 
 def test_a_setting_remembers_what_was_typed() -> None:
     assert parse_setting("swarm.informed = 0.5").written == "--set swarm.informed = 0.5"
+
+
+def test_a_swarms_program_may_be_several_files(load: Load, folder: Path) -> None:
+    (folder / "more.c").write_text("int more;\n")
+    text = SMALL.replace('program = "blink.c"', 'program = ["blink.c", "more.c"]')
+    experiment = load(text)
+    (group,) = experiment.groups
+    assert [source.name for source in group.program.sources] == ["blink.c", "more.c"]
+    assert len(experiment.resolved()["swarm"]["program"]) == 2

@@ -1,5 +1,7 @@
 """The overhead controller: what a [[command]] becomes on the wire, and when."""
 
+from pathlib import Path
+
 import pytest
 
 from kilotwin.engine_spec import commands
@@ -7,7 +9,7 @@ from kilotwin.experiment_schema import Command
 from kilotwin.overhead import message_of, region, timed, uids
 from kilotwin.profiles import PROFILES
 
-from .conftest import SMALL, Load
+from .conftest import SMALL, Kilotwin, Load
 
 KILOBOT = PROFILES["kilobot"]
 
@@ -88,3 +90,12 @@ def test_commands_come_after_config(load: Load) -> None:
     assert all(tick < -1 for tick, *_ in configs)
     assert configs
     assert run[0] == 0
+
+
+def test_commands_without_a_run_are_told(kilotwin: Kilotwin, folder: Path) -> None:
+    said = 'no [[command]] has send = "run": setup() and loop() are never called'
+    for send, told in (("voltage", True), ("run", False)):
+        command = f'\n[[command]]\nat_s = 0\nsend = "{send}"\n'
+        (folder / "small.toml").write_text(SMALL + command)
+        done = kilotwin("run", "small.toml", "--out", f"runs/{send}")
+        assert (said in done.stderr) == told

@@ -72,12 +72,10 @@ char *fgets(char *text, int bytes, FILE *stream);
 #define feof(stream) ((void)(stream), 0)
 #define clearerr(stream) ((void)(stream))
 
-// Other functions than the PC's, which know longs of 64 bits only.
-int sprintf(char *text, const char *format, ...) __asm__("kt_sprintf");
-int snprintf(char *text, size_t bytes, const char *format, ...) __asm__("kt_snprintf");
-int vsprintf(char *text, const char *format, va_list arguments) __asm__("kt_vsprintf");
-int vsnprintf(char *text, size_t bytes, const char *format,
-              va_list arguments) __asm__("kt_vsnprintf");
+int sprintf(char *text, const char *format, ...);
+int snprintf(char *text, size_t bytes, const char *format, ...);
+int vsprintf(char *text, const char *format, va_list arguments);
+int vsnprintf(char *text, size_t bytes, const char *format, va_list arguments);
 
 int sscanf(const char *text, const char *format, ...);
 int vsscanf(const char *text, const char *format, va_list arguments);

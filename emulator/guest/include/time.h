@@ -13,10 +13,10 @@
 typedef uint32_t time_t;
 
 /// Seconds since 2000-01-01; 0 at the start.
-time_t time(time_t *now) __asm__("kt_time");
+time_t time(time_t *now);
 void set_system_time(time_t now);
 /// To be called once a second.
 void system_tick(void);
-int32_t difftime(time_t end, time_t begin) __asm__("kt_difftime");
+int32_t difftime(time_t end, time_t begin);
 
 #endif

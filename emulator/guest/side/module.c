@@ -46,6 +46,10 @@ static kt_records_t records;
 // Only programs that send by themselves link it (module_send.c).
 extern __attribute__((weak, visibility("hidden"))) const uint8_t kt_acts_alone;
 
+// avr/interrupt.h.
+extern __attribute__((weak, visibility("hidden"))) const char __start_kt_handlers[];
+extern __attribute__((weak, visibility("hidden"))) const char __stop_kt_handlers[];
+
 static const kt_module_t module = {
     .uid = &module_uid,
     .x = &module_uid_x_coord,
@@ -74,6 +78,8 @@ const kt_table_t kt_table = {
     .rx_distance = &distance,
     .outputs = &kt_outputs,
     .settle = kt_settle,
+    .handlers_begin = __start_kt_handlers,
+    .handlers_end = __stop_kt_handlers,
     .random = rand,
     .budget = &kt_budget,
     .host = &kt_host,

@@ -1,10 +1,13 @@
 // What a program prints goes to the run folder, or to its own stream; nothing reaches the
 // emulator's own output.
+// Weak: a program may have functions of the same names.
 #include <stdio.h>
 
 #include <string.h>
 
 #include "side.h"
+
+#define WEAK __attribute__((weak))
 
 enum { LINE_BYTES = 512, FORMAT_BYTES = 256, OPENED = 4 };
 
@@ -14,7 +17,7 @@ FILE *kt_streams[3] = {&run_folder, &run_folder, &run_folder};
 static FILE opened[OPENED];
 static uint8_t used;
 
-FILE *fdevopen(int (*put)(char, FILE *), int (*get)(FILE *)) {
+WEAK FILE *fdevopen(int (*put)(char, FILE *), int (*get)(FILE *)) {
     if (used == OPENED) return NULL;
     FILE *stream = &opened[used++];
     fdev_setup_stream(stream, put, get, _FDEV_SETUP_RW);
@@ -23,15 +26,15 @@ FILE *fdevopen(int (*put)(char, FILE *), int (*get)(FILE *)) {
     return stream;
 }
 
-int fclose(FILE *stream) {
+WEAK int fclose(FILE *stream) {
     (void)stream;
     return 0;
 }
 
 void debug_init(void);
-void debug_init(void) {}
+WEAK void debug_init(void) {}
 void debug_init_nonblocking(void);
-void debug_init_nonblocking(void) {}
+WEAK void debug_init_nonblocking(void) {}
 
 static void write_text(FILE *stream, const char *text, size_t bytes) {
     if (stream == NULL || stream->put == NULL) {
@@ -41,9 +44,9 @@ static void write_text(FILE *stream, const char *text, size_t bytes) {
     for (size_t i = 0; i < bytes; i++) stream->put(text[i], stream);
 }
 
-// The PC's function, which the header hides.
+// The PC's function under its other name.
 extern int pc_vsnprintf(char *text, size_t bytes, const char *format,
-                        va_list arguments) __asm__("vsnprintf");
+                        va_list arguments) __asm__("__vsnprintf");
 
 // A long has 32 bits on the robot, and programs print int32_t and uint32_t as longs: without its
 // `l` a conversion takes those. `%S` is a string in flash.
@@ -62,16 +65,16 @@ static const char *robots_format(const char *format, char *changed) {
     return changed;
 }
 
-int vsnprintf(char *text, size_t bytes, const char *format, va_list arguments) {
+WEAK int vsnprintf(char *text, size_t bytes, const char *format, va_list arguments) {
     char changed[FORMAT_BYTES];
     return pc_vsnprintf(text, bytes, robots_format(format, changed), arguments);
 }
 
-int vsprintf(char *text, const char *format, va_list arguments) {
+WEAK int vsprintf(char *text, const char *format, va_list arguments) {
     return vsnprintf(text, INT32_MAX, format, arguments);
 }
 
-int snprintf(char *text, size_t bytes, const char *format, ...) {
+WEAK int snprintf(char *text, size_t bytes, const char *format, ...) {
     va_list arguments;
     va_start(arguments, format);
     int length = vsnprintf(text, bytes, format, arguments);
@@ -79,7 +82,7 @@ int snprintf(char *text, size_t bytes, const char *format, ...) {
     return length;
 }
 
-int sprintf(char *text, const char *format, ...) {
+WEAK int sprintf(char *text, const char *format, ...) {
     va_list arguments;
     va_start(arguments, format);
     int length = vsprintf(text, format, arguments);
@@ -87,16 +90,18 @@ int sprintf(char *text, const char *format, ...) {
     return length;
 }
 
-int vfprintf(FILE *stream, const char *format, va_list arguments) {
+WEAK int vfprintf(FILE *stream, const char *format, va_list arguments) {
     char line[LINE_BYTES];
     int length = vsnprintf(line, sizeof line, format, arguments);
     if (length > 0) write_text(stream, line, length < LINE_BYTES ? (size_t)length : LINE_BYTES - 1);
     return length;
 }
 
-int vprintf(const char *format, va_list arguments) { return vfprintf(stdout, format, arguments); }
+WEAK int vprintf(const char *format, va_list arguments) {
+    return vfprintf(stdout, format, arguments);
+}
 
-int printf(const char *format, ...) {
+WEAK int printf(const char *format, ...) {
     va_list arguments;
     va_start(arguments, format);
     int length = vprintf(format, arguments);
@@ -104,7 +109,7 @@ int printf(const char *format, ...) {
     return length;
 }
 
-int fprintf(FILE *stream, const char *format, ...) {
+WEAK int fprintf(FILE *stream, const char *format, ...) {
     va_list arguments;
     va_start(arguments, format);
     int length = vfprintf(stream, format, arguments);
@@ -112,13 +117,13 @@ int fprintf(FILE *stream, const char *format, ...) {
     return length;
 }
 
-int fputs(const char *text, FILE *stream) {
+WEAK int fputs(const char *text, FILE *stream) {
     write_text(stream, text, strlen(text));
     return 1;
 }
 
 // In one piece, for the run folder.
-int puts(const char *text) {
+WEAK int puts(const char *text) {
     char line[LINE_BYTES];
     size_t length = strlen(text);
     if (length > LINE_BYTES - 1) length = LINE_BYTES - 1;
@@ -128,34 +133,34 @@ int puts(const char *text) {
     return 1;
 }
 
-int fputc(int character, FILE *stream) {
+WEAK int fputc(int character, FILE *stream) {
     char byte = (char)character;
     write_text(stream, &byte, 1);
     return character;
 }
 
-int putc(int character, FILE *stream) { return fputc(character, stream); }
-int putchar(int character) { return fputc(character, stdout); }
+WEAK int putc(int character, FILE *stream) { return fputc(character, stream); }
+WEAK int putchar(int character) { return fputc(character, stdout); }
 
-size_t fwrite(const void *data, size_t size, size_t count, FILE *stream) {
+WEAK size_t fwrite(const void *data, size_t size, size_t count, FILE *stream) {
     write_text(stream, data, size * count);
     return count;
 }
 
-int fflush(FILE *stream) {
+WEAK int fflush(FILE *stream) {
     (void)stream;
     return 0;
 }
 
-int fgetc(FILE *stream) {
+WEAK int fgetc(FILE *stream) {
     int character = stream == NULL || stream->get == NULL ? EOF : stream->get(stream);
     return character < 0 ? EOF : character;
 }
 
-int getc(FILE *stream) { return fgetc(stream); }
-int getchar(void) { return fgetc(stdin); }
+WEAK int getc(FILE *stream) { return fgetc(stream); }
+WEAK int getchar(void) { return fgetc(stdin); }
 
-char *fgets(char *text, int bytes, FILE *stream) {
+WEAK char *fgets(char *text, int bytes, FILE *stream) {
     int length = 0;
     while (length < bytes - 1) {
         int character = fgetc(stream);

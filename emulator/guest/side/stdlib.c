@@ -1,7 +1,10 @@
 // The parts of libc that hold state, private to each robot and shaped as on the AVR.
+// Weak: a program may have functions of the same names.
 #include <stdlib.h>
 
 #include "side.h"
+
+#define WEAK __attribute__((weak))
 
 static unsigned long rand_state = 1;
 static unsigned long random_state = 1;
@@ -13,31 +16,31 @@ static unsigned long next(unsigned long state) {
     return state * 16807 % 2147483647;
 }
 
-int rand_r(unsigned int *state) {
+WEAK int rand_r(unsigned int *state) {
     *state = (unsigned int)next(*state);
     return (int)(*state % (RAND_MAX + 1u));
 }
 
-int rand(void) {
+WEAK int rand(void) {
     rand_state = next(rand_state);
     return (int)(rand_state % (RAND_MAX + 1ul));
 }
-void srand(unsigned int seed) { rand_state = seed; }
+WEAK void srand(unsigned int seed) { rand_state = seed; }
 
-long random(void) {
+WEAK long random(void) {
     random_state = next(random_state);
     return (long)random_state;
 }
-void srandom(unsigned int seed) { random_state = seed; }
+WEAK void srandom(unsigned int seed) { random_state = seed; }
 
-void exit(int status) {
+WEAK void exit(int status) {
     (void)status;
     kt_unusable("called exit()");
     for (;;) {
     }
 }
 
-void abort(void) {
+WEAK void abort(void) {
     kt_unusable("called abort()");
     for (;;) {
     }

@@ -14,6 +14,12 @@
 
 #ifdef DEBUG
 
+#ifdef __AVR__
+// Programs that include this count on the registers.
+#include <avr/interrupt.h>
+#include <avr/io.h>
+#endif
+
 #ifdef __cplusplus
 extern "C" {
 #endif

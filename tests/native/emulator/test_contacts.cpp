@@ -36,7 +36,8 @@ size_t last_row(const Samples &samples) { return samples.tick.size() - 1; }
 /// Robots drive from the beginning on as `drives` says.
 std::vector<Pose> all_in_solver(const Scene &scene, std::vector<Pose> poses,
                                 const std::vector<Drive> &drives, int64_t duration_ticks) {
-    World world(scene.def.arena, scene.def.profile, scene.def.profile.speed_m_s, poses.size());
+    const double speed = scene.def.profile.speed_m_s;
+    World world(scene.def.arena, scene.def.profile, speed, 1.1 * speed, poses.size());
     const double step_s = scene.def.step_ticks * TICK_S;
     auto free = [&](size_t i) {
         return Shift{direction(poses[i].heading) * drives[i].velocity.x() * step_s,
@@ -51,7 +52,7 @@ std::vector<Pose> all_in_solver(const Scene &scene, std::vector<Pose> poses,
     for (int64_t tick = 0; tick < duration_ticks; tick += scene.def.step_ticks) {
         std::vector<Shift> shifts;
         for (uint32_t i = 0; i < count; i++) shifts.push_back(free(i));
-        world.step(shifts, step_s, true);
+        world.step(shifts, step_s, 2 * speed * step_s, true);
         for (uint32_t i = 0; i < count; i++) {
             Shift moved = world.moved(i);
             poses[i].position += moved.by;
@@ -61,11 +62,12 @@ std::vector<Pose> all_in_solver(const Scene &scene, std::vector<Pose> poses,
     return poses;
 }
 
-/// Compares a run of puppets with the all-in-solver run, at the end of each of ten parts. Returns
-/// the largest difference in place.
+/// Compares a run of puppets with the all-in-solver run, at the end of each of ten parts. Steps are
+/// of one tick: each is one round of the solver, whoever is in it. Returns the largest difference in
+/// place.
 double worst_difference(const Arena &arena, const std::vector<Pose> &poses,
                         const std::vector<Drive> &drives, int64_t duration_ticks,
-                        uint32_t step_ticks = 2) {
+                        uint32_t step_ticks = 1) {
     Scene scene(arena);
     scene.def.step_ticks = step_ticks;
     scene.add("puppet", poses);
@@ -209,18 +211,18 @@ TEST_CASE("the harder a robot is to push, the more stand in a row") {
 
 TEST_CASE("a robot at rest stays where it is, also beside one that passes") {
     Scene scene(square_hall(6));
-    scene.add("puppet", {{{-0.6, 0.176}, 0}, {{0, 0}, 1}, {{0, 0.352}, 2}});
+    scene.add("puppet", {{{-0.6, 0.1705}, 0}, {{0, 0}, 1}, {{0, 0.341}, 2}});
     scene.motors(0, 0, FULL, FULL);
     Simulation simulation(scene.def);
     simulation.advance(400);
     CHECK(simulation.statistics().solver_steps > 0);
     auto samples = simulation.snapshot();
-    // Robot 0 went between the two, 6 mm from each, in and out of the solver: as in closed form.
+    // Robot 0 went between the two, 0.5 mm from each, in and out of the solver: as in closed form.
     double way = SPEED_PER_TICK * 400;
-    CHECK((pose_of(samples, 0).position - Eigen::Vector2d(-0.6 + way, 0.176)).norm() < 1e-5);
+    CHECK((pose_of(samples, 0).position - Eigen::Vector2d(-0.6 + way, 0.1705)).norm() < 1e-5);
     CHECK(std::abs(pose_of(samples, 0).heading) < 1e-6);
     CHECK((pose_of(samples, 1).position - Eigen::Vector2d(0, 0)).norm() < 1e-7);
-    CHECK((pose_of(samples, 2).position - Eigen::Vector2d(0, 0.352)).norm() < 1e-7);
+    CHECK((pose_of(samples, 2).position - Eigen::Vector2d(0, 0.341)).norm() < 1e-7);
     CHECK(std::abs(pose_of(samples, 1).heading - 1) < 1e-6);
     CHECK(std::abs(pose_of(samples, 2).heading - 2) < 1e-6);
 }
@@ -244,7 +246,7 @@ TEST_CASE("a motor change within a step acts at its moment, also in the solver")
         Scene scene(square_hall(6));
         scene.def.step_ticks = step;
         // The second one is near enough to be in the solver, and out of the way.
-        scene.add("puppet", {{{0, 0}, PI / 2}, {{0.175, -0.05}, 0}});
+        scene.add("puppet", {{{0, 0}, PI / 2}, {{0.1705, 0.02}, 0}});
         scene.motors(3, 0, FULL, FULL);
         scene.motors(14, 0, 0, 0);
         Simulation simulation(scene.def);
@@ -269,7 +271,7 @@ TEST_CASE("only robots near a moving body are in the solver") {
     CHECK(simulation.statistics().solver_steps == begin);
 }
 
-TEST_CASE("all that stand in a chain are in the solver, and leave it together 4 steps after") {
+TEST_CASE("all that stand in a chain are in the solver, and leave it together 2 steps after") {
     Scene scene(square_hall(20));
     std::vector<Pose> poses = {{{-0.3, 0}, 0}};
     for (int i = 0; i < 9; i++) poses.push_back({{DIAMETER * i, 0}, 0});
@@ -282,10 +284,10 @@ TEST_CASE("all that stand in a chain are in the solver, and leave it together 4 
         simulation.advance(ticks);
         return simulation.statistics().solver_steps - before;
     };
-    solver_steps_of(20);             // RUN sets everybody's motors once
-    CHECK(solver_steps_of(8) == 0);  // 0.13 m to go, less 30 mm of margin: tick 30
-    CHECK(solver_steps_of(62) >= 10 * 29);
-    CHECK(solver_steps_of(10) <= 10 * 5);
+    solver_steps_of(20);              // RUN sets everybody's motors once
+    CHECK(solver_steps_of(16) == 0);  // 0.13 m to go, less a step and the margin: tick 38
+    CHECK(solver_steps_of(54) >= 10 * 25);
+    CHECK(solver_steps_of(10) <= 10 * 3);
     CHECK(solver_steps_of(100) == 0);
 }
 

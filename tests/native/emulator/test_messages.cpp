@@ -105,7 +105,7 @@ TEST_CASE("a frame is heard after it is over, and not before the next world step
 TEST_CASE("who drives out of range, after brushing past another, is no longer heard") {
     // Robot 1 passes robot 2 so closely that both go through the solver, then drives on freely.
     Scene scene(square_hall(8));
-    scene.add("puppet", {{{0, 0}, 0}, {{0.3, 0}, 0}, {{0.55, 0.175}, 0}});
+    scene.add("puppet", {{{0, 0}, 0}, {{0.3, 0}, 0}, {{0.55, 0.1705}, 0}});
     scene.tell_all(0, message(SAY, {1}));
     scene.tell(0, 0, message(SEND, {HELLO}));
     scene.motors(1, 1, FULL, FULL);

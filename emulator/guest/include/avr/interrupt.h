@@ -14,15 +14,27 @@
 #define ISR_NAKED
 #define ISR_ALIASOF(vector)
 
+/// Notes the handler's name for the engine, which tells people that it is never called.
+#define KT_HANDLES(vector, name)            \
+    static const char kt_handles_##vector[] \
+        __attribute__((used, aligned(1), section("kt_handlers"))) = name;
+
 #define BADISR_vect __vector_default
-#define ISR(vector, ...) \
-    void vector(void);   \
+#define ISR(vector, ...)        \
+    KT_HANDLES(vector, #vector) \
+    void vector(void);          \
     void vector(void)
-#define SIGNAL(vector) ISR(vector)
+#define SIGNAL(vector)          \
+    KT_HANDLES(vector, #vector) \
+    void vector(void);          \
+    void vector(void)
 #define EMPTY_INTERRUPT(vector) \
-    ISR(vector) {}
+    void vector(void);          \
+    void vector(void) {}
 #define ISR_ALIAS(vector, target) \
+    KT_HANDLES(vector, #vector)   \
     void target(void);            \
-    ISR(vector) { target(); }
+    void vector(void);            \
+    void vector(void) { target(); }
 
 #endif

@@ -29,18 +29,32 @@ typedef const float __attribute__((may_alias, aligned(1))) kt_flash_float_t;
 typedef const double __attribute__((may_alias, aligned(1))) kt_flash_double_t;
 typedef const void *__attribute__((may_alias, aligned(1))) kt_flash_pointer_t;
 
-#define pgm_read_byte(address) (*(kt_flash8_t *)(address))
-#define pgm_read_dword(address) (*(kt_flash32_t *)(address))
-#define pgm_read_ptr(address) ((void *)*(const kt_flash_pointer_t *)(address))
+static const uint8_t kt_erased_flash[8]
+    __attribute__((unused)) = {0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF};
+
+/// Where `address` leads. What a program wants from flash by a number of its own, which only the
+/// robot's linker could give a meaning, reads as erased.
+static inline __attribute__((unused)) const void *kt_in_flash(uintptr_t address) {
+    return address <= FLASHEND ? kt_erased_flash : (const void *)address;
+}
+#define KT_IN_FLASH(address) kt_in_flash((uintptr_t)(address))
+
+/// The size of what `address`, a pointer or a number, points to.
+#define KT_SIZE_AT(address) sizeof(*(1 ? (address) : (void *)0))
+
+#define pgm_read_byte(address) (*(kt_flash8_t *)KT_IN_FLASH(address))
+#define pgm_read_dword(address) (*(kt_flash32_t *)KT_IN_FLASH(address))
+#define pgm_read_ptr(address) ((void *)*(const kt_flash_pointer_t *)KT_IN_FLASH(address))
 
 /// Pointers are words on the robot, and doubles are floats: what `address` points to decides.
-#define pgm_read_word(address)                                                 \
-    __builtin_choose_expr(sizeof((address)[0]) == sizeof(void *),              \
-                          (uintptr_t) * (const kt_flash_pointer_t *)(address), \
-                          *(kt_flash16_t *)(address))
-#define pgm_read_float(address)                                                                    \
-    __builtin_choose_expr(sizeof((address)[0]) == sizeof(double), *(kt_flash_double_t *)(address), \
-                          *(kt_flash_float_t *)(address))
+#define pgm_read_word(address)                                                            \
+    __builtin_choose_expr(KT_SIZE_AT(address) == sizeof(void *),                          \
+                          (uintptr_t) * (const kt_flash_pointer_t *)KT_IN_FLASH(address), \
+                          *(kt_flash16_t *)KT_IN_FLASH(address))
+#define pgm_read_float(address)                                       \
+    __builtin_choose_expr(KT_SIZE_AT(address) == sizeof(double),      \
+                          *(kt_flash_double_t *)KT_IN_FLASH(address), \
+                          *(kt_flash_float_t *)KT_IN_FLASH(address))
 
 #define pgm_read_byte_near(address) pgm_read_byte(address)
 #define pgm_read_word_near(address) pgm_read_word(address)

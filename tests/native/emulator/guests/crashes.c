@@ -26,7 +26,7 @@ static void fail(void) {
     case 4: zero = recurse(start); break;
     case 5: exit(3);
     case 6: abort();
-    case 7: zero = 100 / zero; break;
+    case 7: *(volatile int *)-8 = 1; break;
     case 8: function(); break;
     case 9: __builtin_trap();
     default: return;

@@ -1,0 +1,344 @@
+#include "engine/bodies.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/trigonometry.h"
+
+namespace kilotwin {
+
+namespace {
+
+constexpr double SKIN_SHARE = 0.4;  // of the lists' reach, but at least so many steps of driving:
+constexpr double SKIN_STEPS = 10;
+constexpr double SKIN_USED =
+    0.6;  // of the skin, before new lists are made: the rest is for running ahead
+constexpr double CONTACT_MARGIN = 0.03;  // of a radius
+constexpr double NEAR = 1;               // of a radius: gap up to which others count as near
+constexpr uint8_t STEPS_APART_TO_LEAVE = 2;
+constexpr double OVERLAP_TO_CARE = 0.002;  // of a diameter
+// A robot that is pushed may be a little faster than it drives: the solver's own limit, relative to
+// the fastest drive.
+constexpr double PUSHED_SPEED = 1.1;
+
+}  // namespace
+
+Bodies::Bodies(const Arena &arena, const Profile &profile, const Chance &chance, Cycles step,
+               Cycles begin, const std::vector<Pose> &poses, double reach_m)
+    : arena_(arena),
+      radius_m_(profile.radius_m),
+      margin_m_(CONTACT_MARGIN * profile.radius_m),
+      step_(step),
+      now_(begin),
+      chassis_(profile, chance, poses.size()),
+      fastest_m_s_(PUSHED_SPEED * chassis_.fastest_m_s()),
+      contact_gap_m_(2 * fastest_m_s_ * seconds(step) + margin_m_),
+      world_(arena, profile, chassis_.fastest_m_s(), fastest_m_s_, poses.size()),
+      lists_(std::max(reach_m, 2 * profile.radius_m + contact_gap_m_),
+             std::max(SKIN_SHARE * reach_m, SKIN_STEPS * fastest_m_s_ * seconds(step))),
+      lists_due_(begin),
+      lists_hold_until_(begin),
+      placed_at_(poses.size(), begin),
+      next_change_(poses.size(), NEVER),
+      still_since_(poses.size(), 0),
+      next_contact_(poses.size(), NEVER),
+      orders_(poses.size()),
+      near_(poses.size()),
+      before_slot_(poses.size(), 0),
+      steps_apart_(poses.size(), 0),
+      in_contact_(poses.size(), false) {
+    for (const auto &pose : poses) {
+        trajectories_.emplace_back(begin, pose);
+        positions_.push_back(pose.position);
+    }
+    lists_.rebuild(positions_);
+    listed_at_ = positions_;
+}
+
+void Bodies::command(uint32_t robot, const MotorCommand &command) {
+    const Cycles at = std::max(command.at, now_);
+    orders_[robot].list.push_back({at, command.left, command.right});
+    next_change_[robot] = std::min(next_change_[robot], at);
+    next_contact_[robot] = std::min(next_contact_[robot], now_);
+}
+
+/// World steps that lie wholly within `for_s` seconds.
+Cycles Bodies::whole_steps(double for_s) const {
+    return for_s <= 0 ? 0 : static_cast<Cycles>(for_s / seconds(step_)) * step_;
+}
+
+bool Bodies::refresh_lists() {
+    if (now_ < lists_due_) return false;
+    double drift_m = 0;
+    for (uint32_t robot = 0; robot < size(); robot++)
+        drift_m = std::max(drift_m, (position(robot) - listed_at_[robot]).norm());
+    const bool stale = 2 * drift_m > SKIN_USED * lists_.skin_m();
+    if (stale) {
+        lists_.rebuild(positions_);
+        listed_at_ = positions_;
+        list_rebuilds_++;
+        drift_m = 0;
+    }
+    const double closing = 2 * fastest_m_s_;
+    lists_hold_until_ = now_ + whole_steps((lists_.skin_m() - 2 * drift_m) / closing);
+    lists_due_ =
+        now_ + std::max(step_, whole_steps((SKIN_USED * lists_.skin_m() - 2 * drift_m) / closing));
+    return stale;
+}
+
+void Bodies::step() {
+    find_contacts();
+    hand_over();
+    solve_contacts();
+    before_.clear();
+    now_ += step_;
+}
+
+void Bodies::catch_up() {
+    for (uint32_t robot = 0; robot < size(); robot++) apply_commands(robot, now_);
+}
+
+void Bodies::place(uint32_t robot) {
+    apply_commands(robot, now_);
+    positions_[robot] = trajectories_[robot].position(now_);
+    placed_at_[robot] = now_;
+}
+
+Eigen::Vector2d Bodies::ahead(uint32_t robot) {
+    apply_commands(robot, now_);
+    return trajectories_[robot].ahead(now_);
+}
+
+bool Bodies::rests(uint32_t robot) const {
+    return next_change_[robot] == NEVER && trajectories_[robot].drive().at_rest() &&
+           !world_.holds(robot);
+}
+
+Cycles Bodies::still_since(uint32_t robot) {
+    apply_commands(robot, now_);
+    return still_since_[robot];
+}
+
+/// Lets motor commands before `until`, and what changes by itself, take effect at their times.
+void Bodies::apply_commands(uint32_t robot, Cycles until) {
+    if (next_change_[robot] >= until) return;
+    auto &[list, next] = orders_[robot];
+    auto &trajectory = trajectories_[robot];
+    while (next_change_[robot] < until) {
+        const Cycles at = next_change_[robot];
+        const bool commanded = next < list.size() && list[next].at <= at;
+        const Drive drive = commanded
+                                ? chassis_.set_duties(robot, at, list[next].left, list[next].right)
+                                : chassis_.renew(robot);
+        next += commanded;
+        next_change_[robot] =
+            std::min(next < list.size() ? list[next].at : NEVER, chassis_.next_renewal(robot));
+        if (drive == trajectory.drive()) continue;
+        if (!drive.stands())
+            still_since_[robot] = NEVER;
+        else if (!trajectory.drive().stands())
+            still_since_[robot] = at - (at - now_) % step_ + step_;  // the end of that step
+        trajectory.change(at, drive);
+    }
+    if (next < list.size()) return;
+    list.clear();
+    next = 0;
+}
+
+/// Takes in what changes a robot's drive within this step.
+void Bodies::look_ahead(uint32_t robot) {
+    position(robot);
+    if (next_change_[robot] >= now_ + step_) return;
+    before_slot_[robot] = static_cast<uint32_t>(before_.size());
+    before_.push_back({robot, trajectories_[robot]});
+    apply_commands(robot, now_ + step_);
+}
+
+/// How a robot moves when this step begins.
+const Trajectory &Bodies::trajectory_before(uint32_t robot) const {
+    const uint32_t slot = before_slot_[robot];
+    const bool changed = slot < before_.size() && before_[slot].robot == robot;
+    return changed ? before_[slot].trajectory : trajectories_[robot];
+}
+
+/// Where a robot would go within this step, were it alone.
+Eigen::Vector2d Bodies::free_shift(uint32_t robot) {
+    look_ahead(robot);
+    return trajectories_[robot].position(now_ + step_) - positions_[robot];
+}
+
+/// All who may touch a robot within this step, and some more.
+const std::vector<uint32_t> &Bodies::near(uint32_t robot) {
+    auto &[until, robots] = near_[robot];
+    if (until > now_) return robots;
+    robots.clear();
+    const Eigen::Vector2d here = position(robot);
+    const double near_m = 2 * radius_m_ + std::max(NEAR * radius_m_, 3 * contact_gap_m_);
+    double outside = INFINITY;
+    for (uint32_t other : lists_.of(robot)) {
+        const double square = (position(other) - here).squaredNorm();
+        if (square <= near_m * near_m)
+            robots.push_back(other);
+        else
+            outside = std::min(outside, square);
+    }
+    const double gap = std::sqrt(outside) - 2 * radius_m_ - contact_gap_m_;
+    until = std::min(std::max(lists_hold_until_, now_ + step_),
+                     now_ + whole_steps(std::min(gap / (2 * fastest_m_s_), 1e6)));
+    return robots;
+}
+
+/// The robots that belong into the solver: whoever is about to touch a body or wall, and all whom
+/// those may push in turn.
+void Bodies::find_contacts() {
+    contacts_.clear();
+    pairs_.clear();
+    approach_m_ = 0;
+    for (uint32_t robot = 0; robot < size(); robot++)
+        if (next_contact_[robot] <= now_ && may_touch(robot)) include(robot);
+    close_over();
+    std::sort(contacts_.begin(), contacts_.end());
+}
+
+void Bodies::include(uint32_t robot) {
+    if (in_contact_[robot]) return;
+    in_contact_[robot] = true;
+    contacts_.push_back(robot);
+    longest_shift_m_ = std::max(longest_shift_m_, free_shift(robot).norm());
+}
+
+/// Whether a robot moves and comes upon something within this step. If not, says how long nothing
+/// can.
+bool Bodies::may_touch(uint32_t robot) {
+    const Eigen::Vector2d here = position(robot);
+    if (trajectories_[robot].drive().at_rest() && next_change_[robot] >= now_ + step_) {
+        const Cycles change = next_change_[robot];
+        next_contact_[robot] = change == NEVER ? NEVER : change - (change - now_) % step_;
+        return false;
+    }
+    const auto &around = near(robot);
+    const double wall_gap = arena_.wall_gap(here) - radius_m_;
+    next_contact_[robot] = now_ + step_;
+    if (wall_gap <= contact_gap_m_ && meets_wall(robot)) {
+        if (wall_gap > World::margin_m(radius_m_))
+            approach_m_ = std::max(approach_m_, free_shift(robot).norm());
+        return true;
+    }
+    double nearest = INFINITY;
+    for (uint32_t other : around) {
+        const double square = (position(other) - here).squaredNorm();
+        const double reach = 2 * radius_m_ + contact_gap_m_;
+        if (square <= reach * reach && meets(robot, other)) return true;
+        nearest = std::min(nearest, square);
+    }
+    const double gap = std::sqrt(nearest) - 2 * radius_m_ - contact_gap_m_;
+    const double free_s =
+        std::min({gap / (2 * fastest_m_s_), (wall_gap - contact_gap_m_) / fastest_m_s_, 1e6});
+    next_contact_[robot] = std::clamp(now_ + whole_steps(free_s), now_ + step_, near_[robot].until);
+    return false;
+}
+
+/// Whether two robots would touch, both going on as they do; they are nearer than the contact gap.
+bool Bodies::meets(uint32_t robot, uint32_t other) {
+    const Eigen::Vector2d apart = position(other) - position(robot);
+    const Eigen::Vector2d shift = free_shift(robot);
+    const double touch = 2 * radius_m_ + margin_m_;
+    if (world_.holds(other))  // it may be pushed anywhere
+        return apart.norm() <= touch + shift.norm() + longest_shift_m_;
+    const Eigen::Vector2d closing = free_shift(other) - shift;
+    const double towards = -apart.dot(closing);
+    if (towards <= 0) return false;
+    const double part = std::min(towards / closing.squaredNorm(), 1.0);
+    return (apart + part * closing).squaredNorm() <= touch * touch;
+}
+
+bool Bodies::meets_wall(uint32_t robot) {
+    const Eigen::Vector2d there = position(robot) + free_shift(robot);
+    return arena_.wall_gap(there) <= radius_m_ + margin_m_;
+}
+
+/// Adds all whom those in contacts_ may come upon, as fast as any of them.
+void Bodies::close_over() {
+    for (size_t i = 0; i < contacts_.size(); i++) {
+        const uint32_t robot = contacts_[i];
+        const Eigen::Vector2d here = position(robot);
+        for (uint32_t other : near(robot)) {
+            const double closing = longest_shift_m_ + free_shift(other).norm();
+            const double gap = (position(other) - here).norm() - 2 * radius_m_;
+            if (gap > closing + margin_m_) continue;
+            include(other);
+            if (robot < other) pairs_.push_back({robot, other});
+            if (gap > World::margin_m(radius_m_)) approach_m_ = std::max(approach_m_, closing);
+        }
+    }
+}
+
+/// Takes robots into the solver, and those out that have been apart for some steps.
+void Bodies::hand_over() {
+    for (uint32_t robot : contacts_) {
+        in_contact_[robot] = false;
+        steps_apart_[robot] = 0;
+        if (!world_.holds(robot)) world_.add(robot, trajectory_before(robot), now_);
+    }
+    leaving_.clear();
+    size_t next = 0;
+    for (uint32_t robot : world_.robots()) {
+        if (next < contacts_.size() && contacts_[next] == robot)
+            next++;
+        else if (++steps_apart_[robot] >= STEPS_APART_TO_LEAVE)
+            leaving_.push_back(robot);
+    }
+    for (uint32_t robot : leaving_) world_.remove(robot);
+}
+
+void Bodies::solve_contacts() {
+    const auto &held = world_.robots();
+    pushed_.clear();
+    if (held.empty()) {
+        longest_shift_m_ = 0;
+        return;
+    }
+    const Cycles end = now_ + step_;
+    const double step_s = seconds(step_);
+    poses_before_.clear();
+    free_shifts_.clear();
+    for (uint32_t robot : held) {
+        look_ahead(robot);
+        poses_before_.push_back(trajectory_before(robot).pose(now_));
+        const Pose alone = trajectories_[robot].pose(end), &before = poses_before_.back();
+        free_shifts_.push_back(
+            {alone.position - before.position, wrapped(alone.heading - before.heading)});
+    }
+    world_.step(free_shifts_, step_s, approach_m_, overlap_m_ > OVERLAP_TO_CARE * 2 * radius_m_);
+    solver_steps_ += held.size();
+    longest_shift_m_ = 0;
+    for (size_t i = 0; i < held.size(); i++) {
+        const uint32_t robot = held[i];
+        Pose pose = poses_before_[i];
+        const Shift shift = world_.moved(robot);
+        longest_shift_m_ = std::max({longest_shift_m_, shift.by.norm(), free_shifts_[i].by.norm()});
+        const bool moved = shift.by != Eigen::Vector2d::Zero();
+        if (moved) still_since_[robot] = trajectories_[robot].drive().stands() ? end : NEVER;
+        if (moved || shift.turn != 0) pushed_.push_back(robot);
+        pose.position += shift.by;
+        pose.heading = wrapped(pose.heading + shift.turn);
+        trajectories_[robot].restart(end, pose);
+        positions_[robot] = pose.position;
+        placed_at_[robot] = end;
+    }
+    record_overlaps();
+}
+
+void Bodies::record_overlaps() {
+    overlap_m_ = 0;
+    auto add = [&](double gap) {
+        if (gap >= 0) return;
+        overlaps_.add(-gap / (2 * radius_m_));
+        overlap_m_ = std::max(overlap_m_, -gap);
+    };
+    for (const auto &[one, other] : pairs_)
+        add((positions_[other] - positions_[one]).norm() - 2 * radius_m_);
+    for (uint32_t robot : world_.robots()) add(arena_.wall_gap(positions_[robot]) - radius_m_);
+}
+
+}  // namespace kilotwin

@@ -1,0 +1,165 @@
+/// Where the robots are: in closed form while nothing touches them, by the solver near a contact.
+///
+/// A free robot costs nothing until somebody asks where it is. What its motors were told meanwhile,
+/// and what changes by itself, is made up for then: each change acts exactly at its time.
+#ifndef KILOTWIN_ENGINE_BODIES_H
+#define KILOTWIN_ENGINE_BODIES_H
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "engine/arena.h"
+#include "engine/chance.h"
+#include "engine/chassis.h"
+#include "engine/clock.h"
+#include "engine/motion.h"
+#include "engine/neighbours.h"
+#include "engine/recorder.h"
+#include "engine/world.h"
+
+namespace kilotwin {
+
+class Bodies {
+  public:
+    /// Robots that stand at `poses` when the first step begins, at `begin`; steps last `step`.
+    /// Lists of neighbours reach `reach_m` at least.
+    Bodies(const Arena &arena, const Profile &profile, const Chance &chance, Cycles step,
+           Cycles begin, const std::vector<Pose> &poses, double reach_m);
+
+    /// What a robot's motors are told, in order of time, not before the current step.
+    void command(uint32_t robot, const MotorCommand &command);
+
+    /// To be called when a step begins: makes the lists of neighbours anew if that is due, and says
+    /// so.
+    bool refresh_lists();
+
+    /// Goes to the end of the current step.
+    void step();
+
+    /// Takes in everything up to the begin of the current step, so that all poses can be read.
+    void catch_up();
+
+    size_t size() const { return trajectories_.size(); }
+
+    /// Centre of a robot when the current step begins, m.
+    const Eigen::Vector2d &position(uint32_t robot) {
+        if (placed_at_[robot] != now_) place(robot);
+        return positions_[robot];
+    }
+
+    /// All positions; right for those robots that were asked for since the step began.
+    const std::vector<Eigen::Vector2d> &positions() const { return positions_; }
+
+    /// Pose of a robot when the current step begins, after catch_up().
+    Pose pose(uint32_t robot) const { return trajectories_[robot].pose(now_); }
+
+    /// Unit vector of its heading.
+    Eigen::Vector2d ahead(uint32_t robot);
+
+    /// Whether it stays as it is, as far as is known: its motors are off, and nobody is at it.
+    bool rests(uint32_t robot) const;
+
+    /// Since when it has stood in its place, at the earliest; NEVER while it moves.
+    Cycles still_since(uint32_t robot);
+
+    /// Those that the solver moved or turned in the last step.
+    const std::vector<uint32_t> &pushed() const { return pushed_; }
+
+    /// Who is near whom.
+    const Neighbours &lists() const { return lists_; }
+
+    /// Before this, nobody comes within reach who is on no list.
+    Cycles lists_hold_until() const { return lists_hold_until_; }
+    uint64_t list_rebuilds() const { return list_rebuilds_; }
+
+    /// Nobody moves faster, driven or pushed.
+    double fastest_m_s() const { return fastest_m_s_; }
+
+    /// Robots farther apart cannot touch within a step.
+    double contact_gap_m() const { return contact_gap_m_; }
+
+    uint64_t solver_steps() const { return solver_steps_; }  ///< bodies times steps
+    const Overlaps &overlaps() const { return overlaps_; }
+
+  private:
+    /// What a robot was told that has not taken effect yet.
+    struct Orders {
+        std::vector<MotorCommand> list;
+        size_t next = 0;
+    };
+
+    /// Those who may come into contact with a robot before `until`.
+    struct Near {
+        Cycles until = 0;
+        std::vector<uint32_t> robots;
+    };
+    struct Pair {
+        uint32_t one, other;
+    };
+    /// How a robot moved when the step began, whose drive changes within it.
+    struct Before {
+        uint32_t robot;
+        Trajectory trajectory;
+    };
+
+    void place(uint32_t robot);
+    void apply_commands(uint32_t robot, Cycles until);
+    const std::vector<uint32_t> &near(uint32_t robot);
+    void look_ahead(uint32_t robot);
+    const Trajectory &trajectory_before(uint32_t robot) const;
+    Eigen::Vector2d free_shift(uint32_t robot);
+    void find_contacts();
+    bool may_touch(uint32_t robot);
+    bool meets(uint32_t robot, uint32_t other);
+    bool meets_wall(uint32_t robot);
+    void include(uint32_t robot);
+    void close_over();
+    void hand_over();
+    void solve_contacts();
+    void record_overlaps();
+    Cycles whole_steps(double for_s) const;
+
+    const Arena &arena_;
+    double radius_m_, margin_m_;
+    Cycles step_;
+    Cycles now_;  ///< begin of the current step
+    Chassis chassis_;
+    double fastest_m_s_, contact_gap_m_;
+    World world_;
+    Neighbours lists_;
+    std::vector<Eigen::Vector2d> listed_at_;  ///< positions when the lists were made
+    Cycles lists_due_;                        ///< for a look whether they are still good
+    Cycles lists_hold_until_;
+    uint64_t list_rebuilds_ = 0;
+
+    // By robot.
+    std::vector<Trajectory> trajectories_;
+    std::vector<Eigen::Vector2d> positions_;
+    std::vector<Cycles> placed_at_;     ///< when it was, or will be, at its position
+    std::vector<Cycles> next_change_;   ///< of its drive
+    std::vector<Cycles> still_since_;   ///< NEVER while it moves
+    std::vector<Cycles> next_contact_;  ///< before this, nothing is near enough to touch
+    std::vector<Orders> orders_;
+    std::vector<Near> near_;
+    std::vector<uint32_t> before_slot_;  ///< in before_, if it is there
+    std::vector<uint8_t> steps_apart_;
+    std::vector<bool> in_contact_;
+
+    std::vector<uint32_t> contacts_;  ///< robots that belong into the solver this step, ascending
+    std::vector<uint32_t> leaving_;   ///< and those that no longer do
+    std::vector<Before> before_;
+    std::vector<Pair> pairs_;  ///< of robots in the solver that may touch this step
+    std::vector<uint32_t> pushed_;
+    std::vector<Pose> poses_before_;  ///< of the robots in the solver
+    std::vector<Shift> free_shifts_;  ///< and where each would go within the step, were it alone
+    double longest_shift_m_ = 0;      ///< of a robot in the solver, in the last step or this one
+    double approach_m_ = 0;  ///< most that two come nearer in this step who are not close yet
+    double overlap_m_ = 0;   ///< the worst of the last step
+    uint64_t solver_steps_ = 0;
+    Overlaps overlaps_;
+};
+
+}  // namespace kilotwin
+
+#endif
