@@ -67,7 +67,7 @@ check-firmware: apt
 	@$(MAKE) -C firmware check
 	@$(MAKE) -C kilogrid_modules check
 	@mkdir -p build; clang-tidy --quiet $(shell find firmware kilogrid_modules/protocol \
-	    -name '*.c' ! -name kilogrid_can.c ! -path '*/avr/*') -- -std=gnu11 \
+	    -name '*.c' ! -name kilogrid_can.c -not -path '*/avr/*') -- -std=gnu11 \
 	    -Ifirmware/kilolib/include 2> build/clang-tidy.log || { cat build/clang-tidy.log; exit 1; }
 	@clang-tidy --quiet firmware/kilolib/avr/*.c -- -std=gnu99 -O2 --target=avr -mmcu=atmega328p \
 	    -DF_CPU=8000000UL -isystem /usr/lib/avr/include -Ifirmware/kilolib/include \
