@@ -83,10 +83,10 @@ def find_program(
     for define in defines:
         _check_define(define)
     return Program(
-        tuple(map(_portable, paths)),
+        tuple(map(portable, paths)),
         paths[0],
         sources,
-        tuple(map(_portable, folders)),
+        tuple(map(portable, folders)),
         tuple(folders),
         tuple(defines),
         api or _robot_api(sources),
@@ -116,7 +116,8 @@ def _check_define(define: str) -> None:
         raise ProgramError(f"'{define}' defines no macro; write NAME or NAME=value", "define")
 
 
-def _portable(path: Path) -> str:
+def portable(path: Path) -> str:
+    """How a run folder names a file, so that it is found again from anywhere."""
     for root in resources.roots():
         if path.is_relative_to(root.resolve()):
             return path.relative_to(root.resolve()).as_posix()

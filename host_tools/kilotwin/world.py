@@ -74,11 +74,13 @@ class World:
         self._names = States.of(self._experiment.keys)
         self._symbols: dict[str, GuestSymbols] = {}
         self._events: list[_emulator.Event] = []
+        modules = self._experiment.modules
         spec = engine_spec(
             self._experiment,
             [str(guest.file) for guest in guests],
             sample_ticks=_NEVER_TICKS,
             black_box=None,
+            module_guest=None if modules is None else str(build(modules).file),
         )
         try:
             self._engine: _emulator.Simulation | None = _emulator.Simulation(spec)

@@ -15,7 +15,7 @@ from kilotwin.profiles import CONTROLLER_DEFAULTS
 from .conftest import INFORMED, SMALL, Load
 
 # The hex alone knows nobody's role; the range of the messages decides.
-NOT_SENT_TO_ALL = {"INFORMED_SITE", "TRACKING_TICKS"}
+NOT_SENT_TO_ALL = {"INFORMED_SITE"}
 
 
 def controller(profile: str, **changes: Any) -> Controller:

@@ -127,6 +127,11 @@ def types_to_host() -> dict[str, int]:
     return dict(_types("ToHost"))
 
 
+def least_dlc_to_host(name: str) -> int:
+    """How many bytes a frame of this type has at least; ours to the host have no more."""
+    return _LEAST_TO_HOST.get(name, 1)
+
+
 def dlc_to_module(name: str) -> int:
     """How many bytes a frame of this type is sent with."""
     return _SHORT_TO_MODULE.get(name, FRAME_BYTES)
@@ -195,8 +200,8 @@ def read_to_host(data: bytes) -> ToHost:
     name = _names_to_host().get(data[0] & _TYPE_TO_HOST_MASK)
     if name is None or name in ("MODULE_USER", "KILOBOT_DATA"):
         return UserFrame(bytes(data))
-    if len(data) < _LEAST_TO_HOST[name]:
-        raise FrameError(f"{name} has {_LEAST_TO_HOST[name]} bytes, not {len(data)}")
+    if len(data) < least_dlc_to_host(name):
+        raise FrameError(f"{name} has {least_dlc_to_host(name)} bytes, not {len(data)}")
     try:
         signals = _decode("ToHost", data, names=False)
         match name:

@@ -73,7 +73,9 @@ def measure(task: Task) -> Measured | Failed:
     """Runs the trial here. What its programs or the engine refuse comes back as Failed."""
     try:
         guests = [str(build(group.program).file) for group in task.experiment.groups]
-        job = Job(task.experiment, guests, task.folder, {}, black_box=None)
+        modules = task.experiment.modules
+        module_guest = None if modules is None else str(build(modules).file)
+        job = Job(task.experiment, guests, task.folder, {}, None, module_guest)
         trial = Trial(job, lambda _: None, lambda: _SeriesWriter(task.experiment))
         trial.run(lambda: False)
     except KilotwinError as error:
