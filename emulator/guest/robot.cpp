@@ -1,29 +1,16 @@
 #include "guest/robot.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <cstring>
+
+#include "guest/fault.h"
+#include "guest/timer.h"
 
 namespace kilotwin {
 
 namespace {
 
-// A basic block takes an AVR about ten cycles, so a program may pass through this many in a tick's
-// time.
-constexpr int32_t BLOCKS_PER_TICK = TICK_CYCLES / 10;
-// A program that waits needs but one look at what it waits for.
-constexpr int32_t BLOCKS_WHILE_WAITING = 500;
-// Blocks that a program which waits passes through at most, before it is where it was.
-constexpr uint16_t PROBES = 512;
-constexpr Cycles WARN_AFTER = 10 * CYCLES_PER_SECOND;
-constexpr Cycles ENDLESS_AFTER = 60 * CYCLES_PER_SECOND;
-
 constexpr uint16_t TX_PERIOD_AT_RESET = 3906;  // units of 128 us: every 16th tick
-constexpr uint16_t TICK_COMPARE =
-    255;  // timer 0's compare value, and what a tick adds to the tx clock
-constexpr Cycles COUNT_CYCLES = 1024;  // a count of timer 0
-constexpr Cycles SENSE_CYCLES =
-    2418;  // an attempt that finds the channel busy: 2 slots and 235 polls
 constexpr Cycles IDLE_BLINK_ON = CYCLES_PER_SECOND / 1000, IDLE_BLINK_PERIOD = 1'609'600;
 constexpr Cycles CHARGE_BLINK_PERIOD = CYCLES_PER_SECOND / 5;
 constexpr Cycles SLEEP_PERIOD = 8 * CYCLES_PER_SECOND;    // the watchdog's
@@ -32,20 +19,8 @@ constexpr Cycles SLEEP_LISTEN = CYCLES_PER_SECOND / 100;  // for the start of a 
 constexpr uint8_t MOTOR_KICK = 255;
 constexpr uint32_t MOTOR_KICK_CYCLES = 15 * CYCLES_PER_SECOND / 1000;
 constexpr uint8_t FIRST_SYSTEM_MESSAGE = 0x80;
-constexpr uint32_t RAND_HARD_CYCLES = CYCLES_PER_SECOND / 2000;
 
 Robot *current = nullptr;
-
-uint64_t fnv(uint64_t hash, const uint8_t *begin, const uint8_t *end) {
-    for (; begin + 8 <= end; begin += 8) {
-        uint64_t word;
-        std::memcpy(&word, begin, 8);
-        hash = (hash ^ word) * 0x100000001B3u;
-        hash ^= hash >> 29;
-    }
-    for (; begin < end; begin++) hash = (hash ^ *begin) * 0x100000001B3u;
-    return hash;
-}
 
 }  // namespace
 
@@ -133,7 +108,7 @@ struct Robot::HostCalls {
     // Only interrupts go on: what `for (;;);` means.
     static void empty_loop() {
         auto &robot = *current;
-        robot.wait_until(robot.now_ + WARN_AFTER);
+        robot.wait_until(robot.now_ + BusyWatch::WARN_AFTER);
         robot.report(EventKind::BUSY_WAIT, "it stays in an empty endless loop");
         for (;;) robot.wait_until(NEVER);
     }
@@ -141,23 +116,9 @@ struct Robot::HostCalls {
     // The fault came from the program, or from libc on its behalf, so that the engine may work as
     // usual here.
     static bool mistake(GuestStack::Mistake mistake, const void *address) {
-        auto &robot = *current;
-        if (mistake == GuestStack::Mistake::DIVISION_BY_ZERO) {
-            robot.note(Note::DIVISION,
-                       "it divides by zero; as on the robot, it goes on with a wrong number");
-        } else if (LostMemory::is_the_robots(address)) {
-            char text[128];
-            std::snprintf(text, sizeof text,
-                          "it uses a pointer that is NULL or wild, at address 0x%03x; there it "
-                          "reads zeros, and what it writes is lost",
-                          static_cast<unsigned>(reinterpret_cast<uintptr_t>(address)));
-            robot.note(Note::POINTER, text);
-        } else if (robot.program_->is_beside_state(address)) {
-            robot.note(Note::BEYOND, "it goes beyond its own variables; there it reads zeros, and "
-                                     "what it writes is lost");
-        } else {
-            return false;
-        }
+        auto [noted, text] = explain(mistake, address, *current->program_);
+        if (noted == 0) return false;
+        current->note(noted, std::move(text));
         return true;
     }
 
@@ -168,10 +129,11 @@ struct Robot::HostCalls {
 };
 
 const kt_host_t Robot::HOST = {
-    HostCalls::init,       HostCalls::start,       HostCalls::wait,        HostCalls::outputs,
-    HostCalls::rand_hard,  HostCalls::distance_mm, HostCalls::eeprom_read, HostCalls::eeprom_write,
-    HostCalls::interrupts, HostCalls::timer0,      HostCalls::sensor,      HostCalls::print,
-    HostCalls::spent,      HostCalls::unusable,
+    HostCalls::init,        HostCalls::start,        HostCalls::wait,
+    HostCalls::outputs,     HostCalls::rand_hard,    HostCalls::distance_mm,
+    HostCalls::eeprom_read, HostCalls::eeprom_write, HostCalls::interrupts,
+    HostCalls::timer0,      HostCalls::sensor,       HostCalls::print,
+    HostCalls::spent,       HostCalls::unusable,     nullptr,
 };
 
 Robot::Robot(RobotContext &context, std::shared_ptr<Program> program, uint32_t index,
@@ -204,9 +166,7 @@ Robot::Robot(RobotContext &context, std::string name, uint32_t index,
       calibration_(calibration),
       outgoing_() {}
 
-void Robot::serve_this_thread() {
-    GuestStack::instance().serve_this_thread(HostCalls::empty_loop, HostCalls::mistake);
-}
+void Robot::serve_this_thread() { GuestStack::instance().serve_this_thread(); }
 
 Robot::~Robot() {
     if (program_) program_->evict(image_);
@@ -245,23 +205,15 @@ void Robot::go_on(Cycles until) {
     program_->make_resident(image_);
     if (context_.black_box != nullptr) *context_.black_box = {index_, last_tick_};
     auto &stack = GuestStack::instance();
+    stack.attend(HostCalls::empty_loop, HostCalls::mistake);
     GuestStack::Outcome outcome;
     do {
         outcome =
             suspended_.empty() ? stack.call(body, this, suspended_) : stack.resume(suspended_);
     } while (outcome == GuestStack::Outcome::ABANDONED && life_ != Life::STOPPED);
     if (outcome == GuestStack::Outcome::FAULT) {
-        const auto &fault = stack.fault();
-        char text[96];
-        std::snprintf(text, sizeof text, "%s at address %p", strsignal(fault.signal),
-                      fault.address);
-        if (fault.stack_overflow)
-            stop(EventKind::STACK_OVERFLOW,
-                 "its stack grew over " + std::to_string(GuestStack::BYTES) + " bytes");
-        else if (program_->guards(fault.address))
-            stop(EventKind::CRASH, "it wrote or read beyond its own variables");
-        else
-            stop(EventKind::CRASH, text);
+        auto [kind, text] = explain(stack.fault(), *program_);
+        stop(kind, std::move(text));
     }
     inbox_.erase(inbox_.begin(), inbox_.begin() + static_cast<ptrdiff_t>(inbox_next_));
     inbox_next_ = 0;
@@ -375,12 +327,7 @@ void Robot::live() {
     }
 }
 
-void Robot::came_back() {
-    *program_->table().budget = BLOCKS_PER_TICK;
-    busy_since_ = computing_since_ = NEVER;
-    probes_left_ = 0;
-    warned_ = false;
-}
+void Robot::came_back() { busy_.came_back(*program_); }
 
 Cycles Robot::next_interrupt() const {
     Cycles message = inbox_next_ < inbox_.size() ? inbox_[inbox_next_].at : NEVER;
@@ -640,55 +587,21 @@ void Robot::wait_until(Cycles wake) {
     now_ = std::max(now_, wake);
 }
 
-// The program passed through more blocks than fit into a tick without giving time back. Does it
-// wait or compute? Nothing happens around it while it is looked at, block by block: if its memory
-// comes back to where it was, it goes round in circles until a tick or a callback changes
-// something, which costs little to emulate. If not, it computes, which must end some day.
+// The program passed through more blocks than fit into a tick without giving time back. Nothing
+// happens around it while it is looked at; then time passes.
 void Robot::budget_spent(const uint8_t *frame) {
-    auto &budget = *program_->table().budget;
-    uint64_t fingerprint = memory_fingerprint(frame);
-    if (probes_left_ == 0) {
-        fingerprint_ = fingerprint;
-        probes_left_ = PROBES;
-        budget = 0;
-        return;
-    }
-    const bool waits = fingerprint == fingerprint_;
-    if (!waits && --probes_left_ > 0) {
-        budget = 0;
-        return;
-    }
-    probes_left_ = 0;
-    note_busy(waits);
-    wait_until(in_interrupt_ ? now_ + TICK_CYCLES : std::max(next_tick_, now_));
-    budget = waits ? BLOCKS_WHILE_WAITING : BLOCKS_PER_TICK;
-}
-
-void Robot::note_busy(bool waits) {
-    if (busy_since_ == NEVER) busy_since_ = now_;
-    if (waits)
-        computing_since_ = NEVER;
-    else if (computing_since_ == NEVER)
-        computing_since_ = now_;
-    if (!warned_ && now_ - busy_since_ >= WARN_AFTER) {
-        warned_ = true;
-        report(EventKind::BUSY_WAIT,
-               "it has been busy for 10 s without coming back or calling delay()");
-    }
-    if (computing_since_ != NEVER && now_ - computing_since_ >= ENDLESS_AFTER) {
-        stop(EventKind::ENDLESS,
-             "it has been computing for 60 s without coming back or calling delay()");
+    const auto finding = busy_.look(*program_, frame, GuestStack::instance().top());
+    if (finding == BusyWatch::Finding::LOOKING) return;
+    const int32_t budget = *program_->table().budget;
+    switch (busy_.judge(finding, now_)) {
+    case BusyWatch::Verdict::FINE: break;
+    case BusyWatch::Verdict::WARN: report(EventKind::BUSY_WAIT, BusyWatch::WARNING); break;
+    case BusyWatch::Verdict::ENDLESS:
+        stop(EventKind::ENDLESS, BusyWatch::ACCUSATION);
         GuestStack::instance().abandon();
     }
-}
-
-/// Over the program's variables but kilo_ticks, and its registers and frames.
-uint64_t Robot::memory_fingerprint(const uint8_t *frame) const {
-    const auto &table = program_->table();
-    auto ticks = reinterpret_cast<const uint8_t *>(const_cast<const uint32_t *>(table.ticks));
-    uint64_t hash = fnv(0xCBF29CE484222325u, table.state_begin, ticks);
-    hash = fnv(hash, ticks + sizeof *table.ticks, table.state_end);
-    return fnv(hash, frame, GuestStack::instance().top());
+    wait_until(in_interrupt_ ? now_ + TICK_CYCLES : std::max(next_tick_, now_));
+    *program_->table().budget = budget;
 }
 
 void Robot::stop(EventKind kind, std::string text) {
@@ -713,10 +626,10 @@ void Robot::crash(Cycles at, uint32_t tick, std::string text) {
     stop(EventKind::CRASH, std::move(text));
 }
 
-void Robot::note(Note what, const char *text) {
-    if (noted_ & static_cast<uint8_t>(what)) return;
-    noted_ |= static_cast<uint8_t>(what);
-    report(EventKind::NOTE, text);
+void Robot::note(uint8_t mistake, std::string text) {
+    if (noted_ & mistake) return;
+    noted_ |= mistake;
+    report(EventKind::NOTE, std::move(text));
 }
 
 void Robot::report(EventKind kind, std::string text) {

@@ -18,6 +18,7 @@
 #include "engine/clock.h"
 #include "engine/events.h"
 #include "engine/motion.h"
+#include "guest/busy_watch.h"
 #include "guest/eeprom.h"
 #include "guest/infrared_gains.h"
 #include "guest/program.h"
@@ -185,16 +186,13 @@ class Robot {
     void switch_motors(bool on);
     void came_back();
     void budget_spent(const uint8_t *frame);
-    void note_busy(bool waits);
-    uint64_t memory_fingerprint(const uint8_t *frame) const;
     uint16_t tx_period() const;
     bool disturbed() const;
     uint8_t eeprom(uint16_t address) const;
     void set_eeprom(uint16_t address, uint8_t value);
     void stop(EventKind kind, std::string text);
     void report(EventKind kind, std::string text);
-    enum class Note : uint8_t { DIVISION = 1, POINTER = 2, BEYOND = 4 };
-    void note(Note what, const char *text);  ///< once each
+    void note(uint8_t mistake, std::string text);  ///< once each
 
     RobotContext &context_;
     std::shared_ptr<Program> program_;
@@ -218,11 +216,8 @@ class Robot {
     void (*loop_)(void) = nullptr;
     uint64_t rand_hard_draws_ = 0;
     uint64_t outputs_seen_ = 0;
-    uint64_t fingerprint_ = 0;        ///< of the memory when the budget was last spent
-    uint16_t probes_left_ = 0;        ///< looks at the memory until it counts as computing
-    Cycles busy_since_ = NEVER;       ///< since when the program has not come back
-    Cycles computing_since_ = NEVER;  ///< since when it has changed memory all the time
-    std::string name_;                ///< of its program
+    BusyWatch busy_;
+    std::string name_;  ///< of its program
     uint32_t index_;
     uint32_t last_tick_ =
         0;  ///< kilo_ticks after the last tick, for reports: the program may spoil its own
@@ -244,8 +239,7 @@ class Robot {
     bool tick_pending_ = false;
     bool loop_due_ = false;
     bool set_up_ = false;
-    bool warned_ = false;
-    uint8_t noted_ = 0;  ///< Note bits
+    uint8_t noted_ = 0;  ///< Mistakes
 };
 
 }  // namespace kilotwin

@@ -69,7 +69,28 @@ def _avr(settings: list[Setting]) -> Iterator[tuple[str, Experiment]]:
     yield f"avr/walk-n{_AVR_ROBOTS}", Experiment.of(origin)
 
 
-_WORKLOADS = {"paper": _paper, "walk": _walk, "avr": _avr}
+# A whole Kilogrid of 200 modules below walkers that report every two seconds. The host asks every
+# module often enough that none of the ten records that it keeps is lost.
+_GRID_ROBOTS, _GRID_S, _GRID_POLL_S = 50, 2_000, 10.0
+
+
+def _grid(settings: list[Setting]) -> Iterator[tuple[str, Experiment]]:
+    tables = {
+        "name": f"grid, N = {_GRID_ROBOTS}",
+        "duration_s": _GRID_S,
+        "grid": {"columns": 10, "rows": 20, "poll_s": _GRID_POLL_S, "wall_cells": 0},
+        "swarm": {
+            "profile": "kilobot",
+            "program": "experiments/kilogrid/random_walk.c",
+            "size": _GRID_ROBOTS,
+        },
+        "record": {"sample_s": 100.0},
+    }
+    origin = ExperimentText("bench grid", Path.cwd(), tables, {}, settings)
+    yield f"grid/200-modules-n{_GRID_ROBOTS}", Experiment.of(origin)
+
+
+_WORKLOADS = {"paper": _paper, "walk": _walk, "grid": _grid, "avr": _avr}
 
 
 def measure(

@@ -10,18 +10,22 @@ import json
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import tomlkit
 from pydantic import ValidationError
 
+from kilotwin.apis import Api
 from kilotwin.errors import InputError
 from kilotwin.experiment_checks import first_problem, first_problem_of_command, swarm_size
 from kilotwin.experiment_errors import input_error
 from kilotwin.experiment_schema import Command, ExperimentSchema
 from kilotwin.experiment_text import ExperimentText, Setting
-from kilotwin.programs import Program, ProgramError, find_image, find_program
+from kilotwin.programs import Program, ProgramError, find_image, find_program, portable
 from kilotwin.toml_lines import KeyPath
+
+if TYPE_CHECKING:
+    from kilotwin.grid.plan import GridPlan
 
 
 @dataclass(frozen=True)
@@ -36,11 +40,16 @@ class Group:
 
 @dataclass(frozen=True)
 class Experiment:
-    """`keys` are the file's, validated; `origin` says where a key was written, for late errors."""
+    """`keys` are the file's, validated; `origin` says where a key was written, for late errors.
+
+    `modules` is the program of a grid's modules, and `plan` what its host does; None without.
+    """
 
     keys: ExperimentSchema
     groups: tuple[Group, ...]
     origin: ExperimentText
+    modules: Program | None = None
+    plan: "GridPlan | None" = None
 
     @staticmethod
     def load(file: Path, settings: Iterable[Setting] = ()) -> "Experiment":
@@ -57,7 +66,15 @@ class Experiment:
         problem = first_problem(keys)
         if problem is not None:
             raise InputError(f"{origin.where(*problem.paths)}: {problem.what}")
-        return Experiment(keys, tuple(_groups(keys, origin)), origin)
+        groups = tuple(_groups(keys, origin))
+        if keys.grid is None:
+            return Experiment(keys, groups, origin)
+        # Other experiments do without the CAN tools, which take a moment to load.
+        from kilotwin.grid.plan import plan_of  # noqa: PLC0415
+
+        grid = keys.grid
+        modules = _program(grid.program, ("grid",), origin, grid.include, grid.define, api="module")
+        return Experiment(keys, groups, origin, modules, plan_of(keys, origin))
 
     @property
     def size(self) -> int:
@@ -81,7 +98,20 @@ class Experiment:
             table[key] = parts if len(parts) > 1 else parts[0]
             if "include" in table:
                 table["include"] = list(group.program.includes)
+        if self.modules is not None:
+            self._resolve_grid(tables["grid"], self.modules)
         return tables
+
+    def _resolve_grid(self, table: dict[str, Any], modules: Program) -> None:
+        from kilotwin.grid.plan import find_file  # noqa: PLC0415 (see `of`)
+
+        table["program"] = list(modules.parts)
+        table["include"] = list(modules.includes)
+        path: KeyPath = ("grid",)
+        for place in (table, *table["change"]):
+            for key in ("configuration", "kilobot_ids"):
+                if key in place:
+                    place[key] = portable(find_file(place[key], (*path, key), self.origin))
 
     def identity(self) -> str:
         """SHA-256 of the resolved keys: equal for experiments that mean the same."""
@@ -122,7 +152,9 @@ def _groups(keys: ExperimentSchema, origin: ExperimentText) -> Iterable[Group]:
             program = _found(find, table, origin)
         else:
             assert robots.program is not None
-            program = _program(robots.program, table, origin, robots.include, robots.define)
+            program = _program(
+                robots.program, table, origin, robots.include, robots.define, api=robots.flavour
+            )
         on_board = robots.hex is not None or robots.cpu == "avr"
         yield Group(program, robots.count, robots.poses, on_board)
 
@@ -133,8 +165,10 @@ def _program(
     origin: ExperimentText,
     includes: Sequence[str] = (),
     defines: Sequence[str] = (),
+    *,
+    api: Api | None = None,
 ) -> Program:
-    find = functools.partial(find_program, written, origin.folder, includes, defines)
+    find = functools.partial(find_program, written, origin.folder, includes, defines, api)
     return _found(find, table, origin)
 
 

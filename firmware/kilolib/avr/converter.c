@@ -28,7 +28,7 @@ static int16_t convert(void) {
 }
 
 // The first conversion after the converter is switched on takes twice as long, and is done here.
-void converter_init(void) {
+void kilolib_converter_init(void) {
     DIDR0 = BIT(ADC0D) | BIT(ADC1D);
     ADCSRB = ON_COMPARATOR_EDGE;
     ADMUX = HIGH_GAIN_CHANNEL;
@@ -37,20 +37,20 @@ void converter_init(void) {
     ADCSRA = ON_EDGES;
 }
 
-void converter_stop(void) { ADCSRA = 0; }
+void kilolib_converter_stop(void) { ADCSRA = 0; }
 
-void converter_sample_on_edge(uint8_t channel) { ADMUX = channel; }
+void kilolib_converter_sample_on_edge(uint8_t channel) { ADMUX = channel; }
 
 // The strength of an edge that was missed is unknown. The highest one makes estimate_distance() go by
 // the low gain alone, which is sampled later.
-int16_t converter_sampled(void) {
+int16_t kilolib_converter_sampled(void) {
     wait_for_end();
     const int16_t value = missed_edge ? CONVERTER_MOST : (int16_t)ADC;
     missed_edge = false;
     return value;
 }
 
-int16_t converter_read(uint8_t channel) {
+int16_t kilolib_converter_read(uint8_t channel) {
     const uint8_t gain = ADMUX;
     ADCSRA = BIT(ADEN) | CLOCK;
     wait_for_end();
@@ -66,6 +66,6 @@ int16_t converter_read(uint8_t channel) {
     }
     ADMUX = gain;
     ADCSRA = ON_EDGES;
-    missed_edge = !infrared_in_frame() && infrared_receiving();
+    missed_edge = !kilolib_infrared_in_frame() && kilolib_infrared_receiving();
     return value;
 }

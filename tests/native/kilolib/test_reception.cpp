@@ -86,9 +86,9 @@ TEST_CASE("a frame that breaks off, or a flash, is forgotten after eleven slots"
     const Cycles at = bench.board.now() + 100;
     bench.board.shine({at, at + 40, DIM});
     bench.board.run(at + 10 * SLOT);
-    CHECK(bench.byte("receiving") == 1);
+    CHECK(bench.byte("reader") == 1);
     bench.board.run(at + 12 * SLOT);
-    CHECK(bench.byte("receiving") == 0);
+    CHECK(bench.byte("reader") == 0);
     bench.hear(make_message(1));
     CHECK(received(bench) == 1);
 }
