@@ -22,7 +22,7 @@ constexpr double RANGE_LIMIT = 3;  // of the spread
 KilobotMedium::KilobotMedium(const Settings &settings, const Chance &chance,
                              std::vector<Robot> &robots, Bodies &bodies,
                              std::vector<Cycles> &speaks, std::vector<Emission> &emissions,
-                             MediumCounts &counts, Grid *grid)
+                             MediumCounts &counts, Grid *grid, Boards *boards)
     : settings_(settings),
       chance_(chance),
       robots_(robots),
@@ -31,6 +31,7 @@ KilobotMedium::KilobotMedium(const Settings &settings, const Chance &chance,
       emissions_(emissions),
       counts_(counts),
       grid_(grid),
+      boards_(boards),
       frames_(robots.size() + (grid != nullptr ? grid->layout().cells() : 0)),
       audible_(frames_.size()),
       draws_(robots.size()),
@@ -43,6 +44,7 @@ KilobotMedium::KilobotMedium(const Settings &settings, const Chance &chance,
         range_m_.push_back(
             static_cast<float>(settings.range_m * (1 + spread * settings.range_spread)));
     }
+    if (boards_ != nullptr && settings.held_busy) boards_->hold_busy();
 }
 
 double KilobotMedium::reach_m(const Settings &settings) {
@@ -53,10 +55,19 @@ void KilobotMedium::run(Cycles begin, Cycles end, Cycles limit) {
     end_ = end;
     limit_ = limit;
     for (uint32_t robot = 0; robot < robots_.size(); robot++)
-        if (speaks_[robot] < end && !on_air(robot))
+        if (speaks_[robot] < end && !on_air(robot) && !robots_[robot].on_board())
             events_.push({std::max(speaks_[robot], begin), What::ASK, robot});
     for (;;) {
         const Cycles next = events_.empty() ? end : std::min(events_.top().at, end);
+        if (boards_ != nullptr) {
+            auto busy = [this](uint32_t robot) {
+                return on_air(robot) || !audible_[robot].empty();
+            };
+            if (auto flash = boards_->run(next, busy)) {
+                take_flash(*flash);
+                continue;
+            }
+        }
         if (grid_ != nullptr)
             if (auto module = grid_->run(next)) {
                 begin_cell_frame(*module);
@@ -125,7 +136,23 @@ bool KilobotMedium::receives(uint32_t robot, Cycles at) const {
 }
 
 void KilobotMedium::begin_frame(uint32_t sender, Cycles at) {
-    Frame &frame = put_on_air(sender, at, robots_[sender].outgoing());
+    Frame &frame = begin_light(sender, at, robots_[sender].outgoing());
+    frame.granted = robots_[sender].question() == Robot::Question::NONE;
+    hold_receivers(frame, at, at + (frame.granted ? FRAME_CYCLES : SENSE_END_CYCLES));
+    if (boards_ != nullptr) boards_->first_pulse(sender, at);
+    if (frame.granted) {
+        if (boards_ != nullptr) boards_->other_pulses(sender, at, frame.message);
+        events_.push({at + FRAME_CYCLES, What::FRAME_END, sender});
+    } else {
+        events_.push({at + SENSE_END_CYCLES, What::SENSE_END, sender});
+    }
+}
+
+/// Light of a robot begins: whoever is in range receives, and what was on air there is spoilt.
+KilobotMedium::Frame &KilobotMedium::begin_light(uint32_t sender, Cycles at,
+                                                 const message_t &message) {
+    Frame &frame = put_on_air(sender, at, message);
+    if (boards_ != nullptr) boards_->begin_light(sender);
     const Eigen::Vector2d here = bodies_.position(sender);
     const double range = range_m_[sender];
     for (uint32_t other : bodies_.lists().of(sender)) {
@@ -138,12 +165,7 @@ void KilobotMedium::begin_frame(uint32_t sender, Cycles at) {
         for (uint32_t earlier : audible_[sender])
             for (Heard &missed : frames_[earlier].heard)
                 if (missed.station == sender) missed.fate = Fate::DEAF;
-    frame.granted = robots_[sender].question() == Robot::Question::NONE;
-    hold_receivers(frame, at, at + (frame.granted ? FRAME_CYCLES : SENSE_END_CYCLES));
-    if (frame.granted)
-        events_.push({at + FRAME_CYCLES, What::FRAME_END, sender});
-    else
-        events_.push({at + SENSE_END_CYCLES, What::SENSE_END, sender});
+    return frame;
 }
 
 KilobotMedium::Frame &KilobotMedium::put_on_air(uint32_t sender, Cycles at,
@@ -165,9 +187,42 @@ void KilobotMedium::shine_on_robot(Frame &frame, uint32_t robot, double distance
         if (heard.fate == Fate::CLEAR) heard.fate = Fate::COLLIDED;
         spoil(audible, robot);
     }
+    if (robots_[robot].on_board()) shine_on_board(frame, heard);
     frame.heard.push_back(heard);
     audible.push_back(frame.sender);
     robots_[robot].disturb(frame.begin, frame.begin + FRAME_CYCLES);
+}
+
+/// A board sees pulses, so chance decides now what it will make of the frame. Collisions and
+/// deafness are its own affair; here they only count.
+void KilobotMedium::shine_on_board(const Frame &frame, Heard &heard) {
+    const uint64_t draw = draws_[heard.station]++;
+    const bool lost = is_lost(frame, heard, draw);
+    if (lost && heard.fate == Fate::CLEAR) heard.fate = Fate::LOST;
+    boards_->reach(frame.sender, heard.station, measure(heard, draw), lost,
+                   chance_.bits(heard.station, Purpose::LOST_PULSE, draw));
+}
+
+/// Light of a board arrives.
+void KilobotMedium::take_flash(const Boards::Flash &flash) {
+    using Found = PulseReader::Found;
+    const uint32_t sender = flash.robot;
+    Frame &frame = frames_[sender];
+    const bool over = flash.given_up || flash.found == Found::NONSENSE;
+    if (flash.begins && flash.found == Found::BEGIN) {
+        if (on_air(sender)) leave_air(frame);
+        begin_light(sender, flash.at, {});
+    }
+    if (!flash.given_up) boards_->pulse(sender, flash.at, flash.end, flash.begins);
+    if (over && on_air(sender)) {
+        counts_.attempts_failed++;
+        leave_air(frame);
+    }
+    if (flash.found == Found::MESSAGE && on_air(sender)) {
+        frame.message = flash.message;
+        frame.granted = true;
+        end_frame(sender);
+    }
 }
 
 /// What `station` was about to hear of `senders` is lost to another frame.
@@ -277,6 +332,8 @@ void KilobotMedium::end_sensing(uint32_t sender) {
         leave_air(frame);
         events_.push({frame.begin + SENSE_END_CYCLES + 1, What::ASK, sender});
     } else {
+        if (boards_ != nullptr && !is_cell(sender))
+            boards_->other_pulses(sender, frame.begin, frame.message);
         hold_receivers(frame, frame.begin + SENSE_END_CYCLES, frame.begin + FRAME_CYCLES);
         events_.push({frame.begin + FRAME_CYCLES, What::FRAME_END, sender});
     }
@@ -314,6 +371,7 @@ void KilobotMedium::deliver_to_cell(const Frame &frame, const Heard &heard) {
     case Fate::ELSEWHERE: counts.elsewhere++; return;
     case Fate::DEAF: counts.deaf++; return;
     case Fate::COLLIDED: counts.collided++; return;
+    case Fate::LOST:
     case Fate::CLEAR: break;
     }
     const uint64_t n = receivers_[index].draws++;
@@ -335,30 +393,43 @@ void KilobotMedium::deliver(const Frame &frame, const Heard &heard) {
         counts_.deaf++;
         return;
     }
-    Robot &robot = robots_[heard.station];
-    uint64_t n = draws_[heard.station]++;
-    const double range =
-        is_cell(frame.sender) ? grid_->infrared().cell_range_m : range_m_[frame.sender];
-    double share = heard.distance_mm / 1000 / range;
-    double loss =
-        settings_.loss + (settings_.loss_at_range - settings_.loss) * share * share * share * share;
-    if (chance_.uniform(heard.station, Purpose::FRAME_LOSS, n) < loss) {
+    const uint32_t index = heard.station;
+    const bool on_board = robots_[index].on_board();
+    const uint64_t draw = on_board ? 0 : draws_[index]++;
+    if (on_board ? heard.fate == Fate::LOST : is_lost(frame, heard, draw)) {
         counts_.lost++;
         return;
     }
     counts_.received++;
+    if (on_board) return;
+    const Cycles end = frame.begin + FRAME_CYCLES;
+    robots_[index].receive({end, frame.message, measure(heard, draw)});
+    // It may be told to run, and then to send, before the others are past that.
+    if (is_cell(frame.sender) && robots_[index].next_ask() == NEVER && end < end_)
+        events_.push({end, What::ASK, index});
+}
+
+/// Whether a frame is lost on its way, by chance.
+bool KilobotMedium::is_lost(const Frame &frame, const Heard &heard, uint64_t draw) const {
+    const double range =
+        is_cell(frame.sender) ? grid_->infrared().cell_range_m : range_m_[frame.sender];
+    const double share = heard.distance_mm / 1000 / range;
+    const double loss =
+        settings_.loss + (settings_.loss_at_range - settings_.loss) * share * share * share * share;
+    return chance_.uniform(heard.station, Purpose::FRAME_LOSS, draw) < loss;
+}
+
+/// What a robot's converter makes of a frame's light.
+distance_measurement_t KilobotMedium::measure(const Heard &heard, uint64_t draw) const {
     double low_noise = 0, high_noise = 0;
     if (settings_.gain_noise_lsb > 0) {
-        low_noise = settings_.gain_noise_lsb * chance_.normal(heard.station, Purpose::LOW_GAIN, n);
+        low_noise =
+            settings_.gain_noise_lsb * chance_.normal(heard.station, Purpose::LOW_GAIN, draw);
         high_noise =
-            settings_.gain_noise_lsb * chance_.normal(heard.station, Purpose::HIGH_GAIN, n);
+            settings_.gain_noise_lsb * chance_.normal(heard.station, Purpose::HIGH_GAIN, draw);
     }
-    const Cycles end = frame.begin + FRAME_CYCLES;
-    robot.receive({end, frame.message,
-                   robot.calibration().gains.measure(heard.distance_mm, low_noise, high_noise)});
-    // It may be told to run, and then to send, before the others are past that.
-    if (is_cell(frame.sender) && robot.next_ask() == NEVER && end < end_)
-        events_.push({end, What::ASK, heard.station});
+    return robots_[heard.station].calibration().gains.measure(heard.distance_mm, low_noise,
+                                                              high_noise);
 }
 
 }  // namespace kilotwin

@@ -7,6 +7,9 @@
 /// the robot tries again within a tick. No capture: any light of another frame spoils a frame at
 /// that receiver. What robots do is taken in order of time, robot by robot.
 ///
+/// Robots on boards see each pulse for themselves, and theirs are taken as they come: the first
+/// puts a frame on air, and what it says is known when the last has come (avr/boards.h).
+///
 /// The cells of a Kilogrid are stations too (hardware.md 3.4): robots near a cell hear its frames,
 /// and a module hears robots near the one cell that it listens to. A module listens before it sends,
 /// is deaf while it sends, and its cells do not hear one another.
@@ -17,6 +20,7 @@
 #include <queue>
 #include <vector>
 
+#include "avr/boards.h"
 #include "engine/bodies.h"
 #include "engine/chance.h"
 #include "grid/grid.h"
@@ -51,10 +55,10 @@ class KilobotMedium {
     };
 
     /// `speaks`: by robot, the earliest moment at which it may begin a frame; kept up to date here.
-    /// `grid` may be null.
+    /// `grid` and `boards` may be null; not both of them at once can be there.
     KilobotMedium(const Settings &settings, const Chance &chance, std::vector<Robot> &robots,
                   Bodies &bodies, std::vector<Cycles> &speaks, std::vector<Emission> &emissions,
-                  MediumCounts &counts, Grid *grid);
+                  MediumCounts &counts, Grid *grid, Boards *boards);
 
     /// The farthest that anybody can be heard.
     static double reach_m(const Settings &settings);
@@ -79,6 +83,7 @@ class KilobotMedium {
         CLEAR,
         COLLIDED,
         DEAF,
+        LOST,      ///< of a robot on a board: chance has decided beforehand
         ELSEWHERE  ///< of a cell: its module listens to another one
     };
     struct Heard {
@@ -116,9 +121,14 @@ class KilobotMedium {
     void go_on(uint32_t robot, Cycles until);
     bool has_channel(uint32_t robot, Cycles at) const;
     void begin_frame(uint32_t sender, Cycles at);
+    Frame &begin_light(uint32_t sender, Cycles at, const message_t &message);
     void begin_cell_frame(uint32_t module);
     Frame &put_on_air(uint32_t sender, Cycles at, const message_t &message);
     void shine_on_robot(Frame &frame, uint32_t robot, double distance_m);
+    void shine_on_board(const Frame &frame, Heard &heard);
+    void take_flash(const Boards::Flash &flash);
+    bool is_lost(const Frame &frame, const Heard &heard, uint64_t draw) const;
+    distance_measurement_t measure(const Heard &heard, uint64_t draw) const;
     void spoil(const std::vector<uint32_t> &senders, uint32_t station);
     void shine_on_cells(Frame &frame, const Eigen::Vector2d &from);
     bool nobody_interferes(uint32_t cell, Cycles at) const;
@@ -149,6 +159,7 @@ class KilobotMedium {
     std::vector<Emission> &emissions_;  ///< what robots send that were granted the channel
     MediumCounts &counts_;
     Grid *grid_;
+    Boards *boards_;                              ///< null: there are none
     std::vector<float> range_m_;                  ///< by robot
     std::vector<Frame> frames_;                   ///< by sender: a station sends one at a time
     std::vector<std::vector<uint32_t>> audible_;  ///< by receiving station: senders on air

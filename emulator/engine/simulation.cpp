@@ -70,6 +70,7 @@ Simulation::Simulation(const SimulationDef &def)
                !def.kilobot_medium,
                static_cast<Cycles>(def.battery_h * 3600 * CYCLES_PER_SECOND),
                def.temperature},
+      boards_(robots_, context_),
       commands_(def.commands),
       wake_(count_robots(def), 0),
       speaks_(wake_.size(), 0),
@@ -89,7 +90,12 @@ Simulation::Simulation(const SimulationDef &def)
                       !def.kilobot_medium, def.run_ahead);
     if (def.kilobot_medium)
         kilobot_medium_.emplace(*def.kilobot_medium, chance_, robots_, *bodies_, speaks_,
-                                emissions_, counts_, grid_ ? &*grid_ : nullptr);
+                                emissions_, counts_, grid_ ? &*grid_ : nullptr,
+                                boards_.empty() ? nullptr : &boards_);
+    else if (!boards_.empty())
+        throw EngineError("robots on boards need the kilobot medium: the ideal one has no pulses");
+    if (grid_ && !boards_.empty())
+        throw EngineError("robots on boards cannot stand on a grid: its cells send no pulses yet");
     boot();
 }
 
@@ -107,18 +113,25 @@ void Simulation::create_robots() {
     robots_.reserve(poses.size());
     uint32_t index = 0;
     for (const auto &group : def_.groups) {
-        auto program = Program::load(group.program, group.name);
-        size_t stride = (program->state_bytes() + 63) / 64 * 64;
+        const auto flash = group.on_board ? FlashImage::load(group.program) : nullptr;
+        const auto program = group.on_board ? nullptr : Program::load(group.program, group.name);
+        const size_t stride = program ? (program->state_bytes() + 63) / 64 * 64 : 0;
         images_.emplace_back(new uint8_t[stride * group.count]);
-        if (const auto handlers = program->own_handlers(); !handlers.empty())
+        const auto handlers = program ? program->own_handlers() : std::string();
+        if (!handlers.empty())
             events_.push_back({0, index, 0, program->name(), EventKind::NOTE,
                                "its own interrupt handlers are never called here: " + handlers});
         for (size_t i = 0; i < group.count; i++, index++) {
             auto power_up = static_cast<Cycles>(chance_.uniform(index, Purpose::POWER_UP, 0) *
                                                 static_cast<double>(POWER_UP_TICKS * TICK_CYCLES));
             Calibration calibration = calibrate(index);
-            robots_.emplace_back(context_, program, index, calibration, power_up,
-                                 images_.back().get() + i * stride);
+            if (flash) {
+                robots_.emplace_back(context_, group.name, index, calibration, power_up);
+                boards_.add(index, *flash, power_up);
+            } else {
+                robots_.emplace_back(context_, program, index, calibration, power_up,
+                                     images_.back().get() + i * stride);
+            }
             robots_.back().light = def_.light.at(poses[index].position);
         }
     }
@@ -149,6 +162,7 @@ void Simulation::boot() {
     Robot::serve_this_thread();
     give_commands(start_);
     for (auto &robot : robots_) robot.run(start_);
+    boards_.run(start_, [](uint32_t) { return false; });
     emissions_.clear();
     for (auto &robot : robots_) {
         robot.motor_commands.clear();
@@ -187,9 +201,13 @@ void Simulation::step(Cycles limit) {
     refresh_lists();
     if (grid_ && (now_ - start_) % LOOK_AROUND_GRID == 0) look_around_grid();
     if (floor_) next_sensing_ = floor_->senses_at(now_) ? now_ : floor_->next_sensing(now_);
+    prepare_boards();
     if (kilobot_medium_) kilobot_medium_->run(now_, now_ + step_, limit);
     for (uint32_t robot = 0; robot < robots_.size(); robot++)
-        if (wake_[robot] <= now_) live_on(robot, limit);
+        if (robots_[robot].on_board())
+            take_commands(robot);
+        else if (wake_[robot] <= now_)
+            live_on(robot, limit);
     if (!kilobot_medium_) {
         if (grid_) run_grid();
         deliver_frames();
@@ -339,12 +357,41 @@ void Simulation::run_robot(uint32_t index, Cycles until) {
             for (Cycles at = now_ + TICK_CYCLES; at <= until; at += TICK_CYCLES) robot.run(at);
         plan_frames(index);
     }
-    for (const auto &command : robot.motor_commands) {
-        bodies_->command(index, command);
+    take_commands(index);
+}
+
+/// What a robot told its motors.
+void Simulation::take_commands(uint32_t index) {
+    for (const auto &command : robots_[index].motor_commands) {
+        bodies_->command(index, {std::max(command.at, now_), command.left, command.right});
         if (floor_) disturb(index, begin_of_step(command.at) + step_);
     }
-    robot.motor_commands.clear();
+    robots_[index].motor_commands.clear();
 }
+
+/// What the sensors of robots on boards read in this step, and what the floor tells them.
+void Simulation::prepare_boards() {
+    for (uint32_t robot : boards_.robots()) {
+        robots_[robot].light = def_.light.at(bodies_->position(robot));
+        if (!floor_) continue;
+        if (surroundings_[robot].look_again <= now_) look_around(robot);
+        if (next_sensing_ < now_ + step_)
+            floor_->tell(robots_[robot], surroundings_[robot].cell, next_sensing_, now_ + step_);
+    }
+}
+
+RobotBoard &Simulation::board_of(size_t robot) {
+    if (robot >= robots_.size()) throw EngineError("there is no robot " + std::to_string(robot));
+    if (!boards_.has(static_cast<uint32_t>(robot)))
+        throw EngineError("robot " + std::to_string(robot) +
+                          " does not run on a board: only robots with a hex, or cpu = \"avr\", do");
+    return boards_.board(static_cast<uint32_t>(robot));
+}
+
+void Simulation::serve_debugger(size_t robot, uint16_t port) {
+    board_of(robot).serve_debugger(port);
+}
+void Simulation::trace(size_t robot, const std::string &path) { board_of(robot).trace(path); }
 
 /// Puts the frames that a robot sends into the steps in which they begin.
 void Simulation::plan_frames(uint32_t robot) {

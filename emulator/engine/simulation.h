@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "avr/boards.h"
 #include "engine/arena.h"
 #include "engine/bodies.h"
 #include "engine/chance.h"
@@ -34,10 +35,11 @@ namespace kilotwin {
 /// throws EngineError.
 struct SimulationDef {
     struct Group {
-        std::string program;  ///< path of the guest
+        std::string program;  ///< path of the guest, or of the .hex or .elf for a board
         std::string name;
         size_t count = 0;
         std::vector<Pose> poses;  ///< empty: placed at random
+        bool on_board = false;    ///< each robot is an ATmega328P; with the Kilobot medium only
     };
     /// A message from outside the medium, to all robots with a uid in the range.
     struct Command {
@@ -107,6 +109,13 @@ class Simulation {
 
     size_t size() const { return robots_.size(); }
     const Robot &robot(size_t index) const { return robots_[index]; }
+    const Boards &boards() const { return boards_; }
+
+    /// Lets gdb control a robot on a board: nothing goes on until it says so. `port` on 127.0.0.1.
+    void serve_debugger(size_t robot, uint16_t port);
+
+    /// Writes what the pins of a robot on a board do from now on to a VCD file.
+    void trace(size_t robot, const std::string &path);
     Samples take_samples();
     Samples snapshot() const;
     Events take_events();
@@ -130,6 +139,8 @@ class Simulation {
     };
 
     void create_robots();
+    RobotBoard &board_of(size_t robot);
+    void prepare_boards();
     Calibration calibrate(uint32_t robot) const;
     void boot();
     void step(Cycles limit);
@@ -145,6 +156,7 @@ class Simulation {
     void look_around(uint32_t robot);
     void disturb(uint32_t robot, Cycles at);
     void run_robot(uint32_t robot, Cycles until);
+    void take_commands(uint32_t robot);
     void plan_frames(uint32_t robot);
     void look_around_grid();
     void run_grid();
@@ -170,6 +182,7 @@ class Simulation {
     RobotContext context_;
     std::vector<std::unique_ptr<uint8_t[]>> images_;  ///< state of all robots of a group
     std::vector<Robot> robots_;
+    Boards boards_;
     std::vector<SimulationDef::Command> commands_;  ///< in order of time
     size_t next_command_ = 0;
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 
+#include "engine/clock.h"
 #include "guest/infrared_gains.h"
 
 namespace kilotwin {
@@ -23,6 +24,21 @@ constexpr uint16_t EEPROM_CALIB_X_MIN = 0xB5, EEPROM_CALIB_X_MAX = 0xB6;  ///< .
 constexpr uint16_t EEPROM_CALIB_Y_MIN = 0xB7, EEPROM_CALIB_Y_MAX = 0xB8;  ///< ... forward CALIB
 
 using EepromImage = std::array<uint8_t, EEPROM_BYTES>;
+
+/// How one robot differs from the next: what its EEPROM says of it, and its clock.
+struct Calibration {
+    uint16_t uid;
+    uint8_t turn_left, turn_right, straight_left, straight_right;
+    InfraredGains gains;
+    Cycles tick = TICK_CYCLES;  ///< by its own oscillator
+};
+
+/// The byte that calibration leaves at an address, 0..1023: uid, duties, gain tables, the IR LED on PB0. OSCCAL
+/// and all else is erased, 0xFF.
+uint8_t calibrated_byte(const Calibration &calibration, uint16_t address);
+
+/// All of them.
+EepromImage eeprom_of(const Calibration &calibration);
 
 }  // namespace kilotwin
 

@@ -145,12 +145,26 @@ Robot::Robot(RobotContext &context, std::shared_ptr<Program> program, uint32_t i
       next_tick_(NEVER),
       state_since_(power_up),
       power_up_(power_up),
+      name_(program_->name()),
       index_(index),
       calibration_(calibration),
       outgoing_() {
     std::memcpy(image_, program_->initial_state(), program_->state_bytes());
     *program_->table().host = &HOST;
 }
+
+Robot::Robot(RobotContext &context, std::string name, uint32_t index,
+             const Calibration &calibration, Cycles power_up)
+    : context_(context),
+      image_(nullptr),
+      now_(power_up),
+      next_tick_(NEVER),
+      state_since_(power_up),
+      power_up_(power_up),
+      name_(std::move(name)),
+      index_(index),
+      calibration_(calibration),
+      outgoing_() {}
 
 void Robot::serve_this_thread() { GuestStack::instance().serve_this_thread(); }
 
@@ -182,7 +196,8 @@ Cycles Robot::run_arbitrated(Cycles until) {
 }
 
 void Robot::go_on(Cycles until) {
-    if (life_ == Life::STOPPED || until <= now_ || question_ != Question::NONE) return;
+    if (life_ == Life::STOPPED || on_board() || until <= now_ || question_ != Question::NONE)
+        return;
     if (life_ == Life::ALIVE && suspended_.empty() && !loop_due_ && next_interrupt() >= until)
         return;
     until_ = until;
@@ -228,6 +243,7 @@ void Robot::answer(bool yes) {
 }
 
 void Robot::disturb(Cycles begin, Cycles end) {
+    if (on_board()) return;  // it sees for itself
     auto over = [this](const auto &frame) { return frame.second <= now_; };
     frames_seen_.erase(std::remove_if(frames_seen_.begin(), frames_seen_.end(), over),
                        frames_seen_.end());
@@ -254,7 +270,7 @@ int16_t Robot::voltage(Cycles at) const {
 // What the robot shows while its program does not decide: hardware.md 1.3.
 uint8_t Robot::color(Cycles at) const {
     constexpr uint8_t GREEN = 3 << 2, BLUE = 3 << 4, YELLOW = 3 | 3 << 2, RED = 3, DIM_RED = 1;
-    if (life_ != Life::ALIVE) return color_;  // before kilo_start() and after its end
+    if (life_ != Life::ALIVE || on_board()) return color_;  // before kilo_start() and after its end
     Cycles in_state = at > state_since_ ? at - state_since_ : 0;
     switch (state_) {
     case State::IDLE: return in_state % IDLE_BLINK_PERIOD < IDLE_BLINK_ON ? GREEN : 0;
@@ -271,35 +287,11 @@ uint8_t Robot::color(Cycles at) const {
 
 uint8_t Robot::eeprom(uint16_t address) const {
     address %= EEPROM_BYTES;
-    if (eeprom_) return (*eeprom_)[address];
-    auto word = [&](uint16_t base, bool high) {
-        int entry = (address - base) / 2;
-        uint16_t value = high ? calibration_.gains.high(entry) : calibration_.gains.low(entry);
-        return static_cast<uint8_t>((address - base) % 2 == 0 ? value >> 8 : value);
-    };
-    constexpr uint16_t TABLE_BYTES = 2 * InfraredGains::ENTRIES;
-    if (address >= EEPROM_LOW_GAIN && address < EEPROM_LOW_GAIN + TABLE_BYTES)
-        return word(EEPROM_LOW_GAIN, false);
-    if (address >= EEPROM_HIGH_GAIN && address < EEPROM_HIGH_GAIN + TABLE_BYTES)
-        return word(EEPROM_HIGH_GAIN, true);
-    switch (address) {
-    case EEPROM_TURN_LEFT: return calibration_.turn_left;
-    case EEPROM_TURN_RIGHT: return calibration_.turn_right;
-    case EEPROM_STRAIGHT_LEFT: return calibration_.straight_left;
-    case EEPROM_STRAIGHT_RIGHT: return calibration_.straight_right;
-    case EEPROM_TX_MASK: return 1;
-    case EEPROM_UID: return static_cast<uint8_t>(calibration_.uid);
-    case EEPROM_UID + 1: return static_cast<uint8_t>(calibration_.uid >> 8);
-    default: return 0xFF;  // erased
-    }
+    return eeprom_ ? (*eeprom_)[address] : calibrated_byte(calibration_, address);
 }
 
 void Robot::set_eeprom(uint16_t address, uint8_t value) {
-    if (!eeprom_) {
-        auto image = std::make_unique<EepromImage>();
-        for (uint16_t i = 0; i < EEPROM_BYTES; i++) (*image)[i] = eeprom(i);
-        eeprom_ = std::move(image);
-    }
+    if (!eeprom_) eeprom_ = std::make_unique<EepromImage>(eeprom_of(calibration_));
     (*eeprom_)[address % EEPROM_BYTES] = value;
 }
 
@@ -571,12 +563,16 @@ void Robot::look_at_outputs() {
                                   lit(registers.ddrc, registers.portc, 4) << 5);
     uint8_t left = registers.ddrb & KT_LEFT_MOTOR_DDRB ? registers.ocr2a : 0;
     uint8_t right = registers.ddrd & KT_RIGHT_MOTOR_DDRD ? registers.ocr2b : 0;
-    if (left == left_ && right == right_) return;
-    left_ = left;
-    right_ = right;
-    if (driving_since_ != NEVER) driven_ += now_ - driving_since_;
-    driving_since_ = left != 0 || right != 0 ? now_ : NEVER;
-    motor_commands.push_back({now_, left, right});
+    drive({now_, left, right});
+}
+
+void Robot::drive(const MotorCommand &command) {
+    if (command.left == left_ && command.right == right_) return;
+    left_ = command.left;
+    right_ = command.right;
+    if (driving_since_ != NEVER) driven_ += command.at - driving_since_;
+    driving_since_ = left_ != 0 || right_ != 0 ? command.at : NEVER;
+    motor_commands.push_back(command);
 }
 
 // Time passes up to `wake`; interrupts at that moment come before the program goes on.
@@ -618,6 +614,18 @@ void Robot::stop(EventKind kind, std::string text) {
     inbox_next_ = 0;
 }
 
+void Robot::print(Cycles at, uint32_t tick, std::string text) {
+    now_ = at;
+    last_tick_ = tick;
+    report(EventKind::PRINT, std::move(text));
+}
+
+void Robot::crash(Cycles at, uint32_t tick, std::string text) {
+    now_ = at;
+    last_tick_ = tick;
+    stop(EventKind::CRASH, std::move(text));
+}
+
 void Robot::note(uint8_t mistake, std::string text) {
     if (noted_ & mistake) return;
     noted_ |= mistake;
@@ -625,7 +633,7 @@ void Robot::note(uint8_t mistake, std::string text) {
 }
 
 void Robot::report(EventKind kind, std::string text) {
-    context_.events.push_back({now_, index_, last_tick_, program_->name(), kind, std::move(text)});
+    context_.events.push_back({now_, index_, last_tick_, name_, kind, std::move(text)});
 }
 
 }  // namespace kilotwin

@@ -10,6 +10,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -38,14 +39,6 @@ struct Emission {
     message_t message;
 };
 
-/// How one robot differs from the next: what its EEPROM says of it, and its clock.
-struct Calibration {
-    uint16_t uid;
-    uint8_t turn_left, turn_right, straight_left, straight_right;
-    InfraredGains gains;
-    Cycles tick = TICK_CYCLES;  ///< by its own oscillator
-};
-
 /// Last words: which robot runs. Survives the process when it is a mapped file.
 struct BlackBox {
     uint32_t robot;  ///< index
@@ -71,6 +64,11 @@ class Robot {
     /// bytes of its own.
     Robot(RobotContext &context, std::shared_ptr<Program> program, uint32_t index,
           const Calibration &calibration, Cycles power_up, uint8_t *image);
+
+    /// A robot whose program runs elsewhere, on a board: this one holds what reaches it and what it does, and
+    /// run() does nothing. `name` is its program's.
+    Robot(RobotContext &context, std::string name, uint32_t index, const Calibration &calibration,
+          Cycles power_up);
     ~Robot();
     Robot(Robot &&) = default;
     Robot(const Robot &) = delete;
@@ -117,15 +115,29 @@ class Robot {
     /// read.
     void disturb(Cycles begin, Cycles end);
 
+    // For the board that runs it: takes out what it received, in order of time; notes what its pins do, and that it
+    // cannot go on.
+    std::vector<Reception> take_inbox() { return std::exchange(inbox_, {}); }
+    void drive(const MotorCommand &command);
+    void show(uint8_t color) { color_ = color; }
+    void print(Cycles at, uint32_t tick, std::string text);
+    void crash(Cycles at, uint32_t tick, std::string text);
+
+    /// Reading of its battery.
+    int16_t voltage(Cycles at) const;
+
     uint32_t index() const { return index_; }
     uint16_t uid() const { return calibration_.uid; }
     uint8_t color(Cycles at) const;  ///< RGB() value shown at `at`, which it has been run up to
     bool stopped() const { return life_ == Life::STOPPED; }
     const Calibration &calibration() const { return calibration_; }
-    const Program &program() const { return *program_; }
+    bool on_board() const { return program_ == nullptr; }
+    const Program &program() const { return *program_; }  ///< not of one on a board
 
-    /// The bytes of its program's variables at present.
-    std::vector<uint8_t> state() const { return program_->state_of(image_); }
+    /// The bytes of its program's variables at present; none of one on a board.
+    std::vector<uint8_t> state() const {
+        return program_ ? program_->state_of(image_) : std::vector<uint8_t>{};
+    }
 
     uint8_t left_duty() const { return left_; }
     uint8_t right_duty() const { return right_; }
@@ -176,7 +188,6 @@ class Robot {
     void budget_spent(const uint8_t *frame);
     uint16_t tx_period() const;
     bool disturbed() const;
-    int16_t voltage(Cycles at) const;
     uint8_t eeprom(uint16_t address) const;
     void set_eeprom(uint16_t address, uint8_t value);
     void stop(EventKind kind, std::string text);
@@ -206,6 +217,7 @@ class Robot {
     uint64_t rand_hard_draws_ = 0;
     uint64_t outputs_seen_ = 0;
     BusyWatch busy_;
+    std::string name_;  ///< of its program
     uint32_t index_;
     uint32_t last_tick_ =
         0;  ///< kilo_ticks after the last tick, for reports: the program may spoil its own

@@ -187,6 +187,7 @@ SimulationDef definition_of(const nb::dict &spec) {
                                       get<size_t>(from, "count"),
                                       {}};
         if (!from["poses"].is_none()) group.poses = poses_of(from["poses"]);
+        group.on_board = get_or(from, "on_board", false);
         if (!group.poses.empty() && group.poses.size() != group.count)
             throw EngineError("a group has as many poses as robots, or none");
         def.groups.push_back(std::move(group));
@@ -440,6 +441,15 @@ const Robot &robot_of(const PythonSimulation &self, size_t robot) {
     return self.simulation.robot(robot);
 }
 
+std::string program_of(const PythonSimulation &self, size_t robot) {
+    if (!robot_of(self, robot).on_board()) return robot_of(self, robot).program().path();
+    for (const auto &group : self.def.groups) {
+        if (robot < group.count) return group.program;
+        robot -= group.count;
+    }
+    return {};
+}
+
 nb::object motors_of(const PythonSimulation &self) {
     std::vector<uint8_t> duties;
     for (size_t i = 0; i < self.simulation.size(); i++) {
@@ -547,8 +557,23 @@ NB_MODULE(_emulator, m) {
                  auto bytes = robot_of(self, robot).state();
                  return nb::bytes(bytes.data(), bytes.size());
              })
-        .def("program", [](const PythonSimulation &self,
-                           size_t robot) { return robot_of(self, robot).program().path(); })
+        .def("program",
+             [](const PythonSimulation &self, size_t robot) { return program_of(self, robot); })
+        .def(
+            "serve_debugger",
+            [](PythonSimulation &self, size_t robot, uint16_t port) {
+                self.simulation.serve_debugger(robot, port);
+            },
+            nb::arg("robot"), nb::arg("port"),
+            "Let gdb control a robot on a board, by 127.0.0.1:port. Nothing goes on until it says "
+            "so.")
+        .def(
+            "trace",
+            [](PythonSimulation &self, size_t robot, const std::string &path) {
+                self.simulation.trace(robot, path);
+            },
+            nb::arg("robot"), nb::arg("path"),
+            "Write what the pins of a robot on a board do from now on to a VCD file.")
         .def("stats", [](const PythonSimulation &self) {
             return to_python(self.simulation.statistics(), 2 * self.def.profile.radius_m);
         });

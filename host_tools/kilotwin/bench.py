@@ -23,6 +23,9 @@ _WALK_RANGE_M = 0.10
 _WALK_SPEED_M_S = 0.010
 _WALK_SIZES = {100: 20_000, 1_000: 2_000, 10_000: 200}
 
+_AVR_ROBOTS = 20
+_AVR_DURATION_S = 200
+
 Note = Callable[[str], None]
 
 
@@ -49,6 +52,23 @@ def _walk(settings: list[Setting]) -> Iterator[tuple[str, Experiment]]:
             yield f"walk/{medium}-n{robots}", Experiment.of(origin)
 
 
+def _avr(settings: list[Setting]) -> Iterator[tuple[str, Experiment]]:
+    """Robots run from their .hex; 20 robot-seconds per CPU-second are 20 robots in real time."""
+    side_m = math.sqrt(_AVR_ROBOTS / _WALK_PER_M2)
+    tables = {
+        "name": f"avr, N = {_AVR_ROBOTS}",
+        "duration_s": _AVR_DURATION_S,
+        "arena": {"shape": "rectangle", "width_m": side_m, "height_m": side_m},
+        "swarm": {"profile": "kilobot"},
+        "robots": [{"program": _WALK_PROGRAM, "cpu": "avr", "count": _AVR_ROBOTS}],
+        "motion": {"speed_m_s": _WALK_SPEED_M_S},
+        "medium": {"kind": "kilobot", "range_m": _WALK_RANGE_M},
+        "record": {"sample_s": 100.0},
+    }
+    origin = ExperimentText("bench avr", Path.cwd(), tables, {}, settings)
+    yield f"avr/walk-n{_AVR_ROBOTS}", Experiment.of(origin)
+
+
 # A whole Kilogrid of 200 modules below walkers that report every two seconds. The host asks every
 # module often enough that none of the ten records that it keeps is lost.
 _GRID_ROBOTS, _GRID_S, _GRID_POLL_S = 50, 2_000, 10.0
@@ -70,7 +90,7 @@ def _grid(settings: list[Setting]) -> Iterator[tuple[str, Experiment]]:
     yield f"grid/200-modules-n{_GRID_ROBOTS}", Experiment.of(origin)
 
 
-_WORKLOADS = {"paper": _paper, "walk": _walk, "grid": _grid}
+_WORKLOADS = {"paper": _paper, "walk": _walk, "grid": _grid, "avr": _avr}
 
 
 def measure(

@@ -58,6 +58,7 @@ class Workload(StrEnum):
     paper = "paper"
     walk = "walk"
     grid = "grid"
+    avr = "avr"
 
 
 class Reference(StrEnum):
@@ -172,6 +173,28 @@ def run(
     fast: Annotated[
         bool, typer.Option("--fast", envvar="KILOTWIN_FAST", help="--serve: do not wait at all.")
     ] = False,
+    gdb: Annotated[
+        int | None,
+        typer.Option(
+            metavar="ROBOT",
+            min=0,
+            envvar="KILOTWIN_GDB",
+            help="Let avr-gdb control a robot that runs on an ATmega328P.",
+        ),
+    ] = None,
+    gdb_port: Annotated[
+        int,
+        typer.Option(min=1024, max=65535, envvar="KILOTWIN_GDB_PORT", help="Where gdb connects."),
+    ] = 1234,
+    vcd: Annotated[
+        list[int] | None,
+        typer.Option(
+            metavar="ROBOT",
+            min=0,
+            envvar="KILOTWIN_VCD",
+            help="Trace the pins of a robot on an ATmega328P into the folder; repeatable.",
+        ),
+    ] = None,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -180,6 +203,7 @@ def run(
     from kilotwin import terminal
     from kilotwin.experiment import Experiment
     from kilotwin.experiment_text import Setting, parse_setting
+    from kilotwin.job import Probes
 
     given = [parse_setting(text) for text in settings or []]
     if seed is not None:
@@ -192,7 +216,12 @@ def run(
     loaded = Experiment.load(experiment, given)
     if serving is not None:
         serving.check(loaded)
-    outcome = runner.run(loaded, out, sys.argv, terminal.display(quiet), serving)
+    if gdb is not None and not quiet:
+        typer.echo(f"robot {gdb} waits; in avr-gdb type: target remote :{gdb_port}", err=True)
+    probes = Probes(gdb, gdb_port, tuple(vcd or ()))
+    outcome = runner.run(
+        loaded, out, sys.argv, terminal.display(quiet), serving=serving, probes=probes
+    )
     summary = outcome.summary
     if plots:
         _plot_both(Path(summary["run_folder"]))

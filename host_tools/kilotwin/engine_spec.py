@@ -26,7 +26,7 @@ def engine_spec(
     module_guest: str | None = None,
     lead_ticks: int = 0,
 ) -> dict[str, Any]:
-    """The spec of `_emulator.Simulation`; `guests` are the built programs, one per group.
+    """The spec of `_emulator.Simulation`; `guests`: built programs or images, one per group.
 
     On a grid, `module_guest` is its modules' program, and the world begins `lead_ticks` before 0.
     """
@@ -62,6 +62,7 @@ def engine_spec(
                 "program": guest,
                 "name": group.program.name,
                 "count": group.count,
+                "on_board": group.on_board,
                 "poses": poses,
             }
             for group, guest, poses in zip(

@@ -3,10 +3,11 @@
 `Experiment.load` is the way in for a file, `Experiment.of` for tables from elsewhere.
 """
 
+import functools
 import hashlib
 import itertools
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,7 +21,7 @@ from kilotwin.experiment_checks import first_problem, first_problem_of_command, 
 from kilotwin.experiment_errors import input_error
 from kilotwin.experiment_schema import Command, ExperimentSchema
 from kilotwin.experiment_text import ExperimentText, Setting
-from kilotwin.programs import Program, ProgramError, find_program, portable
+from kilotwin.programs import Program, ProgramError, find_image, find_program, portable
 from kilotwin.toml_lines import KeyPath
 
 if TYPE_CHECKING:
@@ -31,9 +32,10 @@ if TYPE_CHECKING:
 class Group:
     """Robots that run one program; ids are given group by group."""
 
-    program: Program
+    program: Program  # without sources: an image
     count: int
     poses: list[list[float]] | None
+    on_board: bool = False  # each robot is an ATmega328P
 
 
 @dataclass(frozen=True)
@@ -92,7 +94,8 @@ class Experiment:
         kinds = [tables["swarm"]] if self.keys.robots is None else tables["robots"]
         for table, group in zip(kinds, self.groups, strict=True):
             parts = list(group.program.parts)
-            table["program"] = parts if len(parts) > 1 else parts[0]
+            key = "program" if group.program.sources else "hex"
+            table[key] = parts if len(parts) > 1 else parts[0]
             if "include" in table:
                 table["include"] = list(group.program.includes)
         if self.modules is not None:
@@ -144,10 +147,16 @@ def _groups(keys: ExperimentSchema, origin: ExperimentText) -> Iterable[Group]:
         yield Group(program, keys.swarm.size, None)
     for index, robots in enumerate(keys.robots or []):
         table = ("robots", index)
-        program = _program(
-            robots.program, table, origin, robots.include, robots.define, api=robots.flavour
-        )
-        yield Group(program, robots.count, robots.poses)
+        if robots.hex is not None:
+            find = functools.partial(find_image, robots.hex, origin.folder)
+            program = _found(find, table, origin)
+        else:
+            assert robots.program is not None
+            program = _program(
+                robots.program, table, origin, robots.include, robots.define, api=robots.flavour
+            )
+        on_board = robots.hex is not None or robots.cpu == "avr"
+        yield Group(program, robots.count, robots.poses, on_board)
 
 
 def _program(
@@ -159,7 +168,12 @@ def _program(
     *,
     api: Api | None = None,
 ) -> Program:
+    find = functools.partial(find_program, written, origin.folder, includes, defines, api)
+    return _found(find, table, origin)
+
+
+def _found(find: Callable[[], Program], table: KeyPath, origin: ExperimentText) -> Program:
     try:
-        return find_program(written, origin.folder, includes, defines, api)
+        return find()
     except ProgramError as error:
         raise InputError(f"{origin.where((*table, error.key))}: {error}") from None

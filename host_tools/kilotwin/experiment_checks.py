@@ -91,6 +91,24 @@ def _programs(experiment: ExperimentSchema) -> Iterator[Problem]:
     if experiment.robots == []:
         what = "there is no robot; add a [[robots]] table with program and count"
         yield Problem(what, (("robots",),))
+    for index, robots in enumerate(experiment.robots or []):
+        yield from _kind(("robots", index), robots, experiment.medium.kind)
+
+
+def _kind(table: KeyPath, robots: Robots, medium: str) -> Iterator[Problem]:
+    if robots.program is None and robots.hex is None:
+        yield Problem("these robots lack 'program', or 'hex'; add one of them", (table,))
+    if robots.hex is not None:
+        for key in ("program", "include", "define"):
+            if getattr(robots, key):
+                yield Problem(f"with 'hex' there is no '{key}'; keep one of them", ((*table, key),))
+        if robots.cpu == "native":
+            what = "a 'hex' runs on an ATmega328P; leave cpu out"
+            yield Problem(what, ((*table, "cpu"),))
+    if (robots.hex is not None or robots.cpu == "avr") and medium == "ideal":
+        key = "cpu" if robots.hex is None else "hex"
+        what = 'robots on an ATmega328P send pulses, which medium.kind = "ideal" has not;'
+        yield Problem(f'{what} set it to "kilobot"', ((*table, key), ("medium", "kind")))
 
 
 def _room(experiment: ExperimentSchema) -> Iterator[Problem]:

@@ -146,8 +146,14 @@ class Swarm(Section):
 class Robots(Section):
     """One kind of robot of a mixed swarm."""
 
-    program: Annotated[list[Text], Field(min_length=1), BeforeValidator(one_or_more)]
+    program: Annotated[
+        Annotated[list[Text], Field(min_length=1)] | None, BeforeValidator(one_or_more)
+    ] = None
     """A `.c` file, a folder whose `.c` files are one program, or a list of `.c` files."""
+    hex: Text | None = None
+    """Instead of `program`: a `.hex` or `.elf` for the ATmega328P, run as it would be flashed."""
+    cpu: Literal["native", "avr"] | None = None
+    """What runs `program`: this computer, or each robot's ATmega328P (`kilobot` medium only)."""
     include: list[Text] = []
     """Folders to look for headers in, besides the program's own."""
     define: list[Text] = []

@@ -11,6 +11,15 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
+class Probes:
+    """Looks into robots on an ATmega328P."""
+
+    gdb: int | None = None  # the robot that gdb controls
+    gdb_port: int = 1234
+    vcd: tuple[int, ...] = ()  # robots whose pins are traced
+
+
+@dataclass(frozen=True)
 class Job:
     """One run; `guests` are the files of the built programs, one per group of the experiment.
 
@@ -25,3 +34,4 @@ class Job:
     module_guest: str | None = None
     serving: "Serving | None" = None
     """A grid that waits for a host, in place of one that has its own."""
+    probes: Probes = Probes()

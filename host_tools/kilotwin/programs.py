@@ -93,6 +93,14 @@ def find_program(
     )
 
 
+def find_image(written: str, beside: Path) -> Program:
+    """A .hex or .elf file, looked for where programs are; what is in it the engine checks."""
+    path = _find(written, beside, "hex", "a .hex or .elf file")
+    if path.is_dir() or path.suffix.lower() not in (".hex", ".ihex", ".ihx", ".elf"):
+        raise ProgramError(f"hex '{written}' is no .hex or .elf file; name one", "hex")
+    return Program((portable(path),), path, ())
+
+
 def _robot_api(sources: Sequence[Path]) -> Api:
     if any(_KILOGRID_WORDS.search(source.read_bytes()) for source in sources):
         return "kilogrid"

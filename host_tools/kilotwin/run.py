@@ -19,8 +19,9 @@ from typing import IO, TYPE_CHECKING, Any, Protocol
 from kilotwin import __version__
 from kilotwin.errors import DeviceError, InputError, KilotwinError, RunError
 from kilotwin.experiment import Experiment
+from kilotwin.group_build import build_group
 from kilotwin.guest_build import Guest, build
-from kilotwin.job import Job
+from kilotwin.job import Job, Probes
 from kilotwin.run_folder import FAILED, RUNNING, check_free, close_manifest, default_folder, utc_now
 
 if TYPE_CHECKING:
@@ -61,7 +62,9 @@ def run(
     folder: Path | None,
     command_line: list[str],
     display: Display,
+    *,
     serving: "Serving | None" = None,
+    probes: Probes | None = None,
 ) -> Outcome:
     """Builds the programs, runs the experiment, leaves the run folder. Input errors leave none.
 
@@ -71,7 +74,7 @@ def run(
         raise RunError("the engine is not built; type: make setup")
     folder = folder or default_folder(experiment)
     check_free(folder)
-    guests = [build(group.program, display.note) for group in experiment.groups]
+    guests = [build_group(group, display.note) for group in experiment.groups]
     modules = None if experiment.modules is None else build(experiment.modules, display.note)
     built = [*guests, *([modules] if modules else [])]
     commands = experiment.keys.command
@@ -87,8 +90,16 @@ def run(
         black_box.flush()
         files = [str(guest.file) for guest in guests]
         module_file = None if modules is None else str(modules.file)
-        folder = folder.absolute()
-        job = Job(experiment, files, folder, manifest, black_box.name, module_file, serving)
+        job = Job(
+            experiment,
+            files,
+            folder.absolute(),
+            manifest,
+            black_box.name,
+            module_file,
+            serving,
+            probes or Probes(),
+        )
         try:
             return _Child(job, display).wait()
         finally:

@@ -119,7 +119,9 @@ class Trial(Generic[WriterT]):
         self._report = report
         self._keys = job.experiment.keys
         self._simulation = self._place_robots()
+        self._check_probes()
         self.writer = make_writer()
+        self._attach_probes()
         self._host, self._table = self._join_grid()
         self._events: Counter[str] = Counter()
         self._failed: list[dict[str, Any]] = []
@@ -128,6 +130,23 @@ class Trial(Generic[WriterT]):
         self._last: Counts | None = None
         self._reported_at = 0.0
         report({"type": "started", "folder": str(job.folder)})
+
+    def _check_probes(self) -> None:
+        probes, size = self._job.probes, self._simulation.robots
+        wanted = [("--gdb", probes.gdb), *(("--vcd", robot) for robot in probes.vcd)]
+        for option, robot in wanted:
+            if robot is not None and robot >= size:
+                raise InputError(f"{option} {robot}: there are robots 0 to {size - 1}")
+
+    def _attach_probes(self) -> None:
+        probes = self._job.probes
+        try:
+            for robot in probes.vcd:
+                self._simulation.trace(robot, str(self._job.folder / f"robot_{robot}.vcd"))
+            if probes.gdb is not None:
+                self._simulation.serve_debugger(probes.gdb, probes.gdb_port)
+        except _emulator.EngineError as error:
+            raise InputError(str(error)) from None
 
     def run(self, stopped: Callable[[], bool]) -> bool:
         """Advances to the end; False if stopped before. The last record is the last moment."""

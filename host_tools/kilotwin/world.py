@@ -22,6 +22,7 @@ from kilotwin.engine_spec import engine_spec
 from kilotwin.errors import InputError, KilotwinError, RunError
 from kilotwin.experiment import Experiment, one_command
 from kilotwin.experiment_text import ExperimentText, Setting, parse_setting
+from kilotwin.group_build import build_group
 from kilotwin.guest_build import build
 from kilotwin.guest_symbols import GuestSymbols
 from kilotwin.overhead import ALL_ROBOTS, Region, message, message_of, region, uids
@@ -70,7 +71,7 @@ class World:
             self._experiment = Experiment.load(Path(experiment), settings)
         else:
             self._experiment = experiment_of(keys, settings)
-        guests = [build(group.program) for group in self._experiment.groups]
+        guests = [build_group(group) for group in self._experiment.groups]
         self._names = States.of(self._experiment.keys)
         self._symbols: dict[str, GuestSymbols] = {}
         self._events: list[_emulator.Event] = []
