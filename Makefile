@@ -19,7 +19,7 @@ RUN    ?= runs/paper-$(shell date +%Y%m%d-%H%M%S)
 LOCKED    := $(VENV)/.locked
 INSTALLED := $(VENV)/.installed
 ENGINE := CMakeLists.txt pyproject.toml $(shell find emulator firmware/aggregation/wire.h \
-            firmware/kilolib/include -type f \( -name '*.[ch]' -o -name '*.cpp' -o -name '*.hpp' \
+            firmware/kilolib/include kilogrid_modules -type f \( -name '*.[ch]' -o -name '*.cpp' -o -name '*.hpp' \
             -o -name CMakeLists.txt -o -name '*.cmake' \) 2>/dev/null)
 C_FILES := $(shell find emulator firmware kilogrid_modules tests -name '*.[ch]' -o -name '*.cpp' \
              -o -name '*.hpp' 2>/dev/null)
@@ -65,8 +65,13 @@ check-python: setup
 check-firmware: apt
 	@echo "== firmware: warnings of gcc, clang and avr-gcc, clang-tidy"
 	@$(MAKE) -C firmware check
-	@mkdir -p build; clang-tidy --quiet $(shell find firmware -name '*.c') -- -std=gnu11 \
+	@$(MAKE) -C kilogrid_modules check
+	@mkdir -p build; clang-tidy --quiet $(shell find firmware kilogrid_modules/protocol \
+	    -name '*.c' ! -name kilogrid_can.c -not -path '*/avr/*') -- -std=gnu11 \
 	    -Ifirmware/kilolib/include 2> build/clang-tidy.log || { cat build/clang-tidy.log; exit 1; }
+	@clang-tidy --quiet firmware/kilolib/avr/*.c -- -std=gnu99 -O2 --target=avr -mmcu=atmega328p \
+	    -DF_CPU=8000000UL -isystem /usr/lib/avr/include -Ifirmware/kilolib/include \
+	    > build/clang-tidy-avr.log 2>&1 || { cat build/clang-tidy-avr.log; exit 1; }
 
 check-gcc: CXX_NAME := g++
 check-clang: CXX_NAME := clang++
@@ -81,10 +86,15 @@ check-gcc check-clang: check-%: setup
 check-long: native
 	@$(PY) tests/run_all.py --long
 
-## firmware: compile the robot firmware for the ATmega328P and print its size
+## firmware: link the robots' programs to .hex and print their sizes (PROGRAM=x.c, KILOLIB=folder)
 .PHONY: firmware
 firmware: apt
-	@$(MAKE) -C firmware firmware
+	@$(MAKE) -C firmware firmware $(foreach name,PROGRAM KILOLIB,$(if $($(name)),$(name)=$(abspath $($(name)))))
+
+## modules: the same for the Kilogrid's modules: sites, or PROGRAM=x.c
+.PHONY: modules
+modules: apt
+	@$(MAKE) -C kilogrid_modules modules $(foreach name,PROGRAM BOARD,$(if $($(name)),$(name)=$(abspath $($(name)))))
 
 ## format: rewrite all sources in the one format
 .PHONY: format
@@ -92,6 +102,11 @@ format: setup
 	clang-format -i $(C_FILES)
 	$(VENV)/bin/ruff check --quiet --fix . || true
 	$(VENV)/bin/ruff format .
+
+## protocol: make the C code of the CAN frames anew from kilogrid_modules/protocol/kilogrid.dbc
+.PHONY: protocol
+protocol: setup
+	$(PY) kilogrid_modules/protocol/generate.py
 
 ## lock: make requirements.lock anew from requirements.in
 .PHONY: lock

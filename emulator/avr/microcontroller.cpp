@@ -28,22 +28,13 @@ namespace {
 
 constexpr uint32_t DARK_MV = 0, THRESHOLD_MV = 1000, LIGHT_MV = 2000;
 
-constexpr uint16_t SMCR = 0x53;
+constexpr uint16_t FIRST_REGISTER = 0x20, PINB = 0x23, PINC = 0x26, PIND = 0x29, SMCR = 0x53;
 constexpr uint8_t SMCR_SM = 7 << 1, POWER_DOWN = 2 << 1;
 
-// simavr polls level-triggered interrupts after every instruction, and it knows no phase-correct PWM on
-// timer 2, which it then counts as one event each 8 cycles. The motors' timer needs neither: nobody looks
-// at its count.
+// simavr polls level-triggered interrupts after every instruction; no Kilobot has any.
 void spare_simavr_work(avr_t *avr) {
     avr_extint_set_strict_lvl_trig(avr, 0, 0);
     avr_extint_set_strict_lvl_trig(avr, 1, 0);
-    for (avr_io_t *part = avr->io_port; part != nullptr; part = part->next) {
-        auto *timer = reinterpret_cast<avr_timer_t *>(part);
-        if (std::strcmp(part->kind, "timer") == 0 && timer->name == '2') {
-            timer->wgm_op[1].kind = avr_timer_wgm_fast_pwm;
-            timer->wgm_op[1].size = 8;
-        }
-    }
 }
 
 avr_int_vector_t *find_vector(avr_t *avr, uint8_t vector) {
@@ -78,7 +69,7 @@ struct Microcontroller::Hooks {
     static avr_cycle_count_t alarm(avr_t *, avr_cycle_count_t, void *clock) {
         auto &fired = *static_cast<Clock *>(clock);
         fired.at = NO_ALARM;
-        if (fired.which != END_OF_RUN) fired.chip->board_.alarm(fired.which);
+        fired.chip->board_.alarm(fired.which);
         return 0;
     }
 
@@ -86,11 +77,18 @@ struct Microcontroller::Hooks {
         const auto &watched = *static_cast<Watched *>(parameter);
         // kilolib's set_color() writes six times, mostly what is there: not worth simavr's rounds of calls.
         if (watched.watch == Watch::CHANGES && avr->data[address] == value) return;
+        if (watched.chip->idle_) watched.chip->idle_->note_activity();
         if (watched.write != nullptr)
             watched.write(avr, address, value, watched.parameter);
         else
             avr->data[address] = value;
         watched.chip->board_.register_written(address);
+    }
+
+    static uint8_t read(avr_t *avr, avr_io_addr_t address, void *parameter) {
+        const auto &read = *static_cast<Read *>(parameter);
+        if (read.chip->idle_) read.chip->idle_->note_activity();
+        return read.read(avr, address, read.parameter);
     }
 
     static void flag_changed(avr_irq_t *irq, uint32_t value, void *chip) {
@@ -138,6 +136,20 @@ Microcontroller::Microcontroller(Board &board, const FlashImage &flash, const Ee
     avr_raise_irq(avr_io_getirq(avr_, AVR_IOCTL_ACOMP_GETIRQ, ACOMP_IRQ_AIN1), THRESHOLD_MV);
     set_comparator(false);
     for (uint8_t i = 0; i < ALARMS; i++) clocks_[i] = {this, static_cast<Alarm>(i)};
+    watch_reads();
+    idle_ = std::make_unique<IdleLoop>(avr_);
+}
+
+/// Whoever reads a counter or a flag that changes by itself does not only wait. The pins do not change by
+/// themselves.
+void Microcontroller::watch_reads() {
+    for (uint16_t address = FIRST_REGISTER; address < MAX_IOs; address++) {
+        auto &handler = avr_->io[AVR_DATA_TO_IO(address)].r;
+        if (handler.c == nullptr || address == PINB || address == PINC || address == PIND) continue;
+        reads_.push_back({this, handler.c, handler.param});
+        handler.c = Hooks::read;
+        handler.param = &reads_.back();
+    }
 }
 
 Microcontroller::~Microcontroller() {
@@ -148,13 +160,17 @@ Microcontroller::~Microcontroller() {
 uint64_t Microcontroller::cycle() const { return avr_->cycle; }
 
 void Microcontroller::run(uint64_t until) {
-    if (avr_->cycle >= until || !failure_.empty()) return;
-    set_alarm(END_OF_RUN, until);
     while (avr_->cycle < until && failure_.empty()) {
+        if (idle_ && idle_->pass(until)) return;
+        if (avr_->cycle >= until) return;
+        const auto *timer = avr_->cycle_timers.timer;
+        const uint64_t stop = timer != nullptr ? std::min<uint64_t>(timer->when, until) : until;
+        avr_->run_cycle_count = stop > avr_->cycle ? stop - avr_->cycle : 1;
         const int state = avr_run(avr_);
+        if (idle_) idle_->forget();
         if (state == cpu_Running && !crashed_ && !was_reset_) continue;
-        if (state == cpu_Sleeping && (avr_->data[SMCR] & SMCR_SM) == POWER_DOWN)
-            sleep_deeply(until);
+        if (state == cpu_Sleeping)
+            sleep(until);
         else
             recover(state);
     }
@@ -166,31 +182,38 @@ bool Microcontroller::wakes_from_power_down(const void *timer_owner) const {
     return timer_owner >= clocks_.data() && timer_owner < clocks_.data() + clocks_.size();
 }
 
-/// Power-down: only the watchdog goes on, and the world outside. For simavr all sleep is idle, in which timers
-/// run on and wake; here they are put off by as long as the chip sleeps.
-void Microcontroller::sleep_deeply(uint64_t until) {
+/// Sleeps until something wakes it. For simavr all sleep is idle, in which timers run on and wake; in power-down only
+/// the watchdog goes on, and the world outside.
+void Microcontroller::sleep(uint64_t until) {
     avr_->cycle -= dozed_;
+    const bool deeply = (avr_->data[SMCR] & SMCR_SM) == POWER_DOWN;
     while (avr_->state == cpu_Sleeping && avr_->cycle < until) {
         uint64_t wake = until;
-        std::vector<avr_cycle_timer_slot_t *> slots;
-        for (auto *slot = avr_->cycle_timers.timer; slot != nullptr; slot = slot->next) {
-            slots.push_back(slot);
-            if (wakes_from_power_down(slot->param)) wake = std::min<uint64_t>(wake, slot->when);
-        }
+        for (auto *slot = avr_->cycle_timers.timer; slot != nullptr; slot = slot->next)
+            if (!deeply || wakes_from_power_down(slot->param))
+                wake = std::min<uint64_t>(wake, slot->when);
         const uint64_t slept = wake > avr_->cycle ? wake - avr_->cycle : 0;
-        for (auto *slot : slots)
-            if (!wakes_from_power_down(slot->param)) slot->when += slept;
-        std::stable_sort(slots.begin(), slots.end(),
-                         [](const auto *a, const auto *b) { return a->when < b->when; });
-        for (size_t i = 0; i < slots.size(); i++)
-            slots[i]->next = i + 1 < slots.size() ? slots[i + 1] : nullptr;
-        avr_->cycle_timers.timer = slots.empty() ? nullptr : slots.front();
-        for (avr_io_t *part = avr_->io_port; part != nullptr; part = part->next)
-            if (std::strcmp(part->kind, "timer") == 0)
-                reinterpret_cast<avr_timer_t *>(part)->tov_base += slept;
+        if (deeply) put_off_timers(slept);
         avr_->cycle += slept;
         avr_cycle_timer_process(avr_);
     }
+}
+
+/// The timers that stand still in power-down come later by as long as it lasted.
+void Microcontroller::put_off_timers(uint64_t cycles) {
+    std::vector<avr_cycle_timer_slot_t *> slots;
+    for (auto *slot = avr_->cycle_timers.timer; slot != nullptr; slot = slot->next) {
+        slots.push_back(slot);
+        if (!wakes_from_power_down(slot->param)) slot->when += cycles;
+    }
+    std::stable_sort(slots.begin(), slots.end(),
+                     [](const auto *a, const auto *b) { return a->when < b->when; });
+    for (size_t i = 0; i < slots.size(); i++)
+        slots[i]->next = i + 1 < slots.size() ? slots[i + 1] : nullptr;
+    avr_->cycle_timers.timer = slots.empty() ? nullptr : slots.front();
+    for (avr_io_t *part = avr_->io_port; part != nullptr; part = part->next)
+        if (std::strcmp(part->kind, "timer") == 0)
+            reinterpret_cast<avr_timer_t *>(part)->tov_base += cycles;
 }
 
 void Microcontroller::recover(int state) {
@@ -231,7 +254,11 @@ void Microcontroller::note(const char *format, const char *text) {
 }
 
 uint8_t Microcontroller::read(uint16_t address) const { return avr_->data[address]; }
-void Microcontroller::write(uint16_t address, uint8_t value) { avr_->data[address] = value; }
+void Microcontroller::write(uint16_t address, uint8_t value) {
+    avr_->data[address] = value;
+    if (idle_) idle_->forget();
+}
+
 uint8_t Microcontroller::flash(uint16_t address) const { return avr_->flash[address]; }
 
 void Microcontroller::watch_register(uint16_t address, Watch watch) {
@@ -278,6 +305,7 @@ void Microcontroller::set_comparator(bool light) {
 }
 
 void Microcontroller::set_pin(char port, uint8_t pin, bool high) {
+    if (idle_) idle_->forget();
     avr_raise_irq(avr_io_getirq(avr_, static_cast<uint32_t>(AVR_IOCTL_IOPORT_GETIRQ(port)), pin),
                   high);
 }

@@ -1,6 +1,6 @@
 /// An ATmega328P at 8 MHz, run by simavr instruction by instruction.
 ///
-/// The only file that knows simavr. It adds what simavr 1.6 lacks and a Kilobot's firmware needs: interrupt
+/// It adds what simavr 1.6 lacks and a Kilobot's firmware needs: interrupt
 /// vectors moved to the boot section, the program counter's wrap at 16 K words, timers that stand still in
 /// power-down, and an account of why a program cannot go on. Time is the chip's own: cycles since power-up.
 #ifndef KILOTWIN_AVR_MICROCONTROLLER_H
@@ -9,9 +9,11 @@
 #include <array>
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <string>
 
 #include "avr/flash_image.h"
+#include "avr/idle_loop.h"
 #include "guest/eeprom.h"
 
 struct avr_t;
@@ -21,7 +23,7 @@ namespace kilotwin {
 class Microcontroller {
   public:
     /// The chip's alarm clocks, for what is around it.
-    enum Alarm : uint8_t { LIGHT_EDGE, CONVERSION, END_OF_RUN, ALARMS };
+    enum Alarm : uint8_t { LIGHT_EDGE, CONVERSION, ALARMS };
     static constexpr uint64_t NO_ALARM = UINT64_MAX;
 
     /// What is wired to the chip.
@@ -41,9 +43,13 @@ class Microcontroller {
     Microcontroller(const Microcontroller &) = delete;
     Microcontroller &operator=(const Microcontroller &) = delete;
 
-    /// Runs up to the first instruction at or after `until`, or until the program fails.
+    /// Runs up to the first instruction at or after `until`, or until the program fails. While it only waits,
+    /// cycle() may stay a little before `until`: nothing happens up to there.
     void run(uint64_t until);
     uint64_t cycle() const;
+
+    /// For tests: executes every instruction, also where the program only waits.
+    void skip_nothing() { idle_.reset(); }
 
     /// Why the program cannot go on, with the program counter; empty: it can.
     const std::string &failure() const { return failure_; }
@@ -90,14 +96,25 @@ class Microcontroller {
         void *parameter;
     };
 
+    /// A register that changes by itself, and how simavr reads it.
+    struct Read {
+        Microcontroller *chip;
+        uint8_t (*read)(avr_t *, uint16_t address, void *parameter);
+        void *parameter;
+    };
+
     void recover(int state);
-    void sleep_deeply(uint64_t until);
+    void watch_reads();
+    void sleep(uint64_t until);
+    void put_off_timers(uint64_t cycles);
     bool wakes_from_power_down(const void *timer_owner) const;
     void arm(Clock &clock);
     void note(const char *format, const char *text);
 
     Board &board_;
     avr_t *avr_;
+    std::unique_ptr<IdleLoop> idle_;
+    std::deque<Read> reads_;
     std::array<Clock, ALARMS> clocks_;
     std::deque<Watched> watched_;
     std::string failure_;

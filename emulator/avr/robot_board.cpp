@@ -29,27 +29,6 @@ uint8_t duty(bool output, bool level, uint8_t compare_mode, bool runs, uint8_t c
 
 }  // namespace
 
-EepromImage eeprom_of(const Calibration &calibration) {
-    EepromImage bytes;
-    bytes.fill(0xFF);
-    bytes[EEPROM_TURN_LEFT] = calibration.turn_left;
-    bytes[EEPROM_TURN_RIGHT] = calibration.turn_right;
-    bytes[EEPROM_STRAIGHT_LEFT] = calibration.straight_left;
-    bytes[EEPROM_STRAIGHT_RIGHT] = calibration.straight_right;
-    bytes[EEPROM_TX_MASK] = IR_LED;
-    bytes[EEPROM_UID] = static_cast<uint8_t>(calibration.uid);
-    bytes[EEPROM_UID + 1] = static_cast<uint8_t>(calibration.uid >> 8);
-    auto put = [&](size_t at, uint16_t gain) {
-        bytes[at] = static_cast<uint8_t>(gain >> 8);
-        bytes[at + 1] = static_cast<uint8_t>(gain);
-    };
-    for (int i = 0; i < InfraredGains::ENTRIES; i++) {
-        put(EEPROM_LOW_GAIN + 2 * static_cast<size_t>(i), calibration.gains.low(i));
-        put(EEPROM_HIGH_GAIN + 2 * static_cast<size_t>(i), calibration.gains.high(i));
-    }
-    return bytes;
-}
-
 void BoardOutputs::clear() {
     light.clear();
     motors.clear();
@@ -66,6 +45,8 @@ RobotBoard::RobotBoard(const FlashImage &flash, uint32_t index, const Calibratio
       chance_(chance),
       chip_(*this, flash, eeprom_of(calibration)),
       converter_(chip_, [this](uint8_t channel) { return sample(channel); }) {
+    // Timer 2 only drives the motors. simavr does not know its phase-correct mode and would count in vain.
+    for (uint16_t address : {TCCR2A, TCCR2B, OCR2A, OCR2B}) chip_.take_over(address);
     for (uint16_t address : WATCHED) chip_.watch_register(address, Microcontroller::Watch::CHANGES);
     set_charging(false);
 }

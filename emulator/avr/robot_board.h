@@ -22,10 +22,6 @@
 
 namespace kilotwin {
 
-/// The bytes that calibration leaves in a robot's EEPROM: uid, duties, gain tables, its IR LED on PB0;
-/// OSCCAL and all else erased.
-EepromImage eeprom_of(const Calibration &calibration);
-
 /// Light on a robot's receiver from `begin` to before `end`. `strength` is what the converter makes of it.
 struct LightPulse {
     Cycles begin, end;
@@ -88,6 +84,8 @@ class RobotBoard : private Microcontroller::Board {
     void write(uint16_t address, uint8_t value) { chip_.write(address, value); }
     uint8_t flash(uint16_t address) const { return chip_.flash(address); }
     EepromImage eeprom() const { return chip_.eeprom(); }
+
+    void skip_nothing() { chip_.skip_nothing(); }  ///< for tests, see Microcontroller
 
     /// Waits for gdb on 127.0.0.1:`port` before the next instruction.
     void serve_debugger(uint16_t port) { chip_.serve_debugger(port); }

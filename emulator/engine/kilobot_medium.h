@@ -6,6 +6,13 @@
 /// listens between its start pulse and the leader's stop pulse; light seen then makes it fail, and
 /// the robot tries again within a tick. No capture: any light of another frame spoils a frame at
 /// that receiver. What robots do is taken in order of time, robot by robot.
+///
+/// Robots on boards see each pulse for themselves, and theirs are taken as they come: the first
+/// puts a frame on air, and what it says is known when the last has come (avr/boards.h).
+///
+/// The cells of a Kilogrid are stations too (hardware.md 3.4): robots near a cell hear its frames,
+/// and a module hears robots near the one cell that it listens to. A module listens before it sends,
+/// is deaf while it sends, and its cells do not hear one another.
 #ifndef KILOTWIN_ENGINE_KILOBOT_MEDIUM_H
 #define KILOTWIN_ENGINE_KILOBOT_MEDIUM_H
 
@@ -13,8 +20,10 @@
 #include <queue>
 #include <vector>
 
+#include "avr/boards.h"
 #include "engine/bodies.h"
 #include "engine/chance.h"
+#include "grid/grid.h"
 #include "guest/robot.h"
 
 namespace kilotwin {
@@ -46,9 +55,10 @@ class KilobotMedium {
     };
 
     /// `speaks`: by robot, the earliest moment at which it may begin a frame; kept up to date here.
+    /// `grid` and `boards` may be null; not both of them at once can be there.
     KilobotMedium(const Settings &settings, const Chance &chance, std::vector<Robot> &robots,
                   Bodies &bodies, std::vector<Cycles> &speaks, std::vector<Emission> &emissions,
-                  MediumCounts &counts);
+                  MediumCounts &counts, Grid *grid, Boards *boards);
 
     /// The farthest that anybody can be heard.
     static double reach_m(const Settings &settings);
@@ -68,14 +78,23 @@ class KilobotMedium {
     void live(uint32_t robot, Cycles until);
 
   private:
+    // Stations are the robots, then the cells of the grid.
+    enum class Fate : uint8_t {
+        CLEAR,
+        COLLIDED,
+        DEAF,
+        LOST,      ///< of a robot on a board: chance has decided beforehand
+        ELSEWHERE  ///< of a cell: its module listens to another one
+    };
     struct Heard {
-        uint32_t robot;
+        uint32_t station;
         float distance_mm;
-        enum class Fate : uint8_t { CLEAR, COLLIDED, DEAF } fate;
+        Fate fate;
     };
     struct Frame {
         Cycles begin;
-        uint32_t sender;
+        uint32_t sender;    ///< station
+        uint32_t listener;  ///< station at whose receiver the sender listens first
         bool on_air = false;
         bool granted = false;  ///< its sender did not have to listen first
         message_t message;
@@ -86,24 +105,51 @@ class KilobotMedium {
     struct Event {
         Cycles at;
         What what;
-        uint32_t robot;
+        uint32_t station;
         bool operator>(const Event &other) const {
             if (at != other.at) return at > other.at;
-            return what != other.what ? what > other.what : robot > other.robot;
+            return what != other.what ? what > other.what : station > other.station;
         }
+    };
+    /// What a module's one receiver is busy with.
+    struct Receiver {
+        Cycles sending_until = 0, receiving_until = 0;
+        uint64_t draws = 0;
     };
 
     void ask(uint32_t robot, Cycles at);
     void go_on(uint32_t robot, Cycles until);
     bool has_channel(uint32_t robot, Cycles at) const;
     void begin_frame(uint32_t sender, Cycles at);
+    Frame &begin_light(uint32_t sender, Cycles at, const message_t &message);
+    void begin_cell_frame(uint32_t module);
+    Frame &put_on_air(uint32_t sender, Cycles at, const message_t &message);
+    void shine_on_robot(Frame &frame, uint32_t robot, double distance_m);
+    void shine_on_board(const Frame &frame, Heard &heard);
+    void take_flash(const Boards::Flash &flash);
+    bool is_lost(const Frame &frame, const Heard &heard, uint64_t draw) const;
+    distance_measurement_t measure(const Heard &heard, uint64_t draw) const;
+    void spoil(const std::vector<uint32_t> &senders, uint32_t station);
+    void shine_on_cells(Frame &frame, const Eigen::Vector2d &from);
+    bool nobody_interferes(uint32_t cell, Cycles at) const;
+    void cell_has_channel(Frame &frame);
+    void hold_receivers(const Frame &frame, Cycles begin, Cycles end);
     void end_sensing(uint32_t sender);
     void end_frame(uint32_t sender);
     void leave_air(Frame &frame);
     bool receives(uint32_t robot, Cycles at) const;
-    bool finds_busy(uint32_t sender) const;
+    bool finds_busy(const Frame &frame) const;
     void deliver(const Frame &frame, const Heard &heard);
+    void deliver_to_cell(const Frame &frame, const Heard &heard);
     bool on_air(uint32_t sender) const { return frames_[sender].on_air; }
+    bool is_cell(uint32_t station) const { return station >= robots_.size(); }
+    uint32_t station_of(uint32_t cell) const {
+        return static_cast<uint32_t>(robots_.size()) + cell;
+    }
+    uint32_t cell_of(uint32_t station) const {
+        return station - static_cast<uint32_t>(robots_.size());
+    }
+    uint32_t module_of(uint32_t station) const { return GridLayout::module_of(cell_of(station)); }
 
     Settings settings_;
     const Chance &chance_;
@@ -112,10 +158,14 @@ class KilobotMedium {
     std::vector<Cycles> &speaks_;
     std::vector<Emission> &emissions_;  ///< what robots send that were granted the channel
     MediumCounts &counts_;
-    std::vector<float> range_m_;                  ///< by sender
-    std::vector<Frame> frames_;                   ///< by sender: a robot sends one at a time
-    std::vector<std::vector<uint32_t>> audible_;  ///< by receiver: senders on air
-    std::vector<uint64_t> draws_;                 ///< by receiver
+    Grid *grid_;
+    Boards *boards_;                              ///< null: there are none
+    std::vector<float> range_m_;                  ///< by robot
+    std::vector<Frame> frames_;                   ///< by sender: a station sends one at a time
+    std::vector<std::vector<uint32_t>> audible_;  ///< by receiving station: senders on air
+    std::vector<uint64_t> draws_;                 ///< by robot
+    std::vector<Receiver> receivers_;             ///< by module
+    InfraredGains cell_gains_;
     std::priority_queue<Event, std::vector<Event>, std::greater<>> events_;
     Cycles end_ = 0, limit_ = 0;
 };

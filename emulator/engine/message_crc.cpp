@@ -2,8 +2,6 @@
 
 #include <array>
 
-#include <cstddef>
-
 namespace kilotwin {
 
 namespace {
@@ -20,12 +18,17 @@ constexpr std::array<uint16_t, 256> TABLE = [] {
 
 }  // namespace
 
-bool crc_is_right(const message_t &message) {
+uint16_t crc_of(const uint8_t *bytes, size_t count) {
     uint16_t crc = 0xFFFF;
-    auto bytes = reinterpret_cast<const uint8_t *>(&message);
-    for (size_t i = 0; i < offsetof(message_t, crc); i++)
+    for (size_t i = 0; i < count; i++)
         crc = static_cast<uint16_t>(crc >> 8 ^ TABLE[(bytes[i] ^ crc) & 0xFF]);
-    return crc == message.crc;
+    return crc;
 }
+
+uint16_t crc_of(const message_t &message) {
+    return crc_of(reinterpret_cast<const uint8_t *>(&message), offsetof(message_t, crc));
+}
+
+bool crc_is_right(const message_t &message) { return crc_of(message) == message.crc; }
 
 }  // namespace kilotwin

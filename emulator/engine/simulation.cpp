@@ -20,6 +20,9 @@ namespace {
 constexpr uint32_t POWER_UP_TICKS =
     16;                             // robots are switched on within a message period of one another
 constexpr int64_t LEAD_TICKS = 64;  // and at least so long before RUN
+// Who is near which cell is looked up so often: rarely enough to cost little, often enough that few
+// cells seem to have somebody near.
+constexpr Cycles LOOK_AROUND_GRID = 16 * TICK_CYCLES;
 constexpr size_t FRAME_STEPS = 64;  // frames are planned less than that ahead
 
 BlackBox *map_black_box(const std::string &path) {
@@ -31,10 +34,14 @@ BlackBox *map_black_box(const std::string &path) {
     return static_cast<BlackBox *>(memory);
 }
 
-Cycles run_cycles(const std::vector<SimulationDef::Command> &commands) {
-    int64_t lead = LEAD_TICKS;
-    for (const auto &command : commands) lead = std::max(lead, 2 * POWER_UP_TICKS - command.tick);
-    return static_cast<Cycles>((lead + 3) / 4 * 4) * TICK_CYCLES;
+/// Whole world steps, however long these are.
+Cycles round_up(int64_t ticks) { return static_cast<Cycles>((ticks + 3) / 4 * 4) * TICK_CYCLES; }
+
+Cycles run_cycles(const SimulationDef &def) {
+    int64_t lead = LEAD_TICKS + def.lead_ticks;
+    for (const auto &command : def.commands)
+        lead = std::max(lead, 2 * POWER_UP_TICKS - command.tick);
+    return round_up(lead);
 }
 
 size_t count_robots(const SimulationDef &def) {
@@ -49,7 +56,8 @@ Simulation::Simulation(const SimulationDef &def)
     : def_(def),
       chance_(def.seed),
       step_(def.step_ticks * TICK_CYCLES),
-      run_at_(run_cycles(def.commands)),
+      run_at_(run_cycles(def)),
+      start_(run_at_ - round_up(def.lead_ticks)),
       now_(0),
       next_sample_(run_at_),
       reach_m_(def.kilobot_medium ? KilobotMedium::reach_m(*def.kilobot_medium) : def.range_m),
@@ -62,6 +70,7 @@ Simulation::Simulation(const SimulationDef &def)
                !def.kilobot_medium,
                static_cast<Cycles>(def.battery_h * 3600 * CYCLES_PER_SECOND),
                def.temperature},
+      boards_(robots_, context_),
       commands_(def.commands),
       wake_(count_robots(def), 0),
       speaks_(wake_.size(), 0),
@@ -76,9 +85,17 @@ Simulation::Simulation(const SimulationDef &def)
     std::stable_sort(commands_.begin(), commands_.end(),
                      [](const auto &a, const auto &b) { return a.tick < b.tick; });
     create_robots();
+    if (def.grid)
+        grid_.emplace(*def.grid, chance_, POWER_UP_TICKS * TICK_CYCLES, run_at_,
+                      !def.kilobot_medium, def.run_ahead);
     if (def.kilobot_medium)
         kilobot_medium_.emplace(*def.kilobot_medium, chance_, robots_, *bodies_, speaks_,
-                                emissions_, counts_);
+                                emissions_, counts_, grid_ ? &*grid_ : nullptr,
+                                boards_.empty() ? nullptr : &boards_);
+    else if (!boards_.empty())
+        throw EngineError("robots on boards need the kilobot medium: the ideal one has no pulses");
+    if (grid_ && !boards_.empty())
+        throw EngineError("robots on boards cannot stand on a grid: its cells send no pulses yet");
     boot();
 }
 
@@ -96,23 +113,30 @@ void Simulation::create_robots() {
     robots_.reserve(poses.size());
     uint32_t index = 0;
     for (const auto &group : def_.groups) {
-        auto program = Program::load(group.program, group.name);
-        size_t stride = (program->state_bytes() + 63) / 64 * 64;
+        const auto flash = group.on_board ? FlashImage::load(group.program) : nullptr;
+        const auto program = group.on_board ? nullptr : Program::load(group.program, group.name);
+        const size_t stride = program ? (program->state_bytes() + 63) / 64 * 64 : 0;
         images_.emplace_back(new uint8_t[stride * group.count]);
-        if (const auto handlers = program->own_handlers(); !handlers.empty())
+        const auto handlers = program ? program->own_handlers() : std::string();
+        if (!handlers.empty())
             events_.push_back({0, index, 0, program->name(), EventKind::NOTE,
                                "its own interrupt handlers are never called here: " + handlers});
         for (size_t i = 0; i < group.count; i++, index++) {
             auto power_up = static_cast<Cycles>(chance_.uniform(index, Purpose::POWER_UP, 0) *
                                                 static_cast<double>(POWER_UP_TICKS * TICK_CYCLES));
             Calibration calibration = calibrate(index);
-            robots_.emplace_back(context_, program, index, calibration, power_up,
-                                 images_.back().get() + i * stride);
+            if (flash) {
+                robots_.emplace_back(context_, group.name, index, calibration, power_up);
+                boards_.add(index, *flash, power_up);
+            } else {
+                robots_.emplace_back(context_, program, index, calibration, power_up,
+                                     images_.back().get() + i * stride);
+            }
             robots_.back().light = def_.light.at(poses[index].position);
         }
     }
     const double radius = def_.profile.radius_m;
-    bodies_.emplace(def_.arena, def_.profile, chance_, step_, run_at_, poses,
+    bodies_.emplace(def_.arena, def_.profile, chance_, step_, start_, poses,
                     std::max(reach_m_ + radius, floor_ ? 2 * radius + floor_->obstacle_m() : 0));
 }
 
@@ -136,14 +160,18 @@ Calibration Simulation::calibrate(uint32_t index) const {
 // From power-up to RUN robots wait on their places for what the host tells them.
 void Simulation::boot() {
     Robot::serve_this_thread();
-    give_commands(run_at_);
-    for (auto &robot : robots_) robot.run(run_at_);
+    give_commands(start_);
+    for (auto &robot : robots_) robot.run(start_);
+    boards_.run(start_, [](uint32_t) { return false; });
     emissions_.clear();
     for (auto &robot : robots_) {
         robot.motor_commands.clear();
         speaks_[robot.index()] = next_ask_[robot.index()] = robot.next_ask();
     }
-    now_ = run_at_;
+    now_ = start_;
+    if (!grid_) return;
+    while (auto module = grid_->run(now_))  // nobody listens yet
+        grid_->answer(*module, grid_->module(*module).outgoing().at, Module::Answer::SENT);
 }
 
 int64_t Simulation::tick_of(Cycles at) const {
@@ -156,6 +184,7 @@ int64_t Simulation::tick() const { return tick_of(now_); }
 void Simulation::advance(int64_t ticks) {
     Robot::serve_this_thread();
     const Cycles end = end_of_step(now_ + static_cast<Cycles>(ticks) * TICK_CYCLES);
+    if (grid_) grid_->no_host_before(end);
     sample_if_due();
     while (now_ < end) {
         step(std::min(end, next_sample_));
@@ -170,11 +199,19 @@ void Simulation::step(Cycles limit) {
         limit = std::min(
             limit, std::max(now_ + step_, begin_of_step(command_time(commands_[next_command_]))));
     refresh_lists();
+    if (grid_ && (now_ - start_) % LOOK_AROUND_GRID == 0) look_around_grid();
     if (floor_) next_sensing_ = floor_->senses_at(now_) ? now_ : floor_->next_sensing(now_);
+    prepare_boards();
     if (kilobot_medium_) kilobot_medium_->run(now_, now_ + step_, limit);
     for (uint32_t robot = 0; robot < robots_.size(); robot++)
-        if (wake_[robot] <= now_) live_on(robot, limit);
-    if (!kilobot_medium_) deliver_frames();
+        if (robots_[robot].on_board())
+            take_commands(robot);
+        else if (wake_[robot] <= now_)
+            live_on(robot, limit);
+    if (!kilobot_medium_) {
+        if (grid_) run_grid();
+        deliver_frames();
+    }
     bodies_->step();
     now_ += step_;
     steps_++;
@@ -239,6 +276,7 @@ void Simulation::live_on(uint32_t robot, Cycles limit) {
 Cycles Simulation::undisturbed_until(uint32_t robot, Cycles limit) {
     // The ideal medium lets a frame be heard when the step is over in which it begins.
     const Cycles soonest = now_ + step_, heard_after = kilobot_medium_ ? 0 : step_;
+    if (grid_) return soonest;  // a cell may speak to it any time
     const double closing = 2 * bodies_->fastest_m_s();
     Cycles until = std::min(limit, bodies_->lists_hold_until() + heard_after);
     if (!kilobot_medium_)
@@ -319,12 +357,41 @@ void Simulation::run_robot(uint32_t index, Cycles until) {
             for (Cycles at = now_ + TICK_CYCLES; at <= until; at += TICK_CYCLES) robot.run(at);
         plan_frames(index);
     }
-    for (const auto &command : robot.motor_commands) {
-        bodies_->command(index, command);
+    take_commands(index);
+}
+
+/// What a robot told its motors.
+void Simulation::take_commands(uint32_t index) {
+    for (const auto &command : robots_[index].motor_commands) {
+        bodies_->command(index, {std::max(command.at, now_), command.left, command.right});
         if (floor_) disturb(index, begin_of_step(command.at) + step_);
     }
-    robot.motor_commands.clear();
+    robots_[index].motor_commands.clear();
 }
+
+/// What the sensors of robots on boards read in this step, and what the floor tells them.
+void Simulation::prepare_boards() {
+    for (uint32_t robot : boards_.robots()) {
+        robots_[robot].light = def_.light.at(bodies_->position(robot));
+        if (!floor_) continue;
+        if (surroundings_[robot].look_again <= now_) look_around(robot);
+        if (next_sensing_ < now_ + step_)
+            floor_->tell(robots_[robot], surroundings_[robot].cell, next_sensing_, now_ + step_);
+    }
+}
+
+RobotBoard &Simulation::board_of(size_t robot) {
+    if (robot >= robots_.size()) throw EngineError("there is no robot " + std::to_string(robot));
+    if (!boards_.has(static_cast<uint32_t>(robot)))
+        throw EngineError("robot " + std::to_string(robot) +
+                          " does not run on a board: only robots with a hex, or cpu = \"avr\", do");
+    return boards_.board(static_cast<uint32_t>(robot));
+}
+
+void Simulation::serve_debugger(size_t robot, uint16_t port) {
+    board_of(robot).serve_debugger(port);
+}
+void Simulation::trace(size_t robot, const std::string &path) { board_of(robot).trace(path); }
 
 /// Puts the frames that a robot sends into the steps in which they begin.
 void Simulation::plan_frames(uint32_t robot) {
@@ -336,6 +403,54 @@ void Simulation::plan_frames(uint32_t robot) {
         frames_[emissions_[i].at / step_ % FRAME_STEPS].push_back({emissions_[i], next});
         planned_[robot]++;
     }
+}
+
+void Simulation::look_around_grid() {
+    const double way_m = bodies_->fastest_m_s() * seconds(LOOK_AROUND_GRID);
+    for (uint32_t robot = 0; robot < robots_.size(); robot++) bodies_->position(robot);
+    grid_->look_around(now_ + LOOK_AROUND_GRID, way_m, bodies_->positions());
+}
+
+/// Beside the ideal medium: robots within range hear each cell, from the next step on.
+void Simulation::run_grid() {
+    const Cycles end = now_ + step_;
+    while (auto index = grid_->run(end)) {
+        const CellEmission sent = grid_->module(*index).outgoing();
+        const uint32_t cell = GridLayout::MODULE_CELLS * *index + sent.cell;
+        const Cycles heard_at = std::max(sent.at + FRAME_CYCLES, end);
+        for (uint32_t robot : grid_->robots_near(cell)) {
+            const double distance =
+                (bodies_->position(robot) - grid_->layout().centre(cell)).norm();
+            if (distance > grid_->infrared().cell_range_m || !crc_is_right(sent.message)) continue;
+            const auto mm = static_cast<int16_t>(distance * 1000 + 0.5);
+            robots_[robot].receive({heard_at, sent.message, {mm, mm}});
+            counts_.received++;
+        }
+        grid_->answer(*index, sent.at, Module::Answer::SENT);
+    }
+}
+
+bool Simulation::can_send(uint32_t bus, const CanFrame &frame) {
+    return grid().can_send(now_, bus, frame);
+}
+
+Grid &Simulation::grid() {
+    if (!grid_) throw EngineError("this run has no grid");
+    return *grid_;
+}
+
+const Grid &Simulation::grid() const { return const_cast<Simulation *>(this)->grid(); }
+
+/// Beside the ideal medium: the cell below a robot hears it, from the next step on.
+void Simulation::deliver_to_grid(const Emission &emission) {
+    const auto cell = grid_->layout().below(bodies_->position(emission.robot));
+    if (!cell) return;
+    const double distance =
+        (bodies_->position(emission.robot) - grid_->layout().centre(*cell)).norm();
+    const auto mm = static_cast<int16_t>(distance * 1000 + 0.5);
+    grid_->counts.received++;
+    grid_->receive_ir(std::max(emission.at + FRAME_CYCLES, now_ + step_), *cell, emission.message,
+                      {mm, mm}, !crc_is_right(emission.message));
 }
 
 void Simulation::deliver_frames() {
@@ -356,6 +471,7 @@ void Simulation::deliver_frames() {
 void Simulation::deliver(const Emission &emission) {
     const uint32_t sender = emission.robot;
     counts_.sent++;
+    if (grid_) deliver_to_grid(emission);
     if (!crc_is_right(emission.message)) {
         counts_.wrong_crc++;
         return;

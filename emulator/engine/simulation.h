@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "avr/boards.h"
 #include "engine/arena.h"
 #include "engine/bodies.h"
 #include "engine/chance.h"
@@ -25,6 +26,7 @@
 #include "engine/light.h"
 #include "engine/recorder.h"
 #include "engine/virtual_floor.h"
+#include "grid/grid.h"
 #include "guest/robot.h"
 
 namespace kilotwin {
@@ -33,10 +35,11 @@ namespace kilotwin {
 /// throws EngineError.
 struct SimulationDef {
     struct Group {
-        std::string program;  ///< path of the guest
+        std::string program;  ///< path of the guest, or of the .hex or .elf for a board
         std::string name;
         size_t count = 0;
         std::vector<Pose> poses;  ///< empty: placed at random
+        bool on_board = false;    ///< each robot is an ATmega328P; with the Kilobot medium only
     };
     /// A message from outside the medium, to all robots with a uid in the range.
     struct Command {
@@ -56,6 +59,8 @@ struct SimulationDef {
     double range_m = 0.8;  ///< of the ideal medium
     bool line_of_sight = true;
     std::optional<KilobotMedium::Settings> kilobot_medium;  ///< instead of the ideal one
+    std::optional<Grid::Settings> grid;                     ///< a Kilogrid below the robots
+    int64_t lead_ticks = 0;  ///< engine time before RUN, for the grid's host; rounded up to 4
     Light light;
     double battery_h = 0;       ///< hours of driving that a full battery lasts; 0: it never drains
     int16_t temperature = 300;  ///< reading
@@ -87,11 +92,30 @@ class Simulation {
     /// Nominal ticks since RUN, which happens at 0.
     int64_t tick() const;
 
+    /// Queues a frame at the host's node of a bus now; false if its queue is full. EngineError
+    /// without a grid, or such a bus.
+    bool can_send(uint32_t bus, const CanFrame &frame);
+    /// EngineError without one.
+    Grid &grid();
+    const Grid &grid() const;
+    Cycles now() const { return now_; }
+    /// Since t = 0, when the experiment begins.
+    double seconds_of(Cycles at) const {
+        return static_cast<double>(static_cast<int64_t>(at - run_at_)) * CYCLE_S;
+    }
+
     /// Gives robots a message now, from outside the medium. `command.tick` does not matter.
     void send(const SimulationDef::Command &command);
 
     size_t size() const { return robots_.size(); }
     const Robot &robot(size_t index) const { return robots_[index]; }
+    const Boards &boards() const { return boards_; }
+
+    /// Lets gdb control a robot on a board: nothing goes on until it says so. `port` on 127.0.0.1.
+    void serve_debugger(size_t robot, uint16_t port);
+
+    /// Writes what the pins of a robot on a board do from now on to a VCD file.
+    void trace(size_t robot, const std::string &path);
     Samples take_samples();
     Samples snapshot() const;
     Events take_events();
@@ -115,6 +139,8 @@ class Simulation {
     };
 
     void create_robots();
+    RobotBoard &board_of(size_t robot);
+    void prepare_boards();
     Calibration calibrate(uint32_t robot) const;
     void boot();
     void step(Cycles limit);
@@ -130,7 +156,11 @@ class Simulation {
     void look_around(uint32_t robot);
     void disturb(uint32_t robot, Cycles at);
     void run_robot(uint32_t robot, Cycles until);
+    void take_commands(uint32_t robot);
     void plan_frames(uint32_t robot);
+    void look_around_grid();
+    void run_grid();
+    void deliver_to_grid(const Emission &emission);
     void deliver_frames();
     void deliver(const Emission &emission);
     bool audience_holds(uint32_t robot);
@@ -141,6 +171,7 @@ class Simulation {
     Chance chance_;
     Cycles step_;               ///< length of a world step
     Cycles run_at_;             ///< when RUN is given: t = 0
+    Cycles start_;              ///< when stepping begins: before, robots wait for commands
     Cycles now_;                ///< begin of the current step
     uint64_t samples_due_ = 0;  ///< so many were taken
     Cycles next_sample_;
@@ -151,6 +182,7 @@ class Simulation {
     RobotContext context_;
     std::vector<std::unique_ptr<uint8_t[]>> images_;  ///< state of all robots of a group
     std::vector<Robot> robots_;
+    Boards boards_;
     std::vector<SimulationDef::Command> commands_;  ///< in order of time
     size_t next_command_ = 0;
 
@@ -165,6 +197,7 @@ class Simulation {
     std::optional<Bodies> bodies_;
     IdealMedium medium_;
     std::vector<std::vector<Planned>> frames_;  ///< of the ideal medium, by step: a ring
+    std::optional<Grid> grid_;
     std::optional<KilobotMedium> kilobot_medium_;
     std::optional<VirtualFloor> floor_;
     Cycles next_sensing_ = NEVER;  ///< of the floor, from now_ on

@@ -1,8 +1,8 @@
-/// The seam between the engine and a guest (a robot program with the thin half of the mock Kilobot
-/// API in it).
+/// The seam between the engine and a guest (a robot's or a Kilogrid module's program with the thin
+/// half of the mock API in it).
 ///
-/// A guest is one shared object. Its plain variables are private to each robot: they lie in one
-/// section that the engine swaps. Guests are compiled with -fpack-struct -fshort-enums, so only
+/// A guest is one shared object. Its plain variables are private to each robot, or module: they lie
+/// in one section that the engine swaps. Guests are compiled with -fpack-struct -fshort-enums, so only
 /// what is packed and of fixed width crosses here. Times are cycles of 125 ns.
 #ifndef KILOTWIN_GUEST_ABI_H
 #define KILOTWIN_GUEST_ABI_H
@@ -15,7 +15,7 @@
 extern "C" {
 #endif
 
-#define KT_GUEST_ABI 4
+#define KT_GUEST_ABI 5
 #define KT_PACKED __attribute__((packed))
 
 /// The registers that reach motors and LED (hardware.md 1.8), as a program may write them itself.
@@ -33,12 +33,31 @@ extern volatile kt_outputs_t kt_outputs;
 
 enum { KT_SENSOR_LIGHT, KT_SENSOR_VOLTAGE, KT_SENSOR_TEMPERATURE };
 
-/// What the guest may ask of the engine. All of it acts on the robot that is running.
+/// A CAN frame as module programs have it in memory (hardware.md 3.3).
 typedef struct KT_PACKED {
-    void (*init)(void);  ///< kilo_init: registers and EEPROM values
-    void (*start)(void (*setup)(void), void (*loop)(void));  ///< kilo_start: does not return
-    void (*wait)(uint32_t cycles);  ///< lets time pass; interrupts are served meanwhile
-    void (*outputs)(void);          ///< kt_outputs may have changed
+    uint16_t id;
+    uint8_t header;  ///< bit 0 remote frame, bits 1-4 data bytes
+    uint8_t data[8];
+} kt_can_message_t;
+
+/// What a module's program may ask of the engine besides.
+typedef struct KT_PACKED {
+    void (*autostart)(void);
+    void (*light)(uint8_t cell, uint8_t red, uint8_t green, uint8_t blue);  ///< pulse widths
+    void (*cell_message)(uint8_t cell, const message_t *message);  ///< to repeat; null: nothing
+    void (*send_at_once)(uint8_t cell, const message_t *message);
+    void (*can_send)(const kt_can_message_t *message, uint8_t x, uint8_t y, uint8_t address_type);
+    void (*can_broadcast)(const kt_can_message_t *message);  ///< when loop() has come back
+    void (*can_address)(uint16_t id, uint8_t address[3]);    ///< into x, y, type
+} kt_module_host_t;
+
+/// What the guest may ask of the engine. All of it acts on the robot or module that is running.
+typedef struct KT_PACKED {
+    void (*init)(void);  ///< kilo_init, module_init: registers and EEPROM values
+    void (*start)(void (*setup)(void),
+                  void (*loop)(void));  ///< kilo_start, module_start: does not return
+    void (*wait)(uint32_t cycles);      ///< lets time pass; interrupts are served meanwhile
+    void (*outputs)(void);              ///< kt_outputs may have changed
     uint8_t (*rand_hard)(void);
     uint8_t (*distance_mm)(int16_t low_gain,
                            int16_t high_gain);  ///< by the robot's calibration tables
@@ -51,7 +70,36 @@ typedef struct KT_PACKED {
     void (*spent)(const uint8_t *frame);  ///< the budget of basic blocks ran out; the program's
                                           ///< registers and frames lie from `frame` up
     void (*unusable)(const char *what);   ///< a call that cannot be served: the robot stops
+    const kt_module_host_t *module;       ///< null: a robot runs
 } kt_host_t;
+
+/// Tracking records that wait for the next poll: next_CAN_message() hands out their places.
+#define KT_RECORDS 10
+typedef struct KT_PACKED {
+    uint8_t first, used;
+    uint8_t lost;  ///< asked for while it was full; stays at 255
+    kt_can_message_t slots[KT_RECORDS];
+} kt_records_t;
+
+#define KT_CELLS 4
+#define KT_CONFIGURATION_BYTES 48
+
+/// What the engine may touch of a module's program beside what is in kt_table_t.
+typedef struct KT_PACKED {
+    volatile uint16_t *uid;
+    volatile uint8_t *x, *y;
+    volatile uint8_t *configuration_size;
+    volatile uint8_t *configuration;  ///< KT_CONFIGURATION_BYTES
+    void (**ir_rx)(message_t *message, uint8_t cell, distance_measurement_t *distance,
+                   uint8_t crc_error);
+    void (**ir_tx_success)(uint8_t cell);
+    void (**can_rx)(kt_can_message_t *message);
+    void (**can_tx_success)(void);
+    kt_can_message_t *can_message;  ///< the one that was received last
+    kt_records_t *records;
+    const uint8_t *acts_alone;  ///< null if the program cannot send but by its cells' messages and
+                                ///< records: then the engine knows when it may be heard
+} kt_module_t;
 
 /// What the engine may touch of the guest.
 typedef struct KT_PACKED {
@@ -66,7 +114,7 @@ typedef struct KT_PACKED {
     message_rx_t *message_rx;
     message_tx_t *message_tx;
     message_tx_success_t *message_tx_success;
-    message_t *rx_message;  ///< kilolib's one receive buffer
+    message_t *rx_message;  ///< kilolib's one receive buffer; of a module KT_CELLS, one per cell
     distance_measurement_t *rx_distance;
     volatile kt_outputs_t *outputs;
     void (*settle)(void);        ///< brings registers that act when written up to date;
@@ -76,6 +124,7 @@ typedef struct KT_PACKED {
     int (*random)(void);         ///< the program's rand()
     int32_t *budget;             ///< basic blocks left; not part of the state
     const kt_host_t **host;      ///< not part of the state
+    const kt_module_t *module;   ///< null: a robot's program
 } kt_table_t;
 
 /// More than the 64 KB that an index of 16 bits can be off: it never reaches the engine.

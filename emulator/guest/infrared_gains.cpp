@@ -12,6 +12,8 @@ constexpr double HIGH_OVER_LOW = 5;
 constexpr double LOW_AT_CONTACT = 900;
 // exp(-5 mm / 25 mm): from one entry to the next.
 constexpr double FALL = 0.8187307530779818;
+// A whole number of millimetres stays one, as in the robot's own arithmetic.
+constexpr double ROUNDING = 1e-9;
 constexpr double HIGH_ONLY_BELOW = 700, LOW_ONLY_ABOVE = 900;
 
 using Table = std::array<uint16_t, InfraredGains::ENTRIES>;
@@ -73,7 +75,7 @@ uint8_t InfraredGains::estimate_mm(distance_measurement_t measured) const {
     double distance = 0;
     if (high_share > 0) distance += high_share * distance_of(high_, high);
     if (high_share < 1) distance += (1 - high_share) * distance_of(low_, low);
-    return static_cast<uint8_t>(std::clamp(distance, FIRST_MM, 255.0));
+    return static_cast<uint8_t>(std::clamp(distance + ROUNDING, FIRST_MM, 255.0));
 }
 
 }  // namespace kilotwin

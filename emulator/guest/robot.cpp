@@ -1,29 +1,16 @@
 #include "guest/robot.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <cstring>
+
+#include "guest/fault.h"
+#include "guest/timer.h"
 
 namespace kilotwin {
 
 namespace {
 
-// A basic block takes an AVR about ten cycles, so a program may pass through this many in a tick's
-// time.
-constexpr int32_t BLOCKS_PER_TICK = TICK_CYCLES / 10;
-// A program that waits needs but one look at what it waits for.
-constexpr int32_t BLOCKS_WHILE_WAITING = 500;
-// Blocks that a program which waits passes through at most, before it is where it was.
-constexpr uint16_t PROBES = 512;
-constexpr Cycles WARN_AFTER = 10 * CYCLES_PER_SECOND;
-constexpr Cycles ENDLESS_AFTER = 60 * CYCLES_PER_SECOND;
-
 constexpr uint16_t TX_PERIOD_AT_RESET = 3906;  // units of 128 us: every 16th tick
-constexpr uint16_t TICK_COMPARE =
-    255;  // timer 0's compare value, and what a tick adds to the tx clock
-constexpr Cycles COUNT_CYCLES = 1024;  // a count of timer 0
-constexpr Cycles SENSE_CYCLES =
-    2418;  // an attempt that finds the channel busy: 2 slots and 235 polls
 constexpr Cycles IDLE_BLINK_ON = CYCLES_PER_SECOND / 1000, IDLE_BLINK_PERIOD = 1'609'600;
 constexpr Cycles CHARGE_BLINK_PERIOD = CYCLES_PER_SECOND / 5;
 constexpr Cycles SLEEP_PERIOD = 8 * CYCLES_PER_SECOND;    // the watchdog's
@@ -32,20 +19,8 @@ constexpr Cycles SLEEP_LISTEN = CYCLES_PER_SECOND / 100;  // for the start of a 
 constexpr uint8_t MOTOR_KICK = 255;
 constexpr uint32_t MOTOR_KICK_CYCLES = 15 * CYCLES_PER_SECOND / 1000;
 constexpr uint8_t FIRST_SYSTEM_MESSAGE = 0x80;
-constexpr uint32_t RAND_HARD_CYCLES = CYCLES_PER_SECOND / 2000;
 
 Robot *current = nullptr;
-
-uint64_t fnv(uint64_t hash, const uint8_t *begin, const uint8_t *end) {
-    for (; begin + 8 <= end; begin += 8) {
-        uint64_t word;
-        std::memcpy(&word, begin, 8);
-        hash = (hash ^ word) * 0x100000001B3u;
-        hash ^= hash >> 29;
-    }
-    for (; begin < end; begin++) hash = (hash ^ *begin) * 0x100000001B3u;
-    return hash;
-}
 
 }  // namespace
 
@@ -142,7 +117,7 @@ struct Robot::HostCalls {
     // Only interrupts go on: what `for (;;);` means.
     static void empty_loop() {
         auto &robot = *current;
-        robot.wait_until(robot.now_ + WARN_AFTER);
+        robot.wait_until(robot.now_ + BusyWatch::WARN_AFTER);
         robot.report(EventKind::BUSY_WAIT, "it stays in an empty endless loop");
         for (;;) robot.wait_until(NEVER);
     }
@@ -150,23 +125,9 @@ struct Robot::HostCalls {
     // The fault came from the program, or from libc on its behalf, so that the engine may work as
     // usual here.
     static bool mistake(GuestStack::Mistake mistake, const void *address) {
-        auto &robot = *current;
-        if (mistake == GuestStack::Mistake::DIVISION_BY_ZERO) {
-            robot.note(Note::DIVISION,
-                       "it divides by zero; as on the robot, it goes on with a wrong number");
-        } else if (LostMemory::is_the_robots(address)) {
-            char text[128];
-            std::snprintf(text, sizeof text,
-                          "it uses a pointer that is NULL or wild, at address 0x%03x; there it "
-                          "reads zeros, and what it writes is lost",
-                          static_cast<unsigned>(reinterpret_cast<uintptr_t>(address)));
-            robot.note(Note::POINTER, text);
-        } else if (robot.program_->is_beside_state(address)) {
-            robot.note(Note::BEYOND, "it goes beyond its own variables; there it reads zeros, and "
-                                     "what it writes is lost");
-        } else {
-            return false;
-        }
+        auto [noted, text] = explain(mistake, address, *current->program_);
+        if (noted == 0) return false;
+        current->note(noted, std::move(text));
         return true;
     }
 
@@ -177,10 +138,11 @@ struct Robot::HostCalls {
 };
 
 const kt_host_t Robot::HOST = {
-    HostCalls::init,       HostCalls::start,       HostCalls::wait,        HostCalls::outputs,
-    HostCalls::rand_hard,  HostCalls::distance_mm, HostCalls::eeprom_read, HostCalls::eeprom_write,
-    HostCalls::interrupts, HostCalls::timer0,      HostCalls::sensor,      HostCalls::print,
-    HostCalls::spent,      HostCalls::unusable,
+    HostCalls::init,        HostCalls::start,        HostCalls::wait,
+    HostCalls::outputs,     HostCalls::rand_hard,    HostCalls::distance_mm,
+    HostCalls::eeprom_read, HostCalls::eeprom_write, HostCalls::interrupts,
+    HostCalls::timer0,      HostCalls::sensor,       HostCalls::print,
+    HostCalls::spent,       HostCalls::unusable,     nullptr,
 };
 
 Robot::Robot(RobotContext &context, std::shared_ptr<Program> program, uint32_t index,
@@ -192,6 +154,7 @@ Robot::Robot(RobotContext &context, std::shared_ptr<Program> program, uint32_t i
       next_tick_(NEVER),
       state_since_(power_up),
       power_up_(power_up),
+      name_(program_->name()),
       index_(index),
       calibration_(calibration),
       outgoing_() {
@@ -199,9 +162,20 @@ Robot::Robot(RobotContext &context, std::shared_ptr<Program> program, uint32_t i
     *program_->table().host = &HOST;
 }
 
-void Robot::serve_this_thread() {
-    GuestStack::instance().serve_this_thread(HostCalls::empty_loop, HostCalls::mistake);
-}
+Robot::Robot(RobotContext &context, std::string name, uint32_t index,
+             const Calibration &calibration, Cycles power_up)
+    : context_(context),
+      image_(nullptr),
+      now_(power_up),
+      next_tick_(NEVER),
+      state_since_(power_up),
+      power_up_(power_up),
+      name_(std::move(name)),
+      index_(index),
+      calibration_(calibration),
+      outgoing_() {}
+
+void Robot::serve_this_thread() { GuestStack::instance().serve_this_thread(); }
 
 Robot::~Robot() {
     if (program_) program_->evict(image_);
@@ -231,7 +205,8 @@ Cycles Robot::run_arbitrated(Cycles until) {
 }
 
 void Robot::go_on(Cycles until) {
-    if (life_ == Life::STOPPED || until <= now_ || question_ != Question::NONE) return;
+    if (life_ == Life::STOPPED || on_board() || until <= now_ || question_ != Question::NONE)
+        return;
     if (life_ == Life::ALIVE && suspended_.empty() && !loop_due_ && next_interrupt() >= until)
         return;
     until_ = until;
@@ -239,23 +214,15 @@ void Robot::go_on(Cycles until) {
     program_->make_resident(image_);
     if (context_.black_box != nullptr) *context_.black_box = {index_, last_tick_};
     auto &stack = GuestStack::instance();
+    stack.attend(HostCalls::empty_loop, HostCalls::mistake);
     GuestStack::Outcome outcome;
     do {
         outcome =
             suspended_.empty() ? stack.call(body, this, suspended_) : stack.resume(suspended_);
     } while (outcome == GuestStack::Outcome::ABANDONED && life_ != Life::STOPPED);
     if (outcome == GuestStack::Outcome::FAULT) {
-        const auto &fault = stack.fault();
-        char text[96];
-        std::snprintf(text, sizeof text, "%s at address %p", strsignal(fault.signal),
-                      fault.address);
-        if (fault.stack_overflow)
-            stop(EventKind::STACK_OVERFLOW,
-                 "its stack grew over " + std::to_string(GuestStack::BYTES) + " bytes");
-        else if (program_->guards(fault.address))
-            stop(EventKind::CRASH, "it wrote or read beyond its own variables");
-        else
-            stop(EventKind::CRASH, text);
+        auto [kind, text] = explain(stack.fault(), *program_);
+        stop(kind, std::move(text));
     }
     if (inbox_next_ > 0)
         inbox_.erase(inbox_.begin(), inbox_.begin() + static_cast<ptrdiff_t>(inbox_next_));
@@ -286,6 +253,7 @@ void Robot::answer(bool yes) {
 }
 
 void Robot::disturb(Cycles begin, Cycles end) {
+    if (on_board()) return;  // it sees for itself
     auto over = [this](const auto &frame) { return frame.second <= now_; };
     frames_seen_.erase(std::remove_if(frames_seen_.begin(), frames_seen_.end(), over),
                        frames_seen_.end());
@@ -312,7 +280,7 @@ int16_t Robot::voltage(Cycles at) const {
 // What the robot shows while its program does not decide: hardware.md 1.3.
 uint8_t Robot::color(Cycles at) const {
     constexpr uint8_t GREEN = 3 << 2, BLUE = 3 << 4, YELLOW = 3 | 3 << 2, RED = 3, DIM_RED = 1;
-    if (life_ != Life::ALIVE) return color_;  // before kilo_start() and after its end
+    if (life_ != Life::ALIVE || on_board()) return color_;  // before kilo_start() and after its end
     Cycles in_state = at > state_since_ ? at - state_since_ : 0;
     switch (state_) {
     case State::IDLE: return in_state % IDLE_BLINK_PERIOD < IDLE_BLINK_ON ? GREEN : 0;
@@ -329,35 +297,11 @@ uint8_t Robot::color(Cycles at) const {
 
 uint8_t Robot::eeprom(uint16_t address) const {
     address %= EEPROM_BYTES;
-    if (eeprom_) return (*eeprom_)[address];
-    auto word = [&](uint16_t base, bool high) {
-        int entry = (address - base) / 2;
-        uint16_t value = high ? calibration_.gains.high(entry) : calibration_.gains.low(entry);
-        return static_cast<uint8_t>((address - base) % 2 == 0 ? value >> 8 : value);
-    };
-    constexpr uint16_t TABLE_BYTES = 2 * InfraredGains::ENTRIES;
-    if (address >= EEPROM_LOW_GAIN && address < EEPROM_LOW_GAIN + TABLE_BYTES)
-        return word(EEPROM_LOW_GAIN, false);
-    if (address >= EEPROM_HIGH_GAIN && address < EEPROM_HIGH_GAIN + TABLE_BYTES)
-        return word(EEPROM_HIGH_GAIN, true);
-    switch (address) {
-    case EEPROM_TURN_LEFT: return calibration_.turn_left;
-    case EEPROM_TURN_RIGHT: return calibration_.turn_right;
-    case EEPROM_STRAIGHT_LEFT: return calibration_.straight_left;
-    case EEPROM_STRAIGHT_RIGHT: return calibration_.straight_right;
-    case EEPROM_TX_MASK: return 1;
-    case EEPROM_UID: return static_cast<uint8_t>(calibration_.uid);
-    case EEPROM_UID + 1: return static_cast<uint8_t>(calibration_.uid >> 8);
-    default: return 0xFF;  // erased
-    }
+    return eeprom_ ? (*eeprom_)[address] : calibrated_byte(calibration_, address);
 }
 
 void Robot::set_eeprom(uint16_t address, uint8_t value) {
-    if (!eeprom_) {
-        auto image = std::make_unique<EepromImage>();
-        for (uint16_t i = 0; i < EEPROM_BYTES; i++) (*image)[i] = eeprom(i);
-        eeprom_ = std::move(image);
-    }
+    if (!eeprom_) eeprom_ = std::make_unique<EepromImage>(eeprom_of(calibration_));
     (*eeprom_)[address % EEPROM_BYTES] = value;
 }
 
@@ -397,8 +341,7 @@ void Robot::run_loop() {
         before = now_;
         loop_due_ = false;
         loop_();
-        *table.budget = BLOCKS_PER_TICK;
-        if (watched_) came_back();
+        busy_.came_back(*program_);
         look_at_outputs(table);
     } while (now_ == before && pass_tick(table, quiet_until));
     if (now_ > before) loop_due_ = true;
@@ -418,14 +361,7 @@ inline bool Robot::pass_tick(const kt_table_t &table, Cycles quiet_until) {
     return true;
 }
 
-void Robot::came_back() {
-    *program_->table().budget = BLOCKS_PER_TICK;
-    if (!watched_) return;
-    watched_ = false;
-    busy_since_ = computing_since_ = NEVER;
-    probes_left_ = 0;
-    warned_ = false;
-}
+void Robot::came_back() { busy_.came_back(*program_); }
 
 void Robot::serve_interrupt() {
     if (next_tick_ > next_interrupt())
@@ -652,12 +588,16 @@ void Robot::take_outputs(uint64_t seen) {
                                   lit(registers.ddrc, registers.portc, 4) << 5);
     uint8_t left = registers.ddrb & KT_LEFT_MOTOR_DDRB ? registers.ocr2a : 0;
     uint8_t right = registers.ddrd & KT_RIGHT_MOTOR_DDRD ? registers.ocr2b : 0;
-    if (left == left_ && right == right_) return;
-    left_ = left;
-    right_ = right;
-    if (driving_since_ != NEVER) driven_ += now_ - driving_since_;
-    driving_since_ = left != 0 || right != 0 ? now_ : NEVER;
-    motor_commands.push_back({now_, left, right});
+    drive({now_, left, right});
+}
+
+void Robot::drive(const MotorCommand &command) {
+    if (command.left == left_ && command.right == right_) return;
+    left_ = command.left;
+    right_ = command.right;
+    if (driving_since_ != NEVER) driven_ += command.at - driving_since_;
+    driving_since_ = left_ != 0 || right_ != 0 ? command.at : NEVER;
+    motor_commands.push_back(command);
 }
 
 // Time passes up to `wake`; interrupts at that moment come before the program goes on.
@@ -672,56 +612,21 @@ void Robot::wait_until(Cycles wake) {
     now_ = std::max(now_, wake);
 }
 
-// The program passed through more blocks than fit into a tick without giving time back. Does it
-// wait or compute? Nothing happens around it while it is looked at, block by block: if its memory
-// comes back to where it was, it goes round in circles until a tick or a callback changes
-// something, which costs little to emulate. If not, it computes, which must end some day.
+// The program passed through more blocks than fit into a tick without giving time back. Nothing
+// happens around it while it is looked at; then time passes.
 void Robot::budget_spent(const uint8_t *frame) {
-    auto &budget = *program_->table().budget;
-    watched_ = true;
-    uint64_t fingerprint = memory_fingerprint(frame);
-    if (probes_left_ == 0) {
-        fingerprint_ = fingerprint;
-        probes_left_ = PROBES;
-        budget = 0;
-        return;
-    }
-    const bool waits = fingerprint == fingerprint_;
-    if (!waits && --probes_left_ > 0) {
-        budget = 0;
-        return;
-    }
-    probes_left_ = 0;
-    note_busy(waits);
-    wait_until(in_interrupt_ ? now_ + TICK_CYCLES : std::max(next_tick_, now_));
-    budget = waits ? BLOCKS_WHILE_WAITING : BLOCKS_PER_TICK;
-}
-
-void Robot::note_busy(bool waits) {
-    if (busy_since_ == NEVER) busy_since_ = now_;
-    if (waits)
-        computing_since_ = NEVER;
-    else if (computing_since_ == NEVER)
-        computing_since_ = now_;
-    if (!warned_ && now_ - busy_since_ >= WARN_AFTER) {
-        warned_ = true;
-        report(EventKind::BUSY_WAIT,
-               "it has been busy for 10 s without coming back or calling delay()");
-    }
-    if (computing_since_ != NEVER && now_ - computing_since_ >= ENDLESS_AFTER) {
-        stop(EventKind::ENDLESS,
-             "it has been computing for 60 s without coming back or calling delay()");
+    const auto finding = busy_.look(*program_, frame, GuestStack::instance().top());
+    if (finding == BusyWatch::Finding::LOOKING) return;
+    const int32_t budget = *program_->table().budget;
+    switch (busy_.judge(finding, now_)) {
+    case BusyWatch::Verdict::FINE: break;
+    case BusyWatch::Verdict::WARN: report(EventKind::BUSY_WAIT, BusyWatch::WARNING); break;
+    case BusyWatch::Verdict::ENDLESS:
+        stop(EventKind::ENDLESS, BusyWatch::ACCUSATION);
         GuestStack::instance().abandon();
     }
-}
-
-/// Over the program's variables but kilo_ticks, and its registers and frames.
-uint64_t Robot::memory_fingerprint(const uint8_t *frame) const {
-    const auto &table = program_->table();
-    auto ticks = reinterpret_cast<const uint8_t *>(const_cast<const uint32_t *>(table.ticks));
-    uint64_t hash = fnv(0xCBF29CE484222325u, table.state_begin, ticks);
-    hash = fnv(hash, ticks + sizeof *table.ticks, table.state_end);
-    return fnv(hash, frame, GuestStack::instance().top());
+    wait_until(in_interrupt_ ? now_ + TICK_CYCLES : std::max(next_tick_, now_));
+    *program_->table().budget = budget;
 }
 
 void Robot::stop(EventKind kind, std::string text) {
@@ -734,14 +639,26 @@ void Robot::stop(EventKind kind, std::string text) {
     inbox_next_ = 0;
 }
 
-void Robot::note(Note what, const char *text) {
-    if (noted_ & static_cast<uint8_t>(what)) return;
-    noted_ |= static_cast<uint8_t>(what);
-    report(EventKind::NOTE, text);
+void Robot::print(Cycles at, uint32_t tick, std::string text) {
+    now_ = at;
+    last_tick_ = tick;
+    report(EventKind::PRINT, std::move(text));
+}
+
+void Robot::crash(Cycles at, uint32_t tick, std::string text) {
+    now_ = at;
+    last_tick_ = tick;
+    stop(EventKind::CRASH, std::move(text));
+}
+
+void Robot::note(uint8_t mistake, std::string text) {
+    if (noted_ & mistake) return;
+    noted_ |= mistake;
+    report(EventKind::NOTE, std::move(text));
 }
 
 void Robot::report(EventKind kind, std::string text) {
-    context_.events.push_back({now_, index_, last_tick_, program_->name(), kind, std::move(text)});
+    context_.events.push_back({now_, index_, last_tick_, name_, kind, std::move(text)});
 }
 
 }  // namespace kilotwin

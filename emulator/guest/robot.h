@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -18,6 +19,7 @@
 #include "engine/clock.h"
 #include "engine/events.h"
 #include "engine/motion.h"
+#include "guest/busy_watch.h"
 #include "guest/eeprom.h"
 #include "guest/infrared_gains.h"
 #include "guest/program.h"
@@ -36,14 +38,6 @@ struct Emission {
     Cycles at;  ///< begin of the frame
     uint32_t robot;
     message_t message;
-};
-
-/// How one robot differs from the next: what its EEPROM says of it, and its clock.
-struct Calibration {
-    uint16_t uid;
-    uint8_t turn_left, turn_right, straight_left, straight_right;
-    InfraredGains gains;
-    Cycles tick = TICK_CYCLES;  ///< by its own oscillator
 };
 
 /// Last words: which robot runs. Survives the process when it is a mapped file.
@@ -71,6 +65,11 @@ class Robot {
     /// bytes of its own.
     Robot(RobotContext &context, std::shared_ptr<Program> program, uint32_t index,
           const Calibration &calibration, Cycles power_up, uint8_t *image);
+
+    /// A robot whose program runs elsewhere, on a board: this one holds what reaches it and what it does, and
+    /// run() does nothing. `name` is its program's.
+    Robot(RobotContext &context, std::string name, uint32_t index, const Calibration &calibration,
+          Cycles power_up);
     ~Robot();
     Robot(Robot &&) = default;
     Robot(const Robot &) = delete;
@@ -117,15 +116,29 @@ class Robot {
     /// read.
     void disturb(Cycles begin, Cycles end);
 
+    // For the board that runs it: takes out what it received, in order of time; notes what its pins do, and that it
+    // cannot go on.
+    std::vector<Reception> take_inbox() { return std::exchange(inbox_, {}); }
+    void drive(const MotorCommand &command);
+    void show(uint8_t color) { color_ = color; }
+    void print(Cycles at, uint32_t tick, std::string text);
+    void crash(Cycles at, uint32_t tick, std::string text);
+
+    /// Reading of its battery.
+    int16_t voltage(Cycles at) const;
+
     uint32_t index() const { return index_; }
     uint16_t uid() const { return calibration_.uid; }
     uint8_t color(Cycles at) const;  ///< RGB() value shown at `at`, which it has been run up to
     bool stopped() const { return life_ == Life::STOPPED; }
     const Calibration &calibration() const { return calibration_; }
-    const Program &program() const { return *program_; }
+    bool on_board() const { return program_ == nullptr; }
+    const Program &program() const { return *program_; }  ///< not of one on a board
 
-    /// The bytes of its program's variables at present.
-    std::vector<uint8_t> state() const { return program_->state_of(image_); }
+    /// The bytes of its program's variables at present; none of one on a board.
+    std::vector<uint8_t> state() const {
+        return program_ ? program_->state_of(image_) : std::vector<uint8_t>{};
+    }
 
     uint8_t left_duty() const { return left_; }
     uint8_t right_duty() const { return right_; }
@@ -181,17 +194,13 @@ class Robot {
     void switch_motors(bool on);
     void came_back();
     void budget_spent(const uint8_t *frame);
-    void note_busy(bool waits);
-    uint64_t memory_fingerprint(const uint8_t *frame) const;
     uint16_t tx_period() const;
     bool disturbed() const;
-    int16_t voltage(Cycles at) const;
     uint8_t eeprom(uint16_t address) const;
     void set_eeprom(uint16_t address, uint8_t value);
     void stop(EventKind kind, std::string text);
     void report(EventKind kind, std::string text);
-    enum class Note : uint8_t { DIVISION = 1, POINTER = 2, BEYOND = 4 };
-    void note(Note what, const char *text);  ///< once each
+    void note(uint8_t mistake, std::string text);  ///< once each
 
     RobotContext &context_;
     std::shared_ptr<Program> program_;
@@ -215,10 +224,8 @@ class Robot {
     void (*loop_)(void) = nullptr;
     uint64_t rand_hard_draws_ = 0;
     uint64_t outputs_seen_ = 0;
-    uint64_t fingerprint_ = 0;        ///< of the memory when the budget was last spent
-    uint16_t probes_left_ = 0;        ///< looks at the memory until it counts as computing
-    Cycles busy_since_ = NEVER;       ///< since when the program has not come back
-    Cycles computing_since_ = NEVER;  ///< since when it has changed memory all the time
+    BusyWatch busy_;
+    std::string name_;  ///< of its program
     uint32_t index_;
     uint32_t last_tick_ =
         0;  ///< kilo_ticks after the last tick, for reports: the program may spoil its own
@@ -240,9 +247,7 @@ class Robot {
     bool tick_pending_ = false;
     bool loop_due_ = false;
     bool set_up_ = false;
-    bool warned_ = false;
-    bool watched_ = false;  ///< its budget was spent since it last came back
-    uint8_t noted_ = 0;     ///< Note bits
+    uint8_t noted_ = 0;  ///< Mistakes
 };
 
 }  // namespace kilotwin

@@ -94,11 +94,7 @@ GuestStack::GuestStack() {
     sigaction(TIMER_SIGNAL, &action, nullptr);
 }
 
-void GuestStack::serve_this_thread(EmptyLoop empty_loop, OnMistake on_mistake) {
-    thread_local ThreadSignals signals;
-    empty_loop_ = empty_loop;
-    on_mistake_ = on_mistake;
-}
+void GuestStack::serve_this_thread() { thread_local ThreadSignals signals; }
 
 GuestStack::Outcome GuestStack::call(void (*body)(void *), void *argument,
                                      SuspendedCall &suspended) {

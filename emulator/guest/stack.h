@@ -47,7 +47,13 @@ class GuestStack {
     static GuestStack &instance();
 
     /// To be called by a thread before it runs guests: faults and the timer reach it from then on.
-    void serve_this_thread(EmptyLoop empty_loop, OnMistake on_mistake);
+    void serve_this_thread();
+
+    /// Who is told of what befalls guests from now on: robots and modules take turns.
+    void attend(EmptyLoop empty_loop, OnMistake on_mistake) {
+        empty_loop_ = empty_loop;
+        on_mistake_ = on_mistake;
+    }
 
     /// Runs `body(argument)` from the top of the stack. On SUSPENDED the call was moved into
     /// `suspended`.

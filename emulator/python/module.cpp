@@ -8,11 +8,14 @@
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
+#include <algorithm>
 #include <cstring>
+#include <iterator>
 
 #include "aggregation/wire.h"
 #include "engine/simulation.h"
 #include "engine/world.h"
+#include "python/bridge.h"
 
 namespace nb = nanobind;
 using namespace kilotwin;
@@ -118,6 +121,47 @@ Light light_of(const nb::dict &from) {
     return light;
 }
 
+Grid::Fault fault_of(const nb::dict &from) {
+    static const std::pair<const char *, Grid::Fault::Kind> KINDS[] = {
+        {"dead", Grid::Fault::Kind::DEAD},
+        {"reset", Grid::Fault::Kind::RESET},
+        {"bus_off", Grid::Fault::Kind::BUS_OFF},
+        {"recover", Grid::Fault::Kind::RECOVER}};
+    const auto name = get<std::string>(from, "kind");
+    const auto *kind = std::find_if(std::begin(KINDS), std::end(KINDS),
+                                    [&](const auto &known) { return name == known.first; });
+    if (kind == std::end(KINDS))
+        throw EngineError("a fault is dead, reset, bus_off or recover, not " + name);
+    const auto module = get<std::vector<uint32_t>>(from, "module");
+    if (module.size() != 2) throw EngineError("a module is named by column and row");
+    return {get<int64_t>(from, "at_tick"), kind->second, module[0], module[1]};
+}
+
+Grid::Settings grid_of(const nb::dict &from) {
+    Grid::Settings grid;
+    grid.columns = get<uint32_t>(from, "columns");
+    grid.rows = get<uint32_t>(from, "rows");
+    grid.buses = get<uint32_t>(from, "buses");
+    grid.program = get<std::string>(from, "program");
+    grid.name = get<std::string>(from, "name");
+    grid.error_share = get_or(from, "error_share", grid.error_share);
+    if (from.contains("modules") && !from["modules"].is_none()) {
+        auto own = get<nb::dict>(from, "modules");
+        CellInfrared &s = grid.infrared;
+        s.cell_range_m = get_or(own, "cell_range_m", s.cell_range_m);
+        s.robot_range_m = get_or(own, "robot_range_m", s.robot_range_m);
+        s.weak_share = get_or(own, "weak_share", s.weak_share);
+        s.weak_range_m = get_or(own, "weak_range_m", s.weak_range_m);
+        s.weak_spell_s = get_or(own, "weak_spell_s", s.weak_spell_s);
+        s.loss = get_or(own, "loss", s.loss);
+        s.clock_spread = get_or(own, "clock_spread", s.clock_spread);
+    }
+    if (from.contains("faults"))
+        for (nb::handle item : get<nb::list>(from, "faults"))
+            grid.faults.push_back(fault_of(nb::cast<nb::dict>(item)));
+    return grid;
+}
+
 SimulationDef definition_of(const nb::dict &spec) {
     SimulationDef def;
     def.seed = get<uint64_t>(spec, "seed");
@@ -143,6 +187,7 @@ SimulationDef definition_of(const nb::dict &spec) {
                                       get<size_t>(from, "count"),
                                       {}};
         if (!from["poses"].is_none()) group.poses = poses_of(from["poses"]);
+        group.on_board = get_or(from, "on_board", false);
         if (!group.poses.empty() && group.poses.size() != group.count)
             throw EngineError("a group has as many poses as robots, or none");
         def.groups.push_back(std::move(group));
@@ -156,6 +201,9 @@ SimulationDef definition_of(const nb::dict &spec) {
         command.tick = nb::cast<int64_t>(fields[0]);
         def.commands.push_back(command);
     }
+    if (spec.contains("grid") && !spec["grid"].is_none())
+        def.grid = grid_of(get<nb::dict>(spec, "grid"));
+    def.lead_ticks = get_or(spec, "lead_ticks", def.lead_ticks);
     if (spec.contains("light") && !spec["light"].is_none())
         def.light = light_of(get<nb::dict>(spec, "light"));
     def.battery_h = get_or(spec, "battery_h", def.battery_h);
@@ -188,6 +236,12 @@ nb::dict to_python(Samples samples, size_t robots) {
     return out;
 }
 
+/// A program may print any bytes.
+nb::object text_of(const Event &event) {
+    return nb::steal(PyUnicode_DecodeUTF8(
+        event.text.data(), static_cast<Py_ssize_t>(event.text.size()), "backslashreplace"));
+}
+
 nb::list to_python(const Simulation &simulation, const Events &events) {
     nb::list out;
     for (const auto &event : events) {
@@ -197,9 +251,7 @@ nb::list to_python(const Simulation &simulation, const Events &events) {
         row["robot"] = event.robot;
         row["program"] = event.program;
         row["kind"] = name_of(event.kind);
-        // A program may print any bytes.
-        row["text"] = nb::steal(PyUnicode_DecodeUTF8(
-            event.text.data(), static_cast<Py_ssize_t>(event.text.size()), "backslashreplace"));
+        row["text"] = text_of(event);
         out.append(row);
     }
     return out;
@@ -232,6 +284,150 @@ struct PythonSimulation {
     Simulation simulation;
 };
 
+bool can_send(PythonSimulation &self, uint32_t bus, uint16_t id, const nb::bytes &data) {
+    CanFrame frame;
+    if (id > CanFrame::ID_MAX) throw EngineError("an identifier has 11 bits");
+    if (data.size() > CanFrame::DATA_MAX) throw EngineError("a CAN frame has 8 bytes at most");
+    frame.id = id;
+    frame.dlc = static_cast<uint8_t>(data.size());
+    std::memcpy(frame.data.data(), data.c_str(), data.size());
+    return self.simulation.can_send(bus, frame);
+}
+
+/// As numpy has it in a structured array.
+#pragma pack(push, 1)
+struct PackedFrame {
+    double at_s;
+    uint8_t bus;
+    uint16_t id;
+    uint8_t dlc;
+    uint8_t data[CanFrame::DATA_MAX];
+    bool from_host;
+};
+#pragma pack(pop)
+
+nb::object can_frames(PythonSimulation &self) {
+    std::vector<PackedFrame> rows;
+    for (const auto &logged : self.simulation.grid().take_frames()) {
+        PackedFrame row = {self.simulation.seconds_of(logged.at),
+                           static_cast<uint8_t>(logged.bus),
+                           logged.frame.id,
+                           logged.frame.dlc,
+                           {},
+                           logged.from_host};
+        std::copy(logged.frame.data.begin(), logged.frame.data.end(), row.data);
+        rows.push_back(row);
+    }
+    nb::list fields;
+    fields.append(nb::make_tuple("at_s", "<f8"));
+    fields.append(nb::make_tuple("bus", "u1"));
+    fields.append(nb::make_tuple("id", "<u2"));
+    fields.append(nb::make_tuple("dlc", "u1"));
+    fields.append(nb::make_tuple("data", "u1", nb::make_tuple(CanFrame::DATA_MAX)));
+    fields.append(nb::make_tuple("from_host", "?"));
+    nb::module_ numpy = nb::module_::import_("numpy");
+    return numpy.attr("frombuffer")(nb::bytes(rows.data(), rows.size() * sizeof(PackedFrame)),
+                                    numpy.attr("dtype")(fields));
+}
+
+/// Colour and brightness of all cells, from the lower left.
+nb::object cells_of(PythonSimulation &self) {
+    Grid &grid = self.simulation.grid();
+    const GridLayout &layout = grid.layout();
+    const size_t rows = 2 * layout.rows(), columns = 2 * layout.columns();
+    auto *values = new std::vector<uint8_t>();
+    nb::capsule owner(values,
+                      [](void *p) noexcept { delete static_cast<std::vector<uint8_t> *>(p); });
+    Grid::serve_this_thread();
+    for (uint32_t row = 0; row < rows; row++)
+        for (uint32_t column = 0; column < columns; column++) {
+            const CellLight light = grid.light(layout.cell(column, row), self.simulation.now());
+            values->push_back(light.color());
+            values->push_back(light.brightness());
+        }
+    return nb::cast(
+        nb::ndarray<nb::numpy, uint8_t>(values->data(), {rows, columns, size_t{2}}, owner));
+}
+
+const char *name_of(CanBus::State state) {
+    static const char *const NAMES[] = {"active", "passive", "bus_off", "dead"};
+    return NAMES[static_cast<int>(state)];
+}
+
+nb::list modules_of(const PythonSimulation &self) {
+    const Grid &grid = self.simulation.grid();
+    nb::list out;
+    for (uint32_t index = 0; index < grid.layout().modules(); index++) {
+        const Module &module = grid.module(index);
+        const uint32_t on_bus = grid.layout().bus(index), node = grid.node(index);
+        const CanBus &bus = grid.bus(on_bus);
+        nb::dict row;
+        row["x"] = grid.layout().x(index);
+        row["y"] = grid.layout().y(index);
+        row["bus"] = on_bus;
+        row["state"] = grid.lives(index) ? module.state_name() : "dead";
+        row["stopped"] = module.stopped();
+        row["tick"] = module.ticks();
+        row["can"] = name_of(bus.state(node));
+        row["tec"] = bus.transmit_errors(node);
+        row["rec"] = bus.receive_errors(node);
+        row["frames_refused"] = module.counts().frames_refused;
+        row["frames_missed"] = module.counts().frames_missed;
+        out.append(row);
+    }
+    return out;
+}
+
+nb::list can_stats(const PythonSimulation &self) {
+    const Grid &grid = self.simulation.grid();
+    nb::list out;
+    for (uint32_t index = 0; index < grid.layout().buses(); index++) {
+        const CanBus &bus = grid.bus(index);
+        const auto &counts = bus.counts();
+        nb::dict row;
+        row["load"] = bus.load(self.simulation.now());
+        row["frames"] = counts.frames;
+        row["error_frames"] = counts.error_frames;
+        row["not_acknowledged"] = counts.not_acknowledged;
+        row["went_bus_off"] = counts.went_bus_off;
+        row["lost_queue_full"] = counts.lost_queue_full;
+        row["lost_bus_off"] = counts.lost_bus_off;
+        row["lost_dead"] = counts.lost_dead;
+        out.append(row);
+    }
+    return out;
+}
+
+nb::dict cell_stats(const PythonSimulation &self) {
+    const Grid::Counts &counts = self.simulation.grid().counts;
+    nb::dict out;
+    out["sent"] = counts.sent;
+    out["unheard"] = counts.unheard;
+    out["put_off"] = counts.put_off;
+    out["received"] = counts.received;
+    out["collided"] = counts.collided;
+    out["deaf"] = counts.deaf;
+    out["elsewhere"] = counts.elsewhere;
+    out["lost"] = counts.lost;
+    return out;
+}
+
+nb::list module_events(PythonSimulation &self) {
+    Grid &grid = self.simulation.grid();
+    nb::list out;
+    for (const auto &event : grid.take_events()) {
+        nb::dict row;
+        row["tick"] = self.simulation.tick_of(event.at);
+        row["module_tick"] = event.tick;
+        row["module"] = nb::make_tuple(grid.layout().x(event.robot), grid.layout().y(event.robot));
+        row["program"] = event.program;
+        row["kind"] = name_of(event.kind);
+        row["text"] = text_of(event);
+        out.append(row);
+    }
+    return out;
+}
+
 std::string hash_of(const PythonSimulation &self) {
     char text[17];
     std::snprintf(text, sizeof text, "%016llx",
@@ -245,6 +441,15 @@ const Robot &robot_of(const PythonSimulation &self, size_t robot) {
     return self.simulation.robot(robot);
 }
 
+std::string program_of(const PythonSimulation &self, size_t robot) {
+    if (!robot_of(self, robot).on_board()) return robot_of(self, robot).program().path();
+    for (const auto &group : self.def.groups) {
+        if (robot < group.count) return group.program;
+        robot -= group.count;
+    }
+    return {};
+}
+
 nb::object motors_of(const PythonSimulation &self) {
     std::vector<uint8_t> duties;
     for (size_t i = 0; i < self.simulation.size(); i++) {
@@ -252,6 +457,19 @@ nb::object motors_of(const PythonSimulation &self) {
         duties.push_back(self.simulation.robot(i).right_duty());
     }
     return array_of(std::move(duties), 2);
+}
+
+nb::dict cell_infrared() {
+    const CellInfrared defaults;
+    nb::dict out;
+    out["cell_range_m"] = defaults.cell_range_m;
+    out["robot_range_m"] = defaults.robot_range_m;
+    out["weak_share"] = defaults.weak_share;
+    out["weak_range_m"] = defaults.weak_range_m;
+    out["weak_spell_s"] = defaults.weak_spell_s;
+    out["loss"] = defaults.loss;
+    out["clock_spread"] = defaults.clock_spread;
+    return out;
 }
 
 nb::dict config_keys() {
@@ -281,6 +499,7 @@ NB_MODULE(_emulator, m) {
     m.attr("VERSION") = KILOTWIN_VERSION;
     m.attr("BUILD") = KILOTWIN_BUILD;
     m.attr("CONFIG_KEYS") = config_keys();
+    m.attr("CELL_INFRARED") = cell_infrared();
     nb::dict wire;
     wire["TYPE_CELL"] = int(WIRE_TYPE_CELL);
     wire["TYPE_SIGNAL"] = int(WIRE_TYPE_SIGNAL);
@@ -291,6 +510,7 @@ NB_MODULE(_emulator, m) {
     m.def("config_message", config_message, nb::arg("uid_first"), nb::arg("uid_last"),
           nb::arg("key"), nb::arg("value"), "A CONFIG message: nine data bytes and the type.");
     nb::exception<EngineError>(m, "EngineError", PyExc_ValueError);
+    register_bridge(m);
 
     nb::class_<PythonSimulation>(m, "Simulation", "One run; see emulator/engine/simulation.h.")
         .def(nb::init<const nb::dict &>(), nb::arg("spec"))
@@ -323,14 +543,37 @@ NB_MODULE(_emulator, m) {
             nb::arg("message"), nb::arg("uid_first") = 0, nb::arg("uid_last") = 65535,
             nb::arg("region").none() = nb::none(),
             "Give robots a message now: nine data bytes and a type.")
+        .def("can_send", can_send, nb::arg("bus"), nb::arg("id"), nb::arg("data"),
+             "Queue a frame at the host's node of a bus; False if its queue is full.")
+        .def("can_frames", can_frames, "What ended on any bus since the last call.")
+        .def("cells", cells_of, "[row, column, 2] of all cells: colour of 3 bits, brightness.")
+        .def("modules", modules_of, "One dict per module, row by row from the lower left.")
+        .def("can_stats", can_stats, "One dict per bus.")
+        .def("cell_stats", cell_stats, "What became of infrared frames from and to cells.")
+        .def("module_events", module_events, "Prints and failures of module programs.")
         .def("motors", motors_of)
         .def("state",
              [](const PythonSimulation &self, size_t robot) {
                  auto bytes = robot_of(self, robot).state();
                  return nb::bytes(bytes.data(), bytes.size());
              })
-        .def("program", [](const PythonSimulation &self,
-                           size_t robot) { return robot_of(self, robot).program().path(); })
+        .def("program",
+             [](const PythonSimulation &self, size_t robot) { return program_of(self, robot); })
+        .def(
+            "serve_debugger",
+            [](PythonSimulation &self, size_t robot, uint16_t port) {
+                self.simulation.serve_debugger(robot, port);
+            },
+            nb::arg("robot"), nb::arg("port"),
+            "Let gdb control a robot on a board, by 127.0.0.1:port. Nothing goes on until it says "
+            "so.")
+        .def(
+            "trace",
+            [](PythonSimulation &self, size_t robot, const std::string &path) {
+                self.simulation.trace(robot, path);
+            },
+            nb::arg("robot"), nb::arg("path"),
+            "Write what the pins of a robot on a board do from now on to a VCD file.")
         .def("stats", [](const PythonSimulation &self) {
             return to_python(self.simulation.statistics(), 2 * self.def.profile.radius_m);
         });

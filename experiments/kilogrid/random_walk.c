@@ -1,5 +1,6 @@
 /// The random walk of the Kilogrid's tracked runs: straight on for |N(15, 1.5)| s, a turn on the
-/// spot of |N(0.5, 3)| s to either side, and so on.
+/// spot of |N(0.5, 3)| s to either side, and so on. Every two seconds a report goes out, which the
+/// cells of a grid may hear.
 #include <kilolib.h>
 #include <math.h>
 #include <stdlib.h>
@@ -10,6 +11,13 @@
 #define TURN_SD_S 3.0f
 #define TICKS_PER_SECOND 30.518f
 
+// As the lab's tracking library: one frame, 63 ticks after the last.
+#define REPORT_TYPE 0x10
+#define REPORT_TICKS 63
+
+static message_t report;
+static uint32_t reported_at;
+static volatile uint8_t report_waits;
 static uint32_t leg_began;
 static uint32_t leg_ticks;
 static uint8_t straight;
@@ -42,16 +50,29 @@ static void next_leg(void) {
     }
 }
 
+static message_t *next_report(void) { return report_waits ? &report : NULL; }
+static void report_is_out(void) { report_waits = 0; }
+
 static void setup(void) {
     srand((unsigned)rand_hard() << 8 | rand_hard());
+    report.type = REPORT_TYPE;
+    report.data[0] = (uint8_t)kilo_uid;
+    report.crc = message_crc(&report);
+    reported_at = kilo_ticks - (uint32_t)(rand() % REPORT_TICKS);
     next_leg();
 }
 
 static void loop(void) {
     if (kilo_ticks - leg_began >= leg_ticks) next_leg();
+    if (kilo_ticks - reported_at >= REPORT_TICKS) {
+        reported_at = kilo_ticks;
+        report_waits = 1;
+    }
 }
 
 int main(void) {
+    kilo_message_tx = next_report;
+    kilo_message_tx_success = report_is_out;
     kilo_init();
     kilo_start(setup, loop);
     return 0;

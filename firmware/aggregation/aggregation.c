@@ -6,6 +6,7 @@
 #include "neighbours.h"
 #include "params.h"
 #include "pfsm.h"
+#include "tracking.h"
 #include "wire.h"
 
 // loop() not called for so long means that the robot was paused.
@@ -15,7 +16,9 @@
 static params_t params;
 static neighbours_t neighbours;
 static pfsm_t machine;
+static tracking_t tracking;
 static message_t signal_message;
+static message_t report_message;
 
 // Shared with the callbacks, which interrupt loop(): single bytes only. Site and flags of two
 // CELL messages may get mixed up; the next tick puts that right.
@@ -23,6 +26,8 @@ static volatile uint8_t site;
 static volatile uint8_t flags = PFSM_FLOOR_UNKNOWN;
 static volatile bool running;
 static volatile bool signalling;
+static volatile bool report_due;      // report_message is whole, and not sent yet
+static volatile bool report_offered;  // what was asked for last is the report
 
 // What the hardware does at present.
 static uint8_t left_motor;
@@ -57,7 +62,16 @@ static void on_message(message_t *message, distance_measurement_t *distance) {
     }
 }
 
-static message_t *signal_or_silence(void) { return signalling ? &signal_message : NULL; }
+// A report goes before a signal, of which there are four in its time.
+static message_t *report_signal_or_silence(void) {
+    report_offered = report_due;
+    if (report_due) return &report_message;
+    return signalling ? &signal_message : NULL;
+}
+
+static void on_sent(void) {
+    if (report_offered) report_due = false;
+}
 
 // A motor needs a push to start, unless it starts at full power anyway.
 static bool needs_push(uint8_t from, uint8_t to) { return from == 0 && to > 0 && to < 255; }
@@ -98,6 +112,18 @@ static void show(void) {
     colour = wanted;
 }
 
+// A report that could not be sent in a whole period is left behind.
+static void report(uint32_t now) {
+    if (!tracking_due(&tracking, &params, now)) return;
+    report_due = false;
+    wire_put_tracking(report_message.data,
+                      (wire_tracking_t){kilo_uid, colour, {site, flags}, tracking.number});
+    report_message.crc = message_crc(&report_message);
+    // The compiler must not write the message after this.
+    __asm__ volatile("" ::: "memory");
+    report_due = true;
+}
+
 static void setup(void) {
     uint32_t seed = 0;
     for (uint8_t i = 0; i < 4; i++) seed = seed << 8 | rand_hard();
@@ -105,10 +131,12 @@ static void setup(void) {
     wire_put_signal(signal_message.data, kilo_uid);
     signal_message.type = WIRE_TYPE_SIGNAL;
     signal_message.crc = message_crc(&signal_message);
+    report_message.type = WIRE_TYPE_TRACKING;
 
     const uint32_t now = ticks_now();
     neighbours_init(&neighbours, params.CAPACITY, params.TIMEOUT_TICKS);
     pfsm_init(&machine, &params, now, seed, kilo_uid);
+    tracking_init(&tracking, &params, now, kilo_uid);
     last_tick = now - 1;
     running = true;
 }
@@ -129,13 +157,15 @@ static void loop(void) {
 
     const pfsm_floor_t floor = {site, flags};
     if (pfsm_step(&machine, &params, &neighbours, now, floor)) show();
+    if (params.TRACKING_TICKS > 0) report(now);
 }
 
 // The callbacks come first: kilo_init() switches the interrupts on, and CONFIG may be on air.
 int main(void) {
     params_reset(&params);
     kilo_message_rx = on_message;
-    kilo_message_tx = signal_or_silence;
+    kilo_message_tx = report_signal_or_silence;
+    kilo_message_tx_success = on_sent;
     kilo_init();
     kilo_start(setup, loop);
     return 0;

@@ -18,7 +18,7 @@ enum { FIRAT_SIGNAL_FROM_CROSSING, FIRAT_SIGNAL_FROM_REST };
 enum { START_ON_SITE_ENTERED, START_ON_SITE_MUST_LEAVE };
 enum { UPDATE_CLOCK_OWN, UPDATE_CLOCK_COMMON };
 
-/// The narrowest type that holds a parameter's largest value: 50 bytes in all instead of 108.
+/// The narrowest type that holds a parameter's largest value: 52 bytes in all instead of 112.
 #define PARAMS_TYPE(most)             \
     __typeof__(__builtin_choose_expr( \
         (most) > 0xFFFF, (uint32_t)0, \

@@ -24,7 +24,14 @@ enum {
     /// Host to robots, while they are IDLE: one parameter for a range of robots.
     /// data[0..1] uid_first, data[2..3] uid_last (both inclusive), data[4] key, data[5..8] value.
     WIRE_TYPE_CONFIG = 0x03,
+    /// Robot to the cell below, on a Kilogrid: how it is doing. data[0..1] uid, data[2] its LED as
+    /// RGB() has it, data[3..4] site and flags of the last CELL (flags 0x80: none
+    /// yet), data[5..6] number of the report,
+    /// which shows what got lost. The grid passes on WIRE_TRACKING_BYTES.
+    WIRE_TYPE_TRACKING = 0x10,
 };
+
+#define WIRE_TRACKING_BYTES 7
 
 /// The robot stands on a cell next to the wall (Kilogrid: no proximity sensor).
 #define WIRE_CELL_WALL 0x01
@@ -51,6 +58,7 @@ enum {
 ///   STEP_TICKS         control step: how soon after coming to rest the first leave test may be
 ///   WALL_IGNORE_TICKS  after turning away from a wall cell its warning is ignored so long
 ///   LEAVE_TURN         1: a fresh random turn after every straight leg while leaving (Kilobots)
+///   TRACKING_TICKS     period of the TRACKING reports, 0 none
 /// and the readings of what the paper leaves open, values in the order of paper.md 4:
 ///   SIGNAL_FROM 0 rest 1 crossing; FIRST_LEAVE 0 next_step 1 full_period; WALK_OUT 0 walk 1 rest;
 ///   ENTRY_OBSTACLE 0 turn 1 rest 2 pause; COUNT_SELF 0 no 1 yes; FIRAT_JOIN 0 crossing 1 first_update
@@ -75,6 +83,7 @@ enum {
     X(STEP_TICKS, 16, 3, 1, 65535)                    \
     X(WALL_IGNORE_TICKS, 17, 488, 0, 65535)           \
     X(LEAVE_TURN, 18, 1, 0, 1)                        \
+    X(TRACKING_TICKS, 19, 0, 0, 65535)                \
     X(SIGNAL_FROM, 32, 0, 0, 1)                       \
     X(FIRST_LEAVE, 33, 0, 0, 1)                       \
     X(WALK_OUT, 34, 0, 0, 1)                          \
@@ -92,6 +101,13 @@ typedef struct {
     uint8_t site;
     uint8_t flags;
 } wire_cell_t;
+
+typedef struct {
+    uint16_t uid;
+    uint8_t led;
+    wire_cell_t cell;
+    uint16_t number;
+} wire_tracking_t;
 
 typedef struct {
     uint16_t uid_first;
@@ -120,6 +136,24 @@ static inline void wire_put_signal(uint8_t data[WIRE_DATA_BYTES], uint16_t uid) 
 
 static inline uint16_t wire_get_signal(const uint8_t data[WIRE_DATA_BYTES]) {
     return (uint16_t)(data[0] | (uint16_t)data[1] << 8);
+}
+
+static inline void wire_put_tracking(uint8_t data[WIRE_DATA_BYTES], wire_tracking_t report) {
+    data[0] = (uint8_t)report.uid;
+    data[1] = (uint8_t)(report.uid >> 8);
+    data[2] = report.led;
+    data[3] = report.cell.site;
+    data[4] = report.cell.flags;
+    data[5] = (uint8_t)report.number;
+    data[6] = (uint8_t)(report.number >> 8);
+    for (uint8_t i = WIRE_TRACKING_BYTES; i < WIRE_DATA_BYTES; i++) data[i] = 0;
+}
+
+static inline wire_tracking_t wire_get_tracking(const uint8_t data[WIRE_TRACKING_BYTES]) {
+    return (wire_tracking_t){(uint16_t)(data[0] | (uint16_t)data[1] << 8),
+                             data[2],
+                             {data[3], data[4]},
+                             (uint16_t)(data[5] | (uint16_t)data[6] << 8)};
 }
 
 static inline void wire_put_config(uint8_t data[WIRE_DATA_BYTES], wire_config_t config) {

@@ -6,12 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 CONFIG_KEYS: dict[str, tuple[int, int, int, int]]  # name: key, default, least, most
+CELL_INFRARED: dict[str, float]  # defaults of spec["grid"]["modules"]
 WIRE: dict[str, int]
 GUEST_ABI: int
 BOX2D_VERSION: str
 VERSION: str
 BUILD: str
 TICK_S: float
+CAN_RECORD: list[tuple[Any, ...]]  # fields of numpy.dtype() for a frame that ended on a bus
 
 class EngineError(ValueError): ...
 
@@ -35,6 +37,43 @@ class Event(TypedDict):
     kind: str  # crash, busy_wait, endless, note, stack_overflow, print
     text: str
 
+class ModuleRecord(TypedDict):
+    """A module at present."""
+
+    x: int
+    y: int
+    bus: int
+    state: str  # of hardware.md 3.3, or dead
+    stopped: bool  # its program failed
+    tick: int  # its own module_ticks
+    can: str  # active, passive, bus_off, dead
+    tec: int
+    rec: int
+    frames_refused: int  # wrong length, out of range or order: they changed nothing
+    frames_missed: int  # came while its controller's buffers were full
+
+class CanStatistics(TypedDict):
+    """A bus, from the beginning."""
+
+    load: float
+    frames: int
+    error_frames: int
+    not_acknowledged: int
+    went_bus_off: int
+    lost_queue_full: int
+    lost_bus_off: int
+    lost_dead: int
+
+class ModuleEvent(TypedDict):
+    """Something that happened to a module's program."""
+
+    tick: int
+    module_tick: int
+    module: tuple[int, int]
+    program: str
+    kind: str
+    text: str
+
 class Simulation:
     tick: int
     robots: int
@@ -51,9 +90,44 @@ class Simulation:
         uid_last: int = 65535,
         region: tuple[float, float, float] | None = None,
     ) -> None: ...
+    def can_send(self, bus: int, id: int, data: bytes) -> bool: ...
+    # A structured array: at_s (end of the frame, since t = 0), bus, id, dlc, data[8], from_host.
+    def can_frames(self) -> NDArray[Any]: ...
+    def cells(self) -> NDArray[np.uint8]: ...  # [2 * rows, 2 * columns, 2], lower left first
+    def modules(self) -> list[ModuleRecord]: ...
+    def can_stats(self) -> list[CanStatistics]: ...
+    def cell_stats(self) -> dict[str, int]: ...
+    def module_events(self) -> list[ModuleEvent]: ...
     def motors(self) -> NDArray[np.uint8]: ...  # [N, 2]
     def state(self, robot: int) -> bytes: ...
     def program(self, robot: int) -> str: ...
+    def serve_debugger(self, robot: int, port: int) -> None: ...
+    def trace(self, robot: int, path: str) -> None: ...
     def stats(self) -> dict[str, int | float]: ...
+
+class BridgeError(OSError): ...
+
+class Bridge:
+    """The buses for programs outside; see emulator/grid/bridge.h."""
+
+    port: int
+    clients: int
+    def __init__(
+        self,
+        *,
+        buses: int = 1,
+        port: int = 29536,  # 0: any free one
+        more_ports: int = 15,
+        interfaces: list[str] = ...,  # SocketCAN instead of the server, one for each bus
+        client_bytes: int = ...,
+        client_frames: int = ...,
+        clients: int = ...,
+        settle_s: float = ...,
+    ) -> None: ...
+    def publish(self, frames: NDArray[Any]) -> None: ...  # of CAN_RECORD
+    def take(self) -> list[tuple[int, int, bytes]]: ...  # bus, id, data
+    def counts(self) -> dict[str, int]: ...
+    def notes(self) -> list[str]: ...
+    def close(self) -> None: ...
 
 def config_message(uid_first: int, uid_last: int, key: int, value: int) -> bytes: ...

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from kilotwin import resources
+from kilotwin.apis import APIS, wanted_helpers
 from kilotwin.errors import InputError, RunError
 from kilotwin.guest_build import Notify, cache_folder, compiler_version, prerequisites, run_tool
 from kilotwin.programs import Program
@@ -72,8 +73,7 @@ def program_flags(program: Program) -> list[str]:
     folders = dict.fromkeys([source.parent for source in program.sources])
     return [
         *FLAGS,
-        f"-I{resources.path('firmware/kilolib/include')}",
-        *(f"-I{folder}" for folder in [*folders, *program.include_folders]),
+        *APIS[program.api].includes([*folders, *program.include_folders]),
         *(f"-D{define}" for define in program.defines),
     ]
 
@@ -121,9 +121,13 @@ def _link(command: list[str], program: Program) -> None:
 
 
 def _key(program: Program, compiler: str, version: str, runtime: Sequence[Path]) -> str:
-    own, kilolib = program_flags(program), _runtime_flags()
-    digest = hashlib.sha256("\0".join([version, *own, *kilolib, *_LINK_FLAGS]).encode())
-    for sources, flags in ((program.sources, own), (runtime, kilolib)):
+    own, kilolib, helped = program_flags(program), _runtime_flags(), _helper_flags(program)
+    words = [version, *own, *kilolib, *helped, *_LINK_FLAGS]
+    digest = hashlib.sha256("\0".join(words).encode())
+    helpers = APIS[program.api].helper_sources()
+    for sources, flags in ((program.sources, own), (runtime, kilolib), (helpers, helped)):
+        if not sources:
+            continue
         rules = run_tool([compiler, *flags, "-w", "-MM", *map(str, sources)], _failure(program))
         for name in dict.fromkeys(prerequisites(rules)):
             digest.update(f"\0{name}\0".encode())
@@ -135,6 +139,10 @@ def _runtime_flags() -> list[str]:
     return [*FLAGS, "-ffunction-sections", f"-I{resources.path('firmware/kilolib/include')}"]
 
 
+def _helper_flags(program: Program) -> list[str]:
+    return [*FLAGS, "-ffunction-sections", *APIS[program.api].includes()]
+
+
 def _build(program: Program, compiler: str, runtime: Sequence[Path], image: Image) -> None:
     image.folder.parent.mkdir(parents=True, exist_ok=True)
     draft = Path(tempfile.mkdtemp(dir=image.folder.parent, prefix=f".{image.folder.name}-"))
@@ -143,6 +151,7 @@ def _build(program: Program, compiler: str, runtime: Sequence[Path], image: Imag
         parts = (
             ("program", program.sources, [*program_flags(program), "-w"]),
             ("kilolib", runtime, _runtime_flags()),
+            ("helpers", APIS[program.api].helper_sources(), _helper_flags(program)),
         )
         objects: dict[str, list[str]] = {}
         for part, sources, flags in parts:
@@ -153,7 +162,10 @@ def _build(program: Program, compiler: str, runtime: Sequence[Path], image: Imag
                 run_tool([compiler, *flags, "-c", str(source), "-o", target], failure)
                 objects[part].append(target)
         library, elf = str(draft / "libkilolib.a"), str(draft / f"{image.name}.elf")
-        run_tool(["avr-ar", "rcs", library, *objects["kilolib"]], failure)
+        helpers = wanted_helpers(
+            "avr-nm", list(map(Path, objects["program"])), list(map(Path, objects["helpers"]))
+        )
+        run_tool(["avr-ar", "rcs", library, *map(str, helpers), *objects["kilolib"]], failure)
         link = [compiler, *_LINK_FLAGS, *objects["program"], library, "-lm", "-o", elf]
         _link(link, program)
         target = str(draft / f"{image.name}.hex")

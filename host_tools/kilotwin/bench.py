@@ -47,6 +47,13 @@ _PEERS: dict[tuple[str, int], tuple[str, int]] = {
     ("paper", 50): ("ARGoS Kilobot, the authors' code", 4_600),
 }
 
+_AVR_ROBOTS = 20
+_AVR_S = 200
+# A whole Kilogrid of 200 modules below walkers that report every two seconds. The host asks every
+# module often enough that none of the ten records that it keeps is lost.
+_GRID_ROBOTS, _GRID_S, _GRID_POLL_S = 50, 2_000, 10.0
+_GRID_PROGRAM = "experiments/kilogrid/random_walk.c"
+
 Note = Callable[[str], None]
 Tables = dict[str, Any]
 
@@ -107,20 +114,33 @@ def _memory(settings: list[Setting]) -> Iterator[_Case]:
     yield _Case("memory", many, one)
 
 
-def _later(workload: str) -> Callable[[list[Setting]], Iterator[_Case]]:
-    return lambda _: iter([_Case(workload)])
+def _grid(settings: list[Setting]) -> Iterator[_Case]:
+    tables = {
+        "duration_s": _GRID_S,
+        "grid": {"columns": 10, "rows": 20, "poll_s": _GRID_POLL_S, "wall_cells": 0},
+        "swarm": {"profile": "kilobot", "program": _GRID_PROGRAM, "size": _GRID_ROBOTS},
+        "record": {"sample_s": 100.0},
+    }
+    yield _Case("grid", _experiment("grid", tables, settings))
 
 
-# A workload is one entry here and one of cli.Workload. Those of _later() wait for their part of the
-# emulator.
+def _avr(settings: list[Setting]) -> Iterator[_Case]:
+    """Robots run from their .hex; 20 robot-seconds per CPU-second are 20 robots in real time."""
+    tables = _walkers(_AVR_ROBOTS, _SPARSE_PER_M2, "kilobot", _AVR_S)
+    tables["swarm"] = {"profile": "kilobot"}
+    tables["robots"] = [{"program": _WALK_PROGRAM, "cpu": "avr", "count": _AVR_ROBOTS}]
+    yield _Case("avr", _experiment("avr", tables, settings))
+
+
+# A workload is one entry here and one of cli.Workload.
 _WORKLOADS: dict[str, Callable[[list[Setting]], Iterator[_Case]]] = {
     "paper": _paper,
     "walk": _walk,
     "dense": _dense,
     "squeeze": _squeeze,
     "memory": _memory,
-    "grid": _later("grid"),
-    "avr": _later("avr"),
+    "grid": _grid,
+    "avr": _avr,
 }
 
 

@@ -6,21 +6,26 @@ Every option is an environment variable too. What a command needs is imported in
 # ruff: noqa: PLC0415
 
 import json
+import math
 import sys
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from kilotwin import __version__
 from kilotwin.errors import EXIT_INTERRUPTED, InputError, KilotwinError
+from kilotwin.grid_cli import Speed, grid_app, record
+
+if TYPE_CHECKING:
+    from kilotwin.grid.served import Serving
 
 app = typer.Typer(
     help="Runs unedited Kilobot firmware in a simulated world, and looks at what came of it.",
     epilog="Exit codes: 0 done, 1 failed, 2 bad usage or input, 3 device missing, 4 some robots "
-    "failed (listed), 130 interrupted. Every option can be set in the environment, see each "
-    "command's --help.",
+    "or modules failed (listed), 130 interrupted. Every option can be set in the environment, "
+    "see each command's --help.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -64,6 +69,7 @@ class Reference(StrEnum):
 
     kilogrid_walk = "kilogrid-walk"
     paper = "paper"
+    kilogrid_uplink = "kilogrid-uplink"
 
 
 def main() -> None:
@@ -112,7 +118,8 @@ def doctor(as_json: Json = False) -> None:
 @app.command(
     epilog="Examples:\n\n"
     "  kilotwin run experiments/paper/simplified-n100.toml\n\n"
-    "  kilotwin run experiments/paper/firat-n50.toml --seed 7 --set swarm.informed=0.5 --json"
+    "  kilotwin run experiments/paper/firat-n50.toml --seed 7 --set swarm.informed=0.5 --json\n\n"
+    "  kilotwin run experiments/kilogrid/paper-n50.toml --serve"
 )
 def run(
     experiment: Annotated[Path, typer.Argument(help="The experiment's TOML file.")],
@@ -144,6 +151,53 @@ def run(
             help="Also write map.png and timeline.png into the folder.",
         ),
     ] = False,
+    serve: Annotated[
+        bool,
+        typer.Option(
+            "--serve",
+            envvar="KILOTWIN_SERVE",
+            help="[grid] only: wait on CAN buses for a host, in real time; see `kilotwin record`.",
+        ),
+    ] = False,
+    port: Annotated[
+        int | None,
+        typer.Option(min=1, max=65535, envvar="KILOTWIN_PORT", help="--serve: on this port."),
+    ] = None,
+    can: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--can",
+            metavar="INTERFACE",
+            envvar="KILOTWIN_SERVE_CAN",
+            help="--serve: on these interfaces of the kernel, one per bus.",
+        ),
+    ] = None,
+    speed: Speed = 1.0,
+    fast: Annotated[
+        bool, typer.Option("--fast", envvar="KILOTWIN_FAST", help="--serve: do not wait at all.")
+    ] = False,
+    gdb: Annotated[
+        int | None,
+        typer.Option(
+            metavar="ROBOT",
+            min=0,
+            envvar="KILOTWIN_GDB",
+            help="Let avr-gdb control a robot that runs on an ATmega328P.",
+        ),
+    ] = None,
+    gdb_port: Annotated[
+        int,
+        typer.Option(min=1024, max=65535, envvar="KILOTWIN_GDB_PORT", help="Where gdb connects."),
+    ] = 1234,
+    vcd: Annotated[
+        list[int] | None,
+        typer.Option(
+            metavar="ROBOT",
+            min=0,
+            envvar="KILOTWIN_VCD",
+            help="Trace the pins of a robot on an ATmega328P into the folder; repeatable.",
+        ),
+    ] = None,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -152,12 +206,25 @@ def run(
     from kilotwin import terminal
     from kilotwin.experiment import Experiment
     from kilotwin.experiment_text import Setting, parse_setting
+    from kilotwin.job import Probes
 
     given = [parse_setting(text) for text in settings or []]
     if seed is not None:
         given.append(Setting(("seed",), seed, f"--seed {seed}"))
+    serving = None
+    if serve:
+        # The engine hears the host once in a world step.
+        given.insert(0, Setting(("engine", "step_ticks"), 1, "--serve"))
+        serving = _serving(port, can or [], math.inf if fast else speed)
     loaded = Experiment.load(experiment, given)
-    outcome = runner.run(loaded, out, sys.argv, terminal.display(quiet))
+    if serving is not None:
+        serving.check(loaded)
+    if gdb is not None and not quiet:
+        typer.echo(f"robot {gdb} waits; in avr-gdb type: target remote :{gdb_port}", err=True)
+    probes = Probes(gdb, gdb_port, tuple(vcd or ()))
+    outcome = runner.run(
+        loaded, out, sys.argv, terminal.display(quiet), serving=serving, probes=probes
+    )
     summary = outcome.summary
     if plots:
         _plot_both(Path(summary["run_folder"]))
@@ -167,6 +234,12 @@ def run(
     if outcome.exit_code == EXIT_INTERRUPTED:
         typer.echo("interrupted; what was recorded is kept", err=True)
     raise typer.Exit(outcome.exit_code)
+
+
+def _serving(port: int | None, interfaces: list[str], speed: float) -> "Serving":
+    from kilotwin.grid.served import Serving
+
+    return Serving(port, tuple(interfaces), speed)
 
 
 def _plot_both(folder: Path) -> None:
@@ -366,6 +439,7 @@ def port(
 @app.command(
     epilog="Examples:\n\n"
     "  kilotwin compare kilogrid-walk runs/my-walk\n\n"
+    "  kilotwin compare kilogrid-uplink runs/my-grid --json\n\n"
     "  kilotwin compare paper runs/sweep-paper-grid",
 )
 def compare(
@@ -380,15 +454,16 @@ def compare(
     as_json: Json = False,
 ) -> None:
     """Compare with what others measured. 1 if it is outside the bounds."""
-    from kilotwin import kilogrid_walk, paper_claims
+    from kilotwin import kilogrid_uplink, kilogrid_walk, paper_claims
 
     if reference is Reference.paper:
         findings = paper_claims.check(folder)
         found, text = paper_claims.as_dict(findings), paper_claims.report_text(findings)
         good = paper_claims.MISSED not in paper_claims.verdicts(findings).values()
     else:
-        comparison = kilogrid_walk.compare(folder)
-        found, text = comparison.as_dict(), kilogrid_walk.report_text(comparison)
+        real: Any = kilogrid_walk if reference is Reference.kilogrid_walk else kilogrid_uplink
+        comparison = real.compare(folder)
+        found, text = comparison.as_dict(), real.report_text(comparison)
         good = comparison.within_bounds
     typer.echo(json.dumps(found) if as_json else text)
     if not good:
@@ -420,6 +495,14 @@ def bench(
     names = [workload.value for workload in workloads or Workload]
     results = benchmarks.measure(names, repeats, duration_s, terminal.note(quiet))
     typer.echo(json.dumps(results, indent=2) if as_json else benchmarks.table_text(results))
+
+
+app.add_typer(grid_app, name="grid")
+app.command(
+    epilog="Examples:\n\n"
+    "  kilotwin record experiments/kilogrid/paper-n50.toml --can socketcand:127.0.0.1\n\n"
+    "  kilotwin record my.toml --can socketcan:can0 --can socketcan:can1"
+)(record)
 
 
 if __name__ == "__main__":

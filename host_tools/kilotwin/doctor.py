@@ -14,6 +14,9 @@ from typing import Any
 from kilotwin import guest_build
 from kilotwin.errors import KilotwinError
 
+# Of a Kilogrid's buses.
+_BITRATE = 250_000
+
 
 @dataclass(frozen=True)
 class Finding:
@@ -115,7 +118,13 @@ def _socketcan() -> Finding:
     except OSError as error:
         found = f"not in this kernel ({error.strerror})"
         return Finding(what, found, "modprobe can_raw, on a kernel that has it", needed=False)
-    return Finding(what, "in this kernel", needed=False)
+    from kilotwin.can.buses import interfaces  # noqa: PLC0415 (takes a moment)
+
+    names = interfaces()
+    if not names:
+        remedy = f"ip link set can0 up type can bitrate {_BITRATE}, with an adapter plugged in"
+        return Finding(what, "in this kernel, no interface", remedy, needed=False)
+    return Finding(what, f"interfaces {', '.join(names)}", needed=False)
 
 
 def report_text(findings: list[Finding]) -> str:

@@ -2,8 +2,6 @@
 
 from typing import Any, get_args
 
-import numpy as np
-
 from kilotwin import _emulator
 from kilotwin.areas import area_of
 from kilotwin.experiment import Experiment
@@ -11,6 +9,7 @@ from kilotwin.experiment_schema import Arena, Controller, ExperimentSchema, Read
 from kilotwin.informed import informed_ranges
 from kilotwin.overhead import ALL_ROBOTS, RUN, TimedMessage, timed
 from kilotwin.profiles import PROFILES, Profile, motion_defaults
+from kilotwin.starts import starts
 from kilotwin.units import q16, ticks, ticks_q16
 
 # The foot-bot's control step is 3 ticks; the floor speaks on change and every 16 ticks at least.
@@ -19,9 +18,18 @@ _FLOOR_REPEAT_TICKS = 16
 
 
 def engine_spec(
-    experiment: Experiment, guests: list[str], *, sample_ticks: int, black_box: str | None
+    experiment: Experiment,
+    guests: list[str],
+    *,
+    sample_ticks: int,
+    black_box: str | None,
+    module_guest: str | None = None,
+    lead_ticks: int = 0,
 ) -> dict[str, Any]:
-    """The spec of `_emulator.Simulation`; `guests` are the built programs, one per group."""
+    """The spec of `_emulator.Simulation`; `guests`: built programs or images, one per group.
+
+    On a grid, `module_guest` is its modules' program, and the world begins `lead_ticks` before 0.
+    """
     keys = experiment.keys
     profile = PROFILES[keys.swarm.profile]
     floor = {
@@ -54,11 +62,16 @@ def engine_spec(
                 "program": guest,
                 "name": group.program.name,
                 "count": group.count,
-                "poses": None if group.poses is None else np.array(group.poses, dtype=np.float64),
+                "on_board": group.on_board,
+                "poses": poses,
             }
-            for group, guest in zip(experiment.groups, guests, strict=True)
+            for group, guest, poses in zip(
+                experiment.groups, guests, starts(experiment), strict=True
+            )
         ],
         "commands": commands(keys),
+        "grid": None if keys.grid is None else _grid(experiment, module_guest),
+        "lead_ticks": lead_ticks,
         "sample_ticks": sample_ticks,
         "black_box": black_box,
     }
@@ -86,13 +99,37 @@ def _medium(keys: ExperimentSchema) -> dict[str, Any]:
     return own
 
 
+def _grid(experiment: Experiment, module_guest: str | None) -> dict[str, Any]:
+    keys = experiment.keys
+    assert keys.grid is not None
+    assert experiment.modules is not None
+    return {
+        "columns": keys.grid.columns,
+        "rows": keys.grid.rows,
+        "buses": keys.grid.buses,
+        "program": module_guest,
+        "name": experiment.modules.name,
+        "modules": keys.grid.cells.model_dump(),
+        "faults": [
+            {"at_tick": ticks(fault.at_s), "kind": fault.kind, "module": fault.module}
+            for fault in keys.faults.module
+        ],
+        "error_share": keys.faults.error_share,
+    }
+
+
 def _place(place: Arena | Site) -> dict[str, Any]:
     area = area_of(place)
     return {"shape": place.shape, "width_m": area.width, "height_m": area.height}
 
 
 def commands(keys: ExperimentSchema) -> list[TimedMessage]:
-    """CONFIG, one message per tick, the last two ticks before t = 0; then RUN, or [[command]]."""
+    """CONFIG, one message per tick, the last two ticks before t = 0; then RUN, or [[command]].
+
+    On a grid there is no overhead controller: all of it comes through the modules.
+    """
+    if keys.grid is not None:
+        return []
     messages = config_messages(keys)
     first_tick = -1 - len(messages)
     configs: list[TimedMessage] = [
@@ -109,9 +146,10 @@ def config_messages(keys: ExperimentSchema) -> list[tuple[int, int, bytes]]:
     """(first uid, last uid, message): every parameter for all, then each site's informed robots."""
     if keys.controller is None:
         return []
+    report_s = 0.0 if keys.grid is None else keys.grid.report_s
     settings = [
         (*ALL_ROBOTS, name, value)
-        for name, value in config_values(keys.controller, keys.reading).items()
+        for name, value in config_values(keys.controller, keys.reading, report_s).items()
     ]
     for site, first_id, count in informed_ranges(keys):
         settings.append((first_id + 1, first_id + count, "INFORMED_SITE", site))
@@ -121,7 +159,19 @@ def config_messages(keys: ExperimentSchema) -> list[tuple[int, int, bytes]]:
     ]
 
 
-def config_values(controller: Controller, reading: Reading) -> dict[str, int]:
+def config_differences(keys: ExperimentSchema) -> list[bytes]:
+    """The messages that robots need which have just started: all that is not their default."""
+    defaults = {key: default for key, default, _, _ in _emulator.CONFIG_KEYS.values()}
+    return [
+        message
+        for _, _, message in config_messages(keys)
+        if int.from_bytes(message[5:9], "little") != defaults[message[4]]
+    ]
+
+
+def config_values(
+    controller: Controller, reading: Reading, report_s: float = 0.0
+) -> dict[str, int]:
     """The value of every key of wire.h but INFORMED_SITE, in the firmware's units."""
     return {
         "RULE": _choice(controller, "rule"),
@@ -141,6 +191,7 @@ def config_values(controller: Controller, reading: Reading) -> dict[str, int]:
         "STEP_TICKS": ticks(controller.control_step_s),
         "WALL_IGNORE_TICKS": ticks(controller.wall_ignore_s),
         "LEAVE_TURN": int(controller.leave_turn),
+        "TRACKING_TICKS": ticks(report_s),
         "SIGNAL_FROM": _choice(reading, "signal_from"),
         "FIRST_LEAVE": _choice(reading, "first_leave"),
         "WALK_OUT": _choice(reading, "walk_out"),

@@ -3,42 +3,53 @@
 `Experiment.load` is the way in for a file, `Experiment.of` for tables from elsewhere.
 """
 
+import functools
 import hashlib
 import itertools
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import tomlkit
 from pydantic import ValidationError
 
+from kilotwin.apis import Api
 from kilotwin.errors import InputError
 from kilotwin.experiment_checks import first_problem, first_problem_of_command, swarm_size
 from kilotwin.experiment_errors import input_error
 from kilotwin.experiment_schema import Command, ExperimentSchema
 from kilotwin.experiment_text import ExperimentText, Setting
-from kilotwin.programs import Program, ProgramError, find_program
+from kilotwin.programs import Program, ProgramError, find_image, find_program, portable
 from kilotwin.toml_lines import KeyPath
+
+if TYPE_CHECKING:
+    from kilotwin.grid.plan import GridPlan
 
 
 @dataclass(frozen=True)
 class Group:
     """Robots that run one program; ids are given group by group."""
 
-    program: Program
+    program: Program  # without sources: an image
     count: int
     poses: list[list[float]] | None
+    on_board: bool = False  # each robot is an ATmega328P
 
 
 @dataclass(frozen=True)
 class Experiment:
-    """`keys` are the file's, validated; `origin` says where a key was written, for late errors."""
+    """`keys` are the file's, validated; `origin` says where a key was written, for late errors.
+
+    `modules` is the program of a grid's modules, and `plan` what its host does; None without.
+    """
 
     keys: ExperimentSchema
     groups: tuple[Group, ...]
     origin: ExperimentText
+    modules: Program | None = None
+    plan: "GridPlan | None" = None
 
     @staticmethod
     def load(file: Path, settings: Iterable[Setting] = ()) -> "Experiment":
@@ -55,7 +66,15 @@ class Experiment:
         problem = first_problem(keys)
         if problem is not None:
             raise InputError(f"{origin.where(*problem.paths)}: {problem.what}")
-        return Experiment(keys, tuple(_groups(keys, origin)), origin)
+        groups = tuple(_groups(keys, origin))
+        if keys.grid is None:
+            return Experiment(keys, groups, origin)
+        # Other experiments do without the CAN tools, which take a moment to load.
+        from kilotwin.grid.plan import plan_of  # noqa: PLC0415
+
+        grid = keys.grid
+        modules = _program(grid.program, ("grid",), origin, grid.include, grid.define, api="module")
+        return Experiment(keys, groups, origin, modules, plan_of(keys, origin))
 
     @property
     def size(self) -> int:
@@ -75,10 +94,24 @@ class Experiment:
         kinds = [tables["swarm"]] if self.keys.robots is None else tables["robots"]
         for table, group in zip(kinds, self.groups, strict=True):
             parts = list(group.program.parts)
-            table["program"] = parts if len(parts) > 1 else parts[0]
+            key = "program" if group.program.sources else "hex"
+            table[key] = parts if len(parts) > 1 else parts[0]
             if "include" in table:
                 table["include"] = list(group.program.includes)
+        if self.modules is not None:
+            self._resolve_grid(tables["grid"], self.modules)
         return tables
+
+    def _resolve_grid(self, table: dict[str, Any], modules: Program) -> None:
+        from kilotwin.grid.plan import find_file  # noqa: PLC0415 (see `of`)
+
+        table["program"] = list(modules.parts)
+        table["include"] = list(modules.includes)
+        path: KeyPath = ("grid",)
+        for place in (table, *table["change"]):
+            for key in ("configuration", "kilobot_ids"):
+                if key in place:
+                    place[key] = portable(find_file(place[key], (*path, key), self.origin))
 
     def identity(self) -> str:
         """SHA-256 of the resolved keys: equal for experiments that mean the same."""
@@ -114,8 +147,16 @@ def _groups(keys: ExperimentSchema, origin: ExperimentText) -> Iterable[Group]:
         yield Group(program, keys.swarm.size, None)
     for index, robots in enumerate(keys.robots or []):
         table = ("robots", index)
-        program = _program(robots.program, table, origin, robots.include, robots.define)
-        yield Group(program, robots.count, robots.poses)
+        if robots.hex is not None:
+            find = functools.partial(find_image, robots.hex, origin.folder)
+            program = _found(find, table, origin)
+        else:
+            assert robots.program is not None
+            program = _program(
+                robots.program, table, origin, robots.include, robots.define, api=robots.flavour
+            )
+        on_board = robots.hex is not None or robots.cpu == "avr"
+        yield Group(program, robots.count, robots.poses, on_board)
 
 
 def _program(
@@ -124,8 +165,15 @@ def _program(
     origin: ExperimentText,
     includes: Sequence[str] = (),
     defines: Sequence[str] = (),
+    *,
+    api: Api | None = None,
 ) -> Program:
+    find = functools.partial(find_program, written, origin.folder, includes, defines, api)
+    return _found(find, table, origin)
+
+
+def _found(find: Callable[[], Program], table: KeyPath, origin: ExperimentText) -> Program:
     try:
-        return find_program(written, origin.folder, includes, defines)
+        return find()
     except ProgramError as error:
         raise InputError(f"{origin.where((*table, error.key))}: {error}") from None

@@ -3,10 +3,10 @@
 import itertools
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from kilotwin.areas import Area, area_of, lies_inside, overlap
 from kilotwin.experiment_schema import Arena, Command, ExperimentSchema, Robots, Site
+from kilotwin.grid_checks import Problem, grid_problems
 from kilotwin.overhead import KEYS, uids
 from kilotwin.profiles import KILOBOT_MEDIUM, PROFILES, motion_defaults
 from kilotwin.toml_lines import KeyPath
@@ -15,14 +15,6 @@ from kilotwin.toml_lines import KeyPath
 _FULLEST_SHARE = 0.5
 _SHARE_ERROR = 1e-6
 _LAST_UID = 65535
-
-
-@dataclass(frozen=True)
-class Problem:
-    """What is wrong and what to do, and the keys concerned, the one to look at first."""
-
-    what: str
-    paths: tuple[KeyPath, ...]
 
 
 def first_problem(experiment: ExperimentSchema) -> Problem | None:
@@ -55,6 +47,8 @@ def _problems(experiment: ExperimentSchema) -> Iterator[Problem]:
     yield from _states(experiment)
     yield from _motion(experiment)
     yield from _medium(experiment)
+    yield from _start(experiment)
+    yield from grid_problems(experiment)
     for index, command in enumerate(experiment.command or []):
         yield from _command(("command", index), command, swarm_size(experiment))
 
@@ -97,6 +91,24 @@ def _programs(experiment: ExperimentSchema) -> Iterator[Problem]:
     if experiment.robots == []:
         what = "there is no robot; add a [[robots]] table with program and count"
         yield Problem(what, (("robots",),))
+    for index, robots in enumerate(experiment.robots or []):
+        yield from _kind(("robots", index), robots, experiment.medium.kind)
+
+
+def _kind(table: KeyPath, robots: Robots, medium: str) -> Iterator[Problem]:
+    if robots.program is None and robots.hex is None:
+        yield Problem("these robots lack 'program', or 'hex'; add one of them", (table,))
+    if robots.hex is not None:
+        for key in ("program", "include", "define"):
+            if getattr(robots, key):
+                yield Problem(f"with 'hex' there is no '{key}'; keep one of them", ((*table, key),))
+        if robots.cpu == "native":
+            what = "a 'hex' runs on an ATmega328P; leave cpu out"
+            yield Problem(what, ((*table, "cpu"),))
+    if (robots.hex is not None or robots.cpu == "avr") and medium == "ideal":
+        key = "cpu" if robots.hex is None else "hex"
+        what = 'robots on an ATmega328P send pulses, which medium.kind = "ideal" has not;'
+        yield Problem(f'{what} set it to "kilobot"', ((*table, key), ("medium", "kind")))
 
 
 def _room(experiment: ExperimentSchema) -> Iterator[Problem]:
@@ -176,6 +188,28 @@ def _motion(experiment: ExperimentSchema) -> Iterator[Problem]:
         if getattr(experiment.motion, key) != fixed:
             what = f"the motion of a {profile.name} is fixed; remove '{key}', or take a kilobot"
             yield Problem(what, (("motion", key), ("swarm", "profile")))
+
+
+def _start(experiment: ExperimentSchema) -> Iterator[Problem]:
+    if experiment.swarm.start_in_m is None:
+        return
+    left, bottom, right, top = experiment.swarm.start_in_m
+    radius = PROFILES[experiment.swarm.profile].radius_m
+    path: KeyPath = ("swarm", "start_in_m")
+    if right - left < 2 * radius or top - bottom < 2 * radius:
+        what = "no robot fits into that rectangle; write [left, bottom, right, top], larger ones"
+        yield Problem(what, (path,))
+        return
+    place = Area(False, (left + right) / 2, (bottom + top) / 2, right - left, top - bottom)
+    if not lies_inside(place, area_of(experiment.arena)):
+        what = "that rectangle does not lie inside the arena; move it or make it smaller"
+        yield Problem(what, (path, ("arena",)))
+    fit = int(_FULLEST_SHARE * place.square_metres / (math.pi * radius**2))
+    count = sum(kind.count for kind in experiment.robots or [] if kind.poses is None)
+    count += experiment.swarm.size or 0
+    if count > fit:
+        what = f"{count} robots do not fit into that rectangle, about {fit} do"
+        yield Problem(what, (path,))
 
 
 def _medium(experiment: ExperimentSchema) -> Iterator[Problem]:

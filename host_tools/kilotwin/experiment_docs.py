@@ -26,8 +26,17 @@ _WORDS = {
     dict: "table",
 }
 # What the types do not tell.
-_ALLOWED = dict.fromkeys(("swarm.program", "robots.program"), "text or list")
-_DEFAULTS = {"name": "the file's name", "controller.neighbour_timeout_s": "as the window"}
+_ALLOWED = {
+    "swarm.program": "text or list",
+    "robots.program": "text or list",
+    "grid.program": "text or list",
+    "faults.module.module": "list",
+}
+_DEFAULTS = {
+    "name": "the file's name",
+    "controller.neighbour_timeout_s": "as the window",
+    "swarm.floor": "`true` (foot-bot), `false` (kilobot, and on a grid)",
+}
 
 
 def table() -> str:

@@ -24,6 +24,10 @@ Coordinate = Annotated[float, Field(ge=-1000, le=1000)]
 Point = Annotated[list[Coordinate], Field(min_length=2, max_length=2)]
 Pose = Annotated[list[Coordinate], Field(min_length=3, max_length=3)]
 Share = Annotated[float, Field(ge=0, le=1)]
+# Of a Kilogrid's modules: five bits of a CAN identifier, less the one that means all.
+Modules = Annotated[int, Field(ge=1, le=31)]
+Module = Annotated[list[Annotated[int, Field(ge=0, le=30)]], Field(min_length=2, max_length=2)]
+Rectangle = Annotated[list[Coordinate], Field(min_length=4, max_length=4)]
 # A standard deviation, as a share of the value that it spreads.
 Spread = Annotated[float, Field(ge=0, le=0.3)]
 Count = Annotated[int, Field(ge=1, le=1_000_000)]
@@ -37,8 +41,14 @@ Period = Annotated[float, Field(ge=TICK_S, le=2147)]
 Pause = Annotated[float, Field(ge=0, le=2147)]
 Window = Annotated[float, Field(ge=TICK_S, le=1048)]
 
+MODULE_M = 0.1
+"""How wide a Kilogrid's module is."""
+
 ProfileName = Literal["foot-bot", "kilobot"]
 Shape = Literal["circle", "rectangle"]
+FaultKind = Literal["dead", "reset", "bus_off", "recover"]
+# The 3-bit colours of a module's lights.
+CellColour = Literal["off", "red", "green", "yellow", "blue", "magenta", "cyan", "white"]
 # Message types of hardware.md 1.4; `pause` is what people call WAKEUP.
 Sent = Literal[
     "run",
@@ -106,6 +116,8 @@ class Site(Section):
     """Of a rectangle, along y."""
     colour: Annotated[str, AfterValidator(_named_colour)] | None = None
     """In pictures: a colour's name or #rrggbb."""
+    light: CellColour | None = None
+    """On a grid: the light of its cells. Left out: green, blue, yellow ... in turn."""
 
 
 class Swarm(Section):
@@ -126,18 +138,29 @@ class Swarm(Section):
     informed_for: dict[str, Share] = {}
     """Shares of the informed robots over the sites, by name; sum 1."""
     start: Literal["uniform"] = "uniform"
-    """Where robots without poses begin: anywhere."""
+    """Where robots without poses begin: anywhere, or anywhere in `start_in_m`."""
+    start_in_m: Rectangle | None = None
+    """Robots without poses begin in this rectangle: [left, bottom, right, top]."""
 
 
 class Robots(Section):
     """One kind of robot of a mixed swarm."""
 
-    program: Annotated[list[Text], Field(min_length=1), BeforeValidator(one_or_more)]
+    program: Annotated[
+        Annotated[list[Text], Field(min_length=1)] | None, BeforeValidator(one_or_more)
+    ] = None
     """A `.c` file, a folder whose `.c` files are one program, or a list of `.c` files."""
+    hex: Text | None = None
+    """Instead of `program`: a `.hex` or `.elf` for the ATmega328P, run as it would be flashed."""
+    cpu: Literal["native", "avr"] | None = None
+    """What runs `program`: this computer, or each robot's ATmega328P (`kilobot` medium only)."""
     include: list[Text] = []
     """Folders to look for headers in, besides the program's own."""
     define: list[Text] = []
     """Macros for the compiler: "NAME" or "NAME=value"."""
+    flavour: Literal["kilobot", "kilogrid"] | None = None
+    """What it is written for: kilolib, or the Kilogrid's flavour of it with its helpers; as its
+    `.c` files look (`IR_message_t`, `kilogrid.h`, `kilob_*.h`) if left out."""
     count: Count
     """How many robots run it."""
     poses: list[Pose] | None = None
@@ -331,11 +354,120 @@ class Command(Section):
     """user: the message's bytes, filled up with zeros."""
 
 
+class GridChange(Section):
+    """What becomes of the cells in mid-run. Modules that change are told and started again."""
+
+    at_s: Annotated[float, Field(gt=0, le=1e9)]
+    """When, in seconds from the begin of the run."""
+    swap: Annotated[list[Text], Field(min_length=2, max_length=2)] | None = None
+    """Two sites by name: the cells of each become the other's."""
+    configuration: Text | None = None
+    """Or a `.kconf` file, for the modules that it names."""
+
+
+class GridCells(Section):
+    """The infrared between cells and robots, emulated, centre to centre; see docs/limits.md."""
+
+    cell_range_m: Length = 0.036
+    """From how far a robot hears a cell."""
+    robot_range_m: Length = 0.045
+    """From how far a cell hears a robot."""
+    weak_share: Share = 0.3
+    """Share of the time that a robot is hardly heard, in spells."""
+    weak_range_m: Length = 0.01
+    """From how far a cell hears it meanwhile."""
+    weak_spell_s: Annotated[float, Field(ge=1, le=1e6)] = 120.0
+    """How long a spell is."""
+    loss: Share = 0.02
+    """Share of the robots' frames lost at a cell to nothing in particular."""
+    clock_spread: Annotated[float, Field(ge=0, le=0.05)] = 0.0001
+    """The modules' oscillators' rate, from one to the next: standard deviation, share."""
+
+
+class Grid(Section):
+    """A Kilogrid under the robots, its modules 10 cm wide with 2 x 2 cells. It makes the arena.
+
+    Cells tell robots of sites and walls: a cell belongs to a site if its middle lies inside.
+    """
+
+    columns: Modules
+    """Modules along x."""
+    rows: Modules
+    """Modules along y."""
+    buses: Annotated[int, Field(ge=1, le=8)] = 4
+    """CAN buses; each has an equal share of the rows, and at most 112 modules."""
+    program: Annotated[list[Text], Field(min_length=1), BeforeValidator(one_or_more)] = [
+        "kilogrid_modules/sites"
+    ]
+    """The modules' program: a `.c` file, a folder, or a list of `.c` files."""
+    include: list[Text] = []
+    """Folders to look for headers in, besides the program's own."""
+    define: list[Text] = []
+    """Macros for the compiler: "NAME" or "NAME=value"."""
+    configuration: Text | None = None
+    """A `.kconf` file for the modules, in place of what [[site]] and `wall_cells` say."""
+    wall_cells: Annotated[int, Field(ge=0, le=31)] = 1
+    """How wide the ring of wall cells is along the edge."""
+    poll_s: Annotated[float, Field(ge=0.05, le=60)] = 0.8
+    """Between two questions to a module for reports."""
+    poll_window: Annotated[int, Field(ge=1, le=112)] = 16
+    """How many modules of a bus may owe an answer at a time."""
+    poll_timeout_s: Annotated[float, Field(ge=0.02, le=10)] = 0.4
+    """After how long an answer is late. With `poll_s` it is to be 1.2 s at most: that long a module
+    that was reset says nothing, and so no reset goes unnoticed."""
+    pace_s: Annotated[float, Field(ge=0.0005, le=0.1)] = 0.001
+    """Between two frames of the host on a bus that may be for the same module."""
+    report_s: Annotated[float, Field(ge=0, le=2147)] = 2.0
+    """Between two reports of a robot through its cell, by `firmware/aggregation`; 0: none."""
+    hold_s: Annotated[float, Field(ge=0.1, le=60)] = 2.0
+    """How long modules repeat each message for robots before the run."""
+    rounds: Annotated[int, Field(ge=1, le=10)] = 2
+    """How many times all these messages are sent."""
+    health: bool = False
+    """Whether a module is asked how it is after the set-up and when it was late. Ours answer;
+    original ones do not, and get their configuration anew in any case."""
+    kilobot_ids: Text | None = None
+    """A file with a serial and an id per robot, for the `.kilodat`."""
+    cells: GridCells = GridCells()
+    change: list[GridChange] = []
+
+
+class ModuleFault(Section):
+    """What happens to a module."""
+
+    at_s: Annotated[float, Field(ge=0, le=1e9)]
+    """When, in seconds from the begin of the run."""
+    kind: FaultKind
+    """It goes silent; it loses power for a moment; its CAN controller goes off, or comes back."""
+    module: Module
+    """Which: [column, row]."""
+
+
+class HostFault(Section):
+    """The host is gone for a while: it neither sends nor hears."""
+
+    from_s: Annotated[float, Field(ge=0, le=1e9)]
+    """Since when, in seconds from the begin of the run."""
+    until_s: Annotated[float, Field(ge=0, le=1e9)]
+    """Until when."""
+
+
+class Faults(Section):
+    """What goes wrong on an emulated grid."""
+
+    error_share: Annotated[float, Field(ge=0, le=0.5)] = 0.0
+    """Share of the CAN frames that an error hits; they are sent again."""
+    module: list[ModuleFault] = []
+    host: list[HostFault] = []
+
+
 class Record(Section):
     """How often poses, LED and states are written down."""
 
     sample_s: Annotated[float, Field(ge=TICK_S, le=1e6)] = 10.0
     """Seconds from one record to the next."""
+    can_log: bool = True
+    """On a grid: whether every CAN frame is kept in can.log."""
 
 
 class Engine(Section):
@@ -343,6 +475,16 @@ class Engine(Section):
 
     step_ticks: Literal[1, 2, 4]
     """The world's step, in ticks of 32.768 ms."""
+
+
+def _grid_size_m(grid: Any) -> tuple[float, float] | None:
+    """Width and height of a [grid] as it was written, if it tells them."""
+    if not isinstance(grid, dict):
+        return None
+    columns, rows = grid.get("columns"), grid.get("rows")
+    if type(columns) is not int or type(rows) is not int or min(columns, rows) < 1:
+        return None
+    return round(columns * MODULE_M, 6), round(rows * MODULE_M, 6)
 
 
 class ExperimentSchema(Section):
@@ -367,6 +509,8 @@ class ExperimentSchema(Section):
     light: Light = Light()
     battery: Battery = Battery()
     command: list[Command] | None = None
+    grid: Grid | None = None
+    faults: Faults = Faults()
     record: Record = Record()
     engine: Engine
     states: dict[Text, Annotated[list[int], BeforeValidator(led_triple)]] | None = None
@@ -384,8 +528,11 @@ class ExperimentSchema(Section):
             name = next(iter(PROFILES))
         profile = PROFILES[name]
         filled = dict(raw)
+        if "arena" not in raw and (size := _grid_size_m(raw.get("grid"))):
+            filled["arena"] = {"shape": "rectangle", "width_m": size[0], "height_m": size[1]}
         if isinstance(swarm, dict):
-            filled["swarm"] = {"floor": profile.virtual_floor, **swarm}
+            floor = profile.virtual_floor and "grid" not in raw
+            filled["swarm"] = {"floor": floor, **swarm}
         medium = raw.get("medium", {})
         if isinstance(medium, dict):
             kind = medium.get("kind", profile.medium)

@@ -1,4 +1,8 @@
-"""Builds a robot program into a guest: a shared object with the thin half of the mock Kilobot API.
+"""Builds a program into a guest: a shared object with the thin half of the mock API in it.
+
+Robot programs get the mock of the Kilobot API, module programs that of the Kilogrid module API.
+Programs written for the Kilogrid also get its helper sources, as far as they do not bring their
+own.
 
 Sources stay as they are. Results are kept in a cache under the hash of everything that went in, so
 that a program is compiled once; a finished guest appears in one step, so that builds may go on side
@@ -20,6 +24,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from kilotwin import resources
+from kilotwin.apis import APIS, wanted_helpers
 from kilotwin.errors import InputError, RunError
 from kilotwin.programs import Program
 
@@ -67,11 +72,19 @@ _PROGRAM_FLAGS = [
 ]
 # An `inline` function that was inlined on the robot may not be here, and then it is missing.
 _INLINE_FLAGS = ["-fgnu89-inline"]
+# Labs write their helpers that way.
+_INLINE_FIRST = {"kilogrid", "module"}
 _SHARED_FLAGS = ["-shared", "-Wl,-Bsymbolic", "-Wl,-z,now", "-Wl,-z,defs"]
 
 _SLOW_S = 0.5
 
 Notify = Callable[[str], None]
+
+
+# Files of the thin half that only the guests of one kind have.
+_SIDE_OF = {"kilobot.c": "kilobot", "tx_period.c": "kilobot"} | dict.fromkeys(
+    ["module.c", "module_debug.c", "module_send.c"], "module"
+)
 
 
 @dataclass(frozen=True)
@@ -143,34 +156,56 @@ class _Builder:
         self._program = program
         self._compiler = compiler
         self._guest = resources.path("emulator/guest")
-        self._side = sorted((self._guest / "side").glob("*.c"))
-        own_includes = [self._guest / "include", resources.path("firmware/kilolib/include")]
+        api = APIS[program.api]
+        kind = "module" if program.api == "module" else "kilobot"
+        self._side = [
+            file
+            for file in resources.files("emulator/guest/side/*.c")
+            if _SIDE_OF.get(file.name, kind) == kind
+        ]
+        self._helpers = api.helper_sources()
+        headers = api.includes()
         folders = dict.fromkeys(
             [*(source.parent for source in program.sources), *program.include_folders]
         )
         extra = shlex.split(os.environ.get("KILOTWIN_CFLAGS", ""))
-        flags = [*_FLAGS, *(f"-I{folder}" for folder in own_includes)]
+        flags = [*_FLAGS, f"-I{self._guest / 'include'}"]
         if "clang" not in version:
             flags += _GCC_FLAGS
         defines = [f"-D{define}" for define in program.defines]
+        counted = [*_PROGRAM_FLAGS, *_ROBOT_MACROS]
+        counted += _CLANG_PROGRAM_FLAGS if "clang" in version else []
         self._program_flags = [
             *flags,
-            *(f"-I{folder}" for folder in folders),
-            *_PROGRAM_FLAGS,
-            *_ROBOT_MACROS,
-            *(_CLANG_PROGRAM_FLAGS if "clang" in version else []),
+            *api.includes(folders),
+            *counted,
             *defines,
             *extra,
         ]
+        # Ours, by our own headers, whatever the program brings.
+        self._helper_flags = [*flags, *headers, *counted, *extra]
         # gcc would make our calloc() call itself.
-        self._side_flags = [*flags, "-fno-common", "-fno-builtin", f"-I{self._guest}", *extra]
+        self._side_flags = [
+            *flags,
+            *headers,
+            "-fno-common",
+            "-fno-builtin",
+            f"-I{self._guest}",
+            *extra,
+        ]
 
     def key(self, version: str) -> str:
         """The hash of compiler, flags, and every file that is read."""
-        flags = [*self._program_flags, *self._side_flags, *_SHARED_FLAGS]
+        flags = [
+            *self._program_flags,
+            *self._helper_flags,
+            *self._side_flags,
+            *_SHARED_FLAGS,
+        ]
         digest = hashlib.sha256("\0".join([version, *flags]).encode())
         files = [
             *self._read_by(self._program.sources, self._program_flags),
+            *(self._read_by(self._helpers, self._helper_flags) if self._helpers else []),
             *self._read_by(self._side, self._side_flags),
             self._guest / "merge.ld",
             self._guest / "guest.map",
@@ -182,11 +217,14 @@ class _Builder:
 
     def build(self, target: Path) -> None:
         """Compiles, merges all state into one section, links, and shows the result at once."""
+        ways: list[list[str]] = [[], _INLINE_FLAGS]
+        if self._program.api in _INLINE_FIRST:
+            ways.reverse()
         try:
-            self._build(target, [])
+            self._build(target, ways[0])
         except InputError:
             with contextlib.suppress(InputError):
-                return self._build(target, _INLINE_FLAGS)
+                return self._build(target, ways[1])
             raise
 
     def _build(self, target: Path, more_flags: list[str]) -> None:
@@ -194,10 +232,14 @@ class _Builder:
             work = Path(scratch)
             flags = [*self._program_flags, *more_flags]
             objects = self._compile(self._program.sources, flags, work / "program")
+            helpers = wanted_helpers(
+                "nm", objects, self._compile(self._helpers, self._helper_flags, work / "helpers")
+            )
             side = self._compile(self._side, self._side_flags, work / "side")
             library, merged = work / "libside.a", work / "merged.o"
-            self._tool(["ar", "rc", library, *side])
-            # From an archive only what is used comes along: malloc's heap is state that few need.
+            # From an archive only what is missing comes along: malloc's heap is state that few
+            # need, and a program may bring its own helpers.
+            self._tool(["ar", "rc", library, *helpers, *side])
             # -d gives common variables their place here, in the state.
             merge = ["-r", "-nostdlib", "-Wl,-d", "-u", "kt_table"]
             merge += ["-T", str(self._guest / "merge.ld")]

@@ -43,7 +43,14 @@ def message(data: Sequence[int], message_type: int) -> bytes:
     return bytes(data).ljust(DATA_BYTES, b"\0") + bytes([message_type])
 
 
+COMMANDS: Mapping[str, int] = {
+    name: number for name, number in _TYPES.items() if name not in ("readuid", "calib")
+}
+"""Messages that are nothing but their type."""
+
 RUN = message((), _TYPES["run"])
+RESET = message((), _TYPES["reset"])
+WAKEUP = message((), _TYPES["wakeup"])
 
 
 def message_of(command: Command, profile: Profile) -> bytes:

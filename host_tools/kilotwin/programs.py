@@ -1,10 +1,21 @@
-"""Finds a robot program: a folder with all its .c files, one .c file, or several."""
+"""Finds a program: a folder with all its .c files, one .c file, or several.
 
+Robot programs come in two flavours of the Kilobot API: kilolib's, and the Kilogrid's, which has
+other names and more helpers (`firmware/kilogrid`).
+"""
+
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from kilotwin import resources
+from kilotwin.apis import Api
+
+# What only Kilogrid programs have: the grid's name of the message, or one of its headers.
+_KILOGRID_WORDS = re.compile(
+    rb"\bIR_message_t\b|^[ \t]*#[ \t]*include[ \t]*[<\"](kilogrid|kilob_\w+)\.h[>\"]", re.MULTILINE
+)
 
 
 class ProgramError(ValueError):
@@ -25,6 +36,7 @@ class Program:
     includes: tuple[str, ...] = ()  # as `parts`
     include_folders: tuple[Path, ...] = ()
     defines: tuple[str, ...] = ()
+    api: Api = "kilobot"
 
     @property
     def name(self) -> str:
@@ -42,10 +54,13 @@ def find_program(
     beside: Path,
     includes: Sequence[str] = (),
     defines: Sequence[str] = (),
+    api: Api | None = None,
 ) -> Program:
     """Looks from the current folder, beside the experiment file, and in what Kilotwin brings.
 
-    For headers it looks beside the experiment file first.
+    For headers it looks beside the experiment file first. Without `api` it is a robot's program, in
+    the Kilogrid's flavour if one of its .c files names IR_message_t or includes kilogrid.h or a
+    kilob_*.h.
 
     ProgramError says what is missing.
     """
@@ -68,13 +83,28 @@ def find_program(
     for define in defines:
         _check_define(define)
     return Program(
-        tuple(map(_portable, paths)),
+        tuple(map(portable, paths)),
         paths[0],
         sources,
-        tuple(map(_portable, folders)),
+        tuple(map(portable, folders)),
         tuple(folders),
         tuple(defines),
+        api or _robot_api(sources),
     )
+
+
+def find_image(written: str, beside: Path) -> Program:
+    """A .hex or .elf file, looked for where programs are; what is in it the engine checks."""
+    path = _find(written, beside, "hex", "a .hex or .elf file")
+    if path.is_dir() or path.suffix.lower() not in (".hex", ".ihex", ".ihx", ".elf"):
+        raise ProgramError(f"hex '{written}' is no .hex or .elf file; name one", "hex")
+    return Program((portable(path),), path, ())
+
+
+def _robot_api(sources: Sequence[Path]) -> Api:
+    if any(_KILOGRID_WORDS.search(source.read_bytes()) for source in sources):
+        return "kilogrid"
+    return "kilobot"
 
 
 def _find(written: str, beside: Path, key: str, wanted: str) -> Path:
@@ -94,7 +124,8 @@ def _check_define(define: str) -> None:
         raise ProgramError(f"'{define}' defines no macro; write NAME or NAME=value", "define")
 
 
-def _portable(path: Path) -> str:
+def portable(path: Path) -> str:
+    """How a run folder names a file, so that it is found again from anywhere."""
     for root in resources.roots():
         if path.is_relative_to(root.resolve()):
             return path.relative_to(root.resolve()).as_posix()

@@ -18,7 +18,8 @@ from kilotwin.units import TICK_S
 if TYPE_CHECKING:
     from kilotwin._emulator import Samples
 
-_WORD = pa.dictionary(pa.uint8(), pa.string())
+WORD = pa.dictionary(pa.uint8(), pa.string())
+"""The type of a column of few different words."""
 
 
 @dataclass(frozen=True)
@@ -36,23 +37,23 @@ class Records:
         """The tables of `experiment`."""
         states = States.of(experiment)
         sites = [site.name for site in experiment.site]
-        when = [_field("tick", pa.int64(), "32.768 ms"), _field("time_s", pa.float64(), "s")]
+        when = [field("tick", pa.int64(), "32.768 ms"), field("time_s", pa.float64(), "s")]
         robots = [
             *when,
-            _field("robot", pa.uint32(), "index, uid less 1"),
-            _field("x_m", pa.float32(), "m"),
-            _field("y_m", pa.float32(), "m"),
-            _field("heading_rad", pa.float32(), "rad, counter-clockwise from x"),
-            _field("led", pa.uint8(), "RGB(r, g, b) byte"),
-            _field("state", _WORD, "what the LED means"),
-            _field("site", _WORD, "site under the robot's centre, null for none"),
+            field("robot", pa.uint32(), "index, uid less 1"),
+            field("x_m", pa.float32(), "m"),
+            field("y_m", pa.float32(), "m"),
+            field("heading_rad", pa.float32(), "rad, counter-clockwise from x"),
+            field("led", pa.uint8(), "RGB(r, g, b) byte"),
+            field("state", WORD, "what the LED means"),
+            field("site", WORD, "site under the robot's centre, null for none"),
         ]
         counts = [
             *(f"resting_{site}" for site in sites),
             "not_resting",
             *(f"state_{state}" for state in states.names[: states.known]),
         ]
-        per_site = [*when, *(_field(name, pa.uint32(), "robots") for name in counts)]
+        per_site = [*when, *(field(name, pa.uint32(), "robots") for name in counts)]
         return Records(
             pa.schema(robots, metadata=dict(about)),
             pa.schema(per_site, metadata=dict(about)),
@@ -91,11 +92,28 @@ class Records:
             *counts.in_state.T,
         ]
         arrays = [
-            pa.array(column, type=field.type)
-            for column, field in zip(columns, self.sites_schema, strict=True)
+            pa.array(column, type=wanted.type)
+            for column, wanted in zip(columns, self.sites_schema, strict=True)
         ]
         return pa.record_batch(arrays, schema=self.sites_schema)
 
 
-def _field(name: str, kind: pa.DataType, unit: str) -> pa.Field:
+def field(name: str, kind: pa.DataType, unit: str) -> pa.Field:
+    """A column with its unit."""
     return pa.field(name, kind, metadata={"unit": unit})
+
+
+TRACKING_SCHEMA = pa.schema(
+    [
+        field("time_s", pa.float64(), "s, when the host had it"),
+        field("robot", pa.int32(), "index, uid less 1"),
+        field("x_m", pa.float32(), "m, the cell's middle"),
+        field("y_m", pa.float32(), "m, the cell's middle"),
+        field("module_x", pa.uint8(), "column"),
+        field("module_y", pa.uint8(), "row"),
+        field("cell", pa.uint8(), "0 top left, 1 top right, 2 bottom left, 3 bottom right"),
+        field("state", WORD, "what the robot's LED means, if it told"),
+        field("data", pa.binary(7), "what the robot said"),
+    ]
+)
+"""`tracking`: a row per report of a robot, as the host of a grid had it."""

@@ -19,6 +19,12 @@ def find(relative: str) -> Path | None:
     return next((root / relative for root in roots() if (root / relative).exists()), None)
 
 
+def files(pattern: str) -> list[Path]:
+    """The files that match `folder/name`, where the name may have wildcards, in order."""
+    folder, _, name = pattern.rpartition("/")
+    return sorted(path(folder).glob(name))
+
+
 def path(relative: str) -> Path:
     """Like `find`, for what every installation must have."""
     found = find(relative)

@@ -14,14 +14,18 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from types import FrameType
-from typing import IO, Any, Protocol
+from typing import IO, TYPE_CHECKING, Any, Protocol
 
 from kilotwin import __version__
-from kilotwin.errors import InputError, KilotwinError, RunError
+from kilotwin.errors import DeviceError, InputError, KilotwinError, RunError
 from kilotwin.experiment import Experiment
+from kilotwin.group_build import build_group
 from kilotwin.guest_build import Guest, build
-from kilotwin.job import Job
+from kilotwin.job import Job, Probes
 from kilotwin.run_folder import FAILED, RUNNING, check_free, close_manifest, default_folder, utc_now
+
+if TYPE_CHECKING:
+    from kilotwin.grid.served import Serving
 
 # Into the black box the engine writes, before it runs a robot, the robot's id and its tick.
 _BLACK_BOX = struct.Struct("=II")
@@ -54,32 +58,58 @@ class Outcome:
 
 
 def run(
-    experiment: Experiment, folder: Path | None, command_line: list[str], display: Display
+    experiment: Experiment,
+    folder: Path | None,
+    command_line: list[str],
+    display: Display,
+    *,
+    serving: "Serving | None" = None,
+    probes: Probes | None = None,
 ) -> Outcome:
-    """Builds the programs, runs the experiment, leaves the run folder. Input errors leave none."""
+    """Builds the programs, runs the experiment, leaves the run folder. Input errors leave none.
+
+    `serving`: the grid waits for a host from outside.
+    """
     if importlib.util.find_spec("kilotwin._emulator") is None:
         raise RunError("the engine is not built; type: make setup")
     folder = folder or default_folder(experiment)
     check_free(folder)
-    guests = [build(group.program, display.note) for group in experiment.groups]
+    guests = [build_group(group, display.note) for group in experiment.groups]
+    modules = None if experiment.modules is None else build(experiment.modules, display.note)
+    built = [*guests, *([modules] if modules else [])]
     commands = experiment.keys.command
-    if commands is not None and not any(command.send == "run" for command in commands):
+    if (
+        experiment.modules is None
+        and commands is not None
+        and not any(command.send == "run" for command in commands)
+    ):
         display.note('no [[command]] has send = "run": setup() and loop() are never called')
-    manifest = _manifest(experiment, guests, command_line)
+    manifest = new_manifest(experiment, built, command_line)
     with tempfile.NamedTemporaryFile(prefix="kilotwin-") as black_box:
         black_box.write(_BLACK_BOX.pack(_NOBODY, 0).ljust(_PAGE_BYTES, b"\0"))
         black_box.flush()
         files = [str(guest.file) for guest in guests]
-        job = Job(experiment, files, folder.absolute(), manifest, black_box.name)
+        module_file = None if modules is None else str(modules.file)
+        job = Job(
+            experiment,
+            files,
+            folder.absolute(),
+            manifest,
+            black_box.name,
+            module_file,
+            serving,
+            probes or Probes(),
+        )
         try:
             return _Child(job, display).wait()
         finally:
             display.stop()
 
 
-def _manifest(
+def new_manifest(
     experiment: Experiment, guests: list[Guest], command_line: list[str]
 ) -> dict[str, Any]:
+    """The manifest of a run that begins now."""
     return {
         "kilotwin": __version__,
         "status": RUNNING,
@@ -134,14 +164,16 @@ class _Child:
         if message["type"] == "started":
             self._folder_made = True
             self._display.start(self._job.experiment, self._job.folder)
+        elif message["type"] == "note":
+            self._display.note(message["text"])
         elif message["type"] == "progress":
             self._display.progress(message["tick"], message["resting"], message["not_resting"])
 
     def _failure(self, last: dict[str, Any], returncode: int, log: str) -> KilotwinError:
         """What to tell when no `done` came; the folder, if there is one, is closed."""
         if last.get("type") == "error":
-            kind = InputError if last["exit_code"] == InputError.exit_code else RunError
-            error: KilotwinError = kind(last["message"])
+            kinds = {kind.exit_code: kind for kind in (InputError, DeviceError)}
+            error: KilotwinError = kinds.get(last["exit_code"], RunError)(last["message"])
         else:
             error = self._death(returncode, log)
         if self._folder_made:

@@ -8,6 +8,10 @@ events.jsonl      a line per thing that happened to a robot
 prints/           robot-7.log: what robot 7 printed, if it did; each line with its time
 robots.parquet    as the streams, after a clean end only
 sites.parquet
+
+On a Kilogrid also, see grid/grid_record.py:
+tracking.arrows   a row per report of a robot    (Arrow IPC stream; and tracking.parquet)
+can.log           a line per CAN frame, as candump -L writes it
 """
 
 import json
@@ -24,7 +28,11 @@ MANIFEST = "manifest.json"
 EXPERIMENT = "experiment.toml"
 EVENTS = "events.jsonl"
 PRINTS = "prints"
-TABLES = ("robots", "sites")
+TRACKING = "tracking"
+CAN_LOG = "can.log"
+
+# Events after which a robot, or a module, takes no part any more.
+FAILURES = {"crash", "endless", "stack_overflow"}
 
 # A manifest's status.
 RUNNING = "running"

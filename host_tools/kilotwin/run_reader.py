@@ -10,9 +10,10 @@ from typing import Any
 import pyarrow as pa
 
 from kilotwin.errors import InputError
+from kilotwin.experiment_checks import swarm_size
 from kilotwin.experiment_schema import ExperimentSchema
-from kilotwin.records import Records
-from kilotwin.run_folder import EVENTS, EXPERIMENT, MANIFEST
+from kilotwin.records import TRACKING_SCHEMA, Records
+from kilotwin.run_folder import EVENTS, EXPERIMENT, MANIFEST, TRACKING
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,15 @@ class Run:
     def sites(self) -> pa.Table:
         """A row per sample."""
         return self._table("sites.arrows", Records.of(self.experiment, {}).sites_schema)
+
+    def tracking(self) -> pa.Table:
+        """A row per report that the host of a grid fetched; none without a grid."""
+        return self._table(f"{TRACKING}.arrows", TRACKING_SCHEMA)
+
+    @property
+    def robots_number(self) -> int:
+        """How many robots the experiment has."""
+        return swarm_size(self.experiment)
 
     def events(self) -> list[dict[str, Any]]:
         """What happened to robots; a line cut short by a kill is left out."""

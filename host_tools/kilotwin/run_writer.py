@@ -18,7 +18,7 @@ from kilotwin import __version__
 from kilotwin.experiment import Experiment
 from kilotwin.prints import Prints
 from kilotwin.records import Records
-from kilotwin.run_folder import EVENTS, EXPERIMENT, PRINTS, TABLES, write_manifest
+from kilotwin.run_folder import EVENTS, EXPERIMENT, PRINTS, write_manifest
 from kilotwin.states import Counts, States, count
 from kilotwin.units import seconds
 
@@ -39,8 +39,8 @@ class RunWriter:
         about = {"kilotwin": __version__, "experiment": experiment.to_toml()}
         self._records = Records.of(experiment.keys, about)
         _make_folder(folder, experiment, manifest)
-        self._robots = _Stream(folder / "robots.arrows", self._records.robots_schema)
-        self._sites = _Stream(folder / "sites.arrows", self._records.sites_schema)
+        self._robots = Stream(folder / "robots.arrows", self._records.robots_schema)
+        self._sites = Stream(folder / "sites.arrows", self._records.sites_schema)
         self._events = (folder / EVENTS).open("w", buffering=1)
         self._prints = Prints(folder / PRINTS)
 
@@ -57,11 +57,11 @@ class RunWriter:
         """How many robots do what, in each of the samples."""
         return count(self._states, samples["led"], samples["site"], self._site_count)
 
-    def add_event(self, event: "Event") -> None:
+    def add_event(self, event: "Event | dict[str, Any]") -> None:
         """Writes one event; what a robot prints goes to its own file too."""
         time_s = round(seconds(event["tick"]), 3)
         self._events.write(json.dumps({"time_s": time_s, **event}) + "\n")
-        if event["kind"] == "print":
+        if event["kind"] == "print" and "robot" in event:
             self._prints.add(event["robot"], event["tick"], event["text"])
 
     def close(self, *, clean: bool) -> None:
@@ -69,8 +69,8 @@ class RunWriter:
         for stream in (self._robots, self._sites, self._events):
             stream.close()
         if clean:
-            for table in TABLES:
-                _to_parquet(self.folder / f"{table}.arrows", self.folder / f"{table}.parquet")
+            for stream_file in sorted(self.folder.glob("*.arrows")):
+                _to_parquet(stream_file, stream_file.with_suffix(".parquet"))
 
 
 def _make_folder(folder: Path, experiment: Experiment, manifest: dict[str, Any]) -> None:
@@ -86,7 +86,7 @@ def _make_folder(folder: Path, experiment: Experiment, manifest: dict[str, Any])
         raise
 
 
-class _Stream:
+class Stream:
     """An Arrow IPC stream on an unbuffered file: a written batch is the kernel's, come what may."""
 
     def __init__(self, file: Path, schema: pa.Schema) -> None:
@@ -95,9 +95,11 @@ class _Stream:
         self._writer = pa.ipc.new_stream(self._file, schema, options=options)
 
     def write(self, batch: pa.RecordBatch) -> None:
+        """Adds rows."""
         self._writer.write_batch(batch)
 
     def close(self) -> None:
+        """Ends the stream."""
         self._writer.close()
         self._file.close()
 

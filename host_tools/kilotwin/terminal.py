@@ -246,6 +246,35 @@ def summary_text(summary: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
+def record_text(summary: dict[str, Any]) -> str:
+    """The end of `kilotwin record` in a few lines."""
+    grid = summary["grid"]
+    lines = [
+        f"{summary['experiment']}: {summary['recorded_s']:,.0f} s recorded, "
+        f"{grid['reports']:,} reports of {summary['robots']} robots"
+    ]
+    rows = [(f"resting on {name}", f"{count:5d}") for name, count in summary["resting"].items()]
+    rows.append(("not resting", f"{summary['not_resting']:5d}"))
+    rows.append(("polls without answer", f"{grid['polls_missed']:5d} of {grid['polls']:,}"))
+    rows.append(("run folder", shown_path(Path(summary["run_folder"]))))
+    rows.append(("reports as .kilodat", shown_path(Path(grid["kilodat"]))))
+    width = max(len(label) for label, _ in rows)
+    lines += [f"  {label:<{width}}  {value}" for label, value in rows]
+    return "\n".join(lines)
+
+
+def module_troubles_text(failed: list[dict[str, Any]]) -> str:
+    """A line per module that failed; mostly empty."""
+    lines = [f"{len(failed)} modules failed:"] if failed else []
+    lines += [
+        f"module {module['module'][0]}-{module['module'][1]}: {module['what']}"
+        for module in failed[:_LISTED]
+    ]
+    if len(failed) > _LISTED:
+        lines.append(f"and {len(failed) - _LISTED} more; manifest.json has them all")
+    return "\n".join(lines)
+
+
 def troubles_text(summary: dict[str, Any]) -> str:
     """A line per robot that failed, and a word on busy-waits; mostly empty."""
     failed = summary["robots_failed"]
@@ -258,6 +287,8 @@ def troubles_text(summary: dict[str, Any]) -> str:
     ]
     if len(failed) > _LISTED:
         lines.append(f"and {len(failed) - _LISTED} more; events.jsonl has them all")
+    if modules := module_troubles_text(summary.get("grid", {}).get("modules_failed", [])):
+        lines.append(modules)
     if busy:
         lines.append(f"{busy} warnings of busy-waiting; events.jsonl has them")
     notes = summary["events"].get("note", 0)

@@ -30,20 +30,19 @@ from kilotwin.errors import (
 )
 from kilotwin.informed import informed_for
 from kilotwin.job import Job
-from kilotwin.run_folder import FINISHED, INTERRUPTED, close_manifest
+from kilotwin.run_folder import FAILURES, FINISHED, INTERRUPTED, close_manifest
 from kilotwin.run_writer import RunWriter
 from kilotwin.states import Counts
 from kilotwin.units import seconds, ticks
 
 if TYPE_CHECKING:
     from kilotwin._emulator import Event, Samples
+    from kilotwin.grid.emulated_run import EmulatedHost
+    from kilotwin.grid.served import ServedTable
 
 # The engine does not look up while it advances, so each call is kept to about this wall time.
 _CHUNK_S = 0.15
 _PROGRESS_S = 0.2
-
-# Events after which a robot takes no part any more.
-FAILURES = {"crash", "endless", "stack_overflow"}
 
 
 Report = Callable[[dict[str, Any]], None]
@@ -78,6 +77,7 @@ def simulate(job: Job, report: Report, stopped: Callable[[], bool]) -> None:
     try:
         interrupted = not trial.run(stopped)
         summary = trial.summary(interrupted)
+        trial.close()
         trial.writer.close(clean=not interrupted)
         exit_code = _exit_code(summary)
         close_manifest(job.folder, summary["status"], exit_code, summary=summary)
@@ -89,7 +89,8 @@ def simulate(job: Job, report: Report, stopped: Callable[[], bool]) -> None:
 def _exit_code(summary: dict[str, Any]) -> int:
     if summary["status"] == INTERRUPTED:
         return EXIT_INTERRUPTED
-    return EXIT_ROBOTS_FAILED if summary["robots_failed"] else 0
+    failed = summary["robots_failed"] or summary.get("grid", {}).get("modules_failed")
+    return EXIT_ROBOTS_FAILED if failed else 0
 
 
 class Writer(Protocol):
@@ -119,21 +120,44 @@ class Trial(Generic[WriterT]):
         self._report = report
         self._keys = job.experiment.keys
         self._simulation = self._place_robots()
+        self._check_probes()
         self.writer = make_writer()
+        self._attach_probes()
+        self._host, self._table = self._join_grid()
         self._events: Counter[str] = Counter()
         self._failed: list[dict[str, Any]] = []
         self._startup_s = 0.0
         self._sampled_at = -1
+        self._last: Counts | None = None
         self._reported_at = 0.0
         report({"type": "started", "folder": str(job.folder)})
 
+    def _check_probes(self) -> None:
+        probes, size = self._job.probes, self._simulation.robots
+        wanted = [("--gdb", probes.gdb), *(("--vcd", robot) for robot in probes.vcd)]
+        for option, robot in wanted:
+            if robot is not None and robot >= size:
+                raise InputError(f"{option} {robot}: there are robots 0 to {size - 1}")
+
+    def _attach_probes(self) -> None:
+        probes = self._job.probes
+        try:
+            for robot in probes.vcd:
+                self._simulation.trace(robot, str(self._job.folder / f"robot_{robot}.vcd"))
+            if probes.gdb is not None:
+                self._simulation.serve_debugger(probes.gdb, probes.gdb_port)
+        except _emulator.EngineError as error:
+            raise InputError(str(error)) from None
+
     def run(self, stopped: Callable[[], bool]) -> bool:
         """Advances to the end; False if stopped before. The last record is the last moment."""
+        if self._table is not None:
+            return self._serve(self._table, stopped)
         simulation, end = self._simulation, ticks(self._keys.duration_s)
         chunk = 1
         while simulation.tick < end and not stopped():
             began = time.perf_counter()
-            simulation.advance(min(chunk, end - simulation.tick))
+            self._advance(min(chunk, end - simulation.tick))
             now = time.perf_counter()
             self._startup_s = self._startup_s or now - self._began
             chunk = max(1, min(4 * chunk, round(chunk * _CHUNK_S / max(now - began, 1e-6))))
@@ -142,8 +166,30 @@ class Trial(Generic[WriterT]):
             self._take(simulation.snapshot())
         return simulation.tick >= end
 
+    def _serve(self, table: "ServedTable", stopped: Callable[[], bool]) -> bool:
+        """Until a host has had its run; False if stopped before."""
+        while not table.over and not stopped():
+            self._simulation.advance(1)
+            table.step()
+            self._take(table.from_zero(self._simulation.samples()))
+            table.wait()
+        return table.ran
+
+    def _advance(self, count: int) -> None:
+        """So many ticks, with the grid's host doing in between what is due."""
+        if self._host is None:
+            self._simulation.advance(count)
+            return
+        end = self._simulation.tick + count
+        while self._simulation.tick < end:
+            self._host.step()
+            self._simulation.advance(min(self._host.ticks_until_due(), end - self._simulation.tick))
+
     def _take(self, samples: "Samples") -> None:
+        if self._host is not None:
+            self._host.see(samples)
         for event in self._simulation.events():
+            event["tick"] -= self._zero_tick
             self.writer.add_event(event)
             self._events[event["kind"]] += 1
             if event["kind"] in FAILURES:
@@ -152,9 +198,10 @@ class Trial(Generic[WriterT]):
         if counts is None:
             return
         self._sampled_at = int(samples["tick"][-1])
+        self._last = counts
         if time.perf_counter() - self._reported_at > _PROGRESS_S:
             self._reported_at = time.perf_counter()
-            shown = {"tick": self._simulation.tick, **self._robots_now(counts)}
+            shown = {"tick": self._simulation.tick - self._zero_tick, **self._robots_now(counts)}
             self._report({"type": "progress", **shown})
 
     def _robots_now(self, counts: Counts) -> dict[str, Any]:
@@ -168,8 +215,13 @@ class Trial(Generic[WriterT]):
         """What `kilotwin run --json` prints."""
         simulation = self._simulation
         cpu_s = time.process_time() - self._cpu_began
-        simulated_s = seconds(simulation.tick)
-        last = self.writer.count(simulation.snapshot())
+        simulated_s = seconds(simulation.tick - self._zero_tick)
+        last = self._last if self._table is not None else None
+        if last is None:
+            snapshot = simulation.snapshot()
+            if self._host is not None:
+                self._host.see(snapshot)
+            last = self.writer.count(snapshot)
         return {
             "experiment": self._keys.name,
             "seed": self._keys.seed,
@@ -189,7 +241,38 @@ class Trial(Generic[WriterT]):
             "events": dict(self._events),
             "robots_failed": self._failed,
             "stats": simulation.stats(),
+            **({} if self._host is None else {"grid": self._host.summary()}),
         }
+
+    def close(self) -> None:
+        """Ends what the grid has open; the writer is its maker's."""
+        if self._host is not None:
+            self._host.finish()
+        if self._table is not None:
+            self._table.close()
+
+    def _join_grid(self) -> "tuple[EmulatedHost | None, ServedTable | None]":
+        """The grid's host, or the buses on which it waits for one; neither without a grid."""
+        job = self._job
+        if self._keys.grid is None:
+            return None, None
+        # Runs without a grid do without the CAN tools, which take a moment to load.
+        from kilotwin.grid.emulated_run import EmulatedHost  # noqa: PLC0415
+        from kilotwin.grid.served import ServedTable  # noqa: PLC0415
+
+        writer = self.writer if isinstance(self.writer, RunWriter) else None
+        if job.serving is None:
+            return EmulatedHost(self._simulation, job.experiment, writer), None
+        assert writer is not None
+        table = ServedTable(self._simulation, job.experiment, job.serving, writer)
+        what = "the table waits on " + (", ".join(job.serving.interfaces) or f"port {table.port}")
+        self._report({"type": "note", "text": what, "port": table.port})
+        return None, table
+
+    @property
+    def _zero_tick(self) -> int:
+        """Of the engine, when the run began."""
+        return 0 if self._table is None else self._table.zero_tick or 0
 
     def _place_robots(self) -> _emulator.Simulation:
         job = self._job
@@ -198,12 +281,21 @@ class Trial(Generic[WriterT]):
             job.guests,
             sample_ticks=max(1, ticks(self._keys.record.sample_s)),
             black_box=job.black_box,
+            module_guest=job.module_guest,
+            lead_ticks=self._lead_ticks(),
         )
         try:
             return _emulator.Simulation(spec)
         except _emulator.EngineError as error:
             swarm = ("robots",) if self._keys.robots else ("swarm",)
             raise job.experiment.error(swarm, str(error)) from None
+
+    def _lead_ticks(self) -> int:
+        if self._keys.grid is None or self._job.serving is not None:
+            return 0
+        from kilotwin.grid.emulated_run import lead_ticks  # noqa: PLC0415 (as in _join_grid)
+
+        return lead_ticks(self._job.experiment)
 
 
 def _make_folder(job: Job) -> RunWriter:

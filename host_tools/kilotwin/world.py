@@ -22,6 +22,7 @@ from kilotwin.engine_spec import engine_spec
 from kilotwin.errors import InputError, KilotwinError, RunError
 from kilotwin.experiment import Experiment, one_command
 from kilotwin.experiment_text import ExperimentText, Setting, parse_setting
+from kilotwin.group_build import build_group
 from kilotwin.guest_build import build
 from kilotwin.guest_symbols import GuestSymbols
 from kilotwin.overhead import ALL_ROBOTS, Region, message, message_of, region, uids
@@ -70,15 +71,17 @@ class World:
             self._experiment = Experiment.load(Path(experiment), settings)
         else:
             self._experiment = experiment_of(keys, settings)
-        guests = [build(group.program) for group in self._experiment.groups]
+        guests = [build_group(group) for group in self._experiment.groups]
         self._names = States.of(self._experiment.keys)
         self._symbols: dict[str, GuestSymbols] = {}
         self._events: list[_emulator.Event] = []
+        modules = self._experiment.modules
         spec = engine_spec(
             self._experiment,
             [str(guest.file) for guest in guests],
             sample_ticks=_NEVER_TICKS,
             black_box=None,
+            module_guest=None if modules is None else str(build(modules).file),
         )
         try:
             self._engine: _emulator.Simulation | None = _emulator.Simulation(spec)
@@ -252,7 +255,7 @@ def experiment_of(keys: Mapping[str, Any], settings: list[Setting]) -> Experimen
             kind["poses"] = list(poses)
         if kind["count"] is None:
             kind["count"] = len(kind.get("poses", [0]))
-        for key in ("include", "define"):
+        for key in ("include", "define", "flavour"):
             if key in tables:
                 kind[key] = tables.pop(key)
         tables["robots"] = [kind]

@@ -20,14 +20,22 @@ def test_an_installed_wheel_runs_a_program(environment: dict[str, str], tmp_path
     readme = (ROOT / "README.md").read_text()
     (tmp_path / "my.c").write_text(block(readme, "c"))
     (tmp_path / "my.toml").write_text(block(readme, "toml"))
-    run = ["-c", "from kilotwin.cli import main; main()", "run", "my.toml", "--out", "run"]
-    done = subprocess.run(
-        [BASE_PYTHON, *run, "--json"],
-        cwd=tmp_path,
-        env={**environment, "PYTHONPATH": f"{installed}:{locked}"},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+
+    def python(code: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            [BASE_PYTHON, "-c", code, *arguments],
+            cwd=tmp_path,
+            env={**environment, "PYTHONPATH": f"{installed}:{locked}"},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+
+    command = "from kilotwin.cli import main; main()"
+    done = python(command, "run", "my.toml", "--out", "run", "--json")
     assert done.returncode == 0, done.stderr
     assert '"robots": 10' in done.stdout
+    # The CAN frames' description is not Python either.
+    frame = "from kilotwin.can import protocol; print(protocol.to_module('MODULE_RUN').hex())"
+    done = python(frame)
+    assert done.stdout.strip() == "0d00000000000000", done.stderr

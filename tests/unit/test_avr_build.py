@@ -45,3 +45,16 @@ def test_what_does_not_compile_is_told_in_the_compilers_words(folder: Path) -> N
     assert "does not compile for the robot" in str(caught.value)
     assert "blink.c:1" in caught.value.detail
     assert not list((folder / "cache").glob("*"))
+
+
+def test_a_kilogrid_program_gets_the_helpers_that_it_lacks(tmp_path: Path) -> None:
+    (tmp_path / "main.c").write_text(
+        "#include <kilolib.h>\n#include <kilob_tracking.h>\n"
+        "message_rx_t utils_message_rx;\nvoid move_straight(void) {}\n"
+        "static void setup(void) { kilob_tracking_init(); }\n"
+        "static void loop(void) { kilob_message_send(); move_straight(); }\n"
+        "int main(void) { kilo_init(); kilo_start(setup, loop); }\n"
+    )
+    program = find_program("main.c", tmp_path)
+    assert program.api == "kilogrid"
+    assert build_image(program).hex.exists()

@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from typing import Any
 
 import pytest
 import typer.main
@@ -12,7 +13,8 @@ from kilotwin.doctor import Finding, examine, report_text
 
 from .conftest import Kilotwin
 
-COMMANDS = ["doctor", "run", "sweep", "plot", "build", "port", "compare", "bench"]
+COMMANDS = ["doctor", "run", "sweep", "plot", "build", "port", "compare", "bench", "record"]
+GRID_COMMANDS = ["ls", "health", "setup", "run", "pause", "idle", "send"]
 
 
 def test_the_version_is_told(kilotwin: Kilotwin) -> None:
@@ -25,10 +27,19 @@ def test_every_command_helps_with_an_example(command: str, kilotwin: Kilotwin) -
     assert f"kilotwin {command}" in shown.split("Example")[1]
 
 
+@pytest.mark.parametrize("command", GRID_COMMANDS)
+def test_every_command_for_a_grid_helps_with_an_example(command: str, kilotwin: Kilotwin) -> None:
+    shown = kilotwin("grid", command, "--help").stdout
+    assert f"kilotwin grid {command}" in shown.split("Example")[1]
+
+
 def test_every_option_has_an_environment_variable() -> None:
     group = typer.main.get_command(cli.app)
-    assert set(group.commands) == set(COMMANDS)  # type: ignore[attr-defined]
-    for command in group.commands.values():  # type: ignore[attr-defined]
+    commands: dict[str, Any] = dict(group.commands)  # type: ignore[attr-defined]
+    grid = commands.pop("grid").commands
+    assert set(commands) == set(COMMANDS)
+    assert set(grid) == set(GRID_COMMANDS)
+    for command in (*commands.values(), *grid.values()):
         for option in command.params:
             if option.param_type_name == "option" and option.name != "help":
                 assert str(option.envvar).startswith("KILOTWIN_"), (command.name, option.name)

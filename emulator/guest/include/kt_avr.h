@@ -50,7 +50,7 @@ void kt_sleep(void);
 /// Lets cycles of 125 ns pass, rounded up.
 void kt_delay(double cycles);
 
-// The rest is in side/kilobot.c, and is told there.
+// The rest is in side/guest.c, and is told in side/side.h.
 uint8_t kt_eeprom_read(uint16_t address);
 void kt_eeprom_write(uint16_t address, uint8_t value);
 void kt_interrupts(uint8_t on);

@@ -2,7 +2,7 @@
 #include "abi.h"
 #include "avr/interrupt.h"
 #include "avr/io.h"
-#include "kilolib.h"
+#include "side.h"
 
 #define SAME_PLACE(register, field) \
     _Static_assert((register) == offsetof(kt_outputs_t, field), "kt_avr.h follows abi.h")
@@ -114,9 +114,9 @@ enum { CHANNEL_BATTERY = 6, CHANNEL_LIGHT = 7, CHANNEL_TEMPERATURE = 8, CHANNELS
 // kilolib's functions return -1 during a reception, the converter would still convert.
 static uint16_t convert(uint8_t channel) {
     int16_t value = 0;
-    if (channel == CHANNEL_BATTERY) value = get_voltage();
-    if (channel == CHANNEL_LIGHT) value = get_ambientlight();
-    if (channel == CHANNEL_TEMPERATURE) value = get_temperature();
+    if (channel == CHANNEL_BATTERY) value = kt_sensor(KT_SENSOR_VOLTAGE);
+    if (channel == CHANNEL_LIGHT) value = kt_sensor(KT_SENSOR_LIGHT);
+    if (channel == CHANNEL_TEMPERATURE) value = kt_sensor(KT_SENSOR_TEMPERATURE);
     return value < 0 ? 0 : (uint16_t)value;
 }
 
@@ -156,7 +156,7 @@ kt_register16_t *kt_timer1(void) {
 }
 
 static uint8_t timer2(void) {
-    const uint32_t counts_0 = kilo_ticks * COUNTS_PER_TICK + kt_timer0();
+    const uint32_t counts_0 = kt_ticks() * COUNTS_PER_TICK + kt_timer0();
     const uint32_t count = counts_0 * (CYCLES_PER_COUNT_0 / CYCLES_PER_COUNT_2) % ROUND_TRIP_2;
     return (uint8_t)(count < COUNTS_PER_TICK ? count : ROUND_TRIP_2 - count);
 }

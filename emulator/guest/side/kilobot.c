@@ -1,6 +1,5 @@
-// The thin half of the mock Kilobot API: it is compiled into every guest, so that the API's plain
-// variables are swapped with the program's own. What needs a clock, a body or a medium goes to the
-// engine through `kt_host`.
+// The thin half of the mock Kilobot API: it is compiled into every robot's guest, so that the API's
+// plain variables are swapped with the program's own.
 #include <stddef.h>
 #include <stdlib.h>
 
@@ -8,18 +7,8 @@
 #include "kilolib.h"
 #include "side.h"
 
-#define SHARED __attribute__((section(".kt_shared")))
 #define CYCLES_PER_MS 8000
 #define SPINUP_MS 15
-
-static const kt_host_t *kt_host SHARED = NULL;
-static int32_t kt_budget SHARED = 0;
-
-static char kt_guard_low[KT_GUARD_BYTES]
-    __attribute__((aligned(4096), used, section(".kt_guard_low"))) = {0};
-static char kt_guard_high[KT_GUARD_BYTES]
-    __attribute__((aligned(4096), used, section(".kt_guard_high"))) = {0};
-extern uint8_t kt_state_begin[], kt_state_end[];
 
 volatile uint32_t kilo_ticks;
 #pragma weak kilo_tx_period  // tx_period.c
@@ -40,18 +29,9 @@ message_rx_t kilo_message_rx = ignore_rx;
 message_tx_t kilo_message_tx = ignore_tx;
 message_tx_success_t kilo_message_tx_success = ignore_tx_success;
 
-volatile kt_outputs_t kt_outputs;
-
 // Packed types have alignment 1; the engine writes whole words.
 static message_t rx_message __attribute__((aligned(4)));
 static distance_measurement_t rx_distance __attribute__((aligned(4)));
-static uint8_t soft_seed = 0xAA;
-static uint8_t soft_accumulator;
-
-extern int kt_guest_main();
-
-// Only programs that use such registers link it (avr.c).
-extern __attribute__((weak, visibility("hidden"))) void kt_settle(void);
 
 // avr/interrupt.h.
 extern __attribute__((weak, visibility("hidden"))) const char __start_kt_handlers[];
@@ -85,23 +65,6 @@ const kt_table_t kt_table = {
     .host = &kt_host,
 };
 
-// Loop variables may live in registers only: they are laid open beside the stack, so that the
-// engine can tell a program that computes from one that waits.
-static __attribute__((noinline)) void budget_spent(void) {
-    uint64_t registers[5];
-    __asm__ volatile(
-        "movq %%rbx, %0; movq %%r12, %1; movq %%r13, %2; movq %%r14, %3; movq %%r15, %4"
-        : "=m"(registers[0]), "=m"(registers[1]), "=m"(registers[2]), "=m"(registers[3]),
-          "=m"(registers[4]));
-    kt_host->spent((uint8_t *)registers);
-}
-
-/// Called by the compiler's instrumentation at every basic block of the program.
-void __sanitizer_cov_trace_pc(void);
-void __sanitizer_cov_trace_pc(void) {
-    if (--kt_budget < 0) budget_spent();
-}
-
 void kilo_init(void) { kt_host->init(); }
 void kilo_start(void (*setup)(void), void (*loop)(void)) { kt_host->start(setup, loop); }
 void delay(uint16_t ms) { kt_host->wait((uint32_t)ms * CYCLES_PER_MS); }
@@ -126,43 +89,12 @@ void spinup_motors(void) {
     delay(SPINUP_MS);
 }
 
-int16_t get_ambientlight(void) { return kt_host->sensor(KT_SENSOR_LIGHT); }
-int16_t get_voltage(void) { return kt_host->sensor(KT_SENSOR_VOLTAGE); }
-int16_t get_temperature(void) { return kt_host->sensor(KT_SENSOR_TEMPERATURE); }
+int16_t get_ambientlight(void) { return kt_sensor(KT_SENSOR_LIGHT); }
+int16_t get_voltage(void) { return kt_sensor(KT_SENSOR_VOLTAGE); }
+int16_t get_temperature(void) { return kt_sensor(KT_SENSOR_TEMPERATURE); }
 
-uint8_t rand_hard(void) { return kt_host->rand_hard(); }
-
-// hardware.md 1.7: an 8-bit xorshift with an additive counter that seeding leaves alone.
-uint8_t rand_soft(void) {
-    soft_seed ^= (uint8_t)(soft_seed << 3);
-    soft_seed ^= (uint8_t)(soft_seed >> 5);
-    soft_seed ^= (uint8_t)(soft_accumulator >> 2);
-    soft_accumulator++;
-    return soft_seed;
-}
-
-void rand_seed(uint8_t seed) { soft_seed = seed; }
+void rand_seed(uint8_t seed) { kt_rand_seed(seed); }
 
 uint8_t estimate_distance(const distance_measurement_t *measured) {
     return kt_host->distance_mm(measured->low_gain, measured->high_gain);
 }
-
-// CRC-16/MCRF4XX over the data and the type (hardware.md 1.5).
-uint16_t message_crc(const message_t *message) {
-    uint16_t crc = 0xFFFF;
-    for (size_t i = 0; i < offsetof(message_t, crc); i++) {
-        uint8_t byte = (uint8_t)(((const uint8_t *)message)[i] ^ crc);
-        byte ^= (uint8_t)(byte << 4);
-        crc = (uint16_t)(((uint16_t)byte << 8 | crc >> 8) ^ (uint8_t)(byte >> 4) ^
-                         (uint16_t)(byte << 3));
-    }
-    return crc;
-}
-
-void kt_print(const char *text, uint32_t bytes) { kt_host->print(text, bytes); }
-uint8_t kt_eeprom_read(uint16_t address) { return kt_host->eeprom_read(address); }
-void kt_eeprom_write(uint16_t address, uint8_t value) { kt_host->eeprom_write(address, value); }
-void kt_interrupts(uint8_t on) { kt_host->interrupts(on); }
-uint8_t kt_timer0(void) { return kt_host->timer0(); }
-void kt_wait(uint32_t cycles) { kt_host->wait(cycles); }
-void kt_unusable(const char *what) { kt_host->unusable(what); }

@@ -4,6 +4,30 @@
 
 #include <stdint.h>
 
+#include "abi.h"
+
+/// Of the process, not of one robot.
+#define KT_SHARED __attribute__((section(".kt_shared")))
+
+extern const kt_host_t *kt_host;
+extern int32_t kt_budget;
+extern char kt_guard_low[KT_GUARD_BYTES], kt_guard_high[KT_GUARD_BYTES];
+extern uint8_t kt_state_begin[], kt_state_end[];
+
+/// The program's main().
+extern int kt_guest_main();
+
+/// Only programs that use such registers link it (avr.c).
+extern __attribute__((weak, visibility("hidden"))) void kt_settle(void);
+
+/// The robot's or module's count of ticks.
+uint32_t kt_ticks(void);
+
+/// A KT_SENSOR_ of the robot: 0..1023, or -1.
+int16_t kt_sensor(uint8_t which);
+
+void kt_rand_seed(uint8_t seed);
+
 /// Hands text to the run folder, with the robot and its tick.
 void kt_print(const char *text, uint32_t bytes);
 

@@ -33,13 +33,13 @@ typedef enum {
 } calibration_mode_t;
 
 /// Tunes the oscillator and sets kilo_uid and the motor values.
-void calibration_load(void);
+void kilolib_calibration_load(void);
 
 /// Writes uid and motor values, into the EEPROM and the variables. Takes up to 21 ms.
-void calibration_save(const calibration_t *calibration);
+void kilolib_calibration_save(const calibration_t *calibration);
 
 /// The pins of port B to which the infrared LED is connected: as the EEPROM says if it says
 /// something that can be, else PB0.
-uint8_t calibration_infrared_pins(void);
+uint8_t kilolib_calibration_infrared_pins(void);
 
 #endif

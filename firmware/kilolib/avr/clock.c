@@ -20,7 +20,7 @@ volatile uint16_t kilo_tx_period;
 static uint16_t tx_clock;  // units since the last message sent
 static uint8_t increment;  // what the next match adds to it
 
-void clock_init(void) {
+void kilolib_clock_init(void) {
     kilo_ticks = 0;
     kilo_tx_period = DEFAULT_TX_PERIOD;
     tx_clock = 0;
@@ -33,7 +33,7 @@ void clock_init(void) {
     TIMSK0 = BIT(OCIE0A);
 }
 
-void clock_stop(void) { TIMSK0 = 0; }
+void kilolib_clock_stop(void) { TIMSK0 = 0; }
 
 // Whoever finds the channel busy tries again after a random part of a tick. The timer goes on
 // meanwhile, so that the match for it comes on top of those at 255, and counts as a tick as well:
@@ -41,7 +41,7 @@ void clock_stop(void) { TIMSK0 = 0; }
 static void try_to_send(void) {
     const message_t *message = (*kilo_message_tx)();
     if (message == NULL) return;
-    if (infrared_send(message)) {
+    if (kilolib_infrared_send(message)) {
         tx_clock = 0;
         (*kilo_message_tx_success)();
     } else {
@@ -55,7 +55,8 @@ ISR(TIMER0_COMPA_vect) {
     increment = TICK_MATCH;
     OCR0A = TICK_MATCH;
     kilo_ticks++;
-    if (tx_clock > kilo_tx_period && robot_state == STATE_RUNNING && !infrared_receiving()) {
+    if (tx_clock > kilo_tx_period && kilolib_robot_state == STATE_RUNNING &&
+        !kilolib_infrared_receiving()) {
         try_to_send();
     }
 }

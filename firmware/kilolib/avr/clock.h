@@ -3,9 +3,9 @@
 #define KILOLIB_AVR_CLOCK_H
 
 /// Sets kilo_ticks to 0 and starts the timer. The first tick comes 32.768 ms later.
-void clock_init(void);
+void kilolib_clock_init(void);
 
 /// No more ticks.
-void clock_stop(void);
+void kilolib_clock_stop(void);
 
 #endif

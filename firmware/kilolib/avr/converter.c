@@ -1,5 +1,7 @@
 #include "converter.h"
 
+#include <stdbool.h>
+
 #include "board.h"
 #include "infrared_receive.h"
 
@@ -8,8 +10,11 @@
 #define SLOW_CLOCK (BIT(ADPS2) | BIT(ADPS1) | BIT(ADPS0))
 // 1.1 V, made by the chip itself. The other reference comes in at AREF.
 #define INTERNAL_REFERENCE (BIT(REFS1) | BIT(REFS0))
+#define CONVERTER_MOST 1023
 #define ON_COMPARATOR_EDGE BIT(ADTS0)
 #define ON_EDGES (BIT(ADEN) | BIT(ADATE) | CLOCK)
+
+static bool missed_edge;
 
 static void wait_for_end(void) {
     while (ADCSRA & BIT(ADSC)) {
@@ -23,7 +28,7 @@ static int16_t convert(void) {
 }
 
 // The first conversion after the converter is switched on takes twice as long, and is done here.
-void converter_init(void) {
+void kilolib_converter_init(void) {
     DIDR0 = BIT(ADC0D) | BIT(ADC1D);
     ADCSRB = ON_COMPARATOR_EDGE;
     ADMUX = HIGH_GAIN_CHANNEL;
@@ -32,18 +37,20 @@ void converter_init(void) {
     ADCSRA = ON_EDGES;
 }
 
-void converter_stop(void) { ADCSRA = 0; }
+void kilolib_converter_stop(void) { ADCSRA = 0; }
 
-void converter_sample_on_edge(uint8_t channel) { ADMUX = channel; }
+void kilolib_converter_sample_on_edge(uint8_t channel) { ADMUX = channel; }
 
-int16_t converter_sampled(void) {
+// The strength of an edge that was missed is unknown. The highest one makes estimate_distance() go by
+// the low gain alone, which is sampled later.
+int16_t kilolib_converter_sampled(void) {
     wait_for_end();
-    return (int16_t)ADC;
+    const int16_t value = missed_edge ? CONVERTER_MOST : (int16_t)ADC;
+    missed_edge = false;
+    return value;
 }
 
-// An edge in the meantime has found the converter taken: a frame with a wrong strength would come
-// of it.
-int16_t converter_read(uint8_t channel) {
+int16_t kilolib_converter_read(uint8_t channel) {
     const uint8_t gain = ADMUX;
     ADCSRA = BIT(ADEN) | CLOCK;
     wait_for_end();
@@ -59,6 +66,6 @@ int16_t converter_read(uint8_t channel) {
     }
     ADMUX = gain;
     ADCSRA = ON_EDGES;
-    if (!infrared_in_frame()) infrared_forget_edge();
+    missed_edge = !kilolib_infrared_in_frame() && kilolib_infrared_receiving();
     return value;
 }

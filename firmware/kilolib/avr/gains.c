@@ -39,7 +39,8 @@ static int16_t blend(distance_t near, distance_t far, uint8_t share) {
     return (int16_t)(sum < 0 ? 0 : sum / BLEND);
 }
 
-uint8_t gains_distance(const gain_tables_t *tables, const distance_measurement_t *measured) {
+uint8_t kilolib_gains_distance(const gain_tables_t *tables,
+                               const distance_measurement_t *measured) {
     const int16_t high = measured->high_gain, low = measured->low_gain;
     int16_t mm;
     if (high <= HIGH_ONLY_BELOW) {

@@ -14,9 +14,12 @@ typedef struct {
     uint16_t high[GAIN_ENTRIES];
 } gain_tables_t;
 
+/// Reads the tables from the EEPROM; an erased one yields no distance, but nothing worse.
+void kilolib_gains_read(gain_tables_t *tables);
+
 /// In mm, 33 to 255, rounded down. High gain below 900, low gain where the high one is above 700,
 /// blended between; linear between the entries and, with the slope of the last two, beyond them.
 /// Whole numbers only, and exact.
-uint8_t gains_distance(const gain_tables_t *tables, const distance_measurement_t *measured);
+uint8_t kilolib_gains_distance(const gain_tables_t *tables, const distance_measurement_t *measured);
 
 #endif

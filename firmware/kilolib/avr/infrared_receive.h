@@ -5,25 +5,25 @@
 #include <stdbool.h>
 
 /// Switches the comparator on, and timer 1, which times its edges. Needs the converter.
-void infrared_receive_init(void);
+void kilolib_infrared_receive_init(void);
 
 /// Switches the comparator off.
-void infrared_receive_stop(void);
+void kilolib_infrared_receive_stop(void);
 
 /// A frame is coming in.
-bool infrared_in_frame(void);
+bool kilolib_infrared_in_frame(void);
 
 /// A frame is coming in, or its first edge is there and waits for its interrupt.
-bool infrared_receiving(void);
+bool kilolib_infrared_receiving(void);
 
 /// The start of a frame is coming in, from which its strength is measured.
-bool infrared_measuring(void);
+bool kilolib_infrared_measuring(void);
 
 /// A frame began since this was asked last.
-bool infrared_heard(void);
+bool kilolib_infrared_heard(void);
 
 /// An edge that waits for its interrupt is nobody's frame: our own light, for instance. Interrupts
 /// have to be off, and no frame coming in.
-void infrared_forget_edge(void);
+void kilolib_infrared_forget_edge(void);
 
 #endif

@@ -7,10 +7,10 @@
 #include "message.h"
 
 /// Makes the pins of the infrared LED outputs.
-void infrared_send_init(void);
+void kilolib_infrared_send_init(void);
 
 /// Sends the message as it is, crc included, in 4.37 ms. False if somebody else was heard in the
 /// leader, after which nothing more is sent. Interrupts have to be off.
-bool infrared_send(const message_t *message);
+bool kilolib_infrared_send(const message_t *message);
 
 #endif

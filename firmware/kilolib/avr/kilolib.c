@@ -1,15 +1,14 @@
 #include "kilolib.h"
 
 #include <avr/interrupt.h>
-#include <avr/wdt.h>
 #include <stddef.h>
 
-#include "board.h"
 #include "calibration.h"
 #include "clock.h"
 #include "motors.h"
 #include "power.h"
 #include "states.h"
+#include "watchdog.h"
 
 static void ignore_rx(message_t *message, distance_measurement_t *distance) {
     (void)message;
@@ -24,13 +23,11 @@ message_tx_success_t kilo_message_tx_success = ignore_tx_success;
 
 void kilo_init(void) {
     cli();
-    // It may be running: RESET comes at any time, and only a power-up stops it by itself.
-    MCUSR &= (uint8_t)~BIT(WDRF);
-    wdt_disable();
-    robot_state = STATE_IDLE;
-    calibration_load();
-    power_on();
-    motors_init();
-    clock_init();
+    watchdog_stop();  // RESET may have come while it ran
+    kilolib_robot_state = STATE_IDLE;
+    kilolib_calibration_load();
+    kilolib_power_on();
+    kilolib_motors_init();
+    kilolib_clock_init();
     sei();
 }

@@ -6,6 +6,7 @@
 uint16_t message_crc(const message_t *message) {
     const uint8_t *byte = (const uint8_t *)message;
     uint16_t crc = 0xFFFF;
-    for (uint8_t i = 0; i < offsetof(message_t, crc); i++) crc = _crc_ccitt_update(crc, byte[i]);
+    const uint8_t *end = byte + offsetof(message_t, crc);
+    while (byte < end) crc = _crc_ccitt_update(crc, *byte++);
     return crc;
 }

@@ -3,12 +3,12 @@
 #define KILOLIB_AVR_MOTORS_H
 
 /// Starts the timer; the motors stay off.
-void motors_init(void);
+void kilolib_motors_init(void);
 
 /// Lets the motors turn as set_motors() says from now on; until then they stand still.
-void motors_on(void);
+void kilolib_motors_on(void);
 
-/// Stops the motors, whatever set_motors() says, until motors_on().
-void motors_off(void);
+/// Stops the motors, whatever set_motors() says, until kilolib_motors_on().
+void kilolib_motors_off(void);
 
 #endif

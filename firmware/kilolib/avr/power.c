@@ -10,17 +10,17 @@ static void release_pins(void) {
     PORTB = PORTC = PORTD = 0;
 }
 
-void power_on(void) {
+void kilolib_power_on(void) {
     release_pins();
     DDRD = RECEIVER_POWER;
     PORTD = RECEIVER_POWER;
-    infrared_send_init();
-    converter_init();
-    infrared_receive_init();
+    kilolib_infrared_send_init();
+    kilolib_converter_init();
+    kilolib_infrared_receive_init();
 }
 
-void power_off(void) {
-    infrared_receive_stop();
-    converter_stop();
+void kilolib_power_off(void) {
+    kilolib_infrared_receive_stop();
+    kilolib_converter_stop();
     release_pins();
 }

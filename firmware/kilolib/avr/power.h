@@ -4,9 +4,9 @@
 
 /// Receiver, converter, comparator and infrared LED; motors and LED stay off. Interrupts have to be
 /// off.
-void power_on(void);
+void kilolib_power_on(void);
 
 /// All of it, and all pins inputs.
-void power_off(void);
+void kilolib_power_off(void);
 
 #endif

@@ -10,7 +10,7 @@
 static int16_t measure(uint8_t channel) {
     int16_t value = RECEIVING;
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
-        if (!infrared_receiving()) value = converter_read(channel);
+        if (!kilolib_infrared_receiving()) value = kilolib_converter_read(channel);
     }
     return value;
 }

@@ -4,6 +4,6 @@
 
 /// Switches everything off for 8 s, then listens for 10 ms, and for 100 ms more if a frame begins
 /// in them. A command that comes in then changes the state.
-void sleep_for_8_s(void);
+void kilolib_sleep_for_8_s(void);
 
 #endif

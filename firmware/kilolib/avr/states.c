@@ -8,7 +8,8 @@
 #include "motors.h"
 #include "sleep.h"
 
-#define IDLE_PAUSE_MS 200
+#define PAUSE_MS 200
+#define STEP_MS 10
 #define KICK 255
 #define KICK_MS 15
 // Least readings of the voltage for the colours.
@@ -16,30 +17,32 @@
 #define BATTERY_BLUE 649
 #define BATTERY_YELLOW 615
 
-volatile robot_state_t robot_state;
+volatile robot_state_t kilolib_robot_state;
 
 static motion_t motion;
 static volatile bool motion_is_new;
 
-void start_moving(motion_t next) {
+void kilolib_start_moving(motion_t next) {
     const bool same = motion.left == next.left && motion.right == next.right;
-    if (robot_state == STATE_MOVING && same) return;
-    if (robot_state != STATE_MOVING) motors_on();
+    if (kilolib_robot_state == STATE_MOVING && same) return;
+    if (kilolib_robot_state != STATE_MOVING) kilolib_motors_on();
     motion = next;
     motion_is_new = true;
-    robot_state = STATE_MOVING;
+    kilolib_robot_state = STATE_MOVING;
 }
 
 // Ends early when a command comes.
-static void stay(robot_state_t state, uint8_t ms) {
-    for (; ms > 0 && robot_state == state; ms--) delay(1);
+static void stay(robot_state_t state) {
+    for (uint8_t left = PAUSE_MS / STEP_MS; left > 0 && kilolib_robot_state == state; left--) {
+        delay(STEP_MS);
+    }
 }
 
 static void blink(robot_state_t state, uint8_t color) {
     set_color(color);
     delay(1);
     set_color(0);
-    stay(state, IDLE_PAUSE_MS);
+    stay(state);
 }
 
 static void show_charging(void) {
@@ -76,25 +79,25 @@ static void move(void) {
     if (!kick) return;
     delay(KICK_MS);
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
-        if (robot_state == STATE_MOVING && !motion_is_new) set_motors(now.left, now.right);
+        if (kilolib_robot_state == STATE_MOVING && !motion_is_new) set_motors(now.left, now.right);
     }
 }
 
 void kilo_start(void (*setup)(void), void (*loop)(void)) {
     bool is_set_up = false;
     for (;;) {
-        switch (robot_state) {
+        switch (kilolib_robot_state) {
         case STATE_IDLE: blink(STATE_IDLE, RGB(0, 3, 0)); break;
         case STATE_SETUP:
             if (!is_set_up) setup();
             is_set_up = true;
             // A command may have come while setup() ran.
             ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
-                if (robot_state == STATE_SETUP) robot_state = STATE_RUNNING;
+                if (kilolib_robot_state == STATE_SETUP) kilolib_robot_state = STATE_RUNNING;
             }
             break;
         case STATE_RUNNING: loop(); break;
-        case STATE_SLEEPING: sleep_for_8_s(); break;
+        case STATE_SLEEPING: kilolib_sleep_for_8_s(); break;
         case STATE_BATTERY: show_battery(); break;
         case STATE_CHARGING: show_charging(); break;
         case STATE_MOVING: move(); break;

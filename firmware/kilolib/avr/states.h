@@ -14,7 +14,7 @@ typedef enum {
     STATE_MOVING,    ///< turns its motors as READUID or CALIB says
 } robot_state_t;
 
-extern volatile robot_state_t robot_state;
+extern volatile robot_state_t kilolib_robot_state;
 
 /// What MOVING does.
 typedef struct {
@@ -23,6 +23,6 @@ typedef struct {
 } motion_t;
 
 /// Enters MOVING, or changes the motion in it. Interrupts have to be off.
-void start_moving(motion_t motion);
+void kilolib_start_moving(motion_t next);
 
 #endif

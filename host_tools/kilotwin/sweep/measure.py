@@ -17,6 +17,7 @@ import pyarrow as pa
 from kilotwin import _emulator, run
 from kilotwin.errors import KilotwinError
 from kilotwin.experiment import Experiment
+from kilotwin.group_build import build_group
 from kilotwin.guest_build import build
 from kilotwin.job import Job
 from kilotwin.records import Records
@@ -72,8 +73,10 @@ def engine_sha256() -> str:
 def measure(task: Task) -> Measured | Failed:
     """Runs the trial here. What its programs or the engine refuse comes back as Failed."""
     try:
-        guests = [str(build(group.program).file) for group in task.experiment.groups]
-        job = Job(task.experiment, guests, task.folder, {}, black_box=None)
+        guests = [str(build_group(group).file) for group in task.experiment.groups]
+        modules = task.experiment.modules
+        module_guest = None if modules is None else str(build(modules).file)
+        job = Job(task.experiment, guests, task.folder, {}, None, module_guest)
         trial = Trial(job, lambda _: None, lambda: _SeriesWriter(task.experiment))
         trial.run(lambda: False)
     except KilotwinError as error:

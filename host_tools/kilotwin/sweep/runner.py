@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from kilotwin.errors import EXIT_INTERRUPTED, RunError
-from kilotwin.guest_build import Guest, Notify, build
+from kilotwin.group_build import build_group
+from kilotwin.guest_build import Guest, Notify
 from kilotwin.programs import Program
 from kilotwin.run_folder import slug, utc_now
 from kilotwin.sweep.data_set import DataSet, failure_line, trial_key
@@ -85,14 +86,14 @@ class Sweep:
     @staticmethod
     def prepare(plan: Plan, folder: Path, notify: Notify) -> "Sweep":
         """Builds the programs, makes or reopens the folder."""
-        guests: dict[Program, Guest] = {}
+        guests: dict[tuple[Program, bool], Guest] = {}
         keys = []
         for trial in plan.trials:
-            programs = [group.program for group in trial.experiment.groups]
-            for program in programs:
-                if program not in guests:
-                    guests[program] = build(program, notify)
-            keys.append(trial_key(trial, [guests[program].key for program in programs]))
+            groups = [((group.program, group.on_board), group) for group in trial.experiment.groups]
+            for what, group in groups:
+                if what not in guests:
+                    guests[what] = build_group(group, notify)
+            keys.append(trial_key(trial, [guests[what].key for what, _ in groups]))
         return Sweep(plan, DataSet.make(folder, plan, engine_sha256()), keys)
 
     def missing(self) -> list[tuple[Trial, str]]:

@@ -1,4 +1,4 @@
-"""build_guest.py PROGRAM GUEST.so: builds a robot program for the native tests.
+"""build_guest.py PROGRAM GUEST.so [API]: builds a robot or module program for the native tests.
 
 The host's own builder does it, found by PYTHONPATH: it needs nothing but Python's library.
 """
@@ -7,6 +7,7 @@ import os
 import sys
 import tempfile
 from pathlib import Path
+from typing import Any
 
 from kilotwin import guest_build
 from kilotwin.errors import KilotwinError
@@ -15,12 +16,13 @@ from kilotwin.programs import find_program
 
 def main() -> int:
     program, guest = sys.argv[1], Path(sys.argv[2])
+    api: Any = sys.argv[3] if len(sys.argv) > 3 else None
     guest.parent.mkdir(parents=True, exist_ok=True)
     # The build system knows what is up to date; a cache beside it would only grow.
     with tempfile.TemporaryDirectory(dir=guest.parent) as cache:
         os.environ["KILOTWIN_CACHE"] = cache
         try:
-            built = guest_build.build(find_program(program, Path.cwd()))
+            built = guest_build.build(find_program(program, Path.cwd(), api=api))
         except (KilotwinError, ValueError) as error:
             print(error, getattr(error, "detail", ""), sep="\n", file=sys.stderr)
             return 1

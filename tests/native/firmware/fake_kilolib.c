@@ -53,6 +53,8 @@ void set_motors(uint8_t left, uint8_t right) {
     fake.set_motors_calls++;
 }
 
+void delay(uint16_t ms) { fake.delayed_ms += ms; }
+
 void spinup_motors(void) { fake.spinup_calls++; }
 
 void set_color(uint8_t rgb) {

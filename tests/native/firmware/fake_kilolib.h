@@ -13,6 +13,7 @@ typedef struct {
     int spinup_calls;
     int set_color_calls;
     int rand_hard_calls;
+    int delayed_ms;
 } fake_robot_t;
 
 extern fake_robot_t fake;

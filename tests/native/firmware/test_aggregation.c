@@ -251,8 +251,85 @@ TEST(ticks_may_be_missed) {
     assert_true(fake.set_motors_calls > 1);
 }
 
+// What the robot would send now, if the medium took it.
+static message_t *ask(void) { return kilo_message_tx(); }
+
+static wire_tracking_t report_in(const message_t *message) {
+    assert_non_null(message);
+    assert_int_equal(message->type, WIRE_TYPE_TRACKING);
+    assert_int_equal(message->crc, message_crc(message));
+    return wire_get_tracking(message->data);
+}
+
+TEST(a_robot_that_shall_not_report_does_not) {
+    switch_on();
+    fake_setup();
+    for (int i = 0; i < 500; i++) {
+        tick();
+        assert_null(ask());
+    }
+}
+
+TEST(a_report_says_who_and_how_until_it_is_sent) {
+    switch_on();
+    configure(WIRE_KEY_TRACKING_TICKS, 61);
+    cell(0, WIRE_CELL_WALL);
+    fake_setup();
+    ticks(41);  // its uid is 42
+    assert_null(ask());
+    cell(3, 0);
+    tick();
+    const wire_tracking_t report = report_in(ask());
+    assert_int_equal(report.uid, 42);
+    assert_int_equal(report.led, fake.colour);
+    assert_int_equal(report.number, 1);
+    tick();
+    assert_ptr_equal(ask(), ask());  // the channel was busy: tried again
+    kilo_message_tx_success();
+    assert_null(ask());
+    ticks(60);
+    assert_int_equal(report_in(ask()).number, 2);
+    assert_int_equal(report_in(ask()).cell.site, 3);
+}
+
+TEST(a_report_is_left_behind_by_the_next) {
+    switch_on();
+    configure(WIRE_KEY_TRACKING_TICKS, 10);
+    fake_setup();
+    ticks(35);
+    assert_int_equal(report_in(ask()).number, 4);
+}
+
+TEST(a_resting_robot_signals_between_reports) {
+    switch_on_and_rest();
+    ticks(2);
+    assert_int_equal(ask()->type, WIRE_TYPE_SIGNAL);
+    kilo_message_tx_success();
+    assert_int_equal(ask()->type, WIRE_TYPE_SIGNAL);
+}
+
+TEST(a_report_takes_one_turn_of_the_signals) {
+    switch_on();
+    configure(WIRE_KEY_TRACKING_TICKS, 61);
+    configure(WIRE_KEY_ENTRY_TICKS, 0);
+    configure(WIRE_KEY_ALPHA, 0);
+    cell(1, 0);
+    fake_setup();
+    ticks(44);
+    assert_int_equal(report_in(ask()).led, RGB(3, 3, 3));
+    kilo_message_tx_success();
+    assert_int_equal(ask()->type, WIRE_TYPE_SIGNAL);
+    kilo_message_tx_success();
+    assert_int_equal(ask()->type, WIRE_TYPE_SIGNAL);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_robot_that_shall_not_report_does_not),
+        cmocka_unit_test(a_report_says_who_and_how_until_it_is_sent),
+        cmocka_unit_test(a_report_is_left_behind_by_the_next),
+        cmocka_unit_test(a_resting_robot_signals_between_reports),
+        cmocka_unit_test(a_report_takes_one_turn_of_the_signals),
         cmocka_unit_test(the_robot_starts_straight_on_with_a_push_and_its_led_off),
         cmocka_unit_test(motors_and_led_are_touched_only_when_they_change),
         cmocka_unit_test(

@@ -36,11 +36,24 @@ TEST(a_config_message_holds_range_key_and_value_low_bytes_first) {
     assert_int_equal(config.value, 0x96A7B8C9);
 }
 
+TEST(a_report_holds_uid_led_cell_and_number_in_seven_bytes) {
+    uint8_t data[WIRE_DATA_BYTES];
+    wire_put_tracking(data, (wire_tracking_t){0xABCD, 0x3F, {7, 1}, 0x1234});
+    assert_bytes(data, (const uint8_t[]){0xCD, 0xAB, 0x3F, 7, 1, 0x34, 0x12, 0, 0});
+    const wire_tracking_t report = wire_get_tracking(data);
+    assert_int_equal(report.uid, 0xABCD);
+    assert_int_equal(report.led, 0x3F);
+    assert_int_equal(report.cell.site, 7);
+    assert_int_equal(report.cell.flags, 1);
+    assert_int_equal(report.number, 0x1234);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_cell_message_holds_site_and_flags),
         cmocka_unit_test(a_signal_message_holds_the_uid_low_byte_first),
         cmocka_unit_test(a_config_message_holds_range_key_and_value_low_bytes_first),
+        cmocka_unit_test(a_report_holds_uid_led_cell_and_number_in_seven_bytes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -102,9 +102,9 @@ void Bench::hear(const message_t &message, distance_measurement_t strength) {
 void Bench::start() {
     run_ms(20);
     hear(make_message(RUN));
-    run_ms(2);
+    run_ms(12);  // an idle robot looks each 10 ms
     REQUIRE(board.failure() == "");
-    REQUIRE(byte("robot_state") == STATE_RUNNING);
+    REQUIRE(byte("kilolib_robot_state") == STATE_RUNNING);
 }
 
 int16_t Bench::ask(Request request, uint16_t argument) {

@@ -75,6 +75,10 @@ class Bench {
     void set(const std::string &symbol, uint32_t value, int bytes);
     uint32_t ticks() const { return word("kilo_ticks", 4); }
 
+    /// What the probe's callback got last.
+    uint32_t low_gain() const { return word("last_distance", 2); }
+    uint32_t high_gain() const { return word("last_distance", 4) >> 16; }
+
     std::shared_ptr<const FlashImage> flash;
     Chance chance{1};
     Calibration calibration;

@@ -20,9 +20,9 @@ TEST_CASE("a tick takes 32.768 ms while nothing is sent") {
     Bench bench("probe");
     bench.start();
     const uint32_t before = bench.ticks();
-    bench.run_ms(30000);
-    CHECK(bench.ticks() - before >= 915);
-    CHECK(bench.ticks() - before <= 916);
+    bench.run_ms(10000);
+    CHECK(bench.ticks() - before >= 305);
+    CHECK(bench.ticks() - before <= 306);
 }
 
 TEST_CASE("a frame has slots of 269 cycles, and another follows each 16 ticks") {
@@ -65,11 +65,11 @@ TEST_CASE("a robot that always finds the channel busy has 58.7 ticks a second an
     bench.board.shine({bench.board.now() + 10, bench.board.now() + 60000 * MS, {300, 600}});
     bench.run_ms(1000);
     const uint32_t before = bench.ticks();
-    bench.run_ms(20000);
-    const double rate = (bench.ticks() - before) / 20.0;
+    bench.run_ms(10000);
+    // A retry comes after 16.4 ms on average, with a deviation of 9.5 ms: 0.9 % for 580 of them.
+    const double rate = (bench.ticks() - before) / 10.0;
     CHECK(rate > 57);
     CHECK(rate < 60.5);
-    MESSAGE("ticks a second: ", rate);
     CHECK(bench.byte("sent") == sent);
 }
 

@@ -40,6 +40,7 @@ _NAMES = [
     "STEP_TICKS",
     "WALL_IGNORE_TICKS",
     "LEAVE_TURN",
+    "TRACKING_TICKS",
     "SIGNAL_FROM",
     "FIRST_LEAVE",
     "WALK_OUT",

@@ -1,0 +1,100 @@
+/// Where programs outside reach the emulated buses: a socketcand server on 127.0.0.1, or real
+/// SocketCAN interfaces.
+///
+/// The bridge lives in a thread of its own. The simulation and it exchange frames through bounded
+/// queues, and neither ever waits for the other: publish() hands over what ended on the buses,
+/// take() brings what programs outside want to send.
+///
+/// - A client that reads too slowly is dropped when it is `client_bytes` behind: the others lose
+///   nothing, the memory does not grow. A client that is gone is forgotten.
+/// - A client that sends faster than the simulation takes is not read any further until it does.
+/// - What a client sends comes back to the others when the simulation publishes it as from the
+///   host, not to itself: so SocketCAN does.
+/// - Lost frames and mistakes are counted, and what happened to clients is told in notes().
+#ifndef KILOTWIN_GRID_BRIDGE_H
+#define KILOTWIN_GRID_BRIDGE_H
+
+#include <memory>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "grid/can_frame.h"
+
+namespace kilotwin {
+
+/// No port, no such interface, no SocketCAN in this kernel: says what and why.
+struct BridgeError : std::runtime_error {
+    using runtime_error::runtime_error;
+};
+
+class Bridge {
+  public:
+    static constexpr uint16_t DEFAULT_PORT = 29536;  ///< socketcand's
+
+    struct Settings {
+        size_t buses = 1;  ///< named can0 to can{buses - 1}
+        /// Of the server; 0: any free one.
+        uint16_t port = DEFAULT_PORT;
+        /// If the port is in use, try so many more behind it.
+        uint16_t more_ports = 15;
+        /// Instead of the server: a SocketCAN interface for each bus, in their order.
+        std::vector<std::string> interfaces;
+        size_t client_bytes = 1 << 20;  ///< unsent text at which a client is dropped
+        size_t client_frames = 1024;    ///< waiting for take() at which a client is read no further
+        size_t clients = 64;            ///< at the same time; one more is turned away
+        /// So long after it asked for frames a client gets none, unless it sends something first:
+        /// python-can fails if one arrives together with the answer to its question.
+        double settle_s = 0.2;
+    };
+
+    /// Counted since the beginning.
+    struct Counts {
+        uint64_t published = 0;        ///< frames given to publish()
+        uint64_t lost_outgoing = 0;    ///< of these not handed on: thread or interface overloaded
+        uint64_t taken = 0;            ///< frames that take() gave
+        uint64_t lost_incoming = 0;    ///< that an interface had no place for
+        uint64_t malformed = 0;        ///< commands or frames not understood
+        uint64_t clients = 0;          ///< that ever connected
+        uint64_t clients_dropped = 0;  ///< since they were too slow or too many
+    };
+
+    /// A frame that a program outside sends.
+    struct Request {
+        uint32_t bus;
+        CanFrame frame;
+    };
+
+    /// Starts the thread. Throws BridgeError.
+    explicit Bridge(const Settings &settings);
+    /// Closes all connections.
+    ~Bridge();
+    Bridge(const Bridge &) = delete;
+    Bridge &operator=(const Bridge &) = delete;
+
+    /// The server's port; 0 if there is none.
+    uint16_t port() const;
+
+    /// Hands over frames that ended on the buses, in their order. Never waits.
+    void publish(std::span<const CanRecord> frames);
+
+    /// All frames that came in since the last call, in each client's order. Never waits.
+    std::vector<Request> take();
+
+    Counts counts() const;
+
+    /// Clients connected now.
+    size_t clients() const;
+
+    /// What happened to clients since the last call, a line each for people.
+    std::vector<std::string> notes();
+
+  private:
+    class Loop;
+    std::unique_ptr<Loop> loop_;
+};
+
+}  // namespace kilotwin
+
+#endif

@@ -1,0 +1,204 @@
+/// One CAN bus of 250 kbit/s: who may send when, how long it takes, what goes wrong (ISO 11898-1).
+///
+/// Modelled: arbitration by identifier, the exact length of each frame with its stuff bits, the
+/// acknowledgement, error frames, both error counters with error active, error passive and bus-off,
+/// automatic retransmission, recovery after 128 times 11 recessive bits. A node sends its frames in
+/// the order in which they were queued; one takes part in the arbitration at a frame's begin if it
+/// was queued by then.
+///
+/// Not modelled: two nodes that send the same identifier at once. On the wire both go on until
+/// their data differ, and then destroy each other's frames; here the lower node index goes first.
+/// The Kilogrid's identifiers to the host hold the sender's address, so it does not happen there.
+///
+/// An idle bus costs nothing. A frame costs O(log n) for n nodes, and n after an error, which every
+/// node counts.
+#ifndef KILOTWIN_GRID_CAN_BUS_H
+#define KILOTWIN_GRID_CAN_BUS_H
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "engine/chance.h"
+#include "engine/clock.h"
+#include "grid/can_frame.h"
+
+namespace kilotwin {
+
+constexpr Cycles CAN_BIT_CYCLES = 32;  ///< 4 us
+/// A frame that was hit by an error: error flag, the other nodes' flags behind it, delimiter.
+constexpr Cycles CAN_ERROR_FRAME_BITS = 6 + 6 + 8;
+constexpr Cycles CAN_INTERMISSION_BITS = 3;
+/// How long a node that is error passive waits longer than others after it has sent.
+constexpr Cycles CAN_SUSPEND_BITS = 8;
+
+/// Bits of `frame` on the wire, stuff bits included, from the start of frame to the last bit of the
+/// end of frame: 44 + 8 dlc and 0 to (33 + 8 dlc) / 4 stuff bits. Without the intermission.
+uint32_t can_frame_bits(const CanFrame &frame);
+
+/// Checksum of a frame's header and data, 15 bits.
+uint16_t can_crc15(const CanFrame &frame);
+
+class CanBus {
+  public:
+    struct Settings {
+        double error_share = 0;  ///< share of attempts to send that a disturbance destroys, 0 to 1
+    };
+
+    struct Node {
+        std::string name;
+        /// What it takes: a frame whose (frame id & mask) == (id & mask); empty: every frame. Each
+        /// node acknowledges every frame, whatever it takes.
+        std::vector<std::pair<uint16_t, uint16_t>> filters;  ///< id, mask
+        size_t tx_queue = 16;  ///< frames that may wait, the one on its way included
+    };
+
+    enum class State : uint8_t { ERROR_ACTIVE, ERROR_PASSIVE, BUS_OFF, DEAD };
+
+    /// A frame at its end. Its sender was told at the same moment that it went out.
+    struct Delivery {
+        Cycles begin, at;  ///< start of frame; end of its last bit
+        uint32_t sender;
+        CanFrame frame;
+        /// Who takes it, ascending; valid until the bus goes on.
+        const std::vector<uint32_t> *receivers;
+    };
+
+    /// What happened on the bus so far.
+    struct Counts {
+        uint64_t frames = 0;            ///< that reached their end
+        Cycles busy = 0;                ///< with frames, error frames and intermissions
+        uint64_t error_frames = 0;      ///< attempts destroyed, by whatever reason ...
+        uint64_t not_acknowledged = 0;  ///< ... of these: since no other node lives
+        uint64_t went_bus_off = 0;      ///< nodes that did, by errors or by bus_off()
+        /// Frames that never reached their end.
+        uint64_t lost_queue_full = 0;  ///< refused by queue()
+        uint64_t lost_bus_off = 0;     ///< refused, or waiting when their node went bus-off
+        uint64_t lost_dead = 0;        ///< refused, or waiting when their node died
+    };
+
+    /// `bus` is the bus's index in the grid: whose luck it is.
+    CanBus(const Settings &settings, const Chance &chance, uint32_t bus);
+
+    /// Adds a node, error active; its index. Only while nothing has been sent.
+    uint32_t attach(const Node &node);
+
+    /// `node` wants to send `frame` from `at` on, which is not before the end of the last run().
+    /// False, and counted as lost, if its queue is full, it is bus-off or dead.
+    bool queue(uint32_t node, Cycles at, const CanFrame &frame);
+
+    /// The earliest moment at which a frame can reach its end, with what is queued now; NEVER if
+    /// none waits or nobody lives to acknowledge it.
+    Cycles next() const;
+
+    /// Lives through everything strictly before `until`; calls `on_delivery(const Delivery &)` for
+    /// every frame that ends, in order of time. It may queue frames from the delivery's time on.
+    template <typename OnDelivery> void run(Cycles until, OnDelivery &&on_delivery) {
+        while (const Delivery *delivery = step(until)) on_delivery(*delivery);
+    }
+
+    // Faults. The bus has been run up to `at`.
+
+    /// Its power goes: what it was sending breaks off, what it wanted to send is lost.
+    void kill(uint32_t node, Cycles at);
+    /// Takes it bus-off, as 32 errors in a row do. Unless `held`, it recovers as controllers do by
+    /// themselves; if held, when recover() says so.
+    void bus_off(uint32_t node, Cycles at, bool held = false);
+    /// A dead node is powered again, with error counters of 0. A held one begins its recovery.
+    void recover(uint32_t node, Cycles at);
+
+    size_t nodes() const { return nodes_.size(); }
+    const std::string &name(uint32_t node) const { return nodes_[node].name; }
+    State state(uint32_t node) const { return nodes_[node].state; }
+    uint32_t transmit_errors(uint32_t node) const { return nodes_[node].transmit_errors; }
+    uint32_t receive_errors(uint32_t node) const { return nodes_[node].receive_errors; }
+    /// Frames that wait at `node`, the one on its way included.
+    size_t queued(uint32_t node) const { return nodes_[node].size; }
+    const Counts &counts() const { return counts_; }
+    /// Share of the time from 0 to `now` in which the bus was not free.
+    double load(Cycles now) const;
+
+  private:
+    struct Queued {
+        Cycles at;  ///< not before
+        CanFrame frame;
+        uint16_t bits;
+    };
+    struct NodeState {
+        std::string name;
+        State state = State::ERROR_ACTIVE;
+        bool held = false;  ///< bus-off until told to recover
+        uint32_t transmit_errors = 0, receive_errors = 0;
+        Cycles since = 0;  ///< what began earlier it does not receive
+        /// A ring; grows up to `most`.
+        std::vector<Queued> ring;
+        size_t first = 0, size = 0, most;
+        std::vector<std::pair<uint16_t, uint16_t>> filters;
+    };
+    /// The first frame of a node's queue. Kept in two heaps: `ready_` can begin when the bus is
+    /// free, `waiting_` later.
+    struct Head {
+        Cycles at;
+        uint16_t id;
+        uint32_t node;
+    };
+    enum class Outcome : uint8_t { ARRIVES, DISTURBED, NOT_ACKNOWLEDGED, BROKEN_OFF };
+    /// A bus-off node on its way back.
+    struct Recovery {
+        uint32_t node;
+        Cycles from;         ///< since when the bus is recessive, for it
+        uint32_t remaining;  ///< of RECOVERY_SEQUENCES
+    };
+
+    const Delivery *step(Cycles until);
+    bool begin_attempt(Cycles until);
+    void settle_outcome();
+    const Delivery *end_delivered();
+    void end_failed();
+    void free_bus(Cycles end, Cycles recessive_from);
+    void add_head(uint32_t node, Cycles not_before);
+    void remove_head(uint32_t node);
+    void drop_queue(uint32_t node, uint64_t &lost);
+    void leave(uint32_t node, State state, Cycles at, uint64_t &lost);
+    void go_bus_off(uint32_t node, Cycles at);
+    void revive(uint32_t node, Cycles at);
+    void recover_until(Cycles until, bool gap_ends);
+    void count_transmit_error(uint32_t node, uint32_t by);
+    void count_receive_errors(uint32_t sender);
+    void count_receptions(uint32_t sender);
+    void update_state(uint32_t node);
+    bool lives(uint32_t node) const { return nodes_[node].state <= State::ERROR_PASSIVE; }
+    const std::vector<uint32_t> &takers(uint16_t id);
+    const std::vector<uint32_t> *receivers(const CanFrame &frame);
+    Queued &head(uint32_t node) { return nodes_[node].ring[nodes_[node].first]; }
+    const Queued &head(uint32_t node) const { return nodes_[node].ring[nodes_[node].first]; }
+
+    double error_share_;
+    Chance chance_;
+    uint32_t bus_;
+    std::vector<NodeState> nodes_;
+    size_t live_ = 0;
+    Cycles youngest_ = 0;  ///< the latest `since` of all nodes
+
+    std::vector<Head> ready_;    ///< heap: lowest identifier, then lowest node
+    std::vector<Head> waiting_;  ///< heap: earliest, then as in ready_
+    Cycles free_at_ = 0;         ///< when the last intermission ends
+
+    bool on_wire_ = false;
+    uint32_t sender_ = 0;
+    Cycles begin_ = 0, end_ = 0;
+    Outcome outcome_ = Outcome::ARRIVES;
+    uint64_t attempts_ = 0;  ///< with error_share: draws made
+    Delivery delivery_{};
+
+    std::vector<uint32_t> erring_;  ///< nodes whose receive error counter is not 0
+    std::vector<Recovery> recoveries_;
+    std::vector<std::vector<uint32_t>> takers_;  ///< by identifier, made when first asked
+    std::vector<bool> takers_known_;
+    std::vector<uint32_t> some_takers_;  ///< of one delivery, if not all take it
+    Counts counts_;
+};
+
+}  // namespace kilotwin
+
+#endif

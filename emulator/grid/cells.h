@@ -1,0 +1,109 @@
+/// Where the cells of a Kilogrid lie: module, cell, place and CAN bus, one from the other.
+///
+/// The grid's centre is the arena's centre, (0, 0). A module is 10 cm wide and has 2 x 2 cells;
+/// module (x, y) = (column, row) counts from the lower left, y upwards. Cells of a module: 0 top
+/// left, 1 top right, 2 bottom left, 3 bottom right (hardware.md 3.1). Buses take whole rows, as
+/// equally as can be, the lowest rows first.
+#ifndef KILOTWIN_GRID_CELLS_H
+#define KILOTWIN_GRID_CELLS_H
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <optional>
+
+namespace kilotwin {
+
+constexpr double CELL_M = 0.05;
+constexpr double MODULE_M = 2 * CELL_M;
+
+class GridLayout {
+  public:
+    static constexpr uint32_t MODULE_CELLS = 4;
+    /// What five bits of address tell apart; the sixth value means all (hardware.md 3.2).
+    static constexpr uint32_t MOST_COLUMNS = 31, MOST_ROWS = 31;
+    static constexpr uint32_t MOST_MODULES_PER_BUS = 112;
+
+    /// EngineError for a grid that cannot be wired: no modules, more than 31 x 31, no bus, more
+    /// buses than rows, more than 112 modules on one bus.
+    GridLayout(uint32_t columns, uint32_t rows, uint32_t buses);
+
+    uint32_t columns() const { return columns_; }
+    uint32_t rows() const { return rows_; }
+    uint32_t buses() const { return buses_; }
+    uint32_t modules() const { return columns_ * rows_; }
+    uint32_t cells() const { return MODULE_CELLS * modules(); }
+
+    // Modules are numbered row by row, from the lower left.
+    uint32_t module(uint32_t x, uint32_t y) const { return y * columns_ + x; }
+    uint32_t x(uint32_t module) const { return module % columns_; }
+    uint32_t y(uint32_t module) const { return module / columns_; }
+
+    uint32_t bus(uint32_t module) const { return bus_of_row(y(module)); }
+
+    /// The rows of a bus: the first one, and for `bus + 1` the one behind its last.
+    uint32_t first_row(uint32_t bus) const { return bus * rows_ / buses_; }
+
+    // Cells are numbered through: four to a module.
+    static uint32_t module_of(uint32_t cell) { return cell / MODULE_CELLS; }
+    static uint8_t index_in_module(uint32_t cell) {
+        return static_cast<uint8_t>(cell % MODULE_CELLS);
+    }
+
+    /// A cell's middle, m.
+    Eigen::Vector2d centre(uint32_t cell) const;
+
+    /// The cell in this column and row of cells, from the lower left.
+    uint32_t cell(uint32_t column, uint32_t row) const {
+        const uint32_t left = column % 2, top = row % 2;
+        return MODULE_CELLS * module(column / 2, row / 2) + (top ? 0 : 2) + left;
+    }
+    uint32_t cell_column(uint32_t cell) const { return 2 * x(module_of(cell)) + cell % 2; }
+    uint32_t cell_row(uint32_t cell) const {
+        return 2 * y(module_of(cell)) + (cell % MODULE_CELLS < 2 ? 1 : 0);
+    }
+
+    /// The cell below a place; none beside the grid. A border belongs to the cell to its right, or
+    /// above it.
+    std::optional<uint32_t> below(const Eigen::Vector2d &place) const;
+
+    /// Calls visit(cell, distance in m) for every cell whose middle is at most `range_m` away, row
+    /// by row from the lower left.
+    template <typename Visit>
+    void for_each_within(const Eigen::Vector2d &place, double range_m, Visit visit) const {
+        const Eigen::Vector2d from = place - corner_;
+        const int64_t first_column = first(from.x() - range_m),
+                      last_column = last(from.x() + range_m, 2 * columns_),
+                      last_row = last(from.y() + range_m, 2 * rows_);
+        for (int64_t row = first(from.y() - range_m); row <= last_row; row++)
+            for (int64_t column = first_column; column <= last_column; column++) {
+                const Eigen::Vector2d middle((static_cast<double>(column) + 0.5) * CELL_M,
+                                             (static_cast<double>(row) + 0.5) * CELL_M);
+                const double distance = (middle - from).norm();
+                if (distance <= range_m)
+                    visit(cell(static_cast<uint32_t>(column), static_cast<uint32_t>(row)),
+                          distance);
+            }
+    }
+
+  private:
+    uint32_t bus_of_row(uint32_t row) const;
+
+    /// The first cell along an axis whose middle is not before `from`, and the last not behind
+    /// `to`.
+    static int64_t first(double from) {
+        return std::max<int64_t>(static_cast<int64_t>(std::ceil(from / CELL_M - 0.5)), 0);
+    }
+    static int64_t last(double to, uint32_t count) {
+        return std::min<int64_t>(static_cast<int64_t>(std::floor(to / CELL_M - 0.5)),
+                                 static_cast<int64_t>(count) - 1);
+    }
+
+    uint32_t columns_, rows_, buses_;
+    Eigen::Vector2d corner_;  ///< the lower left one
+};
+
+}  // namespace kilotwin
+
+#endif

@@ -1,0 +1,331 @@
+#include "grid/grid.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "address.h"
+
+namespace kilotwin {
+
+namespace {
+
+// As many as the host's software queues hold before it has to wait.
+constexpr size_t HOST_QUEUE = 4096;
+// A module's answer to a poll, ten records and their announcement, and whatever its program sends
+// meanwhile.
+constexpr size_t MODULE_QUEUE = 32;
+constexpr double CLOCK_LIMIT = 3;  // of the spread
+constexpr uint32_t COUNTER_MAX = 255;
+
+}  // namespace
+
+Grid::Grid(const Settings &settings, const Chance &chance, Cycles power_up, Cycles zero,
+           bool gains_are_mm, bool run_ahead)
+    : layout_(settings.columns, settings.rows, settings.buses),
+      infrared_(settings.infrared),
+      chance_(chance),
+      zero_(zero),
+      run_ahead_(run_ahead),
+      context_{chance, events_, gains_are_mm},
+      faults_(settings.faults),
+      due_(layout_.modules(), 0),
+      robots_about_(layout_.modules(), 0),
+      promised_(layout_.modules(), 0),
+      dead_(layout_.modules(), false),
+      host_queue_(layout_.buses()),
+      robots_near_(layout_.cells()) {
+    for (const Fault &fault : faults_)
+        if (fault.x >= layout_.columns() || fault.y >= layout_.rows())
+            throw EngineError("a fault names module " + std::to_string(fault.x) + ", " +
+                              std::to_string(fault.y) + ", which the grid does not have");
+    std::stable_sort(faults_.begin(), faults_.end(),
+                     [](const Fault &a, const Fault &b) { return a.at_tick < b.at_tick; });
+    create_modules(settings, power_up);
+    attach_to_buses(settings.error_share);
+}
+
+Grid::~Grid() = default;
+
+void Grid::create_modules(const Settings &settings, Cycles power_up) {
+    auto program = Program::load(settings.program, settings.name);
+    const auto *table = program->table().module;
+    acts_alone_ = table != nullptr && table->acts_alone != nullptr;
+    const size_t stride = (program->state_bytes() + 63) / 64 * 64;
+    images_.reset(new uint8_t[stride * layout_.modules()]);
+    for (uint32_t index = 0; index < layout_.modules(); index++) {
+        const double when = chance_.uniform(index, Purpose::MODULE_POWER_UP, 0);
+        const double luck =
+            std::clamp(chance_.normal(index, Purpose::MODULE_CLOCK, 0), -CLOCK_LIMIT, CLOCK_LIMIT);
+        const double tick = static_cast<double>(TICK_CYCLES) * (1 + infrared_.clock_spread * luck);
+        modules_.emplace_back(context_, program, index, static_cast<uint8_t>(layout_.x(index)),
+                              static_cast<uint8_t>(layout_.y(index)),
+                              static_cast<Cycles>(tick + 0.5),
+                              static_cast<Cycles>(when * static_cast<double>(power_up)),
+                              images_.get() + index * stride);
+        schedule(index);
+    }
+}
+
+void Grid::attach_to_buses(double error_share) {
+    for (uint32_t bus = 0; bus < layout_.buses(); bus++) {
+        buses_.emplace_back(CanBus::Settings{error_share}, chance_, bus);
+        buses_.back().attach({"host", {{KILOGRID_HOST_ID, KILOGRID_HOST_MASK}}, HOST_QUEUE});
+        module_of_node_.push_back({UINT32_MAX});
+    }
+    for (uint32_t index = 0; index < layout_.modules(); index++) {
+        CanBus::Node node;
+        node.name = std::to_string(layout_.x(index)) + ", " + std::to_string(layout_.y(index));
+        for (uint16_t id : modules_[index].filters())
+            node.filters.emplace_back(id, KILOGRID_MODULE_MASK);
+        node.tx_queue = MODULE_QUEUE;
+        const uint32_t bus = layout_.bus(index);
+        node_.push_back(buses_[bus].attach(node));
+        module_of_node_[bus].push_back(index);
+    }
+}
+
+// Who is near whom
+
+double Grid::range_m(uint32_t robot, Cycles at) const {
+    if (infrared_.weak_share == 0) return infrared_.robot_range_m;
+    // Robots' spells do not begin together.
+    const double phase = chance_.uniform(robot, Purpose::WEAK_LIGHT, 0);
+    const auto spell = static_cast<uint64_t>(seconds(at) / infrared_.weak_spell_s + phase);
+    const bool weak = chance_.uniform(robot, Purpose::WEAK_LIGHT, 1 + spell) < infrared_.weak_share;
+    return weak ? infrared_.weak_range_m : infrared_.robot_range_m;
+}
+
+void Grid::look_around(Cycles until, double way_m, const std::vector<Eigen::Vector2d> &positions) {
+    const double farthest =
+        std::max({infrared_.cell_range_m, infrared_.robot_range_m, infrared_.weak_range_m});
+    lists_until_ = until;
+    for (auto &robots : robots_near_) robots.clear();
+    std::fill(robots_about_.begin(), robots_about_.end(), 0);
+    cells_near_.resize(positions.size());
+    for (uint32_t robot = 0; robot < positions.size(); robot++) {
+        cells_near_[robot].clear();
+        layout_.for_each_within(positions[robot], farthest + way_m, [&](uint32_t cell, double) {
+            cells_near_[robot].push_back(cell);
+            robots_near_[cell].push_back(robot);
+            robots_about_[GridLayout::module_of(cell)]++;
+        });
+    }
+}
+
+/// Whether nothing but itself can make the module do something before limit_ and lists_until_.
+bool Grid::alone(uint32_t module) const {
+    return run_ahead_ && !acts_alone_ && robots_about_[module] == 0 && promised_[module] == 0;
+}
+
+// Modules
+
+Cycles Grid::next() const {
+    Cycles first = next_fault();
+    if (!schedule_.empty()) first = std::min(first, schedule_.top().at);
+    for (const CanBus &bus : buses_) first = std::min(first, bus.next());
+    return first;
+}
+
+std::optional<uint32_t> Grid::run(Cycles until) {
+    for (;;) {
+        while (!schedule_.empty() && due_[schedule_.top().module] != schedule_.top().at)
+            schedule_.pop();
+        const Cycles module_at = schedule_.empty() ? NEVER : schedule_.top().at;
+        const Cycles fault_at = next_fault();
+        uint32_t bus = 0;
+        Cycles bus_at = NEVER;
+        for (uint32_t i = 0; i < layout_.buses(); i++)
+            if (const Cycles at = buses_[i].next(); at < bus_at) {
+                bus_at = at;
+                bus = i;
+            }
+        if (std::min({module_at, fault_at, bus_at}) >= until) return std::nullopt;
+        if (bus_at <= std::min(fault_at, module_at)) {
+            run_bus(bus, bus_at + 1);
+        } else if (fault_at <= module_at) {
+            apply(faults_[next_fault_++], fault_at);
+        } else {
+            const uint32_t module = schedule_.top().module;
+            schedule_.pop();
+            if (attend(module, module_at)) return module;
+        }
+    }
+}
+
+/// Runs a module that is due. True if it asks to send where it matters.
+bool Grid::attend(uint32_t index, Cycles at) {
+    Module &module = modules_[index];
+    const Cycles until =
+        alone(index) ? std::max(std::min({limit_, lists_until_, next_fault()}), at + 1) : at + 1;
+    for (;;) {
+        module.run(until);
+        send_frames(index);
+        if (!module.asks()) break;
+        if (robots_about_[index] > 0) {
+            due_[index] = NEVER;
+            return true;
+        }
+        counts.sent++;
+        counts.unheard++;
+        module.answer(Module::Answer::SENT);
+    }
+    schedule(index);
+    return false;
+}
+
+void Grid::answer(uint32_t index, Cycles asked, Module::Answer answer) {
+    if (dead_[index] || !modules_[index].asks() || modules_[index].outgoing().at != asked) return;
+    if (answer == Module::Answer::SENT)
+        counts.sent++;
+    else
+        counts.put_off++;
+    modules_[index].answer(answer);
+    schedule(index);
+}
+
+void Grid::send_frames(uint32_t index) {
+    auto &frames = modules_[index].can_frames;
+    for (const CanOutput &output : frames)
+        buses_[layout_.bus(index)].queue(node_[index], output.at, output.frame);
+    frames.clear();
+}
+
+/// Notes when a module has to be looked at next.
+void Grid::schedule(uint32_t index) {
+    if (dead_[index] || modules_[index].asks()) {
+        due_[index] = NEVER;
+        return;
+    }
+    const Cycles at = std::max(modules_[index].next_event(), modules_[index].now());
+    if (at == due_[index] && at != 0) return;
+    due_[index] = at;
+    if (at != NEVER) schedule_.push({at, index});
+}
+
+void Grid::receive_ir(Cycles at, uint32_t cell, const message_t &message,
+                      distance_measurement_t distance, bool crc_error) {
+    const uint32_t module = GridLayout::module_of(cell);
+    if (dead_[module]) return;
+    modules_[module].receive_ir(at, GridLayout::index_in_module(cell), message, distance,
+                                crc_error);
+    schedule(module);
+}
+
+CellLight Grid::light(uint32_t cell, Cycles at) {
+    const uint32_t module = GridLayout::module_of(cell);
+    if (dead_[module]) return {};
+    // It may have been left behind; what it does up to now is heard by nobody.
+    if (!modules_[module].asks()) modules_[module].run(at);
+    return modules_[module].light(GridLayout::index_in_module(cell), at);
+}
+
+// Buses
+
+bool Grid::can_send(Cycles now, uint32_t bus, const CanFrame &frame) {
+    if (bus >= layout_.buses())
+        throw EngineError("there is no bus " + std::to_string(bus) + "; the grid has " +
+                          std::to_string(layout_.buses()) + ", from 0");
+    if (!buses_[bus].queue(HOST, now, frame)) return false;
+    host_queue_[bus].push_back(frame.id);
+    for_each_taker(bus, frame.id, [&](uint32_t module) { promised_[module]++; });
+    return true;
+}
+
+void Grid::run_bus(uint32_t index, Cycles until) {
+    CanBus &bus = buses_[index];
+    bus.run(until, [&](const CanBus::Delivery &delivery) { deliver(index, delivery); });
+    if (!host_queue_[index].empty() && bus.queued(HOST) == 0) keep_promises(index, false);
+}
+
+void Grid::deliver(uint32_t bus, const CanBus::Delivery &delivery) {
+    const bool from_host = delivery.sender == HOST;
+    frames_.push_back({delivery.at, bus, delivery.frame, from_host});
+    if (from_host) keep_promises(bus, true);
+    for (uint32_t node : *delivery.receivers) {
+        if (node == HOST) continue;
+        const uint32_t index = module_of_node_[bus][node];
+        if (dead_[index]) continue;
+        auto counter = [](uint32_t errors) {
+            return static_cast<uint8_t>(std::min(errors, COUNTER_MAX));
+        };
+        modules_[index].set_can_errors(counter(buses_[bus].transmit_errors(node)),
+                                       counter(buses_[bus].receive_errors(node)));
+        modules_[index].receive_can(delivery.at, delivery.frame);
+        schedule(index);
+    }
+}
+
+/// The modules of a bus that take frames with this identifier.
+template <typename Visit> void Grid::for_each_taker(uint32_t bus, uint16_t id, Visit visit) const {
+    kilogrid_address_t to;
+    if (!kilogrid_address(id, &to) || to.type == ADDR_DISPATCHER) return;
+    for (uint32_t y = layout_.first_row(bus); y < layout_.first_row(bus + 1); y++) {
+        if ((to.type == ADDR_ROW || to.type == ADDR_INDIVIDUAL) && y != to.y) continue;
+        for (uint32_t x = 0; x < layout_.columns(); x++)
+            if ((to.type != ADDR_COLUMN && to.type != ADDR_INDIVIDUAL) || x == to.x)
+                visit(layout_.module(x, y));
+    }
+}
+
+/// The host's first frame, or all that it had queued on the bus, are no longer under way.
+void Grid::keep_promises(uint32_t bus, bool one) {
+    auto &queue = host_queue_[bus];
+    while (!queue.empty()) {
+        for_each_taker(bus, queue.front(), [&](uint32_t module) { promised_[module]--; });
+        queue.pop_front();
+        if (one) return;
+    }
+}
+
+std::vector<Grid::LoggedFrame> Grid::take_frames() {
+    // Buses are run one after the other.
+    std::stable_sort(frames_.begin(), frames_.end(), [](const auto &a, const auto &b) {
+        return a.at != b.at ? a.at < b.at : a.bus < b.bus;
+    });
+    return std::exchange(frames_, {});
+}
+
+Events Grid::take_events() {
+    std::stable_sort(events_.begin(), events_.end(), [](const Event &a, const Event &b) {
+        return a.at != b.at ? a.at < b.at : a.robot < b.robot;
+    });
+    return std::exchange(events_, {});
+}
+
+// Faults
+
+Cycles Grid::fault_time(const Fault &fault) const {
+    return zero_ + static_cast<Cycles>(fault.at_tick) * TICK_CYCLES;  // negative ticks wrap
+}
+
+Cycles Grid::next_fault() const {
+    return next_fault_ < faults_.size() ? fault_time(faults_[next_fault_]) : NEVER;
+}
+
+void Grid::apply(const Fault &fault, Cycles at) {
+    const uint32_t index = layout_.module(fault.x, fault.y), node = node_[index];
+    CanBus &bus = buses_[layout_.bus(index)];
+    run_bus(layout_.bus(index), at);
+    Module &module = modules_[index];
+    switch (fault.kind) {
+    case Fault::Kind::DEAD:
+        dead_[index] = true;
+        bus.kill(node, at);
+        break;
+    case Fault::Kind::RESET:
+        bus.kill(node, at);
+        bus.recover(node, at);
+        dead_[index] = false;
+        module.reset(at);
+        break;
+    case Fault::Kind::BUS_OFF: bus.bus_off(node, at, true); break;
+    case Fault::Kind::RECOVER:
+        bus.recover(node, at);
+        if (dead_[index]) module.reset(at);
+        dead_[index] = false;
+        break;
+    }
+    schedule(index);
+}
+
+}  // namespace kilotwin

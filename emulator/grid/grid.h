@@ -1,0 +1,218 @@
+/// A Kilogrid: modules, the CAN buses between them and the host, faults, and which robots are near
+/// which cell.
+///
+/// Everything happens in order of time. Next is what comes first of: a frame that ends on a bus (the
+/// lowest bus first), a fault, a module that has something to say (the lowest module first). A
+/// module is left behind until it may be heard, and run ahead where nobody can reach it: while no
+/// robot is near its cells, no frame of the host waits for it, and its program cannot address other
+/// modules. Neither changes a result. Infrared that somebody may hear is the medium's: run() stops
+/// where a module is about to send.
+#ifndef KILOTWIN_GRID_GRID_H
+#define KILOTWIN_GRID_GRID_H
+
+#include <Eigen/Core>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <queue>
+#include <string>
+#include <vector>
+
+#include "engine/chance.h"
+#include "engine/clock.h"
+#include "engine/events.h"
+#include "grid/can_bus.h"
+#include "grid/cells.h"
+#include "guest/module.h"
+
+namespace kilotwin {
+
+/// Infrared between robots and cells. The defaults make a grid of 10 x 20 modules hear 100 random
+/// walkers as the real one did (hardware.md 2.1; `kilotwin compare kilogrid-uplink`); what each
+/// stands for and what is assumed is in docs/limits.md.
+struct CellInfrared {
+    /// A robot hears cells whose middle is so near to its own: all of a cell, to its corners.
+    double cell_range_m = 0.036;
+    /// A cell hears robots so near to its middle. Decides how many cells a frame reaches, and so
+    /// the share that is heard at all (a receiver listens to one cell of four) and heard twice.
+    double robot_range_m = 0.045;
+    /// Share of the time that a robot is hardly heard, in spells of `weak_spell_s`, and how near it
+    /// must be meanwhile: what gives the log its gaps of minutes.
+    double weak_share = 0.3;
+    double weak_range_m = 0.01;
+    double weak_spell_s = 120;
+    /// Share of frames lost at a cell for no other reason.
+    double loss = 0.02;
+    /// sd of the modules' oscillators, share. They are crystals.
+    double clock_spread = 1e-4;
+};
+
+class Grid {
+  public:
+    struct Fault {
+        enum class Kind : uint8_t {
+            DEAD,     ///< power gone
+            RESET,    ///< power gone for a moment
+            BUS_OFF,  ///< the CAN controller, until RECOVER
+            RECOVER,  ///< of DEAD or BUS_OFF
+        };
+        int64_t at_tick;  ///< since t = 0
+        Kind kind;
+        uint32_t x, y;
+    };
+
+    struct Settings {
+        uint32_t columns, rows, buses;
+        std::string program;  ///< path of the guest
+        std::string name;     ///< of the program
+        CellInfrared infrared;
+        std::vector<Fault> faults;
+        double error_share = 0;  ///< of frames on the buses that a disturbance destroys
+    };
+
+    /// A frame that ended on a bus.
+    struct LoggedFrame {
+        Cycles at;
+        uint32_t bus;
+        CanFrame frame;
+        bool from_host;
+    };
+
+    struct Counts {
+        uint64_t sent = 0;       ///< frames of cells, and of these ...
+        uint64_t unheard = 0;    ///< ... that nobody was near enough to hear
+        uint64_t put_off = 0;    ///< attempts that found the channel busy, or a frame coming in
+        uint64_t received = 0;   ///< frames of robots that a cell heard ...
+        uint64_t collided = 0;   ///< ... or would have, but for another robot's
+        uint64_t deaf = 0;       ///< ... but that its module was sending
+        uint64_t elsewhere = 0;  ///< ... but that its module listened to another cell
+        uint64_t lost = 0;       ///< ... but for chance
+    };
+
+    /// Modules are switched on between 0 and `power_up`. t = 0 of faults is `zero`. Without
+    /// `run_ahead` no module is run farther than it must.
+    Grid(const Settings &settings, const Chance &chance, Cycles power_up, Cycles zero,
+         bool gains_are_mm, bool run_ahead);
+    ~Grid();
+
+    /// To be called by a thread before it runs grids.
+    static void serve_this_thread() { Module::serve_this_thread(); }
+
+    const GridLayout &layout() const { return layout_; }
+    const CellInfrared &infrared() const { return infrared_; }
+
+    /// Where robots are now. Until `until` none moves farther than `way_m`: then this has to be
+    /// called again.
+    void look_around(Cycles until, double way_m, const std::vector<Eigen::Vector2d> &positions);
+
+    /// Robots that may come within any range of `cell` before the next look_around(), ascending.
+    const std::vector<uint32_t> &robots_near(uint32_t cell) const { return robots_near_[cell]; }
+    /// Cells that `robot` may come near to, as far.
+    const std::vector<uint32_t> &cells_near(uint32_t robot) const { return cells_near_[robot]; }
+
+    /// How near to a cell's middle `robot` must be to be heard there at `at`.
+    double range_m(uint32_t robot, Cycles at) const;
+
+    /// The host may speak again at `limit`, not before.
+    void no_host_before(Cycles limit) { limit_ = limit; }
+
+    /// Queues a frame at the host's node of `bus` at `now`; false, and counted as lost, if the queue
+    /// is full. EngineError for a bus that is not there.
+    bool can_send(Cycles now, uint32_t bus, const CanFrame &frame);
+
+    /// The earliest moment at which anything happens here.
+    Cycles next() const;
+
+    /// Lives through everything strictly before `until`. Returns early when a module, which it
+    /// names, is about to send from a cell where somebody may hear it or be heard: that module waits
+    /// for answer().
+    std::optional<uint32_t> run(Cycles until);
+
+    /// What became of what `module` was about to send at `asked`; without meaning if it lost its
+    /// power since.
+    void answer(uint32_t module, Cycles asked, Module::Answer answer);
+
+    Module &module(uint32_t index) { return modules_[index]; }
+    const Module &module(uint32_t index) const { return modules_[index]; }
+    /// Whether it has power.
+    bool lives(uint32_t module) const { return !dead_[module]; }
+
+    /// The earliest moment at which `module` may be about to send; NEVER while it waits for an
+    /// answer.
+    Cycles next_event(uint32_t module) const { return due_[module]; }
+
+    /// A frame of a robot ends at `at`, at a cell that listened. All before `at` has been lived
+    /// through.
+    void receive_ir(Cycles at, uint32_t cell, const message_t &message,
+                    distance_measurement_t distance, bool crc_error);
+
+    /// What the LEDs of a cell show at `at`, up to which everything has been lived through.
+    CellLight light(uint32_t cell, Cycles at);
+
+    std::vector<LoggedFrame> take_frames();
+    Events take_events();  ///< of module programs; `robot` is the module's index
+    const CanBus &bus(uint32_t index) const { return buses_[index]; }
+    /// Of a module on its bus; the host is node 0 of each.
+    uint32_t node(uint32_t module) const { return node_[module]; }
+
+    Counts counts;
+
+  private:
+    static constexpr uint32_t HOST = 0;
+
+    struct Due {
+        Cycles at;
+        uint32_t module;
+        bool operator>(const Due &other) const {
+            return at != other.at ? at > other.at : module > other.module;
+        }
+    };
+
+    void create_modules(const Settings &settings, Cycles power_up);
+    void attach_to_buses(double error_share);
+    bool alone(uint32_t module) const;
+    bool attend(uint32_t module, Cycles at);
+    void send_frames(uint32_t module);
+    void schedule(uint32_t module);
+    void run_bus(uint32_t bus, Cycles until);
+    void deliver(uint32_t bus, const CanBus::Delivery &delivery);
+    template <typename Visit> void for_each_taker(uint32_t bus, uint16_t id, Visit visit) const;
+    void keep_promises(uint32_t bus, bool one);
+    void apply(const Fault &fault, Cycles at);
+    Cycles fault_time(const Fault &fault) const;
+    Cycles next_fault() const;
+
+    GridLayout layout_;
+    CellInfrared infrared_;
+    const Chance &chance_;
+    Cycles zero_;
+    bool run_ahead_;
+    Events events_;
+    ModuleContext context_;
+    std::unique_ptr<uint8_t[]> images_;
+    std::deque<Module> modules_;
+    std::deque<CanBus> buses_;
+    std::vector<Fault> faults_;  ///< in order of time
+    size_t next_fault_ = 0;
+    std::vector<LoggedFrame> frames_;
+    Cycles limit_ = 0;        ///< the host is silent until then
+    Cycles lists_until_ = 0;  ///< who is near whom holds until then
+
+    // By module.
+    std::vector<uint32_t> node_;
+    std::vector<Cycles> due_;             ///< when it has to be looked at; NEVER while it asks
+    std::vector<uint32_t> robots_about_;  ///< entries of its cells in robots_near_
+    std::vector<uint32_t> promised_;      ///< frames of the host that are under way to it
+    std::vector<bool> dead_;
+    bool acts_alone_ = false;  ///< their program may address other modules
+
+    std::vector<std::vector<uint32_t>> module_of_node_;  ///< by bus and node
+    std::vector<std::deque<uint16_t>> host_queue_;       ///< by bus: identifiers, first one first
+    std::priority_queue<Due, std::vector<Due>, std::greater<>> schedule_;  ///< some out of date
+    std::vector<std::vector<uint32_t>> robots_near_;                       ///< by cell
+    std::vector<std::vector<uint32_t>> cells_near_;                        ///< by robot
+};
+
+}  // namespace kilotwin
+
+#endif

@@ -1,0 +1,65 @@
+/// Tells a program that waits from one that computes, when it does not come back.
+///
+/// The compiler's instrumentation counts basic blocks down from a budget. When that is spent, the
+/// program's memory is looked at block by block: if it comes back to where it was, the program goes
+/// round in circles until an interrupt changes something. If not, it computes, which must end some
+/// day.
+#ifndef KILOTWIN_GUEST_BUSY_WATCH_H
+#define KILOTWIN_GUEST_BUSY_WATCH_H
+
+#include <cstdint>
+
+#include "engine/clock.h"
+#include "guest/program.h"
+
+namespace kilotwin {
+
+/// A basic block takes an AVR about ten cycles, so a program may pass through this many in a tick's
+/// time.
+constexpr int32_t BLOCKS_PER_TICK = TICK_CYCLES / 10;
+
+class BusyWatch {
+  public:
+    enum class Finding : uint8_t {
+        LOOKING,  ///< go on for one block
+        WAITS,    ///< nothing changes until the next interrupt
+        COMPUTES,
+    };
+    enum class Verdict : uint8_t {
+        FINE,
+        WARN,     ///< busy for ten seconds, said once
+        ENDLESS,  ///< has computed for a minute
+    };
+    static constexpr Cycles WARN_AFTER = 10 * CYCLES_PER_SECOND;
+    static constexpr const char *WARNING =
+        "it has been busy for 10 s without coming back or calling delay()";
+    static constexpr const char *ACCUSATION =
+        "it has been computing for 60 s without coming back or calling delay()";
+
+    /// The program came back, or gave time back: it gets a fresh budget.
+    void came_back(const Program &program) {
+        *program.table().budget = BLOCKS_PER_TICK;
+        if (watched_) forget();
+    }
+
+    /// The budget was spent at `now`; the program's frames lie from `frame` to `top`. Unless it is
+    /// LOOKING, time has to pass up to the next interrupt.
+    Finding look(const Program &program, const uint8_t *frame, const uint8_t *top);
+
+    /// What to make of a finding at `now`.
+    Verdict judge(Finding finding, Cycles now);
+
+  private:
+    void forget();
+
+    uint64_t fingerprint_ = 0;        ///< of the memory when the budget was last spent
+    uint16_t probes_left_ = 0;        ///< looks at the memory until it counts as computing
+    Cycles busy_since_ = NEVER;       ///< since when the program has not come back
+    Cycles computing_since_ = NEVER;  ///< since when it has changed memory all the time
+    bool warned_ = false;
+    bool watched_ = false;  ///< the budget was spent since it last came back
+};
+
+}  // namespace kilotwin
+
+#endif

@@ -1,0 +1,37 @@
+#include "guest/fault.h"
+
+#include <cstdio>
+#include <cstring>
+
+namespace kilotwin {
+
+FaultReport explain(const GuestStack::Fault &fault, const Program &program) {
+    if (fault.stack_overflow)
+        return {EventKind::STACK_OVERFLOW,
+                "its stack grew over " + std::to_string(GuestStack::BYTES) + " bytes"};
+    if (program.guards(fault.address))
+        return {EventKind::CRASH, "it wrote or read beyond its own variables"};
+    char text[96];
+    std::snprintf(text, sizeof text, "%s at address %p", strsignal(fault.signal), fault.address);
+    return {EventKind::CRASH, text};
+}
+
+MistakeReport explain(GuestStack::Mistake mistake, const void *address, const Program &program) {
+    if (mistake == GuestStack::Mistake::DIVISION_BY_ZERO)
+        return {DIVIDES_BY_ZERO,
+                "it divides by zero; as on the robot, it goes on with a wrong number"};
+    if (LostMemory::is_the_robots(address)) {
+        char text[128];
+        std::snprintf(text, sizeof text,
+                      "it uses a pointer that is NULL or wild, at address 0x%03x; there it reads "
+                      "zeros, and what it writes is lost",
+                      static_cast<unsigned>(reinterpret_cast<uintptr_t>(address)));
+        return {LOST_POINTER, text};
+    }
+    if (program.is_beside_state(address))
+        return {BEYOND_VARIABLES, "it goes beyond its own variables; there it reads zeros, and "
+                                  "what it writes is lost"};
+    return {0, {}};
+}
+
+}  // namespace kilotwin

@@ -1,0 +1,14 @@
+/// The bridge from the emulated CAN buses to the world outside, as Python has it.
+#ifndef KILOTWIN_PYTHON_BRIDGE_H
+#define KILOTWIN_PYTHON_BRIDGE_H
+
+#include <nanobind/nanobind.h>
+
+namespace kilotwin {
+
+/// Adds the classes Bridge and BridgeError, and CAN_RECORD, to the module.
+void register_bridge(nanobind::module_ &m);
+
+}  // namespace kilotwin
+
+#endif

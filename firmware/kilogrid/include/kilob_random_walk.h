@@ -1,0 +1,26 @@
+/// A random walk: straight on for a while, then a turn to the left or to the right for a while.
+#ifndef KILOB_RANDOM_WALK_H
+#define KILOB_RANDOM_WALK_H
+
+#include "kilo_rand_lib.h"
+#include "kilolib.h"
+#include "utils.h"
+
+/// Defaults of kilob_random_walk_init(), in seconds.
+#define RW_FORWARD_MU 3.0
+#define RW_FORWARD_SIGMA 1.5
+#define RW_ROTATION_CONST 1.5
+#define RW_ROTATION_SPAN 3.0
+
+/// A straight leg lasts |N(forward_mu, forward_sigma)| seconds, a turn |N(rotation_mu,
+/// rotation_span)|, both in whole seconds.
+void kilob_random_walk_init(double forward_mu_s, double forward_sigma_s, double rotation_mu_s,
+                            double rotation_span_s);
+
+/// One step: call it from loop() as often as you like.
+void kilob_random_walk(void);
+
+/// Starts with a new straight leg.
+void kilob_random_walk_reset(void);
+
+#endif

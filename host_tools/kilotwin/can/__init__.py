@@ -1,0 +1,1 @@
+"""The Kilogrid's CAN protocol on the host: addresses, frames, transfers."""

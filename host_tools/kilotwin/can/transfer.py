@@ -1,0 +1,97 @@
+"""The host's sending side of what takes more than one CAN frame.
+
+Each function gives the frames of one transfer in order, with the pause a module needs after each;
+kilogrid_modules/protocol/transfer.h is the receiving side. A chunk that is lost spoils its
+transfer, which then has to be sent again from its beginning; nothing acknowledges it.
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from kilotwin.can.protocol import FrameError, to_module
+
+CONFIG_BYTES = 48
+CHUNK_BYTES = 6
+PAGE_BYTES = 128
+PAGES = 220
+IR_BYTES = 9
+
+# What the original dispatcher waits (hardware.md 3.7); a module handles a frame in less.
+_CHUNK_PAUSE_S = 0.001
+_CONFIG_PAUSE_S = 0.005
+_NUMBER_PAUSE_S = 0.010
+_PAGE_PAUSE_S = 0.100
+
+
+class Paced(NamedTuple):
+    """A frame's data bytes, and how long to wait before the next one to the same modules."""
+
+    data: bytes
+    pause_s: float
+
+
+def _chunks(name: str, data: bytes, pause_s: float) -> Iterator[Paced]:
+    for number, begin in enumerate(range(0, len(data), CHUNK_BYTES)):
+        chunk = data[begin : begin + CHUNK_BYTES].ljust(CHUNK_BYTES, b"\0")
+        signals = {f"Byte{i}": byte for i, byte in enumerate(chunk)}
+        yield Paced(to_module(name, Sequence=number, **signals), pause_s)
+
+
+def configuration(data: bytes) -> list[Paced]:
+    """A module's configuration, 1 to 48 bytes; when the last frame is in, it runs setup()."""
+    if not 0 < len(data) <= CONFIG_BYTES:
+        raise FrameError(f"a configuration has 1 to {CONFIG_BYTES} bytes, not {len(data)}")
+    size = Paced(to_module("MODULE_CONFIG_SIZE", ConfigSize=len(data)), _CONFIG_PAUSE_S)
+    return [size, *_chunks("MODULE_CONFIG_TRANSFER", data, _CONFIG_PAUSE_S)]
+
+
+def infrared(data: bytes, kind: int) -> list[Paced]:
+    """An infrared message of nine data bytes and a type, which modules repeat on all cells."""
+    if len(data) != IR_BYTES:
+        raise FrameError(f"an infrared message has {IR_BYTES} data bytes, not {len(data)}")
+    signals = {f"IrData{i}": byte for i, byte in enumerate(data)}
+    first = {name: signals.pop(name) for name in list(signals)[:CHUNK_BYTES]}
+    return [
+        Paced(to_module("FORWARD_IR_MESSAGE", IrPart=0, **first), _CHUNK_PAUSE_S),
+        Paced(to_module("FORWARD_IR_MESSAGE", IrPart=1, IrType=kind, **signals), _CHUNK_PAUSE_S),
+    ]
+
+
+def pages_of(image: bytes) -> list[bytes]:
+    """A program's image as whole pages of flash; the rest of the last one stays erased."""
+    if not 0 < len(image) <= PAGES * PAGE_BYTES:
+        raise FrameError(f"a program has 1 to {PAGES * PAGE_BYTES} bytes, not {len(image)}")
+    return [
+        image[begin : begin + PAGE_BYTES].ljust(PAGE_BYTES, b"\xff")
+        for begin in range(0, len(image), PAGE_BYTES)
+    ]
+
+
+def kilobot_program(image: bytes) -> Iterator[Paced]:
+    """One lap of a program for the robots; four laps serve a module's four cells.
+
+    Robots that missed a page pick it up in a later lap, so laps go on until the user stops them.
+    """
+    pages = pages_of(image)
+    yield Paced(to_module("KILO_BOOTPAGE_SIZE", Pages=len(pages)), _NUMBER_PAUSE_S)
+    for number, page in enumerate(pages):
+        yield Paced(to_module("KILO_BOOTPAGE_NUMBER", Page=number), _NUMBER_PAUSE_S)
+        *chunks, last = _chunks("KILO_BOOTPAGE", page, _CHUNK_PAUSE_S)
+        yield from chunks
+        # The module sends the page to its robots before it can take the next.
+        yield Paced(last.data, _PAGE_PAUSE_S)
+
+
+def module_program(image: bytes, *, old_loader: bool = True) -> Iterator[Paced]:
+    """A program for the modules themselves, which are in their boot loaders.
+
+    The loaders in the field number these frames as the dispatcher does for them, 0x9F higher:
+    `old_loader`. One that is to be found again after a lost frame is sent the whole lap again.
+    """
+    old = "OLD_" if old_loader else ""
+    pages = pages_of(image)
+    yield Paced(to_module(f"{old}MODULE_BOOTPAGE_SIZE", Pages=len(pages)), _CHUNK_PAUSE_S)
+    for number, page in enumerate(pages):
+        yield Paced(to_module(f"{old}MODULE_BOOTPAGE_NUMBER", Page=number), _CHUNK_PAUSE_S)
+        # The loader takes three bytes from the last chunk: the third lies beyond the page.
+        yield from _chunks(f"{old}MODULE_BOOTPAGE", page, _CHUNK_PAUSE_S)

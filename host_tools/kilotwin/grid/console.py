@@ -1,0 +1,222 @@
+"""A grid at the end of CAN buses, for one order at a time: what `kilotwin grid` does."""
+
+import re
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, Self
+
+from kilotwin.can.buses import OpenBus, name_all, open_all
+from kilotwin.can.protocol import ModuleState
+from kilotwin.engine_spec import config_differences
+from kilotwin.errors import InputError
+from kilotwin.experiment import Experiment
+from kilotwin.grid import kconf
+from kilotwin.grid.controller import Controller, Settings
+from kilotwin.grid.layout import MOST_PER_BUS, Layout, Module
+from kilotwin.grid.links import Links
+from kilotwin.grid.poller import Reports
+from kilotwin.overhead import COMMANDS, DATA_BYTES, message
+
+_STEP_S = 0.001
+_SIZE = re.compile(r"(\d{1,2})x(\d{1,2})")
+_DEFAULT_SIZE = "10x20"
+_USER = "user"
+
+Note = Callable[[str], None]
+
+
+class Console:
+    """A controller with buses and a clock; each method comes back when its order is done."""
+
+    def __init__(self, layout: Layout, settings: Settings, buses: Sequence[OpenBus]) -> None:
+        self._layout = layout
+        self._buses = buses
+        self._note: Note = lambda _: None
+        links = Links([b.bus for b in buses], echoes=[b.echoes for b in buses])
+        self._controller = Controller(layout, settings, links, self)
+        self._began = time.monotonic()
+        self._controller.step(0.0)
+
+    @staticmethod
+    def open(names: Sequence[str], size: str | None, experiment: Experiment | None) -> "Console":
+        """On buses as `--can` names them; InputError or DeviceError if that cannot be."""
+        if experiment is not None:
+            if experiment.plan is None:
+                raise InputError(f"{experiment.origin.source}: no [grid]; add it")
+            layout, settings = experiment.plan.layout, experiment.plan.settings
+            return Console(layout, settings, open_all(name_all(names, layout.buses)))
+        columns, rows = _parse_size(size or _DEFAULT_SIZE)
+        whole = len(names) == 1 and names[0].startswith("socketcand:") and "/" not in names[0]
+        # As many buses as the real table has, or as a smaller one needs.
+        buses = min(4, rows) if whole else len(names)
+        opened = open_all(name_all(names, buses))
+        layout = Layout(columns, rows, buses)
+        most = max(len(layout.modules_of(bus)) for bus in range(buses))
+        if most > MOST_PER_BUS:
+            what = f"{most} modules on a bus, but {MOST_PER_BUS} are the most"
+            raise InputError(f"--size {size}: {what}; name more buses, or another size")
+        return Console(layout, Settings(), opened)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for bus in self._buses:
+            bus.bus.shutdown()
+
+    @property
+    def silent(self) -> list[Module]:
+        """Modules that do not answer."""
+        return self._controller.poller.silent
+
+    def look(self) -> list[Module]:
+        """Asks all modules whether they are there; gives those that are not."""
+        self._controller.look()
+        self._finish()
+        return self.silent
+
+    def presence(self) -> dict[str, Any]:
+        """What `look` found."""
+        here = [m for m in self._layout.modules() if m not in self.silent]
+        return {"modules": [list(m) for m in here], "silent": [list(m) for m in self.silent]}
+
+    def presence_text(self) -> str:
+        """What `look` found, as a map: the highest row first."""
+        silent = set(self.silent)
+        lines = [
+            f"{y:2} " + " ".join("." if (x, y) not in silent else "-" for x in range(columns))
+            for columns in [self._layout.columns]
+            for y in reversed(range(self._layout.rows))
+        ]
+        lines.append("   " + " ".join(str(x % 10) for x in range(self._layout.columns)))
+        there = self._layout.columns * self._layout.rows - len(silent)
+        lines.append(f"{there} modules answer, {len(silent)} do not (-)")
+        return "\n".join(lines)
+
+    def health(self) -> list[dict[str, Any]]:
+        """What those modules say of themselves that answer."""
+        self._controller.ask_health([m for m in self._layout.modules() if m not in self.silent])
+        self._finish()
+        bus = self._controller.bus_health
+        return [
+            {
+                "module": list(module),
+                **asdict(answer),
+                "state": ModuleState(answer.state).name,
+                **(asdict(bus[module]) if module in bus else {}),
+            }
+            for module, answer in sorted(self._controller.health.items())
+        ]
+
+    def health_text(self) -> str:
+        """The same for people: how many are in which state, and who lost or refused something."""
+        answers = self._controller.health
+        states: dict[str, int] = {}
+        for answer in answers.values():
+            name = ModuleState(answer.state).name
+            states[name] = states.get(name, 0) + 1
+        lines = [f"{count} modules are {name}" for name, count in sorted(states.items())]
+        mute = self._layout.columns * self._layout.rows - len(self.silent) - len(answers)
+        if mute:
+            lines.append(f"{mute} modules answer polls, but not for their health (original ones)")
+        if self.silent:
+            lines.append(f"{len(self.silent)} modules do not answer: {_names(self.silent)}")
+        for module, answer in sorted(answers.items()):
+            if answer.lost_records or answer.refused_frames:
+                lines.append(
+                    f"module {module[0]}-{module[1]}: {answer.lost_records} reports lost, "
+                    f"{answer.refused_frames} frames refused"
+                )
+        return "\n".join(lines)
+
+    def set_up(self, experiment: Experiment, note: Note) -> dict[str, Any]:
+        """Robots and modules of an experiment."""
+        assert experiment.plan is not None
+        self._note = note
+        configuration = experiment.plan.configuration
+        self._controller.set_up(configuration, config_differences(experiment.keys))
+        return self._set_up(len(configuration))
+
+    def configure(self, file: Path, note: Note) -> dict[str, Any]:
+        """The modules that a .kconf file names."""
+        self._note = note
+        blocks = kconf.read(file)
+        wanted = kconf.configurations(blocks, self._layout.columns, self._layout.rows, str(file))
+        self._controller.configure(wanted)
+        return self._set_up(len(wanted))
+
+    def run(self) -> None:
+        """Modules run and tell robots to."""
+        self._controller.resume()
+        self._finish()
+
+    def pause(self) -> None:
+        """Robots stop where they are."""
+        self._controller.pause()
+        self._finish()
+
+    def idle(self) -> None:
+        """Robots and modules stop."""
+        self._controller.set_idle()
+        self._finish()
+
+    def send(self, what: bytes, hold_s: float) -> None:
+        """One message for robots."""
+        self._controller.tell_robots(what, hold_s)
+        self._finish()
+
+    def reports(self, reports: Reports) -> None:
+        """Nobody asked for them."""
+
+    def event(self, now_s: float, kind: str, text: str, **more: Any) -> None:
+        """Says what is being done."""
+        self._note(text)
+
+    def _set_up(self, modules: int) -> dict[str, Any]:
+        self._finish()
+        return {"modules": modules, "silent": [list(module) for module in self.silent]}
+
+    def _finish(self) -> None:
+        controller = self._controller
+        controller.step(time.monotonic() - self._began)
+        while controller.busy:
+            time.sleep(_STEP_S)
+            controller.step(time.monotonic() - self._began)
+
+
+def message_for_robots(name: str, kind: int | None, data: str | None) -> bytes:
+    """What `kilotwin grid send` says; InputError if it cannot be."""
+    if name != _USER and (kind is not None or data is not None):
+        raise InputError(f"send {name}: --type and --data go with user only")
+    if name in COMMANDS:
+        return message((), COMMANDS[name])
+    if name != _USER:
+        raise InputError(f"send {name}: no such message; allowed: {', '.join(COMMANDS)}, {_USER}")
+    if kind is None:
+        raise InputError("send user: of which type? Add --type 0 to 127")
+    try:
+        values = [int(part, 0) for part in data.split(",")] if data else []
+        return message(_checked(values), kind)
+    except ValueError:
+        what = f"not up to {DATA_BYTES} bytes from 0 to 255, with commas between them"
+        raise InputError(f"--data {data}: {what}") from None
+
+
+def _checked(values: list[int]) -> bytes:
+    if len(values) > DATA_BYTES:
+        raise ValueError
+    return bytes(values)
+
+
+def _parse_size(text: str) -> tuple[int, int]:
+    found = _SIZE.fullmatch(text)
+    most = kconf.LAST + 1
+    if not found or not all(1 <= int(number) <= most for number in found.groups()):
+        raise InputError(f"--size {text}: not COLUMNSxROWS, each 1 to {most}; try 10x20")
+    return int(found[1]), int(found[2])
+
+
+def _names(modules: Sequence[Module]) -> str:
+    return ", ".join(f"{x}-{y}" for x, y in modules)

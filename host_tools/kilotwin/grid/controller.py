@@ -1,0 +1,469 @@
+"""Drives a grid's modules, and the robots through them: set-up, run, poll, pause, change, idle.
+
+No I/O of its own and no waiting: whoever has a clock calls `step(now_s)`, often, and `next_step_s`
+says when at the latest. What takes time is a script, a generator that yields what it waits for:
+a moment, all that it queued to be sent (`_sent`), or a condition. A new order takes the place of
+the script that goes on. Polling goes on beside it.
+
+Modules read frames one at a time, from two buffers, and are deaf while they send by infrared. So
+frames that may be for the same module leave at a pace, and slower where modules are running.
+"""
+
+from collections import deque
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from kilotwin.can.protocol import BusHealth, Health, ModuleState, read_to_host
+from kilotwin.grid import frames as wire
+from kilotwin.grid.cover import EVERYBODY, Group, cover
+from kilotwin.grid.layout import Layout, Module
+from kilotwin.grid.links import Frames, Links
+from kilotwin.grid.poller import SILENT_AFTER, Poller, Reports
+from kilotwin.overhead import RESET, RUN, WAKEUP
+
+Wait = float | Callable[[], bool]
+Script = Generator[Wait, None, None]
+
+# Until modules have done what a frame says: setup() of a program, the end of an infrared frame on
+# each cell, the 70 ms of a step of an idle module.
+_SETTLE_S = 0.3
+# A module that begins to run first sends 40 frames by infrared, and answers nothing meanwhile.
+_START_S = 0.6
+# Between frames to modules that send by infrared: longer than a frame of theirs.
+_BUSY_PACE_S = 0.006
+# How long a robot is told to pause, or to go on: modules repeat it on all cells without a break.
+_TELL_S = 2.0
+# Modules that have just been switched on are deaf for so long.
+_BOOT_S = 1.3
+_ATTEMPTS = 3
+
+
+@dataclass(frozen=True)
+class Settings:
+    """As in [grid]."""
+
+    poll_s: float = 0.8
+    poll_window: int = 16
+    poll_timeout_s: float = 0.4
+    pace_s: float = 0.001
+    hold_s: float = 2.0
+    rounds: int = 2
+    health: bool = False
+
+
+class Listener(Protocol):
+    """Hears what comes of it."""
+
+    def reports(self, reports: Reports) -> None:
+        """What robots said."""
+
+    def event(self, now_s: float, kind: str, text: str, **more: Any) -> None:
+        """Something happened."""
+
+
+class Controller:
+    """The host of one grid."""
+
+    def __init__(
+        self, layout: Layout, settings: Settings, links: Links, listener: Listener
+    ) -> None:
+        self.layout = layout
+        self.settings = settings
+        self._links = links
+        self._listener = listener
+        self.poller = Poller(
+            layout,
+            links,
+            every_s=settings.poll_s,
+            window=settings.poll_window,
+            timeout_s=settings.poll_timeout_s,
+        )
+        self._queues: list[deque[tuple[int, bytes, float]]] = [deque() for _ in range(layout.buses)]
+        self._ready_s = [float("-inf")] * layout.buses
+        self._later: list[tuple[float, Callable[[], None]]] = []
+        self._script: Script | None = None
+        self._wait: Wait = 0.0
+        self._now_s = float("-inf")
+        self._health: dict[Module, Health] = {}
+        self._bus_health: dict[Module, BusHealth] = {}
+        self._troubled: set[int] = set()
+        self.configuration: dict[Module, bytes] = {}
+        self.running = False
+
+    # Orders. Each takes the place of what goes on.
+
+    def set_up(self, configuration: Mapping[Module, bytes], messages: Sequence[bytes]) -> None:
+        """Robots start anew and hear the messages; modules get what they are to be."""
+        self._begin(self._setting_up(dict(configuration), list(messages)))
+
+    def configure(self, configuration: Mapping[Module, bytes]) -> None:
+        """Modules get what they are to be, and are ready to run; robots are left alone."""
+        self._begin(self._configuring(dict(configuration)))
+
+    def run(self) -> None:
+        """Modules run, and tell robots to; polling begins."""
+        self._begin(self._starting())
+
+    def pause(self) -> None:
+        """Robots stop where they are; modules are idle."""
+        self._begin(self._pausing())
+
+    def resume(self) -> None:
+        """Robots go on where they stopped."""
+        self._begin(self._resuming())
+
+    def change(self, configuration: Mapping[Module, bytes]) -> None:
+        """These modules get something else to be, while the others run on."""
+        self._begin(self._changing(dict(configuration)), at_once=False)
+
+    def tell_robots(self, message: bytes, hold_s: float) -> None:
+        """Modules repeat one message for robots, then are idle."""
+        self._begin(self._telling(message, hold_s))
+
+    def set_idle(self) -> None:
+        """Robots and modules stop, whatever they do; the last reports are fetched first."""
+        self._begin(self._ending())
+
+    def look(self) -> None:
+        """Asks each module once whether it is there."""
+        self._begin(self._looking())
+
+    def ask_health(self, modules: Iterable[Module]) -> None:
+        """Asks these modules how they are; see `health`."""
+        self._begin(self._asking(list(modules)))
+
+    def watch(self) -> None:
+        """Polls a grid that runs already."""
+        self.running = True
+        self.poller.begin(self._now_s)
+
+    @property
+    def busy(self) -> bool:
+        """Whether an order is being carried out."""
+        return self._script is not None or self._queued or bool(self._later)
+
+    @property
+    def health(self) -> Mapping[Module, Health]:
+        """What modules said of themselves when they were asked last."""
+        return self._health
+
+    @property
+    def bus_health(self) -> Mapping[Module, BusHealth]:
+        """The same of their CAN controllers."""
+        return self._bus_health
+
+    # Time.
+
+    def step(self, now_s: float) -> None:
+        """Takes what came, sends what is due."""
+        self._notice_absence(now_s)
+        self._now_s = now_s
+        self._take(self._links.receive(now_s))
+        for module in self.poller.step(now_s):
+            self._event("module_silent", f"module {module[0]}-{module[1]} does not answer", module)
+        self._do_later()
+        self._go_on()
+        self._send()
+        self._look_at_links()
+
+    def next_step_s(self) -> float:
+        """When it wants to be stepped again at the latest; sooner does no harm."""
+        if self._queued or self.poller.owing:
+            return self._now_s
+        times = [at_s for at_s, _ in self._later]
+        if self._script is not None:
+            times.append(self._now_s if callable(self._wait) else self._wait)
+        if self.poller.on:
+            times.append(self.poller.next_sweep_s())
+        return min(times, default=float("inf"))
+
+    def _notice_absence(self, now_s: float) -> None:
+        """Answers that came while nobody looked are no proof of anything."""
+        if self.poller.owing and now_s - self._now_s > self.settings.poll_timeout_s:
+            self.poller.forget()
+
+    def _do_later(self) -> None:
+        due = [what for at_s, what in self._later if at_s <= self._now_s]
+        self._later = [entry for entry in self._later if entry[0] > self._now_s]
+        for what in due:
+            what()
+
+    def _go_on(self) -> None:
+        while self._script is not None:
+            wait = self._wait
+            if not (wait() if callable(wait) else wait <= self._now_s):
+                return
+            try:
+                self._wait = next(self._script)
+            except StopIteration:
+                self._script = None
+
+    def _begin(self, script: Script, *, at_once: bool = True) -> None:
+        """`at_once`: what is still to be sent does not matter any more."""
+        if at_once:
+            self._later.clear()
+            for queue in self._queues:
+                queue.clear()
+        self._script = script
+        self._wait = self._now_s
+
+    # Sending.
+
+    @property
+    def _queued(self) -> bool:
+        return any(self._queues)
+
+    def _sent(self) -> bool:
+        """What a script waits for."""
+        return not self._queued
+
+    def _send(self) -> None:
+        for bus, queue in enumerate(self._queues):
+            while queue and self._ready_s[bus] <= self._now_s:
+                identifier, data, gap_s = queue[0]
+                if not self._links.send(bus, identifier, data, self._now_s):
+                    break
+                queue.popleft()
+                self._ready_s[bus] = self._now_s + gap_s
+
+    def _queue(self, bus: int, group: Group, frames: Iterable[bytes | wire.Paced]) -> None:
+        """A frame of a transfer brings its own pace; the longest that anybody asks for counts."""
+        identifier = wire.id_of_group(group)
+        least_s = max(self.settings.pace_s, _BUSY_PACE_S if self.running else 0.0)
+        for frame in frames:
+            data, gap_s = (frame, least_s) if isinstance(frame, bytes) else frame
+            self._queues[bus].append((identifier, data, max(gap_s, least_s)))
+
+    def _broadcast(self, *frames: bytes | wire.Paced) -> None:
+        for bus in range(self.layout.buses):
+            self._queue(bus, EVERYBODY, frames)
+
+    def _to(self, module: Module, *frames: bytes | wire.Paced) -> None:
+        self._queue(self.layout.bus_of(module), Group(*module), frames)
+
+    def _configure(self, wanted: Mapping[Module, bytes]) -> None:
+        """Queues the fewest transfers that leave each of these modules with its bytes."""
+        for bus in range(self.layout.buses):
+            modules = self.layout.modules_of(bus)
+            here = {module: wanted[module] for module in modules if module in wanted}
+            for telling in cover(here, modules):
+                self._queue(bus, telling.group, wire.configuration(telling.content))
+
+    # Receiving.
+
+    def _take(self, frames: Frames) -> None:
+        if not len(frames):
+            return
+        reports, returned = self.poller.take(frames, self._now_s)
+        if reports is not None:
+            self._listener.reports(reports)
+        for module, missed in returned:
+            if missed >= SILENT_AFTER:
+                self._event("module_back", f"module {module[0]}-{module[1]} answers again", module)
+            if self.running:
+                self._restore(module)
+        self._take_health(frames)
+
+    def _take_health(self, frames: Frames) -> None:
+        ours = (frames["id"] & 1 == 1) & (frames["data"][:, 0] == wire.MODULE_DATA)
+        for frame in frames[ours & ~frames["from_host"]]:
+            try:
+                module = wire.module_of_id(int(frame["id"]))
+                answer = read_to_host(frame["data"][: frame["dlc"]].tobytes())
+            except ValueError:
+                self.poller.counts.bad_frames += 1
+                continue
+            if module in self.poller.index and isinstance(answer, Health):
+                self._health[module] = answer
+            elif module in self.poller.index and isinstance(answer, BusHealth):
+                self._bus_health[module] = answer
+
+    def _restore(self, module: Module) -> None:
+        """A module that did not answer may have been reset: it gets everything anew.
+
+        One of ours can be asked first whether it was.
+        """
+        if self.settings.health:
+            self._health.pop(module, None)
+            self._to(module, *wire.HEALTH_REQUESTS)
+            self._at(_SETTLE_S, lambda: self._restore_unless_running(module))
+        else:
+            self._configure_again(module)
+
+    def _restore_unless_running(self, module: Module) -> None:
+        answer = self._health.get(module)
+        right = answer is not None and self._is_right(module, answer)
+        if answer is None or not right or answer.state != ModuleState.RUNNING:
+            self._configure_again(module)
+
+    def _configure_again(self, module: Module) -> None:
+        self.poller.excuse([module], self._now_s + _SETTLE_S + _START_S)
+        if module in self.configuration:
+            self._to(module, *wire.configuration(self.configuration[module]))
+        else:
+            self._to(module, wire.SETUP)
+        self._at(_SETTLE_S, lambda: self._to(module, wire.RUN))
+        self._event(
+            "module_configured_again", f"module {module[0]}-{module[1]} is set up again", module
+        )
+
+    def _at(self, after_s: float, what: Callable[[], None]) -> None:
+        self._later.append((self._now_s + after_s, what))
+
+    def _is_right(self, module: Module, answer: Health) -> bool:
+        wanted = self.configuration.get(module)
+        return wanted is None or (
+            answer.config_size == len(wanted) and answer.config_crc == wire.checksum(wanted)
+        )
+
+    # Scripts.
+
+    def _after(self, seconds: float) -> float:
+        return self._now_s + seconds
+
+    def _telling(self, message: bytes, hold_s: float) -> Script:
+        """STOP first: half of a new message with half of the old one would be a third."""
+        self.running = False
+        self.poller.end()
+        self._broadcast(wire.STOP)
+        yield self._sent
+        yield self._after(_SETTLE_S)
+        self._broadcast(*wire.forward(message))
+        yield self._sent
+        yield self._after(hold_s)
+        self._broadcast(wire.STOP)
+        yield self._sent
+
+    def _setting_up(self, configuration: dict[Module, bytes], messages: list[bytes]) -> Script:
+        settings = self.settings
+        yield self._after(_BOOT_S)
+        self._event("set_up", f"robots are told {len(messages)} settings, {settings.rounds} times")
+        yield from self._telling(RESET, settings.hold_s)
+        for _ in range(settings.rounds):
+            for message in messages:
+                yield from self._telling(message, settings.hold_s)
+        yield from self._configuring(configuration)
+
+    def _configuring(self, configuration: dict[Module, bytes]) -> Script:
+        """STOP first: a module that sends by infrared has no time for long transfers."""
+        self.running = False
+        self._broadcast(wire.STOP)
+        yield self._sent
+        yield self._after(_SETTLE_S)
+        self.configuration = configuration
+        self._configure(configuration)
+        frames = sum(map(len, self._queues))
+        what = f"{len(configuration)} modules are configured by {frames} frames"
+        self._event("configure", what, frames=frames)
+        yield self._sent
+        yield self._after(_SETTLE_S)
+        if len(configuration) < len(self.poller.modules):
+            self._broadcast(wire.SETUP)
+            yield self._sent
+            yield self._after(_SETTLE_S)
+        yield from self._verifying()
+
+    def _verifying(self) -> Script:
+        """Who is there, and, if they are asked, who has understood."""
+        yield from self._looking()
+        if not self.settings.health:
+            return
+        for attempt in range(_ATTEMPTS):
+            silent = set(self.poller.silent)
+            yield from self._asking([m for m in self.poller.modules if m not in silent])
+            wrong = [m for m, answer in self._health.items() if not self._is_right(m, answer)]
+            if not wrong:
+                return
+            for module in wrong:
+                if attempt < _ATTEMPTS - 1:
+                    self._to(module, *wire.configuration(self.configuration[module]))
+                else:
+                    what = f"module {module[0]}-{module[1]} has another configuration"
+                    self._event("module_wrong", what, module)
+            yield self._sent
+            yield self._after(_SETTLE_S)
+
+    def _looking(self) -> Script:
+        """As many sweeps as it takes to call a module silent."""
+        for _ in range(SILENT_AFTER):
+            self.poller.sweep(self._now_s, everybody=True)
+            yield lambda: not self.poller.owing
+            if not self.poller.missing:
+                return
+
+    def _asking(self, modules: list[Module]) -> Script:
+        for module in modules:
+            self._health.pop(module, None)
+            self._bus_health.pop(module, None)
+            self._to(module, *wire.HEALTH_REQUESTS)
+        yield self._sent
+        yield self._after(_SETTLE_S)
+
+    def _starting(self) -> Script:
+        self._broadcast(wire.RUN)
+        yield self._sent
+        self.running = True
+        self._event("run", "modules run and tell robots to")
+        self.poller.excuse(self.poller.modules, self._after(_START_S))
+        self.poller.begin(self._after(_START_S))
+
+    def _pausing(self) -> Script:
+        """IDLE at the end, not STOP: that would also forget what cells say."""
+        self.poller.end()
+        self._broadcast(*wire.forward(WAKEUP))
+        yield self._sent
+        self._event("pause", "robots are told to pause")
+        yield self._after(_TELL_S)
+        self._broadcast(wire.IDLE)
+        yield self._sent
+        self.running = False
+
+    def _resuming(self) -> Script:
+        self._broadcast(*wire.forward(RUN))
+        yield self._sent
+        self._event("resume", "robots are told to go on")
+        yield self._after(_TELL_S)
+        yield from self._starting()
+
+    def _changing(self, configuration: dict[Module, bytes]) -> Script:
+        self.configuration.update(configuration)
+        self.poller.excuse(list(configuration), self._after(_SETTLE_S + _START_S))
+        self._configure(configuration)
+        self._event("change", f"{len(configuration)} modules get another configuration")
+        yield self._sent
+        yield self._after(_SETTLE_S)
+        self.poller.excuse(list(configuration), self._after(_START_S))
+        # Those that run already do not mind.
+        self._broadcast(wire.RUN)
+        yield self._sent
+
+    def _ending(self) -> Script:
+        if self.running:
+            # What was asked a moment ago may have answered before the last report came.
+            self.poller.on = False
+            yield lambda: not self.poller.owing
+            self.poller.sweep(self._now_s)
+            yield lambda: not self.poller.owing
+        self.poller.end()
+        yield from self._telling(WAKEUP, _TELL_S)
+        self._broadcast(wire.IDLE)
+        yield self._sent
+        self._event("idle", "robots and modules are idle")
+
+    # Telling.
+
+    def _event(self, kind: str, text: str, module: Module | None = None, **more: Any) -> None:
+        if module is not None:
+            more["module"] = list(module)
+        self._listener.event(self._now_s, kind, text, **more)
+
+    def _look_at_links(self) -> None:
+        for bus in range(self.layout.buses):
+            trouble = self._links.trouble(bus)
+            if trouble and bus not in self._troubled:
+                self._troubled.add(bus)
+                self._event("bus_down", f"bus {bus}: {trouble}")
+            elif not trouble and bus in self._troubled:
+                self._troubled.discard(bus)
+                self._event("bus_up", f"bus {bus} works again")

@@ -1,0 +1,82 @@
+"""The frames of a run, made once, and where their parts lie in arrays of frames.
+
+What a frame means is said by `kilotwin.can.protocol`, whose DBC these numbers come from too: a run
+has too many frames to have each of them decoded.
+"""
+
+from collections.abc import Iterable
+
+from kilotwin.can import address, protocol, transfer
+from kilotwin.can.protocol import HealthPart
+from kilotwin.grid.cover import Group
+from kilotwin.grid.layout import Module
+from kilotwin.overhead import DATA_BYTES
+
+IDS = address.MODULE_MASK + 1
+"""So many identifiers there are."""
+
+STOP = protocol.to_module("FORWARD_IR_MESSAGE_STOP")
+IDLE = protocol.to_module("MODULE_IDLE")
+SETUP = protocol.to_module("MODULE_SETUP")
+RUN = protocol.to_module("MODULE_RUN")
+TRACKING_REQUEST = protocol.to_module("TRACKING_REQ")
+HEALTH_REQUESTS = tuple(protocol.health_request(part) for part in HealthPart)
+
+_TYPES = protocol.types_to_host()
+START = _TYPES["TRACKING_KILOBOT_START"]
+TRACKING = _TYPES["TRACKING_KILOBOT"]
+MODULE_DATA = _TYPES["MODULE_DATA"]
+
+_SIGNALS = {
+    signal.name: signal for signal in protocol.database().get_message_by_name("ToHost").signals
+}
+TYPE_MASK = (1 << _SIGNALS["Type"].length) - 1
+CELL_SHIFT = _SIGNALS["Cell"].start
+MOST_RECORDS = int(_SIGNALS["Records"].maximum or 0)
+START_BYTES = protocol.least_dlc_to_host("TRACKING_KILOBOT_START")
+TRACKING_BYTES = protocol.least_dlc_to_host("TRACKING_KILOBOT")
+
+Paced = transfer.Paced
+
+
+def id_of_group(group: Group) -> int:
+    """The identifier of a frame to these modules."""
+    if group.x is None and group.y is None:
+        return address.to_id(address.ALL_MODULES)
+    if group.x is None:
+        assert group.y is not None
+        return address.to_id(address.row(group.y))
+    if group.y is None:
+        return address.to_id(address.column(group.x))
+    return address.to_id(address.module(group.x, group.y))
+
+
+def id_from_module(module: Module) -> int:
+    """The identifier of a module's frames to the host."""
+    return address.to_id(address.Address(*module, address.AddressType.DISPATCHER))
+
+
+def module_of_id(identifier: int) -> Module:
+    """The module whose frame it is; ValueError if none sends that."""
+    sender = address.from_id(identifier)
+    return sender.x, sender.y
+
+
+def forward(message: bytes) -> list[Paced]:
+    """A message for robots, nine bytes and a type, which modules repeat on all cells."""
+    return transfer.infrared(message[:DATA_BYTES], message[DATA_BYTES])
+
+
+def configuration(data: bytes) -> list[Paced]:
+    """What a module is to be."""
+    return transfer.configuration(data)
+
+
+def checksum(data: Iterable[int]) -> int:
+    """CRC-16/MCRF4XX, by which a module tells what configuration it holds."""
+    crc = 0xFFFF
+    for byte in data:
+        crc ^= byte
+        for _ in range(8):
+            crc = crc >> 1 ^ 0x8408 if crc & 1 else crc >> 1
+    return crc

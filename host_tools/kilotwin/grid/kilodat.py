@@ -1,0 +1,127 @@
+"""`.kilodat` files: what a Kilogrid's robots reported, as the lab's own tool writes it.
+
+Tab-separated text, a header, a row per report. Times are in units of 32 ticks (1.0486 s), rounded
+down. A robot's number is its serial, looked up by the low 7 bits of the first byte; without a list
+of serials those 7 bits are written.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import TextIO
+
+import numpy as np
+
+from kilotwin.errors import InputError
+from kilotwin.grid.poller import Reports
+from kilotwin.units import TICK_S
+
+DATA_BYTES = 7
+UNIT_S = 32 * TICK_S
+"""The unit of a row's time."""
+
+_HEADER = (
+    "modulex",
+    "moduley",
+    "c",
+    "timestamp",
+    "kilobot_sn",
+    *(f"data{index}" for index in range(DATA_BYTES)),
+)
+_LEAST_COLUMNS = 5 + 1
+
+
+@dataclass(frozen=True)
+class Report:
+    """What a robot said through a cell (0 to 3) of module (x, y)."""
+
+    x: int
+    y: int
+    cell: int
+    timestamp: int
+    serial: int
+    data: bytes
+
+    @property
+    def time_s(self) -> float:
+        """The begin of the time unit in which it came."""
+        return self.timestamp * UNIT_S
+
+
+def file_name(begin: datetime) -> str:
+    """What the lab's tool calls the file of a run that began then."""
+    return f"exp_data_{begin:%m_%d_%Y_%Hh%M_%S}s.kilodat"
+
+
+class Writer:
+    """Appends to a file; what was added before a `flush` is kept whenever the writer is killed."""
+
+    def __init__(self, file: Path, serials: Mapping[int, int] | None = None) -> None:
+        """Begins the file. `serials`: by the low 7 bits of a report's first byte."""
+        self._serials = serials or {}
+        self._file: TextIO = file.open("w", newline="")
+        self._file.write("\t".join(_HEADER) + "\n")
+
+    def add(self, reports: Reports) -> None:
+        """What robots said, at times since the begin of the run."""
+        short = reports.data[:, 0] & 0x7F
+        serials = [self._serials.get(number, number) for number in short.tolist()]
+        times = np.floor(np.maximum(reports.at_s, 0.0) / UNIT_S).astype(np.int64)
+        head = (reports.x, reports.y, reports.cell, times, np.array(serials, dtype=np.int64))
+        rows = np.column_stack((*head, reports.data)).tolist()
+        self._file.write("".join("\t".join(map(str, row)) + "\n" for row in rows))
+
+    def flush(self) -> None:
+        """Hands all rows to the system."""
+        self._file.flush()
+
+    def close(self) -> None:
+        """Ends the file."""
+        self._file.close()
+
+
+def read(file: Path) -> list[Report]:
+    """All reports of a file; InputError names the line that is none."""
+    try:
+        lines = file.read_text().splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{file}: cannot be read ({error}); name a .kilodat file") from None
+    return list(_reports(lines, str(file)))
+
+
+def read_serials(file: Path) -> dict[int, int]:
+    """A `kilobot_ids` file: a serial and an id per line; serials by the id's low 7 bits."""
+    serials: dict[int, int] = {}
+    try:
+        lines = file.read_text().splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{file}: cannot be read ({error}); name a list of robots") from None
+    for number, line in enumerate(lines, 1):
+        if not line.strip() or line.lstrip().startswith("#"):
+            continue
+        try:
+            serial, robot = (int(word) for word in line.split())
+        except ValueError:
+            what = f"'{line}' is not a serial and an id, with a tab between them"
+            raise InputError(f"{file}:{number}: {what}") from None
+        if serials.setdefault(robot & 0x7F, serial) != serial:
+            what = f"id {robot} has the low 7 bits of another robot; a .kilodat tells 128 apart"
+            raise InputError(f"{file}:{number}: {what}")
+    return serials
+
+
+def _reports(lines: Iterable[str], source: str) -> Iterator[Report]:
+    for number, line in enumerate(lines, 1):
+        words = line.split()
+        if not words or words[0] == _HEADER[0]:
+            continue
+        try:
+            numbers = [int(word) for word in words]
+            if len(numbers) < _LEAST_COLUMNS:
+                raise ValueError
+            x, y, cell, stamp, serial, *data = numbers
+            yield Report(x, y, cell, stamp, serial, bytes(data[:DATA_BYTES]))
+        except ValueError:
+            what = f"'{line}' is no report; allowed: {' '.join(_HEADER)}"
+            raise InputError(f"{source}:{number}: {what}") from None

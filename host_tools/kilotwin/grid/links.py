@@ -1,0 +1,145 @@
+"""The CAN buses of a grid as the controller sees them: frames in as one array, frames out at once.
+
+Any python-can bus will do. An emulated grid in the same process hands over whole arrays, without a
+python-can message per frame.
+"""
+
+import errno
+import time
+from collections.abc import Callable, Sequence
+from typing import Protocol
+
+import can
+import numpy as np
+from numpy.typing import NDArray
+
+from kilotwin.can.emulated import EmulatedBus
+
+FRAME = np.dtype(
+    [
+        ("at_s", "f8"),
+        ("bus", "u1"),
+        ("id", "u2"),
+        ("dlc", "u1"),
+        ("data", "u1", (8,)),
+        ("from_host", "?"),
+    ]
+)
+"""A frame that was on a bus; `data` is zero beyond `dlc` bytes."""
+
+Frames = NDArray[np.void]
+NO_FRAMES: Frames = np.zeros(0, dtype=FRAME)
+
+# python-can hands over one message at a time; a step must come to an end on a bus that never rests.
+_MOST_PER_STEP = 4096
+
+
+class FrameLog(Protocol):
+    """Keeps what was on the buses."""
+
+    def add(self, frames: Frames) -> None:
+        """Frames in order of time, of any bus."""
+
+
+class Links:
+    """All buses of a grid. Times are those of the caller's clock."""
+
+    def __init__(
+        self,
+        buses: Sequence[can.BusABC],
+        log: FrameLog | None = None,
+        *,
+        echoes: Sequence[bool] = (),
+    ) -> None:
+        """`buses[b]` is the grid's bus b.
+
+        `echoes`: which of them also hand back what was sent, in its place among what came.
+        """
+        self._buses = list(buses)
+        self._log = log
+        self._troubles: list[str | None] = [None] * len(self._buses)
+        first = self._buses[0]
+        self._emulated = first if isinstance(first, EmulatedBus) else None
+        self._echoes = list(echoes) or [False] * len(self._buses)
+        self._sent: list[Frames] = []
+
+    def __len__(self) -> int:
+        return len(self._buses)
+
+    def send(self, bus: int, identifier: int, data: bytes, now_s: float) -> bool:
+        """Whether the bus took the frame; one whose queue is full takes it later."""
+        if self._emulated is not None:
+            return self._emulated.grid.send(bus, identifier, data)
+        message = can.Message(arbitration_id=identifier, data=data, is_extended_id=False)
+        try:
+            self._buses[bus].send(message)
+        except (can.CanError, OSError) as error:
+            if getattr(error, "error_code", None) != errno.ENOBUFS:
+                self._troubles[bus] = str(error)
+            return False
+        self._troubles[bus] = None
+        if not self._echoes[bus]:
+            self._sent.append(_row(now_s, bus, message, from_host=True))
+        return True
+
+    def send_all(self, bus: int, identifiers: Sequence[int], data: bytes, now_s: float) -> int:
+        """The same bytes to several addresses in turn; how many of them the bus took."""
+        if self._emulated is not None:
+            return self._emulated.grid.send_all(bus, identifiers, data)
+        for count, identifier in enumerate(identifiers):
+            if not self.send(bus, identifier, data, now_s):
+                return count
+        return len(identifiers)
+
+    def trouble(self, bus: int) -> str | None:
+        """Why a bus does not work, if it does not."""
+        return self._troubles[bus]
+
+    def receive(self, now_s: float) -> Frames:
+        """All frames since the last call in order of time, those that this host sent among them."""
+        frames = self._take(now_s)
+        if self._log is not None and len(frames):
+            self._log.add(frames)
+        return frames
+
+    def _take(self, now_s: float) -> Frames:
+        if self._emulated is not None:
+            return self._emulated.grid.take()
+        rows, self._sent = self._sent, []
+        for number, bus in enumerate(self._buses):
+            try:
+                for _ in range(_MOST_PER_STEP):
+                    message = bus.recv(0)
+                    if message is None:
+                        break
+                    if is_data_frame(message):
+                        own = self._echoes[number] and not message.is_rx
+                        rows.append(_row(now_s, number, message, from_host=own))
+            except (can.CanError, OSError) as error:
+                self._troubles[number] = str(error)
+        return np.concatenate(rows) if rows else NO_FRAMES
+
+    def close(self) -> None:
+        """Gives the buses back."""
+        for bus in self._buses:
+            bus.shutdown()
+
+
+def is_data_frame(message: can.Message) -> bool:
+    """Whether it is what a Kilogrid has: a classic data frame with a short identifier."""
+    return not (
+        message.is_extended_id or message.is_remote_frame or message.is_error_frame or message.is_fd
+    )
+
+
+def _row(at_s: float, bus: int, message: can.Message, *, from_host: bool) -> Frames:
+    row = np.zeros(1, dtype=FRAME)
+    data = bytes(message.data).ljust(8, b"\0")
+    row[0] = (at_s, bus, message.arbitration_id, message.dlc, list(data), from_host)
+    return row
+
+
+def wall_clock() -> Callable[[], float]:
+    """Seconds from now on, by a clock that nobody sets."""
+    begin = time.monotonic()
+    return lambda: time.monotonic() - begin

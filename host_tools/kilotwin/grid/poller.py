@@ -1,0 +1,238 @@
+"""Asks modules for what robots reported, many at a time, and notices those that do not answer.
+
+Every `poll_s` a sweep asks each module once. A bus owes at most `poll_window` answers at a time. An
+answer is START with a number, then so many reports. A module that owes an answer for longer than
+`poll_timeout_s` is passed over; after three times it counts as silent and is asked now and then
+only, until it answers.
+
+An original module answers whatever its state is, so that a reset cannot be told from the answer.
+But for 1.2 s after power-up it answers nothing. A poll falls into that time which is answered later
+than `poll_timeout_s`, if this and `poll_s` are not more than 1.2 s together: a module that answers
+after it did not, or late, is one that may have been reset.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kilotwin.grid import frames as wire
+from kilotwin.grid.cover import Group
+from kilotwin.grid.layout import CELLS_PER_MODULE, Layout, Module
+from kilotwin.grid.links import Frames, Links
+
+SILENT_AFTER = 3
+"""Answers missed in a row."""
+_SILENT_SWEEPS = 10  # a silent module is asked in one sweep of so many
+
+_REST, _ASKED, _ANSWERING = 0, 1, 2
+
+Returned = list[tuple[Module, int]]
+"""Modules that answer again, and how often in a row they had not."""
+
+
+@dataclass(frozen=True)
+class Reports:
+    """What robots said: when it came to the host, through which module and cell."""
+
+    at_s: NDArray[np.float64]  # [k], as all of them
+    x: NDArray[np.uint8]
+    y: NDArray[np.uint8]
+    cell: NDArray[np.uint8]
+    data: NDArray[np.uint8]  # [k, 7]
+
+    def __len__(self) -> int:
+        return len(self.at_s)
+
+    @staticmethod
+    def joined(parts: Sequence["Reports"]) -> "Reports":
+        """All of them, one after the other."""
+        return Reports(
+            *(
+                np.concatenate([getattr(part, column.name) for part in parts])
+                for column in fields(Reports)
+            )
+        )
+
+
+@dataclass
+class Counts:
+    """Since the begin; `cut` are reports that were announced and did not come."""
+
+    asked: int = 0
+    answered: int = 0
+    missed: int = 0
+    reports: int = 0
+    cut: int = 0
+    bad_frames: int = 0
+
+
+class Poller:
+    """The polling of all modules on all buses."""
+
+    def __init__(
+        self, layout: Layout, links: Links, *, every_s: float, window: int, timeout_s: float
+    ) -> None:
+        self._links = links
+        self._every_s = every_s
+        self._window = window
+        self._timeout_s = timeout_s
+        self.modules: list[Module] = list(layout.modules())
+        self.index = {module: number for number, module in enumerate(self.modules)}
+        count = len(self.modules)
+        self._buses = range(layout.buses)
+        # Modules are in order of their rows, so that those of a bus are neighbours.
+        ends = np.cumsum([len(layout.modules_of(bus)) for bus in self._buses]).tolist()
+        self._of_bus = [slice(a, b) for a, b in zip([0, *ends], ends, strict=False)]
+        self._ids = [wire.id_of_group(Group(*module)) for module in self.modules]
+        self._of_id = np.full(wire.IDS, -1, dtype=np.intp)
+        self._of_id[[wire.id_from_module(module) for module in self.modules]] = np.arange(count)
+        self._xy = np.array(self.modules, dtype=np.uint8)
+        self._state = np.zeros(count, dtype=np.uint8)
+        self._since = np.zeros(count)
+        self._left = np.zeros(count, dtype=np.int64)
+        self._missed = np.zeros(count, dtype=np.int64)
+        self._excused_until = np.full(count, -np.inf)
+        self._due: list[list[int]] = [[] for _ in self._buses]  # per bus, the next one last
+        self._sweep = 0
+        self._next_sweep_s = -np.inf
+        self.on = False
+        self.counts = Counts()
+
+    @property
+    def owing(self) -> bool:
+        """Whether a module is asked and has not answered in full, or is still to be asked."""
+        return bool(self._state.any()) or any(self._due)
+
+    @property
+    def silent(self) -> list[Module]:
+        """Modules that have not answered for some time."""
+        return [self.modules[number] for number in np.flatnonzero(self._missed >= SILENT_AFTER)]
+
+    @property
+    def missing(self) -> bool:
+        """Whether a module did not answer when it was asked last."""
+        return bool(self._missed.any())
+
+    def next_sweep_s(self) -> float:
+        """When the next sweep is due."""
+        return self._next_sweep_s
+
+    def begin(self, now_s: float) -> None:
+        """Polls from now on."""
+        self.on = True
+        self._next_sweep_s = now_s
+
+    def end(self) -> None:
+        """Polls no more; answers that are owed are not waited for."""
+        self.on = False
+        self.forget()
+
+    def forget(self) -> None:
+        """Expects no answers: the host itself was away, or what it asked may be lost."""
+        self._state[:] = _REST
+        self._due = [[] for _ in self._buses]
+
+    def excuse(self, modules: Sequence[Module], until_s: float) -> None:
+        """Asks these not before then: they have been told to do something that takes time."""
+        for module in modules:
+            number = self.index[module]
+            self._excused_until[number] = until_s
+            self._state[number] = _REST
+
+    def sweep(self, now_s: float, *, everybody: bool = False) -> None:
+        """Begins a sweep now; of silent modules too if it is their turn, or for `everybody`."""
+        everybody = everybody or self._sweep % _SILENT_SWEEPS == 0
+        asked = everybody | (self._missed < SILENT_AFTER)
+        asked &= (self._state == _REST) & (self._excused_until <= now_s)
+        for bus in self._buses:
+            here = self._of_bus[bus]
+            self._due[bus] = (here.start + np.flatnonzero(asked[here])[::-1]).tolist()
+        self._sweep += 1
+        self._next_sweep_s = max(self._next_sweep_s + self._every_s, now_s)
+
+    def take(self, frames: Frames, now_s: float) -> tuple[Reports | None, Returned]:
+        """What frames from modules say: reports, and modules that answer after they did not."""
+        incoming = frames[(frames["id"] & 1 == 1) & ~frames["from_host"]]
+        if not len(incoming):
+            return None, []
+        number = self._of_id[incoming["id"]]
+        kind = incoming["data"][:, 0] & wire.TYPE_MASK
+        known = number >= 0
+        starts = known & (kind == wire.START) & (incoming["dlc"] >= wire.START_BYTES)
+        starts &= incoming["data"][:, 1] <= wire.MOST_RECORDS
+        reports = known & (kind == wire.TRACKING) & (incoming["dlc"] == wire.TRACKING_BYTES)
+        others = known & (kind != wire.START) & (kind != wire.TRACKING)
+        self.counts.bad_frames += int(len(incoming) - np.count_nonzero(starts | reports | others))
+        returned = self._take_starts(number[starts], incoming[starts], now_s)
+        if not reports.any():
+            return None, returned
+        return self._take_reports(number[reports], incoming[reports], now_s), returned
+
+    def _take_starts(self, number: NDArray[np.intp], incoming: Frames, now_s: float) -> Returned:
+        if not len(number):
+            return []
+        announced = incoming["data"][:, 1]
+        # Whoever steps seldom finds late answers among those in time.
+        late = (self._state[number] == _ASKED) & (
+            incoming["at_s"] - self._since[number] > self._timeout_s
+        )
+        self._missed[number[late]] += 1
+        self.counts.answered += len(number)
+        self._left[number] = announced
+        self._state[number] = np.where(announced > 0, _ANSWERING, _REST)
+        self._since[number] = now_s
+        returned = [
+            (self.modules[one], int(self._missed[one]))
+            for one in np.unique(number[self._missed[number] > 0])
+        ]
+        self._missed[number] = 0
+        return returned
+
+    def _take_reports(self, number: NDArray[np.intp], incoming: Frames, now_s: float) -> Reports:
+        self.counts.reports += len(number)
+        np.subtract.at(self._left, number, 1)
+        self._since[number] = now_s
+        self._state[number[self._left[number] <= 0]] = _REST
+        data = incoming["data"]
+        return Reports(
+            incoming["at_s"].copy(),
+            self._xy[number, 0],
+            self._xy[number, 1],
+            (data[:, 0] >> wire.CELL_SHIFT & (CELLS_PER_MODULE - 1)).astype(np.uint8),
+            data[:, 1:].copy(),
+        )
+
+    def step(self, now_s: float) -> list[Module]:
+        """Asks who is due; gives the modules that have just become silent."""
+        newly = self._give_up(now_s) if self._state.any() else []
+        if self.on and now_s >= self._next_sweep_s and not any(self._due):
+            self.sweep(now_s)
+        for bus, due in enumerate(self._due):
+            if due:
+                self._ask(bus, due, now_s)
+        return newly
+
+    def _give_up(self, now_s: float) -> list[Module]:
+        late = (self._state != _REST) & (now_s - self._since > self._timeout_s)
+        if not late.any():
+            return []
+        unanswered = late & (self._state == _ASKED)
+        self.counts.missed += int(np.count_nonzero(unanswered))
+        self.counts.cut += int(self._left[late & (self._state == _ANSWERING)].sum())
+        self._missed[unanswered] += 1
+        self._state[late] = _REST
+        newly = np.flatnonzero(unanswered & (self._missed == SILENT_AFTER))
+        return [self.modules[number] for number in newly]
+
+    def _ask(self, bus: int, due: list[int], now_s: float) -> None:
+        room = self._window - int(np.count_nonzero(self._state[self._of_bus[bus]]))
+        wanted = due[: -room - 1 : -1]
+        ids = [self._ids[number] for number in wanted]
+        asked = wanted[: self._links.send_all(bus, ids, wire.TRACKING_REQUEST, now_s)]
+        if asked:
+            del due[-len(asked) :]
+            self._state[asked] = _ASKED
+            self._since[asked] = now_s
+            self.counts.asked += len(asked)

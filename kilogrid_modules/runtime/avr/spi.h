@@ -1,0 +1,16 @@
+/// The serial bus to the CAN controller, 4 Mbit/s.
+#ifndef MODULE_AVR_SPI_H
+#define MODULE_AVR_SPI_H
+
+#include <stdint.h>
+
+void runtime_spi_init(void);
+
+/// Begins and ends an instruction to the controller.
+void runtime_spi_select(void);
+void runtime_spi_release(void);
+
+/// Sends a byte and returns the one that comes back for it.
+uint8_t runtime_spi_exchange(uint8_t byte);
+
+#endif

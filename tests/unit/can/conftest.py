@@ -1,0 +1,24 @@
+"""The protocol's C, compiled as a module's dialect asks and called through ctypes."""
+
+import ctypes
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[3]
+PROTOCOL = ROOT / "kilogrid_modules" / "protocol"
+SOURCES = [PROTOCOL / name for name in ("address.c", "kilogrid_can.c", "transfer.c")]
+WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wpedantic", "-Werror"]
+DIALECT = ["-std=gnu99", "-O1", "-funsigned-char", "-fpack-struct", "-fshort-enums"]
+
+
+@pytest.fixture(scope="session")
+def protocol_c(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
+    library = tmp_path_factory.mktemp("protocol") / "libprotocol.so"
+    options = [*DIALECT, *WARNINGS, "-shared", "-fPIC", "-o", str(library)]
+    subprocess.run(["cc", *options, *map(str, SOURCES)], check=True)
+    loaded = ctypes.CDLL(str(library))
+    for name in ("dlc_to_module", "dlc_to_host", "least_dlc_to_module", "least_dlc_to_host"):
+        getattr(loaded, f"kilogrid_{name}").restype = ctypes.c_uint8
+    return loaded

@@ -1,0 +1,103 @@
+"""How buses are named on the command line, and what is said when one is not there."""
+
+import pytest
+
+from kilotwin.can.buses import BusName, name_all, open_all, parse_bus
+from kilotwin.errors import DeviceError, InputError
+from kilotwin.grid.console import message_for_robots
+from kilotwin.overhead import WAKEUP
+
+from .conftest import Kilotwin
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        ("socketcan:can0", BusName("socketcan", "can0")),
+        ("slcan:/dev/ttyACM0", BusName("slcan", "/dev/ttyACM0")),
+        ("slcan:socket://127.0.0.1:3333", BusName("slcan", "socket://127.0.0.1:3333")),
+        ("socketcand:127.0.0.1", BusName("socketcand", None, "127.0.0.1", 29536)),
+        ("socketcand:127.0.0.1:4000/can2", BusName("socketcand", "can2", "127.0.0.1", 4000)),
+    ],
+)
+def test_names_are_understood(text: str, name: BusName) -> None:
+    assert parse_bus(text) == name
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("can0", "not IFACE:CHANNEL; try socketcan:can0"),
+        ("socketcam:can0", "there is no interface 'socketcam'; allowed: "),
+        ("socketcand:127.0.0.1:many", "not socketcand:HOST"),
+        ("socketcand:127.0.0.1:0", "not socketcand:HOST"),
+    ],
+)
+def test_names_that_are_none_are_refused(text: str, said: str) -> None:
+    with pytest.raises(InputError, match=f"--can {text}: ") as caught:
+        parse_bus(text)
+    assert said in str(caught.value)
+
+
+def test_one_server_has_all_buses() -> None:
+    names = name_all(["socketcand:127.0.0.1:4000"], 3)
+    assert [str(name) for name in names] == [
+        f"socketcand:127.0.0.1:4000/can{bus}" for bus in range(3)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("names", "said"),
+    [
+        ([], "on which CAN bus?"),
+        (["socketcan:can0"], "1 buses are named, but the grid has 2"),
+        (["socketcand:127.0.0.1", "socketcan:can0"], "which bus? Name it"),
+    ],
+)
+def test_as_many_buses_as_the_grid_has(names: list[str], said: str) -> None:
+    with pytest.raises(InputError) as caught:
+        name_all(names, 2)
+    assert said in str(caught.value)
+
+
+def test_what_is_not_there_is_a_missing_device_with_what_to_type() -> None:
+    with pytest.raises(DeviceError, match=r"--serve") as caught:
+        open_all(name_all(["socketcand:127.0.0.1:1"], 1))
+    assert "refused" in str(caught.value)
+    with pytest.raises(DeviceError, match=r"ip link set nothing7 up type can bitrate 250000"):
+        open_all(name_all(["socketcan:nothing7"], 1))
+
+
+def test_messages_for_robots() -> None:
+    assert message_for_robots("pause", None, None) == WAKEUP
+    assert message_for_robots("user", 5, "1,0x10") == bytes([1, 16, 0, 0, 0, 0, 0, 0, 0, 5])
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("dance", None, None), "no such message; allowed: reset, sleep"),
+        (("run", 5, None), "go with user only"),
+        (("user", None, "1"), "of which type?"),
+        (("user", 5, "1,2,256"), "not up to 9 bytes"),
+        (("user", 5, "1,2,,"), "not up to 9 bytes"),
+        (("user", 5, ",".join("1" * 10)), "not up to 9 bytes"),
+    ],
+)
+def test_messages_that_are_none_are_refused(
+    words: tuple[str, int | None, str | None], said: str
+) -> None:
+    with pytest.raises(InputError) as caught:
+        message_for_robots(*words)
+    assert said in str(caught.value)
+
+
+def test_the_command_ends_with_3_where_nobody_serves(kilotwin: Kilotwin) -> None:
+    done = kilotwin("grid", "ls", "--can", "socketcand:127.0.0.1:1", expect=3)
+    assert done.stderr.startswith("kilotwin: --can socketcand:127.0.0.1:1/can0: ")
+    assert done.stdout == ""
+
+
+def test_record_needs_a_grid(kilotwin: Kilotwin) -> None:
+    done = kilotwin("record", "small.toml", "--can", "socketcan:can0", expect=2)
+    assert "no [grid]" in done.stderr

@@ -1,0 +1,355 @@
+"""The host sets up, runs, polls, pauses and idles a table of modules, whatever befalls some."""
+
+import itertools
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import can
+import pytest
+
+from kilotwin.can.protocol import ModuleState
+from kilotwin.grid.controller import Controller, Settings
+from kilotwin.grid.layout import Layout
+from kilotwin.grid.links import Links
+from kilotwin.grid.poller import Reports
+from kilotwin.overhead import RESET, RUN, WAKEUP, message
+
+from .module_table import Module, ModuleTable
+
+STEP_S = 0.001
+CONFIG = message([1, 0, 9, 0, 4, 1, 2, 3, 4], 3)
+QUICK = Settings(hold_s=0.1, rounds=2)
+
+_names = itertools.count()
+
+
+class Rig:
+    """A controller and a table on virtual buses, and the time."""
+
+    def __init__(self, layout: Layout, settings: Settings, *, ours: bool) -> None:
+        name = f"table{next(_names)}"
+        self.layout = layout
+        self.buses = [
+            [can.Bus(interface="virtual", channel=f"{name}-{bus}") for bus in range(layout.buses)]
+            for _ in range(2)
+        ]
+        self.table = ModuleTable(
+            self.buses[1], [layout.modules_of(bus) for bus in range(layout.buses)], ours=ours
+        )
+        self.now_s = 0.0
+        self.events: list[tuple[float, str, dict[str, Any]]] = []
+        self.heard: list[tuple[int, int, int, bytes]] = []
+        self.controller = Controller(layout, settings, Links(self.buses[0]), self)
+
+    def reports(self, reports: Reports) -> None:
+        self.heard += zip(
+            reports.x.tolist(),
+            reports.y.tolist(),
+            reports.cell.tolist(),
+            map(bytes, reports.data),
+            strict=True,
+        )
+
+    def event(self, now_s: float, kind: str, text: str, **more: Any) -> None:
+        self.events.append((now_s, kind, more))
+
+    def kinds(self) -> list[str]:
+        return [kind for _, kind, _ in self.events]
+
+    def pass_time(self, seconds: float, until: Callable[[], bool] | None = None) -> None:
+        """Steps both every millisecond, but for the stretches in which nothing is due."""
+        end_s = self.now_s + seconds
+        while self.now_s < end_s and not (until and until()):
+            self.controller.step(self.now_s)
+            self.table.step(self.now_s)
+            self.now_s += STEP_S
+
+    def until_done(self, within_s: float = 60.0) -> None:
+        self.pass_time(within_s, lambda: not self.controller.busy)
+        assert not self.controller.busy
+
+    def start(self, configuration: dict[Module, bytes] | None = None) -> None:
+        """Set up and running."""
+        everything = dict.fromkeys(self.layout.modules(), b"\2\2\2\2")
+        self.controller.step(self.now_s)
+        self.controller.set_up({**everything, **(configuration or {})}, [CONFIG])
+        self.until_done()
+        self.controller.run()
+        self.until_done()
+
+    def close(self) -> None:
+        for bus in (*self.buses[0], *self.buses[1]):
+            bus.shutdown()
+
+
+Build = Callable[..., Rig]
+
+
+@pytest.fixture
+def build() -> Iterator[Build]:
+    rigs: list[Rig] = []
+
+    def build(
+        columns: int = 3, rows: int = 4, buses: int = 2, ours: bool = True, **settings: Any
+    ) -> Rig:
+        kept = {**QUICK.__dict__, **settings}
+        rigs.append(Rig(Layout(columns, rows, buses), Settings(**kept), ours=ours))
+        return rigs[-1]
+
+    yield build
+    for rig in rigs:
+        rig.close()
+
+
+def test_a_grid_is_set_up_and_runs(build: Build) -> None:
+    rig = build()
+    rig.start({(1, 1): b"\3\3\3\3", (2, 3): bytes(range(48))})
+    modules = rig.table.modules
+    assert rig.table.states() == {"RUNNING"}
+    assert modules[0, 0].configuration == b"\2\2\2\2"
+    assert modules[1, 1].configuration == b"\3\3\3\3"
+    assert modules[2, 3].configuration == bytes(range(48))
+    assert all(module.set_up and module.runs == 1 for module in modules.values())
+    assert all(module.forwarded == [RESET, CONFIG, CONFIG] for module in modules.values())
+    assert {kind for kind in rig.kinds() if kind.startswith("module")} == set()
+
+
+def test_frames_for_one_module_keep_their_distance(build: Build) -> None:
+    rig = build(pace_s=0.002)
+    rig.start({(1, 1): bytes(range(48))})
+    rig.pass_time(3)
+    assert min(module.least_gap_s for module in rig.table.modules.values()) > 0.0019
+
+
+def test_two_hundred_modules_take_few_frames(build: Build) -> None:
+    rig = build(columns=10, rows=20, buses=4)
+    ring = {
+        (x, y): bytes([1 + (x == 0), 1 + (x == 9), 1 + (y == 0), 1 + (y == 19)])
+        for x in range(10)
+        for y in range(20)
+    }
+    rig.controller.step(0)
+    rig.controller.set_up(ring, [])
+    rig.until_done()
+    assert {place: module.configuration for place, module in rig.table.modules.items()} == ring
+    # Two frames to a bus for its background and each of its sides, and its corners.
+    sides, corners = 2 * 4 + 2, 4
+    configured = next(more for _, kind, more in rig.events if kind == "configure")
+    assert configured["frames"] == 2 * (4 + sides + corners)
+
+
+def test_reports_arrive_once_and_in_order(build: Build) -> None:
+    rig = build()
+    rig.start()
+    said = []
+    for number in range(40):
+        module, cell = (number % 3, number % 4), number % 4
+        rig.table.robot_says(module, cell, bytes([number, 1, 2, 3, 4, 5, 6]))
+        said.append((*module, cell, bytes([number, 1, 2, 3, 4, 5, 6])))
+        rig.pass_time(0.2)
+    rig.pass_time(2)
+    assert sorted(rig.heard) == sorted(said)
+    for module in {heard[:2] for heard in rig.heard}:
+        numbers = [heard[3][0] for heard in rig.heard if heard[:2] == module]
+        assert numbers == sorted(numbers)
+
+
+def test_every_module_is_asked_once_per_period(build: Build) -> None:
+    rig = build(poll_s=0.5)
+    rig.start()
+    rig.pass_time(1)
+    before = {place: module.asked for place, module in rig.table.modules.items()}
+    rig.pass_time(10)
+    for place, module in rig.table.modules.items():
+        assert 19 <= module.asked - before[place] <= 21
+
+
+def test_no_more_modules_owe_an_answer_than_the_window_says(build: Build) -> None:
+    rig = build(columns=5, rows=4, buses=1, poll_window=3)
+    rig.start()
+    for module in rig.table.modules.values():
+        module.dead = True
+    rig.table.frames = 0
+    rig.pass_time(0.7)  # the first sweep begins after 0.6 s, an answer is given up after 0.2 s
+    assert rig.table.frames == 3
+
+
+def test_a_dead_module_is_passed_over_and_reported(build: Build) -> None:
+    rig = build()
+    rig.start()
+    rig.table.modules[1, 2].dead = True
+    died_s = rig.now_s
+    rig.pass_time(10)
+    (found,) = [event for event in rig.events if event[1] == "module_silent"]
+    assert found[2] == {"module": [1, 2]}
+    assert found[0] - died_s < 3 * (0.8 + 0.4) + 0.8
+    rig.table.robot_says((2, 2), 0, bytes(7))
+    rig.pass_time(1.5)
+    assert rig.heard == [(2, 2, 0, bytes(7))]
+    assert rig.controller.poller.silent == [(1, 2)]
+
+
+def test_a_module_dead_from_the_begin_does_not_stop_the_rest(build: Build) -> None:
+    rig = build()
+    rig.table.modules[0, 0].dead = True
+    rig.start()
+    assert rig.table.states() == {"RUNNING"}
+    assert [more for _, kind, more in rig.events if kind == "module_silent"] == [{"module": [0, 0]}]
+
+
+@pytest.mark.parametrize("ours", [True, False])
+@pytest.mark.parametrize("phase", [0.0, 0.2, 0.4, 0.6, 0.8, 0.99])
+def test_a_module_that_was_reset_is_configured_again(
+    build: Build, ours: bool, phase: float
+) -> None:
+    """Whenever between two polls the power fails, and whether or not the module is ours."""
+    rig = build(ours=ours, health=ours)
+    rig.start({(1, 1): b"\7\6\5\4"})
+    rig.pass_time(2 + phase)
+    rig.table.reset((1, 1), rig.now_s)
+    rig.pass_time(4)
+    module = rig.table.modules[1, 1]
+    assert module.state == "RUNNING"
+    assert module.configuration == b"\7\6\5\4"
+    assert rig.kinds().count("module_configured_again") == 1
+    others = [m for place, m in rig.table.modules.items() if place != (1, 1)]
+    assert all(other.runs == 1 for other in others)
+
+
+def test_a_module_of_ours_that_was_only_late_is_left_alone(build: Build) -> None:
+    rig = build(health=True)
+    rig.start()
+    rig.pass_time(2)
+    rig.table.modules[1, 1].deaf_until_s = rig.now_s + 1.5
+    rig.pass_time(4)
+    assert rig.controller.poller.counts.missed > 0
+    assert "module_configured_again" not in rig.kinds()
+    assert rig.table.modules[1, 1].runs == 1
+
+
+def test_health_is_asked_only_when_told_to(build: Build) -> None:
+    rig = build(health=False)
+    rig.start()
+    rig.pass_time(3)
+    assert rig.controller.health == {}
+    rig.controller.ask_health([(0, 0), (2, 3)])
+    rig.until_done()
+    assert set(rig.controller.health) == {(0, 0), (2, 3)}
+    health = rig.controller.health[0, 0]
+    assert (health.state, health.config_size) == (ModuleState.RUNNING, 4)
+    assert rig.controller.bus_health[0, 0].uptime_s == 42
+
+
+def test_a_configuration_that_did_not_arrive_is_sent_again(build: Build) -> None:
+    rig = build(health=True)
+    module = rig.table.modules[2, 1]
+    # The first transfer to one module is lost.
+    configure = rig.table._chunk
+    rig.table._chunk = lambda fake, data: (  # type: ignore[method-assign]
+        configure(fake, data) if fake is not module or len(module.forwarded) > 3 else None
+    )
+    rig.controller.step(0)
+    rig.controller.set_up(dict.fromkeys(rig.layout.modules(), b"\1\2\3\4"), [CONFIG])
+    rig.pass_time(60, lambda: any("configure" in kind for kind in rig.kinds()))
+    rig.pass_time(0.2)
+    rig.table._chunk = configure  # type: ignore[method-assign]
+    rig.until_done()
+    assert module.configuration == b"\1\2\3\4"
+
+
+def test_pause_and_resume_reach_the_robots(build: Build) -> None:
+    rig = build()
+    rig.start()
+    rig.controller.pause()
+    rig.until_done()
+    assert rig.table.states() == {"IDLE"}
+    assert rig.table.modules[0, 0].forwarded[-1] == WAKEUP
+    asked = rig.table.modules[0, 0].asked
+    rig.pass_time(3)
+    assert rig.table.modules[0, 0].asked == asked
+    rig.controller.resume()
+    rig.until_done()
+    assert rig.table.states() == {"RUNNING"}
+    assert rig.table.modules[0, 0].forwarded[-1] == RUN
+    rig.pass_time(3)
+    assert rig.table.modules[0, 0].asked > asked
+    assert "module_back" not in rig.kinds()
+
+
+def test_a_change_reaches_those_it_is_for_and_they_run_on(build: Build) -> None:
+    rig = build()
+    rig.start()
+    rig.pass_time(1.3)
+    rig.controller.change({(0, 0): b"\4\4\4\4", (2, 3): b"\5\5\5\5"})
+    rig.until_done()
+    rig.pass_time(3)
+    modules = rig.table.modules
+    assert modules[0, 0].configuration == b"\4\4\4\4"
+    assert modules[2, 3].configuration == b"\5\5\5\5"
+    assert modules[1, 1].configuration == b"\2\2\2\2"
+    assert rig.table.states() == {"RUNNING"}
+    assert {place for place, module in modules.items() if module.runs == 2} == {(0, 0), (2, 3)}
+    assert not [kind for kind in rig.kinds() if kind.startswith("module")]
+
+
+def test_idle_fetches_what_is_left_and_stops_robots_and_modules(build: Build) -> None:
+    rig = build()
+    rig.start()
+    rig.pass_time(2.2)
+    rig.table.robot_says((1, 3), 2, b"goodbye")
+    rig.controller.set_idle()
+    rig.until_done()
+    assert rig.heard == [(1, 3, 2, b"goodbye")]
+    assert rig.table.states() == {"IDLE"}
+    assert all(module.repeating is None for module in rig.table.modules.values())
+    assert rig.table.modules[0, 0].forwarded[-1] == WAKEUP
+
+
+def test_idle_in_the_middle_of_a_set_up_stops_it(build: Build) -> None:
+    rig = build(hold_s=2.0)
+    rig.controller.step(0)
+    rig.controller.set_up(dict.fromkeys(rig.layout.modules(), b"\1\1\1\1"), [CONFIG] * 5)
+    rig.pass_time(3)
+    rig.controller.set_idle()
+    rig.until_done(5.0)
+    assert rig.table.states() == {"IDLE"}
+    assert rig.table.modules[0, 0].forwarded[-1] == WAKEUP
+
+
+def test_a_host_that_was_away_blames_nobody(build: Build) -> None:
+    rig = build()
+    rig.start()
+    rig.pass_time(2.0)
+    end_s = rig.now_s + 30
+    while rig.now_s < end_s:  # the table lives on alone
+        rig.table.step(rig.now_s)
+        rig.now_s += STEP_S
+    rig.table.robot_says((0, 0), 0, bytes(7))
+    rig.pass_time(3)
+    assert not [kind for kind in rig.kinds() if kind.startswith("module")]
+    assert rig.heard == [(0, 0, 0, bytes(7))]
+
+
+def test_frames_that_no_one_should_send_are_counted_and_nothing_else(build: Build) -> None:
+    rig = build()
+    rig.start()
+    rig.pass_time(2)
+    bad = [
+        (0x083, b"\x14"),  # START without its number
+        (0x083, b"\x14\x0b"),  # more reports than there is room for
+        (0x083, b"\x11\1\2\3"),  # half a report
+        (0x7FF, b"\x14\0"),  # a module beside the grid
+        (0x001, b"\x11\1\2\3\4\5\6\7"),  # nobody
+        (0x083, b""),
+    ]
+    before = rig.controller.poller.counts.bad_frames
+    for identifier, data in bad:
+        rig.buses[1][0].send(
+            can.Message(arbitration_id=identifier, data=data, is_extended_id=False)
+        )
+    rig.buses[1][0].send(can.Message(arbitration_id=0x083, is_remote_frame=True, dlc=2))
+    rig.buses[1][0].send(can.Message(arbitration_id=0x12345, data=b"\x14\1", is_extended_id=True))
+    rig.pass_time(2)
+    assert rig.controller.poller.counts.bad_frames - before == 5
+    assert rig.heard == []
+    assert not [kind for kind in rig.kinds() if kind.startswith("module")]
