@@ -16,7 +16,6 @@ constexpr double SKIN_USED =
 constexpr double CONTACT_MARGIN = 0.03;  // of a radius
 constexpr double NEAR = 1;               // of a radius: gap up to which others count as near
 constexpr uint8_t STEPS_APART_TO_LEAVE = 2;
-constexpr double OVERLAP_TO_CARE = 0.002;  // of a diameter
 // A robot that is pushed may be a little faster than it drives: the solver's own limit, relative to
 // the fastest drive.
 constexpr double PUSHED_SPEED = 1.1;
@@ -238,18 +237,32 @@ bool Bodies::may_touch(uint32_t robot) {
     return false;
 }
 
+/// No way within this step is longer.
+double Bodies::longest_free_m(uint32_t robot) const {
+    const bool steady = next_change_[robot] >= now_ + step_;
+    return seconds(step_) * (steady ? trajectories_[robot].drive().velocity.norm() : fastest_m_s_);
+}
+
 /// Whether two robots would touch, both going on as they do; they are nearer than the contact gap.
 bool Bodies::meets(uint32_t robot, uint32_t other) {
     const Eigen::Vector2d apart = position(other) - position(robot);
-    const Eigen::Vector2d shift = free_shift(robot);
     const double touch = 2 * radius_m_ + margin_m_;
-    if (world_.holds(other))  // it may be pushed anywhere
-        return apart.norm() <= touch + shift.norm() + longest_shift_m_;
+    const bool held = world_.holds(other);
+    const double reach = touch + longest_free_m(robot) + longest_free_m(other);
+    if (!held && apart.squaredNorm() > reach * reach) return false;
+    const Eigen::Vector2d shift = free_shift(robot);
+    if (held) {  // it may be pushed anywhere
+        const double seen = 2 * radius_m_ + World::margin_m(radius_m_);
+        return apart.norm() <= std::min(touch + shift.norm() + longest_shift_m_, seen);
+    }
     const Eigen::Vector2d closing = free_shift(other) - shift;
     const double towards = -apart.dot(closing);
     if (towards <= 0) return false;
     const double part = std::min(towards / closing.squaredNorm(), 1.0);
-    return (apart + part * closing).squaredNorm() <= touch * touch;
+    if ((apart + part * closing).squaredNorm() > touch * touch) return false;
+    const double seen = 2 * radius_m_ + World::margin_m(radius_m_);
+    if (apart.squaredNorm() > seen * seen) approach_m_ = std::max(approach_m_, closing.norm());
+    return true;
 }
 
 bool Bodies::meets_wall(uint32_t robot) {
@@ -263,12 +276,14 @@ void Bodies::close_over() {
         const uint32_t robot = contacts_[i];
         const Eigen::Vector2d here = position(robot);
         for (uint32_t other : near(robot)) {
-            const double closing = longest_shift_m_ + free_shift(other).norm();
             const double gap = (position(other) - here).norm() - 2 * radius_m_;
-            if (gap > closing + margin_m_) continue;
+            if (gap > contact_gap_m_) continue;
+            const double closing = longest_shift_m_ + free_shift(other).norm();
+            if (gap > std::min(closing + margin_m_, World::margin_m(radius_m_)) &&
+                !in_contact_[other])
+                continue;
             include(other);
             if (robot < other) pairs_.push_back({robot, other});
-            if (gap > World::margin_m(radius_m_)) approach_m_ = std::max(approach_m_, closing);
         }
     }
 }
@@ -280,15 +295,15 @@ void Bodies::hand_over() {
         steps_apart_[robot] = 0;
         if (!world_.holds(robot)) world_.add(robot, trajectory_before(robot), now_);
     }
-    leaving_.clear();
     size_t next = 0;
+    world_.settle();
     for (uint32_t robot : world_.robots()) {
         if (next < contacts_.size() && contacts_[next] == robot)
             next++;
         else if (++steps_apart_[robot] >= STEPS_APART_TO_LEAVE)
-            leaving_.push_back(robot);
+            world_.remove(robot);
     }
-    for (uint32_t robot : leaving_) world_.remove(robot);
+    world_.settle();
 }
 
 void Bodies::solve_contacts() {
@@ -309,7 +324,7 @@ void Bodies::solve_contacts() {
         free_shifts_.push_back(
             {alone.position - before.position, wrapped(alone.heading - before.heading)});
     }
-    world_.step(free_shifts_, step_s, approach_m_, overlap_m_ > OVERLAP_TO_CARE * 2 * radius_m_);
+    world_.step(free_shifts_, step_s, approach_m_, overlap_m_ / (2 * radius_m_));
     solver_steps_ += held.size();
     longest_shift_m_ = 0;
     for (size_t i = 0; i < held.size(); i++) {

@@ -111,6 +111,7 @@ class Bodies {
     Eigen::Vector2d free_shift(uint32_t robot);
     void find_contacts();
     bool may_touch(uint32_t robot);
+    double longest_free_m(uint32_t robot) const;
     bool meets(uint32_t robot, uint32_t other);
     bool meets_wall(uint32_t robot);
     void include(uint32_t robot);
@@ -147,7 +148,6 @@ class Bodies {
     std::vector<bool> in_contact_;
 
     std::vector<uint32_t> contacts_;  ///< robots that belong into the solver this step, ascending
-    std::vector<uint32_t> leaving_;   ///< and those that no longer do
     std::vector<Before> before_;
     std::vector<Pair> pairs_;  ///< of robots in the solver that may touch this step
     std::vector<uint32_t> pushed_;

@@ -46,12 +46,7 @@ class Chance {
 
     /// The n-th draw of `robot` for `purpose`: 64 uniform bits.
     uint64_t bits(uint32_t robot, Purpose purpose, uint64_t n) const {
-        r123::Philox4x32::ctr_type counter = {{static_cast<uint32_t>(n),
-                                               static_cast<uint32_t>(n >> 32), robot,
-                                               static_cast<uint32_t>(purpose)}};
-        r123::Philox4x32::key_type key = {
-            {static_cast<uint32_t>(seed_), static_cast<uint32_t>(seed_ >> 32)}};
-        auto out = r123::Philox4x32()(counter, key);
+        const auto out = block(robot, purpose, n);
         return static_cast<uint64_t>(out[1]) << 32 | out[0];
     }
 
@@ -62,15 +57,22 @@ class Chance {
 
     /// Mean 0, variance 1, nearly normal: the sum of eight uniform numbers, so at most 4.9 in size.
     double normal(uint32_t robot, Purpose purpose, uint64_t n) const {
-        constexpr double SCALE = 1.224744871391589;  // sqrt(12 / 8)
-        double sum = -4;
-        for (uint64_t half = 0; half < 2; half++)
-            for (uint64_t word = bits(robot, purpose, 2 * n + half), i = 0; i < 4; i++, word >>= 16)
-                sum += (static_cast<double>(word & 0xFFFF) + 0.5) * 0x1p-16;
-        return sum * SCALE;
+        constexpr double SCALE = 1.224744871391589 * 0x1p-16;  // sqrt(12 / 8)
+        uint32_t sum = 0;
+        for (const uint32_t word : block(robot, purpose, n)) sum += (word & 0xFFFF) + (word >> 16);
+        return (static_cast<double>(sum) - 4 * 0xFFFF) * SCALE;
     }
 
   private:
+    r123::Philox4x32::ctr_type block(uint32_t robot, Purpose purpose, uint64_t n) const {
+        const r123::Philox4x32::ctr_type counter = {{static_cast<uint32_t>(n),
+                                                     static_cast<uint32_t>(n >> 32), robot,
+                                                     static_cast<uint32_t>(purpose)}};
+        const r123::Philox4x32::key_type key = {
+            {static_cast<uint32_t>(seed_), static_cast<uint32_t>(seed_ >> 32)}};
+        return r123::Philox4x32()(counter, key);
+    }
+
     uint64_t seed_;
 };
 

@@ -44,7 +44,19 @@ Chassis::Chassis(const Profile &profile, const Chance &chance, size_t robots)
         };
         motors.left.share = share(Purpose::LEFT_BIAS);
         motors.right.share = share(Purpose::RIGHT_BIAS);
+        draw_noise(robot);
     }
+}
+
+void Chassis::draw_noise(uint32_t robot) {
+    if (profile_.motor_noise == 0) return;
+    auto &motors = motors_[robot];
+    auto wobble = [&](Purpose purpose) {
+        const double normal = limited(chance_.normal(robot, purpose, motors.noise_draws));
+        return static_cast<float>(1 + profile_.motor_noise * normal);
+    };
+    motors.left.wobble = wobble(Purpose::LEFT_NOISE);
+    motors.right.wobble = wobble(Purpose::RIGHT_NOISE);
 }
 
 bool Chassis::starts(const Motor &motor, uint8_t duty, Cycles kicked_for) const {
@@ -72,6 +84,7 @@ Drive Chassis::set_duties(uint32_t robot, Cycles at, uint8_t left, uint8_t right
 Drive Chassis::renew(uint32_t robot) {
     motors_[robot].renewal += NOISE_PERIOD;
     motors_[robot].noise_draws++;
+    draw_noise(robot);
     return drive(robot);
 }
 
@@ -90,24 +103,18 @@ Drive Chassis::drive(uint32_t robot) const {
 // work: each turns it half as fast about its leg, so that the sum goes straight on.
 Drive Chassis::drive_on_legs(uint32_t robot) const {
     const auto &motors = motors_[robot];
-    auto rate = [&](const Motor &motor, const Motor &other, uint8_t straight, uint8_t turn,
-                    Purpose noise) {
+    auto rate = [&](const Motor &motor, const Motor &other, uint8_t straight, uint8_t turn) {
         if (!motor.turns) return 0.0;
         const double arm = 2 * LEG_ASIDE * profile_.radius_m;
         const double calibrated = other.turns ? profile_.speed_m_s / arm : profile_.turn_rad_s;
         const double duty_share = double(motor.duty) / (other.turns ? straight : turn);
-        double wobble = 1;
-        if (profile_.motor_noise > 0)
-            wobble +=
-                profile_.motor_noise * limited(chance_.normal(robot, noise, motors.noise_draws));
-        const double share =
-            std::min(duty_share, FASTER_THAN_CALIBRATED) * motors.speed * motor.share * wobble;
+        const double share = std::min(duty_share, FASTER_THAN_CALIBRATED) * motors.speed *
+                             motor.share * motor.wobble;
         return calibrated * std::clamp(share, 0.0, fastest_share_);
     };
-    const double left = rate(motors.left, motors.right, profile_.straight_left, profile_.turn_left,
-                             Purpose::LEFT_NOISE);
-    const double right = rate(motors.right, motors.left, profile_.straight_right,
-                              profile_.turn_right, Purpose::RIGHT_NOISE);
+    const double left = rate(motors.left, motors.right, profile_.straight_left, profile_.turn_left);
+    const double right =
+        rate(motors.right, motors.left, profile_.straight_right, profile_.turn_right);
     return {{LEG_ASIDE * profile_.radius_m * (left + right),
              LEG_BEHIND * profile_.radius_m * (left - right)},
             left - right};

@@ -50,7 +50,8 @@ class Chassis {
     struct Motor {
         uint8_t duty = 0;
         bool turns = false;
-        float share = 1;  ///< of the nominal speed, this robot's
+        float share = 1;   ///< of the nominal speed, this robot's
+        float wobble = 1;  ///< and what this second adds to it
     };
     struct Motors {
         Motor left, right;
@@ -63,6 +64,7 @@ class Chassis {
     bool starts(const Motor &motor, uint8_t duty, Cycles kicked_for) const;
     Drive drive(uint32_t robot) const;
     Drive drive_on_legs(uint32_t robot) const;
+    void draw_noise(uint32_t robot);
 
     Profile profile_;
     const Chance &chance_;

@@ -19,7 +19,9 @@ constexpr double CYCLE_S = 1.0 / static_cast<double>(CYCLES_PER_SECOND);
 constexpr double TICK_S = static_cast<double>(TICK_CYCLES) * CYCLE_S;
 
 /// How long `cycles` last, in seconds.
-constexpr double seconds(Cycles cycles) { return static_cast<double>(cycles) * CYCLE_S; }
+constexpr double seconds(Cycles cycles) {
+    return static_cast<double>(static_cast<int64_t>(cycles)) * CYCLE_S;  // signed: one instruction
+}
 
 }  // namespace kilotwin
 

@@ -22,9 +22,9 @@ Eigen::Vector2d Trajectory::position(Cycles at) const {
     const Eigen::Vector2d &v = drive_.velocity;
     Eigen::Vector2d shift = v * time;
     if (drive_.turn != 0) {
-        const Eigen::Vector2d turned = direction(drive_.turn * time);
-        const double sine = turned.y() / drive_.turn, rest = (1 - turned.x()) / drive_.turn;
-        shift = {v.x() * sine - v.y() * rest, v.x() * rest + v.y() * sine};
+        const Eigen::Vector2d way = arc(drive_.turn * time);
+        shift = {shift.x() * way.x() - shift.y() * way.y(),
+                 shift.x() * way.y() + shift.y() * way.x()};
     }
     return origin_.position + Eigen::Vector2d(ahead_.x() * shift.x() - ahead_.y() * shift.y(),
                                               ahead_.y() * shift.x() + ahead_.x() * shift.y());

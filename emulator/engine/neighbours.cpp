@@ -30,14 +30,16 @@ class Cells {
         for (uint32_t i = 0; i < positions.size(); i++) members_[next[index(positions[i])]++] = i;
     }
 
+    /// Those in the nine cells around a point: in each row, three that lie side by side.
     template <typename Visit> void around(const Eigen::Vector2d &p, Visit visit) const {
-        int column = column_of(p), row = row_of(p);
-        for (int r = std::max(row - 1, 0); r <= std::min(row + 1, rows_ - 1); r++)
-            for (int c = std::max(column - 1, 0); c <= std::min(column + 1, columns_ - 1); c++) {
-                size_t cell =
-                    static_cast<size_t>(r) * static_cast<size_t>(columns_) + static_cast<size_t>(c);
-                for (size_t k = first_[cell]; k < first_[cell + 1]; k++) visit(members_[k]);
-            }
+        const int column = column_of(p), row = row_of(p);
+        const int first = std::max(column - 1, 0), last = std::min(column + 1, columns_ - 1);
+        for (int r = std::max(row - 1, 0); r <= std::min(row + 1, rows_ - 1); r++) {
+            const auto cell = static_cast<size_t>(r) * static_cast<size_t>(columns_);
+            const size_t end = first_[cell + static_cast<size_t>(last) + 1];
+            for (size_t k = first_[cell + static_cast<size_t>(first)]; k < end; k++)
+                visit(members_[k]);
+        }
     }
 
   private:

@@ -14,6 +14,13 @@ constexpr double COSINE[] = {
     1.0 / 20922789888000, -1.0 / 87178291200, 1.0 / 479001600, -1.0 / 3628800,
     1.0 / 40320,          -1.0 / 720,         1.0 / 24,        -1.0 / 2};
 
+// The same series, divided by x, for |x| <= 1/2: sin(x) / x and (1 - cos(x)) / x^2.
+constexpr double SMALL = 0.5;
+constexpr double STRAIGHT[] = {
+    1.0 / 6227020800, -1.0 / 39916800, 1.0 / 362880, -1.0 / 5040, 1.0 / 120, -1.0 / 6, 1};
+constexpr double ASIDE[] = {1.0 / 87178291200, -1.0 / 479001600, 1.0 / 3628800, -1.0 / 40320,
+                            1.0 / 720,         -1.0 / 24,        1.0 / 2};
+
 double horner(const double (&coefficients)[8], double square) {
     double value = coefficients[0];
     for (int i = 1; i < 8; i++) value = value * square + coefficients[i];
@@ -35,6 +42,20 @@ Eigen::Vector2d direction(double angle) {
     case 2: return {-c, -s};
     default: return {s, -c};
     }
+}
+
+Eigen::Vector2d arc(double angle) {
+    if (std::abs(angle) > SMALL) {
+        const Eigen::Vector2d end = direction(angle);
+        return {end.y() / angle, (1 - end.x()) / angle};
+    }
+    const double square = angle * angle;
+    double straight = STRAIGHT[0], aside = ASIDE[0];
+    for (int i = 1; i < 7; i++) {
+        straight = straight * square + STRAIGHT[i];
+        aside = aside * square + ASIDE[i];
+    }
+    return {straight, aside * angle};
 }
 
 double wrapped(double angle) {

@@ -12,10 +12,12 @@ namespace kilotwin {
 
 namespace {
 
-constexpr double RADIUS_UNITS = 0.2;
+constexpr double RADIUS_UNITS = 0.1;
 constexpr int ROUND_WALL_SEGMENTS = 720;  // a 19.2 m arena differs from a circle by 0.1 mm
 constexpr float FRICTION = 0.3f;
 constexpr int SUB_STEPS = 4, SUB_STEPS_CAREFUL = 8;
+constexpr double SOME_OVERLAP = 0.01, MUCH_OVERLAP = 0.02;  // of a diameter
+constexpr int ROUNDS_CAREFUL = 3;
 constexpr double SPECULATIVE_UNITS = 0.018;  // Box2D's margin is 0.02
 
 // The series of asin: a step turns a robot by little, and its sine is what Box2D's rotations give
@@ -134,33 +136,40 @@ void World::add(uint32_t robot, const Trajectory &trajectory, Cycles at) {
     b2Body_SetLinearVelocity(disc.body, b.to_units(disc.wanted.by));
     b2Body_SetAngularVelocity(disc.body, static_cast<float>(disc.wanted.turn));
     held_[robot] = true;
-    robots_.insert(std::lower_bound(robots_.begin(), robots_.end(), robot), robot);
+    robots_.push_back(robot);
 }
 
 void World::remove(uint32_t robot) {
     b2Body_Disable(box2d_->discs[robot].body);
     held_[robot] = false;
-    robots_.erase(std::lower_bound(robots_.begin(), robots_.end(), robot));
+}
+
+void World::settle() {
+    auto gone = [this](uint32_t robot) { return !held_[robot]; };
+    robots_.erase(std::remove_if(robots_.begin(), robots_.end(), gone), robots_.end());
+    std::sort(robots_.begin(), robots_.end());
 }
 
 double World::margin_m(double radius_m) { return SPECULATIVE_UNITS / RADIUS_UNITS * radius_m; }
 
 // A contact is seen by the solver only when bodies are nearer than its speculative margin at the
 // begin of a solver step: two robots must not come closer than that within one.
-void World::step(const std::vector<Shift> &free, double step_s, double approach_m, bool careful) {
+void World::step(const std::vector<Shift> &free, double step_s, double approach_m, double overlap) {
     auto &b = *box2d_;
     for (uint32_t robot : robots_) {
         auto &disc = b.discs[robot];
         disc.position_before = b2Body_GetPosition(disc.body);
         disc.rotation_before = b2Body_GetRotation(disc.body);
     }
+    const int care = overlap > MUCH_OVERLAP ? ROUNDS_CAREFUL : 1;
     const int rounds =
-        std::max(1, static_cast<int>(std::ceil(approach_m * b.units_per_m / SPECULATIVE_UNITS)));
+        std::max(care, static_cast<int>(std::ceil(approach_m * b.units_per_m / SPECULATIVE_UNITS)));
     const double round_s = step_s / rounds;
     for (int round = 0; round < rounds; round++) {
         for (size_t i = 0; i < robots_.size(); i++)
             b.drive(b.discs[robots_[i]], {free[i].by / step_s, free[i].turn / step_s}, round_s);
-        b2World_Step(b.world, static_cast<float>(round_s), careful ? SUB_STEPS_CAREFUL : SUB_STEPS);
+        b2World_Step(b.world, static_cast<float>(round_s),
+                     overlap > SOME_OVERLAP ? SUB_STEPS_CAREFUL : SUB_STEPS);
     }
 }
 

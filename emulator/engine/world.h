@@ -3,8 +3,9 @@
 ///
 /// Only robots near a contact are in here. They are discs that a limited force drives; with their
 /// motors off the same force holds them, as friction does. Lengths in metres outside; inside, one
-/// robot radius is 0.2 Box2D units in every profile, because the solver's tolerances are fixed in
-/// units.
+/// robot radius is 0.1 Box2D units in every profile, because the solver's tolerances are fixed in
+/// units: so it sees a contact coming that is 0.18 radii away, as far as two robots come nearer
+/// within a step.
 #ifndef KILOTWIN_ENGINE_WORLD_H
 #define KILOTWIN_ENGINE_WORLD_H
 
@@ -42,13 +43,17 @@ class World {
     void add(uint32_t robot, const Trajectory &trajectory, Cycles at);
     void remove(uint32_t robot);
 
+    /// To be called after add() and remove(), before robots() and step().
+    void settle();
+
     /// The solver sees those that are nearer than this when a step begins.
     static double margin_m(double radius_m);
 
     /// Solves one step of `step_s`. `free`: for each of robots(), in their order, where it would go
     /// within the step, were it alone. `approach_m`: the most that any two come nearer who are
-    /// farther apart than margin_m(). `careful`: something is pressed, so that care pays.
-    void step(const std::vector<Shift> &free, double step_s, double approach_m, bool careful);
+    /// farther apart than margin_m(). `overlap`: the worst of the last step, as a share of a
+    /// diameter; the more, the more care is taken.
+    void step(const std::vector<Shift> &free, double step_s, double approach_m, double overlap);
 
     /// How the last step moved a robot.
     Shift moved(uint32_t robot) const;

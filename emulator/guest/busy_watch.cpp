@@ -33,8 +33,8 @@ uint64_t memory_fingerprint(const kt_table_t &table, const uint8_t *frame, const
 
 }  // namespace
 
-void BusyWatch::came_back(const Program &program) {
-    *program.table().budget = BLOCKS_PER_TICK;
+void BusyWatch::forget() {
+    watched_ = false;
     busy_since_ = computing_since_ = NEVER;
     probes_left_ = 0;
     warned_ = false;
@@ -42,6 +42,7 @@ void BusyWatch::came_back(const Program &program) {
 
 BusyWatch::Finding BusyWatch::look(const Program &program, const uint8_t *frame,
                                    const uint8_t *top) {
+    watched_ = true;
     auto &budget = *program.table().budget;
     const uint64_t fingerprint = memory_fingerprint(program.table(), frame, top);
     budget = 0;

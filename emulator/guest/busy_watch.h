@@ -37,7 +37,10 @@ class BusyWatch {
         "it has been computing for 60 s without coming back or calling delay()";
 
     /// The program came back, or gave time back: it gets a fresh budget.
-    void came_back(const Program &program);
+    void came_back(const Program &program) {
+        *program.table().budget = BLOCKS_PER_TICK;
+        if (watched_) forget();
+    }
 
     /// The budget was spent at `now`; the program's frames lie from `frame` to `top`. Unless it is
     /// LOOKING, time has to pass up to the next interrupt.
@@ -47,11 +50,14 @@ class BusyWatch {
     Verdict judge(Finding finding, Cycles now);
 
   private:
+    void forget();
+
     uint64_t fingerprint_ = 0;        ///< of the memory when the budget was last spent
     uint16_t probes_left_ = 0;        ///< looks at the memory until it counts as computing
     Cycles busy_since_ = NEVER;       ///< since when the program has not come back
     Cycles computing_since_ = NEVER;  ///< since when it has changed memory all the time
     bool warned_ = false;
+    bool watched_ = false;  ///< the budget was spent since it last came back
 };
 
 }  // namespace kilotwin

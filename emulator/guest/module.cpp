@@ -402,10 +402,8 @@ Cycles Module::next_event() const {
     Cycles next = next_turn();
     if (!answers_.empty()) next = std::min(next, answers_.front().at);
     // What came while it sends by infrared, or starts, waits for the end of that.
-    if (!can_inbox_.empty())
-        next = std::min(next, std::max(can_inbox_.front().at, busy_until_));
-    if (!cell_inbox_.empty())
-        next = std::min(next, std::max(cell_inbox_.front().at, busy_until_));
+    if (!can_inbox_.empty()) next = std::min(next, std::max(can_inbox_.front().at, busy_until_));
+    if (!cell_inbox_.empty()) next = std::min(next, std::max(cell_inbox_.front().at, busy_until_));
     const bool looping = state_ == State::RUNNING && started_ && burst_kind_ == Burst::NONE;
     if (!suspended_.empty()) {
         const bool matters = !looping || poll_pending_ || health_asked_ != 0;

@@ -24,6 +24,15 @@ Robot *current = nullptr;
 
 }  // namespace
 
+// What the registers now make of motors and LED: hardware.md 1.8.
+inline void Robot::look_at_outputs(const kt_table_t &table) {
+    if (table.settle != nullptr) table.settle();
+    uint64_t seen;
+    static_assert(sizeof seen == sizeof *table.outputs);
+    std::memcpy(&seen, const_cast<const kt_outputs_t *>(table.outputs), sizeof seen);
+    if (seen != outputs_seen_) take_outputs(seen);
+}
+
 /// Where the guest's calls arrive; all act on the robot that runs.
 struct Robot::HostCalls {
     static void init() {
@@ -215,7 +224,8 @@ void Robot::go_on(Cycles until) {
         auto [kind, text] = explain(stack.fault(), *program_);
         stop(kind, std::move(text));
     }
-    inbox_.erase(inbox_.begin(), inbox_.begin() + static_cast<ptrdiff_t>(inbox_next_));
+    if (inbox_next_ > 0)
+        inbox_.erase(inbox_.begin(), inbox_.begin() + static_cast<ptrdiff_t>(inbox_next_));
     inbox_next_ = 0;
     current = nullptr;
 }
@@ -313,12 +323,7 @@ void Robot::live() {
             loop_due_ = true;
             came_back();
         } else if (state_ == State::RUNNING && loop_due_) {
-            loop_due_ = false;
-            Cycles before = now_;
-            loop_();
-            came_back();
-            look_at_outputs();
-            if (now_ > before) loop_due_ = true;
+            run_loop();
         } else if (next_interrupt() < until_) {
             serve_interrupt();
         } else {
@@ -327,12 +332,36 @@ void Robot::live() {
     }
 }
 
-void Robot::came_back() { busy_.came_back(*program_); }
-
-Cycles Robot::next_interrupt() const {
-    Cycles message = inbox_next_ < inbox_.size() ? inbox_[inbox_next_].at : NEVER;
-    return std::min(message, next_tick_);
+// Calls loop(), and again at each tick up to the next one that brings more than itself.
+void Robot::run_loop() {
+    const auto &table = program_->table();
+    const Cycles quiet_until = std::min(until_, next_message());
+    Cycles before;
+    do {
+        before = now_;
+        loop_due_ = false;
+        loop_();
+        busy_.came_back(*program_);
+        look_at_outputs(table);
+    } while (now_ == before && pass_tick(table, quiet_until));
+    if (now_ > before) loop_due_ = true;
 }
+
+/// Goes on to the next tick if that comes before `quiet_until` and does nothing but count.
+inline bool Robot::pass_tick(const kt_table_t &table, Cycles quiet_until) {
+    const uint32_t tx_clock = tx_clock_ + uint32_t{TICK_COMPARE};
+    const uint16_t tx_period = table.tx_period != nullptr ? *table.tx_period : TX_PERIOD_AT_RESET;
+    const bool plain = tick_increment_ == TICK_COMPARE && !interrupts_off_;
+    if (next_tick_ >= quiet_until || tx_clock > tx_period || !plain) return false;
+    now_ = std::max(now_, next_tick_);
+    next_tick_ += calibration_.tick;
+    tx_clock_ = static_cast<uint16_t>(tx_clock);
+    last_tick_ = *table.ticks + 1;
+    *table.ticks = last_tick_;
+    return true;
+}
+
+void Robot::came_back() { busy_.came_back(*program_); }
 
 void Robot::serve_interrupt() {
     if (next_tick_ > next_interrupt())
@@ -544,16 +573,12 @@ void Robot::reset() {
     GuestStack::instance().abandon();
 }
 
-// What the registers now make of motors and LED: hardware.md 1.8.
-void Robot::look_at_outputs() {
-    if (program_->table().settle != nullptr) program_->table().settle();
-    const auto &registers = *program_->table().outputs;
-    uint64_t seen;
-    static_assert(sizeof seen == sizeof registers);
-    std::memcpy(&seen, const_cast<const kt_outputs_t *>(&registers), sizeof seen);
-    if (seen == outputs_seen_) return;
-    outputs_seen_ = seen;
+void Robot::look_at_outputs() { look_at_outputs(program_->table()); }
 
+void Robot::take_outputs(uint64_t seen) {
+    outputs_seen_ = seen;
+    kt_outputs_t registers;
+    std::memcpy(&registers, &seen, sizeof registers);
     auto lit = [](uint8_t ddr, uint8_t port, int pin) { return ddr >> pin & ~(port >> pin) & 1; };
     color_ = static_cast<uint8_t>(lit(registers.ddrd, registers.portd, 5) |
                                   lit(registers.ddrd, registers.portd, 4) << 1 |

@@ -8,6 +8,7 @@
 #ifndef KILOTWIN_GUEST_ROBOT_H
 #define KILOTWIN_GUEST_ROBOT_H
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -166,7 +167,12 @@ class Robot {
     static void body(void *robot);
     void go_on(Cycles until);
     void live();
-    Cycles next_interrupt() const;
+    void run_loop();
+    bool pass_tick(const kt_table_t &table, Cycles quiet_until);
+    Cycles next_message() const {
+        return inbox_next_ < inbox_.size() ? inbox_[inbox_next_].at : NEVER;
+    }
+    Cycles next_interrupt() const { return std::min(next_message(), next_tick_); }
     void serve_interrupt();
     void tick();
     void ask_for_message();
@@ -183,6 +189,8 @@ class Robot {
     template <typename Callback> void interrupt(Callback callback);
     void wait_until(Cycles wake);
     void look_at_outputs();
+    void look_at_outputs(const kt_table_t &table);
+    void take_outputs(uint64_t registers);
     void switch_motors(bool on);
     void came_back();
     void budget_spent(const uint8_t *frame);

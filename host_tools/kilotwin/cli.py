@@ -57,6 +57,9 @@ class Workload(StrEnum):
 
     paper = "paper"
     walk = "walk"
+    dense = "dense"
+    squeeze = "squeeze"
+    memory = "memory"
     grid = "grid"
     avr = "avr"
 

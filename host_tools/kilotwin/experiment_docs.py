@@ -96,6 +96,7 @@ def _default(prefix: str, name: str, field: FieldInfo) -> str:
             "swarm.": {"floor": profile.virtual_floor},
             "controller.": dict(CONTROLLER_DEFAULTS[profile.name]),
             "motion.": motion_defaults(profile),
+            "engine.": {"step_ticks": profile.step_ticks},
             "medium.": {"kind": profile.medium, "range_m": profile.range_m, **KILOBOT_MEDIUM},
         }
         if name in own.get(prefix, {}):

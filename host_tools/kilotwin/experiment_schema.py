@@ -473,7 +473,7 @@ class Record(Section):
 class Engine(Section):
     """How the world is computed."""
 
-    step_ticks: Literal[1, 2, 4] = 2
+    step_ticks: Literal[1, 2, 4]
     """The world's step, in ticks of 32.768 ms."""
 
 
@@ -512,7 +512,7 @@ class ExperimentSchema(Section):
     grid: Grid | None = None
     faults: Faults = Faults()
     record: Record = Record()
-    engine: Engine = Engine()
+    engine: Engine
     states: dict[Text, Annotated[list[int], BeforeValidator(led_triple)]] | None = None
     """LED colours by the name of what they mean: [r, g, b] with 0 to 3 each, or a colour's name."""
 
@@ -538,6 +538,9 @@ class ExperimentSchema(Section):
             kind = medium.get("kind", profile.medium)
             own = KILOBOT_MEDIUM if kind == "kilobot" else {}
             filled["medium"] = {"kind": kind, "range_m": profile.range_m, **own, **medium}
+        engine = raw.get("engine", {})
+        if isinstance(engine, dict):
+            filled["engine"] = {"step_ticks": profile.step_ticks, **engine}
         motion = raw.get("motion", {} if profile.legs else None)
         if isinstance(motion, dict):
             filled["motion"] = {**motion_defaults(profile), **motion}

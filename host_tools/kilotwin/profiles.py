@@ -24,6 +24,7 @@ class Profile:
     medium: str
     virtual_floor: bool
     legs: bool
+    step_ticks: int
 
 
 PROFILES = {
@@ -43,13 +44,14 @@ PROFILES = {
             medium="ideal",
             virtual_floor=True,
             legs=False,
+            step_ticks=2,
         ),
         # hardware.md 2. Speed and [motion] are fitted to tracks of real robots, see
         # docs/limits.md; others say 7 to 15 mm/s.
         Profile(
             name="kilobot",
             radius_m=0.0165,
-            speed_m_s=0.013,
+            speed_m_s=0.0134,
             turn_rad_s=0.785,
             straight_left=65,
             straight_right=65,
@@ -60,6 +62,7 @@ PROFILES = {
             medium="kilobot",
             virtual_floor=False,
             legs=True,
+            step_ticks=4,  # as far as a foot-bot in 2, measured in radii
         ),
     ]
 }
@@ -74,9 +77,9 @@ MOTION_DEFAULTS: Mapping[str, Defaults] = {
     },
     "kilobot": {
         "kick_needed": True,
-        "speed_spread": 0.08,
-        "bias_spread": 0.24,
-        "motor_noise": 0.2,
+        "speed_spread": 0.04,
+        "bias_spread": 0.18,
+        "motor_noise": 0.16,
     },
 }
 

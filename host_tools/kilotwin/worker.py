@@ -10,6 +10,7 @@ import contextlib
 import json
 import os
 import pickle
+import resource
 import select
 import signal
 import sys
@@ -233,6 +234,7 @@ class Trial(Generic[WriterT]):
             "cpu_s": round(cpu_s, 3),
             "wall_s": round(time.perf_counter() - self._began, 3),
             "startup_s": round(self._startup_s, 4),
+            "peak_bytes": 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss,
             "robot_s_per_cpu_s": round(simulation.robots * simulated_s / max(cpu_s, 1e-9)),
             "result_hash": simulation.result_hash(),
             "run_folder": str(self._job.folder),

@@ -109,6 +109,39 @@ def test_bench_prints_a_list_of_measurements(kilotwin: Kilotwin) -> None:
         assert result["bytes_per_robot"] is None
 
 
+def test_bench_compares_with_the_peer_of_the_same_size(kilotwin: Kilotwin) -> None:
+    words = ["bench", "paper", "--json", "--repeats", "1", "--duration-s", "100", "--quiet"]
+    for result in json.loads(kilotwin(*words).stdout):
+        figure = result["robot_s_per_cpu_s"]
+        assert result["peer_robot_s_per_cpu_s"] == (1_700 if result["robots"] == 100 else 4_600)
+        expected = figure / result["peer_robot_s_per_cpu_s"]
+        assert result["times_the_peer"] == pytest.approx(expected, abs=0.005)
+
+
+def test_bench_dense_covers_47_percent_with_either_medium(kilotwin: Kilotwin) -> None:
+    words = ["bench", "dense", "--json", "--repeats", "1", "--duration-s", "1", "--quiet"]
+    results = json.loads(kilotwin(*words).stdout)
+    assert [(r["workload"], r["robots"], r["medium"]) for r in results] == [
+        ("dense", 1000, "kilobot"),
+        ("dense", 1000, "ideal"),
+    ]
+
+
+def test_bench_squeeze_drives_a_thousand_robots_to_one_spot(kilotwin: Kilotwin) -> None:
+    words = ["bench", "squeeze", "--json", "--repeats", "1", "--duration-s", "1", "--quiet"]
+    (result,) = json.loads(kilotwin(*words).stdout)
+    assert (result["robots"], result["worst_overlap_fraction"]) == (1000, 0.01)
+
+
+def test_bench_leaves_null_what_cannot_be_taken_yet(kilotwin: Kilotwin) -> None:
+    results = json.loads(kilotwin("bench", "grid", "avr", "--json", "--quiet").stdout)
+    assert [result["workload"] for result in results] == ["grid", "avr"]
+    for result in results:
+        for key in ("robots", "medium", "robot_s_per_cpu_s", "bytes_per_robot", "startup_s"):
+            assert result[key] is None
+    assert "grid" in kilotwin("bench", "grid", "--quiet").stdout
+
+
 def test_bench_prints_a_table_for_people(kilotwin: Kilotwin) -> None:
     shown = kilotwin("bench", "paper", "--repeats", "1", "--duration-s", "10").stdout
     assert "robot-s/CPU-s" in shown.splitlines()[0]

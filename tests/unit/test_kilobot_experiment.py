@@ -20,6 +20,7 @@ def test_a_kilobot_has_legs_noise_and_real_infrared(load: Load) -> None:
     assert keys.motion is not None
     assert keys.motion.model_dump() == motion_defaults(PROFILES["kilobot"])
     assert keys.medium.model_dump() == {"kind": "kilobot", "range_m": 0.1, **KILOBOT_MEDIUM}
+    assert keys.engine.step_ticks == 4
     assert not keys.swarm.floor
 
 
@@ -30,7 +31,7 @@ def test_the_engine_is_told_all_of_it(load: Load) -> None:
     assert spec["profile"] == {
         "name": "kilobot",
         "radius_m": 0.0165,
-        "speed_m_s": 0.013,
+        "speed_m_s": 0.0134,
         "turn_rad_s": 0.785,
         "straight_left": 65,
         "straight_right": 65,
@@ -39,9 +40,9 @@ def test_the_engine_is_told_all_of_it(load: Load) -> None:
         "push_m_s2": 0.1,
         "legs": True,
         "kick_needed": True,
-        "speed_spread": 0.08,
-        "bias_spread": 0.24,
-        "motor_noise": 0.2,
+        "speed_spread": 0.04,
+        "bias_spread": 0.18,
+        "motor_noise": 0.16,
     }
     medium = {"kind": "kilobot", "range_m": 0.1, **KILOBOT_MEDIUM, "carrier_sense": False}
     assert spec["medium"] == medium

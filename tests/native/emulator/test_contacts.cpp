@@ -49,10 +49,11 @@ std::vector<Pose> all_in_solver(const Scene &scene, std::vector<Pose> poses,
         way.change(0, drives[i]);
         world.add(i, way, 0);
     }
+    world.settle();
     for (int64_t tick = 0; tick < duration_ticks; tick += scene.def.step_ticks) {
         std::vector<Shift> shifts;
         for (uint32_t i = 0; i < count; i++) shifts.push_back(free(i));
-        world.step(shifts, step_s, 2 * speed * step_s, true);
+        world.step(shifts, step_s, 2 * speed * step_s, 0.015);
         for (uint32_t i = 0; i < count; i++) {
             Shift moved = world.moved(i);
             poses[i].position += moved.by;
