@@ -60,10 +60,10 @@ Tables = dict[str, Any]
 
 @dataclass(frozen=True)
 class _Case:
-    """One row of the table. Without an experiment it cannot be taken yet."""
+    """One row of the table."""
 
     workload: str
-    experiment: Experiment | None = None
+    experiment: Experiment
     alone: Experiment | None = None  # the same with one robot: take the bytes that others add
 
 
@@ -180,8 +180,6 @@ def _measure_one(case: _Case, repeats: int, note: Note) -> dict[str, Any]:
     record: dict[str, Any] = dict.fromkeys(_FIELDS)
     record |= {"workload": case.workload, "repeats": repeats, "machine": machine()}
     experiment = case.experiment
-    if experiment is None:
-        return record
     size, medium = experiment.size, experiment.keys.medium.kind
     summaries = []
     for repeat in range(repeats):

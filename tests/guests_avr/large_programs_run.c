@@ -10,18 +10,21 @@
 #define F16(n)                                                                              \
     F(n##0)                                                                                 \
     F(n##1)                                                                                 \
-    F(n##2) F(n##3) F(n##4) F(n##5) F(n##6) F(n##7) F(n##8) F(n##9) F(n##A) F(n##B) F(n##C) \
-        F(n##D) F(n##E) F(n##F)
+    F(n##2)                                                                                 \
+    F(n##3) F(n##4) F(n##5) F(n##6) F(n##7) F(n##8) F(n##9) F(n##A) F(n##B) F(n##C) F(n##D) \
+        F(n##E) F(n##F)
 #define NAME(n) function_##n,
 #define NAME16(n)                                                                           \
     NAME(n##0)                                                                              \
     NAME(n##1)                                                                              \
-    NAME(n##2) NAME(n##3) NAME(n##4) NAME(n##5) NAME(n##6) NAME(n##7) NAME(n##8) NAME(n##9) \
-        NAME(n##A) NAME(n##B) NAME(n##C) NAME(n##D) NAME(n##E) NAME(n##F)
+    NAME(n##2)                                                                              \
+    NAME(n##3) NAME(n##4) NAME(n##5) NAME(n##6) NAME(n##7) NAME(n##8) NAME(n##9) NAME(n##A) \
+        NAME(n##B) NAME(n##C) NAME(n##D) NAME(n##E) NAME(n##F)
 
 F16(0)
 F16(1)
-F16(2) F16(3) F16(4) F16(5) F16(6) F16(7) F16(8) F16(9) F16(A) F16(B) F16(C) F16(D) F16(E) F16(F)
+F16(2)
+F16(3) F16(4) F16(5) F16(6) F16(7) F16(8) F16(9) F16(A) F16(B) F16(C) F16(D) F16(E) F16(F)
 
     static uint16_t (*const functions[])(uint16_t) = {
         NAME16(0) NAME16(1) NAME16(2) NAME16(3) NAME16(4) NAME16(5) NAME16(6) NAME16(7) NAME16(8)

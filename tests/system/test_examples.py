@@ -25,6 +25,8 @@ def cache(guest_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def world_of(name: str, poses: Sequence[Pose], seed: int = 1, **keys: Any) -> World:
+    # Looked at every two ticks, finer than a Kilobot's world steps by default.
+    keys.setdefault("engine", {"step_ticks": 2})
     return World(program=EXAMPLES / f"{name}.c", poses=poses, seed=seed, **keys)
 
 

@@ -133,15 +133,6 @@ def test_bench_squeeze_drives_a_thousand_robots_to_one_spot(kilotwin: Kilotwin) 
     assert (result["robots"], result["worst_overlap_fraction"]) == (1000, 0.01)
 
 
-def test_bench_leaves_null_what_cannot_be_taken_yet(kilotwin: Kilotwin) -> None:
-    results = json.loads(kilotwin("bench", "grid", "avr", "--json", "--quiet").stdout)
-    assert [result["workload"] for result in results] == ["grid", "avr"]
-    for result in results:
-        for key in ("robots", "medium", "robot_s_per_cpu_s", "bytes_per_robot", "startup_s"):
-            assert result[key] is None
-    assert "grid" in kilotwin("bench", "grid", "--quiet").stdout
-
-
 def test_bench_prints_a_table_for_people(kilotwin: Kilotwin) -> None:
     shown = kilotwin("bench", "paper", "--repeats", "1", "--duration-s", "10").stdout
     assert "robot-s/CPU-s" in shown.splitlines()[0]

@@ -182,5 +182,9 @@ kt_register8_t *kt_register(uint8_t address) {
 void kt_sleep(void) {
     if (!(SMCR & _BV(SE))) return;
     kt_settle();
-    kt_wait((uint32_t)(COUNTS_PER_TICK - kt_timer0()) * CYCLES_PER_COUNT_0);
+    // A robot's own tick is some counts longer or shorter than it should be; with interrupts off
+    // none comes.
+    const uint32_t before = kt_ticks();
+    for (int tries = 0; tries < COUNTS_PER_TICK && kt_ticks() == before; tries++)
+        kt_wait((uint32_t)(COUNTS_PER_TICK - kt_timer0()) * CYCLES_PER_COUNT_0);
 }

@@ -17,7 +17,7 @@ from typing import Any, Protocol
 
 from kilotwin.errors import DeviceError, InputError
 
-_CONNECT_S = 10
+_CONNECT_S = 5
 _JOBS = 4
 
 

@@ -3,14 +3,14 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include <kilolib.h>
-#include <utils.h>
-#include <kilogrid.h>
+#include <kilo_rand_lib.h>
 #include <kilob_messaging.h>
 #include <kilob_random_walk.h>
 #include <kilob_tracking.h>
-#include <kilo_rand_lib.h>
+#include <kilogrid.h>
+#include <kilolib.h>
 #include <ringbuffer.h>
+#include <utils.h>
 
 #define CELL_STATE 1
 #define OBSTACLE 9
