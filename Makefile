@@ -67,8 +67,11 @@ check-firmware: apt
 	@$(MAKE) -C firmware check
 	@$(MAKE) -C kilogrid_modules check
 	@mkdir -p build; clang-tidy --quiet $(shell find firmware kilogrid_modules/protocol \
-	    -name '*.c' ! -name kilogrid_can.c -not -path '*/avr/*') -- -std=gnu11 \
+	    -name '*.c' ! -name kilogrid_can.c -not -path '*/avr/*' -not -path '*/kilogrid/*') -- -std=gnu11 \
 	    -Ifirmware/kilolib/include 2> build/clang-tidy.log || { cat build/clang-tidy.log; exit 1; }
+	@clang-tidy --quiet firmware/kilogrid/*.c -- -std=gnu99 -O2 --target=avr -mmcu=atmega328p \
+	    -DF_CPU=8000000UL -isystem /usr/lib/avr/include -Ifirmware/kilogrid/include \
+	    -Ifirmware/kilolib/include > build/clang-tidy-grid.log 2>&1 || { cat build/clang-tidy-grid.log; exit 1; }
 	@clang-tidy --quiet firmware/kilolib/avr/*.c -- -std=gnu99 -O2 --target=avr -mmcu=atmega328p \
 	    -DF_CPU=8000000UL -isystem /usr/lib/avr/include -Ifirmware/kilolib/include \
 	    > build/clang-tidy-avr.log 2>&1 || { cat build/clang-tidy-avr.log; exit 1; }

@@ -7,6 +7,7 @@
         for (uint8_t i = 0; i < (0x##n & 7); i++) seed += 0x##n; \
         return (uint16_t)(seed ^ 0x1##n);                        \
     }
+// clang-format off
 #define F16(n)                                                                              \
     F(n##0)                                                                                 \
     F(n##1)                                                                                 \
@@ -24,7 +25,9 @@
 F16(0)
 F16(1)
 F16(2)
-F16(3) F16(4) F16(5) F16(6) F16(7) F16(8) F16(9) F16(A) F16(B) F16(C) F16(D) F16(E) F16(F)
+F16(3)
+F16(4) F16(5) F16(6) F16(7) F16(8) F16(9) F16(A) F16(B) F16(C) F16(D) F16(E) F16(F)
+    // clang-format on
 
     static uint16_t (*const functions[])(uint16_t) = {
         NAME16(0) NAME16(1) NAME16(2) NAME16(3) NAME16(4) NAME16(5) NAME16(6) NAME16(7) NAME16(8)
