@@ -1,9 +1,11 @@
 """Runs the native tests (ctest) and the Python tests (pytest) and ends with one plain line.
 
-Both run even if the first fails. The exit code is 0 only if nothing failed and both ran something.
+They run side by side: pytest takes one core. What ctest prints comes when pytest is done. The exit
+code is 0 only if nothing failed and both ran something.
 """
 
 import argparse
+import contextlib
 import os
 import subprocess
 import sys
@@ -43,12 +45,28 @@ def read_junit(path: Path) -> Count:
     return count
 
 
-def run(name: str, command: list[str], report: Path) -> tuple[Count, bool]:
-    print(f"== {name}", flush=True)
-    report.unlink(missing_ok=True)
-    code = subprocess.run(command, cwd=ROOT, check=False).returncode
-    count = read_junit(report)
-    return count, code == 0 and count.passed > 0
+@dataclass
+class Job:
+    """Tests that run in a process; `output` is shown at the end, None: as it comes."""
+
+    name: str
+    report: Path
+    process: "subprocess.Popen[bytes]"
+    output: Path | None
+
+    @staticmethod
+    def start(name: str, command: list[str], report: Path, output: Path | None = None) -> "Job":
+        report.unlink(missing_ok=True)
+        with output.open("wb") if output else contextlib.nullcontext() as file:
+            process = subprocess.Popen(command, cwd=ROOT, stdout=file, stderr=file)
+        return Job(name, report, process, output)
+
+    def finish(self) -> tuple[Count, bool]:
+        code = self.process.wait()
+        if self.output is not None:
+            print(f"== {self.name}\n{self.output.read_text(errors='replace')}", flush=True)
+        count = read_junit(self.report)
+        return count, code == 0 and count.passed > 0
 
 
 def main() -> int:
@@ -63,14 +81,15 @@ def main() -> int:
         report = BUILD / "native.xml"
         command = ["ctest", "--test-dir", "build/native", "--output-on-failure", "--no-tests=error"]
         command += ["--parallel", str(os.cpu_count()), "--output-junit", str(report)]
-        jobs.append(("native tests", command, report))
+        jobs.append(Job.start("native tests", command, report, BUILD / "native-tests.log"))
     report = BUILD / "pytest.xml"
     marker = "long" if arguments.long else "not long"
     command = [sys.executable, "-m", "pytest", "-m", marker, f"--junitxml={report}", "tests"]
-    jobs.append(("Python tests", command, report))
+    print("== Python tests", flush=True)
+    jobs.append(Job.start("Python tests", command, report))
 
-    for name, command, report in jobs:
-        count, passed = run(name, command, report)
+    for job in reversed(jobs):
+        count, passed = job.finish()
         total.add(count)
         good = good and passed
     seconds = time.monotonic() - started
