@@ -15,8 +15,21 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from kilotwin import __version__
+from kilotwin.cli_options import (
+    Define,
+    File,
+    Include,
+    Json,
+    Quiet,
+    RunFolder,
+    Seed,
+    Settings,
+    Sources,
+    Speed,
+    given_settings,
+)
 from kilotwin.errors import EXIT_INTERRUPTED, InputError, KilotwinError
-from kilotwin.grid_cli import Speed, grid_app, record
+from kilotwin.grid_cli import grid_app, record
 
 if TYPE_CHECKING:
     from kilotwin.grid.served import Serving
@@ -32,13 +45,6 @@ app = typer.Typer(
     rich_markup_mode="rich",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-
-Json = Annotated[
-    bool, typer.Option("--json", envvar="KILOTWIN_JSON", help="Print JSON on stdout, for programs.")
-]
-Quiet = Annotated[
-    bool, typer.Option("--quiet", "-q", envvar="KILOTWIN_QUIET", help="No progress on stderr.")
-]
 
 
 class Figure(StrEnum):
@@ -122,27 +128,11 @@ def doctor(as_json: Json = False) -> None:
     "  kilotwin run experiments/kilogrid/paper-n50.toml --serve"
 )
 def run(
-    experiment: Annotated[Path, typer.Argument(help="The experiment's TOML file.")],
+    experiment: File,
     *,
-    seed: Annotated[
-        int | None, typer.Option(envvar="KILOTWIN_SEED", help="In place of the file's seed.")
-    ] = None,
-    settings: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="KEY=VALUE",
-            envvar="KILOTWIN_SET",
-            help="Set any key of the file; repeatable.",
-        ),
-    ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            envvar="KILOTWIN_OUT",
-            help="The run folder to make; runs/NAME-seedN-TIME if not given.",
-        ),
-    ] = None,
+    seed: Seed = None,
+    settings: Settings = None,
+    out: RunFolder = None,
     plots: Annotated[
         bool,
         typer.Option(
@@ -205,12 +195,10 @@ def run(
     from kilotwin import run as runner
     from kilotwin import terminal
     from kilotwin.experiment import Experiment
-    from kilotwin.experiment_text import Setting, parse_setting
+    from kilotwin.experiment_text import Setting
     from kilotwin.job import Probes
 
-    given = [parse_setting(text) for text in settings or []]
-    if seed is not None:
-        given.append(Setting(("seed",), seed, f"--seed {seed}"))
+    given = given_settings(settings, seed)
     serving = None
     if serve:
         # The engine hears the host once in a world step.
@@ -311,12 +299,11 @@ def sweep(
     """Run an experiment many times, varied, into one data set. Goes on where it was stopped."""
     from kilotwin import sweep as sweeps
     from kilotwin import terminal
-    from kilotwin.experiment_text import parse_setting
 
     if dask and slurm:
         raise InputError("--dask and --slurm: a sweep runs in one place; name one of them")
     display = terminal.sweep_display(quiet)
-    plan = sweeps.read_plan(file, [parse_setting(text) for text in settings or []], seeds)
+    plan = sweeps.read_plan(file, given_settings(settings, None), seeds)
     place = sweeps.choose_place(plan, processes, dask, slurm)
     prepared = sweeps.Sweep.prepare(plan, out or sweeps.default_folder(plan), display.note)
     if listing:
@@ -363,25 +350,10 @@ def plot(
     "  kilotwin build main.c helpers.c -I include -D N=3 -o my.so --json"
 )
 def build(
-    program: Annotated[
-        list[str], typer.Argument(help="A .c file or several, or a folder whose .c files are one.")
-    ],
+    program: Sources,
     *,
-    include: Annotated[
-        list[str] | None,
-        typer.Option(
-            "-I", metavar="DIR", envvar="KILOTWIN_INCLUDE", help="Look for headers in DIR too."
-        ),
-    ] = None,
-    define: Annotated[
-        list[str] | None,
-        typer.Option(
-            "-D",
-            metavar="NAME[=VALUE]",
-            envvar="KILOTWIN_DEFINE",
-            help="Define a macro, as the compiler's -D.",
-        ),
-    ] = None,
+    include: Include = None,
+    define: Define = None,
     output: Annotated[
         Path | None,
         typer.Option("-o", "--output", envvar="KILOTWIN_OUTPUT", help="Copy the guest there."),
@@ -404,25 +376,10 @@ def build(
     "  kilotwin port main.c helpers.c -I include -D N=3 --json"
 )
 def port(
-    program: Annotated[
-        list[str], typer.Argument(help="A .c file or several, or a folder whose .c files are one.")
-    ],
+    program: Sources,
     *,
-    include: Annotated[
-        list[str] | None,
-        typer.Option(
-            "-I", metavar="DIR", envvar="KILOTWIN_INCLUDE", help="Look for headers in DIR too."
-        ),
-    ] = None,
-    define: Annotated[
-        list[str] | None,
-        typer.Option(
-            "-D",
-            metavar="NAME[=VALUE]",
-            envvar="KILOTWIN_DEFINE",
-            help="Define a macro, as the compiler's -D.",
-        ),
-    ] = None,
+    include: Include = None,
+    define: Define = None,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:

@@ -8,6 +8,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from kilotwin.cli_options import (
+    File,
+    Json,
+    Quiet,
+    RunFolder,
+    Seed,
+    Settings,
+    Speed,
+    given_settings,
+)
 from kilotwin.errors import EXIT_INTERRUPTED, EXIT_ROBOTS_FAILED, InputError
 
 if TYPE_CHECKING:
@@ -23,12 +33,6 @@ grid_app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-Json = Annotated[
-    bool, typer.Option("--json", envvar="KILOTWIN_JSON", help="Print JSON on stdout, for programs.")
-]
-Quiet = Annotated[
-    bool, typer.Option("--quiet", "-q", envvar="KILOTWIN_QUIET", help="No progress on stderr.")
-]
 Buses = Annotated[
     list[str] | None,
     typer.Option(
@@ -44,39 +48,15 @@ Size = Annotated[
         help="Of the grid in modules, if no experiment says it; 10x20 if not given.",
     ),
 ]
-Settings = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--set", metavar="KEY=VALUE", envvar="KILOTWIN_SET", help="Set any key; repeatable."
-    ),
-]
-Speed = Annotated[
-    float,
-    typer.Option(
-        min=0.01,
-        max=1000,
-        envvar="KILOTWIN_SPEED",
-        help="Simulated seconds per second, of an emulated table and its host alike.",
-    ),
-]
-File = Annotated[Path, typer.Argument(help="The experiment's TOML file.")]
 
 
 def record(
     experiment: File,
     *,
     buses: Buses = None,
-    seed: Annotated[
-        int | None, typer.Option(envvar="KILOTWIN_SEED", help="In place of the file's seed.")
-    ] = None,
+    seed: Seed = None,
     settings: Settings = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            envvar="KILOTWIN_OUT",
-            help="The run folder to make; runs/NAME-seedN-TIME if not given.",
-        ),
-    ] = None,
+    out: RunFolder = None,
     join: Annotated[
         bool,
         typer.Option(
@@ -226,12 +206,8 @@ def send(
 
 def _load(file: Path, seed: int | None, settings: list[str] | None) -> "Experiment":
     from kilotwin.experiment import Experiment
-    from kilotwin.experiment_text import Setting, parse_setting
 
-    given = [parse_setting(text) for text in settings or []]
-    if seed is not None:
-        given.append(Setting(("seed",), seed, f"--seed {seed}"))
-    return Experiment.load(file, given)
+    return Experiment.load(file, given_settings(settings, seed))
 
 
 def _console(
