@@ -8,7 +8,6 @@ import hashlib
 import re
 import shutil
 import tempfile
-import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +15,14 @@ from pathlib import Path
 from kilotwin import resources
 from kilotwin.apis import APIS, wanted_helpers
 from kilotwin.errors import InputError, RunError
-from kilotwin.guest_build import Notify, cache_folder, compiler_version, prerequisites, run_tool
+from kilotwin.guest_build import (
+    Notify,
+    building,
+    cache_folder,
+    compiler_version,
+    prerequisites,
+    run_tool,
+)
 from kilotwin.programs import Program
 
 # How kilolib and programs for it are compiled, and what firmware/Makefile uses as well.
@@ -33,7 +39,6 @@ FLAGS = [
     "-fstack-usage",
 ]
 _LINK_FLAGS = ["-mmcu=atmega328p", "-Wl,--gc-sections", "-Wl,--relax"]
-_SLOW_S = 0.5
 
 
 @dataclass(frozen=True)
@@ -89,17 +94,8 @@ def build_image(program: Program, notify: Notify = lambda _: None) -> Image:
     key = _key(program, compiler, version, runtime)
     image = Image(program.name, cache_folder() / f"{key}-avr", key, version)
     if not image.folder.exists():
-        slow = threading.Timer(_SLOW_S, notify, [f"compiling {program.written} for the ATmega328P"])
-        slow.start()
-        try:
+        with building(f"compiling {program.written} for the ATmega328P", image.folder, notify):
             _build(program, compiler, runtime, image)
-        except OSError as error:
-            raise RunError(
-                f"{image.folder}: cannot keep compiled programs ({error.strerror}); "
-                "set KILOTWIN_CACHE to a folder that can be written"
-            ) from None
-        finally:
-            slow.cancel()
     return image
 
 

@@ -18,7 +18,7 @@ import shutil
 import subprocess
 import tempfile
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -108,19 +108,29 @@ def build(program: Program, notify: Notify = lambda _: None) -> Guest:
     key = builder.key(version)
     file = cache_folder() / key / f"{program.name}.so"
     if not file.exists():
-        slow = threading.Timer(_SLOW_S, notify, [f"compiling {program.written}"])
-        slow.start()
-        try:
+        with building(f"compiling {program.written}", file.parent, notify):
             file.parent.mkdir(parents=True, exist_ok=True)
             builder.build(file)
-        except OSError as error:
-            raise RunError(
-                f"{file.parent}: cannot keep compiled programs ({error.strerror}); "
-                "set KILOTWIN_CACHE to a folder that can be written"
-            ) from None
-        finally:
-            slow.cancel()
     return Guest(program.name, file, key, version)
+
+
+@contextlib.contextmanager
+def building(what: str, folder: Path, notify: Notify) -> Iterator[None]:
+    """Around a build into the cache: `notify` is told if it takes time.
+
+    RunError if nothing can be written in `folder`.
+    """
+    slow = threading.Timer(_SLOW_S, notify, [what])
+    slow.start()
+    try:
+        yield
+    except OSError as error:
+        raise RunError(
+            f"{folder}: cannot keep compiled programs ({error.strerror}); "
+            "set KILOTWIN_CACHE to a folder that can be written"
+        ) from None
+    finally:
+        slow.cancel()
 
 
 def cache_folder() -> Path:
