@@ -16,6 +16,7 @@
 #include "engine/simulation.h"
 #include "engine/world.h"
 #include "python/bridge.h"
+#include "python/twins.h"
 
 namespace nb = nanobind;
 using namespace kilotwin;
@@ -511,6 +512,7 @@ NB_MODULE(_emulator, m) {
           nb::arg("key"), nb::arg("value"), "A CONFIG message: nine data bytes and the type.");
     nb::exception<EngineError>(m, "EngineError", PyExc_ValueError);
     register_bridge(m);
+    register_twins(m);
 
     nb::class_<PythonSimulation>(m, "Simulation", "One run; see emulator/engine/simulation.h.")
         .def(nb::init<const nb::dict &>(), nb::arg("spec"))

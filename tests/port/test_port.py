@@ -20,7 +20,7 @@ FAILING = {"flash", "stack", "no-kick", "no-crc"}
 
 
 def found(program: str) -> list[tuple[str, int | None, Weight]]:
-    report = check([program], [], [], lambda _: None)
+    report = check([program], [], [], None, lambda _: None)
     return [(f.check, f.place.line if f.place else None, f.weight) for f in report.findings]
 
 
