@@ -47,7 +47,6 @@ void CallWatch::executed(uint32_t from, uint32_t pc, uint16_t sp) {
         const Open &open = open_.back();
         Call &call = calls_[open.which];
         const uint64_t cycles = board_.cycle() - open.since;
-        call.calls++;
         if (cycles > call.longest) {
             call.longest = cycles;
             call.tick = open.tick;
@@ -58,6 +57,7 @@ void CallWatch::executed(uint32_t from, uint32_t pc, uint16_t sp) {
     if (pc == VECTOR_TIMER0_COMPA * VECTOR_BYTES) ticks_++;
     const uint8_t which = which_[pc / 2];
     if (which == NOT_WATCHED || inside(calls_[which].entry)) return;
+    calls_[which].calls++;
     open_.push_back({which, sp, board_.cycle(), board_.tick()});
 }
 

@@ -23,8 +23,8 @@ class CallWatch : public Microcontroller::Follower {
 
     struct Call {
         uint16_t entry;
-        uint64_t calls = 0;    ///< that came back
-        uint64_t longest = 0;  ///< cycles, interrupts included
+        uint64_t calls = 0;
+        uint64_t longest = 0;  ///< cycles, interrupts included, of those that came back
         uint32_t tick = 0;     ///< when the longest began, see RobotBoard::tick()
     };
     const std::vector<Call> &calls() const { return calls_; }

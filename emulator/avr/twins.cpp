@@ -11,11 +11,10 @@ namespace kilotwin {
 
 namespace {
 
-constexpr uint8_t BATTERY = 6;
-constexpr Cycles MS = CYCLES_PER_SECOND / 1000;
+constexpr uint8_t BATTERY_CHANNEL = 6;
 // What stands for less is on its way to something else: two registers written one after the other, a LED that is
 // put out and lit again by each loop().
-constexpr Cycles SETTLE = MS / 2;
+constexpr Cycles SETTLE = CYCLES_PER_SECOND / 2000;
 // The native robot is looked at so often.
 constexpr Cycles SLICE = TICK_CYCLES / 64;
 // How finely the chip's first tick is looked for.
@@ -25,6 +24,8 @@ constexpr Cycles SEARCH = 1024, LONGEST_BOOT = 10 * CYCLES_PER_SECOND;
 constexpr Cycles FIRST_BEGIN = TICK_CYCLES / 5, BEGINS = TICK_CYCLES / 8;
 constexpr uint32_t SETTLE_TICKS = 2;  // from RUN on: an idle robot obeys within 10 ms
 constexpr size_t KEPT_MESSAGES = 4;
+// What the interrupts of a message take that comes in, at most; and delay() itself is longer by less than this part.
+constexpr Cycles HEARING = CYCLES_PER_SECOND / 500, DELAY_LONGER = 500;
 constexpr uint8_t USER_TYPES = 0x80;
 
 }  // namespace
@@ -100,7 +101,7 @@ void Twins::find_first_tick() {
 /// rand_hard() makes a bit of two conversions that differ (hardware.md 1.7): it gets the bits that the native one
 /// gets. All other readings are exact.
 int16_t Twins::convert(uint8_t channel, int16_t reading) {
-    if (channel != BATTERY || (watch_ && !watch_->inside(rand_hard_))) return reading;
+    if (channel != BATTERY_CHANNEL || (watch_ && !watch_->inside(rand_hard_))) return reading;
     const uint64_t byte = chance_.bits(0, Purpose::RAND_HARD, noise_bits_ / 8);
     const auto bit = static_cast<int16_t>(byte >> (7 - noise_bits_ % 8) & 1);
     noise_bits_ += second_of_pair_;
@@ -109,7 +110,7 @@ int16_t Twins::convert(uint8_t channel, int16_t reading) {
 }
 
 void Twins::live(uint32_t ticks) {
-    for (; ticks > 0 && avr_failure().empty() && !native_->stopped(); ticks--) live_tick();
+    for (; ticks > 0 && avr_failure().empty(); ticks--) live_tick();
 }
 
 void Twins::live_tick() {
@@ -139,7 +140,7 @@ void Twins::live_tick() {
     if (tick_ <= run_at_ + SETTLE_TICKS) return;
     settle(native_side_, end);
     settle(avr_side_, end);
-    if (!difference_) compare(end);
+    if (!difference_ && avr_failure().empty() && !native_->stopped()) compare(end);
 }
 
 std::optional<message_t> Twins::next_message() {
@@ -192,6 +193,7 @@ void Twins::take_native(Cycles from) {
     for (const Emission &emission : emissions_) {
         const auto *bytes = reinterpret_cast<const uint8_t *>(&emission.message);
         see(native_side_, MESSAGE, emission.at, {bytes, bytes + sizeof emission.message});
+        sent_++;
         said_.push_back(emission.message);
         if (said_.size() > KEPT_MESSAGES) said_.pop_front();
     }
@@ -275,7 +277,8 @@ bool Twins::same_time(const Decision &native, const Decision &avr) const {
 /// How far apart two decisions may be; 0: they have to be in the same tick.
 Cycles Twins::allowed(Cycles at) const {
     const Cycles running = at - std::min(at, base_ + run_at_ * TICK_CYCLES);
-    return settings_.slack + static_cast<Cycles>(settings_.drift * static_cast<double>(running));
+    if (!settings_.waits) return settings_.slack;
+    return settings_.slack + heard_ * HEARING + sent_ * FRAME_CYCLES + running / DELAY_LONGER;
 }
 
 uint32_t Twins::tick_at(Cycles at) const {

@@ -33,7 +33,9 @@ class Twins {
         std::vector<message_t> before_run;  ///< told one a tick; CRCs are made
         /// A decision may come so much earlier or later, in the same order; 0: it has to be in the same tick.
         Cycles slack = 0;
-        double drift = 0;  ///< and so much more, as a share of the time since RUN
+        /// And so much more as interrupts may have taken since RUN: the program waits by delay(), which lasts
+        /// longer by that on the robot.
+        bool waits = false;
         /// Byte addresses of functions: follows the chip from main() on, several times slower, and measures their
         /// calls.
         std::optional<std::vector<uint16_t>> follow;
@@ -62,7 +64,7 @@ class Twins {
     Twins(const Twins &) = delete;
     Twins &operator=(const Twins &) = delete;
 
-    /// Goes on by so many ticks, or until the chip or the guest cannot go on.
+    /// Goes on by so many ticks, or until the chip cannot go on.
     void live(uint32_t ticks);
 
     uint32_t tick() const { return tick_; }
@@ -71,7 +73,7 @@ class Twins {
     Cycles worst_lag() const { return worst_lag_; }        ///< of decisions that agreed
     uint32_t ticks_apart() const { return ticks_apart_; }  ///< the most of decisions that agreed
 
-    /// The first one; nothing is compared after it.
+    /// The first one; nothing is compared after it, nor after a failure.
     const std::optional<Difference> &difference() const { return difference_; }
 
     /// Why either cannot go on; empty: it can.
@@ -131,7 +133,7 @@ class Twins {
     uint32_t tick_ = 0, run_at_ = 0, spell_until_ = 0;
     unsigned talk_of_256_ = 0;
     int16_t light_ = 500;
-    uint64_t draws_ = 0, compared_ = 0, heard_ = 0, noise_bits_ = 0;
+    uint64_t draws_ = 0, compared_ = 0, heard_ = 0, sent_ = 0, noise_bits_ = 0;
     bool second_of_pair_ = false;
     Cycles worst_lag_ = 0;
     uint32_t ticks_apart_ = 0;

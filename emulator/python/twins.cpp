@@ -19,7 +19,7 @@ namespace {
 using Entries = std::optional<std::vector<uint16_t>>;
 
 Twins::Settings settings_of(uint64_t seed, uint16_t uid, const std::vector<nb::bytes> &before_run,
-                            double slack_s, double drift, Entries follow) {
+                            double slack_s, bool waits, Entries follow) {
     Twins::Settings settings;
     settings.seed = seed;
     settings.uid = uid;
@@ -32,7 +32,7 @@ Twins::Settings settings_of(uint64_t seed, uint16_t uid, const std::vector<nb::b
         settings.before_run.push_back(message);
     }
     settings.slack = static_cast<Cycles>(slack_s * static_cast<double>(CYCLES_PER_SECOND));
-    settings.drift = drift;
+    settings.waits = waits;
     settings.follow = std::move(follow);
     return settings;
 }
@@ -71,15 +71,15 @@ void register_twins(nb::module_ &m) {
             "__init__",
             [](Twins *self, const std::string &guest, const std::string &elf,
                const std::string &name, uint64_t seed, uint16_t uid,
-               const std::vector<nb::bytes> &before_run, double slack_s, double drift,
+               const std::vector<nb::bytes> &before_run, double slack_s, bool waits,
                Entries follow) {
                 new (self)
                     Twins(Program::load(guest, name), FlashImage::load(elf),
-                          settings_of(seed, uid, before_run, slack_s, drift, std::move(follow)));
+                          settings_of(seed, uid, before_run, slack_s, waits, std::move(follow)));
             },
             nb::kw_only(), nb::arg("guest"), nb::arg("elf"), nb::arg("name"), nb::arg("seed"),
             nb::arg("uid") = Twins::Settings().uid, nb::arg("before_run") = nb::make_tuple(),
-            nb::arg("slack_s") = 0.0, nb::arg("drift") = 0.0, nb::arg("follow") = nb::none(),
+            nb::arg("slack_s") = 0.0, nb::arg("waits") = false, nb::arg("follow") = nb::none(),
             "Built by guest_build and avr_build. `before_run`: messages, nine data bytes and the "
             "type each.")
         .def(

@@ -156,7 +156,7 @@ class Twins:
         uid: int = 7,
         before_run: Sequence[bytes] = (),
         slack_s: float = 0,
-        drift: float = 0,
+        waits: bool = False,
         follow: Sequence[int] | None = None,
     ) -> None: ...
     def live(self, ticks: int) -> None: ...

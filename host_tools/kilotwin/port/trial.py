@@ -2,9 +2,9 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from kilotwin._emulator import EngineError, Twins
+from kilotwin import _emulator
 from kilotwin.avr_build import Image
 from kilotwin.errors import InputError
 from kilotwin.guest_build import Guest
@@ -14,12 +14,13 @@ from kilotwin.port.machine_code import STACK_RESERVE
 from kilotwin.port.roles import Roles
 from kilotwin.units import TICK_S, ticks
 
+if TYPE_CHECKING:
+    from kilotwin._emulator import Twins
+
 _CYCLES_PER_S = 8_000_000
 _TICK_CYCLES = 262_144
-# On the robot interrupts, a transmission above all, come out of what delay() waits; and it waits
-# a bit longer than it says.
+# A tick and a bit: an interrupt between two lines of loop() may put a decision off until the next.
 _SLACK_S = 0.04
-_DRIFT = 0.005
 # Between two looks at the stack: what runs on behind a spoilt one means nothing.
 _LOOK_TICKS = 4
 
@@ -34,7 +35,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class LongestCall:
-    """Of one function; `cycles` 0: it was not called. Interrupts in between count."""
+    """Of one function; `cycles` 0: it never came back. Interrupts in between count."""
 
     function: str
     place: Place | None
@@ -49,8 +50,8 @@ class LongestCall:
 
     def text(self) -> str:
         """function(): ms (cycles), at the tick."""
-        if not self.calls:
-            return f"{self.function}(): never called"
+        if not self.cycles:
+            return f"{self.function}(): {'does not come back' if self.calls else 'never called'}"
         return f"{self.function}(): {self.ms:.3g} ms ({self.cycles:,} cycles) at tick {self.tick:,}"
 
     def as_dict(self) -> dict[str, Any]:
@@ -125,8 +126,9 @@ class Outcome:
         for call in (*self.loops, *self.callbacks):
             yield f"  {call.text()}"
         yield f"  ticks  {self.ticks_lost or 'none'} lost of {self.ticks:,}"
-        same = f"{self.compared:,} decisions are the same on the robot and here"
-        yield f"  {same}{', then they differ' if self.difference else ''}"
+        apart = f"{1000 * self.worst_lag_s:.1f} ms apart at most"
+        then = ", then they differ" if self.difference else ""
+        yield f"  {self.compared:,} decisions are the same on the robot and here, {apart}{then}"
 
 
 def run(trial: Trial, guest: Guest, image: Image, code: Disassembly, roles: Roles) -> Outcome:
@@ -138,16 +140,16 @@ def run(trial: Trial, guest: Guest, image: Image, code: Disassembly, roles: Role
         if name in code.functions
     }
     try:
-        twins = Twins(
+        twins = _emulator.Twins(
             guest=str(guest.file),
             elf=str(image.elf),
             name=guest.name,
             seed=trial.seed,
             slack_s=_SLACK_S,
-            drift=_DRIFT,
+            waits="delay" in code.reached_from(roles.in_main, pointers=False),
             follow=list(entries),
         )
-    except EngineError as error:
+    except _emulator.EngineError as error:
         raise InputError(f"{guest.name}: {error}") from None
     end = ticks(trial.seconds)
     while twins.tick < end:
@@ -158,12 +160,12 @@ def run(trial: Trial, guest: Guest, image: Image, code: Disassembly, roles: Role
     return _outcome(trial, twins, code, {name: entry for entry, name in entries.items()}, roles)
 
 
-def _watched(twins: Twins) -> Any:
+def _watched(twins: "Twins") -> Any:
     return twins.watched
 
 
 def _outcome(
-    trial: Trial, twins: Twins, code: Disassembly, entries: dict[str, int], roles: Roles
+    trial: Trial, twins: "Twins", code: Disassembly, entries: dict[str, int], roles: Roles
 ) -> Outcome:
     watched = _watched(twins)
 
