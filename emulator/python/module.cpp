@@ -460,6 +460,15 @@ nb::object motors_of(const PythonSimulation &self) {
     return array_of(std::move(duties), 2);
 }
 
+nb::object frames_of(const PythonSimulation &self) {
+    std::vector<uint32_t> counts;
+    for (const FrameCounts &robot : self.simulation.frames()) {
+        counts.push_back(robot.sent);
+        counts.push_back(robot.received);
+    }
+    return array_of(std::move(counts), 2);
+}
+
 nb::dict cell_infrared() {
     const CellInfrared defaults;
     nb::dict out;
@@ -554,6 +563,7 @@ NB_MODULE(_emulator, m) {
         .def("cell_stats", cell_stats, "What became of infrared frames from and to cells.")
         .def("module_events", module_events, "Prints and failures of module programs.")
         .def("motors", motors_of)
+        .def("frames", frames_of, "[N, 2]: sent and received; no rows with the ideal medium.")
         .def("state",
              [](const PythonSimulation &self, size_t robot) {
                  auto bytes = robot_of(self, robot).state();
