@@ -407,8 +407,9 @@ def port(
     """
     from kilotwin import port as porting
     from kilotwin import terminal
+    from kilotwin.port.trial import Trial
 
-    trial = None if no_run else porting.Trial(seconds, seed)
+    trial = None if no_run else Trial(seconds, seed)
     report = porting.check(program, include or [], define or [], trial, terminal.note(quiet))
     typer.echo(json.dumps(report.as_dict()) if as_json else report.text())
     if report.fails:

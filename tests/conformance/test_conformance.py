@@ -12,8 +12,8 @@ LED, motors and messages sent; values, order and ticks have to be equal. What ma
 """
 
 import random
-from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -28,7 +28,7 @@ EXAMPLES = [("gradient", 1), ("orbit", 1)]
 EXAMPLES += [(path.stem, 7) for path in sorted((ROOT / "firmware/examples").glob("*.c"))]
 
 # A step is a tick: loop() may decide in each.
-SHORT_STEPS = 5_000
+SHORT_STEPS = 4_000
 LONG_STEPS = 1_000_000
 LONG_SHARE = 50_000  # with one seed and one set of parameters
 
@@ -52,22 +52,12 @@ RANGES = {
     "TRACKING_TICKS": (0, 100),
 }
 
-TwinsOf = Callable[..., Twins]
 
-
-@pytest.fixture(scope="module")
-def twins_of(tmp_path_factory: pytest.TempPathFactory) -> TwinsOf:
+def twins_of(path: Path, **settings: Any) -> Twins:
     """Twins of a program, built as `kilotwin run` builds it."""
-    cache = str(tmp_path_factory.mktemp("cache"))
-
-    def make(path: Path, **settings: object) -> Twins:
-        program = find_program([str(path)], ROOT, [], [])
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setenv("KILOTWIN_CACHE", cache)
-            guest, image = guest_build.build(program), avr_build.build_image(program)
-        return Twins(guest=str(guest.file), elf=str(image.elf), name=guest.name, **settings)  # type: ignore[arg-type]
-
-    return make
+    program = find_program([str(path)], ROOT, [], [])
+    guest, image = guest_build.build(program), avr_build.build_image(program)
+    return Twins(guest=str(guest.file), elf=str(image.elf), name=guest.name, **settings)
 
 
 def controller(rule: int, seed: int) -> list[bytes]:
@@ -102,9 +92,7 @@ def sizes(long_steps: int) -> pytest.MarkDecorator:
 
 @sizes(LONG_STEPS)
 @pytest.mark.parametrize("rule", [0, 1], ids=["simplified", "firat"])
-def test_a_controller_decides_the_same(
-    twins_of: TwinsOf, rule: int, steps: int, share: int
-) -> None:
+def test_a_controller_decides_the_same(rule: int, steps: int, share: int) -> None:
     for seed in range(steps // share):
         before = controller(rule, seed)
         twins = twins_of(ROOT / "firmware/aggregation", seed=seed, before_run=before)
@@ -113,9 +101,7 @@ def test_a_controller_decides_the_same(
 
 @sizes(LONG_STEPS // 5)
 @pytest.mark.parametrize(("example", "uid"), EXAMPLES, ids=str)
-def test_an_example_decides_the_same(
-    twins_of: TwinsOf, example: str, uid: int, steps: int, share: int
-) -> None:
+def test_an_example_decides_the_same(example: str, uid: int, steps: int, share: int) -> None:
     path = ROOT / "firmware/examples" / f"{example}.c"
     for seed in range(steps // share):
         assert_no_difference(twins_of(path, seed=seed, uid=uid), share)
@@ -125,7 +111,7 @@ def test_an_example_decides_the_same(
     ("name", "differs_in"), [("int_overflows", "led"), ("double_is_short", "led"), ("waits", "led")]
 )
 def test_a_program_that_depends_on_the_machine_is_told_from_others(
-    twins_of: TwinsOf, name: str, differs_in: str
+    name: str, differs_in: str
 ) -> None:
     twins = twins_of(OWN / f"{name}.c", seed=1)
     twins.live(2000)
@@ -133,7 +119,7 @@ def test_a_program_that_depends_on_the_machine_is_told_from_others(
     assert twins.difference["kind"] == differs_in
 
 
-def test_how_far_twins_live_at_once_changes_nothing(twins_of: TwinsOf) -> None:
+def test_how_far_twins_live_at_once_changes_nothing() -> None:
     def lived(step: int) -> tuple[int, int, float]:
         twins = twins_of(ROOT / "firmware/examples/orbit.c", seed=3)
         for _ in range(600 // step):

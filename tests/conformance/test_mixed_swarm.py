@@ -74,11 +74,12 @@ def distances(worlds: list[Table], dice: np.random.Generator) -> tuple[Table, Ta
     count = len(worlds[0])
 
     def apart(on_board: list[NDArray[np.intp]]) -> Table:
-        sums = sum(
+        by_world = [
             robots[chosen].mean(axis=0) - np.delete(robots, chosen, axis=0).mean(axis=0)
             for robots, chosen in zip(worlds, on_board, strict=True)
-        )
-        return np.abs(sums / len(worlds))
+        ]
+        means: Table = np.abs(np.array(by_world).mean(axis=0))
+        return means
 
     found = apart([np.arange(ON_BOARD)] * len(worlds))
     divided = [

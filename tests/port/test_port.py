@@ -8,10 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from kilotwin.port import Report, Trial, check
+from kilotwin.port import Report, check
 from kilotwin.port.disassembly import Function, Instruction, Place, parse
 from kilotwin.port.findings import Weight
 from kilotwin.port.roles import Line, find_roles
+from kilotwin.port.trial import Trial
 
 ROOT = Path(__file__).resolve().parents[2]
 BAD = sorted((Path(__file__).parent / "programs").glob("*.c"))
@@ -122,7 +123,9 @@ def test_the_command_says_what_the_trial_showed() -> None:
     assert done.returncode == 1, done.stderr
     assert "  ran    8.0 s on the robot and here" in done.stdout
     assert "fails: it decides otherwise on the robot than here, first at tick 15" in done.stdout
-    done = subprocess.run([*command, "--json"], cwd=ROOT, capture_output=True, check=False)
+    done = subprocess.run(
+        [*command, "--json"], cwd=ROOT, capture_output=True, text=True, check=False
+    )
     report = json.loads(done.stdout)
     assert report["fails"]
     assert report["trial"]["seed"] == 3
