@@ -78,6 +78,10 @@ void Converter::conversion_ends() {
         start();
 }
 
+void Converter::quiet_sleep() {
+    if ((control() & ADCSRA_ADEN) != 0 && !converting_) start();
+}
+
 void Converter::was_reset() {
     converting_ = false;
     first_ = true;

@@ -23,6 +23,7 @@ class Converter {
     void control_written();  ///< ADCSRA
     void conversion_ends();
     void comparator_tripped();
+    void quiet_sleep();  ///< begins: starts a conversion
     void was_reset();
 
   private:

@@ -28,8 +28,7 @@ namespace {
 
 constexpr uint32_t DARK_MV = 0, THRESHOLD_MV = 1000, LIGHT_MV = 2000;
 
-constexpr uint16_t FIRST_REGISTER = 0x20, PINB = 0x23, PINC = 0x26, PIND = 0x29, SMCR = 0x53;
-constexpr uint8_t SMCR_SM = 7 << 1, POWER_DOWN = 2 << 1;
+constexpr uint16_t FIRST_REGISTER = 0x20, PINB = 0x23, PINC = 0x26, PIND = 0x29;
 
 // simavr polls level-triggered interrupts after every instruction; no Kilobot has any.
 void spare_simavr_work(avr_t *avr) {
@@ -101,16 +100,24 @@ struct Microcontroller::Hooks {
     }
 
     // simavr always goes to the vectors at 0.
-    static void interrupt_entered(avr_irq_t *, uint32_t vector, void *chip) {
-        avr_t *avr = static_cast<Microcontroller *>(chip)->avr_;
+    static void interrupt_entered(avr_irq_t *, uint32_t vector, void *parameter) {
+        const auto *chip = static_cast<Microcontroller *>(parameter);
+        avr_t *avr = chip->avr_;
         if ((avr->data[MCUCR] & MCUCR_IVSEL) != 0 && vector != 0 &&
             avr->pc == vector * VECTOR_BYTES)
-            avr->pc += BOOT_SECTION;
+            avr->pc += chip->boot_section_;
+    }
+
+    static void send_serial(avr_t *avr, avr_io_addr_t address, uint8_t value, void *parameter) {
+        const auto &watched = *static_cast<Watched *>(parameter);
+        watched.chip->set_serial_rate();
+        watched.write(avr, address, value, watched.parameter);
     }
 };
 
 Microcontroller::Microcontroller(Board &board, const FlashImage &flash, const EepromImage &eeprom)
-    : board_(board) {
+    : board_(board),
+      boot_section_(flash.boot_section()) {
     avr_global_logger_set(Hooks::log);
     avr_ = avr_make_mcu_by_name("atmega328p");
     if (avr_ == nullptr) throw EngineError("this simavr does not know the ATmega328P");
@@ -125,6 +132,7 @@ Microcontroller::Microcontroller(Board &board, const FlashImage &flash, const Ee
     auto code = flash.bytes();
     avr_loadcode(avr_, code.data(), static_cast<uint32_t>(code.size()), 0);
     auto bytes = eeprom;
+    for (const auto &[address, byte] : flash.eeprom()) bytes[address] = byte;
     avr_eeprom_desc_t content = {bytes.data(), 0, static_cast<uint32_t>(bytes.size())};
     avr_ioctl(avr_, AVR_IOCTL_EEPROM_SET, &content);
     uint32_t quiet = 0;
@@ -137,6 +145,10 @@ Microcontroller::Microcontroller(Board &board, const FlashImage &flash, const Ee
     set_comparator(false);
     for (uint8_t i = 0; i < ALARMS; i++) clocks_[i] = {this, static_cast<Alarm>(i)};
     watch_reads();
+    auto &serial = avr_->io[AVR_DATA_TO_IO(UDR0)].w;
+    watched_.push_back({this, Watch::WRITES, serial.c, serial.param});
+    serial.c = Hooks::send_serial;
+    serial.param = &watched_.back();
     idle_ = std::make_unique<IdleLoop>(avr_);
 }
 
@@ -182,11 +194,14 @@ bool Microcontroller::wakes_from_power_down(const void *timer_owner) const {
     return timer_owner >= clocks_.data() && timer_owner < clocks_.data() + clocks_.size();
 }
 
-/// Sleeps until something wakes it. For simavr all sleep is idle, in which timers run on and wake; in power-down only
-/// the watchdog goes on, and the world outside.
+/// Sleeps until something wakes it. For simavr all sleep is idle, in which timers run on and wake; in the other modes
+/// only the watchdog goes on, and the world outside. The comparator notices no edges without a clock.
 void Microcontroller::sleep(uint64_t until) {
     avr_->cycle -= dozed_;
-    const bool deeply = (avr_->data[SMCR] & SMCR_SM) == POWER_DOWN;
+    const uint8_t mode = avr_->data[SMCR] & SMCR_SM;
+    const bool deeply = mode != SLEEP_IDLE;
+    if (mode == SLEEP_NOISE_REDUCTION && !asleep_) board_.quiet_sleep();
+    asleep_ = deeply;
     while (avr_->state == cpu_Sleeping && avr_->cycle < until) {
         uint64_t wake = until;
         for (auto *slot = avr_->cycle_timers.timer; slot != nullptr; slot = slot->next)
@@ -197,6 +212,9 @@ void Microcontroller::sleep(uint64_t until) {
         avr_->cycle += slept;
         avr_cycle_timer_process(avr_);
     }
+    if (avr_->state == cpu_Sleeping) return;
+    asleep_ = false;
+    set_comparator(light_);
 }
 
 /// The timers that stand still in power-down come later by as long as it lasted.
@@ -300,8 +318,23 @@ void Microcontroller::arm(Clock &clock) {
 }
 
 void Microcontroller::set_comparator(bool light) {
+    light_ = light;
+    if (asleep_) return;
     avr_raise_irq(avr_io_getirq(avr_, AVR_IOCTL_ACOMP_GETIRQ, ACOMP_IRQ_AIN0),
                   light ? LIGHT_MV : DARK_MV);
+}
+
+/// simavr counts a parity bit in every byte.
+void Microcontroller::set_serial_rate() {
+    constexpr uint8_t DOUBLE_SPEED = 1 << 1, PARITY = 1 << 5, TWO_STOP_BITS = 1 << 3, SIZE = 3 << 1;
+    const uint8_t format = avr_->data[UCSR0C];
+    const unsigned size = 5 + ((format & SIZE) >> 1);
+    const unsigned bits = 1 + size + ((format & PARITY) != 0) + 1 + ((format & TWO_STOP_BITS) != 0);
+    const unsigned divider = 1 + (avr_->data[UBRR0L] | (avr_->data[UBRR0H] & 15u) << 8);
+    const unsigned cycles = (avr_->data[UCSR0A] & DOUBLE_SPEED) != 0 ? 8 : 16;
+    for (avr_io_t *part = avr_->io_port; part != nullptr; part = part->next)
+        if (std::strcmp(part->kind, "uart") == 0)
+            reinterpret_cast<avr_uart_t *>(part)->cycles_per_byte = divider * cycles * bits;
 }
 
 void Microcontroller::set_pin(char port, uint8_t pin, bool high) {

@@ -36,6 +36,7 @@ class Microcontroller {
         virtual void alarm(Alarm alarm) = 0;
         virtual void serial_byte(uint8_t byte) = 0;  ///< by the UART
         virtual void was_reset() = 0;                ///< by the watchdog: registers are 0 again
+        virtual void quiet_sleep() = 0;  ///< begins, in the mode that converts meanwhile
     };
 
     Microcontroller(Board &board, const FlashImage &flash, const EepromImage &eeprom);
@@ -110,6 +111,7 @@ class Microcontroller {
     bool wakes_from_power_down(const void *timer_owner) const;
     void arm(Clock &clock);
     void note(const char *format, const char *text);
+    void set_serial_rate();
 
     Board &board_;
     avr_t *avr_;
@@ -121,6 +123,9 @@ class Microcontroller {
     uint32_t crashed_at_ = 0;  ///< program counter where simavr gave up
     bool crashed_ = false;
     bool was_reset_ = false;
+    bool asleep_ = false;  ///< and its clocks stand still
+    bool light_ = false;   ///< at the comparator
+    uint32_t boot_section_;
     uint64_t dozed_ = 0;  ///< how far simavr's own way to sleep went ahead
     void (*core_reset_)(avr_t *) = nullptr;
 };

@@ -8,6 +8,8 @@
 namespace kilotwin::atmega328p {
 
 constexpr uint16_t DDRB = 0x24, PORTB = 0x25, DDRC = 0x27, PORTC = 0x28, DDRD = 0x2A, PORTD = 0x2B;
+constexpr uint16_t SMCR = 0x53;
+constexpr uint8_t SMCR_SM = 7 << 1, SLEEP_IDLE = 0 << 1, SLEEP_NOISE_REDUCTION = 1 << 1;
 constexpr uint16_t MCUCR = 0x55;
 constexpr uint8_t MCUCR_IVSEL = 1 << 1;  ///< the vectors are in the boot section
 
@@ -19,12 +21,13 @@ constexpr uint8_t ADMUX_MUX = 15, ADMUX_ADLAR = 1 << 5;
 
 constexpr uint16_t TCCR2A = 0xB0, TCCR2B = 0xB1, OCR2A = 0xB3, OCR2B = 0xB4;
 
+constexpr uint16_t UCSR0A = 0xC0, UCSR0C = 0xC2, UBRR0L = 0xC4, UBRR0H = 0xC5, UDR0 = 0xC6;
+
 constexpr uint8_t VECTOR_ADC = 21, VECTOR_COMPARATOR = 23;
 constexpr uint8_t VECTORS = 26;
 constexpr uint32_t VECTOR_BYTES = 4;
 
 constexpr uint32_t FLASH_BYTES = 32 * 1024;
-constexpr uint32_t BOOT_SECTION = 0x7000;  ///< byte address; BOOTSZ = 00
 
 }  // namespace kilotwin::atmega328p
 

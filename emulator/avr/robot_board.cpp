@@ -11,13 +11,19 @@ using namespace atmega328p;
 namespace {
 
 constexpr uint8_t HIGH_GAIN = 0, LOW_GAIN = 1, BATTERY = 6, AMBIENT_LIGHT = 7, TEMPERATURE = 8;
-constexpr uint8_t IR_LED = 1 << 0;
+constexpr uint8_t IR_LED = 1 << 0, IR_LED_PINS = 1 << 0 | 1 << 1 | 1 << 2 | 1 << 6 | 1 << 7;
 constexpr uint8_t LEFT_MOTOR_PIN = 3, RIGHT_MOTOR_PIN = 3;
+constexpr uint8_t RECEIVER_POWER_PIN = 2;
 constexpr uint16_t WATCHED[] = {DDRB,  PORTB,  DDRC,   PORTC, DDRD,
                                 PORTD, TCCR2A, TCCR2B, OCR2A, OCR2B};
 enum Traced : size_t { IR_OUT, IR_IN, MOTOR_LEFT, MOTOR_RIGHT, LED, PORT_B, PORT_C, PORT_D };
 
 uint8_t bit(uint8_t value, int which) { return static_cast<uint8_t>(value >> which & 1); }
+
+/// The pins of port B that have an IR LED: what calibration says, unless that cannot be.
+uint8_t ir_led_pins(uint8_t mask) {
+    return mask == 0 || (mask & ~IR_LED_PINS) != 0 ? IR_LED : mask;
+}
 
 /// Duty of a motor at an output of timer 2: the compare register's, while the timer runs and drives the pin.
 uint8_t duty(bool output, bool level, uint8_t compare_mode, bool runs, uint8_t compare) {
@@ -41,9 +47,9 @@ RobotBoard::RobotBoard(const FlashImage &flash, uint32_t index, const Calibratio
     : index_(index),
       power_up_(power_up),
       tick_(calibration.tick),
-      ir_mask_(IR_LED),
       chance_(chance),
       chip_(*this, flash, eeprom_of(calibration)),
+      ir_mask_(ir_led_pins(chip_.eeprom()[EEPROM_TX_MASK])),
       converter_(chip_, [this](uint8_t channel) { return sample(channel); }) {
     // Timer 2 only drives the motors. simavr does not know its phase-correct mode and would count in vain.
     for (uint16_t address : {TCCR2A, TCCR2B, OCR2A, OCR2B}) chip_.take_over(address);
@@ -87,8 +93,15 @@ void RobotBoard::pass_edges() {
     }
     if (!edges_.empty()) chip_.set_alarm(Microcontroller::LIGHT_EDGE, edges_.top().cycle);
     if ((lit_ > 0) == was_lit) return;
-    chip_.set_comparator(lit_ > 0);
+    if (receiver_on_) chip_.set_comparator(lit_ > 0);
     if (trace_) trace_->set(now(), IR_IN, lit_ > 0);
+}
+
+/// Without power the amplifiers show the comparator and the converter nothing.
+void RobotBoard::power_receiver(bool on) {
+    if (on == receiver_on_) return;
+    receiver_on_ = on;
+    chip_.set_comparator(on && lit_ > 0);
 }
 
 int16_t RobotBoard::sample(uint8_t channel) {
@@ -98,9 +111,12 @@ int16_t RobotBoard::sample(uint8_t channel) {
         const uint64_t bits = chance_.bits(index_, Purpose::CONVERTER_NOISE, conversions_++);
         return static_cast<int16_t>(reading + int(bits & 1) - int(bits >> 1 & 1));
     };
+    auto amplified = [&](int32_t strength) {
+        return static_cast<int16_t>(receiver_on_ ? std::min(strength, MOST) : 0);
+    };
     switch (channel) {
-    case HIGH_GAIN: return static_cast<int16_t>(std::min(high_, MOST));
-    case LOW_GAIN: return static_cast<int16_t>(std::min(low_, MOST));
+    case HIGH_GAIN: return amplified(high_);
+    case LOW_GAIN: return amplified(low_);
     case BATTERY: return noisy(battery);
     case AMBIENT_LIGHT: return noisy(light);
     case TEMPERATURE: return noisy(temperature);
@@ -128,7 +144,8 @@ void RobotBoard::serial_byte(uint8_t byte) { outputs.serial.push_back({now(), by
 
 void RobotBoard::was_reset() {
     converter_.was_reset();
-    chip_.set_comparator(lit_ > 0);
+    receiver_on_ = false;
+    chip_.set_comparator(false);
     set_charging(charging_);
     look_at_outputs();
 }
@@ -154,6 +171,7 @@ void RobotBoard::look_at_outputs() {
     const uint8_t right = duty(bit(ddrd, RIGHT_MOTOR_PIN), bit(portd, RIGHT_MOTOR_PIN),
                                modes >> 4 & 3, runs, chip_.read(OCR2B));
     const bool ir = (ddrb & portb & ir_mask_) != 0;
+    power_receiver(bit(ddrd & portd, RECEIVER_POWER_PIN));
     const Cycles at = now();
     if (ir != ir_on_) outputs.light.push_back({at, ir});
     if (color != color_) outputs.colors.push_back({at, color});

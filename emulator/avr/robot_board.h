@@ -116,8 +116,10 @@ class RobotBoard : private Microcontroller::Board {
     void alarm(Microcontroller::Alarm alarm) override;
     void serial_byte(uint8_t byte) override;
     void was_reset() override;
+    void quiet_sleep() override { converter_.quiet_sleep(); }
 
     int16_t sample(uint8_t channel);
+    void power_receiver(bool on);
     void look_at_outputs();
     void pass_edges();
     Cycles world_time(uint64_t cycle) const;
@@ -125,15 +127,16 @@ class RobotBoard : private Microcontroller::Board {
 
     uint32_t index_;
     Cycles power_up_, tick_;
-    uint8_t ir_mask_;
     const Chance &chance_;
     Microcontroller chip_;
+    uint8_t ir_mask_;  ///< of port B
     Converter converter_;
     std::priority_queue<Edge, std::vector<Edge>, std::greater<>> edges_;
     uint32_t lit_ = 0;  ///< pulses on the receiver
     int32_t low_ = 0, high_ = 0;
     uint64_t conversions_ = 0;
     bool ir_on_ = false, charging_ = false;
+    bool receiver_on_ = false;  ///< the amplifiers have power
     uint8_t color_ = 0, left_ = 0, right_ = 0;
     std::unique_ptr<VcdTrace> trace_;
 };
