@@ -85,6 +85,7 @@ std::shared_ptr<const FlashImage> FlashImage::load(const std::string &path) {
     std::shared_ptr<FlashImage> image(new FlashImage);
     const std::string content = content_of(path);
     image->name_ = path.substr(path.find_last_of('/') + 1);
+    if (content.empty()) throw EngineError(path + " is empty");
     if (content.compare(0, SELFMAG, ELFMAG) == 0)
         image->read_elf(path, content);
     else

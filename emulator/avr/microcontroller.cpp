@@ -177,7 +177,9 @@ void Microcontroller::run(uint64_t until) {
         if (avr_->cycle >= until) return;
         const auto *timer = avr_->cycle_timers.timer;
         const uint64_t stop = timer != nullptr ? std::min<uint64_t>(timer->when, until) : until;
-        avr_->run_cycle_count = stop > avr_->cycle ? stop - avr_->cycle : 1;
+        // simavr looks for gdb's breakpoints each time it is called.
+        const bool at_once = stop > avr_->cycle && avr_->gdb == nullptr;
+        avr_->run_cycle_count = at_once ? stop - avr_->cycle : 1;
         const int state = avr_run(avr_);
         if (idle_) idle_->forget();
         if (state == cpu_Running && !crashed_ && !was_reset_) continue;

@@ -79,7 +79,7 @@ TEST_CASE("a damaged hex file is refused with its line") {
     CHECK(refusal(":020010001234A8\n:0100100013DC\n" + END) ==
           ":2: the byte at 0x10 was given before, as something else");
     CHECK(refusal(END) == " holds no program");
-    CHECK(refusal("") == ": the end-of-file record is missing; is the file cut off?");
+    CHECK(refusal("") == " is empty");
 }
 
 TEST_CASE("a program that does not fit is refused") {
