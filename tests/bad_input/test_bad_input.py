@@ -1,6 +1,6 @@
 """Bad input ends with one line that says cause, place and remedy, with 2, and leaves nothing.
 
-Each cases/NAME.toml has what is expected of it in cases/NAME.expected, where {cases} is their folder.
+Each cases/NAME.toml has what is expected of it in cases/NAME.expected; {cases} is their folder.
 """
 
 import os

@@ -172,9 +172,9 @@ def test_gdb_holds_a_robot_in_its_loop_reads_it_and_lets_it_go(
     with socket.create_server(("127.0.0.1", 0)) as free:
         port = free.getsockname()[1]
     loop, loops = address_of("loop", image), address_of("loops", image)
-    command = [KILOTWIN, "run", file, "--out", folder / "run", "--json", "--gdb", "1"]
+    words = ["run", file, "--out", folder / "run", "--json", "--gdb", 1, "--gdb-port", port]
     process = subprocess.Popen(
-        [*command, "--gdb-port", str(port)],
+        [KILOTWIN, *map(str, words)],
         env=environment,
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
