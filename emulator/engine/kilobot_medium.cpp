@@ -59,20 +59,25 @@ void KilobotMedium::run(Cycles begin, Cycles end, Cycles limit) {
             events_.push({std::max(speaks_[robot], begin), What::ASK, robot});
     for (;;) {
         const Cycles next = events_.empty() ? end : std::min(events_.top().at, end);
+        Cycles grid_until = next;
         if (boards_ != nullptr) {
             auto busy = [this](uint32_t robot) {
                 return on_air(robot) || !audible_[robot].empty();
             };
-            if (auto flash = boards_->run(next, busy)) {
+            // Boards and modules hear one another: neither may get ahead.
+            const Cycles turn = grid_ != nullptr ? std::min(grid_->next(), next) : next;
+            if (auto flash = boards_->run(turn, busy)) {
                 take_flash(*flash);
                 continue;
             }
+            grid_until = std::min(turn + 1, next);
         }
         if (grid_ != nullptr)
-            if (auto module = grid_->run(next)) {
+            if (auto module = grid_->run(grid_until)) {
                 begin_cell_frame(*module);
                 continue;
             }
+        if (grid_until < next) continue;
         if (next == end) return;
         const Event event = events_.top();
         events_.pop();
@@ -152,7 +157,6 @@ void KilobotMedium::begin_frame(uint32_t sender, Cycles at) {
 KilobotMedium::Frame &KilobotMedium::begin_light(uint32_t sender, Cycles at,
                                                  const message_t &message) {
     Frame &frame = put_on_air(sender, at, message);
-    if (boards_ != nullptr) boards_->begin_light(sender);
     const Eigen::Vector2d here = bodies_.position(sender);
     const double range = range_m_[sender];
     for (uint32_t other : bodies_.lists().of(sender)) {
@@ -175,6 +179,7 @@ KilobotMedium::Frame &KilobotMedium::put_on_air(uint32_t sender, Cycles at,
     frame.on_air = true;
     frame.message = message;
     frame.heard.clear();
+    if (boards_ != nullptr) boards_->begin_light(sender);
     return frame;
 }
 
@@ -213,6 +218,8 @@ void KilobotMedium::take_flash(const Boards::Flash &flash) {
         if (on_air(sender)) leave_air(frame);
         begin_light(sender, flash.at, {});
     }
+    if (flash.begins && on_air(sender))
+        hold_receivers(frame, flash.at, flash.at + PulseReader::SILENCE);
     if (!flash.given_up) boards_->pulse(sender, flash.at, flash.end, flash.begins);
     if (over && on_air(sender)) {
         counts_.attempts_failed++;
@@ -282,6 +289,7 @@ void KilobotMedium::begin_cell_frame(uint32_t index) {
         double distance = (bodies_.position(robot) - grid_->layout().centre(cell)).norm();
         if (distance <= grid_->infrared().cell_range_m) shine_on_robot(frame, robot, distance);
     }
+    if (boards_ != nullptr) boards_->first_pulse(frame.sender, wanted.at);
     if (nobody_interferes(listener, wanted.at))
         cell_has_channel(frame);
     else
@@ -301,6 +309,7 @@ bool KilobotMedium::nobody_interferes(uint32_t cell, Cycles at) const {
 void KilobotMedium::cell_has_channel(Frame &frame) {
     const uint32_t module = module_of(frame.sender);
     receivers_[module].sending_until = frame.begin + FRAME_CYCLES;
+    if (boards_ != nullptr) boards_->other_pulses(frame.sender, frame.begin, frame.message);
     grid_->answer(module, frame.begin, Module::Answer::SENT);
     events_.push({frame.begin + FRAME_CYCLES, What::FRAME_END, frame.sender});
 }
@@ -332,7 +341,7 @@ void KilobotMedium::end_sensing(uint32_t sender) {
         leave_air(frame);
         events_.push({frame.begin + SENSE_END_CYCLES + 1, What::ASK, sender});
     } else {
-        if (boards_ != nullptr && !is_cell(sender))
+        if (boards_ != nullptr)
             boards_->other_pulses(sender, frame.begin, frame.message);
         hold_receivers(frame, frame.begin + SENSE_END_CYCLES, frame.begin + FRAME_CYCLES);
         events_.push({frame.begin + FRAME_CYCLES, What::FRAME_END, sender});

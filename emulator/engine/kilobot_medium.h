@@ -55,7 +55,7 @@ class KilobotMedium {
     };
 
     /// `speaks`: by robot, the earliest moment at which it may begin a frame; kept up to date here.
-    /// `grid` and `boards` may be null; not both of them at once can be there.
+    /// `grid` and `boards` may be null.
     KilobotMedium(const Settings &settings, const Chance &chance, std::vector<Robot> &robots,
                   Bodies &bodies, std::vector<Cycles> &speaks, std::vector<Emission> &emissions,
                   MediumCounts &counts, Grid *grid, Boards *boards);

@@ -94,8 +94,6 @@ Simulation::Simulation(const SimulationDef &def)
                                 boards_.empty() ? nullptr : &boards_);
     else if (!boards_.empty())
         throw EngineError("robots on boards need the kilobot medium: the ideal one has no pulses");
-    if (grid_ && !boards_.empty())
-        throw EngineError("robots on boards cannot stand on a grid: its cells send no pulses yet");
     boot();
 }
 
@@ -166,7 +164,9 @@ void Simulation::boot() {
     emissions_.clear();
     for (auto &robot : robots_) {
         robot.motor_commands.clear();
-        speaks_[robot.index()] = next_ask_[robot.index()] = robot.next_ask();
+        // What a board does cannot be foreseen.
+        const Cycles speaks = robot.on_board() ? 0 : robot.next_ask();
+        speaks_[robot.index()] = next_ask_[robot.index()] = speaks;
     }
     now_ = start_;
     if (!grid_) return;

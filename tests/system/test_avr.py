@@ -2,10 +2,11 @@
 
 import itertools
 import json
+import os
 import re
 import socket
 import subprocess
-from collections import defaultdict
+from collections import Counter, defaultdict
 from pathlib import Path
 
 import pyarrow as pa
@@ -13,6 +14,7 @@ import pytest
 
 from kilotwin.avr_build import Image, build_image
 from kilotwin.programs import find_program
+from kilotwin.run_reader import Run
 
 from .conftest import KILOTWIN, Kilotwin
 from .gdb_client import GdbClient
@@ -237,3 +239,77 @@ def test_a_trace_shows_the_slots_of_each_frame(
     # The LED is on PB0.
     port_b = [at for at, value in signals["port_b"] if int(value, 2) & 1]
     assert set(rises) <= set(port_b)
+
+
+GRID = """
+name = "grid of both"
+duration_s = 40
+
+[grid]
+columns = 4
+rows = 4
+buses = 2
+hold_s = 0.5
+rounds = 2
+
+[[site]]
+name = "black"
+shape = "rectangle"
+centre_m = [-0.05, 0.0]
+width_m = 0.1
+height_m = 0.2
+
+[swarm]
+profile = "kilobot"
+
+[[robots]]
+program = "firmware/aggregation"
+cpu = "avr"
+count = 2
+poses = [[-0.06, 0.05, 0], [0.06, 0.05, 0]]
+
+[[robots]]
+program = "firmware/aggregation"
+count = 2
+poses = [[-0.06, -0.05, 0], [0.06, -0.05, 0]]
+
+[controller]
+beta = 1.5
+
+[record]
+sample_s = 0.5
+"""
+
+
+@pytest.fixture(scope="module")
+def grid_run(tmp_path_factory: pytest.TempPathFactory, guest_cache: Path) -> Run:
+    """Two robots on boards and two native ones on a grid."""
+    folder = tmp_path_factory.mktemp("grid")
+    (folder / "both.toml").write_text(GRID)
+    subprocess.run(
+        [KILOTWIN, "run", folder / "both.toml", "--out", folder / "run", "--quiet"],
+        env={**os.environ, "KILOTWIN_CACHE": str(guest_cache)},
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        check=True,
+    )
+    return Run.open(folder / "run")
+
+
+def test_cells_tell_robots_on_boards_where_they_are(grid_run: Run) -> None:
+    """Those that begin on the site show so, and those that begin beside it walk first."""
+    rows = grid_run.robots().to_pylist()
+    for robot, native in ((0, 2), (1, 3)):
+        shown = [{row["state"] for row in rows if row["robot"] == who} for who in (robot, native)]
+        assert "walking" in shown[0]
+        assert "walking" in shown[1]
+    entered = {row["robot"] for row in rows if row["state"] in ("entering", "resting")}
+    assert {0, 2} <= entered
+
+
+def test_what_robots_on_boards_report_reaches_the_host(grid_run: Run) -> None:
+    reports = grid_run.tracking().to_pylist()
+    by_robot = Counter(report["robot"] for report in reports)
+    assert set(by_robot) == {0, 1, 2, 3}
+    # One each 2 s; of these about half are heard.
+    assert all(3 <= count <= 30 for count in by_robot.values()), by_robot
