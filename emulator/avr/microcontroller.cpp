@@ -90,9 +90,23 @@ struct Microcontroller::Hooks {
         return read.read(avr, address, read.parameter);
     }
 
-    static void flag_changed(avr_irq_t *irq, uint32_t value, void *chip) {
-        if (value != 0)
-            static_cast<Microcontroller *>(chip)->board_.flag_set(static_cast<uint8_t>(irq->irq));
+    static void flag_changed(avr_irq_t *irq, uint32_t value, void *parameter) {
+        const auto *chip = static_cast<Microcontroller *>(parameter);
+        if (value != 0 && !chip->reviewing_) chip->board_.flag_set(static_cast<uint8_t>(irq->irq));
+    }
+
+    static void enable_written(avr_t *avr, avr_io_addr_t address, uint8_t value, void *parameter) {
+        const auto &watched = *static_cast<Watched *>(parameter);
+        const uint8_t before = avr->data[address];
+        if (watched.write != nullptr)
+            watched.write(avr, address, value, watched.parameter);
+        else
+            avr->data[address] = value;
+        // simavr takes the comparator's flag as written; it is cleared by a one and not by a zero.
+        if (address == ACSR && (value & ACSR_ACI) == 0) avr->data[ACSR] |= before & ACSR_ACI;
+        if (address == ACSR && (value & ACSR_ACI) != 0)
+            watched.chip->clear_interrupt(VECTOR_COMPARATOR);
+        watched.chip->review_interrupts(address);
     }
 
     static void serial_byte(avr_irq_t *, uint32_t value, void *chip) {
@@ -145,6 +159,8 @@ Microcontroller::Microcontroller(Board &board, const FlashImage &flash, const Ee
     set_comparator(false);
     for (uint8_t i = 0; i < ALARMS; i++) clocks_[i] = {this, static_cast<Alarm>(i)};
     watch_reads();
+    for (int i = 0; i < avr_->interrupts.vector_count; i++)
+        watch_enables(avr_->interrupts.vector[i]->enable.reg);
     auto &serial = avr_->io[AVR_DATA_TO_IO(UDR0)].w;
     watched_.push_back({this, Watch::WRITES, serial.c, serial.param});
     serial.c = Hooks::send_serial;
@@ -162,6 +178,32 @@ void Microcontroller::watch_reads() {
         handler.c = Hooks::read;
         handler.param = &reads_.back();
     }
+}
+
+/// simavr looks at an interrupt's enable bit only when its flag goes up, so whoever enables one later has to have
+/// it reviewed.
+void Microcontroller::watch_enables(uint16_t address) {
+    if (address < FIRST_REGISTER) return;
+    auto &handler = avr_->io[AVR_DATA_TO_IO(address)].w;
+    if (handler.c == Hooks::enable_written) return;
+    watched_.push_back({this, Watch::WRITES, handler.c, handler.param});
+    handler.c = Hooks::enable_written;
+    handler.param = &watched_.back();
+}
+
+void Microcontroller::review_interrupts(uint16_t address) {
+    reviewing_ = true;
+    for (int i = 0; i < avr_->interrupts.vector_count; i++) {
+        avr_int_vector_t *vector = avr_->interrupts.vector[i];
+        if (vector->enable.reg != address || vector->raised.reg == 0) continue;
+        const bool enabled = avr_regbit_get(avr_, vector->enable) != 0;
+        const bool raised = avr_regbit_get(avr_, vector->raised) != 0;
+        if (enabled && raised && !vector->pending) avr_raise_interrupt(avr_, vector);
+        if (enabled || !vector->pending) continue;
+        avr_clear_interrupt(avr_, vector);
+        if (raised) avr_regbit_set(avr_, vector->raised);
+    }
+    reviewing_ = false;
 }
 
 Microcontroller::~Microcontroller() {
@@ -296,7 +338,10 @@ void Microcontroller::watch_interrupt(uint8_t vector) {
 
 void Microcontroller::take_over(uint16_t address) {
     avr_->io[AVR_DATA_TO_IO(address)].r = {};
-    avr_->io[AVR_DATA_TO_IO(address)].w = {};
+    auto &handler = avr_->io[AVR_DATA_TO_IO(address)].w;
+    const bool enables = handler.c == Hooks::enable_written;
+    handler = {};
+    if (enables) watch_enables(address);
 }
 
 void Microcontroller::raise_interrupt(uint8_t vector) {

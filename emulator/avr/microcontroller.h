@@ -112,6 +112,8 @@ class Microcontroller {
     void arm(Clock &clock);
     void note(const char *format, const char *text);
     void set_serial_rate();
+    void watch_enables(uint16_t address);
+    void review_interrupts(uint16_t address);
 
     Board &board_;
     avr_t *avr_;
@@ -123,6 +125,7 @@ class Microcontroller {
     uint32_t crashed_at_ = 0;  ///< program counter where simavr gave up
     bool crashed_ = false;
     bool was_reset_ = false;
+    bool reviewing_ = false;
     bool asleep_ = false;  ///< and its clocks stand still
     bool light_ = false;   ///< at the comparator
     uint32_t boot_section_;

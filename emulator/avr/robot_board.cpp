@@ -131,7 +131,7 @@ void RobotBoard::register_written(uint16_t address) {
         look_at_outputs();
 }
 
-void RobotBoard::flag_set(uint8_t) { converter_.comparator_tripped(); }
+void RobotBoard::flag_set(uint8_t vector) { converter_.flag_set(vector); }
 
 void RobotBoard::alarm(Microcontroller::Alarm alarm) {
     if (alarm == Microcontroller::LIGHT_EDGE)

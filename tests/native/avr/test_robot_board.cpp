@@ -201,6 +201,17 @@ TEST_CASE("timers count, match and overflow when the datasheet says") {
     CHECK(std::abs(bench.byte("counts_of_1600") - 200) <= 3);
 }
 
+TEST_CASE(
+    "an interrupt that is enabled late comes at once, and one that is disabled in time does not") {
+    Bench bench("enables");
+    bench.board.run(10 * MS);
+    REQUIRE(bench.byte("done") == 1);
+    CHECK(bench.byte("at_once") == 1);
+    CHECK(bench.byte("late") == 1);
+    CHECK(bench.byte("never") == 0);
+    CHECK(bench.byte("edges") == 1);
+}
+
 TEST_CASE("a sleeping board wakes by its watchdog, and the watchdog resets it; the EEPROM stays") {
     Bench bench("sleeper");
     bench.board.run(900 * MS);

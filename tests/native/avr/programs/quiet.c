@@ -24,6 +24,7 @@ int main(void) {
     set_sleep_mode(SLEEP_MODE_ADC);
     for (uint8_t i = 0; i < 8; i++) {
         TCNT0 = 0;
+        TIFR0 = 1 << OCF0A;
         TIMSK0 = 1 << OCIE0A;
         sei();
         sleep_mode();
