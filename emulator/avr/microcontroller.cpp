@@ -4,6 +4,7 @@
 #include <simavr/avr_eeprom.h>
 #include <simavr/avr_extint.h>
 #include <simavr/avr_ioport.h>
+#include <simavr/avr_spi.h>
 #include <simavr/avr_timer.h>
 #include <simavr/avr_uart.h>
 #include <simavr/sim_avr.h>
@@ -109,6 +110,13 @@ struct Microcontroller::Hooks {
         watched.chip->review_interrupts(address);
     }
 
+    static void spi_byte(avr_irq_t *, uint32_t value, void *parameter) {
+        const auto *chip = static_cast<Microcontroller *>(parameter);
+        if (chip->idle_) chip->idle_->note_activity();
+        const uint8_t answer = chip->board_.spi_exchange(static_cast<uint8_t>(value));
+        avr_raise_irq(avr_io_getirq(chip->avr_, AVR_IOCTL_SPI_GETIRQ(0), SPI_IRQ_INPUT), answer);
+    }
+
     static void serial_byte(avr_irq_t *, uint32_t value, void *chip) {
         static_cast<Microcontroller *>(chip)->board_.serial_byte(static_cast<uint8_t>(value));
     }
@@ -153,6 +161,8 @@ Microcontroller::Microcontroller(Board &board, const FlashImage &flash, const Ee
     avr_ioctl(avr_, AVR_IOCTL_UART_SET_FLAGS('0'), &quiet);
     avr_irq_register_notify(avr_io_getirq(avr_, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUTPUT),
                             Hooks::serial_byte, this);
+    avr_irq_register_notify(avr_io_getirq(avr_, AVR_IOCTL_SPI_GETIRQ(0), SPI_IRQ_OUTPUT),
+                            Hooks::spi_byte, this);
     avr_irq_register_notify(avr_->interrupts.irq + AVR_INT_IRQ_RUNNING, Hooks::interrupt_entered,
                             this);
     avr_raise_irq(avr_io_getirq(avr_, AVR_IOCTL_ACOMP_GETIRQ, ACOMP_IRQ_AIN1), THRESHOLD_MV);

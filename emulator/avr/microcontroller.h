@@ -23,7 +23,7 @@ namespace kilotwin {
 class Microcontroller {
   public:
     /// The chip's alarm clocks, for what is around it.
-    enum Alarm : uint8_t { LIGHT_EDGE, CONVERSION, ALARMS };
+    enum Alarm : uint8_t { LIGHT_EDGE, CONVERSION, TWO_WIRE, FRAME, ALARMS };
     static constexpr uint64_t NO_ALARM = UINT64_MAX;
 
     /// What is wired to the chip.
@@ -36,6 +36,8 @@ class Microcontroller {
         virtual void alarm(Alarm alarm) = 0;
         virtual void serial_byte(uint8_t byte) = 0;  ///< by the UART
         virtual void was_reset() = 0;                ///< by the watchdog: registers are 0 again
+        /// A byte goes out by the SPI; the one that comes back for it.
+        virtual uint8_t spi_exchange(uint8_t) { return 0xFF; }
         virtual void quiet_sleep() = 0;  ///< begins, in the mode that converts meanwhile
     };
 

@@ -45,8 +45,7 @@ void BoardOutputs::clear() {
 RobotBoard::RobotBoard(const FlashImage &flash, uint32_t index, const Calibration &calibration,
                        Cycles power_up, const Chance &chance)
     : index_(index),
-      power_up_(power_up),
-      tick_(calibration.tick),
+      clock_{power_up, calibration.tick},
       chance_(chance),
       chip_(*this, flash, eeprom_of(calibration)),
       ir_mask_(ir_led_pins(chip_.eeprom()[EEPROM_TX_MASK])),
@@ -57,66 +56,41 @@ RobotBoard::RobotBoard(const FlashImage &flash, uint32_t index, const Calibratio
     set_charging(false);
 }
 
-// The board's clock counts TICK_CYCLES in what are tick_ of the world's cycles.
-Cycles RobotBoard::world_time(uint64_t cycle) const {
-    return power_up_ + cycle / TICK_CYCLES * tick_ + cycle % TICK_CYCLES * tick_ / TICK_CYCLES;
-}
-
-/// The first of its cycles that is not before `at`.
-uint64_t RobotBoard::own_cycle(Cycles at) const {
-    if (at <= power_up_) return 0;
-    const Cycles age = at - power_up_;
-    return age / tick_ * TICK_CYCLES + (age % tick_ * TICK_CYCLES + tick_ - 1) / tick_;
-}
-
-void RobotBoard::run(Cycles until) { chip_.run(own_cycle(until)); }
+void RobotBoard::run(Cycles until) { chip_.run(clock_.own_cycle(until)); }
 
 void RobotBoard::shine(const LightPulse &pulse) {
     if (pulse.end <= pulse.begin) return;
-    const uint64_t begin = std::max(own_cycle(pulse.begin), chip_.cycle());
-    edges_.push({begin, true, pulse.strength});
-    edges_.push({std::max(own_cycle(pulse.end), begin + 1), false, pulse.strength});
-    chip_.set_alarm(Microcontroller::LIGHT_EDGE, edges_.top().cycle);
+    const uint64_t begin = std::max(clock_.own_cycle(pulse.begin), chip_.cycle());
+    receiver_.add(begin, clock_.own_cycle(pulse.end), pulse.strength);
+    chip_.set_alarm(Microcontroller::LIGHT_EDGE, receiver_.next());
 }
 
-/// Light goes on or off. At one moment what begins comes before what ends, so light that is passed on
-/// from one pulse to the next does not flicker.
 void RobotBoard::pass_edges() {
-    const bool was_lit = lit_ > 0;
-    while (!edges_.empty() && edges_.top().cycle <= chip_.cycle()) {
-        const Edge &edge = edges_.top();
-        const int32_t sign = edge.on ? 1 : -1;
-        lit_ += static_cast<uint32_t>(sign);
-        low_ += sign * edge.strength.low_gain;
-        high_ += sign * edge.strength.high_gain;
-        edges_.pop();
-    }
-    if (!edges_.empty()) chip_.set_alarm(Microcontroller::LIGHT_EDGE, edges_.top().cycle);
-    if ((lit_ > 0) == was_lit) return;
-    if (receiver_on_) chip_.set_comparator(lit_ > 0);
-    if (trace_) trace_->set(now(), IR_IN, lit_ > 0);
+    const bool was_lit = receiver_.lit();
+    receiver_.pass(chip_.cycle());
+    if (receiver_.next() != LightEdges::NONE)
+        chip_.set_alarm(Microcontroller::LIGHT_EDGE, receiver_.next());
+    if (receiver_.lit() == was_lit) return;
+    if (receiver_on_) chip_.set_comparator(!was_lit);
+    if (trace_) trace_->set(now(), IR_IN, !was_lit);
 }
 
 /// Without power the amplifiers show the comparator and the converter nothing.
 void RobotBoard::power_receiver(bool on) {
     if (on == receiver_on_) return;
     receiver_on_ = on;
-    chip_.set_comparator(on && lit_ > 0);
+    chip_.set_comparator(on && receiver_.lit());
 }
 
 int16_t RobotBoard::sample(uint8_t channel) {
-    constexpr int32_t MOST = 1023;
     // The lowest bit is never still: rand_hard() lives on that (hardware.md 1.7).
     auto noisy = [&](int16_t reading) {
         const uint64_t bits = chance_.bits(index_, Purpose::CONVERTER_NOISE, conversions_++);
         return static_cast<int16_t>(reading + int(bits & 1) - int(bits >> 1 & 1));
     };
-    auto amplified = [&](int32_t strength) {
-        return static_cast<int16_t>(receiver_on_ ? std::min(strength, MOST) : 0);
-    };
     switch (channel) {
-    case HIGH_GAIN: return amplified(high_);
-    case LOW_GAIN: return amplified(low_);
+    case HIGH_GAIN: return receiver_on_ ? receiver_.high() : 0;
+    case LOW_GAIN: return receiver_on_ ? receiver_.low() : 0;
     case BATTERY: return noisy(battery);
     case AMBIENT_LIGHT: return noisy(light);
     case TEMPERATURE: return noisy(temperature);
@@ -200,7 +174,7 @@ void RobotBoard::trace(const std::string &path) {
                                                                       {"port_b", 8},
                                                                       {"port_c", 8},
                                                                       {"port_d", 8}});
-    trace_->set(now(), IR_IN, lit_ > 0);
+    trace_->set(now(), IR_IN, receiver_.lit());
     look_at_outputs();
 }
 

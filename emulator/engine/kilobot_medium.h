@@ -83,7 +83,7 @@ class KilobotMedium {
         CLEAR,
         COLLIDED,
         DEAF,
-        LOST,      ///< of a robot on a board: chance has decided beforehand
+        LOST,      ///< at a board: chance has decided beforehand
         ELSEWHERE  ///< of a cell: its module listens to another one
     };
     struct Heard {
@@ -123,9 +123,11 @@ class KilobotMedium {
     void begin_frame(uint32_t sender, Cycles at);
     Frame &begin_light(uint32_t sender, Cycles at, const message_t &message);
     void begin_cell_frame(uint32_t module);
+    Frame &begin_cell_light(uint32_t station, Cycles at, const message_t &message);
     Frame &put_on_air(uint32_t sender, Cycles at, const message_t &message);
     void shine_on_robot(Frame &frame, uint32_t robot, double distance_m);
     void shine_on_board(const Frame &frame, Heard &heard);
+    void shine_on_board_cell(Frame &frame, uint32_t cell, double distance_m);
     void take_flash(const Boards::Flash &flash);
     bool is_lost(const Frame &frame, const Heard &heard, uint64_t draw) const;
     distance_measurement_t measure(const Heard &heard, uint64_t draw) const;

@@ -87,13 +87,13 @@ Simulation::Simulation(const SimulationDef &def)
     create_robots();
     if (def.grid)
         grid_.emplace(*def.grid, chance_, POWER_UP_TICKS * TICK_CYCLES, run_at_,
-                      !def.kilobot_medium, def.run_ahead);
+                      !def.kilobot_medium, def.run_ahead, &boards_);
     if (def.kilobot_medium)
         kilobot_medium_.emplace(*def.kilobot_medium, chance_, robots_, *bodies_, speaks_,
                                 emissions_, counts_, grid_ ? &*grid_ : nullptr,
                                 boards_.empty() ? nullptr : &boards_);
     else if (!boards_.empty())
-        throw EngineError("robots on boards need the kilobot medium: the ideal one has no pulses");
+        throw EngineError("boards need the kilobot medium: the ideal one has no pulses");
     boot();
 }
 
