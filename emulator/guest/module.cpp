@@ -332,8 +332,7 @@ std::array<uint16_t, KILOGRID_FILTERS> Module::filters() const {
 }
 
 void Module::receive_can(Cycles at, const CanFrame &frame) {
-    // While it starts up its controller is not yet set to anything.
-    if (life_ == Life::STOPPED || state_ == State::INIT || at < power_up_) return;
+    if (life_ == Life::STOPPED || at < power_up_) return;
     if (at < busy_until_ && ++buffered_ > CONTROLLER_BUFFERS) {
         buffered_ = CONTROLLER_BUFFERS;
         counts_.frames_missed++;
