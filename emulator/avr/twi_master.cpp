@@ -36,6 +36,8 @@ void TwiMaster::was_reset() {
     chip_.write(TWDR, 0xFF);
 }
 
+uint8_t TwiMaster::control() const { return chip_.read(TWCR); }
+
 /// A one in TWINT clears it and lets the next step begin.
 void TwiMaster::control_written() {
     const uint8_t written = control();

@@ -24,7 +24,7 @@ class TwiMaster {
     enum class Step : uint8_t { NOTHING, START, ADDRESS, WRITE, READ, STOP };
 
     void begin(Step step, unsigned bits);
-    uint8_t control() const { return chip_.read(0xBC); }
+    uint8_t control() const;
 
     Microcontroller &chip_;
     Pca9635 &device_;
