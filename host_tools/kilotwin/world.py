@@ -23,7 +23,6 @@ from kilotwin.errors import InputError, KilotwinError, RunError
 from kilotwin.experiment import Experiment, one_command
 from kilotwin.experiment_text import ExperimentText, Setting, parse_setting
 from kilotwin.group_build import build_group
-from kilotwin.guest_build import build
 from kilotwin.guest_symbols import GuestSymbols
 from kilotwin.overhead import ALL_ROBOTS, Region, message, message_of, region, uids
 from kilotwin.profiles import PROFILES
@@ -81,7 +80,7 @@ class World:
             [str(guest.file) for guest in guests],
             sample_ticks=_NEVER_TICKS,
             black_box=None,
-            module_guest=None if modules is None else str(build(modules).file),
+            module_guest=None if modules is None else str(build_group(modules).file),
         )
         try:
             self._engine: _emulator.Simulation | None = _emulator.Simulation(spec)
