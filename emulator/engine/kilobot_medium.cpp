@@ -275,6 +275,11 @@ void KilobotMedium::begin_cell_frame(uint32_t index) {
     // After a reset it may still be on air with what it sent before.
     if (receivers_[index].receiving_until > wanted.at || on_air(station_of(cell)))
         return grid_->answer(index, wanted.at, Module::Answer::RECEIVING);
+    const bool granted = nobody_interferes(listener, wanted.at);
+    if (granted && grid_->robots_near(cell).empty()) {  // nobody to hear it, nor to be heard
+        receivers_[index].sending_until = wanted.at + FRAME_CYCLES;
+        return grid_->answer(index, wanted.at, Module::Answer::SENT);
+    }
     Frame &frame = put_on_air(station_of(cell), wanted.at, wanted.message);
     frame.listener = station_of(listener);
     receivers_[index].sending_until = wanted.at + SENSE_END_CYCLES;
@@ -282,7 +287,7 @@ void KilobotMedium::begin_cell_frame(uint32_t index) {
         double distance = (bodies_.position(robot) - grid_->layout().centre(cell)).norm();
         if (distance <= grid_->infrared().cell_range_m) shine_on_robot(frame, robot, distance);
     }
-    if (nobody_interferes(listener, wanted.at))
+    if (granted)
         cell_has_channel(frame);
     else
         events_.push({wanted.at + SENSE_END_CYCLES, What::SENSE_END, frame.sender});
