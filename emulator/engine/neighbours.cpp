@@ -64,29 +64,34 @@ class Cells {
 }  // namespace
 
 void Neighbours::rebuild(const std::vector<Eigen::Vector2d> &positions) {
-    auto old_begin = std::move(begin_);
-    auto old_ids = std::move(ids_);
+    const auto old_begin = std::move(begin_);
+    const auto old_ids = std::move(ids_);
+    const size_t robots = positions.size();
     begin_.assign(1, 0);
-    begin_.reserve(positions.size() + 1);
+    begin_.reserve(robots + 1);
+    changed_.assign(robots, true);
     ids_.clear();
-    ids_.reserve(old_ids.size() + old_ids.size() / 8);
-    changed_.assign(positions.size(), true);
-    if (positions.empty()) return;
-    double width = reach_m_ + skin_m_;
-    Cells cells(positions, width);
-    for (uint32_t i = 0; i < positions.size(); i++) {
+    if (robots == 0) return;
+    const double width = reach_m_ + skin_m_;
+    const Cells cells(positions, width);
+    found_.clear();
+    for (uint32_t i = 0; i < robots; i++) {
         cells.around(positions[i], [&](uint32_t j) {
             if (j != i && (positions[j] - positions[i]).squaredNorm() <= width * width)
-                ids_.push_back(j);
+                found_.push_back(j);
         });
-        auto first = ids_.begin() + static_cast<ptrdiff_t>(begin_.back());
-        std::sort(first, ids_.end());
-        if (i + 1 < old_begin.size())
-            changed_[i] = !std::equal(first, ids_.end(),
-                                      old_ids.begin() + static_cast<ptrdiff_t>(old_begin[i]),
-                                      old_ids.begin() + static_cast<ptrdiff_t>(old_begin[i + 1]));
-        begin_.push_back(ids_.size());
+        begin_.push_back(found_.size());
     }
+    // Whoever has found `i` stands in the list of `i`: written in the finders' order, it is sorted.
+    ids_.resize(found_.size());
+    next_.assign(begin_.begin(), begin_.end() - 1);
+    for (uint32_t i = 0; i < robots; i++)
+        for (size_t k = begin_[i]; k < begin_[i + 1]; k++) ids_[next_[found_[k]]++] = i;
+    for (uint32_t i = 0; i + 1 < old_begin.size(); i++)
+        changed_[i] = !std::equal(ids_.begin() + static_cast<ptrdiff_t>(begin_[i]),
+                                  ids_.begin() + static_cast<ptrdiff_t>(begin_[i + 1]),
+                                  old_ids.begin() + static_cast<ptrdiff_t>(old_begin[i]),
+                                  old_ids.begin() + static_cast<ptrdiff_t>(old_begin[i + 1]));
 }
 
 }  // namespace kilotwin

@@ -38,6 +38,8 @@ class Neighbours {
     std::vector<size_t> begin_;
     std::vector<uint32_t> ids_;
     std::vector<bool> changed_;
+    std::vector<uint32_t> found_;  ///< while lists are made: of each robot, in any order
+    std::vector<size_t> next_;
 };
 
 }  // namespace kilotwin

@@ -163,6 +163,7 @@ void Simulation::boot() {
     give_commands(start_);
     for (auto &robot : robots_) robot.run(start_);
     boards_.run(start_, [](uint32_t) { return false; });
+    for (uint32_t robot : boards_.robots()) wake_[robot] = NEVER;  // they run with the medium
     emissions_.clear();
     for (auto &robot : robots_) {
         robot.motor_commands.clear();
@@ -200,14 +201,15 @@ void Simulation::step(Cycles limit) {
             limit, std::max(now_ + step_, begin_of_step(command_time(commands_[next_command_]))));
     refresh_lists();
     if (grid_ && (now_ - start_) % LOOK_AROUND_GRID == 0) look_around_grid();
-    if (floor_) next_sensing_ = floor_->senses_at(now_) ? now_ : floor_->next_sensing(now_);
+    if (floor_) {
+        later_sensing_ = floor_->next_sensing(now_);
+        next_sensing_ = floor_->senses_at(now_) ? now_ : later_sensing_;
+    }
     prepare_boards();
     if (kilobot_medium_) kilobot_medium_->run(now_, now_ + step_, limit);
+    for (uint32_t robot : boards_.robots()) take_commands(robot);
     for (uint32_t robot = 0; robot < robots_.size(); robot++)
-        if (robots_[robot].on_board())
-            take_commands(robot);
-        else if (wake_[robot] <= now_)
-            live_on(robot, limit);
+        if (wake_[robot] <= now_) live_on(robot, limit);
     if (!kilobot_medium_) {
         if (grid_) run_grid();
         deliver_frames();
@@ -260,13 +262,14 @@ void Simulation::live_on(uint32_t robot, Cycles limit) {
     const bool light_changes = !def_.light.sources.empty();
     if (light_changes) robots_[robot].light = def_.light.at(bodies_->position(robot));
     const bool alone = def_.run_ahead && (!light_changes || bodies_->rests(robot));
-    Cycles until = alone ? std::max(undisturbed_until(robot, limit), soonest) : soonest;
     if (floor_) {
         auto &around = surroundings_[robot];
         if (around.look_again <= now_ || !def_.run_ahead) look_around(robot);
-        until = std::max(std::min(until, around.unchanged_until), soonest);
-        if (next_sensing_ < until) floor_->tell(robots_[robot], around.cell, next_sensing_, until);
+        limit = std::min(limit, std::max(around.unchanged_until, later_sensing_));
     }
+    const Cycles until = alone ? std::max(undisturbed_until(robot, limit), soonest) : soonest;
+    if (next_sensing_ < until)
+        floor_->tell(robots_[robot], surroundings_[robot].cell, next_sensing_, until);
     wake_[robot] = begin_of_step(until);
     run_robot(robot, until);
 }
@@ -285,15 +288,16 @@ Cycles Simulation::undisturbed_until(uint32_t robot, Cycles limit) {
         return soonest;
     else
         until = std::min(until, speaks_[robot]);
+    if (until <= soonest) return soonest;
+    Cycles matters = end_of_step(until - heard_after);  // who speaks before
     for (uint32_t other : bodies_->lists().of(robot)) {
-        const Cycles speaks = std::max(speaks_[other], now_);
-        if (speaks == NEVER || begin_of_step(speaks) + heard_after >= until) continue;
+        if (speaks_[other] >= matters) continue;
         const double gap = (bodies_->position(other) - bodies_->position(robot)).norm() - reach_m_;
         const Cycles in_reach = gap > 0 ? now_ + whole_steps(gap / closing) : now_;
-        until = std::min(until, begin_of_step(std::max(speaks, in_reach)) + heard_after);
-        if (until <= soonest) break;
+        matters = std::min(matters, begin_of_step(std::max(speaks_[other], in_reach)));
+        if (matters + heard_after <= soonest) break;
     }
-    return until;
+    return std::min(until, matters + heard_after);
 }
 
 /// World steps that lie wholly within `for_s` seconds.

@@ -200,7 +200,8 @@ class Simulation {
     std::optional<Grid> grid_;
     std::optional<KilobotMedium> kilobot_medium_;
     std::optional<VirtualFloor> floor_;
-    Cycles next_sensing_ = NEVER;  ///< of the floor, from now_ on
+    Cycles next_sensing_ = NEVER;   ///< of the floor, from now_ on
+    Cycles later_sensing_ = NEVER;  ///< of the floor, after now_
     Samples samples_;
     uint64_t steps_ = 0;
     MediumCounts counts_;

@@ -19,9 +19,9 @@ bool VirtualFloor::senses_at(Cycles at) const {
 
 Cycles VirtualFloor::next_sensing(Cycles at) const {
     if (at < begin_) return begin_;
-    Cycles next = at + world_step_;
-    while (!senses_at(next)) next += world_step_;
-    return next;
+    const Cycles control_step = settings_.step_ticks * TICK_CYCLES;
+    const Cycles next = ((at - begin_) / control_step + 1) * control_step;
+    return begin_ + (next + world_step_ - 1) / world_step_ * world_step_;
 }
 
 void VirtualFloor::tell(Robot &robot, wire_cell_t cell, Cycles at, Cycles until) {

@@ -184,7 +184,10 @@ class _Builder:
             flags += _GCC_FLAGS
         defines = [f"-D{define}" for define in program.defines]
         counted = [*_PROGRAM_FLAGS, *_ROBOT_MACROS]
-        counted += _CLANG_PROGRAM_FLAGS if "clang" in version else []
+        if "clang" in version:
+            counted += _CLANG_PROGRAM_FLAGS
+        else:
+            counted += ["-include", str(self._guest / "count_blocks.h")]
         self._program_flags = [
             *flags,
             *api.includes(folders),
