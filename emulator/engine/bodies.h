@@ -76,9 +76,6 @@ class Bodies {
     /// Nobody moves faster, driven or pushed.
     double fastest_m_s() const { return fastest_m_s_; }
 
-    /// Robots farther apart cannot touch within a step.
-    double contact_gap_m() const { return contact_gap_m_; }
-
     uint64_t solver_steps() const { return solver_steps_; }  ///< bodies times steps
     const Overlaps &overlaps() const { return overlaps_; }
 
@@ -126,7 +123,8 @@ class Bodies {
     Cycles step_;
     Cycles now_;  ///< begin of the current step
     Chassis chassis_;
-    double fastest_m_s_, contact_gap_m_;
+    double fastest_m_s_;
+    double contact_gap_m_;  ///< robots farther apart cannot touch within a step
     World world_;
     Neighbours lists_;
     std::vector<Eigen::Vector2d> listed_at_;  ///< positions when the lists were made

@@ -37,17 +37,6 @@ std::vector<CanRecord> records_of(nb::handle array) {
     return records;
 }
 
-/// What numpy.dtype() makes CanRecord from.
-nb::list record_fields() {
-    nb::list fields;
-    for (auto [name, type] : {std::pair("at_s", "<f8"), std::pair("bus", "u1"),
-                              std::pair("id", "<u2"), std::pair("dlc", "u1")})
-        fields.append(nb::make_tuple(name, type));
-    fields.append(nb::make_tuple("data", "u1", nb::make_tuple(CanFrame::DATA_MAX)));
-    fields.append(nb::make_tuple("from_host", "?"));
-    return fields;
-}
-
 nb::list to_python(const std::vector<Bridge::Request> &requests) {
     nb::list out;
     for (const auto &[bus, frame] : requests)
@@ -84,9 +73,19 @@ void construct(PythonBridge *self, size_t buses, uint16_t port, uint16_t more_po
 
 }  // namespace
 
+nb::list can_record_fields() {
+    nb::list fields;
+    for (auto [name, type] : {std::pair("at_s", "<f8"), std::pair("bus", "u1"),
+                              std::pair("id", "<u2"), std::pair("dlc", "u1")})
+        fields.append(nb::make_tuple(name, type));
+    fields.append(nb::make_tuple("data", "u1", nb::make_tuple(CanFrame::DATA_MAX)));
+    fields.append(nb::make_tuple("from_host", "?"));
+    return fields;
+}
+
 void register_bridge(nb::module_ &m) {
     nb::exception<BridgeError>(m, "BridgeError", PyExc_OSError);
-    m.attr("CAN_RECORD") = record_fields();
+    m.attr("CAN_RECORD") = can_record_fields();
     const Bridge::Settings preset;
     nb::class_<PythonBridge>(m, "Bridge", "The buses for programs outside; see grid/bridge.h.")
         .def("__init__", construct, nb::kw_only(), nb::arg("buses") = preset.buses,

@@ -6,6 +6,9 @@
 
 namespace kilotwin {
 
+/// What numpy.dtype() makes CanRecord from.
+nanobind::list can_record_fields();
+
 /// Adds the classes Bridge and BridgeError, and CAN_RECORD, to the module.
 void register_bridge(nanobind::module_ &m);
 

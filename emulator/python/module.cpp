@@ -295,40 +295,14 @@ bool can_send(PythonSimulation &self, uint32_t bus, uint16_t id, const nb::bytes
     return self.simulation.can_send(bus, frame);
 }
 
-/// As numpy has it in a structured array.
-#pragma pack(push, 1)
-struct PackedFrame {
-    double at_s;
-    uint8_t bus;
-    uint16_t id;
-    uint8_t dlc;
-    uint8_t data[CanFrame::DATA_MAX];
-    bool from_host;
-};
-#pragma pack(pop)
-
 nb::object can_frames(PythonSimulation &self) {
-    std::vector<PackedFrame> rows;
-    for (const auto &logged : self.simulation.grid().take_frames()) {
-        PackedFrame row = {self.simulation.seconds_of(logged.at),
-                           static_cast<uint8_t>(logged.bus),
-                           logged.frame.id,
-                           logged.frame.dlc,
-                           {},
-                           logged.from_host};
-        std::copy(logged.frame.data.begin(), logged.frame.data.end(), row.data);
-        rows.push_back(row);
-    }
-    nb::list fields;
-    fields.append(nb::make_tuple("at_s", "<f8"));
-    fields.append(nb::make_tuple("bus", "u1"));
-    fields.append(nb::make_tuple("id", "<u2"));
-    fields.append(nb::make_tuple("dlc", "u1"));
-    fields.append(nb::make_tuple("data", "u1", nb::make_tuple(CanFrame::DATA_MAX)));
-    fields.append(nb::make_tuple("from_host", "?"));
+    std::vector<CanRecord> rows;
+    for (const auto &logged : self.simulation.grid().take_frames())
+        rows.push_back({self.simulation.seconds_of(logged.at), static_cast<uint8_t>(logged.bus),
+                        logged.frame.id, logged.frame.dlc, logged.frame.data, logged.from_host});
     nb::module_ numpy = nb::module_::import_("numpy");
-    return numpy.attr("frombuffer")(nb::bytes(rows.data(), rows.size() * sizeof(PackedFrame)),
-                                    numpy.attr("dtype")(fields));
+    return numpy.attr("frombuffer")(nb::bytes(rows.data(), rows.size() * sizeof(CanRecord)),
+                                    numpy.attr("dtype")(can_record_fields()));
 }
 
 /// Colour and brightness of all cells, from the lower left.

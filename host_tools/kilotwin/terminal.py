@@ -8,7 +8,14 @@ from typing import Any
 
 import typer
 from rich.console import Console, RenderableType
-from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
+from rich.progress import (
+    BarColumn,
+    Progress,
+    ProgressColumn,
+    TaskID,
+    TextColumn,
+    TimeRemainingColumn,
+)
 from rich.text import Text
 
 from kilotwin.experiment import Experiment
@@ -76,26 +83,46 @@ class Lines:
         """Nothing to tidy up."""
 
 
-class Bar:
-    """Two live lines: how far, how fast, how long still; and the robots per site."""
+class _BarAndLine(Progress):
+    """rich's progress with a line of text below."""
 
-    def __init__(self) -> None:
+    line = ""
+
+    def get_renderables(self) -> Iterable[RenderableType]:
+        yield self.make_tasks_table(self.tasks)
+        yield Text(self.line)
+
+
+class _Live:
+    """A bar on stderr with a line below, and notes above."""
+
+    def __init__(self, *columns: ProgressColumn) -> None:
         self._console = Console(stderr=True)
         self._bar = _BarAndLine(
             BarColumn(bar_width=20),
             TextColumn("{task.description}"),
-            TextColumn("left"),
-            TimeRemainingColumn(),
+            *columns,
             console=self._console,
             transient=True,
         )
         self._task = TaskID(0)
-        self._began = time.monotonic()
-        self._duration_s = 0.0
 
     def note(self, text: str) -> None:
         """One line above."""
         self._console.print(text, style="dim", markup=False, highlight=False)
+
+    def stop(self) -> None:
+        """Removes the bar."""
+        self._bar.stop()
+
+
+class Bar(_Live):
+    """How far, how fast, how long still; and the robots per site."""
+
+    def __init__(self) -> None:
+        super().__init__(TextColumn("left"), TimeRemainingColumn())
+        self._began = time.monotonic()
+        self._duration_s = 0.0
 
     def start(self, experiment: Experiment, folder: Path) -> None:
         """Shows the bar."""
@@ -115,10 +142,6 @@ class Bar:
             description=f"{seconds(tick):,.0f} of {self._duration_s:,.0f} s in {wall_s:.0f} s, "
             f"{seconds(tick) / wall_s:,.0f} x real time",
         )
-
-    def stop(self) -> None:
-        """Removes the bar."""
-        self._bar.stop()
 
 
 class SweepLines:
@@ -148,23 +171,12 @@ class SweepLines:
         """Nothing to tidy up."""
 
 
-class SweepBar:
-    """A live bar of trials, and the last one below."""
+class SweepBar(_Live):
+    """How many trials, and the last one below."""
 
     def __init__(self) -> None:
-        self._console = Console(stderr=True)
-        self._bar = _BarAndLine(
-            BarColumn(bar_width=20),
-            TextColumn("{task.description}"),
-            console=self._console,
-            transient=True,
-        )
-        self._task = TaskID(0)
+        super().__init__()
         self._trials = 0
-
-    def note(self, text: str) -> None:
-        """One line above."""
-        self._console.print(text, style="dim", markup=False, highlight=False)
 
     def start(self, trials: int, done: int) -> None:
         """Shows the bar."""
@@ -177,10 +189,6 @@ class SweepBar:
         self._bar.line = last
         text = _sweep_now(done, self._trials, failed, left_s)
         self._bar.update(self._task, completed=done, description=text)
-
-    def stop(self) -> None:
-        """Removes the bar."""
-        self._bar.stop()
 
 
 class SweepSilent(SweepLines):
@@ -208,16 +216,6 @@ def duration(seconds_: float) -> str:
         return f"{seconds_:.0f} s"
     minutes = seconds_ / 60
     return f"{minutes:.0f} min" if minutes < 90 else f"{minutes / 60:.1f} h"
-
-
-class _BarAndLine(Progress):
-    """rich's progress with a line of text below."""
-
-    line = ""
-
-    def get_renderables(self) -> Iterable[RenderableType]:
-        yield self.make_tasks_table(self.tasks)
-        yield Text(self.line)
 
 
 def robots_now(resting: dict[str, int], not_resting: int) -> str:

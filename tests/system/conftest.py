@@ -43,7 +43,10 @@ def kilotwin(environment: dict[str, str]) -> Kilotwin:
     """`kilotwin ARGUMENTS`, from the project's root, with what it printed."""
 
     def call(
-        *arguments: str | Path, expect: int = 0, env: dict[str, str] | None = None
+        *arguments: str | Path,
+        expect: int = 0,
+        env: dict[str, str] | None = None,
+        timeout_s: float = 300,
     ) -> subprocess.CompletedProcess[str]:
         done = subprocess.run(
             [KILOTWIN, *map(str, arguments)],
@@ -53,7 +56,7 @@ def kilotwin(environment: dict[str, str]) -> Kilotwin:
             capture_output=True,
             text=True,
             check=False,
-            timeout=300,
+            timeout=timeout_s,
         )
         assert done.returncode == expect, f"{arguments}\n{done.stdout}\n{done.stderr}"
         return done

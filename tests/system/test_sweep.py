@@ -2,6 +2,7 @@
 
 import json
 import os
+import random
 import re
 import shutil
 import signal
@@ -131,6 +132,27 @@ def test_a_killed_sweep_goes_on_to_the_same_data_set_and_leaves_no_process(
     done = kilotwin("sweep", sweep_file, "--out", out, "-j", "2")
     assert re.search(rf"{TRIALS} trials, \d+ of them there already", done.stderr)
     assert tables(out) == reference
+
+
+@pytest.mark.long
+def test_the_papers_whole_grid_survives_kills_at_random_moments(
+    kilotwin: Kilotwin, environment: dict[str, str], tmp_path: Path
+) -> None:
+    """All cells at full length, two trials of each: about an hour and a half."""
+    grid, seeds = "experiments/paper/grid.toml", ("--seeds", "2")
+    undisturbed, out = tmp_path / "undisturbed", tmp_path / "out"
+    kilotwin("sweep", grid, *seeds, "--out", undisturbed, timeout_s=7200)
+    moments = random.Random(20261122)
+    for _ in range(3):
+        before = parts(out)
+        with started(grid, *seeds, "--out", out, env=environment) as process:
+            wait_for(lambda before=before: parts(out) >= before + 5)  # type: ignore[misc]
+            time.sleep(moments.uniform(0, 120))
+            workers = children(process.pid)
+            process.kill()
+        wait_for(lambda workers=workers: all(is_gone(pid) for pid in workers))  # type: ignore[misc]
+    kilotwin("sweep", grid, *seeds, "--out", out, timeout_s=7200)
+    assert tables(out) == tables(undisturbed)
 
 
 def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(

@@ -33,10 +33,6 @@ message_tx_success_t kilo_message_tx_success = ignore_tx_success;
 static message_t rx_message __attribute__((aligned(4)));
 static distance_measurement_t rx_distance __attribute__((aligned(4)));
 
-// avr/interrupt.h.
-extern __attribute__((weak, visibility("hidden"))) const char __start_kt_handlers[];
-extern __attribute__((weak, visibility("hidden"))) const char __stop_kt_handlers[];
-
 const kt_table_t kt_table = {
     .abi = KT_GUEST_ABI,
     .guard_low = (uint8_t *)kt_guard_low,

@@ -46,10 +46,6 @@ static kt_records_t records;
 // Only programs that send by themselves link it (module_send.c).
 extern __attribute__((weak, visibility("hidden"))) const uint8_t kt_acts_alone;
 
-// avr/interrupt.h.
-extern __attribute__((weak, visibility("hidden"))) const char __start_kt_handlers[];
-extern __attribute__((weak, visibility("hidden"))) const char __stop_kt_handlers[];
-
 static const kt_module_t module = {
     .uid = &module_uid,
     .x = &module_uid_x_coord,

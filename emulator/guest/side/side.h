@@ -14,6 +14,11 @@ extern int32_t kt_budget;
 extern char kt_guard_low[KT_GUARD_BYTES], kt_guard_high[KT_GUARD_BYTES];
 extern uint8_t kt_state_begin[], kt_state_end[];
 
+/// Names of the interrupt handlers that the program defines for itself, by avr/interrupt.h: each
+/// ends with a 0.
+extern __attribute__((weak, visibility("hidden"))) const char __start_kt_handlers[];
+extern __attribute__((weak, visibility("hidden"))) const char __stop_kt_handlers[];
+
 /// The program's main().
 extern int kt_guest_main();
 

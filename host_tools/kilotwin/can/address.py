@@ -12,9 +12,6 @@ COORDINATE_MAX = 30
 """Largest column and row: their fields have 5 bits, and 0 means "all"."""
 
 MODULE_MASK = 0x7FF
-HOST_MASK = 0x001
-HOST_FILTER = {"can_id": 1, "can_mask": HOST_MASK, "extended": False}
-"""For python-can: all frames to the host."""
 
 _TO_HOST = 0x001
 _X_SHIFT, _Y_SHIFT, _FIELD = 1, 6, 0x1F

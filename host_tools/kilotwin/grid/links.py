@@ -5,8 +5,7 @@ python-can message per frame.
 """
 
 import errno
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Protocol
 
 import can
@@ -141,9 +140,3 @@ def _row(at_s: float, bus: int, message: can.Message, *, from_host: bool) -> Fra
     data = bytes(message.data).ljust(8, b"\0")
     row[0] = (at_s, bus, message.arbitration_id, message.dlc, list(data), from_host)
     return row
-
-
-def wall_clock() -> Callable[[], float]:
-    """Seconds from now on, by a clock that nobody sets."""
-    begin = time.monotonic()
-    return lambda: time.monotonic() - begin

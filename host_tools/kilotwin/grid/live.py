@@ -1,7 +1,6 @@
 """Records an experiment on a grid at the other end of CAN buses, real or emulated, by wall time."""
 
 import math
-import platform
 import signal
 import time
 from collections.abc import Iterator, Sequence
@@ -10,7 +9,6 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
-from kilotwin import __version__
 from kilotwin.can.buses import BusName, OpenBus, open_all
 from kilotwin.engine_spec import config_differences
 from kilotwin.errors import EXIT_INTERRUPTED, EXIT_ROBOTS_FAILED, InputError
@@ -19,15 +17,13 @@ from kilotwin.grid.conductor import Conductor, set_up_s
 from kilotwin.grid.grid_record import GridRecord
 from kilotwin.grid.links import Links
 from kilotwin.informed import informed_for
-from kilotwin.run import Display, Outcome
+from kilotwin.run import Display, Outcome, new_manifest
 from kilotwin.run_folder import (
     FINISHED,
     INTERRUPTED,
-    RUNNING,
     check_free,
     close_manifest,
     default_folder,
-    utc_now,
 )
 from kilotwin.run_writer import RunWriter
 from kilotwin.units import ticks
@@ -90,7 +86,10 @@ class _Recording:
         self._began = time.monotonic()
         self._lead_s = lead_s
         self._speed = speed
-        manifest = _manifest(experiment, [bus.name for bus in buses], command_line)
+        manifest = {
+            **new_manifest(experiment, [], command_line),
+            "recorded_from": [bus.name for bus in buses],
+        }
         try:
             self._writer = RunWriter(folder, experiment, manifest)
         except OSError as error:
@@ -205,20 +204,3 @@ class _Recording:
                 "kilodat": str(self._record.kilodat),
             },
         }
-
-
-def _manifest(
-    experiment: Experiment, buses: Sequence[str], command_line: list[str]
-) -> dict[str, Any]:
-    return {
-        "kilotwin": __version__,
-        "status": RUNNING,
-        "recorded_from": list(buses),
-        "command_line": command_line,
-        "experiment_sha256": experiment.identity(),
-        "seed": experiment.keys.seed,
-        "programs": [],
-        "python": platform.python_version(),
-        "machine": platform.platform(),
-        "started_utc": utc_now(),
-    }

@@ -24,13 +24,12 @@ import pyarrow.parquet as pq
 
 from kilotwin import __version__
 from kilotwin.errors import InputError
-from kilotwin.sweep.measure import Failed, Measured, as_json
+from kilotwin.sweep.measure import RESULT, Failed, Measured
 from kilotwin.sweep.plan import Plan, Trial
 
 ABOUT = "sweep.json"
 TRIALS = "trials.parquet"
 SERIES = "series.parquet"
-_RESULT = b"result"
 _ROW_GROUP = 500_000
 
 
@@ -78,14 +77,7 @@ class DataSet:
 
     def add(self, measured: Measured) -> None:
         """Keeps a trial's result."""
-        with pa.ipc.open_stream(measured.series) as reader:
-            table = reader.read_all()
-        told = table.replace_schema_metadata({_RESULT: as_json(measured.result)})
-        sink = pa.BufferOutputStream()
-        options = pa.ipc.IpcWriteOptions(compression="zstd")
-        with pa.ipc.new_stream(sink, told.schema, options=options) as writer:
-            writer.write_table(told)
-        _replace(self.part(measured.key), bytes(sink.getvalue()))
+        _replace(self.part(measured.key), measured.part)
 
     def log(self, **line: Any) -> None:
         """Adds a line to the log."""
@@ -154,7 +146,7 @@ def _part_rows(index: int, part: Path, whole: pa.Schema) -> pa.Table:
 
 
 def _row(trial: Trial, key: str, varied: Sequence[str], schema: pa.Schema) -> dict[str, Any]:
-    result: Mapping[str, Any] = json.loads(schema.metadata[_RESULT])
+    result: Mapping[str, Any] = json.loads(schema.metadata[RESULT])
     experiment = trial.experiment.keys
     row: dict[str, Any] = {"trial": trial.index, "key": key, "base": trial.base, "seed": trial.seed}
     row |= {name: trial.settings.get(name) for name in varied}

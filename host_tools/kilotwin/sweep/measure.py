@@ -29,6 +29,9 @@ from kilotwin.worker import Trial
 if TYPE_CHECKING:
     from kilotwin._emulator import Event, Samples
 
+RESULT = b"result"
+"""Under which the metadata of a part's schema has the trial's result."""
+
 # What of a run's summary is the trial's result: the same on every machine.
 _RESULT_KEYS = ("robots", "resting", "not_resting", "result_hash")
 
@@ -44,11 +47,14 @@ class Task:
 
 @dataclass(frozen=True)
 class Measured:
-    """A trial's result, its table `sites` as an Arrow stream, and how it was made."""
+    """A trial's part of the data set, and how it was made.
+
+    `part`: its table `sites` as an Arrow stream, its result as JSON in the schema's metadata.
+    """
 
     key: str
     result: dict[str, Any]
-    series: bytes
+    part: bytes
     cpu_s: float
     engine_sha256: str
     host: str
@@ -85,7 +91,7 @@ def measure(task: Task) -> Measured | Failed:
     trial.close()
     if summary["robots_failed"]:
         return Failed(task.key, _robots_failed(summary), None)
-    return _measured(task, summary, trial.writer.stream())
+    return _measured(task, summary, trial.writer.batches)
 
 
 def measure_apart(task: Task) -> Measured | Failed:
@@ -96,13 +102,21 @@ def measure_apart(task: Task) -> Measured | Failed:
         return Failed(task.key, str(error), task.folder if task.folder.exists() else None)
     if outcome.exit_code != 0:
         return Failed(task.key, _robots_failed(outcome.summary), task.folder)
-    series = _stream(Run.open(task.folder).sites().to_batches(), task.experiment)
-    return _measured(task, outcome.summary, series)
+    return _measured(task, outcome.summary, Run.open(task.folder).sites().to_batches())
 
 
-def _measured(task: Task, summary: dict[str, Any], series: bytes) -> Measured:
+def _measured(task: Task, summary: dict[str, Any], sites: list[pa.RecordBatch]) -> Measured:
     result = {key: summary[key] for key in _RESULT_KEYS}
-    return Measured(task.key, result, series, summary["cpu_s"], engine_sha256(), platform.node())
+    schema = Records.of(task.experiment.keys, {}).sites_schema
+    # The same text for the same result.
+    told = schema.with_metadata({RESULT: json.dumps(result, sort_keys=True)})
+    sink = pa.BufferOutputStream()
+    options = pa.ipc.IpcWriteOptions(compression="zstd")
+    with pa.ipc.new_stream(sink, told, options=options) as writer:
+        table = pa.Table.from_batches(sites, schema).combine_chunks()
+        writer.write_table(table.replace_schema_metadata(told.metadata))
+    part = bytes(sink.getvalue())
+    return Measured(task.key, result, part, summary["cpu_s"], engine_sha256(), platform.node())
 
 
 def _robots_failed(summary: dict[str, Any]) -> str:
@@ -114,15 +128,6 @@ def _robots_failed(summary: dict[str, Any]) -> str:
     )
 
 
-def _stream(batches: list[pa.RecordBatch], experiment: Experiment) -> bytes:
-    sink = pa.BufferOutputStream()
-    options = pa.ipc.IpcWriteOptions(compression="zstd")
-    schema = Records.of(experiment.keys, {}).sites_schema
-    with pa.ipc.new_stream(sink, schema, options=options) as writer:
-        writer.write_table(pa.Table.from_batches(batches, schema).combine_chunks())
-    return bytes(sink.getvalue())
-
-
 class _SeriesWriter:
     """Keeps the table `sites` in memory, in place of the writer of a run folder."""
 
@@ -130,13 +135,13 @@ class _SeriesWriter:
         self._experiment = experiment
         self._states = States.of(experiment.keys)
         self._records = Records.of(experiment.keys, {})
-        self._batches: list[pa.RecordBatch] = []
+        self.batches: list[pa.RecordBatch] = []
 
     def add(self, samples: "Samples") -> Counts | None:
         if not len(samples["tick"]):
             return None
         counts = self.count(samples)
-        self._batches.append(self._records.sites(samples, counts))
+        self.batches.append(self._records.sites(samples, counts))
         return counts
 
     def count(self, samples: "Samples") -> Counts:
@@ -145,11 +150,3 @@ class _SeriesWriter:
 
     def add_event(self, event: "Event") -> None:
         """Events of a trial that went well are not kept."""
-
-    def stream(self) -> bytes:
-        return _stream(self._batches, self._experiment)
-
-
-def as_json(result: dict[str, Any]) -> str:
-    """A result as text, the same for the same result."""
-    return json.dumps(result, sort_keys=True)
