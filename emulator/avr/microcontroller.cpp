@@ -63,6 +63,20 @@ struct Microcontroller::Hooks {
         of(avr).was_reset_ = true;
     }
 
+    // In place of simavr's: as many cycles, but the follower sees each instruction.
+    static void run_followed(avr_t *avr) {
+        Microcontroller &chip = of(avr);
+        const uint64_t until = avr->cycle + avr->run_cycle_count;
+        do {
+            const uint32_t from = avr->pc;
+            avr->run_cycle_count = 1;
+            chip.core_run_(avr);
+            const auto sp = static_cast<uint16_t>(avr->data[R_SPL] | avr->data[R_SPH] << 8);
+            chip.follower_->executed(from, avr->pc, sp);
+        } while (avr->state == cpu_Running && avr->cycle < until && !chip.crashed_ &&
+                 !chip.was_reset_ && chip.failure_.empty());
+    }
+
     // In place of simavr's, which lets the computer sleep as long as the chip.
     static void sleep(avr_t *avr, avr_cycle_count_t for_cycles) { of(avr).dozed_ = for_cycles; }
 
@@ -174,6 +188,14 @@ void Microcontroller::run(uint64_t until) {
         else
             recover(state);
     }
+}
+
+void Microcontroller::follow(Follower &follower) {
+    skip_nothing();
+    follower_ = &follower;
+    avr_->run_cycle_limit = 1;  // or simavr goes on behind an instruction that sets a timer
+    core_run_ = avr_->run;
+    avr_->run = Hooks::run_followed;
 }
 
 bool Microcontroller::wakes_from_power_down(const void *timer_owner) const {

@@ -38,6 +38,15 @@ class Microcontroller {
         virtual void was_reset() = 0;                ///< by the watchdog: registers are 0 again
     };
 
+    /// Looks on, instruction by instruction.
+    class Follower {
+      public:
+        virtual ~Follower() = default;
+        /// After an instruction at `from`: the program counter, which an interrupt may have moved, and the stack
+        /// pointer.
+        virtual void executed(uint32_t from, uint32_t pc, uint16_t sp) = 0;
+    };
+
     Microcontroller(Board &board, const FlashImage &flash, const EepromImage &eeprom);
     ~Microcontroller();
     Microcontroller(const Microcontroller &) = delete;
@@ -50,6 +59,9 @@ class Microcontroller {
 
     /// For tests: executes every instruction, also where the program only waits.
     void skip_nothing() { idle_.reset(); }
+
+    /// From now on `follower` is told of every instruction; none is passed over. It must live on.
+    void follow(Follower &follower);
 
     /// Why the program cannot go on, with the program counter; empty: it can.
     const std::string &failure() const { return failure_; }
@@ -123,6 +135,8 @@ class Microcontroller {
     bool was_reset_ = false;
     uint64_t dozed_ = 0;  ///< how far simavr's own way to sleep went ahead
     void (*core_reset_)(avr_t *) = nullptr;
+    Follower *follower_ = nullptr;
+    void (*core_run_)(avr_t *) = nullptr;
 };
 
 }  // namespace kilotwin

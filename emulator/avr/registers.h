@@ -19,7 +19,7 @@ constexpr uint8_t ADMUX_MUX = 15, ADMUX_ADLAR = 1 << 5;
 
 constexpr uint16_t TCCR2A = 0xB0, TCCR2B = 0xB1, OCR2A = 0xB3, OCR2B = 0xB4;
 
-constexpr uint8_t VECTOR_ADC = 21, VECTOR_COMPARATOR = 23;
+constexpr uint8_t VECTOR_TIMER0_COMPA = 14, VECTOR_ADC = 21, VECTOR_COMPARATOR = 23;
 constexpr uint8_t VECTORS = 26;
 constexpr uint32_t VECTOR_BYTES = 4;
 

@@ -95,6 +95,7 @@ int16_t RobotBoard::sample(uint8_t channel) {
     constexpr int32_t MOST = 1023;
     // The lowest bit is never still: rand_hard() lives on that (hardware.md 1.7).
     auto noisy = [&](int16_t reading) {
+        if (noise) return noise(channel, reading);
         const uint64_t bits = chance_.bits(index_, Purpose::CONVERTER_NOISE, conversions_++);
         return static_cast<int16_t>(reading + int(bits & 1) - int(bits >> 1 & 1));
     };

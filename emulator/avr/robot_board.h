@@ -6,6 +6,7 @@
 #ifndef KILOTWIN_AVR_ROBOT_BOARD_H
 #define KILOTWIN_AVR_ROBOT_BOARD_H
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <queue>
@@ -77,6 +78,8 @@ class RobotBoard : private Microcontroller::Board {
     /// Why it stands still for ever: its program crashed. Empty while it runs. "tick" in it counts from power-up.
     const std::string &failure() const { return chip_.failure(); }
 
+    uint64_t cycle() const { return chip_.cycle(); }  ///< its own, since power-up
+
     /// Nominal ticks of 262,144 of its cycles since power-up.
     uint32_t tick() const { return static_cast<uint32_t>(chip_.cycle() / TICK_CYCLES); }
 
@@ -86,6 +89,7 @@ class RobotBoard : private Microcontroller::Board {
     EepromImage eeprom() const { return chip_.eeprom(); }
 
     void skip_nothing() { chip_.skip_nothing(); }  ///< for tests, see Microcontroller
+    void follow(Microcontroller::Follower &follower) { chip_.follow(follower); }
 
     /// Waits for gdb on 127.0.0.1:`port` before the next instruction.
     void serve_debugger(uint16_t port) { chip_.serve_debugger(port); }
@@ -95,6 +99,10 @@ class RobotBoard : private Microcontroller::Board {
 
     // What the sensors read from now on, 0..1023; set from outside.
     int16_t light = 0, battery = 720, temperature = 300;
+
+    /// What battery, ambient light and temperature (hardware.md 1.8: channels 6, 7 and 8) are converted to, in
+    /// place of the reading with a lowest bit that is never still.
+    std::function<int16_t(uint8_t channel, int16_t reading)> noise;
 
     /// On the charger or off it.
     void set_charging(bool charging);

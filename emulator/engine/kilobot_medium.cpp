@@ -30,6 +30,7 @@ KilobotMedium::KilobotMedium(const Settings &settings, const Chance &chance,
       speaks_(speaks),
       emissions_(emissions),
       counts_(counts),
+      by_robot_(robots.size()),
       grid_(grid),
       boards_(boards),
       frames_(robots.size() + (grid != nullptr ? grid->layout().cells() : 0)),
@@ -350,6 +351,7 @@ void KilobotMedium::end_frame(uint32_t sender) {
     const bool right = crc_is_right(frame.message);
     if (!is_cell(sender)) {
         counts_.sent++;
+        by_robot_[sender].sent++;
         counts_.wrong_crc += !right;
     }
     for (const Heard &heard : frame.heard)
@@ -406,6 +408,7 @@ void KilobotMedium::deliver(const Frame &frame, const Heard &heard) {
         return;
     }
     counts_.received++;
+    by_robot_[index].received++;
     if (on_board) return;
     const Cycles end = frame.begin + FRAME_CYCLES;
     robots_[index].receive({end, frame.message, measure(heard, draw)});

@@ -28,6 +28,11 @@
 
 namespace kilotwin {
 
+/// A robot's part in what became of frames.
+struct FrameCounts {
+    uint32_t sent = 0, received = 0;
+};
+
 /// What became of frames.
 struct MediumCounts {
     uint64_t sent = 0, received = 0;  ///< received: at a robot
@@ -40,6 +45,9 @@ struct MediumCounts {
 
 class KilobotMedium {
   public:
+    /// Of each robot; what reached one with a board counts as received.
+    const std::vector<FrameCounts> &by_robot() const { return by_robot_; }
+
     /// Each mechanism can be switched off by itself.
     struct Settings {
         double range_m = 0.10;
@@ -158,6 +166,7 @@ class KilobotMedium {
     std::vector<Cycles> &speaks_;
     std::vector<Emission> &emissions_;  ///< what robots send that were granted the channel
     MediumCounts &counts_;
+    std::vector<FrameCounts> by_robot_;
     Grid *grid_;
     Boards *boards_;                              ///< null: there are none
     std::vector<float> range_m_;                  ///< by robot

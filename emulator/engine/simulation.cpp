@@ -505,6 +505,10 @@ bool Simulation::audience_holds(uint32_t robot) {
     return true;
 }
 
+std::vector<FrameCounts> Simulation::frames() const {
+    return kilobot_medium_ ? kilobot_medium_->by_robot() : std::vector<FrameCounts>();
+}
+
 Statistics Simulation::statistics() const {
     return {steps_, counts_, bodies_->solver_steps(), bodies_->list_rebuilds(),
             bodies_->overlaps()};

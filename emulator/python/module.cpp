@@ -16,6 +16,7 @@
 #include "engine/simulation.h"
 #include "engine/world.h"
 #include "python/bridge.h"
+#include "python/twins.h"
 
 namespace nb = nanobind;
 using namespace kilotwin;
@@ -434,6 +435,15 @@ nb::object motors_of(const PythonSimulation &self) {
     return array_of(std::move(duties), 2);
 }
 
+nb::object frames_of(const PythonSimulation &self) {
+    std::vector<uint32_t> counts;
+    for (const FrameCounts &robot : self.simulation.frames()) {
+        counts.push_back(robot.sent);
+        counts.push_back(robot.received);
+    }
+    return array_of(std::move(counts), 2);
+}
+
 nb::dict cell_infrared() {
     const CellInfrared defaults;
     nb::dict out;
@@ -486,6 +496,7 @@ NB_MODULE(_emulator, m) {
           nb::arg("key"), nb::arg("value"), "A CONFIG message: nine data bytes and the type.");
     nb::exception<EngineError>(m, "EngineError", PyExc_ValueError);
     register_bridge(m);
+    register_twins(m);
 
     nb::class_<PythonSimulation>(m, "Simulation", "One run; see emulator/engine/simulation.h.")
         .def(nb::init<const nb::dict &>(), nb::arg("spec"))
@@ -527,6 +538,7 @@ NB_MODULE(_emulator, m) {
         .def("cell_stats", cell_stats, "What became of infrared frames from and to cells.")
         .def("module_events", module_events, "Prints and failures of module programs.")
         .def("motors", motors_of)
+        .def("frames", frames_of, "[N, 2]: sent and received; no rows with the ideal medium.")
         .def("state",
              [](const PythonSimulation &self, size_t robot) {
                  auto bytes = robot_of(self, robot).state();

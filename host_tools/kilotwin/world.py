@@ -175,6 +175,11 @@ class World:
         return self._simulation.motors()
 
     @property
+    def frames(self) -> NDArray[np.uint32]:
+        """[robots, 2]: frames sent and received so far; no rows with the ideal medium."""
+        return self._simulation.frames()
+
+    @property
     def states(self) -> list[str]:
         """What the LEDs mean by the experiment's [states]; "RGB(r,g,b)" where it has no name."""
         return [self._names.names[index] for index in self._names.of_robots(self.leds)]
