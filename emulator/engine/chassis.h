@@ -28,6 +28,7 @@ struct Profile {
     double speed_spread = 0;  ///< sd over robots, share of the speed
     double bias_spread =
         0;  ///< sd over motors, share of the motor's speed: a robot that bends to one side
+    bool gives_way = true;   ///< whether it can be pushed while its motors are off
     double motor_noise = 0;  ///< sd of each motor's speed from second to second, share of it
 };
 

@@ -319,11 +319,16 @@ void KilobotMedium::begin_cell_frame(uint32_t index) {
     // After a reset it may still be on air with what it sent before.
     if (receivers_[index].receiving_until > wanted.at || on_air(station_of(cell)))
         return grid_->answer(index, wanted.at, Module::Answer::RECEIVING);
+    const bool granted = nobody_interferes(listener, wanted.at);
+    if (granted && grid_->robots_near(cell).empty()) {  // nobody to hear it, nor to be heard
+        receivers_[index].sending_until = wanted.at + FRAME_CYCLES;
+        return grid_->answer(index, wanted.at, Module::Answer::SENT);
+    }
     Frame &frame = begin_cell_light(station_of(cell), wanted.at, wanted.message);
     frame.listener = station_of(listener);
     receivers_[index].sending_until = wanted.at + SENSE_END_CYCLES;
     if (boards_ != nullptr) boards_->first_pulse(frame.sender, wanted.at);
-    if (nobody_interferes(listener, wanted.at))
+    if (granted)
         cell_has_channel(frame);
     else
         events_.push({wanted.at + SENSE_END_CYCLES, What::SENSE_END, frame.sender});

@@ -34,6 +34,7 @@ Grid::Grid(const Settings &settings, const Chance &chance, Cycles power_up, Cycl
       promised_(layout_.modules(), 0),
       dead_(layout_.modules(), false),
       on_bus_(layout_.modules(), false),
+      bus_due_(layout_.buses(), NEVER),
       host_queue_(layout_.buses()),
       robots_near_(layout_.cells()) {
     for (const Fault &fault : faults_)
@@ -54,6 +55,7 @@ void Grid::create_modules(const Settings &settings, Cycles power_up) {
     acts_alone_ = table != nullptr && table->acts_alone != nullptr;
     const size_t stride = program ? (program->state_bytes() + 63) / 64 * 64 : 0;
     images_.reset(new uint8_t[stride * layout_.modules()]);
+    modules_.reserve(layout_.modules());
     for (uint32_t index = 0; index < layout_.modules(); index++) {
         const double when = chance_.uniform(index, Purpose::MODULE_POWER_UP, 0);
         const double luck =
@@ -130,10 +132,8 @@ bool Grid::alone(uint32_t module) const {
 // Modules
 
 Cycles Grid::next() const {
-    Cycles first = next_fault();
-    if (!schedule_.empty()) first = std::min(first, schedule_.top().at);
-    for (const CanBus &bus : buses_) first = std::min(first, bus.next());
-    return first;
+    const Cycles first = std::min(next_fault(), bus_due_[first_bus_]);
+    return schedule_.empty() ? first : std::min(first, schedule_.top().at);
 }
 
 std::optional<uint32_t> Grid::run(Cycles until) {
@@ -143,16 +143,10 @@ std::optional<uint32_t> Grid::run(Cycles until) {
             schedule_.pop();
         const Cycles module_at = schedule_.empty() ? NEVER : schedule_.top().at;
         const Cycles fault_at = next_fault();
-        uint32_t bus = 0;
-        Cycles bus_at = NEVER;
-        for (uint32_t i = 0; i < layout_.buses(); i++)
-            if (const Cycles at = buses_[i].next(); at < bus_at) {
-                bus_at = at;
-                bus = i;
-            }
+        const Cycles bus_at = bus_due_[first_bus_];
         if (std::min({module_at, fault_at, bus_at}) >= until) return std::nullopt;
         if (bus_at <= std::min(fault_at, module_at)) {
-            run_bus(bus, bus_at + 1);
+            run_bus(first_bus_, bus_at + 1);
         } else if (fault_at <= module_at) {
             apply(faults_[next_fault_++], fault_at);
         } else {
@@ -168,18 +162,23 @@ bool Grid::attend(uint32_t index, Cycles at) {
     Module &module = modules_[index];
     const Cycles until =
         alone(index) ? std::max(std::min({limit_, lists_until_, next_fault()}), at + 1) : at + 1;
-    for (;;) {
+    uint64_t unheard = 0;
+    if (robots_about_[index] > 0)
         module.run(until);
-        send_frames(index);
-        if (!module.asks()) break;
-        if (robots_about_[index] > 0) {
-            due_[index] = NEVER;
-            return true;
-        }
-        counts.sent++;
-        counts.unheard++;
-        module.answer(Module::Answer::SENT);
+    else
+        unheard = module.run_unheard(until);
+    send_frames(index);
+    const bool asks = module.asks();
+    if (asks && robots_about_[index] > 0) {
+        due_[index] = NEVER;
+        return true;
     }
+    if (asks) {
+        module.answer(Module::Answer::SENT);
+        unheard++;
+    }
+    counts.sent += unheard;
+    counts.unheard += unheard;
     schedule(index);
     return false;
 }
@@ -196,9 +195,11 @@ void Grid::answer(uint32_t index, Cycles asked, Module::Answer answer) {
 
 void Grid::send_frames(uint32_t index) {
     auto &frames = modules_[index].can_frames;
-    for (const CanOutput &output : frames)
-        buses_[layout_.bus(index)].queue(node_[index], output.at, output.frame);
+    if (frames.empty()) return;
+    const uint32_t bus = layout_.bus(index);
+    for (const CanOutput &output : frames) buses_[bus].queue(node_[index], output.at, output.frame);
     frames.clear();
+    look_at_bus(bus);
 }
 
 /// Hands frames of boards' controllers to the buses.
@@ -217,6 +218,7 @@ void Grid::take_wishes() {
         CanBus &bus = bus_of(wish.module);
         if (bus.state(node_[wish.module]) >= CanBus::State::BUS_OFF) return false;
         bus.queue(node_[wish.module], wish.output.at, wish.output.frame);
+        look_at_bus(layout_.bus(wish.module));
         on_bus_[wish.module] = true;
         return true;
     });
@@ -270,6 +272,7 @@ bool Grid::can_send(Cycles now, uint32_t bus, const CanFrame &frame) {
         throw EngineError("there is no bus " + std::to_string(bus) + "; the grid has " +
                           std::to_string(layout_.buses()) + ", from 0");
     if (!buses_[bus].queue(HOST, now, frame)) return false;
+    look_at_bus(bus);
     host_queue_[bus].push_back(frame.id);
     for_each_taker(bus, frame.id, [&](uint32_t module) { promised_[module]++; });
     return true;
@@ -279,6 +282,14 @@ void Grid::run_bus(uint32_t index, Cycles until) {
     CanBus &bus = buses_[index];
     bus.run(until, [&](const CanBus::Delivery &delivery) { deliver(index, delivery); });
     if (!host_queue_[index].empty() && bus.queued(HOST) == 0) keep_promises(index, false);
+    look_at_bus(index);
+}
+
+/// Notes when something happens on a bus next; to be called after every change of it.
+void Grid::look_at_bus(uint32_t bus) {
+    bus_due_[bus] = buses_[bus].next();
+    const auto first = std::min_element(bus_due_.begin(), bus_due_.end());
+    first_bus_ = static_cast<uint32_t>(first - bus_due_.begin());
 }
 
 void Grid::deliver(uint32_t bus, const CanBus::Delivery &delivery) {
@@ -390,6 +401,7 @@ void Grid::apply(const Fault &fault, Cycles at) {
         dead_[index] = false;
         break;
     }
+    look_at_bus(layout_.bus(index));
     schedule(index);
 }
 

@@ -156,7 +156,7 @@ class Grid {
     /// is full. EngineError for a bus that is not there.
     bool can_send(Cycles now, uint32_t bus, const CanFrame &frame);
 
-    /// The earliest moment at which anything happens here.
+    /// Nothing happens here before.
     Cycles next() const;
 
     /// Lives through everything strictly before `until`. Returns early when a module, which it
@@ -223,6 +223,7 @@ class Grid {
     void take_wishes();
     void schedule(uint32_t module);
     void run_bus(uint32_t bus, Cycles until);
+    void look_at_bus(uint32_t bus);
     void deliver(uint32_t bus, const CanBus::Delivery &delivery);
     template <typename Visit> void for_each_taker(uint32_t bus, uint16_t id, Visit visit) const;
     void keep_promises(uint32_t bus, bool one);
@@ -239,7 +240,7 @@ class Grid {
     Events events_;
     ModuleContext context_;
     std::unique_ptr<uint8_t[]> images_;
-    std::deque<Module> modules_;
+    std::vector<Module> modules_;
     std::deque<CanBus> buses_;
     std::vector<Fault> faults_;  ///< in order of time
     size_t next_fault_ = 0;
@@ -257,6 +258,8 @@ class Grid {
     std::vector<ModuleBoards::CanWish> wishes_;  ///< that wait for their node to recover
     bool acts_alone_ = false;                    ///< their program may address other modules
 
+    std::vector<Cycles> bus_due_;                        ///< by bus: when it has to be looked at
+    uint32_t first_bus_ = 0;                             ///< the one that is due first
     std::vector<std::vector<uint32_t>> module_of_node_;  ///< by bus and node
     std::vector<std::deque<uint16_t>> host_queue_;       ///< by bus: identifiers, first one first
     std::priority_queue<Due, std::vector<Due>, std::greater<>> schedule_;  ///< some out of date

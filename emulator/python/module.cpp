@@ -53,6 +53,7 @@ Profile profile_of(const nb::dict &from) {
                        get<uint8_t>(from, "turn_left"),     get<uint8_t>(from, "turn_right")};
     profile.legs = get_or(from, "legs", profile.legs);
     profile.kick_needed = get_or(from, "kick_needed", profile.kick_needed);
+    profile.gives_way = get_or(from, "gives_way", profile.gives_way);
     profile.speed_spread = get_or(from, "speed_spread", profile.speed_spread);
     profile.bias_spread = get_or(from, "bias_spread", profile.bias_spread);
     profile.motor_noise = get_or(from, "motor_noise", profile.motor_noise);

@@ -248,6 +248,8 @@ class Motion(Section):
     """One motor at its turn duty."""
     kick_needed: bool
     """Whether a motor at rest needs 15 ms at full duty (`spinup_motors()`) to start."""
+    gives_way: bool
+    """Whether a robot that stands can be pushed; if not, others meet it as they meet a wall."""
     speed_spread: Spread
     """Speed, from robot to robot: standard deviation, share of the speed."""
     bias_spread: Spread

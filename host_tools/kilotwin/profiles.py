@@ -71,12 +71,14 @@ PROFILES = {
 MOTION_DEFAULTS: Mapping[str, Defaults] = {
     "foot-bot": {
         "kick_needed": False,
+        "gives_way": True,
         "speed_spread": 0.0,
         "bias_spread": 0.0,
         "motor_noise": 0.0,
     },
     "kilobot": {
         "kick_needed": True,
+        "gives_way": True,
         "speed_spread": 0.04,
         "bias_spread": 0.2,
         "motor_noise": 0.16,

@@ -40,6 +40,7 @@ def test_the_engine_is_told_all_of_it(load: Load) -> None:
         "push_m_s2": 0.1,
         "legs": True,
         "kick_needed": True,
+        "gives_way": True,
         "speed_spread": 0.04,
         "bias_spread": 0.2,
         "motor_noise": 0.16,

@@ -87,6 +87,7 @@ def measure(task: Task) -> Measured | Failed:
     except KilotwinError as error:
         return Failed(task.key, str(error), None)
     summary = trial.summary(interrupted=False)
+    trial.close()
     if summary["robots_failed"]:
         return Failed(task.key, _robots_failed(summary), None)
     return _measured(task, summary, trial.writer.batches)
