@@ -6,9 +6,7 @@
 ///
 /// LED: white for the seed, then red, green, blue, yellow, magenta, cyan for 1 to 6 hops, and again
 /// from red on; off as long as the robot does not know.
-#include <avr/interrupt.h>
 #include <kilolib.h>
-#include <stdbool.h>
 #include <stddef.h>
 
 #define TYPE_HOPS 2
@@ -23,10 +21,10 @@ static const uint8_t COLOURS[] = {
 
 static message_t message;
 
-// Single bytes, so that neither loop() nor a callback can find half of one.
+// Only callbacks learn and forget: they do not interrupt one another. Were loop() to forget, a
+// callback could come just before and what it learned would be lost. A single byte, so that loop()
+// cannot find half of it.
 static volatile uint8_t hops = UNKNOWN;
-static volatile bool confirmed;
-
 static uint32_t confirmed_at;
 
 static void on_message(message_t *received, distance_measurement_t *distance) {
@@ -35,12 +33,13 @@ static void on_message(message_t *received, distance_measurement_t *distance) {
     const uint8_t heard = received->data[0];
     if (heard >= UNKNOWN - 1 || heard + 1 > hops) return;
     hops = (uint8_t)(heard + 1);
-    confirmed = true;
+    confirmed_at = kilo_ticks;
 }
 
 // The message is made where it is sent. Were loop() to make it, a transmission could catch it half
 // changed, with a checksum that does not belong to it.
 static message_t *on_transmit(void) {
+    if (hops != 0 && kilo_ticks - confirmed_at > FORGET_TICKS) hops = UNKNOWN;
     if (hops == UNKNOWN) return NULL;
     message.type = TYPE_HOPS;
     message.data[0] = hops;
@@ -51,12 +50,6 @@ static message_t *on_transmit(void) {
 // Two robots that do not hear each other may send at the same time, over and over: their clocks are
 // nearly the same, and who is between them hears neither. A period drawn anew each time ends that.
 static void on_sent(void) { kilo_tx_period = (uint16_t)(PERIOD_MIN + (uint16_t)rand_soft() * 8); }
-
-static uint32_t ticks_now(void) {
-    uint32_t now = kilo_ticks;
-    while (now != kilo_ticks) now = kilo_ticks;
-    return now;
-}
 
 static void show(uint8_t shown) {
     if (shown == UNKNOWN) {
@@ -73,18 +66,7 @@ static void setup(void) {
     if (kilo_uid == SEED_UID) hops = 0;
 }
 
-static void loop(void) {
-    if (confirmed || kilo_uid == SEED_UID) {
-        confirmed = false;
-        confirmed_at = ticks_now();
-    } else if (ticks_now() - confirmed_at > FORGET_TICKS) {
-        // What a callback has just learned must not be forgotten.
-        cli();
-        if (!confirmed) hops = UNKNOWN;
-        sei();
-    }
-    show(hops);
-}
+static void loop(void) { show(hops); }
 
 int main(void) {
     kilo_message_rx = on_message;
