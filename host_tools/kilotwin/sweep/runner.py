@@ -12,7 +12,7 @@ from typing import Any, Protocol
 
 from kilotwin.errors import EXIT_INTERRUPTED, RunError
 from kilotwin.group_build import build_group
-from kilotwin.guest_build import Guest, Notify
+from kilotwin.guest_build import Guest, Notify, build
 from kilotwin.programs import Program
 from kilotwin.run_folder import slug, utc_now
 from kilotwin.sweep.data_set import DataSet, failure_line, trial_key
@@ -93,7 +93,13 @@ class Sweep:
             for what, group in groups:
                 if what not in guests:
                     guests[what] = build_group(group, notify)
-            keys.append(trial_key(trial, [guests[what].key for what, _ in groups]))
+            built = [what for what, _ in groups]
+            modules = trial.experiment.modules
+            if modules is not None:
+                built.append((modules, False))
+                if built[-1] not in guests:
+                    guests[built[-1]] = build(modules, notify)
+            keys.append(trial_key(trial, [guests[what].key for what in built]))
         return Sweep(plan, DataSet.make(folder, plan, engine_sha256()), keys)
 
     def missing(self) -> list[tuple[Trial, str]]:
