@@ -9,12 +9,12 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <queue>
 #include <string>
 #include <vector>
 
 #include "avr/converter.h"
 #include "avr/flash_image.h"
+#include "avr/light_edges.h"
 #include "avr/microcontroller.h"
 #include "avr/vcd_trace.h"
 #include "engine/chance.h"
@@ -22,12 +22,6 @@
 #include "guest/robot.h"
 
 namespace kilotwin {
-
-/// Light on a robot's receiver from `begin` to before `end`. `strength` is what the converter makes of it.
-struct LightPulse {
-    Cycles begin, end;
-    distance_measurement_t strength;
-};
 
 /// What a board did, in order of time. The caller clears it.
 struct BoardOutputs {
@@ -65,7 +59,7 @@ class RobotBoard : private Microcontroller::Board {
     void run(Cycles until);
 
     /// The time it has been run up to.
-    Cycles now() const { return world_time(chip_.cycle()); }
+    Cycles now() const { return clock_.world_time(chip_.cycle()); }
 
     /// Lets light fall on the receiver; `pulse.begin` is not earlier than now(). Pulses may overlap: the light
     /// then lasts until the last of them ends, and its strengths add up.
@@ -110,38 +104,28 @@ class RobotBoard : private Microcontroller::Board {
     BoardOutputs outputs;
 
   private:
-    struct Edge {
-        uint64_t cycle;
-        bool on;
-        distance_measurement_t strength;
-        bool operator>(const Edge &other) const {
-            return cycle != other.cycle ? cycle > other.cycle : on < other.on;
-        }
-    };
-
     void register_written(uint16_t address) override;
     void flag_set(uint8_t vector) override;
     void alarm(Microcontroller::Alarm alarm) override;
     void serial_byte(uint8_t byte) override;
     void was_reset() override;
+    void quiet_sleep() override { converter_.quiet_sleep(); }
 
     int16_t sample(uint8_t channel);
+    void power_receiver(bool on);
     void look_at_outputs();
     void pass_edges();
-    Cycles world_time(uint64_t cycle) const;
-    uint64_t own_cycle(Cycles at) const;
 
     uint32_t index_;
-    Cycles power_up_, tick_;
-    uint8_t ir_mask_;
+    BoardClock clock_;
     const Chance &chance_;
     Microcontroller chip_;
+    uint8_t ir_mask_;  ///< of port B
     Converter converter_;
-    std::priority_queue<Edge, std::vector<Edge>, std::greater<>> edges_;
-    uint32_t lit_ = 0;  ///< pulses on the receiver
-    int32_t low_ = 0, high_ = 0;
+    LightEdges receiver_;
     uint64_t conversions_ = 0;
     bool ir_on_ = false, charging_ = false;
+    bool receiver_on_ = false;  ///< the amplifiers have power
     uint8_t color_ = 0, left_ = 0, right_ = 0;
     std::unique_ptr<VcdTrace> trace_;
 };

@@ -20,10 +20,11 @@ constexpr uint32_t COUNTER_MAX = 255;
 }  // namespace
 
 Grid::Grid(const Settings &settings, const Chance &chance, Cycles power_up, Cycles zero,
-           bool gains_are_mm, bool run_ahead)
+           bool gains_are_mm, bool run_ahead, ModuleBoards *boards)
     : layout_(settings.columns, settings.rows, settings.buses),
       infrared_(settings.infrared),
       chance_(chance),
+      boards_(settings.on_board ? boards : nullptr),
       zero_(zero),
       run_ahead_(run_ahead),
       context_{chance, events_, gains_are_mm},
@@ -32,6 +33,7 @@ Grid::Grid(const Settings &settings, const Chance &chance, Cycles power_up, Cycl
       robots_about_(layout_.modules(), 0),
       promised_(layout_.modules(), 0),
       dead_(layout_.modules(), false),
+      on_bus_(layout_.modules(), false),
       bus_due_(layout_.buses(), NEVER),
       host_queue_(layout_.buses()),
       robots_near_(layout_.cells()) {
@@ -48,10 +50,10 @@ Grid::Grid(const Settings &settings, const Chance &chance, Cycles power_up, Cycl
 Grid::~Grid() = default;
 
 void Grid::create_modules(const Settings &settings, Cycles power_up) {
-    auto program = Program::load(settings.program, settings.name);
-    const auto *table = program->table().module;
+    const auto program = on_board() ? nullptr : Program::load(settings.program, settings.name);
+    const auto *table = program ? program->table().module : nullptr;
     acts_alone_ = table != nullptr && table->acts_alone != nullptr;
-    const size_t stride = (program->state_bytes() + 63) / 64 * 64;
+    const size_t stride = program ? (program->state_bytes() + 63) / 64 * 64 : 0;
     images_.reset(new uint8_t[stride * layout_.modules()]);
     modules_.reserve(layout_.modules());
     for (uint32_t index = 0; index < layout_.modules(); index++) {
@@ -59,10 +61,16 @@ void Grid::create_modules(const Settings &settings, Cycles power_up) {
         const double luck =
             std::clamp(chance_.normal(index, Purpose::MODULE_CLOCK, 0), -CLOCK_LIMIT, CLOCK_LIMIT);
         const double tick = static_cast<double>(TICK_CYCLES) * (1 + infrared_.clock_spread * luck);
-        modules_.emplace_back(context_, program, index, static_cast<uint8_t>(layout_.x(index)),
-                              static_cast<uint8_t>(layout_.y(index)),
-                              static_cast<Cycles>(tick + 0.5),
-                              static_cast<Cycles>(when * static_cast<double>(power_up)),
+        const auto x = static_cast<uint8_t>(layout_.x(index)),
+                   y = static_cast<uint8_t>(layout_.y(index));
+        const auto own_tick = static_cast<Cycles>(tick + 0.5);
+        const auto on_at = static_cast<Cycles>(when * static_cast<double>(power_up));
+        if (on_board()) {
+            boards_->add_module(settings.program, x, y, own_tick, on_at);
+            due_[index] = NEVER;
+            continue;
+        }
+        modules_.emplace_back(context_, program, index, x, y, own_tick, on_at,
                               images_.get() + index * stride);
         schedule(index);
     }
@@ -77,8 +85,10 @@ void Grid::attach_to_buses(double error_share) {
     for (uint32_t index = 0; index < layout_.modules(); index++) {
         CanBus::Node node;
         node.name = std::to_string(layout_.x(index)) + ", " + std::to_string(layout_.y(index));
-        for (uint16_t id : modules_[index].filters())
-            node.filters.emplace_back(id, KILOGRID_MODULE_MASK);
+        // A board's controller has filters of its own.
+        if (!on_board())
+            for (uint16_t id : modules_[index].filters())
+                node.filters.emplace_back(id, KILOGRID_MODULE_MASK);
         node.tx_queue = MODULE_QUEUE;
         const uint32_t bus = layout_.bus(index);
         node_.push_back(buses_[bus].attach(node));
@@ -121,7 +131,13 @@ bool Grid::alone(uint32_t module) const {
 
 // Modules
 
+Cycles Grid::next() const {
+    const Cycles module_at = schedule_.empty() ? NEVER : schedule_.top().at;
+    return std::min({next_fault(), module_at, bus_due_[first_bus_]});
+}
+
 std::optional<uint32_t> Grid::run(Cycles until) {
+    if (on_board()) take_wishes();
     for (;;) {
         while (!schedule_.empty() && due_[schedule_.top().module] != schedule_.top().at)
             schedule_.pop();
@@ -186,8 +202,31 @@ void Grid::send_frames(uint32_t index) {
     look_at_bus(bus);
 }
 
+/// Hands frames of boards' controllers to the buses.
+void Grid::take_wishes() {
+    auto bus_of = [this](uint32_t module) -> CanBus & { return buses_[layout_.bus(module)]; };
+    for (uint32_t index = 0; index < layout_.modules(); index++) {
+        if (!on_bus_[index] || bus_of(index).queued(node_[index]) > 0) continue;
+        on_bus_[index] = false;  // its node went bus-off
+        boards_->set_can_errors(index, bus_of(index).transmit_errors(node_[index]),
+                                bus_of(index).receive_errors(node_[index]), true);
+        boards_->can_lost(index);
+    }
+    for (const auto &wish : boards_->take_can_wishes()) wishes_.push_back(wish);
+    std::erase_if(wishes_, [&](const auto &wish) {
+        if (dead_[wish.module]) return true;
+        CanBus &bus = bus_of(wish.module);
+        if (bus.state(node_[wish.module]) >= CanBus::State::BUS_OFF) return false;
+        bus.queue(node_[wish.module], wish.output.at, wish.output.frame);
+        look_at_bus(layout_.bus(wish.module));
+        on_bus_[wish.module] = true;
+        return true;
+    });
+}
+
 /// Notes when a module has to be looked at next.
 void Grid::schedule(uint32_t index) {
+    if (on_board()) return;
     if (dead_[index] || modules_[index].asks()) {
         due_[index] = NEVER;
         return;
@@ -210,9 +249,20 @@ void Grid::receive_ir(Cycles at, uint32_t cell, const message_t &message,
 CellLight Grid::light(uint32_t cell, Cycles at) {
     const uint32_t module = GridLayout::module_of(cell);
     if (dead_[module]) return {};
+    if (on_board()) return boards_->module_light(module, GridLayout::index_in_module(cell));
     // It may have been left behind; what it does up to now is heard by nobody.
     if (!modules_[module].asks()) modules_[module].run(at);
     return modules_[module].light(GridLayout::index_in_module(cell), at);
+}
+
+Grid::About Grid::about(uint32_t index) const {
+    if (on_board())
+        return {dead_[index] ? "dead" : "on a board", boards_->module_stopped(index),
+                boards_->module_ticks(index), 0, boards_->frames_missed(index)};
+    const Module &module = modules_[index];
+    const auto &lost = module.counts();
+    return {dead_[index] ? "dead" : module.state_name(), module.stopped(), module.ticks(),
+            lost.frames_refused, lost.frames_missed};
 }
 
 // Buses
@@ -246,10 +296,22 @@ void Grid::deliver(uint32_t bus, const CanBus::Delivery &delivery) {
     const bool from_host = delivery.sender == HOST;
     frames_.push_back({delivery.at, bus, delivery.frame, from_host});
     if (from_host) keep_promises(bus, true);
+    if (on_board() && !from_host) {
+        const uint32_t sender = module_of_node_[bus][delivery.sender];
+        on_bus_[sender] = false;
+        boards_->can_sent(sender, delivery.at);
+    }
     for (uint32_t node : *delivery.receivers) {
         if (node == HOST) continue;
         const uint32_t index = module_of_node_[bus][node];
         if (dead_[index]) continue;
+        if (on_board()) {
+            const CanBus &on = buses_[bus];
+            boards_->set_can_errors(index, on.transmit_errors(node), on.receive_errors(node),
+                                    on.state(node) == CanBus::State::BUS_OFF);
+            boards_->receive_can(index, delivery.at, delivery.frame);
+            continue;
+        }
         auto counter = [](uint32_t errors) {
             return static_cast<uint8_t>(std::min(errors, COUNTER_MAX));
         };
@@ -291,6 +353,8 @@ std::vector<Grid::LoggedFrame> Grid::take_frames() {
 }
 
 Events Grid::take_events() {
+    if (on_board())
+        for (Event &event : boards_->take_module_events()) events_.push_back(std::move(event));
     std::stable_sort(events_.begin(), events_.end(), [](const Event &a, const Event &b) {
         return a.at != b.at ? a.at < b.at : a.robot < b.robot;
     });
@@ -311,22 +375,29 @@ void Grid::apply(const Fault &fault, Cycles at) {
     const uint32_t index = layout_.module(fault.x, fault.y), node = node_[index];
     CanBus &bus = buses_[layout_.bus(index)];
     run_bus(layout_.bus(index), at);
-    Module &module = modules_[index];
+    auto power = [&](bool on) {
+        on_bus_[index] = false;
+        if (on_board())
+            boards_->set_power(index, at, on);
+        else if (on)
+            modules_[index].reset(at);
+    };
     switch (fault.kind) {
     case Fault::Kind::DEAD:
         dead_[index] = true;
+        power(false);
         bus.kill(node, at);
         break;
     case Fault::Kind::RESET:
         bus.kill(node, at);
         bus.recover(node, at);
         dead_[index] = false;
-        module.reset(at);
+        power(true);
         break;
     case Fault::Kind::BUS_OFF: bus.bus_off(node, at, true); break;
     case Fault::Kind::RECOVER:
         bus.recover(node, at);
-        if (dead_[index]) module.reset(at);
+        if (dead_[index]) power(true);
         dead_[index] = false;
         break;
     }

@@ -146,6 +146,7 @@ Grid::Settings grid_of(const nb::dict &from) {
     grid.buses = get<uint32_t>(from, "buses");
     grid.program = get<std::string>(from, "program");
     grid.name = get<std::string>(from, "name");
+    grid.on_board = get_or(from, "on_board", grid.on_board);
     grid.error_share = get_or(from, "error_share", grid.error_share);
     if (from.contains("modules") && !from["modules"].is_none()) {
         auto own = get<nb::dict>(from, "modules");
@@ -334,21 +335,21 @@ nb::list modules_of(const PythonSimulation &self) {
     const Grid &grid = self.simulation.grid();
     nb::list out;
     for (uint32_t index = 0; index < grid.layout().modules(); index++) {
-        const Module &module = grid.module(index);
         const uint32_t on_bus = grid.layout().bus(index), node = grid.node(index);
         const CanBus &bus = grid.bus(on_bus);
         nb::dict row;
         row["x"] = grid.layout().x(index);
         row["y"] = grid.layout().y(index);
         row["bus"] = on_bus;
-        row["state"] = grid.lives(index) ? module.state_name() : "dead";
-        row["stopped"] = module.stopped();
-        row["tick"] = module.ticks();
+        const auto &about = grid.about(index);
+        row["state"] = about.state;
+        row["stopped"] = about.stopped;
+        row["tick"] = about.ticks;
         row["can"] = name_of(bus.state(node));
         row["tec"] = bus.transmit_errors(node);
         row["rec"] = bus.receive_errors(node);
-        row["frames_refused"] = module.counts().frames_refused;
-        row["frames_missed"] = module.counts().frames_missed;
+        row["frames_refused"] = about.frames_refused;
+        row["frames_missed"] = about.frames_missed;
         out.append(row);
     }
     return out;

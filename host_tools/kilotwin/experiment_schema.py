@@ -402,6 +402,10 @@ class Grid(Section):
         "kilogrid_modules/sites"
     ]
     """The modules' program: a `.c` file, a folder, or a list of `.c` files."""
+    hex: Text | None = None
+    """Instead of `program`: a `.hex` or `.elf` for the modules' ATmega328P, as it is flashed."""
+    cpu: Literal["native", "avr"] | None = None
+    """What runs `program`: this computer, or each module's ATmega328P (`kilobot` medium only)."""
     include: list[Text] = []
     """Folders to look for headers in, besides the program's own."""
     define: list[Text] = []

@@ -26,7 +26,6 @@ from kilotwin.grid.controller import Controller
 from kilotwin.grid.emulated_run import EmulatedHost, lead_ticks
 from kilotwin.grid.grid_record import GridMemory
 from kilotwin.group_build import build_group
-from kilotwin.guest_build import build
 from kilotwin.guest_symbols import GuestSymbols
 from kilotwin.overhead import ALL_ROBOTS, Region, message, message_of, region, uids
 from kilotwin.profiles import PROFILES
@@ -84,7 +83,7 @@ class World:
             [str(guest.file) for guest in guests],
             sample_ticks=_NEVER_TICKS,
             black_box=None,
-            module_guest=None if modules is None else str(build(modules).file),
+            module_guest=None if modules is None else str(build_group(modules).file),
             lead_ticks=0 if modules is None else lead_ticks(self._experiment),
         )
         try:

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 
 from kilotwin.errors import EXIT_INTERRUPTED, RunError
 from kilotwin.group_build import build_group
-from kilotwin.guest_build import Guest, Notify, build
+from kilotwin.guest_build import Guest, Notify
 from kilotwin.programs import Program
 from kilotwin.run_folder import slug, utc_now
 from kilotwin.sweep.data_set import DataSet, failure_line, trial_key
@@ -89,17 +89,14 @@ class Sweep:
         guests: dict[tuple[Program, bool], Guest] = {}
         keys = []
         for trial in plan.trials:
-            groups = [((group.program, group.on_board), group) for group in trial.experiment.groups]
+            parts = list(trial.experiment.groups)
+            if trial.experiment.modules is not None:
+                parts.append(trial.experiment.modules)
+            groups = [((group.program, group.on_board), group) for group in parts]
             for what, group in groups:
                 if what not in guests:
                     guests[what] = build_group(group, notify)
-            built = [what for what, _ in groups]
-            modules = trial.experiment.modules
-            if modules is not None:
-                built.append((modules, False))
-                if built[-1] not in guests:
-                    guests[built[-1]] = build(modules, notify)
-            keys.append(trial_key(trial, [guests[what].key for what in built]))
+            keys.append(trial_key(trial, [guests[what].key for what, _ in groups]))
         return Sweep(plan, DataSet.make(folder, plan, engine_sha256()), keys)
 
     def missing(self) -> list[tuple[Trial, str]]:
