@@ -132,8 +132,8 @@ bool Grid::alone(uint32_t module) const {
 // Modules
 
 Cycles Grid::next() const {
-    const Cycles first = std::min(next_fault(), bus_due_[first_bus_]);
-    return schedule_.empty() ? first : std::min(first, schedule_.top().at);
+    const Cycles module_at = schedule_.empty() ? NEVER : schedule_.top().at;
+    return std::min({next_fault(), module_at, bus_due_[first_bus_]});
 }
 
 std::optional<uint32_t> Grid::run(Cycles until) {

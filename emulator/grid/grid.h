@@ -156,7 +156,7 @@ class Grid {
     /// is full. EngineError for a bus that is not there.
     bool can_send(Cycles now, uint32_t bus, const CanFrame &frame);
 
-    /// Nothing happens here before.
+    /// The earliest moment at which anything happens here.
     Cycles next() const;
 
     /// Lives through everything strictly before `until`. Returns early when a module, which it

@@ -1,5 +1,6 @@
 """Experiments as Kilogrid labs write them: module program, robot program, .kconf; from Python."""
 
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,8 @@ from numpy.typing import NDArray
 
 from kilotwin import World
 from kilotwin.errors import InputError
+from kilotwin.sweep.plan import read_plan
+from kilotwin.sweep.runner import Sweep
 
 HERE = Path(__file__).parent
 PHEROMONE = HERE / "pheromone" / "pheromone.toml"
@@ -127,3 +130,18 @@ def test_a_grid_needs_no_file() -> None:
         world.run(30)
         assert world.cells.shape == (4, 4, 2)
         assert world.reports
+
+
+def test_a_sweep_runs_a_trial_again_when_the_modules_program_has_changed(tmp_path: Path) -> None:
+    for file in PHEROMONE.parent.iterdir():
+        shutil.copy(file, tmp_path)
+    sweep_file = tmp_path / "sweep.toml"
+    sweep_file.write_text('name = "s"\nbase = "pheromone.toml"\n')
+
+    def keys(folder: str) -> list[str]:
+        return list(Sweep.prepare(read_plan(sweep_file), tmp_path / folder, lambda _: None).keys)
+
+    before = keys("a")
+    module = tmp_path / "ModuleMain.c"
+    module.write_text(module.read_text().replace("DEPOSIT 16", "DEPOSIT 17"))
+    assert keys("b") != before

@@ -55,9 +55,8 @@ def test_a_whole_table_on_socketcan_in_user_mode_linux(
     cache = tmp_path / "guests"
     monkeypatch.setenv("KILOTWIN_CACHE", str(cache))
     experiment = Experiment.load(ROOT / "experiments/kilogrid/paper-n50.toml", [])
-    for group in experiment.groups:
-        build_group(group)
     assert experiment.modules is not None
-    build_group(experiment.modules)
+    for group in (*experiment.groups, experiment.modules):
+        build_group(group)
     tests = HERE / "test_table_on_socketcan.py"
     run_there(tests, tmp_path, 900, KILOTWIN_CACHE=str(cache))

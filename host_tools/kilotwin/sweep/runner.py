@@ -89,7 +89,10 @@ class Sweep:
         guests: dict[tuple[Program, bool], Guest] = {}
         keys = []
         for trial in plan.trials:
-            groups = [((group.program, group.on_board), group) for group in trial.experiment.groups]
+            parts = list(trial.experiment.groups)
+            if trial.experiment.modules is not None:
+                parts.append(trial.experiment.modules)
+            groups = [((group.program, group.on_board), group) for group in parts]
             for what, group in groups:
                 if what not in guests:
                     guests[what] = build_group(group, notify)
