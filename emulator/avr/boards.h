@@ -1,4 +1,4 @@
-/// The robots of a world that run on boards, stepped in lock-step and coupled by light.
+/// The robots and modules of a world that run on boards, stepped in lock-step and coupled by light.
 ///
 /// All boards live up to the same moment, then all the next QUANTUM cycles. What one of them sends reaches others,
 /// boards or not, a QUANTUM later; what others send reaches a board without delay. Messages from outside the medium
@@ -6,7 +6,8 @@
 /// if other light comes between.
 ///
 /// To the medium a board is a sender whose message is known only when it has ended: it hears of flashes,
-/// and of what a robot makes of them.
+/// and of what a robot makes of them. Stations are the robots, then four cells for each module. What a module's
+/// controller wants to send reaches its bus a QUANTUM later.
 #ifndef KILOTWIN_AVR_BOARDS_H
 #define KILOTWIN_AVR_BOARDS_H
 
@@ -14,15 +15,18 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "avr/infrared_pulses.h"
+#include "avr/module_board.h"
 #include "avr/robot_board.h"
+#include "grid/grid.h"
 #include "guest/robot.h"
 
 namespace kilotwin {
 
-class Boards {
+class Boards : public ModuleBoards {
   public:
     /// The lock-step and the lag of light: 128 us, a count of a robot's timer 0.
     static constexpr Cycles QUANTUM = 1024;
@@ -30,7 +34,7 @@ class Boards {
     /// Light of a board's IR LED, when it reaches others.
     struct Flash {
         Cycles at, end;
-        uint32_t robot;
+        uint32_t station;
         bool begins;               ///< false: the LED has been on before
         bool given_up = false;     ///< no light at all: what the robot began is over
         PulseReader::Found found;  ///< what this makes of its frame
@@ -43,13 +47,34 @@ class Boards {
     /// Gives robot `index`, which was made without a program, a board. In ascending order.
     void add(uint32_t index, const FlashImage &flash, Cycles power_up);
 
-    bool empty() const { return places_.empty(); }
+    bool empty() const { return places_.empty() && modules_.empty(); }
+    bool has_modules() const { return !modules_.empty(); }
+    Cycles lived_until() const { return lived_until_; }
     bool has(uint32_t robot) const { return robot < place_of_.size() && place_of_[robot] >= 0; }
     const std::vector<uint32_t> &robots() const { return robots_with_; }
     RobotBoard &board(uint32_t robot) { return place(robot).board; }
     const RobotBoard &board(uint32_t robot) const {
         return const_cast<Boards *>(this)->place(robot).board;
     }
+
+    // The modules.
+    void add_module(const std::string &program, uint8_t x, uint8_t y, Cycles tick,
+                    Cycles power_up) override;
+    void set_power(uint32_t module, Cycles at, bool on) override;
+    std::vector<CanWish> take_can_wishes() override;
+    void can_sent(uint32_t module, Cycles at) override;
+    void can_lost(uint32_t module) override;
+    void receive_can(uint32_t module, Cycles at, const CanFrame &frame) override;
+    void set_can_errors(uint32_t module, uint32_t transmit, uint32_t receive,
+                        bool bus_off) override;
+    CellLight module_light(uint32_t module, uint8_t cell) const override;
+    bool module_stopped(uint32_t module) const override;
+    uint32_t module_ticks(uint32_t module) const override;
+    uint32_t frames_missed(uint32_t module) const override;
+    uint8_t listening_cell(uint32_t module) const {
+        return modules_[module].board->listening_cell();
+    }
+    Events take_module_events() override { return std::exchange(module_events_, {}); }
 
     /// Lets all boards live up to `until`, quantum by quantum, or returns the next flash before `until`, which
     /// the caller passes on before it goes on. `busy` says of a robot whether something is on air around it.
@@ -74,9 +99,9 @@ class Boards {
     /// A frame begins at a station: forgets whom the station's light reached before.
     void begin_light(uint32_t station);
 
-    /// The light of `station` reaches a robot that has a board, with a strength. One pulse of the frame is not seen
+    /// The light of `station` reaches a robot or a cell that has a board, with a strength. One pulse of the frame is not seen
     /// if it is `lost`: then the CRC will be wrong. `draw` chooses which.
-    void reach(uint32_t station, uint32_t robot, distance_measurement_t strength, bool lost,
+    void reach(uint32_t station, uint32_t listener, distance_measurement_t strength, bool lost,
                uint64_t draw);
 
     /// Whether the light of a station reaches any board.
@@ -95,30 +120,46 @@ class Boards {
     void hold_busy();
 
   private:
+    /// An IR LED, as others see it.
+    struct Lamp {
+        uint32_t station;
+        PulseReader reader = {};
+        Cycles on_since = NEVER;
+        bool begins = false;  ///< since the last flash
+    };
     struct Place {
         Place(Robot &own, const FlashImage &flash, Cycles power_up, const Chance &chance)
             : index(own.index()),
               robot(own),
-              board(flash, index, own.calibration(), power_up, chance) {}
+              board(flash, index, own.calibration(), power_up, chance),
+              lamp{index} {}
 
         uint32_t index;
         Robot &robot;
         RobotBoard board;
-        PulseReader reader;
+        Lamp lamp;
         std::string line;                ///< printed, not yet ended
         std::deque<Reception> messages;  ///< from outside the medium, to be shown
         Cycles light_free = 0;           ///< when the next may begin
         Cycles shown_until = 0;          ///< the end of the one that is being shown
         unsigned spoilt = 0;             ///< how often in vain
         bool shows = false, spoils = false;
-        Cycles on_since = NEVER;  ///< its LED is on
         bool failed = false;
 
         Cycles message_due() const { return std::max(messages.front().at, light_free); }
     };
+    struct ModulePlace {
+        uint32_t index;
+        Cycles tick;
+        EepromImage eeprom;  ///< when it was last without power
+        std::optional<ModuleBoard> board;
+        std::vector<Lamp> lamps;  ///< by cell
+        std::string line;         ///< printed, not yet ended
+        bool powered = true, failed = false;
+    };
     /// A board that sees a station.
     struct Reached {
-        Place *place;
+        uint32_t listener;  ///< station
         distance_measurement_t strength;
         unsigned lost_pulse;  ///< the number of the one that is not seen, or NONE
         unsigned pulses = 0;  ///< so far
@@ -126,14 +167,24 @@ class Boards {
     static constexpr unsigned NO_PULSE = ~0u;
 
     Place &place(uint32_t robot) { return places_[static_cast<size_t>(place_of_[robot])]; }
+    bool is_cell(uint32_t station) const { return station >= robots_.size(); }
+    ModulePlace &module_of(uint32_t station) {
+        return modules_[GridLayout::module_of(station - static_cast<uint32_t>(robots_.size()))];
+    }
+    uint8_t cell_of(uint32_t station) const {
+        return GridLayout::index_in_module(station - static_cast<uint32_t>(robots_.size()));
+    }
+    void shine(uint32_t station, const LightPulse &pulse);
     void live(Cycles until);
+    void live(ModulePlace &module, Cycles until);
     void take_messages();
     void shine_message(Place &place, Cycles begin);
     void end_message(Place &place);
     void take_outputs(Place &place, Cycles until);
-    void take_light(Place &place, Cycles until);
-    void take_text(Place &place);
-    void add_flash(const Flash &flash);
+    void switch_lamp(Lamp &lamp, Cycles at, bool on);
+    void add_flash(Lamp &lamp, Cycles end);
+    void rest(Lamp &lamp, Cycles until);
+    static bool ends_line(std::string &line, uint8_t byte);
     Flash take_flash();
 
     std::vector<Robot> &robots_;
@@ -141,6 +192,10 @@ class Boards {
     std::deque<Place> places_;
     std::vector<int32_t> place_of_;  ///< by robot; -1: none
     std::vector<uint32_t> robots_with_;
+    std::deque<ModulePlace> modules_;
+    std::shared_ptr<const FlashImage> module_flash_;
+    std::vector<CanWish> wishes_;
+    Events module_events_;
     std::vector<std::vector<Reached>> reached_;  ///< by station
     std::deque<Flash> flashes_;                  ///< in order of time
     Cycles lived_until_ = 0;

@@ -22,7 +22,8 @@ Converter::Converter(Microcontroller &chip, Sample sample)
       sample_(std::move(sample)) {
     for (uint16_t address : {ADCL, ADCH, ADCSRA, ADCSRB}) chip_.take_over(address);
     chip_.watch_register(ADCSRA, Microcontroller::Watch::WRITES);
-    chip_.watch_interrupt(VECTOR_COMPARATOR);
+    for (uint8_t vector : ADC_TRIGGERS)
+        if (vector != 0) chip_.watch_interrupt(vector);
 }
 
 uint8_t Converter::control() const { return chip_.read(ADCSRA); }
@@ -47,10 +48,10 @@ void Converter::control_written() {
     if ((now & ADCSRA_ADSC) != 0 && !converting_) start();
 }
 
-void Converter::comparator_tripped() {
+void Converter::flag_set(uint8_t vector) {
     const uint8_t wanted = ADCSRA_ADEN | ADCSRA_ADATE;
     if ((control() & wanted) == wanted && !converting_ &&
-        (chip_.read(ADCSRB) & ADCSRB_ADTS) == ADTS_COMPARATOR)
+        ADC_TRIGGERS[chip_.read(ADCSRB) & ADCSRB_ADTS] == vector)
         start();
 }
 
@@ -76,6 +77,10 @@ void Converter::conversion_ends() {
     chip_.raise_interrupt(VECTOR_ADC);
     if ((control() & ADCSRA_ADATE) != 0 && (chip_.read(ADCSRB) & ADCSRB_ADTS) == ADTS_FREE_RUNNING)
         start();
+}
+
+void Converter::quiet_sleep() {
+    if ((control() & ADCSRA_ADEN) != 0 && !converting_) start();
 }
 
 void Converter::was_reset() {

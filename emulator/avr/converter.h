@@ -22,7 +22,8 @@ class Converter {
     // What its board passes on.
     void control_written();  ///< ADCSRA
     void conversion_ends();
-    void comparator_tripped();
+    void flag_set(uint8_t vector);
+    void quiet_sleep();  ///< begins: starts a conversion
     void was_reset();
 
   private:

@@ -16,8 +16,10 @@ namespace kilotwin {
 namespace {
 
 constexpr uint16_t ELF_MACHINE_AVR = 83;
-// In an AVR's ELF file SRAM and EEPROM have addresses of their own, far above the flash.
-constexpr uint32_t SRAM_BASE = 0x800000, EEPROM_BASE = 0x810000;
+// In an AVR's ELF file SRAM and EEPROM have addresses of their own, far above the flash, and in hex files made of
+// it by objcopy the EEPROM too. Behind them are fuses, lock bits and signature.
+constexpr uint32_t SRAM_BASE = 0x800000, EEPROM_BASE = 0x810000, FUSE_BASE = 0x820000;
+constexpr uint32_t BOOT_SECTIONS[] = {0x7000, 0x7800, 0x7C00, 0x7E00};
 
 enum HexRecord : uint8_t {
     DATA,
@@ -83,6 +85,7 @@ std::shared_ptr<const FlashImage> FlashImage::load(const std::string &path) {
     std::shared_ptr<FlashImage> image(new FlashImage);
     const std::string content = content_of(path);
     image->name_ = path.substr(path.find_last_of('/') + 1);
+    if (content.empty()) throw EngineError(path + " is empty");
     if (content.compare(0, SELFMAG, ELFMAG) == 0)
         image->read_elf(path, content);
     else
@@ -95,6 +98,24 @@ std::optional<uint16_t> FlashImage::symbol(const std::string &name) const {
     auto found = symbols_.find(name);
     if (found == symbols_.end()) return std::nullopt;
     return found->second;
+}
+
+uint32_t FlashImage::boot_section() const {
+    for (uint32_t start : BOOT_SECTIONS)
+        if (programmed_[start]) return start;
+    return BOOT_SECTIONS[0];
+}
+
+/// What a file gives for an address goes into flash or EEPROM; fuses are the Kilobot's.
+void FlashImage::take(uint32_t address, const uint8_t *data, size_t count,
+                      const std::string &where) {
+    if (address >= FUSE_BASE) return;
+    if (address < EEPROM_BASE) return program(address, data, count, where);
+    const uint32_t first = address - EEPROM_BASE;
+    if (first > EEPROM_BYTES || count > EEPROM_BYTES - first)
+        throw EngineError(where + ": bytes at " + in_hex(first) +
+                          " do not fit into the ATmega328P's EEPROM of 1 KB");
+    for (size_t i = 0; i < count; i++) eeprom_[static_cast<uint16_t>(first + i)] = data[i];
 }
 
 void FlashImage::program(uint32_t address, const uint8_t *data, size_t count,
@@ -132,7 +153,7 @@ void FlashImage::read_hex(const std::string &path, const std::string &text) {
         if (is_address && record[0] != 2)
             throw EngineError(where + ": an address record has two bytes");
         switch (record[3]) {
-        case DATA: program(base + word(1), record.data() + 4, record[0], where); break;
+        case DATA: take(base + word(1), record.data() + 4, record[0], where); break;
         case END_OF_FILE: ended = true; break;
         case SEGMENT_ADDRESS: base = word(4) << 4; break;
         case LINEAR_ADDRESS: base = word(4) << 16; break;
@@ -156,14 +177,12 @@ void FlashImage::read_elf(const std::string &path, const std::string &content) {
     for (size_t i = 0; i < header.e_phnum; i++) {
         const auto segment =
             at_offset<Elf32_Phdr>(content, header.e_phoff + i * sizeof(Elf32_Phdr), path);
-        if (segment.p_type != PT_LOAD || segment.p_filesz == 0 || segment.p_paddr >= EEPROM_BASE)
-            continue;
+        if (segment.p_type != PT_LOAD || segment.p_filesz == 0) continue;
         if (segment.p_offset > content.size() ||
             content.size() - segment.p_offset < segment.p_filesz)
             throw EngineError(path + ": the ELF file is cut off");
-        program(segment.p_paddr,
-                reinterpret_cast<const uint8_t *>(content.data()) + segment.p_offset,
-                segment.p_filesz, path);
+        take(segment.p_paddr, reinterpret_cast<const uint8_t *>(content.data()) + segment.p_offset,
+             segment.p_filesz, path);
     }
     for (size_t i = 0; i < header.e_shnum; i++) {
         const auto table =

@@ -14,6 +14,7 @@ namespace kilotwin {
 class FlashImage {
   public:
     static constexpr size_t BYTES = 32 * 1024;
+    static constexpr size_t EEPROM_BYTES = 1024;
 
     /// Reads Intel HEX (records 00 to 05) or an ELF executable for AVR, by what the file begins with.
     /// Throws EngineError, with the file and the line, when it cannot be flashed: it is damaged, empty, for
@@ -23,7 +24,15 @@ class FlashImage {
     /// The whole flash; what the file does not say is erased, 0xFF.
     const std::array<uint8_t, BYTES> &bytes() const { return bytes_; }
 
-    /// One beyond the last byte that the file programs.
+    /// What the file says of the EEPROM, by address; often nothing.
+    const std::map<uint16_t, uint8_t> &eeprom() const { return eeprom_; }
+
+    /// Where the boot section begins, and so the vectors of a loader that moves them: the fuses BOOTSZ allow four
+    /// places, and a loader lies at the beginning of its section. 0x7000, as the Kilobot has it, if the file holds
+    /// none.
+    uint32_t boot_section() const;
+
+    /// One beyond the last byte of the flash that the file programs.
     size_t end() const { return end_; }
 
     /// The file's name without its folders.
@@ -36,9 +45,11 @@ class FlashImage {
     FlashImage() { bytes_.fill(0xFF); }
     void read_hex(const std::string &path, const std::string &text);
     void read_elf(const std::string &path, const std::string &content);
+    void take(uint32_t address, const uint8_t *data, size_t count, const std::string &where);
     void program(uint32_t address, const uint8_t *data, size_t count, const std::string &where);
 
     std::array<uint8_t, BYTES> bytes_;
+    std::map<uint16_t, uint8_t> eeprom_;
     std::array<bool, BYTES> programmed_{};
     size_t end_ = 0;
     std::string name_;

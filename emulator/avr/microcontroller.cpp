@@ -4,6 +4,7 @@
 #include <simavr/avr_eeprom.h>
 #include <simavr/avr_extint.h>
 #include <simavr/avr_ioport.h>
+#include <simavr/avr_spi.h>
 #include <simavr/avr_timer.h>
 #include <simavr/avr_uart.h>
 #include <simavr/sim_avr.h>
@@ -28,8 +29,7 @@ namespace {
 
 constexpr uint32_t DARK_MV = 0, THRESHOLD_MV = 1000, LIGHT_MV = 2000;
 
-constexpr uint16_t FIRST_REGISTER = 0x20, PINB = 0x23, PINC = 0x26, PIND = 0x29, SMCR = 0x53;
-constexpr uint8_t SMCR_SM = 7 << 1, POWER_DOWN = 2 << 1;
+constexpr uint16_t FIRST_REGISTER = 0x20, PINB = 0x23, PINC = 0x26, PIND = 0x29;
 
 // simavr polls level-triggered interrupts after every instruction; no Kilobot has any.
 void spare_simavr_work(avr_t *avr) {
@@ -63,6 +63,20 @@ struct Microcontroller::Hooks {
         of(avr).was_reset_ = true;
     }
 
+    // In place of simavr's: as many cycles, but the follower sees each instruction.
+    static void run_followed(avr_t *avr) {
+        Microcontroller &chip = of(avr);
+        const uint64_t until = avr->cycle + avr->run_cycle_count;
+        do {
+            const uint32_t from = avr->pc;
+            avr->run_cycle_count = 1;
+            chip.core_run_(avr);
+            const auto sp = static_cast<uint16_t>(avr->data[R_SPL] | avr->data[R_SPH] << 8);
+            chip.follower_->executed(from, avr->pc, sp);
+        } while (avr->state == cpu_Running && avr->cycle < until && !chip.crashed_ &&
+                 !chip.was_reset_ && chip.failure_.empty());
+    }
+
     // In place of simavr's, which lets the computer sleep as long as the chip.
     static void sleep(avr_t *avr, avr_cycle_count_t for_cycles) { of(avr).dozed_ = for_cycles; }
 
@@ -91,9 +105,30 @@ struct Microcontroller::Hooks {
         return read.read(avr, address, read.parameter);
     }
 
-    static void flag_changed(avr_irq_t *irq, uint32_t value, void *chip) {
-        if (value != 0)
-            static_cast<Microcontroller *>(chip)->board_.flag_set(static_cast<uint8_t>(irq->irq));
+    static void flag_changed(avr_irq_t *irq, uint32_t value, void *parameter) {
+        const auto *chip = static_cast<Microcontroller *>(parameter);
+        if (value != 0 && !chip->reviewing_) chip->board_.flag_set(static_cast<uint8_t>(irq->irq));
+    }
+
+    static void enable_written(avr_t *avr, avr_io_addr_t address, uint8_t value, void *parameter) {
+        const auto &watched = *static_cast<Watched *>(parameter);
+        const uint8_t before = avr->data[address];
+        if (watched.write != nullptr)
+            watched.write(avr, address, value, watched.parameter);
+        else
+            avr->data[address] = value;
+        // simavr takes the comparator's flag as written; it is cleared by a one and not by a zero.
+        if (address == ACSR && (value & ACSR_ACI) == 0) avr->data[ACSR] |= before & ACSR_ACI;
+        if (address == ACSR && (value & ACSR_ACI) != 0)
+            watched.chip->clear_interrupt(VECTOR_COMPARATOR);
+        watched.chip->review_interrupts(address);
+    }
+
+    static void spi_byte(avr_irq_t *, uint32_t value, void *parameter) {
+        const auto *chip = static_cast<Microcontroller *>(parameter);
+        if (chip->idle_) chip->idle_->note_activity();
+        const uint8_t answer = chip->board_.spi_exchange(static_cast<uint8_t>(value));
+        avr_raise_irq(avr_io_getirq(chip->avr_, AVR_IOCTL_SPI_GETIRQ(0), SPI_IRQ_INPUT), answer);
     }
 
     static void serial_byte(avr_irq_t *, uint32_t value, void *chip) {
@@ -101,16 +136,24 @@ struct Microcontroller::Hooks {
     }
 
     // simavr always goes to the vectors at 0.
-    static void interrupt_entered(avr_irq_t *, uint32_t vector, void *chip) {
-        avr_t *avr = static_cast<Microcontroller *>(chip)->avr_;
+    static void interrupt_entered(avr_irq_t *, uint32_t vector, void *parameter) {
+        const auto *chip = static_cast<Microcontroller *>(parameter);
+        avr_t *avr = chip->avr_;
         if ((avr->data[MCUCR] & MCUCR_IVSEL) != 0 && vector != 0 &&
             avr->pc == vector * VECTOR_BYTES)
-            avr->pc += BOOT_SECTION;
+            avr->pc += chip->boot_section_;
+    }
+
+    static void send_serial(avr_t *avr, avr_io_addr_t address, uint8_t value, void *parameter) {
+        const auto &watched = *static_cast<Watched *>(parameter);
+        watched.chip->set_serial_rate();
+        watched.write(avr, address, value, watched.parameter);
     }
 };
 
 Microcontroller::Microcontroller(Board &board, const FlashImage &flash, const EepromImage &eeprom)
-    : board_(board) {
+    : board_(board),
+      boot_section_(flash.boot_section()) {
     avr_global_logger_set(Hooks::log);
     avr_ = avr_make_mcu_by_name("atmega328p");
     if (avr_ == nullptr) throw EngineError("this simavr does not know the ATmega328P");
@@ -125,18 +168,27 @@ Microcontroller::Microcontroller(Board &board, const FlashImage &flash, const Ee
     auto code = flash.bytes();
     avr_loadcode(avr_, code.data(), static_cast<uint32_t>(code.size()), 0);
     auto bytes = eeprom;
+    for (const auto &[address, byte] : flash.eeprom()) bytes[address] = byte;
     avr_eeprom_desc_t content = {bytes.data(), 0, static_cast<uint32_t>(bytes.size())};
     avr_ioctl(avr_, AVR_IOCTL_EEPROM_SET, &content);
     uint32_t quiet = 0;
     avr_ioctl(avr_, AVR_IOCTL_UART_SET_FLAGS('0'), &quiet);
     avr_irq_register_notify(avr_io_getirq(avr_, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUTPUT),
                             Hooks::serial_byte, this);
+    avr_irq_register_notify(avr_io_getirq(avr_, AVR_IOCTL_SPI_GETIRQ(0), SPI_IRQ_OUTPUT),
+                            Hooks::spi_byte, this);
     avr_irq_register_notify(avr_->interrupts.irq + AVR_INT_IRQ_RUNNING, Hooks::interrupt_entered,
                             this);
     avr_raise_irq(avr_io_getirq(avr_, AVR_IOCTL_ACOMP_GETIRQ, ACOMP_IRQ_AIN1), THRESHOLD_MV);
     set_comparator(false);
     for (uint8_t i = 0; i < ALARMS; i++) clocks_[i] = {this, static_cast<Alarm>(i)};
     watch_reads();
+    for (int i = 0; i < avr_->interrupts.vector_count; i++)
+        watch_enables(avr_->interrupts.vector[i]->enable.reg);
+    auto &serial = avr_->io[AVR_DATA_TO_IO(UDR0)].w;
+    watched_.push_back({this, Watch::WRITES, serial.c, serial.param});
+    serial.c = Hooks::send_serial;
+    serial.param = &watched_.back();
     idle_ = std::make_unique<IdleLoop>(avr_);
 }
 
@@ -152,6 +204,32 @@ void Microcontroller::watch_reads() {
     }
 }
 
+/// simavr looks at an interrupt's enable bit only when its flag goes up, so whoever enables one later has to have
+/// it reviewed.
+void Microcontroller::watch_enables(uint16_t address) {
+    if (address < FIRST_REGISTER) return;
+    auto &handler = avr_->io[AVR_DATA_TO_IO(address)].w;
+    if (handler.c == Hooks::enable_written) return;
+    watched_.push_back({this, Watch::WRITES, handler.c, handler.param});
+    handler.c = Hooks::enable_written;
+    handler.param = &watched_.back();
+}
+
+void Microcontroller::review_interrupts(uint16_t address) {
+    reviewing_ = true;
+    for (int i = 0; i < avr_->interrupts.vector_count; i++) {
+        avr_int_vector_t *vector = avr_->interrupts.vector[i];
+        if (vector->enable.reg != address || vector->raised.reg == 0) continue;
+        const bool enabled = avr_regbit_get(avr_, vector->enable) != 0;
+        const bool raised = avr_regbit_get(avr_, vector->raised) != 0;
+        if (enabled && raised && !vector->pending) avr_raise_interrupt(avr_, vector);
+        if (enabled || !vector->pending) continue;
+        avr_clear_interrupt(avr_, vector);
+        if (raised) avr_regbit_set(avr_, vector->raised);
+    }
+    reviewing_ = false;
+}
+
 Microcontroller::~Microcontroller() {
     avr_terminate(avr_);
     std::free(avr_);
@@ -165,7 +243,9 @@ void Microcontroller::run(uint64_t until) {
         if (avr_->cycle >= until) return;
         const auto *timer = avr_->cycle_timers.timer;
         const uint64_t stop = timer != nullptr ? std::min<uint64_t>(timer->when, until) : until;
-        avr_->run_cycle_count = stop > avr_->cycle ? stop - avr_->cycle : 1;
+        // simavr looks for gdb's breakpoints each time it is called.
+        const bool at_once = stop > avr_->cycle && avr_->gdb == nullptr;
+        avr_->run_cycle_count = at_once ? stop - avr_->cycle : 1;
         const int state = avr_run(avr_);
         if (idle_) idle_->forget();
         if (state == cpu_Running && !crashed_ && !was_reset_) continue;
@@ -176,17 +256,28 @@ void Microcontroller::run(uint64_t until) {
     }
 }
 
+void Microcontroller::follow(Follower &follower) {
+    skip_nothing();
+    follower_ = &follower;
+    avr_->run_cycle_limit = 1;  // or simavr goes on behind an instruction that sets a timer
+    core_run_ = avr_->run;
+    avr_->run = Hooks::run_followed;
+}
+
 bool Microcontroller::wakes_from_power_down(const void *timer_owner) const {
     for (const avr_io_t *part = avr_->io_port; part != nullptr; part = part->next)
         if (part == timer_owner) return std::strcmp(part->kind, "watchdog") == 0;
     return timer_owner >= clocks_.data() && timer_owner < clocks_.data() + clocks_.size();
 }
 
-/// Sleeps until something wakes it. For simavr all sleep is idle, in which timers run on and wake; in power-down only
-/// the watchdog goes on, and the world outside.
+/// Sleeps until something wakes it. For simavr all sleep is idle, in which timers run on and wake; in the other modes
+/// only the watchdog goes on, and the world outside. The comparator notices no edges without a clock.
 void Microcontroller::sleep(uint64_t until) {
     avr_->cycle -= dozed_;
-    const bool deeply = (avr_->data[SMCR] & SMCR_SM) == POWER_DOWN;
+    const uint8_t mode = avr_->data[SMCR] & SMCR_SM;
+    const bool deeply = mode != SLEEP_IDLE;
+    if (mode == SLEEP_NOISE_REDUCTION && !asleep_) board_.quiet_sleep();
+    asleep_ = deeply;
     while (avr_->state == cpu_Sleeping && avr_->cycle < until) {
         uint64_t wake = until;
         for (auto *slot = avr_->cycle_timers.timer; slot != nullptr; slot = slot->next)
@@ -197,6 +288,9 @@ void Microcontroller::sleep(uint64_t until) {
         avr_->cycle += slept;
         avr_cycle_timer_process(avr_);
     }
+    if (avr_->state == cpu_Sleeping) return;
+    asleep_ = false;
+    set_comparator(light_);
 }
 
 /// The timers that stand still in power-down come later by as long as it lasted.
@@ -276,7 +370,10 @@ void Microcontroller::watch_interrupt(uint8_t vector) {
 
 void Microcontroller::take_over(uint16_t address) {
     avr_->io[AVR_DATA_TO_IO(address)].r = {};
-    avr_->io[AVR_DATA_TO_IO(address)].w = {};
+    auto &handler = avr_->io[AVR_DATA_TO_IO(address)].w;
+    const bool enables = handler.c == Hooks::enable_written;
+    handler = {};
+    if (enables) watch_enables(address);
 }
 
 void Microcontroller::raise_interrupt(uint8_t vector) {
@@ -300,8 +397,23 @@ void Microcontroller::arm(Clock &clock) {
 }
 
 void Microcontroller::set_comparator(bool light) {
+    light_ = light;
+    if (asleep_) return;
     avr_raise_irq(avr_io_getirq(avr_, AVR_IOCTL_ACOMP_GETIRQ, ACOMP_IRQ_AIN0),
                   light ? LIGHT_MV : DARK_MV);
+}
+
+/// simavr counts a parity bit in every byte.
+void Microcontroller::set_serial_rate() {
+    constexpr uint8_t DOUBLE_SPEED = 1 << 1, PARITY = 1 << 5, TWO_STOP_BITS = 1 << 3, SIZE = 3 << 1;
+    const uint8_t format = avr_->data[UCSR0C];
+    const unsigned size = 5 + ((format & SIZE) >> 1);
+    const unsigned bits = 1 + size + ((format & PARITY) != 0) + 1 + ((format & TWO_STOP_BITS) != 0);
+    const unsigned divider = 1 + (avr_->data[UBRR0L] | (avr_->data[UBRR0H] & 15u) << 8);
+    const unsigned cycles = (avr_->data[UCSR0A] & DOUBLE_SPEED) != 0 ? 8 : 16;
+    for (avr_io_t *part = avr_->io_port; part != nullptr; part = part->next)
+        if (std::strcmp(part->kind, "uart") == 0)
+            reinterpret_cast<avr_uart_t *>(part)->cycles_per_byte = divider * cycles * bits;
 }
 
 void Microcontroller::set_pin(char port, uint8_t pin, bool high) {

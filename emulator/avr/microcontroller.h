@@ -23,7 +23,7 @@ namespace kilotwin {
 class Microcontroller {
   public:
     /// The chip's alarm clocks, for what is around it.
-    enum Alarm : uint8_t { LIGHT_EDGE, CONVERSION, ALARMS };
+    enum Alarm : uint8_t { LIGHT_EDGE, CONVERSION, TWO_WIRE, FRAME, ALARMS };
     static constexpr uint64_t NO_ALARM = UINT64_MAX;
 
     /// What is wired to the chip.
@@ -36,6 +36,18 @@ class Microcontroller {
         virtual void alarm(Alarm alarm) = 0;
         virtual void serial_byte(uint8_t byte) = 0;  ///< by the UART
         virtual void was_reset() = 0;                ///< by the watchdog: registers are 0 again
+        /// A byte goes out by the SPI; the one that comes back for it.
+        virtual uint8_t spi_exchange(uint8_t) { return 0xFF; }
+        virtual void quiet_sleep() = 0;  ///< begins, in the mode that converts meanwhile
+    };
+
+    /// Looks on, instruction by instruction.
+    class Follower {
+      public:
+        virtual ~Follower() = default;
+        /// After an instruction at `from`: the program counter, which an interrupt may have moved, and the stack
+        /// pointer.
+        virtual void executed(uint32_t from, uint32_t pc, uint16_t sp) = 0;
     };
 
     Microcontroller(Board &board, const FlashImage &flash, const EepromImage &eeprom);
@@ -50,6 +62,9 @@ class Microcontroller {
 
     /// For tests: executes every instruction, also where the program only waits.
     void skip_nothing() { idle_.reset(); }
+
+    /// From now on `follower` is told of every instruction; none is passed over. It must live on.
+    void follow(Follower &follower);
 
     /// Why the program cannot go on, with the program counter; empty: it can.
     const std::string &failure() const { return failure_; }
@@ -110,6 +125,9 @@ class Microcontroller {
     bool wakes_from_power_down(const void *timer_owner) const;
     void arm(Clock &clock);
     void note(const char *format, const char *text);
+    void set_serial_rate();
+    void watch_enables(uint16_t address);
+    void review_interrupts(uint16_t address);
 
     Board &board_;
     avr_t *avr_;
@@ -121,8 +139,14 @@ class Microcontroller {
     uint32_t crashed_at_ = 0;  ///< program counter where simavr gave up
     bool crashed_ = false;
     bool was_reset_ = false;
+    bool reviewing_ = false;
+    bool asleep_ = false;  ///< and its clocks stand still
+    bool light_ = false;   ///< at the comparator
+    uint32_t boot_section_;
     uint64_t dozed_ = 0;  ///< how far simavr's own way to sleep went ahead
     void (*core_reset_)(avr_t *) = nullptr;
+    Follower *follower_ = nullptr;
+    void (*core_run_)(avr_t *) = nullptr;
 };
 
 }  // namespace kilotwin

@@ -11,13 +11,19 @@ using namespace atmega328p;
 namespace {
 
 constexpr uint8_t HIGH_GAIN = 0, LOW_GAIN = 1, BATTERY = 6, AMBIENT_LIGHT = 7, TEMPERATURE = 8;
-constexpr uint8_t IR_LED = 1 << 0;
+constexpr uint8_t IR_LED = 1 << 0, IR_LED_PINS = 1 << 0 | 1 << 1 | 1 << 2 | 1 << 6 | 1 << 7;
 constexpr uint8_t LEFT_MOTOR_PIN = 3, RIGHT_MOTOR_PIN = 3;
+constexpr uint8_t RECEIVER_POWER_PIN = 2;
 constexpr uint16_t WATCHED[] = {DDRB,  PORTB,  DDRC,   PORTC, DDRD,
                                 PORTD, TCCR2A, TCCR2B, OCR2A, OCR2B};
 enum Traced : size_t { IR_OUT, IR_IN, MOTOR_LEFT, MOTOR_RIGHT, LED, PORT_B, PORT_C, PORT_D };
 
 uint8_t bit(uint8_t value, int which) { return static_cast<uint8_t>(value >> which & 1); }
+
+/// The pins of port B that have an IR LED: what calibration says, unless that cannot be.
+uint8_t ir_led_pins(uint8_t mask) {
+    return mask == 0 || (mask & ~IR_LED_PINS) != 0 ? IR_LED : mask;
+}
 
 /// Duty of a motor at an output of timer 2: the compare register's, while the timer runs and drives the pin.
 uint8_t duty(bool output, bool level, uint8_t compare_mode, bool runs, uint8_t compare) {
@@ -39,11 +45,10 @@ void BoardOutputs::clear() {
 RobotBoard::RobotBoard(const FlashImage &flash, uint32_t index, const Calibration &calibration,
                        Cycles power_up, const Chance &chance)
     : index_(index),
-      power_up_(power_up),
-      tick_(calibration.tick),
-      ir_mask_(IR_LED),
+      clock_{power_up, calibration.tick},
       chance_(chance),
       chip_(*this, flash, eeprom_of(calibration)),
+      ir_mask_(ir_led_pins(chip_.eeprom()[EEPROM_TX_MASK])),
       converter_(chip_, [this](uint8_t channel) { return sample(channel); }) {
     // Timer 2 only drives the motors. simavr does not know its phase-correct mode and would count in vain.
     for (uint16_t address : {TCCR2A, TCCR2B, OCR2A, OCR2B}) chip_.take_over(address);
@@ -51,56 +56,42 @@ RobotBoard::RobotBoard(const FlashImage &flash, uint32_t index, const Calibratio
     set_charging(false);
 }
 
-// The board's clock counts TICK_CYCLES in what are tick_ of the world's cycles.
-Cycles RobotBoard::world_time(uint64_t cycle) const {
-    return power_up_ + cycle / TICK_CYCLES * tick_ + cycle % TICK_CYCLES * tick_ / TICK_CYCLES;
-}
-
-/// The first of its cycles that is not before `at`.
-uint64_t RobotBoard::own_cycle(Cycles at) const {
-    if (at <= power_up_) return 0;
-    const Cycles age = at - power_up_;
-    return age / tick_ * TICK_CYCLES + (age % tick_ * TICK_CYCLES + tick_ - 1) / tick_;
-}
-
-void RobotBoard::run(Cycles until) { chip_.run(own_cycle(until)); }
+void RobotBoard::run(Cycles until) { chip_.run(clock_.own_cycle(until)); }
 
 void RobotBoard::shine(const LightPulse &pulse) {
     if (pulse.end <= pulse.begin) return;
-    const uint64_t begin = std::max(own_cycle(pulse.begin), chip_.cycle());
-    edges_.push({begin, true, pulse.strength});
-    edges_.push({std::max(own_cycle(pulse.end), begin + 1), false, pulse.strength});
-    chip_.set_alarm(Microcontroller::LIGHT_EDGE, edges_.top().cycle);
+    const uint64_t begin = std::max(clock_.own_cycle(pulse.begin), chip_.cycle());
+    receiver_.add(begin, clock_.own_cycle(pulse.end), pulse.strength);
+    chip_.set_alarm(Microcontroller::LIGHT_EDGE, receiver_.next());
 }
 
-/// Light goes on or off. At one moment what begins comes before what ends, so light that is passed on
-/// from one pulse to the next does not flicker.
 void RobotBoard::pass_edges() {
-    const bool was_lit = lit_ > 0;
-    while (!edges_.empty() && edges_.top().cycle <= chip_.cycle()) {
-        const Edge &edge = edges_.top();
-        const int32_t sign = edge.on ? 1 : -1;
-        lit_ += static_cast<uint32_t>(sign);
-        low_ += sign * edge.strength.low_gain;
-        high_ += sign * edge.strength.high_gain;
-        edges_.pop();
-    }
-    if (!edges_.empty()) chip_.set_alarm(Microcontroller::LIGHT_EDGE, edges_.top().cycle);
-    if ((lit_ > 0) == was_lit) return;
-    chip_.set_comparator(lit_ > 0);
-    if (trace_) trace_->set(now(), IR_IN, lit_ > 0);
+    const bool was_lit = receiver_.lit();
+    receiver_.pass(chip_.cycle());
+    if (receiver_.next() != LightEdges::NONE)
+        chip_.set_alarm(Microcontroller::LIGHT_EDGE, receiver_.next());
+    if (receiver_.lit() == was_lit) return;
+    if (receiver_on_) chip_.set_comparator(!was_lit);
+    if (trace_) trace_->set(now(), IR_IN, !was_lit);
+}
+
+/// Without power the amplifiers show the comparator and the converter nothing.
+void RobotBoard::power_receiver(bool on) {
+    if (on == receiver_on_) return;
+    receiver_on_ = on;
+    chip_.set_comparator(on && receiver_.lit());
 }
 
 int16_t RobotBoard::sample(uint8_t channel) {
-    constexpr int32_t MOST = 1023;
     // The lowest bit is never still: rand_hard() lives on that (hardware.md 1.7).
     auto noisy = [&](int16_t reading) {
+        if (noise) return noise(channel, reading);
         const uint64_t bits = chance_.bits(index_, Purpose::CONVERTER_NOISE, conversions_++);
         return static_cast<int16_t>(reading + int(bits & 1) - int(bits >> 1 & 1));
     };
     switch (channel) {
-    case HIGH_GAIN: return static_cast<int16_t>(std::min(high_, MOST));
-    case LOW_GAIN: return static_cast<int16_t>(std::min(low_, MOST));
+    case HIGH_GAIN: return receiver_on_ ? receiver_.high() : 0;
+    case LOW_GAIN: return receiver_on_ ? receiver_.low() : 0;
     case BATTERY: return noisy(battery);
     case AMBIENT_LIGHT: return noisy(light);
     case TEMPERATURE: return noisy(temperature);
@@ -115,7 +106,7 @@ void RobotBoard::register_written(uint16_t address) {
         look_at_outputs();
 }
 
-void RobotBoard::flag_set(uint8_t) { converter_.comparator_tripped(); }
+void RobotBoard::flag_set(uint8_t vector) { converter_.flag_set(vector); }
 
 void RobotBoard::alarm(Microcontroller::Alarm alarm) {
     if (alarm == Microcontroller::LIGHT_EDGE)
@@ -128,7 +119,8 @@ void RobotBoard::serial_byte(uint8_t byte) { outputs.serial.push_back({now(), by
 
 void RobotBoard::was_reset() {
     converter_.was_reset();
-    chip_.set_comparator(lit_ > 0);
+    receiver_on_ = false;
+    chip_.set_comparator(false);
     set_charging(charging_);
     look_at_outputs();
 }
@@ -154,6 +146,7 @@ void RobotBoard::look_at_outputs() {
     const uint8_t right = duty(bit(ddrd, RIGHT_MOTOR_PIN), bit(portd, RIGHT_MOTOR_PIN),
                                modes >> 4 & 3, runs, chip_.read(OCR2B));
     const bool ir = (ddrb & portb & ir_mask_) != 0;
+    power_receiver(bit(ddrd & portd, RECEIVER_POWER_PIN));
     const Cycles at = now();
     if (ir != ir_on_) outputs.light.push_back({at, ir});
     if (color != color_) outputs.colors.push_back({at, color});
@@ -182,7 +175,7 @@ void RobotBoard::trace(const std::string &path) {
                                                                       {"port_b", 8},
                                                                       {"port_c", 8},
                                                                       {"port_d", 8}});
-    trace_->set(now(), IR_IN, lit_ > 0);
+    trace_->set(now(), IR_IN, receiver_.lit());
     look_at_outputs();
 }
 

@@ -6,14 +6,15 @@
 #ifndef KILOTWIN_AVR_ROBOT_BOARD_H
 #define KILOTWIN_AVR_ROBOT_BOARD_H
 
+#include <functional>
 #include <memory>
 #include <optional>
-#include <queue>
 #include <string>
 #include <vector>
 
 #include "avr/converter.h"
 #include "avr/flash_image.h"
+#include "avr/light_edges.h"
 #include "avr/microcontroller.h"
 #include "avr/vcd_trace.h"
 #include "engine/chance.h"
@@ -21,12 +22,6 @@
 #include "guest/robot.h"
 
 namespace kilotwin {
-
-/// Light on a robot's receiver from `begin` to before `end`. `strength` is what the converter makes of it.
-struct LightPulse {
-    Cycles begin, end;
-    distance_measurement_t strength;
-};
 
 /// What a board did, in order of time. The caller clears it.
 struct BoardOutputs {
@@ -64,7 +59,7 @@ class RobotBoard : private Microcontroller::Board {
     void run(Cycles until);
 
     /// The time it has been run up to.
-    Cycles now() const { return world_time(chip_.cycle()); }
+    Cycles now() const { return clock_.world_time(chip_.cycle()); }
 
     /// Lets light fall on the receiver; `pulse.begin` is not earlier than now(). Pulses may overlap: the light
     /// then lasts until the last of them ends, and its strengths add up.
@@ -77,6 +72,8 @@ class RobotBoard : private Microcontroller::Board {
     /// Why it stands still for ever: its program crashed. Empty while it runs. "tick" in it counts from power-up.
     const std::string &failure() const { return chip_.failure(); }
 
+    uint64_t cycle() const { return chip_.cycle(); }  ///< its own, since power-up
+
     /// Nominal ticks of 262,144 of its cycles since power-up.
     uint32_t tick() const { return static_cast<uint32_t>(chip_.cycle() / TICK_CYCLES); }
 
@@ -86,6 +83,7 @@ class RobotBoard : private Microcontroller::Board {
     EepromImage eeprom() const { return chip_.eeprom(); }
 
     void skip_nothing() { chip_.skip_nothing(); }  ///< for tests, see Microcontroller
+    void follow(Microcontroller::Follower &follower) { chip_.follow(follower); }
 
     /// Waits for gdb on 127.0.0.1:`port` before the next instruction.
     void serve_debugger(uint16_t port) { chip_.serve_debugger(port); }
@@ -96,44 +94,38 @@ class RobotBoard : private Microcontroller::Board {
     // What the sensors read from now on, 0..1023; set from outside.
     int16_t light = 0, battery = 720, temperature = 300;
 
+    /// What battery, ambient light and temperature (hardware.md 1.8: channels 6, 7 and 8) are converted to, in
+    /// place of the reading with a lowest bit that is never still.
+    std::function<int16_t(uint8_t channel, int16_t reading)> noise;
+
     /// On the charger or off it.
     void set_charging(bool charging);
 
     BoardOutputs outputs;
 
   private:
-    struct Edge {
-        uint64_t cycle;
-        bool on;
-        distance_measurement_t strength;
-        bool operator>(const Edge &other) const {
-            return cycle != other.cycle ? cycle > other.cycle : on < other.on;
-        }
-    };
-
     void register_written(uint16_t address) override;
     void flag_set(uint8_t vector) override;
     void alarm(Microcontroller::Alarm alarm) override;
     void serial_byte(uint8_t byte) override;
     void was_reset() override;
+    void quiet_sleep() override { converter_.quiet_sleep(); }
 
     int16_t sample(uint8_t channel);
+    void power_receiver(bool on);
     void look_at_outputs();
     void pass_edges();
-    Cycles world_time(uint64_t cycle) const;
-    uint64_t own_cycle(Cycles at) const;
 
     uint32_t index_;
-    Cycles power_up_, tick_;
-    uint8_t ir_mask_;
+    BoardClock clock_;
     const Chance &chance_;
     Microcontroller chip_;
+    uint8_t ir_mask_;  ///< of port B
     Converter converter_;
-    std::priority_queue<Edge, std::vector<Edge>, std::greater<>> edges_;
-    uint32_t lit_ = 0;  ///< pulses on the receiver
-    int32_t low_ = 0, high_ = 0;
+    LightEdges receiver_;
     uint64_t conversions_ = 0;
     bool ir_on_ = false, charging_ = false;
+    bool receiver_on_ = false;  ///< the amplifiers have power
     uint8_t color_ = 0, left_ = 0, right_ = 0;
     std::unique_ptr<VcdTrace> trace_;
 };

@@ -33,11 +33,13 @@ enum class Purpose : uint32_t {
     CONVERTER_NOISE = 32,
     LOST_PULSE = 33,
     MODULE_RAND_HARD = 40,
+    MODULE_CONVERTER_NOISE = 41,
     MODULE_POWER_UP = 48,
     MODULE_CLOCK = 49,
     WEAK_LIGHT = 50,
     CELL_LOSS = 51,
     CAN_ERROR = 64,
+    TWIN_INPUT = 72,
 };
 
 class Chance {

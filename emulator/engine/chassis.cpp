@@ -66,14 +66,18 @@ bool Chassis::starts(const Motor &motor, uint8_t duty, Cycles kicked_for) const 
     return motor.turns && (motor.duty < KICK_DUTY || kicked_for >= KICK_CYCLES);
 }
 
+// Each has a register of its own: on a chip the two change one after the other.
+void Chassis::set_duty(Motor &motor, Cycles at, uint8_t duty) const {
+    if (duty == motor.duty) return;
+    motor.turns = starts(motor, duty, at - motor.since);
+    motor.duty = duty;
+    motor.since = at;
+}
+
 Drive Chassis::set_duties(uint32_t robot, Cycles at, uint8_t left, uint8_t right) {
     auto &motors = motors_[robot];
-    const Cycles lasted = at - motors.since;
-    motors.left.turns = starts(motors.left, left, lasted);
-    motors.right.turns = starts(motors.right, right, lasted);
-    motors.left.duty = left;
-    motors.right.duty = right;
-    motors.since = at;
+    set_duty(motors.left, at, left);
+    set_duty(motors.right, at, right);
     if (!motors.left.turns && !motors.right.turns)
         motors.renewal = NEVER;
     else if (profile_.legs && profile_.motor_noise > 0 && motors.renewal == NEVER)

@@ -28,6 +28,7 @@ struct Profile {
     double speed_spread = 0;  ///< sd over robots, share of the speed
     double bias_spread =
         0;  ///< sd over motors, share of the motor's speed: a robot that bends to one side
+    bool gives_way = true;   ///< whether it can be pushed while its motors are off
     double motor_noise = 0;  ///< sd of each motor's speed from second to second, share of it
 };
 
@@ -52,15 +53,16 @@ class Chassis {
         bool turns = false;
         float share = 1;   ///< of the nominal speed, this robot's
         float wobble = 1;  ///< and what this second adds to it
+        Cycles since = 0;  ///< of the present duty
     };
     struct Motors {
         Motor left, right;
-        float speed = 1;   ///< share of the nominal speed
-        Cycles since = 0;  ///< of the present duties
+        float speed = 1;  ///< share of the nominal speed
         Cycles renewal = NEVER;
         uint64_t noise_draws = 0;
     };
 
+    void set_duty(Motor &motor, Cycles at, uint8_t duty) const;
     bool starts(const Motor &motor, uint8_t duty, Cycles kicked_for) const;
     Drive drive(uint32_t robot) const;
     Drive drive_on_legs(uint32_t robot) const;

@@ -30,6 +30,7 @@ KilobotMedium::KilobotMedium(const Settings &settings, const Chance &chance,
       speaks_(speaks),
       emissions_(emissions),
       counts_(counts),
+      by_robot_(robots.size()),
       grid_(grid),
       boards_(boards),
       frames_(robots.size() + (grid != nullptr ? grid->layout().cells() : 0)),
@@ -59,20 +60,27 @@ void KilobotMedium::run(Cycles begin, Cycles end, Cycles limit) {
             events_.push({std::max(speaks_[robot], begin), What::ASK, robot});
     for (;;) {
         const Cycles next = events_.empty() ? end : std::min(events_.top().at, end);
+        Cycles grid_until = next;
         if (boards_ != nullptr) {
             auto busy = [this](uint32_t robot) {
                 return on_air(robot) || !audible_[robot].empty();
             };
-            if (auto flash = boards_->run(next, busy)) {
+            // Boards and modules hear one another: neither may get ahead.
+            Cycles turn = grid_ != nullptr ? std::min(grid_->next(), next) : next;
+            if (boards_->has_modules())
+                turn = std::min(turn, boards_->lived_until() + Boards::QUANTUM);
+            if (auto flash = boards_->run(turn, busy)) {
                 take_flash(*flash);
                 continue;
             }
+            grid_until = std::min(turn + 1, next);
         }
         if (grid_ != nullptr)
-            if (auto module = grid_->run(next)) {
+            if (auto module = grid_->run(grid_until)) {
                 begin_cell_frame(*module);
                 continue;
             }
+        if (grid_until < next) continue;
         if (next == end) return;
         const Event event = events_.top();
         events_.pop();
@@ -152,7 +160,6 @@ void KilobotMedium::begin_frame(uint32_t sender, Cycles at) {
 KilobotMedium::Frame &KilobotMedium::begin_light(uint32_t sender, Cycles at,
                                                  const message_t &message) {
     Frame &frame = put_on_air(sender, at, message);
-    if (boards_ != nullptr) boards_->begin_light(sender);
     const Eigen::Vector2d here = bodies_.position(sender);
     const double range = range_m_[sender];
     for (uint32_t other : bodies_.lists().of(sender)) {
@@ -175,6 +182,7 @@ KilobotMedium::Frame &KilobotMedium::put_on_air(uint32_t sender, Cycles at,
     frame.on_air = true;
     frame.message = message;
     frame.heard.clear();
+    if (boards_ != nullptr) boards_->begin_light(sender);
     return frame;
 }
 
@@ -206,21 +214,27 @@ void KilobotMedium::shine_on_board(const Frame &frame, Heard &heard) {
 /// Light of a board arrives.
 void KilobotMedium::take_flash(const Boards::Flash &flash) {
     using Found = PulseReader::Found;
-    const uint32_t sender = flash.robot;
+    const uint32_t sender = flash.station;
     Frame &frame = frames_[sender];
     const bool over = flash.given_up || flash.found == Found::NONSENSE;
     if (flash.begins && flash.found == Found::BEGIN) {
         if (on_air(sender)) leave_air(frame);
-        begin_light(sender, flash.at, {});
+        if (is_cell(sender))
+            begin_cell_light(sender, flash.at, {});
+        else
+            begin_light(sender, flash.at, {});
     }
+    if (flash.begins && on_air(sender))
+        hold_receivers(frame, flash.at, flash.at + PulseReader::SILENCE);
     if (!flash.given_up) boards_->pulse(sender, flash.at, flash.end, flash.begins);
     if (over && on_air(sender)) {
-        counts_.attempts_failed++;
+        (is_cell(sender) ? grid_->counts.put_off : counts_.attempts_failed)++;
         leave_air(frame);
     }
     if (flash.found == Found::MESSAGE && on_air(sender)) {
         frame.message = flash.message;
         frame.granted = true;
+        if (is_cell(sender)) grid_->counts.sent++;
         end_frame(sender);
     }
 }
@@ -241,6 +255,10 @@ void KilobotMedium::shine_on_cells(Frame &frame, const Eigen::Vector2d &from) {
         const double distance = (grid_->layout().centre(cell) - from).norm();
         if (distance > range) continue;
         const uint32_t station = station_of(cell), module = GridLayout::module_of(cell);
+        if (grid_->on_board()) {
+            if (grid_->lives(module)) shine_on_board_cell(frame, cell, distance);
+            continue;
+        }
         auto &audible = audible_[station];
         Heard heard = {station, static_cast<float>(distance * 1000), Fate::CLEAR};
         if (settings_.collisions) spoil(audible, station);
@@ -256,8 +274,34 @@ void KilobotMedium::shine_on_cells(Frame &frame, const Eigen::Vector2d &from) {
     }
 }
 
+/// A module on a board sees for itself. Here it only counts, by what it does when the frame begins.
+void KilobotMedium::shine_on_board_cell(Frame &frame, uint32_t cell, double distance_m) {
+    const uint32_t station = station_of(cell), module = GridLayout::module_of(cell);
+    Heard heard = {station, static_cast<float>(distance_m * 1000), Fate::CLEAR};
+    auto &audible = audible_[station];
+    if (!audible.empty()) {
+        spoil(audible, station);
+        heard.fate = Fate::COLLIDED;
+    }
+    bool sends = false;
+    for (uint32_t i = 0; i < GridLayout::MODULE_CELLS; i++)
+        sends |= on_air(station_of(GridLayout::MODULE_CELLS * module + i));
+    if (boards_->listening_cell(module) != GridLayout::index_in_module(cell))
+        heard.fate = Fate::ELSEWHERE;
+    else if (sends)
+        heard.fate = Fate::DEAF;
+    const uint64_t n = receivers_[module].draws++;
+    const bool lost = chance_.uniform(module, Purpose::CELL_LOSS, n) < grid_->infrared().loss;
+    if (lost && heard.fate == Fate::CLEAR) heard.fate = Fate::LOST;
+    boards_->reach(frame.sender, station, cell_gains_.measure(heard.distance_mm, 0, 0), lost,
+                   chance_.bits(station, Purpose::LOST_PULSE, n));
+    frame.heard.push_back(heard);
+    audible.push_back(frame.sender);
+}
+
 /// Modules that a frame reaches stay with the cell that hears it.
 void KilobotMedium::hold_receivers(const Frame &frame, Cycles begin, Cycles end) {
+    if (grid_ == nullptr || grid_->on_board()) return;
     for (const Heard &heard : frame.heard) {
         if (!is_cell(heard.station) || heard.fate != Fate::CLEAR) continue;
         const uint32_t module = module_of(heard.station);
@@ -275,17 +319,31 @@ void KilobotMedium::begin_cell_frame(uint32_t index) {
     // After a reset it may still be on air with what it sent before.
     if (receivers_[index].receiving_until > wanted.at || on_air(station_of(cell)))
         return grid_->answer(index, wanted.at, Module::Answer::RECEIVING);
-    Frame &frame = put_on_air(station_of(cell), wanted.at, wanted.message);
+    const bool granted = nobody_interferes(listener, wanted.at);
+    if (granted && grid_->robots_near(cell).empty()) {  // nobody to hear it, nor to be heard
+        receivers_[index].sending_until = wanted.at + FRAME_CYCLES;
+        return grid_->answer(index, wanted.at, Module::Answer::SENT);
+    }
+    Frame &frame = begin_cell_light(station_of(cell), wanted.at, wanted.message);
     frame.listener = station_of(listener);
     receivers_[index].sending_until = wanted.at + SENSE_END_CYCLES;
+    if (boards_ != nullptr) boards_->first_pulse(frame.sender, wanted.at);
+    if (granted)
+        cell_has_channel(frame);
+    else
+        events_.push({wanted.at + SENSE_END_CYCLES, What::SENSE_END, frame.sender});
+}
+
+/// Light of a cell begins: robots in range receive.
+KilobotMedium::Frame &KilobotMedium::begin_cell_light(uint32_t station, Cycles at,
+                                                      const message_t &message) {
+    Frame &frame = put_on_air(station, at, message);
+    const uint32_t cell = cell_of(station);
     for (uint32_t robot : grid_->robots_near(cell)) {
         double distance = (bodies_.position(robot) - grid_->layout().centre(cell)).norm();
         if (distance <= grid_->infrared().cell_range_m) shine_on_robot(frame, robot, distance);
     }
-    if (nobody_interferes(listener, wanted.at))
-        cell_has_channel(frame);
-    else
-        events_.push({wanted.at + SENSE_END_CYCLES, What::SENSE_END, frame.sender});
+    return frame;
 }
 
 /// Whether a module that listens at `cell` from `at` on can only find the channel free.
@@ -301,6 +359,7 @@ bool KilobotMedium::nobody_interferes(uint32_t cell, Cycles at) const {
 void KilobotMedium::cell_has_channel(Frame &frame) {
     const uint32_t module = module_of(frame.sender);
     receivers_[module].sending_until = frame.begin + FRAME_CYCLES;
+    if (boards_ != nullptr) boards_->other_pulses(frame.sender, frame.begin, frame.message);
     grid_->answer(module, frame.begin, Module::Answer::SENT);
     events_.push({frame.begin + FRAME_CYCLES, What::FRAME_END, frame.sender});
 }
@@ -332,8 +391,7 @@ void KilobotMedium::end_sensing(uint32_t sender) {
         leave_air(frame);
         events_.push({frame.begin + SENSE_END_CYCLES + 1, What::ASK, sender});
     } else {
-        if (boards_ != nullptr && !is_cell(sender))
-            boards_->other_pulses(sender, frame.begin, frame.message);
+        if (boards_ != nullptr) boards_->other_pulses(sender, frame.begin, frame.message);
         hold_receivers(frame, frame.begin + SENSE_END_CYCLES, frame.begin + FRAME_CYCLES);
         events_.push({frame.begin + FRAME_CYCLES, What::FRAME_END, sender});
     }
@@ -345,6 +403,7 @@ void KilobotMedium::end_frame(uint32_t sender) {
     const bool right = crc_is_right(frame.message);
     if (!is_cell(sender)) {
         counts_.sent++;
+        by_robot_[sender].sent++;
         counts_.wrong_crc += !right;
     }
     for (const Heard &heard : frame.heard)
@@ -371,8 +430,12 @@ void KilobotMedium::deliver_to_cell(const Frame &frame, const Heard &heard) {
     case Fate::ELSEWHERE: counts.elsewhere++; return;
     case Fate::DEAF: counts.deaf++; return;
     case Fate::COLLIDED: counts.collided++; return;
-    case Fate::LOST:
+    case Fate::LOST: counts.lost++; return;
     case Fate::CLEAR: break;
+    }
+    if (grid_->on_board()) {
+        counts.received++;
+        return;
     }
     const uint64_t n = receivers_[index].draws++;
     if (chance_.uniform(index, Purpose::CELL_LOSS, n) < grid_->infrared().loss) {
@@ -401,6 +464,7 @@ void KilobotMedium::deliver(const Frame &frame, const Heard &heard) {
         return;
     }
     counts_.received++;
+    by_robot_[index].received++;
     if (on_board) return;
     const Cycles end = frame.begin + FRAME_CYCLES;
     robots_[index].receive({end, frame.message, measure(heard, draw)});

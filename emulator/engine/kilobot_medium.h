@@ -28,6 +28,11 @@
 
 namespace kilotwin {
 
+/// A robot's part in what became of frames.
+struct FrameCounts {
+    uint32_t sent = 0, received = 0;
+};
+
 /// What became of frames.
 struct MediumCounts {
     uint64_t sent = 0, received = 0;  ///< received: at a robot
@@ -40,6 +45,9 @@ struct MediumCounts {
 
 class KilobotMedium {
   public:
+    /// Of each robot; what reached one with a board counts as received.
+    const std::vector<FrameCounts> &by_robot() const { return by_robot_; }
+
     /// Each mechanism can be switched off by itself.
     struct Settings {
         double range_m = 0.10;
@@ -55,7 +63,7 @@ class KilobotMedium {
     };
 
     /// `speaks`: by robot, the earliest moment at which it may begin a frame; kept up to date here.
-    /// `grid` and `boards` may be null; not both of them at once can be there.
+    /// `grid` and `boards` may be null.
     KilobotMedium(const Settings &settings, const Chance &chance, std::vector<Robot> &robots,
                   Bodies &bodies, std::vector<Cycles> &speaks, std::vector<Emission> &emissions,
                   MediumCounts &counts, Grid *grid, Boards *boards);
@@ -83,7 +91,7 @@ class KilobotMedium {
         CLEAR,
         COLLIDED,
         DEAF,
-        LOST,      ///< of a robot on a board: chance has decided beforehand
+        LOST,      ///< at a board: chance has decided beforehand
         ELSEWHERE  ///< of a cell: its module listens to another one
     };
     struct Heard {
@@ -123,9 +131,11 @@ class KilobotMedium {
     void begin_frame(uint32_t sender, Cycles at);
     Frame &begin_light(uint32_t sender, Cycles at, const message_t &message);
     void begin_cell_frame(uint32_t module);
+    Frame &begin_cell_light(uint32_t station, Cycles at, const message_t &message);
     Frame &put_on_air(uint32_t sender, Cycles at, const message_t &message);
     void shine_on_robot(Frame &frame, uint32_t robot, double distance_m);
     void shine_on_board(const Frame &frame, Heard &heard);
+    void shine_on_board_cell(Frame &frame, uint32_t cell, double distance_m);
     void take_flash(const Boards::Flash &flash);
     bool is_lost(const Frame &frame, const Heard &heard, uint64_t draw) const;
     distance_measurement_t measure(const Heard &heard, uint64_t draw) const;
@@ -158,6 +168,7 @@ class KilobotMedium {
     std::vector<Cycles> &speaks_;
     std::vector<Emission> &emissions_;  ///< what robots send that were granted the channel
     MediumCounts &counts_;
+    std::vector<FrameCounts> by_robot_;
     Grid *grid_;
     Boards *boards_;                              ///< null: there are none
     std::vector<float> range_m_;                  ///< by robot

@@ -87,15 +87,13 @@ Simulation::Simulation(const SimulationDef &def)
     create_robots();
     if (def.grid)
         grid_.emplace(*def.grid, chance_, POWER_UP_TICKS * TICK_CYCLES, run_at_,
-                      !def.kilobot_medium, def.run_ahead);
+                      !def.kilobot_medium, def.run_ahead, &boards_);
     if (def.kilobot_medium)
         kilobot_medium_.emplace(*def.kilobot_medium, chance_, robots_, *bodies_, speaks_,
                                 emissions_, counts_, grid_ ? &*grid_ : nullptr,
                                 boards_.empty() ? nullptr : &boards_);
     else if (!boards_.empty())
-        throw EngineError("robots on boards need the kilobot medium: the ideal one has no pulses");
-    if (grid_ && !boards_.empty())
-        throw EngineError("robots on boards cannot stand on a grid: its cells send no pulses yet");
+        throw EngineError("boards need the kilobot medium: the ideal one has no pulses");
     boot();
 }
 
@@ -167,7 +165,9 @@ void Simulation::boot() {
     emissions_.clear();
     for (auto &robot : robots_) {
         robot.motor_commands.clear();
-        speaks_[robot.index()] = next_ask_[robot.index()] = robot.next_ask();
+        // What a board does cannot be foreseen.
+        const Cycles speaks = robot.on_board() ? 0 : robot.next_ask();
+        speaks_[robot.index()] = next_ask_[robot.index()] = speaks;
     }
     now_ = start_;
     if (!grid_) return;
@@ -503,6 +503,10 @@ bool Simulation::audience_holds(uint32_t robot) {
     for (uint32_t other : bodies_->lists().of(robot))
         if (bodies_->still_since(other) > found) return false;
     return true;
+}
+
+std::vector<FrameCounts> Simulation::frames() const {
+    return kilobot_medium_ ? kilobot_medium_->by_robot() : std::vector<FrameCounts>();
 }
 
 Statistics Simulation::statistics() const {

@@ -121,6 +121,9 @@ class Simulation {
     Events take_events();
     Statistics statistics() const;
 
+    /// Frames of each robot; empty with the ideal medium.
+    std::vector<FrameCounts> frames() const;
+
     /// Nominal ticks since RUN of a moment.
     int64_t tick_of(Cycles at) const;
 

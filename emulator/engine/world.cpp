@@ -40,6 +40,7 @@ struct World::Box2D {
     b2WorldId world;
     double units_per_m;
     double push_m_s2, push_rad_s2;
+    bool gives_way;
     std::vector<Disc> discs;
 
     b2Vec2 to_units(const Eigen::Vector2d &v) const {
@@ -90,6 +91,13 @@ struct World::Box2D {
         disc.wanted = wanted;
     }
 
+    /// Lets nobody push a robot that stands.
+    void stand_firm(const Disc &disc, const Shift &wanted) {
+        const bool stands = wanted.by.isZero(0) && wanted.turn == 0;
+        const b2BodyType type = stands ? b2_staticBody : b2_dynamicBody;
+        if (b2Body_GetType(disc.body) != type) b2Body_SetType(disc.body, type);
+    }
+
     void create(Disc &disc) {
         b2BodyDef def = b2DefaultBodyDef();
         def.type = b2_dynamicBody;
@@ -110,6 +118,7 @@ World::World(const Arena &arena, const Profile &profile, double drive_m_s, doubl
     auto &b = *box2d_;
     b.units_per_m = RADIUS_UNITS / profile.radius_m;
     b.push_m_s2 = profile.push_m_s2;
+    b.gives_way = profile.gives_way;
     b.push_rad_s2 = 2 * profile.push_m_s2 / profile.radius_m;  // a disc's inertia is m r^2 / 2
     b2WorldDef def = b2DefaultWorldDef();
     def.gravity = {0, 0};
@@ -161,6 +170,8 @@ void World::step(const std::vector<Shift> &free, double step_s, double approach_
         disc.position_before = b2Body_GetPosition(disc.body);
         disc.rotation_before = b2Body_GetRotation(disc.body);
     }
+    if (!b.gives_way)
+        for (size_t i = 0; i < robots_.size(); i++) b.stand_firm(b.discs[robots_[i]], free[i]);
     const int care = overlap > MUCH_OVERLAP ? ROUNDS_CAREFUL : 1;
     const int rounds =
         std::max(care, static_cast<int>(std::ceil(approach_m * b.units_per_m / SPECULATIVE_UNITS)));

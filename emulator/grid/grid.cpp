@@ -20,10 +20,11 @@ constexpr uint32_t COUNTER_MAX = 255;
 }  // namespace
 
 Grid::Grid(const Settings &settings, const Chance &chance, Cycles power_up, Cycles zero,
-           bool gains_are_mm, bool run_ahead)
+           bool gains_are_mm, bool run_ahead, ModuleBoards *boards)
     : layout_(settings.columns, settings.rows, settings.buses),
       infrared_(settings.infrared),
       chance_(chance),
+      boards_(settings.on_board ? boards : nullptr),
       zero_(zero),
       run_ahead_(run_ahead),
       context_{chance, events_, gains_are_mm},
@@ -32,6 +33,8 @@ Grid::Grid(const Settings &settings, const Chance &chance, Cycles power_up, Cycl
       robots_about_(layout_.modules(), 0),
       promised_(layout_.modules(), 0),
       dead_(layout_.modules(), false),
+      on_bus_(layout_.modules(), false),
+      bus_due_(layout_.buses(), NEVER),
       host_queue_(layout_.buses()),
       robots_near_(layout_.cells()) {
     for (const Fault &fault : faults_)
@@ -47,20 +50,27 @@ Grid::Grid(const Settings &settings, const Chance &chance, Cycles power_up, Cycl
 Grid::~Grid() = default;
 
 void Grid::create_modules(const Settings &settings, Cycles power_up) {
-    auto program = Program::load(settings.program, settings.name);
-    const auto *table = program->table().module;
+    const auto program = on_board() ? nullptr : Program::load(settings.program, settings.name);
+    const auto *table = program ? program->table().module : nullptr;
     acts_alone_ = table != nullptr && table->acts_alone != nullptr;
-    const size_t stride = (program->state_bytes() + 63) / 64 * 64;
+    const size_t stride = program ? (program->state_bytes() + 63) / 64 * 64 : 0;
     images_.reset(new uint8_t[stride * layout_.modules()]);
+    modules_.reserve(layout_.modules());
     for (uint32_t index = 0; index < layout_.modules(); index++) {
         const double when = chance_.uniform(index, Purpose::MODULE_POWER_UP, 0);
         const double luck =
             std::clamp(chance_.normal(index, Purpose::MODULE_CLOCK, 0), -CLOCK_LIMIT, CLOCK_LIMIT);
         const double tick = static_cast<double>(TICK_CYCLES) * (1 + infrared_.clock_spread * luck);
-        modules_.emplace_back(context_, program, index, static_cast<uint8_t>(layout_.x(index)),
-                              static_cast<uint8_t>(layout_.y(index)),
-                              static_cast<Cycles>(tick + 0.5),
-                              static_cast<Cycles>(when * static_cast<double>(power_up)),
+        const auto x = static_cast<uint8_t>(layout_.x(index)),
+                   y = static_cast<uint8_t>(layout_.y(index));
+        const auto own_tick = static_cast<Cycles>(tick + 0.5);
+        const auto on_at = static_cast<Cycles>(when * static_cast<double>(power_up));
+        if (on_board()) {
+            boards_->add_module(settings.program, x, y, own_tick, on_at);
+            due_[index] = NEVER;
+            continue;
+        }
+        modules_.emplace_back(context_, program, index, x, y, own_tick, on_at,
                               images_.get() + index * stride);
         schedule(index);
     }
@@ -75,8 +85,10 @@ void Grid::attach_to_buses(double error_share) {
     for (uint32_t index = 0; index < layout_.modules(); index++) {
         CanBus::Node node;
         node.name = std::to_string(layout_.x(index)) + ", " + std::to_string(layout_.y(index));
-        for (uint16_t id : modules_[index].filters())
-            node.filters.emplace_back(id, KILOGRID_MODULE_MASK);
+        // A board's controller has filters of its own.
+        if (!on_board())
+            for (uint16_t id : modules_[index].filters())
+                node.filters.emplace_back(id, KILOGRID_MODULE_MASK);
         node.tx_queue = MODULE_QUEUE;
         const uint32_t bus = layout_.bus(index);
         node_.push_back(buses_[bus].attach(node));
@@ -120,28 +132,21 @@ bool Grid::alone(uint32_t module) const {
 // Modules
 
 Cycles Grid::next() const {
-    Cycles first = next_fault();
-    if (!schedule_.empty()) first = std::min(first, schedule_.top().at);
-    for (const CanBus &bus : buses_) first = std::min(first, bus.next());
-    return first;
+    const Cycles first = std::min(next_fault(), bus_due_[first_bus_]);
+    return schedule_.empty() ? first : std::min(first, schedule_.top().at);
 }
 
 std::optional<uint32_t> Grid::run(Cycles until) {
+    if (on_board()) take_wishes();
     for (;;) {
         while (!schedule_.empty() && due_[schedule_.top().module] != schedule_.top().at)
             schedule_.pop();
         const Cycles module_at = schedule_.empty() ? NEVER : schedule_.top().at;
         const Cycles fault_at = next_fault();
-        uint32_t bus = 0;
-        Cycles bus_at = NEVER;
-        for (uint32_t i = 0; i < layout_.buses(); i++)
-            if (const Cycles at = buses_[i].next(); at < bus_at) {
-                bus_at = at;
-                bus = i;
-            }
+        const Cycles bus_at = bus_due_[first_bus_];
         if (std::min({module_at, fault_at, bus_at}) >= until) return std::nullopt;
         if (bus_at <= std::min(fault_at, module_at)) {
-            run_bus(bus, bus_at + 1);
+            run_bus(first_bus_, bus_at + 1);
         } else if (fault_at <= module_at) {
             apply(faults_[next_fault_++], fault_at);
         } else {
@@ -157,18 +162,23 @@ bool Grid::attend(uint32_t index, Cycles at) {
     Module &module = modules_[index];
     const Cycles until =
         alone(index) ? std::max(std::min({limit_, lists_until_, next_fault()}), at + 1) : at + 1;
-    for (;;) {
+    uint64_t unheard = 0;
+    if (robots_about_[index] > 0)
         module.run(until);
-        send_frames(index);
-        if (!module.asks()) break;
-        if (robots_about_[index] > 0) {
-            due_[index] = NEVER;
-            return true;
-        }
-        counts.sent++;
-        counts.unheard++;
-        module.answer(Module::Answer::SENT);
+    else
+        unheard = module.run_unheard(until);
+    send_frames(index);
+    const bool asks = module.asks();
+    if (asks && robots_about_[index] > 0) {
+        due_[index] = NEVER;
+        return true;
     }
+    if (asks) {
+        module.answer(Module::Answer::SENT);
+        unheard++;
+    }
+    counts.sent += unheard;
+    counts.unheard += unheard;
     schedule(index);
     return false;
 }
@@ -185,13 +195,38 @@ void Grid::answer(uint32_t index, Cycles asked, Module::Answer answer) {
 
 void Grid::send_frames(uint32_t index) {
     auto &frames = modules_[index].can_frames;
-    for (const CanOutput &output : frames)
-        buses_[layout_.bus(index)].queue(node_[index], output.at, output.frame);
+    if (frames.empty()) return;
+    const uint32_t bus = layout_.bus(index);
+    for (const CanOutput &output : frames) buses_[bus].queue(node_[index], output.at, output.frame);
     frames.clear();
+    look_at_bus(bus);
+}
+
+/// Hands frames of boards' controllers to the buses.
+void Grid::take_wishes() {
+    auto bus_of = [this](uint32_t module) -> CanBus & { return buses_[layout_.bus(module)]; };
+    for (uint32_t index = 0; index < layout_.modules(); index++) {
+        if (!on_bus_[index] || bus_of(index).queued(node_[index]) > 0) continue;
+        on_bus_[index] = false;  // its node went bus-off
+        boards_->set_can_errors(index, bus_of(index).transmit_errors(node_[index]),
+                                bus_of(index).receive_errors(node_[index]), true);
+        boards_->can_lost(index);
+    }
+    for (const auto &wish : boards_->take_can_wishes()) wishes_.push_back(wish);
+    std::erase_if(wishes_, [&](const auto &wish) {
+        if (dead_[wish.module]) return true;
+        CanBus &bus = bus_of(wish.module);
+        if (bus.state(node_[wish.module]) >= CanBus::State::BUS_OFF) return false;
+        bus.queue(node_[wish.module], wish.output.at, wish.output.frame);
+        look_at_bus(layout_.bus(wish.module));
+        on_bus_[wish.module] = true;
+        return true;
+    });
 }
 
 /// Notes when a module has to be looked at next.
 void Grid::schedule(uint32_t index) {
+    if (on_board()) return;
     if (dead_[index] || modules_[index].asks()) {
         due_[index] = NEVER;
         return;
@@ -214,9 +249,20 @@ void Grid::receive_ir(Cycles at, uint32_t cell, const message_t &message,
 CellLight Grid::light(uint32_t cell, Cycles at) {
     const uint32_t module = GridLayout::module_of(cell);
     if (dead_[module]) return {};
+    if (on_board()) return boards_->module_light(module, GridLayout::index_in_module(cell));
     // It may have been left behind; what it does up to now is heard by nobody.
     if (!modules_[module].asks()) modules_[module].run(at);
     return modules_[module].light(GridLayout::index_in_module(cell), at);
+}
+
+Grid::About Grid::about(uint32_t index) const {
+    if (on_board())
+        return {dead_[index] ? "dead" : "on a board", boards_->module_stopped(index),
+                boards_->module_ticks(index), 0, boards_->frames_missed(index)};
+    const Module &module = modules_[index];
+    const auto &lost = module.counts();
+    return {dead_[index] ? "dead" : module.state_name(), module.stopped(), module.ticks(),
+            lost.frames_refused, lost.frames_missed};
 }
 
 // Buses
@@ -226,6 +272,7 @@ bool Grid::can_send(Cycles now, uint32_t bus, const CanFrame &frame) {
         throw EngineError("there is no bus " + std::to_string(bus) + "; the grid has " +
                           std::to_string(layout_.buses()) + ", from 0");
     if (!buses_[bus].queue(HOST, now, frame)) return false;
+    look_at_bus(bus);
     host_queue_[bus].push_back(frame.id);
     for_each_taker(bus, frame.id, [&](uint32_t module) { promised_[module]++; });
     return true;
@@ -235,16 +282,36 @@ void Grid::run_bus(uint32_t index, Cycles until) {
     CanBus &bus = buses_[index];
     bus.run(until, [&](const CanBus::Delivery &delivery) { deliver(index, delivery); });
     if (!host_queue_[index].empty() && bus.queued(HOST) == 0) keep_promises(index, false);
+    look_at_bus(index);
+}
+
+/// Notes when something happens on a bus next; to be called after every change of it.
+void Grid::look_at_bus(uint32_t bus) {
+    bus_due_[bus] = buses_[bus].next();
+    const auto first = std::min_element(bus_due_.begin(), bus_due_.end());
+    first_bus_ = static_cast<uint32_t>(first - bus_due_.begin());
 }
 
 void Grid::deliver(uint32_t bus, const CanBus::Delivery &delivery) {
     const bool from_host = delivery.sender == HOST;
     frames_.push_back({delivery.at, bus, delivery.frame, from_host});
     if (from_host) keep_promises(bus, true);
+    if (on_board() && !from_host) {
+        const uint32_t sender = module_of_node_[bus][delivery.sender];
+        on_bus_[sender] = false;
+        boards_->can_sent(sender, delivery.at);
+    }
     for (uint32_t node : *delivery.receivers) {
         if (node == HOST) continue;
         const uint32_t index = module_of_node_[bus][node];
         if (dead_[index]) continue;
+        if (on_board()) {
+            const CanBus &on = buses_[bus];
+            boards_->set_can_errors(index, on.transmit_errors(node), on.receive_errors(node),
+                                    on.state(node) == CanBus::State::BUS_OFF);
+            boards_->receive_can(index, delivery.at, delivery.frame);
+            continue;
+        }
         auto counter = [](uint32_t errors) {
             return static_cast<uint8_t>(std::min(errors, COUNTER_MAX));
         };
@@ -286,6 +353,8 @@ std::vector<Grid::LoggedFrame> Grid::take_frames() {
 }
 
 Events Grid::take_events() {
+    if (on_board())
+        for (Event &event : boards_->take_module_events()) events_.push_back(std::move(event));
     std::stable_sort(events_.begin(), events_.end(), [](const Event &a, const Event &b) {
         return a.at != b.at ? a.at < b.at : a.robot < b.robot;
     });
@@ -306,25 +375,33 @@ void Grid::apply(const Fault &fault, Cycles at) {
     const uint32_t index = layout_.module(fault.x, fault.y), node = node_[index];
     CanBus &bus = buses_[layout_.bus(index)];
     run_bus(layout_.bus(index), at);
-    Module &module = modules_[index];
+    auto power = [&](bool on) {
+        on_bus_[index] = false;
+        if (on_board())
+            boards_->set_power(index, at, on);
+        else if (on)
+            modules_[index].reset(at);
+    };
     switch (fault.kind) {
     case Fault::Kind::DEAD:
         dead_[index] = true;
+        power(false);
         bus.kill(node, at);
         break;
     case Fault::Kind::RESET:
         bus.kill(node, at);
         bus.recover(node, at);
         dead_[index] = false;
-        module.reset(at);
+        power(true);
         break;
     case Fault::Kind::BUS_OFF: bus.bus_off(node, at, true); break;
     case Fault::Kind::RECOVER:
         bus.recover(node, at);
-        if (dead_[index]) module.reset(at);
+        if (dead_[index]) power(true);
         dead_[index] = false;
         break;
     }
+    look_at_bus(layout_.bus(index));
     schedule(index);
 }
 

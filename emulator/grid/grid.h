@@ -47,6 +47,40 @@ struct CellInfrared {
     double clock_spread = 1e-4;
 };
 
+/// The modules of a grid whose program runs on boards (avr/boards.h): chips that live for
+/// themselves. What the grid has to do with them is power and their buses.
+class ModuleBoards {
+  public:
+    virtual ~ModuleBoards() = default;
+
+    /// A frame that a module's controller wants to send.
+    struct CanWish {
+        uint32_t module;
+        CanOutput output;
+    };
+
+    /// The next module, in order, at column `x`, row `y`; `tick` by its own oscillator.
+    virtual void add_module(const std::string &program, uint8_t x, uint8_t y, Cycles tick,
+                            Cycles power_up) = 0;
+    virtual void set_power(uint32_t module, Cycles at, bool on) = 0;
+
+    /// What controllers have handed out since the last call; each has one at a time.
+    virtual std::vector<CanWish> take_can_wishes() = 0;
+    /// The module's frame reached its end at `at`; or it was lost, and may be tried again.
+    virtual void can_sent(uint32_t module, Cycles at) = 0;
+    virtual void can_lost(uint32_t module) = 0;
+    virtual void receive_can(uint32_t module, Cycles at, const CanFrame &frame) = 0;
+    virtual void set_can_errors(uint32_t module, uint32_t transmit, uint32_t receive,
+                                bool bus_off) = 0;
+
+    virtual CellLight module_light(uint32_t module, uint8_t cell) const = 0;
+    virtual bool module_stopped(uint32_t module) const = 0;
+    virtual uint32_t module_ticks(uint32_t module) const = 0;
+    virtual uint32_t frames_missed(uint32_t module) const = 0;
+    /// What they printed, and how they failed, since the last call; `robot` is the module's index.
+    virtual Events take_module_events() = 0;
+};
+
 class Grid {
   public:
     struct Fault {
@@ -63,11 +97,12 @@ class Grid {
 
     struct Settings {
         uint32_t columns, rows, buses;
-        std::string program;  ///< path of the guest
+        std::string program;  ///< path of the guest, or of the .hex or .elf for boards
         std::string name;     ///< of the program
         CellInfrared infrared;
         std::vector<Fault> faults;
         double error_share = 0;  ///< of frames on the buses that a disturbance destroys
+        bool on_board = false;   ///< each module is an ATmega328P
     };
 
     /// A frame that ended on a bus.
@@ -90,9 +125,10 @@ class Grid {
     };
 
     /// Modules are switched on between 0 and `power_up`. t = 0 of faults is `zero`. Without
-    /// `run_ahead` no module is run farther than it must.
+    /// `run_ahead` no module is run farther than it must. `boards` take the modules if they are to
+    /// run on boards; not needed otherwise.
     Grid(const Settings &settings, const Chance &chance, Cycles power_up, Cycles zero,
-         bool gains_are_mm, bool run_ahead);
+         bool gains_are_mm, bool run_ahead, ModuleBoards *boards = nullptr);
     ~Grid();
 
     /// To be called by a thread before it runs grids.
@@ -120,7 +156,7 @@ class Grid {
     /// is full. EngineError for a bus that is not there.
     bool can_send(Cycles now, uint32_t bus, const CanFrame &frame);
 
-    /// The earliest moment at which anything happens here.
+    /// Nothing happens here before.
     Cycles next() const;
 
     /// Lives through everything strictly before `until`. Returns early when a module, which it
@@ -132,14 +168,16 @@ class Grid {
     /// power since.
     void answer(uint32_t module, Cycles asked, Module::Answer answer);
 
+    /// Its modules run on boards; then there is no module() of them.
+    bool on_board() const { return boards_ != nullptr; }
     Module &module(uint32_t index) { return modules_[index]; }
     const Module &module(uint32_t index) const { return modules_[index]; }
     /// Whether it has power.
     bool lives(uint32_t module) const { return !dead_[module]; }
 
     /// The earliest moment at which `module` may be about to send; NEVER while it waits for an
-    /// answer.
-    Cycles next_event(uint32_t module) const { return due_[module]; }
+    /// answer. What one on a board does cannot be foreseen.
+    Cycles next_event(uint32_t module) const { return on_board() ? 0 : due_[module]; }
 
     /// A frame of a robot ends at `at`, at a cell that listened. All before `at` has been lived
     /// through.
@@ -148,6 +186,15 @@ class Grid {
 
     /// What the LEDs of a cell show at `at`, up to which everything has been lived through.
     CellLight light(uint32_t cell, Cycles at);
+
+    /// How a module is. What one on a board makes of itself, only its answers by CAN tell.
+    struct About {
+        const char *state;
+        bool stopped;
+        uint32_t ticks;
+        uint64_t frames_refused, frames_missed;
+    };
+    About about(uint32_t module) const;
 
     std::vector<LoggedFrame> take_frames();
     Events take_events();  ///< of module programs; `robot` is the module's index
@@ -173,8 +220,10 @@ class Grid {
     bool alone(uint32_t module) const;
     bool attend(uint32_t module, Cycles at);
     void send_frames(uint32_t module);
+    void take_wishes();
     void schedule(uint32_t module);
     void run_bus(uint32_t bus, Cycles until);
+    void look_at_bus(uint32_t bus);
     void deliver(uint32_t bus, const CanBus::Delivery &delivery);
     template <typename Visit> void for_each_taker(uint32_t bus, uint16_t id, Visit visit) const;
     void keep_promises(uint32_t bus, bool one);
@@ -185,12 +234,13 @@ class Grid {
     GridLayout layout_;
     CellInfrared infrared_;
     const Chance &chance_;
+    ModuleBoards *boards_;  ///< null: native modules
     Cycles zero_;
     bool run_ahead_;
     Events events_;
     ModuleContext context_;
     std::unique_ptr<uint8_t[]> images_;
-    std::deque<Module> modules_;
+    std::vector<Module> modules_;
     std::deque<CanBus> buses_;
     std::vector<Fault> faults_;  ///< in order of time
     size_t next_fault_ = 0;
@@ -204,8 +254,12 @@ class Grid {
     std::vector<uint32_t> robots_about_;  ///< entries of its cells in robots_near_
     std::vector<uint32_t> promised_;      ///< frames of the host that are under way to it
     std::vector<bool> dead_;
-    bool acts_alone_ = false;  ///< their program may address other modules
+    std::vector<bool> on_bus_;                   ///< of one on a board: its frame waits at the bus
+    std::vector<ModuleBoards::CanWish> wishes_;  ///< that wait for their node to recover
+    bool acts_alone_ = false;                    ///< their program may address other modules
 
+    std::vector<Cycles> bus_due_;                        ///< by bus: when it has to be looked at
+    uint32_t first_bus_ = 0;                             ///< the one that is due first
     std::vector<std::vector<uint32_t>> module_of_node_;  ///< by bus and node
     std::vector<std::deque<uint16_t>> host_queue_;       ///< by bus: identifiers, first one first
     std::priority_queue<Due, std::vector<Due>, std::greater<>> schedule_;  ///< some out of date

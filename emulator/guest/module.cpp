@@ -269,7 +269,9 @@ Module::Module(ModuleContext &context, std::shared_ptr<Program> program, uint32_
     switch_off();
 }
 
-Module::~Module() { program_->evict(image_); }
+Module::~Module() {
+    if (program_) program_->evict(image_);
+}
 
 void Module::serve_this_thread() { GuestStack::instance().serve_this_thread(); }
 
@@ -354,11 +356,18 @@ void Module::hold_receiver(Cycles begin, Cycles end) {
 }
 
 uint8_t Module::listening_cell(Cycles at) {
-    while (mux_next_ <= at) {
-        const bool held = held_from_ < mux_next_ && mux_next_ < held_until_;
-        if (!held) mux_cell_ = (mux_cell_ + 1) % CELLS_PER_MODULE;
-        mux_next_ += MUX_CYCLES;
-    }
+    if (mux_next_ > at) return mux_cell_;
+    // So many turns end before a moment. At the end of one that is held the cell stays.
+    auto turns_before = [this](Cycles moment) {
+        return moment > mux_next_ ? (moment - 1 - mux_next_) / MUX_CYCLES + 1 : 0;
+    };
+    const Cycles turns = turns_before(at + 1);
+    Cycles held = 0;
+    if (held_until_ > mux_next_)
+        held = std::min(turns_before(held_until_), turns) -
+               std::min(turns_before(held_from_ + 1), turns);
+    mux_cell_ = static_cast<uint8_t>((mux_cell_ + turns - held) % CELLS_PER_MODULE);
+    mux_next_ += turns * MUX_CYCLES;
     return mux_cell_;
 }
 
@@ -367,6 +376,14 @@ Cycles Module::run(Cycles until) {
     const Cycles reached = asks() ? outgoing_.at : until;
     emit_answers(reached);
     return reached;
+}
+
+uint64_t Module::run_unheard(Cycles until) {
+    unheard_ = 0;
+    unheard_until_ = until;
+    run(until);
+    unheard_until_ = 0;
+    return unheard_;
 }
 
 void Module::go_on(Cycles until) {
@@ -471,8 +488,8 @@ void Module::live() {
         stop(EventKind::CRASH, "main() came back: it never called module_start()");
         return;
     }
-    if (answered_ != Asking::NOTHING) settle();
     while (asking_ == Asking::NOTHING && life_ == Life::ALIVE) {
+        if (answered_ != Asking::NOTHING) settle();
         const Cycles interrupt_at = next_interrupt(), pass_at = next_pass();
         if (std::min(interrupt_at, pass_at) >= until_) return;
         if (interrupt_at <= pass_at) {
@@ -551,17 +568,41 @@ void Module::pass_of_state() {
         }
         if (autostart_ && state_ == State::SETUP) enter(State::RUNNING);
         return;
-    case State::RUNNING: {
+    case State::RUNNING:
         if (!started_) return start_running();
-        if (!loop_due_) return;
-        loop_due_ = false;
-        const Cycles before = now_;
-        run_program(loop_);
-        if (now_ > before) loop_due_ = true;
+        if (loop_due_) run_loop();
         return;
-    }
     default: return;
     }
+}
+
+// Calls loop(), and again at each tick up to the next one that brings more than itself.
+void Module::run_loop() {
+    Cycles quiet_until = until_;
+    if (!can_inbox_.empty()) quiet_until = std::min(quiet_until, can_inbox_.front().at);
+    if (!cell_inbox_.empty()) quiet_until = std::min(quiet_until, cell_inbox_.front().at);
+    Cycles before;
+    do {
+        before = now_;
+        loop_due_ = false;
+        run_program(loop_);
+    } while (now_ == before && pass_tick(quiet_until));
+    if (now_ > before) loop_due_ = true;
+}
+
+/// Goes on to the next tick if that comes before `quiet_until` and does nothing but count.
+bool Module::pass_tick(Cycles quiet_until) {
+    const auto tx_clock = static_cast<uint16_t>(tx_clock_ + TICK_COMPARE);
+    const bool plain = tick_increment_ == TICK_COMPARE && !interrupts_off_ && !poll_pending_ &&
+                       health_asked_ == 0 && !broadcast_pending_;
+    if (next_tick_ >= quiet_until || tx_clock > TX_PERIOD || !plain) return false;
+    const auto &table = program_->table();
+    now_ = std::max(now_, next_tick_);
+    next_tick_ += tick_;
+    tx_clock_ = tx_clock;
+    last_tick_ = *table.ticks + 1;
+    *table.ticks = last_tick_;
+    return true;
 }
 
 void Module::begin_repetition() {
@@ -738,6 +779,10 @@ void Module::take_turn() {
 void Module::ask(Asking why, uint8_t cell, const message_t &message) {
     outgoing_ = {now_, cell, message};
     asking_ = why;
+    if (now_ + FRAME_CYCLES < unheard_until_) {
+        unheard_++;
+        answer(Answer::SENT);
+    }
     if (!in_program_) return;
     while (asking_ != Asking::NOTHING) GuestStack::instance().suspend();
     settle();

@@ -97,6 +97,7 @@ class Module {
     Module(ModuleContext &context, std::shared_ptr<Program> program, uint32_t index, uint8_t x,
            uint8_t y, Cycles tick, Cycles power_up, uint8_t *image);
     ~Module();
+    Module(Module &&) = default;
     Module(const Module &) = delete;
     Module &operator=(const Module &) = delete;
 
@@ -106,6 +107,10 @@ class Module {
     /// Lives through everything strictly before `until`, but stops where it is about to send by
     /// infrared. Returns the time run up to: `until`, or that of the question.
     Cycles run(Cycles until);
+
+    /// The same where nobody can hear it, nor be heard: frames that are over before `until` go out
+    /// without a question. Returns how many.
+    uint64_t run_unheard(Cycles until);
 
     /// Whether it waits for answer(); then outgoing() is what it would send, at the time run up to.
     /// Carrier sense is by the receiver, that is on listening_cell(), not on the cell that sends.
@@ -203,6 +208,8 @@ class Module {
     Cycles next_pass() const;
     void pass();
     void pass_of_state();
+    void run_loop();
+    bool pass_tick(Cycles quiet_until);
     void start_running();
     void send_burst_frame();
     void end_burst();
@@ -255,6 +262,7 @@ class Module {
 
     Cycles now_;
     Cycles until_ = 0;
+    Cycles unheard_until_ = 0;  ///< what it sends before that nobody hears
     Cycles tick_;
     Cycles next_tick_ = NEVER;  ///< compare match of timer 0
     Cycles power_up_;
@@ -267,6 +275,7 @@ class Module {
     void (*setup_)(void) = nullptr;
     void (*loop_)(void) = nullptr;
     uint64_t rand_hard_draws_ = 0;
+    uint64_t unheard_ = 0;
     size_t burst_next_ = 0;
     uint32_t index_;
     uint32_t last_tick_ = 0;

@@ -470,6 +470,7 @@ void Robot::take_message() {
     if (stale_conversion_ >= 0) table.rx_distance->high_gain = stale_conversion_;
     stale_conversion_ = -1;
     interrupt([&table] { (*table.message_rx)(table.rx_message, table.rx_distance); });
+    loop_due_ = true;  // it sees at once what the callback changed
 }
 
 // hardware.md 1.3 and 1.4.

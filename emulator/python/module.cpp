@@ -16,6 +16,7 @@
 #include "engine/simulation.h"
 #include "engine/world.h"
 #include "python/bridge.h"
+#include "python/twins.h"
 
 namespace nb = nanobind;
 using namespace kilotwin;
@@ -52,6 +53,7 @@ Profile profile_of(const nb::dict &from) {
                        get<uint8_t>(from, "turn_left"),     get<uint8_t>(from, "turn_right")};
     profile.legs = get_or(from, "legs", profile.legs);
     profile.kick_needed = get_or(from, "kick_needed", profile.kick_needed);
+    profile.gives_way = get_or(from, "gives_way", profile.gives_way);
     profile.speed_spread = get_or(from, "speed_spread", profile.speed_spread);
     profile.bias_spread = get_or(from, "bias_spread", profile.bias_spread);
     profile.motor_noise = get_or(from, "motor_noise", profile.motor_noise);
@@ -144,6 +146,7 @@ Grid::Settings grid_of(const nb::dict &from) {
     grid.buses = get<uint32_t>(from, "buses");
     grid.program = get<std::string>(from, "program");
     grid.name = get<std::string>(from, "name");
+    grid.on_board = get_or(from, "on_board", grid.on_board);
     grid.error_share = get_or(from, "error_share", grid.error_share);
     if (from.contains("modules") && !from["modules"].is_none()) {
         auto own = get<nb::dict>(from, "modules");
@@ -332,21 +335,21 @@ nb::list modules_of(const PythonSimulation &self) {
     const Grid &grid = self.simulation.grid();
     nb::list out;
     for (uint32_t index = 0; index < grid.layout().modules(); index++) {
-        const Module &module = grid.module(index);
         const uint32_t on_bus = grid.layout().bus(index), node = grid.node(index);
         const CanBus &bus = grid.bus(on_bus);
         nb::dict row;
         row["x"] = grid.layout().x(index);
         row["y"] = grid.layout().y(index);
         row["bus"] = on_bus;
-        row["state"] = grid.lives(index) ? module.state_name() : "dead";
-        row["stopped"] = module.stopped();
-        row["tick"] = module.ticks();
+        const auto &about = grid.about(index);
+        row["state"] = about.state;
+        row["stopped"] = about.stopped;
+        row["tick"] = about.ticks;
         row["can"] = name_of(bus.state(node));
         row["tec"] = bus.transmit_errors(node);
         row["rec"] = bus.receive_errors(node);
-        row["frames_refused"] = module.counts().frames_refused;
-        row["frames_missed"] = module.counts().frames_missed;
+        row["frames_refused"] = about.frames_refused;
+        row["frames_missed"] = about.frames_missed;
         out.append(row);
     }
     return out;
@@ -433,6 +436,15 @@ nb::object motors_of(const PythonSimulation &self) {
     return array_of(std::move(duties), 2);
 }
 
+nb::object frames_of(const PythonSimulation &self) {
+    std::vector<uint32_t> counts;
+    for (const FrameCounts &robot : self.simulation.frames()) {
+        counts.push_back(robot.sent);
+        counts.push_back(robot.received);
+    }
+    return array_of(std::move(counts), 2);
+}
+
 nb::dict cell_infrared() {
     const CellInfrared defaults;
     nb::dict out;
@@ -485,6 +497,7 @@ NB_MODULE(_emulator, m) {
           nb::arg("key"), nb::arg("value"), "A CONFIG message: nine data bytes and the type.");
     nb::exception<EngineError>(m, "EngineError", PyExc_ValueError);
     register_bridge(m);
+    register_twins(m);
 
     nb::class_<PythonSimulation>(m, "Simulation", "One run; see emulator/engine/simulation.h.")
         .def(nb::init<const nb::dict &>(), nb::arg("spec"))
@@ -526,6 +539,7 @@ NB_MODULE(_emulator, m) {
         .def("cell_stats", cell_stats, "What became of infrared frames from and to cells.")
         .def("module_events", module_events, "Prints and failures of module programs.")
         .def("motors", motors_of)
+        .def("frames", frames_of, "[N, 2]: sent and received; no rows with the ideal medium.")
         .def("state",
              [](const PythonSimulation &self, size_t robot) {
                  auto bytes = robot_of(self, robot).state();

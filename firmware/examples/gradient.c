@@ -6,6 +6,7 @@
 ///
 /// LED: white for the seed, then red, green, blue, yellow, magenta, cyan for 1 to 6 hops, and again
 /// from red on; off as long as the robot does not know.
+#include <avr/interrupt.h>
 #include <kilolib.h>
 #include <stdbool.h>
 #include <stddef.h>
@@ -73,12 +74,14 @@ static void setup(void) {
 }
 
 static void loop(void) {
-    const uint32_t now = ticks_now();
     if (confirmed || kilo_uid == SEED_UID) {
         confirmed = false;
-        confirmed_at = now;
-    } else if (now - confirmed_at > FORGET_TICKS) {
-        hops = UNKNOWN;
+        confirmed_at = ticks_now();
+    } else if (ticks_now() - confirmed_at > FORGET_TICKS) {
+        // What a callback has just learned must not be forgotten.
+        cli();
+        if (!confirmed) hops = UNKNOWN;
+        sei();
     }
     show(hops);
 }

@@ -75,12 +75,11 @@ static void setup(void) {
 
 static void loop(void) {
     if (kilo_uid == PLANET_UID) return;
-    const uint32_t now = ticks_now();
     if (measured) {
         measured = false;
-        heard_at = now;
+        heard_at = ticks_now();
         steer(measured_mm);
-    } else if (known && now - heard_at > LOST_TICKS) {
+    } else if (known && ticks_now() - heard_at > LOST_TICKS) {
         known = false;  // it keeps turning: a circle leads back to where it heard the planet
         set_color(RGB(0, 0, 0));
     }

@@ -40,18 +40,19 @@ static uint32_t ticks_now(void) {
 static void setup(void) {}
 
 static void loop(void) {
-    const uint32_t now = ticks_now();
+    // The clock after the flag: read before, it would tell a time at which that had not happened yet.
     if (heard) {
         heard = false;
         heard_any = true;
-        heard_at = now;
+        heard_at = ticks_now();
     }
     if (sent) {
         sent = false;
         sent_any = true;
-        sent_at = now;
+        sent_at = ticks_now();
     }
 
+    const uint32_t now = ticks_now();
     if (sent_any && now - sent_at < FLASH_TICKS) {
         set_color(RGB(0, 0, 3));
     } else if (heard_any && now - heard_at < HEARD_TICKS) {

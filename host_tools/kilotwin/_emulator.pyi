@@ -1,5 +1,6 @@
 """The compiled engine (emulator/python), as the host tools see it."""
 
+from collections.abc import Sequence
 from typing import Any, TypedDict
 
 import numpy as np
@@ -99,6 +100,7 @@ class Simulation:
     def cell_stats(self) -> dict[str, int]: ...
     def module_events(self) -> list[ModuleEvent]: ...
     def motors(self) -> NDArray[np.uint8]: ...  # [N, 2]
+    def frames(self) -> NDArray[np.uint32]: ...  # [N, 2]: sent, received; Kilobot medium only
     def state(self, robot: int) -> bytes: ...
     def program(self, robot: int) -> str: ...
     def serve_debugger(self, robot: int, port: int) -> None: ...
@@ -131,3 +133,49 @@ class Bridge:
     def close(self) -> None: ...
 
 def config_message(uid_first: int, uid_last: int, key: int, value: int) -> bytes: ...
+
+class TwinsDifference(TypedDict):
+    tick: int
+    kind: str
+    text: str
+
+class Watched(TypedDict):
+    stack_bytes: int
+    deepest_at: int
+    room_bytes: int
+    ticks_lost: int
+    calls: dict[int, tuple[int, int, int]]  # by entry: how many, cycles of the longest, its tick
+
+class Twins:
+    def __init__(
+        self,
+        *,
+        guest: str,
+        elf: str,
+        name: str,
+        seed: int,
+        uid: int = 7,
+        before_run: Sequence[bytes] = (),
+        slack_s: float = 0,
+        waits: bool = False,
+        follow: Sequence[int] | None = None,
+    ) -> None: ...
+    def live(self, ticks: int) -> None: ...
+    @property
+    def tick(self) -> int: ...
+    @property
+    def compared(self) -> int: ...
+    @property
+    def heard(self) -> int: ...
+    @property
+    def worst_lag_s(self) -> float: ...
+    @property
+    def ticks_apart(self) -> int: ...
+    @property
+    def difference(self) -> TwinsDifference | None: ...
+    @property
+    def avr_failure(self) -> str: ...
+    @property
+    def native_failure(self) -> str: ...
+    @property
+    def watched(self) -> Watched | None: ...

@@ -1,4 +1,7 @@
-"""Builds a robot program for the ATmega328P, linked with firmware/kilolib/avr.
+"""Builds a robot's or a module's program for the ATmega328P, linked with its runtime.
+
+A robot's is firmware/kilolib/avr; a module's is kilogrid_modules/runtime/avr, with the parts that
+robots have as well, as kilogrid_modules/Makefile says.
 
 As with guests, results are kept under the hash of everything that went in, and appear in one step.
 """
@@ -37,6 +40,13 @@ FLAGS = [
     "-fpack-struct",
     "-fshort-enums",
     "-fstack-usage",
+]
+_SHARED_WITH_MODULES = [
+    "infrared_frame.c",
+    "gains.c",
+    "gains_read.c",
+    "message_crc.c",
+    "random.c",
 ]
 _LINK_FLAGS = ["-mmcu=atmega328p", "-Wl,--gc-sections", "-Wl,--relax"]
 
@@ -90,13 +100,22 @@ def build_image(program: Program, notify: Notify = lambda _: None) -> Image:
     """
     compiler = avr_gcc()
     version = compiler_version(compiler)
-    runtime = sorted(resources.path("firmware/kilolib/avr").glob("*.c"))
+    runtime = _runtime_of(program)
     key = _key(program, compiler, version, runtime)
     image = Image(program.name, cache_folder() / f"{key}-avr", key, version)
     if not image.folder.exists():
         with building(f"compiling {program.written} for the ATmega328P", image.folder, notify):
             _build(program, compiler, runtime, image)
     return image
+
+
+def _runtime_of(program: Program) -> list[Path]:
+    kilolib = resources.path("firmware/kilolib/avr")
+    if program.api != "module":
+        return sorted(kilolib.glob("*.c"))
+    modules = resources.path("kilogrid_modules")
+    own = [*modules.glob("runtime/avr/*.c"), *modules.glob("protocol/*.c")]
+    return [*sorted(own), *(kilolib / name for name in _SHARED_WITH_MODULES)]
 
 
 def _failure(program: Program) -> str:
@@ -117,7 +136,7 @@ def _link(command: list[str], program: Program) -> None:
 
 
 def _key(program: Program, compiler: str, version: str, runtime: Sequence[Path]) -> str:
-    own, kilolib, helped = program_flags(program), _runtime_flags(), _helper_flags(program)
+    own, kilolib, helped = program_flags(program), _runtime_flags(program), _helper_flags(program)
     words = [version, *own, *kilolib, *helped, *_LINK_FLAGS]
     digest = hashlib.sha256("\0".join(words).encode())
     helpers = APIS[program.api].helper_sources()
@@ -131,8 +150,12 @@ def _key(program: Program, compiler: str, version: str, runtime: Sequence[Path])
     return digest.hexdigest()[:32]
 
 
-def _runtime_flags() -> list[str]:
-    return [*FLAGS, "-ffunction-sections", f"-I{resources.path('firmware/kilolib/include')}"]
+def _runtime_flags(program: Program) -> list[str]:
+    flags = [*FLAGS, "-ffunction-sections"]
+    if program.api != "module":
+        return [*flags, f"-I{resources.path('firmware/kilolib/include')}"]
+    modules = resources.path("kilogrid_modules")
+    return [*flags, *APIS["module"].includes(), f"-I{modules / 'protocol'}"]
 
 
 def _helper_flags(program: Program) -> list[str]:
@@ -146,7 +169,7 @@ def _build(program: Program, compiler: str, runtime: Sequence[Path], image: Imag
     try:
         parts = (
             ("program", program.sources, [*program_flags(program), "-w"]),
-            ("kilolib", runtime, _runtime_flags()),
+            ("kilolib", runtime, _runtime_flags(program)),
             ("helpers", APIS[program.api].helper_sources(), _helper_flags(program)),
         )
         objects: dict[str, list[str]] = {}

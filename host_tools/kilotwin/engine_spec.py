@@ -108,7 +108,8 @@ def _grid(experiment: Experiment, module_guest: str | None) -> dict[str, Any]:
         "rows": keys.grid.rows,
         "buses": keys.grid.buses,
         "program": module_guest,
-        "name": experiment.modules.name,
+        "name": experiment.modules.program.name,
+        "on_board": experiment.modules.on_board,
         "modules": keys.grid.cells.model_dump(),
         "faults": [
             {"at_tick": ticks(fault.at_s), "kind": fault.kind, "module": fault.module}

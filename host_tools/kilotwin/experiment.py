@@ -19,7 +19,7 @@ from kilotwin.apis import Api
 from kilotwin.errors import InputError
 from kilotwin.experiment_checks import first_problem, first_problem_of_command, swarm_size
 from kilotwin.experiment_errors import input_error
-from kilotwin.experiment_schema import Command, ExperimentSchema
+from kilotwin.experiment_schema import Command, ExperimentSchema, Grid
 from kilotwin.experiment_text import ExperimentText, Setting
 from kilotwin.programs import Program, ProgramError, find_image, find_program, portable
 from kilotwin.toml_lines import KeyPath
@@ -30,25 +30,25 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Group:
-    """Robots that run one program; ids are given group by group."""
+    """Robots or modules that run one program; ids are given group by group."""
 
     program: Program  # without sources: an image
     count: int
     poses: list[list[float]] | None
-    on_board: bool = False  # each robot is an ATmega328P
+    on_board: bool = False  # each of them is an ATmega328P
 
 
 @dataclass(frozen=True)
 class Experiment:
     """`keys` are the file's, validated; `origin` says where a key was written, for late errors.
 
-    `modules` is the program of a grid's modules, and `plan` what its host does; None without.
+    `modules` are those of a grid, and `plan` is what its host does; None without.
     """
 
     keys: ExperimentSchema
     groups: tuple[Group, ...]
     origin: ExperimentText
-    modules: Program | None = None
+    modules: Group | None = None
     plan: "GridPlan | None" = None
 
     @staticmethod
@@ -72,9 +72,7 @@ class Experiment:
         # Other experiments do without the CAN tools, which take a moment to load.
         from kilotwin.grid.plan import plan_of  # noqa: PLC0415
 
-        grid = keys.grid
-        modules = _program(grid.program, ("grid",), origin, grid.include, grid.define, api="module")
-        return Experiment(keys, groups, origin, modules, plan_of(keys, origin))
+        return Experiment(keys, groups, origin, _modules(keys.grid, origin), plan_of(keys, origin))
 
     @property
     def size(self) -> int:
@@ -102,11 +100,16 @@ class Experiment:
             self._resolve_grid(tables["grid"], self.modules)
         return tables
 
-    def _resolve_grid(self, table: dict[str, Any], modules: Program) -> None:
+    def _resolve_grid(self, table: dict[str, Any], modules: Group) -> None:
         from kilotwin.grid.plan import find_file  # noqa: PLC0415 (see `of`)
 
-        table["program"] = list(modules.parts)
-        table["include"] = list(modules.includes)
+        if modules.program.sources:
+            table["program"] = list(modules.program.parts)
+            table["include"] = list(modules.program.includes)
+        else:
+            table["hex"] = modules.program.parts[0]
+            for key in ("program", "include", "define"):
+                del table[key]
         path: KeyPath = ("grid",)
         for place in (table, *table["change"]):
             for key in ("configuration", "kilobot_ids"):
@@ -148,8 +151,7 @@ def _groups(keys: ExperimentSchema, origin: ExperimentText) -> Iterable[Group]:
     for index, robots in enumerate(keys.robots or []):
         table = ("robots", index)
         if robots.hex is not None:
-            find = functools.partial(find_image, robots.hex, origin.folder)
-            program = _found(find, table, origin)
+            program = _image(robots.hex, table, origin)
         else:
             assert robots.program is not None
             program = _program(
@@ -157,6 +159,20 @@ def _groups(keys: ExperimentSchema, origin: ExperimentText) -> Iterable[Group]:
             )
         on_board = robots.hex is not None or robots.cpu == "avr"
         yield Group(program, robots.count, robots.poses, on_board)
+
+
+def _modules(grid: Grid, origin: ExperimentText) -> Group:
+    table = ("grid",)
+    if grid.hex is not None:
+        program = _image(grid.hex, table, origin)
+    else:
+        program = _program(grid.program, table, origin, grid.include, grid.define, api="module")
+    on_board = grid.hex is not None or grid.cpu == "avr"
+    return Group(program, grid.columns * grid.rows, None, on_board)
+
+
+def _image(written: str, table: KeyPath, origin: ExperimentText) -> Program:
+    return _found(functools.partial(find_image, written, origin.folder), table, origin)
 
 
 def _program(

@@ -5,7 +5,7 @@ import math
 from collections.abc import Iterator
 
 from kilotwin.areas import Area, area_of, lies_inside, overlap
-from kilotwin.experiment_schema import Arena, Command, ExperimentSchema, Robots, Site
+from kilotwin.experiment_schema import Arena, Command, ExperimentSchema, Grid, Robots, Site
 from kilotwin.grid_checks import Problem, grid_problems
 from kilotwin.overhead import KEYS, uids
 from kilotwin.profiles import KILOBOT_MEDIUM, PROFILES, motion_defaults
@@ -91,23 +91,27 @@ def _programs(experiment: ExperimentSchema) -> Iterator[Problem]:
     if experiment.robots == []:
         what = "there is no robot; add a [[robots]] table with program and count"
         yield Problem(what, (("robots",),))
+    medium = experiment.medium.kind
     for index, robots in enumerate(experiment.robots or []):
-        yield from _kind(("robots", index), robots, experiment.medium.kind)
+        if robots.program is None and robots.hex is None:
+            what = "these robots lack 'program', or 'hex'; add one of them"
+            yield Problem(what, (("robots", index),))
+        yield from _kind(("robots", index), robots, medium, "robots")
+    if experiment.grid is not None:
+        yield from _kind(("grid",), experiment.grid, medium, "modules")
 
 
-def _kind(table: KeyPath, robots: Robots, medium: str) -> Iterator[Problem]:
-    if robots.program is None and robots.hex is None:
-        yield Problem("these robots lack 'program', or 'hex'; add one of them", (table,))
-    if robots.hex is not None:
+def _kind(table: KeyPath, run: Robots | Grid, medium: str, what_runs: str) -> Iterator[Problem]:
+    if run.hex is not None:
         for key in ("program", "include", "define"):
-            if getattr(robots, key):
+            if key in run.model_fields_set and getattr(run, key):
                 yield Problem(f"with 'hex' there is no '{key}'; keep one of them", ((*table, key),))
-        if robots.cpu == "native":
+        if run.cpu == "native":
             what = "a 'hex' runs on an ATmega328P; leave cpu out"
             yield Problem(what, ((*table, "cpu"),))
-    if (robots.hex is not None or robots.cpu == "avr") and medium == "ideal":
-        key = "cpu" if robots.hex is None else "hex"
-        what = 'robots on an ATmega328P send pulses, which medium.kind = "ideal" has not;'
+    if (run.hex is not None or run.cpu == "avr") and medium == "ideal":
+        key = "cpu" if run.hex is None else "hex"
+        what = f'{what_runs} on an ATmega328P send pulses, which medium.kind = "ideal" has not;'
         yield Problem(f'{what} set it to "kilobot"', ((*table, key), ("medium", "kind")))
 
 

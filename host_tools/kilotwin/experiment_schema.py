@@ -248,6 +248,8 @@ class Motion(Section):
     """One motor at its turn duty."""
     kick_needed: bool
     """Whether a motor at rest needs 15 ms at full duty (`spinup_motors()`) to start."""
+    gives_way: bool
+    """Whether a robot that stands can be pushed; if not, others meet it as they meet a wall."""
     speed_spread: Spread
     """Speed, from robot to robot: standard deviation, share of the speed."""
     bias_spread: Spread
@@ -400,6 +402,10 @@ class Grid(Section):
         "kilogrid_modules/sites"
     ]
     """The modules' program: a `.c` file, a folder, or a list of `.c` files."""
+    hex: Text | None = None
+    """Instead of `program`: a `.hex` or `.elf` for the modules' ATmega328P, as it is flashed."""
+    cpu: Literal["native", "avr"] | None = None
+    """What runs `program`: this computer, or each module's ATmega328P (`kilobot` medium only)."""
     include: list[Text] = []
     """Folders to look for headers in, besides the program's own."""
     define: list[Text] = []

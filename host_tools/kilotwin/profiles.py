@@ -51,7 +51,7 @@ PROFILES = {
         Profile(
             name="kilobot",
             radius_m=0.0165,
-            speed_m_s=0.0134,
+            speed_m_s=0.0135,
             turn_rad_s=0.785,
             straight_left=65,
             straight_right=65,
@@ -71,14 +71,16 @@ PROFILES = {
 MOTION_DEFAULTS: Mapping[str, Defaults] = {
     "foot-bot": {
         "kick_needed": False,
+        "gives_way": True,
         "speed_spread": 0.0,
         "bias_spread": 0.0,
         "motor_noise": 0.0,
     },
     "kilobot": {
         "kick_needed": True,
+        "gives_way": True,
         "speed_spread": 0.04,
-        "bias_spread": 0.18,
+        "bias_spread": 0.2,
         "motor_noise": 0.16,
     },
 }

@@ -20,7 +20,7 @@ from kilotwin import __version__
 from kilotwin.errors import DeviceError, InputError, KilotwinError, RunError
 from kilotwin.experiment import Experiment
 from kilotwin.group_build import build_group
-from kilotwin.guest_build import Guest, build
+from kilotwin.guest_build import Guest
 from kilotwin.job import Job, Probes
 from kilotwin.run_folder import FAILED, RUNNING, check_free, close_manifest, default_folder, utc_now
 
@@ -75,7 +75,7 @@ def run(
     folder = folder or default_folder(experiment)
     check_free(folder)
     guests = [build_group(group, display.note) for group in experiment.groups]
-    modules = None if experiment.modules is None else build(experiment.modules, display.note)
+    modules = None if experiment.modules is None else build_group(experiment.modules, display.note)
     built = [*guests, *([modules] if modules else [])]
     commands = experiment.keys.command
     if (

@@ -287,8 +287,10 @@ class Trial(Generic[WriterT]):
         try:
             return _emulator.Simulation(spec)
         except _emulator.EngineError as error:
-            swarm = ("robots",) if self._keys.robots else ("swarm",)
-            raise job.experiment.error(swarm, str(error)) from None
+            table = "robots" if self._keys.robots else "swarm"
+            if job.module_guest is not None and str(error).startswith(job.module_guest):
+                table = "grid"
+            raise job.experiment.error((table,), str(error)) from None
 
     def _lead_ticks(self) -> int:
         if self._keys.grid is None or self._job.serving is not None:

@@ -22,8 +22,10 @@ from kilotwin.engine_spec import engine_spec
 from kilotwin.errors import InputError, KilotwinError, RunError
 from kilotwin.experiment import Experiment, one_command
 from kilotwin.experiment_text import ExperimentText, Setting, parse_setting
+from kilotwin.grid.controller import Controller
+from kilotwin.grid.emulated_run import EmulatedHost, lead_ticks
+from kilotwin.grid.grid_record import GridMemory
 from kilotwin.group_build import build_group
-from kilotwin.guest_build import build
 from kilotwin.guest_symbols import GuestSymbols
 from kilotwin.overhead import ALL_ROBOTS, Region, message, message_of, region, uids
 from kilotwin.profiles import PROFILES
@@ -81,12 +83,18 @@ class World:
             [str(guest.file) for guest in guests],
             sample_ticks=_NEVER_TICKS,
             black_box=None,
-            module_guest=None if modules is None else str(build(modules).file),
+            module_guest=None if modules is None else str(build_group(modules).file),
+            lead_ticks=0 if modules is None else lead_ticks(self._experiment),
         )
         try:
             self._engine: _emulator.Simulation | None = _emulator.Simulation(spec)
         except _emulator.EngineError as error:
             raise InputError(f"{self._experiment.origin.source}: {error}") from None
+        self._host: EmulatedHost | None = None
+        self._heard = GridMemory(self._experiment)
+        if modules is not None:
+            self._host = EmulatedHost(self._engine, self._experiment, self._heard)
+            self._go_on_to(0)
 
     def __enter__(self) -> Self:
         return self
@@ -96,7 +104,9 @@ class World:
 
     def close(self) -> None:
         """Gives the robots' memory back; nothing can be asked afterwards."""
-        self._engine = None
+        if self._host is not None:
+            self._host.close()
+        self._engine = self._host = None
 
     @property
     def _simulation(self) -> _emulator.Simulation:
@@ -112,13 +122,21 @@ class World:
 
     def run_ticks(self, count: int) -> None:
         """Lets so many nominal ticks of 32.768 ms pass. Ctrl-C is heard within a moment."""
-        simulation = self._simulation
-        end, chunk = simulation.tick + count, 1
+        self._go_on_to(self.tick + count)
+
+    def _go_on_to(self, end: int) -> None:
+        simulation, chunk = self._simulation, 1
+        if self._host is not None:
+            self._host.hear_orders()
         while simulation.tick < end:
             began = time.perf_counter()
-            simulation.advance(min(chunk, end - simulation.tick))
+            ahead = min(chunk, end - simulation.tick)
+            if self._host is not None:
+                self._host.step()
+                ahead = min(ahead, self._host.ticks_until_due())
+            simulation.advance(ahead)
             took_s = time.perf_counter() - began
-            chunk = max(1, min(4 * chunk, round(chunk * _CHUNK_S / max(took_s, 1e-6))))
+            chunk = max(1, min(4 * chunk, round(ahead * _CHUNK_S / max(took_s, 1e-6))))
 
     @property
     def tick(self) -> int:
@@ -154,6 +172,11 @@ class World:
     def motors(self) -> NDArray[np.uint8]:
         """[robots, 2]: duties of the left and the right motor."""
         return self._simulation.motors()
+
+    @property
+    def frames(self) -> NDArray[np.uint32]:
+        """[robots, 2]: frames sent and received so far; no rows with the ideal medium."""
+        return self._simulation.frames()
 
     @property
     def states(self) -> list[str]:
@@ -197,6 +220,55 @@ class World:
             self._symbols[file] = GuestSymbols(Path(file))
         return self._symbols[file].read(self._simulation.state(robot), name)
 
+    # A Kilogrid below the robots, if the experiment has one.
+
+    @property
+    def host(self) -> Controller:
+        """The grid's host, for orders: `pause()`, `resume()`, `change({(x, y): bytes, ...})`.
+
+        It has set modules and robots up by the time 0, sends RUN then, and polls for reports.
+        """
+        return self._grid.conductor.controller
+
+    @property
+    def reports(self) -> list[dict[str, Any]]:
+        """What robots reported through cells so far and the host has fetched, a dict per report.
+
+        `time_s` is the host's; `robot` is -1 for who is not in the experiment; `module_x`,
+        `module_y`, `cell` say where; `data` are the seven bytes.
+        """
+        return self._grid_memory().rows()
+
+    @property
+    def grid_events(self) -> list[dict[str, Any]]:
+        """What host and modules' programs had to say: `time_s`, `kind`, `text`."""
+        return list(self._grid_memory().happened)
+
+    @property
+    def cells(self) -> NDArray[np.uint8]:
+        """What cells show, lower left first: [2 * rows, 2 * columns, 2], colour and brightness.
+
+        A colour is 1 for red, 2 for green, 4 for blue, or their sum.
+        """
+        return self._grid.simulation.cells()
+
+    @property
+    def modules(self) -> list["_emulator.ModuleRecord"]:
+        """State, ticks and error counters of each module."""
+        return self._grid.simulation.modules()
+
+    def _grid_memory(self) -> GridMemory:
+        self._grid.see_events()
+        return self._heard
+
+    @property
+    def _grid(self) -> EmulatedHost:
+        if self._host is None:
+            raise InputError(
+                "there is no grid; give World a [grid]: grid={'columns': 4, 'rows': 4}"
+            )
+        return self._host
+
     # Talking, from outside the robots' own infrared.
 
     def send(
@@ -239,7 +311,7 @@ def experiment_of(keys: Mapping[str, Any], settings: list[Setting]) -> Experimen
     tables = dict(keys)
     tables.setdefault("name", "world")
     tables.setdefault("duration_s", 1e9)  # as long as somebody steps it
-    arena = tables.get("arena", (1.0, 1.0))
+    arena = tables.get("arena", {} if "grid" in tables else (1.0, 1.0))
     if isinstance(arena, int | float):
         tables["arena"] = {"diameter_m": arena}
     elif not isinstance(arena, dict):

@@ -1,6 +1,6 @@
 """Bad input ends with one line that says cause, place and remedy, with 2, and leaves nothing.
 
-Each cases/NAME.toml has what is expected of it in cases/NAME.expected.
+Each cases/NAME.toml has what is expected of it in cases/NAME.expected; {cases} is their folder.
 """
 
 import os
@@ -74,7 +74,8 @@ def test_a_bad_experiment_is_refused_in_one_line(
     case: Path, refuse: Refuse, tmp_path: Path
 ) -> None:
     first, *others = refuse(case.name, "--out", str(tmp_path / "run")).splitlines()
-    assert first == "kilotwin: " + case.with_suffix(".expected").read_text().rstrip("\n")
+    expected = case.with_suffix(".expected").read_text().rstrip("\n")
+    assert first == "kilotwin: " + expected.replace("{cases}", str(CASES))
     # Only a compiler has more to say.
     assert bool(others) == ("does not compile" in first)
 

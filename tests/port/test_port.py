@@ -1,14 +1,18 @@
 """`kilotwin port` finds what was planted in bad programs, and is silent on good ones."""
 
+import json
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
-from kilotwin.port import check
+from kilotwin.port import Report, check
 from kilotwin.port.disassembly import Function, Instruction, Place, parse
 from kilotwin.port.findings import Weight
 from kilotwin.port.roles import Line, find_roles
+from kilotwin.port.trial import Trial
 
 ROOT = Path(__file__).resolve().parents[2]
 BAD = sorted((Path(__file__).parent / "programs").glob("*.c"))
@@ -16,11 +20,18 @@ GOOD = [
     "firmware/aggregation",
     *(f"firmware/examples/{p.name}" for p in sorted((ROOT / "firmware/examples").glob("*.c"))),
 ]
+# What shows only when they run.
+BAD_RUN = sorted((Path(__file__).parent / "programs_run").glob("*.c"))
+TRIAL_S = 8
 FAILING = {"flash", "stack", "no-kick", "no-crc"}
 
 
-def found(program: str) -> list[tuple[str, int | None, Weight]]:
-    report = check([program], [], [], lambda _: None)
+def checked(program: str, trial: Trial | None = None) -> Report:
+    return check([program], [], [], trial, lambda _: None)
+
+
+def found(program: str, trial: Trial | None = None) -> list[tuple[str, int | None, Weight]]:
+    report = checked(program, trial)
     return [(f.check, f.place.line if f.place else None, f.weight) for f in report.findings]
 
 
@@ -36,9 +47,36 @@ def test_a_planted_trap_is_found_at_its_line(program: Path) -> None:
         assert weights == {Weight.FAILS}
 
 
+@pytest.mark.parametrize("program", BAD_RUN, ids=lambda path: path.stem)
+def test_a_trap_that_shows_at_run_time_is_found(program: Path) -> None:
+    name, weight, line = re.match(  # type: ignore[union-attr]
+        r"// expect: (\S+) (\S+) ?(\d*)", program.read_text()
+    ).groups()
+    findings = found(str(program), Trial(TRIAL_S))
+    assert (name, int(line or 0) or None, Weight(weight)) in findings
+    assert name not in {check for check, _, _ in found(str(program))}
+
+
 @pytest.mark.parametrize("program", GOOD)
 def test_good_programs_are_passed_in_silence(program: str) -> None:
-    assert found(program) == []
+    report = checked(program, Trial(TRIAL_S))
+    assert report.findings == ()
+    assert report.trial is not None
+    assert report.trial.compared > 3
+    assert report.stack.bytes is not None
+    assert 20 < report.trial.stack_bytes <= report.stack.bytes
+
+
+def test_a_trial_measures_calls_and_ticks() -> None:
+    program = Path(__file__).parent / "programs_run/callback_computes_long.c"
+    trial = checked(str(program), Trial(TRIAL_S)).trial
+    assert trial is not None
+    (on_message,) = trial.callbacks
+    assert on_message.function == "on_message"
+    assert on_message.ms == pytest.approx(100, rel=0.05)
+    # Three ticks come due in 100 ms, of which one waits.
+    assert 0.9 * 2 * on_message.calls <= trial.ticks_lost <= 3 * on_message.calls
+    assert trial.room_bytes == 2048 - 57 - trial.stack_bytes
 
 
 def test_callbacks_are_seen_through_casts_addresses_and_lines() -> None:
@@ -76,3 +114,21 @@ def test_a_disassembly_is_read_with_calls_places_and_variables() -> None:
     assert loop.instructions[1].data_address == 0x147
     assert loop.instructions[2].place == Place("/a/b.c", 43)
     assert isinstance(loop.instructions[0], Instruction)
+
+
+def test_the_command_says_what_the_trial_showed() -> None:
+    program = "tests/port/programs_run/int_is_too_narrow_at_run_time.c"
+    command = [sys.executable, "-m", "kilotwin", "port", program, "--time", "8", "--seed", "3"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 1, done.stderr
+    assert "  ran    8.0 s on the robot and here" in done.stdout
+    assert "fails: it decides otherwise on the robot than here, first at tick 15" in done.stdout
+    done = subprocess.run(
+        [*command, "--json"], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    report = json.loads(done.stdout)
+    assert report["fails"]
+    assert report["trial"]["seed"] == 3
+    assert report["trial"]["first_difference"]["what"].startswith("here LED RGB(")
+    assert report["trial"]["ticks_lost"] == 0
+    assert [call["function"] for call in report["trial"]["loop"]] == ["loop"]

@@ -1,7 +1,7 @@
 """Real SocketCAN: in this kernel if it has it, else in a User-Mode Linux kernel.
 
-`test_bridge_on_socketcan.py` needs vcan0 to vcan3. Where they are missing, only
-`test_in_user_mode_linux.py` is collected here, which runs the other file there.
+The other files need vcan0 to vcan3. Where they are missing, only `test_in_user_mode_linux.py` is
+collected here, which runs them there.
 """
 
 import shutil
@@ -33,6 +33,8 @@ def has_socketcan() -> bool:
     return all(bus in there or _add(bus) for bus in BUSES)
 
 
-collect_ignore = [
-    "test_in_user_mode_linux.py" if has_socketcan() else "test_bridge_on_socketcan.py"
-]
+collect_ignore = (
+    ["test_in_user_mode_linux.py"]
+    if has_socketcan()
+    else ["test_bridge_on_socketcan.py", "test_table_on_socketcan.py"]
+)

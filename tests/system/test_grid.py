@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from kilotwin.experiment import Experiment
 from kilotwin.experiment_text import parse_setting
 from kilotwin.grid import kilodat
-from kilotwin.guest_build import build
+from kilotwin.group_build import build_group
 from kilotwin.job import Job
 from kilotwin.run_reader import Run
 from kilotwin.worker import simulate
@@ -44,9 +44,9 @@ def run_small(guest_cache: Path, tmp_path_factory: pytest.TempPathFactory) -> Ru
             patch.setenv("KILOTWIN_CACHE", str(guest_cache))
             patch.chdir(ROOT)
             experiment = Experiment.load(Path(SMALL), map(parse_setting, settings))
-            guests = [str(build(group.program).file) for group in experiment.groups]
+            guests = [str(build_group(group).file) for group in experiment.groups]
             assert experiment.modules is not None
-            modules = str(build(experiment.modules).file)
+            modules = str(build_group(experiment.modules).file)
         (folder / "black_box").write_bytes(bytes(4096))
         job = Job(experiment, guests, folder / "run", {}, str(folder / "black_box"), modules)
         reports: list[dict[str, Any]] = []

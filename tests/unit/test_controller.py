@@ -353,3 +353,28 @@ def test_frames_that_no_one_should_send_are_counted_and_nothing_else(build: Buil
     assert rig.controller.poller.counts.bad_frames - before == 5
     assert rig.heard == []
     assert not [kind for kind in rig.kinds() if kind.startswith("module")]
+
+
+class LocalBus(can.BusABC):
+    """As the kernel's vcan: frames of any program on this machine come back as if sent by us."""
+
+    def __init__(self, frames: list[can.Message]) -> None:
+        super().__init__(channel="local")
+        self.frames = frames
+
+    def send(self, msg: can.Message, timeout: float | None = None) -> None:
+        msg.is_rx = False
+        self.frames.append(msg)
+
+    def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
+        return (self.frames.pop(0), False) if self.frames else (None, False)
+
+
+def test_an_emulated_table_on_the_same_machine_is_heard_and_our_own_frames_are_ours() -> None:
+    answer = can.Message(arbitration_id=0x043, data=[0x14, 0], is_extended_id=False, is_rx=False)
+    links = Links([LocalBus([answer])], echoes=[True])
+    assert links.send(0, 0x042, b"\x15", 0.0)
+    frames = links.receive(1.0)
+    links.close()
+    told = [(int(frame["id"]), bool(frame["from_host"])) for frame in frames]
+    assert told == [(0x043, False), (0x042, True)]

@@ -31,7 +31,7 @@ def test_the_engine_is_told_all_of_it(load: Load) -> None:
     assert spec["profile"] == {
         "name": "kilobot",
         "radius_m": 0.0165,
-        "speed_m_s": 0.0134,
+        "speed_m_s": 0.0135,
         "turn_rad_s": 0.785,
         "straight_left": 65,
         "straight_right": 65,
@@ -40,8 +40,9 @@ def test_the_engine_is_told_all_of_it(load: Load) -> None:
         "push_m_s2": 0.1,
         "legs": True,
         "kick_needed": True,
+        "gives_way": True,
         "speed_spread": 0.04,
-        "bias_spread": 0.18,
+        "bias_spread": 0.2,
         "motor_noise": 0.16,
     }
     medium = {"kind": "kilobot", "range_m": 0.1, **KILOBOT_MEDIUM, "carrier_sense": False}

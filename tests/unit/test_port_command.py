@@ -1,4 +1,4 @@
-"""The command `kilotwin port`: text, JSON, exit codes."""
+"""The command `kilotwin port` without a trial: text, JSON, exit codes."""
 
 import json
 from pathlib import Path
@@ -16,19 +16,22 @@ int main(void) { kilo_init(); kilo_start(setup, loop); return 0; }
 
 
 def test_a_good_program_ends_with_0_and_its_sizes(kilotwin: Kilotwin) -> None:
-    report = json.loads(kilotwin("port", "blink.c", "--json").stdout)
+    report = json.loads(kilotwin("port", "blink.c", "--no-run", "--json").stdout)
     assert not report["fails"]
     assert 3000 < report["flash_bytes"] < report["flash_budget_bytes"] == 28160
     assert 0 < report["stack_bound_bytes"] < 200
+    assert report["trial"] is None
 
 
 def test_what_would_fail_on_the_robot_ends_with_1_and_its_line(
     kilotwin: Kilotwin, folder: Path
 ) -> None:
     (folder / "walk.c").write_text(NOT_KICKED)
-    done = kilotwin("port", "walk.c", expect=1)
+    done = kilotwin("port", "walk.c", "--no-run", expect=1)
     assert "walk.c:4: fails: motors that stand do not start" in done.stdout
-    (finding,) = json.loads(kilotwin("port", "walk.c", "--json", expect=1).stdout)["findings"]
+    (finding,) = json.loads(kilotwin("port", "walk.c", "--no-run", "--json", expect=1).stdout)[
+        "findings"
+    ]
     assert (finding["check"], finding["line"]) == ("no-kick", 4)
 
 

@@ -19,6 +19,8 @@ IR_BYTES = 9
 # What the original dispatcher waits (hardware.md 3.7); a module handles a frame in less.
 _CHUNK_PAUSE_S = 0.001
 _CONFIG_PAUSE_S = 0.005
+# Longer than a frame by infrared: a module that sends one is deaf meanwhile and has two buffers.
+_IR_PAUSE_S = 0.005
 _NUMBER_PAUSE_S = 0.010
 _PAGE_PAUSE_S = 0.100
 
@@ -52,8 +54,8 @@ def infrared(data: bytes, kind: int) -> list[Paced]:
     signals = {f"IrData{i}": byte for i, byte in enumerate(data)}
     first = {name: signals.pop(name) for name in list(signals)[:CHUNK_BYTES]}
     return [
-        Paced(to_module("FORWARD_IR_MESSAGE", IrPart=0, **first), _CHUNK_PAUSE_S),
-        Paced(to_module("FORWARD_IR_MESSAGE", IrPart=1, IrType=kind, **signals), _CHUNK_PAUSE_S),
+        Paced(to_module("FORWARD_IR_MESSAGE", IrPart=0, **first), _IR_PAUSE_S),
+        Paced(to_module("FORWARD_IR_MESSAGE", IrPart=1, IrType=kind, **signals), _IR_PAUSE_S),
     ]
 
 

@@ -34,20 +34,20 @@ class EmulatedHost:
     """Steps the conductor beside the engine."""
 
     def __init__(
-        self, simulation: "Simulation", experiment: Experiment, writer: RunWriter | None
+        self, simulation: "Simulation", experiment: Experiment, to: RunWriter | GridEvents | None
     ) -> None:
-        """Without a `writer` nothing is written."""
+        """`to`: where it is all written, or who hears of it."""
         plan = experiment.plan
         assert plan is not None
         self._plan = plan
         keys = experiment.keys
-        self._simulation = simulation
+        self.simulation = simulation
         names = [f"can{bus}" for bus in range(plan.layout.buses)]
         # The world begins some ticks below 0, and times in a log do not.
         self._zero_s = -simulation.tick * TICK_S
-        self.record: GridEvents = GridEvents()
-        if writer is not None:
-            self.record = GridRecord(writer, experiment, names, self._zero_s)
+        self.record = to if isinstance(to, GridEvents) else GridEvents()
+        if isinstance(to, RunWriter):
+            self.record = GridRecord(to, experiment, names, self._zero_s)
         self._grid = grid = EmulatedGrid(simulation, plan.layout.buses)
         # Steps are far apart, so all that are due are asked in one.
         self._links = Links(grid.buses, self.record.log)
@@ -66,12 +66,21 @@ class EmulatedHost:
     def see(self, samples: "Samples") -> None:
         """On a grid cells say which site a robot is on, and they may change: corrects samples."""
         sites_of_cells(samples, self._plan.layout, self._plan.site_maps, TICK_S)
-        for event in self._simulation.module_events():
+        self.see_events()
+
+    def see_events(self) -> None:
+        """Takes in what modules' programs said."""
+        for event in self.simulation.module_events():
             self.record.module_event(event)
+
+    def hear_orders(self) -> None:
+        """To be called when somebody may have given the controller an order since it last acted."""
+        if not self._away:
+            self._due_tick = min(self._due_tick, self._next_due_tick())
 
     def ticks_until_due(self) -> int:
         """How far the engine may advance before the host wants to act; at least 1."""
-        return max(1, self._due_tick - self._simulation.tick)
+        return max(1, self._due_tick - self.simulation.tick)
 
     def _next_due_tick(self) -> int:
         now_s = self._now_s
@@ -81,14 +90,14 @@ class EmulatedHost:
         due_s = min(times, default=math.inf)
         if math.isinf(due_s):
             return _NEVER
-        return max(self._simulation.tick + 1, math.ceil(due_s / TICK_S - 1e-6))
+        return max(self.simulation.tick + 1, math.ceil(due_s / TICK_S - 1e-6))
 
     def step(self) -> None:
         """Does what is due at the engine's time, if anything, unless the host is away.
 
         Steps at other times would make the run depend on how its caller cuts it up.
         """
-        if self._simulation.tick < self._due_tick:
+        if self.simulation.tick < self._due_tick:
             return
         self._act(self._now_s)
         self._due_tick = self._next_due_tick()
@@ -111,10 +120,14 @@ class EmulatedHost:
     def finish(self) -> None:
         """Robots and modules idle, files closed; the engine goes on for as long as that takes."""
         self.conductor.end()
-        end = self._simulation.tick + ticks(_ENDING_S)
-        while self.conductor.phase != "done" and self._simulation.tick < end:
-            self._simulation.advance(1)
+        end = self.simulation.tick + ticks(_ENDING_S)
+        while self.conductor.phase != "done" and self.simulation.tick < end:
+            self.simulation.advance(1)
             self.conductor.step(self._now_s)
+        self.close()
+
+    def close(self) -> None:
+        """Leaves the buses; the files are whole."""
         self._links.close()
         self.record.close()
 
@@ -127,11 +140,11 @@ class EmulatedHost:
             "polls_missed": poller.counts.missed,
             "bad_frames": poller.counts.bad_frames,
             "modules_failed": self.record.failed_modules(poller.silent),
-            "buses": self._simulation.can_stats(),
-            "cells": self._simulation.cell_stats(),
+            "buses": self.simulation.can_stats(),
+            "cells": self.simulation.cell_stats(),
             "kilodat": self.record.kilodat and str(self.record.kilodat),
         }
 
     @property
     def _now_s(self) -> float:
-        return self._simulation.tick * TICK_S
+        return self.simulation.tick * TICK_S

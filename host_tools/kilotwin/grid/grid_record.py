@@ -60,6 +60,40 @@ class GridEvents:
         """Ends the files."""
 
 
+class GridMemory(GridEvents):
+    """Keeps what a conductor says, for who asks."""
+
+    def __init__(self, experiment: Experiment) -> None:
+        super().__init__()
+        self._experiment = experiment
+        self._tracking: Tracking | None = None
+        self._rows: list[dict[str, Any]] = []
+        self.happened: list[dict[str, Any]] = []
+
+    def reports(self, reports: Reports) -> None:
+        """Keeps what robots said."""
+        plan = self._experiment.plan
+        assert plan is not None
+        if self._tracking is None:
+            experiment = self._experiment
+            self._tracking = Tracking(experiment.keys, plan.layout, experiment.size, plan.site_maps)
+        self._rows += self._tracking.add(reports).to_pylist()
+
+    def event(self, time_s: float, kind: str, text: str, **more: Any) -> None:
+        """Keeps what happened."""
+        self.happened.append({"time_s": time_s, "kind": kind, "text": text, **more})
+
+    def module_event(self, event: Mapping[str, Any]) -> None:
+        """The same, of a module's program."""
+        super().module_event(event)
+        time_s = seconds(event["tick"])
+        self.event(time_s, event["kind"], event["text"], module=list(event["module"]))
+
+    def rows(self) -> list[dict[str, Any]]:
+        """The reports so far."""
+        return list(self._rows)
+
+
 class GridRecord(GridEvents):
     """Listens to a conductor and writes down what it says."""
 

@@ -12,6 +12,7 @@ import can
 import numpy as np
 from numpy.typing import NDArray
 
+from kilotwin.can.address import is_for_host
 from kilotwin.can.emulated import EmulatedBus
 
 FRAME = np.dtype(
@@ -112,7 +113,10 @@ class Links:
                     if message is None:
                         break
                     if is_data_frame(message):
-                        own = self._echoes[number] and not message.is_rx
+                        # The kernel marks what any program of this machine sent, an emulated
+                        # table's frames too: those are for the host.
+                        local = self._echoes[number] and not message.is_rx
+                        own = local and not is_for_host(message.arbitration_id)
                         rows.append(_row(now_s, number, message, from_host=own))
             except (can.CanError, OSError) as error:
                 self._troubles[number] = str(error)

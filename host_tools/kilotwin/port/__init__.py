@@ -8,12 +8,15 @@ from typing import Any
 from kilotwin.avr_build import build_image
 from kilotwin.errors import InputError
 from kilotwin.guest_build import Notify
+from kilotwin.guest_build import build as build_guest
 from kilotwin.port import machine_code, source_text
+from kilotwin.port import trial as trials
 from kilotwin.port.disassembly import Disassembly
 from kilotwin.port.findings import Finding, Weight
 from kilotwin.port.machine_code import FLASH_BYTES, RAM_BYTES
 from kilotwin.port.roles import find_roles, own_lines
 from kilotwin.port.stack import StackBound, bound
+from kilotwin.port.trial import Outcome, Trial
 from kilotwin.programs import ProgramError, find_program
 
 _SHOWN_CHAIN = 120
@@ -21,12 +24,14 @@ _SHOWN_CHAIN = 120
 
 @dataclass(frozen=True)
 class Report:
-    """What was found on one program. `findings` in the order of weight, then of place."""
+    """What was found on one program: `findings` in the order of weight, then of place."""
 
     program: str
     flash_bytes: int
     ram_bytes: int
     stack: StackBound
+    trial: Outcome | None
+    """None: it was not run."""
     findings: tuple[Finding, ...]
 
     @property
@@ -45,6 +50,7 @@ class Report:
             "ram_budget_bytes": RAM_BYTES,
             "stack_bound_bytes": self.stack.bytes,
             "stack_bound_by": self.stack.why,
+            "trial": self.trial.as_dict() if self.trial else None,
             "findings": [finding.as_dict() for finding in self.findings],
         }
 
@@ -57,6 +63,7 @@ class Report:
             f"  flash  {self.flash_bytes:6,} of {FLASH_BYTES:,} bytes",
             f"  RAM    {self.ram_bytes:6,} of {RAM_BYTES:,} bytes of variables",
             f"  stack  {stack} ({why if len(why) <= _SHOWN_CHAIN else why[:_SHOWN_CHAIN] + '...'})",
+            *(self.trial.lines() if self.trial else ()),
             "",
             *(finding.text() for finding in self.findings),
         ]
@@ -66,9 +73,13 @@ class Report:
 
 
 def check(
-    written: Sequence[str], include: Sequence[str], define: Sequence[str], notify: Notify
+    written: Sequence[str],
+    include: Sequence[str],
+    define: Sequence[str],
+    trial: Trial | None,
+    notify: Notify,
 ) -> Report:
-    """Builds the program for the robot and looks for what would go wrong there."""
+    """Builds the program for the robot and looks for what goes wrong there, in a `trial` too."""
     try:
         program = find_program(written, Path.cwd(), include, define)
     except ProgramError as error:
@@ -90,7 +101,13 @@ def check(
     # The API's own code is not the program's to mend.
     own = {line.place.file for line in lines}
     theirs = [found for found in findings if found.place is None or found.place.file in own]
-    return Report(program.name, code.flash_bytes, code.ram_bytes, stack, _in_order(theirs))
+    outcome = None
+    if trial is not None:
+        guest = build_guest(program, notify)
+        notify(f"running {program.written} for {trial.seconds:g} s on an ATmega328P and here")
+        outcome = trials.run(trial, guest, image, code, roles)
+        theirs += trials.findings(outcome)
+    return Report(program.name, code.flash_bytes, code.ram_bytes, stack, outcome, _in_order(theirs))
 
 
 def _in_order(findings: Sequence[Finding]) -> tuple[Finding, ...]:

@@ -153,6 +153,14 @@ class Disassembly:
                 waiting += [callee for callee in self.address_taken if callee in self.functions]
         return found
 
+    def at(self, address: int) -> tuple[str, Place | None]:
+        """The function with the instruction at `address`, and where that is in the source."""
+        for function in self.functions.values():
+            for instruction in function.instructions:
+                if instruction.address == address:
+                    return function.name, instruction.place
+        return "?", None
+
     def variable_at(self, address: int) -> Variable | None:
         """The variable that holds this byte."""
         for variable in self.variables.values():

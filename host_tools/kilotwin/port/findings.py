@@ -11,7 +11,7 @@ class Weight(StrEnum):
     """How much a finding matters."""
 
     FAILS = "fails"
-    """It does not work on the robot."""
+    """It does not work on the robot, or was seen to do something else there."""
     WARNS = "warns"
     """It works now and then, or not as it does here."""
 

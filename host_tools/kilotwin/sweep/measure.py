@@ -18,7 +18,6 @@ from kilotwin import _emulator, run
 from kilotwin.errors import KilotwinError
 from kilotwin.experiment import Experiment
 from kilotwin.group_build import build_group
-from kilotwin.guest_build import build
 from kilotwin.job import Job
 from kilotwin.records import Records
 from kilotwin.run_reader import Run
@@ -81,13 +80,14 @@ def measure(task: Task) -> Measured | Failed:
     try:
         guests = [str(build_group(group).file) for group in task.experiment.groups]
         modules = task.experiment.modules
-        module_guest = None if modules is None else str(build(modules).file)
+        module_guest = None if modules is None else str(build_group(modules).file)
         job = Job(task.experiment, guests, task.folder, {}, None, module_guest)
         trial = Trial(job, lambda _: None, lambda: _SeriesWriter(task.experiment))
         trial.run(lambda: False)
     except KilotwinError as error:
         return Failed(task.key, str(error), None)
     summary = trial.summary(interrupted=False)
+    trial.close()
     if summary["robots_failed"]:
         return Failed(task.key, _robots_failed(summary), None)
     return _measured(task, summary, trial.writer.batches)

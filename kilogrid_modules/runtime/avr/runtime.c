@@ -61,8 +61,10 @@ void module_init(void) {
     module_uid = (uint16_t)(module_uid_x_coord | module_uid_y_coord << 8);
     transfer_init(&runtime_transfer);
     runtime_lights_init();
+    // Two frames that come while the lights are shown are kept, as in the published firmware.
+    const bool connected = runtime_bus_init(module_uid_x_coord, module_uid_y_coord);
     show_lights();
-    if (!runtime_bus_init(module_uid_x_coord, module_uid_y_coord)) despair();
+    if (!connected) despair();
     runtime_infrared_init();
     runtime_clock_init();
     runtime_bus_listen();

@@ -79,7 +79,7 @@ TEST_CASE("a damaged hex file is refused with its line") {
     CHECK(refusal(":020010001234A8\n:0100100013DC\n" + END) ==
           ":2: the byte at 0x10 was given before, as something else");
     CHECK(refusal(END) == " holds no program");
-    CHECK(refusal("") == ": the end-of-file record is missing; is the file cut off?");
+    CHECK(refusal("") == " is empty");
 }
 
 TEST_CASE("a program that does not fit is refused") {
@@ -87,6 +87,19 @@ TEST_CASE("a program that does not fit is refused") {
           ":1: bytes at 0x7FFF do not fit into the ATmega328P's flash of 32 KB");
     CHECK(refusal(":020000040001F9\n:0100000001FE\n" + END) ==
           ":2: bytes at 0x10000 do not fit into the ATmega328P's flash of 32 KB");
+}
+
+TEST_CASE("an EEPROM section is kept apart, and fuses are left as they are") {
+    // As objcopy writes them when it is not told to leave them out.
+    const std::string whole =
+        ":020010001234A8\n:02000004008179\n:010005006397\n:02000004008278\n:01000000D926\n";
+    TemporaryFile with_eeprom(whole + END);
+    auto image = FlashImage::load(with_eeprom.path);
+    CHECK(image->eeprom() == std::map<uint16_t, uint8_t>{{5, 0x63}});
+    CHECK(image->end() == 0x12);
+    CHECK(refusal(":02000004008179\n:0203FF000102F9\n" + END) ==
+          ":2: bytes at 0x3FF do not fit into the ATmega328P's EEPROM of 1 KB");
+    CHECK(refusal(":02000004008179\n:010005006397\n" + END) == " holds no program");
 }
 
 TEST_CASE("a file that is no AVR program is refused") {

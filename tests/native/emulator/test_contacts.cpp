@@ -210,6 +210,21 @@ TEST_CASE("the harder a robot is to push, the more stand in a row") {
     for (int resting = 1; resting < 4; resting++) CHECK(speed[resting] < speed[resting - 1]);
 }
 
+TEST_CASE("robots that do not give way are met as walls are, and drive off as ever") {
+    for (bool gives_way : {true, false}) {
+        CAPTURE(gives_way);
+        Scene scene(square_hall(4));
+        scene.def.profile.gives_way = gives_way;
+        scene.add("puppet", {{{-0.5, 0}, 0}, {{0, 0}, 0}});
+        scene.motors(0, 0, FULL, FULL);
+        scene.motors(500, 1, FULL, FULL);
+        const Samples samples = run(scene, 900, 100);
+        const double pushed = pose_of(samples, 1, 4).position.x();
+        CHECK((gives_way ? pushed > 0.05 : pushed == 0));
+        CHECK(pose_of(samples, 1, last_row(samples)).position.x() > pushed + 0.5);
+    }
+}
+
 TEST_CASE("a robot at rest stays where it is, also beside one that passes") {
     Scene scene(square_hall(6));
     scene.add("puppet", {{{-0.6, 0.1705}, 0}, {{0, 0}, 1}, {{0, 0.341}, 2}});

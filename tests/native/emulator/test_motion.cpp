@@ -65,6 +65,16 @@ TEST_CASE("legs start after a kick of 15 ms at full duty, and not without one") 
     CHECK_FALSE(Chassis(easy, LUCK, 1).set_duties(0, 0, 65, 65).at_rest());
 }
 
+TEST_CASE("a kick counts for each motor, though a chip writes one register after the other") {
+    Chassis chassis(kilobot(), LUCK, 1);
+    chassis.set_duties(0, 0, 255, 0);
+    chassis.set_duties(0, 3, 255, 255);
+    chassis.set_duties(0, KICK, 65, 255);
+    const Drive drive = chassis.set_duties(0, KICK + 3, 65, 65);
+    CHECK((drive.velocity - Eigen::Vector2d(0.01, 0)).norm() < 1e-12);
+    CHECK(drive.turn == 0);
+}
+
 TEST_CASE("one motor turns a robot on legs about the rear leg on the side it turns to") {
     Profile profile = kilobot();
     profile.kick_needed = false;

@@ -19,6 +19,7 @@ ISR(ANALOG_COMP_vect) {
 }
 
 int main(void) {
+    DDRD = PORTD = 1 << 2;  // power for the receiver
     ADMUX = 0;
     ADCSRA = 1 << ADEN | 1 << ADATE | 1 << ADPS1 | 1 << ADPS0;
     ADCSRB = 1 << ADTS0;

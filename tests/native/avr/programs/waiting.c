@@ -34,6 +34,7 @@ static void __attribute__((noinline)) show(uint8_t color) {
 }
 
 int main(void) {
+    DDRD = PORTD = 1 << 2;  // power for the receiver
     TCCR0B = 1 << CS01 | 1 << CS00;
     OCR0A = 200;
     TIMSK0 = 1 << OCIE0A;

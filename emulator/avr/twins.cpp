@@ -1,0 +1,299 @@
+#include "avr/twins.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <cstring>
+#include <utility>
+
+#include "engine/message_crc.h"
+
+namespace kilotwin {
+
+namespace {
+
+constexpr uint8_t BATTERY_CHANNEL = 6;
+// What stands for less is on its way to something else: two registers written one after the other, a LED that is
+// put out and lit again by each loop().
+constexpr Cycles SETTLE = CYCLES_PER_SECOND / 2000;
+// The native robot is looked at so often.
+constexpr Cycles SLICE = TICK_CYCLES / 64;
+// How finely the chip's first tick is looked for.
+constexpr Cycles SEARCH = 1024, LONGEST_BOOT = 10 * CYCLES_PER_SECOND;
+// A message begins within this part of a tick, behind what the robot itself may send at the tick; its last pulse and
+// 15 ms of full power behind that, with all the interrupts in between, stay within the tick.
+constexpr Cycles FIRST_BEGIN = TICK_CYCLES / 5, BEGINS = TICK_CYCLES / 8;
+constexpr uint32_t SETTLE_TICKS = 2;  // from RUN on: an idle robot obeys within 10 ms
+constexpr size_t KEPT_MESSAGES = 4;
+// What the interrupts of a message take that comes in, at most; and delay() itself is longer by less than this part.
+constexpr Cycles HEARING = CYCLES_PER_SECOND / 500, DELAY_LONGER = 500;
+constexpr uint8_t USER_TYPES = 0x80;
+
+}  // namespace
+
+std::string Twins::Decision::text(Kind kind) const {
+    char out[96];
+    if (kind == LED) {
+        std::snprintf(out, sizeof out, "LED RGB(%d,%d,%d)", value[0] & 3, value[0] >> 2 & 3,
+                      value[0] >> 4 & 3);
+    } else if (kind == MOTORS) {
+        std::snprintf(out, sizeof out, "motors %d and %d", value[0], value[1]);
+    } else {
+        int length = std::snprintf(out, sizeof out, "message of type %d, data",
+                                   value[sizeof(message_t::data)]);
+        for (size_t i = 0; i < sizeof(message_t::data); i++)
+            length += std::snprintf(out + length, sizeof out - static_cast<size_t>(length), " %02x",
+                                    value[i]);
+    }
+    return out;
+}
+
+std::string Twins::Difference::text() const {
+    auto side = [&](const std::optional<Decision> &decision) {
+        static const char *const NOTHING[] = {"the LED as it was", "the motors as they were",
+                                              "no message"};
+        return decision ? decision->text(kind) + " at tick " + std::to_string(decision->tick)
+                        : std::string(NOTHING[kind]);
+    };
+    return "here " + side(native) + ", on the robot " + side(avr);
+}
+
+Twins::Twins(std::shared_ptr<Program> program, std::shared_ptr<const FlashImage> image,
+             const Settings &settings)
+    : settings_(settings),
+      chance_(settings.seed),
+      image_(std::move(image)),
+      calibration_{settings.uid, 71, 72, 68, 69, InfraredGains()},
+      board_(*image_, 0, calibration_, 0, chance_),
+      context_{chance_, events_, emissions_, nullptr, FRAME_CYCLES, false},
+      state_(new uint8_t[program->state_bytes()]) {
+    board_.noise = [this](uint8_t channel, int16_t reading) { return convert(channel, reading); };
+    board_.light = light_;
+    run_at_ = 1 + static_cast<uint32_t>(settings.before_run.size());
+    if (settings_.follow) {
+        watch_ = std::make_unique<CallWatch>(*image_, board_);
+        rand_hard_ = image_->symbol("rand_hard").value_or(0);
+        watch_->watch(rand_hard_);
+        for (uint16_t entry : *settings_.follow) watch_->watch(entry);
+    }
+    find_first_tick();
+    Robot::serve_this_thread();
+    native_.emplace(context_, std::move(program), 0, calibration_, base_, state_.get());
+    native_->light = light_;
+    tick_ = 1;
+    native_->run(base_ + TICK_CYCLES);
+}
+
+/// The chip comes to kilo_init() when its start-up code and what main() does before are done. The other robot, which
+/// takes no time for that, is switched on so much later.
+void Twins::find_first_tick() {
+    const auto ticks = image_->symbol("kilo_ticks");
+    if (!ticks) throw EngineError(image_->name() + " does not use kilolib, or is no .elf file");
+    Cycles at = 0;
+    do {
+        if (at >= LONGEST_BOOT || !board_.failure().empty())
+            throw EngineError(board_.failure().empty() ? "it does not call kilo_init() within 10 s"
+                                                       : board_.failure());
+        board_.run(at += SEARCH);
+    } while (board_.read(*ticks) == 0);
+    base_ = at - SEARCH - TICK_CYCLES;
+}
+
+/// rand_hard() makes a bit of two conversions that differ (hardware.md 1.7): it gets the bits that the native one
+/// gets. All other readings are exact.
+int16_t Twins::convert(uint8_t channel, int16_t reading) {
+    if (channel != BATTERY_CHANNEL || (watch_ && !watch_->inside(rand_hard_))) return reading;
+    const uint64_t byte = chance_.bits(0, Purpose::RAND_HARD, noise_bits_ / 8);
+    const auto bit = static_cast<int16_t>(byte >> (7 - noise_bits_ % 8) & 1);
+    noise_bits_ += second_of_pair_;
+    second_of_pair_ = !second_of_pair_;
+    return static_cast<int16_t>((reading & ~1) | (second_of_pair_ ? bit : !bit));
+}
+
+void Twins::live(uint32_t ticks) {
+    for (; ticks > 0 && avr_failure().empty(); ticks--) live_tick();
+}
+
+void Twins::live_tick() {
+    const Cycles begin = base_ + tick_ * TICK_CYCLES, end = begin + TICK_CYCLES;
+    light_ =
+        static_cast<int16_t>(std::clamp<int>(light_ + static_cast<int>(below(41)) - 20, 0, 1023));
+    native_->light = board_.light = light_;
+    if (const auto message = next_message()) {
+        const auto noise = static_cast<double>(below(9)) - 4;
+        tell(*message,
+             calibration_.gains.measure(33 + static_cast<double>(below(90)), noise / 2, noise));
+    }
+    const bool begins_now = tick_ == run_at_ + SETTLE_TICKS;
+    if (begins_now)
+        for (Side *side : {&native_side_, &avr_side_}) {
+            const bool native = side == &native_side_;
+            const auto led = native ? native_->color(begin) : board_.color();
+            const auto left = native ? native_->left_duty() : board_.left_duty();
+            const auto right = native ? native_->right_duty() : board_.right_duty();
+            see(*side, LED, begin, {led});
+            see(*side, MOTORS, begin, {left, right});
+        }
+    run_native(end);
+    board_.run(end);
+    take_avr();
+    tick_++;
+    if (tick_ <= run_at_ + SETTLE_TICKS) return;
+    settle(native_side_, end);
+    settle(avr_side_, end);
+    if (!difference_ && avr_failure().empty() && !native_->stopped()) compare(end);
+}
+
+std::optional<message_t> Twins::next_message() {
+    if (tick_ < run_at_) return settings_.before_run[tick_ - 1];
+    if (tick_ == run_at_) {
+        message_t run = {};
+        run.type = RUN;
+        return run;
+    }
+    if (tick_ >= spell_until_) {
+        constexpr unsigned TALK_OF_256[] = {0, 16, 100, 230};
+        talk_of_256_ = TALK_OF_256[below(std::size(TALK_OF_256))];
+        spell_until_ = tick_ + 30 + static_cast<uint32_t>(below(300));
+    }
+    if (below(256) >= talk_of_256_) return std::nullopt;
+    message_t message = {};
+    if (!said_.empty() && below(2) == 0) {
+        message = said_[below(said_.size())];
+        if (below(2) == 0) message.data[below(sizeof message.data)] = static_cast<uint8_t>(draw());
+    } else {
+        message.type = static_cast<uint8_t>(below(4) == 0 ? below(USER_TYPES) : below(4));
+        for (uint8_t &byte : message.data)
+            byte = static_cast<uint8_t>(below(2) == 0 ? below(4) : below(8) == 0 ? draw() : 0);
+    }
+    return message;
+}
+
+void Twins::tell(const message_t &told, distance_measurement_t strength) {
+    message_t message = told;
+    message.crc = crc_of(message);
+    const Cycles begin = base_ + tick_ * TICK_CYCLES + FIRST_BEGIN + below(BEGINS);
+    for (Cycles offset : pulses_of(message))
+        board_.shine({begin + offset, begin + offset + RobotBoard::SEEN_PULSE, strength});
+    native_->disturb(begin, begin + FRAME_CYCLES);
+    native_->receive({begin + FRAME_CYCLES, message, strength});
+    heard_++;
+}
+
+void Twins::run_native(Cycles until) {
+    for (Cycles at = until - TICK_CYCLES; at < until; at += SLICE) {
+        native_->run(at + SLICE);
+        take_native(at);
+    }
+}
+
+void Twins::take_native(Cycles from) {
+    see(native_side_, LED, from, {native_->color(from)});
+    see(native_side_, MOTORS, from, {native_->left_duty(), native_->right_duty()});
+    native_->motor_commands.clear();
+    for (const Emission &emission : emissions_) {
+        const auto *bytes = reinterpret_cast<const uint8_t *>(&emission.message);
+        see(native_side_, MESSAGE, emission.at, {bytes, bytes + sizeof emission.message});
+        sent_++;
+        said_.push_back(emission.message);
+        if (said_.size() > KEPT_MESSAGES) said_.pop_front();
+    }
+    emissions_.clear();
+}
+
+void Twins::take_avr() {
+    BoardOutputs &outputs = board_.outputs;
+    for (const auto &color : outputs.colors) see(avr_side_, LED, color.at, {color.rgb});
+    for (const auto &motors : outputs.motors)
+        see(avr_side_, MOTORS, motors.at, {motors.left, motors.right});
+    for (const auto &light : outputs.light) {
+        if (!light.on) continue;
+        if (reader_.torn_off(light.at)) reader_.reset();
+        if (reader_.pulse(light.at) != PulseReader::Found::MESSAGE) continue;
+        const auto *bytes = reinterpret_cast<const uint8_t *>(&reader_.message());
+        see(avr_side_, MESSAGE, reader_.begun_at(), {bytes, bytes + sizeof(message_t)});
+    }
+    outputs.clear();
+}
+
+void Twins::see(Side &side, Kind kind, Cycles at, std::vector<uint8_t> value) {
+    if (tick_ < run_at_ + SETTLE_TICKS || difference_) return;
+    const uint32_t tick = tick_at(at);
+    if (kind == MESSAGE) {
+        side.decided[kind].push_back({tick, at, std::move(value)});
+        return;
+    }
+    settle(side, at);
+    const auto &fresh = side.fresh[kind];
+    if (value != (fresh ? fresh->value : side.standing[kind]))
+        side.fresh[kind] = {tick, at, std::move(value)};
+}
+
+/// What has stood long enough is decided.
+void Twins::settle(Side &side, Cycles now) {
+    for (Kind kind : {LED, MOTORS}) {
+        auto &fresh = side.fresh[kind];
+        if (!fresh || now < fresh->at + SETTLE) continue;
+        if (fresh->value != side.standing[kind]) {
+            side.standing[kind] = fresh->value;
+            side.decided[kind].push_back(std::move(*fresh));
+        }
+        fresh.reset();
+    }
+}
+
+void Twins::compare(Cycles now) {
+    for (Kind kind : {LED, MOTORS, MESSAGE}) {
+        auto &natives = native_side_.decided[kind], &avrs = avr_side_.decided[kind];
+        while (!natives.empty() && !avrs.empty()) {
+            const Decision &native = natives.front(), &avr = avrs.front();
+            if (native.value != avr.value || !same_time(native, avr)) {
+                difference_ = {std::min(native.tick, avr.tick), kind, native, avr};
+                return;
+            }
+            const auto [first, second] = std::minmax(native.at, avr.at);
+            worst_lag_ = std::max(worst_lag_, second - first);
+            ticks_apart_ = std::max(ticks_apart_, tick_at(second) - tick_at(first));
+            compared_++;
+            natives.pop_front();
+            avrs.pop_front();
+        }
+        // The other one may still decide the same, up to what is not settled at present.
+        const auto &rest = natives.empty() ? avrs : natives;
+        if (rest.empty() || rest.front().at + allowed(rest.front().at) + TICK_CYCLES > now)
+            continue;
+        const bool native = &rest == &natives;
+        difference_ = {rest.front().tick, kind, std::nullopt, std::nullopt};
+        (native ? difference_->native : difference_->avr) = rest.front();
+        return;
+    }
+}
+
+bool Twins::same_time(const Decision &native, const Decision &avr) const {
+    if (native.tick == avr.tick) return true;
+    const auto [first, second] = std::minmax(native.at, avr.at);
+    return second - first <= allowed(second);
+}
+
+/// How far apart two decisions may be; 0: they have to be in the same tick.
+Cycles Twins::allowed(Cycles at) const {
+    const Cycles running = at - std::min(at, base_ + run_at_ * TICK_CYCLES);
+    if (!settings_.waits) return settings_.slack;
+    return settings_.slack + heard_ * HEARING + sent_ * FRAME_CYCLES + running / DELAY_LONGER;
+}
+
+uint32_t Twins::tick_at(Cycles at) const {
+    return static_cast<uint32_t>((at - base_) / TICK_CYCLES);
+}
+
+// The one that begins now comes a moment later.
+uint64_t Twins::ticks_lost() const {
+    const uint64_t due = tick_ - 1, served = watch_->ticks();
+    return due - std::min(due, served);
+}
+
+std::string Twins::native_failure() const {
+    if (!native_->stopped()) return "";
+    return events_.empty() ? "it stopped" : events_.back().text;
+}
+
+}  // namespace kilotwin

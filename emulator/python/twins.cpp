@@ -1,0 +1,101 @@
+#include "python/twins.h"
+
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include <cstring>
+#include <memory>
+
+#include "avr/twins.h"
+#include "guest/program.h"
+
+namespace nb = nanobind;
+
+namespace kilotwin {
+
+namespace {
+
+using Entries = std::optional<std::vector<uint16_t>>;
+
+Twins::Settings settings_of(uint64_t seed, uint16_t uid, const std::vector<nb::bytes> &before_run,
+                            double slack_s, bool waits, Entries follow) {
+    Twins::Settings settings;
+    settings.seed = seed;
+    settings.uid = uid;
+    for (const nb::bytes &bytes : before_run) {
+        message_t message = {};
+        constexpr size_t WITHOUT_CRC = sizeof message - sizeof message.crc;
+        if (bytes.size() != WITHOUT_CRC)
+            throw EngineError("a message has nine data bytes and a type");
+        std::memcpy(&message, bytes.c_str(), WITHOUT_CRC);
+        settings.before_run.push_back(message);
+    }
+    settings.slack = static_cast<Cycles>(slack_s * static_cast<double>(CYCLES_PER_SECOND));
+    settings.waits = waits;
+    settings.follow = std::move(follow);
+    return settings;
+}
+
+nb::object to_python(const std::optional<Twins::Difference> &difference) {
+    if (!difference) return nb::none();
+    nb::dict out;
+    out["tick"] = difference->tick;
+    static const char *const KINDS[] = {"led", "motors", "message"};
+    out["kind"] = KINDS[difference->kind];
+    out["text"] = difference->text();
+    return out;
+}
+
+nb::object watched(const Twins &twins) {
+    const CallWatch *watch = twins.watch();
+    if (watch == nullptr) return nb::none();
+    nb::dict out;
+    out["stack_bytes"] = watch->deepest();
+    out["deepest_at"] = watch->deepest_at();
+    out["room_bytes"] = watch->room();
+    out["ticks_lost"] = twins.ticks_lost();
+    nb::dict calls;
+    for (const auto &call : watch->calls())
+        calls[nb::int_(call.entry)] = nb::make_tuple(call.calls, call.longest, call.tick);
+    out["calls"] = calls;
+    return out;
+}
+
+}  // namespace
+
+void register_twins(nb::module_ &m) {
+    nb::class_<Twins>(m, "Twins",
+                      "One program, native and on an ATmega328P; see emulator/avr/twins.h.")
+        .def(
+            "__init__",
+            [](Twins *self, const std::string &guest, const std::string &elf,
+               const std::string &name, uint64_t seed, uint16_t uid,
+               const std::vector<nb::bytes> &before_run, double slack_s, bool waits,
+               Entries follow) {
+                new (self)
+                    Twins(Program::load(guest, name), FlashImage::load(elf),
+                          settings_of(seed, uid, before_run, slack_s, waits, std::move(follow)));
+            },
+            nb::kw_only(), nb::arg("guest"), nb::arg("elf"), nb::arg("name"), nb::arg("seed"),
+            nb::arg("uid") = Twins::Settings().uid, nb::arg("before_run") = nb::make_tuple(),
+            nb::arg("slack_s") = 0.0, nb::arg("waits") = false, nb::arg("follow") = nb::none(),
+            "Built by guest_build and avr_build. `before_run`: messages, nine data bytes and the "
+            "type each.")
+        .def(
+            "live", [](Twins &self, uint32_t ticks) { self.live(ticks); }, nb::arg("ticks"),
+            nb::call_guard<nb::gil_scoped_release>(),
+            "Go on by `ticks`, or until one cannot go on.")
+        .def_prop_ro("tick", &Twins::tick)
+        .def_prop_ro("compared", &Twins::compared)
+        .def_prop_ro("heard", &Twins::heard)
+        .def_prop_ro("worst_lag_s", [](const Twins &self) { return seconds(self.worst_lag()); })
+        .def_prop_ro("ticks_apart", &Twins::ticks_apart)
+        .def_prop_ro("difference", [](const Twins &self) { return to_python(self.difference()); })
+        .def_prop_ro("avr_failure", &Twins::avr_failure)
+        .def_prop_ro("native_failure", &Twins::native_failure)
+        .def_prop_ro("watched", watched,
+                     "What the program takes of the chip; None unless it is followed.");
+}
+
+}  // namespace kilotwin

@@ -1,0 +1,268 @@
+"""Runs a program on an emulated ATmega328P and here, with the same inputs, and measures it."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from kilotwin import _emulator
+from kilotwin.avr_build import Image
+from kilotwin.errors import InputError
+from kilotwin.guest_build import Guest
+from kilotwin.port.disassembly import Disassembly, Place
+from kilotwin.port.findings import Finding, Weight
+from kilotwin.port.machine_code import STACK_RESERVE
+from kilotwin.port.roles import Roles
+from kilotwin.units import TICK_S, ticks
+
+if TYPE_CHECKING:
+    from kilotwin._emulator import Twins
+
+_CYCLES_PER_S = 8_000_000
+_TICK_CYCLES = 262_144
+# A tick and a bit: an interrupt between two lines of loop() may put a decision off until the next.
+_SLACK_S = 0.04
+# Between two looks at the stack: what runs on behind a spoilt one means nothing.
+_LOOK_TICKS = 4
+
+
+@dataclass(frozen=True)
+class Trial:
+    """How long to run the program, and with which luck."""
+
+    seconds: float = 60
+    seed: int = 1
+
+
+@dataclass(frozen=True)
+class LongestCall:
+    """Of one function; `cycles` 0: it never came back. Interrupts in between count."""
+
+    function: str
+    place: Place | None
+    calls: int
+    cycles: int
+    tick: int
+
+    @property
+    def ms(self) -> float:
+        """How long, in milliseconds."""
+        return 1000 * self.cycles / _CYCLES_PER_S
+
+    def text(self) -> str:
+        """function(): ms (cycles), at the tick."""
+        if not self.cycles:
+            return f"{self.function}(): {'does not come back' if self.calls else 'never called'}"
+        return f"{self.function}(): {self.ms:.3g} ms ({self.cycles:,} cycles) at tick {self.tick:,}"
+
+    def as_dict(self) -> dict[str, Any]:
+        """For --json."""
+        return {
+            "function": self.function,
+            "file": self.place.file if self.place else None,
+            "line": self.place.line if self.place else None,
+            "calls": self.calls,
+            "cycles": self.cycles,
+            "tick": self.tick,
+        }
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a trial showed. Ticks count from power-up."""
+
+    ticks: int
+    seed: int
+    heard: int
+    compared: int
+    """Decisions (LED, motors, messages) that were the same."""
+    worst_lag_s: float
+    stack_bytes: int
+    stack_in: str
+    """The function that ran when the stack was at its deepest."""
+    stack_place: Place | None
+    room_bytes: int
+    """Left between variables and stack; below 0: they overlap."""
+    loops: tuple[LongestCall, ...]
+    callbacks: tuple[LongestCall, ...]
+    ticks_lost: int
+    difference: tuple[int, str] | None
+    """The first: its tick, and what here and what on the robot."""
+    avr_failure: str
+    native_failure: str
+
+    def as_dict(self) -> dict[str, Any]:
+        """For --json."""
+        return {
+            "seconds": round(self.ticks * TICK_S, 3),
+            "ticks": self.ticks,
+            "seed": self.seed,
+            "messages_heard": self.heard,
+            "decisions_same": self.compared,
+            "worst_lag_s": self.worst_lag_s,
+            "stack_bytes": self.stack_bytes,
+            "stack_deepest_in": self.stack_in,
+            "stack_room_bytes": self.room_bytes,
+            "loop": [call.as_dict() for call in self.loops],
+            "callbacks": [call.as_dict() for call in self.callbacks],
+            "ticks_lost": self.ticks_lost,
+            "first_difference": (
+                {"tick": self.difference[0], "what": self.difference[1]}
+                if self.difference
+                else None
+            ),
+            "robot_failure": self.avr_failure or None,
+            "native_failure": self.native_failure or None,
+        }
+
+    def lines(self) -> Iterator[str]:
+        """For people."""
+        where = f" ({self.stack_place.file}:{self.stack_place.line})" if self.stack_place else ""
+        ran = f"{self.ticks * TICK_S:.1f} s on the robot and here"
+        yield f"  ran    {ran}, {self.heard:,} messages heard"
+        yield (
+            f"  stack  {self.stack_bytes:,} bytes at its deepest, in {self.stack_in}(){where}; "
+            f"{self.room_bytes:,} were left"
+        )
+        for call in (*self.loops, *self.callbacks):
+            yield f"  {call.text()}"
+        yield f"  ticks  {self.ticks_lost or 'none'} lost of {self.ticks:,}"
+        apart = f"{1000 * self.worst_lag_s:.1f} ms apart at most"
+        then = ", then they differ" if self.difference else ""
+        yield f"  {self.compared:,} decisions are the same on the robot and here, {apart}{then}"
+
+
+def run(trial: Trial, guest: Guest, image: Image, code: Disassembly, roles: Roles) -> Outcome:
+    """Runs the program; InputError if it does not come to kilo_init()."""
+    loops, callbacks = sorted(roles.loop), sorted(roles.in_interrupts)
+    entries = {
+        code.functions[name].instructions[0].address: name
+        for name in (*loops, *callbacks)
+        if name in code.functions
+    }
+    try:
+        twins = _emulator.Twins(
+            guest=str(guest.file),
+            elf=str(image.elf),
+            name=guest.name,
+            seed=trial.seed,
+            slack_s=_SLACK_S,
+            waits="delay" in code.reached_from(roles.in_main, pointers=False),
+            follow=list(entries),
+        )
+    except _emulator.EngineError as error:
+        raise InputError(f"{guest.name}: {error}") from None
+    end = ticks(trial.seconds)
+    while twins.tick < end:
+        before = twins.tick
+        twins.live(min(_LOOK_TICKS, end - twins.tick))
+        if twins.tick < before + 1 or _watched(twins)["room_bytes"] < 0:
+            break
+    return _outcome(trial, twins, code, {name: entry for entry, name in entries.items()}, roles)
+
+
+def _watched(twins: "Twins") -> Any:
+    return twins.watched
+
+
+def _outcome(
+    trial: Trial, twins: "Twins", code: Disassembly, entries: dict[str, int], roles: Roles
+) -> Outcome:
+    watched = _watched(twins)
+
+    def longest(names: frozenset[str]) -> tuple[LongestCall, ...]:
+        found = []
+        for name in sorted(names & entries.keys()):
+            calls, cycles, tick = watched["calls"][entries[name]]
+            place = code.functions[name].instructions[0].place
+            found.append(LongestCall(name, place, calls, cycles, tick))
+        return tuple(found)
+
+    function, place = code.at(watched["deepest_at"])
+    difference = twins.difference
+    return Outcome(
+        twins.tick,
+        trial.seed,
+        twins.heard,
+        twins.compared,
+        twins.worst_lag_s,
+        watched["stack_bytes"],
+        function,
+        place,
+        watched["room_bytes"],
+        longest(roles.loop),
+        longest(roles.in_interrupts),
+        watched["ticks_lost"],
+        (difference["tick"], difference["text"]) if difference else None,
+        twins.avr_failure,
+        twins.native_failure,
+    )
+
+
+def findings(outcome: Outcome) -> Iterator[Finding]:
+    """What of it is bad."""
+    yield from _memory(outcome)
+    yield from _time(outcome)
+    if outcome.native_failure:
+        yield Finding(
+            "fails-here",
+            Weight.FAILS,
+            f"it stops on this computer: {outcome.native_failure}",
+            "mend that first; `kilotwin run` shows it as well",
+        )
+    # Behind a spoilt stack or a failure nothing else is to be expected.
+    if outcome.difference and outcome.room_bytes >= 0 and not outcome.avr_failure:
+        tick, what = outcome.difference
+        yield Finding(
+            "differs",
+            Weight.FAILS,
+            f"it decides otherwise on the robot than here, first at tick {tick:,}: {what}",
+            "look for an int that needs more than 16 bits, a double that needs more than 32, and "
+            "for what an interrupt may change between two lines of loop()",
+        )
+
+
+def _memory(outcome: Outcome) -> Iterator[Finding]:
+    deepest = f"the stack got {outcome.stack_bytes:,} bytes deep, in {outcome.stack_in}()"
+    if outcome.room_bytes < 0:
+        yield Finding(
+            "stack-meets-data",
+            Weight.FAILS,
+            f"{deepest}, at tick {outcome.ticks:,}, and lies on the program's variables",
+            "make calls less deep, local arrays smaller, or a recursion a loop",
+            outcome.stack_place,
+        )
+    elif outcome.room_bytes < STACK_RESERVE:
+        yield Finding(
+            "stack-meets-data",
+            Weight.WARNS,
+            f"{deepest}; only {outcome.room_bytes:,} bytes were left between it and the variables",
+            "make arrays smaller or of smaller types, or calls less deep",
+            outcome.stack_place,
+        )
+    if outcome.avr_failure:
+        yield Finding(
+            "stops",
+            Weight.FAILS,
+            f"the robot cannot go on: {outcome.avr_failure}",
+            "look for a write beyond an array, or a stack that is too deep",
+        )
+
+
+def _time(outcome: Outcome) -> Iterator[Finding]:
+    slow = [call for call in outcome.callbacks if call.cycles > _TICK_CYCLES]
+    for call in slow:
+        yield Finding(
+            "long-callback",
+            Weight.WARNS,
+            f"{call.function}() took {call.ms:.0f} ms, in which the robot's clock stands and "
+            f"nothing is heard; {outcome.ticks_lost:,} of {outcome.ticks:,} ticks were lost",
+            "note in the callback what has come, and do the work in loop()",
+            call.place,
+        )
+    if outcome.ticks_lost and not slow:
+        yield Finding(
+            "ticks-lost",
+            Weight.WARNS,
+            f"{outcome.ticks_lost:,} of {outcome.ticks:,} ticks lost: interrupts were off for long",
+            "keep what is between cli() and sei() short",
+        )

@@ -1,0 +1,129 @@
+"""Experiments as Kilogrid labs write them: module program, robot program, .kconf; from Python."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from kilotwin import World
+from kilotwin.errors import InputError
+
+HERE = Path(__file__).parent
+PHEROMONE = HERE / "pheromone" / "pheromone.toml"
+OPINIONS = HERE / "opinions" / "opinions.toml"
+RED, GREEN, BLUE, MAGENTA, CYAN = 1, 2, 4, 5, 6
+CELL_M = 0.05
+MODULES = 4
+
+
+def cell_of(poses: NDArray[np.float32]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """(row, column) of the cells below robots."""
+    place = np.floor(poses[:, :2] / CELL_M).astype(np.intp) + MODULES
+    place = np.clip(place, 0, 2 * MODULES - 1)
+    return place[:, 1], place[:, 0]
+
+
+def visits(world: World, for_s: float) -> NDArray[np.int_]:
+    """How many robots stood on each cell, summed over a look each second."""
+    seen = np.zeros((2 * MODULES, 2 * MODULES), dtype=np.int_)
+    for _ in range(int(for_s)):
+        world.run(1)
+        np.add.at(seen, cell_of(world.poses), 1)
+    return seen
+
+
+def obstacles() -> NDArray[np.bool_]:
+    """The cells that arena.kconf makes obstacles: the edge, and one in the middle."""
+    cells = np.ones((2 * MODULES, 2 * MODULES), dtype=np.bool_)
+    cells[1:-1, 1:-1] = False
+    cells[3, 3] = True
+    return cells
+
+
+def test_pheromone_grows_where_robots_are() -> None:
+    with World(PHEROMONE, set=["grid.configuration=free.kconf"]) as world:
+        seen = visits(world, 10)
+        little = world.cells[..., 1].astype(float)
+        seen += visits(world, 90)
+        pheromone = world.cells[..., 1].astype(float)
+        assert (world.cells[..., 0][pheromone > 0] == GREEN).all()
+    assert pheromone.sum() > 3 * little.sum() > 0
+    assert pheromone[seen >= 10].mean() > 4 * pheromone[seen <= 1].mean()
+    # A robot is heard by the cells around it too, but not farther.
+    far = np.pad(seen, 1)
+    near = sum(far[1 + dy : 9 + dy, 1 + dx : 9 + dx] for dy in (-1, 0, 1) for dx in (-1, 0, 1))
+    assert not pheromone[near == 0].any()
+
+
+def test_robots_avoid_obstacle_cells() -> None:
+    shares = {}
+    for floor in ("arena.kconf", "free.kconf"):
+        with World(PHEROMONE, set=[f"grid.configuration={floor}"]) as world:
+            world.run(20)
+            if floor == "arena.kconf":
+                shown = world.cells[..., 0] == RED
+                assert (shown == obstacles()).all()
+            seen = visits(world, 240)
+        shares[floor] = seen[obstacles()].sum() / seen.sum()
+    assert shares["arena.kconf"] < 0.7 * shares["free.kconf"], shares
+
+
+def test_reports_arrive_and_tell_what_robots_were_told() -> None:
+    with World(PHEROMONE) as world:
+        world.run(120)
+        reports = world.reports
+        assert [event["kind"] for event in world.grid_events] == ["set_up", "configure", "run"]
+    heard = {report["robot"] for report in reports}
+    assert heard == set(range(6))
+    # One attempt in two seconds, of which a little more than half are heard.
+    assert 6 * 60 * 0.25 < len(reports) < 6 * 60 * 1.3
+    for report in reports:
+        # The module whose message it had is the one that hears it, or the next one.
+        column, row = report["data"][1:3]
+        assert abs(column - report["module_x"]) <= 1
+        assert abs(row - report["module_y"]) <= 1
+
+
+def test_robots_find_the_commoner_colour_and_cells_show_their_votes() -> None:
+    with World(OPINIONS) as world:
+        assert world.states.count("blue") < world.size
+        world.run(240)
+        assert world.states.count("red") >= 9
+        shown = world.cells[..., 0]
+        assert {BLUE, RED} <= set(np.unique(shown).tolist())
+        assert MAGENTA in shown
+        told = [report for report in world.reports if report["time_s"] > 200]
+        assert len({report["robot"] for report in told}) >= 8
+        assert sum(report["data"][2] == 2 for report in told) > 0.9 * len(told)
+
+
+def test_the_host_pauses_and_goes_on() -> None:
+    with World(PHEROMONE) as world:
+        world.run(10)
+        world.host.pause()
+        world.run(6)
+        before = world.poses
+        world.run(10)
+        assert np.allclose(world.poses, before)
+        assert {module["state"] for module in world.modules} == {"idle"}
+        world.host.resume()
+        world.run(20)
+        assert not np.allclose(world.poses, before)
+        assert world.tick > 0
+
+
+def test_a_world_without_a_grid_has_no_host() -> None:
+    with World(program=HERE / "pheromone" / "ant.c") as world, pytest.raises(InputError):
+        _ = world.cells
+
+
+def test_a_grid_needs_no_file() -> None:
+    with World(
+        program=HERE / "pheromone" / "ant.c",
+        count=3,
+        grid={"columns": 2, "rows": 2, "buses": 1, "hold_s": 0.2},
+    ) as world:
+        world.run(30)
+        assert world.cells.shape == (4, 4, 2)
+        assert world.reports
