@@ -28,19 +28,23 @@ class BusyWatch {
     enum class Verdict : uint8_t {
         FINE,
         WARN,     ///< busy for ten seconds, said once
-        ENDLESS,  ///< has computed for a minute
+        ENDLESS,  ///< has computed for a minute without calling the API
     };
     static constexpr Cycles WARN_AFTER = 10 * CYCLES_PER_SECOND;
     static constexpr const char *WARNING =
         "it has been busy for 10 s without coming back or calling delay()";
     static constexpr const char *ACCUSATION =
-        "it has been computing for 60 s without coming back or calling delay()";
+        "it has been computing for 60 s without coming back or calling the API";
 
     /// The program came back, or gave time back: it gets a fresh budget.
     void came_back(const Program &program) {
         *program.table().budget = BLOCKS_PER_TICK;
         if (watched_) forget();
     }
+
+    /// The program acted or looked about by a call that takes no time: whatever it computes, it has
+    /// not lost its way.
+    void called() { computing_since_ = NEVER; }
 
     /// The budget was spent at `now`; the program's frames lie from `frame` to `top`. Unless it is
     /// LOOKING, time has to pass up to the next interrupt.

@@ -19,7 +19,12 @@ struct FaultReport {
 FaultReport explain(const GuestStack::Fault &fault, const Program &program);
 
 /// Mistakes that a program goes on after, as bits.
-enum Mistakes : uint8_t { DIVIDES_BY_ZERO = 1, LOST_POINTER = 2, BEYOND_VARIABLES = 4 };
+enum Mistakes : uint8_t {
+    DIVIDES_BY_ZERO = 1,
+    LOST_POINTER = 2,
+    BEYOND_VARIABLES = 4,
+    JUMPS_TO_ZERO = 8,
+};
 
 struct MistakeReport {
     uint8_t mistake;  ///< of Mistakes; 0: none of them, `program` has to stop

@@ -18,6 +18,9 @@ constexpr Cycles SLEEP_SETTLE = 2400;                     // 300 us
 constexpr Cycles SLEEP_LISTEN = CYCLES_PER_SECOND / 100;  // for the start of a frame
 constexpr uint8_t MOTOR_KICK = 255;
 constexpr uint32_t MOTOR_KICK_CYCLES = 15 * CYCLES_PER_SECOND / 1000;
+// About what an AVR takes from address 0 to main(); it keeps a main() that jumps there from standing
+// still in time.
+constexpr uint32_t RESTART_CYCLES = CYCLES_PER_SECOND / 1000;
 constexpr uint8_t FIRST_SYSTEM_MESSAGE = 0x80;
 
 Robot *current = nullptr;
@@ -64,7 +67,10 @@ struct Robot::HostCalls {
         current->came_back();
     }
 
-    static void outputs() { current->look_at_outputs(); }
+    static void outputs() {
+        current->busy_.called();
+        current->look_at_outputs();
+    }
 
     static uint8_t rand_hard() {
         auto &robot = *current;
@@ -76,6 +82,7 @@ struct Robot::HostCalls {
 
     static int16_t sensor(uint8_t which) {
         auto &robot = *current;
+        robot.busy_.called();
         if (robot.disturbed()) return -1;
         robot.stale_conversion_ = -1;
         if (which == KT_SENSOR_LIGHT) return robot.light;
@@ -110,6 +117,7 @@ struct Robot::HostCalls {
     }
 
     static void print(const char *text, uint32_t bytes) {
+        current->busy_.called();
         current->report(EventKind::PRINT, {text, bytes});
     }
     static void spent(const uint8_t *frame) { current->budget_spent(frame); }
@@ -219,7 +227,14 @@ void Robot::go_on(Cycles until) {
     do {
         outcome =
             suspended_.empty() ? stack.call(body, this, suspended_) : stack.resume(suspended_);
-    } while (outcome == GuestStack::Outcome::ABANDONED && life_ != Life::STOPPED);
+        if (outcome == GuestStack::Outcome::FAULT && stack.fault().jump_to_zero) {
+            note(JUMPS_TO_ZERO, "it jumped to address 0, as who calls a NULL pointer does; as on "
+                                "the robot, it starts again with main() and waits for RUN");
+            start_again();
+            now_ += RESTART_CYCLES;
+            outcome = GuestStack::Outcome::ABANDONED;
+        }
+    } while (outcome == GuestStack::Outcome::ABANDONED && life_ != Life::STOPPED && now_ < until_);
     if (outcome == GuestStack::Outcome::FAULT) {
         auto [kind, text] = explain(stack.fault(), *program_);
         stop(kind, std::move(text));
@@ -475,7 +490,7 @@ void Robot::obey(const message_t &message) {
     }
     switch_motors(false);
     switch (message.type) {
-    case RESET: reset();
+    case RESET: start_again(); GuestStack::instance().abandon();
     case SLEEP: return fall_asleep();
     case CHARGE: return enter(State::CHARGING);
     case VOLTAGE: return enter(State::BATTERY);
@@ -562,16 +577,14 @@ void Robot::switch_motors(bool on) {
     look_at_outputs();
 }
 
-// A jump to address 0 from within the interrupt: memory as after power-up, main() again, the stack
-// forgotten.
-void Robot::reset() {
+// A jump to address 0: memory as after power-up, main() again, the stack forgotten.
+void Robot::start_again() {
     std::memcpy(program_->table().state_begin, program_->initial_state(), program_->state_bytes());
     life_ = Life::OFF;
     enter(State::IDLE);
     next_tick_ = NEVER;
     in_interrupt_ = interrupts_off_ = tick_pending_ = loop_due_ = set_up_ = false;
     came_back();
-    GuestStack::instance().abandon();
 }
 
 void Robot::look_at_outputs() { look_at_outputs(program_->table()); }

@@ -185,7 +185,7 @@ class Robot {
     void enter(State state);
     void fall_asleep();
     bool wakes_for(Cycles at);
-    [[noreturn]] void reset();
+    void start_again();
     template <typename Callback> void interrupt(Callback callback);
     void wait_until(Cycles wake);
     void look_at_outputs();

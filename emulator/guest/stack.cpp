@@ -162,7 +162,8 @@ void GuestStack::on_fault(int signal, void *info, void *context) {
     bool memory_fault = signal == SIGSEGV || signal == SIGBUS;
     stack.fault_ = {signal, address,
                     memory_fault && address >= stack.memory_ - GUARD_BYTES &&
-                        address < stack.memory_};
+                        address < stack.memory_,
+                    registers[REG_RIP] == 0};
     registers[REG_RIP] = reinterpret_cast<greg_t>(&GuestStack::leave_after_fault);
     registers[REG_RSP] = reinterpret_cast<greg_t>(stack.memory_ + BYTES - 64 - sizeof(void *));
 }

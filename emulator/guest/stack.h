@@ -28,6 +28,7 @@ class GuestStack {
         int signal = 0;
         const void *address = nullptr;
         bool stack_overflow = false;
+        bool jump_to_zero = false;  ///< the program was to go on at address 0
     };
 
     static constexpr size_t BYTES = 64 * 1024;

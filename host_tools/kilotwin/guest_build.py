@@ -27,6 +27,7 @@ from kilotwin import resources
 from kilotwin.apis import APIS, wanted_helpers
 from kilotwin.errors import InputError, RunError
 from kilotwin.programs import Program
+from kilotwin.robot_widths import with_robots_widths
 
 # How kilolib compiles for the robot, and nothing that would make results differ between compilers.
 _FLAGS = [
@@ -54,6 +55,12 @@ _ROBOT_MACROS = [
     "-D__AVR_ARCH__=5",
     "-D__AVR_ATmega328P__=1",
     "-D__AVR_MEGA__=1",
+    # Words of avr-gcc's own: flash is ordinary memory here, and three bytes are four.
+    "-D__FLASH=1",
+    "-D__flash=",
+    "-D__memx=",
+    "-D__int24=__INT32_TYPE__",
+    "-D__uint24=__UINT32_TYPE__",
 ]
 # avr-gcc 5 takes a variable that several files define without a value for one variable, and only
 # warns of what later compilers refuse. trace-pc counts the program's basic blocks, so that the
@@ -184,6 +191,7 @@ class _Builder:
             flags += _GCC_FLAGS
         defines = [f"-D{define}" for define in program.defines]
         counted = [*_PROGRAM_FLAGS, *_ROBOT_MACROS]
+        counted += ["-include", str(self._guest / "avr_assembly.h")]
         if "clang" in version:
             counted += _CLANG_PROGRAM_FLAGS
         else:
@@ -236,15 +244,19 @@ class _Builder:
         try:
             self._build(target, ways[0])
         except InputError:
-            with contextlib.suppress(InputError):
-                return self._build(target, ways[1])
+            for robots_widths, flags in ((False, ways[1]), (True, ways[0])):
+                with contextlib.suppress(InputError):
+                    return self._build(target, flags, robots_widths=robots_widths)
             raise
 
-    def _build(self, target: Path, more_flags: list[str]) -> None:
+    def _build(self, target: Path, more_flags: list[str], *, robots_widths: bool = False) -> None:
         with tempfile.TemporaryDirectory(prefix="kilotwin-") as scratch:
             work = Path(scratch)
             flags = [*self._program_flags, *more_flags]
-            objects = self._compile(self._program.sources, flags, work / "program")
+            sources = self._program.sources
+            if robots_widths:
+                sources = self._with_robots_widths(sources, flags, work / "widths")
+            objects = self._compile(sources, flags, work / "program")
             helpers = wanted_helpers(
                 "nm", objects, self._compile(self._helpers, self._helper_flags, work / "helpers")
             )
@@ -268,6 +280,18 @@ class _Builder:
                 Path(draft.name).replace(target)
             finally:
                 Path(draft.name).unlink(missing_ok=True)
+
+    def _with_robots_widths(
+        self, sources: Sequence[Path], flags: list[str], folder: Path
+    ) -> tuple[Path, ...]:
+        folder.mkdir()
+        headers = [str(self._guest), *(word[2:] for word in APIS[self._program.api].includes())]
+        changed = []
+        for number, source in enumerate(sources):
+            text = self._tool([self._compiler, *flags, "-E", source])
+            changed.append(folder / f"{number}-{source.stem}.i")
+            changed[-1].write_text(with_robots_widths(text, headers))
+        return tuple(changed)
 
     def _compile(self, sources: Sequence[Path], flags: list[str], folder: Path) -> list[Path]:
         folder.mkdir()

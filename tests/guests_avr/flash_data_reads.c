@@ -11,6 +11,7 @@ static const float FLOATS[] PROGMEM = {0.5f, -3.0f};
 static const double DOUBLES[] PROGMEM = {0.5, -3.0};
 static const char FIRST[] PROGMEM = "first";
 static const char SECOND[] PROGMEM = "second";
+static const __flash char NAMED[] = "named";
 static PGM_P const TEXTS[] PROGMEM = {FIRST, SECOND};
 
 static void check(void) {
@@ -27,6 +28,8 @@ static void check(void) {
     strcpy_P(text, (PGM_P)pgm_read_ptr(&TEXTS[0]));
     CHECK(strcmp_P(text, PSTR("first")) == 0);
     CHECK(strlen_P(FIRST) == 5);
+    const __flash char *named = NAMED;
+    CHECK(named[4] == 'd');
     memcpy_P(text, BYTES, sizeof BYTES);
     CHECK(text[1] == 2);
     printf_P(PSTR("printed from %s\n"), "flash");

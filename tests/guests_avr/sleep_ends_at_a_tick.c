@@ -27,4 +27,8 @@ static void check(void) {
     sleep_cpu();
     sleep_disable();
     CHECK(kilo_ticks - before == 1);
+
+    asm volatile("cli");
+    __asm__ __volatile__("wdr\n\tnop\n\tsei" ::: "memory");
+    CHECK(kilo_ticks - before == 1);
 }

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from kilotwin import guest_build
+from kilotwin import World, guest_build
 from kilotwin.errors import InputError, RunError
 from kilotwin.guest_build import build
 from kilotwin.programs import find_program
@@ -198,6 +198,46 @@ def test_an_inline_function_need_not_be_inlined(
         ).replace("count++", "count += one()")
     )
     assert build(find_program(str(tmp_path / "in.c"), HERE)).file.exists()
+
+
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+def test_a_function_may_be_declared_by_width_and_defined_by_name(
+    compiler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On an AVR int is int16_t and long is int32_t; what only the PC needs stays as it is."""
+    if shutil.which(compiler) is None:
+        pytest.skip(f"{compiler} is not here")
+    monkeypatch.setenv("KILOTWIN_CC", compiler)
+    source = tmp_path / "widths.c"
+    source.write_text("""
+#include <string.h>
+#include "kilolib.h"
+extern volatile unsigned long kilo_ticks;
+int16_t half(int16_t number);
+uint32_t sizes[6];
+uint8_t length;
+void setup(void) {
+    length = strlen("unsigned int");
+    sizes[0] = sizeof(int);
+    sizes[1] = sizeof(unsigned long int);
+    sizes[2] = sizeof(long long);
+    sizes[3] = sizeof(unsigned char);
+    sizes[4] = sizeof(long double);
+    sizes[5] = half(-6) + 10;
+}
+void loop(void) {}
+int half(int number) { return number / 2; }
+int main(void) {
+    kilo_init();
+    kilo_start(setup, loop);
+    return 0;
+}
+""")
+    with World(program=str(source), count=1, arena=1.0) as world:
+        world.command("run")
+        world.run(1)
+        assert world.variable(0, "sizes") == [2, 4, 8, 1, 16, 7]
+        assert world.variable(0, "length") == len("unsigned int")
 
 
 def test_headers_and_macros_may_come_from_elsewhere(tmp_path: Path) -> None:

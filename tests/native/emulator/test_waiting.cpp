@@ -94,6 +94,15 @@ TEST_CASE("endless computing is stopped after 60 s") {
     }
 }
 
+TEST_CASE("a loop of the program's own that calls the API now and then may go on for ever") {
+    Waiting bench(10);
+    bench.run(ticks(4000));
+    CHECK_FALSE(bench.Bench::robot(bench.robot).stopped());
+    auto others = bench.others(bench.robot);
+    REQUIRE(others.size() == 1);
+    CHECK(others[0].kind == EventKind::BUSY_WAIT);
+}
+
 TEST_CASE("a long computation takes the time it would, and ends") {
     Waiting bench(6);
     bench.run(ticks(500));
@@ -127,8 +136,8 @@ TEST_CASE(
 }
 
 TEST_CASE("who comes back in time is never warned about") {
-    Bench bench(std::vector<std::string>(10, "waiting"));
-    bench.tell(10, 9, run_message());
+    Bench bench(std::vector<std::string>(11, "waiting"));
+    bench.tell(10, 10, run_message());
     bench.run(ticks(5000));
-    CHECK(bench.others(9).empty());
+    CHECK(bench.others(10).empty());
 }

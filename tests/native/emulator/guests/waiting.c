@@ -55,6 +55,13 @@ static void loop(void) {
         while (!flag) set_color(RGB(1, 0, 0));
         break;
     case 9: return;
+    case 10:
+        for (;;) {
+            number++;
+            if (kilo_ticks < begin) continue;
+            begin = kilo_ticks + 30;
+            set_color(number & 1);
+        }
     default: delay(1000); return;
     }
     printf("waited %lu until %lu", (unsigned long)(kilo_ticks - begin), (unsigned long)kilo_ticks);
