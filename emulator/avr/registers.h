@@ -31,7 +31,8 @@ constexpr uint8_t TWCR_TWINT = 1 << 7, TWCR_TWEA = 1 << 6, TWCR_TWSTA = 1 << 5, 
                   TWCR_TWEN = 1 << 2;
 constexpr uint8_t TWSR_TWPS = 3;
 
-constexpr uint8_t VECTOR_TIMER0_COMPA = 14, VECTOR_ADC = 21, VECTOR_COMPARATOR = 23, VECTOR_TWI = 24;
+constexpr uint8_t VECTOR_TIMER0_COMPA = 14, VECTOR_ADC = 21, VECTOR_COMPARATOR = 23,
+                  VECTOR_TWI = 24;
 /// By ADTS, the interrupt whose flag starts a conversion: comparator, INT0, timer 0's compare A and overflow, timer
 /// 1's compare B, overflow and capture.
 constexpr uint8_t ADC_TRIGGERS[] = {0, 23, 1, 14, 16, 12, 13, 10};
