@@ -11,7 +11,7 @@ from kilotwin.errors import InputError
 from kilotwin.records import Records
 from kilotwin.sweep.conditions import Condition, Conditions, Ending
 from kilotwin.sweep.data_set import DataSet, trial_key
-from kilotwin.sweep.measure import Measured
+from kilotwin.sweep.measure import Measured, part_of
 from kilotwin.sweep.plan import Plan, read_plan
 
 SWEEP = """\
@@ -37,9 +37,6 @@ def measured(plan: Plan, index: int) -> Measured:
     schema = Records.of(trial.experiment.keys, {}).sites_schema
     rows = [[0, 305]] + [[0.0, 10.0]] + [[index, 1]] * (len(schema) - 2)
     table = pa.table([pa.array(c, f.type) for c, f in zip(rows, schema, strict=True)], schema)
-    sink = pa.BufferOutputStream()
-    with pa.ipc.new_stream(sink, schema) as writer:
-        writer.write_table(table)
     size = trial.experiment.size
     result = {
         "robots": size,
@@ -47,7 +44,7 @@ def measured(plan: Plan, index: int) -> Measured:
         "not_resting": size - index,
         "result_hash": f"{index:016x}",
     }
-    return Measured(key(plan, index), result, bytes(sink.getvalue()), 1.0, "e", "here")
+    return Measured(key(plan, index), part_of(table, result), 1.0, "e", "here")
 
 
 def key(plan: Plan, index: int) -> str:

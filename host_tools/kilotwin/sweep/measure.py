@@ -52,7 +52,6 @@ class Measured:
     """
 
     key: str
-    result: dict[str, Any]
     part: bytes
     cpu_s: float
     engine_sha256: str
@@ -105,17 +104,22 @@ def measure_apart(task: Task) -> Measured | Failed:
 
 
 def _measured(task: Task, summary: dict[str, Any], sites: list[pa.RecordBatch]) -> Measured:
-    result = {key: summary[key] for key in _RESULT_KEYS}
     schema = Records.of(task.experiment.keys, {}).sites_schema
-    # The same text for the same result.
-    told = schema.with_metadata({RESULT: json.dumps(result, sort_keys=True)})
+    part = part_of(
+        pa.Table.from_batches(sites, schema).combine_chunks(),
+        {key: summary[key] for key in _RESULT_KEYS},
+    )
+    return Measured(task.key, part, summary["cpu_s"], engine_sha256(), platform.node())
+
+
+def part_of(sites: pa.Table, result: dict[str, Any]) -> bytes:
+    """A trial's part of the data set: the same bytes for the same rows and result."""
+    told = sites.replace_schema_metadata({RESULT: json.dumps(result, sort_keys=True)})
     sink = pa.BufferOutputStream()
     options = pa.ipc.IpcWriteOptions(compression="zstd")
-    with pa.ipc.new_stream(sink, told, options=options) as writer:
-        table = pa.Table.from_batches(sites, schema).combine_chunks()
-        writer.write_table(table.replace_schema_metadata(told.metadata))
-    part = bytes(sink.getvalue())
-    return Measured(task.key, result, part, summary["cpu_s"], engine_sha256(), platform.node())
+    with pa.ipc.new_stream(sink, told.schema, options=options) as writer:
+        writer.write_table(told)
+    return bytes(sink.getvalue())
 
 
 def _robots_failed(summary: dict[str, Any]) -> str:
