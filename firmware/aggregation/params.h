@@ -17,8 +17,9 @@ enum { FIRAT_JOIN_CROSSING, FIRAT_JOIN_FIRST_UPDATE, FIRAT_JOIN_EVERY_UPDATE };
 enum { FIRAT_SIGNAL_FROM_CROSSING, FIRAT_SIGNAL_FROM_REST };
 enum { START_ON_SITE_ENTERED, START_ON_SITE_MUST_LEAVE };
 enum { UPDATE_CLOCK_OWN, UPDATE_CLOCK_COMMON };
+enum { PUSHED_OFF_STAY, PUSHED_OFF_WALK };
 
-/// The narrowest type that holds a parameter's largest value: 52 bytes in all instead of 112.
+/// The narrowest type that holds a parameter's largest value: 53 bytes in all instead of 112.
 #define PARAMS_TYPE(most)             \
     __typeof__(__builtin_choose_expr( \
         (most) > 0xFFFF, (uint32_t)0, \

@@ -69,11 +69,18 @@ static bool notice_floor(pfsm_t *m, const params_t *p, pfsm_floor_t floor) {
     return floor.site != 0 && !(first && p->START_ON_SITE == START_ON_SITE_MUST_LEAVE);
 }
 
+// Whether one that rests off its site was pushed there and heeds it. By WALK_OUT_REST it came to
+// rest there by itself.
+static bool heeds_push(const pfsm_t *m, const params_t *p) {
+    return m->state == PFSM_REST && p->PUSHED_OFF == PUSHED_OFF_WALK &&
+           p->WALK_OUT == WALK_OUT_WALK;
+}
+
 // The robot is not on its home any more.
 static void step_off(pfsm_t *m, const params_t *p, uint32_t now) {
     if (m->state == PFSM_ENTER && p->WALK_OUT == WALK_OUT_REST) {
         rest(m, p, now);
-    } else if (m->state == PFSM_ENTER || m->state == PFSM_LEAVE) {
+    } else if (m->state == PFSM_ENTER || m->state == PFSM_LEAVE || heeds_push(m, p)) {
         m->state = PFSM_WALK;
         walk_straight(&m->walk, p, now);
     }

@@ -35,7 +35,8 @@
 ///          WINDOW_TICKS ago. COUNT_SELF 1 adds one to n by the simplified rule (by Firat's a robot
 ///          that tests is not informed, so never one of those counted). By Firat's rule n = 0 in
 ///          EMPTY_WINDOWS tests in a row means P = 1, and in fewer P = 0.
-///          A robot pushed off its home rests on.
+///          A robot pushed off its home rests on, or, if PUSHED_OFF is 1 and WALK_OUT 0, is in WALK
+///          with a fresh leg.
 /// LEAVE    As WALK, but straight on, without random turns (LEAVE_TURN 0) or with them after each
 ///          leg (1), until the site ceases to be its home; then WALK with a fresh leg. If it is not
 ///          at home when it decides to leave, it is in WALK at once. Coming onto another site in

@@ -63,7 +63,7 @@ enum {
 ///   SIGNAL_FROM 0 rest 1 crossing; FIRST_LEAVE 0 next_step 1 full_period; WALK_OUT 0 walk 1 rest;
 ///   ENTRY_OBSTACLE 0 turn 1 rest 2 pause; COUNT_SELF 0 no 1 yes; FIRAT_JOIN 0 crossing 1 first_update
 ///   2 every_update; FIRAT_SIGNAL_FROM 0 crossing 1 rest; START_ON_SITE 0 entered 1 must_leave;
-///   UPDATE_CLOCK 0 own 1 common.
+///   UPDATE_CLOCK 0 own 1 common; and PUSHED_OFF 0 stay 1 walk, which matters where robots can be pushed.
 #define WIRE_CONFIG_KEYS(X)                           \
     X(RULE, 1, 0, 0, 1)                               \
     X(ALPHA, 2, 32768, 0, 0xFFFFFFFF)                 \
@@ -92,7 +92,8 @@ enum {
     X(FIRAT_JOIN, 37, 0, 0, 2)                        \
     X(FIRAT_SIGNAL_FROM, 38, 0, 0, 1)                 \
     X(START_ON_SITE, 39, 0, 0, 1)                     \
-    X(UPDATE_CLOCK, 40, 0, 0, 1)
+    X(UPDATE_CLOCK, 40, 0, 0, 1)                      \
+    X(PUSHED_OFF, 41, 0, 0, 1)
 
 #define WIRE_CONFIG_ENUM(name, key, preset, least, most) WIRE_KEY_##name = (key),
 enum { WIRE_CONFIG_KEYS(WIRE_CONFIG_ENUM) };

@@ -202,6 +202,7 @@ def config_values(
         "FIRAT_SIGNAL_FROM": _choice(reading, "firat_signal_from"),
         "START_ON_SITE": _choice(reading, "start_on_site"),
         "UPDATE_CLOCK": _choice(reading, "update_clock"),
+        "PUSHED_OFF": _choice(reading, "pushed_off"),
     }
 
 

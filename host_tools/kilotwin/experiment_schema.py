@@ -234,6 +234,8 @@ class Reading(Section):
     """What a robot is that begins on a site."""
     update_clock: Literal["own", "common"] = "own"
     """Whether update periods begin with each robot's rest or at common times."""
+    pushed_off: Literal["stay", "walk"] = "stay"
+    """What a robot at rest does when it is pushed off its site; foot-bots never are."""
 
 
 class Motion(Section):

@@ -635,6 +635,34 @@ TEST(a_robot_pushed_off_its_site_rests_on_and_walks_at_once_when_it_leaves) {
     assert_int_equal(r.machine.state, PFSM_WALK);
 }
 
+TEST(pushed_off_walk_walks_at_once_informed_or_not) {
+    for (uint8_t informed = 0; informed <= BLACK; informed += BLACK) {
+        robot_t r = simplified();
+        r.params.PUSHED_OFF = PUSHED_OFF_WALK;
+        r.params.ALPHA = 0;
+        r.params.INFORMED_SITE = informed;
+        start_and_rest(&r, BLACK);
+        stand_on(&r, 0);
+        assert_int_equal(r.machine.state, PFSM_WALK);
+        assert_false(pfsm_signals(&r.machine, &r.params));
+        stand_on(&r, BLACK);
+        assert_int_equal(r.machine.state, PFSM_ENTER);
+    }
+}
+
+TEST(pushed_off_walk_lets_be_who_walked_out_and_rests) {
+    robot_t r = simplified();
+    r.params.PUSHED_OFF = PUSHED_OFF_WALK;
+    r.params.WALK_OUT = WALK_OUT_REST;
+    r.params.ALPHA = 0;
+    start(&r);
+    stand_on(&r, BLACK);
+    ticks(&r, 100);
+    stand_on(&r, 0);
+    ticks(&r, 100);
+    assert_int_equal(r.machine.state, PFSM_REST);
+}
+
 TEST(a_resting_robot_pushed_off_and_on_again_rests_on) {
     robot_t r = simplified();
     r.params.ALPHA = 0;
@@ -846,7 +874,7 @@ TEST(the_same_inputs_give_the_same_lives_on_every_machine) {
             }
         }
     }
-    assert_int_equal(hash, UINT64_C(0xA0F341C985AAC824));
+    assert_int_equal(hash, UINT64_C(0x9378B4397DD820D5));
 }
 
 int main(void) {
@@ -895,6 +923,8 @@ int main(void) {
         cmocka_unit_test(with_leave_turn_a_leaving_robot_turns_after_each_leg),
         cmocka_unit_test(a_robot_leaving_straight_onto_another_site_enters_that),
         cmocka_unit_test(a_robot_pushed_off_its_site_rests_on_and_walks_at_once_when_it_leaves),
+        cmocka_unit_test(pushed_off_walk_walks_at_once_informed_or_not),
+        cmocka_unit_test(pushed_off_walk_lets_be_who_walked_out_and_rests),
         cmocka_unit_test(a_resting_robot_pushed_off_and_on_again_rests_on),
         cmocka_unit_test(firats_robot_walks_over_a_site_on_which_it_hears_nobody),
         cmocka_unit_test(an_informed_robot_of_firats_joins_though_it_hears_nobody),

@@ -50,6 +50,7 @@ _NAMES = [
     "FIRAT_SIGNAL_FROM",
     "START_ON_SITE",
     "UPDATE_CLOCK",
+    "PUSHED_OFF",
 ]
 CONFIG_KEYS = {name: (number, 0, 0, 0xFFFFFFFF) for number, name in enumerate(_NAMES, start=1)}
 
