@@ -41,7 +41,6 @@ class PulseReader {
 
     bool reading() const { return reading_; }  ///< between the first pulse of a frame and its end
     Cycles begun_at() const { return begun_at_; }
-    Cycles last_pulse() const { return last_; }
     const message_t &message() const { return message_; }
 
   private:
