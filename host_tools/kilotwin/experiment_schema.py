@@ -422,7 +422,8 @@ class Grid(Section):
     """How many modules of a bus may owe an answer at a time."""
     poll_timeout_s: Annotated[float, Field(ge=0.02, le=10)] = 0.4
     """After how long an answer is late. With `poll_s` it is to be 1.2 s at most: that long a module
-    that was reset says nothing, and so no reset goes unnoticed."""
+    that was reset says nothing, but what its controller kept for it is answered late: a reset is
+    then noticed only if that takes longer than this."""
     pace_s: Annotated[float, Field(ge=0.0005, le=0.1)] = 0.001
     """Between two frames of the host on a bus that may be for the same module."""
     report_s: Annotated[float, Field(ge=0, le=2147)] = 2.0
