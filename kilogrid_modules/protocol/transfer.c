@@ -120,8 +120,8 @@ static transfer_event_t page_number(transfer_t *transfer, transfer_page_t *progr
 static transfer_event_t page_chunk(transfer_t *transfer, transfer_page_t *program,
                                    const frame_t *frame) {
     if (frame->sequence >= TRANSFER_PAGE_CHUNKS) return out_of_range(transfer);
-    // As in the original, chunk 0 begins a page again unless it is spoilt already.
-    if (program->next != TRANSFER_NOTHING_DUE && frame->sequence == 0) program->next = 0;
+    // Chunk 0 twice is harmless. Later in a page it is the next page's, whose number was lost.
+    if (program->next == 1 && frame->sequence == 0) program->next = 0;
     if (program->next == TRANSFER_NOTHING_DUE || frame->sequence != program->next) {
         program->next = TRANSFER_NOTHING_DUE;
         return out_of_order(transfer);

@@ -84,7 +84,8 @@ class Candump:
             until(is_heard)
 
     def _read(self) -> list[str]:
-        lines = self.log.read_text().splitlines()
+        written, _, _ = self.log.read_text().rpartition("\n")  # the last line may be half there
+        lines = written.splitlines()
         return [line.split()[2] for line in lines if not line.endswith(" 7FF#")]
 
     def frames(self, count: int) -> list[str]:

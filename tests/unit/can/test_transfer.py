@@ -5,7 +5,7 @@ import ctypes
 from collections.abc import Sequence
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from kilotwin.can import transfer
@@ -177,6 +177,7 @@ def test_a_page_on_a_bad_wire_is_taken_whole_or_not_at_all(
     assert done.count("PAGE_DONE") == 2
 
 
+@example(image=list(range(256)), lost={23, 24})  # a page's last chunk and the next one's number
 @given(image=st.permutations(range(256)), lost=st.sets(st.integers(0, 48), max_size=5))
 def test_laps_fill_in_what_was_lost_of_a_program_for_the_module(
     protocol_c: ctypes.CDLL, image: list[int], lost: set[int]
