@@ -1,7 +1,8 @@
 """Runs the native tests (ctest) and the Python tests (pytest) and ends with one plain line.
 
-They run side by side: pytest takes one core. What ctest prints comes when pytest is done. The exit
-code is 0 only if nothing failed and both ran something.
+They run side by side, those that type a person's commands (tests/system) in a pytest of their own.
+What the others print comes when the first is done. The exit code is 0 only if nothing failed and
+each ran something.
 """
 
 import argparse
@@ -16,6 +17,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 BUILD = ROOT / "build"
+SYSTEM = "tests/system"
 
 
 @dataclass
@@ -82,9 +84,12 @@ def main() -> int:
         command = ["ctest", "--test-dir", "build/native", "--output-on-failure", "--no-tests=error"]
         command += ["--parallel", str(os.cpu_count()), "--output-junit", str(report)]
         jobs.append(Job.start("native tests", command, report, BUILD / "native-tests.log"))
+    pytest = [sys.executable, "-m", "pytest", "-m", "long" if arguments.long else "not long"]
+    report = BUILD / "pytest-system.xml"
+    command = [*pytest, "-p", "no:cacheprovider", f"--junitxml={report}", SYSTEM]
+    jobs.append(Job.start("system tests", command, report, BUILD / "system-tests.log"))
     report = BUILD / "pytest.xml"
-    marker = "long" if arguments.long else "not long"
-    command = [sys.executable, "-m", "pytest", "-m", marker, f"--junitxml={report}", "tests"]
+    command = [*pytest, f"--junitxml={report}", "tests", f"--ignore={SYSTEM}"]
     print("== Python tests", flush=True)
     jobs.append(Job.start("Python tests", command, report))
 
