@@ -28,7 +28,7 @@ enum : uint8_t {
 };
 constexpr uint8_t MIRRORED = 0x0E;  // CANSTAT and CANCTRL are in every row
 constexpr unsigned TX_BUFFERS = 3;
-constexpr unsigned CONTROL = 0, SIDH = 1, SIDL = 2, DLC = 5, DATA = 6, BUFFER_END = 0x0E;
+constexpr unsigned CONTROL = 0, SIDH = 1, SIDL = 2, DLC = 5, DATA = 6;
 
 constexpr uint8_t TXREQ = 1 << 3, TXP = 3, ABTF = 1 << 6;
 constexpr uint8_t RXM = 3 << 5, RXM_ANY = 3 << 5, RXRTR = 1 << 3, BUKT = 1 << 2, BUKT1 = 1 << 1;
