@@ -13,8 +13,7 @@ using namespace kilotwin;
 namespace {
 
 constexpr Cycles MS = CYCLES_PER_SECOND / 1000;
-constexpr uint8_t NORMAL_TYPE = 0, BOOT_TYPE = 0x80, RESET_TYPE = 0x83, SLEEP_TYPE = 0x84,
-                  RUN_TYPE = 0x88;
+constexpr uint8_t NORMAL_TYPE = 0, RESET_TYPE = 0x83, SLEEP_TYPE = 0x84, RUN_TYPE = 0x88;
 enum : int { IDLE, RUNNING, SLEEPING };
 constexpr uint8_t GREEN = 1 << 2, RED_AND_GREEN = 1 | 1 << 2;
 
