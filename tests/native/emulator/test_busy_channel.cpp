@@ -87,7 +87,9 @@ Compared compare(const Places &places, double range_m) {
         {"collided", &ChannelCounts::collided},
         {"deaf", &ChannelCounts::deaf},
         {"failed", &ChannelCounts::failed}};
-    for (const auto &[name, what] : COUNTS) {
+    for (const auto &count : COUNTS) {
+        const auto &name = count.first;  // clang lets no lambda take part of a structured binding
+        const auto what = count.second;
         const Mean brute = mean_of(both.brute, what), engine = mean_of(both.engine, what);
         CAPTURE(name);
         CAPTURE(brute.mean);
