@@ -37,7 +37,7 @@ Bodies::Bodies(const Arena &arena, const Profile &profile, const Chance &chance,
              std::max(SKIN_SHARE * reach_m, SKIN_STEPS * fastest_m_s_ * seconds(step))),
       lists_due_(begin),
       lists_hold_until_(begin),
-      placed_at_(poses.size(), begin),
+      placed_until_(poses.size(), NEVER),
       next_change_(poses.size(), NEVER),
       still_since_(poses.size(), 0),
       next_contact_(poses.size(), NEVER),
@@ -58,6 +58,7 @@ void Bodies::command(uint32_t robot, const MotorCommand &command) {
     const Cycles at = std::max(command.at, now_);
     orders_[robot].list.push_back({at, command.left, command.right});
     next_change_[robot] = std::min(next_change_[robot], at);
+    placed_until_[robot] = std::min(placed_until_[robot], at);
     next_contact_[robot] = std::min(next_contact_[robot], now_);
 }
 
@@ -94,33 +95,21 @@ void Bodies::step() {
 }
 
 void Bodies::catch_up() {
-    for (uint32_t robot = 0; robot < size(); robot++) apply_commands(robot, now_);
+    for (uint32_t robot = 0; robot < size(); robot++) take_effect(robot, now_);
 }
 
 void Bodies::place(uint32_t robot) {
-    apply_commands(robot, now_);
-    positions_[robot] = trajectories_[robot].position(now_);
-    placed_at_[robot] = now_;
+    take_effect(robot, now_);
+    set_place(robot, trajectories_[robot].position(now_), now_);
 }
 
-Eigen::Vector2d Bodies::ahead(uint32_t robot) {
-    apply_commands(robot, now_);
-    return trajectories_[robot].ahead(now_);
+/// Where a robot is at `at`; nothing before has to take effect any more.
+void Bodies::set_place(uint32_t robot, const Eigen::Vector2d &position, Cycles at) {
+    positions_[robot] = position;
+    placed_until_[robot] = trajectories_[robot].drive().stands() ? next_change_[robot] : at;
 }
 
-bool Bodies::rests(uint32_t robot) const {
-    return next_change_[robot] == NEVER && trajectories_[robot].drive().at_rest() &&
-           !world_.holds(robot);
-}
-
-Cycles Bodies::still_since(uint32_t robot) {
-    apply_commands(robot, now_);
-    return still_since_[robot];
-}
-
-/// Lets motor commands before `until`, and what changes by itself, take effect at their times.
 void Bodies::apply_commands(uint32_t robot, Cycles until) {
-    if (next_change_[robot] >= until) return;
     auto &[list, next] = orders_[robot];
     auto &trajectory = trajectories_[robot];
     while (next_change_[robot] < until) {
@@ -338,8 +327,7 @@ void Bodies::solve_contacts() {
         pose.position += shift.by;
         pose.heading = wrapped(pose.heading + shift.turn);
         trajectories_[robot].restart(end, pose);
-        positions_[robot] = pose.position;
-        placed_at_[robot] = end;
+        set_place(robot, pose.position, end);
     }
     record_overlaps();
 }

@@ -44,7 +44,7 @@ class Bodies {
 
     /// Centre of a robot when the current step begins, m.
     const Eigen::Vector2d &position(uint32_t robot) {
-        if (placed_at_[robot] != now_) place(robot);
+        if (placed_until_[robot] < now_) place(robot);
         return positions_[robot];
     }
 
@@ -55,13 +55,22 @@ class Bodies {
     Pose pose(uint32_t robot) const { return trajectories_[robot].pose(now_); }
 
     /// Unit vector of its heading.
-    Eigen::Vector2d ahead(uint32_t robot);
+    Eigen::Vector2d ahead(uint32_t robot) {
+        take_effect(robot, now_);
+        return trajectories_[robot].ahead(now_);
+    }
 
     /// Whether it stays as it is, as far as is known: its motors are off, and nobody is at it.
-    bool rests(uint32_t robot) const;
+    bool rests(uint32_t robot) const {
+        return next_change_[robot] == NEVER && trajectories_[robot].drive().at_rest() &&
+               !world_.holds(robot);
+    }
 
     /// Since when it has stood in its place, at the earliest; NEVER while it moves.
-    Cycles still_since(uint32_t robot);
+    Cycles still_since(uint32_t robot) {
+        take_effect(robot, now_);
+        return still_since_[robot];
+    }
 
     /// Those that the solver moved or turned in the last step.
     const std::vector<uint32_t> &pushed() const { return pushed_; }
@@ -101,6 +110,12 @@ class Bodies {
     };
 
     void place(uint32_t robot);
+    void set_place(uint32_t robot, const Eigen::Vector2d &position, Cycles at);
+
+    /// Lets motor commands before `until`, and what changes by itself, take effect at their times.
+    void take_effect(uint32_t robot, Cycles until) {
+        if (next_change_[robot] < until) apply_commands(robot, until);
+    }
     void apply_commands(uint32_t robot, Cycles until);
     const std::vector<uint32_t> &near(uint32_t robot);
     void look_ahead(uint32_t robot);
@@ -135,7 +150,7 @@ class Bodies {
     // By robot.
     std::vector<Trajectory> trajectories_;
     std::vector<Eigen::Vector2d> positions_;
-    std::vector<Cycles> placed_at_;     ///< when it was, or will be, at its position
+    std::vector<Cycles> placed_until_;  ///< until when its position is right
     std::vector<Cycles> next_change_;   ///< of its drive
     std::vector<Cycles> still_since_;   ///< NEVER while it moves
     std::vector<Cycles> next_contact_;  ///< before this, nothing is near enough to touch
