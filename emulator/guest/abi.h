@@ -67,7 +67,7 @@ typedef struct KT_PACKED {
     uint8_t (*timer0)(void);           ///< counts of 128 us since the last tick
     int16_t (*sensor)(uint8_t which);  ///< KT_SENSOR_*, 0..1023 or -1
     void (*print)(const char *text, uint32_t bytes);
-    void (*spent)(const uint8_t *frame);  ///< the budget of basic blocks ran out; the program's
+    void (*spent)(const uint8_t *frame);  ///< the budget of turns ran out; the program's
                                           ///< registers and frames lie from `frame` up
     void (*unusable)(const char *what);   ///< a call that cannot be served: the robot stops
     const kt_module_host_t *module;       ///< null: a robot runs
@@ -122,7 +122,7 @@ typedef struct KT_PACKED {
     const char *handlers_begin,  ///< names of the program's own interrupt handlers, each ended by
         *handlers_end;           ///< a zero; null if there are none
     int (*random)(void);         ///< the program's rand()
-    int32_t *budget;             ///< basic blocks left; not part of the state
+    int32_t *budget;             ///< turns left (busy_watch.h); not part of the state
     const kt_host_t **host;      ///< not part of the state
     const kt_module_t *module;   ///< null: a robot's program
 } kt_table_t;

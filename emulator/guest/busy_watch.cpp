@@ -7,8 +7,8 @@ namespace kilotwin {
 namespace {
 
 // A program that waits needs but one look at what it waits for.
-constexpr int32_t BLOCKS_WHILE_WAITING = 500;
-// Blocks that a program which waits passes through at most, before it is where it was.
+constexpr int32_t TURNS_WHILE_WAITING = 500;
+// Turns that a program which waits takes at most, before it is where it was.
 constexpr uint16_t PROBES = 512;
 constexpr Cycles ENDLESS_AFTER = 60 * CYCLES_PER_SECOND;
 
@@ -54,7 +54,7 @@ BusyWatch::Finding BusyWatch::look(const Program &program, const uint8_t *frame,
     const bool waits = fingerprint == fingerprint_;
     if (!waits && --probes_left_ > 0) return Finding::LOOKING;
     probes_left_ = 0;
-    budget = waits ? BLOCKS_WHILE_WAITING : BLOCKS_PER_TICK;
+    budget = waits ? TURNS_WHILE_WAITING : TURNS_PER_TICK;
     return waits ? Finding::WAITS : Finding::COMPUTES;
 }
 

@@ -1,7 +1,7 @@
 /// Tells a program that waits from one that computes, when it does not come back.
 ///
-/// The compiler's instrumentation counts basic blocks down from a budget. When that is spent, the
-/// program's memory is looked at block by block: if it comes back to where it was, the program goes
+/// The program counts its turns down from a budget: of its loops, or (built by clang) through each
+/// basic block. When that is spent, the program's memory is looked at turn by turn: if it comes back to where it was, the program goes
 /// round in circles until an interrupt changes something. If not, it computes, which must end some
 /// day.
 #ifndef KILOTWIN_GUEST_BUSY_WATCH_H
@@ -14,14 +14,13 @@
 
 namespace kilotwin {
 
-/// A basic block takes an AVR about ten cycles, so a program may pass through this many in a tick's
-/// time.
-constexpr int32_t BLOCKS_PER_TICK = TICK_CYCLES / 10;
+/// A turn takes an AVR about ten cycles, so a program may take this many in a tick's time.
+constexpr int32_t TURNS_PER_TICK = TICK_CYCLES / 10;
 
 class BusyWatch {
   public:
     enum class Finding : uint8_t {
-        LOOKING,  ///< go on for one block
+        LOOKING,  ///< go on for one turn
         WAITS,    ///< nothing changes until the next interrupt
         COMPUTES,
     };
@@ -38,7 +37,7 @@ class BusyWatch {
 
     /// The program came back, or gave time back: it gets a fresh budget.
     void came_back(const Program &program) {
-        *program.table().budget = BLOCKS_PER_TICK;
+        *program.table().budget = TURNS_PER_TICK;
         if (watched_) forget();
     }
 

@@ -503,7 +503,7 @@ void Module::live() {
 
 template <typename Call> void Module::run_program(Call call) {
     in_program_ = true;
-    *program_->table().budget = BLOCKS_PER_TICK;
+    *program_->table().budget = TURNS_PER_TICK;
     call();
     in_program_ = false;
     came_back();
@@ -734,7 +734,7 @@ template <typename Callback> void Module::interrupt(Callback callback) {
     const auto &table = program_->table();
     const int32_t budget = *table.budget;
     in_interrupt_ = in_program_ = true;
-    *table.budget = BLOCKS_PER_TICK;
+    *table.budget = TURNS_PER_TICK;
     callback();
     *table.budget = budget;
     in_interrupt_ = interrupts_off_ = false;

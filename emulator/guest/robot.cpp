@@ -322,7 +322,7 @@ void Robot::set_eeprom(uint16_t address, uint8_t value) {
 void Robot::body(void *robot) { static_cast<Robot *>(robot)->live(); }
 
 void Robot::live() {
-    *program_->table().budget = BLOCKS_PER_TICK;
+    *program_->table().budget = TURNS_PER_TICK;
     if (life_ == Life::OFF) {
         life_ = Life::BOOTING;
         program_->table().program_main();
@@ -399,7 +399,7 @@ inline void Robot::interrupt(const kt_table_t &table, Callback callback) {
     const Cycles before = now_;
     int32_t &left = *table.budget;
     const int32_t budget = left;
-    left = BLOCKS_PER_TICK;
+    left = TURNS_PER_TICK;
     callback();
     left = budget;
     in_interrupt_ = interrupts_off_ = false;
@@ -630,7 +630,7 @@ void Robot::wait_until(Cycles wake) {
     now_ = std::max(now_, wake);
 }
 
-// The program passed through more blocks than fit into a tick without giving time back. Nothing
+// The program took more turns than fit into a tick without giving time back. Nothing
 // happens around it while it is looked at; then time passes.
 void Robot::budget_spent(const uint8_t *frame) {
     const auto finding = busy_.look(*program_, frame, GuestStack::instance().top());

@@ -3,7 +3,7 @@
 /// A call that comes back is an ordinary call. A call that blocks (`delay`) is suspended: the used
 /// part of the stack is copied away and, later, back to the same address, so pointers into it stay
 /// valid. The stack lies between guard pages; a fault in a guest ends its call and nothing else.
-/// `for (;;);` has no basic block that a compiler would instrument: a timer finds a guest in such a
+/// `for (;;);` has no basic block that clang would instrument: a timer finds a guest in such a
 /// jump to itself.
 #ifndef KILOTWIN_GUEST_STACK_H
 #define KILOTWIN_GUEST_STACK_H

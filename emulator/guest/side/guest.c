@@ -63,7 +63,7 @@ static __attribute__((used)) void tell_spent(const uint8_t *frame) __asm__("kt_t
 static void tell_spent(const uint8_t *frame) { kt_host->spent(frame); }
 
 /// Called by the compiler's instrumentation at every basic block of the program (clang), or by
-/// nobody (gcc, see count_blocks.h).
+/// nobody (gcc, see count_loops.h).
 void __sanitizer_cov_trace_pc(void);
 void __sanitizer_cov_trace_pc(void) {
     if (--kt_budget < 0) kt_budget_spent();
