@@ -35,9 +35,9 @@ class BusyWatch {
     static constexpr const char *ACCUSATION =
         "it has been computing for 60 s without coming back or calling the API";
 
-    /// The program came back, or gave time back: it gets a fresh budget.
-    void came_back(const Program &program) {
-        *program.table().budget = TURNS_PER_TICK;
+    /// The program came back, or gave time back: it gets a fresh `budget`.
+    void came_back(int32_t &budget) {
+        budget = TURNS_PER_TICK;
         if (watched_) forget();
     }
 

@@ -239,7 +239,7 @@ class Module {
     void wait_until(Cycles wake);
     void switch_off();
     [[noreturn]] void restart();
-    void came_back() { busy_.came_back(*program_); }
+    void came_back() { busy_.came_back(*program_->table().budget); }
     void budget_spent(const uint8_t *frame);
     CanFrame frame_to_host(uint8_t type) const;
     void light_all(uint8_t color, uint8_t brightness);

@@ -349,33 +349,34 @@ void Robot::live() {
 // Calls loop(), and again at each tick up to the next message.
 void Robot::run_loop() {
     const auto &table = program_->table();
-    Cycles before;
+    Cycles quiet_until = std::min(until_, next_message()), before;
     do {
         before = now_;
         loop_due_ = false;
         loop_();
-        busy_.came_back(*program_);
+        busy_.came_back(*table.budget);
         look_at_outputs(table);
-    } while (now_ == before && pass_tick(table));
+    } while (now_ == before && pass_tick(table, quiet_until));
     if (now_ > before) loop_due_ = true;
 }
 
-/// Goes on to the next tick if nothing comes before it. False if more is to be done than to call
-/// loop().
-inline bool Robot::pass_tick(const kt_table_t &table) {
+/// Goes on to the next tick if that comes before `quiet_until`, which sending may put off. False if
+/// more is to be done than to call loop().
+inline bool Robot::pass_tick(const kt_table_t &table, Cycles &quiet_until) {
     const Cycles at = next_tick_;
     const bool plain = tick_increment_ == TICK_COMPARE && !interrupts_off_;
-    if (!plain || at >= until_ || next_message() <= at) return false;
+    if (!plain || at >= quiet_until) return false;
     next_tick_ = at + calibration_.tick;
     now_ = std::max(now_, at);
     count_tick(table);
     if (tx_clock_ <= tx_period(table)) return true;
     const Cycles before = now_;
     interrupt(table, [this, &table] { ask_for_message(table); });
+    quiet_until = std::min(until_, next_message());
     return now_ == before && tick_increment_ == TICK_COMPARE;
 }
 
-void Robot::came_back() { busy_.came_back(*program_); }
+void Robot::came_back() { busy_.came_back(*program_->table().budget); }
 
 void Robot::serve_interrupt() {
     if (next_tick_ > next_interrupt())

@@ -168,7 +168,7 @@ class Robot {
     void go_on(Cycles until);
     void live();
     void run_loop();
-    bool pass_tick(const kt_table_t &table);
+    bool pass_tick(const kt_table_t &table, Cycles &quiet_until);
     void count_tick(const kt_table_t &table);
     Cycles next_message() const {
         return inbox_next_ < inbox_.size() ? inbox_[inbox_next_].at : NEVER;
