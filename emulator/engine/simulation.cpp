@@ -89,9 +89,12 @@ Simulation::Simulation(const SimulationDef &def)
         grid_.emplace(*def.grid, chance_, POWER_UP_TICKS * TICK_CYCLES, run_at_,
                       !def.kilobot_medium, def.run_ahead, &boards_);
     if (def.kilobot_medium)
-        kilobot_medium_.emplace(*def.kilobot_medium, chance_, robots_, *bodies_, speaks_,
-                                emissions_, counts_, grid_ ? &*grid_ : nullptr,
-                                boards_.empty() ? nullptr : &boards_);
+        kilobot_medium_.emplace(
+            *def.kilobot_medium, chance_, robots_, *bodies_, speaks_, emissions_, counts_,
+            [this](uint32_t robot, Cycles limit) {
+                return !floor_ && may_run_ahead(robot) ? undisturbed_until(robot, limit) : now_;
+            },
+            grid_ ? &*grid_ : nullptr, boards_.empty() ? nullptr : &boards_);
     else if (!boards_.empty())
         throw EngineError("boards need the kilobot medium: the ideal one has no pulses");
     boot();
@@ -259,19 +262,24 @@ void Simulation::refresh_lists() {
 /// Lets a robot live through this step, and on as far as nothing can reach it.
 void Simulation::live_on(uint32_t robot, Cycles limit) {
     const Cycles soonest = now_ + step_;
-    const bool light_changes = !def_.light.sources.empty();
-    if (light_changes) robots_[robot].light = def_.light.at(bodies_->position(robot));
-    const bool alone = def_.run_ahead && (!light_changes || bodies_->rests(robot));
+    if (light_changes()) robots_[robot].light = def_.light.at(bodies_->position(robot));
     if (floor_) {
         auto &around = surroundings_[robot];
         if (around.look_again <= now_ || !def_.run_ahead) look_around(robot);
         limit = std::min(limit, std::max(around.unchanged_until, later_sensing_));
     }
-    const Cycles until = alone ? std::max(undisturbed_until(robot, limit), soonest) : soonest;
+    const Cycles until =
+        may_run_ahead(robot) ? std::max(undisturbed_until(robot, limit), soonest) : soonest;
     if (next_sensing_ < until)
         floor_->tell(robots_[robot], surroundings_[robot].cell, next_sensing_, until);
-    wake_[robot] = begin_of_step(until);
     run_robot(robot, until);
+    const bool waits = robots_[robot].question() != Robot::Question::NONE;
+    wake_[robot] = begin_of_step(waits ? robots_[robot].now() : until);
+}
+
+/// Whether what a robot senses stays the same for a time.
+bool Simulation::may_run_ahead(uint32_t robot) const {
+    return def_.run_ahead && (!light_changes() || bodies_->rests(robot));
 }
 
 /// Until when a robot hears nothing for certain. Who may not yet be asked for a message cannot be
@@ -286,8 +294,6 @@ Cycles Simulation::undisturbed_until(uint32_t robot, Cycles limit) {
         until = std::min(until, now_ + (FRAME_STEPS - 1) * step_);
     else if (kilobot_medium_->claims(robot))
         return soonest;
-    else
-        until = std::min(until, speaks_[robot]);
     if (until <= soonest) return soonest;
     Cycles matters = end_of_step(until - heard_after);  // who speaks before
     for (uint32_t other : bodies_->lists().of(robot)) {
@@ -297,7 +303,8 @@ Cycles Simulation::undisturbed_until(uint32_t robot, Cycles limit) {
         matters = std::min(matters, begin_of_step(std::max(speaks_[other], in_reach)));
         if (matters + heard_after <= soonest) break;
     }
-    return std::min(until, matters + heard_after);
+    until = std::min(until, matters + heard_after);
+    return kilobot_medium_ ? kilobot_medium_->alone_until(robot, until) : until;
 }
 
 /// World steps that lie wholly within `for_s` seconds.

@@ -89,11 +89,12 @@ class Robot {
     Question question() const { return question_; }
     Cycles now() const { return now_; }
 
-    /// Answers both questions with yes beforehand, should they come up at `at` in the next run. It
-    /// then sends, which shows in the context's emissions, and lives on until `until`: nobody
-    /// reaches a robot that sends.
-    void grant(Cycles at, Cycles until) {
-        granted_at_ = at;
+    /// Answers both questions with yes beforehand, should they come up from `first` to `last` in
+    /// the next run. It then sends, which shows in the context's emissions, and lives on until
+    /// `until`: nobody reaches a robot that sends.
+    void grant(Cycles first, Cycles last, Cycles until) {
+        granted_from_ = first;
+        granted_to_ = last;
         granted_until_ = until;
     }
 
@@ -213,7 +214,7 @@ class Robot {
 
     Cycles now_;
     Cycles until_ = 0;
-    Cycles granted_at_ = NEVER, granted_until_ = 0;
+    Cycles granted_from_ = NEVER, granted_to_ = 0, granted_until_ = 0;
     Cycles next_tick_;         ///< compare match of timer 0
     Cycles overflow_ = NEVER;  ///< after a retry: when the timer's next ordinary match comes
     Cycles state_since_;
