@@ -110,6 +110,15 @@ void KilobotMedium::find_asks(Cycles begin, Cycles end) {
     std::sort(asks_.begin(), asks_.end(), [](const Event &a, const Event &b) { return b > a; });
 }
 
+/// Brings those near who are asked some time after the `next`.
+void KilobotMedium::prefetch_asked(size_t next) const {
+    constexpr size_t SOON = 2, LATER = 4;
+    if (next + LATER >= asks_.size()) return;
+    const Event &soon = asks_[next + SOON], &later = asks_[next + LATER];
+    if (later.what == What::ASK) robots_[later.station].prefetch();
+    if (soon.what == What::ASK) robots_[soon.station].prefetch_state();
+}
+
 /// The first one; NEVER if there is none.
 KilobotMedium::Event KilobotMedium::next_event() const {
     Event first = {NEVER, What::ASK, 0};
@@ -127,7 +136,7 @@ void KilobotMedium::take(const Event &event) {
     default: break;
     }
     if (next_ask_ < asks_.size() && !(asks_[next_ask_] > event))
-        next_ask_++;
+        prefetch_asked(++next_ask_);
     else
         later_asks_.pop();
     if (event.what == What::ASK) return ask(event.station, event.at);

@@ -159,6 +159,7 @@ class KilobotMedium {
 
     void find_asks(Cycles begin, Cycles end);
     Event next_event() const;
+    void prefetch_asked(size_t next) const;
     void take(const Event &event);
     void begin_planned(const Planned &planned);
     void take_emissions(uint32_t robot);

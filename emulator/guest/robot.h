@@ -18,6 +18,7 @@
 #include "engine/chance.h"
 #include "engine/clock.h"
 #include "engine/events.h"
+#include "engine/memory.h"
 #include "engine/motion.h"
 #include "guest/busy_watch.h"
 #include "guest/eeprom.h"
@@ -77,6 +78,12 @@ class Robot {
 
     /// To be called by a thread before it runs robots.
     static void serve_this_thread();
+
+    /// Brings it, then its state, into the cache: it is soon to run.
+    void prefetch() const { kilotwin::prefetch(this, sizeof *this); }
+    void prefetch_state() const {
+        if (program_) kilotwin::prefetch(image_, program_->state_bytes());
+    }
 
     /// Lets the robot live through everything strictly before `until`. What its program sends goes
     /// out: the medium is free.
