@@ -26,12 +26,11 @@ Cycles VirtualFloor::next_sensing(Cycles at) const {
 
 void VirtualFloor::tell(Robot &robot, wire_cell_t cell, Cycles at, Cycles until) {
     auto &told = told_[robot.index()];
+    if (cell.site != told.cell.site || cell.flags != told.cell.flags) told.due = 0;
+    if (until <= told.due) return;
     for (; at < until; at = next_sensing(at)) {
-        bool news =
-            told.at == NEVER || cell.site != told.cell.site || cell.flags != told.cell.flags;
-        bool due = news || at + longest_gap_ - told.at > settings_.repeat_ticks * TICK_CYCLES;
-        if (!due) continue;
-        told = {cell, at};
+        if (at < told.due) continue;
+        told = {cell, at + settings_.repeat_ticks * TICK_CYCLES - longest_gap_ + 1};
         Reception reception = {at, {}, {}};
         reception.message.type = WIRE_TYPE_CELL;
         wire_put_cell(reception.message.data, cell);

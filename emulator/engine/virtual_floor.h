@@ -41,7 +41,7 @@ class VirtualFloor {
   private:
     struct Told {
         wire_cell_t cell = {0, 0};
-        Cycles at = NEVER;
+        Cycles due = 0;  ///< when the same is told again at the latest
     };
 
     Settings settings_;

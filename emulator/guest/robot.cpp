@@ -257,9 +257,8 @@ Cycles Robot::next_ask() const {
                : next_tick_ + static_cast<Cycles>(missing / TICK_COMPARE + 1) * calibration_.tick;
 }
 
-uint16_t Robot::tx_period() const {
-    const auto *own = program_->table().tx_period;
-    return own != nullptr ? *own : TX_PERIOD_AT_RESET;
+inline uint16_t Robot::tx_period(const kt_table_t &table) {
+    return table.tx_period != nullptr ? *table.tx_period : TX_PERIOD_AT_RESET;
 }
 
 void Robot::answer(bool yes) {
@@ -347,10 +346,9 @@ void Robot::live() {
     }
 }
 
-// Calls loop(), and again at each tick up to the next one that brings more than itself.
+// Calls loop(), and again at each tick up to the next message.
 void Robot::run_loop() {
     const auto &table = program_->table();
-    const Cycles quiet_until = std::min(until_, next_message());
     Cycles before;
     do {
         before = now_;
@@ -358,22 +356,23 @@ void Robot::run_loop() {
         loop_();
         busy_.came_back(*program_);
         look_at_outputs(table);
-    } while (now_ == before && pass_tick(table, quiet_until));
+    } while (now_ == before && pass_tick(table));
     if (now_ > before) loop_due_ = true;
 }
 
-/// Goes on to the next tick if that comes before `quiet_until` and does nothing but count.
-inline bool Robot::pass_tick(const kt_table_t &table, Cycles quiet_until) {
-    const uint32_t tx_clock = tx_clock_ + uint32_t{TICK_COMPARE};
-    const uint16_t tx_period = table.tx_period != nullptr ? *table.tx_period : TX_PERIOD_AT_RESET;
+/// Goes on to the next tick if nothing comes before it. False if more is to be done than to call
+/// loop().
+inline bool Robot::pass_tick(const kt_table_t &table) {
+    const Cycles at = next_tick_;
     const bool plain = tick_increment_ == TICK_COMPARE && !interrupts_off_;
-    if (next_tick_ >= quiet_until || tx_clock > tx_period || !plain) return false;
-    now_ = std::max(now_, next_tick_);
-    next_tick_ += calibration_.tick;
-    tx_clock_ = static_cast<uint16_t>(tx_clock);
-    last_tick_ = *table.ticks + 1;
-    *table.ticks = last_tick_;
-    return true;
+    if (!plain || at >= until_ || next_message() <= at) return false;
+    next_tick_ = at + calibration_.tick;
+    now_ = std::max(now_, at);
+    count_tick(table);
+    if (tx_clock_ <= tx_period(table)) return true;
+    const Cycles before = now_;
+    interrupt(table, [this, &table] { ask_for_message(table); });
+    return now_ == before && tick_increment_ == TICK_COMPARE;
 }
 
 void Robot::came_back() { busy_.came_back(*program_); }
@@ -394,32 +393,37 @@ void Robot::serve_interrupt() {
 
 // Runs a callback with interrupts off and a budget of its own. Time that it takes by delay() is
 // lost: one tick stays pending, messages are not heard.
-template <typename Callback> void Robot::interrupt(Callback callback) {
+template <typename Callback>
+inline void Robot::interrupt(const kt_table_t &table, Callback callback) {
     in_interrupt_ = true;
-    Cycles before = now_;
-    int32_t budget = *program_->table().budget;
-    *program_->table().budget = BLOCKS_PER_TICK;
+    const Cycles before = now_;
+    int32_t &left = *table.budget;
+    const int32_t budget = left;
+    left = BLOCKS_PER_TICK;
     callback();
-    *program_->table().budget = budget;
+    left = budget;
     in_interrupt_ = interrupts_off_ = false;
-    look_at_outputs();
+    look_at_outputs(table);
     if (now_ == before) return;
     while (next_tick_ + calibration_.tick <= now_) next_tick_ += calibration_.tick;
     while (inbox_next_ < inbox_.size() && inbox_[inbox_next_].at < now_) inbox_next_++;
 }
 
-void Robot::tick() {
-    last_tick_ = *program_->table().ticks + 1;
-    *program_->table().ticks = last_tick_;
+inline void Robot::count_tick(const kt_table_t &table) {
+    *table.ticks = last_tick_ = *table.ticks + 1;
     loop_due_ = true;
     tx_clock_ = static_cast<uint16_t>(tx_clock_ + tick_increment_);
     tick_increment_ = TICK_COMPARE;
-    if (state_ == State::RUNNING && tx_clock_ > tx_period())
-        interrupt([this] { ask_for_message(); });
 }
 
-void Robot::ask_for_message() {
+void Robot::tick() {
     const auto &table = program_->table();
+    count_tick(table);
+    if (state_ == State::RUNNING && tx_clock_ > tx_period(table))
+        interrupt(table, [this, &table] { ask_for_message(table); });
+}
+
+void Robot::ask_for_message(const kt_table_t &table) {
     const bool granted = !arbitrated_ || (granted_from_ <= now_ && now_ <= granted_to_);
     if (!granted && !ask_medium(Question::MAY_ASK)) return;
     const message_t *message = (*table.message_tx)();
@@ -469,7 +473,7 @@ void Robot::take_message() {
     *table.rx_distance = reception.distance;
     if (stale_conversion_ >= 0) table.rx_distance->high_gain = stale_conversion_;
     stale_conversion_ = -1;
-    interrupt([&table] { (*table.message_rx)(table.rx_message, table.rx_distance); });
+    interrupt(table, [&table] { (*table.message_rx)(table.rx_message, table.rx_distance); });
     loop_due_ = true;  // it sees at once what the callback changed
 }
 

@@ -176,14 +176,15 @@ class Robot {
     void go_on(Cycles until);
     void live();
     void run_loop();
-    bool pass_tick(const kt_table_t &table, Cycles quiet_until);
+    bool pass_tick(const kt_table_t &table);
+    void count_tick(const kt_table_t &table);
     Cycles next_message() const {
         return inbox_next_ < inbox_.size() ? inbox_[inbox_next_].at : NEVER;
     }
     Cycles next_interrupt() const { return std::min(next_message(), next_tick_); }
     void serve_interrupt();
     void tick();
-    void ask_for_message();
+    void ask_for_message(const kt_table_t &table);
     bool ask_medium(Question question);
     void retry_soon();
     void take_message();
@@ -194,7 +195,7 @@ class Robot {
     void fall_asleep();
     bool wakes_for(Cycles at);
     void start_again();
-    template <typename Callback> void interrupt(Callback callback);
+    template <typename Callback> void interrupt(const kt_table_t &table, Callback callback);
     void wait_until(Cycles wake);
     void look_at_outputs();
     void look_at_outputs(const kt_table_t &table);
@@ -202,7 +203,7 @@ class Robot {
     void switch_motors(bool on);
     void came_back();
     void budget_spent(const uint8_t *frame);
-    uint16_t tx_period() const;
+    static uint16_t tx_period(const kt_table_t &table);
     bool disturbed() const;
     uint8_t eeprom(uint16_t address) const;
     void set_eeprom(uint16_t address, uint8_t value);

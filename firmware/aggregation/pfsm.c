@@ -1,7 +1,5 @@
 #include "pfsm.h"
 
-#include <string.h>
-
 #include "exponential.h"
 #include "leave.h"
 #include "ticks.h"
@@ -167,12 +165,8 @@ static uint32_t next_wake(const pfsm_t *m, const params_t *p, uint32_t now) {
     return wake;
 }
 
-bool pfsm_step(pfsm_t *m, const params_t *p, const neighbours_t *neighbours, uint32_t now,
-               pfsm_floor_t floor) {
-    // Most ticks end here.
-    const bool same_floor = memcmp(&floor, &m->floor, sizeof floor) == 0;
-    if (same_floor && !ticks_reached(now, m->wake)) return false;
-
+void pfsm_change(pfsm_t *m, const params_t *p, const neighbours_t *neighbours, uint32_t now,
+                 pfsm_floor_t floor) {
     // One tick may take the robot through several states: off one site, onto the next, at rest.
     const bool edge = notice_floor(m, p, floor);
     if (m->floor.site != m->home) step_off(m, p, now);
@@ -182,7 +176,6 @@ bool pfsm_step(pfsm_t *m, const params_t *p, const neighbours_t *neighbours, uin
     if (m->state != PFSM_REST) move(m, p, now);
 
     m->wake = next_wake(m, p, now);
-    return true;
 }
 
 bool pfsm_signals(const pfsm_t *m, const params_t *p) {

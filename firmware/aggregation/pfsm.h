@@ -56,6 +56,7 @@
 #include "neighbours.h"
 #include "params.h"
 #include "random.h"
+#include "ticks.h"
 #include "walk.h"
 
 typedef enum { PFSM_WALK, PFSM_ENTER, PFSM_REST, PFSM_LEAVE } pfsm_state_t;
@@ -89,12 +90,22 @@ typedef struct {
 /// The start, at `now`: walking, the first leg straight on. `seed` and `uid` start its luck.
 void pfsm_init(pfsm_t *machine, const params_t *params, uint32_t now, uint32_t seed, uint16_t uid);
 
+/// The part of pfsm_step() that something may change in.
+void pfsm_change(pfsm_t *machine, const params_t *params, const neighbours_t *neighbours,
+                 uint32_t now, pfsm_floor_t floor);
+
 /// Brings the machine up to `now`. Call it once a tick. Calls may be late, after a pause by any
 /// length of time: what was due happens then, once.
 /// Returns false, after a few comparisons, if nothing can have changed. Does not call for
 /// neighbours_count() but at tests. The parameters must not change after pfsm_init().
-bool pfsm_step(pfsm_t *machine, const params_t *params, const neighbours_t *neighbours,
-               uint32_t now, pfsm_floor_t floor);
+static inline bool pfsm_step(pfsm_t *machine, const params_t *params,
+                             const neighbours_t *neighbours, uint32_t now, pfsm_floor_t floor) {
+    const pfsm_floor_t *known = &machine->floor;
+    const bool same_floor = floor.site == known->site && floor.flags == known->flags;
+    if (same_floor && !ticks_reached(now, machine->wake)) return false;
+    pfsm_change(machine, params, neighbours, now, floor);
+    return true;
+}
 
 /// Whether the robot sends signals now.
 bool pfsm_signals(const pfsm_t *machine, const params_t *params);

@@ -44,8 +44,11 @@ _FLAGS = [
     "-fno-delete-null-pointer-checks",  # address 0 is as good as another on an AVR
 ]
 _GCC_FLAGS = ["-funsigned-bitfields"]  # clang has no such option
-# clang leaves out counters that follow from others, and with them those of some endless loops.
-_CLANG_PROGRAM_FLAGS = ["-fsanitize-coverage=no-prune"]
+# So that the engine notices a busy-wait, clang counts the program's basic blocks (it would leave out
+# counters that follow from others, and with them those of some endless loops), and gcc's assembler
+# the turns of its loops, by count_loops.h, which needs the room below the stack.
+_CLANG_PROGRAM_FLAGS = ["-fsanitize-coverage=trace-pc,no-prune"]
+_GCC_PROGRAM_FLAGS = ["-mno-red-zone", "-fcf-protection=none"]
 # What avr-gcc defines for the robot's processor, and kilolib's Makefile for its clock.
 _ROBOT_MACROS = [
     "-DF_CPU=8000000UL",
@@ -63,8 +66,7 @@ _ROBOT_MACROS = [
     "-D__uint24=__UINT32_TYPE__",
 ]
 # avr-gcc 5 takes a variable that several files define without a value for one variable, and only
-# warns of what later compilers refuse. trace-pc counts the program's basic blocks, so that the
-# engine notices a busy-wait.
+# warns of what later compilers refuse.
 _PROGRAM_FLAGS = [
     "-fcommon",
     "-Wno-implicit-function-declaration",
@@ -74,7 +76,6 @@ _PROGRAM_FLAGS = [
     "-Wno-incompatible-function-pointer-types",
     "-Wno-return-type",
     "-Wno-return-mismatch",
-    "-fsanitize-coverage=trace-pc",
     "-Dmain=kt_guest_main",
 ]
 # An `inline` function that was inlined on the robot may not be here, and then it is missing.
@@ -195,7 +196,7 @@ class _Builder:
         if "clang" in version:
             counted += _CLANG_PROGRAM_FLAGS
         else:
-            counted += ["-include", str(self._guest / "count_blocks.h")]
+            counted += [*_GCC_PROGRAM_FLAGS, "-include", str(self._guest / "count_loops.h")]
         self._program_flags = [
             *flags,
             *api.includes(folders),

@@ -1,5 +1,5 @@
 // The part of the thin half that every guest has, a robot's program as a module's: the guard pages
-// around the variables, the budget of basic blocks, random bytes, and the calls that go to the
+// around the variables, the budget of its loops, random bytes, and the calls that go to the
 // engine through `kt_host`.
 #include <stddef.h>
 
@@ -19,21 +19,54 @@ volatile kt_outputs_t kt_outputs;
 static uint8_t soft_seed = 0xAA;
 static uint8_t soft_accumulator;
 
-// Loop variables may live in registers only: they are laid open beside the stack, so that the
-// engine can tell a program that computes from one that waits.
-static __attribute__((noinline)) void budget_spent(void) {
-    uint64_t registers[5];
-    __asm__ volatile(
-        "movq %%rbx, %0; movq %%r12, %1; movq %%r13, %2; movq %%r14, %3; movq %%r15, %4"
-        : "=m"(registers[0]), "=m"(registers[1]), "=m"(registers[2]), "=m"(registers[3]),
-          "=m"(registers[4]));
-    kt_host->spent((uint8_t *)registers);
-}
+// Loop variables may live in registers only: all are laid open beside the stack, so that the engine
+// can tell a program that computes from one that waits. What it calls may change none of them.
+void kt_budget_spent(void);
+__asm__(".pushsection .text\n"
+        ".globl kt_budget_spent\n"
+        ".hidden kt_budget_spent\n"
+        ".type kt_budget_spent, @function\n"
+        "kt_budget_spent:\n"
+        "  pushq %rax; pushq %rcx; pushq %rdx; pushq %rbx; pushq %rbp; pushq %rsi; pushq %rdi\n"
+        "  pushq %r8; pushq %r9; pushq %r10; pushq %r11; pushq %r12; pushq %r13; pushq %r14; pushq "
+        "%r15\n"
+        "  subq $256, %rsp\n"
+        "  movups %xmm0, (%rsp); movups %xmm1, 16(%rsp); movups %xmm2, 32(%rsp); movups %xmm3, "
+        "48(%rsp)\n"
+        "  movups %xmm4, 64(%rsp); movups %xmm5, 80(%rsp); movups %xmm6, 96(%rsp); movups %xmm7, "
+        "112(%rsp)\n"
+        "  movups %xmm8, 128(%rsp); movups %xmm9, 144(%rsp); movups %xmm10, 160(%rsp); movups "
+        "%xmm11, 176(%rsp)\n"
+        "  movups %xmm12, 192(%rsp); movups %xmm13, 208(%rsp); movups %xmm14, 224(%rsp); movups "
+        "%xmm15, 240(%rsp)\n"
+        "  movq %rsp, %rbx\n"
+        "  movq %rsp, %rdi\n"
+        "  andq $-16, %rsp\n"
+        "  call kt_tell_spent\n"
+        "  movq %rbx, %rsp\n"
+        "  movups (%rsp), %xmm0; movups 16(%rsp), %xmm1; movups 32(%rsp), %xmm2; movups 48(%rsp), "
+        "%xmm3\n"
+        "  movups 64(%rsp), %xmm4; movups 80(%rsp), %xmm5; movups 96(%rsp), %xmm6; movups "
+        "112(%rsp), %xmm7\n"
+        "  movups 128(%rsp), %xmm8; movups 144(%rsp), %xmm9; movups 160(%rsp), %xmm10; movups "
+        "176(%rsp), %xmm11\n"
+        "  movups 192(%rsp), %xmm12; movups 208(%rsp), %xmm13; movups 224(%rsp), %xmm14; movups "
+        "240(%rsp), %xmm15\n"
+        "  addq $256, %rsp\n"
+        "  popq %r15; popq %r14; popq %r13; popq %r12; popq %r11; popq %r10; popq %r9; popq %r8\n"
+        "  popq %rdi; popq %rsi; popq %rbp; popq %rbx; popq %rdx; popq %rcx; popq %rax\n"
+        "  ret\n"
+        ".size kt_budget_spent, . - kt_budget_spent\n"
+        ".popsection\n");
 
-/// Called by the compiler's instrumentation at every basic block of the program.
+static __attribute__((used)) void tell_spent(const uint8_t *frame) __asm__("kt_tell_spent");
+static void tell_spent(const uint8_t *frame) { kt_host->spent(frame); }
+
+/// Called by the compiler's instrumentation at every basic block of the program (clang), or by
+/// nobody (gcc, see count_blocks.h).
 void __sanitizer_cov_trace_pc(void);
 void __sanitizer_cov_trace_pc(void) {
-    if (--kt_budget < 0) budget_spent();
+    if (--kt_budget < 0) kt_budget_spent();
 }
 
 uint8_t rand_hard(void);
