@@ -149,7 +149,7 @@ class KilobotMedium {
     struct Air {
         uint32_t heard = 0;  ///< so many senders
         bool sends = false;
-        uint8_t planned = 0;  ///< so many of its frames are planned
+        uint16_t planned = 0;  ///< so many of its frames are planned
     };
     /// What a module's one receiver is busy with.
     struct Receiver {
@@ -161,7 +161,6 @@ class KilobotMedium {
     Event next_event() const;
     void prefetch_asked(size_t next) const;
     void take(const Event &event);
-    void begin_planned(const Planned &planned);
     void take_emissions(uint32_t robot);
     static Cycles next_ask(const Robot &robot);
     std::vector<Planned> &planned_at(Cycles at) { return planned_[at / step_ % PLANNED_STEPS]; }
