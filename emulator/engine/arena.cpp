@@ -34,10 +34,8 @@ double Arena::distance_to_site_edge(const Eigen::Vector2d &point) const {
 }
 
 double Arena::wall_gap(const Eigen::Vector2d &point) const {
-    double nearest = std::numeric_limits<double>::infinity();
-    for_each_wall(point,
-                  [&](double gap, const Eigen::Vector2d &) { nearest = std::min(nearest, gap); });
-    return nearest;
+    if (bounds.shape == Region::Shape::CIRCLE) return bounds.size.x() / 2 - point.norm();
+    return (bounds.size / 2 - point.cwiseAbs()).minCoeff();
 }
 
 }  // namespace kilotwin

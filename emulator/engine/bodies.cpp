@@ -44,6 +44,8 @@ Bodies::Bodies(const Arena &arena, const Profile &profile, const Chance &chance,
       orders_(poses.size()),
       near_(poses.size()),
       before_slot_(poses.size(), 0),
+      shifts_(poses.size()),
+      shifted_at_(poses.size(), NEVER),
       steps_apart_(poses.size(), 0),
       in_contact_(poses.size(), false) {
     for (const auto &pose : poses) {
@@ -149,10 +151,10 @@ const Trajectory &Bodies::trajectory_before(uint32_t robot) const {
     return changed ? before_[slot].trajectory : trajectories_[robot];
 }
 
-/// Where a robot would go within this step, were it alone.
-Eigen::Vector2d Bodies::free_shift(uint32_t robot) {
+void Bodies::find_free_shift(uint32_t robot) {
     look_ahead(robot);
-    return trajectories_[robot].position(now_ + step_) - positions_[robot];
+    shifts_[robot] = trajectories_[robot].position(now_ + step_) - positions_[robot];
+    shifted_at_[robot] = now_;
 }
 
 /// All who may touch a robot within this step, and some more.
@@ -184,8 +186,10 @@ void Bodies::find_contacts() {
     approach_m_ = 0;
     for (uint32_t robot = 0; robot < size(); robot++)
         if (next_contact_[robot] <= now_ && may_touch(robot)) include(robot);
+    const auto found = static_cast<ptrdiff_t>(contacts_.size());  // ascending
     close_over();
-    std::sort(contacts_.begin(), contacts_.end());
+    std::sort(contacts_.begin() + found, contacts_.end());
+    std::inplace_merge(contacts_.begin(), contacts_.begin() + found, contacts_.end());
 }
 
 void Bodies::include(uint32_t robot) {
@@ -304,28 +308,25 @@ void Bodies::solve_contacts() {
     }
     const Cycles end = now_ + step_;
     const double step_s = seconds(step_);
-    poses_before_.clear();
+    headings_before_.clear();
     free_shifts_.clear();
     for (uint32_t robot : held) {
-        look_ahead(robot);
-        poses_before_.push_back(trajectory_before(robot).pose(now_));
-        const Pose alone = trajectories_[robot].pose(end), &before = poses_before_.back();
-        free_shifts_.push_back(
-            {alone.position - before.position, wrapped(alone.heading - before.heading)});
+        const Eigen::Vector2d &shift = free_shift(robot);
+        const double before = trajectory_before(robot).heading(now_);
+        headings_before_.push_back(before);
+        free_shifts_.push_back({shift, wrapped(trajectories_[robot].heading(end) - before)});
     }
     world_.step(free_shifts_, step_s, approach_m_, overlap_m_ / (2 * radius_m_));
     solver_steps_ += held.size();
     longest_shift_m_ = 0;
     for (size_t i = 0; i < held.size(); i++) {
         const uint32_t robot = held[i];
-        Pose pose = poses_before_[i];
         const Shift shift = world_.moved(robot);
         longest_shift_m_ = std::max({longest_shift_m_, shift.by.norm(), free_shifts_[i].by.norm()});
         const bool moved = shift.by != Eigen::Vector2d::Zero();
         if (moved) still_since_[robot] = trajectories_[robot].drive().stands() ? end : NEVER;
         if (moved || shift.turn != 0) pushed_.push_back(robot);
-        pose.position += shift.by;
-        pose.heading = wrapped(pose.heading + shift.turn);
+        const Pose pose = {positions_[robot] + shift.by, wrapped(headings_before_[i] + shift.turn)};
         trajectories_[robot].restart(end, pose);
         set_place(robot, pose.position, end);
     }

@@ -120,7 +120,12 @@ class Bodies {
     const std::vector<uint32_t> &near(uint32_t robot);
     void look_ahead(uint32_t robot);
     const Trajectory &trajectory_before(uint32_t robot) const;
-    Eigen::Vector2d free_shift(uint32_t robot);
+    /// Where a robot would go within this step, were it alone.
+    const Eigen::Vector2d &free_shift(uint32_t robot) {
+        if (shifted_at_[robot] != now_) find_free_shift(robot);
+        return shifts_[robot];
+    }
+    void find_free_shift(uint32_t robot);
     void find_contacts();
     bool may_touch(uint32_t robot);
     double longest_free_m(uint32_t robot) const;
@@ -156,7 +161,9 @@ class Bodies {
     std::vector<Cycles> next_contact_;  ///< before this, nothing is near enough to touch
     std::vector<Orders> orders_;
     std::vector<Near> near_;
-    std::vector<uint32_t> before_slot_;  ///< in before_, if it is there
+    std::vector<uint32_t> before_slot_;    ///< in before_, if it is there
+    std::vector<Eigen::Vector2d> shifts_;  ///< where it would go, were it alone,
+    std::vector<Cycles> shifted_at_;       ///< in the step that begins here
     std::vector<uint8_t> steps_apart_;
     std::vector<bool> in_contact_;
 
@@ -164,7 +171,7 @@ class Bodies {
     std::vector<Before> before_;
     std::vector<Pair> pairs_;  ///< of robots in the solver that may touch this step
     std::vector<uint32_t> pushed_;
-    std::vector<Pose> poses_before_;  ///< of the robots in the solver
+    std::vector<double> headings_before_;  ///< of the robots in the solver
     std::vector<Shift> free_shifts_;  ///< and where each would go within the step, were it alone
     double longest_shift_m_ = 0;      ///< of a robot in the solver, in the last step or this one
     double approach_m_ = 0;  ///< most that two come nearer in this step who are not close yet

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "engine/message_crc.h"
 
@@ -22,7 +23,8 @@ constexpr double RANGE_LIMIT = 3;  // of the spread
 KilobotMedium::KilobotMedium(const Settings &settings, const Chance &chance,
                              std::vector<Robot> &robots, Bodies &bodies,
                              std::vector<Cycles> &speaks, std::vector<Emission> &emissions,
-                             MediumCounts &counts, Grid *grid, Boards *boards)
+                             MediumCounts &counts, Undisturbed undisturbed_until, Grid *grid,
+                             Boards *boards)
     : settings_(settings),
       chance_(chance),
       robots_(robots),
@@ -30,13 +32,16 @@ KilobotMedium::KilobotMedium(const Settings &settings, const Chance &chance,
       speaks_(speaks),
       emissions_(emissions),
       counts_(counts),
+      undisturbed_until_(std::move(undisturbed_until)),
       by_robot_(robots.size()),
       grid_(grid),
       boards_(boards),
       frames_(robots.size() + (grid != nullptr ? grid->layout().cells() : 0)),
       audible_(frames_.size()),
+      air_(frames_.size()),
       draws_(robots.size()),
-      receivers_(grid != nullptr ? grid->layout().modules() : 0) {
+      receivers_(grid != nullptr ? grid->layout().modules() : 0),
+      planned_(PLANNED_STEPS) {
     for (uint32_t station = 0; station < frames_.size(); station++)
         frames_[station].sender = frames_[station].listener = station;
     for (uint32_t robot = 0; robot < robots.size(); robot++) {
@@ -52,19 +57,23 @@ double KilobotMedium::reach_m(const Settings &settings) {
     return settings.range_m * (1 + RANGE_LIMIT * settings.range_spread);
 }
 
+void KilobotMedium::Queue::push(const Event &event) {
+    events_.push_back(event);
+    for (size_t i = events_.size() - 1; i > 0 && events_[i - 1] > events_[i]; i--)
+        std::swap(events_[i - 1], events_[i]);
+}
+
 void KilobotMedium::run(Cycles begin, Cycles end, Cycles limit) {
     end_ = end;
     limit_ = limit;
-    for (uint32_t robot = 0; robot < robots_.size(); robot++)
-        if (speaks_[robot] < end && !on_air(robot) && !robots_[robot].on_board())
-            events_.push({std::max(speaks_[robot], begin), What::ASK, robot});
+    step_ = end - begin;
+    find_asks(begin, end);
     for (;;) {
-        const Cycles next = events_.empty() ? end : std::min(events_.top().at, end);
+        const Event event = next_event();
+        const Cycles next = std::min(event.at, end);
         Cycles grid_until = next;
         if (boards_ != nullptr) {
-            auto busy = [this](uint32_t robot) {
-                return on_air(robot) || !audible_[robot].empty();
-            };
+            auto busy = [this](uint32_t robot) { return on_air(robot) || air_[robot].heard > 0; };
             // Boards and modules hear one another: neither may get ahead.
             Cycles turn = grid_ != nullptr ? std::min(grid_->next(), next) : next;
             if (boards_->has_modules())
@@ -81,51 +90,139 @@ void KilobotMedium::run(Cycles begin, Cycles end, Cycles limit) {
                 continue;
             }
         if (grid_until < next) continue;
-        if (next == end) return;
-        const Event event = events_.top();
-        events_.pop();
-        switch (event.what) {
-        case What::FRAME_END: end_frame(event.station); break;
-        case What::SENSE_END: end_sensing(event.station); break;
-        case What::ASK: ask(event.station, event.at); break;
-        }
+        if (next == end) break;
+        take(event);
     }
+    planned_at(begin).clear();
 }
 
-/// Runs a robot through the moment at which it may be asked for a message.
+/// Who is to be asked within this step, and whose planned frames begin.
+void KilobotMedium::find_asks(Cycles begin, Cycles end) {
+    asks_.clear();
+    next_ask_ = 0;
+    for (uint32_t robot = 0; robot < robots_.size(); robot++)
+        if (speaks_[robot] < end && !on_air(robot) && air_[robot].planned == 0 &&
+            !robots_[robot].on_board())
+            asks_.push_back({std::max(speaks_[robot], begin), What::ASK, robot});
+    const auto &planned = planned_at(begin);
+    for (uint32_t i = 0; i < planned.size(); i++)
+        asks_.push_back({planned[i].emission.at, What::BEGIN, i});
+    std::sort(asks_.begin(), asks_.end(), [](const Event &a, const Event &b) { return b > a; });
+}
+
+/// Brings those near who are asked some time after the `next`.
+void KilobotMedium::prefetch_asked(size_t next) const {
+    constexpr size_t SOON = 2, LATER = 4;
+    if (next + LATER >= asks_.size()) return;
+    const Event &soon = asks_[next + SOON], &later = asks_[next + LATER];
+    if (later.what == What::ASK) robots_[later.station].prefetch();
+    if (soon.what == What::ASK) robots_[soon.station].prefetch_state();
+}
+
+/// The first one; NEVER if there is none.
+KilobotMedium::Event KilobotMedium::next_event() const {
+    Event first = {NEVER, What::ASK, 0};
+    if (next_ask_ < asks_.size()) first = asks_[next_ask_];
+    if (!later_asks_.empty() && first > later_asks_.top()) first = later_asks_.top();
+    if (!sense_ends_.empty() && first > sense_ends_.front()) first = sense_ends_.front();
+    if (!frame_ends_.empty() && first > frame_ends_.front()) first = frame_ends_.front();
+    return first;
+}
+
+void KilobotMedium::take(const Event &event) {
+    switch (event.what) {
+    case What::FRAME_END: frame_ends_.pop(); return end_frame(event.station);
+    case What::SENSE_END: sense_ends_.pop(); return end_sensing(event.station);
+    default: break;
+    }
+    if (next_ask_ < asks_.size() && !(asks_[next_ask_] > event))
+        prefetch_asked(++next_ask_);
+    else
+        later_asks_.pop();
+    if (event.what == What::ASK) return ask(event.station, event.at);
+    const auto &[emission, next] = planned_at(event.at)[event.station];
+    air_[emission.robot].planned--;
+    speaks_[emission.robot] = next;
+    begin_frame(emission.robot, emission.at, emission.message, true);
+}
+
+/// Runs a robot through the moment at which it may be asked for a message, and on if it can send
+/// and then be left alone.
 void KilobotMedium::ask(uint32_t robot, Cycles at) {
-    if (has_channel(robot, at)) robots_[robot].grant(at, std::min(limit_, at + 1 + FRAME_CYCLES));
-    go_on(robot, at + 1);
-    const Cycles next = robots_[robot].next_ask();
-    if (next < end_ && !on_air(robot)) events_.push({std::max(next, at + 1), What::ASK, robot});
+    Cycles until = at + 1;
+    if (has_channel(robot, at)) {
+        const Cycles alone = undisturbed_until_(robot, limit_);
+        if (alone > end_) {
+            until = alone;
+            robots_[robot].grant(at, alone - SENSE_END_CYCLES - 1, alone);
+        } else {
+            robots_[robot].grant(at, at, std::min(limit_, at + 1 + FRAME_CYCLES));
+        }
+    }
+    asked_at_ = at;
+    go_on(robot, until);
+    const Cycles next = speaks_[robot];
+    if (next < end_ && !on_air(robot) && air_[robot].planned == 0)
+        later_asks_.push({std::max(next, at + 1), What::ASK, robot});
+}
+
+Cycles KilobotMedium::alone_until(uint32_t robot, Cycles until) const {
+    const Cycles ask = speaks_[robot];
+    until = std::min(until, end_ + (PLANNED_STEPS - 2) * step_);
+    const bool may_send =
+        ask + SENSE_END_CYCLES < until && robots_[robot].question() == Robot::Question::NONE;
+    return may_send ? until : std::min(until, ask);
 }
 
 void KilobotMedium::live(uint32_t robot, Cycles until) {
+    asked_at_ = NEVER;
+    const Cycles ask = speaks_[robot];
+    if (ask >= end_ && ask < until) robots_[robot].grant(ask, until - SENSE_END_CYCLES - 1, until);
     go_on(robot, until);
-    speaks_[robot] = robots_[robot].next_ask();
 }
 
 /// Runs a robot up to `until`, answering what it asks.
 void KilobotMedium::go_on(uint32_t index, Cycles until) {
     Robot &robot = robots_[index];
-    do {
+    for (;;) {
         emissions_.clear();
         robot.run_arbitrated(until);
-        if (!emissions_.empty()) begin_frame(index, emissions_.back().at);
-        if (robot.question() == Robot::Question::MAY_ASK)
-            robot.answer(!receives(index, robot.now()));
-        else
-            break;
-    } while (true);
+        if (!emissions_.empty()) take_emissions(index);
+        if (robot.question() != Robot::Question::MAY_ASK || robot.now() >= end_) break;
+        robot.answer(!receives(index, robot.now()));
+    }
     if (robot.question() == Robot::Question::IS_CHANNEL_FREE && !on_air(index))
-        begin_frame(index, robot.now());
-    speaks_[index] = robot.next_ask();
+        begin_frame(index, robot.now(), robot.outgoing(), false);
+    if (air_[index].planned == 0) speaks_[index] = next_ask(robot);
+}
+
+/// When a robot is to be asked next.
+Cycles KilobotMedium::next_ask(const Robot &robot) {
+    return robot.question() == Robot::Question::MAY_ASK ? robot.now() : robot.next_ask();
+}
+
+/// What a robot sends when it is asked begins now; later frames do in their time.
+void KilobotMedium::take_emissions(uint32_t robot) {
+    for (size_t i = 0; i < emissions_.size(); i++) {
+        const Emission &emission = emissions_[i];
+        if (emission.at == asked_at_) {
+            begin_frame(robot, emission.at, emission.message, true);
+            continue;
+        }
+        if (air_[robot].planned++ == 0) speaks_[robot] = emission.at;
+        const Cycles next =
+            i + 1 < emissions_.size() ? emissions_[i + 1].at : next_ask(robots_[robot]);
+        auto &planned = planned_at(emission.at);
+        if (emission.at < end_)
+            later_asks_.push({emission.at, What::BEGIN, static_cast<uint32_t>(planned.size())});
+        planned.push_back({emission, next});
+    }
 }
 
 /// Whether nothing can come between if the robot is asked at `at`: it receives nothing, and nobody
 /// around may start before it is done listening.
 bool KilobotMedium::has_channel(uint32_t robot, Cycles at) const {
-    if (settings_.held_busy || !audible_[robot].empty() || on_air(robot) ||
+    if (settings_.held_busy || air_[robot].heard > 0 || on_air(robot) ||
         robots_[robot].question() != Robot::Question::NONE || robots_[robot].next_ask() != at)
         return false;
     for (uint32_t other : bodies_.lists().of(robot))
@@ -143,16 +240,17 @@ bool KilobotMedium::receives(uint32_t robot, Cycles at) const {
     });
 }
 
-void KilobotMedium::begin_frame(uint32_t sender, Cycles at) {
-    Frame &frame = begin_light(sender, at, robots_[sender].outgoing());
-    frame.granted = robots_[sender].question() == Robot::Question::NONE;
+void KilobotMedium::begin_frame(uint32_t sender, Cycles at, const message_t &message,
+                                bool granted) {
+    Frame &frame = begin_light(sender, at, message);
+    frame.granted = granted;
     hold_receivers(frame, at, at + (frame.granted ? FRAME_CYCLES : SENSE_END_CYCLES));
     if (boards_ != nullptr) boards_->first_pulse(sender, at);
     if (frame.granted) {
         if (boards_ != nullptr) boards_->other_pulses(sender, at, frame.message);
-        events_.push({at + FRAME_CYCLES, What::FRAME_END, sender});
+        frame_ends_.push({at + FRAME_CYCLES, What::FRAME_END, sender});
     } else {
-        events_.push({at + SENSE_END_CYCLES, What::SENSE_END, sender});
+        sense_ends_.push({at + SENSE_END_CYCLES, What::SENSE_END, sender});
     }
 }
 
@@ -179,7 +277,7 @@ KilobotMedium::Frame &KilobotMedium::put_on_air(uint32_t sender, Cycles at,
                                                 const message_t &message) {
     Frame &frame = frames_[sender];
     frame.begin = at;
-    frame.on_air = true;
+    air_[sender].sends = true;
     frame.message = message;
     frame.heard.clear();
     if (boards_ != nullptr) boards_->begin_light(sender);
@@ -197,7 +295,7 @@ void KilobotMedium::shine_on_robot(Frame &frame, uint32_t robot, double distance
     }
     if (robots_[robot].on_board()) shine_on_board(frame, heard);
     frame.heard.push_back(heard);
-    audible.push_back(frame.sender);
+    hear(heard.station, frame.sender);
     robots_[robot].disturb(frame.begin, frame.begin + FRAME_CYCLES);
 }
 
@@ -270,7 +368,7 @@ void KilobotMedium::shine_on_cells(Frame &frame, const Eigen::Vector2d &from) {
         else if (settings_.collisions && !audible.empty())
             heard.fate = Fate::COLLIDED;
         frame.heard.push_back(heard);
-        audible.push_back(frame.sender);
+        hear(heard.station, frame.sender);
     }
 }
 
@@ -296,7 +394,7 @@ void KilobotMedium::shine_on_board_cell(Frame &frame, uint32_t cell, double dist
     boards_->reach(frame.sender, station, cell_gains_.measure(heard.distance_mm, 0, 0), lost,
                    chance_.bits(station, Purpose::LOST_PULSE, n));
     frame.heard.push_back(heard);
-    audible.push_back(frame.sender);
+    hear(heard.station, frame.sender);
 }
 
 /// Modules that a frame reaches stay with the cell that hears it.
@@ -331,7 +429,7 @@ void KilobotMedium::begin_cell_frame(uint32_t index) {
     if (granted)
         cell_has_channel(frame);
     else
-        events_.push({wanted.at + SENSE_END_CYCLES, What::SENSE_END, frame.sender});
+        sense_ends_.push({wanted.at + SENSE_END_CYCLES, What::SENSE_END, frame.sender});
 }
 
 /// Light of a cell begins: robots in range receive.
@@ -361,7 +459,7 @@ void KilobotMedium::cell_has_channel(Frame &frame) {
     receivers_[module].sending_until = frame.begin + FRAME_CYCLES;
     if (boards_ != nullptr) boards_->other_pulses(frame.sender, frame.begin, frame.message);
     grid_->answer(module, frame.begin, Module::Answer::SENT);
-    events_.push({frame.begin + FRAME_CYCLES, What::FRAME_END, frame.sender});
+    frame_ends_.push({frame.begin + FRAME_CYCLES, What::FRAME_END, frame.sender});
 }
 
 /// Light on the receiver while it polled: the start pulse of a frame begun meanwhile, or the
@@ -389,11 +487,11 @@ void KilobotMedium::end_sensing(uint32_t sender) {
     if (busy) {
         counts_.attempts_failed++;
         leave_air(frame);
-        events_.push({frame.begin + SENSE_END_CYCLES + 1, What::ASK, sender});
+        later_asks_.push({frame.begin + SENSE_END_CYCLES + 1, What::ASK, sender});
     } else {
         if (boards_ != nullptr) boards_->other_pulses(sender, frame.begin, frame.message);
         hold_receivers(frame, frame.begin + SENSE_END_CYCLES, frame.begin + FRAME_CYCLES);
-        events_.push({frame.begin + FRAME_CYCLES, What::FRAME_END, sender});
+        frame_ends_.push({frame.begin + FRAME_CYCLES, What::FRAME_END, sender});
     }
 }
 
@@ -411,15 +509,21 @@ void KilobotMedium::end_frame(uint32_t sender) {
             deliver_to_cell(frame, heard);
         else if (right)
             deliver(frame, heard);
-    if (!is_cell(sender) && !frame.granted)
-        events_.push({frame.begin + FRAME_CYCLES, What::ASK, sender});
+    if (is_cell(sender) || robots_[sender].on_board()) return;
+    // With a short period of its own it may be asked again within this step.
+    const Cycles over = frame.begin + FRAME_CYCLES;
+    if (!frame.granted)
+        later_asks_.push({over, What::ASK, sender});
+    else if (speaks_[sender] < end_ && air_[sender].planned == 0)
+        later_asks_.push({std::max(over, speaks_[sender]), What::ASK, sender});
 }
 
 void KilobotMedium::leave_air(Frame &frame) {
-    frame.on_air = false;
+    air_[frame.sender].sends = false;
     for (const Heard &heard : frame.heard) {
         auto &audible = audible_[heard.station];
         audible.erase(std::find(audible.begin(), audible.end(), frame.sender));
+        air_[heard.station].heard--;
     }
 }
 
@@ -470,7 +574,7 @@ void KilobotMedium::deliver(const Frame &frame, const Heard &heard) {
     robots_[index].receive({end, frame.message, measure(heard, draw)});
     // It may be told to run, and then to send, before the others are past that.
     if (is_cell(frame.sender) && robots_[index].next_ask() == NEVER && end < end_)
-        events_.push({end, What::ASK, index});
+        later_asks_.push({end, What::ASK, index});
 }
 
 /// Whether a frame is lost on its way, by chance.

@@ -17,6 +17,8 @@
 #define KILOTWIN_ENGINE_KILOBOT_MEDIUM_H
 
 #include <Eigen/Core>
+#include <deque>
+#include <functional>
 #include <queue>
 #include <vector>
 
@@ -62,11 +64,15 @@ class KilobotMedium {
         bool held_busy = false;  ///< somebody's light never goes out: no attempt succeeds
     };
 
+    /// Until when nothing reaches a robot for certain that the medium does not claim, and none of
+    /// its surroundings change; not beyond a limit.
+    using Undisturbed = std::function<Cycles(uint32_t robot, Cycles limit)>;
+
     /// `speaks`: by robot, the earliest moment at which it may begin a frame; kept up to date here.
     /// `grid` and `boards` may be null.
     KilobotMedium(const Settings &settings, const Chance &chance, std::vector<Robot> &robots,
                   Bodies &bodies, std::vector<Cycles> &speaks, std::vector<Emission> &emissions,
-                  MediumCounts &counts, Grid *grid, Boards *boards);
+                  MediumCounts &counts, Undisturbed undisturbed_until, Grid *grid, Boards *boards);
 
     /// The farthest that anybody can be heard.
     static double reach_m(const Settings &settings);
@@ -74,15 +80,20 @@ class KilobotMedium {
     /// Whether a robot cannot be left alone beyond the current step: it receives, it is in the
     /// middle of a transmission, or the channel is not free.
     bool claims(uint32_t robot) const {
-        return settings_.held_busy || !audible_[robot].empty() || frames_[robot].on_air ||
-               robots_[robot].question() != Robot::Question::NONE;
+        return settings_.held_busy || air_[robot].heard > 0 || air_[robot].sends;
     }
+
+    /// Until when a robot that is not claimed can be left alone, if no light reaches it before
+    /// `until`: it may send meanwhile, if it is done listening by then.
+    Cycles alone_until(uint32_t robot, Cycles until) const;
 
     /// Takes all that begins or ends between `begin` and `end`, the current step, in order of time.
     /// Robots live up to the moments at which they may send, and none beyond `limit`.
     void run(Cycles begin, Cycles end, Cycles limit);
 
-    /// Lets a robot live up to `until`; run() has gone through everything that may reach it before.
+    /// Lets a robot live up to `until`; run() has gone through everything that may reach it before
+    /// the current step's end, and beyond nothing does. What it sends later goes on air in its
+    /// time.
     void live(uint32_t robot, Cycles until);
 
   private:
@@ -101,23 +112,44 @@ class KilobotMedium {
     };
     struct Frame {
         Cycles begin;
-        uint32_t sender;    ///< station
-        uint32_t listener;  ///< station at whose receiver the sender listens first
-        bool on_air = false;
+        uint32_t sender;       ///< station
+        uint32_t listener;     ///< station at whose receiver the sender listens first
         bool granted = false;  ///< its sender did not have to listen first
         message_t message;
         std::vector<Heard> heard;
     };
     /// In this order when at the same time.
-    enum class What : uint8_t { FRAME_END, SENSE_END, ASK };
+    enum class What : uint8_t { FRAME_END, SENSE_END, BEGIN, ASK };
     struct Event {
         Cycles at;
         What what;
-        uint32_t station;
+        uint32_t station;  ///< of a BEGIN instead: which of the planned frames
         bool operator>(const Event &other) const {
             if (at != other.at) return at > other.at;
             return what != other.what ? what > other.what : station > other.station;
         }
+    };
+    /// Events in order of time; most come in that order.
+    class Queue {
+      public:
+        void push(const Event &event);
+        void pop() { events_.pop_front(); }
+        bool empty() const { return events_.empty(); }
+        const Event &front() const { return events_.front(); }
+
+      private:
+        std::deque<Event> events_;
+    };
+    /// A frame of a later step. `next`: nothing more comes from its sender before.
+    struct Planned {
+        Emission emission;
+        Cycles next;
+    };
+    /// What makes a station's air busy.
+    struct Air {
+        uint32_t heard = 0;  ///< so many senders
+        bool sends = false;
+        uint16_t planned = 0;  ///< so many of its frames are planned
     };
     /// What a module's one receiver is busy with.
     struct Receiver {
@@ -125,10 +157,17 @@ class KilobotMedium {
         uint64_t draws = 0;
     };
 
+    void find_asks(Cycles begin, Cycles end);
+    Event next_event() const;
+    void prefetch_asked(size_t next) const;
+    void take(const Event &event);
+    void take_emissions(uint32_t robot);
+    static Cycles next_ask(const Robot &robot);
+    std::vector<Planned> &planned_at(Cycles at) { return planned_[at / step_ % PLANNED_STEPS]; }
     void ask(uint32_t robot, Cycles at);
     void go_on(uint32_t robot, Cycles until);
     bool has_channel(uint32_t robot, Cycles at) const;
-    void begin_frame(uint32_t sender, Cycles at);
+    void begin_frame(uint32_t sender, Cycles at, const message_t &message, bool granted);
     Frame &begin_light(uint32_t sender, Cycles at, const message_t &message);
     void begin_cell_frame(uint32_t module);
     Frame &begin_cell_light(uint32_t station, Cycles at, const message_t &message);
@@ -151,7 +190,11 @@ class KilobotMedium {
     bool finds_busy(const Frame &frame) const;
     void deliver(const Frame &frame, const Heard &heard);
     void deliver_to_cell(const Frame &frame, const Heard &heard);
-    bool on_air(uint32_t sender) const { return frames_[sender].on_air; }
+    bool on_air(uint32_t sender) const { return air_[sender].sends; }
+    void hear(uint32_t station, uint32_t sender) {
+        audible_[station].push_back(sender);
+        air_[station].heard++;
+    }
     bool is_cell(uint32_t station) const { return station >= robots_.size(); }
     uint32_t station_of(uint32_t cell) const {
         return static_cast<uint32_t>(robots_.size()) + cell;
@@ -168,17 +211,25 @@ class KilobotMedium {
     std::vector<Cycles> &speaks_;
     std::vector<Emission> &emissions_;  ///< what robots send that were granted the channel
     MediumCounts &counts_;
+    Undisturbed undisturbed_until_;
     std::vector<FrameCounts> by_robot_;
     Grid *grid_;
     Boards *boards_;                              ///< null: there are none
     std::vector<float> range_m_;                  ///< by robot
     std::vector<Frame> frames_;                   ///< by sender: a station sends one at a time
     std::vector<std::vector<uint32_t>> audible_;  ///< by receiving station: senders on air
+    std::vector<Air> air_;                        ///< by station
     std::vector<uint64_t> draws_;                 ///< by robot
     std::vector<Receiver> receivers_;             ///< by module
     InfraredGains cell_gains_;
-    std::priority_queue<Event, std::vector<Event>, std::greater<>> events_;
-    Cycles end_ = 0, limit_ = 0;
+    static constexpr size_t PLANNED_STEPS = 64;  ///< frames are planned less than that ahead
+    std::vector<std::vector<Planned>> planned_;  ///< by step: a ring
+    std::vector<Event> asks_;                    ///< of this step, those after next_ask_ to come
+    size_t next_ask_ = 0;
+    std::priority_queue<Event, std::vector<Event>, std::greater<>> later_asks_;
+    Queue sense_ends_, frame_ends_;
+    Cycles step_ = 1, end_ = 0, limit_ = 0;
+    Cycles asked_at_ = NEVER;  ///< the moment that a robot is run through
 };
 
 }  // namespace kilotwin

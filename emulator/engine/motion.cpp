@@ -31,12 +31,14 @@ Eigen::Vector2d Trajectory::position(Cycles at) const {
 }
 
 Eigen::Vector2d Trajectory::ahead(Cycles at) const {
-    return drive_.turn == 0 ? ahead_ : direction(pose(at).heading);
+    return drive_.turn == 0 ? ahead_ : direction(heading(at));
 }
 
-Pose Trajectory::pose(Cycles at) const {
-    if (drive_.turn == 0) return {position(at), origin_.heading};
-    return {position(at), wrapped(origin_.heading + drive_.turn * seconds(at - since_))};
+double Trajectory::heading(Cycles at) const {
+    return drive_.turn == 0 ? origin_.heading
+                            : wrapped(origin_.heading + drive_.turn * seconds(at - since_));
 }
+
+Pose Trajectory::pose(Cycles at) const { return {position(at), heading(at)}; }
 
 }  // namespace kilotwin

@@ -45,6 +45,7 @@ class Trajectory {
     /// The pose at `at`, not before the last restart or change.
     Pose pose(Cycles at) const;
     Eigen::Vector2d position(Cycles at) const;
+    double heading(Cycles at) const;
     Eigen::Vector2d ahead(Cycles at) const;  ///< unit vector of its heading
 
     const Drive &drive() const { return drive_; }

@@ -9,6 +9,7 @@
 #include <cstring>
 #include <utility>
 
+#include "engine/memory.h"
 #include "engine/message_crc.h"
 #include "engine/placement.h"
 #include "engine/trigonometry.h"
@@ -23,6 +24,8 @@ constexpr int64_t LEAD_TICKS = 64;  // and at least so long before RUN
 // Who is near which cell is looked up so often: rarely enough to cost little, often enough that few
 // cells seem to have somebody near.
 constexpr Cycles LOOK_AROUND_GRID = 16 * TICK_CYCLES;
+// So many robots before its turn one is brought into the cache: a third of them run in a step.
+constexpr size_t FETCH_AHEAD = 16, FETCH_STATE_AHEAD = 8;
 constexpr size_t FRAME_STEPS = 64;  // frames are planned less than that ahead
 
 BlackBox *map_black_box(const std::string &path) {
@@ -89,9 +92,12 @@ Simulation::Simulation(const SimulationDef &def)
         grid_.emplace(*def.grid, chance_, POWER_UP_TICKS * TICK_CYCLES, run_at_,
                       !def.kilobot_medium, def.run_ahead, &boards_);
     if (def.kilobot_medium)
-        kilobot_medium_.emplace(*def.kilobot_medium, chance_, robots_, *bodies_, speaks_,
-                                emissions_, counts_, grid_ ? &*grid_ : nullptr,
-                                boards_.empty() ? nullptr : &boards_);
+        kilobot_medium_.emplace(
+            *def.kilobot_medium, chance_, robots_, *bodies_, speaks_, emissions_, counts_,
+            [this](uint32_t robot, Cycles limit) {
+                return !floor_ && may_run_ahead(robot) ? undisturbed_until(robot, limit) : now_;
+            },
+            grid_ ? &*grid_ : nullptr, boards_.empty() ? nullptr : &boards_);
     else if (!boards_.empty())
         throw EngineError("boards need the kilobot medium: the ideal one has no pulses");
     boot();
@@ -109,12 +115,14 @@ void Simulation::create_robots() {
         else
             poses.insert(poses.end(), group.poses.begin(), group.poses.end());
     robots_.reserve(poses.size());
+    prefer_large_pages(robots_.data(), poses.size() * sizeof(Robot));
     uint32_t index = 0;
     for (const auto &group : def_.groups) {
         const auto flash = group.on_board ? FlashImage::load(group.program) : nullptr;
         const auto program = group.on_board ? nullptr : Program::load(group.program, group.name);
         const size_t stride = program ? (program->state_bytes() + 63) / 64 * 64 : 0;
         images_.emplace_back(new uint8_t[stride * group.count]);
+        prefer_large_pages(images_.back().get(), stride * group.count);
         const auto handlers = program ? program->own_handlers() : std::string();
         if (!handlers.empty())
             events_.push_back({0, index, 0, program->name(), EventKind::NOTE,
@@ -208,8 +216,12 @@ void Simulation::step(Cycles limit) {
     prepare_boards();
     if (kilobot_medium_) kilobot_medium_->run(now_, now_ + step_, limit);
     for (uint32_t robot : boards_.robots()) take_commands(robot);
-    for (uint32_t robot = 0; robot < robots_.size(); robot++)
+    for (uint32_t robot = 0; robot < robots_.size(); robot++) {
+        const size_t soon = robot + FETCH_STATE_AHEAD, later = robot + FETCH_AHEAD;
+        if (later < robots_.size() && wake_[later] <= now_) robots_[later].prefetch();
+        if (soon < robots_.size() && wake_[soon] <= now_) robots_[soon].prefetch_state();
         if (wake_[robot] <= now_) live_on(robot, limit);
+    }
     if (!kilobot_medium_) {
         if (grid_) run_grid();
         deliver_frames();
@@ -259,19 +271,25 @@ void Simulation::refresh_lists() {
 /// Lets a robot live through this step, and on as far as nothing can reach it.
 void Simulation::live_on(uint32_t robot, Cycles limit) {
     const Cycles soonest = now_ + step_;
-    const bool light_changes = !def_.light.sources.empty();
-    if (light_changes) robots_[robot].light = def_.light.at(bodies_->position(robot));
-    const bool alone = def_.run_ahead && (!light_changes || bodies_->rests(robot));
+    if (light_changes()) robots_[robot].light = def_.light.at(bodies_->position(robot));
     if (floor_) {
         auto &around = surroundings_[robot];
         if (around.look_again <= now_ || !def_.run_ahead) look_around(robot);
         limit = std::min(limit, std::max(around.unchanged_until, later_sensing_));
     }
-    const Cycles until = alone ? std::max(undisturbed_until(robot, limit), soonest) : soonest;
+    const Cycles until =
+        may_run_ahead(robot) ? std::max(undisturbed_until(robot, limit), soonest) : soonest;
     if (next_sensing_ < until)
         floor_->tell(robots_[robot], surroundings_[robot].cell, next_sensing_, until);
-    wake_[robot] = begin_of_step(until);
     run_robot(robot, until);
+    // Where it waits for the medium's answer it goes on in that step.
+    const bool waits = robots_[robot].question() != Robot::Question::NONE;
+    wake_[robot] = begin_of_step(waits ? robots_[robot].now() : until);
+}
+
+/// Whether what a robot senses stays the same for a time.
+bool Simulation::may_run_ahead(uint32_t robot) const {
+    return def_.run_ahead && (!light_changes() || bodies_->rests(robot));
 }
 
 /// Until when a robot hears nothing for certain. Who may not yet be asked for a message cannot be
@@ -286,18 +304,20 @@ Cycles Simulation::undisturbed_until(uint32_t robot, Cycles limit) {
         until = std::min(until, now_ + (FRAME_STEPS - 1) * step_);
     else if (kilobot_medium_->claims(robot))
         return soonest;
-    else
-        until = std::min(until, speaks_[robot]);
     if (until <= soonest) return soonest;
     Cycles matters = end_of_step(until - heard_after);  // who speaks before
     for (uint32_t other : bodies_->lists().of(robot)) {
         if (speaks_[other] >= matters) continue;
-        const double gap = (bodies_->position(other) - bodies_->position(robot)).norm() - reach_m_;
-        const Cycles in_reach = gap > 0 ? now_ + whole_steps(gap / closing) : now_;
-        matters = std::min(matters, begin_of_step(std::max(speaks_[other], in_reach)));
+        const double square = (bodies_->position(other) - bodies_->position(robot)).squaredNorm();
+        Cycles heard = speaks_[other];
+        if (square > reach_m_ * reach_m_)
+            heard = std::max(heard, now_ + whole_steps((std::sqrt(square) - reach_m_) / closing));
+        if (heard >= matters) continue;
+        matters = begin_of_step(heard);
         if (matters + heard_after <= soonest) break;
     }
-    return std::min(until, matters + heard_after);
+    until = std::min(until, matters + heard_after);
+    return kilobot_medium_ ? kilobot_medium_->alone_until(robot, until) : until;
 }
 
 /// World steps that lie wholly within `for_s` seconds.

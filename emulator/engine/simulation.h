@@ -154,6 +154,8 @@ class Simulation {
     Cycles end_of_step(Cycles at) const;
     void refresh_lists();
     void live_on(uint32_t robot, Cycles limit);
+    bool light_changes() const { return !def_.light.sources.empty(); }
+    bool may_run_ahead(uint32_t robot) const;
     Cycles undisturbed_until(uint32_t robot, Cycles limit);
     Cycles whole_steps(double for_s) const;
     void look_around(uint32_t robot);

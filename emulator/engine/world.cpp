@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "engine/trigonometry.h"
 
@@ -32,9 +33,8 @@ double small_angle(double sine) {
 struct World::Box2D {
     struct Disc {
         b2BodyId body = b2_nullBodyId;
-        b2Vec2 position_before;
-        b2Rot rotation_before;
-        Shift wanted;  ///< velocity that it was last driven at
+        b2Transform before, now;  ///< the last step
+        Shift wanted;             ///< velocity that it was last driven at
     };
 
     b2WorldId world;
@@ -139,24 +139,28 @@ void World::add(uint32_t robot, const Trajectory &trajectory, Cycles at) {
     const Eigen::Vector2d ahead = trajectory.ahead(at), v = trajectory.drive().velocity;
     b2Body_SetTransform(disc.body, b.to_units(trajectory.position(at)),
                         {static_cast<float>(ahead.x()), static_cast<float>(ahead.y())});
+    disc.now = b2Body_GetTransform(disc.body);
     b2Body_Enable(disc.body);  // first: a disabled body has no velocity
     disc.wanted = {{ahead.x() * v.x() - ahead.y() * v.y(), ahead.y() * v.x() + ahead.x() * v.y()},
                    trajectory.drive().turn};
     b2Body_SetLinearVelocity(disc.body, b.to_units(disc.wanted.by));
     b2Body_SetAngularVelocity(disc.body, static_cast<float>(disc.wanted.turn));
-    held_[robot] = true;
+    held_[robot] = added_ = true;
     robots_.push_back(robot);
 }
 
 void World::remove(uint32_t robot) {
     b2Body_Disable(box2d_->discs[robot].body);
     held_[robot] = false;
+    removed_ = true;
 }
 
 void World::settle() {
     auto gone = [this](uint32_t robot) { return !held_[robot]; };
-    robots_.erase(std::remove_if(robots_.begin(), robots_.end(), gone), robots_.end());
-    std::sort(robots_.begin(), robots_.end());
+    if (removed_)
+        robots_.erase(std::remove_if(robots_.begin(), robots_.end(), gone), robots_.end());
+    if (added_) std::sort(robots_.begin(), robots_.end());
+    added_ = removed_ = false;
 }
 
 double World::margin_m(double radius_m) { return SPECULATIVE_UNITS / RADIUS_UNITS * radius_m; }
@@ -165,11 +169,6 @@ double World::margin_m(double radius_m) { return SPECULATIVE_UNITS / RADIUS_UNIT
 // begin of a solver step: two robots must not come closer than that within one.
 void World::step(const std::vector<Shift> &free, double step_s, double approach_m, double overlap) {
     auto &b = *box2d_;
-    for (uint32_t robot : robots_) {
-        auto &disc = b.discs[robot];
-        disc.position_before = b2Body_GetPosition(disc.body);
-        disc.rotation_before = b2Body_GetRotation(disc.body);
-    }
     if (!b.gives_way)
         for (size_t i = 0; i < robots_.size(); i++) b.stand_firm(b.discs[robots_[i]], free[i]);
     const int care = overlap > MUCH_OVERLAP ? ROUNDS_CAREFUL : 1;
@@ -182,13 +181,17 @@ void World::step(const std::vector<Shift> &free, double step_s, double approach_
         b2World_Step(b.world, static_cast<float>(round_s),
                      overlap > SOME_OVERLAP ? SUB_STEPS_CAREFUL : SUB_STEPS);
     }
+    for (uint32_t robot : robots_) {
+        auto &disc = b.discs[robot];
+        disc.before = std::exchange(disc.now, b2Body_GetTransform(disc.body));
+    }
 }
 
 Shift World::moved(uint32_t robot) const {
     const auto &b = *box2d_;
     const auto &disc = b.discs[robot];
-    b2Vec2 p = b2Body_GetPosition(disc.body), p0 = disc.position_before;
-    b2Rot q = b2Body_GetRotation(disc.body), q0 = disc.rotation_before;
+    const auto [p0, q0] = disc.before;
+    const auto [p, q] = disc.now;
     double sine = static_cast<double>(q.s) * q0.c - static_cast<double>(q.c) * q0.s;
     Eigen::Vector2d by(static_cast<double>(p.x) - p0.x, static_cast<double>(p.y) - p0.y);
     return {by / b.units_per_m, q.s == q0.s && q.c == q0.c ? 0 : small_angle(sine)};

@@ -63,6 +63,7 @@ class World {
     std::unique_ptr<Box2D> box2d_;
     std::vector<bool> held_;
     std::vector<uint32_t> robots_;
+    bool added_ = false, removed_ = false;  ///< since settle()
 };
 
 /// Version of the Box2D library linked, "3.1.1".

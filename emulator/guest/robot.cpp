@@ -208,7 +208,7 @@ void Robot::run(Cycles until) {
 Cycles Robot::run_arbitrated(Cycles until) {
     arbitrated_ = true;
     go_on(until);
-    granted_at_ = NEVER;
+    granted_from_ = NEVER;
     return question_ == Question::NONE ? until : now_;
 }
 
@@ -425,7 +425,7 @@ void Robot::tick() {
 }
 
 void Robot::ask_for_message(const kt_table_t &table) {
-    const bool granted = !arbitrated_ || now_ == granted_at_;
+    const bool granted = !arbitrated_ || (granted_from_ <= now_ && now_ <= granted_to_);
     if (!granted && !ask_medium(Question::MAY_ASK)) return;
     const message_t *message = (*table.message_tx)();
     if (message == nullptr) return;

@@ -18,6 +18,7 @@
 #include "engine/chance.h"
 #include "engine/clock.h"
 #include "engine/events.h"
+#include "engine/memory.h"
 #include "engine/motion.h"
 #include "guest/busy_watch.h"
 #include "guest/eeprom.h"
@@ -78,6 +79,12 @@ class Robot {
     /// To be called by a thread before it runs robots.
     static void serve_this_thread();
 
+    /// Brings it, then its state, into the cache: it is soon to run.
+    void prefetch() const { kilotwin::prefetch(this, sizeof *this); }
+    void prefetch_state() const {
+        if (program_) kilotwin::prefetch(image_, program_->state_bytes());
+    }
+
     /// Lets the robot live through everything strictly before `until`. What its program sends goes
     /// out: the medium is free.
     void run(Cycles until);
@@ -89,11 +96,12 @@ class Robot {
     Question question() const { return question_; }
     Cycles now() const { return now_; }
 
-    /// Answers both questions with yes beforehand, should they come up at `at` in the next run. It
-    /// then sends, which shows in the context's emissions, and lives on until `until`: nobody
-    /// reaches a robot that sends.
-    void grant(Cycles at, Cycles until) {
-        granted_at_ = at;
+    /// Answers both questions with yes beforehand, should they come up from `first` to `last` in
+    /// the next run. It then sends, which shows in the context's emissions, and lives on until
+    /// `until`: nobody reaches a robot that sends.
+    void grant(Cycles first, Cycles last, Cycles until) {
+        granted_from_ = first;
+        granted_to_ = last;
         granted_until_ = until;
     }
 
@@ -214,7 +222,7 @@ class Robot {
 
     Cycles now_;
     Cycles until_ = 0;
-    Cycles granted_at_ = NEVER, granted_until_ = 0;
+    Cycles granted_from_ = NEVER, granted_to_ = 0, granted_until_ = 0;
     Cycles next_tick_;         ///< compare match of timer 0
     Cycles overflow_ = NEVER;  ///< after a retry: when the timer's next ordinary match comes
     Cycles state_since_;
