@@ -7,6 +7,7 @@ Every option is an environment variable too. What a command needs is imported in
 
 import json
 import math
+import os
 import sys
 from enum import StrEnum
 from pathlib import Path
@@ -80,6 +81,8 @@ class Reference(StrEnum):
 
 def main() -> None:
     """The console script. 0 done, 1 failed, 2 bad input, 3 no device, 4 some robots failed."""
+    # Threads of numpy's linear algebra, of which we have none, would only spin beside the engine.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         app(prog_name="kilotwin")
     except KilotwinError as error:
