@@ -44,9 +44,9 @@ _FLAGS = [
     "-fno-delete-null-pointer-checks",  # address 0 is as good as another on an AVR
 ]
 _GCC_FLAGS = ["-funsigned-bitfields"]  # clang has no such option
-# So that the engine notices a busy-wait, clang counts the program's basic blocks (it would leave out
-# counters that follow from others, and with them those of some endless loops), and gcc's assembler
-# the turns of its loops, by count_loops.h, which needs the room below the stack.
+# So that the engine notices a busy-wait, clang counts the program's basic blocks (and leaves out no
+# counters that follow from others: some endless loops have only those), and gcc's assembler the turns
+# of its loops, by count_loops.h, which needs the room below the stack.
 _CLANG_PROGRAM_FLAGS = ["-fsanitize-coverage=trace-pc,no-prune"]
 _GCC_PROGRAM_FLAGS = ["-mno-red-zone", "-fcf-protection=none"]
 # What avr-gcc defines for the robot's processor, and kilolib's Makefile for its clock.

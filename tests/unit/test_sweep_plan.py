@@ -48,7 +48,7 @@ def test_keys_that_stand_together_change_together(folder: Path) -> None:
     assert all(trial.experiment.keys.swarm.informed == 0.5 for trial in trials)
 
 
-def test_blocks_follow_one_another_with_seeds_of_their_own(folder: Path) -> None:
+def test_blocks_follow_one_another_with_seeds_and_settings_of_their_own(folder: Path) -> None:
     text = (
         "seeds = 3\n[[block]]\nbase = 'small.toml'\n"
         "[[block]]\nbase = 'small.toml'\nseeds = 2\nfirst_seed = 10\nset.swarm.size = 4\n"
@@ -56,6 +56,7 @@ def test_blocks_follow_one_another_with_seeds_of_their_own(folder: Path) -> None
     trials = plan_of(folder, text).trials
     assert [trial.seed for trial in trials] == [1, 2, 3, 10, 11]
     assert [trial.experiment.size for trial in trials] == [10, 10, 10, 4, 4]
+    assert [trial.settings for trial in trials] == 3 * [{}] + 2 * [{"swarm.size": 4}]
     assert [trial.index for trial in trials] == list(range(5))
 
 

@@ -105,7 +105,7 @@ class SweepSchema(Section):
 
 @dataclass(frozen=True)
 class Trial:
-    """One run. `settings` are what varies over the sweep, and the base's name and the seed."""
+    """One run. `settings` are what varies over the sweep, by block or within one."""
 
     index: int
     base: str
@@ -149,9 +149,10 @@ def read_plan(file: Path, settings: Iterable[Setting] = (), seeds: int | None = 
         for base, chosen in _combinations(block, place, text):
             for seed in range(block.first_seed, block.first_seed + count):
                 _check_number(len(trials), text)
-                own = _settings({**keys.set, **block.set, **chosen}, seed, text)
+                varied = {**block.set, **chosen}
+                own = _settings({**keys.set, **varied}, seed, text)
                 experiment = Experiment.load(_file(base, place, text), [*own, *settings])
-                trials.append(Trial(len(trials), Path(base).stem, seed, chosen, experiment))
+                trials.append(Trial(len(trials), Path(base).stem, seed, varied, experiment))
     return Plan(keys, file.read_text(), trials)
 
 
