@@ -45,8 +45,8 @@ _FLAGS = [
 ]
 _GCC_FLAGS = ["-funsigned-bitfields"]  # clang has no such option
 # So that the engine notices a busy-wait, clang counts the program's basic blocks (and leaves out no
-# counters that follow from others: some endless loops have only those), and gcc's assembler the turns
-# of its loops, by count_loops.h, which needs the room below the stack.
+# counters that follow from others: some endless loops have only those), and gcc's assembler the
+# turns of its loops, by count_loops.h, which needs the room below the stack.
 _CLANG_PROGRAM_FLAGS = ["-fsanitize-coverage=trace-pc,no-prune"]
 _GCC_PROGRAM_FLAGS = ["-mno-red-zone", "-fcf-protection=none"]
 # What avr-gcc defines for the robot's processor, and kilolib's Makefile for its clock.

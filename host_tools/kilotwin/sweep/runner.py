@@ -3,6 +3,7 @@
 import contextlib
 import math
 import shutil
+import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
@@ -126,7 +127,10 @@ class Sweep:
         )
 
     def run(self, place: Place, display: Display) -> None:
-        """Runs what is missing; a failed trial once more. Ctrl-C loses what is being run only."""
+        """Runs what is missing; a failed trial once more.
+
+        Ctrl-C, or a polite kill, loses what is being run only.
+        """
         missing = self.missing()
         total = len(self.plan.trials)
         display.start(total, total - len(missing))
@@ -138,8 +142,9 @@ class Sweep:
             for trial, key in missing
         ]
         try:
-            for attempt, answer in _answers(first, place):
-                self._take(attempt, answer, progress)
+            with _interruptible():
+                for attempt, answer in _answers(first, place):
+                    self._take(attempt, answer, progress)
         except KeyboardInterrupt:
             self.interrupted = True
         finally:
@@ -203,6 +208,20 @@ class _Try:
     def again(self) -> "_Try | None":
         """The second try, which leaves a run folder; None after it."""
         return None if self.how is measure_apart else _Try(self.trial, self.task, measure_apart)
+
+
+@contextlib.contextmanager
+def _interruptible() -> Iterator[None]:
+    """Ctrl-C and a polite kill raise KeyboardInterrupt, also where a shell has them ignored (`&`)."""
+    before = {}
+    for number in (signal.SIGINT, signal.SIGTERM):
+        with contextlib.suppress(ValueError):  # not in the main thread: signals are not ours
+            before[number] = signal.signal(number, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _answers(attempts: Sequence[_Try], place: Place) -> Iterator[tuple[_Try, Answer]]:
