@@ -212,7 +212,7 @@ class _Try:
 
 @contextlib.contextmanager
 def _interruptible() -> Iterator[None]:
-    """Ctrl-C and a polite kill raise KeyboardInterrupt, also where a shell has them ignored (`&`)."""
+    """Ctrl-C and a polite kill raise KeyboardInterrupt, even where a shell has them ignored."""
     before = {}
     for number in (signal.SIGINT, signal.SIGTERM):
         with contextlib.suppress(ValueError):  # not in the main thread: signals are not ours
