@@ -11,8 +11,9 @@ constexpr uint8_t GREEN = 0x0C, BLUE = 0x30, RED = 0x03, YELLOW = 0x0F, DIM_RED 
 message_t calibration(calibration_mode_t mode, uint16_t uid = 0, uint8_t turn_left = 0,
                       uint8_t turn_right = 0, uint8_t straight_left = 0,
                       uint8_t straight_right = 0) {
-    return make_message(CALIB, {mode, static_cast<uint8_t>(uid), static_cast<uint8_t>(uid >> 8),
-                                turn_left, turn_right, straight_left, straight_right});
+    return make_message(CALIB, {static_cast<uint8_t>(mode), static_cast<uint8_t>(uid),
+                                static_cast<uint8_t>(uid >> 8), turn_left, turn_right,
+                                straight_left, straight_right});
 }
 
 /// The duties set since `motors` was cleared, as (left, right, ms it lasted; 0 for the last).
