@@ -1,7 +1,13 @@
 """The one place where seconds become ticks and real numbers become the firmware's Q16."""
 
-TICK_S = 0.032768
-"""A robot's nominal tick: 262,144 cycles of 125 ns."""
+CYCLES_PER_S = 8_000_000
+"""Of the robots' processor."""
+
+TICK_CYCLES = 262_144
+"""A robot's nominal tick, in those cycles."""
+
+TICK_S = TICK_CYCLES / CYCLES_PER_S
+"""The same in seconds: 0.032768."""
 
 Q16_ONE = 65536
 

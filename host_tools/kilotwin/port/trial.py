@@ -12,13 +12,11 @@ from kilotwin.port.disassembly import Disassembly, Place
 from kilotwin.port.findings import Finding, Weight
 from kilotwin.port.machine_code import STACK_RESERVE
 from kilotwin.port.roles import Roles
-from kilotwin.units import TICK_S, ticks
+from kilotwin.units import CYCLES_PER_S, TICK_CYCLES, TICK_S, ticks
 
 if TYPE_CHECKING:
     from kilotwin._emulator import Twins
 
-_CYCLES_PER_S = 8_000_000
-_TICK_CYCLES = 262_144
 # A tick and a bit: an interrupt between two lines of loop() may put a decision off until the next.
 _SLACK_S = 0.04
 # Between two looks at the stack: what runs on behind a spoilt one means nothing.
@@ -46,7 +44,7 @@ class LongestCall:
     @property
     def ms(self) -> float:
         """How long, in milliseconds."""
-        return 1000 * self.cycles / _CYCLES_PER_S
+        return 1000 * self.cycles / CYCLES_PER_S
 
     def text(self) -> str:
         """function(): ms (cycles), at the tick."""
@@ -249,7 +247,7 @@ def _memory(outcome: Outcome) -> Iterator[Finding]:
 
 
 def _time(outcome: Outcome) -> Iterator[Finding]:
-    slow = [call for call in outcome.callbacks if call.cycles > _TICK_CYCLES]
+    slow = [call for call in outcome.callbacks if call.cycles > TICK_CYCLES]
     for call in slow:
         yield Finding(
             "long-callback",
