@@ -1,9 +1,9 @@
 /// Tells a program that waits from one that computes, when it does not come back.
 ///
 /// The program counts its turns down from a budget: of its loops, or (built by clang) through each
-/// basic block. When that is spent, the program's memory is looked at turn by turn: if it comes back to where it was, the program goes
-/// round in circles until an interrupt changes something. If not, it computes, which must end some
-/// day.
+/// basic block. When that is spent, the program's memory is looked at turn by turn: if it comes back
+/// to where it was, the program goes round in circles until an interrupt changes something. If not,
+/// it computes, which must end some day.
 #ifndef KILOTWIN_GUEST_BUSY_WATCH_H
 #define KILOTWIN_GUEST_BUSY_WATCH_H
 

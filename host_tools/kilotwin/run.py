@@ -21,6 +21,7 @@ from kilotwin.errors import DeviceError, InputError, KilotwinError, RunError
 from kilotwin.experiment import Experiment
 from kilotwin.group_build import build_group
 from kilotwin.guest_build import Guest
+from kilotwin.interrupts import heeding_interrupts
 from kilotwin.job import Job, Probes
 from kilotwin.run_folder import FAILED, RUNNING, check_free, close_manifest, default_folder, utc_now
 
@@ -208,12 +209,5 @@ def _stop_on_signals(process: "subprocess.Popen[bytes]") -> Iterator[None]:
             asked = True
             process.stdin.close()
 
-    before = {}
-    for number in (signal.SIGINT, signal.SIGTERM):
-        with contextlib.suppress(ValueError):  # not in the main thread: signals are not ours
-            before[number] = signal.signal(number, stop)
-    try:
+    with heeding_interrupts(stop):
         yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)

@@ -1,7 +1,6 @@
 """Records an experiment on a grid at the other end of CAN buses, real or emulated, by wall time."""
 
 import math
-import signal
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -17,6 +16,7 @@ from kilotwin.grid.conductor import Conductor, set_up_s
 from kilotwin.grid.grid_record import GridRecord
 from kilotwin.grid.links import Links
 from kilotwin.informed import informed_for
+from kilotwin.interrupts import heeding_interrupts
 from kilotwin.run import Display, Outcome, new_manifest
 from kilotwin.run_folder import (
     FINISHED,
@@ -158,12 +158,8 @@ class _Recording:
             else:
                 self._conductor.leave()
 
-        before = {n: signal.signal(n, heed) for n in (signal.SIGINT, signal.SIGTERM)}
-        try:
+        with heeding_interrupts(heed):
             yield
-        finally:
-            for number, handler in before.items():
-                signal.signal(number, handler)
 
     def _close(self) -> Outcome:
         run_s = self._now_s() - self._conductor.zero_s

@@ -14,6 +14,7 @@ from typing import Any, Protocol
 from kilotwin.errors import EXIT_INTERRUPTED, RunError
 from kilotwin.group_build import build_group
 from kilotwin.guest_build import Guest, Notify
+from kilotwin.interrupts import heeding_interrupts
 from kilotwin.programs import Program
 from kilotwin.run_folder import slug, utc_now
 from kilotwin.sweep.data_set import DataSet, failure_line, trial_key
@@ -142,7 +143,7 @@ class Sweep:
             for trial, key in missing
         ]
         try:
-            with _interruptible():
+            with heeding_interrupts(signal.default_int_handler):
                 for attempt, answer in _answers(first, place):
                     self._take(attempt, answer, progress)
         except KeyboardInterrupt:
@@ -208,20 +209,6 @@ class _Try:
     def again(self) -> "_Try | None":
         """The second try, which leaves a run folder; None after it."""
         return None if self.how is measure_apart else _Try(self.trial, self.task, measure_apart)
-
-
-@contextlib.contextmanager
-def _interruptible() -> Iterator[None]:
-    """Ctrl-C and a polite kill raise KeyboardInterrupt, even where a shell has them ignored."""
-    before = {}
-    for number in (signal.SIGINT, signal.SIGTERM):
-        with contextlib.suppress(ValueError):  # not in the main thread: signals are not ours
-            before[number] = signal.signal(number, signal.default_int_handler)
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 def _answers(attempts: Sequence[_Try], place: Place) -> Iterator[tuple[_Try, Answer]]:
