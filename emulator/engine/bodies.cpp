@@ -42,10 +42,11 @@ Bodies::Bodies(const Arena &arena, const Profile &profile, const Chance &chance,
       still_since_(poses.size(), 0),
       next_contact_(poses.size(), NEVER),
       orders_(poses.size()),
-      near_(poses.size()),
+      around_(poses.size()),
       before_slot_(poses.size(), 0),
       shifts_(poses.size()),
       shifted_at_(poses.size(), NEVER),
+      slot_(poses.size(), 0),
       steps_apart_(poses.size(), 0),
       in_contact_(poses.size(), false) {
     for (const auto &pose : poses) {
@@ -158,8 +159,8 @@ void Bodies::find_free_shift(uint32_t robot) {
 }
 
 /// All who may touch a robot within this step, and some more.
-const std::vector<uint32_t> &Bodies::near(uint32_t robot) {
-    auto &[until, robots] = near_[robot];
+const std::vector<uint32_t> &Bodies::around(uint32_t robot) {
+    auto &[until, robots] = around_[robot];
     if (until > now_) return robots;
     robots.clear();
     const Eigen::Vector2d here = position(robot);
@@ -208,7 +209,7 @@ bool Bodies::may_touch(uint32_t robot) {
         next_contact_[robot] = change == NEVER ? NEVER : change - (change - now_) % step_;
         return false;
     }
-    const auto &around = near(robot);
+    const auto &others = around(robot);
     const double wall_gap = arena_.wall_gap(here) - radius_m_;
     next_contact_[robot] = now_ + step_;
     if (wall_gap <= contact_gap_m_ && meets_wall(robot)) {
@@ -217,7 +218,7 @@ bool Bodies::may_touch(uint32_t robot) {
         return true;
     }
     double nearest = INFINITY;
-    for (uint32_t other : around) {
+    for (uint32_t other : others) {
         const double square = (position(other) - here).squaredNorm();
         const double reach = 2 * radius_m_ + contact_gap_m_;
         if (square <= reach * reach && meets(robot, other)) return true;
@@ -226,7 +227,8 @@ bool Bodies::may_touch(uint32_t robot) {
     const double gap = std::sqrt(nearest) - 2 * radius_m_ - contact_gap_m_;
     const double free_s =
         std::min({gap / (2 * fastest_m_s_), (wall_gap - contact_gap_m_) / fastest_m_s_, 1e6});
-    next_contact_[robot] = std::clamp(now_ + whole_steps(free_s), now_ + step_, near_[robot].until);
+    next_contact_[robot] =
+        std::clamp(now_ + whole_steps(free_s), now_ + step_, around_[robot].until);
     return false;
 }
 
@@ -268,7 +270,7 @@ void Bodies::close_over() {
     for (size_t i = 0; i < contacts_.size(); i++) {
         const uint32_t robot = contacts_[i];
         const Eigen::Vector2d here = position(robot);
-        for (uint32_t other : near(robot)) {
+        for (uint32_t other : around(robot)) {
             const double gap = (position(other) - here).norm() - 2 * radius_m_;
             if (gap > contact_gap_m_) continue;
             const double closing = longest_shift_m_ + free_shift(other).norm();
@@ -276,7 +278,7 @@ void Bodies::close_over() {
                 !in_contact_[other])
                 continue;
             include(other);
-            if (robot < other) pairs_.push_back({robot, other});
+            if (robot < other) pairs_.push_back({robot, other, gap});
         }
     }
 }
@@ -307,30 +309,71 @@ void Bodies::solve_contacts() {
         return;
     }
     const Cycles end = now_ + step_;
-    const double step_s = seconds(step_);
-    headings_before_.clear();
-    free_shifts_.clear();
+    near_.clear();
     for (uint32_t robot : held) {
         const Eigen::Vector2d &shift = free_shift(robot);
         const double before = trajectory_before(robot).heading(now_);
-        headings_before_.push_back(before);
-        free_shifts_.push_back({shift, wrapped(trajectories_[robot].heading(end) - before)});
+        slot_[robot] = static_cast<uint32_t>(near_.size());
+        near_.push_back({{positions_[robot], before},
+                         {shift, wrapped(trajectories_[robot].heading(end) - before)}});
     }
-    world_.step(free_shifts_, step_s, approach_m_, overlap_m_ / (2 * radius_m_));
+    find_company();
+    world_.step(near_, seconds(step_), approach_m_, overlap_m_ / (2 * radius_m_));
     solver_steps_ += held.size();
     longest_shift_m_ = 0;
     for (size_t i = 0; i < held.size(); i++) {
         const uint32_t robot = held[i];
-        const Shift shift = world_.moved(robot);
-        longest_shift_m_ = std::max({longest_shift_m_, shift.by.norm(), free_shifts_[i].by.norm()});
+        const Shift &shift = world_.moved(robot);
+        longest_shift_m_ = std::max({longest_shift_m_, shift.by.norm(), near_[i].free.by.norm()});
         const bool moved = shift.by != Eigen::Vector2d::Zero();
         if (moved) still_since_[robot] = trajectories_[robot].drive().stands() ? end : NEVER;
         if (moved || shift.turn != 0) pushed_.push_back(robot);
-        const Pose pose = {positions_[robot] + shift.by, wrapped(headings_before_[i] + shift.turn)};
+        const Pose &before = near_[i].pose;
+        const Pose pose = {before.position + shift.by, wrapped(before.heading + shift.turn)};
         trajectories_[robot].restart(end, pose);
         set_place(robot, pose.position, end);
     }
     record_overlaps();
+}
+
+/// What each robot in the solver may touch within this step.
+void Bodies::find_company() {
+    using Company = Near::Company;
+    for (Near &near : near_) find_walls(near);
+    // Pushed by others, a robot goes no farther than the fastest of them.
+    const double most_m = 2 * longest_shift_m_ + margin_m_;
+    auto crowd = [&](Near &near) {
+        if (near.company == Company::ROBOT) near_[near.other].company = Company::SEVERAL;
+        near.company = Company::SEVERAL;
+    };
+    for (const auto &[one, other, gap_m] : pairs_) {
+        if (gap_m > most_m) continue;
+        Near &a = near_[slot_[one]], &b = near_[slot_[other]];
+        if (a.company != Company::NOTHING || b.company != Company::NOTHING) {
+            crowd(a);
+            crowd(b);
+            continue;
+        }
+        a.company = b.company = Company::ROBOT;
+        a.gap_m = b.gap_m = gap_m;
+        a.other = slot_[other];
+        b.other = slot_[one];
+        const Eigen::Vector2d apart = b.pose.position - a.pose.position;
+        a.towards = apart / apart.norm();
+        b.towards = -a.towards;
+    }
+}
+
+void Bodies::find_walls(Near &near) const {
+    const double most_m = fastest_m_s_ * seconds(step_);
+    near.company = Near::Company::NOTHING;
+    arena_.for_each_wall(near.pose.position, [&](double distance, const Eigen::Vector2d &outward) {
+        if (distance - radius_m_ > most_m) return;
+        const bool first = near.company == Near::Company::NOTHING;
+        near.company = first ? Near::Company::WALL : Near::Company::SEVERAL;
+        near.towards = outward;
+        near.gap_m = distance - radius_m_;
+    });
 }
 
 void Bodies::record_overlaps() {
@@ -340,7 +383,7 @@ void Bodies::record_overlaps() {
         overlaps_.add(-gap / (2 * radius_m_));
         overlap_m_ = std::max(overlap_m_, -gap);
     };
-    for (const auto &[one, other] : pairs_)
+    for (const auto &[one, other, gap_m] : pairs_)
         add((positions_[other] - positions_[one]).norm() - 2 * radius_m_);
     for (uint32_t robot : world_.robots()) add(arena_.wall_gap(positions_[robot]) - radius_m_);
 }

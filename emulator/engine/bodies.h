@@ -96,12 +96,13 @@ class Bodies {
     };
 
     /// Those who may come into contact with a robot before `until`.
-    struct Near {
+    struct Around {
         Cycles until = 0;
         std::vector<uint32_t> robots;
     };
     struct Pair {
         uint32_t one, other;
+        double gap_m;  ///< when the step begins
     };
     /// How a robot moved when the step began, whose drive changes within it.
     struct Before {
@@ -117,7 +118,7 @@ class Bodies {
         if (next_change_[robot] < until) apply_commands(robot, until);
     }
     void apply_commands(uint32_t robot, Cycles until);
-    const std::vector<uint32_t> &near(uint32_t robot);
+    const std::vector<uint32_t> &around(uint32_t robot);
     void look_ahead(uint32_t robot);
     const Trajectory &trajectory_before(uint32_t robot) const;
     /// Where a robot would go within this step, were it alone.
@@ -135,6 +136,8 @@ class Bodies {
     void close_over();
     void hand_over();
     void solve_contacts();
+    void find_company();
+    void find_walls(Near &near) const;
     void record_overlaps();
     Cycles whole_steps(double for_s) const;
 
@@ -160,10 +163,11 @@ class Bodies {
     std::vector<Cycles> still_since_;   ///< NEVER while it moves
     std::vector<Cycles> next_contact_;  ///< before this, nothing is near enough to touch
     std::vector<Orders> orders_;
-    std::vector<Near> near_;
+    std::vector<Around> around_;
     std::vector<uint32_t> before_slot_;    ///< in before_, if it is there
     std::vector<Eigen::Vector2d> shifts_;  ///< where it would go, were it alone,
     std::vector<Cycles> shifted_at_;       ///< in the step that begins here
+    std::vector<uint32_t> slot_;           ///< in near_
     std::vector<uint8_t> steps_apart_;
     std::vector<bool> in_contact_;
 
@@ -171,11 +175,10 @@ class Bodies {
     std::vector<Before> before_;
     std::vector<Pair> pairs_;  ///< of robots in the solver that may touch this step
     std::vector<uint32_t> pushed_;
-    std::vector<double> headings_before_;  ///< of the robots in the solver
-    std::vector<Shift> free_shifts_;  ///< and where each would go within the step, were it alone
-    double longest_shift_m_ = 0;      ///< of a robot in the solver, in the last step or this one
-    double approach_m_ = 0;  ///< most that two come nearer in this step who are not close yet
-    double overlap_m_ = 0;   ///< the worst of the last step
+    std::vector<Near> near_;      ///< of the robots in the solver
+    double longest_shift_m_ = 0;  ///< of a robot in the solver, in the last step or this one
+    double approach_m_ = 0;       ///< most that two come nearer in this step who are not close yet
+    double overlap_m_ = 0;        ///< the worst of the last step
     uint64_t solver_steps_ = 0;
     Overlaps overlaps_;
 };
