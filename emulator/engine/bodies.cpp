@@ -37,31 +37,25 @@ Bodies::Bodies(const Arena &arena, const Profile &profile, const Chance &chance,
              std::max(SKIN_SHARE * reach_m, SKIN_STEPS * fastest_m_s_ * seconds(step))),
       lists_due_(begin),
       lists_hold_until_(begin),
-      placed_until_(poses.size(), NEVER),
-      next_change_(poses.size(), NEVER),
-      still_since_(poses.size(), 0),
+      bodies_(poses.size()),
       next_contact_(poses.size(), NEVER),
       orders_(poses.size()),
       around_(poses.size()),
-      before_slot_(poses.size(), 0),
       shifts_(poses.size()),
-      shifted_at_(poses.size(), NEVER),
-      slot_(poses.size(), 0),
-      steps_apart_(poses.size(), 0),
-      in_contact_(poses.size(), false) {
-    for (const auto &pose : poses) {
-        trajectories_.emplace_back(begin, pose);
-        positions_.push_back(pose.position);
+      slot_(poses.size(), 0) {
+    for (size_t i = 0; i < poses.size(); i++) {
+        bodies_[i].position = poses[i].position;
+        bodies_[i].trajectory = Trajectory(begin, poses[i]);
+        listed_at_.push_back(poses[i].position);
     }
-    lists_.rebuild(positions_);
-    listed_at_ = positions_;
+    lists_.rebuild(listed_at_);
 }
 
 void Bodies::command(uint32_t robot, const MotorCommand &command) {
     const Cycles at = std::max(command.at, now_);
     orders_[robot].list.push_back({at, command.left, command.right});
-    next_change_[robot] = std::min(next_change_[robot], at);
-    placed_until_[robot] = std::min(placed_until_[robot], at);
+    bodies_[robot].next_change = std::min(bodies_[robot].next_change, at);
+    bodies_[robot].placed_until = std::min(bodies_[robot].placed_until, at);
     next_contact_[robot] = std::min(next_contact_[robot], now_);
 }
 
@@ -77,8 +71,8 @@ bool Bodies::refresh_lists() {
         drift_m = std::max(drift_m, (position(robot) - listed_at_[robot]).norm());
     const bool stale = 2 * drift_m > SKIN_USED * lists_.skin_m();
     if (stale) {
-        lists_.rebuild(positions_);
-        listed_at_ = positions_;
+        listed_at_ = positions();
+        lists_.rebuild(listed_at_);
         list_rebuilds_++;
         drift_m = 0;
     }
@@ -101,34 +95,41 @@ void Bodies::catch_up() {
     for (uint32_t robot = 0; robot < size(); robot++) take_effect(robot, now_);
 }
 
+std::vector<Eigen::Vector2d> Bodies::positions() {
+    std::vector<Eigen::Vector2d> all(size());
+    for (uint32_t robot = 0; robot < size(); robot++) all[robot] = position(robot);
+    return all;
+}
+
 void Bodies::place(uint32_t robot) {
     take_effect(robot, now_);
-    set_place(robot, trajectories_[robot].position(now_), now_);
+    set_place(robot, bodies_[robot].trajectory.position(now_), now_);
 }
 
 /// Where a robot is at `at`; nothing before has to take effect any more.
 void Bodies::set_place(uint32_t robot, const Eigen::Vector2d &position, Cycles at) {
-    positions_[robot] = position;
-    placed_until_[robot] = trajectories_[robot].drive().stands() ? next_change_[robot] : at;
+    bodies_[robot].position = position;
+    bodies_[robot].placed_until =
+        bodies_[robot].trajectory.drive().stands() ? bodies_[robot].next_change : at;
 }
 
 void Bodies::apply_commands(uint32_t robot, Cycles until) {
     auto &[list, next] = orders_[robot];
-    auto &trajectory = trajectories_[robot];
-    while (next_change_[robot] < until) {
-        const Cycles at = next_change_[robot];
+    auto &trajectory = bodies_[robot].trajectory;
+    while (bodies_[robot].next_change < until) {
+        const Cycles at = bodies_[robot].next_change;
         const bool commanded = next < list.size() && list[next].at <= at;
         const Drive drive = commanded
                                 ? chassis_.set_duties(robot, at, list[next].left, list[next].right)
                                 : chassis_.renew(robot);
         next += commanded;
-        next_change_[robot] =
+        bodies_[robot].next_change =
             std::min(next < list.size() ? list[next].at : NEVER, chassis_.next_renewal(robot));
         if (drive == trajectory.drive()) continue;
         if (!drive.stands())
-            still_since_[robot] = NEVER;
+            bodies_[robot].still_since = NEVER;
         else if (!trajectory.drive().stands())
-            still_since_[robot] = at - (at - now_) % step_ + step_;  // the end of that step
+            bodies_[robot].still_since = at - (at - now_) % step_ + step_;  // the end of that step
         trajectory.change(at, drive);
     }
     if (next < list.size()) return;
@@ -139,23 +140,23 @@ void Bodies::apply_commands(uint32_t robot, Cycles until) {
 /// Takes in what changes a robot's drive within this step.
 void Bodies::look_ahead(uint32_t robot) {
     position(robot);
-    if (next_change_[robot] >= now_ + step_) return;
-    before_slot_[robot] = static_cast<uint32_t>(before_.size());
-    before_.push_back({robot, trajectories_[robot]});
+    if (bodies_[robot].next_change >= now_ + step_) return;
+    bodies_[robot].before_slot = static_cast<uint32_t>(before_.size());
+    before_.push_back({robot, bodies_[robot].trajectory});
     apply_commands(robot, now_ + step_);
 }
 
 /// How a robot moves when this step begins.
 const Trajectory &Bodies::trajectory_before(uint32_t robot) const {
-    const uint32_t slot = before_slot_[robot];
+    const uint32_t slot = bodies_[robot].before_slot;
     const bool changed = slot < before_.size() && before_[slot].robot == robot;
-    return changed ? before_[slot].trajectory : trajectories_[robot];
+    return changed ? before_[slot].trajectory : bodies_[robot].trajectory;
 }
 
 void Bodies::find_free_shift(uint32_t robot) {
     look_ahead(robot);
-    shifts_[robot] = trajectories_[robot].position(now_ + step_) - positions_[robot];
-    shifted_at_[robot] = now_;
+    shifts_[robot] = bodies_[robot].trajectory.position(now_ + step_) - bodies_[robot].position;
+    bodies_[robot].shifted_at = now_;
 }
 
 /// All who may touch a robot within this step, and some more.
@@ -194,8 +195,8 @@ void Bodies::find_contacts() {
 }
 
 void Bodies::include(uint32_t robot) {
-    if (in_contact_[robot]) return;
-    in_contact_[robot] = true;
+    if (bodies_[robot].in_contact) return;
+    bodies_[robot].in_contact = true;
     contacts_.push_back(robot);
     longest_shift_m_ = std::max(longest_shift_m_, free_shift(robot).norm());
 }
@@ -204,8 +205,8 @@ void Bodies::include(uint32_t robot) {
 /// can.
 bool Bodies::may_touch(uint32_t robot) {
     const Eigen::Vector2d here = position(robot);
-    if (trajectories_[robot].drive().at_rest() && next_change_[robot] >= now_ + step_) {
-        const Cycles change = next_change_[robot];
+    if (bodies_[robot].trajectory.drive().at_rest() && bodies_[robot].next_change >= now_ + step_) {
+        const Cycles change = bodies_[robot].next_change;
         next_contact_[robot] = change == NEVER ? NEVER : change - (change - now_) % step_;
         return false;
     }
@@ -234,8 +235,9 @@ bool Bodies::may_touch(uint32_t robot) {
 
 /// No way within this step is longer.
 double Bodies::longest_free_m(uint32_t robot) const {
-    const bool steady = next_change_[robot] >= now_ + step_;
-    return seconds(step_) * (steady ? trajectories_[robot].drive().velocity.norm() : fastest_m_s_);
+    const bool steady = bodies_[robot].next_change >= now_ + step_;
+    return seconds(step_) *
+           (steady ? bodies_[robot].trajectory.drive().velocity.norm() : fastest_m_s_);
 }
 
 /// Whether two robots would touch, both going on as they do; they are nearer than the contact gap.
@@ -275,7 +277,7 @@ void Bodies::close_over() {
             if (gap > contact_gap_m_) continue;
             const double closing = longest_shift_m_ + free_shift(other).norm();
             if (gap > std::min(closing + margin_m_, World::margin_m(radius_m_)) &&
-                !in_contact_[other])
+                !bodies_[other].in_contact)
                 continue;
             include(other);
             if (robot < other) pairs_.push_back({robot, other, gap});
@@ -286,8 +288,8 @@ void Bodies::close_over() {
 /// Takes robots into the solver, and those out that have been apart for some steps.
 void Bodies::hand_over() {
     for (uint32_t robot : contacts_) {
-        in_contact_[robot] = false;
-        steps_apart_[robot] = 0;
+        bodies_[robot].in_contact = false;
+        bodies_[robot].steps_apart = 0;
         if (!world_.holds(robot)) world_.add(robot, trajectory_before(robot), now_);
     }
     size_t next = 0;
@@ -295,7 +297,7 @@ void Bodies::hand_over() {
     for (uint32_t robot : world_.robots()) {
         if (next < contacts_.size() && contacts_[next] == robot)
             next++;
-        else if (++steps_apart_[robot] >= STEPS_APART_TO_LEAVE)
+        else if (++bodies_[robot].steps_apart >= STEPS_APART_TO_LEAVE)
             world_.remove(robot);
     }
     world_.settle();
@@ -314,8 +316,8 @@ void Bodies::solve_contacts() {
         const Eigen::Vector2d &shift = free_shift(robot);
         const double before = trajectory_before(robot).heading(now_);
         slot_[robot] = static_cast<uint32_t>(near_.size());
-        near_.push_back({{positions_[robot], before},
-                         {shift, wrapped(trajectories_[robot].heading(end) - before)}});
+        near_.push_back({{bodies_[robot].position, before},
+                         {shift, wrapped(bodies_[robot].trajectory.heading(end) - before)}});
     }
     find_company();
     world_.step(near_, seconds(step_), approach_m_, overlap_m_ / (2 * radius_m_));
@@ -326,11 +328,12 @@ void Bodies::solve_contacts() {
         const Shift &shift = world_.moved(robot);
         longest_shift_m_ = std::max({longest_shift_m_, shift.by.norm(), near_[i].free.by.norm()});
         const bool moved = shift.by != Eigen::Vector2d::Zero();
-        if (moved) still_since_[robot] = trajectories_[robot].drive().stands() ? end : NEVER;
+        if (moved)
+            bodies_[robot].still_since = bodies_[robot].trajectory.drive().stands() ? end : NEVER;
         if (moved || shift.turn != 0) pushed_.push_back(robot);
         const Pose &before = near_[i].pose;
         const Pose pose = {before.position + shift.by, wrapped(before.heading + shift.turn)};
-        trajectories_[robot].restart(end, pose);
+        bodies_[robot].trajectory.restart(end, pose);
         set_place(robot, pose.position, end);
     }
     record_overlaps();
@@ -384,8 +387,9 @@ void Bodies::record_overlaps() {
         overlap_m_ = std::max(overlap_m_, -gap);
     };
     for (const auto &[one, other, gap_m] : pairs_)
-        add((positions_[other] - positions_[one]).norm() - 2 * radius_m_);
-    for (uint32_t robot : world_.robots()) add(arena_.wall_gap(positions_[robot]) - radius_m_);
+        add((bodies_[other].position - bodies_[one].position).norm() - 2 * radius_m_);
+    for (uint32_t robot : world_.robots())
+        add(arena_.wall_gap(bodies_[robot].position) - radius_m_);
 }
 
 }  // namespace kilotwin
