@@ -126,7 +126,12 @@ void KilobotMedium::prefetch_asked(size_t next) const {
         kilotwin::prefetch(&stations_[later.station], sizeof(Station));
         bodies_.prefetch(later.station);
     }
-    if (soon.what == What::ASK) robots_[soon.station].prefetch_state();
+    if (soon.what != What::ASK) return;
+    robots_[soon.station].prefetch_state();
+    for (uint32_t other : bodies_.lists().of(soon.station)) {
+        bodies_.prefetch(other);
+        __builtin_prefetch(&stations_[other]);
+    }
 }
 
 /// The first one; NEVER if there is none.

@@ -224,8 +224,11 @@ void Simulation::step(Cycles limit) {
             robots_[due_[i + FETCH_AHEAD]].prefetch();
             bodies_->prefetch(due_[i + FETCH_AHEAD]);
         }
-        if (i + FETCH_STATE_AHEAD < due_.size())
-            robots_[due_[i + FETCH_STATE_AHEAD]].prefetch_state();
+        if (i + FETCH_STATE_AHEAD < due_.size()) {
+            const uint32_t soon = due_[i + FETCH_STATE_AHEAD];
+            robots_[soon].prefetch_state();
+            for (uint32_t other : bodies_->lists().of(soon)) bodies_->prefetch(other);
+        }
         live_on(due_[i], limit);
     }
     if (!kilobot_medium_) {
