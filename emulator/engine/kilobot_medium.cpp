@@ -1,6 +1,7 @@
 #include "engine/kilobot_medium.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -604,15 +605,12 @@ bool KilobotMedium::is_lost(const Frame &frame, const Heard &heard, uint64_t dra
 
 /// What a robot's converter makes of a frame's light.
 distance_measurement_t KilobotMedium::measure(const Heard &heard, uint64_t draw) const {
-    double low_noise = 0, high_noise = 0;
-    if (settings_.gain_noise_lsb > 0) {
-        low_noise =
-            settings_.gain_noise_lsb * chance_.normal(heard.station, Purpose::LOW_GAIN, draw);
-        high_noise =
-            settings_.gain_noise_lsb * chance_.normal(heard.station, Purpose::HIGH_GAIN, draw);
-    }
-    return robots_[heard.station].calibration().gains.measure(heard.distance_mm, low_noise,
-                                                              high_noise);
+    std::array<double, 2> noise = {0, 0};
+    if (settings_.gain_noise_lsb > 0)
+        noise = chance_.normals(heard.station, {Purpose::LOW_GAIN, Purpose::HIGH_GAIN}, draw);
+    return robots_[heard.station].calibration().gains.measure(heard.distance_mm,
+                                                              settings_.gain_noise_lsb * noise[0],
+                                                              settings_.gain_noise_lsb * noise[1]);
 }
 
 }  // namespace kilotwin
