@@ -160,7 +160,7 @@ void Bodies::find_free_shift(uint32_t robot) {
 }
 
 /// All who may touch a robot within this step, and some more.
-const std::vector<uint32_t> &Bodies::around(uint32_t robot) {
+const Bodies::Few &Bodies::around(uint32_t robot) {
     auto &[until, robots] = around_[robot];
     if (until > now_) return robots;
     robots.clear();

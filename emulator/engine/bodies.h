@@ -6,6 +6,7 @@
 #define KILOTWIN_ENGINE_BODIES_H
 
 #include <Eigen/Core>
+#include <boost/container/small_vector.hpp>
 #include <cstdint>
 #include <vector>
 
@@ -108,15 +109,16 @@ class Bodies {
     };
 
     /// What a robot was told that has not taken effect yet.
-    struct Orders {
-        std::vector<MotorCommand> list;
+    struct alignas(64) Orders {
+        boost::container::small_vector<MotorCommand, 2> list;
         size_t next = 0;
     };
 
     /// Those who may come into contact with a robot before `until`.
-    struct Around {
+    using Few = boost::container::small_vector<uint32_t, 8>;
+    struct alignas(64) Around {
         Cycles until = 0;
-        std::vector<uint32_t> robots;
+        Few robots;
     };
     struct Pair {
         uint32_t one, other;
@@ -136,7 +138,7 @@ class Bodies {
         if (bodies_[robot].next_change < until) apply_commands(robot, until);
     }
     void apply_commands(uint32_t robot, Cycles until);
-    const std::vector<uint32_t> &around(uint32_t robot);
+    const Few &around(uint32_t robot);
     void look_ahead(uint32_t robot);
     const Trajectory &trajectory_before(uint32_t robot) const;
     /// Where a robot would go within this step, were it alone.
