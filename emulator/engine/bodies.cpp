@@ -37,30 +37,25 @@ Bodies::Bodies(const Arena &arena, const Profile &profile, const Chance &chance,
              std::max(SKIN_SHARE * reach_m, SKIN_STEPS * fastest_m_s_ * seconds(step))),
       lists_due_(begin),
       lists_hold_until_(begin),
-      placed_until_(poses.size(), NEVER),
-      next_change_(poses.size(), NEVER),
-      still_since_(poses.size(), 0),
+      bodies_(poses.size()),
       next_contact_(poses.size(), NEVER),
       orders_(poses.size()),
-      near_(poses.size()),
-      before_slot_(poses.size(), 0),
+      around_(poses.size()),
       shifts_(poses.size()),
-      shifted_at_(poses.size(), NEVER),
-      steps_apart_(poses.size(), 0),
-      in_contact_(poses.size(), false) {
-    for (const auto &pose : poses) {
-        trajectories_.emplace_back(begin, pose);
-        positions_.push_back(pose.position);
+      slot_(poses.size(), 0) {
+    for (size_t i = 0; i < poses.size(); i++) {
+        bodies_[i].position = poses[i].position;
+        bodies_[i].trajectory = Trajectory(begin, poses[i]);
+        listed_at_.push_back(poses[i].position);
     }
-    lists_.rebuild(positions_);
-    listed_at_ = positions_;
+    lists_.rebuild(listed_at_);
 }
 
 void Bodies::command(uint32_t robot, const MotorCommand &command) {
     const Cycles at = std::max(command.at, now_);
     orders_[robot].list.push_back({at, command.left, command.right});
-    next_change_[robot] = std::min(next_change_[robot], at);
-    placed_until_[robot] = std::min(placed_until_[robot], at);
+    bodies_[robot].next_change = std::min(bodies_[robot].next_change, at);
+    bodies_[robot].placed_until = std::min(bodies_[robot].placed_until, at);
     next_contact_[robot] = std::min(next_contact_[robot], now_);
 }
 
@@ -76,8 +71,8 @@ bool Bodies::refresh_lists() {
         drift_m = std::max(drift_m, (position(robot) - listed_at_[robot]).norm());
     const bool stale = 2 * drift_m > SKIN_USED * lists_.skin_m();
     if (stale) {
-        lists_.rebuild(positions_);
-        listed_at_ = positions_;
+        listed_at_ = positions();
+        lists_.rebuild(listed_at_);
         list_rebuilds_++;
         drift_m = 0;
     }
@@ -100,34 +95,41 @@ void Bodies::catch_up() {
     for (uint32_t robot = 0; robot < size(); robot++) take_effect(robot, now_);
 }
 
+std::vector<Eigen::Vector2d> Bodies::positions() {
+    std::vector<Eigen::Vector2d> all(size());
+    for (uint32_t robot = 0; robot < size(); robot++) all[robot] = position(robot);
+    return all;
+}
+
 void Bodies::place(uint32_t robot) {
     take_effect(robot, now_);
-    set_place(robot, trajectories_[robot].position(now_), now_);
+    set_place(robot, bodies_[robot].trajectory.position(now_), now_);
 }
 
 /// Where a robot is at `at`; nothing before has to take effect any more.
 void Bodies::set_place(uint32_t robot, const Eigen::Vector2d &position, Cycles at) {
-    positions_[robot] = position;
-    placed_until_[robot] = trajectories_[robot].drive().stands() ? next_change_[robot] : at;
+    bodies_[robot].position = position;
+    bodies_[robot].placed_until =
+        bodies_[robot].trajectory.drive().stands() ? bodies_[robot].next_change : at;
 }
 
 void Bodies::apply_commands(uint32_t robot, Cycles until) {
     auto &[list, next] = orders_[robot];
-    auto &trajectory = trajectories_[robot];
-    while (next_change_[robot] < until) {
-        const Cycles at = next_change_[robot];
+    auto &trajectory = bodies_[robot].trajectory;
+    while (bodies_[robot].next_change < until) {
+        const Cycles at = bodies_[robot].next_change;
         const bool commanded = next < list.size() && list[next].at <= at;
         const Drive drive = commanded
                                 ? chassis_.set_duties(robot, at, list[next].left, list[next].right)
                                 : chassis_.renew(robot);
         next += commanded;
-        next_change_[robot] =
+        bodies_[robot].next_change =
             std::min(next < list.size() ? list[next].at : NEVER, chassis_.next_renewal(robot));
         if (drive == trajectory.drive()) continue;
         if (!drive.stands())
-            still_since_[robot] = NEVER;
+            bodies_[robot].still_since = NEVER;
         else if (!trajectory.drive().stands())
-            still_since_[robot] = at - (at - now_) % step_ + step_;  // the end of that step
+            bodies_[robot].still_since = at - (at - now_) % step_ + step_;  // the end of that step
         trajectory.change(at, drive);
     }
     if (next < list.size()) return;
@@ -138,28 +140,28 @@ void Bodies::apply_commands(uint32_t robot, Cycles until) {
 /// Takes in what changes a robot's drive within this step.
 void Bodies::look_ahead(uint32_t robot) {
     position(robot);
-    if (next_change_[robot] >= now_ + step_) return;
-    before_slot_[robot] = static_cast<uint32_t>(before_.size());
-    before_.push_back({robot, trajectories_[robot]});
+    if (bodies_[robot].next_change >= now_ + step_) return;
+    bodies_[robot].before_slot = static_cast<uint32_t>(before_.size());
+    before_.push_back({robot, bodies_[robot].trajectory});
     apply_commands(robot, now_ + step_);
 }
 
 /// How a robot moves when this step begins.
 const Trajectory &Bodies::trajectory_before(uint32_t robot) const {
-    const uint32_t slot = before_slot_[robot];
+    const uint32_t slot = bodies_[robot].before_slot;
     const bool changed = slot < before_.size() && before_[slot].robot == robot;
-    return changed ? before_[slot].trajectory : trajectories_[robot];
+    return changed ? before_[slot].trajectory : bodies_[robot].trajectory;
 }
 
 void Bodies::find_free_shift(uint32_t robot) {
     look_ahead(robot);
-    shifts_[robot] = trajectories_[robot].position(now_ + step_) - positions_[robot];
-    shifted_at_[robot] = now_;
+    shifts_[robot] = bodies_[robot].trajectory.position(now_ + step_) - bodies_[robot].position;
+    bodies_[robot].shifted_at = now_;
 }
 
 /// All who may touch a robot within this step, and some more.
-const std::vector<uint32_t> &Bodies::near(uint32_t robot) {
-    auto &[until, robots] = near_[robot];
+const Bodies::Few &Bodies::around(uint32_t robot) {
+    auto &[until, robots] = around_[robot];
     if (until > now_) return robots;
     robots.clear();
     const Eigen::Vector2d here = position(robot);
@@ -193,8 +195,8 @@ void Bodies::find_contacts() {
 }
 
 void Bodies::include(uint32_t robot) {
-    if (in_contact_[robot]) return;
-    in_contact_[robot] = true;
+    if (bodies_[robot].in_contact) return;
+    bodies_[robot].in_contact = true;
     contacts_.push_back(robot);
     longest_shift_m_ = std::max(longest_shift_m_, free_shift(robot).norm());
 }
@@ -203,12 +205,12 @@ void Bodies::include(uint32_t robot) {
 /// can.
 bool Bodies::may_touch(uint32_t robot) {
     const Eigen::Vector2d here = position(robot);
-    if (trajectories_[robot].drive().at_rest() && next_change_[robot] >= now_ + step_) {
-        const Cycles change = next_change_[robot];
+    if (bodies_[robot].trajectory.drive().at_rest() && bodies_[robot].next_change >= now_ + step_) {
+        const Cycles change = bodies_[robot].next_change;
         next_contact_[robot] = change == NEVER ? NEVER : change - (change - now_) % step_;
         return false;
     }
-    const auto &around = near(robot);
+    const auto &others = around(robot);
     const double wall_gap = arena_.wall_gap(here) - radius_m_;
     next_contact_[robot] = now_ + step_;
     if (wall_gap <= contact_gap_m_ && meets_wall(robot)) {
@@ -217,7 +219,7 @@ bool Bodies::may_touch(uint32_t robot) {
         return true;
     }
     double nearest = INFINITY;
-    for (uint32_t other : around) {
+    for (uint32_t other : others) {
         const double square = (position(other) - here).squaredNorm();
         const double reach = 2 * radius_m_ + contact_gap_m_;
         if (square <= reach * reach && meets(robot, other)) return true;
@@ -226,14 +228,16 @@ bool Bodies::may_touch(uint32_t robot) {
     const double gap = std::sqrt(nearest) - 2 * radius_m_ - contact_gap_m_;
     const double free_s =
         std::min({gap / (2 * fastest_m_s_), (wall_gap - contact_gap_m_) / fastest_m_s_, 1e6});
-    next_contact_[robot] = std::clamp(now_ + whole_steps(free_s), now_ + step_, near_[robot].until);
+    next_contact_[robot] =
+        std::clamp(now_ + whole_steps(free_s), now_ + step_, around_[robot].until);
     return false;
 }
 
 /// No way within this step is longer.
 double Bodies::longest_free_m(uint32_t robot) const {
-    const bool steady = next_change_[robot] >= now_ + step_;
-    return seconds(step_) * (steady ? trajectories_[robot].drive().velocity.norm() : fastest_m_s_);
+    const bool steady = bodies_[robot].next_change >= now_ + step_;
+    return seconds(step_) *
+           (steady ? bodies_[robot].trajectory.drive().velocity.norm() : fastest_m_s_);
 }
 
 /// Whether two robots would touch, both going on as they do; they are nearer than the contact gap.
@@ -268,15 +272,15 @@ void Bodies::close_over() {
     for (size_t i = 0; i < contacts_.size(); i++) {
         const uint32_t robot = contacts_[i];
         const Eigen::Vector2d here = position(robot);
-        for (uint32_t other : near(robot)) {
+        for (uint32_t other : around(robot)) {
             const double gap = (position(other) - here).norm() - 2 * radius_m_;
             if (gap > contact_gap_m_) continue;
             const double closing = longest_shift_m_ + free_shift(other).norm();
             if (gap > std::min(closing + margin_m_, World::margin_m(radius_m_)) &&
-                !in_contact_[other])
+                !bodies_[other].in_contact)
                 continue;
             include(other);
-            if (robot < other) pairs_.push_back({robot, other});
+            if (robot < other) pairs_.push_back({robot, other, gap});
         }
     }
 }
@@ -284,8 +288,8 @@ void Bodies::close_over() {
 /// Takes robots into the solver, and those out that have been apart for some steps.
 void Bodies::hand_over() {
     for (uint32_t robot : contacts_) {
-        in_contact_[robot] = false;
-        steps_apart_[robot] = 0;
+        bodies_[robot].in_contact = false;
+        bodies_[robot].steps_apart = 0;
         if (!world_.holds(robot)) world_.add(robot, trajectory_before(robot), now_);
     }
     size_t next = 0;
@@ -293,7 +297,7 @@ void Bodies::hand_over() {
     for (uint32_t robot : world_.robots()) {
         if (next < contacts_.size() && contacts_[next] == robot)
             next++;
-        else if (++steps_apart_[robot] >= STEPS_APART_TO_LEAVE)
+        else if (++bodies_[robot].steps_apart >= STEPS_APART_TO_LEAVE)
             world_.remove(robot);
     }
     world_.settle();
@@ -307,30 +311,72 @@ void Bodies::solve_contacts() {
         return;
     }
     const Cycles end = now_ + step_;
-    const double step_s = seconds(step_);
-    headings_before_.clear();
-    free_shifts_.clear();
+    near_.clear();
     for (uint32_t robot : held) {
         const Eigen::Vector2d &shift = free_shift(robot);
         const double before = trajectory_before(robot).heading(now_);
-        headings_before_.push_back(before);
-        free_shifts_.push_back({shift, wrapped(trajectories_[robot].heading(end) - before)});
+        slot_[robot] = static_cast<uint32_t>(near_.size());
+        near_.push_back({{bodies_[robot].position, before},
+                         {shift, wrapped(bodies_[robot].trajectory.heading(end) - before)}});
     }
-    world_.step(free_shifts_, step_s, approach_m_, overlap_m_ / (2 * radius_m_));
+    find_company();
+    world_.step(near_, seconds(step_), approach_m_, overlap_m_ / (2 * radius_m_));
     solver_steps_ += held.size();
     longest_shift_m_ = 0;
     for (size_t i = 0; i < held.size(); i++) {
         const uint32_t robot = held[i];
-        const Shift shift = world_.moved(robot);
-        longest_shift_m_ = std::max({longest_shift_m_, shift.by.norm(), free_shifts_[i].by.norm()});
+        const Shift &shift = world_.moved(robot);
+        longest_shift_m_ = std::max({longest_shift_m_, shift.by.norm(), near_[i].free.by.norm()});
         const bool moved = shift.by != Eigen::Vector2d::Zero();
-        if (moved) still_since_[robot] = trajectories_[robot].drive().stands() ? end : NEVER;
+        if (moved)
+            bodies_[robot].still_since = bodies_[robot].trajectory.drive().stands() ? end : NEVER;
         if (moved || shift.turn != 0) pushed_.push_back(robot);
-        const Pose pose = {positions_[robot] + shift.by, wrapped(headings_before_[i] + shift.turn)};
-        trajectories_[robot].restart(end, pose);
+        const Pose &before = near_[i].pose;
+        const Pose pose = {before.position + shift.by, wrapped(before.heading + shift.turn)};
+        bodies_[robot].trajectory.restart(end, pose);
         set_place(robot, pose.position, end);
     }
     record_overlaps();
+}
+
+/// What each robot in the solver may touch within this step.
+void Bodies::find_company() {
+    using Company = Near::Company;
+    for (Near &near : near_) find_walls(near);
+    // Pushed by others, a robot goes no farther than the fastest of them.
+    const double most_m = 2 * longest_shift_m_ + margin_m_;
+    auto crowd = [&](Near &near) {
+        if (near.company == Company::ROBOT) near_[near.other].company = Company::SEVERAL;
+        near.company = Company::SEVERAL;
+    };
+    for (const auto &[one, other, gap_m] : pairs_) {
+        if (gap_m > most_m) continue;
+        Near &a = near_[slot_[one]], &b = near_[slot_[other]];
+        if (a.company != Company::NOTHING || b.company != Company::NOTHING) {
+            crowd(a);
+            crowd(b);
+            continue;
+        }
+        a.company = b.company = Company::ROBOT;
+        a.gap_m = b.gap_m = gap_m;
+        a.other = slot_[other];
+        b.other = slot_[one];
+        const Eigen::Vector2d apart = b.pose.position - a.pose.position;
+        a.towards = apart / apart.norm();
+        b.towards = -a.towards;
+    }
+}
+
+void Bodies::find_walls(Near &near) const {
+    const double most_m = fastest_m_s_ * seconds(step_);
+    near.company = Near::Company::NOTHING;
+    arena_.for_each_wall(near.pose.position, [&](double distance, const Eigen::Vector2d &outward) {
+        if (distance - radius_m_ > most_m) return;
+        const bool first = near.company == Near::Company::NOTHING;
+        near.company = first ? Near::Company::WALL : Near::Company::SEVERAL;
+        near.towards = outward;
+        near.gap_m = distance - radius_m_;
+    });
 }
 
 void Bodies::record_overlaps() {
@@ -340,9 +386,10 @@ void Bodies::record_overlaps() {
         overlaps_.add(-gap / (2 * radius_m_));
         overlap_m_ = std::max(overlap_m_, -gap);
     };
-    for (const auto &[one, other] : pairs_)
-        add((positions_[other] - positions_[one]).norm() - 2 * radius_m_);
-    for (uint32_t robot : world_.robots()) add(arena_.wall_gap(positions_[robot]) - radius_m_);
+    for (const auto &[one, other, gap_m] : pairs_)
+        add((bodies_[other].position - bodies_[one].position).norm() - 2 * radius_m_);
+    for (uint32_t robot : world_.robots())
+        add(arena_.wall_gap(bodies_[robot].position) - radius_m_);
 }
 
 }  // namespace kilotwin

@@ -6,6 +6,7 @@
 #define KILOTWIN_ENGINE_BODIES_H
 
 #include <Eigen/Core>
+#include <boost/container/small_vector.hpp>
 #include <cstdint>
 #include <vector>
 
@@ -13,6 +14,7 @@
 #include "engine/chance.h"
 #include "engine/chassis.h"
 #include "engine/clock.h"
+#include "engine/memory.h"
 #include "engine/motion.h"
 #include "engine/neighbours.h"
 #include "engine/recorder.h"
@@ -40,36 +42,40 @@ class Bodies {
     /// Takes in everything up to the begin of the current step, so that all poses can be read.
     void catch_up();
 
-    size_t size() const { return trajectories_.size(); }
+    /// Brings a robot's place into the cache: it is soon to be asked for.
+    void prefetch(uint32_t robot) const { kilotwin::prefetch(&bodies_[robot], sizeof(Body)); }
+
+    size_t size() const { return bodies_.size(); }
 
     /// Centre of a robot when the current step begins, m.
     const Eigen::Vector2d &position(uint32_t robot) {
-        if (placed_until_[robot] < now_) place(robot);
-        return positions_[robot];
+        if (bodies_[robot].placed_until < now_) place(robot);
+        return bodies_[robot].position;
     }
 
-    /// All positions; right for those robots that were asked for since the step began.
-    const std::vector<Eigen::Vector2d> &positions() const { return positions_; }
+    /// Those of all robots.
+    std::vector<Eigen::Vector2d> positions();
 
     /// Pose of a robot when the current step begins, after catch_up().
-    Pose pose(uint32_t robot) const { return trajectories_[robot].pose(now_); }
+    Pose pose(uint32_t robot) const { return bodies_[robot].trajectory.pose(now_); }
 
     /// Unit vector of its heading.
     Eigen::Vector2d ahead(uint32_t robot) {
         take_effect(robot, now_);
-        return trajectories_[robot].ahead(now_);
+        return bodies_[robot].trajectory.ahead(now_);
     }
 
     /// Whether it stays as it is, as far as is known: its motors are off, and nobody is at it.
     bool rests(uint32_t robot) const {
-        return next_change_[robot] == NEVER && trajectories_[robot].drive().at_rest() &&
+        const Body &body = bodies_[robot];
+        return body.next_change == NEVER && body.trajectory.drive().at_rest() &&
                !world_.holds(robot);
     }
 
     /// Since when it has stood in its place, at the earliest; NEVER while it moves.
     Cycles still_since(uint32_t robot) {
         take_effect(robot, now_);
-        return still_since_[robot];
+        return bodies_[robot].still_since;
     }
 
     /// Those that the solver moved or turned in the last step.
@@ -89,19 +95,34 @@ class Bodies {
     const Overlaps &overlaps() const { return overlaps_; }
 
   private:
+    /// A robot: two lines of the cache.
+    struct alignas(64) Body {
+        Cycles placed_until = NEVER;  ///< its position is right until then
+        Eigen::Vector2d position;
+        Cycles next_change = NEVER;  ///< of its drive
+        Cycles still_since = 0;      ///< NEVER while it moves
+        Trajectory trajectory;
+        Cycles shifted_at = NEVER;  ///< the begin of the step that its shift is of
+        uint32_t before_slot = 0;   ///< in before_, if it is there
+        uint8_t steps_apart = 0;
+        bool in_contact = false;
+    };
+
     /// What a robot was told that has not taken effect yet.
-    struct Orders {
-        std::vector<MotorCommand> list;
+    struct alignas(64) Orders {
+        boost::container::small_vector<MotorCommand, 2> list;
         size_t next = 0;
     };
 
     /// Those who may come into contact with a robot before `until`.
-    struct Near {
+    using Few = boost::container::small_vector<uint32_t, 8>;
+    struct alignas(64) Around {
         Cycles until = 0;
-        std::vector<uint32_t> robots;
+        Few robots;
     };
     struct Pair {
         uint32_t one, other;
+        double gap_m;  ///< when the step begins
     };
     /// How a robot moved when the step began, whose drive changes within it.
     struct Before {
@@ -114,15 +135,15 @@ class Bodies {
 
     /// Lets motor commands before `until`, and what changes by itself, take effect at their times.
     void take_effect(uint32_t robot, Cycles until) {
-        if (next_change_[robot] < until) apply_commands(robot, until);
+        if (bodies_[robot].next_change < until) apply_commands(robot, until);
     }
     void apply_commands(uint32_t robot, Cycles until);
-    const std::vector<uint32_t> &near(uint32_t robot);
+    const Few &around(uint32_t robot);
     void look_ahead(uint32_t robot);
     const Trajectory &trajectory_before(uint32_t robot) const;
     /// Where a robot would go within this step, were it alone.
     const Eigen::Vector2d &free_shift(uint32_t robot) {
-        if (shifted_at_[robot] != now_) find_free_shift(robot);
+        if (bodies_[robot].shifted_at != now_) find_free_shift(robot);
         return shifts_[robot];
     }
     void find_free_shift(uint32_t robot);
@@ -135,6 +156,8 @@ class Bodies {
     void close_over();
     void hand_over();
     void solve_contacts();
+    void find_company();
+    void find_walls(Near &near) const;
     void record_overlaps();
     Cycles whole_steps(double for_s) const;
 
@@ -153,29 +176,21 @@ class Bodies {
     uint64_t list_rebuilds_ = 0;
 
     // By robot.
-    std::vector<Trajectory> trajectories_;
-    std::vector<Eigen::Vector2d> positions_;
-    std::vector<Cycles> placed_until_;  ///< until when its position is right
-    std::vector<Cycles> next_change_;   ///< of its drive
-    std::vector<Cycles> still_since_;   ///< NEVER while it moves
+    std::vector<Body> bodies_;
     std::vector<Cycles> next_contact_;  ///< before this, nothing is near enough to touch
     std::vector<Orders> orders_;
-    std::vector<Near> near_;
-    std::vector<uint32_t> before_slot_;    ///< in before_, if it is there
-    std::vector<Eigen::Vector2d> shifts_;  ///< where it would go, were it alone,
-    std::vector<Cycles> shifted_at_;       ///< in the step that begins here
-    std::vector<uint8_t> steps_apart_;
-    std::vector<bool> in_contact_;
+    std::vector<Around> around_;
+    std::vector<Eigen::Vector2d> shifts_;  ///< where it would go within the step, were it alone
+    std::vector<uint32_t> slot_;           ///< in near_, of those in the solver
 
     std::vector<uint32_t> contacts_;  ///< robots that belong into the solver this step, ascending
     std::vector<Before> before_;
     std::vector<Pair> pairs_;  ///< of robots in the solver that may touch this step
     std::vector<uint32_t> pushed_;
-    std::vector<double> headings_before_;  ///< of the robots in the solver
-    std::vector<Shift> free_shifts_;  ///< and where each would go within the step, were it alone
-    double longest_shift_m_ = 0;      ///< of a robot in the solver, in the last step or this one
-    double approach_m_ = 0;  ///< most that two come nearer in this step who are not close yet
-    double overlap_m_ = 0;   ///< the worst of the last step
+    std::vector<Near> near_;      ///< of the robots in the solver
+    double longest_shift_m_ = 0;  ///< of a robot in the solver, in the last step or this one
+    double approach_m_ = 0;       ///< most that two come nearer in this step who are not close yet
+    double overlap_m_ = 0;        ///< the worst of the last step
     uint64_t solver_steps_ = 0;
     Overlaps overlaps_;
 };

@@ -8,6 +8,11 @@
 
 #include <Random123/philox.h>
 
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
+#include <array>
 #include <cstdint>
 
 namespace kilotwin {
@@ -59,13 +64,22 @@ class Chance {
 
     /// Mean 0, variance 1, nearly normal: the sum of eight uniform numbers, so at most 4.9 in size.
     double normal(uint32_t robot, Purpose purpose, uint64_t n) const {
-        constexpr double SCALE = 1.224744871391589 * 0x1p-16;  // sqrt(12 / 8)
         uint32_t sum = 0;
         for (const uint32_t word : block(robot, purpose, n)) sum += (word & 0xFFFF) + (word >> 16);
+        return normal_of(sum);
+    }
+
+    /// normal() for two purposes, in less time than twice.
+    std::array<double, 2> normals(uint32_t robot, std::array<Purpose, 2> purposes,
+                                  uint64_t n) const;
+
+  private:
+    /// Of the sum of eight numbers of 16 bits.
+    static double normal_of(uint32_t sum) {
+        constexpr double SCALE = 1.224744871391589 * 0x1p-16;  // sqrt(12 / 8)
         return (static_cast<double>(sum) - 4 * 0xFFFF) * SCALE;
     }
 
-  private:
     r123::Philox4x32::ctr_type block(uint32_t robot, Purpose purpose, uint64_t n) const {
         const r123::Philox4x32::ctr_type counter = {{static_cast<uint32_t>(n),
                                                      static_cast<uint32_t>(n >> 32), robot,
@@ -77,6 +91,41 @@ class Chance {
 
     uint64_t seed_;
 };
+
+#ifdef __SSE2__
+// Two blocks side by side: each word of a counter is the lower half of a lane, whose upper half does
+// not count.
+inline std::array<double, 2> Chance::normals(uint32_t robot, std::array<Purpose, 2> purposes,
+                                             uint64_t n) const {
+    auto both = [](uint64_t word) { return _mm_set1_epi64x(static_cast<int64_t>(word)); };
+    const __m128i first = both(PHILOX_M4x32_0), second = both(PHILOX_M4x32_1);
+    __m128i a = both(n), b = both(n >> 32), c = both(robot);
+    __m128i d =
+        _mm_set_epi64x(static_cast<uint32_t>(purposes[1]), static_cast<uint32_t>(purposes[0]));
+    auto key_a = static_cast<uint32_t>(seed_), key_b = static_cast<uint32_t>(seed_ >> 32);
+    for (int round = 0; round < 10; round++) {
+        const __m128i one = _mm_mul_epu32(a, first), other = _mm_mul_epu32(c, second);
+        a = _mm_xor_si128(_mm_xor_si128(_mm_srli_epi64(other, 32), b), both(key_a));
+        c = _mm_xor_si128(_mm_xor_si128(_mm_srli_epi64(one, 32), d), both(key_b));
+        b = other;
+        d = one;
+        key_a += PHILOX_W32_0;
+        key_b += PHILOX_W32_1;
+    }
+    const __m128i half = both(0xFFFF);
+    __m128i sums = _mm_setzero_si128();
+    for (const __m128i word : {a, b, c, d})
+        sums = _mm_add_epi64(sums, _mm_add_epi64(_mm_and_si128(word, half),
+                                                 _mm_and_si128(_mm_srli_epi64(word, 16), half)));
+    return {normal_of(static_cast<uint32_t>(_mm_cvtsi128_si32(sums))),
+            normal_of(static_cast<uint32_t>(_mm_cvtsi128_si32(_mm_srli_si128(sums, 8))))};
+}
+#else
+inline std::array<double, 2> Chance::normals(uint32_t robot, std::array<Purpose, 2> purposes,
+                                             uint64_t n) const {
+    return {normal(robot, purposes[0], n), normal(robot, purposes[1], n)};
+}
+#endif
 
 }  // namespace kilotwin
 

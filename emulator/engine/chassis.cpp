@@ -51,12 +51,13 @@ Chassis::Chassis(const Profile &profile, const Chance &chance, size_t robots)
 void Chassis::draw_noise(uint32_t robot) {
     if (profile_.motor_noise == 0) return;
     auto &motors = motors_[robot];
-    auto wobble = [&](Purpose purpose) {
-        const double normal = limited(chance_.normal(robot, purpose, motors.noise_draws));
-        return static_cast<float>(1 + profile_.motor_noise * normal);
+    const auto normals =
+        chance_.normals(robot, {Purpose::LEFT_NOISE, Purpose::RIGHT_NOISE}, motors.noise_draws);
+    auto wobble = [&](double normal) {
+        return static_cast<float>(1 + profile_.motor_noise * limited(normal));
     };
-    motors.left.wobble = wobble(Purpose::LEFT_NOISE);
-    motors.right.wobble = wobble(Purpose::RIGHT_NOISE);
+    motors.left.wobble = wobble(normals[0]);
+    motors.right.wobble = wobble(normals[1]);
 }
 
 bool Chassis::starts(const Motor &motor, uint8_t duty, Cycles kicked_for) const {

@@ -29,16 +29,17 @@ class IdealMedium {
           radius_m_(radius_m),
           audiences_(robots) {}
 
-    /// Who hears `sender`, ascending, given where everybody is now.
-    const std::vector<Listener> &find_audience(uint32_t sender, Neighbours::List around,
-                                               const std::vector<Eigen::Vector2d> &positions);
+    /// Who hears `sender`, who is at `from`: some of those `around`, who are at `places`; ascending.
+    const std::vector<Listener> &find_audience(uint32_t sender, const Eigen::Vector2d &from,
+                                               Neighbours::List around,
+                                               const std::vector<Eigen::Vector2d> &places);
 
     /// Who heard `sender` when find_audience() was last called.
     const std::vector<Listener> &last_audience(uint32_t sender) const { return audiences_[sender]; }
 
   private:
-    bool hidden(uint32_t sender, uint32_t listener, Neighbours::List around,
-                const std::vector<Eigen::Vector2d> &positions) const;
+    bool hidden(const Eigen::Vector2d &from, size_t listener,
+                const std::vector<Eigen::Vector2d> &places) const;
 
     double range_m_;
     bool line_of_sight_;

@@ -1,9 +1,11 @@
 #include "engine/kilobot_medium.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
+#include "engine/memory.h"
 #include "engine/message_crc.h"
 
 namespace kilotwin {
@@ -33,28 +35,31 @@ KilobotMedium::KilobotMedium(const Settings &settings, const Chance &chance,
       emissions_(emissions),
       counts_(counts),
       undisturbed_until_(std::move(undisturbed_until)),
-      by_robot_(robots.size()),
       grid_(grid),
       boards_(boards),
-      frames_(robots.size() + (grid != nullptr ? grid->layout().cells() : 0)),
-      audible_(frames_.size()),
-      air_(frames_.size()),
-      draws_(robots.size()),
+      stations_(robots.size() + (grid != nullptr ? grid->layout().cells() : 0)),
       receivers_(grid != nullptr ? grid->layout().modules() : 0),
       planned_(PLANNED_STEPS) {
-    for (uint32_t station = 0; station < frames_.size(); station++)
-        frames_[station].sender = frames_[station].listener = station;
+    for (uint32_t station = 0; station < stations_.size(); station++)
+        stations_[station].frame.sender = stations_[station].frame.listener = station;
     for (uint32_t robot = 0; robot < robots.size(); robot++) {
         double spread =
             std::clamp(chance.normal(robot, Purpose::RANGE, 0), -RANGE_LIMIT, RANGE_LIMIT);
-        range_m_.push_back(
-            static_cast<float>(settings.range_m * (1 + spread * settings.range_spread)));
+        stations_[robot].range_m =
+            static_cast<float>(settings.range_m * (1 + spread * settings.range_spread));
     }
     if (boards_ != nullptr && settings.held_busy) boards_->hold_busy();
 }
 
 double KilobotMedium::reach_m(const Settings &settings) {
     return settings.range_m * (1 + RANGE_LIMIT * settings.range_spread);
+}
+
+std::vector<FrameCounts> KilobotMedium::by_robot() const {
+    std::vector<FrameCounts> counts;
+    for (size_t robot = 0; robot < robots_.size(); robot++)
+        counts.push_back(stations_[robot].counts);
+    return counts;
 }
 
 void KilobotMedium::Queue::push(const Event &event) {
@@ -73,7 +78,9 @@ void KilobotMedium::run(Cycles begin, Cycles end, Cycles limit) {
         const Cycles next = std::min(event.at, end);
         Cycles grid_until = next;
         if (boards_ != nullptr) {
-            auto busy = [this](uint32_t robot) { return on_air(robot) || air_[robot].heard > 0; };
+            auto busy = [this](uint32_t robot) {
+                return on_air(robot) || !stations_[robot].audible.empty();
+            };
             // Boards and modules hear one another: neither may get ahead.
             Cycles turn = grid_ != nullptr ? std::min(grid_->next(), next) : next;
             if (boards_->has_modules())
@@ -101,7 +108,7 @@ void KilobotMedium::find_asks(Cycles begin, Cycles end) {
     asks_.clear();
     next_ask_ = 0;
     for (uint32_t robot = 0; robot < robots_.size(); robot++)
-        if (speaks_[robot] < end && !on_air(robot) && air_[robot].planned == 0 &&
+        if (speaks_[robot] < end && !on_air(robot) && stations_[robot].planned == 0 &&
             !robots_[robot].on_board())
             asks_.push_back({std::max(speaks_[robot], begin), What::ASK, robot});
     const auto &planned = planned_at(begin);
@@ -115,8 +122,17 @@ void KilobotMedium::prefetch_asked(size_t next) const {
     constexpr size_t SOON = 2, LATER = 4;
     if (next + LATER >= asks_.size()) return;
     const Event &soon = asks_[next + SOON], &later = asks_[next + LATER];
-    if (later.what == What::ASK) robots_[later.station].prefetch();
-    if (soon.what == What::ASK) robots_[soon.station].prefetch_state();
+    if (later.what == What::ASK) {
+        robots_[later.station].prefetch();
+        kilotwin::prefetch(&stations_[later.station], sizeof(Station));
+        bodies_.prefetch(later.station);
+    }
+    if (soon.what != What::ASK) return;
+    robots_[soon.station].prefetch_state();
+    for (uint32_t other : bodies_.lists().of(soon.station)) {
+        bodies_.prefetch(other);
+        __builtin_prefetch(&stations_[other]);
+    }
 }
 
 /// The first one; NEVER if there is none.
@@ -141,7 +157,7 @@ void KilobotMedium::take(const Event &event) {
         later_asks_.pop();
     if (event.what == What::ASK) return ask(event.station, event.at);
     const auto &[emission, next] = planned_at(event.at)[event.station];
-    air_[emission.robot].planned--;
+    stations_[emission.robot].planned--;
     speaks_[emission.robot] = next;
     begin_frame(emission.robot, emission.at, emission.message, true);
 }
@@ -162,7 +178,7 @@ void KilobotMedium::ask(uint32_t robot, Cycles at) {
     asked_at_ = at;
     go_on(robot, until);
     const Cycles next = speaks_[robot];
-    if (next < end_ && !on_air(robot) && air_[robot].planned == 0)
+    if (next < end_ && !on_air(robot) && stations_[robot].planned == 0)
         later_asks_.push({std::max(next, at + 1), What::ASK, robot});
 }
 
@@ -193,7 +209,7 @@ void KilobotMedium::go_on(uint32_t index, Cycles until) {
     }
     if (robot.question() == Robot::Question::IS_CHANNEL_FREE && !on_air(index))
         begin_frame(index, robot.now(), robot.outgoing(), false);
-    if (air_[index].planned == 0) speaks_[index] = next_ask(robot);
+    if (stations_[index].planned == 0) speaks_[index] = next_ask(robot);
 }
 
 /// When a robot is to be asked next.
@@ -209,7 +225,7 @@ void KilobotMedium::take_emissions(uint32_t robot) {
             begin_frame(robot, emission.at, emission.message, true);
             continue;
         }
-        if (air_[robot].planned++ == 0) speaks_[robot] = emission.at;
+        if (stations_[robot].planned++ == 0) speaks_[robot] = emission.at;
         const Cycles next =
             i + 1 < emissions_.size() ? emissions_[i + 1].at : next_ask(robots_[robot]);
         auto &planned = planned_at(emission.at);
@@ -222,7 +238,7 @@ void KilobotMedium::take_emissions(uint32_t robot) {
 /// Whether nothing can come between if the robot is asked at `at`: it receives nothing, and nobody
 /// around may start before it is done listening.
 bool KilobotMedium::has_channel(uint32_t robot, Cycles at) const {
-    if (settings_.held_busy || air_[robot].heard > 0 || on_air(robot) ||
+    if (settings_.held_busy || !stations_[robot].audible.empty() || on_air(robot) ||
         robots_[robot].question() != Robot::Question::NONE || robots_[robot].next_ask() != at)
         return false;
     for (uint32_t other : bodies_.lists().of(robot))
@@ -235,9 +251,9 @@ bool KilobotMedium::has_channel(uint32_t robot, Cycles at) const {
 }
 
 bool KilobotMedium::receives(uint32_t robot, Cycles at) const {
-    return std::any_of(audible_[robot].begin(), audible_[robot].end(), [&](uint32_t sender) {
-        return frames_[sender].begin + NOTICE_CYCLES <= at;
-    });
+    return std::any_of(
+        stations_[robot].audible.begin(), stations_[robot].audible.end(),
+        [&](uint32_t sender) { return stations_[sender].frame.begin + NOTICE_CYCLES <= at; });
 }
 
 void KilobotMedium::begin_frame(uint32_t sender, Cycles at, const message_t &message,
@@ -259,7 +275,7 @@ KilobotMedium::Frame &KilobotMedium::begin_light(uint32_t sender, Cycles at,
                                                  const message_t &message) {
     Frame &frame = put_on_air(sender, at, message);
     const Eigen::Vector2d here = bodies_.position(sender);
-    const double range = range_m_[sender];
+    const double range = stations_[sender].range_m;
     for (uint32_t other : bodies_.lists().of(sender)) {
         double distance = (bodies_.position(other) - here).norm();
         if (distance <= range) shine_on_robot(frame, other, distance);
@@ -267,17 +283,17 @@ KilobotMedium::Frame &KilobotMedium::begin_light(uint32_t sender, Cycles at,
     if (grid_ != nullptr) shine_on_cells(frame, here);
     // What it was about to hear, it cannot hear now.
     if (settings_.half_duplex)
-        for (uint32_t earlier : audible_[sender])
-            for (Heard &missed : frames_[earlier].heard)
+        for (uint32_t earlier : stations_[sender].audible)
+            for (Heard &missed : stations_[earlier].frame.heard)
                 if (missed.station == sender) missed.fate = Fate::DEAF;
     return frame;
 }
 
 KilobotMedium::Frame &KilobotMedium::put_on_air(uint32_t sender, Cycles at,
                                                 const message_t &message) {
-    Frame &frame = frames_[sender];
+    Frame &frame = stations_[sender].frame;
     frame.begin = at;
-    air_[sender].sends = true;
+    stations_[sender].sends = true;
     frame.message = message;
     frame.heard.clear();
     if (boards_ != nullptr) boards_->begin_light(sender);
@@ -287,7 +303,7 @@ KilobotMedium::Frame &KilobotMedium::put_on_air(uint32_t sender, Cycles at,
 /// A frame that begins reaches a robot: it is heard, unless something else is, or comes.
 void KilobotMedium::shine_on_robot(Frame &frame, uint32_t robot, double distance_m) {
     Heard heard = {robot, static_cast<float>(distance_m * 1000), Fate::CLEAR};
-    auto &audible = audible_[robot];
+    auto &audible = stations_[robot].audible;
     if (settings_.half_duplex && on_air(robot)) heard.fate = Fate::DEAF;
     if (settings_.collisions && !audible.empty()) {
         if (heard.fate == Fate::CLEAR) heard.fate = Fate::COLLIDED;
@@ -302,7 +318,7 @@ void KilobotMedium::shine_on_robot(Frame &frame, uint32_t robot, double distance
 /// A board sees pulses, so chance decides now what it will make of the frame. Collisions and
 /// deafness are its own affair; here they only count.
 void KilobotMedium::shine_on_board(const Frame &frame, Heard &heard) {
-    const uint64_t draw = draws_[heard.station]++;
+    const uint64_t draw = stations_[heard.station].draws++;
     const bool lost = is_lost(frame, heard, draw);
     if (lost && heard.fate == Fate::CLEAR) heard.fate = Fate::LOST;
     boards_->reach(frame.sender, heard.station, measure(heard, draw), lost,
@@ -313,7 +329,7 @@ void KilobotMedium::shine_on_board(const Frame &frame, Heard &heard) {
 void KilobotMedium::take_flash(const Boards::Flash &flash) {
     using Found = PulseReader::Found;
     const uint32_t sender = flash.station;
-    Frame &frame = frames_[sender];
+    Frame &frame = stations_[sender].frame;
     const bool over = flash.given_up || flash.found == Found::NONSENSE;
     if (flash.begins && flash.found == Found::BEGIN) {
         if (on_air(sender)) leave_air(frame);
@@ -338,9 +354,9 @@ void KilobotMedium::take_flash(const Boards::Flash &flash) {
 }
 
 /// What `station` was about to hear of `senders` is lost to another frame.
-void KilobotMedium::spoil(const std::vector<uint32_t> &senders, uint32_t station) {
+void KilobotMedium::spoil(const Senders &senders, uint32_t station) {
     for (uint32_t sender : senders)
-        for (Heard &spoilt : frames_[sender].heard)
+        for (Heard &spoilt : stations_[sender].frame.heard)
             if (spoilt.station == station && spoilt.fate == Fate::CLEAR)
                 spoilt.fate = Fate::COLLIDED;
 }
@@ -357,7 +373,7 @@ void KilobotMedium::shine_on_cells(Frame &frame, const Eigen::Vector2d &from) {
             if (grid_->lives(module)) shine_on_board_cell(frame, cell, distance);
             continue;
         }
-        auto &audible = audible_[station];
+        auto &audible = stations_[station].audible;
         Heard heard = {station, static_cast<float>(distance * 1000), Fate::CLEAR};
         if (settings_.collisions) spoil(audible, station);
         if (!grid_->lives(module) ||
@@ -376,7 +392,7 @@ void KilobotMedium::shine_on_cells(Frame &frame, const Eigen::Vector2d &from) {
 void KilobotMedium::shine_on_board_cell(Frame &frame, uint32_t cell, double distance_m) {
     const uint32_t station = station_of(cell), module = GridLayout::module_of(cell);
     Heard heard = {station, static_cast<float>(distance_m * 1000), Fate::CLEAR};
-    auto &audible = audible_[station];
+    auto &audible = stations_[station].audible;
     if (!audible.empty()) {
         spoil(audible, station);
         heard.fate = Fate::COLLIDED;
@@ -448,7 +464,7 @@ KilobotMedium::Frame &KilobotMedium::begin_cell_light(uint32_t station, Cycles a
 bool KilobotMedium::nobody_interferes(uint32_t cell, Cycles at) const {
     if (settings_.held_busy) return false;
     if (!settings_.carrier_sense) return true;
-    if (!audible_[station_of(cell)].empty()) return false;
+    if (!stations_[station_of(cell)].audible.empty()) return false;
     const auto &near = grid_->robots_near(cell);
     return std::none_of(near.begin(), near.end(),
                         [&](uint32_t robot) { return speaks_[robot] <= at + SENSE_END_CYCLES; });
@@ -469,14 +485,15 @@ bool KilobotMedium::finds_busy(const Frame &frame) const {
     if (!settings_.carrier_sense) return false;
     const Cycles first = frame.begin + SENSE_BEGIN, last = frame.begin + SENSE_END_CYCLES;
     auto polled = [&](Cycles pulse) { return pulse >= first && pulse < last; };
-    const auto &audible = audible_[frame.listener];
+    const auto &audible = stations_[frame.listener].audible;
     return std::any_of(audible.begin(), audible.end(), [&](uint32_t other) {
-        return polled(frames_[other].begin) || polled(frames_[other].begin + LEADER_STOP);
+        return polled(stations_[other].frame.begin) ||
+               polled(stations_[other].frame.begin + LEADER_STOP);
     });
 }
 
 void KilobotMedium::end_sensing(uint32_t sender) {
-    Frame &frame = frames_[sender];
+    Frame &frame = stations_[sender].frame;
     const bool busy = finds_busy(frame);
     if (is_cell(sender)) {
         if (!busy) return cell_has_channel(frame);
@@ -496,12 +513,12 @@ void KilobotMedium::end_sensing(uint32_t sender) {
 }
 
 void KilobotMedium::end_frame(uint32_t sender) {
-    Frame &frame = frames_[sender];
+    Frame &frame = stations_[sender].frame;
     leave_air(frame);
     const bool right = crc_is_right(frame.message);
     if (!is_cell(sender)) {
         counts_.sent++;
-        by_robot_[sender].sent++;
+        stations_[sender].counts.sent++;
         counts_.wrong_crc += !right;
     }
     for (const Heard &heard : frame.heard)
@@ -514,16 +531,15 @@ void KilobotMedium::end_frame(uint32_t sender) {
     const Cycles over = frame.begin + FRAME_CYCLES;
     if (!frame.granted)
         later_asks_.push({over, What::ASK, sender});
-    else if (speaks_[sender] < end_ && air_[sender].planned == 0)
+    else if (speaks_[sender] < end_ && stations_[sender].planned == 0)
         later_asks_.push({std::max(over, speaks_[sender]), What::ASK, sender});
 }
 
 void KilobotMedium::leave_air(Frame &frame) {
-    air_[frame.sender].sends = false;
+    stations_[frame.sender].sends = false;
     for (const Heard &heard : frame.heard) {
-        auto &audible = audible_[heard.station];
+        auto &audible = stations_[heard.station].audible;
         audible.erase(std::find(audible.begin(), audible.end(), frame.sender));
-        air_[heard.station].heard--;
     }
 }
 
@@ -562,13 +578,13 @@ void KilobotMedium::deliver(const Frame &frame, const Heard &heard) {
     }
     const uint32_t index = heard.station;
     const bool on_board = robots_[index].on_board();
-    const uint64_t draw = on_board ? 0 : draws_[index]++;
+    const uint64_t draw = on_board ? 0 : stations_[index].draws++;
     if (on_board ? heard.fate == Fate::LOST : is_lost(frame, heard, draw)) {
         counts_.lost++;
         return;
     }
     counts_.received++;
-    by_robot_[index].received++;
+    stations_[index].counts.received++;
     if (on_board) return;
     const Cycles end = frame.begin + FRAME_CYCLES;
     robots_[index].receive({end, frame.message, measure(heard, draw)});
@@ -580,7 +596,7 @@ void KilobotMedium::deliver(const Frame &frame, const Heard &heard) {
 /// Whether a frame is lost on its way, by chance.
 bool KilobotMedium::is_lost(const Frame &frame, const Heard &heard, uint64_t draw) const {
     const double range =
-        is_cell(frame.sender) ? grid_->infrared().cell_range_m : range_m_[frame.sender];
+        is_cell(frame.sender) ? grid_->infrared().cell_range_m : stations_[frame.sender].range_m;
     const double share = heard.distance_mm / 1000 / range;
     const double loss =
         settings_.loss + (settings_.loss_at_range - settings_.loss) * share * share * share * share;
@@ -589,15 +605,12 @@ bool KilobotMedium::is_lost(const Frame &frame, const Heard &heard, uint64_t dra
 
 /// What a robot's converter makes of a frame's light.
 distance_measurement_t KilobotMedium::measure(const Heard &heard, uint64_t draw) const {
-    double low_noise = 0, high_noise = 0;
-    if (settings_.gain_noise_lsb > 0) {
-        low_noise =
-            settings_.gain_noise_lsb * chance_.normal(heard.station, Purpose::LOW_GAIN, draw);
-        high_noise =
-            settings_.gain_noise_lsb * chance_.normal(heard.station, Purpose::HIGH_GAIN, draw);
-    }
-    return robots_[heard.station].calibration().gains.measure(heard.distance_mm, low_noise,
-                                                              high_noise);
+    std::array<double, 2> noise = {0, 0};
+    if (settings_.gain_noise_lsb > 0)
+        noise = chance_.normals(heard.station, {Purpose::LOW_GAIN, Purpose::HIGH_GAIN}, draw);
+    return robots_[heard.station].calibration().gains.measure(heard.distance_mm,
+                                                              settings_.gain_noise_lsb * noise[0],
+                                                              settings_.gain_noise_lsb * noise[1]);
 }
 
 }  // namespace kilotwin

@@ -17,6 +17,7 @@
 #define KILOTWIN_ENGINE_KILOBOT_MEDIUM_H
 
 #include <Eigen/Core>
+#include <boost/container/small_vector.hpp>
 #include <deque>
 #include <functional>
 #include <queue>
@@ -48,7 +49,7 @@ struct MediumCounts {
 class KilobotMedium {
   public:
     /// Of each robot; what reached one with a board counts as received.
-    const std::vector<FrameCounts> &by_robot() const { return by_robot_; }
+    std::vector<FrameCounts> by_robot() const;
 
     /// Each mechanism can be switched off by itself.
     struct Settings {
@@ -80,7 +81,7 @@ class KilobotMedium {
     /// Whether a robot cannot be left alone beyond the current step: it receives, it is in the
     /// middle of a transmission, or the channel is not free.
     bool claims(uint32_t robot) const {
-        return settings_.held_busy || air_[robot].heard > 0 || air_[robot].sends;
+        return settings_.held_busy || !stations_[robot].audible.empty() || stations_[robot].sends;
     }
 
     /// Until when a robot that is not claimed can be left alone, if no light reaches it before
@@ -97,6 +98,8 @@ class KilobotMedium {
     void live(uint32_t robot, Cycles until);
 
   private:
+    template <typename T, size_t N> using Few = boost::container::small_vector<T, N>;
+
     // Stations are the robots, then the cells of the grid.
     enum class Fate : uint8_t {
         CLEAR,
@@ -116,7 +119,18 @@ class KilobotMedium {
         uint32_t listener;     ///< station at whose receiver the sender listens first
         bool granted = false;  ///< its sender did not have to listen first
         message_t message;
-        std::vector<Heard> heard;
+        Few<Heard, 5> heard;
+    };
+    using Senders = Few<uint32_t, 4>;
+    /// As a receiver, one line of the cache, then as a sender.
+    struct alignas(64) Station {
+        Senders audible;  ///< on air
+        uint64_t draws = 0;
+        FrameCounts counts;
+        float range_m = 0;     ///< of a robot
+        uint16_t planned = 0;  ///< so many of its frames are planned
+        bool sends = false;
+        Frame frame;  ///< a station sends one at a time
     };
     /// In this order when at the same time.
     enum class What : uint8_t { FRAME_END, SENSE_END, BEGIN, ASK };
@@ -145,12 +159,6 @@ class KilobotMedium {
         Emission emission;
         Cycles next;
     };
-    /// What makes a station's air busy.
-    struct Air {
-        uint32_t heard = 0;  ///< so many senders
-        bool sends = false;
-        uint16_t planned = 0;  ///< so many of its frames are planned
-    };
     /// What a module's one receiver is busy with.
     struct Receiver {
         Cycles sending_until = 0, receiving_until = 0;
@@ -178,7 +186,7 @@ class KilobotMedium {
     void take_flash(const Boards::Flash &flash);
     bool is_lost(const Frame &frame, const Heard &heard, uint64_t draw) const;
     distance_measurement_t measure(const Heard &heard, uint64_t draw) const;
-    void spoil(const std::vector<uint32_t> &senders, uint32_t station);
+    void spoil(const Senders &senders, uint32_t station);
     void shine_on_cells(Frame &frame, const Eigen::Vector2d &from);
     bool nobody_interferes(uint32_t cell, Cycles at) const;
     void cell_has_channel(Frame &frame);
@@ -190,11 +198,8 @@ class KilobotMedium {
     bool finds_busy(const Frame &frame) const;
     void deliver(const Frame &frame, const Heard &heard);
     void deliver_to_cell(const Frame &frame, const Heard &heard);
-    bool on_air(uint32_t sender) const { return air_[sender].sends; }
-    void hear(uint32_t station, uint32_t sender) {
-        audible_[station].push_back(sender);
-        air_[station].heard++;
-    }
+    bool on_air(uint32_t sender) const { return stations_[sender].sends; }
+    void hear(uint32_t station, uint32_t sender) { stations_[station].audible.push_back(sender); }
     bool is_cell(uint32_t station) const { return station >= robots_.size(); }
     uint32_t station_of(uint32_t cell) const {
         return static_cast<uint32_t>(robots_.size()) + cell;
@@ -212,15 +217,10 @@ class KilobotMedium {
     std::vector<Emission> &emissions_;  ///< what robots send that were granted the channel
     MediumCounts &counts_;
     Undisturbed undisturbed_until_;
-    std::vector<FrameCounts> by_robot_;
     Grid *grid_;
-    Boards *boards_;                              ///< null: there are none
-    std::vector<float> range_m_;                  ///< by robot
-    std::vector<Frame> frames_;                   ///< by sender: a station sends one at a time
-    std::vector<std::vector<uint32_t>> audible_;  ///< by receiving station: senders on air
-    std::vector<Air> air_;                        ///< by station
-    std::vector<uint64_t> draws_;                 ///< by robot
-    std::vector<Receiver> receivers_;             ///< by module
+    Boards *boards_;  ///< null: there are none
+    std::vector<Station> stations_;
+    std::vector<Receiver> receivers_;  ///< by module
     InfraredGains cell_gains_;
     static constexpr size_t PLANNED_STEPS = 64;  ///< frames are planned less than that ahead
     std::vector<std::vector<Planned>> planned_;  ///< by step: a ring

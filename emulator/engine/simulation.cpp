@@ -24,8 +24,8 @@ constexpr int64_t LEAD_TICKS = 64;  // and at least so long before RUN
 // Who is near which cell is looked up so often: rarely enough to cost little, often enough that few
 // cells seem to have somebody near.
 constexpr Cycles LOOK_AROUND_GRID = 16 * TICK_CYCLES;
-// So many robots before its turn one is brought into the cache: a third of them run in a step.
-constexpr size_t FETCH_AHEAD = 16, FETCH_STATE_AHEAD = 8;
+// So many turns before its own a robot is brought into the cache, and its program's state.
+constexpr size_t FETCH_AHEAD = 5, FETCH_STATE_AHEAD = 3;
 constexpr size_t FRAME_STEPS = 64;  // frames are planned less than that ahead
 
 BlackBox *map_black_box(const std::string &path) {
@@ -216,11 +216,20 @@ void Simulation::step(Cycles limit) {
     prepare_boards();
     if (kilobot_medium_) kilobot_medium_->run(now_, now_ + step_, limit);
     for (uint32_t robot : boards_.robots()) take_commands(robot);
-    for (uint32_t robot = 0; robot < robots_.size(); robot++) {
-        const size_t soon = robot + FETCH_STATE_AHEAD, later = robot + FETCH_AHEAD;
-        if (later < robots_.size() && wake_[later] <= now_) robots_[later].prefetch();
-        if (soon < robots_.size() && wake_[soon] <= now_) robots_[soon].prefetch_state();
-        if (wake_[robot] <= now_) live_on(robot, limit);
+    due_.clear();
+    for (uint32_t robot = 0; robot < robots_.size(); robot++)
+        if (wake_[robot] <= now_) due_.push_back(robot);
+    for (size_t i = 0; i < due_.size(); i++) {
+        if (i + FETCH_AHEAD < due_.size()) {
+            robots_[due_[i + FETCH_AHEAD]].prefetch();
+            bodies_->prefetch(due_[i + FETCH_AHEAD]);
+        }
+        if (i + FETCH_STATE_AHEAD < due_.size()) {
+            const uint32_t soon = due_[i + FETCH_STATE_AHEAD];
+            robots_[soon].prefetch_state();
+            for (uint32_t other : bodies_->lists().of(soon)) bodies_->prefetch(other);
+        }
+        live_on(due_[i], limit);
     }
     if (!kilobot_medium_) {
         if (grid_) run_grid();
@@ -431,7 +440,6 @@ void Simulation::plan_frames(uint32_t robot) {
 
 void Simulation::look_around_grid() {
     const double way_m = bodies_->fastest_m_s() * seconds(LOOK_AROUND_GRID);
-    for (uint32_t robot = 0; robot < robots_.size(); robot++) bodies_->position(robot);
     grid_->look_around(now_ + LOOK_AROUND_GRID, way_m, bodies_->positions());
 }
 
@@ -501,9 +509,10 @@ void Simulation::deliver(const Emission &emission) {
         return;
     }
     if (!def_.run_ahead || !audience_holds(sender)) {
-        bodies_->position(sender);
-        for (uint32_t other : bodies_->lists().of(sender)) bodies_->position(other);
-        medium_.find_audience(sender, bodies_->lists().of(sender), bodies_->positions());
+        const auto around = bodies_->lists().of(sender);
+        places_.clear();
+        for (uint32_t other : around) places_.push_back(bodies_->position(other));
+        medium_.find_audience(sender, bodies_->position(sender), around, places_);
         audience_at_[sender] = now_;
     }
     Reception reception = {

@@ -191,6 +191,8 @@ class Simulation {
     std::vector<SimulationDef::Command> commands_;  ///< in order of time
     size_t next_command_ = 0;
 
+    std::vector<uint32_t> due_;  ///< those to be seen to in this step
+
     // By robot.
     std::vector<Cycles> wake_;         ///< the begin of the step in which it next has to be seen to
     std::vector<Cycles> speaks_;       ///< the earliest moment at which it may begin a frame
@@ -201,6 +203,7 @@ class Simulation {
 
     std::optional<Bodies> bodies_;
     IdealMedium medium_;
+    std::vector<Eigen::Vector2d> places_;       ///< of those who may hear a sender
     std::vector<std::vector<Planned>> frames_;  ///< of the ideal medium, by step: a ring
     std::optional<Grid> grid_;
     std::optional<KilobotMedium> kilobot_medium_;

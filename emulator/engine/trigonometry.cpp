@@ -1,6 +1,7 @@
 #include "engine/trigonometry.h"
 
 #include <cmath>
+#include <cstdint>
 
 namespace kilotwin {
 
@@ -21,6 +22,12 @@ constexpr double STRAIGHT[] = {
 constexpr double ASIDE[] = {1.0 / 87178291200, -1.0 / 479001600, 1.0 / 3628800, -1.0 / 40320,
                             1.0 / 720,         -1.0 / 24,        1.0 / 2};
 
+/// floor() of what fits 64 bits, without a call.
+double whole_below(double value) {
+    const auto whole = static_cast<double>(static_cast<int64_t>(value));
+    return whole > value ? whole - 1 : whole;
+}
+
 double horner(const double (&coefficients)[8], double square) {
     double value = coefficients[0];
     for (int i = 1; i < 8; i++) value = value * square + coefficients[i];
@@ -32,7 +39,7 @@ double horner(const double (&coefficients)[8], double square) {
 Eigen::Vector2d direction(double angle) {
     // pi/2 in two parts, so that the reduction is exact to the last bits.
     constexpr double HALF_PI_HIGH = 1.5707963267948966, HALF_PI_LOW = 6.123233995736766e-17;
-    double quarters = std::floor(angle / HALF_PI_HIGH + 0.5);
+    double quarters = whole_below(angle / HALF_PI_HIGH + 0.5);
     double x = (angle - quarters * HALF_PI_HIGH) - quarters * HALF_PI_LOW;
     double s = x + x * horner(SINE, x * x);
     double c = 1 + horner(COSINE, x * x);
@@ -59,7 +66,8 @@ Eigen::Vector2d arc(double angle) {
 }
 
 double wrapped(double angle) {
-    double within = angle - 2 * PI * std::floor((angle + PI) / (2 * PI));
+    if (std::abs(angle) < 3) return angle;
+    double within = angle - 2 * PI * whole_below((angle + PI) / (2 * PI));
     if (within < -PI) within += 2 * PI;  // rounding may leave it a hair outside
     return within < PI ? within : within - 2 * PI;
 }

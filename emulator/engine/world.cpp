@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
-#include <utility>
 
 #include "engine/trigonometry.h"
 
@@ -15,7 +14,6 @@ namespace {
 
 constexpr double RADIUS_UNITS = 0.1;
 constexpr int ROUND_WALL_SEGMENTS = 720;  // a 19.2 m arena differs from a circle by 0.1 mm
-constexpr float FRICTION = 0.3f;
 constexpr int SUB_STEPS = 4, SUB_STEPS_CAREFUL = 8;
 constexpr double SOME_OVERLAP = 0.01, MUCH_OVERLAP = 0.02;  // of a diameter
 constexpr int ROUNDS_CAREFUL = 3;
@@ -32,9 +30,11 @@ double small_angle(double sine) {
 
 struct World::Box2D {
     struct Disc {
+        Driven driven;
         b2BodyId body = b2_nullBodyId;
-        b2Transform before, now;  ///< the last step
-        Shift wanted;             ///< velocity that it was last driven at
+        bool enabled = false;  ///< in Box2D
+        bool firm = false;     ///< it stands, and does not give way
+        b2Transform now;       ///< while enabled
     };
 
     b2WorldId world;
@@ -42,6 +42,7 @@ struct World::Box2D {
     double push_m_s2, push_rad_s2;
     bool gives_way;
     std::vector<Disc> discs;
+    std::vector<size_t> crowd;  ///< of robots(), those that it solves in this step
 
     b2Vec2 to_units(const Eigen::Vector2d &v) const {
         return {static_cast<float>(v.x() * units_per_m), static_cast<float>(v.y() * units_per_m)};
@@ -62,7 +63,7 @@ struct World::Box2D {
         }
         b2BodyDef ground = b2DefaultBodyDef();
         b2SurfaceMaterial material = b2DefaultSurfaceMaterial();
-        material.friction = FRICTION;
+        material.friction = static_cast<float>(FRICTION);
         b2ChainDef chain = b2DefaultChainDef();
         chain.points = corners.data();
         chain.count = static_cast<int>(corners.size());
@@ -72,30 +73,54 @@ struct World::Box2D {
         b2CreateChain(b2CreateBody(world, &ground), &chain);
     }
 
-    /// Brings a robot's velocity nearer to the wanted one (m/s, rad/s), as far as the drive's force
-    /// can in `time_s`. What it wants otherwise than before it gets at once, as robots do that are
-    /// not in here.
-    void drive(Disc &disc, const Shift &wanted, double time_s) {
-        b2Vec2 now = b2Body_GetLinearVelocity(disc.body);
-        Eigen::Vector2d change = wanted.by - Eigen::Vector2d(now.x, now.y) / units_per_m;
-        double most = push_m_s2 * time_s + (wanted.by - disc.wanted.by).norm(),
-               size = change.norm();
-        if (size > most) change *= most / size;
-        b2Vec2 delta = to_units(change);
-        b2Body_SetLinearVelocity(disc.body, {now.x + delta.x, now.y + delta.y});
+    void drive(Driven &driven, const Shift &free, double step_s, double time_s) const {
+        driven.drive({free.by / step_s, free.turn / step_s}, push_m_s2 * time_s,
+                     push_rad_s2 * time_s);
+    }
 
-        double spin = b2Body_GetAngularVelocity(disc.body);
-        double most_spin = push_rad_s2 * time_s + std::abs(wanted.turn - disc.wanted.turn);
-        double spin_change = std::clamp(wanted.turn - spin, -most_spin, most_spin);
-        b2Body_SetAngularVelocity(disc.body, static_cast<float>(spin + spin_change));
-        disc.wanted = wanted;
+    void set_velocity(const Disc &disc) const {
+        const auto &[by, turn] = disc.driven.velocity;
+        b2Body_SetLinearVelocity(disc.body, to_units(by));
+        b2Body_SetAngularVelocity(disc.body, static_cast<float>(turn));
+    }
+
+    void take_velocity(Disc &disc) const {
+        const b2Vec2 v = b2Body_GetLinearVelocity(disc.body);
+        disc.driven.velocity = {Eigen::Vector2d(v.x, v.y) / units_per_m,
+                                b2Body_GetAngularVelocity(disc.body)};
     }
 
     /// Lets nobody push a robot that stands.
-    void stand_firm(const Disc &disc, const Shift &wanted) {
-        const bool stands = wanted.by.isZero(0) && wanted.turn == 0;
-        const b2BodyType type = stands ? b2_staticBody : b2_dynamicBody;
+    static void stand_firm(const Disc &disc) {
+        const b2BodyType type = disc.firm ? b2_staticBody : b2_dynamicBody;
         if (b2Body_GetType(disc.body) != type) b2Body_SetType(disc.body, type);
+    }
+
+    void enable(Disc &disc, const Pose &pose) {
+        if (disc.enabled) return;
+        if (B2_IS_NULL(disc.body)) create(disc);
+        const Eigen::Vector2d ahead = direction(pose.heading);
+        b2Body_SetTransform(disc.body, to_units(pose.position),
+                            {static_cast<float>(ahead.x()), static_cast<float>(ahead.y())});
+        disc.now = b2Body_GetTransform(disc.body);
+        b2Body_Enable(disc.body);  // first: a disabled body has no velocity
+        set_velocity(disc);
+        disc.enabled = true;
+    }
+
+    void disable(Disc &disc) {
+        if (!disc.enabled) return;
+        b2Body_Disable(disc.body);
+        disc.enabled = false;
+    }
+
+    /// Takes in where a step brought a robot.
+    void find_moved(Disc &disc) const {
+        const auto [p0, q0] = disc.now;
+        const auto [p, q] = disc.now = b2Body_GetTransform(disc.body);
+        const double sine = static_cast<double>(q.s) * q0.c - static_cast<double>(q.c) * q0.s;
+        const Eigen::Vector2d by(static_cast<double>(p.x) - p0.x, static_cast<double>(p.y) - p0.y);
+        disc.driven.moved = {by / units_per_m, q.s == q0.s && q.c == q0.c ? 0 : small_angle(sine)};
     }
 
     void create(Disc &disc) {
@@ -105,7 +130,7 @@ struct World::Box2D {
         def.isEnabled = false;
         disc.body = b2CreateBody(world, &def);
         b2ShapeDef shape = b2DefaultShapeDef();
-        shape.material.friction = FRICTION;
+        shape.material.friction = static_cast<float>(FRICTION);
         b2Circle circle = {{0, 0}, static_cast<float>(RADIUS_UNITS)};
         b2CreateCircleShape(disc.body, &shape, &circle);
     }
@@ -114,7 +139,8 @@ struct World::Box2D {
 World::World(const Arena &arena, const Profile &profile, double drive_m_s, double fastest_m_s,
              size_t robots)
     : box2d_(std::make_unique<Box2D>()),
-      held_(robots, false) {
+      held_(robots, false),
+      encounter_{profile.radius_m, drive_m_s, fastest_m_s} {
     auto &b = *box2d_;
     b.units_per_m = RADIUS_UNITS / profile.radius_m;
     b.push_m_s2 = profile.push_m_s2;
@@ -133,24 +159,18 @@ World::World(const Arena &arena, const Profile &profile, double drive_m_s, doubl
 World::~World() { b2DestroyWorld(box2d_->world); }
 
 void World::add(uint32_t robot, const Trajectory &trajectory, Cycles at) {
-    auto &b = *box2d_;
-    auto &disc = b.discs[robot];
-    if (B2_IS_NULL(disc.body)) b.create(disc);
     const Eigen::Vector2d ahead = trajectory.ahead(at), v = trajectory.drive().velocity;
-    b2Body_SetTransform(disc.body, b.to_units(trajectory.position(at)),
-                        {static_cast<float>(ahead.x()), static_cast<float>(ahead.y())});
-    disc.now = b2Body_GetTransform(disc.body);
-    b2Body_Enable(disc.body);  // first: a disabled body has no velocity
-    disc.wanted = {{ahead.x() * v.x() - ahead.y() * v.y(), ahead.y() * v.x() + ahead.x() * v.y()},
-                   trajectory.drive().turn};
-    b2Body_SetLinearVelocity(disc.body, b.to_units(disc.wanted.by));
-    b2Body_SetAngularVelocity(disc.body, static_cast<float>(disc.wanted.turn));
+    auto &driven = box2d_->discs[robot].driven;
+    driven.velocity = {
+        {ahead.x() * v.x() - ahead.y() * v.y(), ahead.y() * v.x() + ahead.x() * v.y()},
+        trajectory.drive().turn};
+    driven.wanted = driven.velocity;
     held_[robot] = added_ = true;
     robots_.push_back(robot);
 }
 
 void World::remove(uint32_t robot) {
-    b2Body_Disable(box2d_->discs[robot].body);
+    box2d_->disable(box2d_->discs[robot]);
     held_[robot] = false;
     removed_ = true;
 }
@@ -165,37 +185,84 @@ void World::settle() {
 
 double World::margin_m(double radius_m) { return SPECULATIVE_UNITS / RADIUS_UNITS * radius_m; }
 
+void World::step(const std::vector<Near> &near, double step_s, double approach_m, double overlap) {
+    auto &b = *box2d_;
+    b.crowd.clear();
+    for (size_t i = 0; i < near.size(); i++) {
+        auto &disc = b.discs[robots_[i]];
+        const Shift &free = near[i].free;
+        disc.firm = !b.gives_way && free.by.isZero(0) && free.turn == 0;
+        if (near[i].company == Near::Company::SEVERAL) {
+            b.enable(disc, near[i].pose);
+            b.crowd.push_back(i);
+        } else {
+            b.disable(disc);
+        }
+    }
+    meet(near, step_s);
+    solve(near, step_s, approach_m, overlap);
+}
+
+/// Those who are not in a crowd.
+void World::meet(const std::vector<Near> &near, double step_s) {
+    using Company = Near::Company;
+    auto &b = *box2d_;
+    for (size_t i = 0; i < near.size(); i++) {
+        if (near[i].company == Company::SEVERAL) continue;
+        auto &disc = b.discs[robots_[i]];
+        if (disc.firm)
+            disc.driven = {};
+        else
+            b.drive(disc.driven, near[i].free, step_s, step_s);
+    }
+    for (size_t i = 0; i < near.size(); i++) {
+        const auto &[pose, free, company, other, towards, gap_m] = near[i];
+        if (company == Company::SEVERAL) continue;
+        auto &disc = b.discs[robots_[i]];
+        if (company == Company::NOTHING) {
+            disc.driven.moved = {};
+            disc.driven.move(step_s);
+            continue;
+        }
+        if (company == Company::WALL) {
+            encounter_.meet(disc.driven, nullptr, towards, gap_m, step_s);
+        } else if (i < other) {
+            auto &mate = b.discs[robots_[other]];
+            if (mate.firm)
+                encounter_.meet(disc.driven, nullptr, towards, gap_m, step_s);
+            else if (disc.firm)
+                encounter_.meet(mate.driven, nullptr, -towards, gap_m, step_s);
+            else
+                encounter_.meet(disc.driven, &mate.driven, towards, gap_m, step_s);
+        }
+    }
+}
+
 // A contact is seen by the solver only when bodies are nearer than its speculative margin at the
 // begin of a solver step: two robots must not come closer than that within one.
-void World::step(const std::vector<Shift> &free, double step_s, double approach_m, double overlap) {
+void World::solve(const std::vector<Near> &near, double step_s, double approach_m, double overlap) {
     auto &b = *box2d_;
+    if (b.crowd.empty()) return;
     if (!b.gives_way)
-        for (size_t i = 0; i < robots_.size(); i++) b.stand_firm(b.discs[robots_[i]], free[i]);
+        for (size_t i : b.crowd) b.stand_firm(b.discs[robots_[i]]);
     const int care = overlap > MUCH_OVERLAP ? ROUNDS_CAREFUL : 1;
     const int rounds =
         std::max(care, static_cast<int>(std::ceil(approach_m * b.units_per_m / SPECULATIVE_UNITS)));
     const double round_s = step_s / rounds;
     for (int round = 0; round < rounds; round++) {
-        for (size_t i = 0; i < robots_.size(); i++)
-            b.drive(b.discs[robots_[i]], {free[i].by / step_s, free[i].turn / step_s}, round_s);
+        for (size_t i : b.crowd) {
+            auto &disc = b.discs[robots_[i]];
+            b.drive(disc.driven, near[i].free, step_s, round_s);
+            b.set_velocity(disc);
+        }
         b2World_Step(b.world, static_cast<float>(round_s),
                      overlap > SOME_OVERLAP ? SUB_STEPS_CAREFUL : SUB_STEPS);
+        for (size_t i : b.crowd) b.take_velocity(b.discs[robots_[i]]);
     }
-    for (uint32_t robot : robots_) {
-        auto &disc = b.discs[robot];
-        disc.before = std::exchange(disc.now, b2Body_GetTransform(disc.body));
-    }
+    for (size_t i : b.crowd) b.find_moved(b.discs[robots_[i]]);
 }
 
-Shift World::moved(uint32_t robot) const {
-    const auto &b = *box2d_;
-    const auto &disc = b.discs[robot];
-    const auto [p0, q0] = disc.before;
-    const auto [p, q] = disc.now;
-    double sine = static_cast<double>(q.s) * q0.c - static_cast<double>(q.c) * q0.s;
-    Eigen::Vector2d by(static_cast<double>(p.x) - p0.x, static_cast<double>(p.y) - p0.y);
-    return {by / b.units_per_m, q.s == q0.s && q.c == q0.c ? 0 : small_angle(sine)};
-}
+const Shift &World::moved(uint32_t robot) const { return box2d_->discs[robot].driven.moved; }
 
 std::string box2d_version() {
     b2Version v = b2GetVersion();

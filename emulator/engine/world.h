@@ -1,11 +1,10 @@
-/// The contacts of robots with one another and with the walls, solved by Box2D. Only world.cpp
-/// knows Box2D's types.
+/// The contacts of robots with one another and with the walls. Only world.cpp knows Box2D's types.
 ///
-/// Only robots near a contact are in here. They are discs that a limited force drives; with their
-/// motors off the same force holds them, as friction does. Lengths in metres outside; inside, one
-/// robot radius is 0.1 Box2D units in every profile, because the solver's tolerances are fixed in
-/// units: so it sees a contact coming that is 0.18 radii away, as far as two robots come nearer
-/// within a step.
+/// Only robots near a contact are in here. One alone at a wall, or two alone, go on in closed form
+/// (encounter.h); three and more are solved by Box2D. Lengths in metres outside; inside Box2D, one
+/// robot radius is 0.1 units in every profile, because the solver's tolerances are fixed in units:
+/// so it sees a contact coming that is 0.18 radii away, as far as two robots come nearer within a
+/// step.
 #ifndef KILOTWIN_ENGINE_WORLD_H
 #define KILOTWIN_ENGINE_WORLD_H
 
@@ -17,14 +16,22 @@
 
 #include "engine/arena.h"
 #include "engine/chassis.h"
+#include "engine/encounter.h"
 #include "engine/motion.h"
 
 namespace kilotwin {
 
-/// A change of place within one step, or (over its time) a velocity.
-struct Shift {
-    Eigen::Vector2d by{0, 0};  ///< m
-    double turn = 0;           ///< rad
+/// A robot of World::robots() when a step begins.
+struct Near {
+    /// What it may touch within the step.
+    enum class Company : uint8_t { NOTHING, WALL, ROBOT, SEVERAL };
+
+    Pose pose;
+    Shift free;  ///< where it would go within the step, were it alone
+    Company company = Company::SEVERAL;
+    uint32_t other = 0;             ///< ROBOT: which of robots(), which has this one in turn
+    Eigen::Vector2d towards{1, 0};  ///< WALL, ROBOT: unit vector to it
+    double gap_m = 0;               ///< and from rim to rim
 };
 
 class World {
@@ -49,20 +56,22 @@ class World {
     /// The solver sees those that are nearer than this when a step begins.
     static double margin_m(double radius_m);
 
-    /// Solves one step of `step_s`. `free`: for each of robots(), in their order, where it would go
-    /// within the step, were it alone. `approach_m`: the most that any two come nearer who are
-    /// farther apart than margin_m(). `overlap`: the worst of the last step, as a share of a
-    /// diameter; the more, the more care is taken.
-    void step(const std::vector<Shift> &free, double step_s, double approach_m, double overlap);
+    /// Solves one step of `step_s`. `near`: each of robots(), in their order. `approach_m`: the most
+    /// that any two come nearer who are farther apart than margin_m(). `overlap`: the worst of the
+    /// last step, as a share of a diameter; the more, the more care is taken.
+    void step(const std::vector<Near> &near, double step_s, double approach_m, double overlap);
 
     /// How the last step moved a robot.
-    Shift moved(uint32_t robot) const;
+    const Shift &moved(uint32_t robot) const;
 
   private:
     struct Box2D;
+    void meet(const std::vector<Near> &near, double step_s);
+    void solve(const std::vector<Near> &near, double step_s, double approach_m, double overlap);
     std::unique_ptr<Box2D> box2d_;
     std::vector<bool> held_;
     std::vector<uint32_t> robots_;
+    Encounter encounter_;
     bool added_ = false, removed_ = false;  ///< since settle()
 };
 

@@ -21,7 +21,9 @@ std::vector<Listener> audience(const Positions &positions, uint32_t sender,
     Neighbours neighbours(RANGE + RADIUS, 0.3);
     neighbours.rebuild(positions);
     IdealMedium medium(RANGE, line_of_sight, RADIUS, positions.size());
-    auto found = medium.find_audience(sender, neighbours.of(sender), positions);
+    Positions around;
+    for (uint32_t other : neighbours.of(sender)) around.push_back(positions[other]);
+    auto found = medium.find_audience(sender, positions[sender], neighbours.of(sender), around);
     CHECK(found.size() == medium.last_audience(sender).size());
     return found;
 }

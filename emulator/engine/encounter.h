@@ -1,0 +1,52 @@
+/// Robots that push: discs of one mass that a limited force drives; with their motors off the same
+/// force holds them, as friction does. Two that meet, or one at a wall, go on in closed form: along
+/// the line between them they stay together from when they touch, across it friction acts.
+#ifndef KILOTWIN_ENGINE_ENCOUNTER_H
+#define KILOTWIN_ENGINE_ENCOUNTER_H
+
+#include <Eigen/Core>
+
+namespace kilotwin {
+
+constexpr double FRICTION = 0.3;  ///< of robots at one another and at walls
+
+/// A change of place within one step, or (over its time) a velocity.
+struct Shift {
+    Eigen::Vector2d by{0, 0};  ///< m
+    double turn = 0;           ///< rad
+};
+
+/// A robot near a contact.
+struct Driven {
+    Shift velocity;
+    Shift wanted;  ///< the velocity that it was last driven at
+    Shift moved;   ///< in the last step
+
+    /// Brings its velocity nearer to the wanted one, as far as the force can: by `most_m_s` and
+    /// `most_rad_s`. What it wants otherwise than before it gets at once, as robots do that nobody
+    /// is near.
+    void drive(const Shift &now_wanted, double most_m_s, double most_rad_s);
+
+    void move(double time_s) {
+        moved.by += velocity.by * time_s;
+        moved.turn += velocity.turn * time_s;
+    }
+};
+
+struct Encounter {
+    double radius_m;
+    double part_m_s;     ///< those that overlap part so fast
+    double fastest_m_s;  ///< nobody is pushed faster
+
+    /// Moves a robot for `time_s`, and `other` unless that is null: a wall, or who does not give
+    /// way. It lies in the direction `towards`, a unit vector; a gap below 0 is an overlap.
+    void meet(Driven &robot, Driven *other, const Eigen::Vector2d &towards, double gap_m,
+              double time_s) const;
+
+  private:
+    void push(Driven &robot, const Eigen::Vector2d &impulse, double across) const;
+};
+
+}  // namespace kilotwin
+
+#endif
