@@ -195,12 +195,19 @@ struct Module::HostCalls {
         if (cell < CELLS_PER_MODULE) running_module->lights_[cell] = {{red, green, blue}};
     }
 
-    static void cell_message(uint8_t cell, const message_t *message) {
+    static void cell_message(uint8_t cell, const message_t *message,
+                             uint16_t (*checksum)(const message_t *)) {
         if (cell >= CELLS_PER_MODULE) return;
         const auto bit = static_cast<uint8_t>(1 << cell);
         auto &sending = running_module->sending_cells_;
         sending = static_cast<uint8_t>(message != nullptr ? sending | bit : sending & ~bit);
-        if (message != nullptr) running_module->cell_messages_[cell] = *message;
+        if (message == nullptr) return;
+        auto &kept = running_module->cell_messages_[cell];
+        // Most programs say the same again and again; 0 may stand for no checksum yet.
+        const bool same = std::memcmp(message, &kept, offsetof(message_t, crc)) == 0;
+        if (same && kept.crc != 0) return;
+        kept = *message;
+        kept.crc = checksum(&kept);
     }
 
     static void send_at_once(uint8_t cell, const message_t *message) {
