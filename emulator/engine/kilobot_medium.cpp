@@ -164,8 +164,7 @@ void KilobotMedium::ask(uint32_t robot, Cycles at) {
             until = alone;
             robots_[robot].grant(at, alone - SENSE_END_CYCLES - 1, alone);
         } else {
-            if (alone == end_) until = std::max(may_speak_until(robot), until);
-            robots_[robot].grant(at, until - 1, limit_);
+            robots_[robot].grant(at, at, std::min(limit_, at + 1 + FRAME_CYCLES));
         }
     }
     asked_at_ = at;
@@ -241,21 +240,6 @@ bool KilobotMedium::has_channel(uint32_t robot, Cycles at) const {
             if (grid_->next_event(GridLayout::module_of(cell)) <= at + SENSE_END_CYCLES)
                 return false;
     return true;
-}
-
-/// Until when a robot that hears nothing finds the channel free if it is asked, within this step; 0
-/// if that is not known.
-Cycles KilobotMedium::may_speak_until(uint32_t robot) const {
-    Cycles silent = end_ + SENSE_END_CYCLES;
-    for (uint32_t other : bodies_.lists().of(robot)) {
-        // One that does not run may be told to; one that listens may soon try again.
-        if (speaks_[other] == NEVER || on_air(other)) return 0;
-        silent = std::min(silent, speaks_[other]);
-    }
-    if (grid_ != nullptr)
-        for (uint32_t cell : grid_->cells_near(robot))
-            silent = std::min(silent, grid_->silent_until(cell));
-    return silent > SENSE_END_CYCLES ? silent - SENSE_END_CYCLES : 0;
 }
 
 bool KilobotMedium::receives(uint32_t robot, Cycles at) const {

@@ -168,7 +168,6 @@ class KilobotMedium {
     void ask(uint32_t robot, Cycles at);
     void go_on(uint32_t robot, Cycles until);
     bool has_channel(uint32_t robot, Cycles at) const;
-    Cycles may_speak_until(uint32_t robot) const;
     void begin_frame(uint32_t sender, Cycles at, const message_t &message, bool granted);
     Frame &begin_light(uint32_t sender, Cycles at, const message_t &message);
     void begin_cell_frame(uint32_t module);

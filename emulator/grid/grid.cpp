@@ -128,12 +128,6 @@ bool Grid::alone(uint32_t module) const {
     return run_ahead_ && !acts_alone_ && robots_about_[module] == 0 && promised_[module] == 0;
 }
 
-Cycles Grid::silent_until(uint32_t cell) const {
-    const uint32_t module = GridLayout::module_of(cell);
-    if (on_board() || acts_alone_ || dead_[module] || promised_[module] > 0) return 0;
-    return std::min(modules_[module].silent_until(GridLayout::index_in_module(cell)), next_fault());
-}
-
 // Modules
 
 Cycles Grid::next() const {

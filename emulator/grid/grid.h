@@ -179,9 +179,6 @@ class Grid {
     /// answer. What one on a board does cannot be foreseen.
     Cycles next_event(uint32_t module) const { return on_board() ? 0 : due_.at(module); }
 
-    /// Until when `cell` does not send, if that is known; 0 if it may any time.
-    Cycles silent_until(uint32_t cell) const;
-
     /// A frame of a robot ends at `at`, at a cell that listened. All before `at` has been lived
     /// through.
     void receive_ir(Cycles at, uint32_t cell, const message_t &message,

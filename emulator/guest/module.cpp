@@ -441,16 +441,6 @@ Cycles Module::next_event() const {
     return std::max(next, now_);
 }
 
-Cycles Module::silent_until(uint8_t cell) const {
-    const bool repeats_only = life_ == Life::ALIVE && state_ == State::RUNNING && started_ &&
-                              burst_kind_ == Burst::NONE && can_inbox_.empty();
-    if (!repeats_only || asks() || !may_be_left_behind() || tick_pending_) return 0;
-    const uint8_t last = answered_ == Asking::TURN ? outgoing_.cell : turn_cell_;
-    const auto others = static_cast<uint8_t>(cell - last - 1) % CELLS_PER_MODULE;
-    // A turn lasts four ticks; the first may be cut short, by a failed attempt.
-    return next_turn() + others * 3 * tick_;
-}
-
 CellLight Module::light(uint8_t cell, Cycles at) const {
     const Cycles passed = at > state_since_ ? at - state_since_ : 0;
     switch (state_) {

@@ -126,10 +126,6 @@ class Module {
     /// (its lights are right only as far as it was run).
     Cycles next_event() const;
 
-    /// Until when `cell` does not send, if that is known and no CAN frame comes; 0 if it may any
-    /// time.
-    Cycles silent_until(uint8_t cell) const;
-
     /// A frame that passed filters(), complete at `at`, not earlier than the time run up to.
     void receive_can(Cycles at, const CanFrame &frame);
 

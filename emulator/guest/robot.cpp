@@ -432,8 +432,7 @@ void Robot::ask_for_message(const kt_table_t &table) {
     outgoing_ = *message;
     if (granted) {
         context_.emissions.push_back({now_, index_, outgoing_});
-        if (arbitrated_)
-            until_ = std::max(until_, std::min(now_ + context_.frame + 1, granted_until_));
+        if (arbitrated_) until_ = std::max(until_, granted_until_);
     } else if (!ask_medium(Question::IS_CHANNEL_FREE)) {
         return retry_soon();
     }

@@ -97,8 +97,8 @@ class Robot {
     Cycles now() const { return now_; }
 
     /// Answers both questions with yes beforehand, should they come up from `first` to `last` in
-    /// the next run. It then sends, which shows in the context's emissions, and lives on until that
-    /// is over, but not beyond `until`: nobody reaches a robot that sends.
+    /// the next run. It then sends, which shows in the context's emissions, and lives on until
+    /// `until`: nobody reaches a robot that sends.
     void grant(Cycles first, Cycles last, Cycles until) {
         granted_from_ = first;
         granted_to_ = last;
