@@ -16,7 +16,8 @@ class Earliest {
   public:
     /// Things 0 to `count` - 1, all at NEVER.
     explicit Earliest(uint32_t count)
-        : leaves_(std::bit_ceil(std::max(count, 1U))), nodes_(2 * size_t{leaves_}, NEVER) {}
+        : leaves_(std::bit_ceil(std::max(count, 1U))),
+          nodes_(2 * size_t{leaves_}, NEVER) {}
 
     Cycles at(uint32_t thing) const { return nodes_[leaves_ + thing]; }
 

@@ -84,7 +84,7 @@ void KilobotMedium::run(Cycles begin, Cycles end, Cycles limit) {
             }
             grid_until = std::min(turn + 1, next);
         }
-        if (grid_ != nullptr)
+        if (grid_ != nullptr && grid_->may_do_something(grid_until))
             if (auto module = grid_->run(grid_until)) {
                 begin_cell_frame(*module);
                 continue;

@@ -130,10 +130,6 @@ bool Grid::alone(uint32_t module) const {
 
 // Modules
 
-Cycles Grid::next() const {
-    return std::min({next_fault(), due_.first_at(), bus_due_[first_bus_]});
-}
-
 std::optional<uint32_t> Grid::run(Cycles until) {
     if (on_board()) take_wishes();
     for (;;) {
@@ -354,10 +350,6 @@ Events Grid::take_events() {
 
 Cycles Grid::fault_time(const Fault &fault) const {
     return zero_ + static_cast<Cycles>(fault.at_tick) * TICK_CYCLES;  // negative ticks wrap
-}
-
-Cycles Grid::next_fault() const {
-    return next_fault_ < faults_.size() ? fault_time(faults_[next_fault_]) : NEVER;
 }
 
 void Grid::apply(const Fault &fault, Cycles at) {

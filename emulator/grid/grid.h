@@ -157,7 +157,10 @@ class Grid {
     bool can_send(Cycles now, uint32_t bus, const CanFrame &frame);
 
     /// The earliest moment at which anything happens here.
-    Cycles next() const;
+    Cycles next() const { return std::min({next_fault(), due_.first_at(), bus_due_[first_bus_]}); }
+
+    /// Whether run() may have something to do.
+    bool may_do_something(Cycles until) const { return on_board() || next() < until; }
 
     /// Lives through everything strictly before `until`. Returns early when a module, which it
     /// names, is about to send from a cell where somebody may hear it or be heard: that module waits
@@ -221,7 +224,9 @@ class Grid {
     void keep_promises(uint32_t bus, bool one);
     void apply(const Fault &fault, Cycles at);
     Cycles fault_time(const Fault &fault) const;
-    Cycles next_fault() const;
+    Cycles next_fault() const {
+        return next_fault_ < faults_.size() ? fault_time(faults_[next_fault_]) : NEVER;
+    }
 
     GridLayout layout_;
     CellInfrared infrared_;
@@ -254,8 +259,8 @@ class Grid {
     uint32_t first_bus_ = 0;                             ///< the one that is due first
     std::vector<std::vector<uint32_t>> module_of_node_;  ///< by bus and node
     std::vector<std::deque<uint16_t>> host_queue_;       ///< by bus: identifiers, first one first
-    std::vector<std::vector<uint32_t>> robots_near_;                       ///< by cell
-    std::vector<std::vector<uint32_t>> cells_near_;                        ///< by robot
+    std::vector<std::vector<uint32_t>> robots_near_;     ///< by cell
+    std::vector<std::vector<uint32_t>> cells_near_;      ///< by robot
 };
 
 }  // namespace kilotwin
