@@ -349,15 +349,18 @@ void Robot::live() {
 // Calls loop(), and again at each tick up to the next message.
 void Robot::run_loop() {
     const auto &table = program_->table();
-    Cycles quiet_until = std::min(until_, next_message()), before;
+    Cycles quiet_until = std::min(until_, next_message());
+    loop_due_ = false;
     do {
-        before = now_;
-        loop_due_ = false;
+        const Cycles before = now_;
         loop_();
         busy_.came_back(*table.budget);
         look_at_outputs(table);
-    } while (now_ == before && pass_tick(table, quiet_until));
-    if (now_ > before) loop_due_ = true;
+        if (now_ > before) {
+            loop_due_ = true;
+            return;
+        }
+    } while (pass_tick(table, quiet_until));
 }
 
 /// Goes on to the next tick if that comes before `quiet_until`, which sending may put off. False if
@@ -372,8 +375,10 @@ inline bool Robot::pass_tick(const kt_table_t &table, Cycles &quiet_until) {
     if (tx_clock_ <= tx_period(table)) return true;
     const Cycles before = now_;
     interrupt(table, [this, &table] { ask_for_message(table); });
-    quiet_until = std::min(until_, next_message());
-    return now_ == before && tick_increment_ == TICK_COMPARE;
+    if (arbitrated_) quiet_until = std::min(until_, next_message());
+    if (now_ == before && tick_increment_ == TICK_COMPARE) return true;
+    loop_due_ = true;
+    return false;
 }
 
 void Robot::came_back() { busy_.came_back(*program_->table().budget); }
@@ -412,7 +417,6 @@ inline void Robot::interrupt(const kt_table_t &table, Callback callback) {
 
 inline void Robot::count_tick(const kt_table_t &table) {
     *table.ticks = last_tick_ = *table.ticks + 1;
-    loop_due_ = true;
     tx_clock_ = static_cast<uint16_t>(tx_clock_ + tick_increment_);
     tick_increment_ = TICK_COMPARE;
 }
@@ -420,16 +424,19 @@ inline void Robot::count_tick(const kt_table_t &table) {
 void Robot::tick() {
     const auto &table = program_->table();
     count_tick(table);
+    loop_due_ = true;
     if (state_ == State::RUNNING && tx_clock_ > tx_period(table))
         interrupt(table, [this, &table] { ask_for_message(table); });
 }
 
-void Robot::ask_for_message(const kt_table_t &table) {
+inline void Robot::ask_for_message(const kt_table_t &table) {
     const bool granted = !arbitrated_ || (granted_from_ <= now_ && now_ <= granted_to_);
     if (!granted && !ask_medium(Question::MAY_ASK)) return;
-    const message_t *message = (*table.message_tx)();
-    if (message == nullptr) return;
-    outgoing_ = *message;
+    if (const message_t *message = (*table.message_tx)()) send(*message, granted);
+}
+
+void Robot::send(const message_t &message, bool granted) {
+    outgoing_ = message;
     if (granted) {
         context_.emissions.push_back({now_, index_, outgoing_});
         if (arbitrated_) until_ = std::max(until_, granted_until_);
@@ -438,7 +445,7 @@ void Robot::ask_for_message(const kt_table_t &table) {
     }
     if (context_.frame > 0) wait_until(now_ + context_.frame);
     tx_clock_ = 0;
-    (*table.message_tx_success)();
+    (*program_->table().message_tx_success)();
 }
 
 bool Robot::ask_medium(Question question) {

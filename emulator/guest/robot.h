@@ -185,6 +185,7 @@ class Robot {
     void serve_interrupt();
     void tick();
     void ask_for_message(const kt_table_t &table);
+    void send(const message_t &message, bool granted);
     bool ask_medium(Question question);
     void retry_soon();
     void take_message();

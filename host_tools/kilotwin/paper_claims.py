@@ -4,7 +4,7 @@ Sion, Reina, Birattari and Tuci (ANTS 2022): N robots, a share rho_I of them inf
 rho_sb of those for the first site. A claim that a sweep has not the trials for is left open.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import fmean, median
@@ -48,10 +48,15 @@ class Finding:
     verdict: str
 
 
-def check(folder: Path) -> list[Finding]:
-    """All findings on the trials of a sweep."""
-    trials = Conditions.open(folder)
-    return [*_a(trials), *_b(trials), *_c(trials), *_d(trials), *_e(trials)]
+Findings = list[Finding]
+
+
+def check(folder: Path) -> dict[str, Findings]:
+    """All findings on the trials of a sweep, by reading."""
+    return {
+        reading: [*_a(trials), *_b(trials), *_c(trials), *_d(trials), *_e(trials)]
+        for reading, trials in Conditions.by_reading(folder).items()
+    }
 
 
 def verdicts(findings: Iterable[Finding]) -> dict[str, str]:
@@ -65,20 +70,50 @@ def verdicts(findings: Iterable[Finding]) -> dict[str, str]:
     }
 
 
-def as_dict(findings: Sequence[Finding]) -> dict[str, Any]:
-    """What --json prints."""
-    return {
-        "verdicts": verdicts(findings),
-        "findings": [vars(finding) for finding in findings],
+def as_dict(readings: Mapping[str, Findings]) -> dict[str, Any]:
+    """What --json prints: of one reading its verdicts and findings, of several these by reading."""
+    several = {
+        reading: {
+            "verdicts": verdicts(findings),
+            "findings": [vars(finding) for finding in findings],
+        }
+        for reading, findings in readings.items()
     }
+    return {"readings": several} if len(several) > 1 else next(iter(several.values()))
 
 
-def report_text(findings: Sequence[Finding]) -> str:
-    """A table in Markdown, and a line per claim."""
+def report_text(readings: Mapping[str, Findings]) -> str:
+    """A table in Markdown, and a line per claim; of several readings a line each."""
+    if len(readings) > 1:
+        return _readings_text(readings)
+    (findings,) = readings.values()
     lines = ["| claim | about | here [95 % interval] | verdict |", "|---|---|---|---|"]
     lines += [f"| ({f.claim}) | {f.about} | {f.number} | {f.verdict} |" for f in findings]
-    summary = ", ".join(f"({claim}) {verdict}" for claim, verdict in verdicts(findings).items())
-    return "\n".join([*lines, "", summary])
+    return "\n".join([*lines, "", _summary(findings)])
+
+
+def _readings_text(readings: Mapping[str, Findings]) -> str:
+    """Only what there are trials for; what misses stands in bold."""
+    first, *_ = readings.values()
+    places = [
+        place
+        for place in range(len(first))
+        if any(findings[place].verdict != OPEN for findings in readings.values())
+    ]
+    numbers = [f"({first[place].claim}) {count}" for count, place in enumerate(places, 1)]
+    lines = [f"| reading | {' | '.join(numbers)} | verdicts |", "|---" * (len(places) + 2) + "|"]
+    for reading, findings in readings.items():
+        cells = [
+            f"**{f.number}**" if f.verdict == MISSED else f.number
+            for f in (findings[place] for place in places)
+        ]
+        lines.append(f"| {reading} | {' | '.join(cells)} | {_summary(findings)} |")
+    about = [f"{n}: {first[place].about}" for n, place in zip(numbers, places, strict=True)]
+    return "\n".join([*lines, "", *about, "", "Bold: missed."])
+
+
+def _summary(findings: Iterable[Finding]) -> str:
+    return ", ".join(f"({claim}) {verdict}" for claim, verdict in verdicts(findings).items())
 
 
 def _verdict(holds: bool) -> str:

@@ -4,7 +4,20 @@ from collections.abc import Iterator
 
 import pytest
 
-from kilotwin.paper_claims import HOLDS, MISSED, OPEN, Finding, _a, _b, _c, _d, _e, verdicts
+from kilotwin.paper_claims import (
+    HOLDS,
+    MISSED,
+    OPEN,
+    Finding,
+    _a,
+    _b,
+    _c,
+    _d,
+    _e,
+    as_dict,
+    report_text,
+    verdicts,
+)
 from kilotwin.sweep.conditions import Condition, Conditions, Ending
 
 SHARES = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
@@ -103,3 +116,16 @@ def test_a_claim_is_as_good_as_its_worst_finding() -> None:
         Finding("c", "", "", HOLDS),
     ]
     assert verdicts(findings) == {"a": MISSED, "b": OPEN, "c": HOLDS}
+
+
+def test_several_readings_stand_in_a_line_each_with_what_misses_in_bold() -> None:
+    def share(number: str, verdict: str) -> list[Finding]:
+        return [Finding("a", "share", number, verdict), Finding("b", "trend", "no trials", OPEN)]
+
+    readings = {"reading A": share("5 of 9", MISSED), "count_self true": share("9 of 9", HOLDS)}
+    text = report_text(readings)
+    assert "| reading | (a) 1 | verdicts |" in text
+    assert "| reading A | **5 of 9** | (a) missed, (b) open |" in text
+    assert "| count_self true | 9 of 9 | (a) holds, (b) open |" in text
+    assert "(a) 1: share" in text
+    assert list(as_dict(readings)["readings"]) == list(readings)

@@ -83,6 +83,7 @@ def test_a_row_says_what_varied_and_how_it_ended(plan: Plan, tmp_path: Path) -> 
         "resting_white": 0,
         "not_resting": 3,
         "rule": "firat",
+        "reading": "reading A",
         "informed": 0.4,
         "share_black": 0.5,
         "share_white": 0.5,
@@ -142,6 +143,26 @@ def test_trials_are_sorted_into_conditions(plan: Plan, tmp_path: Path) -> None:
     small = Condition("firat", 3, 0.4, (0.5, 0.5))
     assert trials.where(robots=3) == {small: [Ending((0, 0), 3), Ending((1, 0), 2)]}
     assert small.wanted == (1.5, 1.5)
+
+
+def test_trials_of_several_readings_are_kept_apart(folder: Path, tmp_path: Path) -> None:
+    readings = "vary.reading.count_self = [false, true]\nvary.reading.obstacle_m = [0.02, 0.05]\n"
+    (folder / "sweep.toml").write_text(
+        SWEEP.replace("vary.swarm.size = [3, 5]\n", readings).replace("seeds = 2", "seeds = 1")
+    )
+    plan = read_plan(folder / "sweep.toml")
+    data = DataSet.make(tmp_path / "out", plan, "engine")
+    for index in range(4):
+        data.add(measured(plan, index))
+    data.assemble(plan, keys(plan))
+    assert list(Conditions.by_reading(data.folder)) == [
+        "obstacle_m 0.02",
+        "reading A",
+        "obstacle_m 0.02, count_self true",
+        "count_self true",
+    ]
+    with pytest.raises(InputError, match="4 readings"):
+        Conditions.open(data.folder)
 
 
 @pytest.mark.parametrize(

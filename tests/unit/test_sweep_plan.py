@@ -48,6 +48,17 @@ def test_keys_that_stand_together_change_together(folder: Path) -> None:
     assert all(trial.experiment.keys.swarm.informed == 0.5 for trial in trials)
 
 
+def test_keys_under_each_change_one_at_a_time(folder: Path) -> None:
+    text = (
+        'base = "small.toml"\n[vary]\nduration_s = [1, 2]\n'
+        "[each]\nswarm.size = [4, 5]\nengine.step_ticks = [1]\n"
+    )
+    once = [{}, {"swarm.size": 4}, {"swarm.size": 5}, {"engine.step_ticks": 1}]
+    assert [trial.settings for trial in plan_of(folder, text).trials] == [
+        {"duration_s": duration_s, **alone} for duration_s in (1, 2) for alone in once
+    ]
+
+
 def test_blocks_follow_one_another_with_seeds_and_settings_of_their_own(folder: Path) -> None:
     text = (
         "seeds = 3\n[[block]]\nbase = 'small.toml'\n"

@@ -59,6 +59,17 @@ class Conditions:
     @staticmethod
     def open(folder: Path) -> "Conditions":
         """Reads the trials of a sweep's folder; InputError if it is none or has none yet."""
+        found = Conditions.by_reading(folder)
+        if len(found) > 1:
+            raise InputError(
+                f"{folder}: its trials have {len(found)} readings ({'; '.join(found)}), which do "
+                "not go together; `kilotwin compare paper` takes them one by one"
+            )
+        return next(iter(found.values()))
+
+    @staticmethod
+    def by_reading(folder: Path) -> "dict[str, Conditions]":
+        """The same for each reading of what the paper leaves open, in the order of the data set."""
         if not (folder / ABOUT).is_file():
             raise InputError(
                 f"{folder}: not a sweep's folder (no {ABOUT}); name one that `kilotwin sweep` made"
@@ -69,9 +80,12 @@ class Conditions:
             raise InputError(f"{folder}: no trial is finished yet; go on with the sweep") from None
         except pa.ArrowInvalid as error:
             raise InputError(f"{folder / TRIALS}: damaged ({error}); repeat the sweep") from None
+        if "reading" not in table.column_names:
+            raise InputError(f"{folder}: an older Kilotwin made it; repeat the sweep")
         prefix = "resting_"
         sites = tuple(c.removeprefix(prefix) for c in table.column_names if c.startswith(prefix))
-        found = Conditions(json.loads((folder / ABOUT).read_text())["name"], sites)
+        name = json.loads((folder / ABOUT).read_text())["name"]
+        found: dict[str, Conditions] = {}
         for row in table.to_pylist():
             own = [site for site in sites if row[f"resting_{site}"] is not None]
             condition = Condition(
@@ -82,7 +96,8 @@ class Conditions:
                 tuple(own),
             )
             ending = Ending(tuple(row[f"resting_{site}"] for site in own), row["not_resting"])
-            found.endings.setdefault(condition, []).append(ending)
+            of_reading = found.setdefault(row["reading"], Conditions(name, sites))
+            of_reading.endings.setdefault(condition, []).append(ending)
         return found
 
     @property

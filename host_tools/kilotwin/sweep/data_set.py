@@ -24,6 +24,7 @@ import pyarrow.parquet as pq
 
 from kilotwin import __version__
 from kilotwin.errors import InputError
+from kilotwin.experiment_schema import Reading
 from kilotwin.sweep.measure import RESULT, Failed, Measured
 from kilotwin.sweep.plan import Plan, Trial
 
@@ -155,12 +156,23 @@ def _row(trial: Trial, key: str, varied: Sequence[str], schema: pa.Schema) -> di
         row[f"resting_{site}"] = count
     row["not_resting"] = result["not_resting"]
     row["rule"] = trial.base if experiment.controller is None else experiment.controller.rule
+    row["reading"] = reading_name(experiment.reading)
     row["informed"] = experiment.swarm.informed
     for site in result["resting"]:
         informed = experiment.swarm.informed > 0
         row[f"share_{site}"] = experiment.swarm.informed_for.get(site, 0.0) if informed else 0.0
     row["result_hash"] = result["result_hash"]
     return row
+
+
+def reading_name(reading: Reading) -> str:
+    """The keys that are not at their defaults: `signal_from crossing, obstacle_m 0.02`."""
+    other = [
+        f"{key} {json.dumps(value) if isinstance(value, bool) else value}"
+        for key, value in reading
+        if value != type(reading).model_fields[key].default
+    ]
+    return ", ".join(other) or "reading A"
 
 
 def _write_rows(target: Path, rows: Sequence[Mapping[str, Any]], plan: Plan) -> None:

@@ -77,6 +77,8 @@ class Block(Section):
     """Lists or ranges { from, to, step } of values; every combination is run."""
     together: list[Axes] = []
     """Tables of lists of one length: their keys change together, not in every combination."""
+    each: Axes = {}
+    """Lists or ranges of values, one at a time: first none of them, then each by itself."""
 
 
 class SweepSchema(Section):
@@ -95,6 +97,8 @@ class SweepSchema(Section):
     vary: Axes = {}
     """As in a block; not beside [[block]]."""
     together: list[Axes] = []
+    """As in a block; not beside [[block]]."""
+    each: Axes = {}
     """As in a block; not beside [[block]]."""
     block: list[Block] = []
     """Blocks of trials, one after the other."""
@@ -157,7 +161,12 @@ def read_plan(file: Path, settings: Iterable[Setting] = (), seeds: int | None = 
 
 
 def _blocks(keys: SweepSchema, text: ExperimentText) -> Iterator[tuple[KeyPath, Block]]:
-    own = {"base": keys.base, "vary": keys.vary, "together": keys.together}
+    own = {
+        "base": keys.base,
+        "vary": keys.vary,
+        "together": keys.together,
+        "each": keys.each,
+    }
     if keys.block:
         for key, value in own.items():
             if value:
@@ -183,6 +192,7 @@ def _blocks(keys: SweepSchema, text: ExperimentText) -> Iterator[tuple[KeyPath, 
                 first_seed=keys.first_seed,
                 vary=keys.vary,
                 together=keys.together,
+                each=keys.each,
             ),
         )
 
@@ -204,6 +214,8 @@ def _combinations(
             [dict(zip(table, row, strict=True)) for row in zip(*table.values(), strict=True)]
         )
     axes += [[{key: value} for value in values] for key, values in block.vary.items()]
+    alone = [{key: value} for key, values in block.each.items() for value in values]
+    axes.append([{}, *alone])
     for base in block.base:
         for parts in itertools.product(*axes):
             yield base, {key: value for part in parts for key, value in part.items()}
