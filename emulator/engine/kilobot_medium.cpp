@@ -91,7 +91,7 @@ void KilobotMedium::run(Cycles begin, Cycles end, Cycles limit) {
             }
             grid_until = std::min(turn + 1, next);
         }
-        if (grid_ != nullptr)
+        if (grid_ != nullptr && grid_->may_do_something(grid_until))
             if (auto module = grid_->run(grid_until)) {
                 begin_cell_frame(*module);
                 continue;
@@ -117,6 +117,14 @@ void KilobotMedium::find_asks(Cycles begin, Cycles end) {
     std::sort(asks_.begin(), asks_.end(), [](const Event &a, const Event &b) { return b > a; });
 }
 
+/// Adds to them, or to those of later steps. Most come in order of time.
+void KilobotMedium::ask_later(const Event &event) {
+    if (event.at < end_ && (asks_.empty() || event > asks_.back()))
+        asks_.push_back(event);
+    else
+        other_asks_.push(event);
+}
+
 /// Brings those near who are asked some time after the `next`.
 void KilobotMedium::prefetch_asked(size_t next) const {
     constexpr size_t SOON = 2, LATER = 4;
@@ -139,7 +147,7 @@ void KilobotMedium::prefetch_asked(size_t next) const {
 KilobotMedium::Event KilobotMedium::next_event() const {
     Event first = {NEVER, What::ASK, 0};
     if (next_ask_ < asks_.size()) first = asks_[next_ask_];
-    if (!later_asks_.empty() && first > later_asks_.top()) first = later_asks_.top();
+    if (!other_asks_.empty() && first > other_asks_.top()) first = other_asks_.top();
     if (!sense_ends_.empty() && first > sense_ends_.front()) first = sense_ends_.front();
     if (!frame_ends_.empty() && first > frame_ends_.front()) first = frame_ends_.front();
     return first;
@@ -154,7 +162,7 @@ void KilobotMedium::take(const Event &event) {
     if (next_ask_ < asks_.size() && !(asks_[next_ask_] > event))
         prefetch_asked(++next_ask_);
     else
-        later_asks_.pop();
+        other_asks_.pop();
     if (event.what == What::ASK) return ask(event.station, event.at);
     const auto &[emission, next] = planned_at(event.at)[event.station];
     stations_[emission.robot].planned--;
@@ -179,7 +187,7 @@ void KilobotMedium::ask(uint32_t robot, Cycles at) {
     go_on(robot, until);
     const Cycles next = speaks_[robot];
     if (next < end_ && !on_air(robot) && stations_[robot].planned == 0)
-        later_asks_.push({std::max(next, at + 1), What::ASK, robot});
+        ask_later({std::max(next, at + 1), What::ASK, robot});
 }
 
 Cycles KilobotMedium::alone_until(uint32_t robot, Cycles until) const {
@@ -230,7 +238,7 @@ void KilobotMedium::take_emissions(uint32_t robot) {
             i + 1 < emissions_.size() ? emissions_[i + 1].at : next_ask(robots_[robot]);
         auto &planned = planned_at(emission.at);
         if (emission.at < end_)
-            later_asks_.push({emission.at, What::BEGIN, static_cast<uint32_t>(planned.size())});
+            ask_later({emission.at, What::BEGIN, static_cast<uint32_t>(planned.size())});
         planned.push_back({emission, next});
     }
 }
@@ -504,7 +512,7 @@ void KilobotMedium::end_sensing(uint32_t sender) {
     if (busy) {
         counts_.attempts_failed++;
         leave_air(frame);
-        later_asks_.push({frame.begin + SENSE_END_CYCLES + 1, What::ASK, sender});
+        ask_later({frame.begin + SENSE_END_CYCLES + 1, What::ASK, sender});
     } else {
         if (boards_ != nullptr) boards_->other_pulses(sender, frame.begin, frame.message);
         hold_receivers(frame, frame.begin + SENSE_END_CYCLES, frame.begin + FRAME_CYCLES);
@@ -530,9 +538,9 @@ void KilobotMedium::end_frame(uint32_t sender) {
     // With a short period of its own it may be asked again within this step.
     const Cycles over = frame.begin + FRAME_CYCLES;
     if (!frame.granted)
-        later_asks_.push({over, What::ASK, sender});
+        ask_later({over, What::ASK, sender});
     else if (speaks_[sender] < end_ && stations_[sender].planned == 0)
-        later_asks_.push({std::max(over, speaks_[sender]), What::ASK, sender});
+        ask_later({std::max(over, speaks_[sender]), What::ASK, sender});
 }
 
 void KilobotMedium::leave_air(Frame &frame) {
@@ -590,7 +598,7 @@ void KilobotMedium::deliver(const Frame &frame, const Heard &heard) {
     robots_[index].receive({end, frame.message, measure(heard, draw)});
     // It may be told to run, and then to send, before the others are past that.
     if (is_cell(frame.sender) && robots_[index].next_ask() == NEVER && end < end_)
-        later_asks_.push({end, What::ASK, index});
+        ask_later({end, What::ASK, index});
 }
 
 /// Whether a frame is lost on its way, by chance.

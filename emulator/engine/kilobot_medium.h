@@ -166,6 +166,7 @@ class KilobotMedium {
     };
 
     void find_asks(Cycles begin, Cycles end);
+    void ask_later(const Event &event);
     Event next_event() const;
     void prefetch_asked(size_t next) const;
     void take(const Event &event);
@@ -224,9 +225,9 @@ class KilobotMedium {
     InfraredGains cell_gains_;
     static constexpr size_t PLANNED_STEPS = 64;  ///< frames are planned less than that ahead
     std::vector<std::vector<Planned>> planned_;  ///< by step: a ring
-    std::vector<Event> asks_;                    ///< of this step, those after next_ask_ to come
+    std::vector<Event> asks_;                    ///< of this step, those from next_ask_ on to come
     size_t next_ask_ = 0;
-    std::priority_queue<Event, std::vector<Event>, std::greater<>> later_asks_;
+    std::priority_queue<Event, std::vector<Event>, std::greater<>> other_asks_;
     Queue sense_ends_, frame_ends_;
     Cycles step_ = 1, end_ = 0, limit_ = 0;
     Cycles asked_at_ = NEVER;  ///< the moment that a robot is run through

@@ -29,7 +29,7 @@ Grid::Grid(const Settings &settings, const Chance &chance, Cycles power_up, Cycl
       run_ahead_(run_ahead),
       context_{chance, events_, gains_are_mm},
       faults_(settings.faults),
-      due_(layout_.modules(), 0),
+      due_(layout_.modules()),
       robots_about_(layout_.modules(), 0),
       promised_(layout_.modules(), 0),
       dead_(layout_.modules(), false),
@@ -67,7 +67,6 @@ void Grid::create_modules(const Settings &settings, Cycles power_up) {
         const auto on_at = static_cast<Cycles>(when * static_cast<double>(power_up));
         if (on_board()) {
             boards_->add_module(settings.program, x, y, own_tick, on_at);
-            due_[index] = NEVER;
             continue;
         }
         modules_.emplace_back(context_, program, index, x, y, own_tick, on_at,
@@ -131,18 +130,10 @@ bool Grid::alone(uint32_t module) const {
 
 // Modules
 
-Cycles Grid::next() const {
-    const Cycles module_at = schedule_.empty() ? NEVER : schedule_.top().at;
-    return std::min({next_fault(), module_at, bus_due_[first_bus_]});
-}
-
 std::optional<uint32_t> Grid::run(Cycles until) {
     if (on_board()) take_wishes();
     for (;;) {
-        while (!schedule_.empty() && due_[schedule_.top().module] != schedule_.top().at)
-            schedule_.pop();
-        const Cycles module_at = schedule_.empty() ? NEVER : schedule_.top().at;
-        const Cycles fault_at = next_fault();
+        const Cycles module_at = due_.first_at(), fault_at = next_fault();
         const Cycles bus_at = bus_due_[first_bus_];
         if (std::min({module_at, fault_at, bus_at}) >= until) return std::nullopt;
         if (bus_at <= std::min(fault_at, module_at)) {
@@ -150,8 +141,7 @@ std::optional<uint32_t> Grid::run(Cycles until) {
         } else if (fault_at <= module_at) {
             apply(faults_[next_fault_++], fault_at);
         } else {
-            const uint32_t module = schedule_.top().module;
-            schedule_.pop();
+            const uint32_t module = due_.first();
             if (attend(module, module_at)) return module;
         }
     }
@@ -170,7 +160,7 @@ bool Grid::attend(uint32_t index, Cycles at) {
     send_frames(index);
     const bool asks = module.asks();
     if (asks && robots_about_[index] > 0) {
-        due_[index] = NEVER;
+        due_.set(index, NEVER);
         return true;
     }
     if (asks) {
@@ -179,7 +169,7 @@ bool Grid::attend(uint32_t index, Cycles at) {
     }
     counts.sent += unheard;
     counts.unheard += unheard;
-    schedule(index);
+    schedule(index, until);
     return false;
 }
 
@@ -225,16 +215,11 @@ void Grid::take_wishes() {
 }
 
 /// Notes when a module has to be looked at next.
-void Grid::schedule(uint32_t index) {
+void Grid::schedule(uint32_t index, Cycles not_before) {
     if (on_board()) return;
-    if (dead_[index] || modules_[index].asks()) {
-        due_[index] = NEVER;
-        return;
-    }
-    const Cycles at = std::max(modules_[index].next_event(), modules_[index].now());
-    if (at == due_[index] && at != 0) return;
-    due_[index] = at;
-    if (at != NEVER) schedule_.push({at, index});
+    const Module &module = modules_[index];
+    const bool waits = dead_[index] || module.asks();
+    due_.set(index, waits ? NEVER : std::max({module.next_event(), module.now(), not_before}));
 }
 
 void Grid::receive_ir(Cycles at, uint32_t cell, const message_t &message,
@@ -365,10 +350,6 @@ Events Grid::take_events() {
 
 Cycles Grid::fault_time(const Fault &fault) const {
     return zero_ + static_cast<Cycles>(fault.at_tick) * TICK_CYCLES;  // negative ticks wrap
-}
-
-Cycles Grid::next_fault() const {
-    return next_fault_ < faults_.size() ? fault_time(faults_[next_fault_]) : NEVER;
 }
 
 void Grid::apply(const Fault &fault, Cycles at) {

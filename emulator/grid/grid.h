@@ -14,12 +14,12 @@
 #include <deque>
 #include <memory>
 #include <optional>
-#include <queue>
 #include <string>
 #include <vector>
 
 #include "engine/chance.h"
 #include "engine/clock.h"
+#include "engine/earliest.h"
 #include "engine/events.h"
 #include "grid/can_bus.h"
 #include "grid/cells.h"
@@ -157,7 +157,10 @@ class Grid {
     bool can_send(Cycles now, uint32_t bus, const CanFrame &frame);
 
     /// The earliest moment at which anything happens here.
-    Cycles next() const;
+    Cycles next() const { return std::min({next_fault(), due_.first_at(), bus_due_[first_bus_]}); }
+
+    /// Whether run() may have something to do.
+    bool may_do_something(Cycles until) const { return on_board() || next() < until; }
 
     /// Lives through everything strictly before `until`. Returns early when a module, which it
     /// names, is about to send from a cell where somebody may hear it or be heard: that module waits
@@ -177,7 +180,7 @@ class Grid {
 
     /// The earliest moment at which `module` may be about to send; NEVER while it waits for an
     /// answer. What one on a board does cannot be foreseen.
-    Cycles next_event(uint32_t module) const { return on_board() ? 0 : due_[module]; }
+    Cycles next_event(uint32_t module) const { return on_board() ? 0 : due_.at(module); }
 
     /// A frame of a robot ends at `at`, at a cell that listened. All before `at` has been lived
     /// through.
@@ -207,21 +210,13 @@ class Grid {
   private:
     static constexpr uint32_t HOST = 0;
 
-    struct Due {
-        Cycles at;
-        uint32_t module;
-        bool operator>(const Due &other) const {
-            return at != other.at ? at > other.at : module > other.module;
-        }
-    };
-
     void create_modules(const Settings &settings, Cycles power_up);
     void attach_to_buses(double error_share);
     bool alone(uint32_t module) const;
     bool attend(uint32_t module, Cycles at);
     void send_frames(uint32_t module);
     void take_wishes();
-    void schedule(uint32_t module);
+    void schedule(uint32_t module, Cycles not_before = 0);
     void run_bus(uint32_t bus, Cycles until);
     void look_at_bus(uint32_t bus);
     void deliver(uint32_t bus, const CanBus::Delivery &delivery);
@@ -229,7 +224,9 @@ class Grid {
     void keep_promises(uint32_t bus, bool one);
     void apply(const Fault &fault, Cycles at);
     Cycles fault_time(const Fault &fault) const;
-    Cycles next_fault() const;
+    Cycles next_fault() const {
+        return next_fault_ < faults_.size() ? fault_time(faults_[next_fault_]) : NEVER;
+    }
 
     GridLayout layout_;
     CellInfrared infrared_;
@@ -250,7 +247,7 @@ class Grid {
 
     // By module.
     std::vector<uint32_t> node_;
-    std::vector<Cycles> due_;             ///< when it has to be looked at; NEVER while it asks
+    Earliest due_;                        ///< when it has to be looked at; NEVER while it asks
     std::vector<uint32_t> robots_about_;  ///< entries of its cells in robots_near_
     std::vector<uint32_t> promised_;      ///< frames of the host that are under way to it
     std::vector<bool> dead_;
@@ -262,9 +259,8 @@ class Grid {
     uint32_t first_bus_ = 0;                             ///< the one that is due first
     std::vector<std::vector<uint32_t>> module_of_node_;  ///< by bus and node
     std::vector<std::deque<uint16_t>> host_queue_;       ///< by bus: identifiers, first one first
-    std::priority_queue<Due, std::vector<Due>, std::greater<>> schedule_;  ///< some out of date
-    std::vector<std::vector<uint32_t>> robots_near_;                       ///< by cell
-    std::vector<std::vector<uint32_t>> cells_near_;                        ///< by robot
+    std::vector<std::vector<uint32_t>> robots_near_;     ///< by cell
+    std::vector<std::vector<uint32_t>> cells_near_;      ///< by robot
 };
 
 }  // namespace kilotwin

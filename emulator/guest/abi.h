@@ -15,7 +15,7 @@
 extern "C" {
 #endif
 
-#define KT_GUEST_ABI 5
+#define KT_GUEST_ABI 6
 #define KT_PACKED __attribute__((packed))
 
 /// The registers that reach motors and LED (hardware.md 1.8), as a program may write them itself.
@@ -44,7 +44,9 @@ typedef struct KT_PACKED {
 typedef struct KT_PACKED {
     void (*autostart)(void);
     void (*light)(uint8_t cell, uint8_t red, uint8_t green, uint8_t blue);  ///< pulse widths
-    void (*cell_message)(uint8_t cell, const message_t *message);  ///< to repeat; null: nothing
+    /// To repeat, with the program's checksum of it; null: nothing.
+    void (*cell_message)(uint8_t cell, const message_t *message,
+                         uint16_t (*checksum)(const message_t *));
     void (*send_at_once)(uint8_t cell, const message_t *message);
     void (*can_send)(const kt_can_message_t *message, uint8_t x, uint8_t y, uint8_t address_type);
     void (*can_broadcast)(const kt_can_message_t *message);  ///< when loop() has come back

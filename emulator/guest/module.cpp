@@ -195,12 +195,19 @@ struct Module::HostCalls {
         if (cell < CELLS_PER_MODULE) running_module->lights_[cell] = {{red, green, blue}};
     }
 
-    static void cell_message(uint8_t cell, const message_t *message) {
+    static void cell_message(uint8_t cell, const message_t *message,
+                             uint16_t (*checksum)(const message_t *)) {
         if (cell >= CELLS_PER_MODULE) return;
         const auto bit = static_cast<uint8_t>(1 << cell);
         auto &sending = running_module->sending_cells_;
         sending = static_cast<uint8_t>(message != nullptr ? sending | bit : sending & ~bit);
-        if (message != nullptr) running_module->cell_messages_[cell] = *message;
+        if (message == nullptr) return;
+        auto &kept = running_module->cell_messages_[cell];
+        // Most programs say the same again and again; 0 may stand for no checksum yet.
+        const bool same = std::memcmp(message, &kept, offsetof(message_t, crc)) == 0;
+        if (same && kept.crc != 0) return;
+        kept = *message;
+        kept.crc = checksum(&kept);
     }
 
     static void send_at_once(uint8_t cell, const message_t *message) {
@@ -493,7 +500,7 @@ void Module::live() {
         const Cycles interrupt_at = next_interrupt(), pass_at = next_pass();
         if (std::min(interrupt_at, pass_at) >= until_) return;
         if (interrupt_at <= pass_at) {
-            serve_interrupt();
+            serve_interrupt(interrupt_at);
         } else {
             now_ = std::max(now_, pass_at);
             pass();
@@ -578,25 +585,29 @@ void Module::pass_of_state() {
 
 // Calls loop(), and again at each tick up to the next one that brings more than itself.
 void Module::run_loop() {
-    Cycles quiet_until = until_;
+    Cycles quiet_until = poll_pending_ || health_asked_ != 0 ? 0 : until_;
     if (!can_inbox_.empty()) quiet_until = std::min(quiet_until, can_inbox_.front().at);
     if (!cell_inbox_.empty()) quiet_until = std::min(quiet_until, cell_inbox_.front().at);
+    const auto &table = program_->table();
     Cycles before;
+    in_program_ = true;
+    *table.budget = TURNS_PER_TICK;
     do {
         before = now_;
         loop_due_ = false;
-        run_program(loop_);
-    } while (now_ == before && pass_tick(quiet_until));
+        loop_();
+        busy_.came_back(*table.budget);
+        if (table.settle != nullptr) table.settle();
+    } while (now_ == before && pass_tick(table, quiet_until));
+    in_program_ = false;
     if (now_ > before) loop_due_ = true;
 }
 
 /// Goes on to the next tick if that comes before `quiet_until` and does nothing but count.
-bool Module::pass_tick(Cycles quiet_until) {
+inline bool Module::pass_tick(const kt_table_t &table, Cycles quiet_until) {
     const auto tx_clock = static_cast<uint16_t>(tx_clock_ + TICK_COMPARE);
-    const bool plain = tick_increment_ == TICK_COMPARE && !interrupts_off_ && !poll_pending_ &&
-                       health_asked_ == 0 && !broadcast_pending_;
+    const bool plain = tick_increment_ == TICK_COMPARE && !interrupts_off_ && !broadcast_pending_;
     if (next_tick_ >= quiet_until || tx_clock > TX_PERIOD || !plain) return false;
-    const auto &table = program_->table();
     now_ = std::max(now_, next_tick_);
     next_tick_ += tick_;
     tx_clock_ = tx_clock;
@@ -712,8 +723,7 @@ Cycles Module::next_interrupt() const {
     return next;
 }
 
-void Module::serve_interrupt() {
-    const Cycles at = next_interrupt();
+void Module::serve_interrupt(Cycles at) {
     now_ = std::max(now_, at);
     if (at == next_tick_) {
         next_tick_ += tick_;
@@ -1037,7 +1047,7 @@ void Module::wait_until(Cycles wake) {
     if (table.settle != nullptr) table.settle();
     for (;;) {
         while (!in_interrupt_ && next_interrupt() <= wake && next_interrupt() < until_)
-            serve_interrupt();
+            serve_interrupt(next_interrupt());
         if (wake < until_) break;
         wake_ = wake;
         GuestStack::instance().suspend();

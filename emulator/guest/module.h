@@ -209,14 +209,14 @@ class Module {
     void pass();
     void pass_of_state();
     void run_loop();
-    bool pass_tick(Cycles quiet_until);
+    bool pass_tick(const kt_table_t &table, Cycles quiet_until);
     void start_running();
     void send_burst_frame();
     void end_burst();
     void begin_repetition();
     void begin_page();
     void end_page();
-    void serve_interrupt();
+    void serve_interrupt(Cycles at);
     void tick();
     void take_turn();
     void ask(Asking why, uint8_t cell, const message_t &message);

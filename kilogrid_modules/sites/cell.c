@@ -31,17 +31,18 @@ static cell_t in_full(uint8_t code) {
     };
 }
 
-static cell_t by_table(const uint8_t *entry) {
+static cell_t by_table(const volatile uint8_t *entry) {
+    const uint8_t look = entry[1];
     return (cell_t){
         .speaks = true,
         .site = entry[0],
-        .flags = entry[1] & CELL_LOOK_WALL ? WIRE_CELL_WALL : 0,
-        .colour = entry[1] & CELL_COLOUR,
+        .flags = look & CELL_LOOK_WALL ? WIRE_CELL_WALL : 0,
+        .colour = look & CELL_COLOUR,
         .brightness = entry[2],
     };
 }
 
-cell_t cell_of(const uint8_t *configuration, uint8_t size, uint8_t cell) {
+cell_t cell_of(const volatile uint8_t *configuration, uint8_t size, uint8_t cell) {
     if (cell >= CELL_COUNT || cell >= size) return (cell_t){0};
     const uint8_t code = configuration[cell];
     if (code & CELL_CODE_FULL) return in_full(code);

@@ -47,6 +47,6 @@ typedef struct {
 
 /// The cell number `cell`, 0..3, by the `size` bytes of `configuration`. A table that breaks off in
 /// the middle of an entry ends before it.
-cell_t cell_of(const uint8_t *configuration, uint8_t size, uint8_t cell);
+cell_t cell_of(const volatile uint8_t *configuration, uint8_t size, uint8_t cell);
 
 #endif

@@ -27,10 +27,8 @@ static void show(cell_num_t number, cell_t cell) {
 }
 
 static void show_all(void) {
-    uint8_t bytes[MODULE_CONFIGURATION_BUFFER_SIZE];
-    for (uint8_t i = 0; i < sizeof bytes; i++) bytes[i] = configuration[i];
     for (uint8_t i = 0; i < N_CELLS; i++)
-        show((cell_num_t)i, cell_of(bytes, configuration_size, i));
+        show((cell_num_t)i, cell_of(configuration, configuration_size, i));
 }
 
 static void on_message(IR_message_t *message, cell_num_t cell, distance_measurement_t *distance,

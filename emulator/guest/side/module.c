@@ -122,12 +122,10 @@ void init_IR_message(IR_message_t *message) { memset(message, 0, sizeof *message
 
 void set_IR_message(IR_message_t *message, cell_num_t cell) {
     if (message == NULL) return disable_IR_tx(cell);
-    IR_message_t copy = *message;
-    copy.crc = message_crc(&copy);
-    kt_host->module->cell_message(cell, &copy);
+    kt_host->module->cell_message(cell, message, message_crc);
 }
 
-void disable_IR_tx(cell_num_t cell) { kt_host->module->cell_message(cell, NULL); }
+void disable_IR_tx(cell_num_t cell) { kt_host->module->cell_message(cell, NULL, NULL); }
 
 uint8_t estimate_distance_mm(const distance_measurement_t *measured, cell_num_t cell) {
     (void)cell;
