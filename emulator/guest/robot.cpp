@@ -162,7 +162,7 @@ Robot::Robot(RobotContext &context, std::shared_ptr<Program> program, uint32_t i
       next_tick_(NEVER),
       state_since_(power_up),
       power_up_(power_up),
-      name_(program_->name()),
+      name_(&program_->name()),
       index_(index),
       calibration_(calibration),
       outgoing_() {
@@ -170,7 +170,7 @@ Robot::Robot(RobotContext &context, std::shared_ptr<Program> program, uint32_t i
     *program_->table().host = &HOST;
 }
 
-Robot::Robot(RobotContext &context, std::string name, uint32_t index,
+Robot::Robot(RobotContext &context, const std::string &name, uint32_t index,
              const Calibration &calibration, Cycles power_up)
     : context_(context),
       image_(nullptr),
@@ -178,7 +178,7 @@ Robot::Robot(RobotContext &context, std::string name, uint32_t index,
       next_tick_(NEVER),
       state_since_(power_up),
       power_up_(power_up),
-      name_(std::move(name)),
+      name_(&name),
       index_(index),
       calibration_(calibration),
       outgoing_() {}
@@ -684,7 +684,7 @@ void Robot::note(uint8_t mistake, std::string text) {
 }
 
 void Robot::report(EventKind kind, std::string text) {
-    context_.events.push_back({now_, index_, last_tick_, name_, kind, std::move(text)});
+    context_.events.push_back({now_, index_, last_tick_, *name_, kind, std::move(text)});
 }
 
 }  // namespace kilotwin

@@ -68,9 +68,9 @@ class Robot {
           const Calibration &calibration, Cycles power_up, uint8_t *image);
 
     /// A robot whose program runs elsewhere, on a board: this one holds what reaches it and what it does, and
-    /// run() does nothing. `name` is its program's.
-    Robot(RobotContext &context, std::string name, uint32_t index, const Calibration &calibration,
-          Cycles power_up);
+    /// run() does nothing. `name`, its program's, must outlive it.
+    Robot(RobotContext &context, const std::string &name, uint32_t index,
+          const Calibration &calibration, Cycles power_up);
     ~Robot();
     Robot(Robot &&) = default;
     Robot(const Robot &) = delete;
@@ -235,7 +235,7 @@ class Robot {
     uint64_t rand_hard_draws_ = 0;
     uint64_t outputs_seen_ = 0;
     BusyWatch busy_;
-    std::string name_;  ///< of its program
+    const std::string *name_;  ///< of its program
     uint32_t index_;
     uint32_t last_tick_ =
         0;  ///< kilo_ticks after the last tick, for reports: the program may spoil its own
