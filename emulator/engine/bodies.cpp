@@ -52,10 +52,11 @@ Bodies::Bodies(const Arena &arena, const Profile &profile, const Chance &chance,
 }
 
 void Bodies::command(uint32_t robot, const MotorCommand &command) {
+    Body &body = bodies_[robot];
     const Cycles at = std::max(command.at, now_);
     orders_[robot].list.push_back({at, command.left, command.right});
-    bodies_[robot].next_change = std::min(bodies_[robot].next_change, at);
-    bodies_[robot].placed_until = std::min(bodies_[robot].placed_until, at);
+    body.next_change = std::min(body.next_change, at);
+    body.placed_until = std::min(body.placed_until, at);
     next_contact_[robot] = std::min(next_contact_[robot], now_);
 }
 
@@ -108,28 +109,29 @@ void Bodies::place(uint32_t robot) {
 
 /// Where a robot is at `at`; nothing before has to take effect any more.
 void Bodies::set_place(uint32_t robot, const Eigen::Vector2d &position, Cycles at) {
-    bodies_[robot].position = position;
-    bodies_[robot].placed_until =
-        bodies_[robot].trajectory.drive().stands() ? bodies_[robot].next_change : at;
+    Body &body = bodies_[robot];
+    body.position = position;
+    body.placed_until = body.trajectory.drive().stands() ? body.next_change : at;
 }
 
 void Bodies::apply_commands(uint32_t robot, Cycles until) {
+    Body &body = bodies_[robot];
     auto &[list, next] = orders_[robot];
-    auto &trajectory = bodies_[robot].trajectory;
-    while (bodies_[robot].next_change < until) {
-        const Cycles at = bodies_[robot].next_change;
+    auto &trajectory = body.trajectory;
+    while (body.next_change < until) {
+        const Cycles at = body.next_change;
         const bool commanded = next < list.size() && list[next].at <= at;
         const Drive drive = commanded
                                 ? chassis_.set_duties(robot, at, list[next].left, list[next].right)
                                 : chassis_.renew(robot);
         next += commanded;
-        bodies_[robot].next_change =
+        body.next_change =
             std::min(next < list.size() ? list[next].at : NEVER, chassis_.next_renewal(robot));
         if (drive == trajectory.drive()) continue;
         if (!drive.stands())
-            bodies_[robot].still_since = NEVER;
+            body.still_since = NEVER;
         else if (!trajectory.drive().stands())
-            bodies_[robot].still_since = at - (at - now_) % step_ + step_;  // the end of that step
+            body.still_since = at - (at - now_) % step_ + step_;  // the end of that step
         trajectory.change(at, drive);
     }
     if (next < list.size()) return;
@@ -139,24 +141,27 @@ void Bodies::apply_commands(uint32_t robot, Cycles until) {
 
 /// Takes in what changes a robot's drive within this step.
 void Bodies::look_ahead(uint32_t robot) {
+    Body &body = bodies_[robot];
     position(robot);
-    if (bodies_[robot].next_change >= now_ + step_) return;
-    bodies_[robot].before_slot = static_cast<uint32_t>(before_.size());
-    before_.push_back({robot, bodies_[robot].trajectory});
+    if (body.next_change >= now_ + step_) return;
+    body.before_slot = static_cast<uint32_t>(before_.size());
+    before_.push_back({robot, body.trajectory});
     apply_commands(robot, now_ + step_);
 }
 
 /// How a robot moves when this step begins.
 const Trajectory &Bodies::trajectory_before(uint32_t robot) const {
-    const uint32_t slot = bodies_[robot].before_slot;
+    const Body &body = bodies_[robot];
+    const uint32_t slot = body.before_slot;
     const bool changed = slot < before_.size() && before_[slot].robot == robot;
-    return changed ? before_[slot].trajectory : bodies_[robot].trajectory;
+    return changed ? before_[slot].trajectory : body.trajectory;
 }
 
 void Bodies::find_free_shift(uint32_t robot) {
+    Body &body = bodies_[robot];
     look_ahead(robot);
-    shifts_[robot] = bodies_[robot].trajectory.position(now_ + step_) - bodies_[robot].position;
-    bodies_[robot].shifted_at = now_;
+    shifts_[robot] = body.trajectory.position(now_ + step_) - body.position;
+    body.shifted_at = now_;
 }
 
 /// All who may touch a robot within this step, and some more.
@@ -235,9 +240,9 @@ bool Bodies::may_touch(uint32_t robot) {
 
 /// No way within this step is longer.
 double Bodies::longest_free_m(uint32_t robot) const {
-    const bool steady = bodies_[robot].next_change >= now_ + step_;
-    return seconds(step_) *
-           (steady ? bodies_[robot].trajectory.drive().velocity.norm() : fastest_m_s_);
+    const Body &body = bodies_[robot];
+    const bool steady = body.next_change >= now_ + step_;
+    return seconds(step_) * (steady ? body.trajectory.drive().velocity.norm() : fastest_m_s_);
 }
 
 /// Whether two robots would touch, both going on as they do; they are nearer than the contact gap.

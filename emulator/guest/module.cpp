@@ -1046,8 +1046,11 @@ void Module::wait_until(Cycles wake) {
     const auto &table = program_->table();
     if (table.settle != nullptr) table.settle();
     for (;;) {
-        while (!in_interrupt_ && next_interrupt() <= wake && next_interrupt() < until_)
-            serve_interrupt(next_interrupt());
+        while (!in_interrupt_) {
+            const Cycles at = next_interrupt();
+            if (at > wake || at >= until_) break;
+            serve_interrupt(at);
+        }
         if (wake < until_) break;
         wake_ = wake;
         GuestStack::instance().suspend();

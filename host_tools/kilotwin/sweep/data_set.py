@@ -156,7 +156,7 @@ def _row(trial: Trial, key: str, varied: Sequence[str], schema: pa.Schema) -> di
         row[f"resting_{site}"] = count
     row["not_resting"] = result["not_resting"]
     row["rule"] = trial.base if experiment.controller is None else experiment.controller.rule
-    row["reading"] = reading_name(experiment.reading)
+    row["reading"] = _reading_name(experiment.reading)
     row["informed"] = experiment.swarm.informed
     for site in result["resting"]:
         informed = experiment.swarm.informed > 0
@@ -165,7 +165,7 @@ def _row(trial: Trial, key: str, varied: Sequence[str], schema: pa.Schema) -> di
     return row
 
 
-def reading_name(reading: Reading) -> str:
+def _reading_name(reading: Reading) -> str:
     """The keys that are not at their defaults: `signal_from crossing, obstacle_m 0.02`."""
     other = [
         f"{key} {json.dumps(value) if isinstance(value, bool) else value}"

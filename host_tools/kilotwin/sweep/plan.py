@@ -161,12 +161,7 @@ def read_plan(file: Path, settings: Iterable[Setting] = (), seeds: int | None = 
 
 
 def _blocks(keys: SweepSchema, text: ExperimentText) -> Iterator[tuple[KeyPath, Block]]:
-    own = {
-        "base": keys.base,
-        "vary": keys.vary,
-        "together": keys.together,
-        "each": keys.each,
-    }
+    own = {key: getattr(keys, key) for key in ("base", "vary", "together", "each")}
     if keys.block:
         for key, value in own.items():
             if value:
@@ -184,17 +179,7 @@ def _blocks(keys: SweepSchema, text: ExperimentText) -> Iterator[tuple[KeyPath, 
             f'{text.source}: no experiment to run; add base = "experiment.toml" or [[block]]'
         )
     else:
-        yield (
-            (),
-            Block(
-                base=keys.base,
-                seeds=keys.seeds,
-                first_seed=keys.first_seed,
-                vary=keys.vary,
-                together=keys.together,
-                each=keys.each,
-            ),
-        )
+        yield (), Block(**own, seeds=keys.seeds, first_seed=keys.first_seed)
 
 
 def _combinations(
