@@ -21,7 +21,7 @@ constexpr uint8_t LED_DRIVER_ADDRESS = 0x15;
 
 EepromImage ModuleBoard::eeprom_of(uint8_t x, uint8_t y) {
     EepromImage image = kilotwin::eeprom_of(
-        {UINT16_MAX, UINT8_MAX, UINT8_MAX, UINT8_MAX, UINT8_MAX, InfraredGains()});
+        {TICK_CYCLES, UINT16_MAX, UINT8_MAX, UINT8_MAX, UINT8_MAX, UINT8_MAX, InfraredGains()});
     image[EEPROM_X] = x;
     image[EEPROM_Y] = y;
     return image;

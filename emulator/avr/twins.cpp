@@ -57,15 +57,14 @@ std::string Twins::Difference::text() const {
     return "here " + side(native) + ", on the robot " + side(avr);
 }
 
-Twins::Twins(std::shared_ptr<Program> program, std::shared_ptr<const FlashImage> image,
-             const Settings &settings)
+Twins::Twins(Program &program, std::shared_ptr<const FlashImage> image, const Settings &settings)
     : settings_(settings),
       chance_(settings.seed),
       image_(std::move(image)),
-      calibration_{settings.uid, 71, 72, 68, 69, InfraredGains()},
+      calibration_{TICK_CYCLES, settings.uid, 71, 72, 68, 69, InfraredGains()},
       board_(*image_, 0, calibration_, 0, chance_),
       context_{chance_, events_, emissions_, nullptr, FRAME_CYCLES, false},
-      state_(new uint8_t[program->state_bytes()]) {
+      state_(new uint8_t[program.state_bytes()]) {
     board_.noise = [this](uint8_t channel, int16_t reading) { return convert(channel, reading); };
     board_.light = light_;
     run_at_ = 1 + static_cast<uint32_t>(settings.before_run.size());
@@ -77,7 +76,7 @@ Twins::Twins(std::shared_ptr<Program> program, std::shared_ptr<const FlashImage>
     }
     find_first_tick();
     Robot::serve_this_thread();
-    native_.emplace(context_, std::move(program), 0, calibration_, base_, state_.get());
+    native_.emplace(context_, program, 0, calibration_, base_, state_.get());
     native_->light = light_;
     tick_ = 1;
     native_->run(base_ + TICK_CYCLES);

@@ -59,8 +59,7 @@ class Twins {
     };
 
     /// `image` has to be an ELF file's. Throws EngineError if the program does not get to kilo_init().
-    Twins(std::shared_ptr<Program> program, std::shared_ptr<const FlashImage> image,
-          const Settings &settings);
+    Twins(Program &program, std::shared_ptr<const FlashImage> image, const Settings &settings);
     Twins(const Twins &) = delete;
     Twins &operator=(const Twins &) = delete;
 

@@ -60,16 +60,12 @@ void Bodies::command(uint32_t robot, const MotorCommand &command) {
     next_contact_[robot] = std::min(next_contact_[robot], now_);
 }
 
-/// World steps that lie wholly within `for_s` seconds.
-Cycles Bodies::whole_steps(double for_s) const {
-    return for_s <= 0 ? 0 : static_cast<Cycles>(for_s / seconds(step_)) * step_;
-}
-
 bool Bodies::refresh_lists() {
     if (now_ < lists_due_) return false;
-    double drift_m = 0;
+    double square = 0;
     for (uint32_t robot = 0; robot < size(); robot++)
-        drift_m = std::max(drift_m, (position(robot) - listed_at_[robot]).norm());
+        square = std::max(square, (position(robot) - listed_at_[robot]).squaredNorm());
+    double drift_m = std::sqrt(square);
     const bool stale = 2 * drift_m > SKIN_USED * lists_.skin_m();
     if (stale) {
         listed_at_ = positions();
@@ -78,9 +74,10 @@ bool Bodies::refresh_lists() {
         drift_m = 0;
     }
     const double closing = 2 * fastest_m_s_;
-    lists_hold_until_ = now_ + whole_steps((lists_.skin_m() - 2 * drift_m) / closing);
+    lists_hold_until_ = now_ + whole_steps((lists_.skin_m() - 2 * drift_m) / closing, step_);
     lists_due_ =
-        now_ + std::max(step_, whole_steps((SKIN_USED * lists_.skin_m() - 2 * drift_m) / closing));
+        now_ +
+        std::max(step_, whole_steps((SKIN_USED * lists_.skin_m() - 2 * drift_m) / closing, step_));
     return stale;
 }
 
@@ -131,7 +128,7 @@ void Bodies::apply_commands(uint32_t robot, Cycles until) {
         if (!drive.stands())
             body.still_since = NEVER;
         else if (!trajectory.drive().stands())
-            body.still_since = at - (at - now_) % step_ + step_;  // the end of that step
+            body.still_since = begin_of_step(at, step_) + step_;
         trajectory.change(at, drive);
     }
     if (next < list.size()) return;
@@ -181,7 +178,7 @@ const Bodies::Few &Bodies::around(uint32_t robot) {
     }
     const double gap = std::sqrt(outside) - 2 * radius_m_ - contact_gap_m_;
     until = std::min(std::max(lists_hold_until_, now_ + step_),
-                     now_ + whole_steps(std::min(gap / (2 * fastest_m_s_), 1e6)));
+                     now_ + whole_steps(std::min(gap / (2 * fastest_m_s_), 1e6), step_));
     return robots;
 }
 
@@ -212,7 +209,7 @@ bool Bodies::may_touch(uint32_t robot) {
     const Eigen::Vector2d here = position(robot);
     if (bodies_[robot].trajectory.drive().at_rest() && bodies_[robot].next_change >= now_ + step_) {
         const Cycles change = bodies_[robot].next_change;
-        next_contact_[robot] = change == NEVER ? NEVER : change - (change - now_) % step_;
+        next_contact_[robot] = change == NEVER ? NEVER : begin_of_step(change, step_);
         return false;
     }
     const auto &others = around(robot);
@@ -234,7 +231,7 @@ bool Bodies::may_touch(uint32_t robot) {
     const double free_s =
         std::min({gap / (2 * fastest_m_s_), (wall_gap - contact_gap_m_) / fastest_m_s_, 1e6});
     next_contact_[robot] =
-        std::clamp(now_ + whole_steps(free_s), now_ + step_, around_[robot].until);
+        std::clamp(now_ + whole_steps(free_s, step_), now_ + step_, around_[robot].until);
     return false;
 }
 

@@ -159,7 +159,6 @@ class Bodies {
     void find_company();
     void find_walls(Near &near) const;
     void record_overlaps();
-    Cycles whole_steps(double for_s) const;
 
     const Arena &arena_;
     double radius_m_, margin_m_;

@@ -3,6 +3,8 @@
 #ifndef KILOTWIN_ENGINE_CLOCK_H
 #define KILOTWIN_ENGINE_CLOCK_H
 
+#include <bit>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 
@@ -21,6 +23,19 @@ constexpr double TICK_S = static_cast<double>(TICK_CYCLES) * CYCLE_S;
 /// How long `cycles` last, in seconds.
 constexpr double seconds(Cycles cycles) {
     return static_cast<double>(static_cast<int64_t>(cycles)) * CYCLE_S;  // signed: one instruction
+}
+
+// World steps, of 1, 2 or 4 ticks, begin at multiples of their length: a power of two.
+constexpr Cycles begin_of_step(Cycles at, Cycles step) { return at & ~(step - 1); }
+constexpr Cycles end_of_step(Cycles at, Cycles step) { return begin_of_step(at + step - 1, step); }
+constexpr size_t number_of_step(Cycles at, Cycles step) { return at >> std::countr_zero(step); }
+
+/// Steps that lie wholly within `for_s` seconds; at most 10^12 s.
+constexpr Cycles whole_steps(double for_s, Cycles step) {
+    constexpr auto PER_SECOND = static_cast<double>(CYCLES_PER_SECOND);
+    return for_s <= 0
+               ? 0
+               : begin_of_step(static_cast<Cycles>(static_cast<int64_t>(for_s * PER_SECOND)), step);
 }
 
 }  // namespace kilotwin

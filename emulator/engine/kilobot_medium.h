@@ -84,6 +84,9 @@ class KilobotMedium {
         return settings_.held_busy || !stations_[robot].audible.empty() || stations_[robot].sends;
     }
 
+    /// Brings what is asked of a robot into the cache.
+    void prefetch(uint32_t robot) const { __builtin_prefetch(&stations_[robot]); }
+
     /// Until when a robot that is not claimed can be left alone, if no light reaches it before
     /// `until`: it may send meanwhile, if it is done listening by then.
     Cycles alone_until(uint32_t robot, Cycles until) const;
@@ -172,7 +175,9 @@ class KilobotMedium {
     void take(const Event &event);
     void take_emissions(uint32_t robot);
     static Cycles next_ask(const Robot &robot);
-    std::vector<Planned> &planned_at(Cycles at) { return planned_[at / step_ % PLANNED_STEPS]; }
+    std::vector<Planned> &planned_at(Cycles at) {
+        return planned_[number_of_step(at, step_) % PLANNED_STEPS];
+    }
     void ask(uint32_t robot, Cycles at);
     void go_on(uint32_t robot, Cycles until);
     bool has_channel(uint32_t robot, Cycles at) const;

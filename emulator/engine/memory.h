@@ -10,11 +10,19 @@
 
 namespace kilotwin {
 
+struct alignas(64) CacheLine {
+    uint8_t bytes[64];
+};
+
+/// So many hold `bytes`.
+constexpr size_t cache_lines(size_t bytes) {
+    return (bytes + sizeof(CacheLine) - 1) / sizeof(CacheLine);
+}
+
 /// Begins to bring memory into the cache.
 inline void prefetch(const void *memory, size_t bytes) {
-    constexpr size_t CACHE_LINE = 64;
-    const auto *begin = static_cast<const char *>(memory);
-    for (size_t i = 0; i < bytes; i += CACHE_LINE) __builtin_prefetch(begin + i);
+    const auto *begin = static_cast<const CacheLine *>(memory);
+    for (size_t i = 0; i < cache_lines(bytes); i++) __builtin_prefetch(begin + i);
 }
 
 /// To be called before it is first touched; where the system has no large pages, nothing happens.

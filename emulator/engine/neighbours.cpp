@@ -26,20 +26,33 @@ class Cells {
         for (const auto &p : positions) first_[index(p) + 1]++;
         for (size_t i = 1; i < first_.size(); i++) first_[i] += first_[i - 1];
         members_.resize(positions.size());
+        places_.resize(positions.size());
         auto next = first_;
-        for (uint32_t i = 0; i < positions.size(); i++) members_[next[index(positions[i])]++] = i;
+        for (uint32_t i = 0; i < positions.size(); i++) {
+            const size_t place = next[index(positions[i])]++;
+            members_[place] = i;
+            places_[place] = positions[i];
+        }
     }
 
-    /// Those in the nine cells around a point: in each row, three that lie side by side.
-    template <typename Visit> void around(const Eigen::Vector2d &p, Visit visit) const {
+    /// Adds to the first `count` of `found`, which is made longer as needed, those nearer to a robot than `reach_m`.
+    size_t find(uint32_t robot, const Eigen::Vector2d &p, double reach_m,
+                std::vector<uint32_t> &found, size_t count) const {
+        // Nine cells: in each row, three that lie side by side.
         const int column = column_of(p), row = row_of(p);
         const int first = std::max(column - 1, 0), last = std::min(column + 1, columns_ - 1);
         for (int r = std::max(row - 1, 0); r <= std::min(row + 1, rows_ - 1); r++) {
             const auto cell = static_cast<size_t>(r) * static_cast<size_t>(columns_);
+            const size_t begin = first_[cell + static_cast<size_t>(first)];
             const size_t end = first_[cell + static_cast<size_t>(last) + 1];
-            for (size_t k = first_[cell + static_cast<size_t>(first)]; k < end; k++)
-                visit(members_[k]);
+            if (found.size() < count + end - begin) found.resize(2 * (count + end - begin));
+            for (size_t k = begin; k < end; k++) {  // no branch: nobody could foresee it
+                found[count] = members_[k];
+                const bool near = (places_[k] - p).squaredNorm() <= reach_m * reach_m;
+                count += near & (members_[k] != robot);
+            }
         }
+        return count;
     }
 
   private:
@@ -59,6 +72,7 @@ class Cells {
     int columns_, rows_;
     std::vector<size_t> first_;
     std::vector<uint32_t> members_;
+    std::vector<Eigen::Vector2d> places_;  ///< theirs
 };
 
 }  // namespace
@@ -72,18 +86,15 @@ void Neighbours::rebuild(const std::vector<Eigen::Vector2d> &positions) {
     changed_.assign(robots, true);
     ids_.clear();
     if (robots == 0) return;
-    const double width = reach_m_ + skin_m_;
-    const Cells cells(positions, width);
-    found_.clear();
+    const double reach_m = reach_m_ + skin_m_;
+    const Cells cells(positions, reach_m);
+    size_t count = 0;
     for (uint32_t i = 0; i < robots; i++) {
-        cells.around(positions[i], [&](uint32_t j) {
-            if (j != i && (positions[j] - positions[i]).squaredNorm() <= width * width)
-                found_.push_back(j);
-        });
-        begin_.push_back(found_.size());
+        count = cells.find(i, positions[i], reach_m, found_, count);
+        begin_.push_back(count);
     }
     // Whoever has found `i` stands in the list of `i`: written in the finders' order, it is sorted.
-    ids_.resize(found_.size());
+    ids_.resize(count);
     next_.assign(begin_.begin(), begin_.end() - 1);
     for (uint32_t i = 0; i < robots; i++)
         for (size_t k = begin_[i]; k < begin_[i + 1]; k++) ids_[next_[found_[k]]++] = i;

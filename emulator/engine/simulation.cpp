@@ -9,7 +9,6 @@
 #include <cstring>
 #include <utility>
 
-#include "engine/memory.h"
 #include "engine/message_crc.h"
 #include "engine/placement.h"
 #include "engine/trigonometry.h"
@@ -119,11 +118,11 @@ void Simulation::create_robots() {
     uint32_t index = 0;
     for (const auto &group : def_.groups) {
         const auto flash = group.on_board ? FlashImage::load(group.program) : nullptr;
-        const auto program = group.on_board ? nullptr : Program::load(group.program, group.name);
-        const size_t stride = program ? (program->state_bytes() + 63) / 64 * 64 : 0;
-        images_.emplace_back(new uint8_t[stride * group.count]);
-        prefer_large_pages(images_.back().get(), stride * group.count);
-        const auto handlers = program ? program->own_handlers() : std::string();
+        Program *program = group.on_board ? nullptr : &Program::load(group.program, group.name);
+        const size_t lines = program != nullptr ? cache_lines(program->state_bytes()) : 0;
+        images_.emplace_back(new CacheLine[lines * group.count]);
+        prefer_large_pages(images_.back().get(), lines * group.count * sizeof(CacheLine));
+        const auto handlers = program != nullptr ? program->own_handlers() : std::string();
         if (!handlers.empty())
             events_.push_back({0, index, 0, program->name(), EventKind::NOTE,
                                "its own interrupt handlers are never called here: " + handlers});
@@ -135,8 +134,8 @@ void Simulation::create_robots() {
                 robots_.emplace_back(context_, group.name, index, calibration, power_up);
                 boards_.add(index, *flash, power_up);
             } else {
-                robots_.emplace_back(context_, program, index, calibration, power_up,
-                                     images_.back().get() + i * stride);
+                robots_.emplace_back(context_, *program, index, calibration, power_up,
+                                     images_.back()[i * lines].bytes);
             }
             robots_.back().light = def_.light.at(poses[index].position);
         }
@@ -154,13 +153,13 @@ Calibration Simulation::calibrate(uint32_t index) const {
     const auto &p = def_.profile;
     const double tick =
         static_cast<double>(TICK_CYCLES) * spread(Purpose::CLOCK, def_.clock_spread);
-    return {static_cast<uint16_t>(index + 1),
+    return {static_cast<Cycles>(tick + 0.5),
+            static_cast<uint16_t>(index + 1),
             p.turn_left,
             p.turn_right,
             p.straight_left,
             p.straight_right,
-            InfraredGains(spread(Purpose::SENSITIVITY, def_.sensitivity_spread)),
-            static_cast<Cycles>(tick + 0.5)};
+            InfraredGains(spread(Purpose::SENSITIVITY, def_.sensitivity_spread))};
 }
 
 // From power-up to RUN robots wait on their places for what the host tells them.
@@ -192,7 +191,7 @@ int64_t Simulation::tick() const { return tick_of(now_); }
 
 void Simulation::advance(int64_t ticks) {
     Robot::serve_this_thread();
-    const Cycles end = end_of_step(now_ + static_cast<Cycles>(ticks) * TICK_CYCLES);
+    const Cycles end = end_of_step(now_ + static_cast<Cycles>(ticks) * TICK_CYCLES, step_);
     if (grid_) grid_->no_host_before(end);
     sample_if_due();
     while (now_ < end) {
@@ -205,8 +204,9 @@ void Simulation::advance(int64_t ticks) {
 void Simulation::step(Cycles limit) {
     give_commands(now_ + step_);
     if (next_command_ < commands_.size())
-        limit = std::min(
-            limit, std::max(now_ + step_, begin_of_step(command_time(commands_[next_command_]))));
+        limit =
+            std::min(limit, std::max(now_ + step_,
+                                     begin_of_step(command_time(commands_[next_command_]), step_)));
     refresh_lists();
     if (grid_ && (now_ - start_) % LOOK_AROUND_GRID == 0) look_around_grid();
     if (floor_) {
@@ -221,8 +221,10 @@ void Simulation::step(Cycles limit) {
         if (wake_[robot] <= now_) due_.push_back(robot);
     for (size_t i = 0; i < due_.size(); i++) {
         if (i + FETCH_AHEAD < due_.size()) {
-            robots_[due_[i + FETCH_AHEAD]].prefetch();
-            bodies_->prefetch(due_[i + FETCH_AHEAD]);
+            const uint32_t soon = due_[i + FETCH_AHEAD];
+            robots_[soon].prefetch();
+            bodies_->prefetch(soon);
+            if (kilobot_medium_) kilobot_medium_->prefetch(soon);
         }
         if (i + FETCH_STATE_AHEAD < due_.size()) {
             const uint32_t soon = due_[i + FETCH_STATE_AHEAD];
@@ -246,9 +248,6 @@ Cycles Simulation::command_time(const SimulationDef::Command &command) const {
     return run_at_ +
            static_cast<Cycles>(command.tick) * TICK_CYCLES;  // negative ticks wrap as they should
 }
-
-Cycles Simulation::begin_of_step(Cycles at) const { return at - (at - run_at_) % step_; }
-Cycles Simulation::end_of_step(Cycles at) const { return begin_of_step(at + step_ - 1); }
 
 /// Hands out the commands before `until`.
 void Simulation::give_commands(Cycles until) {
@@ -293,7 +292,7 @@ void Simulation::live_on(uint32_t robot, Cycles limit) {
     run_robot(robot, until);
     // Where it waits for the medium's answer it goes on in that step.
     const bool waits = robots_[robot].question() != Robot::Question::NONE;
-    wake_[robot] = begin_of_step(waits ? robots_[robot].now() : until);
+    wake_[robot] = begin_of_step(waits ? robots_[robot].now() : until, step_);
 }
 
 /// Whether what a robot senses stays the same for a time.
@@ -314,24 +313,21 @@ Cycles Simulation::undisturbed_until(uint32_t robot, Cycles limit) {
     else if (kilobot_medium_->claims(robot))
         return soonest;
     if (until <= soonest) return soonest;
-    Cycles matters = end_of_step(until - heard_after);  // who speaks before
+    Cycles matters = end_of_step(until - heard_after, step_);  // who speaks before
+    double far_m = reach_m_ + closing * seconds(matters - now_);  // and comes from nearer
+    const Eigen::Vector2d here = bodies_->position(robot);
     for (uint32_t other : bodies_->lists().of(robot)) {
         if (speaks_[other] >= matters) continue;
-        const double square = (bodies_->position(other) - bodies_->position(robot)).squaredNorm();
-        Cycles heard = speaks_[other];
-        if (square > reach_m_ * reach_m_)
-            heard = std::max(heard, now_ + whole_steps((std::sqrt(square) - reach_m_) / closing));
-        if (heard >= matters) continue;
-        matters = begin_of_step(heard);
+        const double square = (bodies_->position(other) - here).squaredNorm();
+        if (square >= far_m * far_m) continue;
+        const double way_m = std::sqrt(square) - reach_m_;
+        const Cycles in_reach = now_ + whole_steps(way_m / closing, step_);
+        matters = begin_of_step(std::max(speaks_[other], in_reach), step_);
         if (matters + heard_after <= soonest) break;
+        far_m = reach_m_ + closing * seconds(matters - now_);
     }
     until = std::min(until, matters + heard_after);
     return kilobot_medium_ ? kilobot_medium_->alone_until(robot, until) : until;
-}
-
-/// World steps that lie wholly within `for_s` seconds.
-Cycles Simulation::whole_steps(double for_s) const {
-    return static_cast<Cycles>(for_s / seconds(step_)) * step_;
 }
 
 /// What the floor tells a robot, and how long it will say the same: bounded by the fastest that
@@ -364,9 +360,10 @@ void Simulation::look_around(uint32_t robot) {
         bodies_->fastest_m_s();
     around.cell.site = def_.arena.site_at(here);
     around.cell.flags = obstacle ? WIRE_CELL_OBSTACLE : 0;
-    around.unchanged_until = now_ + whole_steps(std::min(unchanged_s, still_s));
-    around.look_again = bodies_->rests(robot) ? now_ + std::max(whole_steps(unmoved_s), step_)
-                                              : around.unchanged_until;
+    around.unchanged_until = now_ + whole_steps(std::min(unchanged_s, still_s), step_);
+    around.look_again = bodies_->rests(robot)
+                            ? now_ + std::max(whole_steps(unmoved_s, step_), step_)
+                            : around.unchanged_until;
 }
 
 /// What the floor tells `robot` and those around it may change after `at`: it moves.
@@ -397,7 +394,7 @@ void Simulation::run_robot(uint32_t index, Cycles until) {
 void Simulation::take_commands(uint32_t index) {
     for (const auto &command : robots_[index].motor_commands) {
         bodies_->command(index, {std::max(command.at, now_), command.left, command.right});
-        if (floor_) disturb(index, begin_of_step(command.at) + step_);
+        if (floor_) disturb(index, begin_of_step(command.at, step_) + step_);
     }
     robots_[index].motor_commands.clear();
 }
@@ -433,7 +430,8 @@ void Simulation::plan_frames(uint32_t robot) {
         speaks_[robot] = emissions_.empty() ? next_ask_[robot] : emissions_.front().at;
     for (size_t i = 0; i < emissions_.size(); i++) {
         const Cycles next = i + 1 < emissions_.size() ? emissions_[i + 1].at : next_ask_[robot];
-        frames_[emissions_[i].at / step_ % FRAME_STEPS].push_back({emissions_[i], next});
+        frames_[number_of_step(emissions_[i].at, step_) % FRAME_STEPS].push_back(
+            {emissions_[i], next});
         planned_[robot]++;
     }
 }
@@ -486,7 +484,7 @@ void Simulation::deliver_to_grid(const Emission &emission) {
 }
 
 void Simulation::deliver_frames() {
-    auto &frames = frames_[now_ / step_ % FRAME_STEPS];
+    auto &frames = frames_[number_of_step(now_, step_) % FRAME_STEPS];
     std::sort(frames.begin(), frames.end(), [](const Planned &a, const Planned &b) {
         return a.emission.at != b.emission.at ? a.emission.at < b.emission.at
                                               : a.emission.robot < b.emission.robot;
@@ -548,7 +546,7 @@ void Simulation::sample_if_due() {
     bodies_->catch_up();
     sample_into(samples_);
     samples_due_++;
-    next_sample_ = end_of_step(run_at_ + samples_due_ * def_.sample_ticks * TICK_CYCLES);
+    next_sample_ = end_of_step(run_at_ + samples_due_ * def_.sample_ticks * TICK_CYCLES, step_);
 }
 
 void Simulation::sample_into(Samples &samples) const {

@@ -24,6 +24,7 @@
 #include "engine/ideal_medium.h"
 #include "engine/kilobot_medium.h"
 #include "engine/light.h"
+#include "engine/memory.h"
 #include "engine/recorder.h"
 #include "engine/virtual_floor.h"
 #include "grid/grid.h"
@@ -150,14 +151,11 @@ class Simulation {
     void give_commands(Cycles until);
     void give(const SimulationDef::Command &command, Cycles at);
     Cycles command_time(const SimulationDef::Command &command) const;
-    Cycles begin_of_step(Cycles at) const;
-    Cycles end_of_step(Cycles at) const;
     void refresh_lists();
     void live_on(uint32_t robot, Cycles limit);
     bool light_changes() const { return !def_.light.sources.empty(); }
     bool may_run_ahead(uint32_t robot) const;
     Cycles undisturbed_until(uint32_t robot, Cycles limit);
-    Cycles whole_steps(double for_s) const;
     void look_around(uint32_t robot);
     void disturb(uint32_t robot, Cycles at);
     void run_robot(uint32_t robot, Cycles until);
@@ -185,7 +183,7 @@ class Simulation {
     std::vector<Emission> emissions_;
     BlackBox *black_box_ = nullptr;
     RobotContext context_;
-    std::vector<std::unique_ptr<uint8_t[]>> images_;  ///< state of all robots of a group
+    std::vector<std::unique_ptr<CacheLine[]>> images_;  ///< state of all robots of a group
     std::vector<Robot> robots_;
     Boards boards_;
     std::vector<SimulationDef::Command> commands_;  ///< in order of time

@@ -50,11 +50,11 @@ Grid::Grid(const Settings &settings, const Chance &chance, Cycles power_up, Cycl
 Grid::~Grid() = default;
 
 void Grid::create_modules(const Settings &settings, Cycles power_up) {
-    const auto program = on_board() ? nullptr : Program::load(settings.program, settings.name);
-    const auto *table = program ? program->table().module : nullptr;
+    Program *program = on_board() ? nullptr : &Program::load(settings.program, settings.name);
+    const auto *table = program != nullptr ? program->table().module : nullptr;
     acts_alone_ = table != nullptr && table->acts_alone != nullptr;
-    const size_t stride = program ? (program->state_bytes() + 63) / 64 * 64 : 0;
-    images_.reset(new uint8_t[stride * layout_.modules()]);
+    const size_t lines = program != nullptr ? cache_lines(program->state_bytes()) : 0;
+    images_.reset(new CacheLine[lines * layout_.modules()]);
     modules_.reserve(layout_.modules());
     for (uint32_t index = 0; index < layout_.modules(); index++) {
         const double when = chance_.uniform(index, Purpose::MODULE_POWER_UP, 0);
@@ -69,8 +69,8 @@ void Grid::create_modules(const Settings &settings, Cycles power_up) {
             boards_->add_module(settings.program, x, y, own_tick, on_at);
             continue;
         }
-        modules_.emplace_back(context_, program, index, x, y, own_tick, on_at,
-                              images_.get() + index * stride);
+        modules_.emplace_back(context_, *program, index, x, y, own_tick, on_at,
+                              images_[index * lines].bytes);
         schedule(index);
     }
 }

@@ -21,6 +21,7 @@
 #include "engine/clock.h"
 #include "engine/earliest.h"
 #include "engine/events.h"
+#include "engine/memory.h"
 #include "grid/can_bus.h"
 #include "grid/cells.h"
 #include "guest/module.h"
@@ -236,7 +237,7 @@ class Grid {
     bool run_ahead_;
     Events events_;
     ModuleContext context_;
-    std::unique_ptr<uint8_t[]> images_;
+    std::unique_ptr<CacheLine[]> images_;
     std::vector<Module> modules_;
     std::deque<CanBus> buses_;
     std::vector<Fault> faults_;  ///< in order of time

@@ -56,9 +56,9 @@ class BusyWatch {
     void forget();
 
     uint64_t fingerprint_ = 0;        ///< of the memory when the budget was last spent
-    uint16_t probes_left_ = 0;        ///< looks at the memory until it counts as computing
     Cycles busy_since_ = NEVER;       ///< since when the program has not come back
     Cycles computing_since_ = NEVER;  ///< since when it has changed memory all the time
+    uint16_t probes_left_ = 0;        ///< looks at the memory until it counts as computing
     bool warned_ = false;
     bool watched_ = false;  ///< the budget was spent since it last came back
 };

@@ -27,10 +27,10 @@ using EepromImage = std::array<uint8_t, EEPROM_BYTES>;
 
 /// How one robot differs from the next: what its EEPROM says of it, and its clock.
 struct Calibration {
+    Cycles tick;  ///< by its own oscillator
     uint16_t uid;
     uint8_t turn_left, turn_right, straight_left, straight_right;
     InfraredGains gains;
-    Cycles tick = TICK_CYCLES;  ///< by its own oscillator
 };
 
 /// The byte that calibration leaves at an address, 0..1023: uid, duties, gain tables, the IR LED on PB0. OSCCAL

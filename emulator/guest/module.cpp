@@ -258,10 +258,10 @@ const kt_host_t Module::HOST = {
     HostCalls::spent,      HostCalls::unusable,    &Module::MODULE_HOST,
 };
 
-Module::Module(ModuleContext &context, std::shared_ptr<Program> program, uint32_t index, uint8_t x,
-               uint8_t y, Cycles tick, Cycles power_up, uint8_t *image)
+Module::Module(ModuleContext &context, Program &program, uint32_t index, uint8_t x, uint8_t y,
+               Cycles tick, Cycles power_up, uint8_t *image)
     : context_(context),
-      program_(std::move(program)),
+      program_(&program),
       image_(image),
       now_(power_up),
       tick_(tick),
@@ -276,9 +276,7 @@ Module::Module(ModuleContext &context, std::shared_ptr<Program> program, uint32_
     switch_off();
 }
 
-Module::~Module() {
-    if (program_) program_->evict(image_);
-}
+Module::~Module() { program_->evict(image_); }
 
 void Module::serve_this_thread() { GuestStack::instance().serve_this_thread(); }
 

@@ -92,10 +92,10 @@ class Module {
     };
 
     /// Module `index` at column `x`, row `y`, switched on at `power_up`; `tick` by its own
-    /// oscillator. `image` holds its program's state: program->state_bytes() bytes of its own.
+    /// oscillator. `image` holds its program's state: program.state_bytes() bytes of its own.
     /// Throws EngineError if `program` is not a module's.
-    Module(ModuleContext &context, std::shared_ptr<Program> program, uint32_t index, uint8_t x,
-           uint8_t y, Cycles tick, Cycles power_up, uint8_t *image);
+    Module(ModuleContext &context, Program &program, uint32_t index, uint8_t x, uint8_t y,
+           Cycles tick, Cycles power_up, uint8_t *image);
     ~Module();
     Module(Module &&) = default;
     Module(const Module &) = delete;
@@ -248,7 +248,7 @@ class Module {
     void report(EventKind kind, std::string text);
 
     ModuleContext &context_;
-    std::shared_ptr<Program> program_;
+    Program *program_;
     uint8_t *image_;
     SuspendedCall suspended_;
     std::vector<CanReception> can_inbox_;  ///< in order of time, as cell_inbox_

@@ -5,6 +5,7 @@
 
 #include <cstring>
 #include <map>
+#include <memory>
 
 namespace kilotwin {
 
@@ -21,11 +22,11 @@ void forbid_access(uint8_t *begin) {
 
 }  // namespace
 
-std::shared_ptr<Program> Program::load(const std::string &path, const std::string &name) {
-    static std::map<std::string, std::shared_ptr<Program>> loaded;
+Program &Program::load(const std::string &path, const std::string &name) {
+    static std::map<std::string, std::unique_ptr<Program>> loaded;
     auto &program = loaded[path];
     if (!program) program.reset(new Program(path, name));
-    return program;
+    return *program;
 }
 
 Program::Program(const std::string &path, std::string name) : name_(std::move(name)), path_(path) {

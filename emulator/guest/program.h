@@ -4,7 +4,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -24,8 +23,8 @@ class EngineError : public std::invalid_argument {
 class Program {
   public:
     /// Loads the guest at `path` (or finds it loaded already). Throws EngineError when it is no
-    /// guest of this build.
-    static std::shared_ptr<Program> load(const std::string &path, const std::string &name);
+    /// guest of this build. It stays for the life of the process.
+    static Program &load(const std::string &path, const std::string &name);
 
     Program(const Program &) = delete;
     Program &operator=(const Program &) = delete;

@@ -153,19 +153,18 @@ const kt_host_t Robot::HOST = {
     HostCalls::spent,       HostCalls::unusable,     nullptr,
 };
 
-Robot::Robot(RobotContext &context, std::shared_ptr<Program> program, uint32_t index,
+Robot::Robot(RobotContext &context, Program &program, uint32_t index,
              const Calibration &calibration, Cycles power_up, uint8_t *image)
     : context_(context),
-      program_(std::move(program)),
+      program_(&program),
       image_(image),
       now_(power_up),
-      next_tick_(NEVER),
-      state_since_(power_up),
-      power_up_(power_up),
-      name_(&program_->name()),
+      name_(&program.name()),
       index_(index),
       calibration_(calibration),
-      outgoing_() {
+      outgoing_(),
+      state_since_(power_up),
+      power_up_(power_up) {
     std::memcpy(image_, program_->initial_state(), program_->state_bytes());
     *program_->table().host = &HOST;
 }
@@ -173,20 +172,18 @@ Robot::Robot(RobotContext &context, std::shared_ptr<Program> program, uint32_t i
 Robot::Robot(RobotContext &context, const std::string &name, uint32_t index,
              const Calibration &calibration, Cycles power_up)
     : context_(context),
-      image_(nullptr),
       now_(power_up),
-      next_tick_(NEVER),
-      state_since_(power_up),
-      power_up_(power_up),
       name_(&name),
       index_(index),
       calibration_(calibration),
-      outgoing_() {}
+      outgoing_(),
+      state_since_(power_up),
+      power_up_(power_up) {}
 
 void Robot::serve_this_thread() { GuestStack::instance().serve_this_thread(); }
 
 Robot::~Robot() {
-    if (program_) program_->evict(image_);
+    if (!on_board()) program_->evict(image_);
 }
 
 void Robot::receive(const Reception &reception) {

@@ -9,6 +9,7 @@
 #define KILOTWIN_GUEST_ROBOT_H
 
 #include <algorithm>
+#include <boost/container/small_vector.hpp>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -60,12 +61,14 @@ struct RobotContext {
     int16_t temperature = 300;      ///< reading, 0..1023
 };
 
-class Robot {
+class alignas(64) Robot {
+    template <typename T, size_t N> using Few = boost::container::small_vector<T, N>;
+
   public:
-    /// Robot `index`, switched on at `power_up`. `image` holds its state: program->state_bytes()
+    /// Robot `index`, switched on at `power_up`. `image` holds its state: program.state_bytes()
     /// bytes of its own.
-    Robot(RobotContext &context, std::shared_ptr<Program> program, uint32_t index,
-          const Calibration &calibration, Cycles power_up, uint8_t *image);
+    Robot(RobotContext &context, Program &program, uint32_t index, const Calibration &calibration,
+          Cycles power_up, uint8_t *image);
 
     /// A robot whose program runs elsewhere, on a board: this one holds what reaches it and what it does, and
     /// run() does nothing. `name`, its program's, must outlive it.
@@ -126,7 +129,7 @@ class Robot {
 
     // For the board that runs it: takes out what it received, in order of time; notes what its pins do, and that it
     // cannot go on.
-    std::vector<Reception> take_inbox() { return std::exchange(inbox_, {}); }
+    Few<Reception, 2> take_inbox() { return std::exchange(inbox_, {}); }
     void drive(const MotorCommand &command);
     void show(uint8_t color) { color_ = color; }
     void print(Cycles at, uint32_t tick, std::string text);
@@ -155,7 +158,7 @@ class Robot {
     int16_t light = 0;
 
     /// Motor commands of the last run(), in order of time; the caller clears them.
-    std::vector<MotorCommand> motor_commands;
+    Few<MotorCommand, 2> motor_commands;
 
   private:
     enum class Life : uint8_t { OFF, BOOTING, ALIVE, STOPPED };
@@ -212,35 +215,25 @@ class Robot {
     void report(EventKind kind, std::string text);
     void note(uint8_t mistake, std::string text);  ///< once each
 
+    // By lines of the cache: this one and the next two what every run needs ...
     RobotContext &context_;
-    std::shared_ptr<Program> program_;
-    uint8_t *image_;
-    SuspendedCall suspended_;
-    std::vector<Reception> inbox_;  ///< in order of time, from inbox_next_ on
-    size_t inbox_next_ = 0;
-    std::vector<std::pair<Cycles, Cycles>> frames_seen_;  ///< light on the receiver: begin, end
-    std::unique_ptr<EepromImage> eeprom_;                 ///< once it differs from the calibration
-
+    Program *program_ = nullptr;  ///< null: it runs on a board
+    uint8_t *image_ = nullptr;
     Cycles now_;
     Cycles until_ = 0;
-    Cycles granted_from_ = NEVER, granted_to_ = 0, granted_until_ = 0;
-    Cycles next_tick_;         ///< compare match of timer 0
-    Cycles overflow_ = NEVER;  ///< after a retry: when the timer's next ordinary match comes
-    Cycles state_since_;
-    Cycles power_up_;
-    Cycles driven_ = 0;  ///< with a motor on, up to driving_since_
-    Cycles driving_since_ = NEVER;
-    void (*setup_)(void) = nullptr;
+    Cycles next_tick_ = NEVER;  ///< compare match of timer 0
     void (*loop_)(void) = nullptr;
-    uint64_t rand_hard_draws_ = 0;
-    uint64_t outputs_seen_ = 0;
-    BusyWatch busy_;
     const std::string *name_;  ///< of its program
+
+    SuspendedCall suspended_;
+    uint64_t outputs_seen_ = 0;
+    Cycles granted_from_ = NEVER, granted_to_ = 0, granted_until_ = 0;
     uint32_t index_;
     uint32_t last_tick_ =
         0;  ///< kilo_ticks after the last tick, for reports: the program may spoil its own
-    Calibration calibration_;
-    message_t outgoing_;
+
+    BusyWatch busy_;
+    uint32_t inbox_next_ = 0;
     uint16_t tx_clock_ = 0;
     uint16_t tick_increment_ = 0;  ///< counts of the timer that the next compare match stands for
     int16_t stale_conversion_ =
@@ -257,7 +250,23 @@ class Robot {
     bool tick_pending_ = false;
     bool loop_due_ = false;
     bool set_up_ = false;
-    uint8_t noted_ = 0;  ///< Mistakes
+    uint8_t noted_ = 0;        ///< Mistakes
+    Calibration calibration_;  ///< its tick ends the line
+
+    // ... then what sending and receiving do ...
+    Few<Reception, 2> inbox_;  ///< in order of time, from inbox_next_ on
+    message_t outgoing_;
+    Few<std::pair<Cycles, Cycles>, 1> frames_seen_;  ///< light on the receiver: begin, end
+
+    // ... and what changes rarely.
+    std::unique_ptr<EepromImage> eeprom_;  ///< once it differs from the calibration
+    Cycles overflow_ = NEVER;  ///< after a retry: when the timer's next ordinary match comes
+    Cycles state_since_;
+    Cycles power_up_;
+    Cycles driven_ = 0;  ///< with a motor on, up to driving_since_
+    Cycles driving_since_ = NEVER;
+    void (*setup_)(void) = nullptr;
+    uint64_t rand_hard_draws_ = 0;
 };
 
 }  // namespace kilotwin

@@ -28,7 +28,7 @@ struct Outcome {
 Outcome run(const char *program, Cycles until, Cycles quantum, bool skip) {
     Chance chance(1);
     const auto image = FlashImage::load(std::string(PROGRAMS "/") + program + ".elf");
-    RobotBoard board(*image, 0, {1, 70, 70, 70, 70, InfraredGains()}, 0, chance);
+    RobotBoard board(*image, 0, {TICK_CYCLES, 1, 70, 70, 70, 70, InfraredGains()}, 0, chance);
     if (!skip) board.skip_nothing();
     const std::clock_t begun = std::clock();
     uint64_t pulses = 0;

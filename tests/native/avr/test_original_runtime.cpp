@@ -41,7 +41,7 @@ struct Bench {
 
     Chance chance{1};
     std::shared_ptr<const FlashImage> image = FlashImage::load(PROGRAMS "/original.elf");
-    RobotBoard board{*image, 3, {0x34, 71, 72, 73, 74, InfraredGains()}, 0, chance};
+    RobotBoard board{*image, 3, {TICK_CYCLES, 0x34, 71, 72, 73, 74, InfraredGains()}, 0, chance};
 };
 
 }  // namespace

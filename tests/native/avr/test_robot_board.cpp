@@ -20,7 +20,7 @@ namespace {
 
 constexpr Cycles MS = CYCLES_PER_SECOND / 1000;
 
-const Calibration CALIBRATION = {0x1234, 71, 72, 73, 74, InfraredGains()};
+const Calibration CALIBRATION = {TICK_CYCLES, 0x1234, 71, 72, 73, 74, InfraredGains()};
 
 /// A board with one of the test's programs, and names for its variables.
 struct Bench {

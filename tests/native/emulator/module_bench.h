@@ -51,7 +51,7 @@ inline CanFrame frame(std::initializer_list<uint8_t> data, uint8_t dlc = 8) {
 struct ModuleBench {
     explicit ModuleBench(const std::string &program, Cycles power_up = 0)
         : loaded(Program::load(guest(program), program)),
-          image(loaded->state_bytes()),
+          image(loaded.state_bytes()),
           module(context, loaded, 5, X, Y, TICK_CYCLES, power_up, image.data()) {
         Module::serve_this_thread();
     }
@@ -105,7 +105,7 @@ struct ModuleBench {
     Chance chance{1};
     Events events;
     ModuleContext context{chance, events};
-    std::shared_ptr<Program> loaded;
+    Program &loaded;
     std::vector<uint8_t> image;
     Module module;
     std::function<Module::Answer(const CellEmission &)> channel = [](const CellEmission &) {

@@ -76,11 +76,11 @@ Bench::Bench(const std::vector<std::string> &programs, uint64_t seed)
       context_{chance_, events, emissions} {
     Robot::serve_this_thread();
     for (const auto &name : programs) {
-        auto program = Program::load(guest(name), name);
+        auto &program = Program::load(guest(name), name);
         auto index = static_cast<uint32_t>(robots_.size());
-        images_.emplace_back(new uint8_t[program->state_bytes()]);
-        Calibration calibration = {
-            static_cast<uint16_t>(index + 1), 65, 66, 70, 71, InfraredGains(), TICK_CYCLES};
+        images_.emplace_back(new uint8_t[program.state_bytes()]);
+        Calibration calibration = {TICK_CYCLES,    static_cast<uint16_t>(index + 1), 65, 66, 70, 71,
+                                   InfraredGains()};
         robots_.emplace_back(context_, program, index, calibration, 0, images_.back().get());
     }
 }

@@ -519,8 +519,8 @@ TEST_CASE("a robot's program is refused") {
     Chance chance(1);
     Events events;
     ModuleContext context{chance, events};
-    auto program = Program::load(guest("talker"), "talker");
-    std::vector<uint8_t> image(program->state_bytes());
+    auto &program = Program::load(guest("talker"), "talker");
+    std::vector<uint8_t> image(program.state_bytes());
     CHECK_THROWS_WITH_AS(Module(context, program, 0, 0, 0, TICK_CYCLES, 0, image.data()),
                          "talker is a robot's program; a grid needs a module's", EngineError);
 }
@@ -551,7 +551,7 @@ TEST_CASE("a module that is run ahead does what it does step by step") {
             for (const auto &output : bench.frames)
                 told.insert(told.end(), {output.at, output.frame.id, output.frame.data[1]});
             told.push_back(bench.module.ticks());
-            const auto state = bench.loaded->state_of(bench.image.data());
+            const auto state = bench.loaded.state_of(bench.image.data());
             told.insert(told.end(), state.begin(), state.end());
             return told;
         };

@@ -77,7 +77,7 @@ std::vector<Frame> frames_of(const std::vector<BoardOutputs::Light> &light) {
 
 Bench::Bench(const std::string &program, uint16_t uid, Cycles power_up)
     : flash(load(program)),
-      calibration{uid, 61, 62, 63, 64, InfraredGains()},
+      calibration{TICK_CYCLES, uid, 61, 62, 63, 64, InfraredGains()},
       board(*flash, 0, calibration, power_up, chance) {}
 
 void Bench::shine_frame(Cycles at, const message_t &message, distance_measurement_t strength,
