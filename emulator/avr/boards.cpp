@@ -19,7 +19,7 @@ constexpr size_t LONGEST_LINE = 256;
 
 }  // namespace
 
-Boards::Boards(std::vector<Robot> &robots, const RobotContext &context)
+Boards::Boards(Swarm<Robot> &robots, const RobotContext &context)
     : robots_(robots),
       context_(context) {}
 

@@ -21,6 +21,7 @@
 #include "avr/infrared_pulses.h"
 #include "avr/module_board.h"
 #include "avr/robot_board.h"
+#include "engine/memory.h"
 #include "grid/grid.h"
 #include "guest/robot.h"
 
@@ -42,7 +43,7 @@ class Boards : public ModuleBoards {
     };
 
     /// `robots` are those of the world; they must live on and not move in memory.
-    Boards(std::vector<Robot> &robots, const RobotContext &context);
+    Boards(Swarm<Robot> &robots, const RobotContext &context);
 
     /// Gives robot `index`, which was made without a program, a board. In ascending order.
     void add(uint32_t index, const FlashImage &flash, Cycles power_up);
@@ -187,7 +188,7 @@ class Boards : public ModuleBoards {
     static bool ends_line(std::string &line, uint8_t byte);
     Flash take_flash();
 
-    std::vector<Robot> &robots_;
+    Swarm<Robot> &robots_;
     const RobotContext &context_;
     std::deque<Place> places_;
     std::vector<int32_t> place_of_;  ///< by robot; -1: none

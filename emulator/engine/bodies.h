@@ -175,10 +175,10 @@ class Bodies {
     uint64_t list_rebuilds_ = 0;
 
     // By robot.
-    std::vector<Body> bodies_;
+    Swarm<Body> bodies_;
     std::vector<Cycles> next_contact_;  ///< before this, nothing is near enough to touch
-    std::vector<Orders> orders_;
-    std::vector<Around> around_;
+    Swarm<Orders> orders_;
+    Swarm<Around> around_;
     std::vector<Eigen::Vector2d> shifts_;  ///< where it would go within the step, were it alone
     std::vector<uint32_t> slot_;           ///< in near_, of those in the solver
 

@@ -8,6 +8,7 @@
 
 #include "engine/chance.h"
 #include "engine/clock.h"
+#include "engine/memory.h"
 #include "engine/motion.h"
 
 namespace kilotwin {
@@ -72,7 +73,7 @@ class Chassis {
     const Chance &chance_;
     double fastest_share_;  ///< of the calibrated speed: no motor gets beyond
     double fastest_m_s_;
-    std::vector<Motors> motors_;
+    Swarm<Motors> motors_;
 };
 
 }  // namespace kilotwin

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include "engine/memory.h"
 #include "engine/message_crc.h"
 
 namespace kilotwin {
@@ -22,11 +21,10 @@ constexpr double RANGE_LIMIT = 3;  // of the spread
 
 }  // namespace
 
-KilobotMedium::KilobotMedium(const Settings &settings, const Chance &chance,
-                             std::vector<Robot> &robots, Bodies &bodies,
-                             std::vector<Cycles> &speaks, std::vector<Emission> &emissions,
-                             MediumCounts &counts, Undisturbed undisturbed_until, Grid *grid,
-                             Boards *boards)
+KilobotMedium::KilobotMedium(const Settings &settings, const Chance &chance, Swarm<Robot> &robots,
+                             Bodies &bodies, std::vector<Cycles> &speaks,
+                             std::vector<Emission> &emissions, MediumCounts &counts,
+                             Undisturbed undisturbed_until, Grid *grid, Boards *boards)
     : settings_(settings),
       chance_(chance),
       robots_(robots),
@@ -220,9 +218,9 @@ void KilobotMedium::go_on(uint32_t index, Cycles until) {
     if (stations_[index].planned == 0) speaks_[index] = next_ask(robot);
 }
 
-/// When a robot is to be asked next.
+/// When a robot may be asked next, at the earliest. Whoever waits to hear that the channel is busy tries again soon.
 Cycles KilobotMedium::next_ask(const Robot &robot) {
-    return robot.question() == Robot::Question::MAY_ASK ? robot.now() : robot.next_ask();
+    return robot.question() != Robot::Question::NONE ? robot.now() : robot.next_ask();
 }
 
 /// What a robot sends when it is asked begins now; later frames do in their time.

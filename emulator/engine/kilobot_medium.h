@@ -26,6 +26,7 @@
 #include "avr/boards.h"
 #include "engine/bodies.h"
 #include "engine/chance.h"
+#include "engine/memory.h"
 #include "grid/grid.h"
 #include "guest/robot.h"
 
@@ -71,7 +72,7 @@ class KilobotMedium {
 
     /// `speaks`: by robot, the earliest moment at which it may begin a frame; kept up to date here.
     /// `grid` and `boards` may be null.
-    KilobotMedium(const Settings &settings, const Chance &chance, std::vector<Robot> &robots,
+    KilobotMedium(const Settings &settings, const Chance &chance, Swarm<Robot> &robots,
                   Bodies &bodies, std::vector<Cycles> &speaks, std::vector<Emission> &emissions,
                   MediumCounts &counts, Undisturbed undisturbed_until, Grid *grid, Boards *boards);
 
@@ -217,7 +218,7 @@ class KilobotMedium {
 
     Settings settings_;
     const Chance &chance_;
-    std::vector<Robot> &robots_;
+    Swarm<Robot> &robots_;
     Bodies &bodies_;
     std::vector<Cycles> &speaks_;
     std::vector<Emission> &emissions_;  ///< what robots send that were granted the channel
@@ -225,7 +226,7 @@ class KilobotMedium {
     Undisturbed undisturbed_until_;
     Grid *grid_;
     Boards *boards_;  ///< null: there are none
-    std::vector<Station> stations_;
+    Swarm<Station> stations_;
     std::vector<Receiver> receivers_;  ///< by module
     InfraredGains cell_gains_;
     static constexpr size_t PLANNED_STEPS = 64;  ///< frames are planned less than that ahead

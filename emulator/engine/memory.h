@@ -7,6 +7,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <new>
+#include <vector>
 
 namespace kilotwin {
 
@@ -25,13 +27,33 @@ inline void prefetch(const void *memory, size_t bytes) {
     for (size_t i = 0; i < cache_lines(bytes); i++) __builtin_prefetch(begin + i);
 }
 
-/// To be called before it is first touched; where the system has no large pages, nothing happens.
-inline void prefer_large_pages(void *memory, size_t bytes) {
-    constexpr uintptr_t PAGE = 2 << 20;
-    const auto at = reinterpret_cast<uintptr_t>(memory);
-    const uintptr_t begin = (at + PAGE - 1) / PAGE * PAGE, end = (at + bytes) / PAGE * PAGE;
-    if (begin < end) madvise(reinterpret_cast<void *>(begin), end - begin, MADV_HUGEPAGE);
-}
+/// Lays what takes a large page or more on large pages; where the system has none, nothing is lost.
+template <typename T> struct LargePages {
+    using value_type = T;
+
+    LargePages() = default;
+    template <typename U> LargePages(const LargePages<U> &) {}
+
+    T *allocate(size_t count) {
+        const size_t bytes = count * sizeof(T);
+        void *memory = ::operator new(bytes, alignment(bytes));
+        if (bytes >= PAGE) madvise(memory, bytes / PAGE * PAGE, MADV_HUGEPAGE);
+        return static_cast<T *>(memory);
+    }
+    void deallocate(T *memory, size_t count) {
+        ::operator delete(memory, alignment(count * sizeof(T)));
+    }
+    bool operator==(const LargePages &) const { return true; }
+
+  private:
+    static constexpr size_t PAGE = 2 << 20;
+    static constexpr std::align_val_t alignment(size_t bytes) {
+        return std::align_val_t(bytes >= PAGE ? PAGE : alignof(T));
+    }
+};
+
+/// Records of all robots.
+template <typename T> using Swarm = std::vector<T, LargePages<T>>;
 
 }  // namespace kilotwin
 

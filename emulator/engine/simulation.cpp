@@ -114,14 +114,12 @@ void Simulation::create_robots() {
         else
             poses.insert(poses.end(), group.poses.begin(), group.poses.end());
     robots_.reserve(poses.size());
-    prefer_large_pages(robots_.data(), poses.size() * sizeof(Robot));
     uint32_t index = 0;
     for (const auto &group : def_.groups) {
         const auto flash = group.on_board ? FlashImage::load(group.program) : nullptr;
         Program *program = group.on_board ? nullptr : &Program::load(group.program, group.name);
         const size_t lines = program != nullptr ? cache_lines(program->state_bytes()) : 0;
-        images_.emplace_back(new CacheLine[lines * group.count]);
-        prefer_large_pages(images_.back().get(), lines * group.count * sizeof(CacheLine));
+        images_.emplace_back(lines * group.count);
         const auto handlers = program != nullptr ? program->own_handlers() : std::string();
         if (!handlers.empty())
             events_.push_back({0, index, 0, program->name(), EventKind::NOTE,

@@ -183,8 +183,8 @@ class Simulation {
     std::vector<Emission> emissions_;
     BlackBox *black_box_ = nullptr;
     RobotContext context_;
-    std::vector<std::unique_ptr<CacheLine[]>> images_;  ///< state of all robots of a group
-    std::vector<Robot> robots_;
+    std::vector<Swarm<CacheLine>> images_;  ///< state of all robots of a group
+    Swarm<Robot> robots_;
     Boards boards_;
     std::vector<SimulationDef::Command> commands_;  ///< in order of time
     size_t next_command_ = 0;

@@ -94,22 +94,28 @@ def report_text(readings: Mapping[str, Findings]) -> str:
 
 def _readings_text(readings: Mapping[str, Findings]) -> str:
     """Only what there are trials for; what misses stands in bold."""
-    first, *_ = readings.values()
-    places = [
-        place
-        for place in range(len(first))
-        if any(findings[place].verdict != OPEN for findings in readings.values())
-    ]
-    numbers = [f"({first[place].claim}) {count}" for count, place in enumerate(places, 1)]
-    lines = [f"| reading | {' | '.join(numbers)} | verdicts |", "|---" * (len(places) + 2) + "|"]
+    columns = list(
+        dict.fromkeys(
+            (finding.claim, finding.about)
+            for findings in readings.values()
+            for finding in findings
+            if finding.verdict != OPEN
+        )
+    )
+    numbers = [f"({claim}) {count}" for count, (claim, _) in enumerate(columns, 1)]
+    lines = [f"| reading | {' | '.join(numbers)} | verdicts |", "|---" * (len(columns) + 2) + "|"]
     for reading, findings in readings.items():
-        cells = [
-            f"**{f.number}**" if f.verdict == MISSED else f.number
-            for f in (findings[place] for place in places)
-        ]
+        found = {(finding.claim, finding.about): finding for finding in findings}
+        cells = [_cell(found.get(column)) for column in columns]
         lines.append(f"| {reading} | {' | '.join(cells)} | {_summary(findings)} |")
-    about = [f"{n}: {first[place].about}" for n, place in zip(numbers, places, strict=True)]
+    about = [f"{n}: {text}" for n, (_, text) in zip(numbers, columns, strict=True)]
     return "\n".join([*lines, "", *about, "", "Bold: missed."])
+
+
+def _cell(finding: Finding | None) -> str:
+    if finding is None or finding.verdict == OPEN:
+        return "no trials"
+    return f"**{finding.number}**" if finding.verdict == MISSED else finding.number
 
 
 def _summary(findings: Iterable[Finding]) -> str:

@@ -123,9 +123,11 @@ def test_several_readings_stand_in_a_line_each_with_what_misses_in_bold() -> Non
         return [Finding("a", "share", number, verdict), Finding("b", "trend", "no trials", OPEN)]
 
     readings = {"reading A": share("5 of 9", MISSED), "count_self true": share("9 of 9", HOLDS)}
+    readings["firat_join first_update"] = [Finding("b", "trend", "rises", HOLDS)]
     text = report_text(readings)
-    assert "| reading | (a) 1 | verdicts |" in text
-    assert "| reading A | **5 of 9** | (a) missed, (b) open |" in text
-    assert "| count_self true | 9 of 9 | (a) holds, (b) open |" in text
+    assert "| reading | (a) 1 | (b) 2 | verdicts |" in text
+    assert "| reading A | **5 of 9** | no trials | (a) missed, (b) open |" in text
+    assert "| count_self true | 9 of 9 | no trials | (a) holds, (b) open |" in text
+    assert "| firat_join first_update | no trials | rises | (b) holds |" in text
     assert "(a) 1: share" in text
     assert list(as_dict(readings)["readings"]) == list(readings)
