@@ -174,7 +174,7 @@ void Twins::tell(const message_t &told, distance_measurement_t strength) {
     for (Cycles offset : pulses_of(message))
         board_.shine({begin + offset, begin + offset + RobotBoard::SEEN_PULSE, strength});
     native_->disturb(begin, begin + FRAME_CYCLES);
-    native_->receive({begin + FRAME_CYCLES, message, strength});
+    native_->receive(begin + FRAME_CYCLES, message, strength);
     heard_++;
 }
 

@@ -126,7 +126,7 @@ void KilobotMedium::ask_later(const Event &event) {
 /// Brings those near who are asked some time after the `next`.
 void KilobotMedium::prefetch_asked(size_t next) const {
     constexpr size_t SOON = 2, LATER = 4;
-    if (next + LATER >= asks_.size()) return;
+    if (robots_.size() < FETCHED_SWARM || next + LATER >= asks_.size()) return;
     const Event &soon = asks_[next + SOON], &later = asks_[next + LATER];
     if (later.what == What::ASK) {
         robots_[later.station].prefetch();
@@ -593,7 +593,7 @@ void KilobotMedium::deliver(const Frame &frame, const Heard &heard) {
     stations_[index].counts.received++;
     if (on_board) return;
     const Cycles end = frame.begin + FRAME_CYCLES;
-    robots_[index].receive({end, frame.message, measure(heard, draw)});
+    robots_[index].receive(end, frame.message, measure(heard, draw));
     // It may be told to run, and then to send, before the others are past that.
     if (is_cell(frame.sender) && robots_[index].next_ask() == NEVER && end < end_)
         ask_later({end, What::ASK, index});

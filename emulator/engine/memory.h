@@ -21,6 +21,9 @@ constexpr size_t cache_lines(size_t bytes) {
     return (bytes + sizeof(CacheLine) - 1) / sizeof(CacheLine);
 }
 
+/// From so many robots on, they do not stay in the caches, and to fetch them early pays.
+constexpr size_t FETCHED_SWARM = 2000;
+
 /// Begins to bring memory into the cache.
 inline void prefetch(const void *memory, size_t bytes) {
     const auto *begin = static_cast<const CacheLine *>(memory);

@@ -218,17 +218,7 @@ void Simulation::step(Cycles limit) {
     for (uint32_t robot = 0; robot < robots_.size(); robot++)
         if (wake_[robot] <= now_) due_.push_back(robot);
     for (size_t i = 0; i < due_.size(); i++) {
-        if (i + FETCH_AHEAD < due_.size()) {
-            const uint32_t soon = due_[i + FETCH_AHEAD];
-            robots_[soon].prefetch();
-            bodies_->prefetch(soon);
-            if (kilobot_medium_) kilobot_medium_->prefetch(soon);
-        }
-        if (i + FETCH_STATE_AHEAD < due_.size()) {
-            const uint32_t soon = due_[i + FETCH_STATE_AHEAD];
-            robots_[soon].prefetch_state();
-            for (uint32_t other : bodies_->lists().of(soon)) bodies_->prefetch(other);
-        }
+        if (robots_.size() >= FETCHED_SWARM) prefetch_due_after(i);
         live_on(due_[i], limit);
     }
     if (!kilobot_medium_) {
@@ -261,7 +251,7 @@ void Simulation::give(const SimulationDef::Command &command, Cycles at) {
         if (command.radius_m < INFINITY &&
             (bodies_->position(index) - command.centre).norm() > command.radius_m)
             continue;
-        robot.receive({at, command.message, {}});
+        robot.receive(at, command.message, {});
         speaks_[index] = std::min(speaks_[index], at);  // it may be told to run
     }
 }
@@ -272,6 +262,21 @@ void Simulation::refresh_lists() {
     if (!bodies_->refresh_lists()) return;
     for (uint32_t robot = 0; robot < robots_.size(); robot++)
         if (bodies_->lists().changed(robot)) audience_at_[robot] = NEVER;
+}
+
+/// Brings those into the cache who are due some turns after the i-th.
+void Simulation::prefetch_due_after(size_t i) const {
+    if (i + FETCH_AHEAD < due_.size()) {
+        const uint32_t soon = due_[i + FETCH_AHEAD];
+        robots_[soon].prefetch();
+        bodies_->prefetch(soon);
+        if (kilobot_medium_) kilobot_medium_->prefetch(soon);
+    }
+    if (i + FETCH_STATE_AHEAD < due_.size()) {
+        const uint32_t soon = due_[i + FETCH_STATE_AHEAD];
+        robots_[soon].prefetch_state();
+        for (uint32_t other : bodies_->lists().of(soon)) bodies_->prefetch(other);
+    }
 }
 
 /// Lets a robot live through this step, and on as far as nothing can reach it.
@@ -311,7 +316,7 @@ Cycles Simulation::undisturbed_until(uint32_t robot, Cycles limit) {
     else if (kilobot_medium_->claims(robot))
         return soonest;
     if (until <= soonest) return soonest;
-    Cycles matters = end_of_step(until - heard_after, step_);  // who speaks before
+    Cycles matters = end_of_step(until - heard_after, step_);     // who speaks before
     double far_m = reach_m_ + closing * seconds(matters - now_);  // and comes from nearer
     const Eigen::Vector2d here = bodies_->position(robot);
     for (uint32_t other : bodies_->lists().of(robot)) {
@@ -451,7 +456,7 @@ void Simulation::run_grid() {
                 (bodies_->position(robot) - grid_->layout().centre(cell)).norm();
             if (distance > grid_->infrared().cell_range_m || !crc_is_right(sent.message)) continue;
             const auto mm = static_cast<int16_t>(distance * 1000 + 0.5);
-            robots_[robot].receive({heard_at, sent.message, {mm, mm}});
+            robots_[robot].receive(heard_at, sent.message, {mm, mm});
             counts_.received++;
         }
         grid_->answer(*index, sent.at, Module::Answer::SENT);
@@ -511,12 +516,10 @@ void Simulation::deliver(const Emission &emission) {
         medium_.find_audience(sender, bodies_->position(sender), around, places_);
         audience_at_[sender] = now_;
     }
-    Reception reception = {
-        std::max(emission.at + FRAME_CYCLES, now_ + step_), emission.message, {}};
+    const Cycles heard_at = std::max(emission.at + FRAME_CYCLES, now_ + step_);
     for (const auto &listener : medium_.last_audience(sender)) {
         auto gain = static_cast<int16_t>(std::min<uint16_t>(listener.distance_mm, INT16_MAX));
-        reception.distance = {gain, gain};
-        robots_[listener.robot].receive(reception);
+        robots_[listener.robot].receive(heard_at, emission.message, {gain, gain});
         counts_.received++;
     }
 }

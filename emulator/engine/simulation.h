@@ -152,6 +152,7 @@ class Simulation {
     void give(const SimulationDef::Command &command, Cycles at);
     Cycles command_time(const SimulationDef::Command &command) const;
     void refresh_lists();
+    void prefetch_due_after(size_t i) const;
     void live_on(uint32_t robot, Cycles limit);
     bool light_changes() const { return !def_.light.sources.empty(); }
     bool may_run_ahead(uint32_t robot) const;

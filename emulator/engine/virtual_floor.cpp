@@ -31,10 +31,10 @@ void VirtualFloor::tell(Robot &robot, wire_cell_t cell, Cycles at, Cycles until)
     for (; at < until; at = next_sensing(at)) {
         if (at < told.due) continue;
         told = {cell, at + settings_.repeat_ticks * TICK_CYCLES - longest_gap_ + 1};
-        Reception reception = {at, {}, {}};
-        reception.message.type = WIRE_TYPE_CELL;
-        wire_put_cell(reception.message.data, cell);
-        robot.receive(reception);
+        message_t message = {};
+        message.type = WIRE_TYPE_CELL;
+        wire_put_cell(message.data, cell);
+        robot.receive(at, message, {});
     }
 }
 

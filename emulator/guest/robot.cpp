@@ -186,15 +186,14 @@ Robot::~Robot() {
     if (!on_board()) program_->evict(image_);
 }
 
-void Robot::receive(const Reception &reception) {
+void Robot::receive(Cycles at, const message_t &message, distance_measurement_t distance) {
     if (life_ == Life::STOPPED) return;
-    auto later = [](const Reception &a, const Reception &b) { return a.at < b.at; };
-    if (inbox_.empty() || inbox_.back().at <= reception.at)
-        inbox_.push_back(reception);
-    else
-        inbox_.insert(std::upper_bound(inbox_.begin() + static_cast<ptrdiff_t>(inbox_next_),
-                                       inbox_.end(), reception, later),
-                      reception);
+    auto place = inbox_.end();
+    if (!inbox_.empty() && inbox_.back().at > at) {
+        auto later = [](Cycles time, const Reception &other) { return time < other.at; };
+        place = std::upper_bound(inbox_.begin() + inbox_next_, inbox_.end(), at, later);
+    }
+    inbox_.insert(place, {at, message, distance});
 }
 
 void Robot::run(Cycles until) {

@@ -119,9 +119,8 @@ class alignas(64) Robot {
     /// The earliest moment at which it may ask for a message next; NEVER if none.
     Cycles next_ask() const;
 
-    /// A message whose frame ends at `reception.at`, not earlier than the time run up to. Any
-    /// order.
-    void receive(const Reception &reception);
+    /// A message whose frame ends at `at`, not earlier than the time run up to. Any order.
+    void receive(Cycles at, const message_t &message, distance_measurement_t distance);
 
     /// Light of a frame falls on the receiver from `begin` to `end`: meanwhile sensors cannot be
     /// read.

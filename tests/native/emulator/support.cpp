@@ -86,7 +86,7 @@ Bench::Bench(const std::vector<std::string> &programs, uint64_t seed)
 }
 
 void Bench::tell(Cycles at, uint32_t robot, const message_t &what, int16_t distance_mm) {
-    robots_[robot].receive({at, what, {distance_mm, distance_mm}});
+    robots_[robot].receive(at, what, {distance_mm, distance_mm});
 }
 
 void Bench::run(Cycles until, Cycles slice) {
