@@ -33,6 +33,7 @@ static void use_null(void) {
     printf("%u %u %d %d", node->values[2], node->values[zero + 3], node->real == 0,
            node->next == NULL);
     for (uint8_t i = 0; i < 8; i++) node->values[i] = i;
+    printf("%u", node->number);  // at address 0
     // A register that the instruction itself overwrites.
     const node_t *const next = node->next;
     printf("%d", next == NULL);
