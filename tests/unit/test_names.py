@@ -30,14 +30,14 @@ int main(void) {
     return 0;
 }
 """
-# Keywords, macros that a compiler has defined, and this program's own. kt_ is ours.
-TAKEN = {
-    *"auto break case char const continue default do double else enum extern float for goto".split(),
-    *"if inline int long register restrict return short signed sizeof static struct".split(),
-    *"switch typedef typeof union unsigned void volatile while asm main F_CPU AVR".split(),
-    *"own_heard own_message own_hear own_answer own_setup own_loop own_sum".split(),
-}
-STDINT_OR_OURS = re.compile(r"u?int\w+_t$|U?INT\w*_(MIN|MAX|C)$|KILOTWIN_|kt_|KT_|IR_message_t$")
+# Keywords, and macros that a compiler has defined.
+TAKEN = """
+auto break case char const continue default do double else enum extern float for goto if inline int
+long register restrict return short signed sizeof static struct switch typedef typeof union unsigned
+void volatile while asm main F_CPU AVR
+"""
+# Of stdint.h and of this test; the last one makes a program one for the Kilogrid.
+OTHERS = re.compile(r"u?int\w+_t$|U?INT\w*_(MIN|MAX|C)$|KILOTWIN_|kt_|KT_|own_|IR_message_t$")
 OWN = """
 static uint16_t own_heard;
 static message_t own_message;
@@ -73,7 +73,7 @@ def names() -> list[str]:
     for library in ("libc.so.6", "libm.so.6"):
         file = run("gcc", f"-print-file-name={library}").strip()
         mentioned |= words(run("nm", "-D", "--defined-only", "--format=just-symbols", file))
-    return sorted(word for word in mentioned - api - TAKEN if not STDINT_OR_OURS.match(word))
+    return sorted(word for word in mentioned - api - words(TAKEN) if not OTHERS.match(word))
 
 
 def run(*command: str) -> str:
