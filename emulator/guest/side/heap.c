@@ -38,7 +38,7 @@ static void join_free_blocks(void) {
 }
 
 void *malloc(size_t bytes) {
-    if (bytes == 0 || bytes > HEAP_BYTES) return NULL;
+    if (bytes > HEAP_BYTES) return NULL;  // no bytes are a block too, as in avr-libc
     if (header_at(0)->bytes == 0) header_at(0)->bytes = HEAP_BYTES;
     size_t wanted = (sizeof(header_t) + bytes + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
     for (size_t at = 0; at < HEAP_BYTES; at += header_at(at)->bytes) {

@@ -91,7 +91,7 @@ TEST_CASE("malloc's heap is each robot's own, runs out, and freed blocks join") 
         CHECK(bench.others(robot).empty());
         CHECK(bench.said(robot) == Texts{"pieces 128", "spoilt 0", "hole 0", "joined 1",
                                          "calloc 0, 0", "realloc kept, 0", "aligned 0",
-                                         "too much 0 0"});
+                                         "too much 0 0", "nothing 1"});
     }
 }
 

@@ -56,6 +56,7 @@ static void setup(void) {
     printf("realloc %s, %d", larger, got(realloc(larger, 20000)));
     printf("aligned %d", (int)((uintptr_t)larger % 8));
     printf("too much %d %d", got(malloc(6145)), got(malloc((size_t)-1)));
+    printf("nothing %d", got(malloc(0)));
 }
 
 static void loop(void) {}
