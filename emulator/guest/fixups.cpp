@@ -131,9 +131,9 @@ bool is_no_code(const uint8_t *code, const void *address) {
 }
 
 /// Of a fault that has no address, as that of a pointer no PC can have, the address is 0 too.
-bool is_read(const greg_t *registers) {
-    constexpr greg_t PAGE_FAULT = 14, WRITE = 2;
-    return registers[REG_TRAPNO] == PAGE_FAULT && (registers[REG_ERR] & WRITE) == 0;
+bool has_address(const greg_t *registers) {
+    constexpr greg_t PAGE_FAULT = 14;
+    return registers[REG_TRAPNO] == PAGE_FAULT;
 }
 
 }  // namespace
@@ -173,8 +173,7 @@ bool LostMemory::is_the_robots(const void *address) {
 bool LostMemory::redirect(greg_t *registers, const void *address) {
     constexpr int STACK_POINTER = 4;
     const uint8_t *code = code_at(registers);
-    if (redirected_ != -1 || is_no_code(code, address)) return false;
-    if (address == nullptr && !is_read(registers)) return false;
+    if (redirected_ != -1 || !has_address(registers) || is_no_code(code, address)) return false;
     const Instruction instruction = decode(code);
     // The first table's 0xA0 to 0xAF have no ModRM: strings, and absolute addresses.
     if (!instruction.escaped && (instruction.opcode & 0xF0) == 0xA0) return false;

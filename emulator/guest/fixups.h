@@ -28,8 +28,7 @@ class LostMemory {
 
     /// Makes the instruction at RIP, whose access to `address` failed, meet this memory, and has
     /// the processor stop after it: then comes SIGTRAP, and settle(). False: the instruction is not
-    /// of a kind that can be led elsewhere, or writes to address 0, the registers that compilers
-    /// count on.
+    /// of a kind that can be led elsewhere, as one that has its address from no register.
     bool redirect(greg_t *registers, const void *address);
 
     /// After that instruction: its pointer is what it was. False: there was none.
