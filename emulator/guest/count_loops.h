@@ -6,7 +6,7 @@
 // A label is defined already when the assembler comes to a jump back to it. Jumps to functions (at
 // the end of one) and by register may lead back as well. The flags may matter at the target, so they
 // are kept, on the stack, below which no red zone lies. {disp8} only keeps the assembler from reading
-// a macro's jump as the macro.
+// a macro's jump as the macro. `jmp 0` is a program's own, with which an AVR starts again.
 __asm__(".hidden kt_budget, kt_budget_spent\n"
         ".macro kt_count_jump target:vararg\n"
         "  pushq %rax\n"
@@ -42,6 +42,12 @@ __asm__(".hidden kt_budget, kt_budget_spent\n"
         ".macro jmp target:vararg\n"
         "  kt_see \\target\n"
         "  .if kt_leads_back\n"
+        "    .irp zero, 0,0x0,0x00,0x0000\n"
+        "      .ifc \\target,\\zero\n"
+        "        pushq $0\n"
+        "        retq\n"
+        "      .endif\n"
+        "    .endr\n"
         "    kt_count_jump \\target\n"
         "  .else\n"
         "    {disp8} jmp \\target\n"

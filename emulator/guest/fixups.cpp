@@ -122,6 +122,20 @@ void put(greg_t &destination, uint64_t value, unsigned bits) {
         std::memcpy(&destination, &value, bits / 8);
 }
 
+/// A program that has jumped away faults where its next instruction would be: it cannot be read
+/// either.
+bool is_no_code(const uint8_t *code, const void *address) {
+    constexpr uintptr_t LONGEST_INSTRUCTION = 15;
+    return reinterpret_cast<uintptr_t>(address) - reinterpret_cast<uintptr_t>(code) <
+           LONGEST_INSTRUCTION;
+}
+
+/// Of a fault that has no address, as that of a pointer no PC can have, the address is 0 too.
+bool has_address(const greg_t *registers) {
+    constexpr greg_t PAGE_FAULT = 14;
+    return registers[REG_TRAPNO] == PAGE_FAULT;
+}
+
 }  // namespace
 
 bool divide_as_avr(greg_t *registers) {
@@ -153,13 +167,13 @@ bool divide_as_avr(greg_t *registers) {
 
 bool LostMemory::is_the_robots(const void *address) {
     auto number = reinterpret_cast<uintptr_t>(address);
-    return number > 0 && number < RAM_END;
+    return number < RAM_END;
 }
 
 bool LostMemory::redirect(greg_t *registers, const void *address) {
     constexpr int STACK_POINTER = 4;
     const uint8_t *code = code_at(registers);
-    if (redirected_ != -1 || code == nullptr || is_the_robots(code)) return false;
+    if (redirected_ != -1 || !has_address(registers) || is_no_code(code, address)) return false;
     const Instruction instruction = decode(code);
     // The first table's 0xA0 to 0xAF have no ModRM: strings, and absolute addresses.
     if (!instruction.escaped && (instruction.opcode & 0xF0) == 0xA0) return false;

@@ -23,12 +23,12 @@ bool divide_as_avr(greg_t *registers);
 class LostMemory {
   public:
     /// Whether the robot has memory at that address, taken as a number: its registers, and RAM up
-    /// to 0x8FF. Address 0 itself is left out: what NULL points to is nobody's variable.
+    /// to 0x8FF.
     static bool is_the_robots(const void *address);
 
     /// Makes the instruction at RIP, whose access to `address` failed, meet this memory, and has
     /// the processor stop after it: then comes SIGTRAP, and settle(). False: the instruction is not
-    /// of a kind that can be led elsewhere.
+    /// of a kind that can be led elsewhere, as one that has its address from no register.
     bool redirect(greg_t *registers, const void *address);
 
     /// After that instruction: its pointer is what it was. False: there was none.

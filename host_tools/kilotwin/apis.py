@@ -1,7 +1,7 @@
 """What programs are written against, and what is compiled with them: headers and helpers."""
 
 import subprocess
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -21,13 +21,24 @@ class ApiParts:
     helpers: tuple[str, ...] = ()
     """Sources, or patterns of them, that a program may use without bringing them."""
     own_headers_first: bool = False
-    """The program's include folders come before `headers`: it may bring its own helpers."""
+    """All that a program brings comes before `headers`: it may bring its own helpers."""
 
-    def includes(self, own: Iterable[Path] = ()) -> list[str]:
-        """`-I` options: of the API, and of the program's `own` folders."""
-        headers = [f"-I{resources.path(folder)}" for folder in self.headers]
-        folders = [f"-I{folder}" for folder in own]
-        return [*folders, *headers] if self.own_headers_first else [*headers, *folders]
+    def includes(
+        self, own: Sequence[Path] = (), libc: Sequence[Path] = (), beside: Sequence[Path] = ()
+    ) -> list[str]:
+        """`-I` options: of the API, of the program's `own` folders, and of those of its sources.
+
+        Its own headers, a debug.h for instance, come first. But a kilolib.h may be made for some
+        simulator. What lies `beside` the sources is meant by "time.h", and not by <time.h>.
+        """
+        headers = [resources.path(folder) for folder in self.headers]
+        if self.own_headers_first:
+            order = [*beside, *own, *headers, *libc]
+        else:
+            others = [folder for folder in own if (folder / "kilolib.h").exists()]
+            first = [folder for folder in own if folder not in others]
+            order = [*first, *headers, *others, *libc, *beside]
+        return [f"-I{folder}" for folder in dict.fromkeys(order)]
 
     def helper_sources(self) -> list[Path]:
         """The files of `helpers`."""

@@ -85,10 +85,10 @@ def avr_gcc() -> str:
 
 def program_flags(program: Program) -> list[str]:
     """What the program's own sources are compiled with."""
-    folders = dict.fromkeys([source.parent for source in program.sources])
+    beside = [source.parent for source in program.sources]
     return [
         *FLAGS,
-        *APIS[program.api].includes([*folders, *program.include_folders]),
+        *APIS[program.api].includes(program.include_folders, beside=beside),
         *(f"-D{define}" for define in program.defines),
     ]
 

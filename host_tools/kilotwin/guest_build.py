@@ -49,7 +49,8 @@ _GCC_FLAGS = ["-funsigned-bitfields"]  # clang has no such option
 # turns of its loops, by count_loops.h, which needs the room below the stack.
 _CLANG_PROGRAM_FLAGS = ["-fsanitize-coverage=trace-pc,no-prune"]
 _GCC_PROGRAM_FLAGS = ["-mno-red-zone", "-fcf-protection=none"]
-# What avr-gcc defines for the robot's processor, and kilolib's Makefile for its clock.
+# What avr-gcc defines for the robot's processor, kilolib's Makefile for its clock, and what only a
+# PC's compiler defines.
 _ROBOT_MACROS = [
     "-DF_CPU=8000000UL",
     "-DAVR=1",
@@ -64,6 +65,8 @@ _ROBOT_MACROS = [
     "-D__memx=",
     "-D__int24=__INT32_TYPE__",
     "-D__uint24=__UINT32_TYPE__",
+    *(f"-U{name}" for name in ("linux", "__linux", "__linux__", "__gnu_linux__")),
+    *(f"-U{name}" for name in ("unix", "__unix", "__unix__")),
 ]
 # avr-gcc 5 takes a variable that several files define without a value for one variable, and only
 # warns of what later compilers refuse.
@@ -182,12 +185,11 @@ class _Builder:
             if _SIDE_OF.get(file.name, kind) == kind
         ]
         self._helpers = api.helper_sources()
-        headers = api.includes()
-        folders = dict.fromkeys(
-            [*(source.parent for source in program.sources), *program.include_folders]
-        )
+        libc = [self._guest / "include"]
+        headers = api.includes(libc=libc)
+        beside = [source.parent for source in program.sources]
         extra = shlex.split(os.environ.get("KILOTWIN_CFLAGS", ""))
-        flags = [*_FLAGS, f"-I{self._guest / 'include'}"]
+        flags = [*_FLAGS]
         if "clang" not in version:
             flags += _GCC_FLAGS
         defines = [f"-D{define}" for define in program.defines]
@@ -199,7 +201,7 @@ class _Builder:
             counted += [*_GCC_PROGRAM_FLAGS, "-include", str(self._guest / "count_loops.h")]
         self._program_flags = [
             *flags,
-            *api.includes(folders),
+            *api.includes(program.include_folders, libc, beside),
             *counted,
             *defines,
             *extra,
@@ -318,11 +320,15 @@ class _Builder:
 
 
 def prerequisites(make_rules: str) -> list[str]:
-    """The names after each colon of make rules as `cc -M` writes them; spaces are escaped."""
+    """The names after each colon of make rules as `cc -M` writes them.
+
+    Spaces, # and $ are escaped.
+    """
     names: list[str] = []
     for rule in make_rules.replace("\\\n", " ").splitlines():
         _, _, right = rule.partition(": ")
-        names += [re.sub(r"\\([ #])", r"\1", word) for word in re.findall(r"(?:\\.|\S)+", right)]
+        words = re.findall(r"(?:\\.|\S)+", right)
+        names += [re.sub(r"\\([ #])", r"\1", word).replace("$$", "$") for word in words]
     return names
 
 

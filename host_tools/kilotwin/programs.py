@@ -76,7 +76,7 @@ def find_program(
                 raise ProgramError(
                     f"program '{part}' is a folder; beside other files name .c files"
                 )
-            if path.suffix != ".c":
+            if not path.name.endswith(".c"):
                 raise ProgramError(f"program '{part}' is not C source; name a folder or a .c file")
         sources = tuple(paths)
     folders = [_find(name, beside, "include", "a folder") for name in includes]

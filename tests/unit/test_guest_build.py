@@ -240,6 +240,99 @@ int main(void) {
         assert world.variable(0, "length") == len("unsigned int")
 
 
+def test_what_upstreams_headers_let_pass_builds(tmp_path: Path) -> None:
+    """No prototypes, macros that leave nothing behind, variables by their name, more headers."""
+    (tmp_path / "main.c").write_text("""
+#include <kilombo.h>
+#include "debug.h"
+#include "ohc.h"
+#include "ringbuffer.h"
+printf("a macro without a semicolon")
+typedef struct { int count; } USERDATA;
+extern USERDATA myuserdata;
+REGISTER_USERDATA(USERDATA)
+RB_create(heard, gpsmsg_t, 4);
+void setup() {
+    spinup_motors(255, 255);
+    rand_seed(rand_hard(1) + rand_soft(10));
+    printf("so is this") RB_init(heard);
+}
+void loop() {
+    RB_back(heard).x = get_voltage(0) + get_ambientlight(1) + get_temperature(2);
+    RB_pushback(heard);
+    myuserdata.count = heard.count;
+}
+int main() {
+    debug_init()
+    kilo_init(1);
+    kilo_start(setup, loop);
+    return 0;
+}
+""")
+    with World(program=str(tmp_path / "main.c"), count=1, arena=1.0) as world:
+        world.run(1)
+        assert world.variable(0, "myuserdata") == {"count": 4}
+
+
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+def test_only_what_avr_gcc_knows_is_known_without_a_header(
+    compiler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if shutil.which(compiler) is None:
+        pytest.skip(f"{compiler} is not here")
+    monkeypatch.setenv("KILOTWIN_CC", compiler)
+    (tmp_path / "known.c").write_text("""
+#include "kilolib.h"
+#if defined(__linux__) || defined(__unix__) || !defined(__AVR__)
+#error this is a robot
+#endif
+int linux, unix;
+void setup(void) {
+    __builtin_avr_sei();
+    __builtin_avr_delay_cycles(8000);
+    linux = __builtin_avr_swap(0x12);
+}
+void loop(void) {}
+int main(void) {
+    kilo_init();
+    kilo_start(setup, loop);
+    return 0;
+}
+""")
+    with World(program=str(tmp_path / "known.c"), count=1, arena=1.0) as world:
+        world.run(1)
+        assert world.variable(0, "linux") == 0x21
+
+
+def test_a_jump_to_0_starts_the_program_again(tmp_path: Path) -> None:
+    source = tmp_path / "jump.c"
+    source.write_text(BLINK.replace("delay(500)", '__asm__ volatile("jmp 0x0000")'))
+    with World(program=str(source), count=1, arena=1.0) as world:
+        world.run(1)
+        assert [event["kind"] for event in world.events] == ["note"]
+
+
+@pytest.mark.parametrize("name", ["with $igns & = (signs).c", ".c", "@a,b;c.c"])
+def test_any_name_will_do(name: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_text(BLINK)
+    assert build(find_program(str(tmp_path / name), HERE)).file.exists()
+
+
+def test_a_programs_own_headers_are_not_hidden_by_ours(tmp_path: Path) -> None:
+    """But a kilolib.h is, which may be a simulator's, and <time.h> is not what lies beside."""
+    for folder in ("source", "include", "simulator"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "source" / "time.h").write_text("#define TIME 1\n")
+    (tmp_path / "include" / "debug.h").write_text("#define OWN TIME\n")
+    (tmp_path / "simulator" / "kilolib.h").write_text("#error no robot\n")
+    main = tmp_path / "source" / "main.c"
+    lines = ["<time.h>", '"time.h"', '"debug.h"', '"kilolib.h"']
+    text = "".join(f"#include {line}\n" for line in lines)
+    main.write_text(text + BLINK.replace("count++", "count += OWN + time(NULL)"))
+    folders = [str(tmp_path / "simulator"), str(tmp_path / "include")]
+    assert build(find_program(str(main), HERE, folders)).name == "main"
+
+
 def test_headers_and_macros_may_come_from_elsewhere(tmp_path: Path) -> None:
     (tmp_path / "headers").mkdir()
     (tmp_path / "headers" / "far.h").write_text("#define COLOUR RGB(LEVEL, 0, 0)\n")

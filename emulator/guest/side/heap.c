@@ -1,4 +1,4 @@
-// malloc in a heap that is part of the robot's state and runs out as the robot's 2 KB would. Only
+// malloc in a heap that is part of the robot's state and runs out, as the robot's 2 KB would. Only
 // programs that use it carry it. First fit over one list of blocks in order of address; neighbours
 // that are free are joined.
 #include <stddef.h>
@@ -12,8 +12,9 @@ void free(void *memory);
 void *calloc(size_t count, size_t size);
 void *realloc(void *memory, size_t bytes);
 
-/// 2,048 bytes of RAM less kilolib's own 110 and a stack of 400.
-enum { HEAP_BYTES = 1536, ALIGNMENT = 8 };
+/// 2,048 bytes of RAM less kilolib's own 110 and a stack of 400, four times: a pointer has 8 bytes
+/// here and 2 there, and so have the headers of blocks. Lists that fit there must fit here.
+enum { HEAP_BYTES = 4 * 1536, ALIGNMENT = 8 };
 
 typedef struct {
     uint16_t bytes;  ///< of the block, header included; 0 before the first call
@@ -37,7 +38,7 @@ static void join_free_blocks(void) {
 }
 
 void *malloc(size_t bytes) {
-    if (bytes == 0 || bytes > HEAP_BYTES) return NULL;
+    if (bytes > HEAP_BYTES) return NULL;  // no bytes are a block too, as in avr-libc
     if (header_at(0)->bytes == 0) header_at(0)->bytes = HEAP_BYTES;
     size_t wanted = (sizeof(header_t) + bytes + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
     for (size_t at = 0; at < HEAP_BYTES; at += header_at(at)->bytes) {

@@ -111,6 +111,8 @@ WEAK long random_r(unsigned long *state) {
 WEAK double square(double x) { return x * x; }
 WEAK float squaref(float x) { return x * x; }
 
+WEAK int errno;
+
 static time_t system_time;
 
 WEAK time_t time(time_t *now) {

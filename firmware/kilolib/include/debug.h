@@ -38,8 +38,9 @@ void debug_init_nonblocking(void);
 
 #else
 
-#define debug_init() ((void)0)
-#define printf(...) ((void)0)
+// Nothing at all, as upstream: not even a semicolon is missed after them.
+#define debug_init()
+#define printf(...)
 
 #endif
 

@@ -28,6 +28,8 @@ extern message_rx_t kilo_message_rx;
 extern message_tx_t kilo_message_tx;
 extern message_tx_success_t kilo_message_tx_success;
 
+// Empty parentheses, as upstream: some programs call these functions with arguments, which are
+// ignored.
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -49,7 +51,7 @@ extern uint8_t kilo_straight_left;
 extern uint8_t kilo_straight_right;
 
 /// Sets up the robot, reads its EEPROM and switches interrupts on. Leaves the callbacks alone.
-void kilo_init(void);
+void kilo_init();
 
 /// Waits for RUN, calls setup() once, then loop() for ever. Never returns. A pause stops the calls
 /// of loop() and the motors; the RUN after it goes on with loop() only.
@@ -62,21 +64,21 @@ uint8_t estimate_distance(const distance_measurement_t *measurement);
 void delay(uint16_t ms);
 
 /// Eight random bits from the noise of the converter. Takes about 0.5 ms.
-uint8_t rand_hard(void);
+uint8_t rand_hard();
 /// Eight pseudo-random bits: fast, short period, the same on every robot unless seeded.
-uint8_t rand_soft(void);
+uint8_t rand_soft();
 void rand_seed(uint8_t seed);
 
 /// 0..1023, or -1 when a message is being received at this instant.
-int16_t get_ambientlight(void);
-int16_t get_voltage(void);
-int16_t get_temperature(void);
+int16_t get_ambientlight();
+int16_t get_voltage();
+int16_t get_temperature();
 
 /// Motor values 0 (off) .. 255. The left motor alone turns the robot left (counter-clockwise).
 /// A motor does not start from standstill at the usual values: see spinup_motors().
 void set_motors(uint8_t left, uint8_t right);
 /// Both motors at 255 for 15 ms, which overcomes their static friction. Call set_motors() next.
-void spinup_motors(void);
+void spinup_motors();
 
 /// Lights the LED; `rgb` is made by RGB(), 0 is off.
 void set_color(uint8_t rgb);

@@ -9,7 +9,7 @@
 /// At file scope, once in a program, with or without a semicolon after it: the one instance of
 /// TYPE, zero at the start, and the pointer `mydata` to it.
 #define REGISTER_USERDATA(TYPE) \
-    static TYPE myuserdata;     \
+    TYPE myuserdata;            \
     TYPE *mydata = &myuserdata;
 
 /// Callbacks of the simulator's own; a robot has none of them.

@@ -30,11 +30,12 @@ const Failure FAILURES[] = {
     {6, EventKind::CRASH, "called abort()"},
     {7, EventKind::CRASH, "Segmentation fault at address"},
     {8, EventKind::CRASH, "Illegal instruction at address"},
+    {9, EventKind::CRASH, "Segmentation fault at address 0x7000"},
 };
 
 bool is_note(const Event &event) { return event.kind == EventKind::NOTE; }
 
-Bench crashed() { return Bench(std::vector<std::string>(9, "crashes")); }
+Bench crashed() { return Bench(std::vector<std::string>(10, "crashes")); }
 
 }  // namespace
 
@@ -42,7 +43,7 @@ TEST_CASE("each kind of failure is reported once, with program, robot and tick, 
           "on unharmed") {
     for (Cycles slice : {ticks(1), ticks(500)}) {
         auto bench = crashed();
-        for (uint32_t robot = 0; robot < 9; robot++) bench.tell(10, robot, run_message());
+        for (uint32_t robot = 0; robot < 10; robot++) bench.tell(10, robot, run_message());
         bench.run(ticks(400), slice);
         for (const auto &failure : FAILURES) {
             CAPTURE(failure.uid);
@@ -58,9 +59,9 @@ TEST_CASE("each kind of failure is reported once, with program, robot and tick, 
             CHECK(bench.robot(failure.uid - 1).stopped());
             CHECK(bench.said(failure.uid - 1).empty());
         }
-        CHECK(bench.others(8).empty());
-        CHECK_FALSE(bench.robot(8).stopped());
-        CHECK(bench.said(8) == std::vector<std::string>{"lives on, 0 0"});
+        CHECK(bench.others(9).empty());
+        CHECK_FALSE(bench.robot(9).stopped());
+        CHECK(bench.said(9) == std::vector<std::string>{"lives on, 0 0"});
     }
 }
 
@@ -72,7 +73,7 @@ TEST_CASE("a division by zero, a NULL pointer and an index that is a little off 
         bench.run(ticks(400), slice);
         const std::vector<std::string> quotients = {"65535 1000", "1 -7", "-1 5", "-1 70000"};
         auto expected = quotients;
-        expected.insert(expected.end(), {"0 0 1 1", "1", "0 0"});
+        expected.insert(expected.end(), {"0 0 1 1", "0", "1", "0 0"});
         expected.insert(expected.end(), quotients.begin(), quotients.end());
         expected.push_back("lives on");
         CHECK(bench.said(0) == expected);
@@ -143,18 +144,18 @@ TEST_CASE("a parked robot stands still and hears nothing") {
 TEST_CASE("robots fail in a world as on the bench, and the world goes on") {
     Scene scene(square_hall(12));
     std::vector<Pose> poses;
-    for (int i = 0; i < 9; i++) poses.push_back({{0, i - 4.5}, 0});
+    for (int i = 0; i < 10; i++) poses.push_back({{0, i - 4.5}, 0});
     scene.add("crashes", poses);
     Simulation simulation(scene.def);
     simulation.advance(400);
     auto events = simulation.take_events();
     std::erase_if(events, is_note);
-    for (uint32_t robot = 0; robot < 8; robot++) {
+    for (uint32_t robot = 0; robot < 9; robot++) {
         CAPTURE(robot);
         CHECK(texts(events, robot).empty());
     }
-    CHECK(events.size() == 9);
-    CHECK(texts(events, 8) == std::vector<std::string>{"lives on, 0 0"});
+    CHECK(events.size() == 10);
+    CHECK(texts(events, 9) == std::vector<std::string>{"lives on, 0 0"});
     CHECK(simulation.tick() == 400);
 }
 

@@ -206,7 +206,7 @@ TEST(a_ring_buffer_keeps_order_and_loses_the_oldest) {
     RB_popfront(numbers);
     int expected = 3;
     for (unsigned i = RB_begin(numbers); i != RB_end(numbers); RB_next(numbers, i))
-        assert_int_equal(numbers.places[i], expected++);
+        assert_int_equal(numbers.elems[i], expected++);
     assert_int_equal(expected, 5);
     RB_clear(numbers);
     assert_int_equal(RB_size(numbers), 0);

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PIECES = 64, BYTES = 40 };
+enum { PIECES = 160, BYTES = 40 };
 
 static void *piece[PIECES];
 
@@ -43,7 +43,7 @@ static void setup(void) {
     for (int i = 0; i < count; i += 2) free(piece[i]);
     printf("hole %d", got(malloc(3 * BYTES)));
     for (int i = 1; i < count; i += 2) free(piece[i]);
-    printf("joined %d", got(malloc(1200)));
+    printf("joined %d", got(malloc(4800)));
     free(last);
     free(NULL);
 
@@ -53,9 +53,10 @@ static void setup(void) {
     printf("calloc %d, %d", sum, got(calloc(30000, 30000)));
     strcpy((char *)zeros, "kept");
     char *larger = realloc(zeros, 700);
-    printf("realloc %s, %d", larger, got(realloc(larger, 5000)));
+    printf("realloc %s, %d", larger, got(realloc(larger, 20000)));
     printf("aligned %d", (int)((uintptr_t)larger % 8));
-    printf("too much %d %d", got(malloc(1537)), got(malloc((size_t)-1)));
+    printf("too much %d %d", got(malloc(6145)), got(malloc((size_t)-1)));
+    printf("nothing %d", got(malloc(0)));
 }
 
 static void loop(void) {}

@@ -27,12 +27,14 @@ static void divide(void) {
 
 static void use_null(void) {
     volatile node_t *const node = nowhere;
+    node->number = 5;  // at address 0
     node->values[2] = 5;
     node->values[zero + 3] += 7;
     node->real = 2.5f;
     printf("%u %u %d %d", node->values[2], node->values[zero + 3], node->real == 0,
            node->next == NULL);
     for (uint8_t i = 0; i < 8; i++) node->values[i] = i;
+    printf("%u", node->number);
     // A register that the instruction itself overwrites.
     const node_t *const next = node->next;
     printf("%d", next == NULL);

@@ -1,0 +1,10 @@
+/// errno as the AVR has it: a variable of the robot's own.
+#ifndef KT_ERRNO_H
+#define KT_ERRNO_H
+
+#define EDOM 33
+#define ERANGE 34
+
+extern int errno;
+
+#endif
