@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from statistics import median
+from textwrap import fill
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -106,23 +107,27 @@ def _heat_maps(
     """White is 0, black `top` times N; the same scale in all maps of one N."""
     informed = _informed(trials)
     sizes = sorted({condition.robots for condition in informed})
-    columns = [(rule, site) for rule in trials.rules for site in trials.sites]
+    arenas = sorted(
+        {condition.sites for condition in informed}, key=lambda sites: (len(sites), sites)
+    )
+    columns = [(rule, sites, site) for rule in trials.rules for sites in arenas for site in sites]
     figure = Figure(figsize=(2.9 * len(columns) + 1, 2.9 * len(sizes) + 0.5))
     figure.set_layout_engine("constrained")
     grid = figure.subplots(len(sizes), len(columns), squeeze=False)
     for row, size in enumerate(sizes):
-        for column, (rule, site) in enumerate(columns):
+        for column, (rule, sites, site) in enumerate(columns):
             cells = {
                 c: e
                 for c, e in informed.items()
-                if (c.robots, c.rule) == (size, rule) and site in c.sites
+                if (c.robots, c.rule, c.sites) == (size, rule, sites)
             }
             axes = grid[row, column]
             if not cells:
                 axes.set_axis_off()
                 continue
             _draw_map(axes, cells, site, statistic, top * size)
-            axes.set_title(f"{rule}, N = {size}\nsite {site}", fontsize=10)
+            among = f" of {len(sites)}" if len(arenas) > 1 else ""
+            axes.set_title(f"{rule}, N = {size}\nsite {site}{among}", fontsize=10)
             axes.set_xlabel(f"share of informed for {site}")
             if column == 0:
                 axes.set_ylabel("share informed")
@@ -223,6 +228,9 @@ def _draw_errors(
             capsize=2,
             label=rule,
         )
-    wanted = ", ".join(f"{name} {share:g}" for name, share in zip(sites, shares, strict=True))
-    axes.set_title(f"wanted: {wanted}", fontsize=9)
+    # The spaces within a pair do not break.
+    wanted = ", ".join(
+        f"{name}\N{NO-BREAK SPACE}{share:g}" for name, share in zip(sites, shares, strict=True)
+    )
+    axes.set_title(fill(f"wanted: {wanted}", 34), fontsize=9)
     axes.grid(color="#dddddd", lw=0.6)
