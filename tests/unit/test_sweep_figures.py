@@ -29,11 +29,12 @@ def nobody_informed(rule: str) -> dict[Condition, list[Ending]]:
 
 
 def texts(figure: str, endings: dict[Condition, list[Ending]], sites: tuple[str, ...]) -> str:
-    """Draws, and returns all that is written on it."""
+    """Draws, and returns all that is written on it, with plain spaces."""
     trials = Conditions("made up", sites, endings)
     drawn = style.draw(lambda: SWEEP_FIGURES[figure](trials))
     drawn.canvas.draw()
-    return "\n".join(found.get_text() for found in drawn.findobj(Text) if isinstance(found, Text))
+    written = (found.get_text() for found in drawn.findobj(Text) if isinstance(found, Text))
+    return "\n".join(written).replace("\N{NO-BREAK SPACE}", " ")
 
 
 @pytest.mark.parametrize("figure", ["median", "iqr"])
@@ -51,15 +52,16 @@ def test_the_median_stands_in_its_cell() -> None:
     assert "30.5" in written.split("\n")
 
 
-def test_sites_that_only_some_experiments_have_leave_holes() -> None:
+def test_arenas_with_other_sites_have_maps_of_their_own() -> None:
     endings = {
         Condition("simplified", 100, 0.2, (0.5, 0.3, 0.2), THREE): [Ending((50, 30, 20), 0)],
         Condition("firat", 100, 0.2, (0.5, 0.5), TWO): [Ending((50, 50), 0)],
     }
     written = texts("median", endings, THREE)
-    assert "simplified, N = 100\nsite red" in written
-    assert "firat, N = 100\nsite red" not in written
-    assert "wanted: black 0.5, white 0.3, red 0.2" in texts("error", endings, THREE)
+    assert "simplified, N = 100\nsite red of 3" in written
+    assert "firat, N = 100\nsite black of 2" in written
+    assert written.count("\nsite ") == 5
+    assert "wanted: black 0.5, white 0.3,\nred 0.2" in texts("error", endings, THREE)
 
 
 def test_the_symmetry_figure_counts_runs_with_one_aggregate() -> None:

@@ -110,7 +110,14 @@ def _heat_maps(
     arenas = sorted(
         {condition.sites for condition in informed}, key=lambda sites: (len(sites), sites)
     )
-    columns = [(rule, sites, site) for rule in trials.rules for sites in arenas for site in sites]
+    held = {(condition.rule, condition.sites) for condition in informed}
+    columns = [
+        (rule, sites, site)
+        for rule in trials.rules
+        for sites in arenas
+        if (rule, sites) in held
+        for site in sites
+    ]
     figure = Figure(figsize=(2.9 * len(columns) + 1, 2.9 * len(sizes) + 0.5))
     figure.set_layout_engine("constrained")
     grid = figure.subplots(len(sizes), len(columns), squeeze=False)
