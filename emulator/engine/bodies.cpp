@@ -162,20 +162,23 @@ void Bodies::find_free_shift(uint32_t robot) {
 }
 
 /// All who may touch a robot within this step, and some more.
-const Bodies::Few &Bodies::around(uint32_t robot) {
+const Bodies::Others &Bodies::around(uint32_t robot) {
     auto &[until, robots] = around_[robot];
     if (until > now_) return robots;
-    robots.clear();
+    const auto list = lists_.of(robot);
+    robots.resize(list.size(), boost::container::default_init);
     const Eigen::Vector2d here = position(robot);
     const double near_m = 2 * radius_m_ + std::max(NEAR * radius_m_, 3 * contact_gap_m_);
     double outside = INFINITY;
-    for (uint32_t other : lists_.of(robot)) {
+    size_t found = 0;
+    for (uint32_t other : list) {
         const double square = (position(other) - here).squaredNorm();
-        if (square <= near_m * near_m)
-            robots.push_back(other);
-        else
-            outside = std::min(outside, square);
+        const bool near = square <= near_m * near_m;
+        robots[found] = other;
+        found += near;
+        outside = std::min(outside, near ? INFINITY : square);
     }
+    robots.resize(found);
     const double gap = std::sqrt(outside) - 2 * radius_m_ - contact_gap_m_;
     until = std::min(std::max(lists_hold_until_, now_ + step_),
                      now_ + whole_steps(std::min(gap / (2 * fastest_m_s_), 1e6), step_));
@@ -188,8 +191,10 @@ void Bodies::find_contacts() {
     contacts_.clear();
     pairs_.clear();
     approach_m_ = 0;
-    for (uint32_t robot = 0; robot < size(); robot++)
-        if (next_contact_[robot] <= now_ && may_touch(robot)) include(robot);
+    choose(near_something_, size(),
+           [this](uint32_t robot) { return next_contact_[robot] <= now_; });
+    for (uint32_t robot : near_something_)
+        if (may_touch(robot)) include(robot);
     const auto found = static_cast<ptrdiff_t>(contacts_.size());  // ascending
     close_over();
     std::sort(contacts_.begin() + found, contacts_.end());

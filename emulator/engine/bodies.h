@@ -6,7 +6,6 @@
 #define KILOTWIN_ENGINE_BODIES_H
 
 #include <Eigen/Core>
-#include <boost/container/small_vector.hpp>
 #include <cstdint>
 #include <vector>
 
@@ -18,6 +17,7 @@
 #include "engine/motion.h"
 #include "engine/neighbours.h"
 #include "engine/recorder.h"
+#include "engine/selection.h"
 #include "engine/world.h"
 
 namespace kilotwin {
@@ -110,15 +110,15 @@ class Bodies {
 
     /// What a robot was told that has not taken effect yet.
     struct alignas(64) Orders {
-        boost::container::small_vector<MotorCommand, 2> list;
+        Few<MotorCommand, 2> list;
         size_t next = 0;
     };
 
     /// Those who may come into contact with a robot before `until`.
-    using Few = boost::container::small_vector<uint32_t, 8>;
+    using Others = Few<uint32_t, 8>;
     struct alignas(64) Around {
         Cycles until = 0;
-        Few robots;
+        Others robots;
     };
     struct Pair {
         uint32_t one, other;
@@ -138,7 +138,7 @@ class Bodies {
         if (bodies_[robot].next_change < until) apply_commands(robot, until);
     }
     void apply_commands(uint32_t robot, Cycles until);
-    const Few &around(uint32_t robot);
+    const Others &around(uint32_t robot);
     void look_ahead(uint32_t robot);
     const Trajectory &trajectory_before(uint32_t robot) const;
     /// Where a robot would go within this step, were it alone.
@@ -182,6 +182,7 @@ class Bodies {
     std::vector<Eigen::Vector2d> shifts_;  ///< where it would go within the step, were it alone
     std::vector<uint32_t> slot_;           ///< in near_, of those in the solver
 
+    std::vector<uint32_t> near_something_;  ///< who may come upon something within this step
     std::vector<uint32_t> contacts_;  ///< robots that belong into the solver this step, ascending
     std::vector<Before> before_;
     std::vector<Pair> pairs_;  ///< of robots in the solver that may touch this step

@@ -33,9 +33,8 @@ constexpr size_t number_of_step(Cycles at, Cycles step) { return at >> std::coun
 /// Steps that lie wholly within `for_s` seconds; at most 10^12 s.
 constexpr Cycles whole_steps(double for_s, Cycles step) {
     constexpr auto PER_SECOND = static_cast<double>(CYCLES_PER_SECOND);
-    return for_s <= 0
-               ? 0
-               : begin_of_step(static_cast<Cycles>(static_cast<int64_t>(for_s * PER_SECOND)), step);
+    const auto cycles = static_cast<int64_t>(for_s * PER_SECOND);
+    return begin_of_step(static_cast<Cycles>(cycles > 0 ? cycles : 0), step);
 }
 
 }  // namespace kilotwin

@@ -105,14 +105,16 @@ void KilobotMedium::run(Cycles begin, Cycles end, Cycles limit) {
 void KilobotMedium::find_asks(Cycles begin, Cycles end) {
     asks_.clear();
     next_ask_ = 0;
-    for (uint32_t robot = 0; robot < robots_.size(); robot++)
-        if (speaks_[robot] < end && !on_air(robot) && stations_[robot].planned == 0 &&
-            !robots_[robot].on_board())
+    choose(speakers_, robots_.size(), [&](uint32_t robot) { return speaks_[robot] < end; });
+    for (uint32_t robot : speakers_)
+        if (!on_air(robot) && stations_[robot].planned == 0 && !robots_[robot].on_board())
             asks_.push_back({std::max(speaks_[robot], begin), What::ASK, robot});
     const auto &planned = planned_at(begin);
     for (uint32_t i = 0; i < planned.size(); i++)
         asks_.push_back({planned[i].emission.at, What::BEGIN, i});
-    std::sort(asks_.begin(), asks_.end(), [](const Event &a, const Event &b) { return b > a; });
+    ask_sorter_.sort(
+        asks_, begin, step_, [](const Event &event) { return event.at; },
+        [](const Event &a, const Event &b) { return b > a; });
 }
 
 /// Adds to them, or to those of later steps. Most come in order of time.
@@ -137,7 +139,7 @@ void KilobotMedium::prefetch_asked(size_t next) const {
     robots_[soon.station].prefetch_state();
     for (uint32_t other : bodies_.lists().of(soon.station)) {
         bodies_.prefetch(other);
-        __builtin_prefetch(&stations_[other]);
+        prefetch(other);
     }
 }
 

@@ -17,7 +17,6 @@
 #define KILOTWIN_ENGINE_KILOBOT_MEDIUM_H
 
 #include <Eigen/Core>
-#include <boost/container/small_vector.hpp>
 #include <deque>
 #include <functional>
 #include <queue>
@@ -27,6 +26,7 @@
 #include "engine/bodies.h"
 #include "engine/chance.h"
 #include "engine/memory.h"
+#include "engine/selection.h"
 #include "grid/grid.h"
 #include "guest/robot.h"
 
@@ -102,8 +102,6 @@ class KilobotMedium {
     void live(uint32_t robot, Cycles until);
 
   private:
-    template <typename T, size_t N> using Few = boost::container::small_vector<T, N>;
-
     // Stations are the robots, then the cells of the grid.
     enum class Fate : uint8_t {
         CLEAR,
@@ -231,7 +229,9 @@ class KilobotMedium {
     InfraredGains cell_gains_;
     static constexpr size_t PLANNED_STEPS = 64;  ///< frames are planned less than that ahead
     std::vector<std::vector<Planned>> planned_;  ///< by step: a ring
+    std::vector<uint32_t> speakers_;             ///< who may begin a frame within this step
     std::vector<Event> asks_;                    ///< of this step, those from next_ask_ on to come
+    StepSorter<Event> ask_sorter_;
     size_t next_ask_ = 0;
     std::priority_queue<Event, std::vector<Event>, std::greater<>> other_asks_;
     Queue sense_ends_, frame_ends_;

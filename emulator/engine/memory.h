@@ -5,6 +5,7 @@
 
 #include <sys/mman.h>
 
+#include <boost/container/small_vector.hpp>
 #include <cstddef>
 #include <cstdint>
 #include <new>
@@ -54,6 +55,9 @@ template <typename T> struct LargePages {
         return std::align_val_t(bytes >= PAGE ? PAGE : alignof(T));
     }
 };
+
+/// A list of mostly up to N, which stand where it does.
+template <typename T, size_t N> using Few = boost::container::small_vector<T, N>;
 
 /// Records of all robots.
 template <typename T> using Swarm = std::vector<T, LargePages<T>>;

@@ -21,6 +21,7 @@ class Neighbours {
         const uint32_t *first, *last;
         const uint32_t *begin() const { return first; }
         const uint32_t *end() const { return last; }
+        size_t size() const { return static_cast<size_t>(last - first); }
     };
 
     /// The robots around `robot`, in ascending order.

@@ -214,9 +214,7 @@ void Simulation::step(Cycles limit) {
     prepare_boards();
     if (kilobot_medium_) kilobot_medium_->run(now_, now_ + step_, limit);
     for (uint32_t robot : boards_.robots()) take_commands(robot);
-    due_.clear();
-    for (uint32_t robot = 0; robot < robots_.size(); robot++)
-        if (wake_[robot] <= now_) due_.push_back(robot);
+    choose(due_, robots_.size(), [this](uint32_t robot) { return wake_[robot] <= now_; });
     for (size_t i = 0; i < due_.size(); i++) {
         if (robots_.size() >= FETCHED_SWARM) prefetch_due_after(i);
         live_on(due_[i], limit);
@@ -488,10 +486,12 @@ void Simulation::deliver_to_grid(const Emission &emission) {
 
 void Simulation::deliver_frames() {
     auto &frames = frames_[number_of_step(now_, step_) % FRAME_STEPS];
-    std::sort(frames.begin(), frames.end(), [](const Planned &a, const Planned &b) {
-        return a.emission.at != b.emission.at ? a.emission.at < b.emission.at
-                                              : a.emission.robot < b.emission.robot;
-    });
+    frame_sorter_.sort(
+        frames, now_, step_, [](const Planned &frame) { return frame.emission.at; },
+        [](const Planned &a, const Planned &b) {
+            return a.emission.at != b.emission.at ? a.emission.at < b.emission.at
+                                                  : a.emission.robot < b.emission.robot;
+        });
     for (const auto &[emission, next] : frames) {
         const uint32_t sender = emission.robot;
         planned_[sender]--;

@@ -26,6 +26,7 @@
 #include "engine/light.h"
 #include "engine/memory.h"
 #include "engine/recorder.h"
+#include "engine/selection.h"
 #include "engine/virtual_floor.h"
 #include "grid/grid.h"
 #include "guest/robot.h"
@@ -204,6 +205,7 @@ class Simulation {
     IdealMedium medium_;
     std::vector<Eigen::Vector2d> places_;       ///< of those who may hear a sender
     std::vector<std::vector<Planned>> frames_;  ///< of the ideal medium, by step: a ring
+    StepSorter<Planned> frame_sorter_;
     std::optional<Grid> grid_;
     std::optional<KilobotMedium> kilobot_medium_;
     std::optional<VirtualFloor> floor_;

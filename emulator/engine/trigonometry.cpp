@@ -24,8 +24,8 @@ constexpr double ASIDE[] = {1.0 / 87178291200, -1.0 / 479001600, 1.0 / 3628800, 
 
 /// floor() of what fits 64 bits, without a call.
 double whole_below(double value) {
-    const auto whole = static_cast<double>(static_cast<int64_t>(value));
-    return whole > value ? whole - 1 : whole;
+    const auto whole = static_cast<int64_t>(value);
+    return static_cast<double>(whole - (static_cast<double>(whole) > value));
 }
 
 double horner(const double (&coefficients)[8], double square) {
@@ -43,12 +43,12 @@ Eigen::Vector2d direction(double angle) {
     double x = (angle - quarters * HALF_PI_HIGH) - quarters * HALF_PI_LOW;
     double s = x + x * horner(SINE, x * x);
     double c = 1 + horner(COSINE, x * x);
-    switch (static_cast<long long>(quarters) & 3) {
-    case 0: return {c, s};
-    case 1: return {-s, c};
-    case 2: return {-c, -s};
-    default: return {s, -c};
-    }
+    // Who turns on a quarter swaps them, and changes the sign of one: no branch, since nobody could
+    // foresee it.
+    const auto quarter = static_cast<int64_t>(quarters);
+    const double both[] = {c, s};
+    auto sign = [](int64_t bits) { return static_cast<double>(1 - (bits & 2)); };
+    return {sign(quarter + 1) * both[quarter & 1], sign(quarter) * both[~quarter & 1]};
 }
 
 Eigen::Vector2d arc(double angle) {

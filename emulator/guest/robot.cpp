@@ -4,7 +4,6 @@
 #include <cstring>
 
 #include "guest/fault.h"
-#include "guest/timer.h"
 
 namespace kilotwin {
 
@@ -160,9 +159,9 @@ Robot::Robot(RobotContext &context, Program &program, uint32_t index,
       image_(image),
       now_(power_up),
       name_(&program.name()),
-      index_(index),
       calibration_(calibration),
       outgoing_(),
+      index_(index),
       state_since_(power_up),
       power_up_(power_up) {
     std::memcpy(image_, program_->initial_state(), program_->state_bytes());
@@ -174,9 +173,9 @@ Robot::Robot(RobotContext &context, const std::string &name, uint32_t index,
     : context_(context),
       now_(power_up),
       name_(&name),
-      index_(index),
       calibration_(calibration),
       outgoing_(),
+      index_(index),
       state_since_(power_up),
       power_up_(power_up) {}
 
@@ -194,6 +193,7 @@ void Robot::receive(Cycles at, const message_t &message, distance_measurement_t 
         place = std::upper_bound(inbox_.begin() + inbox_next_, inbox_.end(), at, later);
     }
     inbox_.insert(place, {at, message, distance});
+    next_message_ = std::min(next_message_, at);
 }
 
 void Robot::run(Cycles until) {
@@ -332,7 +332,7 @@ void Robot::live() {
             if (state_ == State::SETUP) state_ = State::RUNNING;
             loop_due_ = true;
             came_back();
-        } else if (state_ == State::RUNNING && loop_due_) {
+        } else if (state_ == State::RUNNING && (loop_due_ || plain_tick_before(quiet_until()))) {
             run_loop();
         } else if (next_interrupt() < until_) {
             serve_interrupt();
@@ -342,12 +342,13 @@ void Robot::live() {
     }
 }
 
-// Calls loop(), and again at each tick up to the next message.
+// Calls loop() if it is due, and again at each tick up to the next message.
 void Robot::run_loop() {
     const auto &table = program_->table();
-    Cycles quiet_until = std::min(until_, next_message());
-    loop_due_ = false;
-    do {
+    Cycles until = quiet_until();
+    bool due = std::exchange(loop_due_, false);
+    while (due || pass_tick(table, until)) {
+        due = false;
         const Cycles before = now_;
         loop_();
         busy_.came_back(*table.budget);
@@ -356,22 +357,21 @@ void Robot::run_loop() {
             loop_due_ = true;
             return;
         }
-    } while (pass_tick(table, quiet_until));
+    }
 }
 
-/// Goes on to the next tick if that comes before `quiet_until`, which sending may put off. False if
-/// more is to be done than to call loop().
-inline bool Robot::pass_tick(const kt_table_t &table, Cycles &quiet_until) {
+/// Goes on to the next tick if that comes before `until`, which sending may put off. False if more
+/// is to be done than to call loop().
+inline bool Robot::pass_tick(const kt_table_t &table, Cycles &until) {
+    if (!plain_tick_before(until)) return false;
     const Cycles at = next_tick_;
-    const bool plain = tick_increment_ == TICK_COMPARE && !interrupts_off_;
-    if (!plain || at >= quiet_until) return false;
     next_tick_ = at + calibration_.tick;
     now_ = std::max(now_, at);
     count_tick(table);
     if (tx_clock_ <= tx_period(table)) return true;
     const Cycles before = now_;
     interrupt(table, [this, &table] { ask_for_message(table); });
-    if (arbitrated_) quiet_until = std::min(until_, next_message());
+    if (arbitrated_) until = quiet_until();
     if (now_ == before && tick_increment_ == TICK_COMPARE) return true;
     loop_due_ = true;
     return false;
@@ -409,6 +409,7 @@ inline void Robot::interrupt(const kt_table_t &table, Callback callback) {
     if (now_ == before) return;
     while (next_tick_ + calibration_.tick <= now_) next_tick_ += calibration_.tick;
     while (inbox_next_ < inbox_.size() && inbox_[inbox_next_].at < now_) inbox_next_++;
+    inbox_changed();
 }
 
 inline void Robot::count_tick(const kt_table_t &table) {
@@ -466,6 +467,7 @@ void Robot::retry_soon() {
 
 void Robot::take_message() {
     const Reception reception = inbox_[inbox_next_++];
+    inbox_changed();
     now_ = std::max(now_, reception.at);
     if (next_tick_ == NEVER && state_ != State::SLEEPING)
         return;  // not initialised: the receiver is off
@@ -659,6 +661,7 @@ void Robot::stop(EventKind kind, std::string text) {
     suspended_.clear();
     inbox_.clear();
     inbox_next_ = 0;
+    inbox_changed();
 }
 
 void Robot::print(Cycles at, uint32_t tick, std::string text) {

@@ -9,7 +9,6 @@
 #define KILOTWIN_GUEST_ROBOT_H
 
 #include <algorithm>
-#include <boost/container/small_vector.hpp>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -26,6 +25,7 @@
 #include "guest/infrared_gains.h"
 #include "guest/program.h"
 #include "guest/stack.h"
+#include "guest/timer.h"
 
 namespace kilotwin {
 
@@ -62,8 +62,6 @@ struct RobotContext {
 };
 
 class alignas(64) Robot {
-    template <typename T, size_t N> using Few = boost::container::small_vector<T, N>;
-
   public:
     /// Robot `index`, switched on at `power_up`. `image` holds its state: program.state_bytes()
     /// bytes of its own.
@@ -85,7 +83,7 @@ class alignas(64) Robot {
     /// Brings it, then its state, into the cache: it is soon to run.
     void prefetch() const { kilotwin::prefetch(this, sizeof *this); }
     void prefetch_state() const {
-        if (program_) kilotwin::prefetch(image_, program_->state_bytes());
+        if (!on_board()) kilotwin::prefetch(image_, program_->state_bytes());
     }
 
     /// Lets the robot live through everything strictly before `until`. What its program sends goes
@@ -128,7 +126,10 @@ class alignas(64) Robot {
 
     // For the board that runs it: takes out what it received, in order of time; notes what its pins do, and that it
     // cannot go on.
-    Few<Reception, 2> take_inbox() { return std::exchange(inbox_, {}); }
+    Few<Reception, 2> take_inbox() {
+        next_message_ = NEVER;
+        return std::exchange(inbox_, {});
+    }
     void drive(const MotorCommand &command);
     void show(uint8_t color) { color_ = color; }
     void print(Cycles at, uint32_t tick, std::string text);
@@ -178,12 +179,18 @@ class alignas(64) Robot {
     void go_on(Cycles until);
     void live();
     void run_loop();
-    bool pass_tick(const kt_table_t &table, Cycles &quiet_until);
+    bool pass_tick(const kt_table_t &table, Cycles &until);
     void count_tick(const kt_table_t &table);
-    Cycles next_message() const {
-        return inbox_next_ < inbox_.size() ? inbox_[inbox_next_].at : NEVER;
+    void inbox_changed() {
+        next_message_ = inbox_next_ < inbox_.size() ? inbox_[inbox_next_].at : NEVER;
     }
-    Cycles next_interrupt() const { return std::min(next_message(), next_tick_); }
+    Cycles next_interrupt() const { return std::min(next_message_, next_tick_); }
+    /// Up to here only ticks happen.
+    Cycles quiet_until() const { return std::min(next_message_, until_); }
+    /// Whether the timer counts on to an ordinary tick before `until`.
+    bool plain_tick_before(Cycles until) const {
+        return next_tick_ < until && tick_increment_ == TICK_COMPARE && !interrupts_off_;
+    }
     void serve_interrupt();
     void tick();
     void ask_for_message(const kt_table_t &table);
@@ -227,18 +234,16 @@ class alignas(64) Robot {
     SuspendedCall suspended_;
     uint64_t outputs_seen_ = 0;
     Cycles granted_from_ = NEVER, granted_to_ = 0, granted_until_ = 0;
-    uint32_t index_;
-    uint32_t last_tick_ =
-        0;  ///< kilo_ticks after the last tick, for reports: the program may spoil its own
+    Cycles next_message_ = NEVER;  ///< when the first of its inbox ends
 
     BusyWatch busy_;
+    uint32_t last_tick_ =
+        0;  ///< kilo_ticks after the last tick, for reports: the program may spoil its own
     uint32_t inbox_next_ = 0;
     uint16_t tx_clock_ = 0;
     uint16_t tick_increment_ = 0;  ///< counts of the timer that the next compare match stands for
     int16_t stale_conversion_ =
         -1;  ///< of get_voltage(): the next message's high gain is read from its channel
-    uint8_t left_ = 0, right_ = 0;
-    uint8_t color_ = 0;
     Life life_ = Life::OFF;
     State state_ = State::IDLE;
     Question question_ = Question::NONE;
@@ -249,12 +254,12 @@ class alignas(64) Robot {
     bool tick_pending_ = false;
     bool loop_due_ = false;
     bool set_up_ = false;
-    uint8_t noted_ = 0;        ///< Mistakes
     Calibration calibration_;  ///< its tick ends the line
 
     // ... then what sending and receiving do ...
     Few<Reception, 2> inbox_;  ///< in order of time, from inbox_next_ on
     message_t outgoing_;
+    uint32_t index_;
     Few<std::pair<Cycles, Cycles>, 1> frames_seen_;  ///< light on the receiver: begin, end
 
     // ... and what changes rarely.
@@ -265,7 +270,10 @@ class alignas(64) Robot {
     Cycles driven_ = 0;  ///< with a motor on, up to driving_since_
     Cycles driving_since_ = NEVER;
     void (*setup_)(void) = nullptr;
-    uint64_t rand_hard_draws_ = 0;
+    uint32_t rand_hard_draws_ = 0;
+    uint8_t left_ = 0, right_ = 0;
+    uint8_t color_ = 0;
+    uint8_t noted_ = 0;  ///< Mistakes
 };
 
 }  // namespace kilotwin

@@ -26,6 +26,15 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "cache"
 
 
+@pytest.fixture(params=["gcc", "clang"])
+def compiler(request: pytest.FixtureRequest, cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Programs are compiled by each that is here."""
+    name = str(request.param)
+    if shutil.which(name) is None:
+        pytest.skip(f"{name} is not here")
+    monkeypatch.setenv("KILOTWIN_CC", name)
+
+
 @pytest.fixture
 def program(tmp_path: Path) -> Path:
     """A folder with spaces in its name and two sources that share a header."""
@@ -142,14 +151,9 @@ def test_our_own_firmware_is_a_guest() -> None:
     assert build(find_program("firmware/aggregation", HERE)).name == "aggregation"
 
 
-@pytest.mark.parametrize("compiler", ["gcc", "clang"])
-def test_old_c_builds_as_upstream_takes_it(
-    compiler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.usefixtures("compiler")
+def test_old_c_builds_as_upstream_takes_it(tmp_path: Path) -> None:
     """No prototypes, no types, one variable in two files, values of the wrong type."""
-    if shutil.which(compiler) is None:
-        pytest.skip(f"{compiler} is not here")
-    monkeypatch.setenv("KILOTWIN_CC", compiler)
     (tmp_path / "main.c").write_text("""
 #include "kilolib.h"
 int shared;
@@ -184,13 +188,10 @@ def symbols_of(file: Path) -> dict[str, int]:
     return {row[2]: int(row[0], 16) for row in rows if len(row) == 3}
 
 
-@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+@pytest.mark.usefixtures("compiler")
 def test_an_inline_function_need_not_be_inlined(
-    compiler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    if shutil.which(compiler) is None:
-        pytest.skip(f"{compiler} is not here")
-    monkeypatch.setenv("KILOTWIN_CC", compiler)
     monkeypatch.setenv("KILOTWIN_CFLAGS", "-O0")
     (tmp_path / "in.c").write_text(
         BLINK.replace(
@@ -200,14 +201,9 @@ def test_an_inline_function_need_not_be_inlined(
     assert build(find_program(str(tmp_path / "in.c"), HERE)).file.exists()
 
 
-@pytest.mark.parametrize("compiler", ["gcc", "clang"])
-def test_a_function_may_be_declared_by_width_and_defined_by_name(
-    compiler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.usefixtures("compiler")
+def test_a_function_may_be_declared_by_width_and_defined_by_name(tmp_path: Path) -> None:
     """On an AVR int is int16_t and long is int32_t; what only the PC needs stays as it is."""
-    if shutil.which(compiler) is None:
-        pytest.skip(f"{compiler} is not here")
-    monkeypatch.setenv("KILOTWIN_CC", compiler)
     source = tmp_path / "widths.c"
     source.write_text("""
 #include <string.h>
@@ -274,13 +270,8 @@ int main() {
         assert world.variable(0, "myuserdata") == {"count": 4}
 
 
-@pytest.mark.parametrize("compiler", ["gcc", "clang"])
-def test_only_what_avr_gcc_knows_is_known_without_a_header(
-    compiler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    if shutil.which(compiler) is None:
-        pytest.skip(f"{compiler} is not here")
-    monkeypatch.setenv("KILOTWIN_CC", compiler)
+@pytest.mark.usefixtures("compiler")
+def test_only_what_avr_gcc_knows_is_known_without_a_header(tmp_path: Path) -> None:
     (tmp_path / "known.c").write_text("""
 #include "kilolib.h"
 #if defined(__linux__) || defined(__unix__) || !defined(__AVR__)
