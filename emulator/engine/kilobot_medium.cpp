@@ -5,8 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include "engine/message_crc.h"
-
 namespace kilotwin {
 
 namespace {
@@ -24,7 +22,8 @@ constexpr double RANGE_LIMIT = 3;  // of the spread
 KilobotMedium::KilobotMedium(const Settings &settings, const Chance &chance, Swarm<Robot> &robots,
                              Bodies &bodies, std::vector<Cycles> &speaks,
                              std::vector<Emission> &emissions, MediumCounts &counts,
-                             Undisturbed undisturbed_until, Grid *grid, Boards *boards)
+                             Undisturbed undisturbed_until, LivedAhead lived_ahead, Grid *grid,
+                             Boards *boards)
     : settings_(settings),
       chance_(chance),
       robots_(robots),
@@ -33,6 +32,7 @@ KilobotMedium::KilobotMedium(const Settings &settings, const Chance &chance, Swa
       emissions_(emissions),
       counts_(counts),
       undisturbed_until_(std::move(undisturbed_until)),
+      lived_ahead_(std::move(lived_ahead)),
       grid_(grid),
       boards_(boards),
       stations_(robots.size() + (grid != nullptr ? grid->layout().cells() : 0)),
@@ -62,8 +62,14 @@ std::vector<FrameCounts> KilobotMedium::by_robot() const {
 
 void KilobotMedium::Queue::push(const Event &event) {
     events_.push_back(event);
-    for (size_t i = events_.size() - 1; i > 0 && events_[i - 1] > events_[i]; i--)
+    for (size_t i = events_.size() - 1; i > first_ && events_[i - 1] > events_[i]; i--)
         std::swap(events_[i - 1], events_[i]);
+}
+
+void KilobotMedium::Queue::pop() {
+    if (2 * ++first_ < events_.size()) return;
+    events_.erase(events_.begin(), events_.begin() + static_cast<ptrdiff_t>(first_));
+    first_ = 0;
 }
 
 void KilobotMedium::run(Cycles begin, Cycles end, Cycles limit) {
@@ -185,6 +191,7 @@ void KilobotMedium::ask(uint32_t robot, Cycles at) {
     }
     asked_at_ = at;
     go_on(robot, until);
+    if (until > end_) lived_ahead_(robot, until);
     const Cycles next = speaks_[robot];
     if (next < end_ && !on_air(robot) && stations_[robot].planned == 0)
         ask_later({std::max(next, at + 1), What::ASK, robot});
@@ -271,7 +278,7 @@ void KilobotMedium::begin_frame(uint32_t sender, Cycles at, const message_t &mes
     hold_receivers(frame, at, at + (frame.granted ? FRAME_CYCLES : SENSE_END_CYCLES));
     if (boards_ != nullptr) boards_->first_pulse(sender, at);
     if (frame.granted) {
-        if (boards_ != nullptr) boards_->other_pulses(sender, at, frame.message);
+        if (boards_ != nullptr) boards_->other_pulses(sender, at, frame.said.message());
         frame_ends_.push({at + FRAME_CYCLES, What::FRAME_END, sender});
     } else {
         sense_ends_.push({at + SENSE_END_CYCLES, What::SENSE_END, sender});
@@ -302,7 +309,7 @@ KilobotMedium::Frame &KilobotMedium::put_on_air(uint32_t sender, Cycles at,
     Frame &frame = stations_[sender].frame;
     frame.begin = at;
     stations_[sender].sends = true;
-    frame.message = message;
+    frame.said.say(message);
     frame.heard.clear();
     if (boards_ != nullptr) boards_->begin_light(sender);
     return frame;
@@ -354,7 +361,7 @@ void KilobotMedium::take_flash(const Boards::Flash &flash) {
         leave_air(frame);
     }
     if (flash.found == Found::MESSAGE && on_air(sender)) {
-        frame.message = flash.message;
+        frame.said.say(flash.message);
         frame.granted = true;
         if (is_cell(sender)) grid_->counts.sent++;
         end_frame(sender);
@@ -481,7 +488,7 @@ bool KilobotMedium::nobody_interferes(uint32_t cell, Cycles at) const {
 void KilobotMedium::cell_has_channel(Frame &frame) {
     const uint32_t module = module_of(frame.sender);
     receivers_[module].sending_until = frame.begin + FRAME_CYCLES;
-    if (boards_ != nullptr) boards_->other_pulses(frame.sender, frame.begin, frame.message);
+    if (boards_ != nullptr) boards_->other_pulses(frame.sender, frame.begin, frame.said.message());
     grid_->answer(module, frame.begin, Module::Answer::SENT);
     frame_ends_.push({frame.begin + FRAME_CYCLES, What::FRAME_END, frame.sender});
 }
@@ -514,7 +521,7 @@ void KilobotMedium::end_sensing(uint32_t sender) {
         leave_air(frame);
         ask_later({frame.begin + SENSE_END_CYCLES + 1, What::ASK, sender});
     } else {
-        if (boards_ != nullptr) boards_->other_pulses(sender, frame.begin, frame.message);
+        if (boards_ != nullptr) boards_->other_pulses(sender, frame.begin, frame.said.message());
         hold_receivers(frame, frame.begin + SENSE_END_CYCLES, frame.begin + FRAME_CYCLES);
         frame_ends_.push({frame.begin + FRAME_CYCLES, What::FRAME_END, sender});
     }
@@ -523,7 +530,7 @@ void KilobotMedium::end_sensing(uint32_t sender) {
 void KilobotMedium::end_frame(uint32_t sender) {
     Frame &frame = stations_[sender].frame;
     leave_air(frame);
-    const bool right = crc_is_right(frame.message);
+    const bool right = frame.said.crc_is_right();
     if (!is_cell(sender)) {
         counts_.sent++;
         stations_[sender].counts.sent++;
@@ -547,7 +554,8 @@ void KilobotMedium::leave_air(Frame &frame) {
     stations_[frame.sender].sends = false;
     for (const Heard &heard : frame.heard) {
         auto &audible = stations_[heard.station].audible;
-        audible.erase(std::find(audible.begin(), audible.end(), frame.sender));
+        *std::find(audible.begin(), audible.end(), frame.sender) = audible.back();
+        audible.pop_back();
     }
 }
 
@@ -571,8 +579,8 @@ void KilobotMedium::deliver_to_cell(const Frame &frame, const Heard &heard) {
         return;
     }
     counts.received++;
-    grid_->receive_ir(frame.begin + FRAME_CYCLES, cell_of(heard.station), frame.message,
-                      cell_gains_.measure(heard.distance_mm, 0, 0), !crc_is_right(frame.message));
+    grid_->receive_ir(frame.begin + FRAME_CYCLES, cell_of(heard.station), frame.said.message(),
+                      cell_gains_.measure(heard.distance_mm, 0, 0), !frame.said.crc_is_right());
 }
 
 void KilobotMedium::deliver(const Frame &frame, const Heard &heard) {
@@ -595,7 +603,7 @@ void KilobotMedium::deliver(const Frame &frame, const Heard &heard) {
     stations_[index].counts.received++;
     if (on_board) return;
     const Cycles end = frame.begin + FRAME_CYCLES;
-    robots_[index].receive(end, frame.message, measure(heard, draw));
+    robots_[index].receive(end, frame.said.message(), measure(heard, draw));
     // It may be told to run, and then to send, before the others are past that.
     if (is_cell(frame.sender) && robots_[index].next_ask() == NEVER && end < end_)
         ask_later({end, What::ASK, index});

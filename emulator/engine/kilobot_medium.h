@@ -17,7 +17,6 @@
 #define KILOTWIN_ENGINE_KILOBOT_MEDIUM_H
 
 #include <Eigen/Core>
-#include <deque>
 #include <functional>
 #include <queue>
 #include <vector>
@@ -26,6 +25,7 @@
 #include "engine/bodies.h"
 #include "engine/chance.h"
 #include "engine/memory.h"
+#include "engine/message_crc.h"
 #include "engine/selection.h"
 #include "grid/grid.h"
 #include "guest/robot.h"
@@ -69,12 +69,15 @@ class KilobotMedium {
     /// Until when nothing reaches a robot for certain that the medium does not claim, and none of
     /// its surroundings change; not beyond a limit.
     using Undisturbed = std::function<Cycles(uint32_t robot, Cycles limit)>;
+    /// Told of a robot that has lived beyond the current step, up to `until`.
+    using LivedAhead = std::function<void(uint32_t robot, Cycles until)>;
 
     /// `speaks`: by robot, the earliest moment at which it may begin a frame; kept up to date here.
     /// `grid` and `boards` may be null.
     KilobotMedium(const Settings &settings, const Chance &chance, Swarm<Robot> &robots,
                   Bodies &bodies, std::vector<Cycles> &speaks, std::vector<Emission> &emissions,
-                  MediumCounts &counts, Undisturbed undisturbed_until, Grid *grid, Boards *boards);
+                  MediumCounts &counts, Undisturbed undisturbed_until, LivedAhead lived_ahead,
+                  Grid *grid, Boards *boards);
 
     /// The farthest that anybody can be heard.
     static double reach_m(const Settings &settings);
@@ -120,7 +123,7 @@ class KilobotMedium {
         uint32_t sender;       ///< station
         uint32_t listener;     ///< station at whose receiver the sender listens first
         bool granted = false;  ///< its sender did not have to listen first
-        message_t message;
+        CheckedMessage said;
         Few<Heard, 5> heard;
     };
     using Senders = Few<uint32_t, 4>;
@@ -149,12 +152,13 @@ class KilobotMedium {
     class Queue {
       public:
         void push(const Event &event);
-        void pop() { events_.pop_front(); }
+        void pop();
         bool empty() const { return events_.empty(); }
-        const Event &front() const { return events_.front(); }
+        const Event &front() const { return events_[first_]; }
 
       private:
-        std::deque<Event> events_;
+        std::vector<Event> events_;  ///< from first_ on
+        size_t first_ = 0;
     };
     /// A frame of a later step. `next`: nothing more comes from its sender before.
     struct Planned {
@@ -222,6 +226,7 @@ class KilobotMedium {
     std::vector<Emission> &emissions_;  ///< what robots send that were granted the channel
     MediumCounts &counts_;
     Undisturbed undisturbed_until_;
+    LivedAhead lived_ahead_;
     Grid *grid_;
     Boards *boards_;  ///< null: there are none
     Swarm<Station> stations_;

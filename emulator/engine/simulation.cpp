@@ -9,7 +9,6 @@
 #include <cstring>
 #include <utility>
 
-#include "engine/message_crc.h"
 #include "engine/placement.h"
 #include "engine/trigonometry.h"
 
@@ -80,6 +79,7 @@ Simulation::Simulation(const SimulationDef &def)
       audience_at_(wake_.size(), NEVER),
       planned_(wake_.size(), 0),
       surroundings_(def.floor ? wake_.size() : 0),
+      said_(def.kilobot_medium ? 0 : wake_.size()),
       medium_(def.range_m, def.line_of_sight, def.profile.radius_m, wake_.size()),
       frames_(FRAME_STEPS) {
     if (wake_.empty()) throw EngineError("there is no robot");
@@ -95,6 +95,10 @@ Simulation::Simulation(const SimulationDef &def)
             *def.kilobot_medium, chance_, robots_, *bodies_, speaks_, emissions_, counts_,
             [this](uint32_t robot, Cycles limit) {
                 return !floor_ && may_run_ahead(robot) ? undisturbed_until(robot, limit) : now_;
+            },
+            [this](uint32_t robot, Cycles until) {
+                take_commands(robot);
+                sleep_until(robot, until);
             },
             grid_ ? &*grid_ : nullptr, boards_.empty() ? nullptr : &boards_);
     else if (!boards_.empty())
@@ -291,7 +295,13 @@ void Simulation::live_on(uint32_t robot, Cycles limit) {
     if (next_sensing_ < until)
         floor_->tell(robots_[robot], surroundings_[robot].cell, next_sensing_, until);
     run_robot(robot, until);
-    // Where it waits for the medium's answer it goes on in that step.
+    take_commands(robot);
+    sleep_until(robot, until);
+}
+
+/// A robot has lived up to `until`: till then it needs not be seen to. Where it waits for the
+/// medium's answer it goes on in that step.
+void Simulation::sleep_until(uint32_t robot, Cycles until) {
     const bool waits = robots_[robot].question() != Robot::Question::NONE;
     wake_[robot] = begin_of_step(waits ? robots_[robot].now() : until, step_);
 }
@@ -307,7 +317,7 @@ Cycles Simulation::undisturbed_until(uint32_t robot, Cycles limit) {
     // The ideal medium lets a frame be heard when the step is over in which it begins.
     const Cycles soonest = now_ + step_, heard_after = kilobot_medium_ ? 0 : step_;
     if (grid_) return soonest;  // a cell may speak to it any time
-    const double closing = 2 * bodies_->fastest_m_s();
+    const double closing = 2 * bodies_->fastest_m_s(), s_per_m = 1 / closing;
     Cycles until = std::min(limit, bodies_->lists_hold_until() + heard_after);
     if (!kilobot_medium_)
         until = std::min(until, now_ + (FRAME_STEPS - 1) * step_);
@@ -322,7 +332,7 @@ Cycles Simulation::undisturbed_until(uint32_t robot, Cycles limit) {
         const double square = (bodies_->position(other) - here).squaredNorm();
         if (square >= far_m * far_m) continue;
         const double way_m = std::sqrt(square) - reach_m_;
-        const Cycles in_reach = now_ + whole_steps(way_m / closing, step_);
+        const Cycles in_reach = now_ + whole_steps(way_m * s_per_m, step_);
         matters = begin_of_step(std::max(speaks_[other], in_reach), step_);
         if (matters + heard_after <= soonest) break;
         far_m = reach_m_ + closing * seconds(matters - now_);
@@ -388,7 +398,6 @@ void Simulation::run_robot(uint32_t index, Cycles until) {
             for (Cycles at = now_ + TICK_CYCLES; at <= until; at += TICK_CYCLES) robot.run(at);
         plan_frames(index);
     }
-    take_commands(index);
 }
 
 /// What a robot told its motors.
@@ -481,7 +490,7 @@ void Simulation::deliver_to_grid(const Emission &emission) {
     const auto mm = static_cast<int16_t>(distance * 1000 + 0.5);
     grid_->counts.received++;
     grid_->receive_ir(std::max(emission.at + FRAME_CYCLES, now_ + step_), *cell, emission.message,
-                      {mm, mm}, !crc_is_right(emission.message));
+                      {mm, mm}, !said_[emission.robot].crc_is_right());
 }
 
 void Simulation::deliver_frames() {
@@ -504,8 +513,9 @@ void Simulation::deliver_frames() {
 void Simulation::deliver(const Emission &emission) {
     const uint32_t sender = emission.robot;
     counts_.sent++;
+    said_[sender].say(emission.message);
     if (grid_) deliver_to_grid(emission);
-    if (!crc_is_right(emission.message)) {
+    if (!said_[sender].crc_is_right()) {
         counts_.wrong_crc++;
         return;
     }

@@ -25,6 +25,7 @@
 #include "engine/kilobot_medium.h"
 #include "engine/light.h"
 #include "engine/memory.h"
+#include "engine/message_crc.h"
 #include "engine/recorder.h"
 #include "engine/selection.h"
 #include "engine/virtual_floor.h"
@@ -161,6 +162,7 @@ class Simulation {
     void look_around(uint32_t robot);
     void disturb(uint32_t robot, Cycles at);
     void run_robot(uint32_t robot, Cycles until);
+    void sleep_until(uint32_t robot, Cycles until);
     void take_commands(uint32_t robot);
     void plan_frames(uint32_t robot);
     void look_around_grid();
@@ -202,6 +204,7 @@ class Simulation {
     std::vector<Surroundings> surroundings_;
 
     std::optional<Bodies> bodies_;
+    std::vector<CheckedMessage> said_;  ///< beside the ideal medium: what each robot sent last
     IdealMedium medium_;
     std::vector<Eigen::Vector2d> places_;       ///< of those who may hear a sender
     std::vector<std::vector<Planned>> frames_;  ///< of the ideal medium, by step: a ring

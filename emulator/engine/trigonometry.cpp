@@ -7,31 +7,39 @@ namespace kilotwin {
 
 namespace {
 
-// Taylor series in x^2 for |x| <= pi/4, highest power first; what is left out is below 1e-17.
-constexpr double SINE[] = {
-    1.0 / 355687428096000, -1.0 / 1307674368000, 1.0 / 6227020800, -1.0 / 39916800,
-    1.0 / 362880,          -1.0 / 5040,          1.0 / 120,        -1.0 / 6};
-constexpr double COSINE[] = {
-    1.0 / 20922789888000, -1.0 / 87178291200, 1.0 / 479001600, -1.0 / 3628800,
-    1.0 / 40320,          -1.0 / 720,         1.0 / 24,        -1.0 / 2};
-
-// The same series, divided by x, for |x| <= 1/2: sin(x) / x and (1 - cos(x)) / x^2.
+// Two Taylor series in x^2 side by side, highest power first; what is left out is below 1e-17.
+// For |x| <= pi/4: sin(x) / x - 1 and cos(x) - 1, but for the last factor x^2.
+constexpr double SINE_COSINE[][2] = {{1.0 / 355687428096000, 1.0 / 20922789888000},
+                                     {-1.0 / 1307674368000, -1.0 / 87178291200},
+                                     {1.0 / 6227020800, 1.0 / 479001600},
+                                     {-1.0 / 39916800, -1.0 / 3628800},
+                                     {1.0 / 362880, 1.0 / 40320},
+                                     {-1.0 / 5040, -1.0 / 720},
+                                     {1.0 / 120, 1.0 / 24},
+                                     {-1.0 / 6, -1.0 / 2}};
+// For |x| <= 1/2: sin(x) / x and (1 - cos(x)) / x^2.
 constexpr double SMALL = 0.5;
-constexpr double STRAIGHT[] = {
-    1.0 / 6227020800, -1.0 / 39916800, 1.0 / 362880, -1.0 / 5040, 1.0 / 120, -1.0 / 6, 1};
-constexpr double ASIDE[] = {1.0 / 87178291200, -1.0 / 479001600, 1.0 / 3628800, -1.0 / 40320,
-                            1.0 / 720,         -1.0 / 24,        1.0 / 2};
+constexpr double STRAIGHT_ASIDE[][2] = {{1.0 / 6227020800, 1.0 / 87178291200},
+                                        {-1.0 / 39916800, -1.0 / 479001600},
+                                        {1.0 / 362880, 1.0 / 3628800},
+                                        {-1.0 / 5040, -1.0 / 40320},
+                                        {1.0 / 120, 1.0 / 720},
+                                        {-1.0 / 6, -1.0 / 24},
+                                        {1, 1.0 / 2}};
+
+/// Both series at once: a processor takes two numbers as fast as one.
+template <size_t TERMS>
+Eigen::Array2d series(const double (&coefficients)[TERMS][2], double square) {
+    using Pair = Eigen::Map<const Eigen::Array2d>;
+    Eigen::Array2d value = Pair(coefficients[0]);
+    for (size_t i = 1; i < TERMS; i++) value = value * square + Pair(coefficients[i]);
+    return value;
+}
 
 /// floor() of what fits 64 bits, without a call.
 double whole_below(double value) {
     const auto whole = static_cast<int64_t>(value);
     return static_cast<double>(whole - (static_cast<double>(whole) > value));
-}
-
-double horner(const double (&coefficients)[8], double square) {
-    double value = coefficients[0];
-    for (int i = 1; i < 8; i++) value = value * square + coefficients[i];
-    return value * square;
 }
 
 }  // namespace
@@ -41,8 +49,9 @@ Eigen::Vector2d direction(double angle) {
     constexpr double HALF_PI_HIGH = 1.5707963267948966, HALF_PI_LOW = 6.123233995736766e-17;
     double quarters = whole_below(angle / HALF_PI_HIGH + 0.5);
     double x = (angle - quarters * HALF_PI_HIGH) - quarters * HALF_PI_LOW;
-    double s = x + x * horner(SINE, x * x);
-    double c = 1 + horner(COSINE, x * x);
+    const double square = x * x;
+    const Eigen::Array2d shares = series(SINE_COSINE, square) * square;
+    const double s = x + x * shares[0], c = 1 + shares[1];
     // Who turns on a quarter swaps them, and changes the sign of one: no branch, since nobody could
     // foresee it.
     const auto quarter = static_cast<int64_t>(quarters);
@@ -56,13 +65,8 @@ Eigen::Vector2d arc(double angle) {
         const Eigen::Vector2d end = direction(angle);
         return {end.y() / angle, (1 - end.x()) / angle};
     }
-    const double square = angle * angle;
-    double straight = STRAIGHT[0], aside = ASIDE[0];
-    for (int i = 1; i < 7; i++) {
-        straight = straight * square + STRAIGHT[i];
-        aside = aside * square + ASIDE[i];
-    }
-    return {straight, aside * angle};
+    const Eigen::Array2d shares = series(STRAIGHT_ASIDE, angle * angle);
+    return {shares[0], shares[1] * angle};
 }
 
 double wrapped(double angle) {

@@ -187,13 +187,14 @@ Robot::~Robot() {
 
 void Robot::receive(Cycles at, const message_t &message, distance_measurement_t distance) {
     if (life_ == Life::STOPPED) return;
-    auto place = inbox_.end();
-    if (!inbox_.empty() && inbox_.back().at > at) {
-        auto later = [](Cycles time, const Reception &other) { return time < other.at; };
-        place = std::upper_bound(inbox_.begin() + inbox_next_, inbox_.end(), at, later);
-    }
-    inbox_.insert(place, {at, message, distance});
     next_message_ = std::min(next_message_, at);
+    if (inbox_.empty() || inbox_.back().at <= at) {
+        inbox_.push_back({at, message, distance});
+        return;
+    }
+    auto later = [](Cycles time, const Reception &other) { return time < other.at; };
+    const auto place = std::upper_bound(inbox_.begin() + inbox_next_, inbox_.end(), at, later);
+    inbox_.insert(place, {at, message, distance});
 }
 
 void Robot::run(Cycles until) {

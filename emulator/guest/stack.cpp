@@ -63,9 +63,11 @@ void *as_pointer(GuestStack::Outcome outcome) {
 struct StackEntry {
     static void run(transfer_t from) {
         auto &stack = GuestStack::instance();
-        stack.host_ = from.fctx;
-        stack.body_(stack.argument_);
-        jump_fcontext(stack.host_, as_pointer(GuestStack::Outcome::RETURNED));
+        for (;;) {
+            stack.host_ = from.fctx;
+            stack.body_(stack.argument_);
+            from = jump_fcontext(stack.host_, as_pointer(GuestStack::Outcome::RETURNED));
+        }
     }
     static void handle_fault(int signal, siginfo_t *info, void *context) {
         GuestStack::on_fault(signal, info, context);
@@ -100,7 +102,8 @@ GuestStack::Outcome GuestStack::call(void (*body)(void *), void *argument,
                                      SuspendedCall &suspended) {
     body_ = body;
     argument_ = argument;
-    return enter(make_fcontext(memory_ + BYTES, BYTES, StackEntry::run), suspended);
+    return enter(waiting_ ? waiting_ : make_fcontext(memory_ + BYTES, BYTES, StackEntry::run),
+                 suspended);
 }
 
 GuestStack::Outcome GuestStack::resume(SuspendedCall &suspended) {
@@ -114,6 +117,7 @@ GuestStack::Outcome GuestStack::enter(void *context, SuspendedCall &suspended) {
     transfer_t back = jump_fcontext(context, nullptr);
     host_ = nullptr;
     auto outcome = static_cast<Outcome>(reinterpret_cast<uintptr_t>(back.data));
+    waiting_ = outcome == Outcome::RETURNED ? back.fctx : nullptr;
     if (outcome == Outcome::SUSPENDED)
         suspended.assign(static_cast<uint8_t *>(back.fctx), memory_ + BYTES);
     return outcome;

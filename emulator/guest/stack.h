@@ -85,6 +85,8 @@ class GuestStack {
 
     uint8_t *memory_ = nullptr;
     void *host_ = nullptr;  ///< the context to go back to; null while no guest runs
+    /// Where the last call came back, ready for the next; null if the stack holds anything else.
+    void *waiting_ = nullptr;
     void (*body_)(void *) = nullptr;
     void *argument_ = nullptr;
     EmptyLoop empty_loop_ = nullptr;

@@ -46,3 +46,20 @@ TEST_CASE("any single wrong bit is found") {
 }
 
 TEST_CASE("a message is twelve bytes, as on air") { CHECK(sizeof(message_t) == 12); }
+
+TEST_CASE("whether a message is right is known anew whenever it changes, and only then") {
+    CheckedMessage said;
+    CHECK_FALSE(said.crc_is_right());  // nothing but zeros: its crc would be another
+    for (const auto &vector : VECTORS) {
+        for (int twice = 0; twice < 2; twice++) {
+            said.say(message_of(vector));
+            CHECK(said.crc_is_right());
+            CHECK(said.message().crc == vector.crc);
+        }
+        message_t wrong = message_of(vector);
+        wrong.data[8] ^= 1;
+        said.say(wrong);
+        CHECK_FALSE(said.crc_is_right());
+        CHECK(said.message().data[8] == wrong.data[8]);
+    }
+}
