@@ -94,7 +94,7 @@ Simulation::Simulation(const SimulationDef &def)
         kilobot_medium_.emplace(
             *def.kilobot_medium, chance_, robots_, *bodies_, speaks_, emissions_, counts_,
             [this](uint32_t robot, Cycles limit) {
-                return !floor_ && may_run_ahead(robot) ? undisturbed_until(robot, limit) : now_;
+                return !floor_ && may_run_ahead() ? undisturbed_until(robot, limit) : now_;
             },
             [this](uint32_t robot, Cycles until) {
                 take_commands(robot);
@@ -291,7 +291,7 @@ void Simulation::live_on(uint32_t robot, Cycles limit) {
         limit = std::min(limit, std::max(around.unchanged_until, later_sensing_));
     }
     const Cycles until =
-        may_run_ahead(robot) ? std::max(undisturbed_until(robot, limit), soonest) : soonest;
+        may_run_ahead() ? std::max(undisturbed_until(robot, limit), soonest) : soonest;
     if (next_sensing_ < until)
         floor_->tell(robots_[robot], surroundings_[robot].cell, next_sensing_, until);
     run_robot(robot, until);
@@ -304,11 +304,6 @@ void Simulation::live_on(uint32_t robot, Cycles limit) {
 void Simulation::sleep_until(uint32_t robot, Cycles until) {
     const bool waits = robots_[robot].question() != Robot::Question::NONE;
     wake_[robot] = begin_of_step(waits ? robots_[robot].now() : until, step_);
-}
-
-/// Whether what a robot senses stays the same for a time.
-bool Simulation::may_run_ahead(uint32_t robot) const {
-    return def_.run_ahead && (!light_changes() || bodies_->rests(robot));
 }
 
 /// Until when a robot hears nothing for certain. Who may not yet be asked for a message cannot be

@@ -157,7 +157,8 @@ class Simulation {
     void prefetch_due_after(size_t i) const;
     void live_on(uint32_t robot, Cycles limit);
     bool light_changes() const { return !def_.light.sources.empty(); }
-    bool may_run_ahead(uint32_t robot) const;
+    /// Not where light depends on the place: nobody knows for how long a robot will stay where it is.
+    bool may_run_ahead() const { return def_.run_ahead && !light_changes(); }
     Cycles undisturbed_until(uint32_t robot, Cycles limit);
     void look_around(uint32_t robot);
     void disturb(uint32_t robot, Cycles at);

@@ -132,6 +132,18 @@ TEST_CASE("the Kilobot medium: run ahead, tick by tick and in chunks give the sa
     }
 }
 
+TEST_CASE("under a lamp: run ahead, tick by tick and in chunks give the same") {
+    for (uint64_t seed = 41; seed <= 43; seed++) {
+        CAPTURE(seed);
+        Scene scene(square_hall(4), seed);
+        if (seed != 43) scene.def.kilobot_medium = KilobotMedium::Settings{};
+        scene.def.light.sources = {{{0.5, 0.2}, 900, 0.5}};
+        scene.def.step_ticks = seed == 42 ? 4 : 2;
+        scene.add_anywhere("light_watcher", 6);
+        check_all_ways(scene, 1500);
+    }
+}
+
 TEST_CASE("programs with delay(), waiting and failing ones among them: the same") {
     Scene scene(round_hall(5), 21);
     scene.def.floor = VirtualFloor::Settings{};
