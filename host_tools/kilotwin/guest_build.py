@@ -47,8 +47,15 @@ _GCC_FLAGS = ["-funsigned-bitfields"]  # clang has no such option
 # So that the engine notices a busy-wait, clang counts the program's basic blocks (and leaves out no
 # counters that follow from others: some endless loops have only those), and gcc's assembler the
 # turns of its loops, by count_loops.h, which needs the room below the stack.
-_CLANG_PROGRAM_FLAGS = ["-fsanitize-coverage=trace-pc,no-prune"]
+_CLANG_PROGRAM_FLAGS = [
+    "-fsanitize-coverage=trace-pc,no-prune",
+    "-Wno-incompatible-function-pointer-types",
+    "-Wno-unknown-warning-option",
+    "-Wno-return-mismatch",
+]
 _GCC_PROGRAM_FLAGS = ["-mno-red-zone", "-fcf-protection=none"]
+# Said to an older one, it would complain beneath a program's own errors.
+_GCC_14_PROGRAM_FLAGS = ["-Wno-return-mismatch"]
 # What avr-gcc defines for the robot's processor, kilolib's Makefile for its clock, and what only a
 # PC's compiler defines.
 _ROBOT_MACROS = [
@@ -76,9 +83,7 @@ _PROGRAM_FLAGS = [
     "-Wno-implicit-int",
     "-Wno-int-conversion",
     "-Wno-incompatible-pointer-types",
-    "-Wno-incompatible-function-pointer-types",
     "-Wno-return-type",
-    "-Wno-return-mismatch",
     "-Dmain=kt_guest_main",
 ]
 # An `inline` function that was inlined on the robot may not be here, and then it is missing.
@@ -170,6 +175,12 @@ def compiler_version(compiler: str) -> str:
     return run_tool([compiler, "--version"], "the compiler does not start").splitlines()[0]
 
 
+def _major(version: str) -> int:
+    """12 of "gcc (Debian 12.2.0-14) 12.2.0"; 0 of a compiler that does not say."""
+    number = re.search(r"(\d+)\.\d+(\.\d+)?$", version)
+    return int(number[1]) if number else 0
+
+
 class _Builder:
     """Paths and flags of one build."""
 
@@ -199,6 +210,7 @@ class _Builder:
             counted += _CLANG_PROGRAM_FLAGS
         else:
             counted += [*_GCC_PROGRAM_FLAGS, "-include", str(self._guest / "count_loops.h")]
+            counted += _GCC_14_PROGRAM_FLAGS if _major(version) >= 14 else []
         self._program_flags = [
             *flags,
             *api.includes(program.include_folders, libc, beside),

@@ -98,6 +98,7 @@ def test_builds_side_by_side_give_one_guest(program: Path, cache: Path) -> None:
     assert len(list(cache.iterdir())) == 1
 
 
+@pytest.mark.usefixtures("compiler")
 def test_a_compile_error_is_shown_as_the_compiler_wrote_it(tmp_path: Path, cache: Path) -> None:
     source = tmp_path / "broken.c"
     source.write_text("#include <kilolib.h>\nint main(void) { return nothing; }\n")
@@ -106,7 +107,28 @@ def test_a_compile_error_is_shown_as_the_compiler_wrote_it(tmp_path: Path, cache
     assert str(caught.value) == f"{source}: does not compile; mend what the compiler says"
     assert f"{source}:2:25: error: " in caught.value.detail
     assert "undeclared" in caught.value.detail
+    assert "-Wno" not in caught.value.detail  # no complaint about our options
     assert not list(cache.rglob("*.so"))
+
+
+@pytest.mark.usefixtures("cache")
+@pytest.mark.parametrize(
+    ("version", "knows"),
+    [("gcc (Debian 12.2.0-14) 12.2.0", False), ("gcc (GCC) 14.1.0", True), ("gcc of mine", False)],
+)
+def test_gcc_is_told_only_what_its_version_knows(
+    version: str, knows: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compiler, told, source = tmp_path / "cc", tmp_path / "told", tmp_path / "blink.c"
+    compiler.write_text(
+        f'#!/bin/sh\n[ "$1" = --version ] && echo "{version}" && exit\n'
+        f'echo "$@" >> "{told}"\nexec gcc "$@"\n'
+    )
+    compiler.chmod(0o755)
+    monkeypatch.setenv("KILOTWIN_CC", str(compiler))
+    source.write_text(BLINK)
+    build(find_program(str(source), HERE))
+    assert ("-Wno-return-mismatch" in told.read_text()) == knows
 
 
 def test_a_missing_header_is_a_compile_error(tmp_path: Path) -> None:
