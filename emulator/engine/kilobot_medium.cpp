@@ -133,17 +133,21 @@ void KilobotMedium::ask_later(const Event &event) {
 
 /// Brings those near who are asked some time after the `next`.
 void KilobotMedium::prefetch_asked(size_t next) const {
-    constexpr size_t SOON = 2, LATER = 4;
-    if (robots_.size() < FETCHED_SWARM || next + LATER >= asks_.size()) return;
-    const Event &soon = asks_[next + SOON], &later = asks_[next + LATER];
+    constexpr size_t SOON = 2, LATER = 4, LATEST = 5;
+    if (robots_.size() < FETCHED_SWARM || next + LATEST >= asks_.size()) return;
+    const Event &soon = asks_[next + SOON], &later = asks_[next + LATER],
+                &latest = asks_[next + LATEST];
+    const Neighbours &lists = bodies_.lists();
+    if (latest.what == What::ASK) lists.prefetch_place(latest.station);
     if (later.what == What::ASK) {
         robots_[later.station].prefetch();
         kilotwin::prefetch(&stations_[later.station], sizeof(Station));
         bodies_.prefetch(later.station);
+        lists.prefetch(later.station);
     }
     if (soon.what != What::ASK) return;
     robots_[soon.station].prefetch_state();
-    for (uint32_t other : bodies_.lists().of(soon.station)) {
+    for (uint32_t other : lists.of(soon.station)) {
         bodies_.prefetch(other);
         prefetch(other);
     }

@@ -29,6 +29,10 @@ class Neighbours {
         return {ids_.data() + begin_[robot], ids_.data() + begin_[robot + 1]};
     }
 
+    /// Bring into the cache where the list of `robot` stands, and then, some time later, itself.
+    void prefetch_place(uint32_t robot) const { __builtin_prefetch(&begin_[robot]); }
+    void prefetch(uint32_t robot) const { __builtin_prefetch(ids_.data() + begin_[robot]); }
+
     /// Whether the last rebuild() changed the list of `robot`.
     bool changed(uint32_t robot) const { return changed_[robot]; }
 
