@@ -30,7 +30,7 @@ from kilotwin.sweep.measure import (
 from kilotwin.sweep.plan import Plan, Trial, shown
 from kilotwin.terminal import duration
 
-_GUESSED_ROBOT_S_PER_CPU_S = 300_000
+_GUESSED_ROBOT_S_PER_CPU_S = 500_000
 _BYTES_PER_SAMPLE = 8
 _BYTES_PER_TRIAL = 4096
 _BROKEN_MOST = 20
