@@ -27,6 +27,7 @@ from kilotwin import resources
 from kilotwin.apis import APIS, wanted_helpers
 from kilotwin.errors import InputError, RunError
 from kilotwin.programs import Program
+from kilotwin.robot_assembly import without_assembly
 from kilotwin.robot_widths import with_robots_widths
 
 # How kilolib compiles for the robot, and nothing that would make results differ between compilers.
@@ -95,6 +96,9 @@ _SHARED_FLAGS = ["-shared", "-Wl,-Bsymbolic", "-Wl,-z,now", "-Wl,-z,defs"]
 _SLOW_S = 0.5
 
 Notify = Callable[[str], None]
+
+# Of a program's preprocessed text; with the folders of headers that are not the program's.
+_Change = Callable[[str, Sequence[str]], str]
 
 
 # Files of the thin half that only the guests of one kind have.
@@ -196,6 +200,7 @@ class _Builder:
             if _SIDE_OF.get(file.name, kind) == kind
         ]
         self._helpers = api.helper_sources()
+        self._headers = [str(self._guest), *(word[2:] for word in api.includes())]
         libc = [self._guest / "include"]
         headers = api.includes(libc=libc)
         beside = [source.parent for source in program.sources]
@@ -259,18 +264,33 @@ class _Builder:
         try:
             self._build(target, ways[0])
         except InputError:
-            for robots_widths, flags in ((False, ways[1]), (True, ways[0])):
+            others: list[tuple[list[str], list[_Change]]] = [
+                (ways[1], []),
+                (ways[0], [with_robots_widths]),
+            ]
+            if self._has_assembly():
+                others += [(ways[0], [without_assembly]), (ways[1], [without_assembly])]
+                others += [(ways[0], [with_robots_widths, without_assembly])]
+            for flags, changes in others:
                 with contextlib.suppress(InputError):
-                    return self._build(target, flags, robots_widths=robots_widths)
+                    return self._build(target, flags, changes)
             raise
 
-    def _build(self, target: Path, more_flags: list[str], *, robots_widths: bool = False) -> None:
+    def _has_assembly(self) -> bool:
+        with contextlib.suppress(InputError):
+            return any(
+                text != without_assembly(text, self._headers)
+                for text in map(self._preprocessed, self._program.sources)
+            )
+        return False
+
+    def _build(self, target: Path, more_flags: list[str], changes: Sequence[_Change] = ()) -> None:
         with tempfile.TemporaryDirectory(prefix="kilotwin-") as scratch:
             work = Path(scratch)
             flags = [*self._program_flags, *more_flags]
             sources = self._program.sources
-            if robots_widths:
-                sources = self._with_robots_widths(sources, flags, work / "widths")
+            if changes:
+                sources = self._changed(sources, changes, work / "changed")
             objects = self._compile(sources, flags, work / "program")
             helpers = wanted_helpers(
                 "nm", objects, self._compile(self._helpers, self._helper_flags, work / "helpers")
@@ -296,17 +316,21 @@ class _Builder:
             finally:
                 Path(draft.name).unlink(missing_ok=True)
 
-    def _with_robots_widths(
-        self, sources: Sequence[Path], flags: list[str], folder: Path
+    def _changed(
+        self, sources: Sequence[Path], changes: Sequence[_Change], folder: Path
     ) -> tuple[Path, ...]:
         folder.mkdir()
-        headers = [str(self._guest), *(word[2:] for word in APIS[self._program.api].includes())]
         changed = []
         for number, source in enumerate(sources):
-            text = self._tool([self._compiler, *flags, "-E", source])
+            text = self._preprocessed(source)
+            for change in changes:
+                text = change(text, self._headers)
             changed.append(folder / f"{number}-{source.stem}.i")
-            changed[-1].write_text(with_robots_widths(text, headers))
+            changed[-1].write_text(text)
         return tuple(changed)
+
+    def _preprocessed(self, source: Path) -> str:
+        return self._tool([self._compiler, *self._program_flags, "-E", source])
 
     def _compile(self, sources: Sequence[Path], flags: list[str], folder: Path) -> list[Path]:
         folder.mkdir()

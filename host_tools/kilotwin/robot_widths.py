@@ -5,13 +5,15 @@ defined with the other. On a PC that does not compile.
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from itertools import groupby
 
 _MARKER = re.compile(r'# \d+ "(.*?)"([ \d]*)$')
 _SYSTEM_HEADER = "3"
-_TEXT = r'"(?:\\.|[^"\\])*"|' + r"'(?:\\.|[^'\\])*'"
+TEXT = r'"(?:\\.|[^"\\\n])*"|' + r"'(?:\\.|[^'\\\n])*'"
+"""A string or a character, as an expression."""
 _TYPE = r"\b(?:unsigned|signed|short|long|int)\b(?:[ \t]+(?:unsigned|signed|short|long|int)\b)*"
-_WORDS = re.compile(rf"{_TEXT}|{_TYPE}(?:[ \t]+(?:char|double)\b)?")
+_WORDS = re.compile(rf"{TEXT}|{_TYPE}(?:[ \t]+(?:char|double)\b)?")
 
 
 def with_robots_widths(preprocessed: str, headers: Sequence[str]) -> str:
@@ -20,15 +22,33 @@ def with_robots_widths(preprocessed: str, headers: Sequence[str]) -> str:
     Files whose name begins as one of `headers`, and the compiler's own, are left alone: the thin
     half was compiled with them.
     """
+    return change_own_lines(preprocessed, headers, lambda lines: _WORDS.sub(_robots_type, lines))
+
+
+def change_own_lines(
+    preprocessed: str, headers: Sequence[str], change: Callable[[str], str]
+) -> str:
+    """C text as `cc -E` gives it, with `change` made to what the program wrote, in pieces.
+
+    Left alone are files whose name begins as one of `headers`, and the compiler's own.
+    """
+    return "".join(change(lines) if own else lines for own, lines in _pieces(preprocessed, headers))
+
+
+def _pieces(preprocessed: str, headers: Sequence[str]) -> Iterator[tuple[bool, str]]:
+    """Lines of the program's own, and others, in turn."""
     own = True
-    lines = []
-    for line in preprocessed.splitlines():
+
+    def is_own(line: str) -> bool:
+        nonlocal own
         marker = _MARKER.match(line)
         if marker:
             name, flags = marker.groups()
             own = _SYSTEM_HEADER not in flags and not name.startswith(tuple(headers))
-        lines.append(_WORDS.sub(_robots_type, line) if own and not marker else line)
-    return "\n".join([*lines, ""])
+        return own and not marker
+
+    for whose, lines in groupby(preprocessed.splitlines(), is_own):
+        yield whose, "".join(f"{line}\n" for line in lines)
 
 
 def _robots_type(match: re.Match[str]) -> str:

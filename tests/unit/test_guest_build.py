@@ -373,3 +373,179 @@ int main(void) {
 }
 """)
     assert build(find_program(str(tmp_path / "k.c"), HERE)).name == "k"
+
+
+LIVES = """
+void loop(void) {}
+int main(void) {
+    kilo_init();
+    kilo_start(setup, loop);
+    return 0;
+}
+"""
+
+
+@pytest.mark.usefixtures("compiler")
+def test_a_program_may_write_into_its_texts(tmp_path: Path) -> None:
+    """On an AVR they lie in RAM. Each robot has its own."""
+    source = tmp_path / "texts.c"
+    source.write_text(
+        """
+#include <string.h>
+#include "kilolib.h"
+char *name = "robot 0";
+uint8_t was, word;
+void setup(void) {
+    char *words = "stop,go";
+    was = name[6];
+    name[6] += kilo_uid + 1;
+    word = strtok(words, ",")[3];
+}
+"""
+        + LIVES
+    )
+    with World(program=str(source), count=3, arena=1.0) as world:
+        world.run(1)
+        assert world.events == []
+        assert [world.variable(robot, "was") for robot in range(3)] == [ord("0")] * 3
+        assert world.variable(0, "word") == ord("p")
+
+
+@pytest.mark.usefixtures("compiler")
+def test_constructors_run_for_each_robot_before_main(tmp_path: Path) -> None:
+    source = tmp_path / "early.c"
+    source.write_text(
+        """
+#include "kilolib.h"
+uint8_t order[3], count;
+__attribute__((constructor(200))) static void second(void) { order[count++] = 2; }
+__attribute__((constructor(101))) static void first(void) { order[count++] = 1; }
+__attribute__((constructor)) static void third(void) {
+    order[count++] = 3;
+    set_color(RGB(1, 0, 0));
+}
+void setup(void) {}
+"""
+        + LIVES
+    )
+    with World(program=str(source), count=2, arena=1.0) as world:
+        world.run(1)
+        assert world.events == []
+        assert [world.variable(robot, "order") for robot in range(2)] == [[1, 2, 3]] * 2
+
+
+@pytest.mark.usefixtures("compiler")
+def test_assembly_of_the_avr_is_left_out_where_it_does_not_compile(tmp_path: Path) -> None:
+    source = tmp_path / "assembly.c"
+    source.write_text(
+        """
+#include <avr/interrupt.h>
+#include "kilolib.h"
+#define SWAP(x) asm volatile("swap %0" : "=r"(x) : "0"(x))
+uint8_t number = 5, text, handled;
+static inline uint8_t status(void) {
+    uint8_t sreg = 7;
+    __asm__ __volatile__(
+        "in __tmp_reg__, __SREG__ \\n\\t"  // a comment, and a )
+        "cli" "\\n\\t"
+        "out __SREG__, __tmp_reg__"
+        : "=r"(sreg) : "I"(0x3F) : "memory", "r0");
+    return sreg;
+}
+void __attribute__((interrupt, used)) __vector_13(void) { handled++; }
+void setup(void) {
+    register uint8_t value asm("r24") = 3;
+    SWAP(value);
+    asm("nop");
+    text = sizeof("asm(\\"swap\\") )");
+    number += value + status();
+}
+"""
+        + LIVES
+    )
+    with World(program=str(source), count=1, arena=1.0) as world:
+        world.run(1)
+        assert world.events == []
+        assert world.variable(0, "number") == 15
+        assert world.variable(0, "text") == len('asm("swap") )') + 1
+
+
+def test_a_program_that_spoils_its_heap_goes_on(tmp_path: Path) -> None:
+    """Written beyond a block, freed twice, freed what never was a block."""
+    source = tmp_path / "heap.c"
+    source.write_text(
+        """
+#include <stdlib.h>
+#include <string.h>
+#include "kilolib.h"
+uint8_t *volatile block;
+uint8_t got, none[4], here;
+void setup(void) {
+    __malloc_margin = 64;
+    for (uint8_t i = 0; i < 10; i++) {
+        block = malloc(4);
+        memset(block, i & 1 ? 0 : 255, 40);
+    }
+    free(block);
+    free(block);
+    free(block + 1);
+    free(none + 1);
+    free(&here);
+    got = malloc(100) != NULL && realloc(block + 8, 3) == NULL;
+}
+"""
+        + LIVES
+    )
+    with World(program=str(source), count=1, arena=1.0) as world:
+        world.run(1)
+        assert world.events == []
+        assert world.variable(0, "got") == 1
+
+
+@pytest.mark.usefixtures("compiler")
+def test_more_of_avr_libc_is_there(tmp_path: Path) -> None:
+    """Borders of the memory, fuses by avr/io.h alone, input from a program's own stream."""
+    source = tmp_path / "more.c"
+    source.write_text(
+        """
+#include <avr/io.h>
+#include <limits.h>
+#include <stdio.h>
+#include "kilolib.h"
+#if __AVR_LIBC_VERSION__ < 10600UL
+#error too old
+#endif
+FUSES = {.low = LFUSE_DEFAULT, .high = HFUSE_DEFAULT, .extended = EFUSE_DEFAULT};
+extern int __heap_start, *__brkval;
+extern uint8_t _end, __stack, __bss_end, __data_start;
+uint8_t modes = SLEEP_MODE_PWR_DOWN;
+int left, number, other, letter, more;
+char text[3];
+static int give(FILE *stream) {
+    static uint8_t at;
+    (void)stream;
+    return "12 x\\n345\\nab"[at++];
+}
+static FILE input = FDEV_SETUP_STREAM(NULL, give, _FDEV_SETUP_READ);
+static int free_ram(void) {
+    int here;
+    return (int)&here - (__brkval == 0 ? (int)&__heap_start : (int)__brkval);
+}
+void setup(void) {
+    left = free_ram() + (SP - (uint16_t)&_end) + (&__bss_end - &__data_start) + __stack;
+    stdin = &input;
+    more = fscanf(stdin, "%d", &number) + (LONG_LONG_MAX > 0);
+    letter = getchar();
+    ungetc('9', stdin);
+    scanf("%d", &other);
+    fread(text, 1, 2, stdin);
+}
+"""
+        + LIVES
+    )
+    with World(program=str(source), count=1, arena=1.0) as world:
+        world.run(1)
+        assert world.events == []
+        seen = [world.variable(0, name) for name in ("number", "letter", "other", "more")]
+        assert seen == [12, ord("3"), 945, 2]
+        assert world.variable(0, "text")[:2] == [ord("a"), ord("b")]

@@ -16,6 +16,8 @@ struct kt_stream {
     int (*get)(FILE *stream);                  ///< may be NULL
     void *udata;
     uint8_t flags;
+    uint8_t given_back;  ///< by ungetc()
+    uint8_t unread;      ///< 1: `given_back` comes next
 };
 
 extern FILE *kt_streams[3];
@@ -25,6 +27,9 @@ extern FILE *kt_streams[3];
 #define stderr (kt_streams[2])
 
 #define EOF (-1)
+#define SEEK_SET 0
+#define SEEK_CUR 1
+#define SEEK_END 2
 
 #define _FDEV_SETUP_READ 1
 #define _FDEV_SETUP_WRITE 2
@@ -40,6 +45,7 @@ extern FILE *kt_streams[3];
         (stream)->get = (get_function);                             \
         (stream)->udata = NULL;                                     \
         (stream)->flags = (mode);                                   \
+        (stream)->unread = 0;                                       \
     } while (0)
 #define fdev_set_udata(stream, data) ((void)((stream)->udata = (data)))
 #define fdev_get_udata(stream) ((stream)->udata)
@@ -67,6 +73,9 @@ int getchar(void);
 int getc(FILE *stream);
 int fgetc(FILE *stream);
 char *fgets(char *text, int bytes, FILE *stream);
+char *gets(char *text);
+size_t fread(void *data, size_t size, size_t count, FILE *stream);
+int ungetc(int character, FILE *stream);
 
 #define ferror(stream) ((void)(stream), 0)
 #define feof(stream) ((void)(stream), 0)
@@ -79,6 +88,11 @@ int vsnprintf(char *text, size_t bytes, const char *format, va_list arguments);
 
 int sscanf(const char *text, const char *format, ...);
 int vsscanf(const char *text, const char *format, va_list arguments);
+/// From a line of the stream.
+int scanf(const char *format, ...);
+int fscanf(FILE *stream, const char *format, ...);
+int vscanf(const char *format, va_list arguments);
+int vfscanf(FILE *stream, const char *format, va_list arguments);
 
 #define printf_P printf
 #define fprintf_P fprintf
@@ -90,5 +104,8 @@ int vsscanf(const char *text, const char *format, va_list arguments);
 #define puts_P puts
 #define fputs_P fputs
 #define sscanf_P sscanf
+#define scanf_P scanf
+#define fscanf_P fscanf
+#define vfscanf_P vfscanf
 
 #endif

@@ -35,6 +35,10 @@ void *calloc(size_t count, size_t size);
 void *realloc(void *memory, size_t bytes);
 void free(void *memory);
 
+/// For programs that set them; the heap stays as it is.
+extern size_t __malloc_margin;
+extern char *__malloc_heap_start, *__malloc_heap_end;
+
 int abs(int number);
 long labs(long number);
 div_t div(int dividend, int divisor) __attribute__((const));

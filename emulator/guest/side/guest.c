@@ -84,6 +84,16 @@ uint8_t rand_soft(void) {
 
 void kt_rand_seed(uint8_t seed) { soft_seed = seed; }
 
+extern void (*const kt_constructors_begin[])(void);
+extern void (*const kt_constructors_end[])(void);
+
+int kt_run_program() {
+    for (void (*const *constructor)(void) = kt_constructors_begin;
+         constructor < kt_constructors_end; constructor++)
+        (*constructor)();
+    return kt_guest_main();
+}
+
 uint32_t kt_ticks(void) { return *kt_table.ticks; }
 int16_t kt_sensor(uint8_t which) { return kt_host->sensor(which); }
 void kt_print(const char *text, uint32_t bytes) { kt_host->print(text, bytes); }

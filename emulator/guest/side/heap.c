@@ -1,11 +1,9 @@
 // malloc in a heap that is part of the robot's state and runs out, as the robot's 2 KB would. Only
-// programs that use it carry it. First fit over one list of blocks in order of address; neighbours
-// that are free are joined.
+// programs that use it carry it. First fit. What is taken is noted apart from the blocks, so that a
+// program that writes beyond one, or frees what it never got, spoils its own data only.
 #include <stddef.h>
 #include <stdint.h>
 #include <string.h>
-
-#include "side.h"
 
 void *malloc(size_t bytes);
 void free(void *memory);
@@ -13,51 +11,51 @@ void *calloc(size_t count, size_t size);
 void *realloc(void *memory, size_t bytes);
 
 /// 2,048 bytes of RAM less kilolib's own 110 and a stack of 400, four times: a pointer has 8 bytes
-/// here and 2 there, and so have the headers of blocks. Lists that fit there must fit here.
-enum { HEAP_BYTES = 4 * 1536, ALIGNMENT = 8 };
+/// here and 2 there, and so has what precedes a block. Lists that fit there must fit here.
+enum { HEAP_BYTES = 4 * 1536, UNIT = 8, UNITS = HEAP_BYTES / UNIT };
 
-typedef struct {
-    uint16_t bytes;  ///< of the block, header included; 0 before the first call
-    uint16_t used;
-    uint32_t unused;
-} header_t;
+/// A block begins with a unit that nobody uses, where avr-libc has its size.
+enum { FREE, FIRST, MORE };
 
-static uint8_t heap[HEAP_BYTES] __attribute__((aligned(ALIGNMENT)));
+static uint8_t heap[HEAP_BYTES] __attribute__((aligned(UNIT)));
+static uint8_t units[UNITS];
 
-static header_t *header_at(size_t offset) { return (header_t *)(void *)(heap + offset); }
+// What avr-libc offers to set; it changes nothing here.
+// NOLINTBEGIN(bugprone-reserved-identifier)
+__attribute__((weak)) size_t __malloc_margin = 32;
+__attribute__((weak)) char *__malloc_heap_start = (char *)heap;
+__attribute__((weak)) char *__malloc_heap_end = (char *)heap + HEAP_BYTES;
+// NOLINTEND(bugprone-reserved-identifier)
 
-static void join_free_blocks(void) {
-    for (size_t at = 0; at < HEAP_BYTES;) {
-        header_t *block = header_at(at);
-        size_t next = at + block->bytes;
-        if (!block->used && next < HEAP_BYTES && !header_at(next)->used)
-            block->bytes = (uint16_t)(block->bytes + header_at(next)->bytes);
-        else
-            at = next;
-    }
+/// Of the block at `memory`, its first one included; 0: there is none.
+static size_t units_at(const void *memory) {
+    const uintptr_t offset = (uintptr_t)memory - (uintptr_t)heap - UNIT;
+    if (offset >= HEAP_BYTES || offset % UNIT != 0 || units[offset / UNIT] != FIRST) return 0;
+    size_t count = 1;
+    while (offset / UNIT + count < UNITS && units[offset / UNIT + count] == MORE) count++;
+    return count;
+}
+
+static uint8_t *first_unit_of(const void *memory) {
+    return units + ((const uint8_t *)memory - heap) / UNIT - 1;
 }
 
 void *malloc(size_t bytes) {
     if (bytes > HEAP_BYTES) return NULL;  // no bytes are a block too, as in avr-libc
-    if (header_at(0)->bytes == 0) header_at(0)->bytes = HEAP_BYTES;
-    size_t wanted = (sizeof(header_t) + bytes + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
-    for (size_t at = 0; at < HEAP_BYTES; at += header_at(at)->bytes) {
-        header_t *block = header_at(at);
-        if (block->used || block->bytes < wanted) continue;
-        if (block->bytes - wanted >= 2 * sizeof(header_t)) {
-            *header_at(at + wanted) = (header_t){(uint16_t)(block->bytes - wanted), 0, 0};
-            block->bytes = (uint16_t)wanted;
-        }
-        block->used = 1;
-        return block + 1;
+    const size_t wanted = 1 + (bytes + UNIT - 1) / UNIT;
+    for (size_t first = 0, found; first + wanted <= UNITS; first += found + 1) {
+        for (found = 0; found < wanted && units[first + found] == FREE;) found++;
+        if (found < wanted) continue;
+        memset(units + first, MORE, wanted);
+        units[first] = FIRST;
+        return heap + (first + 1) * UNIT;
     }
     return NULL;
 }
 
 void free(void *memory) {
-    if (memory == NULL) return;
-    ((header_t *)memory - 1)->used = 0;
-    join_free_blocks();
+    const size_t count = units_at(memory);
+    if (count > 0) memset(first_unit_of(memory), FREE, count);
 }
 
 void *calloc(size_t count, size_t size) {
@@ -68,7 +66,9 @@ void *calloc(size_t count, size_t size) {
 
 void *realloc(void *memory, size_t bytes) {
     if (memory == NULL) return malloc(bytes);
-    size_t held = ((header_t *)memory - 1)->bytes - sizeof(header_t);
+    const size_t count = units_at(memory);
+    if (count == 0) return NULL;
+    const size_t held = (count - 1) * UNIT;
     if (bytes <= held) return memory;
     void *larger = malloc(bytes);
     if (larger == NULL) return NULL;

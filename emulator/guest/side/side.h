@@ -21,6 +21,8 @@ extern __attribute__((weak, visibility("hidden"))) const char __stop_kt_handlers
 
 /// The program's main().
 extern int kt_guest_main();
+/// It, after the program's constructors.
+int kt_run_program();
 
 /// Only programs that use such registers link it (avr.c).
 extern __attribute__((weak, visibility("hidden"))) void kt_settle(void);

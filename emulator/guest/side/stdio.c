@@ -153,6 +153,10 @@ WEAK int fflush(FILE *stream) {
 }
 
 WEAK int fgetc(FILE *stream) {
+    if (stream != NULL && stream->unread) {
+        stream->unread = 0;
+        return stream->given_back;
+    }
     int character = stream == NULL || stream->get == NULL ? EOF : stream->get(stream);
     return character < 0 ? EOF : character;
 }
@@ -171,4 +175,50 @@ WEAK char *fgets(char *text, int bytes, FILE *stream) {
     if (length == 0) return NULL;
     text[length] = '\0';
     return text;
+}
+
+WEAK char *gets(char *text) {
+    if (fgets(text, INT16_MAX, stdin) == NULL) return NULL;
+    text[strcspn(text, "\n")] = '\0';
+    return text;
+}
+
+WEAK size_t fread(void *data, size_t size, size_t count, FILE *stream) {
+    uint8_t *byte = data;
+    for (size_t i = 0; i < size * count; i++) {
+        int character = fgetc(stream);
+        if (character == EOF) return i / size;
+        *byte++ = (uint8_t)character;
+    }
+    return count;
+}
+
+WEAK int ungetc(int character, FILE *stream) {
+    if (character == EOF || stream == NULL || stream->unread) return EOF;
+    stream->given_back = (uint8_t)character;
+    stream->unread = 1;
+    return stream->given_back;
+}
+
+WEAK int vfscanf(FILE *stream, const char *format, va_list arguments) {
+    char line[LINE_BYTES];
+    return fgets(line, sizeof line, stream) == NULL ? EOF : vsscanf(line, format, arguments);
+}
+
+WEAK int vscanf(const char *format, va_list arguments) { return vfscanf(stdin, format, arguments); }
+
+WEAK int fscanf(FILE *stream, const char *format, ...) {
+    va_list arguments;
+    va_start(arguments, format);
+    int count = vfscanf(stream, format, arguments);
+    va_end(arguments);
+    return count;
+}
+
+WEAK int scanf(const char *format, ...) {
+    va_list arguments;
+    va_start(arguments, format);
+    int count = vscanf(format, arguments);
+    va_end(arguments);
+    return count;
 }

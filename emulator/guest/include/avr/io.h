@@ -4,7 +4,10 @@
 
 #include "sfr_defs.h"
 
+#include "fuse.h"
 #include "iom328p.h"
+#include "lock.h"
 #include "portpins.h"
+#include "version.h"
 
 #endif

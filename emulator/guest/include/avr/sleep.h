@@ -4,13 +4,6 @@
 
 #include "io.h"
 
-#define SLEEP_MODE_IDLE 0x00
-#define SLEEP_MODE_ADC _BV(SM0)
-#define SLEEP_MODE_PWR_DOWN _BV(SM1)
-#define SLEEP_MODE_PWR_SAVE (_BV(SM0) | _BV(SM1))
-#define SLEEP_MODE_STANDBY (_BV(SM1) | _BV(SM2))
-#define SLEEP_MODE_EXT_STANDBY (_BV(SM0) | _BV(SM1) | _BV(SM2))
-
 #define set_sleep_mode(mode) \
     ((void)(SMCR = (uint8_t)((SMCR & ~(_BV(SM0) | _BV(SM1) | _BV(SM2))) | (mode))))
 #define sleep_enable() ((void)(SMCR = (uint8_t)(SMCR | _BV(SE))))
