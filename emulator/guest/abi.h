@@ -15,7 +15,7 @@
 extern "C" {
 #endif
 
-#define KT_GUEST_ABI 6
+#define KT_GUEST_ABI 7
 #define KT_PACKED __attribute__((packed))
 
 /// The registers that reach motors and LED (hardware.md 1.8), as a program may write them itself.
@@ -129,8 +129,9 @@ typedef struct KT_PACKED {
     const kt_module_t *module;   ///< null: a robot's program
 } kt_table_t;
 
-/// More than the 64 KB that an index of 16 bits can be off: it never reaches the engine.
-#define KT_GUARD_BYTES 0x11000
+/// More than the 64 K elements of 4 bytes that an index of 16 bits can be off: it never reaches the
+/// engine.
+#define KT_GUARD_BYTES 0x41000
 
 /// The one symbol a guest exports.
 extern __attribute__((visibility("default"))) const kt_table_t kt_table;

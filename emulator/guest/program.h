@@ -54,7 +54,8 @@ class Program {
     void evict(const uint8_t *image);
 
     /// Whether an address lies so near to the state that the robot, whose RAM has 2 KB, has memory
-    /// there.
+    /// there. Also that of an element before the first one, by an index without sign: on the robot
+    /// the sum wraps as the index does.
     bool is_beside_state(const void *address) const;
 
     /// Whether an address lies in the guard pages around the state.

@@ -246,12 +246,12 @@ Cycles Robot::next_ask() const {
     const bool may_run =
         state_ == State::RUNNING || state_ == State::SETUP;  // setup() may end any time
     if (life_ != Life::ALIVE || !may_run || next_tick_ == NEVER) return NEVER;
-    if (program_->table().tx_period != nullptr)
-        return next_tick_;  // it may shorten its period any time
+    const Cycles back = next_tick_ + waits_past_tick_;        // from a callback that waits
+    if (program_->table().tx_period != nullptr) return back;  // it may shorten its period any time
     const int missing = TX_PERIOD_AT_RESET - tx_clock_ - tick_increment_;
-    return missing < 0
-               ? next_tick_
-               : next_tick_ + static_cast<Cycles>(missing / TICK_COMPARE + 1) * calibration_.tick;
+    if (missing < 0) return back;
+    const auto ticks = static_cast<Cycles>(missing / TICK_COMPARE + 1);
+    return std::max(next_tick_ + ticks * calibration_.tick, back);
 }
 
 inline uint16_t Robot::tx_period(const kt_table_t &table) {
@@ -632,7 +632,10 @@ void Robot::wait_until(Cycles wake) {
         while (!in_interrupt_ && next_interrupt() <= wake && next_interrupt() < until_)
             serve_interrupt();
         if (wake < until_) break;
+        if (in_interrupt_ && wake > next_tick_)
+            waits_past_tick_ = static_cast<uint32_t>(wake - next_tick_);
         GuestStack::instance().suspend();
+        waits_past_tick_ = 0;
     }
     now_ = std::max(now_, wake);
 }

@@ -157,6 +157,12 @@ class alignas(64) Robot {
     /// What the light sensor reads from now on, 0..1023; set from outside.
     int16_t light = 0;
 
+  private:
+    // Here it fills a gap of this line of the cache.
+    uint32_t waits_past_tick_ =
+        0;  ///< of a callback that waits: so long after next_tick_ it goes on
+
+  public:
     /// Motor commands of the last run(), in order of time; the caller clears them.
     Few<MotorCommand, 2> motor_commands;
 

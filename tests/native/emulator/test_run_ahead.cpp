@@ -144,6 +144,17 @@ TEST_CASE("under a lamp: run ahead, tick by tick and in chunks give the same") {
     }
 }
 
+TEST_CASE("callbacks that wait: run ahead, tick by tick and in chunks give the same, and soon") {
+    for (uint64_t seed = 51; seed <= 52; seed++) {
+        CAPTURE(seed);
+        Scene scene(square_hall(1.2), seed);
+        if (seed == 51) scene.def.kilobot_medium = KilobotMedium::Settings{};
+        if (seed == 51) scene.def.kilobot_medium->range_m = 0.6;
+        scene.add_anywhere("patient", 5);
+        check_all_ways(scene, DURATION_TICKS);
+    }
+}
+
 TEST_CASE("programs with delay(), waiting and failing ones among them: the same") {
     Scene scene(round_hall(5), 21);
     scene.def.floor = VirtualFloor::Settings{};

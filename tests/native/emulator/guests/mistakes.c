@@ -46,6 +46,13 @@ static void miss(void) {
     for (uint8_t i = 0; i < 4; i++) below[i] = 5;
     below[zero]++;
     printf("%d %d", below[2], below[zero]);
+    static volatile uint16_t words[4];
+    static volatile float reals[4];
+    const uint16_t before = (uint16_t)(zero - 1);
+    array[before] = 5;
+    words[before] += 5;
+    reals[before] = 5;
+    printf("%d %d %d", array[before], words[before], reals[before] == 0);
 }
 
 static void setup(void) {}
