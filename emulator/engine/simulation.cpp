@@ -96,10 +96,7 @@ Simulation::Simulation(const SimulationDef &def)
             [this](uint32_t robot, Cycles limit) {
                 return !floor_ && may_run_ahead() ? undisturbed_until(robot, limit) : now_;
             },
-            [this](uint32_t robot, Cycles until) {
-                take_commands(robot);
-                sleep_until(robot, until);
-            },
+            [this](uint32_t robot, Cycles until) { has_lived(robot, until); },
             grid_ ? &*grid_ : nullptr, boards_.empty() ? nullptr : &boards_);
     else if (!boards_.empty())
         throw EngineError("boards need the kilobot medium: the ideal one has no pulses");
@@ -295,13 +292,13 @@ void Simulation::live_on(uint32_t robot, Cycles limit) {
     if (next_sensing_ < until)
         floor_->tell(robots_[robot], surroundings_[robot].cell, next_sensing_, until);
     run_robot(robot, until);
-    take_commands(robot);
-    sleep_until(robot, until);
+    has_lived(robot, until);
 }
 
 /// A robot has lived up to `until`: till then it needs not be seen to. Where it waits for the
 /// medium's answer it goes on in that step.
-void Simulation::sleep_until(uint32_t robot, Cycles until) {
+void Simulation::has_lived(uint32_t robot, Cycles until) {
+    take_commands(robot);
     const bool waits = robots_[robot].question() != Robot::Question::NONE;
     wake_[robot] = begin_of_step(waits ? robots_[robot].now() : until, step_);
 }

@@ -163,7 +163,7 @@ class Simulation {
     void look_around(uint32_t robot);
     void disturb(uint32_t robot, Cycles at);
     void run_robot(uint32_t robot, Cycles until);
-    void sleep_until(uint32_t robot, Cycles until);
+    void has_lived(uint32_t robot, Cycles until);
     void take_commands(uint32_t robot);
     void plan_frames(uint32_t robot);
     void look_around_grid();

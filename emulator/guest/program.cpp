@@ -71,16 +71,15 @@ void Program::evict(const uint8_t *image) {
 }
 
 bool Program::is_beside_state(const void *address) const {
-    constexpr int64_t RAM_BYTES = 2048, WRAPS[] = {int64_t{1} << 16, int64_t{1} << 32};
+    constexpr int64_t RAM_BYTES = 2048, WRAPS[] = {0, int64_t{1} << 16, int64_t{1} << 32};
     const auto way = static_cast<int64_t>(reinterpret_cast<uintptr_t>(address) -
                                           reinterpret_cast<uintptr_t>(table_->state_begin));
-    auto is_beside = [this](int64_t bytes) {
-        return bytes >= -RAM_BYTES && bytes < static_cast<int64_t>(state_bytes_) + RAM_BYTES;
-    };
-    if (is_beside(way)) return true;
     for (const int64_t wrap : WRAPS)
-        for (const int64_t element : {1, 2, 4, 8})
-            if (is_beside(way - wrap * element)) return true;
+        for (const int64_t element : {1, 2, 4, 8}) {
+            const int64_t offset = way - wrap * element;
+            if (offset >= -RAM_BYTES && offset < static_cast<int64_t>(state_bytes_) + RAM_BYTES)
+                return true;
+        }
     return false;
 }
 

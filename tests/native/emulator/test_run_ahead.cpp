@@ -148,8 +148,7 @@ TEST_CASE("callbacks that wait: run ahead, tick by tick and in chunks give the s
     for (uint64_t seed = 51; seed <= 52; seed++) {
         CAPTURE(seed);
         Scene scene(square_hall(1.2), seed);
-        if (seed == 51) scene.def.kilobot_medium = KilobotMedium::Settings{};
-        if (seed == 51) scene.def.kilobot_medium->range_m = 0.6;
+        if (seed == 51) scene.def.kilobot_medium.emplace().range_m = 0.6;
         scene.add_anywhere("patient", 5);
         check_all_ways(scene, DURATION_TICKS);
     }
