@@ -27,17 +27,18 @@ __attribute__((weak)) char *__malloc_heap_start = (char *)heap;
 __attribute__((weak)) char *__malloc_heap_end = (char *)heap + HEAP_BYTES;
 // NOLINTEND(bugprone-reserved-identifier)
 
-/// Of the block at `memory`, its first one included; 0: there is none.
-static size_t units_at(const void *memory) {
+/// The first unit of the block at `memory`; NULL: there is none.
+static uint8_t *block_at(const void *memory) {
     const uintptr_t offset = (uintptr_t)memory - (uintptr_t)heap - UNIT;
-    if (offset >= HEAP_BYTES || offset % UNIT != 0 || units[offset / UNIT] != FIRST) return 0;
-    size_t count = 1;
-    while (offset / UNIT + count < UNITS && units[offset / UNIT + count] == MORE) count++;
-    return count;
+    if (offset >= HEAP_BYTES || offset % UNIT != 0) return NULL;
+    uint8_t *block = units + offset / UNIT;
+    return *block == FIRST ? block : NULL;
 }
 
-static uint8_t *first_unit_of(const void *memory) {
-    return units + ((const uint8_t *)memory - heap) / UNIT - 1;
+static size_t units_of(const uint8_t *block) {
+    size_t count = 1;
+    while (block + count < units + UNITS && block[count] == MORE) count++;
+    return count;
 }
 
 void *malloc(size_t bytes) {
@@ -54,8 +55,8 @@ void *malloc(size_t bytes) {
 }
 
 void free(void *memory) {
-    const size_t count = units_at(memory);
-    if (count > 0) memset(first_unit_of(memory), FREE, count);
+    uint8_t *block = block_at(memory);
+    if (block != NULL) memset(block, FREE, units_of(block));
 }
 
 void *calloc(size_t count, size_t size) {
@@ -66,9 +67,9 @@ void *calloc(size_t count, size_t size) {
 
 void *realloc(void *memory, size_t bytes) {
     if (memory == NULL) return malloc(bytes);
-    const size_t count = units_at(memory);
-    if (count == 0) return NULL;
-    const size_t held = (count - 1) * UNIT;
+    const uint8_t *block = block_at(memory);
+    if (block == NULL) return NULL;
+    const size_t held = (units_of(block) - 1) * UNIT;
     if (bytes <= held) return memory;
     void *larger = malloc(bytes);
     if (larger == NULL) return NULL;
