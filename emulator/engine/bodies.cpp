@@ -9,7 +9,7 @@ namespace kilotwin {
 
 namespace {
 
-constexpr double SKIN_SHARE = 0.4;  // of the lists' reach, but at least so many steps of driving:
+constexpr double SKIN_SHARE = 0.6;  // of the lists' reach, but at least so many steps of driving:
 constexpr double SKIN_STEPS = 10;
 constexpr double SKIN_USED =
     0.6;  // of the skin, before new lists are made: the rest is for running ahead
