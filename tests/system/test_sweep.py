@@ -138,7 +138,7 @@ def test_a_killed_sweep_goes_on_to_the_same_data_set_and_leaves_no_process(
 def test_the_papers_whole_grid_survives_kills_at_random_moments(
     kilotwin: Kilotwin, environment: dict[str, str], tmp_path: Path
 ) -> None:
-    """All cells at full length, two trials of each: about an hour and a half."""
+    """All cells at full length, two trials of each, twice: a quarter of an hour on two cores."""
     grid, seeds = "experiments/paper/grid.toml", ("--seeds", "2")
     undisturbed, out = tmp_path / "undisturbed", tmp_path / "out"
     kilotwin("sweep", grid, *seeds, "--out", undisturbed, timeout_s=7200)
