@@ -57,7 +57,9 @@ void Bodies::command(uint32_t robot, const MotorCommand &command) {
     orders_[robot].list.push_back({at, command.left, command.right});
     body.next_change = std::min(body.next_change, at);
     body.placed_until = std::min(body.placed_until, at);
-    next_contact_[robot] = std::min(next_contact_[robot], now_);
+    // Otherwise its next contact was found for the fastest that it may go.
+    if (body.trajectory.drive().at_rest())
+        next_contact_[robot] = std::min(next_contact_[robot], begin_of_step(at, step_));
 }
 
 bool Bodies::refresh_lists() {
