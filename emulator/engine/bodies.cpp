@@ -41,8 +41,7 @@ Bodies::Bodies(const Arena &arena, const Profile &profile, const Chance &chance,
       next_contact_(poses.size(), NEVER),
       orders_(poses.size()),
       around_(poses.size()),
-      shifts_(poses.size()),
-      slot_(poses.size(), 0) {
+      shifts_(poses.size()) {
     for (size_t i = 0; i < poses.size(); i++) {
         bodies_[i].position = poses[i].position;
         bodies_[i].trajectory = Trajectory(begin, poses[i]);
@@ -143,24 +142,23 @@ void Bodies::look_ahead(uint32_t robot) {
     Body &body = bodies_[robot];
     position(robot);
     if (body.next_change >= now_ + step_) return;
-    body.before_slot = static_cast<uint32_t>(before_.size());
+    shifts_[robot].before_slot = static_cast<uint32_t>(before_.size());
     before_.push_back({robot, body.trajectory});
     apply_commands(robot, now_ + step_);
 }
 
 /// How a robot moves when this step begins.
 const Trajectory &Bodies::trajectory_before(uint32_t robot) const {
-    const Body &body = bodies_[robot];
-    const uint32_t slot = body.before_slot;
+    const uint32_t slot = shifts_[robot].before_slot;
     const bool changed = slot < before_.size() && before_[slot].robot == robot;
-    return changed ? before_[slot].trajectory : body.trajectory;
+    return changed ? before_[slot].trajectory : bodies_[robot].trajectory;
 }
 
 void Bodies::find_free_shift(uint32_t robot) {
     Body &body = bodies_[robot];
     look_ahead(robot);
-    shifts_[robot] = body.trajectory.position(now_ + step_) - body.position;
-    body.shifted_at = now_;
+    shifts_[robot].by = body.trajectory.position(now_ + step_) - body.position;
+    shifts_[robot].at = now_;
 }
 
 /// All who may touch a robot within this step, and some more.
@@ -324,7 +322,7 @@ void Bodies::solve_contacts() {
     for (uint32_t robot : held) {
         const Eigen::Vector2d &shift = free_shift(robot);
         const double before = trajectory_before(robot).heading(now_);
-        slot_[robot] = static_cast<uint32_t>(near_.size());
+        shifts_[robot].near_slot = static_cast<uint32_t>(near_.size());
         near_.push_back({{bodies_[robot].position, before},
                          {shift, wrapped(bodies_[robot].trajectory.heading(end) - before)}});
     }
@@ -360,7 +358,8 @@ void Bodies::find_company() {
     };
     for (const auto &[one, other, gap_m] : pairs_) {
         if (gap_m > most_m) continue;
-        Near &a = near_[slot_[one]], &b = near_[slot_[other]];
+        const uint32_t first = shifts_[one].near_slot, second = shifts_[other].near_slot;
+        Near &a = near_[first], &b = near_[second];
         if (a.company != Company::NOTHING || b.company != Company::NOTHING) {
             crowd(a);
             crowd(b);
@@ -368,8 +367,8 @@ void Bodies::find_company() {
         }
         a.company = b.company = Company::ROBOT;
         a.gap_m = b.gap_m = gap_m;
-        a.other = slot_[other];
-        b.other = slot_[one];
+        a.other = second;
+        b.other = first;
         const Eigen::Vector2d apart = b.pose.position - a.pose.position;
         a.towards = apart / apart.norm();
         b.towards = -a.towards;

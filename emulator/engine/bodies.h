@@ -98,14 +98,21 @@ class Bodies {
     /// A robot: two lines of the cache.
     struct alignas(64) Body {
         Cycles placed_until = NEVER;  ///< its position is right until then
+        Cycles next_change = NEVER;   ///< of its drive
         Eigen::Vector2d position;
-        Cycles next_change = NEVER;  ///< of its drive
-        Cycles still_since = 0;      ///< NEVER while it moves
         Trajectory trajectory;
-        Cycles shifted_at = NEVER;  ///< the begin of the step that its shift is of
-        uint32_t before_slot = 0;   ///< in before_, if it is there
+        Cycles still_since = 0;  ///< NEVER while it moves
         uint8_t steps_apart = 0;
         bool in_contact = false;
+    };
+    static_assert(sizeof(Body) == 2 * sizeof(CacheLine));
+
+    /// Where a robot would go within a step, were it alone.
+    struct FreeShift {
+        Eigen::Vector2d by;
+        Cycles at = NEVER;         ///< the begin of the step
+        uint32_t before_slot = 0;  ///< in before_, if it is there
+        uint32_t near_slot = 0;    ///< in near_, if it is in the solver
     };
 
     /// What a robot was told that has not taken effect yet.
@@ -143,8 +150,8 @@ class Bodies {
     const Trajectory &trajectory_before(uint32_t robot) const;
     /// Where a robot would go within this step, were it alone.
     const Eigen::Vector2d &free_shift(uint32_t robot) {
-        if (bodies_[robot].shifted_at != now_) find_free_shift(robot);
-        return shifts_[robot];
+        if (shifts_[robot].at != now_) find_free_shift(robot);
+        return shifts_[robot].by;
     }
     void find_free_shift(uint32_t robot);
     void find_contacts();
@@ -179,8 +186,7 @@ class Bodies {
     std::vector<Cycles> next_contact_;  ///< before this, nothing is near enough to touch
     Swarm<Orders> orders_;
     Swarm<Around> around_;
-    std::vector<Eigen::Vector2d> shifts_;  ///< where it would go within the step, were it alone
-    std::vector<uint32_t> slot_;           ///< in near_, of those in the solver
+    Swarm<FreeShift> shifts_;
 
     std::vector<uint32_t> near_something_;  ///< who may come upon something within this step
     std::vector<uint32_t> contacts_;  ///< robots that belong into the solver this step, ascending
