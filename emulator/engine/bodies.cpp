@@ -318,38 +318,39 @@ void Bodies::solve_contacts() {
         return;
     }
     const Cycles end = now_ + step_;
-    near_.clear();
-    for (uint32_t robot : held) {
-        const Eigen::Vector2d &shift = free_shift(robot);
-        const double before = trajectory_before(robot).heading(now_);
-        shifts_[robot].near_slot = static_cast<uint32_t>(near_.size());
-        near_.push_back({{bodies_[robot].position, before},
-                         {shift, wrapped(bodies_[robot].trajectory.heading(end) - before)}});
+    near_.resize(held.size());
+    for (uint32_t i = 0; i < held.size(); i++) {
+        const uint32_t robot = held[i];
+        Near &near = near_[i];
+        near.free.by = free_shift(robot);
+        near.pose = {bodies_[robot].position, trajectory_before(robot).heading(now_)};
+        near.free.turn = wrapped(bodies_[robot].trajectory.heading(end) - near.pose.heading);
+        shifts_[robot].near_slot = i;
+        find_walls(near);
     }
     find_company();
     world_.step(near_, seconds(step_), approach_m_, overlap_m_ / (2 * radius_m_));
     solver_steps_ += held.size();
-    longest_shift_m_ = 0;
+    longest_shift_m_ = overlap_m_ = 0;
     for (size_t i = 0; i < held.size(); i++) {
-        const uint32_t robot = held[i];
-        const Shift &shift = world_.moved(robot);
-        longest_shift_m_ = std::max({longest_shift_m_, shift.by.norm(), near_[i].free.by.norm()});
+        const auto &[before, free, shift, company, other, towards, gap_m] = near_[i];
+        Body &body = bodies_[held[i]];
+        longest_shift_m_ = std::max({longest_shift_m_, shift.by.norm(), free.by.norm()});
         const bool moved = shift.by != Eigen::Vector2d::Zero();
-        if (moved)
-            bodies_[robot].still_since = bodies_[robot].trajectory.drive().stands() ? end : NEVER;
-        if (moved || shift.turn != 0) pushed_.push_back(robot);
-        const Pose &before = near_[i].pose;
+        if (moved) body.still_since = body.trajectory.drive().stands() ? end : NEVER;
+        if (moved || shift.turn != 0) pushed_.push_back(held[i]);
         const Pose pose = {before.position + shift.by, wrapped(before.heading + shift.turn)};
-        bodies_[robot].trajectory.restart(end, pose);
-        set_place(robot, pose.position, end);
+        body.trajectory.restart(end, pose);
+        set_place(held[i], pose.position, end);
+        record_overlap(arena_.wall_gap(pose.position) - radius_m_);
     }
-    record_overlaps();
+    for (const auto &[one, other, gap_m] : pairs_)
+        record_overlap((bodies_[other].position - bodies_[one].position).norm() - 2 * radius_m_);
 }
 
-/// What each robot in the solver may touch within this step.
+/// Which robots in the solver may touch each other within this step.
 void Bodies::find_company() {
     using Company = Near::Company;
-    for (Near &near : near_) find_walls(near);
     // Pushed by others, a robot goes no farther than the fastest of them.
     const double most_m = 2 * longest_shift_m_ + margin_m_;
     auto crowd = [&](Near &near) {
@@ -387,17 +388,10 @@ void Bodies::find_walls(Near &near) const {
     });
 }
 
-void Bodies::record_overlaps() {
-    overlap_m_ = 0;
-    auto add = [&](double gap) {
-        if (gap >= 0) return;
-        overlaps_.add(-gap / (2 * radius_m_));
-        overlap_m_ = std::max(overlap_m_, -gap);
-    };
-    for (const auto &[one, other, gap_m] : pairs_)
-        add((bodies_[other].position - bodies_[one].position).norm() - 2 * radius_m_);
-    for (uint32_t robot : world_.robots())
-        add(arena_.wall_gap(bodies_[robot].position) - radius_m_);
+void Bodies::record_overlap(double gap_m) {
+    if (gap_m >= 0) return;
+    overlaps_.add(-gap_m / (2 * radius_m_));
+    overlap_m_ = std::max(overlap_m_, -gap_m);
 }
 
 }  // namespace kilotwin

@@ -165,7 +165,7 @@ class Bodies {
     void solve_contacts();
     void find_company();
     void find_walls(Near &near) const;
-    void record_overlaps();
+    void record_overlap(double gap_m);
 
     const Arena &arena_;
     double radius_m_, margin_m_;
