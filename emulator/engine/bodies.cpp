@@ -161,10 +161,8 @@ void Bodies::find_free_shift(uint32_t robot) {
     shifts_[robot].at = now_;
 }
 
-/// All who may touch a robot within this step, and some more.
-const Bodies::Others &Bodies::around(uint32_t robot) {
+void Bodies::look_around(uint32_t robot) {
     auto &[until, robots] = around_[robot];
-    if (until > now_) return robots;
     const auto list = lists_.of(robot);
     robots.resize(list.size(), boost::container::default_init);
     const Eigen::Vector2d here = position(robot);
@@ -182,7 +180,6 @@ const Bodies::Others &Bodies::around(uint32_t robot) {
     const double gap = std::sqrt(outside) - 2 * radius_m_ - contact_gap_m_;
     until = std::min(std::max(lists_hold_until_, now_ + step_),
                      now_ + whole_steps(std::min(gap / (2 * fastest_m_s_), 1e6), step_));
-    return robots;
 }
 
 /// The robots that belong into the solver: whoever is about to touch a body or wall, and all whom
@@ -201,8 +198,7 @@ void Bodies::find_contacts() {
     std::inplace_merge(contacts_.begin(), contacts_.begin() + found, contacts_.end());
 }
 
-void Bodies::include(uint32_t robot) {
-    if (bodies_[robot].in_contact) return;
+void Bodies::add_contact(uint32_t robot) {
     bodies_[robot].in_contact = true;
     contacts_.push_back(robot);
     longest_shift_m_ = std::max(longest_shift_m_, free_shift(robot).norm());

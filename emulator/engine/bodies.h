@@ -145,7 +145,12 @@ class Bodies {
         if (bodies_[robot].next_change < until) apply_commands(robot, until);
     }
     void apply_commands(uint32_t robot, Cycles until);
-    const Others &around(uint32_t robot);
+    /// All who may touch a robot within this step, and some more.
+    const Others &around(uint32_t robot) {
+        if (around_[robot].until <= now_) look_around(robot);
+        return around_[robot].robots;
+    }
+    void look_around(uint32_t robot);
     void look_ahead(uint32_t robot);
     const Trajectory &trajectory_before(uint32_t robot) const;
     /// Where a robot would go within this step, were it alone.
@@ -159,7 +164,10 @@ class Bodies {
     double longest_free_m(uint32_t robot) const;
     bool meets(uint32_t robot, uint32_t other);
     bool meets_wall(uint32_t robot);
-    void include(uint32_t robot);
+    void include(uint32_t robot) {
+        if (!bodies_[robot].in_contact) add_contact(robot);
+    }
+    void add_contact(uint32_t robot);
     void close_over();
     void hand_over();
     void solve_contacts();
