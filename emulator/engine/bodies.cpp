@@ -276,6 +276,7 @@ void Bodies::close_over() {
         const uint32_t robot = contacts_[i];
         const Eigen::Vector2d here = position(robot);
         for (uint32_t other : around(robot)) {
+            if (other < robot && bodies_[other].in_contact) continue;  // it sees to the two
             const double gap = (position(other) - here).norm() - 2 * radius_m_;
             if (gap > contact_gap_m_) continue;
             const double closing = longest_shift_m_ + free_shift(other).norm();
