@@ -41,8 +41,7 @@ Bodies::Bodies(const Arena &arena, const Profile &profile, const Chance &chance,
       next_contact_(poses.size(), NEVER),
       orders_(poses.size()),
       around_(poses.size()),
-      shifts_(poses.size()),
-      slot_(poses.size(), 0) {
+      shifts_(poses.size()) {
     for (size_t i = 0; i < poses.size(); i++) {
         bodies_[i].position = poses[i].position;
         bodies_[i].trajectory = Trajectory(begin, poses[i]);
@@ -57,7 +56,9 @@ void Bodies::command(uint32_t robot, const MotorCommand &command) {
     orders_[robot].list.push_back({at, command.left, command.right});
     body.next_change = std::min(body.next_change, at);
     body.placed_until = std::min(body.placed_until, at);
-    next_contact_[robot] = std::min(next_contact_[robot], now_);
+    // Otherwise its next contact was found for the fastest that it may go.
+    if (body.trajectory.drive().at_rest())
+        next_contact_[robot] = std::min(next_contact_[robot], begin_of_step(at, step_));
 }
 
 bool Bodies::refresh_lists() {
@@ -141,30 +142,27 @@ void Bodies::look_ahead(uint32_t robot) {
     Body &body = bodies_[robot];
     position(robot);
     if (body.next_change >= now_ + step_) return;
-    body.before_slot = static_cast<uint32_t>(before_.size());
+    shifts_[robot].before_slot = static_cast<uint32_t>(before_.size());
     before_.push_back({robot, body.trajectory});
     apply_commands(robot, now_ + step_);
 }
 
 /// How a robot moves when this step begins.
 const Trajectory &Bodies::trajectory_before(uint32_t robot) const {
-    const Body &body = bodies_[robot];
-    const uint32_t slot = body.before_slot;
+    const uint32_t slot = shifts_[robot].before_slot;
     const bool changed = slot < before_.size() && before_[slot].robot == robot;
-    return changed ? before_[slot].trajectory : body.trajectory;
+    return changed ? before_[slot].trajectory : bodies_[robot].trajectory;
 }
 
 void Bodies::find_free_shift(uint32_t robot) {
     Body &body = bodies_[robot];
     look_ahead(robot);
-    shifts_[robot] = body.trajectory.position(now_ + step_) - body.position;
-    body.shifted_at = now_;
+    shifts_[robot].by = body.trajectory.position(now_ + step_) - body.position;
+    shifts_[robot].at = now_;
 }
 
-/// All who may touch a robot within this step, and some more.
-const Bodies::Others &Bodies::around(uint32_t robot) {
+void Bodies::look_around(uint32_t robot) {
     auto &[until, robots] = around_[robot];
-    if (until > now_) return robots;
     const auto list = lists_.of(robot);
     robots.resize(list.size(), boost::container::default_init);
     const Eigen::Vector2d here = position(robot);
@@ -182,7 +180,6 @@ const Bodies::Others &Bodies::around(uint32_t robot) {
     const double gap = std::sqrt(outside) - 2 * radius_m_ - contact_gap_m_;
     until = std::min(std::max(lists_hold_until_, now_ + step_),
                      now_ + whole_steps(std::min(gap / (2 * fastest_m_s_), 1e6), step_));
-    return robots;
 }
 
 /// The robots that belong into the solver: whoever is about to touch a body or wall, and all whom
@@ -201,8 +198,7 @@ void Bodies::find_contacts() {
     std::inplace_merge(contacts_.begin(), contacts_.begin() + found, contacts_.end());
 }
 
-void Bodies::include(uint32_t robot) {
-    if (bodies_[robot].in_contact) return;
+void Bodies::add_contact(uint32_t robot) {
     bodies_[robot].in_contact = true;
     contacts_.push_back(robot);
     longest_shift_m_ = std::max(longest_shift_m_, free_shift(robot).norm());
@@ -280,6 +276,7 @@ void Bodies::close_over() {
         const uint32_t robot = contacts_[i];
         const Eigen::Vector2d here = position(robot);
         for (uint32_t other : around(robot)) {
+            if (other < robot && bodies_[other].in_contact) continue;  // it sees to the two
             const double gap = (position(other) - here).norm() - 2 * radius_m_;
             if (gap > contact_gap_m_) continue;
             const double closing = longest_shift_m_ + free_shift(other).norm();
@@ -318,38 +315,39 @@ void Bodies::solve_contacts() {
         return;
     }
     const Cycles end = now_ + step_;
-    near_.clear();
-    for (uint32_t robot : held) {
-        const Eigen::Vector2d &shift = free_shift(robot);
-        const double before = trajectory_before(robot).heading(now_);
-        slot_[robot] = static_cast<uint32_t>(near_.size());
-        near_.push_back({{bodies_[robot].position, before},
-                         {shift, wrapped(bodies_[robot].trajectory.heading(end) - before)}});
+    near_.resize(held.size());
+    for (uint32_t i = 0; i < held.size(); i++) {
+        const uint32_t robot = held[i];
+        Near &near = near_[i];
+        near.free.by = free_shift(robot);
+        near.pose = {bodies_[robot].position, trajectory_before(robot).heading(now_)};
+        near.free.turn = wrapped(bodies_[robot].trajectory.heading(end) - near.pose.heading);
+        shifts_[robot].near_slot = i;
+        find_walls(near);
     }
     find_company();
     world_.step(near_, seconds(step_), approach_m_, overlap_m_ / (2 * radius_m_));
     solver_steps_ += held.size();
-    longest_shift_m_ = 0;
+    longest_shift_m_ = overlap_m_ = 0;
     for (size_t i = 0; i < held.size(); i++) {
-        const uint32_t robot = held[i];
-        const Shift &shift = world_.moved(robot);
-        longest_shift_m_ = std::max({longest_shift_m_, shift.by.norm(), near_[i].free.by.norm()});
+        const auto &[before, free, shift, company, other, towards, gap_m] = near_[i];
+        Body &body = bodies_[held[i]];
+        longest_shift_m_ = std::max({longest_shift_m_, shift.by.norm(), free.by.norm()});
         const bool moved = shift.by != Eigen::Vector2d::Zero();
-        if (moved)
-            bodies_[robot].still_since = bodies_[robot].trajectory.drive().stands() ? end : NEVER;
-        if (moved || shift.turn != 0) pushed_.push_back(robot);
-        const Pose &before = near_[i].pose;
+        if (moved) body.still_since = body.trajectory.drive().stands() ? end : NEVER;
+        if (moved || shift.turn != 0) pushed_.push_back(held[i]);
         const Pose pose = {before.position + shift.by, wrapped(before.heading + shift.turn)};
-        bodies_[robot].trajectory.restart(end, pose);
-        set_place(robot, pose.position, end);
+        body.trajectory.restart(end, pose);
+        set_place(held[i], pose.position, end);
+        record_overlap(arena_.wall_gap(pose.position) - radius_m_);
     }
-    record_overlaps();
+    for (const auto &[one, other, gap_m] : pairs_)
+        record_overlap((bodies_[other].position - bodies_[one].position).norm() - 2 * radius_m_);
 }
 
-/// What each robot in the solver may touch within this step.
+/// Which robots in the solver may touch each other within this step.
 void Bodies::find_company() {
     using Company = Near::Company;
-    for (Near &near : near_) find_walls(near);
     // Pushed by others, a robot goes no farther than the fastest of them.
     const double most_m = 2 * longest_shift_m_ + margin_m_;
     auto crowd = [&](Near &near) {
@@ -358,7 +356,8 @@ void Bodies::find_company() {
     };
     for (const auto &[one, other, gap_m] : pairs_) {
         if (gap_m > most_m) continue;
-        Near &a = near_[slot_[one]], &b = near_[slot_[other]];
+        const uint32_t first = shifts_[one].near_slot, second = shifts_[other].near_slot;
+        Near &a = near_[first], &b = near_[second];
         if (a.company != Company::NOTHING || b.company != Company::NOTHING) {
             crowd(a);
             crowd(b);
@@ -366,8 +365,8 @@ void Bodies::find_company() {
         }
         a.company = b.company = Company::ROBOT;
         a.gap_m = b.gap_m = gap_m;
-        a.other = slot_[other];
-        b.other = slot_[one];
+        a.other = second;
+        b.other = first;
         const Eigen::Vector2d apart = b.pose.position - a.pose.position;
         a.towards = apart / apart.norm();
         b.towards = -a.towards;
@@ -386,17 +385,10 @@ void Bodies::find_walls(Near &near) const {
     });
 }
 
-void Bodies::record_overlaps() {
-    overlap_m_ = 0;
-    auto add = [&](double gap) {
-        if (gap >= 0) return;
-        overlaps_.add(-gap / (2 * radius_m_));
-        overlap_m_ = std::max(overlap_m_, -gap);
-    };
-    for (const auto &[one, other, gap_m] : pairs_)
-        add((bodies_[other].position - bodies_[one].position).norm() - 2 * radius_m_);
-    for (uint32_t robot : world_.robots())
-        add(arena_.wall_gap(bodies_[robot].position) - radius_m_);
+void Bodies::record_overlap(double gap_m) {
+    if (gap_m >= 0) return;
+    overlaps_.add(-gap_m / (2 * radius_m_));
+    overlap_m_ = std::max(overlap_m_, -gap_m);
 }
 
 }  // namespace kilotwin

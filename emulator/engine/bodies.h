@@ -98,14 +98,21 @@ class Bodies {
     /// A robot: two lines of the cache.
     struct alignas(64) Body {
         Cycles placed_until = NEVER;  ///< its position is right until then
+        Cycles next_change = NEVER;   ///< of its drive
         Eigen::Vector2d position;
-        Cycles next_change = NEVER;  ///< of its drive
-        Cycles still_since = 0;      ///< NEVER while it moves
         Trajectory trajectory;
-        Cycles shifted_at = NEVER;  ///< the begin of the step that its shift is of
-        uint32_t before_slot = 0;   ///< in before_, if it is there
+        Cycles still_since = 0;  ///< NEVER while it moves
         uint8_t steps_apart = 0;
         bool in_contact = false;
+    };
+    static_assert(sizeof(Body) == 2 * sizeof(CacheLine));
+
+    /// Where a robot would go within a step, were it alone.
+    struct FreeShift {
+        Eigen::Vector2d by;
+        Cycles at = NEVER;         ///< the begin of the step
+        uint32_t before_slot = 0;  ///< in before_, if it is there
+        uint32_t near_slot = 0;    ///< in near_, if it is in the solver
     };
 
     /// What a robot was told that has not taken effect yet.
@@ -138,13 +145,18 @@ class Bodies {
         if (bodies_[robot].next_change < until) apply_commands(robot, until);
     }
     void apply_commands(uint32_t robot, Cycles until);
-    const Others &around(uint32_t robot);
+    /// All who may touch a robot within this step, and some more.
+    const Others &around(uint32_t robot) {
+        if (around_[robot].until <= now_) look_around(robot);
+        return around_[robot].robots;
+    }
+    void look_around(uint32_t robot);
     void look_ahead(uint32_t robot);
     const Trajectory &trajectory_before(uint32_t robot) const;
     /// Where a robot would go within this step, were it alone.
     const Eigen::Vector2d &free_shift(uint32_t robot) {
-        if (bodies_[robot].shifted_at != now_) find_free_shift(robot);
-        return shifts_[robot];
+        if (shifts_[robot].at != now_) find_free_shift(robot);
+        return shifts_[robot].by;
     }
     void find_free_shift(uint32_t robot);
     void find_contacts();
@@ -152,13 +164,16 @@ class Bodies {
     double longest_free_m(uint32_t robot) const;
     bool meets(uint32_t robot, uint32_t other);
     bool meets_wall(uint32_t robot);
-    void include(uint32_t robot);
+    void include(uint32_t robot) {
+        if (!bodies_[robot].in_contact) add_contact(robot);
+    }
+    void add_contact(uint32_t robot);
     void close_over();
     void hand_over();
     void solve_contacts();
     void find_company();
     void find_walls(Near &near) const;
-    void record_overlaps();
+    void record_overlap(double gap_m);
 
     const Arena &arena_;
     double radius_m_, margin_m_;
@@ -179,8 +194,7 @@ class Bodies {
     std::vector<Cycles> next_contact_;  ///< before this, nothing is near enough to touch
     Swarm<Orders> orders_;
     Swarm<Around> around_;
-    std::vector<Eigen::Vector2d> shifts_;  ///< where it would go within the step, were it alone
-    std::vector<uint32_t> slot_;           ///< in near_, of those in the solver
+    Swarm<FreeShift> shifts_;
 
     std::vector<uint32_t> near_something_;  ///< who may come upon something within this step
     std::vector<uint32_t> contacts_;  ///< robots that belong into the solver this step, ascending

@@ -102,15 +102,16 @@ inline std::array<double, 2> Chance::normals(uint32_t robot, std::array<Purpose,
     __m128i a = both(n), b = both(n >> 32), c = both(robot);
     __m128i d =
         _mm_set_epi64x(static_cast<uint32_t>(purposes[1]), static_cast<uint32_t>(purposes[0]));
-    auto key_a = static_cast<uint32_t>(seed_), key_b = static_cast<uint32_t>(seed_ >> 32);
+    __m128i key_a = both(seed_), key_b = both(seed_ >> 32);
+    const __m128i next_a = both(PHILOX_W32_0), next_b = both(PHILOX_W32_1);
     for (int round = 0; round < 10; round++) {
         const __m128i one = _mm_mul_epu32(a, first), other = _mm_mul_epu32(c, second);
-        a = _mm_xor_si128(_mm_xor_si128(_mm_srli_epi64(other, 32), b), both(key_a));
-        c = _mm_xor_si128(_mm_xor_si128(_mm_srli_epi64(one, 32), d), both(key_b));
+        a = _mm_xor_si128(_mm_xor_si128(_mm_srli_epi64(other, 32), b), key_a);
+        c = _mm_xor_si128(_mm_xor_si128(_mm_srli_epi64(one, 32), d), key_b);
         b = other;
         d = one;
-        key_a += PHILOX_W32_0;
-        key_b += PHILOX_W32_1;
+        key_a = _mm_add_epi32(key_a, next_a);
+        key_b = _mm_add_epi32(key_b, next_b);
     }
     const __m128i half = both(0xFFFF);
     __m128i sums = _mm_setzero_si128();

@@ -50,17 +50,17 @@ class Chassis {
 
   private:
     struct Motor {
-        uint8_t duty = 0;
-        bool turns = false;
+        Cycles since = 0;  ///< of the present duty
         float share = 1;   ///< of the nominal speed, this robot's
         float wobble = 1;  ///< and what this second adds to it
-        Cycles since = 0;  ///< of the present duty
+        uint8_t duty = 0;
+        bool turns = false;
     };
-    struct Motors {
+    struct alignas(64) Motors {
         Motor left, right;
-        float speed = 1;  ///< share of the nominal speed
         Cycles renewal = NEVER;
-        uint64_t noise_draws = 0;
+        uint32_t noise_draws = 0;  ///< one a second
+        float speed = 1;           ///< share of the nominal speed
     };
 
     void set_duty(Motor &motor, Cycles at, uint8_t duty) const;

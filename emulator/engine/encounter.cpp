@@ -24,25 +24,25 @@ void Encounter::push(Driven &robot, const Eigen::Vector2d &impulse, double acros
     if (square > fastest_m_s * fastest_m_s) robot.velocity.by *= fastest_m_s / std::sqrt(square);
 }
 
-void Encounter::meet(Driven &robot, Driven *other, const Eigen::Vector2d &towards, double gap_m,
-                     double time_s) const {
+void Encounter::meet(const Party &robot, const Party *other, const Eigen::Vector2d &towards,
+                     double gap_m, double time_s) const {
     const Eigen::Vector2d aside(-towards.y(), towards.x());
-    Eigen::Vector2d closing = robot.velocity.by;
-    double rims = robot.velocity.turn;
+    Eigen::Vector2d closing = robot.driven.velocity.by;
+    double rims = robot.driven.velocity.turn;
     if (other != nullptr) {
-        closing -= other->velocity.by;
-        rims += other->velocity.turn;
+        closing -= other->driven.velocity.by;
+        rims += other->driven.velocity.turn;
     }
     const double nearer = closing.dot(towards);
     const bool touch = nearer > 0 && std::max(gap_m, 0.0) < nearer * time_s;
     const double alone_s = touch ? std::max(gap_m, 0.0) / nearer : time_s;
     const double apart = std::clamp(-gap_m, 0.0, part_m_s * time_s);
 
-    auto go = [&](Driven &who, double share, const Eigen::Vector2d &impulse, double across) {
+    auto go = [&](const Party &who, double share, const Eigen::Vector2d &impulse, double across) {
         who.moved = {-share * apart * towards, 0};
         who.move(alone_s);
         if (!touch) return;
-        push(who, impulse, across);
+        push(who.driven, impulse, across);
         who.move(time_s - alone_s);
     };
     // Along the line a robot resists with its mass, at the rim across it with a third of that.

@@ -16,20 +16,25 @@ struct Shift {
     double turn = 0;           ///< rad
 };
 
-/// A robot near a contact.
-struct Driven {
+/// A robot near a contact: a line of the cache.
+struct alignas(64) Driven {
     Shift velocity;
     Shift wanted;  ///< the velocity that it was last driven at
-    Shift moved;   ///< in the last step
 
     /// Brings its velocity nearer to the wanted one, as far as the force can: by `most_m_s` and
     /// `most_rad_s`. What it wants otherwise than before it gets at once, as robots do that nobody
     /// is near.
     void drive(const Shift &now_wanted, double most_m_s, double most_rad_s);
+};
 
-    void move(double time_s) {
-        moved.by += velocity.by * time_s;
-        moved.turn += velocity.turn * time_s;
+/// One of those who meet, and how far it has moved in this step.
+struct Party {
+    Driven &driven;
+    Shift &moved;
+
+    void move(double time_s) const {
+        moved.by += driven.velocity.by * time_s;
+        moved.turn += driven.velocity.turn * time_s;
     }
 };
 
@@ -40,7 +45,7 @@ struct Encounter {
 
     /// Moves a robot for `time_s`, and `other` unless that is null: a wall, or who does not give
     /// way. It lies in the direction `towards`, a unit vector; a gap below 0 is an overlap.
-    void meet(Driven &robot, Driven *other, const Eigen::Vector2d &towards, double gap_m,
+    void meet(const Party &robot, const Party *other, const Eigen::Vector2d &towards, double gap_m,
               double time_s) const;
 
   private:

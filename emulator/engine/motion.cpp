@@ -6,7 +6,8 @@ namespace kilotwin {
 
 void Trajectory::restart(Cycles at, const Pose &pose) {
     since_ = at;
-    origin_ = pose;
+    origin_ = pose.position;
+    heading_ = pose.heading;
     ahead_ = direction(pose.heading);
 }
 
@@ -17,7 +18,7 @@ void Trajectory::change(Cycles at, const Drive &drive) {
 
 // Straight on, or along a circle: the velocity turns with the robot, and its integral is exact.
 Eigen::Vector2d Trajectory::position(Cycles at) const {
-    if (drive_.stands()) return origin_.position;
+    if (drive_.stands()) return origin_;
     const double time = seconds(at - since_);
     const Eigen::Vector2d &v = drive_.velocity;
     Eigen::Vector2d shift = v * time;
@@ -26,8 +27,8 @@ Eigen::Vector2d Trajectory::position(Cycles at) const {
         shift = {shift.x() * way.x() - shift.y() * way.y(),
                  shift.x() * way.y() + shift.y() * way.x()};
     }
-    return origin_.position + Eigen::Vector2d(ahead_.x() * shift.x() - ahead_.y() * shift.y(),
-                                              ahead_.y() * shift.x() + ahead_.x() * shift.y());
+    return origin_ + Eigen::Vector2d(ahead_.x() * shift.x() - ahead_.y() * shift.y(),
+                                     ahead_.y() * shift.x() + ahead_.x() * shift.y());
 }
 
 Eigen::Vector2d Trajectory::ahead(Cycles at) const {
@@ -35,8 +36,7 @@ Eigen::Vector2d Trajectory::ahead(Cycles at) const {
 }
 
 double Trajectory::heading(Cycles at) const {
-    return drive_.turn == 0 ? origin_.heading
-                            : wrapped(origin_.heading + drive_.turn * seconds(at - since_));
+    return drive_.turn == 0 ? heading_ : wrapped(heading_ + drive_.turn * seconds(at - since_));
 }
 
 Pose Trajectory::pose(Cycles at) const { return {position(at), heading(at)}; }

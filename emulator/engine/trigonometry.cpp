@@ -1,5 +1,6 @@
 #include "engine/trigonometry.h"
 
+#include <bit>
 #include <cmath>
 #include <cstdint>
 
@@ -54,10 +55,13 @@ Eigen::Vector2d direction(double angle) {
     const double s = x + x * shares[0], c = 1 + shares[1];
     // Who turns on a quarter swaps them, and changes the sign of one: no branch, since nobody could
     // foresee it.
-    const auto quarter = static_cast<int64_t>(quarters);
-    const double both[] = {c, s};
-    auto sign = [](int64_t bits) { return static_cast<double>(1 - (bits & 2)); };
-    return {sign(quarter + 1) * both[quarter & 1], sign(quarter) * both[~quarter & 1]};
+    const auto quarter = static_cast<uint64_t>(static_cast<int64_t>(quarters));
+    const auto sine = std::bit_cast<uint64_t>(s), cosine = std::bit_cast<uint64_t>(c);
+    const uint64_t swap = (sine ^ cosine) & (0 - (quarter & 1));
+    auto turned = [](uint64_t value, uint64_t turn) {
+        return std::bit_cast<double>(value ^ (turn & 2) << 62);
+    };
+    return {turned(cosine ^ swap, quarter + 1), turned(sine ^ swap, quarter)};
 }
 
 Eigen::Vector2d arc(double angle) {

@@ -30,11 +30,8 @@ double small_angle(double sine) {
 
 struct World::Box2D {
     struct Disc {
-        Driven driven;
         b2BodyId body = b2_nullBodyId;
-        bool enabled = false;  ///< in Box2D
-        bool firm = false;     ///< it stands, and does not give way
-        b2Transform now;       ///< while enabled
+        b2Transform now;  ///< while enabled
     };
 
     b2WorldId world;
@@ -42,6 +39,7 @@ struct World::Box2D {
     double push_m_s2, push_rad_s2;
     bool gives_way;
     std::vector<Disc> discs;
+    std::vector<bool> enabled;  ///< which of them
     std::vector<size_t> crowd;  ///< of robots(), those that it solves in this step
 
     b2Vec2 to_units(const Eigen::Vector2d &v) const {
@@ -78,49 +76,48 @@ struct World::Box2D {
                      push_rad_s2 * time_s);
     }
 
-    void set_velocity(const Disc &disc) const {
-        const auto &[by, turn] = disc.driven.velocity;
-        b2Body_SetLinearVelocity(disc.body, to_units(by));
-        b2Body_SetAngularVelocity(disc.body, static_cast<float>(turn));
+    void set_velocity(const Disc &disc, const Shift &velocity) const {
+        b2Body_SetLinearVelocity(disc.body, to_units(velocity.by));
+        b2Body_SetAngularVelocity(disc.body, static_cast<float>(velocity.turn));
     }
 
-    void take_velocity(Disc &disc) const {
+    Shift velocity(const Disc &disc) const {
         const b2Vec2 v = b2Body_GetLinearVelocity(disc.body);
-        disc.driven.velocity = {Eigen::Vector2d(v.x, v.y) / units_per_m,
-                                b2Body_GetAngularVelocity(disc.body)};
+        return {Eigen::Vector2d(v.x, v.y) / units_per_m, b2Body_GetAngularVelocity(disc.body)};
     }
 
     /// Lets nobody push a robot that stands.
-    static void stand_firm(const Disc &disc) {
-        const b2BodyType type = disc.firm ? b2_staticBody : b2_dynamicBody;
+    static void stand_firm(const Disc &disc, bool firm) {
+        const b2BodyType type = firm ? b2_staticBody : b2_dynamicBody;
         if (b2Body_GetType(disc.body) != type) b2Body_SetType(disc.body, type);
     }
 
-    void enable(Disc &disc, const Pose &pose) {
-        if (disc.enabled) return;
+    void enable(uint32_t robot, const Pose &pose, const Shift &velocity) {
+        if (enabled[robot]) return;
+        auto &disc = discs[robot];
         if (B2_IS_NULL(disc.body)) create(disc);
         const Eigen::Vector2d ahead = direction(pose.heading);
         b2Body_SetTransform(disc.body, to_units(pose.position),
                             {static_cast<float>(ahead.x()), static_cast<float>(ahead.y())});
         disc.now = b2Body_GetTransform(disc.body);
         b2Body_Enable(disc.body);  // first: a disabled body has no velocity
-        set_velocity(disc);
-        disc.enabled = true;
+        set_velocity(disc, velocity);
+        enabled[robot] = true;
     }
 
-    void disable(Disc &disc) {
-        if (!disc.enabled) return;
-        b2Body_Disable(disc.body);
-        disc.enabled = false;
+    void disable(uint32_t robot) {
+        if (!enabled[robot]) return;
+        b2Body_Disable(discs[robot].body);
+        enabled[robot] = false;
     }
 
-    /// Takes in where a step brought a robot.
-    void find_moved(Disc &disc) const {
+    /// Where a step brought a robot.
+    Shift find_moved(Disc &disc) const {
         const auto [p0, q0] = disc.now;
         const auto [p, q] = disc.now = b2Body_GetTransform(disc.body);
         const double sine = static_cast<double>(q.s) * q0.c - static_cast<double>(q.c) * q0.s;
         const Eigen::Vector2d by(static_cast<double>(p.x) - p0.x, static_cast<double>(p.y) - p0.y);
-        disc.driven.moved = {by / units_per_m, q.s == q0.s && q.c == q0.c ? 0 : small_angle(sine)};
+        return {by / units_per_m, q.s == q0.s && q.c == q0.c ? 0 : small_angle(sine)};
     }
 
     void create(Disc &disc) {
@@ -139,6 +136,7 @@ struct World::Box2D {
 World::World(const Arena &arena, const Profile &profile, double drive_m_s, double fastest_m_s,
              size_t robots)
     : box2d_(std::make_unique<Box2D>()),
+      driven_(robots),
       held_(robots, false),
       encounter_{profile.radius_m, drive_m_s, fastest_m_s} {
     auto &b = *box2d_;
@@ -153,6 +151,7 @@ World::World(const Arena &arena, const Profile &profile, double drive_m_s, doubl
     def.maximumLinearSpeed = static_cast<float>(fastest_m_s * b.units_per_m);
     b.world = b2CreateWorld(&def);
     b.discs.resize(robots);
+    b.enabled.resize(robots);
     b.build_walls(arena);
 }
 
@@ -160,7 +159,7 @@ World::~World() { b2DestroyWorld(box2d_->world); }
 
 void World::add(uint32_t robot, const Trajectory &trajectory, Cycles at) {
     const Eigen::Vector2d ahead = trajectory.ahead(at), v = trajectory.drive().velocity;
-    auto &driven = box2d_->discs[robot].driven;
+    auto &driven = driven_[robot];
     driven.velocity = {
         {ahead.x() * v.x() - ahead.y() * v.y(), ahead.y() * v.x() + ahead.x() * v.y()},
         trajectory.drive().turn};
@@ -170,7 +169,7 @@ void World::add(uint32_t robot, const Trajectory &trajectory, Cycles at) {
 }
 
 void World::remove(uint32_t robot) {
-    box2d_->disable(box2d_->discs[robot]);
+    box2d_->disable(robot);
     held_[robot] = false;
     removed_ = true;
 }
@@ -185,84 +184,82 @@ void World::settle() {
 
 double World::margin_m(double radius_m) { return SPECULATIVE_UNITS / RADIUS_UNITS * radius_m; }
 
-void World::step(const std::vector<Near> &near, double step_s, double approach_m, double overlap) {
+void World::step(std::vector<Near> &near, double step_s, double approach_m, double overlap) {
     auto &b = *box2d_;
     b.crowd.clear();
-    for (size_t i = 0; i < near.size(); i++) {
-        auto &disc = b.discs[robots_[i]];
-        const Shift &free = near[i].free;
-        disc.firm = !b.gives_way && free.by.isZero(0) && free.turn == 0;
+    const size_t count = near.size();
+    for (size_t i = 0; i < count; i++) {
         if (near[i].company == Near::Company::SEVERAL) {
-            b.enable(disc, near[i].pose);
+            b.enable(robots_[i], near[i].pose, driven_[robots_[i]].velocity);
             b.crowd.push_back(i);
         } else {
-            b.disable(disc);
+            b.disable(robots_[i]);
+            meet(near, i, step_s);
         }
     }
-    meet(near, step_s);
     solve(near, step_s, approach_m, overlap);
 }
 
-/// Those who are not in a crowd.
-void World::meet(const std::vector<Near> &near, double step_s) {
+/// It stands, and does not give way.
+bool World::firm(const Near &near) const {
+    return !box2d_->gives_way && near.free.by.isZero(0) && near.free.turn == 0;
+}
+
+void World::drive(uint32_t robot, Near &near, double step_s) {
+    near.moved = {};
+    if (firm(near))
+        driven_[robot] = {};
+    else
+        box2d_->drive(driven_[robot], near.free, step_s, step_s);
+}
+
+/// The i-th, who is not in a crowd, and whom it meets: of two, the first sees to both.
+void World::meet(std::vector<Near> &near, size_t i, double step_s) {
     using Company = Near::Company;
-    auto &b = *box2d_;
-    for (size_t i = 0; i < near.size(); i++) {
-        if (near[i].company == Company::SEVERAL) continue;
-        auto &disc = b.discs[robots_[i]];
-        if (disc.firm)
-            disc.driven = {};
+    Near &one = near[i];
+    if (one.company == Company::ROBOT && i > one.other) return;
+    drive(robots_[i], one, step_s);
+    const Party robot = {driven_[robots_[i]], one.moved};
+    if (one.company == Company::NOTHING) {
+        robot.move(step_s);
+    } else if (one.company == Company::WALL) {
+        encounter_.meet(robot, nullptr, one.towards, one.gap_m, step_s);
+    } else {
+        Near &other = near[one.other];
+        drive(robots_[one.other], other, step_s);
+        const Party mate = {driven_[robots_[one.other]], other.moved};
+        if (firm(other))
+            encounter_.meet(robot, nullptr, one.towards, one.gap_m, step_s);
+        else if (firm(one))
+            encounter_.meet(mate, nullptr, other.towards, one.gap_m, step_s);
         else
-            b.drive(disc.driven, near[i].free, step_s, step_s);
-    }
-    for (size_t i = 0; i < near.size(); i++) {
-        const auto &[pose, free, company, other, towards, gap_m] = near[i];
-        if (company == Company::SEVERAL) continue;
-        auto &disc = b.discs[robots_[i]];
-        if (company == Company::NOTHING) {
-            disc.driven.moved = {};
-            disc.driven.move(step_s);
-            continue;
-        }
-        if (company == Company::WALL) {
-            encounter_.meet(disc.driven, nullptr, towards, gap_m, step_s);
-        } else if (i < other) {
-            auto &mate = b.discs[robots_[other]];
-            if (mate.firm)
-                encounter_.meet(disc.driven, nullptr, towards, gap_m, step_s);
-            else if (disc.firm)
-                encounter_.meet(mate.driven, nullptr, -towards, gap_m, step_s);
-            else
-                encounter_.meet(disc.driven, &mate.driven, towards, gap_m, step_s);
-        }
+            encounter_.meet(robot, &mate, one.towards, one.gap_m, step_s);
     }
 }
 
 // A contact is seen by the solver only when bodies are nearer than its speculative margin at the
 // begin of a solver step: two robots must not come closer than that within one.
-void World::solve(const std::vector<Near> &near, double step_s, double approach_m, double overlap) {
+void World::solve(std::vector<Near> &near, double step_s, double approach_m, double overlap) {
     auto &b = *box2d_;
     if (b.crowd.empty()) return;
     if (!b.gives_way)
-        for (size_t i : b.crowd) b.stand_firm(b.discs[robots_[i]]);
+        for (size_t i : b.crowd) b.stand_firm(b.discs[robots_[i]], firm(near[i]));
     const int care = overlap > MUCH_OVERLAP ? ROUNDS_CAREFUL : 1;
     const int rounds =
         std::max(care, static_cast<int>(std::ceil(approach_m * b.units_per_m / SPECULATIVE_UNITS)));
     const double round_s = step_s / rounds;
     for (int round = 0; round < rounds; round++) {
         for (size_t i : b.crowd) {
-            auto &disc = b.discs[robots_[i]];
-            b.drive(disc.driven, near[i].free, step_s, round_s);
-            b.set_velocity(disc);
+            auto &driven = driven_[robots_[i]];
+            b.drive(driven, near[i].free, step_s, round_s);
+            b.set_velocity(b.discs[robots_[i]], driven.velocity);
         }
         b2World_Step(b.world, static_cast<float>(round_s),
                      overlap > SOME_OVERLAP ? SUB_STEPS_CAREFUL : SUB_STEPS);
-        for (size_t i : b.crowd) b.take_velocity(b.discs[robots_[i]]);
+        for (size_t i : b.crowd) driven_[robots_[i]].velocity = b.velocity(b.discs[robots_[i]]);
     }
-    for (size_t i : b.crowd) b.find_moved(b.discs[robots_[i]]);
+    for (size_t i : b.crowd) near[i].moved = b.find_moved(b.discs[robots_[i]]);
 }
-
-const Shift &World::moved(uint32_t robot) const { return box2d_->discs[robot].driven.moved; }
 
 std::string box2d_version() {
     b2Version v = b2GetVersion();

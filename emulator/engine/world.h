@@ -27,7 +27,8 @@ struct Near {
     enum class Company : uint8_t { NOTHING, WALL, ROBOT, SEVERAL };
 
     Pose pose;
-    Shift free;  ///< where it would go within the step, were it alone
+    Shift free;   ///< where it would go within the step, were it alone
+    Shift moved;  ///< where it went, after World::step()
     Company company = Company::SEVERAL;
     uint32_t other = 0;             ///< ROBOT: which of robots(), which has this one in turn
     Eigen::Vector2d towards{1, 0};  ///< WALL, ROBOT: unit vector to it
@@ -59,16 +60,16 @@ class World {
     /// Solves one step of `step_s`. `near`: each of robots(), in their order. `approach_m`: the most
     /// that any two come nearer who are farther apart than margin_m(). `overlap`: the worst of the
     /// last step, as a share of a diameter; the more, the more care is taken.
-    void step(const std::vector<Near> &near, double step_s, double approach_m, double overlap);
-
-    /// How the last step moved a robot.
-    const Shift &moved(uint32_t robot) const;
+    void step(std::vector<Near> &near, double step_s, double approach_m, double overlap);
 
   private:
     struct Box2D;
-    void meet(const std::vector<Near> &near, double step_s);
-    void solve(const std::vector<Near> &near, double step_s, double approach_m, double overlap);
+    bool firm(const Near &near) const;
+    void drive(uint32_t robot, Near &near, double step_s);
+    void meet(std::vector<Near> &near, size_t i, double step_s);
+    void solve(std::vector<Near> &near, double step_s, double approach_m, double overlap);
     std::unique_ptr<Box2D> box2d_;
+    std::vector<Driven> driven_;
     std::vector<bool> held_;
     std::vector<uint32_t> robots_;
     Encounter encounter_;

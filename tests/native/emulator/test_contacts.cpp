@@ -55,9 +55,8 @@ std::vector<Pose> all_in_solver(const Scene &scene, std::vector<Pose> poses,
         for (uint32_t i = 0; i < count; i++) near.push_back({poses[i], free(i)});
         world.step(near, step_s, 2 * speed * step_s, 0.015);
         for (uint32_t i = 0; i < count; i++) {
-            Shift moved = world.moved(i);
-            poses[i].position += moved.by;
-            poses[i].heading = wrapped(poses[i].heading + moved.turn);
+            poses[i].position += near[i].moved.by;
+            poses[i].heading = wrapped(poses[i].heading + near[i].moved.turn);
         }
     }
     return poses;
