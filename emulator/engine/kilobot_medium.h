@@ -88,6 +88,9 @@ class KilobotMedium {
         return settings_.held_busy || !stations_[robot].audible.empty() || stations_[robot].sends;
     }
 
+    /// How far a robot is heard.
+    double range_m(uint32_t robot) const { return stations_[robot].range_m; }
+
     /// Brings what is asked of a robot into the cache.
     void prefetch(uint32_t robot) const { __builtin_prefetch(&stations_[robot]); }
 

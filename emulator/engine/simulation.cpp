@@ -316,18 +316,20 @@ Cycles Simulation::undisturbed_until(uint32_t robot, Cycles limit) {
     else if (kilobot_medium_->claims(robot))
         return soonest;
     if (until <= soonest) return soonest;
-    Cycles matters = end_of_step(until - heard_after, step_);     // who speaks before
-    double far_m = reach_m_ + closing * seconds(matters - now_);  // and comes from nearer
+    Cycles matters = end_of_step(until - heard_after, step_);  // who speaks before
     const Eigen::Vector2d here = bodies_->position(robot);
     for (uint32_t other : bodies_->lists().of(robot)) {
-        if (speaks_[other] >= matters) continue;
+        const Cycles speaks =
+            kilobot_medium_ ? speaks_[other] : begin_of_step(speaks_[other], step_);
+        if (speaks >= matters) continue;
+        const double range_m = kilobot_medium_ ? kilobot_medium_->range_m(other) : reach_m_;
         const double square = (bodies_->position(other) - here).squaredNorm();
-        if (square >= far_m * far_m) continue;
-        const double way_m = std::sqrt(square) - reach_m_;
+        const double far_m = range_m + closing * seconds(matters - now_);
+        if (square >= far_m * far_m) continue;  // it does not come from there
+        const double way_m = std::sqrt(square) - range_m;
         const Cycles in_reach = now_ + whole_steps(way_m * s_per_m, step_);
-        matters = begin_of_step(std::max(speaks_[other], in_reach), step_);
+        matters = std::max(speaks, in_reach);
         if (matters + heard_after <= soonest) break;
-        far_m = reach_m_ + closing * seconds(matters - now_);
     }
     until = std::min(until, matters + heard_after);
     return kilobot_medium_ ? kilobot_medium_->alone_until(robot, until) : until;
