@@ -26,16 +26,14 @@ Cycles VirtualFloor::next_sensing(Cycles at) const {
     return begin_ + (next + world_step_ - 1) / world_step_ * world_step_;
 }
 
-void VirtualFloor::tell(Robot &robot, wire_cell_t cell, Cycles at, Cycles until) {
-    auto &told = told_[robot.index()];
-    if (cell.site != told.cell.site || cell.flags != told.cell.flags) told.due = 0;
+void VirtualFloor::give(Robot &robot, Told &told, Cycles at, Cycles until) {
+    message_t message = {};
+    message.type = WIRE_TYPE_CELL;
+    wire_put_cell(message.data, told.cell);
     for (at = std::max(at, told.due); at < until; at = told.due) {
-        const Cycles repeat = at + settings_.repeat_ticks * TICK_CYCLES - longest_gap_;
-        told = {cell, next_sensing(begin_of_step(repeat, world_step_))};
-        message_t message = {};
-        message.type = WIRE_TYPE_CELL;
-        wire_put_cell(message.data, cell);
         robot.receive(at, message, {});
+        const Cycles repeat = at + settings_.repeat_ticks * TICK_CYCLES - longest_gap_;
+        told.due = next_sensing(begin_of_step(repeat, world_step_));
     }
 }
 
