@@ -519,10 +519,8 @@ void Simulation::deliver(const Emission &emission) {
         return;
     }
     if (!def_.run_ahead || !audience_holds(sender)) {
-        const auto around = bodies_->lists().of(sender);
-        places_.clear();
-        for (uint32_t other : around) places_.push_back(bodies_->position(other));
-        medium_.find_audience(sender, bodies_->position(sender), around, places_);
+        auto place_of = [this](uint32_t robot) { return bodies_->position(robot); };
+        medium_.find_audience(sender, bodies_->lists().of(sender), place_of);
         audience_at_[sender] = now_;
     }
     const Cycles heard_at = std::max(emission.at + FRAME_CYCLES, now_ + step_);
