@@ -29,22 +29,45 @@ class IdealMedium {
           radius_m_(radius_m),
           audiences_(robots) {}
 
-    /// Who hears `sender`, who is at `from`: some of those `around`, who are at `places`; ascending.
-    const std::vector<Listener> &find_audience(uint32_t sender, const Eigen::Vector2d &from,
-                                               Neighbours::List around,
-                                               const std::vector<Eigen::Vector2d> &places);
+    /// Who hears `sender`: some of those `around`, ascending. `place_of` says where a robot is.
+    template <typename PlaceOf>
+    const std::vector<Listener> &find_audience(uint32_t sender, Neighbours::List around,
+                                               PlaceOf place_of) {
+        if (places_.size() < around.size()) {
+            places_.resize(around.size());
+            in_range_.resize(around.size());
+        }
+        const Eigen::Vector2d from = place_of(sender);
+        size_t found = 0;
+        for (size_t i = 0; i < around.size(); i++) {
+            places_[i] = place_of(around.begin()[i]);
+            const double square = (places_[i] - from).squaredNorm();
+            in_range_[found] = {i, square};
+            found += square <= range_m_ * range_m_;
+        }
+        choose_audience(audiences_[sender], from, around, found);
+        return audiences_[sender];
+    }
 
     /// Who heard `sender` when find_audience() was last called.
     const std::vector<Listener> &last_audience(uint32_t sender) const { return audiences_[sender]; }
 
   private:
-    bool hidden(const Eigen::Vector2d &from, size_t listener,
-                const std::vector<Eigen::Vector2d> &places) const;
+    struct InRange {
+        size_t place;
+        double distance_squared;
+    };
+
+    void choose_audience(std::vector<Listener> &audience, const Eigen::Vector2d &from,
+                         Neighbours::List around, size_t in_range);
+    bool hidden(const Eigen::Vector2d &from, size_t listener, size_t others) const;
 
     double range_m_;
     bool line_of_sight_;
     double radius_m_;
     std::vector<std::vector<Listener>> audiences_;
+    std::vector<Eigen::Vector2d> places_;  ///< of those around a sender
+    std::vector<InRange> in_range_;        ///< of them
 };
 
 }  // namespace kilotwin

@@ -36,15 +36,14 @@ KilobotMedium::KilobotMedium(const Settings &settings, const Chance &chance, Swa
       grid_(grid),
       boards_(boards),
       stations_(robots.size() + (grid != nullptr ? grid->layout().cells() : 0)),
+      said_(stations_.size()),
       receivers_(grid != nullptr ? grid->layout().modules() : 0),
       planned_(PLANNED_STEPS) {
-    for (uint32_t station = 0; station < stations_.size(); station++)
-        stations_[station].frame.sender = stations_[station].frame.listener = station;
     for (uint32_t robot = 0; robot < robots.size(); robot++) {
         double spread =
             std::clamp(chance.normal(robot, Purpose::RANGE, 0), -RANGE_LIMIT, RANGE_LIMIT);
-        stations_[robot].range_m =
-            static_cast<float>(settings.range_m * (1 + spread * settings.range_spread));
+        ranges_m_.push_back(
+            static_cast<float>(settings.range_m * (1 + spread * settings.range_spread)));
     }
     if (boards_ != nullptr && settings.held_busy) boards_->hold_busy();
 }
@@ -270,9 +269,8 @@ bool KilobotMedium::has_channel(uint32_t robot, Cycles at) const {
 }
 
 bool KilobotMedium::receives(uint32_t robot, Cycles at) const {
-    return std::any_of(
-        stations_[robot].audible.begin(), stations_[robot].audible.end(),
-        [&](uint32_t sender) { return stations_[sender].frame.begin + NOTICE_CYCLES <= at; });
+    return std::any_of(stations_[robot].audible.begin(), stations_[robot].audible.end(),
+                       [&](uint32_t frame) { return frames_[frame].begin + NOTICE_CYCLES <= at; });
 }
 
 void KilobotMedium::begin_frame(uint32_t sender, Cycles at, const message_t &message,
@@ -282,7 +280,7 @@ void KilobotMedium::begin_frame(uint32_t sender, Cycles at, const message_t &mes
     hold_receivers(frame, at, at + (frame.granted ? FRAME_CYCLES : SENSE_END_CYCLES));
     if (boards_ != nullptr) boards_->first_pulse(sender, at);
     if (frame.granted) {
-        if (boards_ != nullptr) boards_->other_pulses(sender, at, frame.said.message());
+        if (boards_ != nullptr) boards_->other_pulses(sender, at, message);
         frame_ends_.push({at + FRAME_CYCLES, What::FRAME_END, sender});
     } else {
         sense_ends_.push({at + SENSE_END_CYCLES, What::SENSE_END, sender});
@@ -294,27 +292,34 @@ KilobotMedium::Frame &KilobotMedium::begin_light(uint32_t sender, Cycles at,
                                                  const message_t &message) {
     Frame &frame = put_on_air(sender, at, message);
     const Eigen::Vector2d here = bodies_.position(sender);
-    const double range = stations_[sender].range_m;
     for (uint32_t other : bodies_.lists().of(sender)) {
         double distance = (bodies_.position(other) - here).norm();
-        if (distance <= range) shine_on_robot(frame, other, distance);
+        if (distance <= frame.range_m) shine_on_robot(frame, other, distance);
     }
     if (grid_ != nullptr) shine_on_cells(frame, here);
     // What it was about to hear, it cannot hear now.
     if (settings_.half_duplex)
         for (uint32_t earlier : stations_[sender].audible)
-            for (Heard &missed : stations_[earlier].frame.heard)
+            for (Heard &missed : frames_[earlier].heard)
                 if (missed.station == sender) missed.fate = Fate::DEAF;
     return frame;
 }
 
 KilobotMedium::Frame &KilobotMedium::put_on_air(uint32_t sender, Cycles at,
                                                 const message_t &message) {
-    Frame &frame = stations_[sender].frame;
+    if (free_frames_.empty()) {
+        free_frames_.push_back(static_cast<uint32_t>(frames_.size()));
+        frames_.emplace_back();
+    }
+    stations_[sender].frame = free_frames_.back();
+    free_frames_.pop_back();
+    Frame &frame = frame_of(sender);
     frame.begin = at;
-    stations_[sender].sends = true;
-    frame.said.say(message);
+    frame.range_m = is_cell(sender) ? grid_->infrared().cell_range_m : ranges_m_[sender];
+    frame.sender = frame.listener = sender;
+    frame.granted = false;
     frame.heard.clear();
+    said_[sender].say(message);
     if (boards_ != nullptr) boards_->begin_light(sender);
     return frame;
 }
@@ -329,8 +334,7 @@ void KilobotMedium::shine_on_robot(Frame &frame, uint32_t robot, double distance
         spoil(audible, robot);
     }
     if (robots_[robot].on_board()) shine_on_board(frame, heard);
-    frame.heard.push_back(heard);
-    hear(heard.station, frame.sender);
+    reach(frame, heard);
     robots_[robot].disturb(frame.begin, frame.begin + FRAME_CYCLES);
 }
 
@@ -348,34 +352,33 @@ void KilobotMedium::shine_on_board(const Frame &frame, Heard &heard) {
 void KilobotMedium::take_flash(const Boards::Flash &flash) {
     using Found = PulseReader::Found;
     const uint32_t sender = flash.station;
-    Frame &frame = stations_[sender].frame;
     const bool over = flash.given_up || flash.found == Found::NONSENSE;
     if (flash.begins && flash.found == Found::BEGIN) {
-        if (on_air(sender)) leave_air(frame);
+        if (on_air(sender)) leave_air(frame_of(sender));
         if (is_cell(sender))
             begin_cell_light(sender, flash.at, {});
         else
             begin_light(sender, flash.at, {});
     }
     if (flash.begins && on_air(sender))
-        hold_receivers(frame, flash.at, flash.at + PulseReader::SILENCE);
+        hold_receivers(frame_of(sender), flash.at, flash.at + PulseReader::SILENCE);
     if (!flash.given_up) boards_->pulse(sender, flash.at, flash.end, flash.begins);
     if (over && on_air(sender)) {
         (is_cell(sender) ? grid_->counts.put_off : counts_.attempts_failed)++;
-        leave_air(frame);
+        leave_air(frame_of(sender));
     }
     if (flash.found == Found::MESSAGE && on_air(sender)) {
-        frame.said.say(flash.message);
-        frame.granted = true;
+        said_[sender].say(flash.message);
+        frame_of(sender).granted = true;
         if (is_cell(sender)) grid_->counts.sent++;
         end_frame(sender);
     }
 }
 
-/// What `station` was about to hear of `senders` is lost to another frame.
-void KilobotMedium::spoil(const Senders &senders, uint32_t station) {
-    for (uint32_t sender : senders)
-        for (Heard &spoilt : stations_[sender].frame.heard)
+/// What `station` was about to hear of `frames` is lost to another one.
+void KilobotMedium::spoil(const Frames &frames, uint32_t station) {
+    for (uint32_t frame : frames)
+        for (Heard &spoilt : frames_[frame].heard)
             if (spoilt.station == station && spoilt.fate == Fate::CLEAR)
                 spoilt.fate = Fate::COLLIDED;
 }
@@ -402,8 +405,7 @@ void KilobotMedium::shine_on_cells(Frame &frame, const Eigen::Vector2d &from) {
             heard.fate = Fate::DEAF;
         else if (settings_.collisions && !audible.empty())
             heard.fate = Fate::COLLIDED;
-        frame.heard.push_back(heard);
-        hear(heard.station, frame.sender);
+        reach(frame, heard);
     }
 }
 
@@ -428,8 +430,7 @@ void KilobotMedium::shine_on_board_cell(Frame &frame, uint32_t cell, double dist
     if (lost && heard.fate == Fate::CLEAR) heard.fate = Fate::LOST;
     boards_->reach(frame.sender, station, cell_gains_.measure(heard.distance_mm, 0, 0), lost,
                    chance_.bits(station, Purpose::LOST_PULSE, n));
-    frame.heard.push_back(heard);
-    hear(heard.station, frame.sender);
+    reach(frame, heard);
 }
 
 /// Modules that a frame reaches stay with the cell that hears it.
@@ -474,7 +475,7 @@ KilobotMedium::Frame &KilobotMedium::begin_cell_light(uint32_t station, Cycles a
     const uint32_t cell = cell_of(station);
     for (uint32_t robot : grid_->robots_near(cell)) {
         double distance = (bodies_.position(robot) - grid_->layout().centre(cell)).norm();
-        if (distance <= grid_->infrared().cell_range_m) shine_on_robot(frame, robot, distance);
+        if (distance <= frame.range_m) shine_on_robot(frame, robot, distance);
     }
     return frame;
 }
@@ -492,7 +493,8 @@ bool KilobotMedium::nobody_interferes(uint32_t cell, Cycles at) const {
 void KilobotMedium::cell_has_channel(Frame &frame) {
     const uint32_t module = module_of(frame.sender);
     receivers_[module].sending_until = frame.begin + FRAME_CYCLES;
-    if (boards_ != nullptr) boards_->other_pulses(frame.sender, frame.begin, frame.said.message());
+    if (boards_ != nullptr)
+        boards_->other_pulses(frame.sender, frame.begin, said_[frame.sender].message());
     grid_->answer(module, frame.begin, Module::Answer::SENT);
     frame_ends_.push({frame.begin + FRAME_CYCLES, What::FRAME_END, frame.sender});
 }
@@ -506,13 +508,12 @@ bool KilobotMedium::finds_busy(const Frame &frame) const {
     auto polled = [&](Cycles pulse) { return pulse >= first && pulse < last; };
     const auto &audible = stations_[frame.listener].audible;
     return std::any_of(audible.begin(), audible.end(), [&](uint32_t other) {
-        return polled(stations_[other].frame.begin) ||
-               polled(stations_[other].frame.begin + LEADER_STOP);
+        return polled(frames_[other].begin) || polled(frames_[other].begin + LEADER_STOP);
     });
 }
 
 void KilobotMedium::end_sensing(uint32_t sender) {
-    Frame &frame = stations_[sender].frame;
+    Frame &frame = frame_of(sender);
     const bool busy = finds_busy(frame);
     if (is_cell(sender)) {
         if (!busy) return cell_has_channel(frame);
@@ -525,16 +526,17 @@ void KilobotMedium::end_sensing(uint32_t sender) {
         leave_air(frame);
         ask_later({frame.begin + SENSE_END_CYCLES + 1, What::ASK, sender});
     } else {
-        if (boards_ != nullptr) boards_->other_pulses(sender, frame.begin, frame.said.message());
+        if (boards_ != nullptr)
+            boards_->other_pulses(sender, frame.begin, said_[frame.sender].message());
         hold_receivers(frame, frame.begin + SENSE_END_CYCLES, frame.begin + FRAME_CYCLES);
         frame_ends_.push({frame.begin + FRAME_CYCLES, What::FRAME_END, sender});
     }
 }
 
 void KilobotMedium::end_frame(uint32_t sender) {
-    Frame &frame = stations_[sender].frame;
+    Frame &frame = frame_of(sender);
     leave_air(frame);
-    const bool right = frame.said.crc_is_right();
+    const bool right = said_[frame.sender].crc_is_right();
     if (!is_cell(sender)) {
         counts_.sent++;
         stations_[sender].counts.sent++;
@@ -554,11 +556,13 @@ void KilobotMedium::end_frame(uint32_t sender) {
         ask_later({std::max(over, speaks_[sender]), What::ASK, sender});
 }
 
-void KilobotMedium::leave_air(Frame &frame) {
-    stations_[frame.sender].sends = false;
+/// What it was can still be read until the next one begins.
+void KilobotMedium::leave_air(const Frame &frame) {
+    const uint32_t index = std::exchange(stations_[frame.sender].frame, NONE);
+    free_frames_.push_back(index);
     for (const Heard &heard : frame.heard) {
         auto &audible = stations_[heard.station].audible;
-        *std::find(audible.begin(), audible.end(), frame.sender) = audible.back();
+        *std::find(audible.begin(), audible.end(), index) = audible.back();
         audible.pop_back();
     }
 }
@@ -583,8 +587,9 @@ void KilobotMedium::deliver_to_cell(const Frame &frame, const Heard &heard) {
         return;
     }
     counts.received++;
-    grid_->receive_ir(frame.begin + FRAME_CYCLES, cell_of(heard.station), frame.said.message(),
-                      cell_gains_.measure(heard.distance_mm, 0, 0), !frame.said.crc_is_right());
+    grid_->receive_ir(frame.begin + FRAME_CYCLES, cell_of(heard.station),
+                      said_[frame.sender].message(), cell_gains_.measure(heard.distance_mm, 0, 0),
+                      !said_[frame.sender].crc_is_right());
 }
 
 void KilobotMedium::deliver(const Frame &frame, const Heard &heard) {
@@ -607,7 +612,7 @@ void KilobotMedium::deliver(const Frame &frame, const Heard &heard) {
     stations_[index].counts.received++;
     if (on_board) return;
     const Cycles end = frame.begin + FRAME_CYCLES;
-    robots_[index].receive(end, frame.said.message(), measure(heard, draw));
+    robots_[index].receive(end, said_[frame.sender].message(), measure(heard, draw));
     // It may be told to run, and then to send, before the others are past that.
     if (is_cell(frame.sender) && robots_[index].next_ask() == NEVER && end < end_)
         ask_later({end, What::ASK, index});
@@ -615,9 +620,7 @@ void KilobotMedium::deliver(const Frame &frame, const Heard &heard) {
 
 /// Whether a frame is lost on its way, by chance.
 bool KilobotMedium::is_lost(const Frame &frame, const Heard &heard, uint64_t draw) const {
-    const double range =
-        is_cell(frame.sender) ? grid_->infrared().cell_range_m : stations_[frame.sender].range_m;
-    const double share = heard.distance_mm / 1000 / range;
+    const double share = heard.distance_mm / 1000 / frame.range_m;
     const double loss =
         settings_.loss + (settings_.loss_at_range - settings_.loss) * share * share * share * share;
     return chance_.uniform(heard.station, Purpose::FRAME_LOSS, draw) < loss;

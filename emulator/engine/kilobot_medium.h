@@ -85,8 +85,11 @@ class KilobotMedium {
     /// Whether a robot cannot be left alone beyond the current step: it receives, it is in the
     /// middle of a transmission, or the channel is not free.
     bool claims(uint32_t robot) const {
-        return settings_.held_busy || !stations_[robot].audible.empty() || stations_[robot].sends;
+        return settings_.held_busy || !stations_[robot].audible.empty() || on_air(robot);
     }
+
+    /// How far a robot is heard.
+    double range_m(uint32_t robot) const { return ranges_m_[robot]; }
 
     /// Brings what is asked of a robot into the cache.
     void prefetch(uint32_t robot) const { __builtin_prefetch(&stations_[robot]); }
@@ -118,24 +121,24 @@ class KilobotMedium {
         float distance_mm;
         Fate fate;
     };
+    /// One that is on air.
     struct Frame {
         Cycles begin;
-        uint32_t sender;       ///< station
-        uint32_t listener;     ///< station at whose receiver the sender listens first
-        bool granted = false;  ///< its sender did not have to listen first
-        CheckedMessage said;
+        double range_m;     ///< nobody hears it from farther away
+        uint32_t sender;    ///< station
+        uint32_t listener;  ///< station at whose receiver the sender listens first
+        bool granted;       ///< its sender did not have to listen first
         Few<Heard, 5> heard;
     };
-    using Senders = Few<uint32_t, 4>;
-    /// As a receiver, one line of the cache, then as a sender.
+    using Frames = Few<uint32_t, 4>;  ///< in frames_
+    static constexpr uint32_t NONE = UINT32_MAX;
+    /// One line of the cache.
     struct alignas(64) Station {
-        Senders audible;  ///< on air
+        Frames audible;
         uint64_t draws = 0;
         FrameCounts counts;
-        float range_m = 0;     ///< of a robot
-        uint16_t planned = 0;  ///< so many of its frames are planned
-        bool sends = false;
-        Frame frame;  ///< a station sends one at a time
+        uint32_t frame = NONE;  ///< in frames_: what it sends
+        uint16_t planned = 0;   ///< so many of its frames are planned
     };
     /// In this order when at the same time.
     enum class What : uint8_t { FRAME_END, SENSE_END, BEGIN, ASK };
@@ -195,20 +198,24 @@ class KilobotMedium {
     void take_flash(const Boards::Flash &flash);
     bool is_lost(const Frame &frame, const Heard &heard, uint64_t draw) const;
     distance_measurement_t measure(const Heard &heard, uint64_t draw) const;
-    void spoil(const Senders &senders, uint32_t station);
+    void spoil(const Frames &frames, uint32_t station);
     void shine_on_cells(Frame &frame, const Eigen::Vector2d &from);
     bool nobody_interferes(uint32_t cell, Cycles at) const;
     void cell_has_channel(Frame &frame);
     void hold_receivers(const Frame &frame, Cycles begin, Cycles end);
     void end_sensing(uint32_t sender);
     void end_frame(uint32_t sender);
-    void leave_air(Frame &frame);
+    void leave_air(const Frame &frame);
     bool receives(uint32_t robot, Cycles at) const;
     bool finds_busy(const Frame &frame) const;
     void deliver(const Frame &frame, const Heard &heard);
     void deliver_to_cell(const Frame &frame, const Heard &heard);
-    bool on_air(uint32_t sender) const { return stations_[sender].sends; }
-    void hear(uint32_t station, uint32_t sender) { stations_[station].audible.push_back(sender); }
+    bool on_air(uint32_t sender) const { return stations_[sender].frame != NONE; }
+    Frame &frame_of(uint32_t sender) { return frames_[stations_[sender].frame]; }
+    void reach(Frame &frame, const Heard &heard) {
+        frame.heard.push_back(heard);
+        stations_[heard.station].audible.push_back(stations_[frame.sender].frame);
+    }
     bool is_cell(uint32_t station) const { return station >= robots_.size(); }
     uint32_t station_of(uint32_t cell) const {
         return static_cast<uint32_t>(robots_.size()) + cell;
@@ -230,6 +237,10 @@ class KilobotMedium {
     Grid *grid_;
     Boards *boards_;  ///< null: there are none
     Swarm<Station> stations_;
+    std::vector<CheckedMessage> said_;  ///< by station: last
+    std::vector<float> ranges_m_;       ///< of robots
+    std::vector<Frame> frames_;         ///< on air, but for the free ones: few, so they stay cached
+    std::vector<uint32_t> free_frames_;
     std::vector<Receiver> receivers_;  ///< by module
     InfraredGains cell_gains_;
     static constexpr size_t PLANNED_STEPS = 64;  ///< frames are planned less than that ahead

@@ -318,18 +318,20 @@ Cycles Simulation::undisturbed_until(uint32_t robot, Cycles limit) {
     else if (kilobot_medium_->claims(robot))
         return soonest;
     if (until <= soonest) return soonest;
-    Cycles matters = end_of_step(until - heard_after, step_);     // who speaks before
-    double far_m = reach_m_ + closing * seconds(matters - now_);  // and comes from nearer
+    Cycles matters = end_of_step(until - heard_after, step_);  // who speaks before
     const Eigen::Vector2d here = bodies_->position(robot);
     for (uint32_t other : bodies_->lists().of(robot)) {
-        if (speaks_[other] >= matters) continue;
+        const Cycles speaks =
+            kilobot_medium_ ? speaks_[other] : begin_of_step(speaks_[other], step_);
+        if (speaks >= matters) continue;
+        const double range_m = kilobot_medium_ ? kilobot_medium_->range_m(other) : reach_m_;
         const double square = (bodies_->position(other) - here).squaredNorm();
-        if (square >= far_m * far_m) continue;
-        const double way_m = std::sqrt(square) - reach_m_;
+        const double far_m = range_m + closing * seconds(matters - now_);
+        if (square >= far_m * far_m) continue;  // it does not come from there
+        const double way_m = std::sqrt(square) - range_m;
         const Cycles in_reach = now_ + whole_steps(way_m * s_per_m, step_);
-        matters = begin_of_step(std::max(speaks_[other], in_reach), step_);
+        matters = std::max(speaks, in_reach);
         if (matters + heard_after <= soonest) break;
-        far_m = reach_m_ + closing * seconds(matters - now_);
     }
     until = std::min(until, matters + heard_after);
     return kilobot_medium_ ? kilobot_medium_->alone_until(robot, until) : until;
@@ -339,26 +341,32 @@ Cycles Simulation::undisturbed_until(uint32_t robot, Cycles limit) {
 /// anybody can come nearer.
 void Simulation::look_around(uint32_t robot) {
     auto &around = surroundings_[robot];
-    const Eigen::Vector2d here = bodies_->position(robot), ahead = bodies_->ahead(robot);
+    const Eigen::Vector2d here = bodies_->position(robot);
+    const bool rests = bodies_->rests(robot);
     const double radius = def_.profile.radius_m, obstacle_gap = floor_->obstacle_m();
     const double closing = 2 * bodies_->fastest_m_s();
     double unchanged_s =
         bodies_->lists_hold_until() > now_ ? seconds(bodies_->lists_hold_until() - now_) : 0;
     double unmoved_s = unchanged_s;  // the same, as long as nobody begins to move who now rests
     bool obstacle = false;
+    auto look_at = [&](double gap, const Eigen::Vector2d &towards) {
+        if (gap <= obstacle_gap && towards.dot(bodies_->ahead(robot)) > 0) obstacle = true;
+    };
     for (uint32_t other : bodies_->lists().of(robot)) {
         const Eigen::Vector2d offset = bodies_->position(other) - here;
+        const double far_m =
+            2 * radius + obstacle_gap + closing * (rests ? unmoved_s : unchanged_s);
+        if (offset.squaredNorm() > far_m * far_m) continue;
         const double gap = offset.norm() - 2 * radius;
-        if (gap <= obstacle_gap && offset.dot(ahead) > 0) obstacle = true;
+        look_at(gap, offset);
         const double change_s = std::max(gap - obstacle_gap, 0.0) / closing;
         unchanged_s = std::min(unchanged_s, change_s);
-        if (!bodies_->rests(other)) unmoved_s = std::min(unmoved_s, change_s);
+        if (rests && !bodies_->rests(other)) unmoved_s = std::min(unmoved_s, change_s);
     }
     double wall_gap = INFINITY;
     def_.arena.for_each_wall(here, [&](double distance, const Eigen::Vector2d &outward) {
-        const double gap = distance - radius;
-        wall_gap = std::min(wall_gap, gap);
-        if (gap <= obstacle_gap && outward.dot(ahead) > 0) obstacle = true;
+        wall_gap = std::min(wall_gap, distance - radius);
+        look_at(distance - radius, outward);
     });
     const double still_s =
         std::min(std::max(wall_gap - obstacle_gap, 0.0), def_.arena.distance_to_site_edge(here)) /
@@ -366,9 +374,8 @@ void Simulation::look_around(uint32_t robot) {
     around.cell.site = def_.arena.site_at(here);
     around.cell.flags = obstacle ? WIRE_CELL_OBSTACLE : 0;
     around.unchanged_until = now_ + whole_steps(std::min(unchanged_s, still_s), step_);
-    around.look_again = bodies_->rests(robot)
-                            ? now_ + std::max(whole_steps(unmoved_s, step_), step_)
-                            : around.unchanged_until;
+    around.look_again =
+        rests ? now_ + std::max(whole_steps(unmoved_s, step_), step_) : around.unchanged_until;
 }
 
 /// What the floor tells `robot` and those around it may change after `at`: it moves.
@@ -514,10 +521,8 @@ void Simulation::deliver(const Emission &emission) {
         return;
     }
     if (!def_.run_ahead || !audience_holds(sender)) {
-        const auto around = bodies_->lists().of(sender);
-        places_.clear();
-        for (uint32_t other : around) places_.push_back(bodies_->position(other));
-        medium_.find_audience(sender, bodies_->position(sender), around, places_);
+        auto place_of = [this](uint32_t robot) { return bodies_->position(robot); };
+        medium_.find_audience(sender, bodies_->lists().of(sender), place_of);
         audience_at_[sender] = now_;
     }
     const Cycles heard_at = std::max(emission.at + FRAME_CYCLES, now_ + step_);

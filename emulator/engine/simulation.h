@@ -207,7 +207,6 @@ class Simulation {
     std::optional<Bodies> bodies_;
     std::vector<CheckedMessage> said_;  ///< beside the ideal medium: what each robot sent last
     IdealMedium medium_;
-    std::vector<Eigen::Vector2d> places_;       ///< of those who may hear a sender
     std::vector<std::vector<Planned>> frames_;  ///< of the ideal medium, by step: a ring
     StepSorter<Planned> frame_sorter_;
     std::optional<Grid> grid_;

@@ -1,5 +1,7 @@
 #include "engine/virtual_floor.h"
 
+#include <algorithm>
+
 namespace kilotwin {
 
 VirtualFloor::VirtualFloor(const Settings &settings, Cycles begin, Cycles world_step, size_t robots)
@@ -24,17 +26,14 @@ Cycles VirtualFloor::next_sensing(Cycles at) const {
     return begin_ + (next + world_step_ - 1) / world_step_ * world_step_;
 }
 
-void VirtualFloor::tell(Robot &robot, wire_cell_t cell, Cycles at, Cycles until) {
-    auto &told = told_[robot.index()];
-    if (cell.site != told.cell.site || cell.flags != told.cell.flags) told.due = 0;
-    if (until <= told.due) return;
-    for (; at < until; at = next_sensing(at)) {
-        if (at < told.due) continue;
-        told = {cell, at + settings_.repeat_ticks * TICK_CYCLES - longest_gap_ + 1};
-        message_t message = {};
-        message.type = WIRE_TYPE_CELL;
-        wire_put_cell(message.data, cell);
+void VirtualFloor::give(Robot &robot, Told &told, Cycles at, Cycles until) {
+    message_t message = {};
+    message.type = WIRE_TYPE_CELL;
+    wire_put_cell(message.data, told.cell);
+    for (at = std::max(at, told.due); at < until; at = told.due) {
         robot.receive(at, message, {});
+        const Cycles repeat = at + settings_.repeat_ticks * TICK_CYCLES - longest_gap_;
+        told.due = next_sensing(begin_of_step(repeat, world_step_));
     }
 }
 

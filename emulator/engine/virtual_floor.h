@@ -36,13 +36,19 @@ class VirtualFloor {
 
     /// `robot` senses `cell` at `at`, and nothing else will be sensed until `until`: gives it the
     /// messages due.
-    void tell(Robot &robot, wire_cell_t cell, Cycles at, Cycles until);
+    void tell(Robot &robot, wire_cell_t cell, Cycles at, Cycles until) {
+        Told &told = told_[robot.index()];
+        if (cell.site != told.cell.site || cell.flags != told.cell.flags) told = {cell, 0};
+        if (told.due < until) give(robot, told, at, until);
+    }
 
   private:
     struct Told {
         wire_cell_t cell = {0, 0};
-        Cycles due = 0;  ///< when the same is told again at the latest
+        Cycles due = 0;  ///< the sensing at which the same is told again
     };
+
+    void give(Robot &robot, Told &told, Cycles at, Cycles until);
 
     Settings settings_;
     Cycles begin_, world_step_;

@@ -21,9 +21,8 @@ std::vector<Listener> audience(const Positions &positions, uint32_t sender,
     Neighbours neighbours(RANGE + RADIUS, 0.3);
     neighbours.rebuild(positions);
     IdealMedium medium(RANGE, line_of_sight, RADIUS, positions.size());
-    Positions around;
-    for (uint32_t other : neighbours.of(sender)) around.push_back(positions[other]);
-    auto found = medium.find_audience(sender, positions[sender], neighbours.of(sender), around);
+    auto found = medium.find_audience(sender, neighbours.of(sender),
+                                      [&](uint32_t robot) { return positions[robot]; });
     CHECK(found.size() == medium.last_audience(sender).size());
     return found;
 }
