@@ -33,41 +33,34 @@ uint64_t memory_fingerprint(const kt_table_t &table, const uint8_t *frame, const
 
 }  // namespace
 
-void BusyWatch::forget() {
-    watched_ = false;
-    busy_since_ = computing_since_ = NEVER;
-    probes_left_ = 0;
-    warned_ = false;
-}
-
 BusyWatch::Finding BusyWatch::look(const Program &program, const uint8_t *frame,
                                    const uint8_t *top) {
-    watched_ = true;
+    if (!watch_) watch_ = std::make_unique<Watch>();
     auto &budget = *program.table().budget;
     const uint64_t fingerprint = memory_fingerprint(program.table(), frame, top);
     budget = 0;
-    if (probes_left_ == 0) {
-        fingerprint_ = fingerprint;
-        probes_left_ = PROBES;
+    if (watch_->probes_left == 0) {
+        watch_->fingerprint = fingerprint;
+        watch_->probes_left = PROBES;
         return Finding::LOOKING;
     }
-    const bool waits = fingerprint == fingerprint_;
-    if (!waits && --probes_left_ > 0) return Finding::LOOKING;
-    probes_left_ = 0;
+    const bool waits = fingerprint == watch_->fingerprint;
+    if (!waits && --watch_->probes_left > 0) return Finding::LOOKING;
+    watch_->probes_left = 0;
     budget = waits ? TURNS_WHILE_WAITING : TURNS_PER_TICK;
     return waits ? Finding::WAITS : Finding::COMPUTES;
 }
 
 BusyWatch::Verdict BusyWatch::judge(Finding finding, Cycles now) {
-    if (busy_since_ == NEVER) busy_since_ = now;
+    if (watch_->busy_since == NEVER) watch_->busy_since = now;
     if (finding == Finding::WAITS)
-        computing_since_ = NEVER;
-    else if (computing_since_ == NEVER)
-        computing_since_ = now;
-    if (computing_since_ != NEVER && now - computing_since_ >= ENDLESS_AFTER)
+        watch_->computing_since = NEVER;
+    else if (watch_->computing_since == NEVER)
+        watch_->computing_since = now;
+    if (watch_->computing_since != NEVER && now - watch_->computing_since >= ENDLESS_AFTER)
         return Verdict::ENDLESS;
-    if (warned_ || now - busy_since_ < WARN_AFTER) return Verdict::FINE;
-    warned_ = true;
+    if (watch_->warned || now - watch_->busy_since < WARN_AFTER) return Verdict::FINE;
+    watch_->warned = true;
     return Verdict::WARN;
 }
 

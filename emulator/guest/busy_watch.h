@@ -8,6 +8,7 @@
 #define KILOTWIN_GUEST_BUSY_WATCH_H
 
 #include <cstdint>
+#include <memory>
 
 #include "engine/clock.h"
 #include "guest/program.h"
@@ -38,12 +39,14 @@ class BusyWatch {
     /// The program came back, or gave time back: it gets a fresh `budget`.
     void came_back(int32_t &budget) {
         budget = TURNS_PER_TICK;
-        if (watched_) forget();
+        if (watch_) watch_.reset();
     }
 
     /// The program acted or looked about by a call that takes no time: whatever it computes, it has
     /// not lost its way.
-    void called() { computing_since_ = NEVER; }
+    void called() {
+        if (watch_) watch_->computing_since = NEVER;
+    }
 
     /// The budget was spent at `now`; the program's frames lie from `frame` to `top`. Unless it is
     /// LOOKING, time has to pass up to the next interrupt.
@@ -53,14 +56,14 @@ class BusyWatch {
     Verdict judge(Finding finding, Cycles now);
 
   private:
-    void forget();
-
-    uint64_t fingerprint_ = 0;        ///< of the memory when the budget was last spent
-    Cycles busy_since_ = NEVER;       ///< since when the program has not come back
-    Cycles computing_since_ = NEVER;  ///< since when it has changed memory all the time
-    uint16_t probes_left_ = 0;        ///< looks at the memory until it counts as computing
-    bool warned_ = false;
-    bool watched_ = false;  ///< the budget was spent since it last came back
+    struct Watch {
+        uint64_t fingerprint = 0;        ///< of the memory when the budget was last spent
+        Cycles busy_since = NEVER;       ///< since when the program has not come back
+        Cycles computing_since = NEVER;  ///< since when it has changed memory all the time
+        uint16_t probes_left = 0;        ///< looks at the memory until it counts as computing
+        bool warned = false;
+    };
+    std::unique_ptr<Watch> watch_;  ///< once the budget is spent, until the program comes back
 };
 
 }  // namespace kilotwin

@@ -27,11 +27,11 @@ Robot *current = nullptr;
 }  // namespace
 
 // What the registers now make of motors and LED: hardware.md 1.8.
-inline void Robot::look_at_outputs(const kt_table_t &table) {
-    if (table.settle != nullptr) table.settle();
+inline void Robot::look_at_outputs(const volatile kt_outputs_t &outputs, void (*settle)()) {
+    if (settle != nullptr) settle();
     uint64_t seen;
-    static_assert(sizeof seen == sizeof *table.outputs);
-    std::memcpy(&seen, const_cast<const kt_outputs_t *>(table.outputs), sizeof seen);
+    static_assert(sizeof seen == sizeof outputs);
+    std::memcpy(&seen, const_cast<const kt_outputs_t *>(&outputs), sizeof seen);
     if (seen != outputs_seen_) take_outputs(seen);
 }
 
@@ -50,8 +50,9 @@ struct Robot::HostCalls {
         *table.straight_right = robot.eeprom(EEPROM_STRAIGHT_RIGHT);
         robot.tx_clock_ = 0;
         robot.tick_increment_ = TICK_COMPARE;
-        robot.next_tick_ = robot.now_ + robot.calibration_.tick;
+        robot.next_tick_ = robot.now_ + robot.tick_length_;
         robot.interrupts_off_ = false;
+        robot.only_ticks_until_ = 0;
     }
 
     static void start(void (*setup)(void), void (*loop)(void)) {
@@ -103,6 +104,7 @@ struct Robot::HostCalls {
     static void interrupts(uint8_t on) {
         auto &robot = *current;
         robot.interrupts_off_ = !on;
+        robot.only_ticks_until_ = 0;
         if (on && robot.tick_pending_ && !robot.in_interrupt_) {
             robot.tick_pending_ = false;
             robot.tick();
@@ -110,8 +112,8 @@ struct Robot::HostCalls {
     }
 
     static uint8_t timer0() {
-        Cycles since = current->now_ + current->calibration_.tick -
-                       std::min(current->next_tick_, current->now_ + current->calibration_.tick);
+        Cycles since = current->now_ + current->tick_length_ -
+                       std::min(current->next_tick_, current->now_ + current->tick_length_);
         return static_cast<uint8_t>(std::min<Cycles>(since / COUNT_CYCLES, TICK_COMPARE));
     }
 
@@ -154,30 +156,32 @@ const kt_host_t Robot::HOST = {
 
 Robot::Robot(RobotContext &context, Program &program, uint32_t index,
              const Calibration &calibration, Cycles power_up, uint8_t *image)
-    : context_(context),
-      program_(&program),
+    : program_(&program),
       image_(image),
       now_(power_up),
-      name_(&program.name()),
-      calibration_(calibration),
-      outgoing_(),
+      tick_length_(calibration.tick),
+      context_(context),
       index_(index),
+      outgoing_(),
       state_since_(power_up),
-      power_up_(power_up) {
+      power_up_(power_up),
+      name_(&program.name()),
+      calibration_(calibration) {
     std::memcpy(image_, program_->initial_state(), program_->state_bytes());
     *program_->table().host = &HOST;
 }
 
 Robot::Robot(RobotContext &context, const std::string &name, uint32_t index,
              const Calibration &calibration, Cycles power_up)
-    : context_(context),
-      now_(power_up),
-      name_(&name),
-      calibration_(calibration),
-      outgoing_(),
+    : now_(power_up),
+      tick_length_(calibration.tick),
+      context_(context),
       index_(index),
+      outgoing_(),
       state_since_(power_up),
-      power_up_(power_up) {}
+      power_up_(power_up),
+      name_(&name),
+      calibration_(calibration) {}
 
 void Robot::serve_this_thread() { GuestStack::instance().serve_this_thread(); }
 
@@ -212,8 +216,7 @@ Cycles Robot::run_arbitrated(Cycles until) {
 void Robot::go_on(Cycles until) {
     if (life_ == Life::STOPPED || on_board() || until <= now_ || question_ != Question::NONE)
         return;
-    if (life_ == Life::ALIVE && suspended_.empty() && !loop_due_ && next_interrupt() >= until)
-        return;
+    if (life_ == Life::ALIVE && !is_suspended_ && !loop_due_ && next_interrupt() >= until) return;
     until_ = until;
     current = this;
     program_->make_resident(image_);
@@ -222,8 +225,8 @@ void Robot::go_on(Cycles until) {
     stack.attend(HostCalls::empty_loop, HostCalls::mistake);
     GuestStack::Outcome outcome;
     do {
-        outcome =
-            suspended_.empty() ? stack.call(body, this, suspended_) : stack.resume(suspended_);
+        outcome = is_suspended_ ? stack.resume(suspended_) : stack.call(body, this, suspended_);
+        is_suspended_ = outcome == GuestStack::Outcome::SUSPENDED;
         if (outcome == GuestStack::Outcome::FAULT && stack.fault().jump_to_zero) {
             note(JUMPS_TO_ZERO, "it jumped to address 0, as who calls a NULL pointer does; as on "
                                 "the robot, it starts again with main() and waits for RUN");
@@ -251,11 +254,11 @@ Cycles Robot::next_ask() const {
     const int missing = TX_PERIOD_AT_RESET - tx_clock_ - tick_increment_;
     if (missing < 0) return back;
     const auto ticks = static_cast<Cycles>(missing / TICK_COMPARE + 1);
-    return std::max(next_tick_ + ticks * calibration_.tick, back);
+    return std::max(next_tick_ + ticks * tick_length_, back);
 }
 
-inline uint16_t Robot::tx_period(const kt_table_t &table) {
-    return table.tx_period != nullptr ? *table.tx_period : TX_PERIOD_AT_RESET;
+inline const volatile uint16_t &Robot::tx_period(const kt_table_t &table) {
+    return *(table.tx_period != nullptr ? table.tx_period : &TX_PERIOD_AT_RESET);
 }
 
 void Robot::answer(bool yes) {
@@ -343,39 +346,45 @@ void Robot::live() {
     }
 }
 
-// Calls loop() if it is due, and again at each tick up to the next message.
+// Calls loop() if it is due, and again at each tick up to the next message. Most calls do nothing, so that what goes
+// on between them counts.
 void Robot::run_loop() {
     const auto &table = program_->table();
-    Cycles until = quiet_until();
-    bool due = std::exchange(loop_due_, false);
-    while (due || pass_tick(table, until)) {
-        due = false;
-        const Cycles before = now_;
-        loop_();
-        busy_.came_back(*table.budget);
-        look_at_outputs(table);
-        if (now_ > before) {
-            loop_due_ = true;
-            return;
+    auto &ticks = *table.ticks;
+    auto &budget = *table.budget;
+    const auto &outputs = *table.outputs;
+    const auto settle = table.settle;
+    const auto &tx_period = Robot::tx_period(table);
+    Cycles until = quiet_until(), before = now_;
+    only_ticks_until_ = only_ticks_until(until);
+    for (bool due = std::exchange(loop_due_, false);; due = false) {
+        if (!due) {
+            Cycles at = next_tick_;
+            if (at >= only_ticks_until_) {
+                if (now_ > before) loop_due_ = true;
+                if (now_ > before || !plain_tick_before(until)) return;
+                at = std::max(at, now_);
+                only_ticks_until_ = only_ticks_until(until);
+            }
+            now_ = at;
+            next_tick_ += tick_length_;
+            count_tick(ticks, TICK_COMPARE);
+            if (tx_clock_ > tx_period) {
+                before = now_;
+                interrupt(table, [this, &table] { ask_for_message(table); });
+                if (arbitrated_) until = quiet_until();
+                only_ticks_until_ = only_ticks_until(until);
+                if (now_ != before || tick_increment_ != TICK_COMPARE) {
+                    loop_due_ = true;
+                    return;
+                }
+            }
         }
+        before = now_;
+        loop_();
+        busy_.came_back(budget);
+        look_at_outputs(outputs, settle);
     }
-}
-
-/// Goes on to the next tick if that comes before `until`, which sending may put off. False if more
-/// is to be done than to call loop().
-inline bool Robot::pass_tick(const kt_table_t &table, Cycles &until) {
-    if (!plain_tick_before(until)) return false;
-    const Cycles at = next_tick_;
-    next_tick_ = at + calibration_.tick;
-    now_ = std::max(now_, at);
-    count_tick(table);
-    if (tx_clock_ <= tx_period(table)) return true;
-    const Cycles before = now_;
-    interrupt(table, [this, &table] { ask_for_message(table); });
-    if (arbitrated_) until = quiet_until();
-    if (now_ == before && tick_increment_ == TICK_COMPARE) return true;
-    loop_due_ = true;
-    return false;
 }
 
 void Robot::came_back() { busy_.came_back(*program_->table().budget); }
@@ -385,11 +394,11 @@ void Robot::serve_interrupt() {
         take_message();
     else if (interrupts_off_) {
         now_ = std::max(now_, next_tick_);
-        next_tick_ += calibration_.tick;
+        next_tick_ += tick_length_;
         tick_pending_ = loop_due_ = true;
     } else {
         now_ = std::max(now_, next_tick_);
-        next_tick_ = tick_increment_ == TICK_COMPARE ? next_tick_ + calibration_.tick : overflow_;
+        next_tick_ = tick_increment_ == TICK_COMPARE ? next_tick_ + tick_length_ : overflow_;
         tick();
     }
 }
@@ -406,22 +415,21 @@ inline void Robot::interrupt(const kt_table_t &table, Callback callback) {
     callback();
     left = budget;
     in_interrupt_ = interrupts_off_ = false;
-    look_at_outputs(table);
+    look_at_outputs(*table.outputs, table.settle);
     if (now_ == before) return;
-    while (next_tick_ + calibration_.tick <= now_) next_tick_ += calibration_.tick;
+    while (next_tick_ + tick_length_ <= now_) next_tick_ += tick_length_;
     while (inbox_next_ < inbox_.size() && inbox_[inbox_next_].at < now_) inbox_next_++;
     inbox_changed();
 }
 
-inline void Robot::count_tick(const kt_table_t &table) {
-    *table.ticks = last_tick_ = *table.ticks + 1;
-    tx_clock_ = static_cast<uint16_t>(tx_clock_ + tick_increment_);
-    tick_increment_ = TICK_COMPARE;
+inline void Robot::count_tick(volatile uint32_t &ticks, uint16_t counts) {
+    ticks = last_tick_ = ticks + 1;
+    tx_clock_ = static_cast<uint16_t>(tx_clock_ + counts);
 }
 
 void Robot::tick() {
     const auto &table = program_->table();
-    count_tick(table);
+    count_tick(*table.ticks, std::exchange(tick_increment_, TICK_COMPARE));
     loop_due_ = true;
     if (state_ == State::RUNNING && tx_clock_ > tx_period(table))
         interrupt(table, [this, &table] { ask_for_message(table); });
@@ -434,12 +442,12 @@ inline void Robot::ask_for_message(const kt_table_t &table) {
 }
 
 void Robot::send(const message_t &message, bool granted) {
-    outgoing_ = message;
     if (granted) {
-        context_.emissions.push_back({now_, index_, outgoing_});
+        context_.emissions.push_back({now_, index_, message});
         if (arbitrated_) until_ = std::max(until_, granted_until_);
-    } else if (!ask_medium(Question::IS_CHANNEL_FREE)) {
-        return retry_soon();
+    } else {
+        outgoing_ = message;
+        if (!ask_medium(Question::IS_CHANNEL_FREE)) return retry_soon();
     }
     if (context_.frame > 0) wait_until(now_ + context_.frame);
     tx_clock_ = 0;
@@ -459,8 +467,8 @@ void Robot::retry_soon() {
     tick_increment_ = static_cast<uint16_t>((*program_->table().random)() & TICK_COMPARE);
     Cycles match = overflow - (TICK_COMPARE - tick_increment_) * COUNT_CYCLES;
     if (match <= now_) {
-        match += calibration_.tick;
-        overflow += calibration_.tick;
+        match += tick_length_;
+        overflow += tick_length_;
     }
     next_tick_ = match;
     overflow_ = overflow;
@@ -575,7 +583,7 @@ bool Robot::wakes_for(Cycles at) {
     if (at < state_since_ + SLEEP_PERIOD || in_period < SLEEP_SETTLE ||
         in_period >= SLEEP_SETTLE + SLEEP_LISTEN)
         return false;
-    next_tick_ = now_ + calibration_.tick;
+    next_tick_ = now_ + tick_length_;
     return true;
 }
 
@@ -598,7 +606,9 @@ void Robot::start_again() {
     came_back();
 }
 
-void Robot::look_at_outputs() { look_at_outputs(program_->table()); }
+void Robot::look_at_outputs() {
+    look_at_outputs(*program_->table().outputs, program_->table().settle);
+}
 
 void Robot::take_outputs(uint64_t seen) {
     outputs_seen_ = seen;
@@ -627,6 +637,7 @@ void Robot::drive(const MotorCommand &command) {
 
 // Time passes up to `wake`; interrupts at that moment come before the program goes on.
 void Robot::wait_until(Cycles wake) {
+    only_ticks_until_ = 0;
     look_at_outputs();
     for (;;) {
         while (!in_interrupt_ && next_interrupt() <= wake && next_interrupt() < until_)

@@ -81,7 +81,7 @@ class alignas(64) Robot {
     static void serve_this_thread();
 
     /// Brings it, then its state, into the cache: it is soon to run.
-    void prefetch() const { kilotwin::prefetch(this, sizeof *this); }
+    void prefetch() const { kilotwin::prefetch(this, OFTEN_USED_BYTES); }
     void prefetch_state() const {
         if (!on_board()) kilotwin::prefetch(image_, program_->state_bytes());
     }
@@ -154,18 +154,6 @@ class alignas(64) Robot {
     uint8_t left_duty() const { return left_; }
     uint8_t right_duty() const { return right_; }
 
-    /// What the light sensor reads from now on, 0..1023; set from outside.
-    int16_t light = 0;
-
-  private:
-    // Here it fills a gap of this line of the cache.
-    uint32_t waits_past_tick_ =
-        0;  ///< of a callback that waits: so long after next_tick_ it goes on
-
-  public:
-    /// Motor commands of the last run(), in order of time; the caller clears them.
-    Few<MotorCommand, 2> motor_commands;
-
   private:
     enum class Life : uint8_t { OFF, BOOTING, ALIVE, STOPPED };
     enum class State : uint8_t {
@@ -178,6 +166,7 @@ class alignas(64) Robot {
         MOVING
     };  ///< hardware.md 1.3
 
+    static constexpr size_t OFTEN_USED_BYTES = 6 * sizeof(CacheLine);
     static const kt_host_t HOST;
     struct HostCalls;
 
@@ -185,8 +174,7 @@ class alignas(64) Robot {
     void go_on(Cycles until);
     void live();
     void run_loop();
-    bool pass_tick(const kt_table_t &table, Cycles &until);
-    void count_tick(const kt_table_t &table);
+    void count_tick(volatile uint32_t &ticks, uint16_t counts);
     void inbox_changed() {
         next_message_ = inbox_next_ < inbox_.size() ? inbox_[inbox_next_].at : NEVER;
     }
@@ -196,6 +184,9 @@ class alignas(64) Robot {
     /// Whether the timer counts on to an ordinary tick before `until`.
     bool plain_tick_before(Cycles until) const {
         return next_tick_ < until && tick_increment_ == TICK_COMPARE && !interrupts_off_;
+    }
+    Cycles only_ticks_until(Cycles until) const {
+        return plain_tick_before(until) && now_ <= next_tick_ ? until : 0;
     }
     void serve_interrupt();
     void tick();
@@ -214,12 +205,12 @@ class alignas(64) Robot {
     template <typename Callback> void interrupt(const kt_table_t &table, Callback callback);
     void wait_until(Cycles wake);
     void look_at_outputs();
-    void look_at_outputs(const kt_table_t &table);
+    void look_at_outputs(const volatile kt_outputs_t &outputs, void (*settle)());
     void take_outputs(uint64_t registers);
     void switch_motors(bool on);
     void came_back();
     void budget_spent(const uint8_t *frame);
-    static uint16_t tx_period(const kt_table_t &table);
+    static const volatile uint16_t &tx_period(const kt_table_t &table);
     bool disturbed() const;
     uint8_t eeprom(uint16_t address) const;
     void set_eeprom(uint16_t address, uint8_t value);
@@ -227,25 +218,27 @@ class alignas(64) Robot {
     void report(EventKind kind, std::string text);
     void note(uint8_t mistake, std::string text);  ///< once each
 
-    // By lines of the cache: this one and the next two what every run needs ...
-    RobotContext &context_;
+    // By lines of the cache: the first two are what every run needs ...
     Program *program_ = nullptr;  ///< null: it runs on a board
     uint8_t *image_ = nullptr;
     Cycles now_;
     Cycles until_ = 0;
+    Cycles tick_length_;        ///< by its own oscillator
     Cycles next_tick_ = NEVER;  ///< compare match of timer 0
+    Cycles only_ticks_until_ =
+        0;  ///< run_loop() needs not look; 0: the program may have changed that
     void (*loop_)(void) = nullptr;
-    const std::string *name_;  ///< of its program
 
-    SuspendedCall suspended_;
-    uint64_t outputs_seen_ = 0;
-    Cycles granted_from_ = NEVER, granted_to_ = 0, granted_until_ = 0;
+    RobotContext &context_;
     Cycles next_message_ = NEVER;  ///< when the first of its inbox ends
-
+    uint64_t outputs_seen_ = 0;
     BusyWatch busy_;
+    uint32_t index_;
     uint32_t last_tick_ =
         0;  ///< kilo_ticks after the last tick, for reports: the program may spoil its own
     uint32_t inbox_next_ = 0;
+    uint32_t waits_past_tick_ =
+        0;  ///< of a callback that waits: so long after next_tick_ it goes on
     uint16_t tx_clock_ = 0;
     uint16_t tick_increment_ = 0;  ///< counts of the timer that the next compare match stands for
     int16_t stale_conversion_ =
@@ -253,19 +246,33 @@ class alignas(64) Robot {
     Life life_ = Life::OFF;
     State state_ = State::IDLE;
     Question question_ = Question::NONE;
+    bool is_suspended_ = false;
     bool arbitrated_ = false;
-    bool answer_ = false;
     bool in_interrupt_ = false;
     bool interrupts_off_ = false;
     bool tick_pending_ = false;
     bool loop_due_ = false;
     bool set_up_ = false;
-    Calibration calibration_;  ///< its tick ends the line
 
-    // ... then what sending and receiving do ...
+    // ... the next two what comes in and goes out ...
     Few<Reception, 2> inbox_;  ///< in order of time, from inbox_next_ on
+
+  public:
+    /// Motor commands of the last run(), in order of time; the caller clears them.
+    Few<MotorCommand, 2> motor_commands;
+
+  private:
+    // ... then what blocking calls, sending and receiving by the Kilobot's medium need ...
+    SuspendedCall suspended_;
+    Cycles granted_from_ = NEVER, granted_to_ = 0, granted_until_ = 0;
     message_t outgoing_;
-    uint32_t index_;
+    bool answer_ = false;
+
+  public:
+    /// What the light sensor reads from now on, 0..1023; set from outside.
+    int16_t light = 0;
+
+  private:
     Few<std::pair<Cycles, Cycles>, 1> frames_seen_;  ///< light on the receiver: begin, end
 
     // ... and what changes rarely.
@@ -276,10 +283,12 @@ class alignas(64) Robot {
     Cycles driven_ = 0;  ///< with a motor on, up to driving_since_
     Cycles driving_since_ = NEVER;
     void (*setup_)(void) = nullptr;
+    const std::string *name_;  ///< of its program
     uint32_t rand_hard_draws_ = 0;
     uint8_t left_ = 0, right_ = 0;
     uint8_t color_ = 0;
     uint8_t noted_ = 0;  ///< Mistakes
+    Calibration calibration_;
 };
 
 }  // namespace kilotwin

@@ -6,15 +6,35 @@
 #include <ucontext.h>
 #include <unistd.h>
 
-#include <boost/context/detail/fcontext.hpp>
 #include <cstring>
 #include <new>
 
 namespace kilotwin {
 
-using boost::context::detail::jump_fcontext;
-using boost::context::detail::make_fcontext;
-using boost::context::detail::transfer_t;
+// Where a stack is left, its lowest words are the registers that a called function must keep, and the
+// address to go on at.
+extern "C" {
+/// Calls body(argument) on the stack that ends at `top`. What the caller's own stack is left at goes into `host`,
+/// and from there it is found again: body() may come back to another caller than it had.
+GuestStack::Outcome kt_call_on(uint8_t *top, void **host, void (*body)(void *), void *argument);
+/// Leaves the present stack at `from` and goes on with that left at `to`, where `outcome` comes back.
+GuestStack::Outcome kt_switch_stack(void **from, void *to, GuestStack::Outcome outcome);
+}
+
+// The first is a call and a return, not jumps, so that the processor foresees where each return leads.
+#define KT_KEEP "push %rbp; push %rbx; push %r12; push %r13; push %r14; push %r15\n"
+#define KT_BACK "pop %r15; pop %r14; pop %r13; pop %r12; pop %rbx; pop %rbp; ret\n"
+#define KT_FUNCTION(name) \
+    ".globl " name "\n.hidden " name "\n.type " name ", @function\n" name ":\n"
+__asm__(".pushsection .text\n"  //
+        KT_FUNCTION("kt_call_on") KT_KEEP
+        "mov %rsp, (%rsi); mov %rdi, %rsp; push %rsi; push %rsi\n"
+        "mov %rcx, %rdi; call *%rdx\n"
+        "pop %rsi; mov (%rsi), %rsp; xor %eax, %eax\n"  // Outcome::RETURNED
+        KT_BACK                                         //
+            KT_FUNCTION("kt_switch_stack") KT_KEEP
+        "mov %rsp, (%rdi); mov %rsi, %rsp; mov %edx, %eax\n"  //
+        KT_BACK ".popsection\n");
 
 namespace {
 
@@ -53,22 +73,9 @@ class ThreadSignals {
     timer_t timer_ = nullptr;
 };
 
-/// What a jump back to the host means; travels as the pointer that Boost.Context hands over.
-void *as_pointer(GuestStack::Outcome outcome) {
-    return reinterpret_cast<void *>(static_cast<uintptr_t>(outcome));
-}
-
 }  // namespace
 
 struct StackEntry {
-    static void run(transfer_t from) {
-        auto &stack = GuestStack::instance();
-        for (;;) {
-            stack.host_ = from.fctx;
-            stack.body_(stack.argument_);
-            from = jump_fcontext(stack.host_, as_pointer(GuestStack::Outcome::RETURNED));
-        }
-    }
     static void handle_fault(int signal, siginfo_t *info, void *context) {
         GuestStack::on_fault(signal, info, context);
     }
@@ -100,41 +107,32 @@ void GuestStack::serve_this_thread() { thread_local ThreadSignals signals; }
 
 GuestStack::Outcome GuestStack::call(void (*body)(void *), void *argument,
                                      SuspendedCall &suspended) {
-    body_ = body;
-    argument_ = argument;
-    return enter(waiting_ ? waiting_ : make_fcontext(memory_ + BYTES, BYTES, StackEntry::run),
-                 suspended);
+    return back(kt_call_on(memory_ + BYTES, &host_, body, argument), suspended);
 }
 
 GuestStack::Outcome GuestStack::resume(SuspendedCall &suspended) {
     uint8_t *bottom = memory_ + BYTES - suspended.size();
     std::memcpy(bottom, suspended.data(), suspended.size());
     suspended.clear();
-    return enter(bottom, suspended);
+    return back(kt_switch_stack(&host_, bottom, Outcome::RETURNED), suspended);
 }
 
-GuestStack::Outcome GuestStack::enter(void *context, SuspendedCall &suspended) {
-    transfer_t back = jump_fcontext(context, nullptr);
+GuestStack::Outcome GuestStack::back(Outcome outcome, SuspendedCall &suspended) {
     host_ = nullptr;
-    auto outcome = static_cast<Outcome>(reinterpret_cast<uintptr_t>(back.data));
-    waiting_ = outcome == Outcome::RETURNED ? back.fctx : nullptr;
     if (outcome == Outcome::SUSPENDED)
-        suspended.assign(static_cast<uint8_t *>(back.fctx), memory_ + BYTES);
+        suspended.assign(static_cast<uint8_t *>(guest_), memory_ + BYTES);
     return outcome;
 }
 
-void GuestStack::suspend() {
-    transfer_t resumed = jump_fcontext(host_, as_pointer(Outcome::SUSPENDED));
-    host_ = resumed.fctx;
-}
+void GuestStack::suspend() { kt_switch_stack(&guest_, host_, Outcome::SUSPENDED); }
 
 void GuestStack::abandon() {
-    jump_fcontext(host_, as_pointer(Outcome::ABANDONED));
+    kt_switch_stack(&guest_, host_, Outcome::ABANDONED);
     __builtin_unreachable();
 }
 
 void GuestStack::leave_after_fault() {
-    jump_fcontext(instance().host_, as_pointer(Outcome::FAULT));
+    kt_switch_stack(&instance().guest_, instance().host_, Outcome::FAULT);
     __builtin_unreachable();
 }
 

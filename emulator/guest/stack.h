@@ -77,18 +77,15 @@ class GuestStack {
 
   private:
     GuestStack();
-    Outcome enter(void *context, SuspendedCall &suspended);
+    Outcome back(Outcome outcome, SuspendedCall &suspended);
     static void on_fault(int signal, void *info, void *context);
     bool overlook(int signal, const void *address, greg_t *registers);
     static void on_timer(void *context);
     [[noreturn]] static void leave_after_fault();
 
     uint8_t *memory_ = nullptr;
-    void *host_ = nullptr;  ///< the context to go back to; null while no guest runs
-    /// Where the last call came back, ready for the next; null if the stack holds anything else.
-    void *waiting_ = nullptr;
-    void (*body_)(void *) = nullptr;
-    void *argument_ = nullptr;
+    void *host_ = nullptr;   ///< where the caller's stack was left; null while no guest runs
+    void *guest_ = nullptr;  ///< and the guest's
     EmptyLoop empty_loop_ = nullptr;
     OnMistake on_mistake_ = nullptr;
     LostMemory lost_memory_;
