@@ -22,6 +22,8 @@ constexpr uint32_t MOTOR_KICK_CYCLES = 15 * CYCLES_PER_SECOND / 1000;
 constexpr uint32_t RESTART_CYCLES = CYCLES_PER_SECOND / 1000;
 constexpr uint8_t FIRST_SYSTEM_MESSAGE = 0x80;
 
+static_assert(sizeof(Robot) == 8 * sizeof(CacheLine));
+
 Robot *current = nullptr;
 
 }  // namespace
@@ -346,8 +348,8 @@ void Robot::live() {
     }
 }
 
-// Calls loop() if it is due, and again at each tick up to the next message. Most calls do nothing, so that what goes
-// on between them counts.
+// Calls loop() if it is due, and again at each tick up to the next message. Most calls do nothing, so
+// that what goes on between them counts.
 void Robot::run_loop() {
     const auto &table = program_->table();
     auto &ticks = *table.ticks;
@@ -362,7 +364,7 @@ void Robot::run_loop() {
             Cycles at = next_tick_;
             if (at >= only_ticks_until_) {
                 if (now_ > before) loop_due_ = true;
-                if (now_ > before || !plain_tick_before(until)) return;
+                if (loop_due_ || !plain_tick_before(until)) return;
                 at = std::max(at, now_);
                 only_ticks_until_ = only_ticks_until(until);
             }

@@ -11,13 +11,14 @@
 
 namespace kilotwin {
 
-// Where a stack is left, its lowest words are the registers that a called function must keep, and the
-// address to go on at.
+// Where a stack is left, its lowest words are the registers that a called function must keep, and
+// the address to go on at.
 extern "C" {
-/// Calls body(argument) on the stack that ends at `top`. What the caller's own stack is left at goes into `host`,
-/// and from there it is found again: body() may come back to another caller than it had.
+/// Calls body(argument) on the stack that ends at `top`. Where the caller's own stack is left goes
+/// into `host`, and is looked up there again: body() may come back to another caller than it had.
 GuestStack::Outcome kt_call_on(uint8_t *top, void **host, void (*body)(void *), void *argument);
-/// Leaves the present stack at `from` and goes on with that left at `to`, where `outcome` comes back.
+/// Leaves the present stack, which `from` then says where, and goes on with the one left at `to`:
+/// there `outcome` comes back.
 GuestStack::Outcome kt_switch_stack(void **from, void *to, GuestStack::Outcome outcome);
 }
 

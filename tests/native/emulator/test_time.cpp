@@ -118,6 +118,23 @@ TEST_CASE("nothing is sent before RUN, nor while paused") {
     CHECK(times(bench.sent(0)) == std::vector<Cycles>{ticks(41), ticks(90)});
 }
 
+TEST_CASE("one of the ticks that come while interrupts are off is counted later") {
+    for (const int64_t chunk : {1, 18}) {  // run tick by tick, or at once
+        Bench bench({"deaf"});
+        bench.tell(ticks(2) + 10, 0, run_message());
+        for (int64_t tick = chunk; tick <= 18; tick += chunk) bench.run(ticks(tick));
+        // loop() is called at each tick all the same; off in the 5th call, on in the 9th, and then
+        // at once again: a tick has come.
+        CHECK(bench.said(0) == std::vector<std::string>{"1 at 2", "2 at 3", "3 at 4", "4 at 5",
+                                                        "5 at 6", "6 at 6", "7 at 6", "8 at 6",
+                                                        "9 at 7", "10 at 7", "11 at 8", "12 at 9"});
+        const auto prints = bench.prints(0);
+        REQUIRE(prints.size() == 12);
+        for (size_t i = 1; i < prints.size(); i++)
+            CHECK(prints[i].at == ticks(static_cast<int64_t>(i < 9 ? 2 + i : 1 + i)));
+    }
+}
+
 TEST_CASE("kilo_ticks counts from kilo_init, and a program may set it") {
     auto plain = sent(ticks(40));
     REQUIRE(plain.size() == 2);
