@@ -27,8 +27,8 @@ struct Near {
     enum class Company : uint8_t { NOTHING, WALL, ROBOT, SEVERAL };
 
     Pose pose;
-    Shift free;   ///< where it would go within the step, were it alone
-    Shift moved;  ///< where it went, after World::step()
+    Shift free;        ///< where it would go within the step, were it alone
+    Shift moved = {};  ///< where it went, after World::step()
     Company company = Company::SEVERAL;
     uint32_t other = 0;             ///< ROBOT: which of robots(), which has this one in turn
     Eigen::Vector2d towards{1, 0};  ///< WALL, ROBOT: unit vector to it
