@@ -277,9 +277,9 @@ void KilobotMedium::begin_frame(uint32_t sender, Cycles at, const message_t &mes
                                 bool granted) {
     Frame &frame = begin_light(sender, at, message);
     frame.granted = granted;
-    hold_receivers(frame, at, at + (frame.granted ? FRAME_CYCLES : SENSE_END_CYCLES));
+    hold_receivers(frame, at, at + (granted ? FRAME_CYCLES : SENSE_END_CYCLES));
     if (boards_ != nullptr) boards_->first_pulse(sender, at);
-    if (frame.granted) {
+    if (granted) {
         if (boards_ != nullptr) boards_->other_pulses(sender, at, message);
         frame_ends_.push({at + FRAME_CYCLES, What::FRAME_END, sender});
     } else {
@@ -526,8 +526,7 @@ void KilobotMedium::end_sensing(uint32_t sender) {
         leave_air(frame);
         ask_later({frame.begin + SENSE_END_CYCLES + 1, What::ASK, sender});
     } else {
-        if (boards_ != nullptr)
-            boards_->other_pulses(sender, frame.begin, said_[frame.sender].message());
+        if (boards_ != nullptr) boards_->other_pulses(sender, frame.begin, said_[sender].message());
         hold_receivers(frame, frame.begin + SENSE_END_CYCLES, frame.begin + FRAME_CYCLES);
         frame_ends_.push({frame.begin + FRAME_CYCLES, What::FRAME_END, sender});
     }
@@ -536,7 +535,7 @@ void KilobotMedium::end_sensing(uint32_t sender) {
 void KilobotMedium::end_frame(uint32_t sender) {
     Frame &frame = frame_of(sender);
     leave_air(frame);
-    const bool right = said_[frame.sender].crc_is_right();
+    const bool right = said_[sender].crc_is_right();
     if (!is_cell(sender)) {
         counts_.sent++;
         stations_[sender].counts.sent++;

@@ -223,7 +223,7 @@ class alignas(64) Robot {
     uint8_t *image_ = nullptr;
     Cycles now_;
     Cycles until_ = 0;
-    Cycles tick_length_;        ///< by its own oscillator
+    Cycles tick_length_;        ///< calibration_'s, where every run needs it
     Cycles next_tick_ = NEVER;  ///< compare match of timer 0
     Cycles only_ticks_until_ =
         0;  ///< run_loop() needs not look; 0: the program may have changed that
@@ -246,7 +246,7 @@ class alignas(64) Robot {
     Life life_ = Life::OFF;
     State state_ = State::IDLE;
     Question question_ = Question::NONE;
-    bool is_suspended_ = false;
+    bool is_suspended_ = false;  ///< a call waits in suspended_, which only then is looked at
     bool arbitrated_ = false;
     bool in_interrupt_ = false;
     bool interrupts_off_ = false;
