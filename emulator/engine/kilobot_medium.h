@@ -92,7 +92,7 @@ class KilobotMedium {
     double range_m(uint32_t robot) const { return ranges_m_[robot]; }
 
     /// Brings what is asked of a robot into the cache.
-    void prefetch(uint32_t robot) const { __builtin_prefetch(&stations_[robot]); }
+    void prefetch(uint32_t robot) const { prefetch_line(&stations_[robot]); }
 
     /// Until when a robot that is not claimed can be left alone, if no light reaches it before
     /// `until`: it may send meanwhile, if it is done listening by then.

@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "engine/memory.h"
+
 namespace kilotwin {
 
 class Neighbours {
@@ -30,8 +32,8 @@ class Neighbours {
     }
 
     /// Bring into the cache where the list of `robot` stands, and then, some time later, itself.
-    void prefetch_place(uint32_t robot) const { __builtin_prefetch(&begin_[robot]); }
-    void prefetch(uint32_t robot) const { __builtin_prefetch(ids_.data() + begin_[robot]); }
+    void prefetch_place(uint32_t robot) const { prefetch_line(&begin_[robot]); }
+    void prefetch(uint32_t robot) const { prefetch_line(ids_.data() + begin_[robot]); }
 
     /// Whether the last rebuild() changed the list of `robot`.
     bool changed(uint32_t robot) const { return changed_[robot]; }
