@@ -16,6 +16,7 @@ constexpr double SKIN_USED =
 constexpr double CONTACT_MARGIN = 0.03;  // of a radius
 constexpr double NEAR = 1;               // of a radius: gap up to which others count as near
 constexpr uint8_t STEPS_APART_TO_LEAVE = 2;
+constexpr size_t FETCH_AHEAD = 4;  // so many turns before its own a robot is brought into the cache
 // A robot that is pushed may be a little faster than it drives: the solver's own limit, relative to
 // the fastest drive.
 constexpr double PUSHED_SPEED = 1.1;
@@ -190,8 +191,16 @@ void Bodies::find_contacts() {
     approach_m_ = 0;
     choose(near_something_, size(),
            [this](uint32_t robot) { return next_contact_[robot] <= now_; });
-    for (uint32_t robot : near_something_)
-        if (may_touch(robot)) include(robot);
+    for (size_t i = 0; i < near_something_.size(); i++) {
+        if (i + FETCH_AHEAD < near_something_.size()) {
+            const uint32_t soon = near_something_[i + FETCH_AHEAD];
+            prefetch(soon);
+            prefetch_motors(soon);
+            prefetch_line(&around_[soon]);
+            prefetch_line(&shifts_[soon]);
+        }
+        if (may_touch(near_something_[i])) include(near_something_[i]);
+    }
     const auto found = static_cast<ptrdiff_t>(contacts_.size());  // ascending
     close_over();
     std::sort(contacts_.begin() + found, contacts_.end());

@@ -45,6 +45,12 @@ class Bodies {
     /// Brings a robot's place into the cache: it is soon to be asked for.
     void prefetch(uint32_t robot) const { kilotwin::prefetch(&bodies_[robot], sizeof(Body)); }
 
+    /// And what it takes to command its motors.
+    void prefetch_motors(uint32_t robot) const {
+        prefetch_line(&orders_[robot]);
+        chassis_.prefetch(robot);
+    }
+
     size_t size() const { return bodies_.size(); }
 
     /// Centre of a robot when the current step begins, m.

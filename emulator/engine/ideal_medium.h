@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "engine/memory.h"
 #include "engine/neighbours.h"
 
 namespace kilotwin {
@@ -51,6 +52,10 @@ class IdealMedium {
 
     /// Who heard `sender` when find_audience() was last called.
     const std::vector<Listener> &last_audience(uint32_t sender) const { return audiences_[sender]; }
+
+    /// Bring into the cache where that stands, and then, some time later, itself.
+    void prefetch_place(uint32_t sender) const { prefetch_line(&audiences_[sender]); }
+    void prefetch(uint32_t sender) const { prefetch_line(audiences_[sender].data()); }
 
   private:
     struct InRange {

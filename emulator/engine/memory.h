@@ -23,7 +23,7 @@ constexpr size_t cache_lines(size_t bytes) {
 }
 
 /// From so many robots on, they do not stay in the caches, and to fetch them early pays.
-constexpr size_t FETCHED_SWARM = 2000;
+constexpr size_t FETCHED_SWARM = 200;
 
 /// Begins to bring the line that holds a byte into the cache.
 inline void prefetch_line(const void *byte) {

@@ -271,6 +271,7 @@ void Simulation::prefetch_due_after(size_t i) const {
         const uint32_t soon = due_[i + FETCH_AHEAD];
         robots_[soon].prefetch();
         bodies_->prefetch(soon);
+        bodies_->prefetch_motors(soon);
         if (kilobot_medium_) kilobot_medium_->prefetch(soon);
     }
     if (i + FETCH_STATE_AHEAD < due_.size()) {
@@ -494,6 +495,24 @@ void Simulation::deliver_to_grid(const Emission &emission) {
                       {mm, mm}, !said_[emission.robot].crc_is_right());
 }
 
+/// Brings those into the cache who send some turns after the i-th, and who may hear it.
+void Simulation::prefetch_heard_after(const std::vector<Planned> &frames, size_t i) const {
+    constexpr size_t SOON = 2, LATER = 4, LATEST = 6;
+    if (i + LATEST >= frames.size()) return;
+    const uint32_t soon = frames[i + SOON].emission.robot, later = frames[i + LATER].emission.robot,
+                   latest = frames[i + LATEST].emission.robot;
+    prefetch_line(&said_[latest]);
+    bodies_->prefetch(latest);
+    bodies_->lists().prefetch_place(latest);
+    medium_.prefetch_place(latest);
+    bodies_->lists().prefetch(later);
+    medium_.prefetch(later);
+    for (uint32_t other : bodies_->lists().of(soon)) {
+        bodies_->prefetch(other);
+        robots_[other].prefetch_receiver();
+    }
+}
+
 void Simulation::deliver_frames() {
     auto &frames = frames_[number_of_step(now_, step_) % FRAME_STEPS];
     frame_sorter_.sort(
@@ -502,7 +521,9 @@ void Simulation::deliver_frames() {
             return a.emission.at != b.emission.at ? a.emission.at < b.emission.at
                                                   : a.emission.robot < b.emission.robot;
         });
-    for (const auto &[emission, next] : frames) {
+    for (size_t i = 0; i < frames.size(); i++) {
+        if (robots_.size() >= FETCHED_SWARM) prefetch_heard_after(frames, i);
+        const auto &[emission, next] = frames[i];
         const uint32_t sender = emission.robot;
         planned_[sender]--;
         speaks_[sender] = planned_[sender] > 0 ? next : next_ask_[sender];

@@ -169,6 +169,7 @@ class Simulation {
     void look_around_grid();
     void run_grid();
     void deliver_to_grid(const Emission &emission);
+    void prefetch_heard_after(const std::vector<Planned> &frames, size_t i) const;
     void deliver_frames();
     void deliver(const Emission &emission);
     bool audience_holds(uint32_t robot);

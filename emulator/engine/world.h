@@ -17,6 +17,7 @@
 #include "engine/arena.h"
 #include "engine/chassis.h"
 #include "engine/encounter.h"
+#include "engine/memory.h"
 #include "engine/motion.h"
 
 namespace kilotwin {
