@@ -16,7 +16,6 @@ constexpr double SKIN_USED =
 constexpr double CONTACT_MARGIN = 0.03;  // of a radius
 constexpr double NEAR = 1;               // of a radius: gap up to which others count as near
 constexpr uint8_t STEPS_APART_TO_LEAVE = 2;
-constexpr size_t FETCH_AHEAD = 4;  // so many turns before its own a robot is brought into the cache
 // A robot that is pushed may be a little faster than it drives: the solver's own limit, relative to
 // the fastest drive.
 constexpr double PUSHED_SPEED = 1.1;
@@ -183,6 +182,25 @@ void Bodies::look_around(uint32_t robot) {
                      now_ + whole_steps(std::min(gap / (2 * fastest_m_s_), 1e6), step_));
 }
 
+/// Brings those into the cache who may come upon something, some turns after the i-th, and whom
+/// they may meet.
+void Bodies::prefetch_near_after(size_t i) const {
+    constexpr size_t SOON = 2, LATER = 4, LATEST = 6;
+    if (size() < FETCHED_SWARM || i + LATEST >= near_something_.size()) return;
+    const uint32_t latest = near_something_[i + LATEST];
+    prefetch(latest);
+    prefetch_motors(latest);
+    prefetch_line(&around_[latest]);
+    prefetch_line(&shifts_[latest]);
+    lists_.prefetch_place(latest);
+    lists_.prefetch(near_something_[i + LATER]);
+    const uint32_t soon = near_something_[i + SOON];
+    if (around_[soon].until <= now_)
+        for (uint32_t other : lists_.of(soon)) prefetch(other);
+    else
+        for (uint32_t other : around_[soon].robots) prefetch(other);
+}
+
 /// The robots that belong into the solver: whoever is about to touch a body or wall, and all whom
 /// those may push in turn.
 void Bodies::find_contacts() {
@@ -192,13 +210,7 @@ void Bodies::find_contacts() {
     choose(near_something_, size(),
            [this](uint32_t robot) { return next_contact_[robot] <= now_; });
     for (size_t i = 0; i < near_something_.size(); i++) {
-        if (i + FETCH_AHEAD < near_something_.size()) {
-            const uint32_t soon = near_something_[i + FETCH_AHEAD];
-            prefetch(soon);
-            prefetch_motors(soon);
-            prefetch_line(&around_[soon]);
-            prefetch_line(&shifts_[soon]);
-        }
+        prefetch_near_after(i);
         if (may_touch(near_something_[i])) include(near_something_[i]);
     }
     const auto found = static_cast<ptrdiff_t>(contacts_.size());  // ascending

@@ -59,6 +59,9 @@ class Bodies {
         return bodies_[robot].position;
     }
 
+    /// Where it was when somebody last asked for it.
+    const Eigen::Vector2d &last_place(uint32_t robot) const { return bodies_[robot].position; }
+
     /// Those of all robots.
     std::vector<Eigen::Vector2d> positions();
 
@@ -165,6 +168,7 @@ class Bodies {
         return shifts_[robot].by;
     }
     void find_free_shift(uint32_t robot);
+    void prefetch_near_after(size_t i) const;
     void find_contacts();
     bool may_touch(uint32_t robot);
     double longest_free_m(uint32_t robot) const;

@@ -112,7 +112,7 @@ void KilobotMedium::find_asks(Cycles begin, Cycles end) {
     next_ask_ = 0;
     choose(speakers_, robots_.size(), [&](uint32_t robot) { return speaks_[robot] < end; });
     for (uint32_t robot : speakers_)
-        if (!on_air(robot) && stations_[robot].planned == 0 && !robots_[robot].on_board())
+        if (!on_air(robot) && stations_[robot].planned == 0 && !on_board(robot))
             asks_.push_back({std::max(speaks_[robot], begin), What::ASK, robot});
     const auto &planned = planned_at(begin);
     for (uint32_t i = 0; i < planned.size(); i++)
@@ -130,26 +130,38 @@ void KilobotMedium::ask_later(const Event &event) {
         other_asks_.push(event);
 }
 
-/// Brings those near who are asked some time after the `next`.
+/// Brings those near who are asked, or begin a frame, some time after the `next`, and who may hear
+/// them.
 void KilobotMedium::prefetch_asked(size_t next) const {
-    constexpr size_t SOON = 2, LATER = 4, LATEST = 5;
+    constexpr size_t NEXT = 1, SOON = 3, LATER = 5, LATEST = 7;
     if (robots_.size() < FETCHED_SWARM || next + LATEST >= asks_.size()) return;
-    const Event &soon = asks_[next + SOON], &later = asks_[next + LATER],
-                &latest = asks_[next + LATEST];
     const Neighbours &lists = bodies_.lists();
-    if (latest.what == What::ASK) lists.prefetch_place(latest.station);
-    if (later.what == What::ASK) {
-        robots_[later.station].prefetch();
-        kilotwin::prefetch(&stations_[later.station], sizeof(Station));
-        bodies_.prefetch(later.station);
-        lists.prefetch(later.station);
-    }
-    if (soon.what != What::ASK) return;
-    robots_[soon.station].prefetch_state();
-    for (uint32_t other : lists.of(soon.station)) {
+    const uint32_t latest = speaker(asks_[next + LATEST]);
+    lists.prefetch_place(latest);
+    bodies_.prefetch(latest);
+    prefetch(latest);
+    prefetch_line(&said_[latest]);
+    if (asks_[next + LATEST].what == What::ASK) robots_[latest].prefetch();
+    const uint32_t later = speaker(asks_[next + LATER]);
+    lists.prefetch(later);
+    if (asks_[next + LATER].what == What::ASK) robots_[later].prefetch_state();
+    const uint32_t soon = speaker(asks_[next + SOON]);
+    for (uint32_t other : lists.of(soon)) {
         bodies_.prefetch(other);
         prefetch(other);
     }
+    const uint32_t next_one = speaker(asks_[next + NEXT]);
+    const double far_m = ranges_m_[next_one];
+    for (uint32_t other : lists.of(next_one))
+        if ((bodies_.last_place(other) - bodies_.last_place(next_one)).squaredNorm() <
+            far_m * far_m)
+            robots_[other].prefetch_receiver();
+}
+
+/// Whose event an ASK or a BEGIN is.
+uint32_t KilobotMedium::speaker(const Event &event) const {
+    if (event.what == What::ASK) return event.station;
+    return planned_[number_of_step(event.at, step_) % PLANNED_STEPS][event.station].emission.robot;
 }
 
 /// The first one; NEVER if there is none.
@@ -333,7 +345,7 @@ void KilobotMedium::shine_on_robot(Frame &frame, uint32_t robot, double distance
         if (heard.fate == Fate::CLEAR) heard.fate = Fate::COLLIDED;
         spoil(audible, robot);
     }
-    if (robots_[robot].on_board()) shine_on_board(frame, heard);
+    if (on_board(robot)) shine_on_board(frame, heard);
     reach(frame, heard);
     robots_[robot].disturb(frame.begin, frame.begin + FRAME_CYCLES);
 }
@@ -546,7 +558,7 @@ void KilobotMedium::end_frame(uint32_t sender) {
             deliver_to_cell(frame, heard);
         else if (right)
             deliver(frame, heard);
-    if (is_cell(sender) || robots_[sender].on_board()) return;
+    if (is_cell(sender) || on_board(sender)) return;
     // With a short period of its own it may be asked again within this step.
     const Cycles over = frame.begin + FRAME_CYCLES;
     if (!frame.granted)
@@ -601,7 +613,7 @@ void KilobotMedium::deliver(const Frame &frame, const Heard &heard) {
         return;
     }
     const uint32_t index = heard.station;
-    const bool on_board = robots_[index].on_board();
+    const bool on_board = this->on_board(index);
     const uint64_t draw = on_board ? 0 : stations_[index].draws++;
     if (on_board ? heard.fate == Fate::LOST : is_lost(frame, heard, draw)) {
         counts_.lost++;

@@ -178,6 +178,7 @@ class KilobotMedium {
     void ask_later(const Event &event);
     Event next_event() const;
     void prefetch_asked(size_t next) const;
+    uint32_t speaker(const Event &event) const;
     void take(const Event &event);
     void take_emissions(uint32_t robot);
     static Cycles next_ask(const Robot &robot);
@@ -216,6 +217,7 @@ class KilobotMedium {
         frame.heard.push_back(heard);
         stations_[heard.station].audible.push_back(stations_[frame.sender].frame);
     }
+    bool on_board(uint32_t robot) const { return boards_ != nullptr && robots_[robot].on_board(); }
     bool is_cell(uint32_t station) const { return station >= robots_.size(); }
     uint32_t station_of(uint32_t cell) const {
         return static_cast<uint32_t>(robots_.size()) + cell;
