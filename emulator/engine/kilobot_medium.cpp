@@ -145,6 +145,7 @@ void KilobotMedium::prefetch_asked(size_t next) const {
     const uint32_t later = speaker(asks_[next + LATER]);
     lists.prefetch(later);
     if (asks_[next + LATER].what == What::ASK) robots_[later].prefetch_state();
+    if (robots_.size() < LARGE_SWARM) return;
     const uint32_t soon = speaker(asks_[next + SOON]);
     for (uint32_t other : lists.of(soon)) {
         bodies_.prefetch(other);
@@ -154,8 +155,10 @@ void KilobotMedium::prefetch_asked(size_t next) const {
     const double far_m = ranges_m_[next_one];
     for (uint32_t other : lists.of(next_one))
         if ((bodies_.last_place(other) - bodies_.last_place(next_one)).squaredNorm() <
-            far_m * far_m)
+            far_m * far_m) {
             robots_[other].prefetch_receiver();
+            robots_[other].prefetch_light();
+        }
 }
 
 /// Whose event an ASK or a BEGIN is.

@@ -81,14 +81,21 @@ class alignas(64) Robot {
     static void serve_this_thread();
 
     /// Brings it, then its state, into the cache: it is soon to run.
-    void prefetch() const { kilotwin::prefetch(this, sizeof(Robot)); }
+    void prefetch() const { kilotwin::prefetch(this, OFTEN_USED_BYTES); }
     void prefetch_state() const {
         prefetch_line(inbox_.data());
         if (!on_board()) kilotwin::prefetch(image_, program_->state_bytes());
     }
 
-    /// What receive() needs.
-    void prefetch_receiver() const { kilotwin::prefetch(this, sizeof(Robot)); }
+    /// What receive() needs, and disturb() beside it.
+    void prefetch_receiver() const {
+        kilotwin::prefetch(reinterpret_cast<const CacheLine *>(this) + 1, 3 * sizeof(CacheLine));
+    }
+    void prefetch_light() const {
+        prefetch_line(this);
+        prefetch_line(&frames_seen_);
+        prefetch_line(&calibration_);
+    }
 
     /// Lets the robot live through everything strictly before `until`. What its program sends goes
     /// out: the medium is free.
@@ -170,6 +177,7 @@ class alignas(64) Robot {
         MOVING
     };  ///< hardware.md 1.3
 
+    static constexpr size_t OFTEN_USED_BYTES = 6 * sizeof(CacheLine);
     static const kt_host_t HOST;
     struct HostCalls;
 
