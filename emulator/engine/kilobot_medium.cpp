@@ -133,32 +133,37 @@ void KilobotMedium::ask_later(const Event &event) {
 /// Brings those near who are asked, or begin a frame, some time after the `next`, and who may hear
 /// them.
 void KilobotMedium::prefetch_asked(size_t next) const {
-    constexpr size_t NEXT = 1, SOON = 3, LATER = 5, LATEST = 7;
+    constexpr size_t LATEST = 8;
     if (robots_.size() < FETCHED_SWARM || next + LATEST >= asks_.size()) return;
+    auto ahead = [&](size_t turns) -> const Event & { return asks_[next + turns]; };
     const Neighbours &lists = bodies_.lists();
-    const uint32_t latest = speaker(asks_[next + LATEST]);
+    const uint32_t latest = speaker(ahead(LATEST));
     lists.prefetch_place(latest);
     bodies_.prefetch(latest);
     prefetch(latest);
     prefetch_line(&said_[latest]);
-    if (asks_[next + LATEST].what == What::ASK) robots_[latest].prefetch();
-    const uint32_t later = speaker(asks_[next + LATER]);
+    if (ahead(LATEST).what == What::ASK) robots_[latest].prefetch();
+    const uint32_t later = speaker(ahead(6));
     lists.prefetch(later);
-    if (asks_[next + LATER].what == What::ASK) robots_[later].prefetch_state();
+    if (ahead(6).what == What::ASK) robots_[later].prefetch_state();
     if (robots_.size() < LARGE_SWARM) return;
-    const uint32_t soon = speaker(asks_[next + SOON]);
-    for (uint32_t other : lists.of(soon)) {
+    for (uint32_t other : lists.of(speaker(ahead(4)))) {
         bodies_.prefetch(other);
         prefetch(other);
     }
-    const uint32_t next_one = speaker(asks_[next + NEXT]);
-    const double far_m = ranges_m_[next_one];
+    const uint32_t soon = speaker(ahead(2));
+    for (uint32_t other : lists.of(soon))
+        if (was_in_range(soon, other)) robots_[other].prefetch_light();
+    const uint32_t next_one = speaker(ahead(1));
     for (uint32_t other : lists.of(next_one))
-        if ((bodies_.last_place(other) - bodies_.last_place(next_one)).squaredNorm() <
-            far_m * far_m) {
-            robots_[other].prefetch_receiver();
-            robots_[other].prefetch_light();
-        }
+        if (was_in_range(next_one, other)) robots_[other].prefetch_lists();
+}
+
+/// Whether a robot heard another one, as far as is known without looking for them.
+bool KilobotMedium::was_in_range(uint32_t sender, uint32_t other) const {
+    const double range_m = ranges_m_[sender];
+    return (bodies_.last_place(other) - bodies_.last_place(sender)).squaredNorm() <
+           range_m * range_m;
 }
 
 /// Whose event an ASK or a BEGIN is.

@@ -497,20 +497,21 @@ void Simulation::deliver_to_grid(const Emission &emission) {
 
 /// Brings those into the cache who send some turns after the i-th, and who may hear it.
 void Simulation::prefetch_heard_after(const std::vector<Planned> &frames, size_t i) const {
-    constexpr size_t SOON = 2, LATER = 4, LATEST = 6;
+    constexpr size_t LATEST = 8;
     if (i + LATEST >= frames.size()) return;
-    const uint32_t soon = frames[i + SOON].emission.robot, later = frames[i + LATER].emission.robot,
-                   latest = frames[i + LATEST].emission.robot;
+    auto sender = [&](size_t turns) { return frames[i + turns].emission.robot; };
+    const uint32_t latest = sender(LATEST), later = sender(6);
     prefetch_line(&said_[latest]);
     bodies_->prefetch(latest);
     bodies_->lists().prefetch_place(latest);
     medium_.prefetch_place(latest);
     bodies_->lists().prefetch(later);
     medium_.prefetch(later);
-    for (uint32_t other : bodies_->lists().of(soon)) {
-        bodies_->prefetch(other);
-        robots_[other].prefetch_receiver();
-    }
+    for (uint32_t other : bodies_->lists().of(sender(4))) bodies_->prefetch(other);
+    for (const auto &listener : medium_.last_audience(sender(2)))
+        robots_[listener.robot].prefetch_receiver();
+    for (const auto &listener : medium_.last_audience(sender(1)))
+        robots_[listener.robot].prefetch_lists();
 }
 
 void Simulation::deliver_frames() {

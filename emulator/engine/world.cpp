@@ -189,8 +189,6 @@ void World::step(std::vector<Near> &near, double step_s, double approach_m, doub
     b.crowd.clear();
     const size_t count = near.size();
     for (size_t i = 0; i < count; i++) {
-        constexpr size_t AHEAD = 8;
-        if (i + AHEAD < count) prefetch_line(&driven_[robots_[i + AHEAD]]);
         if (near[i].company == Near::Company::SEVERAL) {
             b.enable(robots_[i], near[i].pose, driven_[robots_[i]].velocity);
             b.crowd.push_back(i);

@@ -87,14 +87,20 @@ class alignas(64) Robot {
         if (!on_board()) kilotwin::prefetch(image_, program_->state_bytes());
     }
 
-    /// What receive() needs, and disturb() beside it.
+    /// What receive() needs, with the ideal medium and with light; and then, some time later, what is
+    /// received and seen.
     void prefetch_receiver() const {
         kilotwin::prefetch(reinterpret_cast<const CacheLine *>(this) + 1, 3 * sizeof(CacheLine));
     }
     void prefetch_light() const {
+        prefetch_receiver();
         prefetch_line(this);
         prefetch_line(&frames_seen_);
         prefetch_line(&calibration_);
+    }
+    void prefetch_lists() const {
+        prefetch_line(inbox_.data());
+        prefetch_line(frames_seen_.data());
     }
 
     /// Lets the robot live through everything strictly before `until`. What its program sends goes
