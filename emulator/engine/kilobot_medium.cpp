@@ -146,7 +146,6 @@ void KilobotMedium::prefetch_asked(size_t next) const {
     const uint32_t later = speaker(ahead(6));
     lists.prefetch(later);
     if (ahead(6).what == What::ASK) robots_[later].prefetch_state();
-    if (robots_.size() < LARGE_SWARM) return;
     for (uint32_t other : lists.of(speaker(ahead(4)))) {
         bodies_.prefetch(other);
         prefetch(other);

@@ -22,9 +22,8 @@ constexpr size_t cache_lines(size_t bytes) {
     return (bytes + sizeof(CacheLine) - 1) / sizeof(CacheLine);
 }
 
-/// From so many robots on, they do not stay in the first cache, and to fetch them early pays; from so
-/// many on, they do not stay in the second either, and to fetch those around them pays as well.
-constexpr size_t FETCHED_SWARM = 200, LARGE_SWARM = 3000;
+/// From so many robots on, they do not stay in the caches, and to fetch them early pays.
+constexpr size_t FETCHED_SWARM = 2000;
 
 /// Begins to bring the line that holds a byte into the cache.
 inline void prefetch_line(const void *byte) {
