@@ -22,8 +22,6 @@ constexpr int64_t LEAD_TICKS = 64;  // and at least so long before RUN
 // Who is near which cell is looked up so often: rarely enough to cost little, often enough that few
 // cells seem to have somebody near.
 constexpr Cycles LOOK_AROUND_GRID = 16 * TICK_CYCLES;
-// So many turns before its own a robot is brought into the cache, and its program's state.
-constexpr size_t FETCH_AHEAD = 5, FETCH_STATE_AHEAD = 3;
 constexpr size_t FRAME_STEPS = 64;  // frames are planned less than that ahead
 
 BlackBox *map_black_box(const std::string &path) {
@@ -267,17 +265,20 @@ void Simulation::refresh_lists() {
 
 /// Brings those into the cache who are due some turns after the i-th.
 void Simulation::prefetch_due_after(size_t i) const {
-    if (i + FETCH_AHEAD < due_.size()) {
-        const uint32_t soon = due_[i + FETCH_AHEAD];
-        robots_[soon].prefetch();
-        bodies_->prefetch(soon);
-        bodies_->prefetch_motors(soon);
-        if (kilobot_medium_) kilobot_medium_->prefetch(soon);
-    }
-    if (i + FETCH_STATE_AHEAD < due_.size()) {
-        const uint32_t soon = due_[i + FETCH_STATE_AHEAD];
-        robots_[soon].prefetch_state();
-        for (uint32_t other : bodies_->lists().of(soon)) bodies_->prefetch(other);
+    constexpr size_t SOON = 3, LATER = 5, LATEST = 7;
+    if (i + LATEST >= due_.size()) return;
+    const Neighbours &lists = bodies_->lists();
+    const uint32_t latest = due_[i + LATEST], later = due_[i + LATER];
+    robots_[latest].prefetch();
+    bodies_->prefetch(latest);
+    bodies_->prefetch_motors(latest);
+    lists.prefetch_place(latest);
+    if (kilobot_medium_) kilobot_medium_->prefetch(latest);
+    robots_[later].prefetch_state();
+    lists.prefetch(later);
+    for (uint32_t other : lists.of(due_[i + SOON])) {
+        bodies_->prefetch(other);
+        prefetch_line(&speaks_[other]);
     }
 }
 
@@ -502,6 +503,10 @@ void Simulation::prefetch_heard_after(const std::vector<Planned> &frames, size_t
     auto sender = [&](size_t turns) { return frames[i + turns].emission.robot; };
     const uint32_t latest = sender(LATEST), later = sender(6);
     prefetch_line(&said_[latest]);
+    prefetch_line(&planned_[latest]);
+    prefetch_line(&speaks_[latest]);
+    prefetch_line(&next_ask_[latest]);
+    prefetch_line(&audience_at_[latest]);
     bodies_->prefetch(latest);
     bodies_->lists().prefetch_place(latest);
     medium_.prefetch_place(latest);
