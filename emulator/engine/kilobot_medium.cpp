@@ -620,15 +620,15 @@ void KilobotMedium::deliver(const Frame &frame, const Heard &heard) {
         return;
     }
     const uint32_t index = heard.station;
-    const bool on_board = this->on_board(index);
-    const uint64_t draw = on_board ? 0 : stations_[index].draws++;
-    if (on_board ? heard.fate == Fate::LOST : is_lost(frame, heard, draw)) {
+    const bool sees_pulses = on_board(index);
+    const uint64_t draw = sees_pulses ? 0 : stations_[index].draws++;
+    if (sees_pulses ? heard.fate == Fate::LOST : is_lost(frame, heard, draw)) {
         counts_.lost++;
         return;
     }
     counts_.received++;
     stations_[index].counts.received++;
-    if (on_board) return;
+    if (sees_pulses) return;
     const Cycles end = frame.begin + FRAME_CYCLES;
     robots_[index].receive(end, said_[frame.sender].message(), measure(heard, draw));
     // It may be told to run, and then to send, before the others are past that.

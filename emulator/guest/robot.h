@@ -87,9 +87,9 @@ class alignas(64) Robot {
         if (!on_board()) kilotwin::prefetch(image_, program_->state_bytes());
     }
 
-    /// What receive() needs, with the ideal medium and with light; and then, some time later, what is
-    /// received and seen.
-    void prefetch_receiver() const {
+    /// What receive() needs, then what disturb() and the gains need as well; and some time later, what
+    /// was received and seen.
+    void prefetch_receiver() const {  // from its second line to the end of inbox_
         kilotwin::prefetch(reinterpret_cast<const CacheLine *>(this) + 1, 3 * sizeof(CacheLine));
     }
     void prefetch_light() const {
