@@ -339,7 +339,7 @@ void Bodies::solve_contacts() {
     near_.resize(held.size());
     for (uint32_t i = 0; i < held.size(); i++) {
         const uint32_t robot = held[i];
-        world_.prefetch(robot);
+        if (size() >= FETCHED_SWARM) world_.prefetch(robot);
         Near &near = near_[i];
         near.free.by = free_shift(robot);
         near.pose = {bodies_[robot].position, trajectory_before(robot).heading(now_)};

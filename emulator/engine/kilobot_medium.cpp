@@ -132,30 +132,28 @@ void KilobotMedium::ask_later(const Event &event) {
 
 /// Brings those near who are asked, or begin a frame, some time after the `next`, and who may hear
 /// them.
-void KilobotMedium::prefetch_asked(size_t next) const {
-    constexpr size_t LATEST = 8;
+void KilobotMedium::prefetch_asked(size_t next) {
+    constexpr size_t NEXT = 1, SOONER = 2, SOON = 4, LATER = 6, LATEST = 8;
     if (robots_.size() < FETCHED_SWARM || next + LATEST >= asks_.size()) return;
-    auto ahead = [&](size_t turns) -> const Event & { return asks_[next + turns]; };
+    auto is_asked = [&](size_t turns) { return asks_[next + turns].what == What::ASK; };
     const Neighbours &lists = bodies_.lists();
-    const uint32_t latest = speaker(ahead(LATEST));
+    const uint32_t latest = speaker(asks_[next + LATEST]), later = speaker(asks_[next + LATER]),
+                   sooner = speaker(asks_[next + SOONER]), first = speaker(asks_[next + NEXT]);
     lists.prefetch_place(latest);
     bodies_.prefetch(latest);
     prefetch(latest);
     prefetch_line(&said_[latest]);
-    if (ahead(LATEST).what == What::ASK) robots_[latest].prefetch();
-    const uint32_t later = speaker(ahead(6));
+    if (is_asked(LATEST)) robots_[latest].prefetch();
     lists.prefetch(later);
-    if (ahead(6).what == What::ASK) robots_[later].prefetch_state();
-    for (uint32_t other : lists.of(speaker(ahead(4)))) {
+    if (is_asked(LATER)) robots_[later].prefetch_state();
+    for (uint32_t other : lists.of(speaker(asks_[next + SOON]))) {
         bodies_.prefetch(other);
         prefetch(other);
     }
-    const uint32_t soon = speaker(ahead(2));
-    for (uint32_t other : lists.of(soon))
-        if (was_in_range(soon, other)) robots_[other].prefetch_light();
-    const uint32_t next_one = speaker(ahead(1));
-    for (uint32_t other : lists.of(next_one))
-        if (was_in_range(next_one, other)) robots_[other].prefetch_lists();
+    for (uint32_t other : lists.of(sooner))
+        if (was_in_range(sooner, other)) robots_[other].prefetch_light();
+    for (uint32_t other : lists.of(first))
+        if (was_in_range(first, other)) robots_[other].prefetch_lists();
 }
 
 /// Whether a robot heard another one, as far as is known without looking for them.
@@ -166,9 +164,9 @@ bool KilobotMedium::was_in_range(uint32_t sender, uint32_t other) const {
 }
 
 /// Whose event an ASK or a BEGIN is.
-uint32_t KilobotMedium::speaker(const Event &event) const {
+uint32_t KilobotMedium::speaker(const Event &event) {
     if (event.what == What::ASK) return event.station;
-    return planned_[number_of_step(event.at, step_) % PLANNED_STEPS][event.station].emission.robot;
+    return planned_at(event.at)[event.station].emission.robot;
 }
 
 /// The first one; NEVER if there is none.

@@ -177,8 +177,8 @@ class KilobotMedium {
     void find_asks(Cycles begin, Cycles end);
     void ask_later(const Event &event);
     Event next_event() const;
-    void prefetch_asked(size_t next) const;
-    uint32_t speaker(const Event &event) const;
+    void prefetch_asked(size_t next);
+    uint32_t speaker(const Event &event);
     bool was_in_range(uint32_t sender, uint32_t other) const;
     void take(const Event &event);
     void take_emissions(uint32_t robot);

@@ -217,7 +217,7 @@ void Simulation::step(Cycles limit) {
     for (uint32_t robot : boards_.robots()) take_commands(robot);
     choose(due_, robots_.size(), [this](uint32_t robot) { return wake_[robot] <= now_; });
     for (size_t i = 0; i < due_.size(); i++) {
-        if (robots_.size() >= FETCHED_SWARM) prefetch_due_after(i);
+        prefetch_due_after(i);
         live_on(due_[i], limit);
     }
     if (!kilobot_medium_) {
@@ -266,7 +266,7 @@ void Simulation::refresh_lists() {
 /// Brings those into the cache who are due some turns after the i-th.
 void Simulation::prefetch_due_after(size_t i) const {
     constexpr size_t SOON = 3, LATER = 5, LATEST = 7;
-    if (i + LATEST >= due_.size()) return;
+    if (robots_.size() < FETCHED_SWARM || i + LATEST >= due_.size()) return;
     const Neighbours &lists = bodies_->lists();
     const uint32_t latest = due_[i + LATEST], later = due_[i + LATER];
     robots_[latest].prefetch();
@@ -498,10 +498,10 @@ void Simulation::deliver_to_grid(const Emission &emission) {
 
 /// Brings those into the cache who send some turns after the i-th, and who may hear it.
 void Simulation::prefetch_heard_after(const std::vector<Planned> &frames, size_t i) const {
-    constexpr size_t LATEST = 8;
-    if (i + LATEST >= frames.size()) return;
+    constexpr size_t NEXT = 1, SOONER = 2, SOON = 4, LATER = 6, LATEST = 8;
+    if (robots_.size() < FETCHED_SWARM || i + LATEST >= frames.size()) return;
     auto sender = [&](size_t turns) { return frames[i + turns].emission.robot; };
-    const uint32_t latest = sender(LATEST), later = sender(6);
+    const uint32_t latest = sender(LATEST), later = sender(LATER);
     prefetch_line(&said_[latest]);
     prefetch_line(&planned_[latest]);
     prefetch_line(&speaks_[latest]);
@@ -512,10 +512,10 @@ void Simulation::prefetch_heard_after(const std::vector<Planned> &frames, size_t
     medium_.prefetch_place(latest);
     bodies_->lists().prefetch(later);
     medium_.prefetch(later);
-    for (uint32_t other : bodies_->lists().of(sender(4))) bodies_->prefetch(other);
-    for (const auto &listener : medium_.last_audience(sender(2)))
+    for (uint32_t other : bodies_->lists().of(sender(SOON))) bodies_->prefetch(other);
+    for (const auto &listener : medium_.last_audience(sender(SOONER)))
         robots_[listener.robot].prefetch_receiver();
-    for (const auto &listener : medium_.last_audience(sender(1)))
+    for (const auto &listener : medium_.last_audience(sender(NEXT)))
         robots_[listener.robot].prefetch_lists();
 }
 
@@ -528,7 +528,7 @@ void Simulation::deliver_frames() {
                                                   : a.emission.robot < b.emission.robot;
         });
     for (size_t i = 0; i < frames.size(); i++) {
-        if (robots_.size() >= FETCHED_SWARM) prefetch_heard_after(frames, i);
+        prefetch_heard_after(frames, i);
         const auto &[emission, next] = frames[i];
         const uint32_t sender = emission.robot;
         planned_[sender]--;

@@ -80,7 +80,7 @@ class alignas(64) Robot {
     /// To be called by a thread before it runs robots.
     static void serve_this_thread();
 
-    /// Brings it, then its state, into the cache: it is soon to run.
+    /// Brings it, then its state and what it received, into the cache: it is soon to run.
     void prefetch() const { kilotwin::prefetch(this, OFTEN_USED_BYTES); }
     void prefetch_state() const {
         prefetch_line(inbox_.data());
@@ -89,8 +89,10 @@ class alignas(64) Robot {
 
     /// What receive() needs, then what disturb() and the gains need as well; and some time later, what
     /// was received and seen.
-    void prefetch_receiver() const {  // from its second line to the end of inbox_
-        kilotwin::prefetch(reinterpret_cast<const CacheLine *>(this) + 1, 3 * sizeof(CacheLine));
+    void prefetch_receiver() const {
+        prefetch_line(&next_message_);
+        prefetch_line(&inbox_);
+        prefetch_line(&inbox_ + 1);  // it ends on another line
     }
     void prefetch_light() const {
         prefetch_receiver();
