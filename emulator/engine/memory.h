@@ -66,6 +66,14 @@ template <typename T> struct LargePages {
 /// A list of mostly up to N, which stand where it does.
 template <typename T, size_t N> using Few = boost::container::small_vector<T, N>;
 
+/// A new last one, to be filled in where it stands: one that is put together elsewhere is copied in
+/// larger pieces than it was written in, which has to wait until all of them have left the
+/// processor.
+template <typename List> auto &append(List &list) {
+    list.emplace_back();
+    return list.back();
+}
+
 /// Records of all robots.
 template <typename T> using Swarm = std::vector<T, LargePages<T>>;
 

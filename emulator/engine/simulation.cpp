@@ -443,8 +443,9 @@ void Simulation::plan_frames(uint32_t robot) {
         speaks_[robot] = emissions_.empty() ? next_ask_[robot] : emissions_.front().at;
     for (size_t i = 0; i < emissions_.size(); i++) {
         const Cycles next = i + 1 < emissions_.size() ? emissions_[i + 1].at : next_ask_[robot];
-        frames_[number_of_step(emissions_[i].at, step_) % FRAME_STEPS].push_back(
-            {emissions_[i], next});
+        Planned &planned = append(frames_[number_of_step(emissions_[i].at, step_) % FRAME_STEPS]);
+        planned.emission = emissions_[i];
+        planned.next = next;
         planned_[robot]++;
     }
 }

@@ -18,6 +18,9 @@ constexpr double SINE_COSINE[][2] = {{1.0 / 355687428096000, 1.0 / 2092278988800
                                      {-1.0 / 5040, -1.0 / 720},
                                      {1.0 / 120, 1.0 / 24},
                                      {-1.0 / 6, -1.0 / 2}};
+// Cosine and sine of an angle in each quarter, from those of what is left of it in the first.
+constexpr double OF_COSINE[][2] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}};
+constexpr double OF_SINE[][2] = {{0, 1}, {-1, 0}, {0, -1}, {1, 0}};
 // For |x| <= 1/2: sin(x) / x and (1 - cos(x)) / x^2.
 constexpr double SMALL = 0.5;
 constexpr double STRAIGHT_ASIDE[][2] = {{1.0 / 6227020800, 1.0 / 87178291200},
@@ -53,15 +56,10 @@ Eigen::Vector2d direction(double angle) {
     const double square = x * x;
     const Eigen::Array2d shares = series(SINE_COSINE, square) * square;
     const double s = x + x * shares[0], c = 1 + shares[1];
-    // Who turns on a quarter swaps them, and changes the sign of one: no branch, since nobody could
-    // foresee it.
-    const auto quarter = static_cast<uint64_t>(static_cast<int64_t>(quarters));
-    const auto sine = std::bit_cast<uint64_t>(s), cosine = std::bit_cast<uint64_t>(c);
-    const uint64_t swap = (sine ^ cosine) & (0 - (quarter & 1));
-    auto turned = [](uint64_t value, uint64_t turn) {
-        return std::bit_cast<double>(value ^ (turn & 2) << 62);
-    };
-    return {turned(cosine ^ swap, quarter + 1), turned(sine ^ swap, quarter)};
+    // By the quarter that it lies in: no branch, since nobody could foresee it.
+    const auto quarter = static_cast<uint64_t>(static_cast<int64_t>(quarters)) % 4;
+    using Pair = Eigen::Map<const Eigen::Array2d>;
+    return c * Pair(OF_COSINE[quarter]) + s * Pair(OF_SINE[quarter]);
 }
 
 Eigen::Vector2d arc(double angle) {

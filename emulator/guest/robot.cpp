@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "engine/memory.h"
 #include "guest/fault.h"
 
 namespace kilotwin {
@@ -195,7 +196,10 @@ void Robot::receive(Cycles at, const message_t &message, distance_measurement_t 
     if (life_ == Life::STOPPED) return;
     next_message_ = std::min(next_message_, at);
     if (inbox_.empty() || inbox_.back().at <= at) {
-        inbox_.push_back({at, message, distance});
+        Reception &last = append(inbox_);
+        last.at = at;
+        last.message = message;
+        last.distance = distance;
         return;
     }
     auto later = [](Cycles time, const Reception &other) { return time < other.at; };
@@ -445,7 +449,10 @@ inline void Robot::ask_for_message(const kt_table_t &table) {
 
 void Robot::send(const message_t &message, bool granted) {
     if (granted) {
-        context_.emissions.push_back({now_, index_, message});
+        Emission &emission = append(context_.emissions);
+        emission.at = now_;
+        emission.robot = index_;
+        emission.message = message;
         if (arbitrated_) until_ = std::max(until_, granted_until_);
     } else {
         outgoing_ = message;
