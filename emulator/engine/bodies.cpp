@@ -20,10 +20,17 @@ constexpr uint8_t STEPS_APART_TO_LEAVE = 2;
 // the fastest drive.
 constexpr double PUSHED_SPEED = 1.1;
 
+/// Sorts a list that is sorted up to `from`.
+template <typename T> void sort_from(std::vector<T> &list, size_t from) {
+    const auto rest = list.begin() + static_cast<ptrdiff_t>(from);
+    std::sort(rest, list.end());
+    std::inplace_merge(list.begin(), rest, list.end());
+}
+
 }  // namespace
 
 Bodies::Bodies(const Arena &arena, const Profile &profile, const Chance &chance, Cycles step,
-               Cycles begin, const std::vector<Pose> &poses, double reach_m)
+               Cycles begin, const std::vector<Pose> &poses, double reach_m, SolverKind solver)
     : arena_(arena),
       radius_m_(profile.radius_m),
       margin_m_(CONTACT_MARGIN * profile.radius_m),
@@ -32,7 +39,7 @@ Bodies::Bodies(const Arena &arena, const Profile &profile, const Chance &chance,
       chassis_(profile, chance, poses.size()),
       fastest_m_s_(PUSHED_SPEED * chassis_.fastest_m_s()),
       contact_gap_m_(2 * fastest_m_s_ * seconds(step) + margin_m_),
-      world_(arena, profile, chassis_.fastest_m_s(), fastest_m_s_, poses.size()),
+      world_(arena, profile, solver, chassis_.fastest_m_s(), fastest_m_s_, poses.size()),
       lists_(std::max(reach_m, 2 * profile.radius_m + contact_gap_m_),
              std::max(SKIN_SHARE * reach_m, SKIN_STEPS * fastest_m_s_ * seconds(step))),
       lists_due_(begin),
@@ -206,17 +213,19 @@ void Bodies::prefetch_near_after(size_t i) const {
 void Bodies::find_contacts() {
     contacts_.clear();
     pairs_.clear();
-    approach_m_ = 0;
     choose(near_something_, size(),
            [this](uint32_t robot) { return next_contact_[robot] <= now_; });
     for (size_t i = 0; i < near_something_.size(); i++) {
         prefetch_near_after(i);
         if (may_touch(near_something_[i])) include(near_something_[i]);
     }
-    const auto found = static_cast<ptrdiff_t>(contacts_.size());  // ascending
-    close_over();
-    std::sort(contacts_.begin() + found, contacts_.end());
-    std::inplace_merge(contacts_.begin(), contacts_.begin() + found, contacts_.end());
+    // What is found up to here, and its pairs, is ascending.
+    const size_t found = contacts_.size();
+    for (size_t i = 0; i < found; i++) close_over(contacts_[i]);
+    const size_t found_pairs = pairs_.size();
+    for (size_t i = found; i < contacts_.size(); i++) close_over(contacts_[i]);
+    sort_from(contacts_, found);
+    sort_from(pairs_, found_pairs);
 }
 
 void Bodies::add_contact(uint32_t robot) {
@@ -237,11 +246,7 @@ bool Bodies::may_touch(uint32_t robot) {
     const auto &others = around(robot);
     const double wall_gap = arena_.wall_gap(here) - radius_m_;
     next_contact_[robot] = now_ + step_;
-    if (wall_gap <= contact_gap_m_ && meets_wall(robot)) {
-        if (wall_gap > World::margin_m(radius_m_))
-            approach_m_ = std::max(approach_m_, free_shift(robot).norm());
-        return true;
-    }
+    if (wall_gap <= contact_gap_m_ && meets_wall(robot)) return true;
     double nearest = INFINITY;
     for (uint32_t other : others) {
         const double square = (position(other) - here).squaredNorm();
@@ -272,18 +277,13 @@ bool Bodies::meets(uint32_t robot, uint32_t other) {
     const double reach = touch + longest_free_m(robot) + longest_free_m(other);
     if (!held && apart.squaredNorm() > reach * reach) return false;
     const Eigen::Vector2d shift = free_shift(robot);
-    if (held) {  // it may be pushed anywhere
-        const double seen = 2 * radius_m_ + World::margin_m(radius_m_);
-        return apart.norm() <= std::min(touch + shift.norm() + longest_shift_m_, seen);
-    }
+    // Who is held may be pushed anywhere.
+    if (held) return apart.norm() <= touch + shift.norm() + longest_shift_m_;
     const Eigen::Vector2d closing = free_shift(other) - shift;
     const double towards = -apart.dot(closing);
     if (towards <= 0) return false;
     const double part = std::min(towards / closing.squaredNorm(), 1.0);
-    if ((apart + part * closing).squaredNorm() > touch * touch) return false;
-    const double seen = 2 * radius_m_ + World::margin_m(radius_m_);
-    if (apart.squaredNorm() > seen * seen) approach_m_ = std::max(approach_m_, closing.norm());
-    return true;
+    return (apart + part * closing).squaredNorm() <= touch * touch;
 }
 
 bool Bodies::meets_wall(uint32_t robot) {
@@ -291,22 +291,17 @@ bool Bodies::meets_wall(uint32_t robot) {
     return arena_.wall_gap(there) <= radius_m_ + margin_m_;
 }
 
-/// Adds all whom those in contacts_ may come upon, as fast as any of them.
-void Bodies::close_over() {
-    for (size_t i = 0; i < contacts_.size(); i++) {
-        const uint32_t robot = contacts_[i];
-        const Eigen::Vector2d here = position(robot);
-        for (uint32_t other : around(robot)) {
-            if (other < robot && bodies_[other].in_contact) continue;  // it sees to the two
-            const double gap = (position(other) - here).norm() - 2 * radius_m_;
-            if (gap > contact_gap_m_) continue;
-            const double closing = longest_shift_m_ + free_shift(other).norm();
-            if (gap > std::min(closing + margin_m_, World::margin_m(radius_m_)) &&
-                !bodies_[other].in_contact)
-                continue;
-            include(other);
-            if (robot < other) pairs_.push_back({robot, other, gap});
-        }
+/// Adds all whom one in contacts_ may come upon, as fast as any of them.
+void Bodies::close_over(uint32_t robot) {
+    const Eigen::Vector2d here = position(robot);
+    for (uint32_t other : around(robot)) {
+        if (other < robot && bodies_[other].in_contact) continue;  // it sees to the two
+        const double gap = (position(other) - here).norm() - 2 * radius_m_;
+        if (gap > contact_gap_m_) continue;
+        const double closing = longest_shift_m_ + free_shift(other).norm();
+        if (gap > closing + margin_m_ && !bodies_[other].in_contact) continue;
+        include(other);
+        if (robot < other) pairs_.push_back({robot, other, gap});
     }
 }
 
@@ -348,11 +343,11 @@ void Bodies::solve_contacts() {
         find_walls(near);
     }
     find_company();
-    world_.step(near_, seconds(step_), approach_m_, overlap_m_ / (2 * radius_m_));
+    world_.step(near_, near_pairs_, seconds(step_));
     solver_steps_ += held.size();
-    longest_shift_m_ = overlap_m_ = 0;
+    longest_shift_m_ = 0;
     for (size_t i = 0; i < held.size(); i++) {
-        const auto &[before, free, shift, company, other, towards, gap_m] = near_[i];
+        const auto &[before, free, shift, company, at_wall, other, towards, gap_m] = near_[i];
         Body &body = bodies_[held[i]];
         longest_shift_m_ = std::max({longest_shift_m_, shift.by.norm(), free.by.norm()});
         const bool moved = shift.by != Eigen::Vector2d::Zero();
@@ -372,6 +367,7 @@ void Bodies::find_company() {
     using Company = Near::Company;
     // Pushed by others, a robot goes no farther than the fastest of them.
     const double most_m = 2 * longest_shift_m_ + margin_m_;
+    near_pairs_.clear();
     auto crowd = [&](Near &near) {
         if (near.company == Company::ROBOT) near_[near.other].company = Company::SEVERAL;
         near.company = Company::SEVERAL;
@@ -379,6 +375,7 @@ void Bodies::find_company() {
     for (const auto &[one, other, gap_m] : pairs_) {
         if (gap_m > most_m) continue;
         const uint32_t first = shifts_[one].near_slot, second = shifts_[other].near_slot;
+        near_pairs_.push_back({first, second});
         Near &a = near_[first], &b = near_[second];
         if (a.company != Company::NOTHING || b.company != Company::NOTHING) {
             crowd(a);
@@ -398,19 +395,19 @@ void Bodies::find_company() {
 void Bodies::find_walls(Near &near) const {
     const double most_m = fastest_m_s_ * seconds(step_);
     near.company = Near::Company::NOTHING;
+    near.at_wall = false;
     arena_.for_each_wall(near.pose.position, [&](double distance, const Eigen::Vector2d &outward) {
         if (distance - radius_m_ > most_m) return;
         const bool first = near.company == Near::Company::NOTHING;
         near.company = first ? Near::Company::WALL : Near::Company::SEVERAL;
+        near.at_wall = true;
         near.towards = outward;
         near.gap_m = distance - radius_m_;
     });
 }
 
 void Bodies::record_overlap(double gap_m) {
-    if (gap_m >= 0) return;
-    overlaps_.add(-gap_m / (2 * radius_m_));
-    overlap_m_ = std::max(overlap_m_, -gap_m);
+    if (gap_m < 0) overlaps_.add(-gap_m / (2 * radius_m_));
 }
 
 }  // namespace kilotwin

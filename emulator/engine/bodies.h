@@ -27,7 +27,7 @@ class Bodies {
     /// Robots that stand at `poses` when the first step begins, at `begin`; steps last `step`.
     /// Lists of neighbours reach `reach_m` at least.
     Bodies(const Arena &arena, const Profile &profile, const Chance &chance, Cycles step,
-           Cycles begin, const std::vector<Pose> &poses, double reach_m);
+           Cycles begin, const std::vector<Pose> &poses, double reach_m, SolverKind solver);
 
     /// What a robot's motors are told, in order of time, not before the current step.
     void command(uint32_t robot, const MotorCommand &command);
@@ -139,6 +139,7 @@ class Bodies {
     struct Pair {
         uint32_t one, other;
         double gap_m;  ///< when the step begins
+        auto operator<=>(const Pair &) const = default;
     };
     /// How a robot moved when the step began, whose drive changes within it.
     struct Before {
@@ -178,7 +179,7 @@ class Bodies {
         if (!bodies_[robot].in_contact) add_contact(robot);
     }
     void add_contact(uint32_t robot);
-    void close_over();
+    void close_over(uint32_t robot);
     void hand_over();
     void solve_contacts();
     void find_company();
@@ -211,10 +212,9 @@ class Bodies {
     std::vector<Before> before_;
     std::vector<Pair> pairs_;  ///< of robots in the solver that may touch this step
     std::vector<uint32_t> pushed_;
-    std::vector<Near> near_;      ///< of the robots in the solver
-    double longest_shift_m_ = 0;  ///< of a robot in the solver, in the last step or this one
-    double approach_m_ = 0;       ///< most that two come nearer in this step who are not close yet
-    double overlap_m_ = 0;        ///< the worst of the last step
+    std::vector<Near> near_;            ///< of the robots in the solver
+    std::vector<NearPair> near_pairs_;  ///< of near_
+    double longest_shift_m_ = 0;        ///< of a robot in the solver, in the last step or this one
     uint64_t solver_steps_ = 0;
     Overlaps overlaps_;
 };

@@ -5,7 +5,9 @@
 
 namespace kilotwin {
 
-void Driven::drive(const Shift &now_wanted, double most_m_s, double most_rad_s) {
+void Driven::drive(const Shift &now_wanted, const Mechanics &mechanics, double time_s) {
+    const double most_m_s = mechanics.push_m_s2 * time_s;
+    const double most_rad_s = 2 * most_m_s / mechanics.radius_m;  // a disc's inertia is m r^2 / 2
     Eigen::Vector2d change = now_wanted.by - velocity.by;
     const double most = most_m_s + (now_wanted.by - wanted.by).norm(), size = change.norm();
     if (size > most) change *= most / size;
@@ -15,12 +17,11 @@ void Driven::drive(const Shift &now_wanted, double most_m_s, double most_rad_s) 
     wanted = now_wanted;
 }
 
-/// Impulses are over the mass; a disc's inertia is m r^2 / 2. `across` is the part of the impulse
-/// that turns.
+/// Impulses are over the mass. `across` is the part of the impulse that turns.
 void Encounter::push(Driven &robot, const Eigen::Vector2d &impulse, double across) const {
     robot.velocity.by += impulse;
-    robot.velocity.turn += 2 * across / radius_m;
-    const double square = robot.velocity.by.squaredNorm();
+    robot.velocity.turn += 2 * across / mechanics.radius_m;
+    const double square = robot.velocity.by.squaredNorm(), fastest_m_s = mechanics.fastest_m_s;
     if (square > fastest_m_s * fastest_m_s) robot.velocity.by *= fastest_m_s / std::sqrt(square);
 }
 
@@ -36,7 +37,7 @@ void Encounter::meet(const Party &robot, const Party *other, const Eigen::Vector
     const double nearer = closing.dot(towards);
     const bool touch = nearer > 0 && std::max(gap_m, 0.0) < nearer * time_s;
     const double alone_s = touch ? std::max(gap_m, 0.0) / nearer : time_s;
-    const double apart = std::clamp(-gap_m, 0.0, part_m_s * time_s);
+    const double apart = std::clamp(-gap_m, 0.0, mechanics.part_m_s * time_s);
 
     auto go = [&](const Party &who, double share, const Eigen::Vector2d &impulse, double across) {
         who.moved = {-share * apart * towards, 0};
@@ -48,7 +49,7 @@ void Encounter::meet(const Party &robot, const Party *other, const Eigen::Vector
     // Along the line a robot resists with its mass, at the rim across it with a third of that.
     const double bodies = other != nullptr ? 2 : 1;
     const double along = std::max(nearer, 0.0) / bodies;
-    const double slip = closing.dot(aside) + radius_m * rims;
+    const double slip = closing.dot(aside) + mechanics.radius_m * rims;
     const double across = std::clamp(-slip / (3 * bodies), -FRICTION * along, FRICTION * along);
     const Eigen::Vector2d impulse = across * aside - along * towards;
     go(robot, 1 / bodies, impulse, across);

@@ -16,15 +16,22 @@ struct Shift {
     double turn = 0;           ///< rad
 };
 
+/// What robots are, as discs of one mass.
+struct Mechanics {
+    double radius_m;
+    double push_m_s2;    ///< the force of the drive over the mass
+    double part_m_s;     ///< those that overlap part so fast
+    double fastest_m_s;  ///< nobody is pushed faster
+};
+
 /// A robot near a contact: a line of the cache.
 struct alignas(64) Driven {
     Shift velocity;
     Shift wanted;  ///< the velocity that it was last driven at
 
-    /// Brings its velocity nearer to the wanted one, as far as the force can: by `most_m_s` and
-    /// `most_rad_s`. What it wants otherwise than before it gets at once, as robots do that nobody
-    /// is near.
-    void drive(const Shift &now_wanted, double most_m_s, double most_rad_s);
+    /// Brings its velocity nearer to the wanted one, as far as the force can in `time_s`. What it
+    /// wants otherwise than before it gets at once, as robots do that nobody is near.
+    void drive(const Shift &now_wanted, const Mechanics &mechanics, double time_s);
 };
 
 /// One of those who meet, and how far it has moved in this step.
@@ -39,9 +46,7 @@ struct Party {
 };
 
 struct Encounter {
-    double radius_m;
-    double part_m_s;     ///< those that overlap part so fast
-    double fastest_m_s;  ///< nobody is pushed faster
+    Mechanics mechanics;
 
     /// Moves a robot for `time_s`, and `other` unless that is null: a wall, or who does not give
     /// way. It lies in the direction `towards`, a unit vector; a gap below 0 is an overlap.

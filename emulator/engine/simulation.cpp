@@ -141,7 +141,8 @@ void Simulation::create_robots() {
     // A robot hides others that are within reach even where its centre is not.
     const double hides_m = !def_.kilobot_medium && def_.line_of_sight ? radius : 0;
     bodies_.emplace(def_.arena, def_.profile, chance_, step_, start_, poses,
-                    std::max(reach_m_ + hides_m, floor_ ? 2 * radius + floor_->obstacle_m() : 0));
+                    std::max(reach_m_ + hides_m, floor_ ? 2 * radius + floor_->obstacle_m() : 0),
+                    def_.solver);
 }
 
 Calibration Simulation::calibrate(uint32_t index) const {

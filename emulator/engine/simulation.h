@@ -58,6 +58,7 @@ struct SimulationDef {
     uint32_t step_ticks = 2;  ///< 1, 2 or 4
     Arena arena;
     Profile profile;
+    SolverKind solver = SolverKind::DISCS;
     std::optional<VirtualFloor::Settings> floor;
     double range_m = 0.8;  ///< of the ideal medium
     bool line_of_sight = true;

@@ -1,21 +1,19 @@
-/// The contacts of robots with one another and with the walls. Only world.cpp knows Box2D's types.
+/// The contacts of robots with one another and with the walls.
 ///
 /// Only robots near a contact are in here. One alone at a wall, or two alone, go on in closed form
-/// (encounter.h); three and more are solved by Box2D. Lengths in metres outside; inside Box2D, one
-/// robot radius is 0.1 units in every profile, because the solver's tolerances are fixed in units:
-/// so it sees a contact coming that is 0.18 radii away, as far as two robots come nearer within a
-/// step.
+/// (encounter.h); three and more are a crowd, which a solver moves (contact_solver.h). Lengths in
+/// metres.
 #ifndef KILOTWIN_ENGINE_WORLD_H
 #define KILOTWIN_ENGINE_WORLD_H
 
 #include <Eigen/Core>
 #include <cstdint>
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "engine/arena.h"
 #include "engine/chassis.h"
+#include "engine/contact_solver.h"
 #include "engine/encounter.h"
 #include "engine/memory.h"
 #include "engine/motion.h"
@@ -31,17 +29,23 @@ struct Near {
     Shift free;        ///< where it would go within the step, were it alone
     Shift moved = {};  ///< where it went, after World::step()
     Company company = Company::SEVERAL;
-    uint32_t other = 0;             ///< ROBOT: which of robots(), which has this one in turn
+    bool at_wall = false;  ///< it may touch one
+    uint32_t other = 0;    ///< ROBOT: which of robots(), which has this one in turn; SEVERAL: its
+                           ///< number in the crowd, from World::step() on
     Eigen::Vector2d towards{1, 0};  ///< WALL, ROBOT: unit vector to it
     double gap_m = 0;               ///< and from rim to rim
+};
+
+/// Two of World::robots() that may touch each other within the step: one < other.
+struct NearPair {
+    uint32_t one, other;
 };
 
 class World {
   public:
     /// `drive_m_s`: the speed of the fastest drive; `fastest_m_s`: nobody is pushed faster.
-    World(const Arena &arena, const Profile &profile, double drive_m_s, double fastest_m_s,
-          size_t robots);
-    ~World();
+    World(const Arena &arena, const Profile &profile, SolverKind solver, double drive_m_s,
+          double fastest_m_s, size_t robots);
 
     /// Brings into the cache what step() needs of a robot.
     void prefetch(uint32_t robot) const { prefetch_line(&driven_[robot]); }
@@ -58,30 +62,23 @@ class World {
     /// To be called after add() and remove(), before robots() and step().
     void settle();
 
-    /// The solver sees those that are nearer than this when a step begins.
-    static double margin_m(double radius_m);
-
-    /// Solves one step of `step_s`. `near`: each of robots(), in their order. `approach_m`: the most
-    /// that any two come nearer who are farther apart than margin_m(). `overlap`: the worst of the
-    /// last step, as a share of a diameter; the more, the more care is taken.
-    void step(std::vector<Near> &near, double step_s, double approach_m, double overlap);
+    /// Moves all for `step_s`. `near`: each of robots(), in their order; `pairs`: ascending.
+    void step(std::vector<Near> &near, const std::vector<NearPair> &pairs, double step_s);
 
   private:
-    struct Box2D;
     bool firm(const Near &near) const;
     void drive(uint32_t robot, Near &near, double step_s);
     void meet(std::vector<Near> &near, size_t i, double step_s);
-    void solve(std::vector<Near> &near, double step_s, double approach_m, double overlap);
-    std::unique_ptr<Box2D> box2d_;
+    void join_crowd(size_t i, Near &near);
     std::vector<Driven> driven_;
     std::vector<bool> held_;
     std::vector<uint32_t> robots_;
+    bool gives_way_;
     Encounter encounter_;
+    std::unique_ptr<ContactSolver> solver_;
+    Crowd crowd_;
     bool added_ = false, removed_ = false;  ///< since settle()
 };
-
-/// Version of the Box2D library linked, "3.1.1".
-std::string box2d_version();
 
 }  // namespace kilotwin
 

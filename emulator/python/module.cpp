@@ -13,8 +13,8 @@
 #include <iterator>
 
 #include "aggregation/wire.h"
+#include "engine/box2d_solver.h"
 #include "engine/simulation.h"
-#include "engine/world.h"
 #include "python/bridge.h"
 #include "python/twins.h"
 
@@ -44,6 +44,12 @@ Region region_of(const nb::dict &from, const Eigen::Vector2d &centre) {
 
 template <typename T> T get_or(const nb::dict &from, const char *key, T otherwise) {
     return from.contains(key) ? nb::cast<T>(from[key]) : otherwise;
+}
+
+SolverKind solver_of(const std::string &name) {
+    if (name == "discs") return SolverKind::DISCS;
+    if (name == "box2d") return SolverKind::BOX2D;
+    throw EngineError("the solver of contacts is discs or box2d, not " + name);
 }
 
 Profile profile_of(const nb::dict &from) {
@@ -176,6 +182,7 @@ SimulationDef definition_of(const nb::dict &spec) {
             region_of(from, vector_of(get<std::vector<double>>(from, "centre_m"))));
     }
     def.profile = profile_of(get<nb::dict>(spec, "profile"));
+    def.solver = solver_of(get<std::string>(spec, "contact_solver"));
     if (!spec["floor"].is_none()) {
         auto floor = get<nb::dict>(spec, "floor");
         def.floor = VirtualFloor::Settings{get<double>(floor, "obstacle_m"),

@@ -40,6 +40,7 @@ def engine_spec(
     return {
         "seed": keys.seed,
         "step_ticks": keys.engine.step_ticks,
+        "contact_solver": keys.engine.contact_solver,
         "arena": _place(keys.arena),
         "sites": [
             {**_place(site), "centre_m": [float(part) for part in site.centre_m]}

@@ -484,6 +484,8 @@ class Engine(Section):
 
     step_ticks: Literal[1, 2, 4]
     """The world's step, in ticks of 32.768 ms."""
+    contact_solver: Literal["discs", "box2d"] = "discs"
+    """Who solves three and more robots that touch: Kilotwin's own, or Box2D, slower."""
 
 
 def _grid_size_m(grid: Any) -> tuple[float, float] | None:

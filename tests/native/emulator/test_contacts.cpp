@@ -32,12 +32,13 @@ Samples run(Scene &scene, int64_t duration_ticks, uint32_t sample_ticks = 8) {
 
 size_t last_row(const Samples &samples) { return samples.tick.size() - 1; }
 
-/// The same scene with every robot in the solver at every step: what the hybrid has to agree with.
-/// Robots drive from the beginning on as `drives` says.
-std::vector<Pose> all_in_solver(const Scene &scene, std::vector<Pose> poses,
-                                const std::vector<Drive> &drives, int64_t duration_ticks) {
+/// The same scene with every robot in Box2D at every step: what the engine has to agree with,
+/// whoever solves its crowds. Robots drive from the beginning on as `drives` says.
+std::vector<Pose> all_in_box2d(const Scene &scene, std::vector<Pose> poses,
+                               const std::vector<Drive> &drives, int64_t duration_ticks) {
     const double speed = scene.def.profile.speed_m_s;
-    World world(scene.def.arena, scene.def.profile, speed, 1.1 * speed, poses.size());
+    World world(scene.def.arena, scene.def.profile, SolverKind::BOX2D, speed, 1.1 * speed,
+                poses.size());
     const double step_s = scene.def.step_ticks * TICK_S;
     auto free = [&](size_t i) {
         return Shift{direction(poses[i].heading) * drives[i].velocity.x() * step_s,
@@ -53,7 +54,7 @@ std::vector<Pose> all_in_solver(const Scene &scene, std::vector<Pose> poses,
     for (int64_t tick = 0; tick < duration_ticks; tick += scene.def.step_ticks) {
         std::vector<Near> near;
         for (uint32_t i = 0; i < count; i++) near.push_back({poses[i], free(i)});
-        world.step(near, step_s, 2 * speed * step_s, 0.015);
+        world.step(near, {}, step_s);
         for (uint32_t i = 0; i < count; i++) {
             poses[i].position += near[i].moved.by;
             poses[i].heading = wrapped(poses[i].heading + near[i].moved.turn);
@@ -62,9 +63,8 @@ std::vector<Pose> all_in_solver(const Scene &scene, std::vector<Pose> poses,
     return poses;
 }
 
-/// Compares a run of puppets with the all-in-solver run, at the end of each of ten parts. Steps are
-/// of one tick: each is one round of the solver, whoever is in it. Returns the largest difference in
-/// place.
+/// Compares a run of puppets with the all-in-Box2D run, at the end of each of ten parts. Returns the
+/// largest difference in place.
 double worst_difference(const Arena &arena, const std::vector<Pose> &poses,
                         const std::vector<Drive> &drives, int64_t duration_ticks,
                         uint32_t step_ticks = 1) {
@@ -76,7 +76,7 @@ double worst_difference(const Arena &arena, const std::vector<Pose> &poses,
     auto samples = run(scene, duration_ticks, static_cast<uint32_t>(duration_ticks / 10));
     double worst = 0;
     for (size_t row = 1; row < samples.tick.size(); row++) {
-        auto expected = all_in_solver(scene, poses, drives, samples.tick[row]);
+        auto expected = all_in_box2d(scene, poses, drives, samples.tick[row]);
         for (uint32_t i = 0; i < poses.size(); i++)
             worst =
                 std::max(worst, (pose_of(samples, i, row).position - expected[i].position).norm());
@@ -306,7 +306,7 @@ TEST_CASE("all that stand in a chain are in the solver, and leave it together 2 
     CHECK(solver_steps_of(100) == 0);
 }
 
-TEST_CASE("a chain of ten agrees with a run that has all robots in the solver") {
+TEST_CASE("a chain of ten agrees with a run that has all robots in Box2D") {
     std::vector<Pose> poses;
     std::vector<Drive> drives;
     for (int i = 0; i < 10; i++) {
@@ -315,7 +315,7 @@ TEST_CASE("a chain of ten agrees with a run that has all robots in the solver") 
     }
     double worst = worst_difference(square_hall(10), poses, drives, 400);
     MESSAGE("chain of ten: " << 100 * worst / DIAMETER << " % of a diameter");
-    CHECK(worst < 0.02 * DIAMETER);
+    CHECK(worst < 0.03 * DIAMETER);
 
     // Five from either end.
     for (size_t i = 0; i < 10; i++) {
@@ -324,11 +324,10 @@ TEST_CASE("a chain of ten agrees with a run that has all robots in the solver") 
     }
     worst = worst_difference(square_hall(10), poses, drives, 400);
     MESSAGE("five against five: " << 100 * worst / DIAMETER << " % of a diameter");
-    CHECK(worst < 0.02 * DIAMETER);
+    CHECK(worst < 0.03 * DIAMETER);
 }
 
-TEST_CASE(
-    "a resting pile that others drive into agrees with a run that has all robots in the solver") {
+TEST_CASE("a resting pile that others drive into agrees with a run that has all robots in Box2D") {
     std::vector<Pose> poses;
     std::vector<Drive> drives;
     for (int row = 0; row < 4; row++)
@@ -352,7 +351,7 @@ TEST_CASE("two that meet aslant and one that slides along a wall go as in a run 
     CHECK(worst < 0.05 * DIAMETER);
 }
 
-TEST_CASE("robots in a corner agree with a run that has all robots in the solver") {
+TEST_CASE("robots in a corner agree with a run that has all robots in Box2D") {
     std::vector<Pose> poses;
     std::vector<Drive> drives;
     for (int i = 0; i < 3; i++)
