@@ -294,10 +294,12 @@ bool Bodies::meets_wall(uint32_t robot) {
 /// Adds all whom one in contacts_ may come upon, as fast as any of them.
 void Bodies::close_over(uint32_t robot) {
     const Eigen::Vector2d here = position(robot);
+    const double reach = 2 * radius_m_ + contact_gap_m_;
     for (uint32_t other : around(robot)) {
         if (other < robot && bodies_[other].in_contact) continue;  // it sees to the two
-        const double gap = (position(other) - here).norm() - 2 * radius_m_;
-        if (gap > contact_gap_m_) continue;
+        const double square = (position(other) - here).squaredNorm();
+        if (square > reach * reach) continue;
+        const double gap = std::sqrt(square) - 2 * radius_m_;
         const double closing = longest_shift_m_ + free_shift(other).norm();
         if (gap > closing + margin_m_ && !bodies_[other].in_contact) continue;
         include(other);

@@ -13,7 +13,7 @@ namespace {
 
 constexpr uint32_t WALLS = 4;   // at most; the first discs
 constexpr int ROUNDS = 2;       // in each tick, through all contacts
-constexpr int PARTINGS = 3;     // in each tick, of those that overlap
+constexpr int PARTINGS = 3;     // in each tick, of those that overlap, each as fast as they part
 constexpr double SLOP = 0.001;  // of a radius: such an overlap stays
 constexpr double TICKS_PER_S = 1 / TICK_S;
 constexpr double TOLERANCE = 0.005;  // of the speed of the fastest drive: such a push is left out
@@ -226,8 +226,8 @@ void DiscSolver::part(const Contact &contact) {
     const double over_m = -gap_m(contact) - SLOP * mechanics_.radius_m;
     if (over_m <= 0) return;
     Disc &one = discs_[contact.one], &other = discs_[contact.other];
-    const double way_m =
-        std::min(over_m, mechanics_.part_m_s * TICK_S) / (one.yields + other.yields);
+    const double most_m = mechanics_.part_m_s * TICK_S;
+    const double way_m = std::min(over_m, most_m) / (one.yields + other.yields);
     one.at -= one.yields * way_m * contact.towards;
     other.at += other.yields * way_m * contact.towards;
 }

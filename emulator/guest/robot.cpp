@@ -193,18 +193,21 @@ Robot::~Robot() {
 }
 
 void Robot::receive(Cycles at, const message_t &message, distance_measurement_t distance) {
-    if (life_ == Life::STOPPED) return;
-    next_message_ = std::min(next_message_, at);
-    if (inbox_.empty() || inbox_.back().at <= at) {
-        Reception &last = append(inbox_);
-        last.at = at;
-        last.message = message;
-        last.distance = distance;
+    // Most come in order, and after the first one nothing else of the robot has to be looked at.
+    if (inbox_.empty()) {
+        if (life_ == Life::STOPPED) return;
+        next_message_ = at;
+    } else if (at < inbox_.back().at) {
+        next_message_ = std::min(next_message_, at);
+        auto later = [](Cycles time, const Reception &other) { return time < other.at; };
+        const auto place = std::upper_bound(inbox_.begin(), inbox_.end(), at, later);
+        inbox_.insert(place, {at, message, distance});
         return;
     }
-    auto later = [](Cycles time, const Reception &other) { return time < other.at; };
-    const auto place = std::upper_bound(inbox_.begin() + inbox_next_, inbox_.end(), at, later);
-    inbox_.insert(place, {at, message, distance});
+    Reception &last = append(inbox_);
+    last.at = at;
+    last.message = message;
+    last.distance = distance;
 }
 
 void Robot::run(Cycles until) {
