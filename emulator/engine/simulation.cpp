@@ -73,11 +73,8 @@ Simulation::Simulation(const SimulationDef &def)
       commands_(def.commands),
       wake_(count_robots(def), 0),
       speaks_(wake_.size(), 0),
-      next_ask_(wake_.size(), 0),
-      audience_at_(wake_.size(), NEVER),
-      planned_(wake_.size(), 0),
+      senders_(def.kilobot_medium ? 0 : wake_.size()),
       surroundings_(def.floor ? wake_.size() : 0),
-      said_(def.kilobot_medium ? 0 : wake_.size()),
       medium_(def.range_m, def.line_of_sight, def.profile.radius_m, wake_.size()),
       frames_(FRAME_STEPS) {
     if (wake_.empty()) throw EngineError("there is no robot");
@@ -174,7 +171,8 @@ void Simulation::boot() {
         robot.motor_commands.clear();
         // What a board does cannot be foreseen.
         const Cycles speaks = robot.on_board() ? 0 : robot.next_ask();
-        speaks_[robot.index()] = next_ask_[robot.index()] = speaks;
+        speaks_[robot.index()] = speaks;
+        if (!kilobot_medium_) senders_[robot.index()].next_ask = speaks;
     }
     now_ = start_;
     if (!grid_) return;
@@ -260,8 +258,8 @@ void Simulation::send(const SimulationDef::Command &command) { give(command, now
 
 void Simulation::refresh_lists() {
     if (!bodies_->refresh_lists()) return;
-    for (uint32_t robot = 0; robot < robots_.size(); robot++)
-        if (bodies_->lists().changed(robot)) audience_at_[robot] = NEVER;
+    for (uint32_t robot = 0; robot < senders_.size(); robot++)
+        if (bodies_->lists().changed(robot)) senders_[robot].audience_at = NEVER;
 }
 
 /// Brings those into the cache who are due some turns after the i-th.
@@ -439,15 +437,16 @@ void Simulation::trace(size_t robot, const std::string &path) { board_of(robot).
 
 /// Puts the frames that a robot sends into the steps in which they begin.
 void Simulation::plan_frames(uint32_t robot) {
-    next_ask_[robot] = robots_[robot].next_ask();
-    if (planned_[robot] == 0)
-        speaks_[robot] = emissions_.empty() ? next_ask_[robot] : emissions_.front().at;
+    Sender &sender = senders_[robot];
+    sender.next_ask = robots_[robot].next_ask();
+    if (sender.planned == 0)
+        speaks_[robot] = emissions_.empty() ? sender.next_ask : emissions_.front().at;
     for (size_t i = 0; i < emissions_.size(); i++) {
-        const Cycles next = i + 1 < emissions_.size() ? emissions_[i + 1].at : next_ask_[robot];
+        const Cycles next = i + 1 < emissions_.size() ? emissions_[i + 1].at : sender.next_ask;
         Planned &planned = append(frames_[number_of_step(emissions_[i].at, step_) % FRAME_STEPS]);
         planned.emission = emissions_[i];
         planned.next = next;
-        planned_[robot]++;
+        sender.planned++;
     }
 }
 
@@ -495,7 +494,7 @@ void Simulation::deliver_to_grid(const Emission &emission) {
     const auto mm = static_cast<int16_t>(distance * 1000 + 0.5);
     grid_->counts.received++;
     grid_->receive_ir(std::max(emission.at + FRAME_CYCLES, now_ + step_), *cell, emission.message,
-                      {mm, mm}, !said_[emission.robot].crc_is_right());
+                      {mm, mm}, !senders_[emission.robot].said.crc_is_right());
 }
 
 /// Brings those into the cache who send some turns after the i-th, and who may hear it.
@@ -504,11 +503,8 @@ void Simulation::prefetch_heard_after(const std::vector<Planned> &frames, size_t
     if (robots_.size() < FETCHED_SWARM || i + LATEST >= frames.size()) return;
     auto sender = [&](size_t turns) { return frames[i + turns].emission.robot; };
     const uint32_t latest = sender(LATEST), later = sender(LATER);
-    prefetch_line(&said_[latest]);
-    prefetch_line(&planned_[latest]);
+    prefetch_line(&senders_[latest]);
     prefetch_line(&speaks_[latest]);
-    prefetch_line(&next_ask_[latest]);
-    prefetch_line(&audience_at_[latest]);
     bodies_->prefetch(latest);
     bodies_->lists().prefetch_place(latest);
     medium_.prefetch_place(latest);
@@ -532,9 +528,9 @@ void Simulation::deliver_frames() {
     for (size_t i = 0; i < frames.size(); i++) {
         prefetch_heard_after(frames, i);
         const auto &[emission, next] = frames[i];
-        const uint32_t sender = emission.robot;
-        planned_[sender]--;
-        speaks_[sender] = planned_[sender] > 0 ? next : next_ask_[sender];
+        Sender &sender = senders_[emission.robot];
+        sender.planned--;
+        speaks_[emission.robot] = sender.planned > 0 ? next : sender.next_ask;
         deliver(emission);
     }
     frames.clear();
@@ -543,16 +539,17 @@ void Simulation::deliver_frames() {
 void Simulation::deliver(const Emission &emission) {
     const uint32_t sender = emission.robot;
     counts_.sent++;
-    said_[sender].say(emission.message);
+    auto &[next_ask, audience_at, said, planned] = senders_[sender];
+    said.say(emission.message);
     if (grid_) deliver_to_grid(emission);
-    if (!said_[sender].crc_is_right()) {
+    if (!said.crc_is_right()) {
         counts_.wrong_crc++;
         return;
     }
     if (!def_.run_ahead || !audience_holds(sender)) {
         auto place_of = [this](uint32_t robot) { return bodies_->position(robot); };
         medium_.find_audience(sender, bodies_->lists().of(sender), place_of);
-        audience_at_[sender] = now_;
+        audience_at = now_;
     }
     const Cycles heard_at = std::max(emission.at + FRAME_CYCLES, now_ + step_);
     for (const auto &listener : medium_.last_audience(sender)) {
@@ -564,7 +561,7 @@ void Simulation::deliver(const Emission &emission) {
 
 /// Whether nobody who could matter has moved since the audience of `robot` was found.
 bool Simulation::audience_holds(uint32_t robot) {
-    const Cycles found = audience_at_[robot];
+    const Cycles found = senders_[robot].audience_at;
     if (found == NEVER || bodies_->still_since(robot) > found) return false;
     for (uint32_t other : bodies_->lists().of(robot))
         if (bodies_->still_since(other) > found) return false;

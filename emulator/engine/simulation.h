@@ -145,6 +145,15 @@ class Simulation {
         Cycles next;
     };
 
+    /// What a robot sends: half a line of the cache.
+    struct alignas(32) Sender {
+        Cycles next_ask = 0;         ///< the earliest begin of a frame after those that are planned
+        Cycles audience_at = NEVER;  ///< when its audience was found
+        CheckedMessage said;         ///< last
+        uint8_t planned = 0;         ///< so many of its frames are in frames_
+    };
+    static_assert(sizeof(Sender) == sizeof(CacheLine) / 2);
+
     void create_robots();
     RobotBoard &board_of(size_t robot);
     void prepare_boards();
@@ -199,15 +208,12 @@ class Simulation {
     std::vector<uint32_t> due_;  ///< those to be seen to in this step
 
     // By robot.
-    std::vector<Cycles> wake_;         ///< the begin of the step in which it next has to be seen to
-    std::vector<Cycles> speaks_;       ///< the earliest moment at which it may begin a frame
-    std::vector<Cycles> next_ask_;     ///< the same, after those of its frames that are planned
-    std::vector<Cycles> audience_at_;  ///< when its audience was found
-    std::vector<uint8_t> planned_;     ///< so many of its frames are in frames_
+    std::vector<Cycles> wake_;    ///< the begin of the step in which it next has to be seen to
+    std::vector<Cycles> speaks_;  ///< the earliest moment at which it may begin a frame
+    Swarm<Sender> senders_;       ///< of the ideal medium
     std::vector<Surroundings> surroundings_;
 
     std::optional<Bodies> bodies_;
-    std::vector<CheckedMessage> said_;  ///< beside the ideal medium: what each robot sent last
     IdealMedium medium_;
     std::vector<std::vector<Planned>> frames_;  ///< of the ideal medium, by step: a ring
     StepSorter<Planned> frame_sorter_;
