@@ -152,6 +152,7 @@ Box2DSolver::~Box2DSolver() { b2DestroyWorld(box2d_->world); }
 void Box2DSolver::solve(Crowd &crowd, double step_s) {
     auto &b = *box2d_;
     b.admit(crowd);
+    if (crowd.members.empty()) return;
     double fastest_m_s = 0;
     for (const auto &member : crowd.members)
         fastest_m_s = std::max(fastest_m_s, member.free.by.norm() / step_s);

@@ -62,7 +62,7 @@ void World::step(std::vector<Near> &near, const std::vector<NearPair> &pairs, do
     for (const auto &[one, other] : pairs)
         if (near[one].company == Company::SEVERAL)
             crowd_.pairs.push_back({near[one].other, near[other].other});
-    if (!crowd_.members.empty()) solver_->solve(crowd_, step_s);
+    solver_->solve(crowd_, step_s);
 }
 
 void World::join_crowd(size_t i, Near &near) {

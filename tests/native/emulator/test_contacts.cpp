@@ -351,6 +351,29 @@ TEST_CASE("two that meet aslant and one that slides along a wall go as in a run 
     CHECK(worst < 0.05 * DIAMETER);
 }
 
+TEST_CASE("who leaves a crowd and joins one again elsewhere goes on from there") {
+    using Company = Near::Company;
+    for (SolverKind solver : {SolverKind::DISCS, SolverKind::BOX2D}) {
+        CAPTURE(static_cast<int>(solver));
+        const Scene scene(square_hall(10));
+        World world(scene.def.arena, scene.def.profile, solver, 0.1, 0.11, 3);
+        for (uint32_t i = 0; i < 3; i++) world.add(i, Trajectory(0, Pose()), 0);
+        world.settle();
+        auto step = [&](double y, double spacing, Company company) {
+            std::vector<Near> near(3);
+            for (int i = 0; i < 3; i++) {
+                near[i].pose.position = {spacing * i, y};
+                near[i].company = company;
+            }
+            world.step(near, {{0, 1}, {1, 2}}, 2 * TICK_S);
+            return near[2].moved.by.x() - near[0].moved.by.x();
+        };
+        CHECK(std::abs(step(0, 1.1 * DIAMETER, Company::SEVERAL)) < 1e-6);
+        CHECK(std::abs(step(1, 1.1 * DIAMETER, Company::NOTHING)) < 1e-6);
+        CHECK(step(2, 0.95 * DIAMETER, Company::SEVERAL) > 1e-3);  // they overlap, and part
+    }
+}
+
 TEST_CASE("robots in a corner agree with a run that has all robots in Box2D") {
     std::vector<Pose> poses;
     std::vector<Drive> drives;
