@@ -212,9 +212,9 @@ class Bodies {
     std::vector<Before> before_;
     std::vector<Pair> pairs_;  ///< of robots in the solver that may touch this step
     std::vector<uint32_t> pushed_;
-    std::vector<Near> near_;            ///< of the robots in the solver
-    std::vector<NearPair> near_pairs_;  ///< of near_
-    double longest_shift_m_ = 0;        ///< of a robot in the solver, in the last step or this one
+    std::vector<Near> near_;               ///< of the robots in the solver
+    std::vector<Crowd::Pair> near_pairs_;  ///< of near_
+    double longest_shift_m_ = 0;  ///< of a robot in the solver, in the last step or this one
     uint64_t solver_steps_ = 0;
     Overlaps overlaps_;
 };

@@ -161,8 +161,7 @@ void Box2DSolver::solve(Crowd &crowd, double step_s) {
     const auto ticks = std::lround(step_s / TICK_S);
     for (int tick = 0; tick < ticks; tick++) {
         for (auto &member : crowd.members) {
-            const Shift wanted = {member.free.by / step_s, member.free.turn / step_s};
-            member.driven.drive(wanted, mechanics_, TICK_S);
+            member.driven.drive(member.free.velocity(step_s), mechanics_, TICK_S);
             b.set_velocity(b.discs[member.robot], member.driven.velocity);
         }
         for (int round = 0; round < rounds; round++)

@@ -24,12 +24,12 @@ struct Crowd {
         Driven &driven;
         Shift &moved;  ///< where it went, after ContactSolver::solve()
     };
-    /// Two members that may touch, by their numbers: one < other.
+    /// Two that may touch, by their numbers in a list: one < other.
     struct Pair {
         uint32_t one, other;
     };
     std::vector<Member> members;  ///< ascending by robot
-    std::vector<Pair> pairs;      ///< ascending
+    std::vector<Pair> pairs;      ///< of members, ascending
 };
 
 class ContactSolver {

@@ -172,9 +172,8 @@ void DiscSolver::drive(const Island &island, const Crowd &crowd, double step_s) 
         disc.pushed_at = 1;
         if (disc.yields == 0) continue;
         const auto &member = crowd.members[disc.member];
-        const Shift wanted = {member.free.by / step_s, member.free.turn / step_s};
         member.driven.velocity = disc.speed(mechanics_.radius_m);
-        member.driven.drive(wanted, mechanics_, TICK_S);
+        member.driven.drive(member.free.velocity(step_s), mechanics_, TICK_S);
         disc.velocity = member.driven.velocity.by;
         disc.rim = member.driven.velocity.turn * mechanics_.radius_m;
     }

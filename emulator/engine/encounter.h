@@ -14,6 +14,9 @@ constexpr double FRICTION = 0.3;  ///< of robots at one another and at walls
 struct Shift {
     Eigen::Vector2d by{0, 0};  ///< m
     double turn = 0;           ///< rad
+
+    /// The velocity that makes it in `time_s`.
+    Shift velocity(double time_s) const { return {by / time_s, turn / time_s}; }
 };
 
 /// What robots are, as discs of one mass.

@@ -49,7 +49,7 @@ void World::settle() {
     added_ = removed_ = false;
 }
 
-void World::step(std::vector<Near> &near, const std::vector<NearPair> &pairs, double step_s) {
+void World::step(std::vector<Near> &near, const std::vector<Crowd::Pair> &pairs, double step_s) {
     using Company = Near::Company;
     crowd_.members.clear();
     crowd_.pairs.clear();
@@ -84,8 +84,7 @@ void World::drive(uint32_t robot, Near &near, double step_s) {
     if (firm(near))
         driven_[robot] = {};
     else
-        driven_[robot].drive({near.free.by / step_s, near.free.turn / step_s}, encounter_.mechanics,
-                             step_s);
+        driven_[robot].drive(near.free.velocity(step_s), encounter_.mechanics, step_s);
 }
 
 /// The i-th, who is not in a crowd, and whom it meets: of two, the first sees to both.

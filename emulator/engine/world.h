@@ -36,11 +36,6 @@ struct Near {
     double gap_m = 0;               ///< and from rim to rim
 };
 
-/// Two of World::robots() that may touch each other within the step: one < other.
-struct NearPair {
-    uint32_t one, other;
-};
-
 class World {
   public:
     /// `drive_m_s`: the speed of the fastest drive; `fastest_m_s`: nobody is pushed faster.
@@ -62,8 +57,9 @@ class World {
     /// To be called after add() and remove(), before robots() and step().
     void settle();
 
-    /// Moves all for `step_s`. `near`: each of robots(), in their order; `pairs`: ascending.
-    void step(std::vector<Near> &near, const std::vector<NearPair> &pairs, double step_s);
+    /// Moves all for `step_s`. `near`: each of robots(), in their order; `pairs`: of these, who may
+    /// touch each other, ascending.
+    void step(std::vector<Near> &near, const std::vector<Crowd::Pair> &pairs, double step_s);
 
   private:
     bool firm(const Near &near) const;
