@@ -290,8 +290,9 @@ void Simulation::live_on(uint32_t robot, Cycles limit) {
         if (around.look_again <= now_ || !def_.run_ahead) look_around(robot);
         limit = std::min(limit, std::max(around.unchanged_until, later_sensing_));
     }
-    const Cycles until =
-        may_run_ahead() ? std::max(undisturbed_until(robot, limit), soonest) : soonest;
+    Cycles until = soonest;
+    if (limit > soonest && may_run_ahead())
+        until = std::max(undisturbed_until(robot, limit), soonest);
     if (next_sensing_ < until)
         floor_->tell(robots_[robot], surroundings_[robot].cell, next_sensing_, until);
     run_robot(robot, until);
@@ -301,7 +302,7 @@ void Simulation::live_on(uint32_t robot, Cycles limit) {
 /// A robot has lived up to `until`: till then it needs not be seen to. Where it waits for the
 /// medium's answer it goes on in that step.
 void Simulation::has_lived(uint32_t robot, Cycles until) {
-    take_commands(robot);
+    if (!robots_[robot].motor_commands.empty()) take_commands(robot);
     const bool waits = robots_[robot].question() != Robot::Question::NONE;
     wake_[robot] = begin_of_step(waits ? robots_[robot].now() : until, step_);
 }

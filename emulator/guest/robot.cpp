@@ -198,16 +198,20 @@ void Robot::receive(Cycles at, const message_t &message, distance_measurement_t 
         if (life_ == Life::STOPPED) return;
         next_message_ = at;
     } else if (at < inbox_.back().at) {
-        next_message_ = std::min(next_message_, at);
-        auto later = [](Cycles time, const Reception &other) { return time < other.at; };
-        const auto place = std::upper_bound(inbox_.begin(), inbox_.end(), at, later);
-        inbox_.insert(place, {at, message, distance});
-        return;
+        return receive_before_others(at, message, distance);
     }
     Reception &last = append(inbox_);
     last.at = at;
     last.message = message;
     last.distance = distance;
+}
+
+void Robot::receive_before_others(Cycles at, const message_t &message,
+                                  distance_measurement_t distance) {
+    next_message_ = std::min(next_message_, at);
+    auto later = [](Cycles time, const Reception &other) { return time < other.at; };
+    const auto place = std::upper_bound(inbox_.begin(), inbox_.end(), at, later);
+    inbox_.insert(place, {at, message, distance});
 }
 
 void Robot::run(Cycles until) {
@@ -355,7 +359,7 @@ void Robot::live() {
     }
 }
 
-// Calls loop() if it is due, and again at each tick up to the next message. Most calls do nothing, so
+// Calls loop() if it is due, and again at each tick and after each message. Most calls do nothing, so
 // that what goes on between them counts.
 void Robot::run_loop() {
     const auto &table = program_->table();
@@ -366,40 +370,52 @@ void Robot::run_loop() {
     const auto &tx_period = Robot::tx_period(table);
     Cycles until = quiet_until(), before = now_;
     only_ticks_until_ = only_ticks_until(until);
-    for (bool due = std::exchange(loop_due_, false);; due = false) {
-        if (!due) {
-            Cycles at = next_tick_;
-            if (at >= only_ticks_until_) {
-                if (now_ > before) loop_due_ = true;
-                if (loop_due_ || !plain_tick_before(until)) return;
-                at = std::max(at, now_);
-                only_ticks_until_ = only_ticks_until(until);
-            }
-            now_ = at;
-            next_tick_ += tick_length_;
-            count_tick(ticks, TICK_COMPARE);
-            if (tx_clock_ > tx_period) {
-                before = now_;
-                interrupt(table, [this, &table] { ask_for_message(table); });
-                if (arbitrated_) until = quiet_until();
-                only_ticks_until_ = only_ticks_until(until);
-                if (now_ != before || tick_increment_ != TICK_COMPARE) {
-                    loop_due_ = true;
-                    return;
-                }
-            }
-        }
+    auto call = [&] {
         before = now_;
         loop_();
         busy_.came_back(budget);
         look_at_outputs(outputs, settle);
+    };
+    if (std::exchange(loop_due_, false)) call();
+    for (;;) {
+        Cycles at = next_tick_;
+        if (at >= only_ticks_until_) {
+            if (now_ > before) loop_due_ = true;
+            if (loop_due_) return;
+            if (!plain_tick_before(until)) {
+                if (!message_comes_next()) return;
+                take_message();
+                if (!loop_due_ || state_ != State::RUNNING) return;
+                loop_due_ = false;
+                until = quiet_until();
+                only_ticks_until_ = only_ticks_until(until);
+                call();
+                continue;
+            }
+            at = std::max(at, now_);
+            only_ticks_until_ = only_ticks_until(until);
+        }
+        now_ = at;
+        next_tick_ += tick_length_;
+        count_tick(ticks, TICK_COMPARE);
+        if (tx_clock_ > tx_period) {
+            before = now_;
+            interrupt(table, [this, &table] { ask_for_message(table); });
+            if (arbitrated_) until = quiet_until();
+            only_ticks_until_ = only_ticks_until(until);
+            if (now_ != before || tick_increment_ != TICK_COMPARE) {
+                loop_due_ = true;
+                return;
+            }
+        }
+        call();
     }
 }
 
 void Robot::came_back() { busy_.came_back(*program_->table().budget); }
 
 void Robot::serve_interrupt() {
-    if (next_tick_ > next_interrupt())
+    if (next_message_ < next_tick_)
         take_message();
     else if (interrupts_off_) {
         now_ = std::max(now_, next_tick_);

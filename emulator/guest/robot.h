@@ -194,10 +194,13 @@ class alignas(64) Robot {
     void live();
     void run_loop();
     void count_tick(volatile uint32_t &ticks, uint16_t counts);
+    void receive_before_others(Cycles at, const message_t &message,
+                               distance_measurement_t distance);
     void inbox_changed() {
         next_message_ = inbox_next_ < inbox_.size() ? inbox_[inbox_next_].at : NEVER;
     }
     Cycles next_interrupt() const { return std::min(next_message_, next_tick_); }
+    bool message_comes_next() const { return next_message_ < std::min(next_tick_, until_); }
     /// Up to here only ticks happen.
     Cycles quiet_until() const { return std::min(next_message_, until_); }
     /// Whether the timer counts on to an ordinary tick before `until`.
