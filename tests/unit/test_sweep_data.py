@@ -7,12 +7,14 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
+from kilotwin import resources
 from kilotwin.errors import InputError
 from kilotwin.records import Records
 from kilotwin.sweep.conditions import Condition, Conditions, Ending
 from kilotwin.sweep.data_set import DataSet, trial_key
 from kilotwin.sweep.measure import Measured, part_of
 from kilotwin.sweep.plan import Plan, read_plan
+from kilotwin.sweep.runner import Sweep
 
 SWEEP = """\
 name = "sizes"
@@ -130,6 +132,23 @@ def test_the_time_of_a_robot_second_is_that_of_the_finished_trials(
     data.log(key="b", failed="it crashed")
     data.log(key="c", cpu_s=1.0, robot_s=50.0)
     assert data.seconds_per_robot_second() == 0.02
+
+
+def test_a_guess_of_the_time_knows_media_modules_and_simulated_processors(tmp_path: Path) -> None:
+    def guess(base: str, **settings: object) -> float:
+        text = f"base = {str(resources.path(base))!r}\nseeds = 1\n"
+        file = tmp_path / "sweep.toml"
+        file.write_text(text + "".join(f"set.{key} = {value}\n" for key, value in settings.items()))
+        plan = read_plan(file)
+        data = DataSet.make(tmp_path / f"out-{plan.trials[0].experiment.keys.name}", plan, "engine")
+        return Sweep(plan, data, keys(plan)).estimate().cpu_s
+
+    # 100 robots, 30,000 s; 50 robots above 200 modules, 37,500 s.
+    assert guess("experiments/paper/simplified-n100.toml") == pytest.approx(5.0)
+    robots, modules = 50 * 37_500 / 400_000, 200 * 37_500 / 250_000
+    assert guess("experiments/kilogrid/paper-n50.toml") == pytest.approx(robots + modules)
+    on_boards = guess("experiments/kilogrid/paper-n50.toml", **{"grid.cpu": '"avr"'})
+    assert on_boards == pytest.approx(robots + 200 * 37_500 / 400)
 
 
 def test_trials_are_sorted_into_conditions(plan: Plan, tmp_path: Path) -> None:

@@ -30,7 +30,10 @@ from kilotwin.sweep.measure import (
 from kilotwin.sweep.plan import Plan, Trial, shown
 from kilotwin.terminal import duration
 
-_GUESSED_ROBOT_S_PER_CPU_S = 500_000
+# CPU time of one second of a robot, a module and a simulated ATmega328P, from docs/performance.md.
+_ROBOT_CPU_S = {"ideal": 1 / 600_000, "kilobot": 1 / 400_000}
+_MODULE_CPU_S = 1 / 250_000
+_BOARD_CPU_S = 1 / 400
 _BYTES_PER_SAMPLE = 8
 _BYTES_PER_TRIAL = 4096
 _BROKEN_MOST = 20
@@ -117,11 +120,11 @@ class Sweep:
         """What is left to do."""
         missing = self.missing()
         measured = self.data.seconds_per_robot_second()
-        rate = measured or 1 / _GUESSED_ROBOT_S_PER_CPU_S
+        guessed = sum(_guessed_cpu_s(trial) for trial, _ in missing)
         return Estimate(
             len(self.plan.trials),
             len(self.plan.trials) - len(missing),
-            rate * sum(_robot_s(trial) for trial, _ in missing),
+            measured * sum(_robot_s(trial) for trial, _ in missing) if measured else guessed,
             # Once in its part, once in the table.
             2 * sum(_bytes(trial) for trial, _ in missing),
             measured is not None,
@@ -263,27 +266,39 @@ def _clean(attempt: _Try) -> _Try:
 
 
 class _Progress:
-    """Counts trials, and tells from the robot-seconds done how long the rest takes."""
+    """Counts trials, and tells from the time that those done took how long the rest takes."""
 
     def __init__(self, display: Display, missing: Sequence[tuple[Trial, str]], total: int) -> None:
         self._display = display
         self._began = time.monotonic()
         self._done, self._failed = total - len(missing), 0
-        self._robot_s_left = math.fsum(_robot_s(trial) for trial, _ in missing)
-        self._robot_s_done = 0.0
+        self._guessed_left_s = math.fsum(_guessed_cpu_s(trial) for trial, _ in missing)
+        self._guessed_done_s = 0.0
 
     def add(self, trial: Trial, *, failed: bool) -> None:
         self._failed += failed
         self._done += not failed
-        self._robot_s_done += _robot_s(trial)
-        self._robot_s_left -= _robot_s(trial)
+        self._guessed_done_s += _guessed_cpu_s(trial)
+        self._guessed_left_s -= _guessed_cpu_s(trial)
         elapsed = time.monotonic() - self._began
-        left_s = elapsed / self._robot_s_done * max(self._robot_s_left, 0.0)
+        left_s = elapsed / self._guessed_done_s * max(self._guessed_left_s, 0.0)
         self._display.progress(self._done, self._failed, left_s, shown(trial))
 
 
 def _robot_s(trial: Trial) -> float:
     return trial.experiment.size * trial.experiment.keys.duration_s
+
+
+def _guessed_cpu_s(trial: Trial) -> float:
+    experiment = trial.experiment
+    of_robot = _ROBOT_CPU_S[experiment.keys.medium.kind]
+    parts = [(group, of_robot) for group in experiment.groups]
+    if experiment.modules is not None:
+        parts.append((experiment.modules, _MODULE_CPU_S))
+    each_second = sum(
+        part.count * (_BOARD_CPU_S if part.on_board else cpu_s) for part, cpu_s in parts
+    )
+    return each_second * experiment.keys.duration_s
 
 
 def _bytes(trial: Trial) -> float:
