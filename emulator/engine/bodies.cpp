@@ -71,12 +71,15 @@ void Bodies::command(uint32_t robot, const MotorCommand &command) {
 bool Bodies::refresh_lists() {
     if (now_ < lists_due_) return false;
     double square = 0;
-    for (uint32_t robot = 0; robot < size(); robot++)
-        square = std::max(square, (position(robot) - listed_at_[robot]).squaredNorm());
+    stand_at_.resize(size());
+    for (uint32_t robot = 0; robot < size(); robot++) {
+        stand_at_[robot] = position(robot);
+        square = std::max(square, (stand_at_[robot] - listed_at_[robot]).squaredNorm());
+    }
     double drift_m = std::sqrt(square);
     const bool stale = 2 * drift_m > SKIN_USED * lists_.skin_m();
     if (stale) {
-        listed_at_ = positions();
+        listed_at_.swap(stand_at_);
         lists_.rebuild(listed_at_);
         list_rebuilds_++;
         drift_m = 0;

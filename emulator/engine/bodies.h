@@ -196,6 +196,7 @@ class Bodies {
     World world_;
     Neighbours lists_;
     std::vector<Eigen::Vector2d> listed_at_;  ///< positions when the lists were made
+    std::vector<Eigen::Vector2d> stand_at_;   ///< and when their age was last looked at
     Cycles lists_due_;                        ///< for a look whether they are still good
     Cycles lists_hold_until_;
     uint64_t list_rebuilds_ = 0;

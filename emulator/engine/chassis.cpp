@@ -26,6 +26,7 @@ Chassis::Chassis(const Profile &profile, const Chance &chance, size_t robots)
       chance_(chance),
       fastest_share_(FASTER_THAN_CALIBRATED),
       fastest_m_s_(profile.speed_m_s),
+      half_rad_s_(profile.speed_m_s / (2 * LEG_ASIDE * profile.radius_m)),
       motors_(robots) {
     if (!profile.legs) return;
     // Straight on, or the centre's way round the far leg.
@@ -110,8 +111,7 @@ Drive Chassis::drive_on_legs(uint32_t robot) const {
     const auto &motors = motors_[robot];
     auto rate = [&](const Motor &motor, const Motor &other, uint8_t straight, uint8_t turn) {
         if (!motor.turns) return 0.0;
-        const double arm = 2 * LEG_ASIDE * profile_.radius_m;
-        const double calibrated = other.turns ? profile_.speed_m_s / arm : profile_.turn_rad_s;
+        const double calibrated = other.turns ? half_rad_s_ : profile_.turn_rad_s;
         const double duty_share = double(motor.duty) / (other.turns ? straight : turn);
         const double share = std::min(duty_share, FASTER_THAN_CALIBRATED) * motors.speed *
                              motor.share * motor.wobble;

@@ -76,6 +76,7 @@ class Chassis {
     const Chance &chance_;
     double fastest_share_;  ///< of the calibrated speed: no motor gets beyond
     double fastest_m_s_;
+    double half_rad_s_;  ///< each leg's turn at the nominal speed straight on
     Swarm<Motors> motors_;
 };
 

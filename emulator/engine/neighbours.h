@@ -41,11 +41,31 @@ class Neighbours {
     double skin_m() const { return skin_m_; }
 
   private:
+    struct Pair {
+        uint32_t one, other;
+    };
+
+    void sort_into_cells(const std::vector<Eigen::Vector2d> &positions);
+    void find_pairs();
+    size_t add_pairs(size_t place, size_t begin, size_t end, size_t found);
+    void list_pairs();
+    void note_changes();
+
     double reach_m_, skin_m_;
     std::vector<size_t> begin_;
     std::vector<uint32_t> ids_;
     std::vector<bool> changed_;
-    std::vector<uint32_t> found_;  ///< while lists are made: of each robot, in any order
+
+    // While lists are made.
+    std::vector<size_t> old_begin_;
+    std::vector<uint32_t> old_ids_;
+    size_t columns_ = 0;                   ///< of cells
+    std::vector<uint32_t> cell_;           ///< of each robot
+    std::vector<size_t> first_;            ///< of those in each cell, by cells
+    std::vector<uint32_t> members_;        ///< robots by cells
+    std::vector<Eigen::Vector2d> places_;  ///< theirs
+    std::vector<Pair> pairs_;
+    std::vector<uint32_t> unsorted_;  ///< the lists in any order
     std::vector<size_t> next_;
 };
 

@@ -51,7 +51,7 @@ double whole_below(double value) {
 Eigen::Vector2d direction(double angle) {
     // pi/2 in two parts, so that the reduction is exact to the last bits.
     constexpr double HALF_PI_HIGH = 1.5707963267948966, HALF_PI_LOW = 6.123233995736766e-17;
-    double quarters = whole_below(angle / HALF_PI_HIGH + 0.5);
+    const double quarters = whole_below(angle * (1 / HALF_PI_HIGH) + 0.5);
     double x = (angle - quarters * HALF_PI_HIGH) - quarters * HALF_PI_LOW;
     const double square = x * x;
     const Eigen::Array2d shares = series(SINE_COSINE, square) * square;
