@@ -40,8 +40,8 @@ if TYPE_CHECKING:
     from kilotwin.grid.emulated_run import EmulatedHost
     from kilotwin.grid.served import ServedTable
 
-# Each call of the engine takes about this wall time: until it is over nobody is heard, and at its end
-# no robot may have been run ahead, which with 100,000 robots costs a tenth at a third of it.
+# About how long each call of the engine takes. Until it is over nobody is heard; at its end no robot
+# may have been run ahead, which with 100,000 robots would cost an eighth at a third of this time.
 _CHUNK_S = 0.4
 _PROGRESS_S = 0.2
 
