@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from kilotwin.grid.emulated_run import EmulatedHost
     from kilotwin.grid.served import ServedTable
 
-# About how long each call of the engine takes. Until it is over nobody is heard; at its end no robot
+# About how long a call of the engine takes. Until it is over nobody is heard; at its end no robot
 # may have been run ahead, which with 100,000 robots would cost an eighth at a third of this time.
 _CHUNK_S = 0.4
 _PROGRESS_S = 0.2
