@@ -51,6 +51,10 @@ def input_error(
     path: KeyPath = (*below, *worst["loc"])
     # A key that is not there is missed where its table stands.
     place = path[:-1] if worst["type"] == "missing" and len(path) > 1 else path
+    # A sweep's keys are dotted ones.
+    place = tuple(
+        key for step in place for key in (step.split(".") if isinstance(step, str) else [step])
+    )
     return InputError(f"{text.where(place)}: {_describe(dict(worst), path, schema)}")
 
 

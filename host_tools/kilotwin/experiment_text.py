@@ -91,7 +91,7 @@ class ExperimentText:
 
 def _read(file: Path) -> str:
     try:
-        return file.read_bytes().decode()
+        text = file.read_bytes().decode()
     except UnicodeDecodeError:
         raise InputError(f"{file}: not UTF-8 text; an experiment is a TOML file") from None
     except IsADirectoryError:
@@ -99,6 +99,12 @@ def _read(file: Path) -> str:
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise InputError(f"{file}: {reason}; name an experiment's TOML file") from None
+    if text.startswith("\ufeff"):
+        raise InputError(
+            f"{file}:1: begins with a byte order mark (BOM), which TOML does not have; save the "
+            "file as UTF-8 without BOM"
+        )
+    return text
 
 
 def _syntax_message(file: Path, text: str, error: tomllib.TOMLDecodeError) -> str:

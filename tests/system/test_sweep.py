@@ -237,6 +237,16 @@ def test_slurm_gets_a_job_script_with_the_options_of_the_file(
     assert "on jobs of Slurm" in done.stdout
 
 
+def test_options_that_slurm_does_not_take_are_named_with_their_line(
+    kilotwin: Kilotwin, sweep_file: Path, tmp_path: Path
+) -> None:
+    with sweep_file.open("a") as file:
+        file.write("[slurm]\nfoo = 3\n")
+    done = kilotwin("sweep", sweep_file, "--out", tmp_path / "out", "--slurm", expect=2)
+    assert "small.toml:8: [slurm]: Got unexpected keyword argument 'foo'" in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
 @pytest.mark.skipif(shutil.which("sbatch") is not None, reason="Slurm is here")
 def test_without_slurm_here_the_error_says_so(
     kilotwin: Kilotwin, sweep_file: Path, tmp_path: Path

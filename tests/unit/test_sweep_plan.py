@@ -5,7 +5,9 @@ from pathlib import Path
 import pytest
 
 from kilotwin.errors import InputError
+from kilotwin.experiment import Experiment
 from kilotwin.experiment_text import parse_setting
+from kilotwin.sweep.executors import Dask
 from kilotwin.sweep.plan import Plan, read_plan, shown
 
 
@@ -109,21 +111,145 @@ def test_a_trial_is_shown_by_what_varies(folder: Path) -> None:
             "base = 'small.toml'\n[vary]\nswarm.size = { from = 5, to = 1, step = 1 }\n",
             "a step above 0 that leads from `from` up to `to`",
         ),
-        ("base = 'small.toml'\nvary.swarm.size = 5\n", "vary"),
+        (
+            "base = 'small.toml'\nvary.swarm.size = 5\n",
+            "sweep.toml:2: vary.swarm.size is 5; it must",
+        ),
+        (
+            "base = 'small.toml'\nvary.swarm.size = { from = 1, to = 5, stepp = 1 }\n",
+            "sweep.toml:2: vary.swarm.size is {",
+        ),
+        (
+            "base = 'small.toml'\nvary.swarm.size = { from = 1, to = 5, stepp = 1 }\n",
+            "a range has no 'stepp'",
+        ),
+        (
+            "base = 'small.toml'\nvary.duration_s = { from = nan, to = 5, step = 1 }\n",
+            "sweep.toml:2: vary.duration_s is {'from': nan, 'to': 5, 'step': 1}; it must have",
+        ),
+        (
+            "base = 'small.toml'\n[vary]\nswarm.size = [3,\n 5,\n -1]\n",
+            "sweep.toml:5: swarm.size = -1: swarm.size is -1",
+        ),
+        (
+            "base = 'small.toml'\n[[together]]\n",
+            "sweep.toml:2: together.0 is {}; it must have lists",
+        ),
+        (
+            "base = 'small.toml'\n[slurm]\njobs = 0\n",
+            "sweep.toml:3: slurm.jobs is 0; it must be from 1",
+        ),
+        ("base = 'small.toml'\n[slurm]\njobs = 2.5\n", "slurm.jobs is 2.5; it must be a whole"),
+        ("base = 'small.toml'\n[slurm]\nmemory = 'lots'\n", 'slurm.memory is "lots"; it must be'),
+        ("base = 'small.toml'\n[slurm]\nwalltime = 'long'\n", 'slurm.walltime is "long"; it must'),
+        ("base = 'small.toml'\n[slurm]\nwalltime = 3\n", "slurm.walltime is 3; it must be text"),
+        ("\ufeffbase = 'small.toml'\n", "sweep.toml:1: begins with a byte order mark (BOM)"),
         ("base = 'small.toml'\nvary.swarm.size = []\n", "vary.swarm.size"),
         (
-            "base = 'small.toml'\n[[together]]\nseed = [1, 2]\nduration_s = [3]\n",
-            "sweep.toml:2: lists of different lengths (seed has 2, duration_s has 1)",
+            "base = 'small.toml'\n[[together]]\nswarm.size = [1, 2]\nduration_s = [3]\n",
+            "sweep.toml:4: lists of different lengths (swarm.size has 2, duration_s has 1)",
         ),
         (
             "base = 'small.toml'\n[[block]]\nbase = 'small.toml'\n",
             "sweep.toml:1: 'base' stands beside [[block]]",
         ),
-        ("base = 'small.toml'\nset.swarm.sise = 5\n", "sweep.toml: swarm.sise = 5: unknown key"),
-        ("base = 'small.toml'\nset.duration_s = -5\n", "sweep.toml: duration_s = -5: duration_s"),
+        ("base = 'small.toml'\nset.swarm.sise = 5\n", "sweep.toml:2: swarm.sise = 5: unknown key"),
+        ("base = 'small.toml'\nset.duration_s = -5\n", "sweep.toml:2: duration_s = -5: duration_s"),
     ],
 )
 def test_what_is_wrong_is_told_with_its_place(folder: Path, text: str, says: str) -> None:
     with pytest.raises(InputError) as caught:
         plan_of(folder, text)
     assert says in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("vary.swarm.size = [3, 3]\n", "sweep.toml:2: means trials that the sweep has already"),
+        ("vary.swarm.size = [3,\n5,\n3]\n", "sweep.toml:4: means trials"),
+        ("each.swarm.size = [5, 10]\n", "sweep.toml:2: means trials"),
+        ("set.swarm.size = 5\nvary.swarm.size = [3]\n", "sweep.toml:3: swarm.size is given at"),
+        (
+            "vary.swarm.size = [3]\neach.swarm.size = [5]\n",
+            "sweep.toml:3: swarm.size is given at",
+        ),
+        (
+            "vary.swarm.size = [3]\n[[together]]\nswarm.size = [5]\n",
+            "sweep.toml:2: swarm.size is given at",
+        ),
+        (
+            "vary.seed = [5, 6]\n",
+            "sweep.toml:2: a sweep does not take 'seed'; write seeds = 3",
+        ),
+        ("set.seed = 5\n", "sweep.toml:2: a sweep does not take 'seed'"),
+        ("each.seed = [5]\n", "sweep.toml:2: a sweep does not take 'seed'"),
+        ("[[together]]\nseed = [5]\n", "sweep.toml:3: a sweep does not take 'seed'"),
+    ],
+)
+def test_no_trial_is_meant_twice_and_no_key_given_twice(folder: Path, text: str, says: str) -> None:
+    with pytest.raises(InputError) as caught:
+        plan_of(folder, "base = 'small.toml'\n" + text)
+    assert says in str(caught.value)
+
+
+def test_the_same_base_twice_is_refused(folder: Path) -> None:
+    with pytest.raises(InputError, match=r"sweep.toml:2: means trials"):
+        plan_of(folder, "base = ['small.toml',\n'small.toml']\n")
+
+
+def test_blocks_share_no_trial_and_override_nothing_that_all_have(folder: Path) -> None:
+    block = "[[block]]\nbase = 'small.toml'\nseeds = 3\n"
+    with pytest.raises(InputError, match=r"toml:4: means trials .* at .*toml:1 "):
+        plan_of(folder, f"{block}{block}first_seed = 3\n")
+    assert len(plan_of(folder, f"{block}{block}first_seed = 4\n").trials) == 6
+    with pytest.raises(InputError, match=r"toml:5: swarm.size is given at .*toml:1 too"):
+        plan_of(folder, f"set.swarm.size = 4\n{block}set.swarm.size = 5\n")
+
+
+def test_what_is_set_can_be_gone_through_one_by_one_or_completed(folder: Path) -> None:
+    text = "base = 'small.toml'\nset.swarm.size = 4\neach.swarm.size = [5]\n"
+    assert [trial.experiment.size for trial in plan_of(folder, text).trials] == [4, 5]
+    text = "base = 'small.toml'\nset.controller = {}\nvary.controller.beta = [1.5, 2.0]\n"
+    assert len(plan_of(folder, text).trials) == 2
+
+
+@pytest.mark.parametrize(
+    ("setting", "says"),
+    [
+        ("swarm.size=5", "--set swarm.size=5: the sweep varies swarm.size ("),
+        ("swarm={}", "--set swarm={}: the sweep varies swarm.size ("),
+        ("seed=9", "--set seed=9: a sweep does not take 'seed'; use --seeds"),
+    ],
+)
+def test_the_command_line_sets_nothing_that_the_sweep_varies(
+    folder: Path, setting: str, says: str
+) -> None:
+    with pytest.raises(InputError) as caught:
+        plan_of(folder, "base = 'small.toml'\nvary.swarm.size = [3, 4]\n", setting)
+    assert says in str(caught.value)
+    with pytest.raises(InputError):
+        plan_of(folder, "[[block]]\nbase = 'small.toml'\nset.swarm.size = 3\n", setting)
+
+
+def test_too_many_trials_are_refused_before_they_are_made(folder: Path) -> None:
+    text = (
+        "base = 'small.toml'\nvary.swarm.size = { from = 1, to = 1000000, step = 1 }\nseeds = 2\n"
+    )
+    with pytest.raises(InputError, match="more than 1,000,000 trials"):
+        plan_of(folder, text)
+
+
+def test_seeds_of_one_combination_share_all_but_the_seed(folder: Path) -> None:
+    """The base is read and checked once, not once per seed."""
+    plan = plan_of(folder, "base = 'small.toml'\nseeds = 3\n")
+    for trial in plan.trials:
+        setting = parse_setting(f"seed={trial.seed}")
+        alone = Experiment.load(folder / "small.toml", [setting])
+        assert trial.experiment.identity() == alone.identity()
+
+
+@pytest.mark.parametrize("address", ["nonsense", "127.0.0.1:abc", "foo://host:1", "tcp://host"])
+def test_an_address_that_is_none_is_refused_at_once(address: str) -> None:
+    with pytest.raises(InputError, match="not an address; try tcp://HOST:8786"):
+        Dask(address)

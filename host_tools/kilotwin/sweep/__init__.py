@@ -16,7 +16,9 @@ def choose_place(plan: Plan, processes: int | None, dask: str | None, slurm: boo
     if dask:
         return Dask(dask)
     if slurm:
-        return Slurm(plan.keys.slurm)
+        jobs = Slurm(plan.keys.slurm, plan.origin.where(("slurm",)))
+        jobs.job_script()  # what is wrong with the options is told before anything is written
+        return jobs
     return Processes(processes or len(os.sched_getaffinity(0)))
 
 

@@ -5,20 +5,22 @@ All are executors of `concurrent.futures`, so that the sweep does not know the d
 
 import contextlib
 import os
+import re
 import shutil
 import signal
 import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from dataclasses import dataclass
 from multiprocessing import get_context
 from typing import Any, Protocol
 
 from kilotwin.errors import DeviceError, InputError
+from kilotwin.sweep.plan import SlurmOptions
 
 _CONNECT_S = 5
-_JOBS = 4
+_ADDRESS = re.compile(r"((tcp|tls|wss?|ucx)://)?([^\s:/]+|\[[0-9a-fA-F:.]+\]):\d{1,5}")
 
 
 class Place(Protocol):
@@ -84,6 +86,11 @@ class Dask:
 
     address: str
 
+    def __post_init__(self) -> None:
+        # The client would look for it for long, and then end without a word that helps.
+        if not _ADDRESS.fullmatch(self.address):
+            raise InputError(f"--dask {self.address}: not an address; try tcp://HOST:8786")
+
     @property
     def name(self) -> str:
         """For people."""
@@ -100,8 +107,6 @@ class Dask:
 
         try:
             client = Client(self.address, timeout=_CONNECT_S, set_as_default=False)
-        except ValueError as error:
-            raise InputError(f"--dask {self.address}: {error}; try tcp://HOST:8786") from None
         except (OSError, TimeoutError) as error:
             raise DeviceError(
                 f"--dask {self.address}: no scheduler answers ({error}); start one with "
@@ -114,9 +119,13 @@ class Dask:
 
 @dataclass(frozen=True)
 class Slurm:
-    """Jobs of one core each, asked of Slurm by dask-jobqueue. `options` are the sweep's [slurm]."""
+    """Jobs of one core each, asked of Slurm by dask-jobqueue.
 
-    options: Mapping[str, Any]
+    `options` are the sweep's [slurm]; `where` they stand, for messages.
+    """
+
+    options: SlurmOptions
+    where: str
 
     @property
     def name(self) -> str:
@@ -125,7 +134,7 @@ class Slurm:
 
     def workers(self) -> int:
         """As many as jobs are asked for."""
-        return int(self.options.get("jobs", _JOBS))
+        return self.options.jobs
 
     def job_script(self) -> str:
         """What is handed to sbatch."""
@@ -148,13 +157,15 @@ class Slurm:
     def _cluster(self) -> Iterator[Any]:
         from dask_jobqueue import SLURMCluster  # noqa: PLC0415
 
-        own = {key: value for key, value in self.options.items() if key != "jobs"}
-        defaults = {"memory": "2GB", "walltime": "24:00:00", "job_name": "kilotwin"}
+        own = self.options.model_dump(exclude={"jobs"})
         try:
-            cluster = SLURMCluster(**{**defaults, **own, "cores": 1, "processes": 1})
-        except TypeError as error:
+            fixed = {"cores": 1, "processes": 1, "n_workers": 0}
+            cluster = SLURMCluster(**{"job_name": "kilotwin", **own, **fixed})
+        except (TypeError, ValueError, RuntimeError) as error:
+            what = str(error).partition("\n")[0].partition(". ")[0]
             raise InputError(
-                f"[slurm]: {error}; allowed: what dask-jobqueue's SLURMCluster takes, and jobs"
+                f"{self.where}: [slurm]: {what}; allowed: what dask-jobqueue's SLURMCluster takes, "
+                "and jobs"
             ) from None
         with cluster:
             yield cluster

@@ -2,13 +2,15 @@
 # ruff: noqa: RUF012 (pydantic copies defaults)
 
 import itertools
+import math
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import Decimal
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Field, ValidationError
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, ValidationError
 
 from kilotwin.errors import InputError
 from kilotwin.experiment import Experiment
@@ -18,7 +20,7 @@ from kilotwin.experiment_text import ExperimentText, Setting
 from kilotwin.toml_lines import KeyPath
 
 _RANGE_KEYS = {"from", "to", "step"}
-_MOST_TRIALS = 1_000_000
+_MOST_TRIALS = MOST_SEEDS = 1_000_000
 
 
 def _flat(table: Any) -> Any:
@@ -27,23 +29,38 @@ def _flat(table: Any) -> Any:
         return table
     flat: dict[str, Any] = {}
     for key, value in table.items():
-        if isinstance(value, dict) and not set(value) <= _RANGE_KEYS:
+        if isinstance(value, dict) and value and not _is_range(value):
             flat.update({f"{key}.{inner}": leaf for inner, leaf in _flat(value).items()})
         else:
             flat[key] = value
     return flat
 
 
+def _is_range(table: Mapping[str, Any]) -> bool:
+    """Whether it is meant as one, be it with a key that is written wrongly."""
+    return not _RANGE_KEYS.isdisjoint(table) and not any(
+        isinstance(value, dict | list) for value in table.values()
+    )
+
+
 def _values(value: Any) -> Any:
     """A list as it is; a range {from, to, step} as the numbers from `from` up to `to`."""
-    if not isinstance(value, dict):
+    if isinstance(value, list):
         return value
-    if set(value) != _RANGE_KEYS or not all(
+    if not isinstance(value, dict) or set(value) != _RANGE_KEYS:
+        other = sorted(set(value) - _RANGE_KEYS) if isinstance(value, dict) else []
+        named = "".join(f"; a range has no '{key}'" for key in other[:1])
+        raise ValueError(
+            f"must be a list, or a range {{ from = 0.1, to = 0.5, step = 0.1 }}{named}"
+        )
+    if not all(
         isinstance(part, int | float) and not isinstance(part, bool) for part in value.values()
     ):
-        raise ValueError("must be a list, or a range { from = 0.1, to = 0.5, step = 0.1 }")
+        raise ValueError("must have numbers as `from`, `to` and `step`")
     # Decimal: 0.1, 0.2, 0.3 as they are written, not 0.30000000000000004.
     first, last, step = (Decimal(str(value[key])) for key in ("from", "to", "step"))
+    if not all(number.is_finite() for number in (first, last, step)):
+        raise ValueError("must have finite numbers as `from`, `to` and `step`")
     if step <= 0 or last < first or (last - first) / step > _MOST_TRIALS:
         raise ValueError("must have a step above 0 that leads from `from` up to `to`")
     whole = all(isinstance(part, int) for part in value.values())
@@ -51,15 +68,29 @@ def _values(value: Any) -> Any:
     return [int(number) if whole else float(number) for number in numbers]
 
 
-def _flat_values(table: Any) -> Any:
-    flat = _flat(table)
-    return {key: _values(value) for key, value in flat.items()} if isinstance(flat, dict) else flat
+def _not_empty(table: dict[str, Any]) -> dict[str, Any]:
+    if not table:
+        raise ValueError("must have lists, as swarm.size = [50, 100]; or remove it")
+    return table
 
 
-Values = Annotated[list[Any], Field(min_length=1)]
-Axes = Annotated[dict[Text, Values], BeforeValidator(_flat_values)]
+def _walltime(text: str) -> str:
+    if not re.fullmatch(r"(\d+-)?\d+(:\d+){0,2}", text):
+        raise ValueError('must be a time as Slurm takes it, as "24:00:00"')
+    return text
+
+
+def _memory(text: str) -> str:
+    if not re.fullmatch(r"\d+(\.\d+)? *([kMGT]i?)?B", text):
+        raise ValueError('must be a number of bytes with a unit, as "2GB"')
+    return text
+
+
+Values = Annotated[list[Any], Field(min_length=1), BeforeValidator(_values)]
+Axes = Annotated[dict[Text, Values], BeforeValidator(_flat)]
+Together = Annotated[Axes, AfterValidator(_not_empty)]
 Settings = Annotated[dict[Text, Any], BeforeValidator(_flat)]
-Seeds = Annotated[int, Field(ge=1, le=1_000_000)]
+Seeds = Annotated[int, Field(ge=1, le=MOST_SEEDS)]
 
 
 class Block(Section):
@@ -75,10 +106,23 @@ class Block(Section):
     """Keys that have one value in all trials, as `--set` takes them."""
     vary: Axes = {}
     """Lists or ranges { from, to, step } of values; every combination is run."""
-    together: list[Axes] = []
+    together: list[Together] = []
     """Tables of lists of one length: their keys change together, not in every combination."""
     each: Axes = {}
     """Lists or ranges of values, one at a time: first none of them, then each by itself."""
+
+
+class SlurmOptions(Section):
+    """What dask-jobqueue's SLURMCluster takes (queue, account, ...), and how many jobs."""
+
+    model_config = ConfigDict(extra="allow")
+
+    jobs: Annotated[int, Field(ge=1, le=100_000)] = 4
+    """Jobs of one core."""
+    walltime: Annotated[Text, AfterValidator(_walltime)] = "24:00:00"
+    """How long a job may take."""
+    memory: Annotated[Text, AfterValidator(_memory)] = "2GB"
+    """Of one job."""
 
 
 class SweepSchema(Section):
@@ -96,15 +140,28 @@ class SweepSchema(Section):
     """As in a block, for all blocks."""
     vary: Axes = {}
     """As in a block; not beside [[block]]."""
-    together: list[Axes] = []
+    together: list[Together] = []
     """As in a block; not beside [[block]]."""
     each: Axes = {}
     """As in a block; not beside [[block]]."""
     block: list[Block] = []
     """Blocks of trials, one after the other."""
-    slurm: dict[Text, Any] = {}
-    """For --slurm: what dask-jobqueue's SLURMCluster takes (queue, account, walltime, memory, ...),
-    and `jobs`, how many jobs of one core to ask for."""
+    slurm: SlurmOptions = SlurmOptions()
+    """For --slurm."""
+
+
+# A value and where it is written, as ("vary", "swarm", "informed", 2).
+_Written = tuple[Any, KeyPath]
+_Part = dict[str, _Written]
+
+
+@dataclass(frozen=True)
+class _Combination:
+    """Where one experiment of the sweep comes from: block, seeds, and a choice on each axis."""
+
+    place: KeyPath
+    seeds: range
+    paths: Sequence[KeyPath]
 
 
 @dataclass(frozen=True)
@@ -120,10 +177,11 @@ class Trial:
 
 @dataclass(frozen=True)
 class Plan:
-    """A sweep, read and checked; `trials` in the order of the data set."""
+    """A sweep, read and checked; `trials` in the order of the data set. `text` is its file's."""
 
     keys: SweepSchema
     text: str
+    origin: ExperimentText
     trials: Sequence[Trial]
 
     @property
@@ -147,17 +205,32 @@ def read_plan(file: Path, settings: Iterable[Setting] = (), seeds: int | None = 
         keys = SweepSchema.model_validate(text.raw)
     except ValidationError as error:
         raise input_error(text, error, schema=SweepSchema) from None
+    settings = list(settings)
+    blocks = [(place, block, _axes(block, place, text)) for place, block in _blocks(keys, text)]
+    for place, block, _ in blocks:
+        _check_keys(keys, block, place, text, settings)
+    if sum((seeds or block.seeds) * math.prod(map(len, axes)) for _, block, axes in blocks) > (
+        _MOST_TRIALS
+    ):
+        raise InputError(f"{text.source}: more than {_MOST_TRIALS:,} trials; split the sweep")
     trials: list[Trial] = []
-    for place, block in _blocks(keys, text):
-        count = seeds or block.seeds
-        for base, chosen in _combinations(block, place, text):
-            for seed in range(block.first_seed, block.first_seed + count):
-                _check_number(len(trials), text)
-                varied = {**block.set, **chosen}
-                own = _settings({**keys.set, **varied}, seed, text)
-                experiment = Experiment.load(_file(base, place, text), [*own, *settings])
-                trials.append(Trial(len(trials), Path(base).stem, seed, varied, experiment))
-    return Plan(keys, file.read_text(), trials)
+    known: dict[str, list[_Combination]] = {}
+    for place, block, axes in blocks:
+        own = range(block.first_seed, block.first_seed + (seeds or block.seeds))
+        for parts in itertools.product(*axes):
+            chosen = _merged([_written(block.set, (*place, "set")), *parts])
+            base = chosen.pop("base")
+            given = _settings(_merged([_written(keys.set, ("set",)), chosen]), text)
+            file_ = _file(base, text)
+            experiment = Experiment.load(file_, [*given, *settings])
+            combination = _Combination(place, own, [_path_of(part) for part in parts])
+            _check_new(combination, known.setdefault(_seeded(experiment, 0).identity(), []), text)
+            varied = {key: value for key, (value, _) in chosen.items()}
+            trials += [
+                Trial(index, file_.stem, seed, varied, _seeded(experiment, seed))
+                for index, seed in enumerate(own, len(trials))
+            ]
+    return Plan(keys, file.read_text(), text, trials)
 
 
 def _blocks(keys: SweepSchema, text: ExperimentText) -> Iterator[tuple[KeyPath, Block]]:
@@ -182,49 +255,137 @@ def _blocks(keys: SweepSchema, text: ExperimentText) -> Iterator[tuple[KeyPath, 
         yield (), Block(**own, seeds=keys.seeds, first_seed=keys.first_seed)
 
 
-def _combinations(
-    block: Block, place: KeyPath, text: ExperimentText
-) -> Iterator[tuple[str, dict[str, Any]]]:
-    """(base, values) for every combination; the last key changes fastest."""
-    axes: list[list[dict[str, Any]]] = []
-    for index, table in enumerate(block.together):
+def _written(table: Mapping[str, Any], place: KeyPath) -> _Part:
+    return {key: (value, (*place, *key.split("."))) for key, value in table.items()}
+
+
+def _merged(parts: Iterable[_Part]) -> _Part:
+    return {key: written for part in parts for key, written in part.items()}
+
+
+def _axes(block: Block, place: KeyPath, text: ExperimentText) -> list[list[_Part]]:
+    """What is combined, first the bases; the last changes fastest."""
+    axes = [[{"base": (base, (*place, "base", index))} for index, base in enumerate(block.base)]]
+    for number, table in enumerate(block.together):
+        lists = _lists(table, (*place, "together", number))
         lengths = {key: len(values) for key, values in table.items()}
-        if len(set(lengths.values())) > 1:
-            listed = ", ".join(f"{key} has {length}" for key, length in lengths.items())
-            raise InputError(
-                f"{text.where((*place, 'together', index))}: lists of different lengths "
-                f"({listed}); keys of one [[together]] table change together"
-            )
+        for key, values in lists.items():
+            if len(values) != len(next(iter(lists.values()))):
+                listed = ", ".join(f"{key} has {length}" for key, length in lengths.items())
+                raise InputError(
+                    f"{text.where(values[0][1][:-1])}: lists of different lengths ({listed}); "
+                    "keys of one [[together]] table change together"
+                )
         axes.append(
-            [dict(zip(table, row, strict=True)) for row in zip(*table.values(), strict=True)]
+            [dict(zip(lists, row, strict=True)) for row in zip(*lists.values(), strict=True)]
         )
-    axes += [[{key: value} for value in values] for key, values in block.vary.items()]
-    alone = [{key: value} for key, values in block.each.items() for value in values]
-    axes.append([{}, *alone])
-    for base in block.base:
-        for parts in itertools.product(*axes):
-            yield base, {key: value for part in parts for key, value in part.items()}
+    vary = _lists(block.vary, (*place, "vary"))
+    axes += [[{key: value} for value in values] for key, values in vary.items()]
+    each = _lists(block.each, (*place, "each"))
+    axes.append([{}, *({key: value} for key, values in each.items() for value in values)])
+    return axes
 
 
-def _check_number(count: int, text: ExperimentText) -> None:
-    if count >= _MOST_TRIALS:
-        raise InputError(f"{text.source}: more than {_MOST_TRIALS:,} trials; split the sweep")
+def _lists(table: Mapping[str, list[Any]], place: KeyPath) -> dict[str, list[_Written]]:
+    return {
+        key: [(value, (*place, *key.split("."), index)) for index, value in enumerate(values)]
+        for key, values in table.items()
+    }
 
 
-def _file(base: str, place: KeyPath, text: ExperimentText) -> Path:
-    file = text.folder / base
+def _check_keys(
+    keys: SweepSchema,
+    block: Block,
+    place: KeyPath,
+    text: ExperimentText,
+    settings: Sequence[Setting],
+) -> None:
+    """Every key is given once, so that the data set's columns say what was run."""
+    together = enumerate(block.together)
+    tables: list[tuple[KeyPath, Mapping[str, Any]]] = [
+        (("set",), keys.set),
+        ((*place, "set"), block.set),
+        *(((*place, "together", number), table) for number, table in together),
+        ((*place, "vary"), block.vary),
+        ((*place, "each"), block.each),
+    ]
+    given: list[tuple[KeyPath, KeyPath, bool]] = []
+    for table, entries in tables:
+        before = list(given)
+        for name in entries:
+            key = tuple(name.split("."))
+            where = (*table, *key)
+            if key == ("seed",):
+                raise InputError(
+                    f"{text.where(where)}: a sweep does not take 'seed'; write seeds = 3 for "
+                    "seeds 1 to 3, and first_seed = 5 to begin at another"
+                )
+            for other, others, is_set in before:
+                # What is set may be gone through one by one, or completed by a key below it.
+                completes = is_set and (table[-1] == "each" or len(other) < len(key))
+                if _overlap(key, other) and not completes:
+                    raise InputError(
+                        f"{text.where(where)}: {name} is given at {text.where(others)} too; "
+                        "keep one of them"
+                    )
+            given.append((key, where, table[-1] == "set"))
+            for setting in settings:
+                if table != ("set",) and _overlap(key, setting.keys):
+                    raise InputError(
+                        f"{setting.written}: the sweep varies {name} ({text.where(where)}); leave "
+                        "it out, or change the file"
+                    )
+    for setting in settings:
+        if setting.keys == ("seed",):
+            raise InputError(
+                f"{setting.written}: a sweep does not take 'seed'; use --seeds, or first_seed in "
+                "its file"
+            )
+
+
+def _overlap(one: KeyPath, other: KeyPath) -> bool:
+    """Whether one of the keys is the other, or below it."""
+    length = min(len(one), len(other))
+    return one[:length] == other[:length]
+
+
+def _check_new(new: _Combination, like: list[_Combination], text: ExperimentText) -> None:
+    """The same trial twice would count as two that agree. `like` mean the same experiment."""
+    for old in like:
+        if max(old.seeds.start, new.seeds.start) < min(old.seeds.stop, new.seeds.stop):
+            differ = (a for a, b in zip(new.paths, old.paths, strict=False) if a != b)
+            here = next(differ, new.place) if new.place == old.place else new.place
+            again = "" if new.place == old.place else f" at {text.where(old.place)}"
+            raise InputError(
+                f"{text.where(here)}: means trials that the sweep has already{again} (a value "
+                "that stands twice, or is the base's own); remove one of them"
+            )
+    like.append(new)
+
+
+def _path_of(part: _Part) -> KeyPath:
+    return next((path for _, path in part.values()), ())
+
+
+def _seeded(experiment: Experiment, seed: int) -> Experiment:
+    """The same with another seed; nothing else of an experiment depends on it."""
+    return replace(experiment, keys=experiment.keys.model_copy(update={"seed": seed}))
+
+
+def _file(base: _Written, text: ExperimentText) -> Path:
+    name, path = base
+    file: Path = text.folder / name
     if not file.is_file():
-        raise InputError(f"{text.where((*place, 'base'))}: {base}: no such file beside the sweep")
+        raise InputError(f"{text.where(path)}: {name}: no such file beside the sweep")
     return file
 
 
-def _settings(values: Mapping[str, Any], seed: int, text: ExperimentText) -> list[Setting]:
-    """What is wrong with a value is told with the sweep's name and the value."""
-    given = [
-        Setting(tuple(key.split(".")), value, f"{text.source}: {key} = {value!r}")
-        for key, value in values.items()
+def _settings(values: _Part, text: ExperimentText) -> list[Setting]:
+    """What is wrong with a value is told with its place in the sweep, and the value."""
+    return [
+        Setting(tuple(key.split(".")), value, f"{text.where(path)}: {key} = {value!r}")
+        for key, (value, path) in values.items()
     ]
-    return [*given, Setting(("seed",), seed, f"{text.source}: seed = {seed}")]
 
 
 def shown(trial: Trial) -> str:
