@@ -1,6 +1,8 @@
 """A sweep's folder: parts that come in any order make the same tables."""
 
+import errno
 import json
+import os
 from pathlib import Path
 
 import pyarrow as pa
@@ -8,8 +10,9 @@ import pyarrow.parquet as pq
 import pytest
 
 from kilotwin import resources
-from kilotwin.errors import InputError
+from kilotwin.errors import InputError, RunError
 from kilotwin.records import Records
+from kilotwin.sweep import parts, summary_text
 from kilotwin.sweep.conditions import Condition, Conditions, Ending
 from kilotwin.sweep.data_set import DataSet, trial_key
 from kilotwin.sweep.measure import Measured, part_of
@@ -57,10 +60,16 @@ def keys(plan: Plan) -> list[str]:
     return [key(plan, index) for index in range(len(plan.trials))]
 
 
+def data_set(folder: Path, plan: Plan, engine: str = "engine") -> DataSet:
+    data = DataSet.at(folder, engine)
+    data.begin(plan, keys(plan))
+    return data
+
+
 def test_the_tables_are_the_same_in_whatever_order_trials_came(plan: Plan, tmp_path: Path) -> None:
     contents = []
     for name, order in (("a", [0, 1, 2, 3]), ("b", [3, 1, 0, 2])):
-        data = DataSet.make(tmp_path / name, plan, "engine")
+        data = data_set(tmp_path / name, plan)
         for index in order:
             data.add(measured(plan, index))
         assert data.assemble(plan, keys(plan)) == 4
@@ -70,7 +79,7 @@ def test_the_tables_are_the_same_in_whatever_order_trials_came(plan: Plan, tmp_p
 
 
 def test_a_row_says_what_varied_and_how_it_ended(plan: Plan, tmp_path: Path) -> None:
-    data = DataSet.make(tmp_path / "out", plan, "engine")
+    data = data_set(tmp_path / "out", plan)
     data.add(measured(plan, 2))
     assert data.assemble(plan, keys(plan)) == 1
     (row,) = pq.read_table(data.folder / "trials.parquet").to_pylist()
@@ -97,23 +106,180 @@ def test_a_row_says_what_varied_and_how_it_ended(plan: Plan, tmp_path: Path) -> 
 
 
 def test_nothing_finished_makes_no_tables(plan: Plan, tmp_path: Path) -> None:
-    data = DataSet.make(tmp_path / "out", plan, "engine")
+    data = data_set(tmp_path / "out", plan)
     assert data.assemble(plan, keys(plan)) == 0
     with pytest.raises(InputError, match="no trial is finished yet"):
         Conditions.open(tmp_path / "out")
 
 
 def test_a_folder_goes_on_only_with_the_engine_that_made_it(plan: Plan, tmp_path: Path) -> None:
-    DataSet.make(tmp_path / "out", plan, "engine")
-    DataSet.make(tmp_path / "out", plan, "engine")
+    data_set(tmp_path / "out", plan)
+    data_set(tmp_path / "out", plan)
     with pytest.raises(InputError, match="another engine made the trials"):
-        DataSet.make(tmp_path / "out", plan, "another")
+        data_set(tmp_path / "out", plan, "another")
+
+
+def test_looking_at_a_folder_writes_nothing(plan: Plan, tmp_path: Path) -> None:
+    before = sorted(tmp_path.rglob("*"))
+    assert not DataSet.at(tmp_path / "out", "engine").has(key(plan, 0))
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_a_file_is_no_folder(plan: Plan, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("mine")
+    with pytest.raises(InputError, match="file: a file; name a folder"):
+        DataSet.at(tmp_path / "file", "engine")
+    with pytest.raises(InputError, match=r"Not a directory; see to the disk, or name another"):
+        data_set(tmp_path / "file" / "out", plan)
+
+
+@pytest.mark.parametrize("content", ["", "{", "{}", "[]", "3"])
+def test_a_damaged_sweep_json_is_named(plan: Plan, tmp_path: Path, content: str) -> None:
+    data = data_set(tmp_path / "out", plan)
+    (data.folder / "sweep.json").write_text(content)
+    data.add(measured(plan, 0))
+    data.assemble(plan, keys(plan))
+    with pytest.raises(InputError, match=r"sweep\.json: damaged; put back a copy"):
+        DataSet.at(data.folder, "engine")
+    with pytest.raises(InputError, match=r"sweep\.json: damaged; put back a copy"):
+        Conditions.open(data.folder)
+
+
+def test_what_a_kill_left_at_the_very_start_is_no_other_folder(plan: Plan, tmp_path: Path) -> None:
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / ".sweep.json.new").write_text("{")
+    data_set(tmp_path / "out", plan)
+
+
+def test_tables_of_another_plan_are_made_anew_before_a_trial_runs(
+    plan: Plan, folder: Path, tmp_path: Path
+) -> None:
+    data = data_set(tmp_path / "out", plan)
+    for index in range(4):
+        data.add(measured(plan, index))
+    data.assemble(plan, keys(plan))
+    (folder / "sweep.toml").write_text(SWEEP.replace('"sizes"', '"large"').replace("3, 5", "5, 7"))
+    other = read_plan(folder / "sweep.toml")
+    data_set(data.folder, other)
+    rows = pq.read_table(data.folder / "trials.parquet").to_pylist()
+    assert [(row["trial"], row["key"]) for row in rows] == [(0, key(plan, 2)), (1, key(plan, 3))]
+    assert Conditions.open(data.folder).name == "large"
+
+    (folder / "sweep.toml").write_text(SWEEP.replace("3, 5", "8, 9"))
+    data_set(data.folder, read_plan(folder / "sweep.toml"))
+    assert not list(data.folder.glob("*.parquet"))
+    data_set(data.folder, plan)
+    assert pq.read_table(data.folder / "trials.parquet").num_rows == 4
+
+
+@pytest.mark.parametrize("length", [0, 1, 31, 32, 33, 1000, -9, -1])
+def test_a_part_that_is_cut_is_missing(plan: Plan, tmp_path: Path, length: int) -> None:
+    data = data_set(tmp_path / "out", plan)
+    data.add(measured(plan, 0))
+    data.add(measured(plan, 1))
+    assert data.has(key(plan, 1))
+    content = data.part(key(plan, 1)).read_bytes()
+    data.part(key(plan, 1)).write_bytes(content[:length])
+    assert not data.has(key(plan, 1))
+    assert data.assemble(plan, keys(plan)) == 1
+
+
+def test_a_flipped_bit_anywhere_in_a_part_is_found(plan: Plan, tmp_path: Path) -> None:
+    data = data_set(tmp_path / "out", plan)
+    data.add(measured(plan, 0))
+    content = data.part(key(plan, 0)).read_bytes()
+    for place in range(len(content)):
+        flipped = bytearray(content)
+        flipped[place] ^= 16
+        data.part(key(plan, 0)).write_bytes(flipped)
+        assert not data.has(key(plan, 0)), place
+
+
+def test_parts_that_were_not_sealed_yet_still_count_if_they_are_whole(
+    plan: Plan, tmp_path: Path
+) -> None:
+    data = data_set(tmp_path / "out", plan)
+    stream = measured(plan, 0).part
+    for content, whole in ((stream, True), (stream[:-8], False), (stream[-8:], False)):
+        data.part(key(plan, 0)).write_bytes(content)
+        assert data.has(key(plan, 0)) is whole
+
+
+def test_a_sweep_runs_damaged_trials_again_and_says_so(plan: Plan, tmp_path: Path) -> None:
+    notes: list[str] = []
+    sweep = Sweep.prepare(plan, tmp_path / "out", notes.append)
+    assert (len(sweep.missing()), sweep.there) == (4, set())
+    sweep.data.begin(plan, sweep.keys)
+    for index, own in enumerate(sweep.keys):
+        sweep.data.part(own).write_bytes(parts.sealed(measured(plan, index).part))
+    sweep.data.part(sweep.keys[1]).write_bytes(b"")
+    again = Sweep.prepare(plan, tmp_path / "out", notes.append)
+    assert "damaged, as 1 of the trials' parts" in notes[-1]
+    assert [own for _, own in again.missing()] == [sweep.keys[1]]
+    assert again.estimate().done == 3
+
+
+def test_a_part_damaged_while_the_sweep_ran_is_told(plan: Plan, tmp_path: Path) -> None:
+    data = data_set(tmp_path / "out", plan)
+    for index in range(4):
+        data.add(measured(plan, index))
+    sweep = Sweep(plan, data, keys(plan), set(keys(plan)))
+    assert (sweep.finish(), sweep.exit_code) == (4, 0)
+    data.part(key(plan, 3)).write_bytes(b"")
+    assert (sweep.finish(), sweep.exit_code) == (3, 1)
+    assert "damaged on the disk since: 1 of the trials" in summary_text(sweep.summary(3))
+
+
+def test_a_full_disk_is_an_error_and_leaves_all_as_it_was(
+    plan: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    data = data_set(tmp_path / "out", plan)
+    data.add(measured(plan, 0))
+    data.assemble(plan, keys(plan))
+    before = {file: file.read_bytes() for file in data.folder.rglob("*") if file.is_file()}
+
+    def full(_: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(RunError, match=r"cannot write \(No space left on device\); make room"):
+        data.add(measured(plan, 1))
+    with pytest.raises(RunError, match="then give the same command again"):
+        data.assemble(plan, keys(plan))
+    assert before == {f: f.read_bytes() for f in data.folder.rglob("*") if f.is_file()}
+
+
+def test_a_cut_line_of_the_log_is_passed_over(plan: Plan, tmp_path: Path) -> None:
+    data = data_set(tmp_path / "out", plan)
+    data.log(key="a", cpu_s=2.0, robot_s=100.0)
+    with (data.folder / "log.jsonl").open("a") as file:
+        file.write('3\n{"cpu_s": "x", "robot_s": 1}\n{"key": "b", "cpu_s": 1')
+    data.log(key="c", cpu_s=1.0, robot_s=50.0)
+    assert data.seconds_per_robot_second() == 0.02
+    assert len((data.folder / "log.jsonl").read_text().splitlines()) == 5
+
+
+def test_run_folders_of_failed_trials_go_once_the_trials_succeed(
+    plan: Plan, tmp_path: Path
+) -> None:
+    data = data_set(tmp_path / "out", plan)
+    # Two of this program, and two of the program before it was mended.
+    names = [key(plan, 0), key(plan, 1), "before-0", "before-1"]
+    for name, trial in zip(names, [*plan.trials[:2]] * 2, strict=True):
+        data.failed_folder(name).mkdir(parents=True)
+        (data.failed_folder(name) / "experiment.toml").write_text(trial.experiment.to_toml())
+    data.add(measured(plan, 0))
+    Sweep(plan, data, keys(plan), {key(plan, 0)}).finish()
+    assert {folder.name for folder in data.failed_folder("*").parent.iterdir()} == {
+        key(plan, 1),
+        "before-1",
+    }
 
 
 def test_a_folder_of_something_else_is_left_alone(plan: Plan, tmp_path: Path) -> None:
     (tmp_path / "mine.txt").write_text("mine")
     with pytest.raises(InputError, match="the folder is not empty"):
-        DataSet.make(tmp_path, plan, "engine")
+        data_set(tmp_path, plan)
     assert (tmp_path / "mine.txt").read_text() == "mine"
 
 
@@ -126,7 +292,7 @@ def test_a_trial_is_recognised_by_experiment_and_program(plan: Plan) -> None:
 def test_the_time_of_a_robot_second_is_that_of_the_finished_trials(
     plan: Plan, tmp_path: Path
 ) -> None:
-    data = DataSet.make(tmp_path / "out", plan, "engine")
+    data = data_set(tmp_path / "out", plan)
     assert data.seconds_per_robot_second() is None
     data.log(key="a", cpu_s=2.0, robot_s=100.0)
     data.log(key="b", failed="it crashed")
@@ -140,7 +306,7 @@ def test_a_guess_of_the_time_knows_media_modules_and_simulated_processors(tmp_pa
         file = tmp_path / "sweep.toml"
         file.write_text(text + "".join(f"set.{key} = {value}\n" for key, value in settings.items()))
         plan = read_plan(file)
-        data = DataSet.make(tmp_path / f"out-{plan.trials[0].experiment.keys.name}", plan, "engine")
+        data = data_set(tmp_path / f"out-{plan.trials[0].experiment.keys.name}", plan)
         return Sweep(plan, data, keys(plan)).estimate().cpu_s
 
     # 100 robots, 30,000 s; 50 robots above 200 modules, 37,500 s.
@@ -152,7 +318,7 @@ def test_a_guess_of_the_time_knows_media_modules_and_simulated_processors(tmp_pa
 
 
 def test_trials_are_sorted_into_conditions(plan: Plan, tmp_path: Path) -> None:
-    data = DataSet.make(tmp_path / "out", plan, "engine")
+    data = data_set(tmp_path / "out", plan)
     for index in range(4):
         data.add(measured(plan, index))
     data.assemble(plan, keys(plan))
@@ -170,7 +336,7 @@ def test_trials_of_several_readings_are_kept_apart(folder: Path, tmp_path: Path)
         SWEEP.replace("vary.swarm.size = [3, 5]\n", readings).replace("seeds = 2", "seeds = 1")
     )
     plan = read_plan(folder / "sweep.toml")
-    data = DataSet.make(tmp_path / "out", plan, "engine")
+    data = data_set(tmp_path / "out", plan)
     for index in range(4):
         data.add(measured(plan, index))
     data.assemble(plan, keys(plan))

@@ -54,6 +54,11 @@ def summary_text(summary: dict[str, Any]) -> str:
     for failed in summary["failed"]:
         where = f" ({failed['run_folder']})" if failed["run_folder"] else ""
         lines.append(f"failed twice: {failed['trial']}: {failed['failed']}{where}")
+    if summary["damaged"]:
+        lines.append(
+            f"damaged on the disk since: {summary['damaged']} of the trials; the same command runs "
+            "them again"
+        )
     if summary["status"] == "interrupted":
         lines.append("interrupted; the same command goes on from here")
     return "\n".join(lines)

@@ -1,6 +1,5 @@
 """A sweep's trials, sorted by what the paper varies: controller, N, and who is informed."""
 
-import json
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -10,7 +9,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from kilotwin.errors import InputError
-from kilotwin.sweep.data_set import ABOUT, TRIALS
+from kilotwin.sweep.data_set import ABOUT, TRIALS, about
 
 
 @dataclass(frozen=True)
@@ -84,7 +83,7 @@ class Conditions:
             raise InputError(f"{folder}: an older Kilotwin made it; repeat the sweep")
         prefix = "resting_"
         sites = tuple(c.removeprefix(prefix) for c in table.column_names if c.startswith(prefix))
-        name = json.loads((folder / ABOUT).read_text())["name"]
+        name = about(folder, "name")
         found: dict[str, Conditions] = {}
         for row in table.to_pylist():
             own = [site for site in sites if row[f"resting_{site}"] is not None]

@@ -1,9 +1,10 @@
 """The folder of a sweep.
 
-sweep.json         name, versions; which engine and programs made it
+sweep.json         name, versions; which engine made it, and which trials it is to have
 sweep.toml         the sweep's file
-parts/KEY.arrows   one finished trial: its table `sites`, its result in the schema's metadata
-failed/KEY/        the run folder of a trial that failed twice
+parts/KEY.arrows   one finished trial: its table `sites`, its result in the schema's metadata; a
+                   checksum at the end, so that a damaged one is found and run again
+failed/KEY/        the run folder of a trial that failed twice, until it succeeds
 log.jsonl          a line per trial: when, where, how long; and why not
 trials.parquet     a row per trial, in the order of the sweep's file
 series.parquet     the tables `sites` of all trials, one after the other
@@ -12,9 +13,11 @@ A part appears whole or not at all, and the two tables are made from the parts a
 a sweep was stopped and whoever ran its trials, they are the same, bit for bit.
 """
 
+import contextlib
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+import os
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -23,8 +26,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from kilotwin import __version__
-from kilotwin.errors import InputError
+from kilotwin.errors import InputError, RunError
 from kilotwin.experiment_schema import Reading
+from kilotwin.sweep import parts
 from kilotwin.sweep.measure import RESULT, Failed, Measured
 from kilotwin.sweep.plan import Plan, Trial
 
@@ -40,37 +44,77 @@ def trial_key(trial: Trial, guest_keys: Sequence[str]) -> str:
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:32]
 
 
+def about(folder: Path, key: str) -> Any:
+    """What sweep.json says; InputError if it is damaged."""
+    file = folder / ABOUT
+    try:
+        return json.loads(file.read_text())[key]
+    except (OSError, ValueError, KeyError, TypeError):
+        raise InputError(
+            f"{file}: damaged; put back a copy of it, or repeat the sweep in a new folder"
+        ) from None
+
+
 @dataclass(frozen=True)
 class DataSet:
-    """A sweep's folder."""
+    """A sweep's folder. All its trials were run by one engine."""
 
     folder: Path
+    engine_sha256: str
 
     @staticmethod
-    def make(folder: Path, plan: Plan, engine_sha256: str) -> "DataSet":
-        """Makes the folder, or goes on in one that the same engine made."""
-        about = folder / ABOUT
-        if about.is_file():
-            made_by = json.loads(about.read_text())["engine_sha256"]
-            if made_by != engine_sha256:
-                raise InputError(
-                    f"--out {folder}: another engine made the trials in it, and one data set has "
-                    "one engine; name a new folder, or remove this one"
-                )
-        elif folder.exists() and any(folder.iterdir()):
-            raise InputError(f"--out {folder}: the folder is not empty; name a new one")
+    def at(folder: Path, engine_sha256: str) -> "DataSet":
+        """A folder to make, or to go on in if the same engine made it. Writes nothing."""
         try:
-            (folder / "parts").mkdir(parents=True, exist_ok=True)
-            tables = {"name": plan.keys.name, "kilotwin": __version__}
-            _replace(about, json.dumps({**tables, "engine_sha256": engine_sha256}, indent=2))
-            _replace(folder / "sweep.toml", plan.text)
+            if (folder / ABOUT).is_file():
+                if about(folder, "engine_sha256") != engine_sha256:
+                    raise InputError(
+                        f"--out {folder}: another engine made the trials in it, and one data set "
+                        "has one engine; name a new folder, or remove this one"
+                    )
+            elif folder.is_dir():
+                if any(file != _draft_of(folder / ABOUT) for file in folder.iterdir()):
+                    raise InputError(f"--out {folder}: the folder is not empty; name a new one")
+            elif folder.exists():
+                raise InputError(f"--out {folder}: a file; name a folder")
         except OSError as error:
             raise InputError(f"--out {folder}: {error.strerror}; name another folder") from None
-        return DataSet(folder)
+        return DataSet(folder, engine_sha256)
+
+    def begin(self, plan: Plan, keys: Sequence[str]) -> None:
+        """Makes the folder this plan's. Tables of another plan are made anew of the parts."""
+        rows = [(key, t.base, t.seed, t.settings) for t, key in zip(plan.trials, keys, strict=True)]
+        told = {
+            "name": plan.keys.name,
+            "kilotwin": __version__,
+            "engine_sha256": self.engine_sha256,
+            "trials_sha256": hashlib.sha256(json.dumps(rows, default=str).encode()).hexdigest(),
+        }
+        file = self.folder / ABOUT
+        try:
+            is_new = not file.is_file() or json.loads(file.read_text()) != told
+            self.folder.mkdir(parents=True, exist_ok=True)
+            if is_new:
+                self._remove_tables()
+                _replace(file, json.dumps(told, indent=2))
+            _replace(self.folder / "sweep.toml", plan.text)
+            (self.folder / "parts").mkdir(exist_ok=True)
+            for draft in self.folder.glob("parts/.*.new"):
+                draft.unlink()
+        except OSError as error:
+            raise InputError(
+                f"--out {self.folder}: {error.strerror}; see to the disk, or name another folder"
+            ) from None
+        if is_new:
+            self.assemble(plan, keys)
 
     def part(self, key: str) -> Path:
         """Where a trial's result is, or will be."""
         return self.folder / "parts" / f"{key}.arrows"
+
+    def has(self, key: str) -> bool:
+        """Whether a trial's result is there, undamaged."""
+        return parts.read(self.part(key)) is not None
 
     def failed_folder(self, key: str) -> Path:
         """Where the run folder of a failed trial goes."""
@@ -78,64 +122,84 @@ class DataSet:
 
     def add(self, measured: Measured) -> None:
         """Keeps a trial's result."""
-        _replace(self.part(measured.key), measured.part)
+        with self._writing():
+            _replace(self.part(measured.key), parts.sealed(measured.part))
 
     def log(self, **line: Any) -> None:
-        """Adds a line to the log."""
-        with (self.folder / "log.jsonl").open("a") as file:
-            file.write(json.dumps(line) + "\n")
+        """Adds a line to the log; one that was cut before it stays a line of its own."""
+        with self._writing(), (self.folder / "log.jsonl").open("a+b") as file:
+            if file.tell():
+                file.seek(-1, os.SEEK_END)
+            cut = file.read(1) not in (b"", b"\n")
+            file.write(b"\n" * cut + json.dumps(line).encode() + b"\n")
 
     def seconds_per_robot_second(self) -> float | None:
         """CPU time that a robot-second took in the trials so far; None without any."""
         file = self.folder / "log.jsonl"
-        lines = (
-            [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
-        )
-        done = [line for line in lines if "cpu_s" in line]
-        robot_s = sum(line["robot_s"] for line in done)
-        return sum(line["cpu_s"] for line in done) / robot_s if robot_s else None
+        done = []
+        for text in file.read_text(errors="replace").splitlines() if file.exists() else ():
+            with contextlib.suppress(ValueError, KeyError, TypeError):
+                line = json.loads(text)
+                done.append((float(line["cpu_s"]), float(line["robot_s"])))
+        robot_s = sum(robot_s for _, robot_s in done)
+        return sum(cpu_s for cpu_s, _ in done) / robot_s if robot_s else None
 
     def assemble(self, plan: Plan, keys: Sequence[str]) -> int:
         """Writes the two tables from the finished ones of these trials; returns how many."""
-        finished = [
-            (trial, key)
-            for trial, key in zip(plan.trials, keys, strict=True)
-            if self.part(key).is_file()
-        ]
-        if not finished:
-            return 0
-        schemas = {key: _schema(self.part(key)) for _, key in finished}
-        rows = [_row(trial, key, plan.varied, schemas[key]) for trial, key in finished]
-        _write_rows(self.folder / TRIALS, rows, plan)
-        self._write_series([(trial.index, key) for trial, key in finished], list(schemas.values()))
+        schemas: dict[str, pa.Schema] = {}
+        for key in keys:
+            stream = parts.read(self.part(key))
+            if stream is not None:
+                schemas[key] = pa.ipc.open_stream(stream).schema
+        finished = [pair for pair in zip(plan.trials, keys, strict=True) if pair[1] in schemas]
+        with self._writing():
+            if not finished:
+                self._remove_tables()
+                return 0
+            rows = [_row(trial, key, plan.varied, schemas[key]) for trial, key in finished]
+            with _draft(self.folder / SERIES) as series, _draft(self.folder / TRIALS) as trials:
+                _write_rows(trials, rows, plan)
+                indexed = [(trial.index, key) for trial, key in finished]
+                self._write_series(series, indexed, list(schemas.values()))
         return len(finished)
 
-    def _write_series(self, parts: Sequence[tuple[int, str]], schemas: list[pa.Schema]) -> None:
+    def _remove_tables(self) -> None:
+        for table in (TRIALS, SERIES):
+            (self.folder / table).unlink(missing_ok=True)
+
+    def _write_series(
+        self, draft: Path, indexed: Sequence[tuple[int, str]], schemas: list[pa.Schema]
+    ) -> None:
         bare = [schema.remove_metadata() for schema in schemas]
         whole = pa.unify_schemas([pa.schema([("trial", pa.uint32())]), *dict.fromkeys(bare)])
-        target = self.folder / SERIES
-        draft = target.with_name(f".{SERIES}.new")
         with pq.ParquetWriter(draft, whole, compression="zstd") as writer:
             waiting: list[pa.Table] = []
-            for index, key in parts:
+            for index, key in indexed:
                 waiting.append(_part_rows(index, self.part(key), whole))
                 if sum(table.num_rows for table in waiting) >= _ROW_GROUP:
                     writer.write_table(pa.concat_tables(waiting))
                     waiting = []
             if waiting:
                 writer.write_table(pa.concat_tables(waiting))
-        draft.replace(target)
 
-
-def _schema(part: Path) -> pa.Schema:
-    with pa.OSFile(str(part)) as file, pa.ipc.open_stream(file) as reader:
-        return reader.schema
+    @contextlib.contextmanager
+    def _writing(self) -> Iterator[None]:
+        """A full disk costs no trial that is there."""
+        try:
+            yield
+        except OSError as error:
+            raise RunError(
+                f"{self.folder}: cannot write ({error.strerror or error}); make room or see to the "
+                "disk, then give the same command again"
+            ) from None
 
 
 def _part_rows(index: int, part: Path, whole: pa.Schema) -> pa.Table:
     """A part's rows with the trial's index and all columns of the data set; null if not its own."""
-    with pa.OSFile(str(part)) as file, pa.ipc.open_stream(file) as reader:
-        table = reader.read_all()
+    stream = parts.read(part)
+    if stream is None:
+        raise OSError(f"{part} was whole a moment ago")
+    table = pa.ipc.open_stream(stream).read_all()
     rows = table.num_rows
     columns = [pa.array([index] * rows, pa.uint32())]
     own = set(table.column_names)
@@ -175,14 +239,12 @@ def _reading_name(reading: Reading) -> str:
     return ", ".join(other) or "reading A"
 
 
-def _write_rows(target: Path, rows: Sequence[Mapping[str, Any]], plan: Plan) -> None:
+def _write_rows(draft: Path, rows: Sequence[Mapping[str, Any]], plan: Plan) -> None:
     names = list(dict.fromkeys(name for row in rows for name in row))
     # What varies may be text, numbers or lists; a column has one type, so the rest becomes text.
     columns = {name: _column([row.get(name) for row in rows]) for name in names}
-    about = {"sweep": plan.keys.name, "kilotwin": __version__}
-    draft = target.with_name(f".{target.name}.new")
-    pq.write_table(pa.table(columns).replace_schema_metadata(about), draft, compression="zstd")
-    draft.replace(target)
+    told = {"sweep": plan.keys.name, "kilotwin": __version__}
+    pq.write_table(pa.table(columns).replace_schema_metadata(told), draft, compression="zstd")
 
 
 def _column(values: Sequence[Any]) -> pa.Array:
@@ -195,9 +257,25 @@ def _column(values: Sequence[Any]) -> pa.Array:
 
 
 def _replace(target: Path, content: str | bytes) -> None:
-    draft = target.with_name(f".{target.name}.new")
-    draft.write_bytes(content.encode() if isinstance(content, str) else content)
-    draft.replace(target)
+    with _draft(target) as draft:
+        draft.write_bytes(content.encode() if isinstance(content, str) else content)
+
+
+@contextlib.contextmanager
+def _draft(target: Path) -> Iterator[Path]:
+    """A file to write that then becomes `target`, whole and on the disk, or not at all."""
+    draft = _draft_of(target)
+    try:
+        yield draft
+        with draft.open("rb") as file:
+            os.fsync(file.fileno())
+        draft.replace(target)
+    finally:
+        draft.unlink(missing_ok=True)
+
+
+def _draft_of(target: Path) -> Path:
+    return target.with_name(f".{target.name}.new")
 
 
 def failure_line(failed: Failed) -> dict[str, Any]:

@@ -11,12 +11,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
 
-from kilotwin.errors import EXIT_INTERRUPTED, RunError
+from kilotwin.errors import EXIT_INTERRUPTED, KilotwinError, RunError
+from kilotwin.experiment import Experiment
 from kilotwin.group_build import build_group
 from kilotwin.guest_build import Guest, Notify
 from kilotwin.interrupts import heeding_interrupts
 from kilotwin.programs import Program
-from kilotwin.run_folder import slug, utc_now
+from kilotwin.run_folder import EXPERIMENT, slug, utc_now
 from kilotwin.sweep.data_set import DataSet, failure_line, trial_key
 from kilotwin.sweep.executors import Place
 from kilotwin.sweep.measure import (
@@ -80,17 +81,23 @@ class Estimate:
 
 @dataclass
 class Sweep:
-    """A plan and its data set. `keys` are the trials' in the order of the plan."""
+    """A plan and its data set.
+
+    `keys` are the trials' in the order of the plan, `there` those of the finished ones.
+    """
 
     plan: Plan
     data: DataSet
     keys: Sequence[str]
+    there: set[str] = field(default_factory=set)
     failures: dict[str, Failed] = field(default_factory=dict)
     interrupted: bool = False
+    damaged: int = 0
 
     @staticmethod
     def prepare(plan: Plan, folder: Path, notify: Notify) -> "Sweep":
-        """Builds the programs, makes or reopens the folder."""
+        """Builds the programs, looks what is in the folder, and writes nothing into it."""
+        data = DataSet.at(folder, engine_sha256())
         guests: dict[tuple[Program, bool], Guest] = {}
         keys = []
         for trial in plan.trials:
@@ -102,19 +109,19 @@ class Sweep:
                 if what not in guests:
                     guests[what] = build_group(group, notify)
             keys.append(trial_key(trial, [guests[what].key for what, _ in groups]))
-        return Sweep(plan, DataSet.make(folder, plan, engine_sha256()), keys)
+        there = {key for key in keys if data.has(key)}
+        damaged = [key for key in keys if key not in there and data.part(key).exists()]
+        if damaged:
+            notify(
+                f"{data.part(damaged[0])}: damaged, as {len(damaged)} of the trials' parts; such "
+                "trials are run again"
+            )
+        return Sweep(plan, data, keys, there)
 
     def missing(self) -> list[tuple[Trial, str]]:
         """Trials without a result, in the order to run them in."""
-        by_index = dict(enumerate(self.keys))
-        seen: set[str] = set()
-        found = []
-        for trial in self.plan.in_running_order():
-            key = by_index[trial.index]
-            if key not in seen and not self.data.part(key).is_file():
-                found.append((trial, key))
-            seen.add(key)
-        return found
+        ordered = ((trial, self.keys[trial.index]) for trial in self.plan.in_running_order())
+        return [(trial, key) for trial, key in ordered if key not in self.there]
 
     def estimate(self) -> Estimate:
         """What is left to do."""
@@ -135,6 +142,7 @@ class Sweep:
 
         Ctrl-C, or a polite kill, loses what is being run only.
         """
+        self.data.begin(self.plan, self.keys)
         missing = self.missing()
         total = len(self.plan.trials)
         display.start(total, total - len(missing))
@@ -156,12 +164,29 @@ class Sweep:
 
     def finish(self) -> int:
         """Writes the tables of all that is there; returns the number of trials in them."""
-        try:
-            return self.data.assemble(self.plan, self.keys)
-        except OSError as error:
-            raise RunError(
-                f"{self.data.folder}: cannot write ({error.strerror}); see to the disk"
-            ) from None
+        self._clear_failed()
+        finished = self.data.assemble(self.plan, self.keys)
+        self.damaged = len(self.there) - finished
+        return finished
+
+    def _clear_failed(self) -> None:
+        """Removes run folders of trials that have succeeded since, be it as a mended program."""
+        done: set[str] | None = None
+        for file in self.data.failed_folder("*").parent.glob(f"*/{EXPERIMENT}"):
+            if file.parent.name in self.keys:
+                succeeded = file.parent.name in self.there
+            else:
+                done = done or {
+                    trial.experiment.identity()
+                    for trial, key in zip(self.plan.trials, self.keys, strict=True)
+                    if key in self.there
+                }
+                try:
+                    succeeded = Experiment.load(file).identity() in done
+                except KilotwinError:
+                    continue
+            if succeeded:
+                shutil.rmtree(file.parent, ignore_errors=True)
 
     def summary(self, finished: int) -> dict[str, Any]:
         """What --json prints."""
@@ -170,6 +195,7 @@ class Sweep:
             "status": "interrupted" if self.interrupted else "finished",
             "trials": len(self.plan.trials),
             "finished": finished,
+            "damaged": self.damaged,
             "failed": [
                 {"trial": shown(trial), **failure_line(self.failures[key])}
                 for trial, key in zip(self.plan.trials, self.keys, strict=True)
@@ -180,10 +206,10 @@ class Sweep:
 
     @property
     def exit_code(self) -> int:
-        """0, or 1 with failed trials, or that of an interruption."""
+        """0, or 1 with failed or damaged trials, or that of an interruption."""
         if self.interrupted:
             return EXIT_INTERRUPTED
-        return 1 if self.failures else 0
+        return 1 if self.failures or self.damaged else 0
 
     def _take(self, attempt: "_Try", answer: Answer, progress: "_Progress") -> None:
         when = {"key": answer.key, "utc": utc_now()}
@@ -199,7 +225,7 @@ class Sweep:
             self.data.add(answer)
             robot_s = _robot_s(attempt.trial)
             self.data.log(**when, cpu_s=answer.cpu_s, robot_s=robot_s, host=answer.host)
-            shutil.rmtree(attempt.task.folder, ignore_errors=True)
+            self.there.add(answer.key)
         progress.add(attempt.trial, failed=isinstance(answer, Failed))
 
 

@@ -1,0 +1,44 @@
+"""A finished trial's file: an Arrow stream, and behind it the SHA-256 of its bytes.
+
+Readers of Arrow streams stop at the stream's own end, and do not see what follows it.
+"""
+
+import hashlib
+import json
+from pathlib import Path
+
+import pyarrow as pa
+
+from kilotwin.sweep.measure import RESULT
+
+_SEAL_BYTES = hashlib.sha256().digest_size
+_STREAM_END = b"\xff\xff\xff\xff\0\0\0\0"
+
+
+def sealed(stream: bytes) -> bytes:
+    """The file's content."""
+    return stream + hashlib.sha256(stream).digest()
+
+
+def read(file: Path) -> bytes | None:
+    """The stream; None if the file is not there, cut, or otherwise damaged."""
+    try:
+        content = file.read_bytes()
+    except OSError:
+        return None
+    if content == sealed(content[:-_SEAL_BYTES]):
+        return content[:-_SEAL_BYTES]
+    return content if _is_unsealed(content) else None
+
+
+def _is_unsealed(content: bytes) -> bool:
+    """Whether it is a whole stream of a Kilotwin that did not seal yet."""
+    if not content.endswith(_STREAM_END):
+        return False
+    try:
+        table = pa.ipc.open_stream(content).read_all()
+        table.validate(full=True)
+        json.loads(table.schema.metadata[RESULT])
+    except (pa.ArrowInvalid, OSError, TypeError, KeyError, ValueError):
+        return False
+    return True
