@@ -134,6 +134,30 @@ def test_a_killed_sweep_goes_on_to_the_same_data_set_and_leaves_no_process(
     assert tables(out) == reference
 
 
+def test_a_full_disk_and_a_damaged_part_cost_nothing_but_time(
+    kilotwin: Kilotwin,
+    environment: dict[str, str],
+    sweep_file: Path,
+    reference: dict[str, bytes],
+    tmp_path: Path,
+) -> None:
+    out = tmp_path / "out"
+    words = ["sweep", str(sweep_file), "--out", str(out), "-j", "1", "--quiet"]
+    kilotwin(*words, "--list")  # compiles the program
+    limited = ["bash", "-c", 'ulimit -f 1; exec "$@"', "bash", str(KILOTWIN), *words]
+    done = subprocess.run(limited, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 1, done.stderr
+    assert "cannot write (File too large); make room" in done.stderr
+    kilotwin(*words)
+    assert tables(out) == reference
+    part = next(out.glob("parts/*.arrows"))
+    part.write_bytes(part.read_bytes()[:500])
+    done = kilotwin("sweep", sweep_file, "--out", out)
+    assert "damaged parts: 1" in done.stderr
+    assert f"{TRIALS} trials, {TRIALS - 1} of them there already" in done.stderr
+    assert tables(out) == reference
+
+
 @pytest.mark.long
 def test_the_papers_whole_grid_survives_kills_at_random_moments(
     kilotwin: Kilotwin, environment: dict[str, str], tmp_path: Path
@@ -198,6 +222,11 @@ def test_a_trial_that_fails_is_tried_again_then_listed_with_its_run_folder(
     assert "robot 2 (crashes)" in failed["failed"]
     assert (Path(failed["run_folder"]) / "events.jsonl").read_text().count('"crash"') == 1
     assert pq.read_table(out / "trials.parquet")["base"].to_pylist() == ["good"]
+    # Mended, it is another program; the folder of the trial that succeeds now is not kept.
+    (tmp_path / "crashes.c").write_text(CRASHES.replace("SEED_CRASHES)", "0)"))
+    kilotwin("sweep", tmp_path / "sweep.toml", "--out", out)
+    assert pq.read_table(out / "trials.parquet")["base"].to_pylist() == ["good", "bad"]
+    assert list((out / "failed").iterdir()) == []
 
 
 def test_the_list_says_what_is_there_and_runs_nothing(
@@ -205,7 +234,7 @@ def test_the_list_says_what_is_there_and_runs_nothing(
 ) -> None:
     done = kilotwin("sweep", sweep_file, "--out", tmp_path / "out", "--list")
     assert len([line for line in done.stdout.splitlines() if "seed" in line]) == TRIALS
-    assert parts(tmp_path / "out") == 0
+    assert not (tmp_path / "out").exists()
     rows = json.loads(
         kilotwin("sweep", sweep_file, "--out", tmp_path / "out", "--list", "--json").stdout
     )

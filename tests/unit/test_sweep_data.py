@@ -214,7 +214,7 @@ def test_a_sweep_runs_damaged_trials_again_and_says_so(plan: Plan, tmp_path: Pat
         sweep.data.part(own).write_bytes(parts.sealed(measured(plan, index).part))
     sweep.data.part(sweep.keys[1]).write_bytes(b"")
     again = Sweep.prepare(plan, tmp_path / "out", notes.append)
-    assert "damaged, as 1 of the trials' parts" in notes[-1]
+    assert "damaged parts: 1, the first" in notes[-1]
     assert [own for _, own in again.missing()] == [sweep.keys[1]]
     assert again.estimate().done == 3
 

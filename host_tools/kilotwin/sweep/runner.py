@@ -113,8 +113,8 @@ class Sweep:
         damaged = [key for key in keys if key not in there and data.part(key).exists()]
         if damaged:
             notify(
-                f"{data.part(damaged[0])}: damaged, as {len(damaged)} of the trials' parts; such "
-                "trials are run again"
+                f"{folder}: damaged parts: {len(damaged)}, the first {data.part(damaged[0]).name}; "
+                "these trials are run again"
             )
         return Sweep(plan, data, keys, there)
 
