@@ -271,12 +271,7 @@ def sweep(
     ] = False,
     seeds: Annotated[
         int | None,
-        typer.Option(
-            min=1,
-            max=1_000_000,
-            envvar="KILOTWIN_SEEDS",
-            help="In place of the file's numbers.",
-        ),
+        typer.Option(min=1, envvar="KILOTWIN_SEEDS", help="In place of the file's numbers."),
     ] = None,
     settings: Annotated[
         list[str] | None,

@@ -238,6 +238,8 @@ def test_too_many_trials_are_refused_before_they_are_made(folder: Path) -> None:
     )
     with pytest.raises(InputError, match="more than 1,000,000 trials"):
         plan_of(folder, text)
+    with pytest.raises(InputError, match="more than 1,000,000 trials"):
+        plan_of(folder, "base = 'small.toml'\n", seeds=99_999_999)
 
 
 def test_seeds_of_one_combination_share_all_but_the_seed(folder: Path) -> None:

@@ -32,7 +32,7 @@ RESULT = b"result"
 """Under which the metadata of a part's schema has the trial's result."""
 
 # What of a run's summary is the trial's result: the same on every machine.
-_RESULT_KEYS = ("robots", "resting", "not_resting", "result_hash")
+RESULT_KEYS = ("robots", "resting", "not_resting", "result_hash")
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ def _measured(task: Task, summary: dict[str, Any], sites: list[pa.RecordBatch]) 
     schema = Records.of(task.experiment.keys, {}).sites_schema
     part = part_of(
         pa.Table.from_batches(sites, schema).combine_chunks(),
-        {key: summary[key] for key in _RESULT_KEYS},
+        {key: summary[key] for key in RESULT_KEYS},
     )
     return Measured(task.key, part, summary["cpu_s"], engine_sha256(), platform.node())
 

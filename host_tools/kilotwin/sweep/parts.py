@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pyarrow as pa
 
-from kilotwin.sweep.measure import RESULT
+from kilotwin.sweep.measure import RESULT, RESULT_KEYS
 
 _SEAL_BYTES = hashlib.sha256().digest_size
 _STREAM_END = b"\xff\xff\xff\xff\0\0\0\0"
@@ -38,7 +38,6 @@ def _is_unsealed(content: bytes) -> bool:
     try:
         table = pa.ipc.open_stream(content).read_all()
         table.validate(full=True)
-        json.loads(table.schema.metadata[RESULT])
-    except (pa.ArrowInvalid, OSError, TypeError, KeyError, ValueError):
+        return set(json.loads(table.schema.metadata[RESULT])) == set(RESULT_KEYS)
+    except (pa.ArrowException, OSError, TypeError, KeyError, ValueError):
         return False
-    return True

@@ -20,7 +20,7 @@ from kilotwin.experiment_text import ExperimentText, Setting
 from kilotwin.toml_lines import KeyPath
 
 _RANGE_KEYS = {"from", "to", "step"}
-_MOST_TRIALS = MOST_SEEDS = 1_000_000
+_MOST_TRIALS = 1_000_000
 
 
 def _flat(table: Any) -> Any:
@@ -90,7 +90,7 @@ Values = Annotated[list[Any], Field(min_length=1), BeforeValidator(_values)]
 Axes = Annotated[dict[Text, Values], BeforeValidator(_flat)]
 Together = Annotated[Axes, AfterValidator(_not_empty)]
 Settings = Annotated[dict[Text, Any], BeforeValidator(_flat)]
-Seeds = Annotated[int, Field(ge=1, le=MOST_SEEDS)]
+Seeds = Annotated[int, Field(ge=1, le=_MOST_TRIALS)]
 
 
 class Block(Section):
