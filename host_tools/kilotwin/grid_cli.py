@@ -82,7 +82,9 @@ def record(
         loaded, names, out, sys.argv, terminal.display(quiet), join=join, speed=speed
     )
     typer.echo(json.dumps(outcome.summary) if as_json else terminal.record_text(outcome.summary))
-    if troubles := terminal.module_troubles_text(outcome.summary["grid"]["modules_failed"]):
+    grid = outcome.summary["grid"]
+    bad_modules = terminal.module_troubles_text(grid["modules_failed"])
+    for troubles in filter(None, (bad_modules, terminal.bus_troubles_text(grid))):
         typer.echo(troubles, err=True)
     if outcome.exit_code == EXIT_INTERRUPTED:
         typer.echo("interrupted; what was recorded is kept", err=True)

@@ -40,6 +40,9 @@ class Display(Protocol):
     def note(self, text: str) -> None:
         """Says what is being prepared."""
 
+    def warn(self, text: str) -> None:
+        """Says, also to who wants to see nothing, what cannot wait for the end."""
+
     def start(self, experiment: Experiment, folder: Path) -> None:
         """The run begins."""
 

@@ -34,10 +34,14 @@ def display(quiet: bool) -> Display:
 
 
 class Silent:
-    """Shows nothing."""
+    """Shows nothing but warnings."""
 
     def note(self, text: str) -> None:
         """Nothing."""
+
+    def warn(self, text: str) -> None:
+        """One line."""
+        typer.echo(text, err=True)
 
     def start(self, experiment: Experiment, folder: Path) -> None:
         """Nothing."""
@@ -59,6 +63,8 @@ class Lines:
     def note(self, text: str) -> None:
         """One line."""
         typer.echo(text, err=True)
+
+    warn = note
 
     def start(self, experiment: Experiment, folder: Path) -> None:
         """Starts the clock."""
@@ -110,6 +116,10 @@ class _Live:
     def note(self, text: str) -> None:
         """One line above."""
         self._console.print(text, style="dim", markup=False, highlight=False)
+
+    def warn(self, text: str) -> None:
+        """One line above, that is seen."""
+        self._console.print(text, style="bold red", markup=False, highlight=False)
 
     def stop(self) -> None:
         """Removes the bar."""
@@ -258,6 +268,19 @@ def record_text(summary: dict[str, Any]) -> str:
     rows.append(("reports as .kilodat", shown_path(Path(grid["kilodat"]))))
     width = max(len(label) for label, _ in rows)
     lines += [f"  {label:<{width}}  {value}" for label, value in rows]
+    return "\n".join(lines)
+
+
+def bus_troubles_text(grid: dict[str, Any]) -> str:
+    """A line per bus that was down at the end, and what to do if robots may drive on."""
+    lines = [f"{bus['name']} is down: {bus['what']}" for bus in grid["buses_down"]]
+    if left := grid["not_idle"]:
+        buses = " ".join(f"--can {name}" for name in grid["buses"])
+        lines.append(
+            f"ROBOTS MAY BE DRIVING ON: those of {', '.join(left)} could not be told to stop. "
+            f"Switch the table off; or see to the bus, then type: kilotwin grid idle {buses} "
+            f"--size {grid['size']}"
+        )
     return "\n".join(lines)
 
 

@@ -1,5 +1,6 @@
 """The host sets up, runs, polls, pauses and idles a table of modules, whatever befalls some."""
 
+import errno
 import itertools
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -353,6 +354,56 @@ def test_frames_that_no_one_should_send_are_counted_and_nothing_else(build: Buil
     assert rig.controller.poller.counts.bad_frames - before == 5
     assert rig.heard == []
     assert not [kind for kind in rig.kinds() if kind.startswith("module")]
+
+
+def pull_the_plug(bus: can.BusABC, error: can.CanOperationError) -> None:
+    """From now on it takes nothing."""
+
+    def refuse(msg: can.Message, timeout: float | None = None) -> None:
+        raise error
+
+    bus.send = refuse  # type: ignore[method-assign]
+
+
+def test_without_one_bus_the_others_are_polled_changed_and_stopped(build: Build) -> None:
+    rig = build()
+    rig.start()
+    pull_the_plug(rig.buses[0][1], can.CanOperationError("gone"))
+    rig.pass_time(1.0)
+    assert rig.controller.down == {1: "gone"}
+    asked = rig.table.modules[0, 0].asked
+    rig.pass_time(8.0)
+    assert rig.table.modules[0, 0].asked - asked == pytest.approx(8.0 / 0.8, abs=2)
+    rig.controller.change({(0, 0): b"\5\5\5\5", (0, 3): b"\5\5\5\5"})
+    rig.until_done()
+    assert rig.table.modules[0, 0].configuration == b"\5\5\5\5"
+    rig.controller.set_idle()
+    rig.until_done(within_s=10.0)
+    lower = [module for place, module in rig.table.modules.items() if place[1] < 2]
+    assert {module.state for module in lower} == {"IDLE"}
+    assert all(module.forwarded[-1] == WAKEUP for module in lower)
+    assert rig.controller.untold == [1]
+    assert "idle" not in rig.kinds()
+
+
+def test_a_bus_on_which_nobody_acknowledges_is_down_when_its_queue_stays_full(
+    build: Build,
+) -> None:
+    rig = build()
+    rig.start()
+    pull_the_plug(rig.buses[0][0], can.CanOperationError("full", errno.ENOBUFS))
+    rig.pass_time(0.5)
+    assert not rig.controller.down
+    rig.pass_time(3.0)
+    assert list(rig.controller.down) == [0]
+    del rig.buses[0][0].send
+    rig.pass_time(2.0)
+    assert not rig.controller.down
+    assert rig.kinds()[-1] != "bus_down"
+    rig.controller.set_idle()
+    rig.until_done()
+    assert rig.table.states() == {"IDLE"}
+    assert rig.kinds()[-1] == "idle"
 
 
 class LocalBus(can.BusABC):

@@ -66,6 +66,8 @@ class Conductor:
         self.phase: Phase = "set-up"
         self.zero_s = 0.0
         """When the run began, by the caller's clock."""
+        self.untold: list[int] = []
+        """Buses whose robots and modules could not be told to stop."""
 
     def step(self, now_s: float) -> None:
         """Does what is due; call it at `next_step_s` at the latest."""
@@ -108,11 +110,16 @@ class Conductor:
         """Buses that do not work any more must not keep the caller for ever."""
         if self._ending_since_s is None:
             self._ending_since_s = now_s
-        if not self.controller.busy:
-            self.phase = "done"
-        elif now_s - self._ending_since_s > _ENDING_S:
-            self.event(now_s, "not_idle", "robots and modules could not be told to stop")
-            self.phase = "done"
+        controller = self.controller
+        if controller.busy and now_s - self._ending_since_s <= _ENDING_S:
+            return
+        everywhere = list(range(self._plan.layout.buses)) if controller.busy else []
+        if buses := controller.untold or everywhere:
+            self.untold = buses
+            where = "bus " + ", ".join(map(str, buses))
+            what = f"robots and modules on {where} could not be told to stop: they may be going on"
+            self.event(now_s, "not_idle", what, buses=buses)
+        self.phase = "done"
 
     def _begin(self, now_s: float) -> None:
         if self._join:

@@ -10,7 +10,7 @@ from typing import Any, Self
 from kilotwin.can.buses import OpenBus, name_all, open_all
 from kilotwin.can.protocol import ModuleState
 from kilotwin.engine_spec import config_differences
-from kilotwin.errors import InputError
+from kilotwin.errors import DeviceError, InputError
 from kilotwin.experiment import Experiment
 from kilotwin.grid import kconf
 from kilotwin.grid.controller import Controller, Settings
@@ -181,9 +181,15 @@ class Console:
     def _finish(self) -> None:
         controller = self._controller
         controller.step(time.monotonic() - self._began)
-        while controller.busy:
+        while controller.busy and len(controller.down) < len(self._buses):
             time.sleep(_STEP_S)
             controller.step(time.monotonic() - self._began)
+        if controller.down:
+            buses = "; ".join(
+                f"{self._buses[bus].name}: {why}" for bus, why in controller.down.items()
+            )
+            rest = "its modules and robots do what they did; see to the bus, then type this again"
+            raise DeviceError(f"--can {buses}; {rest}")
 
 
 def message_for_robots(name: str, kind: int | None, data: str | None) -> bytes:

@@ -87,7 +87,8 @@ class Controller:
         self._now_s = float("-inf")
         self._health: dict[Module, Health] = {}
         self._bus_health: dict[Module, BusHealth] = {}
-        self._troubled: set[int] = set()
+        self._down: dict[int, str] = {}
+        self._left_out: set[int] = set()
         self.configuration: dict[Module, bytes] = {}
         self.running = False
 
@@ -142,6 +143,16 @@ class Controller:
     def busy(self) -> bool:
         """Whether an order is being carried out."""
         return self._script is not None or self._queued or bool(self._later)
+
+    @property
+    def down(self) -> Mapping[int, str]:
+        """The buses that do not work, and why."""
+        return self._down
+
+    @property
+    def untold(self) -> list[int]:
+        """The buses that have not had all frames of the order."""
+        return [bus for bus, queue in enumerate(self._queues) if queue or bus in self._left_out]
 
     @property
     def health(self) -> Mapping[Module, Health]:
@@ -203,6 +214,7 @@ class Controller:
         """`at_once`: what is still to be sent does not matter any more."""
         if at_once:
             self._later.clear()
+            self._left_out.clear()
             for queue in self._queues:
                 queue.clear()
         self._script = script
@@ -223,9 +235,17 @@ class Controller:
             while queue and self._ready_s[bus] <= self._now_s:
                 identifier, data, gap_s = queue[0]
                 if not self._links.send(bus, identifier, data, self._now_s):
+                    self._leave_out(bus)
                     break
                 queue.popleft()
                 self._ready_s[bus] = self._now_s + gap_s
+
+    def _leave_out(self, bus: int) -> None:
+        """If the bus is down: the others do not wait for it. If all are, the order waits."""
+        troubles = [self._links.trouble(any_) for any_ in range(self.layout.buses)]
+        if troubles[bus] and not all(troubles):
+            self._queues[bus].clear()
+            self._left_out.add(bus)
 
     def _queue(self, bus: int, group: Group, frames: Iterable[bytes | wire.Paced]) -> None:
         """A frame of a transfer brings its own pace; the longest that anybody asks for counts."""
@@ -449,7 +469,8 @@ class Controller:
         yield from self._telling(WAKEUP, _TELL_S)
         self._broadcast(wire.IDLE)
         yield self._sent
-        self._event("idle", "robots and modules are idle")
+        if not self.untold:
+            self._event("idle", "robots and modules are idle")
 
     # Telling.
 
@@ -461,9 +482,11 @@ class Controller:
     def _look_at_links(self) -> None:
         for bus in range(self.layout.buses):
             trouble = self._links.trouble(bus)
-            if trouble and bus not in self._troubled:
-                self._troubled.add(bus)
-                self._event("bus_down", f"bus {bus}: {trouble}")
-            elif not trouble and bus in self._troubled:
-                self._troubled.discard(bus)
-                self._event("bus_up", f"bus {bus} works again")
+            if trouble and bus not in self._down:
+                self._down[bus] = trouble
+                rows = self.layout.rows_of(bus)
+                what = f"its modules, rows {rows[0]} to {rows[-1]}, are neither polled nor told"
+                self._event("bus_down", f"bus {bus} is down ({trouble}): {what} anything", bus=bus)
+            elif not trouble and bus in self._down:
+                del self._down[bus]
+                self._event("bus_up", f"bus {bus} works again", bus=bus)

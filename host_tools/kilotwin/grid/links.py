@@ -32,6 +32,8 @@ NO_FRAMES: Frames = np.zeros(0, dtype=FRAME)
 
 # python-can hands over one message at a time; a step must come to an end on a bus that never rests.
 _MOST_PER_STEP = 4096
+# A full queue is empty again in some milliseconds, unless nobody acknowledges what is in it.
+_FULL_S = 1.0
 
 
 class FrameLog(Protocol):
@@ -58,6 +60,7 @@ class Links:
         self._buses = list(buses)
         self._log = log
         self._troubles: list[str | None] = [None] * len(self._buses)
+        self._full_since_s: list[float | None] = [None] * len(self._buses)
         first = self._buses[0]
         self._emulated = first if isinstance(first, EmulatedBus) else None
         self._echoes = list(echoes) or [False] * len(self._buses)
@@ -76,8 +79,12 @@ class Links:
         except (can.CanError, OSError) as error:
             if getattr(error, "error_code", None) != errno.ENOBUFS:
                 self._troubles[bus] = str(error)
+            elif (since_s := self._full_since_s[bus]) is None:
+                self._full_since_s[bus] = now_s
+            elif now_s - since_s > _FULL_S:
+                self._troubles[bus] = "nobody acknowledges frames; is it plugged in?"
             return False
-        self._troubles[bus] = None
+        self._troubles[bus] = self._full_since_s[bus] = None
         if not self._echoes[bus]:
             self._sent.append(_row(now_s, bus, message, from_host=True))
         return True

@@ -212,6 +212,8 @@ class Poller:
         for bus, due in enumerate(self._due):
             if due:
                 self._ask(bus, due, now_s)
+            if self._links.trouble(bus):
+                due.clear()  # or the other buses would wait; the next sweep tries it again
         return newly
 
     def _give_up(self, now_s: float) -> list[Module]:
