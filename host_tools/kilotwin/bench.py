@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from kilotwin import resources, run
+from kilotwin.errors import EXIT_INTERRUPTED, InterruptError
 from kilotwin.experiment import Experiment
 from kilotwin.experiment_text import ExperimentText, Setting
 from kilotwin.profiles import PROFILES
@@ -164,16 +165,17 @@ def _experiment(workload: str, tables: Tables, settings: list[Setting]) -> Exper
 
 def measure(
     workloads: list[str], repeats: int, duration_s: float | None, note: Note
-) -> list[dict[str, Any]]:
-    """One record per case; each figure is the median over `repeats` runs."""
+) -> Iterator[dict[str, Any]]:
+    """One record per case; each figure is the median over `repeats` runs.
+
+    Interrupted, it gives none for the case of that moment, and no more.
+    """
     settings = []
     if duration_s is not None:
         settings.append(Setting(("duration_s",), duration_s, f"--duration-s {duration_s:g}"))
-    return [
-        _measure_one(case, repeats, note)
-        for workload in workloads
-        for case in _WORKLOADS[workload](settings)
-    ]
+    for workload in workloads:
+        for case in _WORKLOADS[workload](settings):
+            yield _measure_one(case, repeats, note)
 
 
 def _measure_one(case: _Case, repeats: int, note: Note) -> dict[str, Any]:
@@ -214,10 +216,10 @@ def _measure_one(case: _Case, repeats: int, note: Note) -> dict[str, Any]:
 def _run(experiment: Experiment) -> dict[str, Any]:
     with tempfile.TemporaryDirectory(prefix="kilotwin-bench-") as scratch:
         folder = Path(scratch) / "run"
-        summary: dict[str, Any] = run.run(
-            experiment, folder, ["kilotwin", "bench"], Silent()
-        ).summary
-    return summary
+        outcome = run.run(experiment, folder, ["kilotwin", "bench"], Silent())
+    if outcome.exit_code == EXIT_INTERRUPTED:
+        raise InterruptError("interrupted")
+    return outcome.summary
 
 
 def machine() -> str:

@@ -29,7 +29,7 @@ from kilotwin.cli_options import (
     Speed,
     given_settings,
 )
-from kilotwin.errors import EXIT_INTERRUPTED, InputError, KilotwinError
+from kilotwin.errors import EXIT_INTERRUPTED, InputError, InterruptError, KilotwinError
 from kilotwin.grid_cli import grid_app, record
 
 if TYPE_CHECKING:
@@ -210,8 +210,6 @@ def run(
     loaded = Experiment.load(experiment, given)
     if serving is not None:
         serving.check(loaded)
-    if gdb is not None and not quiet:
-        typer.echo(f"robot {gdb} waits; in avr-gdb type: target remote :{gdb_port}", err=True)
     probes = Probes(gdb, gdb_port, tuple(vcd or ()))
     outcome = runner.run(
         loaded, out, sys.argv, terminal.display(quiet), serving=serving, probes=probes
@@ -479,8 +477,17 @@ def bench(
     from kilotwin import terminal
 
     names = [workload.value for workload in workloads or Workload]
-    results = benchmarks.measure(names, repeats, duration_s, terminal.note(quiet))
-    typer.echo(json.dumps(results, indent=2) if as_json else benchmarks.table_text(results))
+    results: list[dict[str, Any]] = []
+    interrupted = False
+    try:
+        results.extend(benchmarks.measure(names, repeats, duration_s, terminal.note(quiet)))
+    except (InterruptError, KeyboardInterrupt):
+        interrupted = True
+    if results or as_json:
+        typer.echo(json.dumps(results, indent=2) if as_json else benchmarks.table_text(results))
+    if interrupted:
+        typer.echo("interrupted; only what was measured in full is shown", err=True)
+        raise typer.Exit(EXIT_INTERRUPTED)
 
 
 app.add_typer(grid_app, name="grid")

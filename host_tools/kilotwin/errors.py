@@ -32,3 +32,9 @@ class DeviceError(KilotwinError):
 # Not an error of the run: it went on without these robots, and the report lists them.
 EXIT_ROBOTS_FAILED = 4
 EXIT_INTERRUPTED = 130
+
+
+class InterruptError(KilotwinError):
+    """The user wanted it to end before it could give a result."""
+
+    exit_code = EXIT_INTERRUPTED

@@ -17,13 +17,21 @@ from types import FrameType
 from typing import IO, TYPE_CHECKING, Any, Protocol
 
 from kilotwin import __version__
-from kilotwin.errors import DeviceError, InputError, KilotwinError, RunError
+from kilotwin.errors import DeviceError, InputError, InterruptError, KilotwinError, RunError
 from kilotwin.experiment import Experiment
 from kilotwin.group_build import build_group
 from kilotwin.guest_build import Guest
 from kilotwin.interrupts import heeding_interrupts
 from kilotwin.job import Job, Probes
-from kilotwin.run_folder import FAILED, RUNNING, check_free, close_manifest, default_folder, utc_now
+from kilotwin.run_folder import (
+    FAILED,
+    INTERRUPTED,
+    RUNNING,
+    check_free,
+    close_manifest,
+    default_folder,
+    utc_now,
+)
 
 if TYPE_CHECKING:
     from kilotwin.grid.served import Serving
@@ -134,6 +142,7 @@ class _Child:
         self._job = job
         self._display = display
         self._folder_made = False
+        self._interrupts = 0
 
     def wait(self) -> Outcome:
         """Starts it, shows what it reports, and gives its outcome; errors leave a closed folder."""
@@ -144,7 +153,7 @@ class _Child:
             with contextlib.suppress(BrokenPipeError):
                 pickle.dump(self._job, process.stdin)
                 process.stdin.flush()
-            with _stop_on_signals(process):
+            with self._stop_on_signals(process):
                 for line in process.stdout:
                     last = json.loads(line)
                     self._show(last)
@@ -181,11 +190,15 @@ class _Child:
         else:
             error = self._death(returncode, log)
         if self._folder_made:
+            status = INTERRUPTED if isinstance(error, InterruptError) else FAILED
             with contextlib.suppress(OSError):
-                close_manifest(self._job.folder, FAILED, error.exit_code, reason=str(error))
+                close_manifest(self._job.folder, status, error.exit_code, reason=str(error))
         return error
 
-    def _death(self, returncode: int, log: str) -> RunError:
+    def _death(self, returncode: int, log: str) -> KilotwinError:
+        kept = f"; what was recorded is in {self._job.folder}" if self._folder_made else ""
+        if self._interrupts > 1:
+            return InterruptError("interrupted twice, and ended at once" + kept)
         cause = f"ended with code {returncode}"
         if returncode < 0:
             cause = f"was ended by {signal.Signals(-returncode).name}"
@@ -195,22 +208,18 @@ class _Child:
         if robot != _NOBODY:
             program = self._job.experiment.program_of(robot).name
             ran = f"; last to run was {program} robot {robot} tick {tick}"
-        kept = f"; what was recorded is in {self._job.folder}" if self._folder_made else ""
         return RunError(f"the engine's process {cause}{ran}{kept}", detail=log)
 
+    @contextlib.contextmanager
+    def _stop_on_signals(self, process: "subprocess.Popen[bytes]") -> Iterator[None]:
+        """Ctrl-C or a polite kill ends the run early, with its data kept; a second ends it now."""
 
-@contextlib.contextmanager
-def _stop_on_signals(process: "subprocess.Popen[bytes]") -> Iterator[None]:
-    """Ctrl-C or a polite kill ends the run early, with its data kept; a second one ends it now."""
-    asked = False
+        def stop(number: int, frame: FrameType | None) -> None:
+            self._interrupts += 1
+            if self._interrupts > 1:
+                process.kill()
+            elif process.stdin is not None:
+                process.stdin.close()
 
-    def stop(number: int, frame: FrameType | None) -> None:
-        nonlocal asked
-        if asked:
-            process.kill()
-        elif process.stdin is not None:
-            asked = True
-            process.stdin.close()
-
-    with heeding_interrupts(stop):
-        yield
+        with heeding_interrupts(stop):
+            yield

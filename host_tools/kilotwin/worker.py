@@ -147,6 +147,10 @@ class Trial(Generic[WriterT]):
                 self._simulation.trace(robot, str(self._job.folder / f"robot_{robot}.vcd"))
             if probes.gdb is not None:
                 self._simulation.serve_debugger(probes.gdb, probes.gdb_port)
+                what = (
+                    f"robot {probes.gdb} waits; in avr-gdb type: target remote :{probes.gdb_port}"
+                )
+                self._report({"type": "note", "text": what})
         except _emulator.EngineError as error:
             raise InputError(str(error)) from None
 

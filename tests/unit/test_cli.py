@@ -7,8 +7,9 @@ from typing import Any
 
 import pytest
 import typer.main
+from typer.testing import CliRunner
 
-from kilotwin import __version__, cli
+from kilotwin import __version__, cli, run
 from kilotwin.doctor import Finding, examine, report_text
 
 from .conftest import Kilotwin
@@ -138,3 +139,18 @@ def test_bench_prints_a_table_for_people(kilotwin: Kilotwin) -> None:
     assert "robot-s/CPU-s" in shown.splitlines()[0]
     assert "paper/firat-n50" in shown
     assert "cores" in shown.splitlines()[-1]
+
+
+def test_bench_interrupted_keeps_what_is_measured_in_full_and_goes_no_further(
+    kilotwin: Kilotwin, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    words = ["bench", "paper", "--json", "--repeats", "2", "--duration-s", "10", "--quiet"]
+    (whole, *_) = json.loads(kilotwin(*words).stdout)
+    summary = {**whole, "stats": {"worst_overlap_fraction": 0.0}}
+    outcomes = iter([run.Outcome(summary, code) for code in (0, 0, 0, 130, 0, 0)])
+    monkeypatch.setattr(run, "run", lambda *_: next(outcomes))
+    done = CliRunner().invoke(cli.app, words)
+    assert done.exit_code == 130
+    assert [result["workload"] for result in json.loads(done.stdout)] == ["paper/simplified-n100"]
+    assert "interrupted" in done.stderr
+    assert len(list(outcomes)) == 2

@@ -194,6 +194,33 @@ def test_an_interrupted_run_keeps_its_data(
     assert not (folder / "run/robots.parquet").exists()
 
 
+def test_a_run_interrupted_twice_ends_at_once_and_says_what_is_kept(
+    start: Start, folder: Path, trouble: Callable[[str], str]
+) -> None:
+    process = start("--set", trouble("slow"), "--set", "duration_s=1e9", "--out", "run")
+    wait_for((folder / "run").exists, "the run folder")
+    wait_for(lambda: Run.open(folder / "run").sites().num_rows > 5, "samples")
+    (engine,) = map(
+        int, Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+    )
+    os.kill(engine, signal.SIGSTOP)  # it does not heed the first one
+    os.kill(process.pid, signal.SIGINT)
+    time.sleep(0.2)
+    os.kill(process.pid, signal.SIGINT)
+    _, errors = process.communicate(timeout=30)
+    assert process.returncode == 130, errors
+    said = f"interrupted twice, and ended at once; what was recorded is in {folder / 'run'}"
+    assert errors.splitlines()[-1] == f"kilotwin: {said}"
+    assert status(folder / "run") == "interrupted"
+    assert Run.open(folder / "run").sites().num_rows > 5
+
+
+def test_a_robot_that_is_not_there_is_not_said_to_wait_for_gdb(kilotwin: Kilotwin) -> None:
+    done = kilotwin("run", "small.toml", "--gdb", "99", expect=2)
+    assert "there are robots 0 to 9" in done.stderr
+    assert "waits" not in done.stderr
+
+
 def test_a_child_whose_parent_is_killed_closes_the_folder(
     start: Start, folder: Path, trouble: Callable[[str], str]
 ) -> None:
