@@ -500,7 +500,7 @@ void Simulation::deliver_to_grid(const Emission &emission) {
 
 /// Brings those into the cache who send some turns after the i-th, and who may hear it.
 void Simulation::prefetch_heard_after(const std::vector<Planned> &frames, size_t i) const {
-    constexpr size_t NEXT = 1, SOONER = 2, SOON = 4, LATER = 6, LATEST = 8;
+    constexpr size_t SOONER = 2, SOON = 4, LATER = 6, LATEST = 8;
     if (robots_.size() < FETCHED_SWARM || i + LATEST >= frames.size()) return;
     auto sender = [&](size_t turns) { return frames[i + turns].emission.robot; };
     const uint32_t latest = sender(LATEST), later = sender(LATER);
@@ -514,8 +514,6 @@ void Simulation::prefetch_heard_after(const std::vector<Planned> &frames, size_t
     for (uint32_t other : bodies_->lists().of(sender(SOON))) bodies_->prefetch(other);
     for (const auto &listener : medium_.last_audience(sender(SOONER)))
         robots_[listener.robot].prefetch_receiver();
-    for (const auto &listener : medium_.last_audience(sender(NEXT)))
-        robots_[listener.robot].prefetch_lists();
 }
 
 void Simulation::deliver_frames() {

@@ -284,7 +284,8 @@ class alignas(64) Robot {
     Few<MotorCommand, 2> motor_commands;
 
   private:
-    // ... then what blocking calls, sending and receiving by the Kilobot's medium need ...
+    // ... then what blocking calls, sending and receiving by the Kilobot's medium, and other outputs
+    // need ...
     SuspendedCall suspended_;
     Cycles granted_from_ = NEVER, granted_to_ = 0, granted_until_ = 0;
     message_t outgoing_;
@@ -296,20 +297,20 @@ class alignas(64) Robot {
 
   private:
     Few<std::pair<Cycles, Cycles>, 1> frames_seen_;  ///< light on the receiver: begin, end
+    Cycles driven_ = 0;                              ///< with a motor on, up to driving_since_
+    Cycles driving_since_ = NEVER;
+    uint32_t rand_hard_draws_ = 0;
+    uint8_t left_ = 0, right_ = 0;
+    uint8_t color_ = 0;
+    uint8_t noted_ = 0;  ///< Mistakes
 
     // ... and what changes rarely.
     std::unique_ptr<EepromImage> eeprom_;  ///< once it differs from the calibration
     Cycles overflow_ = NEVER;  ///< after a retry: when the timer's next ordinary match comes
     Cycles state_since_;
     Cycles power_up_;
-    Cycles driven_ = 0;  ///< with a motor on, up to driving_since_
-    Cycles driving_since_ = NEVER;
     void (*setup_)(void) = nullptr;
     const std::string *name_;  ///< of its program
-    uint32_t rand_hard_draws_ = 0;
-    uint8_t left_ = 0, right_ = 0;
-    uint8_t color_ = 0;
-    uint8_t noted_ = 0;  ///< Mistakes
     Calibration calibration_;
 };
 
