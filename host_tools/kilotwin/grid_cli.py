@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 grid_app = typer.Typer(
     help="Talks to the modules of a Kilogrid, and through them to its robots.",
     epilog="A bus is IFACE:CHANNEL, with any interface that python-can knows: socketcan:can0, "
-    "slcan:/dev/ttyACM0, or socketcand:127.0.0.1 for all buses of an emulated grid. Give --can "
-    "once per bus, the lowest rows first.",
+    "slcan:/dev/ttyACM0, or socketcand:127.0.0.1 for all buses of an emulated grid: four, if no "
+    "experiment says how many. Give --can once per bus, the lowest rows first.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
 )
@@ -136,7 +136,7 @@ def setup(
             done = console.configure(file, note)
     else:
         loaded = _load(file, None, settings)
-        with _console(buses, None, loaded) as console:
+        with _console(buses, size, loaded) as console:
             done = console.set_up(loaded, note)
     typer.echo(json.dumps(done) if as_json else f"{done['modules']} modules are set up")
     if done["silent"]:

@@ -1,13 +1,19 @@
 """How buses are named on the command line, and what is said when one is not there."""
 
+import gc
+import warnings
+from contextlib import closing
+
 import pytest
 
+from kilotwin._emulator import Bridge
 from kilotwin.can.buses import BusName, name_all, open_all, parse_bus
 from kilotwin.errors import DeviceError, InputError
-from kilotwin.grid.console import message_for_robots
+from kilotwin.grid.console import Console, message_for_robots
 from kilotwin.overhead import WAKEUP
 
-from .conftest import Kilotwin
+from .conftest import Kilotwin, Load
+from .test_grid_plan import GRID
 
 
 @pytest.mark.parametrize(
@@ -66,6 +72,38 @@ def test_what_is_not_there_is_a_missing_device_with_what_to_type() -> None:
     assert "refused" in str(caught.value)
     with pytest.raises(DeviceError, match=r"ip link set nothing7 up type can bitrate 250000"):
         open_all(name_all(["socketcan:nothing7"], 1))
+
+
+def test_a_table_with_fewer_buses_is_told_from_one_that_is_not_there() -> None:
+    with closing(Bridge(buses=2)) as bridge:
+        server = f"socketcand:127.0.0.1:{bridge.port}"
+        with pytest.raises(
+            DeviceError, match=rf"{server}/can2: .*the table there has no can2"
+        ) as no:
+            Console.open([server], "4x4", None)
+        remedy = str(no.value).rpartition("as in ")[2]
+        # python-can leaves the socket of a bus that is refused to the garbage collector.
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ResourceWarning)
+            del no
+            gc.collect()
+        names = [word for word in remedy.split() if word != "--can"]
+        for bus in open_all(name_all(names, 2)):
+            bus.bus.shutdown()
+
+
+def test_more_buses_than_rows_are_refused() -> None:
+    names = ["socketcan:can0", "socketcan:can1"]
+    with pytest.raises(InputError, match="--size 4x1: 2 buses are named, but each has whole rows"):
+        Console.open(names, "4x1", None)
+
+
+def test_a_size_beside_an_experiment_of_another_size_is_refused(load: Load) -> None:
+    names = ["socketcand:127.0.0.1:1"]
+    with pytest.raises(InputError, match=r"--size 9x9: .*small\.toml has 4x6; leave --size out"):
+        Console.open(names, "9x9", load(GRID))
+    with pytest.raises(DeviceError, match="refused"):
+        Console.open(names, "4x6", load(GRID))
 
 
 def test_messages_for_robots() -> None:

@@ -386,6 +386,16 @@ def test_without_one_bus_the_others_are_polled_changed_and_stopped(build: Build)
     assert "idle" not in rig.kinds()
 
 
+def test_why_a_bus_is_down_is_said_in_one_line(build: Build) -> None:
+    rig = build()
+    error = can.CanOperationError("Failed to transmit: OSError\nTraceback ...")
+    error.__cause__ = OSError(errno.ENETDOWN, "Network is down")
+    pull_the_plug(rig.buses[0][0], error)
+    rig.controller.set_idle()
+    rig.pass_time(0.1)
+    assert rig.controller.down == {0: "network is down"}
+
+
 def test_a_bus_on_which_nobody_acknowledges_is_down_when_its_queue_stays_full(
     build: Build,
 ) -> None:

@@ -83,7 +83,7 @@ data
     assert walls == Block(
         (Target("x", x=0), Target("x", x=9), Target("y", y=0), Target("y", y=19)), b"\1\1\1\1"
     )
-    assert walls.line == 5
+    assert [target.line for target in walls.targets] == [6, 6, 7, 7]
     assert spot.targets == tuple(
         Target("module", x, y) for x, y in [(0, 0), (4, 7), (5, 7), (6, 7)]
     )
@@ -127,11 +127,18 @@ def test_what_is_wrong_is_named_with_its_line(text: str, said: str) -> None:
 
 
 def test_a_module_off_the_grid_is_named() -> None:
-    found = kconf.parse("address\nmodule:3-4\ndata\n1\n\naddress\ny:5\ndata\n1\n")
+    found = kconf.parse("address\nmodule:3-4\ndata\n1\n\naddress\nx:1\ny:5\ndata\n1\n")
     with pytest.raises(
-        InputError, match=r"^it:6: y:5 is not on a grid of 4 x 5 modules; .*rows 0 to 4"
+        InputError, match=r"^it:8: y:5 is not on a grid of 4 x 5 modules; .*rows 0 to 4"
     ):
         kconf.configurations(found, 4, 5, "it")
+
+
+@pytest.mark.parametrize("text", ["", "# nothing yet\n\n"])
+def test_a_file_that_names_no_module_is_refused(text: str, tmp_path: Path) -> None:
+    (tmp_path / "empty.kconf").write_text(text)
+    with pytest.raises(InputError, match=r"empty\.kconf: it names no module; a block is a line"):
+        kconf.read(tmp_path / "empty.kconf")
 
 
 def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:

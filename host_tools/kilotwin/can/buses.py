@@ -103,7 +103,7 @@ def open_bus(name: BusName) -> OpenBus:
         return _open(name)
     except (can.CanError, OSError, ValueError, ImportError, TypeError) as error:
         reason = (getattr(error, "strerror", None) or str(error) or type(error).__name__).lower()
-        raise DeviceError(f"--can {name}: {reason}; {_remedy(name)}") from None
+        raise DeviceError(f"--can {name}: {reason}; {_remedy(name, reason)}") from None
 
 
 def _open(name: BusName) -> OpenBus:
@@ -136,7 +136,13 @@ def _widen(bus: can.BusABC) -> None:
             return
 
 
-def _remedy(name: BusName) -> str:
+def _remedy(name: BusName, reason: str) -> str:
+    if name.interface == "socketcand" and "could not open bus" in reason:
+        server = f"--can socketcand:{name.host}:{name.port}"
+        return (
+            f"the table there has no {name.channel}; name each bus that it has, the lowest rows "
+            f"first, as in {server}/can0 {server}/can1"
+        )
     if name.interface == "socketcand":
         where = "" if name.port == SOCKETCAND_PORT else f" on port {name.port}"
         return f"is `kilotwin run EXP.toml --serve` running there{where}? It prints what to type"

@@ -46,18 +46,25 @@ class Console:
             if experiment.plan is None:
                 raise InputError(f"{experiment.origin.source}: no [grid]; add it")
             layout, settings = experiment.plan.layout, experiment.plan.settings
+            if size is not None and _parse_size(size) != (layout.columns, layout.rows):
+                what = f"{experiment.origin.source} has {layout.columns}x{layout.rows}"
+                raise InputError(f"--size {size}: {what}; leave --size out, or change [grid]")
             return Console(layout, settings, open_all(name_all(names, layout.buses)))
-        columns, rows = _parse_size(size or _DEFAULT_SIZE)
+        size = size or _DEFAULT_SIZE
+        columns, rows = _parse_size(size)
         whole = len(names) == 1 and names[0].startswith("socketcand:") and "/" not in names[0]
         # As many buses as the real table has, or as a smaller one needs.
         buses = min(4, rows) if whole else len(names)
-        opened = open_all(name_all(names, buses))
+        if buses > rows:
+            what = f"{buses} buses are named, but each has whole rows"
+            raise InputError(f"--size {size}: {what}; name {rows} at most, or another size")
+        bus_names = name_all(names, buses)
         layout = Layout(columns, rows, buses)
         most = max(len(layout.modules_of(bus)) for bus in range(buses))
         if most > MOST_PER_BUS:
             what = f"{most} modules on a bus, but {MOST_PER_BUS} are the most"
             raise InputError(f"--size {size}: {what}; name more buses, or another size")
-        return Console(layout, Settings(), opened)
+        return Console(layout, Settings(), open_all(bus_names))
 
     def __enter__(self) -> Self:
         return self

@@ -44,6 +44,7 @@ class Target:
     kind: Literal["module", "x", "y"]
     x: int | None = None
     y: int | None = None
+    line: int = field(default=0, compare=False)  # in its file
 
     def covers(self, module: Module) -> bool:
         """Whether it means this module."""
@@ -52,22 +53,25 @@ class Target:
 
 @dataclass(frozen=True)
 class Block:
-    """The same bytes for some modules; `line` is where its `address` stands."""
+    """The same bytes for some modules."""
 
     targets: tuple[Target, ...]
     data: bytes
-    line: int = field(default=0, compare=False)
 
 
 def read(file: Path) -> list[Block]:
-    """The blocks of a file; InputError names the file and the line."""
+    """The blocks of a file, at least one; InputError names the file and the line."""
     try:
-        return parse(file.read_bytes().decode(), str(file))
+        blocks = parse(file.read_bytes().decode(), str(file))
     except UnicodeDecodeError:
         raise InputError(f"{file}: not UTF-8 text; name a .kconf file") from None
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise InputError(f"{file}: {reason}; name a .kconf file") from None
+    if not blocks:
+        what = f"a line 'address', lines such as {_FORMS}, a line 'data', and bytes"
+        raise InputError(f"{file}: it names no module; a block is {what}")
+    return blocks
 
 
 def parse(text: str, source: str = ".kconf") -> list[Block]:
@@ -97,7 +101,7 @@ def configurations(
         for target in block.targets:
             if not _inside(target, columns, rows):
                 raise InputError(
-                    f"{source}:{block.line}: {_target_text(target)} is not on a grid of "
+                    f"{source}:{target.line}: {_target_text(target)} is not on a grid of "
                     f"{columns} x {rows} modules; columns are 0 to {columns - 1}, rows 0 to "
                     f"{rows - 1}"
                 )
@@ -168,7 +172,7 @@ class _Parser:
             raise self._error("the block has no 'data'; add it and a hex byte per line", at)
         if not self._data:
             raise self._error(f"the block has no bytes; add 1 to {MOST_BYTES} below 'data'", at)
-        yield Block(tuple(self._targets), bytes(self._data), at)
+        yield Block(tuple(self._targets), bytes(self._data))
         self._targets, self._data = [], None
 
     def _address(self, words: str) -> Iterator[Target]:
@@ -183,16 +187,18 @@ class _Parser:
             if kind == "module":
                 if not dash:
                     raise self._error(f"'{words}': write each module as column-row, as module:3-7")
-                yield Target(
-                    "module", self._coordinate(first, words), self._coordinate(last, words)
-                )
+                x, y = self._coordinate(first, words), self._coordinate(last, words)
+                yield Target("module", x, y, self._line)
                 continue
             low = self._coordinate(first, words)
             high = self._coordinate(last, words) if dash else low
             if high < low:
                 raise self._error(f"'{words}': {low}-{high} runs backwards; write {high}-{low}")
             for number in range(low, high + 1):
-                yield Target("x", x=number) if kind == "x" else Target("y", y=number)
+                if kind == "x":
+                    yield Target("x", x=number, line=self._line)
+                else:
+                    yield Target("y", y=number, line=self._line)
 
     def _coordinate(self, text: str, words: str) -> int:
         if not _NUMBER.fullmatch(text) or int(text) > LAST:

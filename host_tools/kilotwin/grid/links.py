@@ -78,7 +78,7 @@ class Links:
             self._buses[bus].send(message)
         except (can.CanError, OSError) as error:
             if getattr(error, "error_code", None) != errno.ENOBUFS:
-                self._troubles[bus] = str(error)
+                self._troubles[bus] = _reason(error)
             elif (since_s := self._full_since_s[bus]) is None:
                 self._full_since_s[bus] = now_s
             elif now_s - since_s > _FULL_S:
@@ -126,7 +126,7 @@ class Links:
                         own = local and not is_for_host(message.arbitration_id)
                         rows.append(_row(now_s, number, message, from_host=own))
             except (can.CanError, OSError) as error:
-                self._troubles[number] = str(error)
+                self._troubles[number] = _reason(error)
         return np.concatenate(rows) if rows else NO_FRAMES
 
     def close(self) -> None:
@@ -140,6 +140,13 @@ def is_data_frame(message: can.Message) -> bool:
     return not (
         message.is_extended_id or message.is_remote_frame or message.is_error_frame or message.is_fd
     )
+
+
+def _reason(error: Exception) -> str:
+    """In one line: python-can puts tracebacks into its own words."""
+    cause = error.__cause__ or error
+    text = getattr(cause, "strerror", None) or str(cause) or type(cause).__name__
+    return text.splitlines()[0].lower()
 
 
 def _row(at_s: float, bus: int, message: can.Message, *, from_host: bool) -> Frames:
