@@ -1,6 +1,5 @@
 """Reads a run folder, whole or as a killed run left it."""
 
-import contextlib
 import json
 import tomllib
 from dataclasses import dataclass
@@ -8,12 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import pyarrow as pa
+import pyarrow.parquet as pq
 
 from kilotwin.errors import InputError
 from kilotwin.experiment_checks import swarm_size
 from kilotwin.experiment_schema import ExperimentSchema
 from kilotwin.records import TRACKING_SCHEMA, Records
-from kilotwin.run_folder import EVENTS, EXPERIMENT, MANIFEST, TRACKING
+from kilotwin.run_folder import EVENTS, EXPERIMENT, FINISHED, MANIFEST, TRACKING
 
 
 @dataclass(frozen=True)
@@ -30,29 +30,33 @@ class Run:
         try:
             manifest = json.loads((folder / MANIFEST).read_text())
             tables = tomllib.loads((folder / EXPERIMENT).read_text())
+            if not isinstance(manifest, dict):
+                raise ValueError(f"{MANIFEST} holds no object")
             return Run(folder, manifest, ExperimentSchema.model_validate(tables))
-        except OSError:
-            missing = MANIFEST if folder.is_dir() else "such folder"
+        except FileNotFoundError as error:
+            missing = Path(error.filename).name if folder.is_dir() else "such folder"
             raise InputError(
                 f"{folder}: not a run folder (no {missing}); name one that `kilotwin run` made"
             ) from None
-        except ValueError as error:
-            first_line = str(error).splitlines()[0]
+        except OSError as error:
+            reason = (error.strerror or str(error)).lower()
             raise InputError(
-                f"{folder}: a damaged run folder ({first_line}); repeat the run"
+                f"{error.filename}: {reason}; name a run folder that you may read"
             ) from None
+        except ValueError as error:
+            raise _damaged(folder, str(error).splitlines()[0]) from None
 
     def robots(self) -> pa.Table:
         """A row per robot and sample."""
-        return self._table("robots.arrows", Records.of(self.experiment, {}).robots_schema)
+        return self._table("robots", Records.of(self.experiment, {}).robots_schema)
 
     def sites(self) -> pa.Table:
         """A row per sample."""
-        return self._table("sites.arrows", Records.of(self.experiment, {}).sites_schema)
+        return self._table("sites", Records.of(self.experiment, {}).sites_schema)
 
     def tracking(self) -> pa.Table:
         """A row per report that the host of a grid fetched; none without a grid."""
-        return self._table(f"{TRACKING}.arrows", TRACKING_SCHEMA)
+        return self._table(TRACKING, TRACKING_SCHEMA)
 
     @property
     def robots_number(self) -> int:
@@ -67,13 +71,27 @@ class Run:
 
     def _table(self, name: str, schema: pa.Schema) -> pa.Table:
         batches = []
-        # A writer killed early leaves no file, or half a schema; one killed later, half a batch.
-        with (
-            contextlib.suppress(pa.ArrowInvalid, OSError),
-            pa.OSFile(str(self.folder / name)) as file,
-            pa.ipc.open_stream(file) as reader,
-        ):
-            schema = reader.schema
-            for batch in reader:
-                batches.append(batch)
+        try:
+            with (
+                pa.OSFile(str(self.folder / f"{name}.arrows")) as file,
+                pa.ipc.open_stream(file) as reader,
+            ):
+                schema = reader.schema
+                for batch in reader:
+                    batches.append(batch)
+        except (pa.ArrowException, OSError) as error:
+            # A writer killed early leaves no file, or half a schema; one killed later, half a
+            # batch. After a clean end it is damage, and the same is there as Parquet.
+            if self.manifest.get("status") == FINISHED:
+                return self._parquet(f"{name}.parquet", str(error).splitlines()[0])
         return pa.Table.from_batches(batches, schema)
+
+    def _parquet(self, name: str, why: str) -> pa.Table:
+        try:
+            return pq.read_table(self.folder / name)
+        except (pa.ArrowException, OSError):
+            raise _damaged(self.folder, why) from None
+
+
+def _damaged(folder: Path, why: str) -> InputError:
+    return InputError(f"{folder}: a damaged run folder ({why}); repeat the run")

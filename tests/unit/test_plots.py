@@ -10,6 +10,7 @@ import pytest
 from kilotwin.errors import InputError
 from kilotwin.plot import write_figure
 from kilotwin.plot.style import site_fills, state_colours
+from kilotwin.run_folder import close_manifest
 
 from .conftest import BLINK, INFORMED, SMALL, Load, call_kilotwin
 
@@ -64,6 +65,7 @@ def test_a_run_killed_before_its_first_sample_cannot_be_drawn(
     shutil.copytree(run_folder, killed)
     (killed / "robots.arrows").write_bytes(b"")
     (killed / "sites.arrows").write_bytes(b"")
+    close_manifest(killed, "interrupted", 130)
     for figure in ("map", "timeline"):
         with pytest.raises(InputError, match="no sample was recorded"):
             write_figure(figure, killed, tmp_path / "figure.png")

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -172,6 +173,7 @@ def test_an_event_cut_short_is_left_out(experiment: Experiment, tmp_path: Path) 
 
 WRITER = """
 import sys, time
+from collections.abc import Callable
 from pathlib import Path
 from kilotwin.experiment import Experiment
 from tests.unit.test_run_folder import some_samples, RunWriter
@@ -260,6 +262,32 @@ def test_what_is_no_run_folder_is_refused(tmp_path: Path) -> None:
     (tmp_path / "experiment.toml").write_text("")
     with pytest.raises(InputError, match="damaged"):
         Run.open(tmp_path)
+
+
+def test_what_is_missing_of_a_run_folder_is_named(experiment: Experiment, tmp_path: Path) -> None:
+    write(tmp_path / "run", experiment, 0).close(clean=False)
+    (tmp_path / "run/experiment.toml").unlink()
+    with pytest.raises(InputError, match=r"not a run folder \(no experiment.toml\)"):
+        Run.open(tmp_path / "run")
+
+
+@pytest.mark.parametrize("damage", [lambda _: None, lambda whole: whole[:-100]])
+def test_a_stream_damaged_after_a_clean_end_is_read_from_parquet_or_refused(
+    damage: Callable[[bytes], bytes | None], experiment: Experiment, tmp_path: Path
+) -> None:
+    folder = tmp_path / "run"
+    write(folder, experiment, 3).close(clean=True)
+    close_manifest(folder, "finished", 0)
+    stream = folder / "robots.arrows"
+    whole = Run.open(folder).robots()
+    left = damage(stream.read_bytes())
+    stream.unlink()
+    if left is not None:
+        stream.write_bytes(left)
+    assert Run.open(folder).robots().equals(whole)
+    (folder / "robots.parquet").unlink()
+    with pytest.raises(InputError, match=r"a damaged run folder \(.*\); repeat the run"):
+        Run.open(folder).robots()
 
 
 def test_the_manifest_is_replaced_in_one_step(experiment: Experiment, tmp_path: Path) -> None:
