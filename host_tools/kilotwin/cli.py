@@ -8,6 +8,7 @@ Every option is an environment variable too. What a command needs is imported in
 import json
 import math
 import os
+import signal
 import sys
 from enum import StrEnum
 from pathlib import Path
@@ -86,6 +87,8 @@ def main() -> None:
     try:
         app(prog_name="kilotwin")
     except KilotwinError as error:
+        if isinstance(error, InterruptError):
+            signal.signal(signal.SIGINT, signal.SIG_IGN)  # one more has nothing left to end
         typer.echo(f"kilotwin: {error}", err=True)
         if error.detail:
             typer.echo(error.detail, err=True)

@@ -158,10 +158,10 @@ class _Child:
                     last = json.loads(line)
                     self._show(last)
                 returncode = process.wait()
-            if last.get("type") == "done":
-                return Outcome(last["summary"], last["exit_code"])
-            log.seek(0)
-            raise self._failure(last, returncode, log.read().strip())
+                if last.get("type") == "done":
+                    return Outcome(last["summary"], last["exit_code"])
+                log.seek(0)
+                raise self._failure(last, returncode, log.read().strip())
 
     def _start(self, log: IO[str]) -> "subprocess.Popen[bytes]":
         # A process group of its own: Ctrl-C is for us, who then ask the child to stop.
