@@ -304,6 +304,19 @@ def test_a_host_in_another_process_records_what_the_robots_do(
     assert ours == served
 
 
+def wait_for_run(out: Path) -> None:
+    deadline = time.monotonic() + 60
+    while time.monotonic() < deadline and "run" not in (
+        [
+            line.split('"kind": "')[1].split('"')[0]
+            for line in (out / "events.jsonl").read_text().splitlines()
+        ]
+        if (out / "events.jsonl").exists()
+        else []
+    ):
+        time.sleep(0.1)
+
+
 def test_ctrl_c_leaves_robots_and_modules_idle_and_the_log_whole(
     kilotwin: Kilotwin, environment: dict[str, str], tmp_path: Path, tables: list[Table]
 ) -> None:
@@ -318,16 +331,7 @@ def test_ctrl_c_leaves_robots_and_modules_idle_and_the_log_whole(
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
     )
-    deadline = time.monotonic() + 60
-    while time.monotonic() < deadline and "run" not in (
-        [
-            line.split('"kind": "')[1].split('"')[0]
-            for line in (out / "events.jsonl").read_text().splitlines()
-        ]
-        if (out / "events.jsonl").exists()
-        else []
-    ):
-        time.sleep(0.1)
+    wait_for_run(out)
     time.sleep(2)
     host.send_signal(signal.SIGINT)
     assert host.wait(60) == 130
@@ -340,3 +344,30 @@ def test_ctrl_c_leaves_robots_and_modules_idle_and_the_log_whole(
     buses = [word for n in range(2) for word in ("--can", f"{table.bus}/can{n}")]
     said = kilotwin("grid", "health", *buses, "--size", "4x4")
     assert said.stdout.splitlines()[0] == "16 modules are IDLE"
+
+
+def test_a_table_that_vanishes_ends_the_record_and_alarms(
+    environment: dict[str, str], tmp_path: Path, tables: list[Table]
+) -> None:
+    table = Table(tmp_path, environment, "--speed", "4")
+    tables.append(table)
+    out = tmp_path / "recorded"
+    words = ["--can", table.bus, "--speed", "4", "--set", "duration_s=1000", "-q"]
+    with subprocess.Popen(
+        [KILOTWIN, "record", SMALL, "--out", out, *words],
+        cwd=ROOT,
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as host:
+        wait_for_run(out)
+        table.close()
+        _, said = host.communicate(timeout=60)
+    assert host.returncode == 1
+    assert "no bus is left: the record ends" in said
+    assert "ROBOTS MAY BE DRIVING ON" in said
+    recorded = Run.open(out)
+    assert recorded.manifest["status"] == "failed"
+    assert kinds(recorded)[-3:] == ["bus_down", "bus_down", "not_idle"]
