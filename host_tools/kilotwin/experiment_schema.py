@@ -341,7 +341,7 @@ class Command(Section):
     bit: Annotated[int, Field(ge=0, le=15)] | None = None
     """readuid: which bit of its uid a robot shows; it turns left if the bit is set."""
     mode: Literal["save", "uid", "turn_left", "turn_right", "straight"] | None = None
-    """calib: `save` what the message carries, or show how the robot moves with it."""
+    """calib: show how the robot moves, or `save` what the message carries while it does."""
     uid: Uid | None = None
     """calib, save: the robot's uid from now on."""
     turn_left: Byte | None = None
