@@ -28,6 +28,7 @@ from kilotwin.cli_options import (
     Settings,
     Sources,
     Speed,
+    Where,
     given_settings,
 )
 from kilotwin.errors import EXIT_INTERRUPTED, InputError, InterruptError, KilotwinError
@@ -324,7 +325,8 @@ def sweep(
     epilog="Examples:\n\n"
     "  kilotwin plot map runs/my-run -o map.png\n\n"
     "  kilotwin plot timeline runs/my-run -o timeline.pdf\n\n"
-    "  kilotwin plot median runs/sweep-paper-grid -o median.pdf"
+    "  kilotwin plot median runs/sweep-paper-grid -o median.pdf\n\n"
+    "  kilotwin plot symmetry runs/my-sweep --where controller.beta=1.5 -o symmetry.pdf"
 )
 def plot(
     figure: Annotated[Figure, typer.Argument(help="Which figure.")],
@@ -341,11 +343,12 @@ def plot(
             "-o", "--output", envvar="KILOTWIN_OUTPUT", help="The picture: .png, .svg or .pdf."
         ),
     ],
+    where: Where = None,
 ) -> None:
     """Draw a figure of a run or a sweep."""
     from kilotwin.plot import write_figure
 
-    write_figure(figure.value, folder, output)
+    write_figure(figure.value, folder, output, where or [])
 
 
 @app.command(
@@ -435,13 +438,14 @@ def compare(
         Path, typer.Argument(metavar="RUN|SWEEP", help="A run folder; for paper a sweep's.")
     ],
     *,
+    where: Where = None,
     as_json: Json = False,
 ) -> None:
     """Compare with what others measured. 1 if it is outside the bounds, in every reading."""
     from kilotwin import kilogrid_uplink, kilogrid_walk, paper_claims
 
     if reference is Reference.paper:
-        readings = paper_claims.check(folder)
+        readings = paper_claims.check(folder, where or [])
         found, text = paper_claims.as_dict(readings), paper_claims.report_text(readings)
         good = any(
             paper_claims.MISSED not in paper_claims.verdicts(findings).values()

@@ -28,6 +28,14 @@ Settings = Annotated[
         help="Set any key of the file; repeatable.",
     ),
 ]
+Where = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="COLUMN=VALUE",
+        envvar="KILOTWIN_WHERE",
+        help="Of a sweep, only trials that have this in trials.parquet, or none; repeatable.",
+    ),
+]
 RunFolder = Annotated[
     Path | None,
     typer.Option(

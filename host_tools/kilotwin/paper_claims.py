@@ -51,11 +51,11 @@ class Finding:
 Findings = list[Finding]
 
 
-def check(folder: Path) -> dict[str, Findings]:
-    """All findings on the trials of a sweep, by reading."""
+def check(folder: Path, where: Sequence[str] = ()) -> dict[str, Findings]:
+    """All findings on the trials of a sweep, by reading. `where`: as for Conditions.open()."""
     return {
         reading: [*_a(trials), *_b(trials), *_c(trials), *_d(trials), *_e(trials)]
-        for reading, trials in Conditions.by_reading(folder).items()
+        for reading, trials in Conditions.by_reading(folder, where).items()
     }
 
 

@@ -1,6 +1,6 @@
 """Figures of run folders and of sweeps, as PNG, SVG or PDF."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -24,14 +24,19 @@ SWEEP_FIGURES: dict[str, Callable[[Conditions], Figure]] = {
 _SUFFIXES = {".png", ".svg", ".pdf"}
 
 
-def write_figure(figure: str, folder: Path, target: Path) -> None:
-    """Draws a figure of a run's or a sweep's folder; what cannot be done is an InputError."""
+def write_figure(figure: str, folder: Path, target: Path, where: Sequence[str] = ()) -> None:
+    """Draws a figure of a run's or a sweep's folder; what cannot be done is an InputError.
+
+    `where`: which of the sweep's trials, as for Conditions.open().
+    """
     if target.suffix.lower() not in _SUFFIXES:
         raise InputError(f"-o {target}: not a kind of picture; end the name in .png, .svg or .pdf")
     if figure in RUN_FIGURES:
+        if where:
+            raise InputError(f"--where {where[0]}: for figures of sweeps; {figure} is of one run")
         drawing = partial(RUN_FIGURES[figure], Run.open(folder))
     else:
-        drawing = partial(SWEEP_FIGURES[figure], Conditions.open(folder))
+        drawing = partial(SWEEP_FIGURES[figure], Conditions.open(folder, where))
     drawn = style.draw(drawing)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)

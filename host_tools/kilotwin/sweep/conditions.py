@@ -1,15 +1,25 @@
 """A sweep's trials, sorted by what the paper varies: controller, N, and who is informed."""
 
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import pyarrow as pa
 import pyarrow.parquet as pq
 
 from kilotwin.errors import InputError
+from kilotwin.experiment_text import parse_setting
 from kilotwin.sweep.data_set import ABOUT, TRIALS, about
+
+Row = dict[str, Any]
+
+# What a trial varied stands in columns between these two; the first ones below are said by its
+# condition and reading, too.
+_BEFORE_VARIED, _AFTER_VARIED = "seed", "robots"
+_SAID_OTHERWISE = ("swarm.informed", "swarm.size", "controller.rule", "reading.")
+_NOT_SET = "none"  # in --where: the trials that do not set the key
 
 
 @dataclass(frozen=True)
@@ -56,9 +66,12 @@ class Conditions:
     endings: dict[Condition, list[Ending]] = field(default_factory=dict)
 
     @staticmethod
-    def open(folder: Path) -> "Conditions":
-        """Reads the trials of a sweep's folder; InputError if it is none or has none yet."""
-        found = Conditions.by_reading(folder)
+    def open(folder: Path, where: Sequence[str] = ()) -> "Conditions":
+        """Reads the trials of a sweep's folder; InputError if it is none or has none yet.
+
+        `where`: texts such as controller.beta=1.5, all of which a trial has to meet.
+        """
+        found = Conditions.by_reading(folder, where)
         if len(found) > 1:
             raise InputError(
                 f"{folder}: its trials have {len(found)} readings ({'; '.join(found)}), which do "
@@ -67,25 +80,16 @@ class Conditions:
         return next(iter(found.values()))
 
     @staticmethod
-    def by_reading(folder: Path) -> "dict[str, Conditions]":
+    def by_reading(folder: Path, where: Sequence[str] = ()) -> "dict[str, Conditions]":
         """The same for each reading of what the paper leaves open, in the order of the data set."""
-        if not (folder / ABOUT).is_file():
-            raise InputError(
-                f"{folder}: not a sweep's folder (no {ABOUT}); name one that `kilotwin sweep` made"
-            )
-        try:
-            table = pq.read_table(folder / TRIALS)
-        except FileNotFoundError:
-            raise InputError(f"{folder}: no trial is finished yet; go on with the sweep") from None
-        except pa.ArrowInvalid as error:
-            raise InputError(f"{folder / TRIALS}: damaged ({error}); repeat the sweep") from None
-        if "reading" not in table.column_names:
-            raise InputError(f"{folder}: an older Kilotwin made it; repeat the sweep")
-        prefix = "resting_"
-        sites = tuple(c.removeprefix(prefix) for c in table.column_names if c.startswith(prefix))
+        table = _read(folder)
+        rows = _chosen(folder, table, where)
+        sites = _sites(table)
         name = about(folder, "name")
+        varied = _varied(table)
+        firsts: dict[tuple[str, Condition], Row] = {}
         found: dict[str, Conditions] = {}
-        for row in table.to_pylist():
+        for row in rows:
             own = [site for site in sites if row[f"resting_{site}"] is not None]
             condition = Condition(
                 row["rule"],
@@ -94,6 +98,7 @@ class Conditions:
                 tuple(row[f"share_{site}"] for site in own),
                 tuple(own),
             )
+            _check_alike(folder, varied, firsts.setdefault((row["reading"], condition), row), row)
             ending = Ending(tuple(row[f"resting_{site}"] for site in own), row["not_resting"])
             of_reading = found.setdefault(row["reading"], Conditions(name, sites))
             of_reading.endings.setdefault(condition, []).append(ending)
@@ -119,6 +124,103 @@ class Conditions:
         rules = self.rules
         chosen.sort(key=lambda c: (c.robots, rules.index(c.rule), c.informed, c.sites, c.shares))
         return {condition: self.endings[condition] for condition in chosen}
+
+
+def _read(folder: Path) -> pa.Table:
+    if not (folder / ABOUT).is_file():
+        raise InputError(
+            f"{folder}: not a sweep's folder (no {ABOUT}); name one that `kilotwin sweep` made"
+        )
+    try:
+        table = pq.read_table(folder / TRIALS)
+    except FileNotFoundError:
+        raise InputError(f"{folder}: no trial is finished yet; go on with the sweep") from None
+    except (pa.ArrowInvalid, OSError) as error:
+        why = str(error).splitlines()[0]
+        raise InputError(
+            f"{folder / TRIALS}: damaged ({why}); the sweep's own command makes it anew"
+        ) from None
+    if "reading" not in table.column_names:
+        raise InputError(f"{folder}: an older Kilotwin made it; repeat the sweep")
+    _check_columns(folder, table)
+    return table
+
+
+def _check_columns(folder: Path, table: pa.Table) -> None:
+    """A table that something else wrote may lack columns, or hold what is no number of robots."""
+
+    def refuse(why: str) -> NoReturn:
+        raise InputError(f"{folder / TRIALS}: {why}; the sweep's own command makes it anew")
+
+    names = table.column_names
+    sites = _sites(table)
+    if not sites and not any(name.startswith("share_") for name in names):
+        raise InputError(f"{folder}: its experiments have no sites, which this is about")
+    counts = [f"resting_{site}" for site in sites]
+    shares = [f"share_{site}" for site in sites]
+    for column in ["base", "seed", "rule", "robots", "informed", "not_resting", *shares]:
+        if column not in names:
+            refuse(f"no column {column}")
+    if len(shares) < sum(name.startswith("share_") for name in names):
+        refuse("a share_ column without its resting_ column")
+    if table.num_rows == 0:
+        refuse("no trial in it")
+    for row in table.to_pylist():
+        own = [site for site, count in zip(sites, counts, strict=True) if row[count] is not None]
+        if not own or row["rule"] is None:
+            refuse(f"a trial with seed {row['seed']} has no {'rule' if own else 'site'}")
+        columns = [f"{of}_{site}" for of in ("resting", "share") for site in own]
+        for column in ["robots", "informed", "not_resting", *columns]:
+            least = 1 if column == "robots" else 0
+            value = row[column]
+            if not isinstance(value, int | float) or not least <= value < math.inf:
+                refuse(f"{column} is {value!r}")
+
+
+def _sites(table: pa.Table) -> tuple[str, ...]:
+    prefix = "resting_"
+    return tuple(c.removeprefix(prefix) for c in table.column_names if c.startswith(prefix))
+
+
+def _varied(table: pa.Table) -> list[str]:
+    """Columns in which trials of one condition and reading must not differ."""
+    names = table.column_names
+    keys = names[names.index(_BEFORE_VARIED) + 1 : names.index(_AFTER_VARIED)]
+    return ["base", *(key for key in keys if not key.startswith(_SAID_OTHERWISE))]
+
+
+def _chosen(folder: Path, table: pa.Table, where: Sequence[str]) -> list[Row]:
+    rows: list[Row] = table.to_pylist()
+    for text in where:
+        column, equals, value = text.partition("=")
+        if not equals or column not in table.column_names:
+            raise InputError(
+                f"--where {text}: not of the form column=value; {folder / TRIALS} has the columns "
+                f"{', '.join(table.column_names)}"
+            )
+        wanted = None if value == _NOT_SET else parse_setting(text).value
+        values = dict.fromkeys(row[column] for row in rows)
+        rows = [row for row in rows if row[column] == wanted]
+        if not rows:
+            found = ", ".join(map(_shown, values))
+            raise InputError(f"--where {text}: no trial has it; {column} is {found}")
+    return rows
+
+
+def _check_alike(folder: Path, varied: Sequence[str], first: Row, row: Row) -> None:
+    for column in varied:
+        if row[column] != first[column]:
+            values = [_shown(one[column]) for one in (first, row)]
+            raise InputError(
+                f"{folder}: trials that would be counted together differ in {column} "
+                f"({' and '.join(values)}); choose some, as by --where {column}={values[0]}"
+            )
+
+
+def _shown(value: Any) -> str:
+    if value is None:
+        return _NOT_SET
+    return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def on_site(endings: Iterable[Ending], site: int) -> list[int]:

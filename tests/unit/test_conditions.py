@@ -1,0 +1,134 @@
+"""Which trials of a data set are counted together, and what no sweep of ours has written."""
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from kilotwin.errors import InputError
+from kilotwin.sweep.conditions import Conditions
+
+ROW: dict[str, Any] = {
+    "trial": 0,
+    "key": "k",
+    "base": "mine",
+    "seed": 1,
+    "swarm.informed": 0.2,
+    "controller.beta": 1.5,
+    "motion.gives_way": None,
+    "robots": 50,
+    "resting_black": 30,
+    "resting_white": 15,
+    "not_resting": 5,
+    "rule": "simplified",
+    "reading": "reading A",
+    "informed": 0.2,
+    "share_black": 0.5,
+    "share_white": 0.5,
+    "result_hash": "0",
+}
+
+
+def data_set(folder: Path, *changes: dict[str, Any], without: str = "") -> Path:
+    """A folder with a trial for each of the changes to ROW."""
+    rows = [ROW | {"seed": seed} | change for seed, change in enumerate(changes, 1)]
+    table = pa.Table.from_pylist(rows)
+    pq.write_table(table.drop_columns([without]) if without else table, folder / "trials.parquet")
+    (folder / "sweep.json").write_text(json.dumps({"name": "mine"}))
+    return folder
+
+
+def count(folder: Path, *where: str) -> list[int]:
+    return [len(endings) for endings in Conditions.open(folder, where).endings.values()]
+
+
+def test_trials_that_differ_in_luck_and_in_who_is_informed_are_sorted_by_condition(
+    tmp_path: Path,
+) -> None:
+    more = {"swarm.informed": 0.4, "informed": 0.4}
+    assert count(data_set(tmp_path, {}, {}, more)) == [2, 1]
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"controller.beta": 2.25}, "differ in controller.beta (1.5 and 2.25)"),
+        ({"motion.gives_way": False}, "--where motion.gives_way=none"),
+        ({"base": "other"}, "differ in base (mine and other)"),
+    ],
+)
+def test_trials_that_differ_in_anything_else_are_not_counted_together(
+    tmp_path: Path, change: dict[str, Any], says: str
+) -> None:
+    with pytest.raises(InputError, match=re.escape(says)):
+        count(data_set(tmp_path, {}, change))
+
+
+def test_where_chooses_trials(tmp_path: Path) -> None:
+    folder = data_set(tmp_path, {}, {}, {"controller.beta": 2.25}, {"motion.gives_way": False})
+    assert count(folder, "controller.beta=2.25") == [1]
+    assert count(folder, "controller.beta=1.5", "motion.gives_way=none") == [2]
+    assert count(folder, "motion.gives_way=false") == [1]
+
+
+@pytest.mark.parametrize(
+    ("where", "says"),
+    [
+        ("controller.beta", "not of the form column=value"),
+        ("beta=1.5", "has the columns trial, key, base"),
+        ("controller.beta=3", "no trial has it; controller.beta is 1.5"),
+    ],
+)
+def test_where_that_chooses_nothing_is_refused(tmp_path: Path, where: str, says: str) -> None:
+    with pytest.raises(InputError, match=re.escape(says)):
+        count(data_set(tmp_path, {}), where)
+
+
+@pytest.mark.parametrize(
+    "column", ["base", "rule", "robots", "informed", "not_resting", "share_black", "resting_white"]
+)
+def test_a_table_without_a_column_is_refused(tmp_path: Path, column: str) -> None:
+    with pytest.raises(InputError, match=r"no column|without its resting_ column"):
+        count(data_set(tmp_path, {}, without=column))
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"informed": float("nan")}, "informed is nan"),
+        ({"resting_black": -5}, "resting_black is -5"),
+        ({"resting_black": "2"}, "resting_black is '2'"),
+        ({"share_black": None}, "share_black is None"),
+        ({"robots": 0}, "robots is 0"),
+        ({"rule": None}, "a trial with seed 1 has no rule"),
+        ({"resting_black": None, "resting_white": None}, "a trial with seed 1 has no site"),
+    ],
+)
+def test_what_is_no_number_of_robots_is_refused(
+    tmp_path: Path, change: dict[str, Any], says: str
+) -> None:
+    with pytest.raises(InputError, match=re.escape(says)):
+        count(data_set(tmp_path, change))
+
+
+def test_a_site_of_other_trials_may_be_empty(tmp_path: Path) -> None:
+    assert count(data_set(tmp_path, {}, {"resting_white": None, "share_white": None})) == [1, 1]
+
+
+def test_tables_without_trials_or_sites_or_that_are_damaged_are_refused(tmp_path: Path) -> None:
+    file = data_set(tmp_path, {}) / "trials.parquet"
+    whole = pq.read_table(file)
+    for table, says in [
+        (whole.slice(0, 0), "no trial in it"),
+        (whole.drop_columns([c for c in ROW if c.startswith(("resting", "share"))]), "no sites"),
+    ]:
+        pq.write_table(table, file)
+        with pytest.raises(InputError, match=says):
+            count(tmp_path)
+    file.write_bytes(b"PAR1 and no more")
+    with pytest.raises(InputError, match="the sweep's own command makes it anew"):
+        count(tmp_path)
