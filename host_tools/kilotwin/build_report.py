@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from kilotwin.drafts import draft_of
 from kilotwin.errors import InputError
 from kilotwin.guest_build import Notify, build
 from kilotwin.guest_symbols import GuestSymbols
@@ -28,7 +29,9 @@ def build_program(
     file = guest.file
     if output is not None:
         try:
-            file = Path(shutil.copyfile(guest.file, output))
+            with draft_of(output) as draft:
+                shutil.copyfile(guest.file, draft)
+            file = output
         except OSError as error:
             reason = (error.strerror or str(error)).lower()
             raise InputError(f"-o {output}: {reason}; name another file") from None

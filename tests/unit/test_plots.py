@@ -1,11 +1,13 @@
 """Figures are drawn of whole and of broken runs, and say what they show."""
 
+import errno
 import hashlib
 import re
 import shutil
 from pathlib import Path
 
 import pytest
+from matplotlib.figure import Figure
 
 from kilotwin.errors import InputError
 from kilotwin.plot import write_figure
@@ -92,3 +94,39 @@ def test_states_without_a_name_show_as_their_led() -> None:
     assert colours["RGB(3,0,0)"] == "#ff0000"
     assert colours["RGB(0,0,0)"] == "#000000"
     assert len(set(colours.values())) == 4
+
+
+def test_a_picture_that_cannot_be_written_leaves_the_old_one(
+    run_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fill_the_disk(self: Figure, target: Path, **_: object) -> None:
+        target.write_text("<half a pict")
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    target = tmp_path / "map.svg"
+    target.write_text("the old one")
+    monkeypatch.setattr(Figure, "savefig", fill_the_disk)
+    with pytest.raises(InputError, match="no space left on device"):
+        write_figure("map", run_folder, target)
+    assert target.read_text() == "the old one"
+    assert list(tmp_path.iterdir()) == [target]
+
+
+def test_a_timeline_tells_parts_of_a_second_and_an_equal_wish_once(
+    tmp_path: Path, fake_environment: dict[str, str]
+) -> None:
+    (tmp_path / "small.toml").write_text(SMALL + INFORMED)
+    (tmp_path / "blink.c").write_text(BLINK)
+    wish = ["swarm.informed=0.5", "swarm.informed_for={black=0.5,white=0.5}", "duration_s=20"]
+    words = [
+        "run",
+        "small.toml",
+        "--out",
+        "run",
+        *(part for key in wish for part in ("--set", key)),
+    ]
+    call_kilotwin(tmp_path, fake_environment, *words)
+    write_figure("timeline", tmp_path / "run", tmp_path / "timeline.svg")
+    comments = re.findall(r"<!-- (.*?) -->", (tmp_path / "timeline.svg").read_text())
+    assert "wanted on black and white: 5 each" in comments
+    assert {"2.5", "7.5"} <= set(comments)

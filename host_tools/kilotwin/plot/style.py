@@ -9,6 +9,7 @@ import matplotlib as mpl
 from matplotlib.figure import Figure
 
 from kilotwin.colours import SITE_COLOURS, SITE_PALETTE, site_colour
+from kilotwin.drafts import draft_of
 from kilotwin.experiment_schema import ExperimentSchema
 from kilotwin.run_reader import Run
 
@@ -49,8 +50,8 @@ def save(figure: Figure, target: Path) -> None:
     """Writes the picture without the time of day, so that the same run gives the same file."""
     suffix = target.suffix.lower()
     undated = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}, ".png": {}}[suffix]
-    with mpl.rc_context(_SETTINGS):
-        figure.savefig(target, format=suffix[1:], metadata=undated, bbox_inches="tight")
+    with mpl.rc_context(_SETTINGS), draft_of(target) as draft:
+        figure.savefig(draft, format=suffix[1:], metadata=undated, bbox_inches="tight")
 
 
 def site_fills(experiment: ExperimentSchema) -> list[str]:

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib import patheffects
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator, StrMethodFormatter
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from kilotwin.errors import InputError
@@ -28,21 +28,25 @@ def draw_timeline(run: Run) -> Figure:
 
     figure = Figure(figsize=(10, 5))
     axes = figure.add_subplot(facecolor=_PAPER)
+    wishes: dict[float, list[str]] = {}
     for site, fill in zip(experiment.site, site_fills(experiment), strict=True):
         resting = np.asarray(table[f"resting_{site.name}"])
         _line(axes, time_s, resting, fill, f"resting on {site.name} ({resting[-1]})")
         if experiment.swarm.informed > 0:
             wanted = size * experiment.swarm.informed_for.get(site.name, 0.0)
             axes.axhline(wanted, color=fill, ls=":", lw=1.6, path_effects=_outlined(2.4))
-            axes.annotate(
-                f"wanted on {site.name}: {wanted:g}",
-                (1.0, wanted),
-                xycoords=("axes fraction", "data"),
-                xytext=(-4, 3),
-                textcoords="offset points",
-                ha="right",
-                fontsize=9,
-            )
+            wishes.setdefault(wanted, []).append(site.name)
+    for wanted, sites in wishes.items():
+        each = " each" if len(sites) > 1 else ""
+        axes.annotate(
+            f"wanted on {' and '.join(sites)}: {wanted:g}{each}",
+            (1.0, wanted),
+            xycoords=("axes fraction", "data"),
+            xytext=(-4, 3),
+            textcoords="offset points",
+            ha="right",
+            fontsize=9,
+        )
     elsewhere = np.asarray(table["not_resting"])
     axes.plot(
         time_s,
@@ -55,7 +59,7 @@ def draw_timeline(run: Run) -> Figure:
 
     axes.set(xlabel="time (s)", ylabel="robots", ylim=(-0.02 * size, 1.04 * size))
     axes.set_xlim(0, max(time_s[-1], experiment.record.sample_s))
-    axes.xaxis.set_major_formatter(StrMethodFormatter("{x:,.0f}"))
+    axes.xaxis.set_major_formatter(lambda second, _: f"{second:,.10g}")
     axes.yaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10]))
     axes.grid(color="white", lw=0.8)
     axes.set_title(title(run))

@@ -26,6 +26,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from kilotwin import __version__
+from kilotwin.drafts import draft_name, draft_of
 from kilotwin.errors import InputError, RunError
 from kilotwin.experiment_schema import Reading
 from kilotwin.sweep import parts
@@ -73,7 +74,7 @@ class DataSet:
                         "has one engine; name a new folder, or remove this one"
                     )
             elif folder.is_dir():
-                if any(file != _draft_of(folder / ABOUT) for file in folder.iterdir()):
+                if any(file != draft_name(folder / ABOUT) for file in folder.iterdir()):
                     raise InputError(f"--out {folder}: the folder is not empty; name a new one")
             elif folder.exists():
                 raise InputError(f"--out {folder}: a file; name a folder")
@@ -99,7 +100,7 @@ class DataSet:
                 _replace(file, json.dumps(told, indent=2))
             _replace(self.folder / "sweep.toml", plan.text)
             (self.folder / "parts").mkdir(exist_ok=True)
-            for draft in self.folder.glob("parts/.*.new"):
+            for draft in self.folder.glob(f"parts/{draft_name(Path('*')).name}"):
                 draft.unlink()
         except OSError as error:
             raise InputError(
@@ -157,7 +158,7 @@ class DataSet:
                 self._remove_tables()
                 return 0
             rows = [_row(trial, key, plan.varied, schemas[key]) for trial, key in finished]
-            with _draft(self.folder / SERIES) as series, _draft(self.folder / TRIALS) as trials:
+            with draft_of(self.folder / SERIES) as series, draft_of(self.folder / TRIALS) as trials:
                 _write_rows(trials, rows, plan)
                 indexed = [(trial.index, key) for trial, key in finished]
                 self._write_series(series, indexed, list(schemas.values()))
@@ -257,25 +258,8 @@ def _column(values: Sequence[Any]) -> pa.Array:
 
 
 def _replace(target: Path, content: str | bytes) -> None:
-    with _draft(target) as draft:
+    with draft_of(target) as draft:
         draft.write_bytes(content.encode() if isinstance(content, str) else content)
-
-
-@contextlib.contextmanager
-def _draft(target: Path) -> Iterator[Path]:
-    """A file to write that then becomes `target`, whole and on the disk, or not at all."""
-    draft = _draft_of(target)
-    try:
-        yield draft
-        with draft.open("rb") as file:
-            os.fsync(file.fileno())
-        draft.replace(target)
-    finally:
-        draft.unlink(missing_ok=True)
-
-
-def _draft_of(target: Path) -> Path:
-    return target.with_name(f".{target.name}.new")
 
 
 def failure_line(failed: Failed) -> dict[str, Any]:

@@ -1,0 +1,24 @@
+"""Files that are there whole or not at all."""
+
+import contextlib
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+
+@contextlib.contextmanager
+def draft_of(target: Path) -> Iterator[Path]:
+    """A file to write that then becomes `target`, whole and on the disk; or `target` stays."""
+    draft = draft_name(target)
+    try:
+        yield draft
+        with draft.open("rb") as file:
+            os.fsync(file.fileno())
+        draft.replace(target)
+    finally:
+        draft.unlink(missing_ok=True)
+
+
+def draft_name(target: Path) -> Path:
+    """What a machine that went down in the meantime leaves."""
+    return target.with_name(f".{target.name}.new")
