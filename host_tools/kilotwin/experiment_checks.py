@@ -13,6 +13,7 @@ from kilotwin.toml_lines import KeyPath
 
 # Robots placed one after the other at random stop fitting somewhere above half of the area.
 _FULLEST_SHARE = 0.5
+_TOUCHING = 0.01  # of a diameter: so much may two poses overlap, which are rounded numbers
 _SHARE_ERROR = 1e-6
 _LAST_UID = 65535
 
@@ -120,6 +121,10 @@ def _room(experiment: ExperimentSchema) -> Iterator[Problem]:
     radius = PROFILES[experiment.swarm.profile].radius_m
     for group, kind in enumerate(experiment.robots or []):
         yield from _poses(("robots", group, "poses"), kind, arena, radius)
+    yield from _apart(experiment, 2 * radius)
+    if not lies_inside(Area(True, 0, 0, 2 * radius, 2 * radius), arena):
+        what = f"no robot fits into the arena: it is {2 * radius:g} m wide; take more room"
+        yield Problem(what, (("arena",),))
     count = swarm_size(experiment)
     fit = int(_FULLEST_SHARE * arena.square_metres / (math.pi * radius**2))
     if count > fit:
@@ -138,6 +143,26 @@ def _poses(path: KeyPath, kind: Robots, arena: Area, radius: float) -> Iterator[
         if not lies_inside(Area(True, x, y, 2 * radius, 2 * radius), arena):
             what = f"a robot at ({x:g}, {y:g}) m does not stand inside the arena; move it"
             yield Problem(what, ((*path, index), ("arena",)))
+
+
+def _apart(experiment: ExperimentSchema, diameter: float) -> Iterator[Problem]:
+    """Of robots that are given their poses, no two stand in the same place."""
+    least = (1 - _TOUCHING) * diameter
+    stand: dict[tuple[int, int], list[tuple[KeyPath, float, float]]] = {}  # by squares
+    for group, kind in enumerate(experiment.robots or []):
+        for index, (x, y, _) in enumerate(kind.poses or []):
+            path: KeyPath = ("robots", group, "poses", index)
+            column, row = math.floor(x / diameter), math.floor(y / diameter)
+            for near in itertools.product(range(column - 1, column + 2), range(row - 1, row + 2)):
+                for other, other_x, other_y in stand.get(near, ()):
+                    if math.hypot(x - other_x, y - other_y) < least:
+                        what = (
+                            f"robots at ({other_x:g}, {other_y:g}) and ({x:g}, {y:g}) m stand in "
+                            f"one another; move them {diameter:g} m apart"
+                        )
+                        yield Problem(what, (path, other))
+                        return
+            stand.setdefault((column, row), []).append((path, x, y))
 
 
 def _informed(experiment: ExperimentSchema) -> Iterator[Problem]:
