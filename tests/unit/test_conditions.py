@@ -105,7 +105,11 @@ def test_a_table_without_a_column_is_refused(tmp_path: Path, column: str) -> Non
         ({"share_black": None}, "share_black is None"),
         ({"robots": 0}, "robots is 0"),
         ({"rule": None}, "a trial with seed 1 has no rule"),
-        ({"resting_black": None, "resting_white": None}, "a trial with seed 1 has no site"),
+        ({"resting_black": None}, "resting_black is None"),
+        (
+            dict.fromkeys(["resting_black", "resting_white", "share_black", "share_white"]),
+            "a trial with seed 1 has no site",
+        ),
     ],
 )
 def test_what_is_no_number_of_robots_is_refused(

@@ -95,3 +95,9 @@ def test_what_cannot_be_drawn_is_told(
 def test_a_folder_that_is_no_sweep_is_told(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="not a sweep's folder"):
         write_figure("median", tmp_path, tmp_path / "x.png")
+
+
+def test_the_error_figure_names_rules_that_its_first_panel_lacks() -> None:
+    some = {c: e for c, e in grid().items() if c.rule == "firat" or c.shares[0] > 0.5}
+    written = texts("error", some, TWO).split("\n")
+    assert {"simplified", "firat"} <= set(written)

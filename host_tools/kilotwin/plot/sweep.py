@@ -87,7 +87,11 @@ def draw_error(trials: Conditions) -> Figure:
         axes.set_ylim(bottom=0)
     for axes in grid[-1]:
         axes.set_xlabel("share informed")
-    grid[0, 0].legend(fontsize=9)
+    shown = [axes.get_legend_handles_labels() for axes in grid.ravel()]
+    by_rule = {
+        rule: line for lines, rules in shown for line, rule in zip(lines, rules, strict=True)
+    }
+    grid[0, 0].legend(by_rule.values(), by_rule.keys(), fontsize=9)
     figure.suptitle(
         f"{trials.name}: error to the target, mean and 95 % interval", x=0.01, ha="left"
     )

@@ -132,7 +132,8 @@ def _read(folder: Path) -> pa.Table:
             f"{folder}: not a sweep's folder (no {ABOUT}); name one that `kilotwin sweep` made"
         )
     try:
-        table = pq.read_table(folder / TRIALS)
+        with (folder / TRIALS).open("rb") as file:
+            table = pq.read_table(file)
     except FileNotFoundError:
         raise InputError(f"{folder}: no trial is finished yet; go on with the sweep") from None
     except (pa.ArrowInvalid, OSError) as error:
@@ -156,7 +157,6 @@ def _check_columns(folder: Path, table: pa.Table) -> None:
     sites = _sites(table)
     if not sites and not any(name.startswith("share_") for name in names):
         raise InputError(f"{folder}: its experiments have no sites, which this is about")
-    counts = [f"resting_{site}" for site in sites]
     shares = [f"share_{site}" for site in sites]
     for column in ["base", "seed", "rule", "robots", "informed", "not_resting", *shares]:
         if column not in names:
@@ -166,7 +166,11 @@ def _check_columns(folder: Path, table: pa.Table) -> None:
     if table.num_rows == 0:
         refuse("no trial in it")
     for row in table.to_pylist():
-        own = [site for site, count in zip(sites, counts, strict=True) if row[count] is not None]
+        own = [
+            site
+            for site in sites
+            if row[f"resting_{site}"] is not None or row[f"share_{site}"] is not None
+        ]
         if not own or row["rule"] is None:
             refuse(f"a trial with seed {row['seed']} has no {'rule' if own else 'site'}")
         columns = [f"{of}_{site}" for of in ("resting", "share") for site in own]
