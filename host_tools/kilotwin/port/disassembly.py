@@ -23,6 +23,9 @@ _DATA = re.compile(r"0x80([0-9a-f]{4})")
 _RELOCATION = re.compile(r"R_AVR_(?:LO8_LDI|HI8_LDI|16)_?(?:GS|PM)\s+(\S+)")
 _CALLS = {"call", "rcall"}
 _JUMPS = {"jmp", "rjmp"}
+_ENDS = _JUMPS | {"ret", "reti", "ijmp"}
+_SKIPS = {"cpse", "sbrc", "sbrs", "sbic", "sbis"}
+_SREG = "0x3f,"
 _DATA_BASE = 0x800000
 _RESET = "__vectors"  # a jump to address 0 begins anew
 _SWITCH = "__tablejump2__"  # of a switch, not a call
@@ -89,10 +92,46 @@ class Function:
         """Whether it calls a function by its address."""
         return self.name != _SWITCH and any(i.name in ("icall", "ijmp") for i in self.instructions)
 
-    @property
-    def stops_interrupts(self) -> bool:
-        """Whether it has a `cli`."""
-        return any(i.name == "cli" for i in self.instructions)
+    @cached_property
+    def uninterrupted(self) -> set[int]:
+        """Addresses of instructions before which, on every way there, interrupts were switched off.
+
+        A `cli` holds until a `sei`, or until SREG is as it was. Where a function has a frame the
+        compiler has both around a write to the stack pointer, and nothing else.
+        """
+        code = self.instructions
+        if not any(instruction.name == "cli" for instruction in code):
+            return set()
+        place = {instruction.address: index for index, instruction in enumerate(code)}
+        known = {after for index in range(len(code)) for after in self._following(index, place)}
+        off = [index > 0 and index in known for index in range(len(code))]
+        changed = True
+        while changed:
+            changed = False
+            for index, instruction in enumerate(code):
+                after = self._off_after(instruction, before=off[index])
+                for following in self._following(index, place):
+                    if off[following] and not after:
+                        off[following], changed = False, True
+        return {
+            instruction.address for instruction, is_off in zip(code, off, strict=True) if is_off
+        }
+
+    @staticmethod
+    def _off_after(instruction: Instruction, *, before: bool) -> bool:
+        if instruction.name == "cli":
+            return True
+        restores = instruction.name == "out" and instruction.operands.startswith(_SREG)
+        return before and not restores and instruction.name != "sei"
+
+    def _following(self, index: int, place: dict[int, int]) -> list[int]:
+        instruction = self.instructions[index]
+        following = [] if instruction.name in _ENDS else [index + 1]
+        if instruction.name in _SKIPS:
+            following.append(index + 2)
+        if instruction.target is not None and instruction.name not in _CALLS:
+            following.append(place.get(instruction.target[0], len(self.instructions)))
+        return [other for other in following if other < len(self.instructions)]
 
 
 @dataclass(frozen=True)

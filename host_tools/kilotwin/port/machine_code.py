@@ -87,9 +87,9 @@ def torn(program: Disassembly, roles: Roles) -> Iterator[Finding]:
     touched_inside = written_inside | _accesses(program, inside, "lds")
     for name in sorted(outside):
         function = program.functions[name]
-        if function.stops_interrupts:
-            continue
         for variable, group in _groups(program, function):
+            if all(instruction.address in function.uninterrupted for instruction in group):
+                continue
             reads = group[0].name == "lds"
             if variable.name == _TICKS:
                 bad = reads and not _compared(function, group)
