@@ -75,7 +75,8 @@ class Conditions:
         if len(found) > 1:
             raise InputError(
                 f"{folder}: its trials have {len(found)} readings ({'; '.join(found)}), which do "
-                "not go together; `kilotwin compare paper` takes them one by one"
+                f"not go together; choose one, as by --where 'reading={next(iter(found))}', or use "
+                "`kilotwin compare paper`, which takes them one by one"
             )
         return next(iter(found.values()))
 
@@ -132,8 +133,8 @@ def _read(folder: Path) -> pa.Table:
             f"{folder}: not a sweep's folder (no {ABOUT}); name one that `kilotwin sweep` made"
         )
     try:
-        with (folder / TRIALS).open("rb") as file:
-            table = pq.read_table(file)
+        # Arrow's threads aborted the program now and then where a refusal ended it at once.
+        table = pq.read_table(pa.BufferReader((folder / TRIALS).read_bytes()), use_threads=False)
     except FileNotFoundError:
         raise InputError(f"{folder}: no trial is finished yet; go on with the sweep") from None
     except (pa.ArrowInvalid, OSError) as error:
