@@ -20,13 +20,6 @@ constexpr uint8_t STEPS_APART_TO_LEAVE = 2;
 // the fastest drive.
 constexpr double PUSHED_SPEED = 1.1;
 
-/// Sorts a list that is sorted up to `from`.
-template <typename T> void sort_from(std::vector<T> &list, size_t from) {
-    const auto rest = list.begin() + static_cast<ptrdiff_t>(from);
-    std::sort(rest, list.end());
-    std::inplace_merge(list.begin(), rest, list.end());
-}
-
 }  // namespace
 
 Bodies::Bodies(const Arena &arena, const Profile &profile, const Chance &chance, Cycles step,
@@ -44,43 +37,44 @@ Bodies::Bodies(const Arena &arena, const Profile &profile, const Chance &chance,
              std::max(SKIN_SHARE * reach_m, SKIN_STEPS * fastest_m_s_ * seconds(step))),
       lists_due_(begin),
       lists_hold_until_(begin),
-      bodies_(poses.size()),
+      next_change_(poses.size(), NEVER),
+      speeds_(poses.size(), 0),
+      still_since_(poses.size(), 0),
+      steps_apart_(poses.size(), 0),
+      in_contact_(poses.size(), false),
       next_contact_(poses.size(), NEVER),
       orders_(poses.size()),
       around_(poses.size()),
       shifts_(poses.size()) {
-    for (size_t i = 0; i < poses.size(); i++) {
-        bodies_[i].position = poses[i].position;
-        bodies_[i].trajectory = Trajectory(begin, poses[i]);
-        listed_at_.push_back(poses[i].position);
+    trajectories_.reserve(poses.size());
+    places_.reserve(poses.size());
+    for (const Pose &pose : poses) {
+        trajectories_.emplace_back(begin, pose);
+        places_.push_back(pose.position);
     }
-    lists_.rebuild(listed_at_);
+    listed_at_ = places_;
+    lists_.rebuild(places_);
 }
 
 void Bodies::command(uint32_t robot, const MotorCommand &command) {
-    Body &body = bodies_[robot];
     const Cycles at = std::max(command.at, now_);
     orders_[robot].list.push_back({at, command.left, command.right});
-    body.next_change = std::min(body.next_change, at);
-    body.placed_until = std::min(body.placed_until, at);
+    next_change_[robot] = std::min(next_change_[robot], at);
     // Otherwise its next contact was found for the fastest that it may go.
-    if (body.trajectory.drive().at_rest())
+    if (trajectories_[robot].drive().at_rest())
         next_contact_[robot] = std::min(next_contact_[robot], begin_of_step(at, step_));
 }
 
 bool Bodies::refresh_lists() {
     if (now_ < lists_due_) return false;
     double square = 0;
-    stand_at_.resize(size());
-    for (uint32_t robot = 0; robot < size(); robot++) {
-        stand_at_[robot] = position(robot);
-        square = std::max(square, (stand_at_[robot] - listed_at_[robot]).squaredNorm());
-    }
+    for (uint32_t robot = 0; robot < size(); robot++)
+        square = std::max(square, (places_[robot] - listed_at_[robot]).squaredNorm());
     double drift_m = std::sqrt(square);
     const bool stale = 2 * drift_m > SKIN_USED * lists_.skin_m();
     if (stale) {
-        listed_at_.swap(stand_at_);
-        lists_.rebuild(listed_at_);
+        listed_at_ = places_;
+        lists_.rebuild(places_);
         list_rebuilds_++;
         drift_m = 0;
     }
@@ -98,49 +92,35 @@ void Bodies::step() {
     solve_contacts();
     before_.clear();
     now_ += step_;
+    place_all();
 }
 
-void Bodies::catch_up() {
-    for (uint32_t robot = 0; robot < size(); robot++) take_effect(robot, now_);
-}
-
-std::vector<Eigen::Vector2d> Bodies::positions() {
-    std::vector<Eigen::Vector2d> all(size());
-    for (uint32_t robot = 0; robot < size(); robot++) all[robot] = position(robot);
-    return all;
-}
-
-void Bodies::place(uint32_t robot) {
-    take_effect(robot, now_);
-    set_place(robot, bodies_[robot].trajectory.position(now_), now_);
-}
-
-/// Where a robot is at `at`; nothing before has to take effect any more.
-void Bodies::set_place(uint32_t robot, const Eigen::Vector2d &position, Cycles at) {
-    Body &body = bodies_[robot];
-    body.position = position;
-    body.placed_until = body.trajectory.drive().stands() ? body.next_change : at;
+void Bodies::place_all() {
+    for (uint32_t robot = 0; robot < size(); robot++) {
+        take_effect(robot, now_);
+        places_[robot] = trajectories_[robot].position(now_);
+    }
 }
 
 void Bodies::apply_commands(uint32_t robot, Cycles until) {
-    Body &body = bodies_[robot];
     auto &[list, next] = orders_[robot];
-    auto &trajectory = body.trajectory;
-    while (body.next_change < until) {
-        const Cycles at = body.next_change;
+    auto &trajectory = trajectories_[robot];
+    while (next_change_[robot] < until) {
+        const Cycles at = next_change_[robot];
         const bool commanded = next < list.size() && list[next].at <= at;
         const Drive drive = commanded
                                 ? chassis_.set_duties(robot, at, list[next].left, list[next].right)
                                 : chassis_.renew(robot);
         next += commanded;
-        body.next_change =
+        next_change_[robot] =
             std::min(next < list.size() ? list[next].at : NEVER, chassis_.next_renewal(robot));
         if (drive == trajectory.drive()) continue;
         if (!drive.stands())
-            body.still_since = NEVER;
+            still_since_[robot] = NEVER;
         else if (!trajectory.drive().stands())
-            body.still_since = begin_of_step(at, step_) + step_;
+            still_since_[robot] = begin_of_step(at, step_) + step_;
         trajectory.change(at, drive);
+        speeds_[robot] = drive.velocity.norm();
     }
     if (next < list.size()) return;
     list.clear();
@@ -149,11 +129,9 @@ void Bodies::apply_commands(uint32_t robot, Cycles until) {
 
 /// Takes in what changes a robot's drive within this step.
 void Bodies::look_ahead(uint32_t robot) {
-    Body &body = bodies_[robot];
-    position(robot);
-    if (body.next_change >= now_ + step_) return;
+    if (next_change_[robot] >= now_ + step_) return;
     shifts_[robot].before_slot = static_cast<uint32_t>(before_.size());
-    before_.push_back({robot, body.trajectory});
+    before_.push_back({robot, trajectories_[robot]});
     apply_commands(robot, now_ + step_);
 }
 
@@ -161,13 +139,12 @@ void Bodies::look_ahead(uint32_t robot) {
 const Trajectory &Bodies::trajectory_before(uint32_t robot) const {
     const uint32_t slot = shifts_[robot].before_slot;
     const bool changed = slot < before_.size() && before_[slot].robot == robot;
-    return changed ? before_[slot].trajectory : bodies_[robot].trajectory;
+    return changed ? before_[slot].trajectory : trajectories_[robot];
 }
 
 void Bodies::find_free_shift(uint32_t robot) {
-    Body &body = bodies_[robot];
     look_ahead(robot);
-    shifts_[robot].by = body.trajectory.position(now_ + step_) - body.position;
+    shifts_[robot].by = trajectories_[robot].position(now_ + step_) - places_[robot];
     shifts_[robot].at = now_;
 }
 
@@ -192,23 +169,16 @@ void Bodies::look_around(uint32_t robot) {
                      now_ + whole_steps(std::min(gap / (2 * fastest_m_s_), 1e6), step_));
 }
 
-/// Brings those into the cache who may come upon something, some turns after the i-th, and whom
-/// they may meet.
+/// Brings those into the cache who may come upon something, some turns after the i-th.
 void Bodies::prefetch_near_after(size_t i) const {
-    constexpr size_t SOON = 2, LATER = 4, LATEST = 6;
+    constexpr size_t LATER = 4, LATEST = 6;
     if (size() < FETCHED_SWARM || i + LATEST >= near_something_.size()) return;
     const uint32_t latest = near_something_[i + LATEST];
     prefetch(latest);
-    prefetch_motors(latest);
     prefetch_line(&around_[latest]);
     prefetch_line(&shifts_[latest]);
     lists_.prefetch_place(latest);
     lists_.prefetch(near_something_[i + LATER]);
-    const uint32_t soon = near_something_[i + SOON];
-    if (around_[soon].until <= now_)
-        for (uint32_t other : lists_.of(soon)) prefetch(other);
-    else
-        for (uint32_t other : around_[soon].robots) prefetch(other);
 }
 
 /// The robots that belong into the solver: whoever is about to touch a body or wall, and all whom
@@ -232,7 +202,7 @@ void Bodies::find_contacts() {
 }
 
 void Bodies::add_contact(uint32_t robot) {
-    bodies_[robot].in_contact = true;
+    in_contact_[robot] = true;
     contacts_.push_back(robot);
     longest_shift_m_ = std::max(longest_shift_m_, free_shift(robot).norm());
 }
@@ -241,8 +211,8 @@ void Bodies::add_contact(uint32_t robot) {
 /// can.
 bool Bodies::may_touch(uint32_t robot) {
     const Eigen::Vector2d here = position(robot);
-    if (bodies_[robot].trajectory.drive().at_rest() && bodies_[robot].next_change >= now_ + step_) {
-        const Cycles change = bodies_[robot].next_change;
+    const Cycles change = next_change_[robot];
+    if (trajectories_[robot].drive().at_rest() && change >= now_ + step_) {
         next_contact_[robot] = change == NEVER ? NEVER : begin_of_step(change, step_);
         return false;
     }
@@ -267,9 +237,8 @@ bool Bodies::may_touch(uint32_t robot) {
 
 /// No way within this step is longer.
 double Bodies::longest_free_m(uint32_t robot) const {
-    const Body &body = bodies_[robot];
-    const bool steady = body.next_change >= now_ + step_;
-    return seconds(step_) * (steady ? body.trajectory.drive().velocity.norm() : fastest_m_s_);
+    const bool steady = next_change_[robot] >= now_ + step_;
+    return seconds(step_) * (steady ? speeds_[robot] : fastest_m_s_);
 }
 
 /// Whether two robots would touch, both going on as they do; they are nearer than the contact gap.
@@ -299,12 +268,12 @@ void Bodies::close_over(uint32_t robot) {
     const Eigen::Vector2d here = position(robot);
     const double reach = 2 * radius_m_ + contact_gap_m_;
     for (uint32_t other : around(robot)) {
-        if (other < robot && bodies_[other].in_contact) continue;  // it sees to the two
+        if (other < robot && in_contact_[other]) continue;  // it sees to the two
         const double square = (position(other) - here).squaredNorm();
         if (square > reach * reach) continue;
         const double gap = std::sqrt(square) - 2 * radius_m_;
         const double closing = longest_shift_m_ + free_shift(other).norm();
-        if (gap > closing + margin_m_ && !bodies_[other].in_contact) continue;
+        if (gap > closing + margin_m_ && !in_contact_[other]) continue;
         include(other);
         if (robot < other) pairs_.push_back({robot, other, gap});
     }
@@ -313,8 +282,8 @@ void Bodies::close_over(uint32_t robot) {
 /// Takes robots into the solver, and those out that have been apart for some steps.
 void Bodies::hand_over() {
     for (uint32_t robot : contacts_) {
-        bodies_[robot].in_contact = false;
-        bodies_[robot].steps_apart = 0;
+        in_contact_[robot] = false;
+        steps_apart_[robot] = 0;
         if (!world_.holds(robot)) world_.add(robot, trajectory_before(robot), now_);
     }
     size_t next = 0;
@@ -322,7 +291,7 @@ void Bodies::hand_over() {
     for (uint32_t robot : world_.robots()) {
         if (next < contacts_.size() && contacts_[next] == robot)
             next++;
-        else if (++bodies_[robot].steps_apart >= STEPS_APART_TO_LEAVE)
+        else if (++steps_apart_[robot] >= STEPS_APART_TO_LEAVE)
             world_.remove(robot);
     }
     world_.settle();
@@ -342,8 +311,8 @@ void Bodies::solve_contacts() {
         if (size() >= FETCHED_SWARM) world_.prefetch(robot);
         Near &near = near_[i];
         near.free.by = free_shift(robot);
-        near.pose = {bodies_[robot].position, trajectory_before(robot).heading(now_)};
-        near.free.turn = wrapped(bodies_[robot].trajectory.heading(end) - near.pose.heading);
+        near.pose = {places_[robot], trajectory_before(robot).heading(now_)};
+        near.free.turn = wrapped(trajectories_[robot].heading(end) - near.pose.heading);
         shifts_[robot].near_slot = i;
         find_walls(near);
     }
@@ -353,18 +322,18 @@ void Bodies::solve_contacts() {
     longest_shift_m_ = 0;
     for (size_t i = 0; i < held.size(); i++) {
         const auto &[before, free, shift, company, at_wall, other, towards, gap_m] = near_[i];
-        Body &body = bodies_[held[i]];
+        Trajectory &trajectory = trajectories_[held[i]];
         longest_shift_m_ = std::max({longest_shift_m_, shift.by.norm(), free.by.norm()});
         const bool moved = shift.by != Eigen::Vector2d::Zero();
-        if (moved) body.still_since = body.trajectory.drive().stands() ? end : NEVER;
+        if (moved) still_since_[held[i]] = trajectory.drive().stands() ? end : NEVER;
         if (moved || shift.turn != 0) pushed_.push_back(held[i]);
         const Pose pose = {before.position + shift.by, wrapped(before.heading + shift.turn)};
-        body.trajectory.restart(end, pose);
-        set_place(held[i], pose.position, end);
+        trajectory.restart(end, pose);
+        places_[held[i]] = pose.position;
         record_overlap(arena_.wall_gap(pose.position) - radius_m_);
     }
     for (const auto &[one, other, gap_m] : pairs_)
-        record_overlap((bodies_[other].position - bodies_[one].position).norm() - 2 * radius_m_);
+        record_overlap((places_[other] - places_[one]).norm() - 2 * radius_m_);
 }
 
 /// Which robots in the solver may touch each other within this step.

@@ -1,7 +1,8 @@
 /// Where the robots are: in closed form while nothing touches them, by the solver near a contact.
 ///
-/// A free robot costs nothing until somebody asks where it is. What its motors were told meanwhile,
-/// and what changes by itself, is made up for then: each change acts exactly at its time.
+/// All are placed when a step ends, one after the other: that costs less than to see to it whenever
+/// somebody asks for a place. What motors were told, and what changes by itself, acts exactly at its
+/// time.
 #ifndef KILOTWIN_ENGINE_BODIES_H
 #define KILOTWIN_ENGINE_BODIES_H
 
@@ -39,53 +40,36 @@ class Bodies {
     /// Goes to the end of the current step.
     void step();
 
-    /// Takes in everything up to the begin of the current step, so that all poses can be read.
-    void catch_up();
-
-    /// Brings a robot's place into the cache: it is soon to be asked for.
-    void prefetch(uint32_t robot) const { kilotwin::prefetch(&bodies_[robot], sizeof(Body)); }
-
-    /// And what it takes to command its motors.
-    void prefetch_motors(uint32_t robot) const {
+    /// Brings into the cache what it takes to command a robot's motors.
+    void prefetch(uint32_t robot) const {
+        prefetch_line(&trajectories_[robot]);
         prefetch_line(&orders_[robot]);
         chassis_.prefetch(robot);
     }
 
-    size_t size() const { return bodies_.size(); }
+    size_t size() const { return places_.size(); }
 
-    /// Centre of a robot when the current step begins, m.
-    const Eigen::Vector2d &position(uint32_t robot) {
-        if (bodies_[robot].placed_until < now_) place(robot);
-        return bodies_[robot].position;
-    }
+    // What follows is said of the begin of the current step.
 
-    /// Where it was when somebody last asked for it.
-    const Eigen::Vector2d &last_place(uint32_t robot) const { return bodies_[robot].position; }
+    /// Centre of a robot, m.
+    const Eigen::Vector2d &position(uint32_t robot) const { return places_[robot]; }
 
     /// Those of all robots.
-    std::vector<Eigen::Vector2d> positions();
+    const std::vector<Eigen::Vector2d> &positions() const { return places_; }
 
-    /// Pose of a robot when the current step begins, after catch_up().
-    Pose pose(uint32_t robot) const { return bodies_[robot].trajectory.pose(now_); }
+    Pose pose(uint32_t robot) const { return trajectories_[robot].pose(now_); }
 
     /// Unit vector of its heading.
-    Eigen::Vector2d ahead(uint32_t robot) {
-        take_effect(robot, now_);
-        return bodies_[robot].trajectory.ahead(now_);
-    }
+    Eigen::Vector2d ahead(uint32_t robot) const { return trajectories_[robot].ahead(now_); }
 
     /// Whether it stays as it is, as far as is known: its motors are off, and nobody is at it.
     bool rests(uint32_t robot) const {
-        const Body &body = bodies_[robot];
-        return body.next_change == NEVER && body.trajectory.drive().at_rest() &&
+        return next_change_[robot] == NEVER && trajectories_[robot].drive().at_rest() &&
                !world_.holds(robot);
     }
 
     /// Since when it has stood in its place, at the earliest; NEVER while it moves.
-    Cycles still_since(uint32_t robot) {
-        take_effect(robot, now_);
-        return bodies_[robot].still_since;
-    }
+    Cycles still_since(uint32_t robot) const { return still_since_[robot]; }
 
     /// Those that the solver moved or turned in the last step.
     const std::vector<uint32_t> &pushed() const { return pushed_; }
@@ -104,18 +88,6 @@ class Bodies {
     const Overlaps &overlaps() const { return overlaps_; }
 
   private:
-    /// A robot: two lines of the cache.
-    struct alignas(64) Body {
-        Cycles placed_until = NEVER;  ///< its position is right until then
-        Cycles next_change = NEVER;   ///< of its drive
-        Eigen::Vector2d position;
-        Trajectory trajectory;
-        Cycles still_since = 0;  ///< NEVER while it moves
-        uint8_t steps_apart = 0;
-        bool in_contact = false;
-    };
-    static_assert(sizeof(Body) == 2 * sizeof(CacheLine));
-
     /// Where a robot would go within a step, were it alone.
     struct FreeShift {
         Eigen::Vector2d by;
@@ -147,12 +119,11 @@ class Bodies {
         Trajectory trajectory;
     };
 
-    void place(uint32_t robot);
-    void set_place(uint32_t robot, const Eigen::Vector2d &position, Cycles at);
+    void place_all();
 
     /// Lets motor commands before `until`, and what changes by itself, take effect at their times.
     void take_effect(uint32_t robot, Cycles until) {
-        if (bodies_[robot].next_change < until) apply_commands(robot, until);
+        if (next_change_[robot] < until) apply_commands(robot, until);
     }
     void apply_commands(uint32_t robot, Cycles until);
     /// All who may touch a robot within this step, and some more.
@@ -176,7 +147,7 @@ class Bodies {
     bool meets(uint32_t robot, uint32_t other);
     bool meets_wall(uint32_t robot);
     void include(uint32_t robot) {
-        if (!bodies_[robot].in_contact) add_contact(robot);
+        if (!in_contact_[robot]) add_contact(robot);
     }
     void add_contact(uint32_t robot);
     void close_over(uint32_t robot);
@@ -196,14 +167,19 @@ class Bodies {
     World world_;
     Neighbours lists_;
     std::vector<Eigen::Vector2d> listed_at_;  ///< positions when the lists were made
-    std::vector<Eigen::Vector2d> stand_at_;   ///< and when their age was last looked at
     Cycles lists_due_;                        ///< for a look whether they are still good
     Cycles lists_hold_until_;
     uint64_t list_rebuilds_ = 0;
 
     // By robot.
-    Swarm<Body> bodies_;
-    std::vector<Cycles> next_contact_;  ///< before this, nothing is near enough to touch
+    Swarm<Trajectory> trajectories_;
+    std::vector<Eigen::Vector2d> places_;  ///< when the current step begins
+    std::vector<Cycles> next_change_;      ///< of its drive
+    std::vector<double> speeds_;           ///< of its drive, m/s
+    std::vector<Cycles> still_since_;      ///< NEVER while it moves
+    std::vector<uint8_t> steps_apart_;     ///< of one in the solver
+    std::vector<uint8_t> in_contact_;      ///< whether it is in contacts_
+    std::vector<Cycles> next_contact_;     ///< before this, nothing is near enough to touch
     Swarm<Orders> orders_;
     Swarm<Around> around_;
     Swarm<FreeShift> shifts_;

@@ -140,27 +140,22 @@ void KilobotMedium::prefetch_asked(size_t next) {
     const uint32_t latest = speaker(asks_[next + LATEST]), later = speaker(asks_[next + LATER]),
                    sooner = speaker(asks_[next + SOONER]), first = speaker(asks_[next + NEXT]);
     lists.prefetch_place(latest);
-    bodies_.prefetch(latest);
     prefetch(latest);
     prefetch_line(&said_[latest]);
     if (is_asked(LATEST)) robots_[latest].prefetch();
     lists.prefetch(later);
     if (is_asked(LATER)) robots_[later].prefetch_state();
-    for (uint32_t other : lists.of(speaker(asks_[next + SOON]))) {
-        bodies_.prefetch(other);
-        prefetch(other);
-    }
+    for (uint32_t other : lists.of(speaker(asks_[next + SOON]))) prefetch(other);
     for (uint32_t other : lists.of(sooner))
-        if (was_in_range(sooner, other)) robots_[other].prefetch_light();
+        if (is_in_range(sooner, other)) robots_[other].prefetch_light();
     for (uint32_t other : lists.of(first))
-        if (was_in_range(first, other)) robots_[other].prefetch_lists();
+        if (is_in_range(first, other)) robots_[other].prefetch_lists();
 }
 
-/// Whether a robot heard another one, as far as is known without looking for them.
-bool KilobotMedium::was_in_range(uint32_t sender, uint32_t other) const {
+/// Whether a robot hears another one.
+bool KilobotMedium::is_in_range(uint32_t sender, uint32_t other) const {
     const double range_m = ranges_m_[sender];
-    return (bodies_.last_place(other) - bodies_.last_place(sender)).squaredNorm() <
-           range_m * range_m;
+    return (bodies_.position(other) - bodies_.position(sender)).squaredNorm() < range_m * range_m;
 }
 
 /// Whose event an ASK or a BEGIN is.

@@ -179,7 +179,7 @@ class KilobotMedium {
     Event next_event() const;
     void prefetch_asked(size_t next);
     uint32_t speaker(const Event &event);
-    bool was_in_range(uint32_t sender, uint32_t other) const;
+    bool is_in_range(uint32_t sender, uint32_t other) const;
     void take(const Event &event);
     void take_emissions(uint32_t robot);
     static Cycles next_ask(const Robot &robot);

@@ -51,8 +51,7 @@ class Trajectory {
     const Drive &drive() const { return drive_; }
 
   private:
-    Drive
-        drive_;  ///< first: Bodies has it in the line of the cache that says whether a robot stands
+    Drive drive_;
     Eigen::Vector2d origin_{0, 0}, ahead_{1, 0};
     double heading_ = 0;
     Cycles since_ = 0;

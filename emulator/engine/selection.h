@@ -23,6 +23,13 @@ template <typename Wanted> void choose(std::vector<uint32_t> &chosen, size_t cou
     chosen.resize(n);
 }
 
+/// Sorts a list that is sorted up to `from`.
+template <typename T> void sort_from(std::vector<T> &list, size_t from) {
+    const auto rest = list.begin() + static_cast<ptrdiff_t>(from);
+    std::sort(rest, list.end());
+    std::inplace_merge(list.begin(), rest, list.end());
+}
+
 /// Sorts what happens within a step by time: into short spans first, which orders nearly all.
 template <typename T> class StepSorter {
   public:

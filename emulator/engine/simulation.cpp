@@ -196,7 +196,6 @@ void Simulation::advance(int64_t ticks) {
         step(std::min(end, next_sample_));
         sample_if_due();
     }
-    bodies_->catch_up();
 }
 
 void Simulation::step(Cycles limit) {
@@ -270,15 +269,11 @@ void Simulation::prefetch_due_after(size_t i) const {
     const uint32_t latest = due_[i + LATEST], later = due_[i + LATER];
     robots_[latest].prefetch();
     bodies_->prefetch(latest);
-    bodies_->prefetch_motors(latest);
     lists.prefetch_place(latest);
     if (kilobot_medium_) kilobot_medium_->prefetch(latest);
     robots_[later].prefetch_state();
     lists.prefetch(later);
-    for (uint32_t other : lists.of(due_[i + SOON])) {
-        bodies_->prefetch(other);
-        prefetch_line(&speaks_[other]);
-    }
+    for (uint32_t other : lists.of(due_[i + SOON])) prefetch_line(&speaks_[other]);
 }
 
 /// Lets a robot live through this step, and on as far as nothing can reach it.
@@ -500,18 +495,16 @@ void Simulation::deliver_to_grid(const Emission &emission) {
 
 /// Brings those into the cache who send some turns after the i-th, and who may hear it.
 void Simulation::prefetch_heard_after(const std::vector<Planned> &frames, size_t i) const {
-    constexpr size_t SOONER = 2, SOON = 4, LATER = 6, LATEST = 8;
+    constexpr size_t SOONER = 2, LATER = 6, LATEST = 8;
     if (robots_.size() < FETCHED_SWARM || i + LATEST >= frames.size()) return;
     auto sender = [&](size_t turns) { return frames[i + turns].emission.robot; };
     const uint32_t latest = sender(LATEST), later = sender(LATER);
     prefetch_line(&senders_[latest]);
     prefetch_line(&speaks_[latest]);
-    bodies_->prefetch(latest);
     bodies_->lists().prefetch_place(latest);
     medium_.prefetch_place(latest);
     bodies_->lists().prefetch(later);
     medium_.prefetch(later);
-    for (uint32_t other : bodies_->lists().of(sender(SOON))) bodies_->prefetch(other);
     for (const auto &listener : medium_.last_audience(sender(SOONER)))
         robots_[listener.robot].prefetch_receiver();
 }
@@ -578,7 +571,6 @@ Statistics Simulation::statistics() const {
 
 void Simulation::sample_if_due() {
     if (now_ < next_sample_) return;
-    bodies_->catch_up();
     sample_into(samples_);
     samples_due_++;
     next_sample_ = end_of_step(run_at_ + samples_due_ * def_.sample_ticks * TICK_CYCLES, step_);

@@ -4,6 +4,7 @@
 
 #include "engine/box2d_solver.h"
 #include "engine/disc_solver.h"
+#include "engine/selection.h"
 
 namespace kilotwin {
 
@@ -32,7 +33,8 @@ void World::add(uint32_t robot, const Trajectory &trajectory, Cycles at) {
         {ahead.x() * v.x() - ahead.y() * v.y(), ahead.y() * v.x() + ahead.x() * v.y()},
         trajectory.drive().turn};
     driven.wanted = driven.velocity;
-    held_[robot] = added_ = true;
+    held_[robot] = true;
+    added_++;
     robots_.push_back(robot);
 }
 
@@ -43,10 +45,11 @@ void World::remove(uint32_t robot) {
 
 void World::settle() {
     auto gone = [this](uint32_t robot) { return !held_[robot]; };
+    sort_from(robots_, robots_.size() - added_);
     if (removed_)
         robots_.erase(std::remove_if(robots_.begin(), robots_.end(), gone), robots_.end());
-    if (added_) std::sort(robots_.begin(), robots_.end());
-    added_ = removed_ = false;
+    added_ = 0;
+    removed_ = false;
 }
 
 void World::step(std::vector<Near> &near, const std::vector<Crowd::Pair> &pairs, double step_s) {

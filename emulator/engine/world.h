@@ -73,7 +73,8 @@ class World {
     Encounter encounter_;
     std::unique_ptr<ContactSolver> solver_;
     Crowd crowd_;
-    bool added_ = false, removed_ = false;  ///< since settle()
+    size_t added_ = 0;      ///< since settle(), to the end of robots_
+    bool removed_ = false;  ///< since settle(), somebody
 };
 
 }  // namespace kilotwin
