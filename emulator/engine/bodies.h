@@ -47,6 +47,9 @@ class Bodies {
         chassis_.prefetch(robot);
     }
 
+    /// And where it is.
+    void prefetch_place(uint32_t robot) const { prefetch_line(&places_[robot]); }
+
     size_t size() const { return places_.size(); }
 
     // What follows is said of the begin of the current step.

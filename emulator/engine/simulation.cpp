@@ -273,7 +273,10 @@ void Simulation::prefetch_due_after(size_t i) const {
     if (kilobot_medium_) kilobot_medium_->prefetch(latest);
     robots_[later].prefetch_state();
     lists.prefetch(later);
-    for (uint32_t other : lists.of(due_[i + SOON])) prefetch_line(&speaks_[other]);
+    for (uint32_t other : lists.of(due_[i + SOON])) {
+        prefetch_line(&speaks_[other]);
+        bodies_->prefetch_place(other);
+    }
 }
 
 /// Lets a robot live through this step, and on as far as nothing can reach it.
