@@ -133,12 +133,12 @@ void KilobotMedium::ask_later(const Event &event) {
 /// Brings those near who are asked, or begin a frame, some time after the `next`, and who may hear
 /// them.
 void KilobotMedium::prefetch_asked(size_t next) {
-    constexpr size_t NEXT = 1, SOONER = 2, SOON = 4, LATER = 6, LATEST = 8;
+    constexpr size_t SOONER = 2, SOON = 4, LATER = 6, LATEST = 8;
     if (robots_.size() < FETCHED_SWARM || next + LATEST >= asks_.size()) return;
     auto is_asked = [&](size_t turns) { return asks_[next + turns].what == What::ASK; };
     const Neighbours &lists = bodies_.lists();
     const uint32_t latest = speaker(asks_[next + LATEST]), later = speaker(asks_[next + LATER]),
-                   sooner = speaker(asks_[next + SOONER]), first = speaker(asks_[next + NEXT]);
+                   sooner = speaker(asks_[next + SOONER]);
     lists.prefetch_place(latest);
     prefetch(latest);
     prefetch_line(&said_[latest]);
@@ -148,8 +148,6 @@ void KilobotMedium::prefetch_asked(size_t next) {
     for (uint32_t other : lists.of(speaker(asks_[next + SOON]))) prefetch(other);
     for (uint32_t other : lists.of(sooner))
         if (is_in_range(sooner, other)) robots_[other].prefetch_light();
-    for (uint32_t other : lists.of(first))
-        if (is_in_range(first, other)) robots_[other].prefetch_lists();
 }
 
 /// Whether a robot hears another one.

@@ -311,7 +311,7 @@ Cycles Simulation::undisturbed_until(uint32_t robot, Cycles limit) {
     // The ideal medium lets a frame be heard when the step is over in which it begins.
     const Cycles soonest = now_ + step_, heard_after = kilobot_medium_ ? 0 : step_;
     if (grid_) return soonest;  // a cell may speak to it any time
-    const double closing = 2 * bodies_->fastest_m_s(), s_per_m = 1 / closing;
+    const double s_per_m = 1 / (2 * bodies_->fastest_m_s());
     Cycles until = std::min(limit, bodies_->lists_hold_until() + heard_after);
     if (!kilobot_medium_)
         until = std::min(until, now_ + (FRAME_STEPS - 1) * step_);
@@ -320,18 +320,13 @@ Cycles Simulation::undisturbed_until(uint32_t robot, Cycles limit) {
     if (until <= soonest) return soonest;
     Cycles matters = end_of_step(until - heard_after, step_);  // who speaks before
     const Eigen::Vector2d here = bodies_->position(robot);
-    for (uint32_t other : bodies_->lists().of(robot)) {
+    for (uint32_t other : bodies_->lists().of(robot)) {  // no branch: nobody could foresee it
         const Cycles speaks =
             kilobot_medium_ ? speaks_[other] : begin_of_step(speaks_[other], step_);
-        if (speaks >= matters) continue;
         const double range_m = kilobot_medium_ ? kilobot_medium_->range_m(other) : reach_m_;
-        const double square = (bodies_->position(other) - here).squaredNorm();
-        const double far_m = range_m + closing * seconds(matters - now_);
-        if (square >= far_m * far_m) continue;  // it does not come from there
-        const double way_m = std::sqrt(square) - range_m;
+        const double way_m = (bodies_->position(other) - here).norm() - range_m;
         const Cycles in_reach = now_ + whole_steps(way_m * s_per_m, step_);
-        matters = std::max(speaks, in_reach);
-        if (matters + heard_after <= soonest) break;
+        matters = std::min(matters, std::max(speaks, in_reach));
     }
     until = std::min(until, matters + heard_after);
     return kilobot_medium_ ? kilobot_medium_->alone_until(robot, until) : until;

@@ -87,8 +87,7 @@ class alignas(64) Robot {
         if (!on_board()) kilotwin::prefetch(image_, program_->state_bytes());
     }
 
-    /// What receive() needs, then what disturb() and the gains need as well; and some time later, what
-    /// was received and seen.
+    /// What receive() needs, and what disturb() and the gains need as well.
     void prefetch_receiver() const {
         prefetch_line(&next_message_);
         prefetch_line(&inbox_);
@@ -99,10 +98,6 @@ class alignas(64) Robot {
         prefetch_line(this);
         prefetch_line(&frames_seen_);
         prefetch_line(&calibration_);
-    }
-    void prefetch_lists() const {
-        prefetch_line(inbox_.data());
-        prefetch_line(frames_seen_.data());
     }
 
     /// Lets the robot live through everything strictly before `until`. What its program sends goes
