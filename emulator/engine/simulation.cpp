@@ -339,25 +339,28 @@ void Simulation::look_around(uint32_t robot) {
     const Eigen::Vector2d here = bodies_->position(robot);
     const bool rests = bodies_->rests(robot);
     const double radius = def_.profile.radius_m, obstacle_gap = floor_->obstacle_m();
-    const double closing = 2 * bodies_->fastest_m_s();
-    double unchanged_s =
-        bodies_->lists_hold_until() > now_ ? seconds(bodies_->lists_hold_until() - now_) : 0;
-    double unmoved_s = unchanged_s;  // the same, as long as nobody begins to move who now rests
     bool obstacle = false;
     auto look_at = [&](double gap, const Eigen::Vector2d &towards) {
         if (gap <= obstacle_gap && towards.dot(bodies_->ahead(robot)) > 0) obstacle = true;
     };
+    const double near_m = 2 * radius + obstacle_gap;
+    double nearest = INFINITY, nearest_mover = INFINITY;  // squares
     for (uint32_t other : bodies_->lists().of(robot)) {
         const Eigen::Vector2d offset = bodies_->position(other) - here;
-        const double far_m =
-            2 * radius + obstacle_gap + closing * (rests ? unmoved_s : unchanged_s);
-        if (offset.squaredNorm() > far_m * far_m) continue;
-        const double gap = offset.norm() - 2 * radius;
-        look_at(gap, offset);
-        const double change_s = std::max(gap - obstacle_gap, 0.0) / closing;
-        unchanged_s = std::min(unchanged_s, change_s);
-        if (rests && !bodies_->rests(other)) unmoved_s = std::min(unmoved_s, change_s);
+        const double square = offset.squaredNorm();
+        if (square <= near_m * near_m) look_at(offset.norm() - 2 * radius, offset);
+        nearest = std::min(nearest, square);
+        if (rests && square < nearest_mover && !bodies_->rests(other)) nearest_mover = square;
     }
+    // As long as nobody who is on no list can have come near. `unmoved_s`: and nobody begins to move
+    // who now rests.
+    const double listed_s =
+        bodies_->lists_hold_until() > now_ ? seconds(bodies_->lists_hold_until() - now_) : 0;
+    auto away_s = [&](double square) {
+        const double way_m = std::max(std::sqrt(square) - near_m, 0.0);
+        return std::min(way_m / (2 * bodies_->fastest_m_s()), listed_s);
+    };
+    const double unchanged_s = away_s(nearest), unmoved_s = away_s(nearest_mover);
     double wall_gap = INFINITY;
     def_.arena.for_each_wall(here, [&](double distance, const Eigen::Vector2d &outward) {
         wall_gap = std::min(wall_gap, distance - radius);
