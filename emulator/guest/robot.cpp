@@ -281,9 +281,11 @@ void Robot::answer(bool yes) {
 
 void Robot::disturb(Cycles begin, Cycles end) {
     if (on_board()) return;  // it sees for itself
-    auto over = [this](const auto &frame) { return frame.second <= now_; };
-    frames_seen_.erase(std::remove_if(frames_seen_.begin(), frames_seen_.end(), over),
-                       frames_seen_.end());
+    if (frames_seen_.size() == frames_seen_.capacity()) {
+        auto over = [this](const auto &frame) { return frame.second <= now_; };
+        frames_seen_.erase(std::remove_if(frames_seen_.begin(), frames_seen_.end(), over),
+                           frames_seen_.end());
+    }
     frames_seen_.emplace_back(begin, end);
 }
 
