@@ -6,8 +6,9 @@ known who can be meant: the functions whose address is taken.
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from pathlib import Path
 
 from elftools.elf.elffile import ELFFile
 from elftools.elf.sections import Symbol, SymbolTableSection
@@ -28,7 +29,8 @@ _SKIPS = {"cpse", "sbrc", "sbrs", "sbic", "sbis"}
 _SREG = "0x3f,"
 _DATA_BASE = 0x800000
 _RESET = "__vectors"  # a jump to address 0 begins anew
-_SWITCH = "__tablejump2__"  # of a switch, not a call
+# Who uses one of these may have streams of his own.
+_STREAMS = {"__iob", "fdevopen", "fprintf", "vfprintf", "fputc", "fputs", "fwrite"}
 
 
 @dataclass(frozen=True)
@@ -61,13 +63,24 @@ class Instruction:
         found = _TARGET.search(self.comment)
         return (int(found[1], 16), found[2], found[3] is None) if found else None
 
+    @property
+    def ends(self) -> bool:
+        """Whether the next one is never executed behind it, unless something jumps there."""
+        return self.name in _ENDS
+
+    @property
+    def skips(self) -> bool:
+        """Whether it may skip the next one."""
+        return self.name in _SKIPS
+
 
 @dataclass
 class Function:
-    """`size` 0: not known."""
+    """Under its name; static functions of several files may have one: `entries` has them all."""
 
     name: str
     instructions: list[Instruction] = field(default_factory=list)
+    entries: list[int] = field(default_factory=list)
 
     @property
     def calls(self) -> list[tuple[Instruction, str]]:
@@ -86,11 +99,6 @@ class Function:
             if counts:
                 found.append((instruction, target[1]))
         return found
-
-    @property
-    def calls_pointers(self) -> bool:
-        """Whether it calls a function by its address."""
-        return self.name != _SWITCH and any(i.name in ("icall", "ijmp") for i in self.instructions)
 
     @cached_property
     def uninterrupted(self) -> set[int]:
@@ -126,12 +134,22 @@ class Function:
 
     def _following(self, index: int, place: dict[int, int]) -> list[int]:
         instruction = self.instructions[index]
-        following = [] if instruction.name in _ENDS else [index + 1]
-        if instruction.name in _SKIPS:
+        following = [] if instruction.ends else [index + 1]
+        if instruction.skips:
             following.append(index + 2)
         if instruction.target is not None and instruction.name not in _CALLS:
             following.append(place.get(instruction.target[0], len(self.instructions)))
         return [other for other in following if other < len(self.instructions)]
+
+
+@dataclass(frozen=True)
+class Located:
+    """An instruction, the function it is in, that one's entry, and the address behind."""
+
+    instruction: Instruction
+    function: str
+    start: int
+    next: int
 
 
 @dataclass(frozen=True)
@@ -153,6 +171,11 @@ class Disassembly:
     flash_bytes: int
     ram_bytes: int
     address_taken: frozenset[str]
+    """Functions of the program that a pointer may lead to."""
+    runtime_callbacks: frozenset[str]
+    """What interrupts call as long as the program has not set a callback of its own."""
+    stream_functions: frozenset[str]
+    """What fputc() may call, the program's and the runtime's."""
 
     @staticmethod
     def of(image: Image) -> "Disassembly":
@@ -169,16 +192,34 @@ class Disassembly:
                 if symbol["st_info"]["type"] == "STT_OBJECT" and symbol["st_value"] >= _DATA_BASE
             }
         data = sizes.get(".data", 0)
+        program, runtime = image.objects("program"), image.objects("kilolib")
         return Disassembly(
             parse(text),
             variables,
             sizes[".text"] + data,
             data + sizes.get(".bss", 0) + sizes.get(".noinit", 0),
-            frozenset(_address_taken(image)),
+            frozenset(_address_taken(program)),
+            frozenset(_address_taken(file for file in runtime if not _uses_streams(file))),
+            frozenset(_address_taken(filter(_uses_streams, [*program, *runtime]))),
         )
 
-    def reached_from(self, roots: Iterable[str], *, pointers: bool = True) -> set[str]:
-        """All functions that may run when these do; `pointers`: also those called by address."""
+    @cached_property
+    def code(self) -> dict[int, Located]:
+        """All instructions by address, in order."""
+        found: dict[int, Located] = {}
+        for function in self.functions.values():
+            for instruction in function.instructions:
+                start = max(entry for entry in function.entries if entry <= instruction.address)
+                found[instruction.address] = Located(instruction, function.name, start, 0)
+        order = sorted(found)
+        behind = {address: order[index + 1] for index, address in enumerate(order[:-1])}
+        return {
+            address: replace(found[address], next=behind.get(address, address + 2))
+            for address in order
+        }
+
+    def reached_from(self, roots: Iterable[str]) -> set[str]:
+        """All functions that may run when these do, but for those called by address."""
         found: set[str] = set()
         waiting = [root for root in roots if root in self.functions]
         while waiting:
@@ -186,10 +227,8 @@ class Disassembly:
             if name in found:
                 continue
             found.add(name)
-            function = self.functions[name]
-            waiting += [callee for _, callee in function.calls if callee in self.functions]
-            if pointers and function.calls_pointers:
-                waiting += [callee for callee in self.address_taken if callee in self.functions]
+            callees = [callee for _, callee in self.functions[name].calls]
+            waiting += [callee for callee in callees if callee in self.functions]
         return found
 
     def at(self, address: int) -> tuple[str, Place | None]:
@@ -216,6 +255,7 @@ def parse(text: str) -> dict[str, Function]:
     for line in text.splitlines():
         if found := _FUNCTION.match(line):
             function = functions.setdefault(found[2], Function(found[2]))
+            function.entries.append(int(found[1], 16))
             place = None
         elif found := _PLACE.match(line):
             place = Place(found[1], int(found[2]))
@@ -238,9 +278,14 @@ def _symbols(elf: ELFFile) -> Iterable[Symbol]:
     return table.iter_symbols()
 
 
-def _address_taken(image: Image) -> Iterable[str]:
-    """Functions of the program that a pointer may lead to: the linker leaves no trace of them."""
-    for file in image.objects("program"):
+def _uses_streams(file: Path) -> bool:
+    with file.open("rb") as stream:
+        return any(symbol.name in _STREAMS for symbol in _symbols(ELFFile(stream)))
+
+
+def _address_taken(objects: Iterable[Path]) -> Iterable[str]:
+    """Functions that a pointer may lead to: the linker leaves no trace of them."""
+    for file in objects:
         with file.open("rb") as stream:
             elf = ELFFile(stream)
             functions = {

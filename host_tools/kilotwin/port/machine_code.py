@@ -40,7 +40,8 @@ def size(program: Disassembly, stack: StackBound) -> Iterator[Finding]:
             "stack",
             Weight.WARNS if left > 0 else Weight.FAILS,
             f"the stack has no bound: {stack.why}; {max(left, 0):,} bytes are left for it",
-            "write the recursion as a loop",
+            stack.do,
+            stack.place,
         )
     elif stack.bytes + STACK_RESERVE > left:
         fits = stack.bytes <= left
@@ -55,7 +56,7 @@ def size(program: Disassembly, stack: StackBound) -> Iterator[Finding]:
 
 def interrupts(program: Disassembly, roles: Roles) -> Iterator[Finding]:
     """What callbacks must not do: they run with interrupts off, and the clock stands meanwhile."""
-    reached = program.reached_from(roles.in_interrupts, pointers=False)
+    reached = program.reached_from(roles.in_interrupts)
     for name in sorted(reached):
         for instruction, callee in program.functions[name].calls:
             if instruction.place is None:
@@ -81,8 +82,8 @@ def interrupts(program: Disassembly, roles: Roles) -> Iterator[Finding]:
 
 def torn(program: Disassembly, roles: Roles) -> Iterator[Finding]:
     """Variables of several bytes that an interrupt can change between two of them."""
-    inside = program.reached_from(roles.in_interrupts, pointers=False)
-    outside = program.reached_from(roles.in_main, pointers=False) - inside
+    inside = program.reached_from(roles.in_interrupts)
+    outside = program.reached_from(roles.in_main) - inside
     written_inside = _accesses(program, inside, "sts")
     touched_inside = written_inside | _accesses(program, inside, "lds")
     for name in sorted(outside):

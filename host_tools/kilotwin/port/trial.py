@@ -144,7 +144,7 @@ def run(trial: Trial, guest: Guest, image: Image, code: Disassembly, roles: Role
             name=guest.name,
             seed=trial.seed,
             slack_s=_SLACK_S,
-            waits="delay" in code.reached_from(roles.in_main, pointers=False),
+            waits="delay" in code.reached_from(roles.in_main),
             follow=list(entries),
         )
     except _emulator.EngineError as error:
