@@ -321,13 +321,14 @@ void Bodies::solve_contacts() {
     solver_steps_ += held.size();
     longest_shift_m_ = 0;
     for (size_t i = 0; i < held.size(); i++) {
-        const auto &[before, free, shift, company, at_wall, other, towards, gap_m] = near_[i];
+        const auto &[by, turn] = near_[i].moved;
+        longest_shift_m_ = std::max({longest_shift_m_, by.norm(), near_[i].free.by.norm()});
         Trajectory &trajectory = trajectories_[held[i]];
-        longest_shift_m_ = std::max({longest_shift_m_, shift.by.norm(), free.by.norm()});
-        const bool moved = shift.by != Eigen::Vector2d::Zero();
+        const bool moved = by != Eigen::Vector2d::Zero();
         if (moved) still_since_[held[i]] = trajectory.drive().stands() ? end : NEVER;
-        if (moved || shift.turn != 0) pushed_.push_back(held[i]);
-        const Pose pose = {before.position + shift.by, wrapped(before.heading + shift.turn)};
+        if (moved || turn != 0) pushed_.push_back(held[i]);
+        const Pose &before = near_[i].pose;
+        const Pose pose = {before.position + by, wrapped(before.heading + turn)};
         trajectory.restart(end, pose);
         places_[held[i]] = pose.position;
         record_overlap(arena_.wall_gap(pose.position) - radius_m_);

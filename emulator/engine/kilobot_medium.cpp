@@ -37,8 +37,7 @@ KilobotMedium::KilobotMedium(const Settings &settings, const Chance &chance, Swa
       boards_(boards),
       stations_(robots.size() + (grid != nullptr ? grid->layout().cells() : 0)),
       said_(stations_.size()),
-      receivers_(grid != nullptr ? grid->layout().modules() : 0),
-      planned_(PLANNED_STEPS) {
+      receivers_(grid != nullptr ? grid->layout().modules() : 0) {
     for (uint32_t robot = 0; robot < robots.size(); robot++) {
         double spread =
             std::clamp(chance.normal(robot, Purpose::RANGE, 0), -RANGE_LIMIT, RANGE_LIMIT);
@@ -212,7 +211,7 @@ void KilobotMedium::ask(uint32_t robot, Cycles at) {
 
 Cycles KilobotMedium::alone_until(uint32_t robot, Cycles until) const {
     const Cycles ask = speaks_[robot];
-    until = std::min(until, end_ + (PLANNED_STEPS - 2) * step_);
+    until = std::min(until, end_ + (PlannedFrames::STEPS - 2) * step_);
     const bool may_send =
         ask + SENSE_END_CYCLES < until && robots_[robot].question() == Robot::Question::NONE;
     return may_send ? until : std::min(until, ask);

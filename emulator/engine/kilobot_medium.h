@@ -26,6 +26,7 @@
 #include "engine/chance.h"
 #include "engine/memory.h"
 #include "engine/message_crc.h"
+#include "engine/planned_frames.h"
 #include "engine/selection.h"
 #include "grid/grid.h"
 #include "guest/robot.h"
@@ -163,11 +164,6 @@ class KilobotMedium {
         std::vector<Event> events_;  ///< from first_ on
         size_t first_ = 0;
     };
-    /// A frame of a later step. `next`: nothing more comes from its sender before.
-    struct Planned {
-        Emission emission;
-        Cycles next;
-    };
     /// What a module's one receiver is busy with.
     struct Receiver {
         Cycles sending_until = 0, receiving_until = 0;
@@ -183,9 +179,7 @@ class KilobotMedium {
     void take(const Event &event);
     void take_emissions(uint32_t robot);
     static Cycles next_ask(const Robot &robot);
-    std::vector<Planned> &planned_at(Cycles at) {
-        return planned_[number_of_step(at, step_) % PLANNED_STEPS];
-    }
+    std::vector<PlannedFrame> &planned_at(Cycles at) { return planned_.at(at, step_); }
     void ask(uint32_t robot, Cycles at);
     void go_on(uint32_t robot, Cycles until);
     bool has_channel(uint32_t robot, Cycles at) const;
@@ -246,10 +240,9 @@ class KilobotMedium {
     std::vector<uint32_t> free_frames_;
     std::vector<Receiver> receivers_;  ///< by module
     InfraredGains cell_gains_;
-    static constexpr size_t PLANNED_STEPS = 64;  ///< frames are planned less than that ahead
-    std::vector<std::vector<Planned>> planned_;  ///< by step: a ring
-    std::vector<uint32_t> speakers_;             ///< who may begin a frame within this step
-    std::vector<Event> asks_;                    ///< of this step, those from next_ask_ on to come
+    PlannedFrames planned_;
+    std::vector<uint32_t> speakers_;  ///< who may begin a frame within this step
+    std::vector<Event> asks_;         ///< of this step, those from next_ask_ on to come
     StepSorter<Event> ask_sorter_;
     size_t next_ask_ = 0;
     std::priority_queue<Event, std::vector<Event>, std::greater<>> other_asks_;

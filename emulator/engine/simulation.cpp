@@ -22,7 +22,6 @@ constexpr int64_t LEAD_TICKS = 64;  // and at least so long before RUN
 // Who is near which cell is looked up so often: rarely enough to cost little, often enough that few
 // cells seem to have somebody near.
 constexpr Cycles LOOK_AROUND_GRID = 16 * TICK_CYCLES;
-constexpr size_t FRAME_STEPS = 64;  // frames are planned less than that ahead
 
 BlackBox *map_black_box(const std::string &path) {
     int file = open(path.c_str(), O_RDWR | O_CLOEXEC);
@@ -75,8 +74,7 @@ Simulation::Simulation(const SimulationDef &def)
       speaks_(wake_.size(), 0),
       senders_(def.kilobot_medium ? 0 : wake_.size()),
       surroundings_(def.floor ? wake_.size() : 0),
-      medium_(def.range_m, def.line_of_sight, def.profile.radius_m, wake_.size()),
-      frames_(FRAME_STEPS) {
+      medium_(def.range_m, def.line_of_sight, def.profile.radius_m, wake_.size()) {
     if (wake_.empty()) throw EngineError("there is no robot");
     if (def.floor) floor_.emplace(*def.floor, run_at_, step_, wake_.size());
     std::stable_sort(commands_.begin(), commands_.end(),
@@ -314,7 +312,7 @@ Cycles Simulation::undisturbed_until(uint32_t robot, Cycles limit) {
     const double s_per_m = 1 / (2 * bodies_->fastest_m_s());
     Cycles until = std::min(limit, bodies_->lists_hold_until() + heard_after);
     if (!kilobot_medium_)
-        until = std::min(until, now_ + (FRAME_STEPS - 1) * step_);
+        until = std::min(until, now_ + (PlannedFrames::STEPS - 1) * step_);
     else if (kilobot_medium_->claims(robot))
         return soonest;
     if (until <= soonest) return soonest;
@@ -440,7 +438,7 @@ void Simulation::plan_frames(uint32_t robot) {
         speaks_[robot] = emissions_.empty() ? sender.next_ask : emissions_.front().at;
     for (size_t i = 0; i < emissions_.size(); i++) {
         const Cycles next = i + 1 < emissions_.size() ? emissions_[i + 1].at : sender.next_ask;
-        Planned &planned = append(frames_[number_of_step(emissions_[i].at, step_) % FRAME_STEPS]);
+        PlannedFrame &planned = append(frames_.at(emissions_[i].at, step_));
         planned.emission = emissions_[i];
         planned.next = next;
         sender.planned++;
@@ -495,7 +493,7 @@ void Simulation::deliver_to_grid(const Emission &emission) {
 }
 
 /// Brings those into the cache who send some turns after the i-th, and who may hear it.
-void Simulation::prefetch_heard_after(const std::vector<Planned> &frames, size_t i) const {
+void Simulation::prefetch_heard_after(const std::vector<PlannedFrame> &frames, size_t i) const {
     constexpr size_t SOONER = 2, LATER = 6, LATEST = 8;
     if (robots_.size() < FETCHED_SWARM || i + LATEST >= frames.size()) return;
     auto sender = [&](size_t turns) { return frames[i + turns].emission.robot; };
@@ -511,10 +509,10 @@ void Simulation::prefetch_heard_after(const std::vector<Planned> &frames, size_t
 }
 
 void Simulation::deliver_frames() {
-    auto &frames = frames_[number_of_step(now_, step_) % FRAME_STEPS];
+    auto &frames = frames_.at(now_, step_);
     frame_sorter_.sort(
-        frames, now_, step_, [](const Planned &frame) { return frame.emission.at; },
-        [](const Planned &a, const Planned &b) {
+        frames, now_, step_, [](const PlannedFrame &frame) { return frame.emission.at; },
+        [](const PlannedFrame &a, const PlannedFrame &b) {
             return a.emission.at != b.emission.at ? a.emission.at < b.emission.at
                                                   : a.emission.robot < b.emission.robot;
         });

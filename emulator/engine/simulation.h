@@ -26,6 +26,7 @@
 #include "engine/light.h"
 #include "engine/memory.h"
 #include "engine/message_crc.h"
+#include "engine/planned_frames.h"
 #include "engine/recorder.h"
 #include "engine/selection.h"
 #include "engine/virtual_floor.h"
@@ -138,13 +139,6 @@ class Simulation {
         Cycles unchanged_until = 0;  ///< nothing changes before, whoever begins to move
         wire_cell_t cell = {0, 0};
     };
-    /// A frame that begins later, or in this step. `next`: nothing more comes from its sender
-    /// before.
-    struct Planned {
-        Emission emission;
-        Cycles next;
-    };
-
     /// What a robot sends: half a line of the cache.
     struct alignas(32) Sender {
         Cycles next_ask = 0;         ///< the earliest begin of a frame after those that are planned
@@ -179,7 +173,7 @@ class Simulation {
     void look_around_grid();
     void run_grid();
     void deliver_to_grid(const Emission &emission);
-    void prefetch_heard_after(const std::vector<Planned> &frames, size_t i) const;
+    void prefetch_heard_after(const std::vector<PlannedFrame> &frames, size_t i) const;
     void deliver_frames();
     void deliver(const Emission &emission);
     bool audience_holds(uint32_t robot);
@@ -215,8 +209,8 @@ class Simulation {
 
     std::optional<Bodies> bodies_;
     IdealMedium medium_;
-    std::vector<std::vector<Planned>> frames_;  ///< of the ideal medium, by step: a ring
-    StepSorter<Planned> frame_sorter_;
+    PlannedFrames frames_;  ///< of the ideal medium
+    StepSorter<PlannedFrame> frame_sorter_;
     std::optional<Grid> grid_;
     std::optional<KilobotMedium> kilobot_medium_;
     std::optional<VirtualFloor> floor_;

@@ -64,12 +64,12 @@ void World::step(std::vector<Near> &near, const std::vector<Crowd::Pair> &pairs,
     }
     for (const auto &[one, other] : pairs)
         if (near[one].company == Company::SEVERAL)
-            crowd_.pairs.push_back({near[one].other, near[other].other});
+            crowd_.pairs.push_back({near[one].member, near[other].member});
     solver_->solve(crowd_, step_s);
 }
 
 void World::join_crowd(size_t i, Near &near) {
-    near.other = static_cast<uint32_t>(crowd_.members.size());
+    near.member = static_cast<uint32_t>(crowd_.members.size());
     near.moved = {};
     auto &driven = driven_[robots_[i]];
     if (firm(near)) driven = {};

@@ -29,9 +29,9 @@ struct Near {
     Shift free;        ///< where it would go within the step, were it alone
     Shift moved = {};  ///< where it went, after World::step()
     Company company = Company::SEVERAL;
-    bool at_wall = false;  ///< it may touch one
-    uint32_t other = 0;    ///< ROBOT: which of robots(), which has this one in turn; SEVERAL: its
-                           ///< number in the crowd, from World::step() on
+    bool at_wall = false;           ///< it may touch one
+    uint32_t other = 0;             ///< ROBOT: which of robots(), which has this one in turn
+    uint32_t member = 0;            ///< SEVERAL: its number in the crowd, from World::step() on
     Eigen::Vector2d towards{1, 0};  ///< WALL, ROBOT: unit vector to it
     double gap_m = 0;               ///< and from rim to rim
 };
