@@ -4,6 +4,7 @@ import json
 import re
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -32,6 +33,7 @@ FAILING = {"flash", "stack", "no-kick", "no-crc"}
 BOUNDLESS = {"recursion_has_no_end", "array_has_no_fixed_length"}
 
 
+@cache
 def checked(program: str, trial: Trial | None = None) -> Report:
     return check([program], [], [], trial, lambda _: None)
 
@@ -92,6 +94,37 @@ def test_a_trial_measures_calls_and_ticks() -> None:
     # Three ticks come due in 100 ms, of which one waits.
     assert 0.9 * 2 * on_message.calls <= trial.ticks_lost <= 3 * on_message.calls
     assert trial.room_bytes == 2048 - 57 - trial.stack_bytes
+
+
+def advice(program: str, name: str) -> str:
+    (path,) = [path for path in BAD_RUN if path.stem == program]
+    (finding,) = [f for f in checked(str(path), Trial(TRIAL_S)).findings if f.check == name]
+    return f"{finding.what}; {finding.do}"
+
+
+def test_a_difference_in_time_is_told_by_its_cause() -> None:
+    said = advice("printing_takes_time", "differs-in-time")
+    assert "0.26 ms a character" in said
+    assert "NONBLOCKING" in said
+    assert "light" not in said
+    said = advice("light_is_read_after_a_delay", "differs-in-time")
+    assert "reads the light some ms later" in said
+    assert "print" not in said
+
+
+def test_a_difference_that_stays_names_what_it_may_be_in_this_program() -> None:
+    said = advice("int_is_too_narrow_for_light", "differs")
+    assert "more than 16 bits" in said
+    assert "It may also be that it prints" in said
+    assert "that it reads the light" in said
+    said = advice("int_is_too_narrow_at_run_time", "differs")
+    assert "more than 16 bits" in said
+    assert "It may also be" not in said
+
+
+def test_where_the_heap_meets_the_stack_malloc_is_named() -> None:
+    assert "free()" in advice("heap_meets_stack", "stack-meets-data")
+    assert "malloc" not in advice("recursion_meets_data", "stack-meets-data")
 
 
 def test_callbacks_are_seen_through_casts_addresses_and_lines() -> None:

@@ -9,11 +9,12 @@ from kilotwin.avr_build import build_image
 from kilotwin.errors import InputError
 from kilotwin.guest_build import Notify
 from kilotwin.guest_build import build as build_guest
-from kilotwin.port import machine_code, source_text
+from kilotwin.port import machine_code, retrial, source_text
 from kilotwin.port import trial as trials
 from kilotwin.port.disassembly import Disassembly
 from kilotwin.port.findings import Finding, Weight
 from kilotwin.port.machine_code import FLASH_BYTES, RAM_BYTES
+from kilotwin.port.retrial import Tried
 from kilotwin.port.roles import find_roles, own_lines
 from kilotwin.port.stack import StackBound, bound
 from kilotwin.port.trial import Outcome, Trial
@@ -107,6 +108,7 @@ def check(
         notify(f"running {program.written} for {trial.seconds:g} s on an ATmega328P and here")
         outcome = trials.run(trial, guest, image, code, roles)
         theirs += trials.findings(outcome)
+        theirs += retrial.findings(Tried(program, code, roles, trial), outcome, notify)
     return Report(program.name, code.flash_bytes, code.ram_bytes, stack, outcome, _in_order(theirs))
 
 

@@ -10,7 +10,7 @@ from kilotwin.errors import InputError
 from kilotwin.guest_build import Guest
 from kilotwin.port.disassembly import Disassembly, Place
 from kilotwin.port.findings import Finding, Weight
-from kilotwin.port.machine_code import STACK_RESERVE
+from kilotwin.port.machine_code import RAM_BYTES, STACK_RESERVE
 from kilotwin.port.roles import Roles
 from kilotwin.units import CYCLES_PER_S, TICK_CYCLES, TICK_S, ticks
 
@@ -21,6 +21,10 @@ if TYPE_CHECKING:
 _SLACK_S = 0.04
 # Between two looks at the stack: what runs on behind a spoilt one means nothing.
 _LOOK_TICKS = 4
+_TAKE_LESS = (
+    "look for what malloc() gives and free() never gets back, take less, or take an array of a "
+    "fixed length: malloc() leaves 32 bytes to the stack as it is when it is called, no more"
+)
 
 
 @dataclass(frozen=True)
@@ -79,7 +83,9 @@ class Outcome:
     """The function that ran when the stack was at its deepest."""
     stack_place: Place | None
     room_bytes: int
-    """Left between variables and stack; below 0: they overlap."""
+    """Left between variables, or heap, and stack; below 0: they overlap."""
+    heap_bytes: int
+    """What malloc() had taken by then."""
     loops: tuple[LongestCall, ...]
     callbacks: tuple[LongestCall, ...]
     ticks_lost: int
@@ -100,6 +106,7 @@ class Outcome:
             "stack_bytes": self.stack_bytes,
             "stack_deepest_in": self.stack_in,
             "stack_room_bytes": self.room_bytes,
+            "heap_bytes": self.heap_bytes,
             "loop": [call.as_dict() for call in self.loops],
             "callbacks": [call.as_dict() for call in self.callbacks],
             "ticks_lost": self.ticks_lost,
@@ -116,10 +123,11 @@ class Outcome:
         """For people."""
         where = f" ({self.stack_place.file}:{self.stack_place.line})" if self.stack_place else ""
         ran = f"{self.ticks * TICK_S:.1f} s on the robot and here"
+        heap = f", with {self.heap_bytes:,} taken by malloc()" if self.heap_bytes else ""
         yield f"  ran    {ran}, {self.heard:,} messages heard"
         yield (
             f"  stack  {self.stack_bytes:,} bytes at its deepest, in {self.stack_in}(){where}; "
-            f"{self.room_bytes:,} were left"
+            f"{self.room_bytes:,} were left{heap}"
         )
         for call in (*self.loops, *self.callbacks):
             yield f"  {call.text()}"
@@ -144,7 +152,7 @@ def run(trial: Trial, guest: Guest, image: Image, code: Disassembly, roles: Role
             name=guest.name,
             seed=trial.seed,
             slack_s=_SLACK_S,
-            waits="delay" in code.reached_from(roles.in_main),
+            waits=waits(code, roles),
             follow=list(entries),
         )
     except _emulator.EngineError as error:
@@ -156,6 +164,13 @@ def run(trial: Trial, guest: Guest, image: Image, code: Disassembly, roles: Role
         if twins.tick < before + 1 or _watched(twins)["room_bytes"] < 0:
             break
     return _outcome(trial, twins, code, {name: entry for entry, name in entries.items()}, roles)
+
+
+def waits(code: Disassembly, roles: Roles) -> bool:
+    """Whether the program calls delay(), itself or by what it calls; kilo_start() does anyway."""
+    main = code.functions.get("main")
+    callees = {callee for _, callee in main.calls} if main else set()
+    return "delay" in code.reached_from((callees | roles.setup | roles.loop) - {"kilo_start"})
 
 
 def _watched(twins: "Twins") -> Any:
@@ -187,6 +202,7 @@ def _outcome(
         function,
         place,
         watched["room_bytes"],
+        RAM_BYTES - code.ram_bytes - watched["stack_bytes"] - watched["room_bytes"],
         longest(roles.loop),
         longest(roles.in_interrupts),
         watched["ticks_lost"],
@@ -197,7 +213,7 @@ def _outcome(
 
 
 def findings(outcome: Outcome) -> Iterator[Finding]:
-    """What of it is bad."""
+    """What of it is bad, but for a difference: see retrial."""
     yield from _memory(outcome)
     yield from _time(outcome)
     if outcome.native_failure:
@@ -207,35 +223,31 @@ def findings(outcome: Outcome) -> Iterator[Finding]:
             f"it stops on this computer: {outcome.native_failure}",
             "mend that first; `kilotwin run` shows it as well",
         )
-    # Behind a spoilt stack or a failure nothing else is to be expected.
-    if outcome.difference and outcome.room_bytes >= 0 and not outcome.avr_failure:
-        tick, what = outcome.difference
-        yield Finding(
-            "differs",
-            Weight.FAILS,
-            f"it decides otherwise on the robot than here, first at tick {tick:,}: {what}",
-            "look for an int that needs more than 16 bits, a double that needs more than 32, and "
-            "for what an interrupt may change between two lines of loop()",
-        )
 
 
 def _memory(outcome: Outcome) -> Iterator[Finding]:
     deepest = f"the stack got {outcome.stack_bytes:,} bytes deep, in {outcome.stack_in}()"
+    # The heap is to blame wherever the stack was just then.
+    heap = outcome.heap_bytes
+    under = f"the {heap:,} bytes that malloc() took" if heap else "the variables"
+    place = None if heap else outcome.stack_place
     if outcome.room_bytes < 0:
+        do = "make calls less deep, local arrays smaller, or a recursion a loop"
         yield Finding(
             "stack-meets-data",
             Weight.FAILS,
-            f"{deepest}, at tick {outcome.ticks:,}, and lies on the program's variables",
-            "make calls less deep, local arrays smaller, or a recursion a loop",
-            outcome.stack_place,
+            f"{deepest}, at tick {outcome.ticks:,}, and lies on {under}",
+            _TAKE_LESS if heap else do,
+            place,
         )
     elif outcome.room_bytes < STACK_RESERVE:
+        do = "make arrays smaller or of smaller types, or calls less deep"
         yield Finding(
             "stack-meets-data",
             Weight.WARNS,
-            f"{deepest}; only {outcome.room_bytes:,} bytes were left between it and the variables",
-            "make arrays smaller or of smaller types, or calls less deep",
-            outcome.stack_place,
+            f"{deepest}; only {outcome.room_bytes:,} bytes were left between it and {under}",
+            _TAKE_LESS if heap else do,
+            place,
         )
     if outcome.avr_failure:
         yield Finding(

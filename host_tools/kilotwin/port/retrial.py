@@ -1,0 +1,128 @@
+"""Why a program decides otherwise on the robot: run again without what only takes time there.
+
+On the robot printing takes time, and so do interrupts: what it does behind comes later than on this
+computer, and a sensor that is read then may show something else. No number is wrong in that.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from pathlib import Path
+
+from kilotwin.avr_build import build_image
+from kilotwin.errors import KilotwinError
+from kilotwin.guest_build import Notify
+from kilotwin.guest_build import build as build_guest
+from kilotwin.port import trial as trials
+from kilotwin.port.disassembly import Disassembly
+from kilotwin.port.findings import Finding, Weight
+from kilotwin.port.roles import Roles
+from kilotwin.port.trial import Outcome, Trial
+from kilotwin.programs import Program
+
+
+@dataclass(frozen=True)
+class Cause:
+    """Of a difference that is none of numbers. `uses`: a function that such a program calls."""
+
+    uses: str
+    define: str
+    """A macro that does away with it."""
+    sources: tuple[Path, ...]
+    """What that macro needs."""
+    what: str
+    without: str
+    """How the program was run then."""
+    do: str
+
+
+PRINTING = Cause(
+    "debug_init",
+    "NONBLOCKING",
+    (),
+    "it prints, which takes 0.26 ms a character on the robot and no time here",
+    "printf() does not wait for the serial line",
+    "print less, or #define NONBLOCKING before <debug.h>",
+)
+LIGHT = Cause(
+    "get_ambientlight",
+    "get_ambientlight=kilotwin_nth_light",
+    (Path(__file__).with_name("nth_light.c"),),
+    "it reads the light some ms later on the robot, when it is not the same any more",
+    "both get the same readings of the light, one after the other",
+    "nothing has to be mended if it may read the light at one moment as well as at the next; "
+    "compare what many runs have in common",
+)
+_CAUSES = (PRINTING, LIGHT)
+
+
+@dataclass(frozen=True)
+class Tried:
+    """A program, and how it was tried."""
+
+    program: Program
+    code: Disassembly
+    roles: Roles
+    trial: Trial
+
+
+def findings(tried: Tried, outcome: Outcome, notify: Notify) -> Iterator[Finding]:
+    """What of `outcome`'s first difference, if it has one that means anything."""
+    # Behind a spoilt stack or a failure nothing else is to be expected.
+    if not outcome.difference or outcome.room_bytes < 0 or outcome.avr_failure:
+        return
+    tick, what = outcome.difference
+    said = f"it decides otherwise on the robot than here, first at tick {tick:,}: {what}"
+    causes = [cause for cause in _CAUSES if cause.uses in tried.code.functions]
+    if blamed := _blamed(causes, tried, notify):
+        whats = " and ".join(cause.what for cause in blamed)
+        withouts = " and ".join(cause.without for cause in blamed)
+        yield Finding(
+            "differs-in-time",
+            Weight.WARNS,
+            f"{said}. That is because {whats}: where {withouts}, it decides the same",
+            "; ".join(cause.do for cause in blamed),
+        )
+    else:
+        yield Finding("differs", Weight.FAILS, said, _where_to_look(causes, tried))
+
+
+def _blamed(causes: Sequence[Cause], tried: Tried, notify: Notify) -> Sequence[Cause]:
+    """As few causes as have to be done away with for all decisions to be the same; none: others."""
+    for count in range(1, len(causes) + 1):
+        for some in combinations(causes, count):
+            program = tried.program
+            other = replace(
+                program,
+                sources=(*program.sources, *(file for cause in some for file in cause.sources)),
+                defines=(*program.defines, *(cause.define for cause in some)),
+            )
+            try:
+                image, guest = build_image(other), build_guest(other)
+                notify("running it again: " + " and ".join(cause.without for cause in some))
+                outcome = trials.run(tried.trial, guest, image, Disassembly.of(image), tried.roles)
+            except KilotwinError:
+                continue  # the macro means something else to this program, or no room is left
+            failed = outcome.avr_failure or outcome.native_failure or outcome.room_bytes < 0
+            if not outcome.difference and not failed:
+                return some
+    return ()
+
+
+def _where_to_look(causes: Sequence[Cause], tried: Tried) -> str:
+    """What may be the reason in this program."""
+    may_be = [cause.what for cause in causes]
+    if tried.roles.callbacks["rx"] and trials.waits(tried.code, tried.roles):
+        may_be.append(
+            "a message, and the distance with it, may come before a line of loop() here and "
+            "behind it on the robot, where delay() lasts longer"
+        )
+    if "malloc" in tried.code.functions:
+        may_be.append("malloc() finds another amount of memory on the robot than here")
+    narrow = (
+        "look for an int that needs more than 16 bits, a double that needs more than 32, and "
+        "for what an interrupt may change between two lines of loop()"
+    )
+    if not may_be:
+        return narrow
+    return f"{narrow}. It may also be that {', or that '.join(may_be)}"
