@@ -88,7 +88,7 @@ class Run:
 
     def _parquet(self, name: str, why: str) -> pa.Table:
         try:
-            return pq.read_table(self.folder / name)
+            return pq.read_table(self.folder / name, use_threads=False)
         except (pa.ArrowException, OSError):
             raise _damaged(self.folder, why) from None
 
