@@ -327,7 +327,7 @@ class Command(Section):
     send: Sent
     """Which message; `pause` and `wakeup` are the same."""
     repeat_s: Annotated[float, Field(ge=0, le=3600)] = 0.0
-    """For how long it is repeated, once a tick; 0: it is sent once."""
+    """For how long it is repeated, once a tick; 0: once. `wakeup` may need 48 s: docs/limits.md."""
     robot: Annotated[int, Field(ge=0, le=65534)] | None = None
     """Only to the robot of this index, which has the uid index + 1 unless told another."""
     uid_first: Uid | None = None
