@@ -181,6 +181,11 @@ def test_a_call_by_address_means_any_function_whose_address_is_taken() -> None:
     assert stack(text, pointers=frozenset({"one", "other"})) == StackBound(5, "main > other")
 
 
+def test_a_call_to_nobody_known_and_room_that_is_given_back_at_once_count() -> None:
+    assert stack("main:\nicall\nret") == StackBound(4, "main")
+    assert stack("main:\nrcall .room\n.room:\npop r0\npop r0\nret").bytes == 4
+
+
 def test_a_size_that_is_computed_at_run_time_has_no_bound() -> None:
     text = """
         main:

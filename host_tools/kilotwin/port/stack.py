@@ -150,7 +150,9 @@ class _Way:
         instruction, target = here.instruction, here.instruction.target
         if target is not None and target[0] == here.next and instruction.name == "rcall":
             # Nothing is called: it makes room for two bytes.
-            self._reach(here.next, replace(state, depth=state.depth + _RETURN_ADDRESS))
+            state = replace(state, depth=state.depth + _RETURN_ADDRESS)
+            self._take(state.depth, here.function)
+            self._reach(here.next, state)
             return
         if instruction.name in ("call", "rcall", "icall"):
             if self._calls(here, state):
@@ -181,6 +183,8 @@ class _Way:
         else:
             meant = [state.z] if state.z is not None else list(self._chains.meant(here.function))
         calls = [self._chains.deepest(entry) for entry in meant if entry != _RESET]
+        if not calls:
+            self._take(state.depth + _RETURN_ADDRESS, here.function)
         for call in calls:
             self._take(state.depth + call.bytes, here.function, call.chain)
         return not meant or any(call.returns for call in calls)

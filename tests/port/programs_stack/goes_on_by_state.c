@@ -23,13 +23,13 @@ static void walk(void) {
 
 static void rest(void) {
     switch (sink & 7) {
-        case 0: set_color(RGB(1, 0, 0)); break;
-        case 1: set_color(RGB(0, 1, 0)); break;
-        case 2: shuffle(sink); break;
-        case 3: set_color(RGB(0, 0, 1)); return;
-        case 4: set_color(RGB(1, 1, 0)); break;
-        case 5: set_color(RGB(0, 1, 1)); break;
-        default: sink++; return;
+    case 0: set_color(RGB(1, 0, 0)); break;
+    case 1: set_color(RGB(0, 1, 0)); break;
+    case 2: shuffle(sink); break;
+    case 3: set_color(RGB(0, 0, 1)); return;
+    case 4: set_color(RGB(1, 1, 0)); break;
+    case 5: set_color(RGB(0, 1, 1)); break;
+    default: sink++; return;
     }
     sink++;
     state = walk;
