@@ -79,12 +79,14 @@ class Experiment:
         """The number of robots."""
         return swarm_size(self.keys)
 
+    def group_of(self, robot: int) -> Group:
+        """Of the robot of that id."""
+        ends = itertools.accumulate(group.count for group in self.groups)
+        return next(group for group, end in zip(self.groups, ends, strict=True) if robot < end)
+
     def program_of(self, robot: int) -> Program:
         """What the robot of that id runs."""
-        ends = itertools.accumulate(group.count for group in self.groups)
-        return next(
-            group.program for group, end in zip(self.groups, ends, strict=True) if robot < end
-        )
+        return self.group_of(robot).program
 
     def resolved(self) -> dict[str, Any]:
         """Every key with its value, as plain tables that TOML can hold; loads to the same."""

@@ -11,66 +11,113 @@ process.
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Self
+from typing import Annotated, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationError
 
 from kilotwin import _emulator
 from kilotwin.colours import LED_VALUES, led_byte
 from kilotwin.engine_spec import engine_spec
 from kilotwin.errors import InputError, KilotwinError, RunError
 from kilotwin.experiment import Experiment, one_command
+from kilotwin.experiment_errors import input_error
+from kilotwin.experiment_schema import Byte, Pose, Robots, Section, one_or_more
 from kilotwin.experiment_text import ExperimentText, Setting, parse_setting
 from kilotwin.grid.controller import Controller
 from kilotwin.grid.emulated_run import EmulatedHost, lead_ticks
 from kilotwin.grid.grid_record import GridMemory
 from kilotwin.group_build import build_group
 from kilotwin.guest_symbols import GuestSymbols
-from kilotwin.overhead import ALL_ROBOTS, Region, message, message_of, region, uids
+from kilotwin.overhead import ALL_ROBOTS, DATA_BYTES, Region, message, message_of, region, uids
 from kilotwin.profiles import PROFILES
 from kilotwin.states import States
 from kilotwin.units import seconds, ticks
 
 __all__ = ["RGB", "InputError", "KilotwinError", "World"]
 
+# As they come: Python's own, or out of an array.
+Whole = int | np.integer[Any]
+Real = float | np.floating[Any] | Whole
+
 # Between two looks at Ctrl-C.
 _CHUNK_S = 0.1
 _NEVER_TICKS = 2**31 - 1
+_LONGEST_S = 1e9
+_CLOSED = "this world is closed"
+
+
+def _round(where: list[float]) -> list[float]:
+    if where[2] <= 0:
+        raise ValueError("must have a radius above 0")
+    return where
+
+
+_Light = Annotated[int, Field(ge=0, le=3)]
+
+
+class _Arguments(Section):
+    """What can be given, checked and told as the keys of an experiment are."""
+
+    experiment: str | None = None
+    set: Annotated[list[str], BeforeValidator(one_or_more)] = Field(default=[])
+    for_s: Annotated[float, Field(ge=0, le=_LONGEST_S)] = 0.0
+    count: Annotated[int, Field(ge=0, le=ticks(_LONGEST_S))] = 0
+    robot: int = 0
+    name: str = ""
+    data: Annotated[list[Byte], Field(max_length=DATA_BYTES)] = Field(default=[])
+    type: Byte = 0
+    within: Annotated[Pose, AfterValidator(_round)] | None = None
+    red: _Light = 0
+    green: _Light = 0
+    blue: _Light = 0
+
+
+def _checked(to: str = "World", /, **given: Any) -> _Arguments:
+    """What was given, as Python's own values; InputError says which cannot be, and to whom."""
+    try:
+        return _Arguments.model_validate(_plain(given))
+    except ValidationError as error:
+        raise input_error(_origin({}, [], to), error, schema=_Arguments) from None
 
 
 def RGB(red: int, green: int, blue: int) -> int:  # noqa: N802 (as robot programs write it)
-    """The LED byte of `set_color(RGB(red, green, blue))`."""
-    return led_byte(red, green, blue)
+    """The LED byte of `set_color(RGB(red, green, blue))`; each is 0 to 3."""
+    light = _checked("RGB", red=red, green=green, blue=blue)
+    return led_byte(light.red, light.green, light.blue)
 
 
 class World:
     """Robots with their programs. Robots are told apart by their index, from 0.
 
-    Arrays are copies of the present moment. KilotwinError says what cannot be done.
+    Numbers may be Python's or numpy's. Arrays are copies of the present moment. KilotwinError says
+    what cannot be done.
     """
 
     def __init__(
         self,
         experiment: str | Path | None = None,
         *,
-        seed: int | None = None,
-        set: Sequence[str] = (),
+        seed: Whole | None = None,
+        set: str | Sequence[str] = (),
         **keys: Any,
     ) -> None:
         """The world of an experiment file, with `set=["swarm.size=3"]` as `kilotwin run --set` has.
 
-        Without a file it is made from `keys`: `program`, `count` and `poses` of one kind of robot,
-        `arena` = (width, height) in metres or a diameter, `profile`, and any table of an experiment
-        file as a dict, as in `medium={"kind": "ideal"}`.
+        `set` may be a single text too. Without a file the world is made from `keys`: `program`,
+        `count`, `poses` and the other keys of one `[[robots]]`, `arena` = (width, height) in metres
+        or a diameter, `profile`, and any table of an experiment file as a dict, as in
+        `medium={"kind": "ideal"}`.
         """
-        settings = [parse_setting(text) for text in set]
+        given = _checked(experiment=experiment, set=set)
+        settings = [parse_setting(text) for text in given.set]
         if seed is not None:
-            settings.append(Setting(("seed",), seed, f"seed={seed}"))
-        if experiment is not None:
+            settings.append(Setting(("seed",), _plain(seed), f"seed={seed}"))
+        if given.experiment is not None:
             if keys:
                 raise InputError(f"World: '{next(iter(keys))}' goes without a file; use set=[...]")
-            self._experiment = Experiment.load(Path(experiment), settings)
+            self._experiment = Experiment.load(Path(given.experiment), settings)
         else:
             self._experiment = experiment_of(keys, settings)
         guests = [build_group(group) for group in self._experiment.groups]
@@ -111,18 +158,23 @@ class World:
     @property
     def _simulation(self) -> _emulator.Simulation:
         if self._engine is None:
-            raise RunError("this world is closed")
+            raise RunError(_CLOSED)
         return self._engine
 
     # Going on.
 
-    def run(self, for_s: float) -> None:
-        """Lets so many simulated seconds pass, to the end of a world step."""
-        self.run_ticks(ticks(for_s))
+    def run(self, for_s: Real) -> None:
+        """Lets so many simulated seconds pass, 0 to 1e9, to the end of a world step."""
+        duration_s = _checked(for_s=for_s).for_s
+        # However short it is: who waits in small steps for something must get there.
+        self.run_ticks(max(ticks(duration_s), 1 if duration_s else 0))
 
-    def run_ticks(self, count: int) -> None:
-        """Lets so many nominal ticks of 32.768 ms pass. Ctrl-C is heard within a moment."""
-        self._go_on_to(self.tick + count)
+    def run_ticks(self, count: Whole) -> None:
+        """Lets so many nominal ticks of 32.768 ms pass, to the end of a world step.
+
+        Ctrl-C is heard within a moment.
+        """
+        self._go_on_to(self.tick + _checked(count=count).count)
 
     def _go_on_to(self, end: int) -> None:
         simulation, chunk = self._simulation, 1
@@ -189,12 +241,13 @@ class World:
         self._events += self._simulation.events()
         return list(self._events)
 
-    def prints(self, robot: int) -> str:
+    def prints(self, robot: Whole) -> str:
         """All that a robot has printed so far."""
+        who = self._robot(robot)
         return "".join(
             event["text"]
             for event in self.events
-            if event["kind"] == "print" and event["robot"] == robot
+            if event["kind"] == "print" and event["robot"] == who
         )
 
     @property
@@ -207,18 +260,30 @@ class World:
         """16 hex digits: equal for worlds that have come to the same."""
         return self._simulation.result_hash()
 
-    def variable(self, robot: int, name: str) -> Any:
+    def variable(self, robot: Whole, name: str) -> Any:
         """The value of a global or static variable of a robot's program. For tests.
 
         Where several have the name: "file.c:name" or "function:name". Structures come as dicts,
-        arrays as lists, pointers and enums as numbers.
+        arrays as lists, pointers and enums as numbers. Those of a robot with an ATmega328P are not
+        read.
         """
-        if not 0 <= robot < self.size:
-            raise InputError(f"there is no robot {robot}; the robots are 0 to {self.size - 1}")
-        file = self._simulation.program(robot)
+        who, wanted = self._robot(robot), _checked(name=name).name
+        if self._experiment.group_of(who).on_board:
+            raise InputError(
+                f"World: robot {who} runs on an ATmega328P, whose variables are not read; let it "
+                "print them"
+            )
+        file = self._simulation.program(who)
         if file not in self._symbols:
             self._symbols[file] = GuestSymbols(Path(file))
-        return self._symbols[file].read(self._simulation.state(robot), name)
+        return self._symbols[file].read(self._simulation.state(who), wanted)
+
+    def _robot(self, index: Whole) -> int:
+        """`index`, if there is such a robot."""
+        robot, size = _checked(robot=index).robot, self.size
+        if not 0 <= robot < size:
+            raise InputError(f"World: there is no robot {robot}; the robots are 0 to {size - 1}")
+        return robot
 
     # A Kilogrid below the robots, if the experiment has one.
 
@@ -263,87 +328,97 @@ class World:
 
     @property
     def _grid(self) -> EmulatedHost:
-        if self._host is None:
+        if self._experiment.modules is None:
             raise InputError(
                 "there is no grid; give World a [grid]: grid={'columns': 4, 'rows': 4}"
             )
+        if self._host is None:
+            raise RunError(_CLOSED)
         return self._host
 
     # Talking, from outside the robots' own infrared.
 
     def send(
         self,
-        data: Iterable[int] = (),
-        type: int = 0,
+        data: Iterable[Whole] = (),
+        type: Whole = 0,
         *,
-        robot: int | None = None,
-        within: tuple[float, float, float] | None = None,
+        robot: Whole | None = None,
+        within: Sequence[Real] | NDArray[Any] | None = None,
     ) -> None:
         """A message to all robots, to one, or to those `within` (x_m, y_m, radius_m).
 
         Up to nine bytes, filled up with zeros. Types from 0x80 up are system commands.
         """
-        content = list(data)
-        if len(content) > 9 or not all(0 <= byte <= 255 for byte in (*content, type)):
-            raise InputError("a message has up to nine bytes and a type, each 0 to 255")
-        self._give(message(content, type), self._uids(robot), within)
+        given = _checked(data=data, type=type, within=within)
+        to = ALL_ROBOTS if robot is None else (self._robot(robot) + 1,) * 2
+        where: Region | None = None
+        if given.within is not None:
+            x, y, radius = given.within
+            where = x, y, radius
+        self._simulation.send(message(given.data, given.type), *to, where)
 
     def command(self, send: str, **keys: Any) -> None:
         """What a [[command]] of an experiment does, now: `command("pause", robot=3)`."""
+        for key in ("at_s", "repeat_s"):
+            if key in keys:
+                raise InputError(f"World: a command acts now, and once; remove '{key}'")
+        if keys.get("robot") is not None:
+            keys["robot"] = self._robot(keys["robot"])
         origin = _origin({"command": [{"at_s": 0, "send": send, **keys}]}, [])
         command = one_command(origin, self.size)
         profile = PROFILES[self._experiment.keys.swarm.profile]
-        self._give(message_of(command, profile), uids(command), region(command))
-
-    def _uids(self, robot: int | None) -> tuple[int, int]:
-        if robot is None:
-            return ALL_ROBOTS
-        if not 0 <= robot < self.size:
-            raise InputError(f"there is no robot {robot}; the robots are 0 to {self.size - 1}")
-        return robot + 1, robot + 1
-
-    def _give(self, what: bytes, to: tuple[int, int], where: Region | None) -> None:
-        self._simulation.send(what, *to, where)
+        self._simulation.send(message_of(command, profile), *uids(command), region(command))
 
 
 def experiment_of(keys: Mapping[str, Any], settings: list[Setting]) -> Experiment:
     """An experiment without a file; keys as `World` takes them."""
-    tables = dict(keys)
+    tables = _plain(keys)
     tables.setdefault("name", "world")
-    tables.setdefault("duration_s", 1e9)  # as long as somebody steps it
-    arena = tables.get("arena", {} if "grid" in tables else (1.0, 1.0))
-    if isinstance(arena, int | float):
-        tables["arena"] = {"diameter_m": arena}
-    elif not isinstance(arena, dict):
-        width, height = arena
-        tables["arena"] = {"shape": "rectangle", "width_m": width, "height_m": height}
-    swarm = dict(tables.get("swarm", {}))
-    swarm.setdefault("profile", tables.pop("profile", "kilobot"))
-    tables["swarm"] = swarm
-    if "program" in tables:
-        kind = {"program": tables.pop("program"), "count": tables.pop("count", None)}
-        poses = tables.pop("poses", None)
-        if poses is not None:
-            kind["poses"] = list(poses)
-        if kind["count"] is None:
-            kind["count"] = len(kind.get("poses", [0]))
-        for key in ("include", "define", "flavour"):
-            if key in tables:
-                kind[key] = tables.pop(key)
+    tables.setdefault("duration_s", _LONGEST_S)  # as long as somebody steps it
+    if "arena" in tables or "grid" not in tables:
+        tables["arena"] = _arena(tables.get("arena", [1.0, 1.0]))
+    swarm = tables.setdefault("swarm", {})
+    profile = tables.pop("profile", "kilobot")
+    if isinstance(swarm, dict):
+        swarm.setdefault("profile", profile)
+    kind = {key: tables.pop(key) for key in Robots.model_fields if key in tables}
+    if kind and "robots" in tables:
+        raise InputError(f"World: '{next(iter(kind))}' goes without robots=; write it in there")
+    if kind:
+        poses = kind.get("poses")
+        if kind.get("count") is None:
+            kind["count"] = len(poses) if isinstance(poses, list) else 1
         tables["robots"] = [kind]
     return Experiment.of(_origin(tables, settings))
 
 
-def _origin(tables: dict[str, Any], settings: list[Setting]) -> ExperimentText:
-    return ExperimentText("World", Path.cwd(), _plain(tables), {}, settings)
+def _arena(given: Any) -> Any:
+    """An [arena] of what `World` takes for one."""
+    if isinstance(given, int | float):
+        return {"diameter_m": given}
+    if isinstance(given, list) and len(given) == 2:
+        return {"shape": "rectangle", "width_m": given[0], "height_m": given[1]}
+    if not isinstance(given, dict):
+        what = "(width, height) in metres, a diameter, or a dict with the keys of [arena]"
+        raise InputError(f"World: arena is {given!r}; it must be {what}")
+    return given
+
+
+def _origin(
+    tables: dict[str, Any], settings: list[Setting], source: str = "World"
+) -> ExperimentText:
+    return ExperimentText(source, Path.cwd(), _plain(tables), {}, settings)
 
 
 def _plain(value: Any) -> Any:
     """As TOML would have it: lists, Python's own numbers, text."""
-    if isinstance(value, dict):
+    if isinstance(value, Mapping):
         return {key: _plain(item) for key, item in value.items()}
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
-    if isinstance(value, list | tuple):
+    if isinstance(value, Path):
+        return str(value)
+    if isinstance(value, Iterable) and not isinstance(value, str):
         return [_plain(item) for item in value]
-    return str(value) if isinstance(value, Path) else value
+    return value

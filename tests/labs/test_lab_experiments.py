@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from kilotwin import World
-from kilotwin.errors import InputError
+from kilotwin.errors import InputError, RunError
 from kilotwin.sweep.plan import read_plan
 from kilotwin.sweep.runner import Sweep
 
@@ -130,6 +130,8 @@ def test_a_grid_needs_no_file() -> None:
         world.run(30)
         assert world.cells.shape == (4, 4, 2)
         assert world.reports
+    with pytest.raises(RunError, match="this world is closed"):
+        _ = world.cells
 
 
 def test_a_sweep_runs_a_trial_again_when_the_modules_program_has_changed(tmp_path: Path) -> None:

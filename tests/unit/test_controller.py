@@ -9,6 +9,7 @@ import can
 import pytest
 
 from kilotwin.can.protocol import ModuleState
+from kilotwin.errors import InputError
 from kilotwin.grid.controller import Controller, Settings
 from kilotwin.grid.layout import Layout
 from kilotwin.grid.links import Links
@@ -291,6 +292,27 @@ def test_a_change_reaches_those_it_is_for_and_they_run_on(build: Build) -> None:
     assert rig.table.states() == {"RUNNING"}
     assert {place for place, module in modules.items() if module.runs == 2} == {(0, 0), (2, 3)}
     assert not [kind for kind in rig.kinds() if kind.startswith("module")]
+
+
+@pytest.mark.parametrize(
+    ("configuration", "said"),
+    [
+        ({(9, 0): b"\1"}, r"there is no module \(9, 0\) on a grid of "),
+        ({0: b"\1"}, "there is no module 0 on a grid of "),
+        ({(0, 0): b""}, r"module \(0, 0\) is to be b''; a configuration is bytes, 1 to 48 of them"),
+        ({(0, 0): bytes(49)}, "a configuration is bytes, 1 to 48 of them"),
+        ({(0, 0): "red"}, r"module \(0, 0\) is to be 'red'; a configuration is bytes"),
+        ([(0, 0)], "is no configuration; write"),
+    ],
+)
+def test_an_order_that_cannot_be_carried_out_is_refused(
+    build: Build, configuration: Any, said: str
+) -> None:
+    controller = build().controller
+    for order in (controller.change, controller.configure):
+        with pytest.raises(InputError, match=said):
+            order(configuration)
+    assert not controller.busy
 
 
 def test_idle_fetches_what_is_left_and_stops_robots_and_modules(build: Build) -> None:

@@ -1,11 +1,14 @@
 """The Python API, with the real engine; and its document, whose test is run as it stands."""
 
+import math
 import re
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
 from kilotwin import RGB, World
@@ -141,12 +144,87 @@ def test_messages_go_to_all_to_one_or_to_a_place(world: World) -> None:
     assert heard() == [9, 8, 7]
 
 
-@pytest.mark.parametrize(("data", "message_type"), [([0] * 10, 0), ([256], 0), ([], 300)])
-def test_a_message_that_cannot_be_is_refused(
-    world: World, data: list[int], message_type: int
-) -> None:
-    with pytest.raises(InputError, match="up to nine bytes"):
-        world.send(data, type=message_type)
+@pytest.mark.parametrize(
+    ("what", "said"),
+    [
+        ({"data": [0] * 10}, "data has 10 items; it must have at most 9"),
+        ({"data": [256]}, "data.0 is 256; it must be from 0 up to 255"),
+        ({"data": [1.5]}, "data.0 is 1.5; it must be a whole number, from 0 up to 255"),
+        ({"data": 5}, "data is 5; it must be a list"),
+        ({"type": 300}, "type is 300; it must be from 0 up to 255"),
+        ({"within": (0, 0)}, "within has 2 items; it must have 3"),
+        ({"within": (math.nan, 0, 1)}, "within.0 is nan; it must be a finite number"),
+        ({"within": (0, 0, -1)}, "within is [0, 0, -1]; it must have a radius above 0"),
+    ],
+)
+def test_a_message_that_cannot_be_is_refused(world: World, what: dict[str, Any], said: str) -> None:
+    with pytest.raises(InputError, match=re.escape(f"World: {said}")):
+        world.send(**what)
+
+
+@pytest.mark.parametrize(
+    ("for_s", "said"),
+    [
+        (-1, "it must be from 0 up to 1000000000"),
+        (math.nan, "it must be a finite number, from 0 up to 1000000000"),
+        (math.inf, "it must be a finite number, from 0 up to 1000000000"),
+        ("3", "it must be a number, from 0 up to 1000000000"),
+        (True, "it must be a number, from 0 up to 1000000000"),
+    ],
+)
+def test_time_that_cannot_pass_is_refused(world: World, for_s: Any, said: str) -> None:
+    with pytest.raises(InputError, match=rf"^World: for_s is .*; {said}$"):
+        world.run(for_s)
+    assert world.tick == 0
+
+
+@pytest.mark.parametrize("count", [-3, 1.5, True, "3", None])
+def test_only_whole_ticks_go_by(world: World, count: Any) -> None:
+    with pytest.raises(InputError, match=r"^World: count is .*; it must be .*from 0 up to"):
+        world.run_ticks(count)
+    assert world.tick == 0
+
+
+def test_any_time_however_short_goes_on_by_a_step(world: World) -> None:
+    world.run(0)
+    assert world.tick == 0
+    world.run(0.001)
+    assert world.tick == 4
+
+
+@pytest.mark.parametrize("robot", [3, -1, 1.0, True, "1", [0]])
+def test_a_robot_that_is_not_there_is_told_by_all_who_take_one(world: World, robot: Any) -> None:
+    calls: list[Callable[[], object]] = [
+        lambda: world.variable(robot, "heard"),
+        lambda: world.prints(robot),
+        lambda: world.send(robot=robot),
+        lambda: world.command("pause", robot=robot),
+    ]
+    number = type(robot) is int
+    said = f"there is no robot {robot}; the robots are 0 to 2" if number else "robot is "
+    for call in calls:
+        with pytest.raises(InputError, match=f"^World: {said}"):
+            call()
+
+
+def test_numpys_numbers_are_numbers(folder: Path) -> None:
+    poses = np.array([[0.0, 0.0, 1.0], [0.2, 0.0, 2.0]])
+    size, seed = np.array([1.0, 1.0]), np.int64(3)
+    with World(program=folder / "talker.c", poses=poses, arena=size, seed=seed) as world:
+        world.run(np.float32(0.1))
+        world.run_ticks(np.int32(4))
+        world.send(np.arange(3), type=np.uint8(3), robot=np.int64(1))
+        world.command("wakeup", robot=np.uint8(0))
+        world.run(0.2)
+        assert [world.variable(robot, "heard") for robot in np.arange(2)] == [0, 1]
+        assert world.prints(np.int64(1)).startswith("uid 2")
+        assert world.motors[0].tolist() == [0, 0]
+
+
+@pytest.mark.parametrize("level", [4, -1, 1.0, "1"])
+def test_a_colour_that_no_led_shows_is_refused(level: Any) -> None:
+    with pytest.raises(InputError, match=r"^RGB: green is .* from 0 up to 3"):
+        RGB(0, level, 0)
 
 
 def test_commands_act_now(world: World) -> None:
@@ -169,6 +247,8 @@ def test_commands_act_now(world: World) -> None:
         ("stop", {}, 'command.0.send is "stop"; '),
         ("run", {"robto": 1}, "unknown key 'robto' in [[command]]; did you mean 'robot'?"),
         ("run", {"robot": 9}, "there is no robot 9; the robots are 0 to 2"),
+        ("run", {"at_s": 9}, "a command acts now, and once; remove 'at_s'"),
+        ("run", {"repeat_s": 9}, "a command acts now, and once; remove 'repeat_s'"),
         ("readuid", {}, "'readuid' needs 'bit'; add bit = ..."),
     ],
 )
@@ -193,6 +273,11 @@ def test_a_world_can_be_made_of_a_file(folder: Path) -> None:
         assert world.states == ["blinking"] * 4
 
 
+def test_a_plain_text_is_one_setting(folder: Path) -> None:
+    with World(folder / "small.toml", set="swarm.size=4") as world:
+        assert world.size == 4
+
+
 def test_the_same_seed_gives_the_same_world(folder: Path) -> None:
     def result(seed: int, *steps: float) -> str:
         with World(program=folder / "talker.c", count=5, seed=seed) as world:
@@ -212,12 +297,26 @@ def test_several_programs_and_any_table_may_be_given(folder: Path) -> None:
         assert world.leds.tolist() == [RGB(1, 2, 3), RGB(0, 0, 0)]
 
 
+def test_variables_of_a_robot_with_an_atmega328p_are_not_read(folder: Path) -> None:
+    with World(program=folder / "blink.c", cpu="avr") as world:
+        world.run(0.5)
+        with pytest.raises(InputError, match="robot 0 runs on an ATmega328P, whose variables"):
+            world.variable(0, "count")
+
+
 @pytest.mark.parametrize(
     ("keys", "said"),
     [
         ({"program": "nowhere.c"}, "World: program 'nowhere.c' is not there"),
         ({"program": "x.c", "cuont": 3}, "World: unknown key 'cuont'"),
         ({}, "[swarm] lacks 'program'"),
+        ({"count": 3}, "World: these robots lack 'program', or 'hex'"),
+        ({"robots": [], "count": 3}, "World: 'count' goes without robots="),
+        ({"arena": (1, 2, 3)}, "World: arena is [1, 2, 3]; it must be (width, height) in metres"),
+        ({"poses": 5}, "World: robots.0.poses is 5; it must be a list"),
+        ({"swarm": 5}, "World: swarm is 5; it must be a table"),
+        ({"set": [5]}, "World: set.0 is 5; it must be text"),
+        ({"experiment": 5}, "World: experiment is 5; it must be text"),
     ],
 )
 def test_a_world_that_cannot_be_is_told(keys: dict[str, object], said: str) -> None:
@@ -233,8 +332,9 @@ def test_a_file_and_keys_do_not_go_together(folder: Path) -> None:
 def test_a_closed_world_says_so(folder: Path) -> None:
     world = World(program=folder / "blink.c", count=1)
     world.close()
-    with pytest.raises(RunError, match="this world is closed"):
-        world.run(1)
+    for ask in (lambda: world.run(1), lambda: world.poses, lambda: world.prints(0)):
+        with pytest.raises(RunError, match="this world is closed"):
+            ask()
 
 
 def test_the_documents_test_passes(tmp_path: Path) -> None:

@@ -15,8 +15,10 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from kilotwin.can.protocol import BusHealth, Health, ModuleState, read_to_host
+from kilotwin.errors import InputError
 from kilotwin.grid import frames as wire
 from kilotwin.grid.cover import EVERYBODY, Group, cover
+from kilotwin.grid.kconf import MOST_BYTES
 from kilotwin.grid.layout import Layout, Module
 from kilotwin.grid.links import Frames, Links
 from kilotwin.grid.poller import SILENT_AFTER, Poller, Reports
@@ -92,15 +94,15 @@ class Controller:
         self.configuration: dict[Module, bytes] = {}
         self.running = False
 
-    # Orders. Each takes the place of what goes on.
+    # Orders. Each takes the place of what goes on. InputError: modules or bytes that cannot be.
 
     def set_up(self, configuration: Mapping[Module, bytes], messages: Sequence[bytes]) -> None:
         """Robots start anew and hear the messages; modules get what they are to be."""
-        self._begin(self._setting_up(dict(configuration), list(messages)))
+        self._begin(self._setting_up(self._sound(configuration), list(messages)))
 
     def configure(self, configuration: Mapping[Module, bytes]) -> None:
         """Modules get what they are to be, and are ready to run; robots are left alone."""
-        self._begin(self._configuring(dict(configuration)))
+        self._begin(self._configuring(self._sound(configuration)))
 
     def run(self) -> None:
         """Modules run, and tell robots to; polling begins."""
@@ -116,7 +118,7 @@ class Controller:
 
     def change(self, configuration: Mapping[Module, bytes]) -> None:
         """These modules get something else to be, while the others run on."""
-        self._begin(self._changing(dict(configuration)), at_once=False)
+        self._begin(self._changing(self._sound(configuration)), at_once=False)
 
     def tell_robots(self, message: bytes, hold_s: float) -> None:
         """Modules repeat one message for robots, then are idle."""
@@ -138,6 +140,19 @@ class Controller:
         """Polls a grid that runs already."""
         self.running = True
         self.poller.begin(self._now_s)
+
+    def _sound(self, configuration: Mapping[Module, bytes]) -> dict[Module, bytes]:
+        if not isinstance(configuration, Mapping):
+            raise InputError(f"{configuration!r} is no configuration; write {{(x, y): bytes, ...}}")
+        for module, content in configuration.items():
+            if module not in self.poller.index:
+                columns, rows = self.layout.columns, self.layout.rows
+                what = f"there is no module {module} on a grid of {columns} x {rows}"
+                raise InputError(f"{what}; write (x, y), counted from 0")
+            if not isinstance(content, bytes) or not 1 <= len(content) <= MOST_BYTES:
+                what = f"module {module} is to be {content!r}"
+                raise InputError(f"{what}; a configuration is bytes, 1 to {MOST_BYTES} of them")
+        return dict(configuration)
 
     @property
     def busy(self) -> bool:
