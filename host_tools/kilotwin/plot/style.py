@@ -1,8 +1,9 @@
 """The look of all figures: sizes, type, and colours that colour-blind people can tell apart."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from textwrap import fill
 from typing import Any
 
 import matplotlib as mpl
@@ -26,6 +27,10 @@ STATE_COLOURS = {
 }
 OTHER_STATES = ["#cc79a7", "#56b4e9", "#8c564b", "#7b3fa0", "#999933", "#44aa99"]
 
+# What tells the second, third, ... site of one colour from the first: areas and lines.
+HATCHES = ["", "////", "....", "xxxx", "||||"]
+DASHES: list[Any] = ["-", (0, (6, 1)), (0, (3, 1)), (0, (6, 1, 1, 1)), (0, (1, 1))]
+
 _SETTINGS: dict[Any, Any] = {
     "figure.dpi": 150,
     "savefig.dpi": 200,
@@ -35,6 +40,7 @@ _SETTINGS: dict[Any, Any] = {
     "axes.titlesize": 12,
     "axes.titlelocation": "left",
     "legend.frameon": False,
+    "text.parse_math": False,  # a dollar in a name is a dollar
     "svg.hashsalt": "kilotwin",
     "pdf.fonttype": 42,
 }
@@ -43,7 +49,9 @@ _SETTINGS: dict[Any, Any] = {
 def draw(drawing: Callable[[], Figure]) -> Figure:
     """Draws in our style, whatever the user's matplotlib settings."""
     with mpl.rc_context(_SETTINGS):
-        return drawing()
+        figure = drawing()
+        figure.draw_without_rendering()  # the layout is settled at the second time only
+        return figure
 
 
 def save(figure: Figure, target: Path) -> None:
@@ -54,17 +62,32 @@ def save(figure: Figure, target: Path) -> None:
         figure.savefig(draft, format=suffix[1:], metadata=undated, bbox_inches="tight")
 
 
+def wrapped(text: str, inches: float, points: float = 11) -> str:
+    """In lines of about that width, of at least ten letters; a no-break space does not break."""
+    return fill(text, max(10, int(inches / letters(1, points))))
+
+
+def letters(count: int, points: float = 11) -> float:
+    """The width of so many letters of a common text, inches."""
+    return count * 0.6 * points / 72
+
+
 def site_fills(experiment: ExperimentSchema) -> list[str]:
     """Each site's colour: its own, else its name if that is one, else from a palette."""
-    fills = []
-    for index, site in enumerate(experiment.site):
-        if site.colour is not None:
-            fills.append(site_colour(site.colour))
-        else:
-            fills.append(
-                SITE_COLOURS.get(site.name.lower(), SITE_PALETTE[index % len(SITE_PALETTE)])
-            )
-    return fills
+    return [
+        name_fill(site.name, index) if site.colour is None else site_colour(site.colour)
+        for index, site in enumerate(experiment.site)
+    ]
+
+
+def name_fill(name: str, index: int) -> str:
+    """The colour of the site with that name, which is number `index` from 0."""
+    return SITE_COLOURS.get(name.lower(), SITE_PALETTE[index % len(SITE_PALETTE)])
+
+
+def repeats(fills: Sequence[str], ways: Sequence[Any]) -> list[Any]:
+    """For each colour one of `ways`: the first where it is new, the next where it comes again."""
+    return [ways[fills[:index].count(one) % len(ways)] for index, one in enumerate(fills)]
 
 
 def state_colours(states: list[str]) -> dict[str, str]:
