@@ -273,7 +273,8 @@ bool Microcontroller::wakes_from_power_down(const void *timer_owner) const {
 /// Sleeps until something wakes it. For simavr all sleep is idle, in which timers run on and wake; in the other modes
 /// only the watchdog goes on, and the world outside. The comparator notices no edges without a clock.
 void Microcontroller::sleep(uint64_t until) {
-    avr_->cycle -= dozed_;
+    // To simavr each look at a chip that sleeps is a cycle, which its timers would be nearer after.
+    avr_->cycle -= dozed_ + 1;
     const uint8_t mode = avr_->data[SMCR] & SMCR_SM;
     const bool deeply = mode != SLEEP_IDLE;
     if (mode == SLEEP_NOISE_REDUCTION && !asleep_) board_.quiet_sleep();

@@ -52,6 +52,23 @@ TEST_CASE("a sleeping robot is dark and deaf, and looks round each 8 s") {
     CHECK_FALSE(showed(bench, RED));
 }
 
+TEST_CASE("a robot sleeps as long, however often it is looked at meanwhile") {
+    Bench bench("probe");
+    bench.start();
+    bench.hear(make_message(SLEEP));
+    bench.board.outputs.clear();
+    constexpr double QUANTUM_MS = 0.128;  // at such steps boards live together
+    for (int i = 0; i < 60'000 / QUANTUM_MS; i++) bench.run_ms(QUANTUM_MS);
+    std::vector<Cycles> looks;
+    for (const auto &color : bench.board.outputs.colors)
+        if (color.rgb == WHITE) looks.push_back(color.at);
+    REQUIRE(looks.size() == 7);
+    for (size_t i = 1; i < looks.size(); i++) {
+        const double period = double(looks[i] - looks[i - 1]) / double(CYCLES_PER_SECOND);
+        CHECK(period == doctest::Approx(8.2028).epsilon(1e-4));  // 8.192 s, and the look round
+    }
+}
+
 TEST_CASE("WAKEUP, repeated, wakes a sleeping robot; it can be started again then") {
     Bench bench("probe");
     bench.start();
