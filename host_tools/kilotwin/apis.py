@@ -18,6 +18,8 @@ class ApiParts:
 
     headers: tuple[str, ...]
     """Where its headers are, in order."""
+    start: str
+    """What a program's main() calls."""
     helpers: tuple[str, ...] = ()
     """Sources, or patterns of them, that a program may use without bringing them."""
     own_headers_first: bool = False
@@ -45,10 +47,13 @@ class ApiParts:
         return [file for pattern in self.helpers for file in resources.files(pattern)]
 
 
+_ROBOTS_START = "kilo_init() and kilo_start(setup, loop)"
+
 APIS: dict[Api, ApiParts] = {
-    "kilobot": ApiParts(("firmware/kilolib/include",)),
+    "kilobot": ApiParts(("firmware/kilolib/include",), _ROBOTS_START),
     "kilogrid": ApiParts(
         ("firmware/kilogrid/include", "firmware/kilolib/include"),
+        _ROBOTS_START,
         ("firmware/kilogrid/*.c",),
         own_headers_first=True,
     ),
@@ -58,6 +63,7 @@ APIS: dict[Api, ApiParts] = {
             "firmware/kilogrid/include",
             "firmware/kilolib/include",
         ),
+        "module_init() and module_start(setup, loop)",
         ("firmware/kilogrid/kilo_rand_lib.c",),
         own_headers_first=True,
     ),
@@ -70,13 +76,21 @@ def wanted_helpers(nm: str, objects: Sequence[Path], helpers: Sequence[Path]) ->
     An archive alone does not say so: a variable without a value, which avr-gcc makes common, would
     pull ours in beside the program's own.
     """
-    own = _defined(nm, objects) if helpers else set()
-    return [helper for helper in helpers if not own & _defined(nm, [helper])]
+    own = defined_symbols(nm, objects) if helpers else set()
+    return [helper for helper in helpers if not own & defined_symbols(nm, [helper])]
 
 
-def _defined(nm: str, objects: Sequence[Path]) -> set[str]:
-    done = subprocess.run(
-        [nm, "-g", "--defined-only", "-P", *objects], capture_output=True, text=True, check=True
-    )
+def defined_symbols(nm: str, objects: Sequence[Path]) -> set[str]:
+    """What others can use of compiled `objects`."""
+    return _symbols([nm, "-g", "--defined-only"], objects)
+
+
+def missing_symbols(nm: str, objects: Sequence[Path]) -> set[str]:
+    """What compiled `objects` want from others."""
+    return _symbols([nm, "-u"], objects)
+
+
+def _symbols(nm: Sequence[str], objects: Sequence[Path]) -> set[str]:
+    done = subprocess.run([*nm, "-P", *objects], capture_output=True, text=True, check=True)
     # With several files a line that ends in a colon names each.
     return {line.split()[0] for line in done.stdout.splitlines() if " " in line}

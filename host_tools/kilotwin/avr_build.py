@@ -26,6 +26,7 @@ from kilotwin.guest_build import (
     prerequisites,
     run_tool,
 )
+from kilotwin.linking import ENGLISH, check_main, explained
 from kilotwin.programs import Program
 
 # How kilolib and programs for it are compiled, and what firmware/Makefile uses as well.
@@ -122,9 +123,10 @@ def _failure(program: Program) -> str:
     return f"{program.written}: does not compile for the robot; mend what the compiler says"
 
 
-def _link(command: list[str], program: Program) -> None:
+def _link(command: list[str], program: Program, objects: Sequence[Path]) -> None:
+    failure = f"{program.written}: cannot be linked; mend what the linker says"
     try:
-        run_tool(command, f"{program.written}: cannot be linked; mend what the linker says")
+        run_tool(command, failure, ENGLISH)
     except InputError as error:
         if re.search(r"not within region|overflowed by", error.detail):
             raise RunError(
@@ -132,7 +134,7 @@ def _link(command: list[str], program: Program) -> None:
                 "arrays smaller, or keep tables in flash (PROGMEM)",
                 detail=error.detail,
             ) from None
-        raise
+        raise explained(error, program, "avr-nm", objects) from None
 
 
 def _key(program: Program, compiler: str, version: str, runtime: Sequence[Path]) -> str:
@@ -180,13 +182,13 @@ def _build(program: Program, compiler: str, runtime: Sequence[Path], image: Imag
                 target = str(draft / part / f"{number:03}-{source.stem}.o")
                 run_tool([compiler, *flags, "-c", str(source), "-o", target], failure)
                 objects[part].append(target)
+        own = list(map(Path, objects["program"]))
+        check_main(program, "avr-nm", own)
         library, elf = str(draft / "libkilolib.a"), str(draft / f"{image.name}.elf")
-        helpers = wanted_helpers(
-            "avr-nm", list(map(Path, objects["program"])), list(map(Path, objects["helpers"]))
-        )
+        helpers = wanted_helpers("avr-nm", own, list(map(Path, objects["helpers"])))
         run_tool(["avr-ar", "rcs", library, *map(str, helpers), *objects["kilolib"]], failure)
         link = [compiler, *_LINK_FLAGS, *objects["program"], library, "-lm", "-o", elf]
-        _link(link, program)
+        _link(link, program, own)
         target = str(draft / f"{image.name}.hex")
         run_tool(["avr-objcopy", "-O", "ihex", "-R", ".eeprom", elf, target], failure)
         # Another process may have been faster; its result is the same.

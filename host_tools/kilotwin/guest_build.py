@@ -18,7 +18,7 @@ import shutil
 import subprocess
 import tempfile
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,6 +26,7 @@ from pathlib import Path
 from kilotwin import resources
 from kilotwin.apis import APIS, wanted_helpers
 from kilotwin.errors import InputError, RunError
+from kilotwin.linking import ENGLISH, check_main, explained
 from kilotwin.programs import Program
 from kilotwin.robot_assembly import without_assembly
 from kilotwin.robot_widths import with_robots_widths
@@ -76,6 +77,7 @@ _ROBOT_MACROS = [
     *(f"-U{name}" for name in ("linux", "__linux", "__linux__", "__gnu_linux__")),
     *(f"-U{name}" for name in ("unix", "__unix", "__unix__")),
 ]
+_MAIN = "kt_guest_main"
 # avr-gcc 5 takes a variable that several files define without a value for one variable, and only
 # warns of what later compilers refuse.
 _PROGRAM_FLAGS = [
@@ -85,7 +87,7 @@ _PROGRAM_FLAGS = [
     "-Wno-int-conversion",
     "-Wno-incompatible-pointer-types",
     "-Wno-return-type",
-    "-Dmain=kt_guest_main",
+    f"-Dmain={_MAIN}",
 ]
 # An `inline` function that was inlined on the robot may not be here, and then it is missing.
 _INLINE_FLAGS = ["-fgnu89-inline"]
@@ -292,6 +294,7 @@ class _Builder:
             if changes:
                 sources = self._changed(sources, changes, work / "changed")
             objects = self._compile(sources, flags, work / "program")
+            check_main(self._program, "nm", objects, _MAIN)
             helpers = wanted_helpers(
                 "nm", objects, self._compile(self._helpers, self._helper_flags, work / "helpers")
             )
@@ -311,8 +314,10 @@ class _Builder:
                 pass
             try:
                 link = [self._compiler, *_SHARED_FLAGS, version_script]
-                self._tool([*link, "-o", draft.name, merged, "-lm"])
+                self._tool([*link, "-o", draft.name, merged, "-lm"], ENGLISH)
                 Path(draft.name).replace(target)
+            except InputError as error:
+                raise explained(error, self._program, "nm", objects) from None
             finally:
                 Path(draft.name).unlink(missing_ok=True)
 
@@ -348,10 +353,13 @@ class _Builder:
         rules = self._tool([self._compiler, *flags, "-MM", *sources])
         return list(dict.fromkeys(Path(name) for name in prerequisites(rules)))
 
-    def _tool(self, command: Sequence[str | Path]) -> str:
+    def _tool(
+        self, command: Sequence[str | Path], environment: Mapping[str, str] | None = None
+    ) -> str:
         return run_tool(
             [str(word) for word in command],
             f"{self._program.written}: does not compile; mend what the compiler says",
+            environment,
         )
 
 
@@ -368,9 +376,19 @@ def prerequisites(make_rules: str) -> list[str]:
     return names
 
 
-def run_tool(command: list[str], failure: str) -> str:
-    """What a tool prints; its complaints become an InputError that begins with `failure`."""
-    done = subprocess.run(command, capture_output=True, text=True, check=False, errors="replace")
+def run_tool(command: list[str], failure: str, environment: Mapping[str, str] | None = None) -> str:
+    """What a tool prints; its complaints become an InputError that begins with `failure`.
+
+    `environment` comes on top of ours.
+    """
+    done = subprocess.run(
+        command,
+        env={**os.environ, **(environment or {})},
+        capture_output=True,
+        text=True,
+        check=False,
+        errors="replace",
+    )
     if done.returncode != 0:
         raise InputError(failure, detail=done.stderr.rstrip())
     return done.stdout

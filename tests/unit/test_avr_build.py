@@ -47,6 +47,21 @@ def test_what_does_not_compile_is_told_in_the_compilers_words(folder: Path) -> N
     assert not list((folder / "cache").glob("*"))
 
 
+def test_what_nobody_has_is_named_with_the_file_that_wants_it(folder: Path) -> None:
+    source = folder / "blink.c"
+    source.write_text(source.read_text().replace("count++", "fly_away()"))
+    with pytest.raises(InputError, match="neither the program nor the API has fly_away;") as caught:
+        build(folder)
+    assert caught.value.detail.startswith(f"{source}:")
+    assert caught.value.detail.endswith("undefined reference to 'fly_away'")
+
+
+def test_a_program_without_main_is_told_what_it_lacks(folder: Path) -> None:
+    (folder / "blink.c").write_text("void setup(void) {}\n")
+    with pytest.raises(InputError, match=r"blink.c: has no main\(\); add the one .* kilo_init\(\)"):
+        build(folder)
+
+
 def test_a_kilogrid_program_gets_the_helpers_that_it_lacks(tmp_path: Path) -> None:
     (tmp_path / "main.c").write_text(
         "#include <kilolib.h>\n#include <kilob_tracking.h>\n"

@@ -139,12 +139,50 @@ def test_a_missing_header_is_a_compile_error(tmp_path: Path) -> None:
     assert "nowhere.h" in caught.value.detail
 
 
-def test_a_function_nobody_has_is_found_when_linking(tmp_path: Path) -> None:
-    source = tmp_path / "lost.c"
-    source.write_text(BLINK.replace("count++", "fly_away()"))
+@pytest.mark.usefixtures("compiler")
+def test_what_nobody_has_is_named_with_the_files_that_want_it(program: Path) -> None:
+    blink = (program / "blink.c").read_text()
+    (program / "blink.c").write_text(blink.replace("next_count()", "fly_away() + next_count()"))
+    (program / "count.c").write_text("extern int lost;\nint *next_count(void) { return &lost; }\n")
     with pytest.raises(InputError) as caught:
+        build(find_program(str(program), HERE))
+    assert str(caught.value) == (
+        f"{program}: neither the program nor the API has fly_away, lost; write what is missing, "
+        "or add the file that has it"
+    )
+    line = 1 + blink.splitlines().index(next(x for x in blink.splitlines() if "next_count" in x))
+    assert caught.value.detail.splitlines() == [
+        f"{program}/blink.c:{line}: undefined reference to 'fly_away'",
+        f"{program}/count.c:2: undefined reference to 'lost'",
+    ]
+
+
+@pytest.mark.usefixtures("compiler")
+def test_what_only_a_table_wants_is_named_too(tmp_path: Path) -> None:
+    source = tmp_path / "table.c"
+    source.write_text("void fly(void);\nvoid (*const todo[])(void) = {fly};\n" + BLINK)
+    with pytest.raises(InputError, match=r"has fly; write") as caught:
         build(find_program(str(source), HERE))
-    assert "fly_away" in caught.value.detail
+    assert caught.value.detail.startswith(f"{source}:")
+
+
+def test_a_program_without_main_is_told_what_it_lacks(program: Path) -> None:
+    (program / "blink.c").unlink()
+    with pytest.raises(InputError) as caught:
+        build(find_program(str(program), HERE))
+    assert str(caught.value) == (
+        f"{program}: has no main(); add the one that every program needs: it calls kilo_init() and "
+        "kilo_start(setup, loop)"
+    )
+    assert caught.value.detail == ""
+    with pytest.raises(InputError, match=r"calls module_init\(\) and module_start\(setup, loop\)"):
+        build(find_program(str(program), HERE, api="module"))
+
+
+def test_programs_side_by_side_in_a_folder_are_told_apart(program: Path) -> None:
+    shutil.copy(program / "blink.c", program / "other.c")
+    with pytest.raises(InputError, match=r"blink.c and other.c each have a main\(\)"):
+        build(find_program(str(program), HERE))
 
 
 def test_a_compiler_that_is_not_there_is_named(
