@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from kilotwin.areas import Area, area_of, lies_inside, overlap
 from kilotwin.experiment_schema import Arena, Command, ExperimentSchema, Grid, Robots, Site
-from kilotwin.grid_checks import Problem, grid_problems
+from kilotwin.grid_checks import Problem, grid_problems, within_the_run
 from kilotwin.overhead import KEYS, uids
 from kilotwin.profiles import KILOBOT_MEDIUM, PROFILES, motion_defaults
 from kilotwin.toml_lines import KeyPath
@@ -52,6 +52,7 @@ def _problems(experiment: ExperimentSchema) -> Iterator[Problem]:
     yield from grid_problems(experiment)
     for index, command in enumerate(experiment.command or []):
         yield from _command(("command", index), command, swarm_size(experiment))
+        yield from within_the_run(("command", index, "at_s"), command.at_s, experiment)
 
 
 def _shape_keys(path: KeyPath, place: Arena | Site) -> Iterator[Problem]:

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
-from kilotwin.colours import led_triple, site_colour
+from kilotwin.colours import LED_COLOURS, led_triple, site_colour
 from kilotwin.profiles import (
     CONTROLLER_DEFAULTS,
     KILOBOT_MEDIUM,
@@ -67,6 +67,11 @@ Sent = Literal[
 def _named_colour(text: str) -> str:
     site_colour(text)
     return text
+
+
+def _led_names() -> str:
+    """Every name of an LED's colour with its intensities."""
+    return ", ".join(f'`"{name}"` {list(rgb)}' for name, rgb in LED_COLOURS.items())
 
 
 def one_or_more(value: Any) -> Any:
@@ -323,7 +328,7 @@ class Command(Section):
     """
 
     at_s: Annotated[float, Field(ge=0, le=1e9)]
-    """When, in seconds from the begin of the run."""
+    """When, in seconds from the begin of the run; before its end."""
     send: Sent
     """Which message; `pause` and `wakeup` are the same."""
     repeat_s: Annotated[float, Field(ge=0, le=3600)] = 0.0
@@ -362,7 +367,7 @@ class GridChange(Section):
     """What becomes of the cells in mid-run. Modules that change are told and started again."""
 
     at_s: Annotated[float, Field(gt=0, le=1e9)]
-    """When, in seconds from the begin of the run."""
+    """When, in seconds from the begin of the run; before its end."""
     swap: Annotated[list[Text], Field(min_length=2, max_length=2)] | None = None
     """Two sites by name: the cells of each become the other's."""
     configuration: Text | None = None
@@ -445,7 +450,7 @@ class ModuleFault(Section):
     """What happens to a module."""
 
     at_s: Annotated[float, Field(ge=0, le=1e9)]
-    """When, in seconds from the begin of the run."""
+    """When, in seconds from the begin of the run; before its end."""
     kind: FaultKind
     """It goes silent; it loses power for a moment; its CAN controller goes off, or comes back."""
     module: Module
@@ -456,9 +461,9 @@ class HostFault(Section):
     """The host is gone for a while: it neither sends nor hears."""
 
     from_s: Annotated[float, Field(ge=0, le=1e9)]
-    """Since when, in seconds from the begin of the run."""
+    """Since when, in seconds from the begin of the run; before its end."""
     until_s: Annotated[float, Field(ge=0, le=1e9)]
-    """Until when."""
+    """Until when; that may be after the end."""
 
 
 class Faults(Section):
@@ -474,7 +479,7 @@ class Record(Section):
     """How often poses, LED and states are written down."""
 
     sample_s: Annotated[float, Field(ge=TICK_S, le=1e6)] = 10.0
-    """Seconds from one record to the next."""
+    """Seconds from one record to the next. Begin and end are always recorded."""
     can_log: bool = True
     """On a grid: whether every CAN frame is kept in can.log."""
 
@@ -524,8 +529,11 @@ class ExperimentSchema(Section):
     faults: Faults = Faults()
     record: Record = Record()
     engine: Engine
-    states: dict[Text, Annotated[list[int], BeforeValidator(led_triple)]] | None = None
-    """LED colours by the name of what they mean: [r, g, b] with 0 to 3 each, or a colour's name."""
+    states: dict[Text, Annotated[list[int], BeforeValidator(led_triple)]] | None = Field(
+        default=None,
+        description="LED colours by the name of what they mean: [r, g, b] with 0 to 3 each, as in "
+        f"RGB(r, g, b), or a colour's name: {_led_names()}.",
+    )
 
     @model_validator(mode="before")
     @classmethod

@@ -20,6 +20,17 @@ class Problem:
     paths: tuple[KeyPath, ...]
 
 
+def within_the_run(path: KeyPath, at_s: float, experiment: ExperimentSchema) -> Iterator[Problem]:
+    """What `path`, a table's key, says when to begin must come before the end."""
+    if at_s >= experiment.duration_s:
+        table = ".".join(step for step in path[:-1] if isinstance(step, str))
+        what = (
+            f"a [[{table}]] at {at_s:g} s never comes, the run ends at "
+            f"{experiment.duration_s:g} s; make it earlier, or the run longer"
+        )
+        yield Problem(what, (path, ("duration_s",)))
+
+
 def grid_problems(experiment: ExperimentSchema) -> Iterator[Problem]:
     """Of [grid], and of [faults], which need one."""
     if experiment.grid is None:
@@ -81,9 +92,7 @@ def _change(path: KeyPath, experiment: ExperimentSchema, change: GridChange) -> 
         what = "a [[grid.change]] has either 'swap' or 'configuration'; give one of them"
         yield Problem(what, (path,))
         return
-    if change.at_s >= experiment.duration_s:
-        what = f"the run ends at {experiment.duration_s:g} s; change it earlier"
-        yield Problem(what, ((*path, "at_s"), ("duration_s",)))
+    yield from within_the_run((*path, "at_s"), change.at_s, experiment)
     if change.swap is None:
         return
     if experiment.grid.configuration is not None:
@@ -124,7 +133,9 @@ def _faults(experiment: ExperimentSchema, grid: Grid) -> Iterator[Problem]:
                 f"are 0 to {grid.columns - 1}, rows 0 to {grid.rows - 1}"
             )
             yield Problem(what, (("faults", "module", index, "module"), ("grid",)))
+        yield from within_the_run(("faults", "module", index, "at_s"), fault.at_s, experiment)
     for index, absence in enumerate(experiment.faults.host):
+        yield from within_the_run(("faults", "host", index, "from_s"), absence.from_s, experiment)
         if absence.until_s <= absence.from_s:
             what = f"{absence.until_s:g} s is not after {absence.from_s:g} s; exchange them"
             yield Problem(what, (("faults", "host", index, "until_s"),))

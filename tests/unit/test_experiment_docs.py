@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from kilotwin.colours import LED_COLOURS
 from kilotwin.experiment_docs import renewed, table
 from kilotwin.experiment_schema import ExperimentSchema
 
@@ -24,6 +25,12 @@ def test_every_key_has_a_meaning() -> None:
     assert [row[0] for row in rows if not row[-1].strip(" |")] == []
     for name in ExperimentSchema.model_fields:
         assert re.search(rf"`\[*{name}\b", table()), name
+
+
+def test_the_colours_that_states_may_name_are_listed() -> None:
+    (row,) = [line for line in TEXT.splitlines() if line.startswith("| `states` |")]
+    for name, rgb in LED_COLOURS.items():
+        assert f'`"{name}"` {list(rgb)}' in row
 
 
 @pytest.mark.parametrize("example", re.findall(r"```toml\n(.*?)```", TEXT, re.DOTALL))
