@@ -12,13 +12,26 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch, Rectangle
 from matplotlib.ticker import MaxNLocator
+from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
 from kilotwin.areas import area_of
 from kilotwin.errors import InputError
 from kilotwin.experiment_schema import Arena, ExperimentSchema, Site
 from kilotwin.informed import informed_ranges
-from kilotwin.plot.style import FLOOR, OUTLINE, site_fills, state_colours, title
+from kilotwin.plot.style import (
+    FLOOR,
+    HATCHES,
+    LEGEND_LINE,
+    OUTLINE,
+    legend_columns,
+    letters,
+    repeats,
+    site_fills,
+    state_colours,
+    title,
+    wrapped,
+)
 from kilotwin.profiles import PROFILES
 from kilotwin.run_reader import Run
 from kilotwin.states import States
@@ -40,10 +53,15 @@ def draw_map(run: Run) -> Figure:
     figure = Figure(figsize=(10, 7.5))
     axes = figure.add_subplot()
     _draw_floor(axes, experiment)
-    _draw_robots(
-        axes, centres, np.asarray(robots["heading_rad"]), diameter, [colours[s] for s in states]
-    )
-    _circles(axes, centres[informed], diameter, facecolor="none", edgecolor=_INFORMED, lw=1.6)
+    point = 1 / _points_per_metre(axes)
+    _draw_informed(axes, centres[informed], diameter, point)
+    outline = min(0.5, 0.08 * diameter / point)
+    fills = [colours[state] for state in states]
+    heading_rad = np.asarray(robots["heading_rad"])
+    _draw_robots(axes, centres, heading_rad, diameter, fill=fills, outline=outline)
+    # In a crowd others' discs cover the ring, not the rim.
+    rim = min(1.2, 0.15 * diameter / point)
+    _circles(axes, centres[informed], diameter, facecolor="none", edgecolor=_INFORMED, lw=rim)
 
     handles: list[Artist] = [
         _dot(f"{state} ({states.count(state)})", mfc=colours[state], mec=OUTLINE) for state in order
@@ -52,11 +70,12 @@ def draw_map(run: Run) -> Figure:
         label = f"informed ({len(informed)})"
         handles.append(_dot(label, mfc="none", mec=_INFORMED, mew=2.5))
     handles += _site_handles(experiment)
-    axes.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    _draw_legend(axes, handles)
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MaxNLocator(steps=[1, 2, 5, 10]))
     axes.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
-    axes.set_title(f"{title(run)}, at {robots['time_s'][0].as_py():,.0f} s")
+    heading = f"{title(run)}, at {robots['time_s'][0].as_py():,.0f} s"
+    axes.set_title(wrapped(heading, _room(axes)[0], 12))
     return figure
 
 
@@ -78,11 +97,46 @@ def _informed_ids(experiment: ExperimentSchema) -> list[int]:
 def _draw_floor(axes: Axes, experiment: ExperimentSchema) -> None:
     arena = area_of(experiment.arena)
     _draw_place(axes, experiment.arena, facecolor=FLOOR, edgecolor="black", lw=2)
-    for site, fill in zip(experiment.site, site_fills(experiment), strict=True):
-        _draw_place(axes, site, facecolor=fill, edgecolor=OUTLINE, lw=0.8)
+    for site, look in zip(experiment.site, _site_looks(experiment), strict=True):
+        _draw_place(axes, site, lw=0.8, **look)
     margin = 0.02 * max(arena.width, arena.height)
     axes.set_xlim(-arena.width / 2 - margin, arena.width / 2 + margin)
     axes.set_ylim(-arena.height / 2 - margin, arena.height / 2 + margin)
+
+
+def _room(axes: Axes) -> tuple[float, float]:
+    """What is there for the map, inches."""
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    box = axes.get_position(original=True)
+    return float(figure.get_figwidth() * box.width), float(figure.get_figheight() * box.height)
+
+
+def _points_per_metre(axes: Axes) -> float:
+    (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+    width, height = _room(axes)
+    return 72 * min(width / (right - left), height / (high - low))
+
+
+def _draw_legend(axes: Axes, handles: list[Artist]) -> None:
+    """To the right; below, if it is higher than a map that is wide."""
+    labels = [str(handle.get_label()) for handle in handles]
+    (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+    inches = _points_per_metre(axes) / 72
+    columns = legend_columns(labels, inches * (high - low))
+    if columns == 1 or right - left < 1.3 * (high - low):
+        axes.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.0, 1.0), ncols=columns)
+        return
+    longest = max(len(line) for label in labels for line in label.split("\n"))
+    columns = max(1, int(inches * (right - left) / (0.6 + letters(longest))))
+    below = ScaledTranslation(0, -2.5 * LEGEND_LINE, axes.figure.dpi_scale_trans)
+    axes.legend(
+        handles=handles,
+        loc="upper left",
+        bbox_to_anchor=(0.0, 0.0),
+        bbox_transform=axes.transAxes + below,
+        ncols=columns,
+    )
 
 
 def _draw_place(axes: Axes, place: Arena | Site, **look: Any) -> None:
@@ -101,13 +155,21 @@ def _draw_robots(
     centres: NDArray[np.float32],
     heading_rad: NDArray[np.float32],
     diameter: float,
-    fills: list[str],
+    *,
+    fill: list[str],
+    outline: float,
 ) -> None:
-    """Discs to scale, with a line from the middle to the front."""
-    _circles(axes, centres, diameter, facecolor=fills, edgecolor=OUTLINE, lw=0.5)
+    """Discs to scale, with a line from the middle to the front; `outline` in points."""
+    _circles(axes, centres, diameter, facecolor=fill, edgecolor=OUTLINE, lw=outline)
     front = centres + diameter / 2 * np.column_stack([np.cos(heading_rad), np.sin(heading_rad)])
     lines = np.stack([centres, front], axis=1)
-    axes.add_collection(LineCollection(list(lines), colors=OUTLINE, lw=0.5))
+    axes.add_collection(LineCollection(list(lines), colors=OUTLINE, lw=outline))
+
+
+def _draw_informed(axes: Axes, centres: NDArray[np.float32], diameter: float, point: float) -> None:
+    """A ring around each, below all robots, so that it hides nobody's state."""
+    ring = diameter + 2 * max(0.12 * diameter, 1.2 * point)
+    _circles(axes, centres, ring, facecolor=_INFORMED, lw=0)
 
 
 def _circles(axes: Axes, centres: NDArray[np.float32], diameter: float, **look: Any) -> None:
@@ -126,11 +188,20 @@ def _circles(axes: Axes, centres: NDArray[np.float32], diameter: float, **look: 
 
 
 def _dot(label: str, **look: Any) -> Line2D:
-    return Line2D([], [], **{"ls": "", "marker": "o", "ms": 9, "label": label, **look})
+    return Line2D([], [], ls="", marker="o", ms=9, label=wrapped(label, 3), **look)
+
+
+def _site_looks(experiment: ExperimentSchema) -> list[dict[str, Any]]:
+    fills = site_fills(experiment)
+    hatches = repeats(fills, HATCHES)
+    return [
+        {"facecolor": fill, "hatch": hatch, "edgecolor": OUTLINE}
+        for fill, hatch in zip(fills, hatches, strict=True)
+    ]
 
 
 def _site_handles(experiment: ExperimentSchema) -> list[Artist]:
     return [
-        Patch(facecolor=fill, edgecolor=OUTLINE, label=f"site {site.name}")
-        for site, fill in zip(experiment.site, site_fills(experiment), strict=True)
+        Patch(label=wrapped(f"site {site.name}", 3), **look)
+        for site, look in zip(experiment.site, _site_looks(experiment), strict=True)
     ]

@@ -27,9 +27,12 @@ STATE_COLOURS = {
 }
 OTHER_STATES = ["#cc79a7", "#56b4e9", "#8c564b", "#7b3fa0", "#999933", "#44aa99"]
 
+LEGEND_LINE = 0.235
+"""Inches from one entry of a run's legend to the next."""
+
 # What tells the second, third, ... site of one colour from the first: areas and lines.
 HATCHES = ["", "////", "....", "xxxx", "||||"]
-DASHES: list[Any] = ["-", (0, (6, 1)), (0, (3, 1)), (0, (6, 1, 1, 1)), (0, (1, 1))]
+DASHES: list[Any] = ["-", (0, (5, 1.5)), (0, (2, 1)), (0, (5, 1, 1, 1)), (0, (1, 1.5))]
 
 _SETTINGS: dict[Any, Any] = {
     "figure.dpi": 150,
@@ -102,6 +105,12 @@ def _led_colour(state: str) -> str | None:
     """`RGB(1,0,3)`, the name of a colour without a meaning, as #rrggbb."""
     plain = re.fullmatch(r"RGB\((\d),(\d),(\d)\)", state)
     return plain and "#" + "".join(f"{85 * int(level):02x}" for level in plain.groups())
+
+
+def legend_columns(labels: Sequence[str], height: float) -> int:
+    """In how many columns a legend of these labels is no higher than so many inches."""
+    lines = sum(1 + label.count("\n") for label in labels)
+    return -(-lines // max(1, int(height / LEGEND_LINE)))
 
 
 def title(run: Run) -> str:

@@ -2,14 +2,21 @@
 
 import numpy as np
 from matplotlib import patheffects
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
 from kilotwin.errors import InputError
 from kilotwin.experiment_checks import swarm_size
-from kilotwin.plot.style import OUTLINE, site_fills, title
+from kilotwin.plot.style import (
+    DASHES,
+    OUTLINE,
+    legend_columns,
+    repeats,
+    site_fills,
+    title,
+    wrapped,
+)
 from kilotwin.run_reader import Run
 
 _NOT_RESTING = "#d55e00"
@@ -28,25 +35,22 @@ def draw_timeline(run: Run) -> Figure:
 
     figure = Figure(figsize=(10, 5))
     axes = figure.add_subplot(facecolor=_PAPER)
-    wishes: dict[float, list[str]] = {}
-    for site, fill in zip(experiment.site, site_fills(experiment), strict=True):
+    fills = site_fills(experiment)
+    wishes: dict[float, str] = {}
+    for site, fill, dashes in zip(experiment.site, fills, repeats(fills, DASHES), strict=True):
         resting = np.asarray(table[f"resting_{site.name}"])
-        _line(axes, time_s, resting, fill, f"resting on {site.name} ({resting[-1]})")
+        told = f"{resting[-1]}"
         if experiment.swarm.informed > 0:
             wanted = size * experiment.swarm.informed_for.get(site.name, 0.0)
-            axes.axhline(wanted, color=fill, ls=":", lw=1.6, path_effects=_outlined(2.4))
-            wishes.setdefault(wanted, []).append(site.name)
-    for wanted, sites in wishes.items():
-        each = " each" if len(sites) > 1 else ""
-        axes.annotate(
-            f"wanted on {' and '.join(sites)}: {wanted:g}{each}",
-            (1.0, wanted),
-            xycoords=("axes fraction", "data"),
-            xytext=(-4, 3),
-            textcoords="offset points",
-            ha="right",
-            fontsize=9,
+            # A wish of several sites is a line of none of their colours.
+            wishes[wanted] = OUTLINE if wanted in wishes else fill
+            told += f",\N{NO-BREAK SPACE}wanted\N{NO-BREAK SPACE}{wanted:g}"
+        label = wrapped(f"resting on {site.name} ({told})", 3.5)
+        axes.plot(
+            time_s, resting, color=fill, lw=2, ls=dashes, path_effects=_outlined(3.2), label=label
         )
+    for wanted, colour in wishes.items():
+        axes.axhline(wanted, color=colour, ls=":", lw=1.6, path_effects=_outlined(2.4))
     elsewhere = np.asarray(table["not_resting"])
     axes.plot(
         time_s,
@@ -62,15 +66,20 @@ def draw_timeline(run: Run) -> Figure:
     axes.xaxis.set_major_formatter(lambda second, _: f"{second:,.10g}")
     axes.yaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10]))
     axes.grid(color="white", lw=0.8)
-    axes.set_title(title(run))
-    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), title="robots (at the end)")
+    axes.set_title(wrapped(title(run), 7.75, 12))
+    handles, labels = axes.get_legend_handles_labels()
+    if wishes:
+        handles.append(Line2D([], [], color=OUTLINE, ls=":", lw=1.6))
+        labels.append("wanted")
+    axes.legend(
+        handles,
+        labels,
+        loc="upper left",
+        bbox_to_anchor=(1.0, 1.0),
+        title="robots (at the end)",
+        ncols=legend_columns(["", *labels], 3.85),
+    )
     return figure
-
-
-def _line(
-    axes: Axes, x: NDArray[np.float64], y: NDArray[np.uint32], colour: str, label: str
-) -> None:
-    axes.plot(x, y, color=colour, lw=2, path_effects=_outlined(3.2), label=label)
 
 
 def _outlined(width: float) -> list[patheffects.AbstractPathEffect]:
