@@ -319,6 +319,18 @@ def test_trials_without_anybody_informed_are_one_whatever_the_shares() -> None:
     assert axes.get_title(loc="left") == "simplified, N = 100: one aggregate in 2 of 2"
 
 
+def test_an_odd_number_of_groups_leaves_no_empty_panel_behind() -> None:
+    rules = ("simplified", "firat", "my own")
+    endings = {c: e for rule in rules for c, e in nobody_informed(rule).items()}
+    *groups, rest = drawn("symmetry", endings).axes
+    assert [axes.get_title(loc="left").partition(",")[0] for axes in groups] == [
+        "my own",
+        "simplified",
+        "firat",
+    ]
+    assert not rest.axison
+
+
 def test_long_names_are_wrapped_within_their_panel() -> None:
     long = "a_base_with_" + "a_very_long_" * 8 + "name"
     figure = drawn("symmetry", nobody_informed(long) | nobody_informed("simplified"))
