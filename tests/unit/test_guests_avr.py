@@ -1,5 +1,6 @@
 """Programs of guests_avr check themselves; here each is built and runs, twice in one world."""
 
+import shutil
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -35,6 +36,20 @@ def test_a_program_that_checks_itself_passes(world: World, name: str) -> None:
         assert "FAIL" not in said
         assert "passed\n" in said
         assert [event for event in world.events if event["robot"] == robot and failed(event)] == []
+
+
+@pytest.mark.parametrize("name", ["flash_data_reads", "flash_tables_have_a_sign"])
+def test_flash_reads_the_same_on_an_atmega328p(name: str) -> None:
+    """And from what the other compiler makes of it."""
+    (program,) = [guest for guest in GUESTS if guest.stem == name]
+    with pytest.MonkeyPatch.context() as patch:
+        if shutil.which("clang"):
+            patch.setenv("KILOTWIN_CC", "clang")
+        kinds = [{"program": program, "count": 1, "cpu": cpu} for cpu in ("native", "avr")]
+        with World(robots=kinds) as world:
+            world.run(15)
+            assert [world.prints(robot).splitlines()[-1] for robot in (0, 1)] == ["passed"] * 2
+            assert "FAIL" not in world.prints(0) + world.prints(1)
 
 
 def test_an_assert_that_does_not_hold_stops_the_robot(world: World) -> None:

@@ -25,6 +25,8 @@ typedef uint32_t prog_uint32_t;
 typedef const uint8_t __attribute__((may_alias, aligned(1))) kt_flash8_t;
 typedef const uint16_t __attribute__((may_alias, aligned(1))) kt_flash16_t;
 typedef const uint32_t __attribute__((may_alias, aligned(1))) kt_flash32_t;
+typedef const int16_t __attribute__((may_alias, aligned(1))) kt_flash_signed16_t;
+typedef const int32_t __attribute__((may_alias, aligned(1))) kt_flash_signed32_t;
 typedef const float __attribute__((may_alias, aligned(1))) kt_flash_float_t;
 typedef const double __attribute__((may_alias, aligned(1))) kt_flash_double_t;
 typedef const void *__attribute__((may_alias, aligned(1))) kt_flash_pointer_t;
@@ -42,15 +44,28 @@ static inline __attribute__((unused)) const void *kt_in_flash(uintptr_t address)
 /// The size of what `address`, a pointer or a number, points to.
 #define KT_SIZE_AT(address) sizeof(*(1 ? (address) : (void *)0))
 
+/// Whether that is a `type`, const or not.
+#define KT_IS_AT(address, type) \
+    __builtin_types_compatible_p(__typeof__(*(1 ? (address) : (void *)0)), type)
+
 #define pgm_read_byte(address) (*(kt_flash8_t *)KT_IN_FLASH(address))
-#define pgm_read_dword(address) (*(kt_flash32_t *)KT_IN_FLASH(address))
 #define pgm_read_ptr(address) ((void *)*(const kt_flash_pointer_t *)KT_IN_FLASH(address))
 
+/// Words and longs of tables with a sign have it here: on the robot what they are assigned to, an
+/// int or a long, is no wider, and a negative number comes out of it again. Bytes never have one.
+#define pgm_read_dword(address)                                              \
+    __builtin_choose_expr(KT_IS_AT(address, int) || KT_IS_AT(address, long), \
+                          *(kt_flash_signed32_t *)KT_IN_FLASH(address),      \
+                          *(kt_flash32_t *)KT_IN_FLASH(address))
+
 /// Pointers are words on the robot, and doubles are floats: what `address` points to decides.
-#define pgm_read_word(address)                                                            \
-    __builtin_choose_expr(KT_SIZE_AT(address) == sizeof(void *),                          \
-                          (uintptr_t) * (const kt_flash_pointer_t *)KT_IN_FLASH(address), \
-                          *(kt_flash16_t *)KT_IN_FLASH(address))
+#define pgm_read_word(address)                                                    \
+    __builtin_choose_expr(                                                        \
+        KT_SIZE_AT(address) == sizeof(void *),                                    \
+        (uintptr_t) * (const kt_flash_pointer_t *)KT_IN_FLASH(address),           \
+        __builtin_choose_expr(KT_IS_AT(address, int) || KT_IS_AT(address, short), \
+                              *(kt_flash_signed16_t *)KT_IN_FLASH(address),       \
+                              *(kt_flash16_t *)KT_IN_FLASH(address)))
 #define pgm_read_float(address)                                       \
     __builtin_choose_expr(KT_SIZE_AT(address) == sizeof(double),      \
                           *(kt_flash_double_t *)KT_IN_FLASH(address), \
