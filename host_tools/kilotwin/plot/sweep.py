@@ -167,8 +167,9 @@ def error_panels(conditions: Iterable[Condition]) -> dict[tuple[int, int], tuple
 def bar_edges(robots: int) -> list[int]:
     """The first number of robots of each bar, and the one after the last bar.
 
-    Up to 40 robots a bar is one number; of more there are at most 21 bars, of equal width. Where
-    that leaves N alone it joins the bar before, so that 100 robots make the paper's 20 bars.
+    Up to 40 robots a bar is one number; of more there are 20 bars or a few less, as wide as one
+    another but for the last. Where that would be N alone, N joins the bar before: of 100 robots
+    the paper's 20 bars.
     """
     width = 1 if robots <= _SINGLE else -(-robots // _BARS)
     edges = [*range(0, robots + 1, width), robots + 1]
