@@ -63,7 +63,7 @@ class Experiment:
             keys = ExperimentSchema.model_validate(origin.raw)
         except ValidationError as error:
             raise input_error(origin, error) from None
-        problem = first_problem(keys)
+        problem = first_problem(keys, origin.is_set)
         if problem is not None:
             raise InputError(f"{origin.where(*problem.paths)}: {problem.what}")
         groups = tuple(_groups(keys, origin))

@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from kilotwin.areas import Area, area_of, lies_inside, overlap
 from kilotwin.experiment_schema import Arena, Command, ExperimentSchema, Grid, Robots, Site
@@ -18,9 +18,14 @@ _SHARE_ERROR = 1e-6
 _LAST_UID = 65535
 
 
-def first_problem(experiment: ExperimentSchema) -> Problem | None:
-    """What to mend first, if anything."""
-    return next(_problems(experiment), None)
+def first_problem(
+    experiment: ExperimentSchema, is_set: Callable[[KeyPath], bool]
+) -> Problem | None:
+    """What to mend first, if anything. `is_set`: whether a key was set for this run alone."""
+    for problem in _problems(experiment):
+        if problem.unless_set is None or not is_set(problem.unless_set):
+            return problem
+    return None
 
 
 def first_problem_of_command(command: Command, robots: int) -> Problem | None:

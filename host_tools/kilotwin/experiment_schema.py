@@ -328,7 +328,8 @@ class Command(Section):
     """
 
     at_s: Annotated[float, Field(ge=0, le=1e9)]
-    """When, in seconds from the begin of the run; before its end."""
+    """When, in seconds from the begin of the run; before its end, unless `--set` put that earlier.
+    """
     send: Sent
     """Which message; `pause` and `wakeup` are the same."""
     repeat_s: Annotated[float, Field(ge=0, le=3600)] = 0.0
@@ -367,7 +368,8 @@ class GridChange(Section):
     """What becomes of the cells in mid-run. Modules that change are told and started again."""
 
     at_s: Annotated[float, Field(gt=0, le=1e9)]
-    """When, in seconds from the begin of the run; before its end."""
+    """When, in seconds from the begin of the run; before its end, unless `--set` put that earlier.
+    """
     swap: Annotated[list[Text], Field(min_length=2, max_length=2)] | None = None
     """Two sites by name: the cells of each become the other's."""
     configuration: Text | None = None
@@ -450,7 +452,8 @@ class ModuleFault(Section):
     """What happens to a module."""
 
     at_s: Annotated[float, Field(ge=0, le=1e9)]
-    """When, in seconds from the begin of the run; before its end."""
+    """When, in seconds from the begin of the run; before its end, unless `--set` put that earlier.
+    """
     kind: FaultKind
     """It goes silent; it loses power for a moment; its CAN controller goes off, or comes back."""
     module: Module

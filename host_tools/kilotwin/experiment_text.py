@@ -80,6 +80,10 @@ class ExperimentText:
         read.raw.setdefault("name", file.stem)
         return read
 
+    def is_set(self, key: KeyPath) -> bool:
+        """Whether a setting gave this key, not the file."""
+        return any(path == key for path, _ in self._set)
+
     def where(self, *paths: KeyPath) -> str:
         """`file:line` of the first of these keys, or the option that set one of them."""
         for key, written in reversed(self._set):

@@ -18,6 +18,8 @@ class Problem:
 
     what: str
     paths: tuple[KeyPath, ...]
+    unless_set: KeyPath | None = None
+    """Whoever sets this key for one run, as to make it short, takes that into account."""
 
 
 def within_the_run(path: KeyPath, at_s: float, experiment: ExperimentSchema) -> Iterator[Problem]:
@@ -28,7 +30,7 @@ def within_the_run(path: KeyPath, at_s: float, experiment: ExperimentSchema) -> 
             f"a [[{table}]] at {at_s:g} s never comes, the run ends at "
             f"{experiment.duration_s:g} s; make it earlier, or the run longer"
         )
-        yield Problem(what, (path, ("duration_s",)))
+        yield Problem(what, (path, ("duration_s",)), unless_set=("duration_s",))
 
 
 def grid_problems(experiment: ExperimentSchema) -> Iterator[Problem]:

@@ -16,6 +16,15 @@ from kilotwin.records import TRACKING_SCHEMA, Records
 from kilotwin.run_folder import EVENTS, EXPERIMENT, FINISHED, MANIFEST, TRACKING
 
 
+def read_parquet(path: Path) -> pa.Table:
+    """The whole file, by this thread alone; pa.ArrowException or OSError of a damaged one.
+
+    Threads of Arrow's that were still at it aborted the program where a refusal ended it at once.
+    """
+    with pq.ParquetFile(pa.BufferReader(path.read_bytes()), pre_buffer=False) as file:
+        return file.read(use_threads=False)
+
+
 @dataclass(frozen=True)
 class Run:
     """A run folder; tables are read when asked for."""
@@ -88,7 +97,7 @@ class Run:
 
     def _parquet(self, name: str, why: str) -> pa.Table:
         try:
-            return pq.read_table(self.folder / name, use_threads=False)
+            return read_parquet(self.folder / name)
         except (pa.ArrowException, OSError):
             raise _damaged(self.folder, why) from None
 

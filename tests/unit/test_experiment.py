@@ -31,6 +31,13 @@ def test_a_file_without_a_name_is_called_after_itself(load: Load) -> None:
     assert load(SMALL.replace('name = "small"\n', "")).keys.name == "small"
 
 
+def test_a_run_that_a_setting_makes_short_leaves_out_what_comes_later() -> None:
+    file = Path(__file__).parents[1] / "bad_input" / "cases" / "command_after_the_end.toml"
+    short = Experiment.load(file, [parse_setting("duration_s=30")])
+    assert short.keys.command is not None
+    assert short.keys.command[-1].at_s > short.keys.duration_s
+
+
 def test_a_controller_has_the_defaults_of_its_robot(load: Load) -> None:
     controller = load(f"{SMALL}\n[controller]\nbeta = 1.5\n").keys.controller
     assert controller is not None

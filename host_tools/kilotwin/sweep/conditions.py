@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 from kilotwin.errors import InputError
 from kilotwin.experiment_text import parse_setting
+from kilotwin.run_reader import read_parquet
 from kilotwin.sweep.data_set import ABOUT, TRIALS, about
 
 Row = dict[str, Any]
@@ -133,8 +133,7 @@ def _read(folder: Path) -> pa.Table:
             f"{folder}: not a sweep's folder (no {ABOUT}); name one that `kilotwin sweep` made"
         )
     try:
-        # Arrow's threads aborted the program now and then where a refusal ended it at once.
-        table = pq.read_table(pa.BufferReader((folder / TRIALS).read_bytes()), use_threads=False)
+        table = read_parquet(folder / TRIALS)
     except FileNotFoundError:
         raise InputError(f"{folder}: no trial is finished yet; go on with the sweep") from None
     except (pa.ArrowInvalid, OSError) as error:
