@@ -96,10 +96,13 @@ void Bodies::step() {
 }
 
 void Bodies::place_all() {
-    for (uint32_t robot = 0; robot < size(); robot++) {
-        take_effect(robot, now_);
-        places_[robot] = trajectories_[robot].position(now_);
+    constexpr size_t SOON = 4;
+    choose(changing_, size(), [this](uint32_t robot) { return next_change_[robot] < now_; });
+    for (size_t i = 0; i < changing_.size(); i++) {
+        if (size() >= FETCHED_SWARM && i + SOON < changing_.size()) prefetch(changing_[i + SOON]);
+        apply_commands(changing_[i], now_);
     }
+    Trajectory::place(trajectories_, now_, places_);
 }
 
 void Bodies::apply_commands(uint32_t robot, Cycles until) {

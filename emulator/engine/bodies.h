@@ -125,9 +125,6 @@ class Bodies {
     void place_all();
 
     /// Lets motor commands before `until`, and what changes by itself, take effect at their times.
-    void take_effect(uint32_t robot, Cycles until) {
-        if (next_change_[robot] < until) apply_commands(robot, until);
-    }
     void apply_commands(uint32_t robot, Cycles until);
     /// All who may touch a robot within this step, and some more.
     const Others &around(uint32_t robot) {
@@ -187,6 +184,7 @@ class Bodies {
     Swarm<Around> around_;
     Swarm<FreeShift> shifts_;
 
+    std::vector<uint32_t> changing_;        ///< whose drive changes within a step
     std::vector<uint32_t> near_something_;  ///< who may come upon something within this step
     std::vector<uint32_t> contacts_;  ///< robots that belong into the solver this step, ascending
     std::vector<Before> before_;

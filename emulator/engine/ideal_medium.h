@@ -12,7 +12,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/memory.h"
 #include "engine/neighbours.h"
 
 namespace kilotwin {
@@ -28,12 +27,13 @@ class IdealMedium {
         : range_m_(range_m),
           line_of_sight_(line_of_sight),
           radius_m_(radius_m),
-          audiences_(robots) {}
+          kept_(robots) {}
 
-    /// Who hears `sender`: some of those `around`, ascending. `place_of` says where a robot is.
+    /// Who hears `sender`: some of those `around`, ascending. `place_of` says where a robot is. What
+    /// is returned lasts until the next call; with `keep`, kept_audience() returns it, too.
     template <typename PlaceOf>
     const std::vector<Listener> &find_audience(uint32_t sender, Neighbours::List around,
-                                               PlaceOf place_of) {
+                                               PlaceOf place_of, bool keep) {
         if (places_.size() < around.size()) {
             places_.resize(around.size());
             in_range_.resize(around.size());
@@ -46,16 +46,13 @@ class IdealMedium {
             in_range_[found] = {i, square};
             found += square <= range_m_ * range_m_;
         }
-        choose_audience(audiences_[sender], from, around, found);
-        return audiences_[sender];
+        auto &audience = keep ? kept_[sender] : audience_;
+        choose_audience(audience, from, around, found);
+        return audience;
     }
 
-    /// Who heard `sender` when find_audience() was last called.
-    const std::vector<Listener> &last_audience(uint32_t sender) const { return audiences_[sender]; }
-
-    /// Bring into the cache where that stands, and then, some time later, itself.
-    void prefetch_place(uint32_t sender) const { prefetch_line(&audiences_[sender]); }
-    void prefetch(uint32_t sender) const { prefetch_line(audiences_[sender].data()); }
+    /// Who heard `sender` when that was last to be kept.
+    const std::vector<Listener> &kept_audience(uint32_t sender) const { return kept_[sender]; }
 
   private:
     struct InRange {
@@ -70,9 +67,10 @@ class IdealMedium {
     double range_m_;
     bool line_of_sight_;
     double radius_m_;
-    std::vector<std::vector<Listener>> audiences_;
-    std::vector<Eigen::Vector2d> places_;  ///< of those around a sender
-    std::vector<InRange> in_range_;        ///< of them
+    std::vector<std::vector<Listener>> kept_;  ///< by sender
+    std::vector<Listener> audience_;           ///< that is not kept
+    std::vector<Eigen::Vector2d> places_;      ///< of those around a sender
+    std::vector<InRange> in_range_;            ///< of them
 };
 
 }  // namespace kilotwin

@@ -4,6 +4,7 @@
 #define KILOTWIN_ENGINE_MOTION_H
 
 #include <Eigen/Core>
+#include <span>
 
 #include "engine/clock.h"
 
@@ -50,7 +51,13 @@ class Trajectory {
 
     const Drive &drive() const { return drive_; }
 
+    /// Puts the positions of all robots at `at` into `places`: what position() says, two at a time.
+    static void place(std::span<const Trajectory> trajectories, Cycles at,
+                      std::span<Eigen::Vector2d> places);
+
   private:
+    static void place_two(const Trajectory *two, Cycles at, Eigen::Vector2d *places);
+
     Drive drive_;
     Eigen::Vector2d origin_{0, 0}, ahead_{1, 0};
     double heading_ = 0;

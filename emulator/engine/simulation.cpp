@@ -501,11 +501,8 @@ void Simulation::prefetch_heard_after(const std::vector<PlannedFrame> &frames, s
     prefetch_line(&senders_[latest]);
     prefetch_line(&speaks_[latest]);
     bodies_->lists().prefetch_place(latest);
-    medium_.prefetch_place(latest);
     bodies_->lists().prefetch(later);
-    medium_.prefetch(later);
-    for (const auto &listener : medium_.last_audience(sender(SOONER)))
-        robots_[listener.robot].prefetch_receiver();
+    for (uint32_t other : bodies_->lists().of(sender(SOONER))) robots_[other].prefetch_receiver();
 }
 
 void Simulation::deliver_frames() {
@@ -530,24 +527,28 @@ void Simulation::deliver_frames() {
 void Simulation::deliver(const Emission &emission) {
     const uint32_t sender = emission.robot;
     counts_.sent++;
-    auto &[next_ask, audience_at, said, planned] = senders_[sender];
+    auto &said = senders_[sender].said;
     said.say(emission.message);
     if (grid_) deliver_to_grid(emission);
     if (!said.crc_is_right()) {
         counts_.wrong_crc++;
         return;
     }
-    if (!def_.run_ahead || !audience_holds(sender)) {
-        auto place_of = [this](uint32_t robot) { return bodies_->position(robot); };
-        medium_.find_audience(sender, bodies_->lists().of(sender), place_of);
-        audience_at = now_;
-    }
     const Cycles heard_at = std::max(emission.at + FRAME_CYCLES, now_ + step_);
-    for (const auto &listener : medium_.last_audience(sender)) {
+    for (const auto &listener : audience_of(sender)) {
         auto gain = static_cast<int16_t>(std::min<uint16_t>(listener.distance_mm, INT16_MAX));
         robots_[listener.robot].receive(heard_at, emission.message, {gain, gain});
         counts_.received++;
     }
+}
+
+/// Who hears `robot` now. As long as it moves nobody keeps that: it would not hold.
+const std::vector<Listener> &Simulation::audience_of(uint32_t robot) {
+    if (def_.run_ahead && audience_holds(robot)) return medium_.kept_audience(robot);
+    const bool keep = bodies_->still_since(robot) != NEVER;
+    senders_[robot].audience_at = keep ? now_ : NEVER;
+    auto place_of = [this](uint32_t other) { return bodies_->position(other); };
+    return medium_.find_audience(robot, bodies_->lists().of(robot), place_of, keep);
 }
 
 /// Whether nobody who could matter has moved since the audience of `robot` was found.

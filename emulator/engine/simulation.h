@@ -142,7 +142,7 @@ class Simulation {
     /// What a robot sends: half a line of the cache.
     struct alignas(32) Sender {
         Cycles next_ask = 0;         ///< the earliest begin of a frame after those that are planned
-        Cycles audience_at = NEVER;  ///< when its audience was found
+        Cycles audience_at = NEVER;  ///< when the audience kept was found; NEVER: it does not hold
         CheckedMessage said;         ///< last
         uint8_t planned = 0;         ///< so many of its frames are in frames_
     };
@@ -176,6 +176,7 @@ class Simulation {
     void prefetch_heard_after(const std::vector<PlannedFrame> &frames, size_t i) const;
     void deliver_frames();
     void deliver(const Emission &emission);
+    const std::vector<Listener> &audience_of(uint32_t robot);
     bool audience_holds(uint32_t robot);
     void sample_if_due();
     void sample_into(Samples &samples) const;

@@ -21,15 +21,6 @@ constexpr double SINE_COSINE[][2] = {{1.0 / 355687428096000, 1.0 / 2092278988800
 // Cosine and sine of an angle in each quarter, from those of what is left of it in the first.
 constexpr double OF_COSINE[][2] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}};
 constexpr double OF_SINE[][2] = {{0, 1}, {-1, 0}, {0, -1}, {1, 0}};
-// For |x| <= 1/2: sin(x) / x and (1 - cos(x)) / x^2.
-constexpr double SMALL = 0.5;
-constexpr double STRAIGHT_ASIDE[][2] = {{1.0 / 6227020800, 1.0 / 87178291200},
-                                        {-1.0 / 39916800, -1.0 / 479001600},
-                                        {1.0 / 362880, 1.0 / 3628800},
-                                        {-1.0 / 5040, -1.0 / 40320},
-                                        {1.0 / 120, 1.0 / 720},
-                                        {-1.0 / 6, -1.0 / 24},
-                                        {1, 1.0 / 2}};
 
 /// Both series at once: a processor takes two numbers as fast as one.
 template <size_t TERMS>
@@ -62,13 +53,10 @@ Eigen::Vector2d direction(double angle) {
     return c * Pair(OF_COSINE[quarter]) + s * Pair(OF_SINE[quarter]);
 }
 
-Eigen::Vector2d arc(double angle) {
-    if (std::abs(angle) > SMALL) {
-        const Eigen::Vector2d end = direction(angle);
-        return {end.y() / angle, (1 - end.x()) / angle};
-    }
-    const Eigen::Array2d shares = series(STRAIGHT_ASIDE, angle * angle);
-    return {shares[0], shares[1] * angle};
+Arc<double> arc(double angle) {
+    if (std::abs(angle) <= SHORT_ARC) return short_arc(angle);
+    const Eigen::Vector2d end = direction(angle);
+    return {end.y() / angle, (1 - end.x()) / angle};
 }
 
 double wrapped(double angle) {

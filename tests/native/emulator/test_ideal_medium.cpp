@@ -21,10 +21,8 @@ std::vector<Listener> audience(const Positions &positions, uint32_t sender,
     Neighbours neighbours(RANGE + RADIUS, 0.3);
     neighbours.rebuild(positions);
     IdealMedium medium(RANGE, line_of_sight, RADIUS, positions.size());
-    auto found = medium.find_audience(sender, neighbours.of(sender),
-                                      [&](uint32_t robot) { return positions[robot]; });
-    CHECK(found.size() == medium.last_audience(sender).size());
-    return found;
+    return medium.find_audience(
+        sender, neighbours.of(sender), [&](uint32_t robot) { return positions[robot]; }, false);
 }
 
 std::vector<uint32_t> who(const std::vector<Listener> &listeners) {
@@ -42,6 +40,23 @@ double distance_to_segment(const Eigen::Vector2d &p, const Eigen::Vector2d &a,
 }
 
 }  // namespace
+
+TEST_CASE("the audience last kept stays, whoever is asked for in the meantime") {
+    const Positions positions{{0, 0}, {0.3, 0}, {0, 0.5}};
+    Neighbours neighbours(RANGE + RADIUS, 0.3);
+    neighbours.rebuild(positions);
+    IdealMedium medium(RANGE, false, RADIUS, positions.size());
+    auto find = [&](uint32_t sender, const Positions &places, bool keep) {
+        return who(medium.find_audience(
+            sender, neighbours.of(sender), [&](uint32_t robot) { return places[robot]; }, keep));
+    };
+    CHECK(medium.kept_audience(0).empty());
+    CHECK(find(0, positions, true) == Who{1, 2});
+    CHECK(find(1, positions, true) == Who{0, 2});
+    CHECK(find(0, {{0, 0}, {0.3, 0}, {0, 0.9}}, false) == Who{1});
+    CHECK(who(medium.kept_audience(0)) == Who{1, 2});
+    CHECK(who(medium.kept_audience(1)) == Who{0, 2});
+}
 
 TEST_CASE("range goes from centre to centre, its end included") {
     CHECK(who(audience({{0, 0}, {0.8, 0}, {0, 0.8000001}, {-0.5, -0.5}}, 0)) == Who{1, 3});

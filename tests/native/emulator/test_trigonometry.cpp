@@ -48,6 +48,32 @@ TEST_CASE("a direction is a unit vector, to the last bits") {
         CHECK(std::abs(direction(dice.between(-10, 10)).squaredNorm() - 1) < 1e-15);
 }
 
+TEST_CASE("an arc ends where libm has it, to 1e-15 within one turn") {
+    Dice dice(4);
+    for (int i = 0; i < 100'000; i++) {
+        const double most = i % 2 ? 2 * PI : 0.6, angle = dice.between(-most, most);
+        const auto exact = static_cast<long double>(angle);
+        const auto [straight, aside] = arc(angle);
+        CHECK(std::abs(straight - std::sin(exact) / exact) < 1e-15);
+        CHECK(std::abs(aside - 2 * std::pow(std::sin(exact / 2), 2) / exact) < 1e-15);
+    }
+    CHECK(arc(0).straight == 1);
+    CHECK(arc(0).aside == 0);
+}
+
+TEST_CASE("short arcs are the same one by one and two by two") {
+    Dice dice(5);
+    for (int i = 0; i < 10'000; i++) {
+        const Eigen::Array2d angles(dice.between(-SHORT_ARC, SHORT_ARC),
+                                    i % 2 ? SHORT_ARC : dice.between(-1e-9, 1e-9));
+        const auto both = short_arc(angles);
+        for (int k : {0, 1}) {
+            CHECK(both.straight[k] == arc(angles[k]).straight);
+            CHECK(both.aside[k] == arc(angles[k]).aside);
+        }
+    }
+}
+
 TEST_CASE("a wrapped angle lies in [-pi, pi) and is the same angle") {
     Dice dice(3);
     for (int i = 0; i < 100'000; i++) {
