@@ -16,7 +16,6 @@ void Neighbours::rebuild(const std::vector<Eigen::Vector2d> &positions) {
     }
     begin_.assign(positions.size() + 1, 0);
     list_pairs();
-    note_changes();
 }
 
 /// Sorts robots into square cells as wide as the lists reach.
@@ -92,15 +91,6 @@ void Neighbours::list_pairs() {
     next_ = begin_;
     for (uint32_t i = 0; i + 1 < begin_.size(); i++)
         for (size_t k = begin_[i]; k < begin_[i + 1]; k++) ids_[next_[unsorted_[k]]++] = i;
-}
-
-void Neighbours::note_changes() {
-    changed_.assign(begin_.size() - 1, true);
-    for (size_t i = 0; i + 1 < old_begin_.size(); i++)
-        changed_[i] = !std::equal(ids_.begin() + static_cast<ptrdiff_t>(begin_[i]),
-                                  ids_.begin() + static_cast<ptrdiff_t>(begin_[i + 1]),
-                                  old_ids_.begin() + static_cast<ptrdiff_t>(old_begin_[i]),
-                                  old_ids_.begin() + static_cast<ptrdiff_t>(old_begin_[i + 1]));
 }
 
 }  // namespace kilotwin

@@ -4,6 +4,7 @@
 #define KILOTWIN_ENGINE_NEIGHBOURS_H
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -27,16 +28,18 @@ class Neighbours {
     };
 
     /// The robots around `robot`, in ascending order.
-    List of(uint32_t robot) const {
-        return {ids_.data() + begin_[robot], ids_.data() + begin_[robot + 1]};
-    }
+    List of(uint32_t robot) const { return list(ids_, begin_, robot); }
 
     /// Bring into the cache where the list of `robot` stands, and then, some time later, itself.
     void prefetch_place(uint32_t robot) const { prefetch_line(&begin_[robot]); }
     void prefetch(uint32_t robot) const { prefetch_line(ids_.data() + begin_[robot]); }
 
     /// Whether the last rebuild() changed the list of `robot`.
-    bool changed(uint32_t robot) const { return changed_[robot]; }
+    bool changed(uint32_t robot) const {
+        if (old_begin_.empty()) return true;
+        const List now = of(robot), before = list(old_ids_, old_begin_, robot);
+        return !std::equal(now.begin(), now.end(), before.begin(), before.end());
+    }
 
     double skin_m() const { return skin_m_; }
 
@@ -45,20 +48,23 @@ class Neighbours {
         uint32_t one, other;
     };
 
+    static List list(const std::vector<uint32_t> &ids, const std::vector<size_t> &begin,
+                     uint32_t robot) {
+        return {ids.data() + begin[robot], ids.data() + begin[robot + 1]};
+    }
+
     void sort_into_cells(const std::vector<Eigen::Vector2d> &positions);
     void find_pairs();
     size_t add_pairs(size_t place, size_t begin, size_t end, size_t found);
     void list_pairs();
-    void note_changes();
 
     double reach_m_, skin_m_;
     std::vector<size_t> begin_;
     std::vector<uint32_t> ids_;
-    std::vector<bool> changed_;
+    std::vector<size_t> old_begin_;  ///< of the lists before the last rebuild()
+    std::vector<uint32_t> old_ids_;
 
     // While lists are made.
-    std::vector<size_t> old_begin_;
-    std::vector<uint32_t> old_ids_;
     size_t columns_ = 0;                   ///< of cells
     std::vector<uint32_t> cell_;           ///< of each robot
     std::vector<size_t> first_;            ///< of those in each cell, by cells

@@ -255,8 +255,10 @@ void Simulation::send(const SimulationDef::Command &command) { give(command, now
 
 void Simulation::refresh_lists() {
     if (!bodies_->refresh_lists()) return;
-    for (uint32_t robot = 0; robot < senders_.size(); robot++)
-        if (bodies_->lists().changed(robot)) senders_[robot].audience_at = NEVER;
+    for (uint32_t robot = 0; robot < senders_.size(); robot++) {
+        Cycles &found = senders_[robot].audience_at;
+        if (found != NEVER && bodies_->lists().changed(robot)) found = NEVER;
+    }
 }
 
 /// Brings those into the cache who are due some turns after the i-th.

@@ -442,10 +442,10 @@ def compare(
     as_json: Json = False,
 ) -> None:
     """Compare with what others measured. 1 if it is outside the bounds, in every reading."""
-    from kilotwin import kilogrid_uplink, kilogrid_walk, paper_claims
+    from kilotwin import kilogrid_uplink, kilogrid_walk, paper_claims, terminal
 
     if reference is Reference.paper:
-        readings = paper_claims.check(folder, where or [])
+        readings = paper_claims.check(folder, where or [], terminal.note(quiet=False))
         found, text = paper_claims.as_dict(readings), paper_claims.report_text(readings)
         good = any(
             paper_claims.MISSED not in paper_claims.verdicts(findings).values()

@@ -51,11 +51,19 @@ class Finding:
 Findings = list[Finding]
 
 
-def check(folder: Path, where: Sequence[str] = ()) -> dict[str, Findings]:
-    """All findings on the trials of a sweep, by reading. `where`: as for Conditions.open()."""
+def check(
+    folder: Path, where: Sequence[str] = (), note: Callable[[str], None] = lambda _: None
+) -> dict[str, Findings]:
+    """All findings on the trials of a sweep, by reading. `where`: as for Conditions.open().
+
+    `note` is told where trials of the sweep are lacking.
+    """
+    readings = Conditions.by_reading(folder, where)
+    for progress in {trials.progress for trials in readings.values()} - {""}:
+        note(f"{folder}: {progress}")
     return {
         reading: [*_a(trials), *_b(trials), *_c(trials), *_d(trials), *_e(trials)]
-        for reading, trials in Conditions.by_reading(folder, where).items()
+        for reading, trials in readings.items()
     }
 
 

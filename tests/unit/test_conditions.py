@@ -10,6 +10,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from kilotwin.errors import InputError
+from kilotwin.paper_claims import check
 from kilotwin.sweep.conditions import Conditions
 
 ROW: dict[str, Any] = {
@@ -44,6 +45,16 @@ def data_set(folder: Path, *changes: dict[str, Any], without: str = "") -> Path:
 
 def count(folder: Path, *where: str) -> list[int]:
     return [len(endings) for endings in Conditions.open(folder, where).endings.values()]
+
+
+def test_a_sweep_that_lacks_trials_says_how_many_it_has(tmp_path: Path) -> None:
+    folder = data_set(tmp_path, {}, {})
+    assert Conditions.open(folder).progress == ""  # made by a Kilotwin that did not count them
+    told: list[str] = []
+    for planned in (2, 3):
+        (folder / "sweep.json").write_text(json.dumps({"name": "mine", "trials": planned}))
+        check(folder, note=told.append)
+    assert told == [f"{folder}: 2 of the sweep's 3 trials"]
 
 
 def test_trials_that_differ_in_luck_and_in_who_is_informed_are_sorted_by_condition(

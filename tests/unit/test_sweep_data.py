@@ -323,6 +323,7 @@ def test_trials_are_sorted_into_conditions(plan: Plan, tmp_path: Path) -> None:
         data.add(measured(plan, index))
     data.assemble(plan, keys(plan))
     trials = Conditions.open(data.folder)
+    assert trials.progress == ""
     assert trials.sites == ("black", "white")
     assert trials.name == "sizes"
     small = Condition("firat", 3, 0.4, (0.5, 0.5))

@@ -71,6 +71,13 @@ def test_a_map_is_drawn_for_each_site_controller_and_size(figure: str) -> None:
     assert "robots" in written
 
 
+@pytest.mark.parametrize("figure", ["median", "iqr", "symmetry", "error"])
+def test_a_figure_says_that_trials_are_lacking(figure: str) -> None:
+    trials = Conditions("made up", TWO, grid() | nobody_informed("firat"), "70 of 80 trials")
+    lacking = style.draw(lambda: SWEEP_FIGURES[figure](trials))
+    assert "70 of 80 trials" in written_on(lacking)
+
+
 def test_the_median_stands_in_its_cell() -> None:
     one = Condition("simplified", 50, 0.1, (0.5, 0.5))
     written = texts("median", {one: [Ending((20, 3), 27), Ending((41, 3), 6)]}, TWO)

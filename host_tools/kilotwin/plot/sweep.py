@@ -219,9 +219,12 @@ def _figure(
 ) -> Figure:
     """An empty figure of so many inches, titled, with a small line below.
 
+    That says, too, where trials of the sweep are lacking.
+
     `legend`: the width of a room to the right of all that.
     """
     heading = wrapped(f"{trials.name}: {shows}", size[0], 13.2)
+    note = "; ".join(filter(None, (note, trials.progress)))
     width, height = size[0] + legend, size[1] + 0.22 * heading.count("\n")
     if max(width, height) > _LARGEST:
         raise InputError(

@@ -59,11 +59,15 @@ class Ending:
 
 @dataclass(frozen=True)
 class Conditions:
-    """All trials of a data set. `sites` are the names of all sites of all its experiments."""
+    """All trials of a data set. `sites` are the names of all sites of all its experiments.
+
+    `progress`: how many trials of the sweep there are, where some are lacking; otherwise "".
+    """
 
     name: str
     sites: tuple[str, ...]
     endings: dict[Condition, list[Ending]] = field(default_factory=dict)
+    progress: str = ""
 
     @staticmethod
     def open(folder: Path, where: Sequence[str] = ()) -> "Conditions":
@@ -86,7 +90,7 @@ class Conditions:
         table = _read(folder)
         rows = _chosen(folder, table, where)
         sites = _sites(table)
-        name = about(folder, "name")
+        name, progress = about(folder, "name"), _progress(folder, table.num_rows)
         varied = _varied(table)
         firsts: dict[tuple[str, Condition], Row] = {}
         found: dict[str, Conditions] = {}
@@ -101,7 +105,9 @@ class Conditions:
             )
             _check_alike(folder, varied, firsts.setdefault((row["reading"], condition), row), row)
             ending = Ending(tuple(row[f"resting_{site}"] for site in own), row["not_resting"])
-            of_reading = found.setdefault(row["reading"], Conditions(name, sites))
+            of_reading = found.setdefault(
+                row["reading"], Conditions(name, sites, progress=progress)
+            )
             of_reading.endings.setdefault(condition, []).append(ending)
         return found
 
@@ -125,6 +131,11 @@ class Conditions:
         rules = self.rules
         chosen.sort(key=lambda c: (c.robots, rules.index(c.rule), c.informed, c.sites, c.shares))
         return {condition: self.endings[condition] for condition in chosen}
+
+
+def _progress(folder: Path, done: int) -> str:
+    planned = about(folder, "trials", done)
+    return f"{done:,} of the sweep's {planned:,} trials" if done < planned else ""
 
 
 def _read(folder: Path) -> pa.Table:

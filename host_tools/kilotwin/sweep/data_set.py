@@ -1,6 +1,6 @@
 """The folder of a sweep.
 
-sweep.json         name, versions; which engine made it, and which trials it is to have
+sweep.json         name, versions; which engine made it, and how many and which trials it is to have
 sweep.toml         the sweep's file
 parts/KEY.arrows   one finished trial: its table `sites`, its result in the schema's metadata; a
                    checksum at the end, so that a damaged one is found and run again
@@ -45,12 +45,13 @@ def trial_key(trial: Trial, guest_keys: Sequence[str]) -> str:
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:32]
 
 
-def about(folder: Path, key: str) -> Any:
-    """What sweep.json says; InputError if it is damaged."""
+def about(folder: Path, key: str, default: object = None) -> Any:
+    """What sweep.json says; InputError if it is damaged, or lacks the key and has no default."""
     file = folder / ABOUT
     try:
-        return json.loads(file.read_text())[key]
-    except (OSError, ValueError, KeyError, TypeError):
+        told = json.loads(file.read_text())
+        return told[key] if default is None else told.get(key, default)
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
         raise InputError(
             f"{file}: damaged; put back a copy of it, or repeat the sweep in a new folder"
         ) from None
@@ -89,6 +90,7 @@ class DataSet:
             "name": plan.keys.name,
             "kilotwin": __version__,
             "engine_sha256": self.engine_sha256,
+            "trials": len(rows),
             "trials_sha256": hashlib.sha256(json.dumps(rows, default=str).encode()).hexdigest(),
         }
         file = self.folder / ABOUT
