@@ -40,8 +40,9 @@ void Trajectory::change(Cycles at, const Drive &drive) {
 Eigen::Vector2d Trajectory::position(Cycles at) const {
     if (drive_.stands()) return origin_;
     const double time = seconds(at - since_);
-    const auto [x, y] = moved(components(origin_), components(ahead_), components(drive_.velocity),
-                              time, arc(drive_.turn * time));
+    const Arc<double> way = drive_.turn == 0 ? Arc<double>{1, 0} : arc(drive_.turn * time);
+    const auto [x, y] =
+        moved(components(origin_), components(ahead_), components(drive_.velocity), time, way);
     return {x, y};
 }
 
@@ -65,8 +66,10 @@ void Trajectory::place_two(const Trajectory *two, Cycles at, Eigen::Vector2d *pl
     auto both = [](const Eigen::Vector2d &one, const Eigen::Vector2d &other) {
         return Components<Two>{Two(one.x(), other.x()), Two(one.y(), other.y())};
     };
+    const bool straight = a.drive_.turn == 0 && b.drive_.turn == 0;
+    const Arc<Two> way = straight ? Arc<Two>{Two(1, 1), Two(0, 0)} : short_arc(angle);
     const auto [x, y] = moved(both(a.origin_, b.origin_), both(a.ahead_, b.ahead_),
-                              both(a.drive_.velocity, b.drive_.velocity), time, short_arc(angle));
+                              both(a.drive_.velocity, b.drive_.velocity), time, way);
     places[0] = {x[0], y[0]};
     places[1] = {x[1], y[1]};
 }
