@@ -39,7 +39,8 @@ class BusyWatch {
     /// The program came back, or gave time back: it gets a fresh `budget`.
     void came_back(int32_t &budget) {
         budget = TURNS_PER_TICK;
-        if (watch_) watch_.reset();
+        if (watch_) [[unlikely]]
+            watch_.reset();
     }
 
     /// The program acted or looked about by a call that takes no time: whatever it computes, it has

@@ -31,11 +31,13 @@ Robot *current = nullptr;
 
 // What the registers now make of motors and LED: hardware.md 1.8.
 inline void Robot::look_at_outputs(const volatile kt_outputs_t &outputs, void (*settle)()) {
-    if (settle != nullptr) settle();
+    if (settle != nullptr) [[unlikely]]
+        settle();
     uint64_t seen;
     static_assert(sizeof seen == sizeof outputs);
     std::memcpy(&seen, const_cast<const kt_outputs_t *>(&outputs), sizeof seen);
-    if (seen != outputs_seen_) take_outputs(seen);
+    if (seen != outputs_seen_) [[unlikely]]
+        take_outputs(seen);
 }
 
 /// Where the guest's calls arrive; all act on the robot that runs.
@@ -362,7 +364,7 @@ void Robot::live() {
 }
 
 // Calls loop() if it is due, and again at each tick and after each message. Most calls do nothing, so
-// that what goes on between them counts.
+// that what goes on between them counts: it lies in one row, with what is rare out of the way.
 void Robot::run_loop() {
     const auto &table = program_->table();
     auto &ticks = *table.ticks;
@@ -381,7 +383,7 @@ void Robot::run_loop() {
     if (std::exchange(loop_due_, false)) call();
     for (;;) {
         Cycles at = next_tick_;
-        if (at >= only_ticks_until_) {
+        if (at >= only_ticks_until_) [[unlikely]] {
             if (now_ > before) loop_due_ = true;
             if (loop_due_) return;
             if (!plain_tick_before(until)) {
@@ -400,7 +402,7 @@ void Robot::run_loop() {
         now_ = at;
         next_tick_ += tick_length_;
         count_tick(ticks, TICK_COMPARE);
-        if (tx_clock_ > tx_period) {
+        if (tx_clock_ > tx_period) [[unlikely]] {
             before = now_;
             interrupt(table, [this, &table] { ask_for_message(table); });
             if (arbitrated_) until = quiet_until();
