@@ -198,6 +198,18 @@ def test_the_same_base_twice_is_refused(folder: Path) -> None:
         plan_of(folder, "base = ['small.toml',\n'small.toml']\n")
 
 
+def test_bases_of_one_name_in_two_folders_are_told_apart(folder: Path) -> None:
+    small = (folder / "small.toml").read_text()
+    for lab in ("a", "b"):
+        (folder / lab).mkdir()
+        (folder / lab / "mine.toml").write_text(small)
+        (folder / lab / "blink.c").write_text((folder / "blink.c").read_text())
+    (folder / "b/mine.toml").write_text(small.replace("duration_s = 60", "duration_s = 30"))
+    plan = plan_of(folder, "base = ['a/mine.toml', 'small.toml', 'b/mine.toml']\n")
+    assert [trial.base for trial in plan.trials] == ["a/mine.toml", "small", "b/mine.toml"]
+    assert shown(plan.trials[2]) == "b/mine.toml, seed 1"
+
+
 def test_blocks_share_no_trial_and_override_nothing_that_all_have(folder: Path) -> None:
     block = "[[block]]\nbase = 'small.toml'\nseeds = 3\n"
     with pytest.raises(InputError, match=r"toml:4: means trials .* at .*toml:1 "):

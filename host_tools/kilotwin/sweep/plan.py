@@ -3,7 +3,9 @@
 
 import itertools
 import math
+import os
 import re
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from decimal import Decimal
@@ -215,6 +217,7 @@ def read_plan(file: Path, settings: Iterable[Setting] = (), seeds: int | None = 
         raise InputError(f"{text.source}: more than {_MOST_TRIALS:,} trials; split the sweep")
     trials: list[Trial] = []
     known: dict[str, list[_Combination]] = {}
+    names = _base_names([block for _, block, _ in blocks], text)
     for place, block, axes in blocks:
         own = range(block.first_seed, block.first_seed + (seeds or block.seeds))
         for parts in itertools.product(*axes):
@@ -226,8 +229,9 @@ def read_plan(file: Path, settings: Iterable[Setting] = (), seeds: int | None = 
             combination = _Combination(place, own, [_path_of(part) for part in parts])
             _check_new(combination, known.setdefault(_seeded(experiment, 0).identity(), []), text)
             varied = {key: value for key, (value, _) in chosen.items()}
+            name = names[os.path.normpath(file_)]
             trials += [
-                Trial(index, file_.stem, seed, varied, _seeded(experiment, seed))
+                Trial(index, name, seed, varied, _seeded(experiment, seed))
                 for index, seed in enumerate(own, len(trials))
             ]
     return Plan(keys, file.read_text(), text, trials)
@@ -378,6 +382,19 @@ def _file(base: _Written, text: ExperimentText) -> Path:
     if not file.is_file():
         raise InputError(f"{text.where(path)}: {name}: no such file beside the sweep")
     return file
+
+
+def _base_names(blocks: Iterable[Block], text: ExperimentText) -> dict[str, str]:
+    """What each base is called: its file's name, or as the sweep writes it where two have that."""
+    written: dict[str, str] = {}
+    for block in blocks:
+        for base in block.base:
+            written.setdefault(os.path.normpath(text.folder / base), base)
+    named = Counter(Path(base).stem for base in written.values())
+    return {
+        file: Path(base).stem if named[Path(base).stem] == 1 else base
+        for file, base in written.items()
+    }
 
 
 def _settings(values: _Part, text: ExperimentText) -> list[Setting]:
