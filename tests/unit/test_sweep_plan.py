@@ -185,6 +185,7 @@ def test_what_is_wrong_is_told_with_its_place(folder: Path, text: str, says: str
         ("set.seed = 5\n", "sweep.toml:2: a sweep does not take 'seed'"),
         ("each.seed = [5]\n", "sweep.toml:2: a sweep does not take 'seed'"),
         ("[[together]]\nseed = [5]\n", "sweep.toml:3: a sweep does not take 'seed'"),
+        ("vary.robots = [[], [{}]]\n", "sweep.toml:2: 'robots' cannot vary as a whole"),
     ],
 )
 def test_no_trial_is_meant_twice_and_no_key_given_twice(folder: Path, text: str, says: str) -> None:

@@ -324,6 +324,11 @@ def _check_keys(
                     f"{text.where(where)}: a sweep does not take 'seed'; write seeds = 3 for "
                     "seeds 1 to 3, and first_seed = 5 to begin at another"
                 )
+            if key == ("robots",) and table != ("set",):
+                raise InputError(
+                    f"{text.where(where)}: 'robots' cannot vary as a whole, for the column robots "
+                    "says how many there are; vary keys below it, as robots.0.program"
+                )
             for other, others, is_set in before:
                 # What is set may be gone through one by one, or completed by a key below it.
                 completes = is_set and (table[-1] == "each" or len(other) < len(key))
