@@ -2,6 +2,7 @@
 
 import json
 import re
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -77,6 +78,25 @@ def test_trials_that_differ_in_anything_else_are_not_counted_together(
 ) -> None:
     with pytest.raises(InputError, match=re.escape(says)):
         count(data_set(tmp_path, {}, change))
+
+
+@pytest.mark.parametrize("order", [sorted, reversed])
+def test_what_varied_is_found_wherever_its_column_stands(
+    tmp_path: Path, order: Callable[[Iterable[str]], Iterable[str]]
+) -> None:
+    folder = data_set(tmp_path, {}, {"controller.beta": 2.25, "note": "odd"})
+    table = pq.read_table(folder / "trials.parquet")
+    pq.write_table(table.select(list(order(table.column_names))), folder / "trials.parquet")
+    with pytest.raises(InputError, match="differ in controller"):
+        count(folder)
+
+
+def test_columns_that_others_added_are_no_keys(tmp_path: Path) -> None:
+    folder = data_set(tmp_path, {}, {}, {})
+    table = pq.read_table(folder / "trials.parquet")
+    place = table.column_names.index("robots")
+    pq.write_table(table.add_column(place, "note", [["a", "b", "c"]]), folder / "trials.parquet")
+    assert count(folder) == [3]
 
 
 def test_where_chooses_trials(tmp_path: Path) -> None:

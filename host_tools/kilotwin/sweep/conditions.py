@@ -9,16 +9,16 @@ from typing import Any, NoReturn
 import pyarrow as pa
 
 from kilotwin.errors import InputError
+from kilotwin.experiment_schema import ExperimentSchema
 from kilotwin.experiment_text import parse_setting
 from kilotwin.run_reader import read_parquet
 from kilotwin.sweep.data_set import ABOUT, TRIALS, about
 
 Row = dict[str, Any]
 
-# What a trial varied stands in columns between these two; the first ones below are said by its
-# condition and reading, too.
-_BEFORE_VARIED, _AFTER_VARIED = "seed", "robots"
+# Columns of keys of experiments, that a condition and a reading say too. `robots` is a number here.
 _SAID_OTHERWISE = ("swarm.informed", "swarm.size", "controller.rule", "reading.")
+_NO_KEYS = ("seed", "robots", "reading")
 _NOT_SET = "none"  # in --where: the trials that do not set the key
 
 
@@ -198,9 +198,15 @@ def _sites(table: pa.Table) -> tuple[str, ...]:
 
 
 def _varied(table: pa.Table) -> list[str]:
-    """Columns in which trials of one condition and reading must not differ."""
-    names = table.column_names
-    keys = names[names.index(_BEFORE_VARIED) + 1 : names.index(_AFTER_VARIED)]
+    """Columns in which trials of one condition and reading must not differ, wherever they stand.
+
+    What others have added to the table is none of them.
+    """
+    keys = (
+        name
+        for name in table.column_names
+        if name.partition(".")[0] in ExperimentSchema.model_fields and name not in _NO_KEYS
+    )
     return ["base", *(key for key in keys if not key.startswith(_SAID_OTHERWISE))]
 
 
