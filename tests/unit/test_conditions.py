@@ -12,6 +12,7 @@ import pytest
 
 from kilotwin.errors import InputError
 from kilotwin.paper_claims import check
+from kilotwin.plot import write_figure
 from kilotwin.sweep.conditions import Conditions
 
 ROW: dict[str, Any] = {
@@ -135,7 +136,14 @@ def test_a_table_without_a_column_is_refused(tmp_path: Path, column: str) -> Non
         ({"resting_black": "2"}, "resting_black is '2'"),
         ({"share_black": None}, "share_black is None"),
         ({"robots": 0}, "robots is 0"),
-        ({"rule": None}, "a trial with seed 1 has no rule"),
+        ({"robots": 50.5}, "robots is 50.5, no number of robots"),
+        ({"robots": True}, "robots is True, no number of robots"),
+        ({"resting_black": 51}, "resting_black is 51, no number of robots"),
+        ({"informed": 1.5}, "informed is 1.5, no share from 0 to 1"),
+        ({"rule": None}, "rule is None, no text"),
+        ({"rule": ["firat"]}, "rule is ['firat'], no text"),
+        ({"base": 3}, "base is 3, no text"),
+        ({"reading": None}, "reading is None, no text"),
         ({"resting_black": None}, "resting_black is None"),
         (
             dict.fromkeys(["resting_black", "resting_white", "share_black", "share_white"]),
@@ -148,6 +156,21 @@ def test_what_is_no_number_of_robots_is_refused(
 ) -> None:
     with pytest.raises(InputError, match=re.escape(says)):
         count(data_set(tmp_path, change))
+
+
+def test_whole_numbers_may_be_written_with_a_point(tmp_path: Path) -> None:
+    floats = {key: float(ROW[key]) for key in ROW if isinstance(ROW[key], int)}
+    folder = data_set(tmp_path, floats | {"informed": 0.0})
+    ((condition, (ending,)),) = Conditions.open(folder).endings.items()
+    assert (condition.robots, ending.resting, ending.nowhere) == (50, (30, 15), 5)
+    write_figure("symmetry", folder, tmp_path / "symmetry.png")
+
+
+def test_a_number_of_trials_that_is_none_is_damage(tmp_path: Path) -> None:
+    folder = data_set(tmp_path, {})
+    (folder / "sweep.json").write_text('{"name": "mine", "trials": "9"}')
+    with pytest.raises(InputError, match=r"sweep\.json: damaged"):
+        Conditions.open(folder)
 
 
 def test_a_site_of_other_trials_may_be_empty(tmp_path: Path) -> None:

@@ -133,7 +133,9 @@ def test_a_file_is_no_folder(plan: Plan, tmp_path: Path) -> None:
         data_set(tmp_path / "file" / "out", plan)
 
 
-@pytest.mark.parametrize("content", ["", "{", "{}", "[]", "3"])
+@pytest.mark.parametrize(
+    "content", ["", "{", "{}", "[]", "3", '{"engine_sha256": 3, "name": null}']
+)
 def test_a_damaged_sweep_json_is_named(plan: Plan, tmp_path: Path, content: str) -> None:
     data = data_set(tmp_path / "out", plan)
     (data.folder / "sweep.json").write_text(content)

@@ -98,13 +98,15 @@ class Conditions:
             own = [site for site in sites if row[f"resting_{site}"] is not None]
             condition = Condition(
                 row["rule"],
-                row["robots"],
+                int(row["robots"]),
                 row["informed"],
                 tuple(row[f"share_{site}"] for site in own),
                 tuple(own),
             )
             _check_alike(folder, varied, firsts.setdefault((row["reading"], condition), row), row)
-            ending = Ending(tuple(row[f"resting_{site}"] for site in own), row["not_resting"])
+            ending = Ending(
+                tuple(int(row[f"resting_{site}"]) for site in own), int(row["not_resting"])
+            )
             of_reading = found.setdefault(
                 row["reading"], Conditions(name, sites, progress=progress)
             )
@@ -177,19 +179,35 @@ def _check_columns(folder: Path, table: pa.Table) -> None:
     if table.num_rows == 0:
         refuse("no trial in it")
     for row in table.to_pylist():
-        own = [
-            site
-            for site in sites
-            if row[f"resting_{site}"] is not None or row[f"share_{site}"] is not None
-        ]
-        if not own or row["rule"] is None:
-            refuse(f"a trial with seed {row['seed']} has no {'rule' if own else 'site'}")
-        columns = [f"{of}_{site}" for of in ("resting", "share") for site in own]
-        for column in ["robots", "informed", "not_resting", *columns]:
-            least = 1 if column == "robots" else 0
-            value = row[column]
-            if not isinstance(value, int | float) or not least <= value < math.inf:
-                refuse(f"{column} is {value!r}")
+        if wrong := _wrong_in(row, sites):
+            refuse(wrong)
+
+
+def _wrong_in(row: Row, sites: Sequence[str]) -> str:
+    """What of a trial cannot be; "" if nothing."""
+    own = [
+        site
+        for site in sites
+        if row[f"resting_{site}"] is not None or row[f"share_{site}"] is not None
+    ]
+    if not own:
+        return f"a trial with seed {row['seed']} has no site"
+    for column in ["base", "rule", "reading"]:
+        if not isinstance(row[column], str):
+            return f"{column} is {row[column]!r}, no text"
+    for column in ["informed", *(f"share_{site}" for site in own)]:
+        if not _is_number(row[column]) or not 0 <= row[column] <= 1:
+            return f"{column} is {row[column]!r}, no share from 0 to 1"
+    for column in ["robots", "not_resting", *(f"resting_{site}" for site in own)]:
+        value, least = row[column], 1 if column == "robots" else 0
+        # Others may write whole numbers as 50.0.
+        if not _is_number(value) or value % 1 or not least <= value <= row["robots"]:
+            return f"{column} is {value!r}, no number of robots"
+    return ""
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
 def _sites(table: pa.Table) -> tuple[str, ...]:

@@ -45,16 +45,22 @@ def trial_key(trial: Trial, guest_keys: Sequence[str]) -> str:
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:32]
 
 
-def about(folder: Path, key: str, default: object = None) -> Any:
-    """What sweep.json says; InputError if it is damaged, or lacks the key and has no default."""
+def about(folder: Path, key: str, default: int | None = None) -> Any:
+    """A text that sweep.json says, or a number if it has a default.
+
+    InputError if it is damaged, or lacks a text.
+    """
     file = folder / ABOUT
     try:
         told = json.loads(file.read_text())
-        return told[key] if default is None else told.get(key, default)
+        value = told[key] if default is None else told.get(key, default)
+        if not isinstance(value, str if default is None else int):
+            raise ValueError(f"{key} is {value!r}")
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         raise InputError(
             f"{file}: damaged; put back a copy of it, or repeat the sweep in a new folder"
         ) from None
+    return value
 
 
 @dataclass(frozen=True)
