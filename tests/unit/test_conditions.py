@@ -107,6 +107,26 @@ def test_where_chooses_trials(tmp_path: Path) -> None:
     assert count(folder, "motion.gives_way=false") == [1]
 
 
+def test_where_takes_columns_of_sites_with_odd_names(tmp_path: Path) -> None:
+    red = {"resting_red, left": 0, "share_red, left": 0.0}
+    folder = data_set(tmp_path, red | {"seed": 1}, red | {"resting_red, left": 3})
+    assert count(folder, "resting_red, left=3") == [1]
+
+
+@pytest.mark.parametrize(
+    ("column", "value"),
+    [("arena.centre_m", "[0.5, 0.0]"), ("name", "2024"), ("name", "true"), ("name", '"rest"')],
+)
+def test_where_takes_a_value_as_it_stands_in_the_table(
+    tmp_path: Path, column: str, value: str
+) -> None:
+    folder = data_set(tmp_path, {column: value}, {column: "other"})
+    with pytest.raises(InputError, match="differ in") as caught:
+        count(folder)
+    assert str(caught.value).endswith(f"as by --where {column}={value}")
+    assert count(folder, f"{column}={value}") == [1]
+
+
 @pytest.mark.parametrize(
     ("where", "says"),
     [

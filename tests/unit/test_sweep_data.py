@@ -105,6 +105,21 @@ def test_a_row_says_what_varied_and_how_it_ended(plan: Plan, tmp_path: Path) -> 
     assert series["resting_black"].to_pylist() == [2, 1]
 
 
+def test_lists_and_tables_are_text_as_it_is_written(folder: Path, tmp_path: Path) -> None:
+    (folder / "sweep.toml").write_text(
+        'base = "small.toml"\nset.swarm.informed = 0.4\nset.controller = {}\n[vary]\n'
+        'states = [{ "mü" = "red" }, { "mü" = "blue" }]\n'
+        "[[together]]\nswarm.informed_for = [{ black = 0.5, white = 0.5 }]\n"
+    )
+    plan = read_plan(folder / "sweep.toml")
+    data = data_set(tmp_path / "out", plan)
+    data.add(measured(plan, 0))
+    data.assemble(plan, keys(plan))
+    (row,) = pq.read_table(data.folder / "trials.parquet").to_pylist()
+    assert row["states"] == '{"mü": "red"}'
+    assert row["swarm.informed_for"] == '{"black": 0.5, "white": 0.5}'
+
+
 def test_nothing_finished_makes_no_tables(plan: Plan, tmp_path: Path) -> None:
     data = data_set(tmp_path / "out", plan)
     assert data.assemble(plan, keys(plan)) == 0

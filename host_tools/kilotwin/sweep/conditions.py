@@ -237,9 +237,10 @@ def _chosen(folder: Path, table: pa.Table, where: Sequence[str]) -> list[Row]:
                 f"--where {text}: not of the form column=value; {folder / TRIALS} has the columns "
                 f"{', '.join(table.column_names)}"
             )
-        wanted = None if value == _NOT_SET else parse_setting(text).value
+        wanted = None if value == _NOT_SET else parse_setting(f"value={value}").value
         values = dict.fromkeys(row[column] for row in rows)
-        rows = [row for row in rows if row[column] == wanted]
+        # Lists are text in the table, and a text may look like a number.
+        rows = [row for row in rows if row[column] == wanted or _shown(row[column]) == value]
         if not rows:
             found = ", ".join(map(_shown, values))
             raise InputError(f"--where {text}: no trial has it; {column} is {found}")

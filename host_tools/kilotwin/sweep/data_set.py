@@ -261,7 +261,9 @@ def _column(values: Sequence[Any]) -> pa.Array:
     if kinds == {int, float}:
         return pa.array([None if value is None else float(value) for value in values])
     if len(kinds) > 1 or kinds & {dict, list}:
-        return pa.array([None if value is None else json.dumps(value) for value in values])
+        return pa.array(
+            [None if value is None else json.dumps(value, ensure_ascii=False) for value in values]
+        )
     return pa.array(values)
 
 
