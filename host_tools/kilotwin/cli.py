@@ -315,8 +315,9 @@ def sweep(
         typer.echo(sweeps.listing(prepared, place, as_json))
         return
     display.note(prepared.estimate().text(place))
-    prepared.run(place, display)
-    summary = prepared.summary(prepared.finish())
+    with prepared.data.held():
+        prepared.run(place, display)
+        summary = prepared.summary(prepared.finish())
     typer.echo(json.dumps(summary) if as_json else sweeps.summary_text(summary))
     raise typer.Exit(prepared.exit_code)
 

@@ -179,6 +179,26 @@ def test_the_papers_whole_grid_survives_kills_at_random_moments(
     assert tables(out) == tables(undisturbed)
 
 
+def test_a_second_sweep_into_the_same_folder_is_refused_and_harms_nothing(
+    kilotwin: Kilotwin,
+    environment: dict[str, str],
+    sweep_file: Path,
+    reference: dict[str, bytes],
+    tmp_path: Path,
+) -> None:
+    out = tmp_path / "out"
+    with started(sweep_file, "--out", out, "-j", "1", *MANY, env=environment) as process:
+        wait_for(lambda: parts(out) >= 1)
+        done = kilotwin("sweep", sweep_file, "--out", out, expect=2)
+        assert "another sweep is at work in it" in done.stderr
+        kilotwin("sweep", sweep_file, "--out", out, "--list")
+        before = parts(out)
+        wait_for(lambda: parts(out) > before)
+        process.kill()
+    kilotwin("sweep", sweep_file, "--out", out)
+    assert tables(out) == reference
+
+
 def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(
     kilotwin: Kilotwin,
     environment: dict[str, str],

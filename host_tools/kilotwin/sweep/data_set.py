@@ -14,6 +14,8 @@ a sweep was stopped and whoever ran its trials, they are the same, bit for bit.
 """
 
 import contextlib
+import errno
+import fcntl
 import hashlib
 import json
 import os
@@ -89,6 +91,26 @@ class DataSet:
             raise InputError(f"--out {folder}: {error.strerror}; name another folder") from None
         return DataSet(folder, engine_sha256)
 
+    @contextlib.contextmanager
+    def held(self) -> Iterator[None]:
+        """Makes the folder; within, no other sweep may write into it. A kill lets go of it too."""
+        with contextlib.ExitStack() as at_end:
+            try:
+                self.folder.mkdir(parents=True, exist_ok=True)
+                folder = os.open(self.folder, os.O_RDONLY)
+                at_end.callback(os.close, folder)
+                fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                raise InputError(
+                    f"--out {self.folder}: another sweep is at work in it; wait for it, or name "
+                    "another folder"
+                ) from None
+            except OSError as error:
+                # Some shared disks know no locks.
+                if error.errno not in (errno.ENOLCK, errno.ENOTSUP, errno.EINVAL):
+                    raise self._unusable(error) from None
+            yield
+
     def begin(self, plan: Plan, keys: Sequence[str]) -> None:
         """Makes the folder this plan's. Tables of another plan are made anew of the parts."""
         rows = [(key, t.base, t.seed, t.settings) for t, key in zip(plan.trials, keys, strict=True)]
@@ -111,11 +133,14 @@ class DataSet:
             for draft in self.folder.glob(f"parts/{draft_name(Path('*')).name}"):
                 draft.unlink()
         except OSError as error:
-            raise InputError(
-                f"--out {self.folder}: {error.strerror}; see to the disk, or name another folder"
-            ) from None
+            raise self._unusable(error) from None
         if is_new:
             self.assemble(plan, keys)
+
+    def _unusable(self, error: OSError) -> InputError:
+        return InputError(
+            f"--out {self.folder}: {error.strerror}; see to the disk, or name another folder"
+        )
 
     def part(self, key: str) -> Path:
         """Where a trial's result is, or will be."""
