@@ -15,9 +15,10 @@ from kilotwin.records import Records
 from kilotwin.sweep import parts, summary_text
 from kilotwin.sweep.conditions import Condition, Conditions, Ending
 from kilotwin.sweep.data_set import DataSet, trial_key
+from kilotwin.sweep.executors import Dask, Processes
 from kilotwin.sweep.measure import Measured, part_of
 from kilotwin.sweep.plan import Plan, read_plan
-from kilotwin.sweep.runner import Sweep
+from kilotwin.sweep.runner import Estimate, Sweep
 
 SWEEP = """\
 name = "sizes"
@@ -332,6 +333,15 @@ def test_a_guess_of_the_time_knows_media_modules_and_simulated_processors(tmp_pa
     assert guess("experiments/kilogrid/paper-n50.toml") == pytest.approx(robots + modules)
     on_boards = guess("experiments/kilogrid/paper-n50.toml", **{"grid.cpu": '"avr"'})
     assert on_boards == pytest.approx(robots + 200 * 37_500 / 400)
+
+
+def test_the_time_is_divided_among_workers_whose_number_is_known() -> None:
+    estimate = Estimate(8, 0, 7200, 0, measured=False)
+    assert "about 60 min on 2 processes" in estimate.text(Processes(2))
+    address = "tcp://127.0.0.1:8786"
+    assert f"about 2.0 h of one core on the Dask cluster at {address}" in estimate.text(
+        Dask(address)
+    )
 
 
 def test_trials_are_sorted_into_conditions(plan: Plan, tmp_path: Path) -> None:

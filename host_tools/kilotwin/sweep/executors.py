@@ -33,8 +33,8 @@ class Place(Protocol):
     def open(self) -> contextlib.AbstractContextManager[Executor]:
         """An executor that is shut down at the end, without waiting for what runs."""
 
-    def workers(self) -> int:
-        """How many trials run at a time, as far as is known."""
+    def workers(self) -> int | None:
+        """How many trials run at a time; None if that is not known before it is opened."""
 
 
 @dataclass(frozen=True)
@@ -96,9 +96,8 @@ class Dask:
         """For people."""
         return f"the Dask cluster at {self.address}"
 
-    def workers(self) -> int:
-        """Not known before it is asked; many."""
-        return 64
+    def workers(self) -> None:
+        """Not known before it is asked, and they come and go."""
 
     @contextlib.contextmanager
     def open(self) -> Iterator[Executor]:

@@ -39,6 +39,7 @@ _BYTES_PER_SAMPLE = 8
 _BYTES_PER_TRIAL = 4096
 _BROKEN_MOST = 20
 _WAITING_PER_WORKER = 4
+_WORKERS_UNKNOWN = 64
 
 Answer = Measured | Failed
 
@@ -73,9 +74,11 @@ class Estimate:
         """For people, before the sweep begins."""
         source = "by the trials that are there" if self.measured else "a guess"
         there = f", {self.done} of them there already" if self.done else ""
+        workers = place.workers()
+        took = duration(self.cpu_s / (workers or 1)) + (" of one core" if workers is None else "")
         return (
-            f"{self.trials} trials{there}; about {duration(self.cpu_s / place.workers())} on "
-            f"{place.name} ({source}), {self.disk_bytes / 1e6:.0f} MB"
+            f"{self.trials} trials{there}; about {took} on {place.name} ({source}), "
+            f"{self.disk_bytes / 1e6:.0f} MB"
         )
 
 
@@ -258,7 +261,7 @@ def _answers(attempts: Sequence[_Try], place: Place) -> Iterator[tuple[_Try, Ans
 def _drain(
     executor: Executor, place: Place, waiting: list[_Try], running: dict[Future[Answer], _Try]
 ) -> Iterator[tuple[_Try, Answer]]:
-    most = _WAITING_PER_WORKER * place.workers()
+    most = _WAITING_PER_WORKER * (place.workers() or _WORKERS_UNKNOWN)
     while waiting or running:
         while waiting and len(running) < most:
             attempt = waiting[-1]
