@@ -32,8 +32,10 @@ Bodies::Bodies(const Arena &arena, const Profile &profile, const Chance &chance,
       chassis_(profile, chance, poses.size()),
       fastest_m_s_(PUSHED_SPEED * chassis_.fastest_m_s()),
       contact_gap_m_(2 * fastest_m_s_ * seconds(step) + margin_m_),
+      unlisted_for_(whole_steps(
+          (std::max(reach_m, contact_reach_m()) - contact_reach_m()) / (2 * fastest_m_s_), step)),
       world_(arena, profile, solver, chassis_.fastest_m_s(), fastest_m_s_, poses.size()),
-      lists_(std::max(reach_m, 2 * profile.radius_m + contact_gap_m_),
+      lists_(std::max(reach_m, contact_reach_m()),
              std::max(SKIN_SHARE * reach_m, SKIN_STEPS * fastest_m_s_ * seconds(step))),
       lists_due_(begin),
       lists_hold_until_(begin),
@@ -167,8 +169,8 @@ void Bodies::look_around(uint32_t robot) {
         outside = std::min(outside, near ? INFINITY : square);
     }
     robots.resize(found);
-    const double gap = std::sqrt(outside) - 2 * radius_m_ - contact_gap_m_;
-    until = std::min(std::max(lists_hold_until_, now_ + step_),
+    const double gap = std::sqrt(outside) - contact_reach_m();
+    until = std::min(std::max(lists_hold_until_, now_ + step_) + unlisted_for_,
                      now_ + whole_steps(std::min(gap / (2 * fastest_m_s_), 1e6), step_));
 }
 
@@ -207,7 +209,9 @@ void Bodies::find_contacts() {
 void Bodies::add_contact(uint32_t robot) {
     in_contact_[robot] = true;
     contacts_.push_back(robot);
-    longest_shift_m_ = std::max(longest_shift_m_, free_shift(robot).norm());
+    const double square = free_shift(robot).squaredNorm();
+    if (square > longest_shift_m_ * longest_shift_m_)
+        longest_shift_m_ = std::max(longest_shift_m_, std::sqrt(square));
 }
 
 /// Whether a robot moves and comes upon something within this step. If not, says how long nothing
@@ -223,16 +227,15 @@ bool Bodies::may_touch(uint32_t robot) {
     const double wall_gap = arena_.wall_gap(here) - radius_m_;
     next_contact_[robot] = now_ + step_;
     if (wall_gap <= contact_gap_m_ && meets_wall(robot)) return true;
+    const double reach = contact_reach_m();
     double nearest = INFINITY;
     for (uint32_t other : others) {
         const double square = (position(other) - here).squaredNorm();
-        const double reach = 2 * radius_m_ + contact_gap_m_;
         if (square <= reach * reach && meets(robot, other)) return true;
         nearest = std::min(nearest, square);
     }
-    const double gap = std::sqrt(nearest) - 2 * radius_m_ - contact_gap_m_;
-    const double free_s =
-        std::min({gap / (2 * fastest_m_s_), (wall_gap - contact_gap_m_) / fastest_m_s_, 1e6});
+    const double free_m = std::min((std::sqrt(nearest) - reach) / 2, wall_gap - contact_gap_m_);
+    const double free_s = std::min(free_m / fastest_m_s_, 1e6);
     next_contact_[robot] =
         std::clamp(now_ + whole_steps(free_s, step_), now_ + step_, around_[robot].until);
     return false;
@@ -247,13 +250,14 @@ double Bodies::longest_free_m(uint32_t robot) const {
 /// Whether two robots would touch, both going on as they do; they are nearer than the contact gap.
 bool Bodies::meets(uint32_t robot, uint32_t other) {
     const Eigen::Vector2d apart = position(other) - position(robot);
-    const double touch = 2 * radius_m_ + margin_m_;
-    const bool held = world_.holds(other);
+    const double touch = 2 * radius_m_ + margin_m_, square = apart.squaredNorm();
+    if (world_.holds(other)) {  // it may be pushed anywhere
+        if (square <= touch * touch) return true;
+        return std::sqrt(square) <= touch + free_shift(robot).norm() + longest_shift_m_;
+    }
     const double reach = touch + longest_free_m(robot) + longest_free_m(other);
-    if (!held && apart.squaredNorm() > reach * reach) return false;
+    if (square > reach * reach) return false;
     const Eigen::Vector2d shift = free_shift(robot);
-    // Who is held may be pushed anywhere.
-    if (held) return apart.norm() <= touch + shift.norm() + longest_shift_m_;
     const Eigen::Vector2d closing = free_shift(other) - shift;
     const double towards = -apart.dot(closing);
     if (towards <= 0) return false;
@@ -269,16 +273,19 @@ bool Bodies::meets_wall(uint32_t robot) {
 /// Adds all whom one in contacts_ may come upon, as fast as any of them.
 void Bodies::close_over(uint32_t robot) {
     const Eigen::Vector2d here = position(robot);
-    const double reach = 2 * radius_m_ + contact_gap_m_;
+    const double reach = contact_reach_m();
     for (uint32_t other : around(robot)) {
-        if (other < robot && in_contact_[other]) continue;  // it sees to the two
+        const bool included = in_contact_[other];
+        if (included && other < robot) continue;  // it sees to the two
         const double square = (position(other) - here).squaredNorm();
         if (square > reach * reach) continue;
-        const double gap = std::sqrt(square) - 2 * radius_m_;
-        const double closing = longest_shift_m_ + free_shift(other).norm();
-        if (gap > closing + margin_m_ && !in_contact_[other]) continue;
-        include(other);
-        if (robot < other) pairs_.push_back({robot, other, gap});
+        const double distance = std::sqrt(square);
+        if (!included) {
+            const double closing = longest_shift_m_ + free_shift(other).norm();
+            if (distance - 2 * radius_m_ > closing + margin_m_) continue;
+            include(other);
+        }
+        if (robot < other) pairs_.push_back({robot, other, distance});
     }
 }
 
@@ -336,7 +343,7 @@ void Bodies::solve_contacts() {
         places_[held[i]] = pose.position;
         record_overlap(arena_.wall_gap(pose.position) - radius_m_);
     }
-    for (const auto &[one, other, gap_m] : pairs_)
+    for (const auto &[one, other, distance_m] : pairs_)
         record_overlap((places_[other] - places_[one]).norm() - 2 * radius_m_);
 }
 
@@ -350,7 +357,8 @@ void Bodies::find_company() {
         if (near.company == Company::ROBOT) near_[near.other].company = Company::SEVERAL;
         near.company = Company::SEVERAL;
     };
-    for (const auto &[one, other, gap_m] : pairs_) {
+    for (const auto &[one, other, distance_m] : pairs_) {
+        const double gap_m = distance_m - 2 * radius_m_;
         if (gap_m > most_m) continue;
         const uint32_t first = shifts_[one].near_slot, second = shifts_[other].near_slot;
         near_pairs_.push_back({first, second});
@@ -364,8 +372,7 @@ void Bodies::find_company() {
         a.gap_m = b.gap_m = gap_m;
         a.other = second;
         b.other = first;
-        const Eigen::Vector2d apart = b.pose.position - a.pose.position;
-        a.towards = apart / apart.norm();
+        a.towards = (b.pose.position - a.pose.position) / distance_m;
         b.towards = -a.towards;
     }
 }

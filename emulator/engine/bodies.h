@@ -113,7 +113,7 @@ class Bodies {
     };
     struct Pair {
         uint32_t one, other;
-        double gap_m;  ///< when the step begins
+        double distance_m;  ///< of their centres, when the step begins
         auto operator<=>(const Pair &) const = default;
     };
     /// How a robot moved when the step began, whose drive changes within it.
@@ -140,6 +140,8 @@ class Bodies {
         return shifts_[robot].by;
     }
     void find_free_shift(uint32_t robot);
+    /// Robots whose centres are farther apart cannot touch within a step.
+    double contact_reach_m() const { return 2 * radius_m_ + contact_gap_m_; }
     void prefetch_near_after(size_t i) const;
     void find_contacts();
     bool may_touch(uint32_t robot);
@@ -164,6 +166,7 @@ class Bodies {
     Chassis chassis_;
     double fastest_m_s_;
     double contact_gap_m_;  ///< robots farther apart cannot touch within a step
+    Cycles unlisted_for_;   ///< so long after lists end to hold, who is on none cannot touch either
     World world_;
     Neighbours lists_;
     std::vector<Eigen::Vector2d> listed_at_;  ///< positions when the lists were made
