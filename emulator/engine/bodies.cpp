@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "engine/trigonometry.h"
 
@@ -308,7 +309,7 @@ void Bodies::hand_over() {
 }
 
 void Bodies::solve_contacts() {
-    const auto &held = world_.robots();
+    const std::span<const uint32_t> held = world_.robots();
     pushed_.clear();
     if (held.empty()) {
         longest_shift_m_ = 0;
@@ -316,10 +317,11 @@ void Bodies::solve_contacts() {
     }
     const Cycles end = now_ + step_;
     near_.resize(held.size());
+    const std::span<Near> nears = near_;
     for (uint32_t i = 0; i < held.size(); i++) {
         const uint32_t robot = held[i];
         if (size() >= FETCHED_SWARM) world_.prefetch(robot);
-        Near &near = near_[i];
+        Near &near = nears[i];
         near.free.by = free_shift(robot);
         near.pose = {places_[robot], trajectory_before(robot).heading(now_)};
         near.free.turn = wrapped(trajectories_[robot].heading(end) - near.pose.heading);
@@ -329,22 +331,29 @@ void Bodies::solve_contacts() {
     find_company();
     world_.step(near_, near_pairs_, seconds(step_));
     solver_steps_ += held.size();
-    longest_shift_m_ = 0;
+    const std::span<Trajectory> trajectories = trajectories_;
+    const std::span<Eigen::Vector2d> places = places_;
+    double square = 0;
     for (size_t i = 0; i < held.size(); i++) {
-        const auto &[by, turn] = near_[i].moved;
-        longest_shift_m_ = std::max({longest_shift_m_, by.norm(), near_[i].free.by.norm()});
-        Trajectory &trajectory = trajectories_[held[i]];
-        const bool moved = by != Eigen::Vector2d::Zero();
-        if (moved) still_since_[held[i]] = trajectory.drive().stands() ? end : NEVER;
-        if (moved || turn != 0) pushed_.push_back(held[i]);
-        const Pose &before = near_[i].pose;
-        const Pose pose = {before.position + by, wrapped(before.heading + turn)};
+        const uint32_t robot = held[i];
+        const Near &near = nears[i];
+        const auto &[by, turn] = near.moved;
+        square = std::max({square, by.squaredNorm(), near.free.by.squaredNorm()});
+        Trajectory &trajectory = trajectories[robot];
+        const bool moved = by.x() != 0 || by.y() != 0;
+        if (moved) still_since_[robot] = trajectory.drive().stands() ? end : NEVER;
+        if (moved || turn != 0) pushed_.push_back(robot);
+        const Pose pose = {near.pose.position + by, wrapped(near.pose.heading + turn)};
         trajectory.restart(end, pose);
-        places_[held[i]] = pose.position;
+        places[robot] = pose.position;
         record_overlap(arena_.wall_gap(pose.position) - radius_m_);
     }
-    for (const auto &[one, other, distance_m] : pairs_)
-        record_overlap((places_[other] - places_[one]).norm() - 2 * radius_m_);
+    longest_shift_m_ = std::sqrt(square);
+    const double touch = 2 * radius_m_;
+    for (const auto &[one, other, distance_m] : pairs_) {
+        const double apart = (places[other] - places[one]).squaredNorm();
+        if (apart < touch * touch) record_overlap(std::sqrt(apart) - touch);
+    }
 }
 
 /// Which robots in the solver may touch each other within this step.
@@ -381,6 +390,7 @@ void Bodies::find_walls(Near &near) const {
     const double most_m = fastest_m_s_ * seconds(step_);
     near.company = Near::Company::NOTHING;
     near.at_wall = false;
+    if (arena_.wall_gap(near.pose.position) - radius_m_ > most_m) return;
     arena_.for_each_wall(near.pose.position, [&](double distance, const Eigen::Vector2d &outward) {
         if (distance - radius_m_ > most_m) return;
         const bool first = near.company == Near::Company::NOTHING;

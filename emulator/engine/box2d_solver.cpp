@@ -159,9 +159,10 @@ void Box2DSolver::solve(Crowd &crowd, double step_s) {
     const double approach_units = 2 * fastest_m_s * TICK_S * b.units_per_m;
     const int rounds = std::max(1, static_cast<int>(std::ceil(approach_units / SPECULATIVE_UNITS)));
     const auto ticks = std::lround(step_s / TICK_S);
+    const auto force = mechanics_.change_in(TICK_S);
     for (int tick = 0; tick < ticks; tick++) {
         for (auto &member : crowd.members) {
-            member.driven.drive(member.free.velocity(step_s), mechanics_, TICK_S);
+            member.driven.drive(member.free.velocity(step_s), mechanics_.change_in(TICK_S));
             b.set_velocity(b.discs[member.robot], member.driven.velocity);
         }
         for (int round = 0; round < rounds; round++)

@@ -168,12 +168,13 @@ void DiscSolver::solve(const Island &island, const Crowd &crowd, double step_s) 
 }
 
 void DiscSolver::drive(const Island &island, const Crowd &crowd, double step_s) {
+    const auto force = mechanics_.change_in(TICK_S);
     for (Disc &disc : discs_of(island)) {
         disc.pushed_at = 1;
         if (disc.yields == 0) continue;
         const auto &member = crowd.members[disc.member];
         member.driven.velocity = disc.speed(mechanics_.radius_m);
-        member.driven.drive(member.free.velocity(step_s), mechanics_, TICK_S);
+        member.driven.drive(member.free.velocity(step_s), force);
         disc.velocity = member.driven.velocity.by;
         disc.rim = member.driven.velocity.turn * mechanics_.radius_m;
     }

@@ -5,12 +5,14 @@
 
 namespace kilotwin {
 
-void Driven::drive(const Shift &now_wanted, const Mechanics &mechanics, double time_s) {
-    const double most_m_s = mechanics.push_m_s2 * time_s;
-    const double most_rad_s = 2 * most_m_s / mechanics.radius_m;  // a disc's inertia is m r^2 / 2
+void Driven::drive(const Shift &now_wanted, const Mechanics::Change &force) {
+    const auto &[most_m_s, most_rad_s] = force;
     Eigen::Vector2d change = now_wanted.by - velocity.by;
-    const double most = most_m_s + (now_wanted.by - wanted.by).norm(), size = change.norm();
-    if (size > most) change *= most / size;
+    const double square = change.squaredNorm();
+    if (square > most_m_s * most_m_s) {
+        const double most = most_m_s + (now_wanted.by - wanted.by).norm(), size = std::sqrt(square);
+        if (size > most) change *= most / size;
+    }
     velocity.by += change;
     const double most_spin = most_rad_s + std::abs(now_wanted.turn - wanted.turn);
     velocity.turn += std::clamp(now_wanted.turn - velocity.turn, -most_spin, most_spin);

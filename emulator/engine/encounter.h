@@ -25,6 +25,15 @@ struct Mechanics {
     double push_m_s2;    ///< the force of the drive over the mass
     double part_m_s;     ///< those that overlap part so fast
     double fastest_m_s;  ///< nobody is pushed faster
+
+    /// By how much the force of the drive can change a velocity in a time.
+    struct Change {
+        double most_m_s, most_rad_s;
+    };
+    Change change_in(double time_s) const {
+        const double most_m_s = push_m_s2 * time_s;
+        return {most_m_s, 2 * most_m_s / radius_m};  // a disc's inertia is m r^2 / 2
+    }
 };
 
 /// A robot near a contact: a line of the cache.
@@ -32,9 +41,9 @@ struct alignas(64) Driven {
     Shift velocity;
     Shift wanted;  ///< the velocity that it was last driven at
 
-    /// Brings its velocity nearer to the wanted one, as far as the force can in `time_s`. What it
-    /// wants otherwise than before it gets at once, as robots do that nobody is near.
-    void drive(const Shift &now_wanted, const Mechanics &mechanics, double time_s);
+    /// Brings its velocity nearer to the wanted one, as far as the force can. What it wants
+    /// otherwise than before it gets at once, as robots do that nobody is near.
+    void drive(const Shift &now_wanted, const Mechanics::Change &force);
 };
 
 /// One of those who meet, and how far it has moved in this step.

@@ -54,6 +54,7 @@ void World::settle() {
 
 void World::step(std::vector<Near> &near, const std::vector<Crowd::Pair> &pairs, double step_s) {
     using Company = Near::Company;
+    force_ = encounter_.mechanics.change_in(step_s);
     crowd_.members.clear();
     crowd_.pairs.clear();
     for (size_t i = 0; i < near.size(); i++) {
@@ -87,7 +88,7 @@ void World::drive(uint32_t robot, Near &near, double step_s) {
     if (firm(near))
         driven_[robot] = {};
     else
-        driven_[robot].drive(near.free.velocity(step_s), encounter_.mechanics, step_s);
+        driven_[robot].drive(near.free.velocity(step_s), force_);
 }
 
 /// The i-th, who is not in a crowd, and whom it meets: of two, the first sees to both.

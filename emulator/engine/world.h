@@ -67,10 +67,11 @@ class World {
     void meet(std::vector<Near> &near, size_t i, double step_s);
     void join_crowd(size_t i, Near &near);
     std::vector<Driven> driven_;
-    std::vector<bool> held_;
+    std::vector<uint8_t> held_;  ///< whether it is in robots_
     std::vector<uint32_t> robots_;
     bool gives_way_;
     Encounter encounter_;
+    Mechanics::Change force_{};  ///< in this step
     std::unique_ptr<ContactSolver> solver_;
     Crowd crowd_;
     size_t added_ = 0;      ///< since settle(), to the end of robots_
