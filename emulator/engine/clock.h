@@ -20,10 +20,13 @@ constexpr Cycles FRAME_CYCLES = 34'970;  ///< 4.371 ms: one infrared frame (hard
 constexpr double CYCLE_S = 1.0 / static_cast<double>(CYCLES_PER_SECOND);
 constexpr double TICK_S = static_cast<double>(TICK_CYCLES) * CYCLE_S;
 
-/// How long `cycles` last, in seconds.
-constexpr double seconds(Cycles cycles) {
-    return static_cast<double>(static_cast<int64_t>(cycles)) * CYCLE_S;  // signed: one instruction
+/// The same number, if it is less than 2^53: 35 years.
+constexpr double as_double(Cycles cycles) {
+    return static_cast<double>(static_cast<int64_t>(cycles));  // signed: one instruction
 }
+
+/// How long `cycles` last, in seconds.
+constexpr double seconds(Cycles cycles) { return as_double(cycles) * CYCLE_S; }
 
 // World steps, of 1, 2 or 4 ticks, begin at multiples of their length: a power of two.
 constexpr Cycles begin_of_step(Cycles at, Cycles step) { return at & ~(step - 1); }

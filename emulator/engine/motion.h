@@ -56,12 +56,15 @@ class Trajectory {
                       std::span<Eigen::Vector2d> places);
 
   private:
-    static void place_two(const Trajectory *two, Cycles at, Eigen::Vector2d *places);
+    /// How long it has gone on as it is, s.
+    double driven_for(Cycles at) const { return (as_double(at) - since_) * CYCLE_S; }
+    Eigen::Vector2d position_after(double time) const;
+    double heading_after(double time) const;
 
     Drive drive_;
     Eigen::Vector2d origin_{0, 0}, ahead_{1, 0};
     double heading_ = 0;
-    Cycles since_ = 0;
+    double since_ = 0;  ///< cycles
 };
 
 }  // namespace kilotwin

@@ -1,6 +1,5 @@
 #include "engine/trigonometry.h"
 
-#include <bit>
 #include <cmath>
 #include <cstdint>
 
@@ -10,31 +9,24 @@ namespace {
 
 // Two Taylor series in x^2 side by side, highest power first; what is left out is below 1e-17.
 // For |x| <= pi/4: sin(x) / x - 1 and cos(x) - 1, but for the last factor x^2.
-constexpr double SINE_COSINE[][2] = {{1.0 / 355687428096000, 1.0 / 20922789888000},
-                                     {-1.0 / 1307674368000, -1.0 / 87178291200},
-                                     {1.0 / 6227020800, 1.0 / 479001600},
-                                     {-1.0 / 39916800, -1.0 / 3628800},
-                                     {1.0 / 362880, 1.0 / 40320},
-                                     {-1.0 / 5040, -1.0 / 720},
-                                     {1.0 / 120, 1.0 / 24},
-                                     {-1.0 / 6, -1.0 / 2}};
+constexpr TwoSeries<8> SINE_COSINE = {{{1.0 / 355687428096000, 1.0 / 20922789888000},
+                                       {-1.0 / 1307674368000, -1.0 / 87178291200},
+                                       {1.0 / 6227020800, 1.0 / 479001600},
+                                       {-1.0 / 39916800, -1.0 / 3628800},
+                                       {1.0 / 362880, 1.0 / 40320},
+                                       {-1.0 / 5040, -1.0 / 720},
+                                       {1.0 / 120, 1.0 / 24},
+                                       {-1.0 / 6, -1.0 / 2}}};
 // Cosine and sine of an angle in each quarter, from those of what is left of it in the first.
 constexpr double OF_COSINE[][2] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}};
 constexpr double OF_SINE[][2] = {{0, 1}, {-1, 0}, {0, -1}, {1, 0}};
 
-/// Both series at once: a processor takes two numbers as fast as one.
-template <size_t TERMS>
-Eigen::Array2d series(const double (&coefficients)[TERMS][2], double square) {
-    using Pair = Eigen::Map<const Eigen::Array2d>;
-    Eigen::Array2d value = Pair(coefficients[0]);
-    for (size_t i = 1; i < TERMS; i++) value = value * square + Pair(coefficients[i]);
-    return value;
-}
-
-/// floor() of what fits 64 bits, without a call.
+/// floor() of |value| < 2^51, without a call or a branch: next to 1.5 * 2^52, doubles are the whole
+/// numbers.
 double whole_below(double value) {
-    const auto whole = static_cast<int64_t>(value);
-    return static_cast<double>(whole - (static_cast<double>(whole) > value));
+    constexpr double TO_WHOLE = 0x1.8p52;
+    const double nearest = (value + TO_WHOLE) - TO_WHOLE;
+    return (nearest - 0.5) + std::copysign(0.5, value - nearest);
 }
 
 }  // namespace
@@ -45,7 +37,8 @@ Eigen::Vector2d direction(double angle) {
     const double quarters = whole_below(angle * (1 / HALF_PI_HIGH) + 0.5);
     double x = (angle - quarters * HALF_PI_HIGH) - quarters * HALF_PI_LOW;
     const double square = x * x;
-    const Eigen::Array2d shares = series(SINE_COSINE, square) * square;
+    const Eigen::Array2d squares(square, square);
+    const Eigen::Array2d shares = series(SINE_COSINE, squares) * squares;
     const double s = x + x * shares[0], c = 1 + shares[1];
     // By the quarter that it lies in: no branch, since nobody could foresee it.
     const auto quarter = static_cast<uint64_t>(static_cast<int64_t>(quarters)) % 4;
@@ -54,7 +47,11 @@ Eigen::Vector2d direction(double angle) {
 }
 
 Arc<double> arc(double angle) {
-    if (std::abs(angle) <= SHORT_ARC) return short_arc(angle);
+    if (std::abs(angle) <= SHORT_ARC) {
+        const double square = angle * angle;
+        const Eigen::Array2d both = series(SHORT_ARC_SERIES, Eigen::Array2d(square, square));
+        return {both[0], both[1] * angle};
+    }
     const Eigen::Vector2d end = direction(angle);
     return {end.y() / angle, (1 - end.x()) / angle};
 }

@@ -66,7 +66,7 @@ TEST_CASE("short arcs are the same one by one and two by two") {
     for (int i = 0; i < 10'000; i++) {
         const Eigen::Array2d angles(dice.between(-SHORT_ARC, SHORT_ARC),
                                     i % 2 ? SHORT_ARC : dice.between(-1e-9, 1e-9));
-        const auto both = short_arc(angles);
+        const auto both = short_arcs(angles);
         for (int k : {0, 1}) {
             CHECK(both.straight[k] == arc(angles[k]).straight);
             CHECK(both.aside[k] == arc(angles[k]).aside);
