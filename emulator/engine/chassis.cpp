@@ -10,6 +10,7 @@ constexpr double SPREAD_LIMIT = 3;              // of a standard deviation
 constexpr double FASTER_THAN_CALIBRATED = 1.2;  // a duty above the calibrated one helps little
 constexpr double FASTEST = 1.8;                 // of a motor's calibrated speed, whatever its luck
 constexpr Cycles NOISE_PERIOD = CYCLES_PER_SECOND;
+constexpr size_t LEFT = 0, RIGHT = 1;
 constexpr uint8_t KICK_DUTY = 200;
 constexpr Cycles KICK_CYCLES = CYCLES_PER_SECOND * 12 / 1000;  // 15 ms, less what is lost around it
 
@@ -26,7 +27,11 @@ Chassis::Chassis(const Profile &profile, const Chance &chance, size_t robots)
       chance_(chance),
       fastest_share_(FASTER_THAN_CALIBRATED),
       fastest_m_s_(profile.speed_m_s),
-      half_rad_s_(profile.speed_m_s / (2 * LEG_ASIDE * profile.radius_m)),
+      // Straight on, each turns the robot half as fast about its leg as would move it by itself.
+      calibrations_{{{{double(profile.turn_left), double(profile.turn_right)}, profile.turn_rad_s},
+                     {{double(profile.straight_left), double(profile.straight_right)},
+                      profile.speed_m_s / (2 * LEG_ASIDE * profile.radius_m)}}},
+      leg_m_(LEG_ASIDE * profile.radius_m, LEG_BEHIND * profile.radius_m),
       motors_(robots) {
     if (!profile.legs) return;
     // Straight on, or the centre's way round the far leg.
@@ -43,8 +48,7 @@ Chassis::Chassis(const Profile &profile, const Chance &chance, size_t robots)
             return static_cast<float>(1 + profile.bias_spread *
                                               limited(chance.normal(robot, purpose, 0)));
         };
-        motors.left.share = share(Purpose::LEFT_BIAS);
-        motors.right.share = share(Purpose::RIGHT_BIAS);
+        motors.share = {share(Purpose::LEFT_BIAS), share(Purpose::RIGHT_BIAS)};
         draw_noise(robot);
     }
 }
@@ -54,33 +58,32 @@ void Chassis::draw_noise(uint32_t robot) {
     auto &motors = motors_[robot];
     const auto normals =
         chance_.normals(robot, {Purpose::LEFT_NOISE, Purpose::RIGHT_NOISE}, motors.noise_draws);
-    auto wobble = [&](double normal) {
-        return static_cast<float>(1 + profile_.motor_noise * limited(normal));
-    };
-    motors.left.wobble = wobble(normals[0]);
-    motors.right.wobble = wobble(normals[1]);
+    const Eigen::Array2d limited =
+        Eigen::Array2d(normals[0], normals[1]).max(-SPREAD_LIMIT).min(SPREAD_LIMIT);
+    motors.wobble = (1 + profile_.motor_noise * limited).cast<float>();
 }
 
-bool Chassis::starts(const Motor &motor, uint8_t duty, Cycles kicked_for) const {
+bool Chassis::starts(const Motors &motors, size_t side, Cycles at, uint8_t duty) const {
     if (duty == 0) return false;
     if (!profile_.legs || !profile_.kick_needed || duty >= KICK_DUTY) return true;
     // It goes on turning, unless it got its only push too briefly.
-    return motor.turns && (motor.duty < KICK_DUTY || kicked_for >= KICK_CYCLES);
+    return motors.turns[side] &&
+           (motors.duty[side] < KICK_DUTY || at - motors.since[side] >= KICK_CYCLES);
 }
 
 // Each has a register of its own: on a chip the two change one after the other.
-void Chassis::set_duty(Motor &motor, Cycles at, uint8_t duty) const {
-    if (duty == motor.duty) return;
-    motor.turns = starts(motor, duty, at - motor.since);
-    motor.duty = duty;
-    motor.since = at;
+void Chassis::set_duty(Motors &motors, size_t side, Cycles at, uint8_t duty) const {
+    if (duty == motors.duty[side]) return;
+    motors.turns[side] = starts(motors, side, at, duty);
+    motors.duty[side] = duty;
+    motors.since[side] = at;
 }
 
 Drive Chassis::set_duties(uint32_t robot, Cycles at, uint8_t left, uint8_t right) {
     auto &motors = motors_[robot];
-    set_duty(motors.left, at, left);
-    set_duty(motors.right, at, right);
-    if (!motors.left.turns && !motors.right.turns)
+    set_duty(motors, LEFT, at, left);
+    set_duty(motors, RIGHT, at, right);
+    if (!motors.turns[LEFT] && !motors.turns[RIGHT])
         motors.renewal = NEVER;
     else if (profile_.legs && profile_.motor_noise > 0 && motors.renewal == NEVER)
         motors.renewal = at + NOISE_PERIOD;
@@ -97,7 +100,7 @@ Drive Chassis::renew(uint32_t robot) {
 Drive Chassis::drive(uint32_t robot) const {
     if (profile_.legs) return drive_on_legs(robot);
     const auto &motors = motors_[robot];
-    const double left = motors.left.duty, right = motors.right.duty;
+    const double left = motors.duty[LEFT], right = motors.duty[RIGHT];
     if (left == 0 && right == 0) return {};
     if (right == 0) return {{0, 0}, profile_.turn_rad_s};
     if (left == 0) return {{0, 0}, -profile_.turn_rad_s};
@@ -108,21 +111,17 @@ Drive Chassis::drive(uint32_t robot) const {
 // A motor alone turns the robot about the rear leg on the side it turns to. Both together share the
 // work: each turns it half as fast about its leg, so that the sum goes straight on.
 Drive Chassis::drive_on_legs(uint32_t robot) const {
+    using Both = Eigen::Array2d;
     const auto &motors = motors_[robot];
-    auto rate = [&](const Motor &motor, const Motor &other, uint8_t straight, uint8_t turn) {
-        if (!motor.turns) return 0.0;
-        const double calibrated = other.turns ? half_rad_s_ : profile_.turn_rad_s;
-        const double duty_share = double(motor.duty) / (other.turns ? straight : turn);
-        const double share = std::min(duty_share, FASTER_THAN_CALIBRATED) * motors.speed *
-                             motor.share * motor.wobble;
-        return calibrated * std::clamp(share, 0.0, fastest_share_);
-    };
-    const double left = rate(motors.left, motors.right, profile_.straight_left, profile_.turn_left);
-    const double right =
-        rate(motors.right, motors.left, profile_.straight_right, profile_.turn_right);
-    return {{LEG_ASIDE * profile_.radius_m * (left + right),
-             LEG_BEHIND * profile_.radius_m * (left - right)},
-            left - right};
+    const bool turns_left = motors.turns[LEFT], turns_right = motors.turns[RIGHT];
+    if (!(turns_left | turns_right)) return {};
+    const auto &[calibrated, turn_rad_s] = calibrations_[turns_left & turns_right];
+    const Both duties(motors.duty[LEFT] * turns_left, motors.duty[RIGHT] * turns_right);
+    const Both shares = (duties / calibrated).min(FASTER_THAN_CALIBRATED) * motors.speed *
+                        motors.share.cast<double>() * motors.wobble.cast<double>();
+    const Both rates = turn_rad_s * shares.max(0).min(fastest_share_);
+    const double turn = rates[LEFT] - rates[RIGHT];
+    return {leg_m_ * Both(rates[LEFT] + rates[RIGHT], turn), turn};
 }
 
 }  // namespace kilotwin

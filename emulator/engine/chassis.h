@@ -3,8 +3,9 @@
 #ifndef KILOTWIN_ENGINE_CHASSIS_H
 #define KILOTWIN_ENGINE_CHASSIS_H
 
+#include <Eigen/Core>
+#include <array>
 #include <cstdint>
-#include <vector>
 
 #include "engine/chance.h"
 #include "engine/clock.h"
@@ -52,22 +53,25 @@ class Chassis {
     double fastest_m_s() const { return fastest_m_s_; }
 
   private:
-    struct Motor {
-        Cycles since = 0;  ///< of the present duty
-        float share = 1;   ///< of the nominal speed, this robot's
-        float wobble = 1;  ///< and what this second adds to it
-        uint8_t duty = 0;
-        bool turns = false;
-    };
+    /// Of a robot; where there are two, of the left motor and the right one.
     struct alignas(64) Motors {
-        Motor left, right;
+        std::array<Cycles, 2> since = {0, 0};  ///< of the present duties
         Cycles renewal = NEVER;
-        uint32_t noise_draws = 0;  ///< one a second
-        float speed = 1;           ///< share of the nominal speed
+        float speed = 1;              ///< share of the nominal speed
+        uint32_t noise_draws = 0;     ///< one a second
+        Eigen::Array2f share{1, 1};   ///< of the nominal speed, this robot's
+        Eigen::Array2f wobble{1, 1};  ///< and what this second adds to it
+        std::array<uint8_t, 2> duty = {0, 0};
+        std::array<bool, 2> turns = {false, false};
+    };
+    /// Of both motors, straight on or one alone.
+    struct Calibration {
+        Eigen::Array2d duty;
+        double turn_rad_s;  ///< of each leg
     };
 
-    void set_duty(Motor &motor, Cycles at, uint8_t duty) const;
-    bool starts(const Motor &motor, uint8_t duty, Cycles kicked_for) const;
+    void set_duty(Motors &motors, size_t side, Cycles at, uint8_t duty) const;
+    bool starts(const Motors &motors, size_t side, Cycles at, uint8_t duty) const;
     Drive drive(uint32_t robot) const;
     Drive drive_on_legs(uint32_t robot) const;
     void draw_noise(uint32_t robot);
@@ -76,7 +80,8 @@ class Chassis {
     const Chance &chance_;
     double fastest_share_;  ///< of the calibrated speed: no motor gets beyond
     double fastest_m_s_;
-    double half_rad_s_;  ///< each leg's turn at the nominal speed straight on
+    std::array<Calibration, 2> calibrations_;  ///< for one motor alone, for both together
+    Eigen::Array2d leg_m_;                     ///< how far the rear legs are aside and behind
     Swarm<Motors> motors_;
 };
 

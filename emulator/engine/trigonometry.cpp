@@ -46,12 +46,7 @@ Eigen::Vector2d direction(double angle) {
     return c * Pair(OF_COSINE[quarter]) + s * Pair(OF_SINE[quarter]);
 }
 
-Arc<double> arc(double angle) {
-    if (std::abs(angle) <= SHORT_ARC) {
-        const double square = angle * angle;
-        const Eigen::Array2d both = series(SHORT_ARC_SERIES, Eigen::Array2d(square, square));
-        return {both[0], both[1] * angle};
-    }
+Arc<double> long_arc(double angle) {
     const Eigen::Vector2d end = direction(angle);
     return {end.y() / angle, (1 - end.x()) / angle};
 }

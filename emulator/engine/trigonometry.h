@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cmath>
 #include <cstddef>
 
 namespace kilotwin {
@@ -15,10 +16,6 @@ Eigen::Vector2d direction(double angle);
 
 /// Where one gets on a path of length 1 that turns on the way, in the frame of its begin.
 template <typename Number> struct Arc { Number straight, aside; };
-
-/// A path that turns by `angle` (rad): sin(angle) / angle straight on, (1 - cos(angle)) / angle to
-/// the left. Absolute error below 1e-15 within one turn; for angle = 0 exactly (1, 0).
-Arc<double> arc(double angle);
 
 constexpr double SHORT_ARC = 0.5;  ///< rad
 
@@ -43,6 +40,18 @@ constexpr TwoSeries<7> SHORT_ARC_SERIES = {{{1.0 / 6227020800, 1.0 / 87178291200
                                             {1.0 / 120, 1.0 / 720},
                                             {-1.0 / 6, -1.0 / 24},
                                             {1.0, 1.0 / 2}}};
+
+/// arc() beyond SHORT_ARC.
+Arc<double> long_arc(double angle);
+
+/// A path that turns by `angle` (rad): sin(angle) / angle straight on, (1 - cos(angle)) / angle to
+/// the left. Absolute error below 1e-15 within one turn; for angle = 0 exactly (1, 0).
+inline Arc<double> arc(double angle) {
+    if (std::abs(angle) > SHORT_ARC) return long_arc(angle);
+    const double square = angle * angle;
+    const Eigen::Array2d both = series(SHORT_ARC_SERIES, Eigen::Array2d(square, square));
+    return {both[0], both[1] * angle};
+}
 
 /// arc() of two angles, bit for bit, if neither is beyond SHORT_ARC.
 inline Arc<Eigen::Array2d> short_arcs(const Eigen::Array2d &angles) {
