@@ -114,11 +114,13 @@ Drive Chassis::drive_on_legs(uint32_t robot) const {
     using Both = Eigen::Array2d;
     const auto &motors = motors_[robot];
     const bool turns_left = motors.turns[LEFT], turns_right = motors.turns[RIGHT];
-    if (!(turns_left | turns_right)) return {};
+    // No branches: which motors turn, nobody could foresee.
     const auto &[calibrated, turn_rad_s] = calibrations_[turns_left & turns_right];
     const Both duties(motors.duty[LEFT] * turns_left, motors.duty[RIGHT] * turns_right);
     const Both shares = (duties / calibrated).min(FASTER_THAN_CALIBRATED) * motors.speed *
-                        motors.share.cast<double>() * motors.wobble.cast<double>();
+                        // Not cast(), which takes them one by one.
+                        Both(motors.share[LEFT], motors.share[RIGHT]) *
+                        Both(motors.wobble[LEFT], motors.wobble[RIGHT]);
     const Both rates = turn_rad_s * shares.max(0).min(fastest_share_);
     const double turn = rates[LEFT] - rates[RIGHT];
     return {leg_m_ * Both(rates[LEFT] + rates[RIGHT], turn), turn};
