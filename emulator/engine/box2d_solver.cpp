@@ -162,7 +162,7 @@ void Box2DSolver::solve(Crowd &crowd, double step_s) {
     const auto force = mechanics_.change_in(TICK_S);
     for (int tick = 0; tick < ticks; tick++) {
         for (auto &member : crowd.members) {
-            member.driven.drive(member.free.velocity(step_s), mechanics_.change_in(TICK_S));
+            member.driven.drive(member.free.velocity(step_s), force);
             b.set_velocity(b.discs[member.robot], member.driven.velocity);
         }
         for (int round = 0; round < rounds; round++)
