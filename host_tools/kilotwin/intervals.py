@@ -3,7 +3,7 @@
 import random
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import comb
+from math import comb, isnan, nan
 from statistics import fmean, quantiles
 
 _SEARCH_STEPS = 60  # halvings of [0, 1]: as fine as a double
@@ -12,13 +12,20 @@ _TAIL = 0.025
 
 @dataclass(frozen=True)
 class Interval:
-    """A value and its 95 % interval."""
+    """A value and its 95 % interval; NaN where single values gave none."""
 
     value: float
     low: float
     high: float
 
+    @property
+    def is_known(self) -> bool:
+        """Whether there is an interval."""
+        return not isnan(self.low)
+
     def __str__(self) -> str:
+        if not self.is_known:
+            return f"{round(self.value, 2):g}"
         return f"{round(self.value, 2):g} [{round(self.low, 2):g}, {round(self.high, 2):g}]"
 
 
@@ -46,7 +53,12 @@ def bootstrap(
     statistic: Callable[[Sequence[Sequence[float]]], float],
     resamples: int = 5000,
 ) -> Interval:
-    """A statistic and its 95 % interval (percentiles); every group is resampled by itself."""
+    """A statistic and its 95 % interval (percentiles); every group is resampled by itself.
+
+    Where each group is one value there is no interval.
+    """
+    if max(map(len, groups)) == 1:
+        return Interval(statistic(groups), nan, nan)
     chance = random.Random(1)  # the same table every time
     values = sorted(
         statistic([chance.choices(group, k=len(group)) for group in groups])

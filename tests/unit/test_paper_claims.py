@@ -100,6 +100,27 @@ def test_claim_e_is_missed_by_one_robot_that_rests() -> None:
     assert found(_e(alone("firat", (0, 0, 100), (1, 0, 99)))) == [MISSED]
 
 
+def first(number: int) -> Conditions:
+    """So many trials of each cell."""
+    whole = grid(simplified=(2, 5), firat=(6, 2))
+    return trials({condition: runs[:number] for condition, runs in whole.endings.items()})
+
+
+def test_one_trial_a_cell_decides_nothing_that_wants_an_interval() -> None:
+    findings = [*_c(first(1)), *_d(first(1))]
+    assert found(findings) == [OPEN] * 5
+    assert findings[0].number.endswith("robots; one trial a cell gives no interval")
+    nowhere = _a(alone("simplified", (47, 48, 5)))[1]
+    assert nowhere.number == "median 5; one trial gives no range"
+
+
+def test_claim_d_wants_five_trials_a_cell() -> None:
+    assert [finding.number for finding in _d(first(4))] == ["fewer than 5 trials in each cell"] * 2
+    assert OPEN not in found(_d(first(5)))
+    some = first(4).endings | {c: e for c, e in first(8).endings.items() if c.shares[0] == 0.5}
+    assert OPEN not in found(_d(trials(some)))
+
+
 def test_what_has_no_trials_is_open() -> None:
     nothing = trials({})
     for claim in (_a, _b, _c, _d, _e):

@@ -18,7 +18,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from kilotwin.errors import InputError
-from kilotwin.intervals import Interval, bootstrap_mean, spread
+from kilotwin.intervals import bootstrap_mean, spread
 from kilotwin.plot.style import HATCHES, OUTLINE, letters, name_fill, repeats, wrapped
 from kilotwin.sweep.conditions import Condition, Conditions, Ending, errors, on_site
 
@@ -444,7 +444,9 @@ def _draw_errors(axes: Axes, cells: Mapping[Condition, list[Ending]], rules: Seq
         own = {condition: endings for condition, endings in cells.items() if condition.rule == rule}
         if own:
             shift = min(0.012, 0.6 * nearest / len(rules)) * (place - (len(rules) - 1) / 2)
-            points = [_mean(errors(condition, endings)) for condition, endings in own.items()]
+            points = [
+                bootstrap_mean(errors(condition, endings)) for condition, endings in own.items()
+            ]
             values = np.array([point.value for point in points])
             low = values - [point.low for point in points]
             high = np.array([point.high for point in points]) - values
@@ -456,11 +458,6 @@ def _draw_errors(axes: Axes, cells: Mapping[Condition, list[Ending]], rules: Seq
                 **rule_look(place),
             )
     axes.grid(color="#dddddd", lw=0.6)
-
-
-def _mean(values: Sequence[float]) -> Interval:
-    """With its interval; one value has none."""
-    return bootstrap_mean(values) if len(values) > 1 else Interval(values[0], math.nan, math.nan)
 
 
 def rule_look(place: int) -> dict[str, Any]:
