@@ -10,6 +10,7 @@ import struct
 import subprocess
 import sys
 import tempfile
+import threading
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -40,6 +41,10 @@ if TYPE_CHECKING:
 _BLACK_BOX = struct.Struct("=II")
 _NOBODY = 0xFFFFFFFF
 _PAGE_BYTES = 4096
+
+# From the first interrupt on: what the engine has under way takes a second or so, unless a program
+# keeps it.
+_PATIENCE_S = 10.0
 
 
 class Display(Protocol):
@@ -143,6 +148,7 @@ class _Child:
         self._display = display
         self._folder_made = False
         self._interrupts = 0
+        self._out_of_patience = False
 
     def wait(self) -> Outcome:
         """Starts it, shows what it reports, and gives its outcome; errors leave a closed folder."""
@@ -199,20 +205,36 @@ class _Child:
         kept = f"; what was recorded is in {self._job.folder}" if self._folder_made else ""
         if self._interrupts > 1:
             return InterruptError("interrupted twice, and ended at once" + kept)
+        ran = self._ran_last()
+        if self._out_of_patience:
+            late = f"interrupted; the engine did not stop within {_PATIENCE_S:.0f} s"
+            return InterruptError(f"{late}, and was ended{ran}{kept}")
         cause = f"ended with code {returncode}"
         if returncode < 0:
             cause = f"was ended by {signal.Signals(-returncode).name}"
+        return RunError(f"the engine's process {cause}{ran}{kept}", detail=log)
+
+    def _ran_last(self) -> str:
         assert self._job.black_box is not None
         robot, tick = _BLACK_BOX.unpack_from(Path(self._job.black_box).read_bytes())
-        ran = ""
-        if robot != _NOBODY:
-            program = self._job.experiment.program_of(robot).name
-            ran = f"; last to run was {program} robot {robot} tick {tick}"
-        return RunError(f"the engine's process {cause}{ran}{kept}", detail=log)
+        if robot == _NOBODY:
+            return ""
+        program = self._job.experiment.program_of(robot).name
+        return f"; last to run was {program} robot {robot} tick {tick}"
 
     @contextlib.contextmanager
     def _stop_on_signals(self, process: "subprocess.Popen[bytes]") -> Iterator[None]:
-        """Ctrl-C or a polite kill ends the run early, with its data kept; a second ends it now."""
+        """Ctrl-C or a polite kill ends the run early, with its data kept; a second ends it now.
+
+        So does the engine's not ending within some seconds.
+        """
+
+        def give_up() -> None:
+            self._out_of_patience = True
+            process.kill()
+
+        patience = threading.Timer(_PATIENCE_S, give_up)
+        patience.daemon = True
 
         def stop(number: int, frame: FrameType | None) -> None:
             self._interrupts += 1
@@ -220,6 +242,10 @@ class _Child:
                 process.kill()
             elif process.stdin is not None:
                 process.stdin.close()
+                patience.start()
 
         with heeding_interrupts(stop):
-            yield
+            try:
+                yield
+            finally:
+                patience.cancel()

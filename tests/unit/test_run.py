@@ -217,6 +217,26 @@ def test_a_run_interrupted_twice_ends_at_once_and_says_what_is_kept(
     assert Run.open(folder / "run").sites().num_rows > 5
 
 
+def test_a_run_whose_engine_hangs_ends_soon_after_one_polite_kill(
+    start: Start, folder: Path, trouble: Callable[[str], str]
+) -> None:
+    process = start("--set", trouble("slow"), "--set", "duration_s=1e9", "--out", "run")
+    wait_for((folder / "run").exists, "the run folder")
+    wait_for(lambda: Run.open(folder / "run").sites().num_rows > 5, "samples")
+    (engine,) = map(
+        int, Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+    )
+    os.kill(engine, signal.SIGSTOP)
+    process.terminate()
+    _, errors = process.communicate(timeout=30)
+    assert process.returncode == 130, errors
+    said = errors.splitlines()[-1]
+    assert said.startswith("kilotwin: interrupted; the engine did not stop within 10 s")
+    assert said.endswith(f"what was recorded is in {folder / 'run'}")
+    assert status(folder / "run") == "interrupted"
+    assert Run.open(folder / "run").sites().num_rows > 5
+
+
 def test_a_robot_that_is_not_there_is_not_said_to_wait_for_gdb(kilotwin: Kilotwin) -> None:
     done = kilotwin("run", "small.toml", "--gdb", "99", expect=2)
     assert "there are robots 0 to 9" in done.stderr
