@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from kilotwin.errors import InputError
+from kilotwin.programs import key_of
 from kilotwin.toml_lines import KeyPath, line_of, locate
 
 
@@ -94,6 +95,12 @@ class ExperimentText:
 
 
 def _read(file: Path) -> str:
+    key = key_of(file)
+    if key is not None and file.is_file():
+        raise InputError(
+            f"{file}: a robot's program, not an experiment; name a TOML file, with {key} = "
+            f'"{file.name}" in its [[robots]]'
+        )
     try:
         text = file.read_bytes().decode()
     except UnicodeDecodeError:

@@ -18,6 +18,9 @@ _KILOGRID_WORDS = re.compile(
 )
 
 
+_IMAGES = (".hex", ".ihex", ".ihx", ".elf")
+
+
 class ProgramError(ValueError):
     """What is missing or wrong; `key` is the one to mend, of `[[robots]]`."""
 
@@ -96,9 +99,16 @@ def find_program(
 def find_image(written: str, beside: Path) -> Program:
     """A .hex or .elf file, looked for where programs are; what is in it the engine checks."""
     path = _find(written, beside, "hex", "a .hex or .elf file")
-    if path.is_dir() or path.suffix.lower() not in (".hex", ".ihex", ".ihx", ".elf"):
+    if path.is_dir() or key_of(path) != "hex":
         raise ProgramError(f"hex '{written}' is no .hex or .elf file; name one", "hex")
     return Program((portable(path),), path, ())
+
+
+def key_of(file: Path) -> str | None:
+    """Of `[[robots]]`, the one that names such a file; None if it is no program by its name."""
+    if file.suffix == ".c":
+        return "program"
+    return "hex" if file.suffix.lower() in _IMAGES else None
 
 
 def _robot_api(sources: Sequence[Path]) -> Api:

@@ -32,6 +32,7 @@ from kilotwin.group_build import build_group
 from kilotwin.guest_symbols import GuestSymbols
 from kilotwin.overhead import ALL_ROBOTS, DATA_BYTES, Region, message, message_of, region, uids
 from kilotwin.profiles import PROFILES
+from kilotwin.programs import key_of
 from kilotwin.states import States
 from kilotwin.units import seconds, ticks
 
@@ -115,6 +116,10 @@ class World:
         if seed is not None:
             settings.append(Setting(("seed",), _plain(seed), f"seed={seed}"))
         if given.experiment is not None:
+            key = key_of(Path(given.experiment))
+            if key is not None:
+                what = f"World: {given.experiment} is a robot's program, not an experiment file"
+                raise InputError(f'{what}; type World({key}="{given.experiment}")')
             if keys:
                 raise InputError(f"World: '{next(iter(keys))}' goes without a file; use set=[...]")
             self._experiment = Experiment.load(Path(given.experiment), settings)

@@ -96,6 +96,7 @@ def test_the_compilers_words_are_shown_as_they_are(refuse: Refuse) -> None:
     [
         (["nowhere.toml"], "nowhere.toml: no such file or directory; name an experiment's"),
         (["programs"], "programs: a folder; name an experiment's TOML file"),
+        (["programs/blink.c"], 'name a TOML file, with program = "blink.c" in its [[robots]]'),
         (["informed_share_over_1.toml", "--set", "swarm.informed=2"], "--set swarm.informed=2: "),
         (["informed_share_over_1.toml", "--set", "swarm.informed"], "not of the form key=value"),
         (["two_sites_of_one_name.toml", "--set", "site.1.nam=x"], "did you mean 'name'?"),
