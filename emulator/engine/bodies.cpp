@@ -133,14 +133,6 @@ void Bodies::apply_commands(uint32_t robot, Cycles until) {
     next = 0;
 }
 
-/// Takes in what changes a robot's drive within this step.
-void Bodies::look_ahead(uint32_t robot) {
-    if (next_change_[robot] >= now_ + step_) return;
-    shifts_[robot].before_slot = static_cast<uint32_t>(before_.size());
-    before_.push_back({robot, trajectories_[robot]});
-    apply_commands(robot, now_ + step_);
-}
-
 /// How a robot moves when this step begins.
 const Trajectory &Bodies::trajectory_before(uint32_t robot) const {
     const uint32_t slot = shifts_[robot].before_slot;
@@ -148,10 +140,19 @@ const Trajectory &Bodies::trajectory_before(uint32_t robot) const {
     return changed ? before_[slot].trajectory : trajectories_[robot];
 }
 
-void Bodies::find_free_shift(uint32_t robot) {
-    look_ahead(robot);
-    shifts_[robot].by = trajectories_[robot].position(now_ + step_) - places_[robot];
-    shifts_[robot].at = now_;
+/// Takes in what changes a robot's drive within this step.
+void Bodies::find_free_shift(uint32_t robot, FreeShift &free) {
+    const Trajectory &trajectory = trajectories_[robot];
+    const Cycles end = now_ + step_;
+    free.at = now_;
+    free.heading = trajectory.heading(now_);
+    if (next_change_[robot] < end) {
+        free.before_slot = static_cast<uint32_t>(before_.size());
+        before_.push_back({robot, trajectory});
+        apply_commands(robot, end);
+    }
+    free.shift.by = trajectory.position(end) - places_[robot];
+    free.shift.turn = wrapped(trajectory.heading(end) - free.heading);
 }
 
 void Bodies::look_around(uint32_t robot) {
@@ -210,7 +211,7 @@ void Bodies::find_contacts() {
 void Bodies::add_contact(uint32_t robot) {
     in_contact_[robot] = true;
     contacts_.push_back(robot);
-    const double square = free_shift(robot).squaredNorm();
+    const double square = free_way(robot).squaredNorm();
     if (square > longest_shift_m_ * longest_shift_m_)
         longest_shift_m_ = std::max(longest_shift_m_, std::sqrt(square));
 }
@@ -254,12 +255,12 @@ bool Bodies::meets(uint32_t robot, uint32_t other) {
     const double touch = 2 * radius_m_ + margin_m_, square = apart.squaredNorm();
     if (world_.holds(other)) {  // it may be pushed anywhere
         if (square <= touch * touch) return true;
-        return std::sqrt(square) <= touch + free_shift(robot).norm() + longest_shift_m_;
+        return std::sqrt(square) <= touch + free_way(robot).norm() + longest_shift_m_;
     }
     const double reach = touch + longest_free_m(robot) + longest_free_m(other);
     if (square > reach * reach) return false;
-    const Eigen::Vector2d shift = free_shift(robot);
-    const Eigen::Vector2d closing = free_shift(other) - shift;
+    const Eigen::Vector2d way = free_way(robot);
+    const Eigen::Vector2d closing = free_way(other) - way;
     const double towards = -apart.dot(closing);
     if (towards <= 0) return false;
     const double part = std::min(towards / closing.squaredNorm(), 1.0);
@@ -267,7 +268,7 @@ bool Bodies::meets(uint32_t robot, uint32_t other) {
 }
 
 bool Bodies::meets_wall(uint32_t robot) {
-    const Eigen::Vector2d there = position(robot) + free_shift(robot);
+    const Eigen::Vector2d there = position(robot) + free_way(robot);
     return arena_.wall_gap(there) <= radius_m_ + margin_m_;
 }
 
@@ -282,7 +283,7 @@ void Bodies::close_over(uint32_t robot) {
         if (square > reach * reach) continue;
         const double distance = std::sqrt(square);
         if (!included) {
-            const double closing = longest_shift_m_ + free_shift(other).norm();
+            const double closing = longest_shift_m_ + free_way(other).norm();
             if (distance - 2 * radius_m_ > closing + margin_m_) continue;
             include(other);
         }
@@ -322,10 +323,10 @@ void Bodies::solve_contacts() {
         const uint32_t robot = held[i];
         if (size() >= FETCHED_SWARM) world_.prefetch(robot);
         Near &near = nears[i];
-        near.free.by = free_shift(robot);
-        near.pose = {places_[robot], trajectory_before(robot).heading(now_)};
-        near.free.turn = wrapped(trajectories_[robot].heading(end) - near.pose.heading);
-        shifts_[robot].near_slot = i;
+        FreeShift &free = free_shift(robot);
+        near.free = free.shift;
+        near.pose = {places_[robot], free.heading};
+        free.near_slot = i;
         find_walls(near);
     }
     find_company();

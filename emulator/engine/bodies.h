@@ -92,8 +92,9 @@ class Bodies {
 
   private:
     /// Where a robot would go within a step, were it alone.
-    struct FreeShift {
-        Eigen::Vector2d by;
+    struct alignas(64) FreeShift {
+        Shift shift;
+        double heading = 0;        ///< when the step begins
         Cycles at = NEVER;         ///< the begin of the step
         uint32_t before_slot = 0;  ///< in before_, if it is there
         uint32_t near_slot = 0;    ///< in near_, if it is in the solver
@@ -132,14 +133,15 @@ class Bodies {
         return around_[robot].robots;
     }
     void look_around(uint32_t robot);
-    void look_ahead(uint32_t robot);
     const Trajectory &trajectory_before(uint32_t robot) const;
     /// Where a robot would go within this step, were it alone.
-    const Eigen::Vector2d &free_shift(uint32_t robot) {
-        if (shifts_[robot].at != now_) find_free_shift(robot);
-        return shifts_[robot].by;
+    FreeShift &free_shift(uint32_t robot) {
+        FreeShift &free = shifts_[robot];
+        if (free.at != now_) find_free_shift(robot, free);
+        return free;
     }
-    void find_free_shift(uint32_t robot);
+    const Eigen::Vector2d &free_way(uint32_t robot) { return free_shift(robot).shift.by; }
+    void find_free_shift(uint32_t robot, FreeShift &free);
     /// Robots whose centres are farther apart cannot touch within a step.
     double contact_reach_m() const { return 2 * radius_m_ + contact_gap_m_; }
     void prefetch_near_after(size_t i) const;

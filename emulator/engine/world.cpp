@@ -58,14 +58,19 @@ void World::step(std::vector<Near> &near, const std::vector<Crowd::Pair> &pairs,
     crowd_.members.clear();
     crowd_.pairs.clear();
     for (size_t i = 0; i < near.size(); i++) {
-        if (near[i].company == Company::SEVERAL)
+        const auto company = near[i].company;
+        if (company == Company::ROBOT) continue;  // below, by pairs
+        if (company == Company::SEVERAL)
             join_crowd(i, near[i]);
         else
-            meet(near, i, step_s);
+            meet_wall(i, near[i], step_s);
     }
-    for (const auto &[one, other] : pairs)
-        if (near[one].company == Company::SEVERAL)
+    for (const auto &[one, other] : pairs) {
+        if (near[one].company == Company::ROBOT)
+            meet(one, near[one], other, near[other], step_s);
+        else
             crowd_.pairs.push_back({near[one].member, near[other].member});
+    }
     solver_->solve(crowd_, step_s);
 }
 
@@ -83,36 +88,35 @@ bool World::firm(const Near &near) const {
     return !gives_way_ && near.free.by.isZero(0) && near.free.turn == 0;
 }
 
-void World::drive(uint32_t robot, Near &near, double step_s) {
+/// Sets the velocity of the i-th, who is not in a crowd.
+Party World::drive(size_t i, Near &near, double step_s) {
+    Driven &driven = driven_[robots_[i]];
     near.moved = {};
     if (firm(near))
-        driven_[robot] = {};
+        driven = {};
     else
-        driven_[robot].drive(near.free.velocity(step_s), force_);
+        driven.drive(near.free.velocity(step_s), force_);
+    return {driven, near.moved};
 }
 
-/// The i-th, who is not in a crowd, and whom it meets: of two, the first sees to both.
-void World::meet(std::vector<Near> &near, size_t i, double step_s) {
-    using Company = Near::Company;
-    Near &one = near[i];
-    if (one.company == Company::ROBOT && i > one.other) return;
-    drive(robots_[i], one, step_s);
-    const Party robot = {driven_[robots_[i]], one.moved};
-    if (one.company == Company::NOTHING) {
+/// The i-th is alone, or alone at a wall.
+void World::meet_wall(size_t i, Near &near, double step_s) {
+    const Party robot = drive(i, near, step_s);
+    if (near.company == Near::Company::WALL)
+        encounter_.meet(robot, nullptr, near.towards, near.gap_m, step_s);
+    else
         robot.move(step_s);
-    } else if (one.company == Company::WALL) {
+}
+
+/// The i-th and the k-th are alone.
+void World::meet(size_t i, Near &one, size_t k, Near &other, double step_s) {
+    const Party robot = drive(i, one, step_s), mate = drive(k, other, step_s);
+    if (firm(other))
         encounter_.meet(robot, nullptr, one.towards, one.gap_m, step_s);
-    } else {
-        Near &other = near[one.other];
-        drive(robots_[one.other], other, step_s);
-        const Party mate = {driven_[robots_[one.other]], other.moved};
-        if (firm(other))
-            encounter_.meet(robot, nullptr, one.towards, one.gap_m, step_s);
-        else if (firm(one))
-            encounter_.meet(mate, nullptr, other.towards, one.gap_m, step_s);
-        else
-            encounter_.meet(robot, &mate, one.towards, one.gap_m, step_s);
-    }
+    else if (firm(one))
+        encounter_.meet(mate, nullptr, other.towards, one.gap_m, step_s);
+    else
+        encounter_.meet(robot, &mate, one.towards, one.gap_m, step_s);
 }
 
 }  // namespace kilotwin

@@ -63,8 +63,9 @@ class World {
 
   private:
     bool firm(const Near &near) const;
-    void drive(uint32_t robot, Near &near, double step_s);
-    void meet(std::vector<Near> &near, size_t i, double step_s);
+    Party drive(size_t i, Near &near, double step_s);
+    void meet_wall(size_t i, Near &near, double step_s);
+    void meet(size_t i, Near &one, size_t k, Near &other, double step_s);
     void join_crowd(size_t i, Near &near);
     std::vector<Driven> driven_;
     std::vector<uint8_t> held_;  ///< whether it is in robots_
