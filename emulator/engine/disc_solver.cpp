@@ -154,7 +154,7 @@ void DiscSolver::place_contacts() {
 void DiscSolver::solve(const Island &island, const Crowd &crowd, double step_s) {
     const auto ticks = std::lround(step_s / TICK_S);
     for (int tick = 0; tick < ticks; tick++) {
-        drive(island, crowd, step_s);
+        drive(island, crowd, tick, step_s);
         find_touches(island);
         part_tight();
         settle_all();
@@ -167,16 +167,19 @@ void DiscSolver::solve(const Island &island, const Crowd &crowd, double step_s) 
     }
 }
 
-void DiscSolver::drive(const Island &island, const Crowd &crowd, double step_s) {
-    const auto force = mechanics_.change_in(TICK_S);
+void DiscSolver::drive(const Island &island, const Crowd &crowd, int tick, double step_s) {
     for (Disc &disc : discs_of(island)) {
         disc.pushed_at = 1;
         if (disc.yields == 0) continue;
         const auto &member = crowd.members[disc.member];
-        member.driven.velocity = disc.speed(mechanics_.radius_m);
-        member.driven.drive(member.free.velocity(step_s), force);
-        disc.velocity = member.driven.velocity.by;
-        disc.rim = member.driven.velocity.turn * mechanics_.radius_m;
+        Driven &driven = member.driven;
+        driven.velocity = disc.speed(mechanics_.radius_m);
+        if (tick == 0)
+            driven.drive(member.free.velocity(step_s), force_);
+        else
+            driven.drive_on(force_);
+        disc.velocity = driven.velocity.by;
+        disc.rim = driven.velocity.turn * mechanics_.radius_m;
     }
 }
 
@@ -187,32 +190,33 @@ void DiscSolver::find_touches(const Island &island) {
     pushes_ = 1;
     for (uint32_t i = 0; i < island.contacts; i++) {
         Contact &contact = contacts_[island.first_contact + i];
-        if (!approach(contact)) {
+        const double gap_m = approach(contact);
+        if (gap_m == INFINITY) {
             contact.along = contact.across = 0;
             continue;
         }
+        contact.free_m_s = larger(gap_m, 0) * TICKS_PER_S;
         contact.seen_at = 0;
         touches_.push_back(island.first_contact + i);
         if (contact.along > 0) push(contact, contact.along, contact.across);
-        if (contact.gap_m < -SLOP * mechanics_.radius_m) tight_.push_back(island.first_contact + i);
+        if (gap_m < -SLOP * mechanics_.radius_m) tight_.push_back(island.first_contact + i);
     }
 }
 
-/// Whether two may touch in this tick.
-bool DiscSolver::approach(Contact &contact) {
+/// The gap of two that may touch in this tick; INFINITY of others.
+double DiscSolver::approach(Contact &contact) const {
     const double nearer_m = mechanics_.fastest_m_s * TICK_S;
     if (contact.other < WALLS) {
-        contact.gap_m = gap_m(contact);
-        return contact.gap_m <= nearer_m;
+        const double gap = gap_m(contact);
+        return gap <= nearer_m ? gap : INFINITY;
     }
     const double reach_m = 2 * (mechanics_.radius_m + nearer_m);
     const Eigen::Vector2d apart = discs_[contact.other].at - discs_[contact.one].at;
     const double square = apart.squaredNorm();
-    if (square > reach_m * reach_m) return false;
+    if (square > reach_m * reach_m) return INFINITY;
     const double distance = std::sqrt(square);
     if (distance > 0) contact.towards = apart / distance;
-    contact.gap_m = distance - 2 * mechanics_.radius_m;
-    return true;
+    return distance - 2 * mechanics_.radius_m;
 }
 
 /// By the line between the two when the tick began.
@@ -254,7 +258,7 @@ bool DiscSolver::settle(Contact &contact) {
     const double share = 1 - one.yields * other.yields / 2;
     const Eigen::Vector2d closing = one.velocity - other.velocity;
     const Eigen::Vector2d aside(-contact.towards.y(), contact.towards.x());
-    const double nearer = closing.dot(contact.towards) - larger(contact.gap_m, 0) * TICKS_PER_S;
+    const double nearer = closing.dot(contact.towards) - contact.free_m_s;
     const double along = larger(contact.along + share * nearer, 0);
     if (along == 0 && contact.along == 0) return false;
     // At the rim, across the line, a disc resists with a third of its mass.

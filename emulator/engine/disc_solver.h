@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "engine/arena.h"
+#include "engine/clock.h"
 #include "engine/contact_solver.h"
 
 namespace kilotwin {
@@ -22,7 +23,8 @@ class DiscSolver final : public ContactSolver {
   public:
     DiscSolver(const Arena &arena, const Mechanics &mechanics)
         : arena_(arena),
-          mechanics_(mechanics) {}
+          mechanics_(mechanics),
+          force_(mechanics.change_in(TICK_S)) {}
 
     void solve(Crowd &crowd, double step_s) override;
 
@@ -44,7 +46,7 @@ class DiscSolver final : public ContactSolver {
         double wall_m = 0;              ///< how far a wall is from the arena's centre
         Eigen::Vector2d towards{1, 0};  ///< unit vector from one to the other
         double along = 0, across = 0;   ///< impulses in this tick; before it is solved, in the last
-        double gap_m = 0;               ///< when the tick begins
+        double free_m_s = 0;            ///< so fast they may come nearer in this tick
         uint32_t seen_at = 0;           ///< by the count of pushes_
     };
 
@@ -75,9 +77,9 @@ class DiscSolver final : public ContactSolver {
     std::span<Disc> discs_of(const Island &island) {
         return {discs_.data() + island.first_disc, island.discs};
     }
-    void drive(const Island &island, const Crowd &crowd, double step_s);
+    void drive(const Island &island, const Crowd &crowd, int tick, double step_s);
     void find_touches(const Island &island);
-    bool approach(Contact &contact);
+    double approach(Contact &contact) const;
     double gap_m(const Contact &contact) const;
     void part(const Contact &contact);
     void part_tight();
@@ -88,6 +90,7 @@ class DiscSolver final : public ContactSolver {
 
     const Arena &arena_;
     const Mechanics mechanics_;
+    const Mechanics::Change force_;  ///< in a tick
 
     // Of each member.
     std::vector<uint32_t> island_;

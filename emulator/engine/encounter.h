@@ -17,6 +17,12 @@ struct Shift {
 
     /// The velocity that makes it in `time_s`.
     Shift velocity(double time_s) const { return {by / time_s, turn / time_s}; }
+
+    /// Adds a way at a velocity.
+    void add(const Shift &velocity, double time_s) {
+        by += velocity.by * time_s;
+        turn += velocity.turn * time_s;
+    }
 };
 
 /// What robots are, as discs of one mass.
@@ -44,6 +50,9 @@ struct alignas(64) Driven {
     /// Brings its velocity nearer to the wanted one, as far as the force can. What it wants
     /// otherwise than before it gets at once, as robots do that nobody is near.
     void drive(const Shift &now_wanted, const Mechanics::Change &force);
+
+    /// The same, wanting what it wanted before.
+    void drive_on(const Mechanics::Change &force);
 };
 
 /// One of those who meet, and how far it has moved in this step.
@@ -51,10 +60,7 @@ struct Party {
     Driven &driven;
     Shift &moved;
 
-    void move(double time_s) const {
-        moved.by += driven.velocity.by * time_s;
-        moved.turn += driven.velocity.turn * time_s;
-    }
+    void move(double time_s) const { moved.add(driven.velocity, time_s); }
 };
 
 struct Encounter {
@@ -66,7 +72,7 @@ struct Encounter {
               double time_s) const;
 
   private:
-    void push(Driven &robot, const Eigen::Vector2d &impulse, double across) const;
+    void push(Shift &velocity, const Eigen::Vector2d &impulse, double across) const;
 };
 
 }  // namespace kilotwin
