@@ -184,6 +184,17 @@ TEST_CASE("where a robot is does not depend on how often one asks") {
     CHECK(asked.position(ticks(777)) == not_asked.position(ticks(777)));
 }
 
+TEST_CASE("a robot that changes its drive after ten years goes on to the cycle") {
+    constexpr Cycles TEN_YEARS = CYCLES_PER_SECOND * 86'400 * 3653 + 1;
+    Trajectory late(TEN_YEARS, {{0.3, -0.2}, 2.5}), early(0, {{0.3, -0.2}, 2.5});
+    late.change(TEN_YEARS, {{0.01, 0.001}, 0.3});
+    early.change(0, {{0.01, 0.001}, 0.3});
+    for (Cycles time : {Cycles{1}, TICK_CYCLES - 1, ticks(300) + 7}) {
+        CHECK(late.position(TEN_YEARS + time) == early.position(time));
+        CHECK(late.heading(TEN_YEARS + time) == early.heading(time));
+    }
+}
+
 TEST_CASE("all robots are placed where each one is, to the last bit") {
     Dice dice(7);
     for (size_t robots : {0, 1, 2, 3, 100, 101}) {
