@@ -100,8 +100,7 @@ void Bodies::step() {
 
 void Bodies::place_all() {
     constexpr size_t SOON = 4;
-    const Cycles *change = next_change_.data();
-    changing_.choose(size(), [change, now = now_](uint32_t robot) { return change[robot] < now; });
+    choose(changing_, size(), [this](uint32_t robot) { return next_change_[robot] < now_; });
     for (size_t i = 0; i < changing_.size(); i++) {
         if (size() >= FETCHED_SWARM && i + SOON < changing_.size()) prefetch(changing_[i + SOON]);
         apply_commands(changing_[i], now_);
@@ -159,22 +158,17 @@ void Bodies::find_free_shift(uint32_t robot, FreeShift &free) {
 void Bodies::look_around(uint32_t robot) {
     auto &[until, robots] = around_[robot];
     const auto list = lists_.of(robot);
-    robots.resize(list.size() + 1, boost::container::default_init);
-    const Eigen::Vector2d *places = places_.data(), here = places[robot];
+    robots.resize(list.size(), boost::container::default_init);
+    const Eigen::Vector2d here = position(robot);
     const double near_m = 2 * radius_m_ + std::max(NEAR * radius_m_, 3 * contact_gap_m_);
     double outside = INFINITY;
     size_t found = 0;
-    uint32_t *near_robots = robots.data();
-    // No branch, and by fours: nobody could foresee either.
-    for (const uint32_t *four = list.begin(); four < list.end(); four += 4) {
-        const Eigen::Array4d squares = squares_of_four(here, places[four[0]], places[four[1]],
-                                                       places[four[2]], places[four[3]]);
-        for (int i = 0; i < 4; i++) {
-            const bool near = squares[i] <= near_m * near_m;
-            near_robots[found] = four[i];
-            found += (four + i < list.end()) & near;
-            outside = std::min(outside, near ? INFINITY : squares[i]);
-        }
+    for (uint32_t other : list) {
+        const double square = (position(other) - here).squaredNorm();
+        const bool near = square <= near_m * near_m;
+        robots[found] = other;
+        found += near;
+        outside = std::min(outside, near ? INFINITY : square);
     }
     robots.resize(found);
     const double gap = std::sqrt(outside) - contact_reach_m();
@@ -199,9 +193,8 @@ void Bodies::prefetch_near_after(size_t i) const {
 void Bodies::find_contacts() {
     contacts_.clear();
     pairs_.clear();
-    const Cycles *contact = next_contact_.data();
-    near_something_.choose(size(),
-                           [contact, now = now_](uint32_t robot) { return contact[robot] <= now; });
+    choose(near_something_, size(),
+           [this](uint32_t robot) { return next_contact_[robot] <= now_; });
     for (size_t i = 0; i < near_something_.size(); i++) {
         prefetch_near_after(i);
         if (may_touch(near_something_[i])) include(near_something_[i]);

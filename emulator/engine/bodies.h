@@ -189,8 +189,8 @@ class Bodies {
     Swarm<Around> around_;
     Swarm<FreeShift> shifts_;
 
-    Selection changing_;              ///< whose drive changes within a step
-    Selection near_something_;        ///< who may come upon something within this step
+    std::vector<uint32_t> changing_;        ///< whose drive changes within a step
+    std::vector<uint32_t> near_something_;  ///< who may come upon something within this step
     std::vector<uint32_t> contacts_;  ///< robots that belong into the solver this step, ascending
     std::vector<Before> before_;
     std::vector<Pair> pairs_;  ///< of robots in the solver that may touch this step

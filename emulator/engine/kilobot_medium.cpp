@@ -109,8 +109,7 @@ void KilobotMedium::run(Cycles begin, Cycles end, Cycles limit) {
 void KilobotMedium::find_asks(Cycles begin, Cycles end) {
     asks_.clear();
     next_ask_ = 0;
-    const Cycles *speaks = speaks_.data();
-    speakers_.choose(robots_.size(), [speaks, end](uint32_t robot) { return speaks[robot] < end; });
+    choose(speakers_, robots_.size(), [&](uint32_t robot) { return speaks_[robot] < end; });
     for (uint32_t robot : speakers_)
         if (!on_air(robot) && stations_[robot].planned == 0 && !on_board(robot))
             asks_.push_back({std::max(speaks_[robot], begin), What::ASK, robot});

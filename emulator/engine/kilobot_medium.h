@@ -241,8 +241,8 @@ class KilobotMedium {
     std::vector<Receiver> receivers_;  ///< by module
     InfraredGains cell_gains_;
     PlannedFrames planned_;
-    Selection speakers_;       ///< who may begin a frame within this step
-    std::vector<Event> asks_;  ///< of this step, those from next_ask_ on to come
+    std::vector<uint32_t> speakers_;  ///< who may begin a frame within this step
+    std::vector<Event> asks_;         ///< of this step, those from next_ask_ on to come
     StepSorter<Event> ask_sorter_;
     size_t next_ask_ = 0;
     std::priority_queue<Event, std::vector<Event>, std::greater<>> other_asks_;

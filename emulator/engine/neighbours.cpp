@@ -14,7 +14,8 @@ void Neighbours::rebuild(const std::vector<Eigen::Vector2d> &positions) {
         sort_into_cells(positions);
         find_pairs();
     }
-    list_pairs(positions.size());
+    begin_.assign(positions.size() + 1, 0);
+    list_pairs();
 }
 
 /// Sorts robots into square cells as wide as the lists reach.
@@ -39,8 +40,8 @@ void Neighbours::sort_into_cells(const std::vector<Eigen::Vector2d> &positions) 
         first_[cell_[i]]++;
     }
     std::partial_sum(first_.begin(), first_.end(), first_.begin());
-    members_.resize(positions.size() + SPARE);
-    places_.resize(positions.size() + SPARE, Eigen::Vector2d::Zero());
+    members_.resize(positions.size());
+    places_.resize(positions.size());
     for (size_t i = positions.size(); i-- > 0;) {
         const size_t place = --first_[cell_[i]];
         members_[place] = static_cast<uint32_t>(i);
@@ -52,7 +53,7 @@ void Neighbours::sort_into_cells(const std::vector<Eigen::Vector2d> &positions) 
 void Neighbours::find_pairs() {
     const size_t cells = first_.size() - 1;
     size_t found = 0;
-    for (size_t place = 0; place + SPARE < members_.size(); place++) {
+    for (size_t place = 0; place < members_.size(); place++) {
         const size_t cell = cell_[members_[place]], column = cell % columns_;
         const size_t left = column > 0, right = column + 1 < columns_;
         found = add_pairs(place, place + 1, first_[cell + right + 1], found);
@@ -66,29 +67,15 @@ void Neighbours::find_pairs() {
 /// `end` who are near.
 size_t Neighbours::add_pairs(size_t place, size_t begin, size_t end, size_t found) {
     const double reach_m = reach_m_ + skin_m_;
-    const size_t most = found + end - begin + SPARE;
-    if (pairs_.size() < most) pairs_.resize(2 * most);
-    const uint32_t *members = members_.data(), one = members[place];
-    const auto *places = places_.data();
-    const Eigen::Vector2d here = places[place];
-    Pair *pairs = pairs_.data();
-    // No branch, and by fours, at least once: nobody could foresee either.
-    size_t four = begin;
-    do {
-        const Eigen::Array4d squares = squares_of_four(here, places[four], places[four + 1],
-                                                       places[four + 2], places[four + 3]);
-        for (size_t i = 0; i < 4; i++) {
-            pairs[found] = {one, members[four + i]};
-            found +=
-                (four + i < end) & (squares[static_cast<Eigen::Index>(i)] <= reach_m * reach_m);
-        }
-        four += 4;
-    } while (four < end);
+    if (pairs_.size() < found + end - begin) pairs_.resize(2 * (found + end - begin));
+    for (size_t k = begin; k < end; k++) {  // no branch: nobody could foresee it
+        pairs_[found] = {members_[place], members_[k]};
+        found += (places_[k] - places_[place]).squaredNorm() <= reach_m * reach_m;
+    }
     return found;
 }
 
-void Neighbours::list_pairs(size_t robots) {
-    begin_.assign(robots + 1, 0);
+void Neighbours::list_pairs() {
     for (const Pair &pair : pairs_) {
         begin_[pair.one]++;
         begin_[pair.other]++;
@@ -96,14 +83,14 @@ void Neighbours::list_pairs(size_t robots) {
     std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
     unsorted_.resize(begin_.back());
     for (const Pair &pair : pairs_) {
-        unsorted_[--begin_[pair.one]] = pair;
-        unsorted_[--begin_[pair.other]] = {pair.other, pair.one};
+        unsorted_[--begin_[pair.one]] = pair.other;
+        unsorted_[--begin_[pair.other]] = pair.one;
     }
-    for (size_t i = 0; i <= robots; i++) begin_[i] += i * REPEATS;
-    // Who stands in the list of `one` has `one` in its own: written in the order of `one`, it is sorted.
-    ids_.resize(begin_.back());
+    // Who stands in the list of `i` has `i` in its own: written in the order of `i`, it is sorted.
+    ids_.resize(unsorted_.size());
     next_ = begin_;
-    for (const auto &[one, other] : unsorted_) std::fill_n(&ids_[next_[other]++], 1 + REPEATS, one);
+    for (uint32_t i = 0; i + 1 < begin_.size(); i++)
+        for (size_t k = begin_[i]; k < begin_[i + 1]; k++) ids_[next_[unsorted_[k]]++] = i;
 }
 
 }  // namespace kilotwin

@@ -12,14 +12,6 @@
 
 namespace kilotwin {
 
-/// Squares of how far from a place four others are.
-inline Eigen::Array4d squares_of_four(const Eigen::Vector2d &from, const Eigen::Vector2d &a,
-                                      const Eigen::Vector2d &b, const Eigen::Vector2d &c,
-                                      const Eigen::Vector2d &d) {
-    const Eigen::Array4d x(a.x(), b.x(), c.x(), d.x()), y(a.y(), b.y(), c.y(), d.y());
-    return (x - from.x()).square() + (y - from.y()).square();
-}
-
 class Neighbours {
   public:
     /// Lists hold everybody within `reach_m` + `skin_m` at the time of rebuild().
@@ -28,8 +20,6 @@ class Neighbours {
     /// Makes all lists anew, from the robots' positions. Time O(robots + pairs).
     void rebuild(const std::vector<Eigen::Vector2d> &positions);
 
-    /// After its last one, that one stands there three times more: who asks for something that the same
-    /// robot once more does not change can go by fours, which ends in fewer ways than one by one.
     struct List {
         const uint32_t *first, *last;
         const uint32_t *begin() const { return first; }
@@ -54,22 +44,19 @@ class Neighbours {
     double skin_m() const { return skin_m_; }
 
   private:
-    static constexpr size_t REPEATS = 3;  ///< of the last one on a list
-    static constexpr size_t SPARE = 4;  ///< places after the last one in a cell, for going by fours
-
     struct Pair {
         uint32_t one, other;
     };
 
     static List list(const std::vector<uint32_t> &ids, const std::vector<size_t> &begin,
                      uint32_t robot) {
-        return {ids.data() + begin[robot], ids.data() + begin[robot + 1] - REPEATS};
+        return {ids.data() + begin[robot], ids.data() + begin[robot + 1]};
     }
 
     void sort_into_cells(const std::vector<Eigen::Vector2d> &positions);
     void find_pairs();
     size_t add_pairs(size_t place, size_t begin, size_t end, size_t found);
-    void list_pairs(size_t robots);
+    void list_pairs();
 
     double reach_m_, skin_m_;
     std::vector<size_t> begin_;
@@ -84,7 +71,7 @@ class Neighbours {
     std::vector<uint32_t> members_;        ///< robots by cells
     std::vector<Eigen::Vector2d> places_;  ///< theirs
     std::vector<Pair> pairs_;
-    std::vector<Pair> unsorted_;  ///< who stands on whose list, by lists
+    std::vector<uint32_t> unsorted_;  ///< the lists in any order
     std::vector<size_t> next_;
 };
 

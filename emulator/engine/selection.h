@@ -12,40 +12,16 @@
 
 namespace kilotwin {
 
-/// Some of many things, ascending.
-class Selection {
-  public:
-    /// Chooses those of 0 .. count - 1 for which `wanted` holds.
-    template <typename Wanted> void choose(size_t count, Wanted wanted) {
-        if (room_.size() < count) room_.resize(count);
-        uint32_t *const room = room_.data();
-        const auto things = static_cast<uint32_t>(count);
-        size_t n = 0;
-        uint32_t i = 0;
-        auto look = [&](uint32_t thing) {
-            room[n] = thing;
-            n += wanted(thing);
-        };
-        for (; i + 4 <= things; i += 4) {
-            look(i);
-            look(i + 1);
-            look(i + 2);
-            look(i + 3);
-        }
-        for (; i < things; i++) look(i);
-        size_ = n;
+/// Makes `chosen` those of 0 .. count - 1 for which `wanted` holds, ascending.
+template <typename Wanted> void choose(std::vector<uint32_t> &chosen, size_t count, Wanted wanted) {
+    chosen.resize(count);
+    size_t n = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        chosen[n] = i;
+        n += wanted(i);
     }
-
-    size_t size() const { return size_; }
-    bool empty() const { return size_ == 0; }
-    uint32_t operator[](size_t i) const { return room_[i]; }
-    const uint32_t *begin() const { return room_.data(); }
-    const uint32_t *end() const { return room_.data() + size_; }
-
-  private:
-    std::vector<uint32_t> room_;  ///< those chosen, then what was left from before
-    size_t size_ = 0;
-};
+    chosen.resize(n);
+}
 
 /// Sorts a list that is sorted up to `from`.
 template <typename T> void sort_from(std::vector<T> &list, size_t from) {

@@ -138,7 +138,6 @@ void Simulation::create_robots() {
     bodies_.emplace(def_.arena, def_.profile, chance_, step_, start_, poses,
                     std::max(reach_m_ + hides_m, floor_ ? 2 * radius + floor_->obstacle_m() : 0),
                     def_.solver);
-    approach_cycles_per_m_ = static_cast<double>(CYCLES_PER_SECOND) / (2 * bodies_->fastest_m_s());
 }
 
 Calibration Simulation::calibrate(uint32_t index) const {
@@ -212,8 +211,7 @@ void Simulation::step(Cycles limit) {
     prepare_boards();
     if (kilobot_medium_) kilobot_medium_->run(now_, now_ + step_, limit);
     for (uint32_t robot : boards_.robots()) take_commands(robot);
-    const Cycles *wake = wake_.data();
-    due_.choose(robots_.size(), [wake, now = now_](uint32_t robot) { return wake[robot] <= now; });
+    choose(due_, robots_.size(), [this](uint32_t robot) { return wake_[robot] <= now_; });
     for (size_t i = 0; i < due_.size(); i++) {
         prefetch_due_after(i);
         live_on(due_[i], limit);
@@ -313,43 +311,25 @@ Cycles Simulation::undisturbed_until(uint32_t robot, Cycles limit) {
     // The ideal medium lets a frame be heard when the step is over in which it begins.
     const Cycles soonest = now_ + step_, heard_after = kilobot_medium_ ? 0 : step_;
     if (grid_) return soonest;  // a cell may speak to it any time
+    const double s_per_m = 1 / (2 * bodies_->fastest_m_s());
     Cycles until = std::min(limit, bodies_->lists_hold_until() + heard_after);
     if (!kilobot_medium_)
         until = std::min(until, now_ + (PlannedFrames::STEPS - 1) * step_);
     else if (kilobot_medium_->claims(robot))
         return soonest;
     if (until <= soonest) return soonest;
-    const Cycles matters = end_of_step(until - heard_after, step_);  // who speaks before
-    if (!kilobot_medium_) {
-        const Cycles heard =
-            nobody_heard_until(robot, matters, [this](uint32_t) { return reach_m_; });
-        return std::min(until, begin_of_step(heard, step_) + heard_after);
+    Cycles matters = end_of_step(until - heard_after, step_);  // who speaks before
+    const Eigen::Vector2d here = bodies_->position(robot);
+    for (uint32_t other : bodies_->lists().of(robot)) {  // no branch: nobody could foresee it
+        const Cycles speaks =
+            kilobot_medium_ ? speaks_[other] : begin_of_step(speaks_[other], step_);
+        const double range_m = kilobot_medium_ ? kilobot_medium_->range_m(other) : reach_m_;
+        const double way_m = (bodies_->position(other) - here).norm() - range_m;
+        const Cycles in_reach = now_ + whole_steps(way_m * s_per_m, step_);
+        matters = std::min(matters, std::max(speaks, in_reach));
     }
-    const Cycles heard = nobody_heard_until(
-        robot, matters, [this](uint32_t other) { return kilobot_medium_->range_m(other); });
-    return kilobot_medium_->alone_until(robot, std::min(until, heard));
-}
-
-/// Before this, or `until`, nobody around a robot begins a frame that it hears.
-template <typename RangeOf>
-Cycles Simulation::nobody_heard_until(uint32_t robot, Cycles until, RangeOf range_m) const {
-    const auto list = bodies_->lists().of(robot);
-    const auto *places = bodies_->positions().data();
-    const auto *speaks = speaks_.data();
-    const Eigen::Vector2d here = places[robot];
-    // No branch, and by fours: nobody could foresee either.
-    for (const uint32_t *four = list.begin(); four < list.end(); four += 4) {
-        const Eigen::Array4d range(range_m(four[0]), range_m(four[1]), range_m(four[2]),
-                                   range_m(four[3]));
-        const Eigen::Array4d squares = squares_of_four(here, places[four[0]], places[four[1]],
-                                                       places[four[2]], places[four[3]]);
-        const Eigen::Array4d cycles = ((squares.sqrt() - range) * approach_cycles_per_m_).max(0);
-        for (int i = 0; i < 4; i++) {
-            const Cycles in_reach = now_ + static_cast<Cycles>(static_cast<int64_t>(cycles[i]));
-            until = std::min(until, std::max(speaks[four[i]], in_reach));
-        }
-    }
-    return until;
+    until = std::min(until, matters + heard_after);
+    return kilobot_medium_ ? kilobot_medium_->alone_until(robot, until) : until;
 }
 
 /// What the floor tells a robot, and how long it will say the same: bounded by the fastest that
@@ -557,21 +537,19 @@ void Simulation::deliver(const Emission &emission) {
         return;
     }
     const Cycles heard_at = std::max(emission.at + FRAME_CYCLES, now_ + step_);
-    const auto audience = audience_of(sender);
-    counts_.received += audience.size();
-    for (const auto &listener : audience) {
+    for (const auto &listener : audience_of(sender)) {
         auto gain = static_cast<int16_t>(std::min<uint16_t>(listener.distance_mm, INT16_MAX));
         robots_[listener.robot].receive(heard_at, emission.message, {gain, gain});
+        counts_.received++;
     }
 }
 
 /// Who hears `robot` now. As long as it moves nobody keeps that: it would not hold.
-std::span<const Listener> Simulation::audience_of(uint32_t robot) {
+const std::vector<Listener> &Simulation::audience_of(uint32_t robot) {
     if (def_.run_ahead && audience_holds(robot)) return medium_.kept_audience(robot);
     const bool keep = bodies_->still_since(robot) != NEVER;
     senders_[robot].audience_at = keep ? now_ : NEVER;
-    const auto *places = bodies_->positions().data();
-    auto place_of = [places](uint32_t other) -> auto & { return places[other]; };
+    auto place_of = [this](uint32_t other) { return bodies_->position(other); };
     return medium_.find_audience(robot, bodies_->lists().of(robot), place_of, keep);
 }
 

@@ -11,7 +11,6 @@
 #include <cmath>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -165,8 +164,6 @@ class Simulation {
     /// Not where light depends on the place: nobody knows for how long a robot will stay where it is.
     bool may_run_ahead() const { return def_.run_ahead && !light_changes(); }
     Cycles undisturbed_until(uint32_t robot, Cycles limit);
-    template <typename RangeOf>
-    Cycles nobody_heard_until(uint32_t robot, Cycles until, RangeOf range_m) const;
     void look_around(uint32_t robot);
     void disturb(uint32_t robot, Cycles at);
     void run_robot(uint32_t robot, Cycles until);
@@ -179,7 +176,7 @@ class Simulation {
     void prefetch_heard_after(const std::vector<PlannedFrame> &frames, size_t i) const;
     void deliver_frames();
     void deliver(const Emission &emission);
-    std::span<const Listener> audience_of(uint32_t robot);
+    const std::vector<Listener> &audience_of(uint32_t robot);
     bool audience_holds(uint32_t robot);
     void sample_if_due();
     void sample_into(Samples &samples) const;
@@ -203,7 +200,7 @@ class Simulation {
     std::vector<SimulationDef::Command> commands_;  ///< in order of time
     size_t next_command_ = 0;
 
-    Selection due_;  ///< those to be seen to in this step
+    std::vector<uint32_t> due_;  ///< those to be seen to in this step
 
     // By robot.
     std::vector<Cycles> wake_;    ///< the begin of the step in which it next has to be seen to
@@ -212,7 +209,6 @@ class Simulation {
     std::vector<Surroundings> surroundings_;
 
     std::optional<Bodies> bodies_;
-    double approach_cycles_per_m_ = 0;  ///< nobody comes nearer to anybody in less time
     IdealMedium medium_;
     PlannedFrames frames_;  ///< of the ideal medium
     StepSorter<PlannedFrame> frame_sorter_;

@@ -21,12 +21,11 @@ std::vector<Listener> audience(const Positions &positions, uint32_t sender,
     Neighbours neighbours(RANGE + RADIUS, 0.3);
     neighbours.rebuild(positions);
     IdealMedium medium(RANGE, line_of_sight, RADIUS, positions.size());
-    const auto found = medium.find_audience(
+    return medium.find_audience(
         sender, neighbours.of(sender), [&](uint32_t robot) { return positions[robot]; }, false);
-    return {found.begin(), found.end()};
 }
 
-std::vector<uint32_t> who(std::span<const Listener> listeners) {
+std::vector<uint32_t> who(const std::vector<Listener> &listeners) {
     std::vector<uint32_t> out;
     for (const auto &listener : listeners) out.push_back(listener.robot);
     return out;

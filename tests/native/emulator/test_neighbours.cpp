@@ -56,28 +56,6 @@ TEST_CASE("a robot at exactly reach and skin is on the list") {
     CHECK(list_of(neighbours, 0) == std::vector<uint32_t>{1});
 }
 
-TEST_CASE("the last one on a list stands there three times more") {
-    Dice dice(5);
-    Neighbours neighbours(0.5, 0.2);
-    for (size_t count : {2, 3, 20, 200}) {
-        const auto positions = anywhere(dice, count, 3);
-        neighbours.rebuild(positions);
-        for (uint32_t i = 0; i < count; i++) {
-            const auto list = neighbours.of(i);
-            for (int more = 0; more < 3 && list.size() > 0; more++)
-                CHECK(list.end()[more] == list.end()[-1]);
-        }
-    }
-}
-
-TEST_CASE("distances of four are those of each") {
-    Dice dice(7);
-    const auto p = anywhere(dice, 5, 3);
-    const Eigen::Array4d squares = squares_of_four(p[0], p[1], p[2], p[3], p[4]);
-    for (int i = 0; i < 4; i++)
-        CHECK(squares[i] == (p[static_cast<size_t>(i) + 1] - p[0]).squaredNorm());
-}
-
 TEST_CASE("a rebuild says whose list it changed") {
     Dice dice(3);
     Neighbours neighbours(0.5, 0.2);
