@@ -67,7 +67,8 @@ void Trajectory::place(std::span<const Trajectory> trajectories, Cycles at,
         const Trajectory &a = trajectories[i], &b = trajectories[i + 1];
         const Two time = (as_double(at) - Two(a.since_, b.since_)) * CYCLE_S;
         const Two angle = Two(a.drive_.turn, b.drive_.turn) * time;
-        Arc<Two> way = short_arcs(angle);
+        const bool straight = a.drive_.turn == 0 && b.drive_.turn == 0;
+        Arc<Two> way = straight ? Arc<Two>{Two(1, 1), Two(0, 0)} : short_arcs(angle);
         if (angle.abs().maxCoeff() > SHORT_ARC) [[unlikely]]
             way = arcs(angle, a.drive_.stands(), b.drive_.stands());
         const auto [x, y] = moved(both(a.origin_, b.origin_), both(a.ahead_, b.ahead_),
