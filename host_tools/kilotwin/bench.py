@@ -3,6 +3,7 @@
 import math
 import os
 import platform
+import signal
 import statistics
 import tempfile
 from collections.abc import Callable, Iterator
@@ -14,6 +15,7 @@ from kilotwin import resources, run
 from kilotwin.errors import EXIT_INTERRUPTED, InterruptError
 from kilotwin.experiment import Experiment
 from kilotwin.experiment_text import ExperimentText, Setting
+from kilotwin.interrupts import heeding_interrupts
 from kilotwin.profiles import PROFILES
 from kilotwin.terminal import Silent
 
@@ -173,9 +175,11 @@ def measure(
     settings = []
     if duration_s is not None:
         settings.append(Setting(("duration_s",), duration_s, f"--duration-s {duration_s:g}"))
-    for workload in workloads:
-        for case in _WORKLOADS[workload](settings):
-            yield _measure_one(case, repeats, note)
+    # Between runs, too, a polite kill leaves what is measured.
+    with heeding_interrupts(signal.default_int_handler):
+        for workload in workloads:
+            for case in _WORKLOADS[workload](settings):
+                yield _measure_one(case, repeats, note)
 
 
 def _measure_one(case: _Case, repeats: int, note: Note) -> dict[str, Any]:
@@ -217,7 +221,7 @@ def _run(experiment: Experiment) -> dict[str, Any]:
     with tempfile.TemporaryDirectory(prefix="kilotwin-bench-") as scratch:
         folder = Path(scratch) / "run"
         outcome = run.run(experiment, folder, ["kilotwin", "bench"], Silent())
-    if outcome.exit_code == EXIT_INTERRUPTED:
+    if outcome.stop_asked or outcome.exit_code == EXIT_INTERRUPTED:
         raise InterruptError("interrupted")
     return outcome.summary
 

@@ -68,10 +68,14 @@ class Display(Protocol):
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a run ended: `summary` is what --json prints."""
+    """How a run ended: `summary` is what --json prints.
+
+    `stop_asked`: Ctrl-C or a kill came, be it too late to cut it short.
+    """
 
     summary: dict[str, Any]
     exit_code: int
+    stop_asked: bool = False
 
 
 def run(
@@ -165,7 +169,7 @@ class _Child:
                     self._show(last)
                 returncode = process.wait()
                 if last.get("type") == "done":
-                    return Outcome(last["summary"], last["exit_code"])
+                    return Outcome(last["summary"], last["exit_code"], self._interrupts > 0)
                 log.seek(0)
                 raise self._failure(last, returncode, log.read().strip())
 

@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 
 from kilotwin import __version__, cli, run
 from kilotwin.doctor import Finding, examine, report_text
+from kilotwin.errors import EXIT_INTERRUPTED
 
 from .conftest import Kilotwin
 
@@ -141,13 +142,18 @@ def test_bench_prints_a_table_for_people(kilotwin: Kilotwin) -> None:
     assert "cores" in shown.splitlines()[-1]
 
 
+CUT_SHORT, ASKED_TOO_LATE = (EXIT_INTERRUPTED, True), (0, True)
+
+
+@pytest.mark.parametrize("end", [CUT_SHORT, ASKED_TOO_LATE])
 def test_bench_interrupted_keeps_what_is_measured_in_full_and_goes_no_further(
-    kilotwin: Kilotwin, monkeypatch: pytest.MonkeyPatch
+    kilotwin: Kilotwin, monkeypatch: pytest.MonkeyPatch, end: tuple[int, bool]
 ) -> None:
     words = ["bench", "paper", "--json", "--repeats", "2", "--duration-s", "10", "--quiet"]
     (whole, *_) = json.loads(kilotwin(*words).stdout)
     summary = {**whole, "stats": {"worst_overlap_fraction": 0.0}}
-    outcomes = iter([run.Outcome(summary, code) for code in (0, 0, 0, 130, 0, 0)])
+    ends = [(0, False)] * 3 + [end] + [(0, False)] * 2
+    outcomes = iter([run.Outcome(summary, code, asked) for code, asked in ends])
     monkeypatch.setattr(run, "run", lambda *_: next(outcomes))
     done = CliRunner().invoke(cli.app, words)
     assert done.exit_code == 130

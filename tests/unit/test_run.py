@@ -14,10 +14,13 @@ from pathlib import Path
 
 import pytest
 
+from kilotwin import run
+from kilotwin.experiment import Experiment
+from kilotwin.run_folder import FINISHED
 from kilotwin.run_reader import Run
-from kilotwin.terminal import Lines
+from kilotwin.terminal import Lines, Silent
 
-from .conftest import BLINK, INFORMED, SMALL, Kilotwin
+from .conftest import BLINK, INFORMED, SMALL, Kilotwin, Load
 
 Start = Callable[..., "subprocess.Popen[str]"]
 
@@ -290,3 +293,24 @@ def test_progress_off_a_terminal_is_a_line_now_and_then(
     shown = capsys.readouterr().err.splitlines()
     assert len(shown) == 2
     assert "black 3, white 0, not resting 7" in shown[0]
+
+
+class _StopsTooLate(Silent):
+    """Presses Ctrl-C when the run is over, before anybody has read of its end."""
+
+    def start(self, experiment: Experiment, folder: Path) -> None:
+        def is_over() -> bool:
+            return f'"status": "{FINISHED}"' in (folder / "manifest.json").read_text()
+
+        wait_for(is_over, "the end of the run")
+        os.kill(os.getpid(), signal.SIGINT)
+
+
+def test_a_wish_to_stop_that_comes_too_late_is_told(
+    load: Load, tmp_path: Path, fake_environment: dict[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name, value in fake_environment.items():
+        monkeypatch.setenv(name, value)
+    outcome = run.run(load(), tmp_path / "out", ["kilotwin", "run"], _StopsTooLate())
+    assert (outcome.exit_code, outcome.stop_asked) == (0, True)
+    assert not run.run(load(), tmp_path / "out2", ["kilotwin", "run"], Silent()).stop_asked

@@ -326,9 +326,9 @@ def test_a_world_that_cannot_be_is_told(keys: dict[str, object], said: str) -> N
 
 @pytest.mark.parametrize(("name", "key"), [("blink.c", "program"), ("blink.hex", "hex")])
 def test_a_program_given_as_the_experiment_is_told_how_to_type_it(name: str, key: str) -> None:
-    for keys in ({}, {"count": 3}):
+    for keys in [{}, {"count": 3}]:
         with pytest.raises(InputError, match="is a robot's program, not an") as refused:
-            World(name, **keys)
+            World(name, **keys)  # type: ignore[arg-type]
         assert str(refused.value).endswith(f'; type World({key}="{name}")')
 
 
