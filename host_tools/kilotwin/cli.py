@@ -298,6 +298,13 @@ def sweep(
             help="Only list the trials and whether they are there already.",
         ),
     ] = False,
+    resume: Annotated[
+        bool,
+        typer.Option(
+            envvar="KILOTWIN_RESUME",
+            help="Go on where it was stopped, or want a folder without trials.",
+        ),
+    ] = True,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -314,7 +321,13 @@ def sweep(
     if listing:
         typer.echo(sweeps.listing(prepared, place, as_json))
         return
-    display.note(prepared.estimate().text(place))
+    estimate = prepared.estimate()
+    if estimate.done and not resume:
+        raise InputError(
+            f"--no-resume: {prepared.data.folder} holds {estimate.done} of these trials; name "
+            "another folder by --out, or leave --no-resume out to go on"
+        )
+    display.note(estimate.text(place))
     with prepared.data.held():
         prepared.run(place, display)
         summary = prepared.summary(prepared.finish())

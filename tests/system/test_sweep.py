@@ -212,7 +212,9 @@ def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(
         process.send_signal(signal.SIGINT)
         assert process.wait(60) == 130
     assert pq.read_table(out / "trials.parquet").num_rows == parts(out)
-    kilotwin("sweep", sweep_file, "--out", out)
+    refused = kilotwin("sweep", sweep_file, "--out", out, "--no-resume", expect=2)
+    assert f"holds {parts(out)} of these trials" in refused.stderr
+    kilotwin("sweep", sweep_file, "--out", out, "--resume")
     assert tables(out) == reference
 
 
