@@ -140,7 +140,7 @@ const Trajectory &Bodies::trajectory_before(uint32_t robot) const {
     return changed ? before_[slot].trajectory : trajectories_[robot];
 }
 
-/// Takes in what changes a robot's drive within this step.
+/// Where a robot would go within this step; what changes its drive meanwhile takes effect.
 void Bodies::find_free_shift(uint32_t robot, FreeShift &free) {
     const Trajectory &trajectory = trajectories_[robot];
     const Cycles end = now_ + step_;

@@ -59,8 +59,6 @@ struct alignas(64) Driven {
 struct Party {
     Driven &driven;
     Shift &moved;
-
-    void move(double time_s) const { moved.add(driven.velocity, time_s); }
 };
 
 struct Encounter {

@@ -105,7 +105,7 @@ void World::meet_wall(size_t i, Near &near, double step_s) {
     if (near.company == Near::Company::WALL)
         encounter_.meet(robot, nullptr, near.towards, near.gap_m, step_s);
     else
-        robot.move(step_s);
+        robot.moved.add(robot.driven.velocity, step_s);
 }
 
 /// The i-th and the k-th are alone.

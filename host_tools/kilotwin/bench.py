@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from kilotwin import resources, run
-from kilotwin.errors import EXIT_INTERRUPTED, InterruptError
+from kilotwin.errors import InterruptError
 from kilotwin.experiment import Experiment
 from kilotwin.experiment_text import ExperimentText, Setting
 from kilotwin.interrupts import heeding_interrupts
@@ -221,7 +221,7 @@ def _run(experiment: Experiment) -> dict[str, Any]:
     with tempfile.TemporaryDirectory(prefix="kilotwin-bench-") as scratch:
         folder = Path(scratch) / "run"
         outcome = run.run(experiment, folder, ["kilotwin", "bench"], Silent())
-    if outcome.stop_asked or outcome.exit_code == EXIT_INTERRUPTED:
+    if outcome.stop_asked:
         raise InterruptError("interrupted")
     return outcome.summary
 

@@ -60,6 +60,27 @@ def start(folder: Path, fake_environment: dict[str, str]) -> Iterator[Start]:
         yield start
 
 
+@pytest.fixture
+def start_endless(start: Start, folder: Path, trouble: Callable[[str], str]) -> Start:
+    """Starts a run into the folder `run` that does not end by itself, up to its first samples."""
+
+    def start_endless(*arguments: str) -> "subprocess.Popen[str]":
+        endless = ["--set", trouble("slow"), "--set", "duration_s=1e9", "--out", "run"]
+        process = start(*endless, *arguments)
+        wait_for((folder / "run").exists, "the run folder")
+        wait_for(lambda: Run.open(folder / "run").sites().num_rows > 5, "samples")
+        return process
+
+    return start_endless
+
+
+def stop_engine_of(process: "subprocess.Popen[str]") -> None:
+    """Its engine heeds nothing from then on."""
+    children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text()
+    (engine,) = map(int, children.split())
+    os.kill(engine, signal.SIGSTOP)
+
+
 def kill_group(pid: int) -> None:
     with contextlib.suppress(ProcessLookupError):
         os.killpg(pid, signal.SIGKILL)
@@ -178,12 +199,9 @@ def test_when_the_engine_dies_the_parent_closes_the_folder(
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 130)])
 def test_an_interrupted_run_keeps_its_data(
-    number: int, code: int, start: Start, folder: Path, trouble: Callable[[str], str]
+    number: int, code: int, start_endless: Start, folder: Path
 ) -> None:
-    words = ["--set", trouble("slow"), "--set", "duration_s=1e9", "--out", "run", "--json"]
-    process = start(*words)
-    wait_for((folder / "run").exists, "the run folder")
-    wait_for(lambda: Run.open(folder / "run").sites().num_rows > 5, "samples")
+    process = start_endless("--json")
     os.killpg(process.pid, number)
     output, errors = process.communicate(timeout=30)
     assert process.returncode == code, errors
@@ -198,15 +216,10 @@ def test_an_interrupted_run_keeps_its_data(
 
 
 def test_a_run_interrupted_twice_ends_at_once_and_says_what_is_kept(
-    start: Start, folder: Path, trouble: Callable[[str], str]
+    start_endless: Start, folder: Path
 ) -> None:
-    process = start("--set", trouble("slow"), "--set", "duration_s=1e9", "--out", "run")
-    wait_for((folder / "run").exists, "the run folder")
-    wait_for(lambda: Run.open(folder / "run").sites().num_rows > 5, "samples")
-    (engine,) = map(
-        int, Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
-    )
-    os.kill(engine, signal.SIGSTOP)  # it does not heed the first one
+    process = start_endless()
+    stop_engine_of(process)  # it does not heed the first one
     os.kill(process.pid, signal.SIGINT)
     for _ in range(3):
         time.sleep(0.1)
@@ -221,15 +234,10 @@ def test_a_run_interrupted_twice_ends_at_once_and_says_what_is_kept(
 
 
 def test_a_run_whose_engine_hangs_ends_soon_after_one_polite_kill(
-    start: Start, folder: Path, trouble: Callable[[str], str]
+    start_endless: Start, folder: Path
 ) -> None:
-    process = start("--set", trouble("slow"), "--set", "duration_s=1e9", "--out", "run")
-    wait_for((folder / "run").exists, "the run folder")
-    wait_for(lambda: Run.open(folder / "run").sites().num_rows > 5, "samples")
-    (engine,) = map(
-        int, Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
-    )
-    os.kill(engine, signal.SIGSTOP)
+    process = start_endless()
+    stop_engine_of(process)
     process.terminate()
     _, errors = process.communicate(timeout=30)
     assert process.returncode == 130, errors
@@ -247,11 +255,9 @@ def test_a_robot_that_is_not_there_is_not_said_to_wait_for_gdb(kilotwin: Kilotwi
 
 
 def test_a_child_whose_parent_is_killed_closes_the_folder(
-    start: Start, folder: Path, trouble: Callable[[str], str]
+    start_endless: Start, folder: Path
 ) -> None:
-    process = start("--set", trouble("slow"), "--set", "duration_s=1e9", "--out", "run")
-    wait_for((folder / "run").exists, "the run folder")
-    wait_for(lambda: Run.open(folder / "run").sites().num_rows > 5, "samples")
+    process = start_endless()
     process.kill()
     wait_for(lambda: status(folder / "run") == "interrupted", "the child to end")
 
