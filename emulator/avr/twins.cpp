@@ -5,7 +5,7 @@
 #include <cstring>
 #include <utility>
 
-#include "engine/message_crc.h"
+#include "base/message_crc.h"
 
 namespace kilotwin {
 

@@ -16,12 +16,12 @@
 #include <string>
 #include <vector>
 
-#include "avr/call_watch.h"
-#include "avr/flash_image.h"
-#include "avr/infrared_pulses.h"
-#include "avr/robot_board.h"
-#include "engine/chance.h"
+#include "avr/boards/robot_board.h"
+#include "avr/chip/call_watch.h"
+#include "avr/chip/flash_image.h"
+#include "base/chance.h"
 #include "guest/robot.h"
+#include "infrared/infrared_pulses.h"
 
 namespace kilotwin {
 

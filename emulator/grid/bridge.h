@@ -20,7 +20,7 @@
 #include <string>
 #include <vector>
 
-#include "grid/can_frame.h"
+#include "base/can_frame.h"
 
 namespace kilotwin {
 

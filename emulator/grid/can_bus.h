@@ -19,9 +19,9 @@
 #include <utility>
 #include <vector>
 
-#include "engine/chance.h"
-#include "engine/clock.h"
-#include "grid/can_frame.h"
+#include "base/can_frame.h"
+#include "base/chance.h"
+#include "base/clock.h"
 
 namespace kilotwin {
 

@@ -17,11 +17,11 @@
 #include <string>
 #include <vector>
 
-#include "engine/chance.h"
-#include "engine/clock.h"
-#include "engine/earliest.h"
-#include "engine/events.h"
-#include "engine/memory.h"
+#include "base/chance.h"
+#include "base/clock.h"
+#include "base/earliest.h"
+#include "base/events.h"
+#include "base/memory.h"
 #include "grid/can_bus.h"
 #include "grid/cells.h"
 #include "guest/module.h"
@@ -48,7 +48,7 @@ struct CellInfrared {
     double clock_spread = 1e-4;
 };
 
-/// The modules of a grid whose program runs on boards (avr/boards.h): chips that live for
+/// The modules of a grid whose program runs on boards (avr/boards/boards.h): chips that live for
 /// themselves. What the grid has to do with them is power and their buses.
 class ModuleBoards {
   public:

@@ -13,7 +13,7 @@
 #include <string_view>
 #include <vector>
 
-#include "grid/can_frame.h"
+#include "base/can_frame.h"
 
 namespace kilotwin {
 

@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <memory>
 
-#include "engine/clock.h"
+#include "base/clock.h"
 #include "guest/program.h"
 
 namespace kilotwin {

@@ -6,7 +6,7 @@
 #include <array>
 #include <cstdint>
 
-#include "engine/clock.h"
+#include "base/clock.h"
 #include "guest/infrared_gains.h"
 
 namespace kilotwin {

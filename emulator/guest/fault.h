@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "engine/events.h"
+#include "base/events.h"
 #include "guest/program.h"
 #include "guest/stack.h"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "engine/message_crc.h"
+#include "base/message_crc.h"
 #include "guest/fault.h"
 #include "guest/timer.h"
 #include "kilogrid_can.h"

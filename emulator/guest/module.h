@@ -17,10 +17,10 @@
 #include <vector>
 
 #include "address.h"
-#include "engine/chance.h"
-#include "engine/clock.h"
-#include "engine/events.h"
-#include "grid/can_frame.h"
+#include "base/can_frame.h"
+#include "base/chance.h"
+#include "base/clock.h"
+#include "base/events.h"
 #include "guest/busy_watch.h"
 #include "guest/eeprom.h"
 #include "guest/infrared_gains.h"

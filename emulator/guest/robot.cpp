@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "engine/memory.h"
+#include "base/memory.h"
 #include "guest/fault.h"
 
 namespace kilotwin {

@@ -15,17 +15,17 @@
 #include <utility>
 #include <vector>
 
-#include "engine/chance.h"
-#include "engine/clock.h"
-#include "engine/events.h"
-#include "engine/memory.h"
-#include "engine/motion.h"
+#include "base/chance.h"
+#include "base/clock.h"
+#include "base/events.h"
+#include "base/memory.h"
 #include "guest/busy_watch.h"
 #include "guest/eeprom.h"
 #include "guest/infrared_gains.h"
 #include "guest/program.h"
 #include "guest/stack.h"
 #include "guest/timer.h"
+#include "physics/motion.h"
 
 namespace kilotwin {
 

@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "engine/clock.h"
+#include "base/clock.h"
 
 namespace kilotwin {
 

@@ -13,10 +13,10 @@
 #include <iterator>
 
 #include "aggregation/wire.h"
-#include "engine/box2d_solver.h"
-#include "engine/simulation.h"
+#include "physics/contact/box2d_solver.h"
 #include "python/bridge.h"
 #include "python/twins.h"
+#include "simulation/simulation.h"
 
 namespace nb = nanobind;
 using namespace kilotwin;
@@ -506,7 +506,7 @@ NB_MODULE(_emulator, m) {
     register_bridge(m);
     register_twins(m);
 
-    nb::class_<PythonSimulation>(m, "Simulation", "One run; see emulator/engine/simulation.h.")
+    nb::class_<PythonSimulation>(m, "Simulation", "One run; see emulator/simulation/simulation.h.")
         .def(nb::init<const nb::dict &>(), nb::arg("spec"))
         .def(
             "advance",

@@ -9,7 +9,7 @@
 #include <fstream>
 #include <iterator>
 
-#include "avr/flash_image.h"
+#include "avr/chip/flash_image.h"
 #include "guest/program.h"
 
 using namespace kilotwin;

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "avr/robot_board.h"
+#include "avr/boards/robot_board.h"
 
 using namespace kilotwin;
 

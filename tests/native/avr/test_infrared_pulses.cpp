@@ -3,7 +3,7 @@
 
 #include <cstring>
 
-#include "avr/infrared_pulses.h"
+#include "infrared/infrared_pulses.h"
 
 using namespace kilotwin;
 using Found = PulseReader::Found;

@@ -4,7 +4,7 @@
 #include <initializer_list>
 #include <vector>
 
-#include "avr/mcp2515.h"
+#include "avr/boards/mcp2515.h"
 
 using namespace kilotwin;
 

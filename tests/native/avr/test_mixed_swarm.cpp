@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/simulation.h"
+#include "simulation/simulation.h"
 
 using namespace kilotwin;
 

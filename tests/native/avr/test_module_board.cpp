@@ -5,9 +5,9 @@
 #include <cmath>
 #include <utility>
 
-#include "avr/infrared_pulses.h"
-#include "avr/module_board.h"
-#include "engine/message_crc.h"
+#include "avr/boards/module_board.h"
+#include "base/message_crc.h"
+#include "infrared/infrared_pulses.h"
 
 using namespace kilotwin;
 

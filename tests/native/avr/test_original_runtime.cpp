@@ -4,9 +4,9 @@
 
 #include <cmath>
 
-#include "avr/infrared_pulses.h"
-#include "engine/message_crc.h"
-#include "engine/simulation.h"
+#include "base/message_crc.h"
+#include "infrared/infrared_pulses.h"
+#include "simulation/simulation.h"
 
 using namespace kilotwin;
 

@@ -3,7 +3,7 @@
 
 #include <initializer_list>
 
-#include "avr/pca9635.h"
+#include "avr/boards/pca9635.h"
 
 using namespace kilotwin;
 

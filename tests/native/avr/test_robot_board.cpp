@@ -12,7 +12,7 @@
 #include <set>
 #include <sstream>
 
-#include "avr/robot_board.h"
+#include "avr/boards/robot_board.h"
 
 using namespace kilotwin;
 

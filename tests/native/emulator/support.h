@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "engine/simulation.h"
 #include "kilolib.h"  // RGB
+#include "simulation/simulation.h"
 
 namespace kilotwin::testing {
 

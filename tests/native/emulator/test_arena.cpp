@@ -1,10 +1,10 @@
-#include "engine/arena.h"
+#include "physics/arena.h"
 
 #include <doctest/doctest.h>
 
 #include <cmath>
 
-#include "engine/trigonometry.h"
+#include "base/trigonometry.h"
 #include "support.h"
 
 using namespace kilotwin;

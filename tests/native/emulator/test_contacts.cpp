@@ -6,7 +6,7 @@
 #include <cmath>
 #include <functional>
 
-#include "engine/trigonometry.h"
+#include "base/trigonometry.h"
 #include "support.h"
 
 using namespace kilotwin;

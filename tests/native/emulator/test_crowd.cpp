@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-#include "engine/trigonometry.h"
+#include "base/trigonometry.h"
 #include "support.h"
 
 using namespace kilotwin;

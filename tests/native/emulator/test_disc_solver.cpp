@@ -4,8 +4,8 @@
 #include <cmath>
 #include <vector>
 
-#include "engine/clock.h"
-#include "engine/disc_solver.h"
+#include "base/clock.h"
+#include "physics/contact/disc_solver.h"
 #include "support.h"
 
 using namespace kilotwin;

@@ -1,4 +1,4 @@
-#include "engine/ideal_medium.h"
+#include "infrared/ideal_medium.h"
 
 #include <doctest/doctest.h>
 

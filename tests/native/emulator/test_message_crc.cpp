@@ -1,4 +1,4 @@
-#include "engine/message_crc.h"
+#include "base/message_crc.h"
 
 #include <doctest/doctest.h>
 

@@ -1,4 +1,4 @@
-#include "engine/message_crc.h"
+#include "base/message_crc.h"
 #include "module_bench.h"
 
 using namespace kilotwin;

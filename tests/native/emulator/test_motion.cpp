@@ -1,11 +1,11 @@
-#include "engine/motion.h"
+#include "physics/motion.h"
 
 #include <doctest/doctest.h>
 
 #include <cmath>
 
-#include "engine/chassis.h"
-#include "engine/trigonometry.h"
+#include "base/trigonometry.h"
+#include "physics/chassis.h"
 #include "support.h"
 
 using namespace kilotwin;

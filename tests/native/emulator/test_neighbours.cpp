@@ -1,4 +1,4 @@
-#include "engine/neighbours.h"
+#include "physics/neighbours.h"
 
 #include <doctest/doctest.h>
 

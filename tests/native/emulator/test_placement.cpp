@@ -1,10 +1,10 @@
-#include "engine/placement.h"
+#include "physics/placement.h"
 
 #include <doctest/doctest.h>
 
 #include <string>
 
-#include "engine/trigonometry.h"
+#include "base/trigonometry.h"
 #include "support.h"
 
 using namespace kilotwin;

@@ -1,4 +1,4 @@
-#include "engine/recorder.h"
+#include "simulation/recorder.h"
 
 #include <doctest/doctest.h>
 

@@ -1,4 +1,4 @@
-#include "engine/selection.h"
+#include "base/selection.h"
 
 #include <doctest/doctest.h>
 

@@ -1,4 +1,4 @@
-#include "engine/simulation.h"
+#include "simulation/simulation.h"
 
 #include <doctest/doctest.h>
 

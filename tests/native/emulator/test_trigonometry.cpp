@@ -1,4 +1,4 @@
-#include "engine/trigonometry.h"
+#include "base/trigonometry.h"
 
 #include <doctest/doctest.h>
 

@@ -1,13 +1,13 @@
 // What robots are told by CELL messages: on change, at least every 16 ticks, each control step of
 // 3 ticks.
-#include "engine/virtual_floor.h"
+#include "infrared/virtual_floor.h"
 
 #include <doctest/doctest.h>
 
 #include <cmath>
 #include <string>
 
-#include "engine/trigonometry.h"
+#include "base/trigonometry.h"
 #include "support.h"
 
 using namespace kilotwin;

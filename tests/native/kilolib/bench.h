@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "avr/robot_board.h"
-#include "engine/chance.h"
+#include "avr/boards/robot_board.h"
+#include "base/chance.h"
 #include "kilolib/avr/states.h"
 #include "message.h"
 

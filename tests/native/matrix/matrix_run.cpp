@@ -6,8 +6,8 @@
 #include <string>
 
 #include "aggregation/wire.h"
-#include "engine/box2d_solver.h"
-#include "engine/simulation.h"
+#include "physics/contact/box2d_solver.h"
+#include "simulation/simulation.h"
 
 using namespace kilotwin;
 

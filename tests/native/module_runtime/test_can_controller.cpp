@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <initializer_list>
 
-#include "avr/mcp2515.h"
+#include "avr/boards/mcp2515.h"
 
 extern "C" {
 #include "../../../kilogrid_modules/protocol/address.h"

@@ -1,0 +1,265 @@
+#include "avr/boards/boards.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "base/message_crc.h"
+
+namespace kilotwin {
+
+namespace {
+
+// The overhead controller is strong and its light comes from everywhere.
+constexpr distance_measurement_t FROM_ABOVE = {400, 800};
+// From one of its frames to the next (hardware.md 1.11).
+constexpr Cycles FRAME_PERIOD = 83'200;
+// So often a message is tried in vain, until it is given up.
+constexpr unsigned MOST_SPOILT = 20;
+constexpr size_t LONGEST_LINE = 256;
+
+}  // namespace
+
+Boards::Boards(Swarm<Robot> &robots, const RobotContext &context)
+    : robots_(robots),
+      context_(context) {}
+
+void Boards::add(uint32_t index, const FlashImage &flash, Cycles power_up) {
+    if (place_of_.size() <= index) place_of_.resize(index + 1, -1);
+    place_of_[index] = static_cast<int32_t>(places_.size());
+    robots_with_.push_back(index);
+    places_.emplace_back(robots_[index], flash, power_up, context_.chance);
+}
+
+void Boards::live(Cycles until) {
+    for (Place &place : places_) {
+        if (context_.black_box != nullptr) *context_.black_box = {place.index, place.board.tick()};
+        place.board.light = place.robot.light;
+        place.board.battery = place.robot.voltage(lived_until_);
+        place.board.temperature = context_.temperature;
+        place.board.run(until);
+        take_outputs(place, until);
+    }
+    for (ModulePlace &module : modules_)
+        if (module.powered) live(module, until);
+    lived_until_ = until;
+    std::stable_sort(flashes_.begin(), flashes_.end(),
+                     [](const Flash &a, const Flash &b) { return a.at < b.at; });
+}
+
+/// What came to the robots from outside the medium is to go to their boards as light.
+void Boards::take_messages() {
+    for (Place &place : places_)
+        for (const Reception &reception : place.robot.take_inbox())
+            place.messages.push_back(reception);
+}
+
+void Boards::shine_message(Place &place, Cycles begin) {
+    message_t message = place.messages.front().message;
+    message.crc = crc_of(message);
+    for (Cycles offset : pulses_of(message))
+        place.board.shine({begin + offset, begin + offset + RobotBoard::SEEN_PULSE, FROM_ABOVE});
+    place.light_free = std::max(place.light_free, begin + FRAME_PERIOD);
+    place.shown_until = begin + FRAME_CYCLES;
+    place.shows = true;
+    place.spoils = false;
+}
+
+/// When a message has been shown: it is over, or has to be shown again.
+void Boards::end_message(Place &place) {
+    if (!place.shows || lived_until_ < place.shown_until) return;
+    place.shows = false;
+    if (place.spoils && ++place.spoilt < MOST_SPOILT) return;
+    place.messages.pop_front();
+    place.spoilt = 0;
+}
+
+void Boards::take_outputs(Place &place, Cycles until) {
+    auto &outputs = place.board.outputs;
+    for (const auto &motor : outputs.motors) place.robot.drive(motor);
+    if (!outputs.colors.empty()) place.robot.show(outputs.colors.back().rgb);
+    for (const auto &edge : outputs.light) switch_lamp(place.lamp, edge.at, edge.on);
+    rest(place.lamp, until);
+    for (const auto &serial : outputs.serial)
+        if (ends_line(place.line, serial.byte))
+            place.robot.print(serial.at, place.board.tick(), std::exchange(place.line, {}));
+    outputs.clear();
+    if (place.failed || place.board.failure().empty()) return;
+    place.failed = true;
+    place.robot.crash(place.board.now(), place.board.tick(), place.board.failure());
+}
+
+void Boards::live(ModulePlace &module, Cycles until) {
+    ModuleBoard &board = *module.board;
+    board.run(until);
+    for (const auto &edge : board.lights) switch_lamp(module.lamps[edge.cell], edge.at, edge.on);
+    for (Lamp &lamp : module.lamps) rest(lamp, until);
+    for (const auto &output : board.can_frames)
+        wishes_.push_back({module.index, {output.at + QUANTUM, output.frame}});
+    auto report = [&](Cycles at, EventKind kind, std::string text) {
+        module_events_.push_back(
+            {at, module.index, board.tick(), module_flash_->name(), kind, std::move(text)});
+    };
+    for (const auto &serial : board.serial)
+        if (ends_line(module.line, serial.byte))
+            report(serial.at, EventKind::PRINT, std::exchange(module.line, {}));
+    board.lights.clear();
+    board.can_frames.clear();
+    board.serial.clear();
+    if (module.failed || board.failure().empty()) return;
+    module.failed = true;
+    report(board.now(), EventKind::CRASH, board.failure());
+}
+
+/// Edges of an IR LED become flashes. One that is still on is passed on as far as it has lasted.
+void Boards::switch_lamp(Lamp &lamp, Cycles at, bool on) {
+    if (on) {
+        lamp.on_since = at;
+        lamp.begins = true;
+    } else if (lamp.on_since != NEVER) {
+        add_flash(lamp, at);
+        lamp.on_since = NEVER;
+    }
+}
+
+void Boards::add_flash(Lamp &lamp, Cycles end) {
+    const Cycles begin = lamp.on_since;
+    end = std::max(end, begin + RobotBoard::SEEN_PULSE);
+    Flash out = {begin + QUANTUM, end + QUANTUM, lamp.station, lamp.begins, false, {}, {}};
+    if (out.begins) out.found = lamp.reader.pulse(begin);
+    lamp.begins = false;
+    if (out.found == PulseReader::Found::BEGIN && !is_cell(lamp.station))
+        place(lamp.station).spoils = true;
+    if (out.found == PulseReader::Found::MESSAGE) out.message = lamp.reader.message();
+    flashes_.push_back(out);
+}
+
+void Boards::rest(Lamp &lamp, Cycles until) {
+    if (lamp.on_since != NEVER) {
+        add_flash(lamp, until);
+        lamp.on_since = until;
+    }
+    if (lamp.reader.torn_off(until)) {
+        lamp.reader.reset();
+        flashes_.push_back({until + QUANTUM, until + QUANTUM, lamp.station, false, true, {}, {}});
+    }
+}
+
+/// Takes a byte that was printed; true: `line` is one.
+bool Boards::ends_line(std::string &line, uint8_t byte) {
+    if (byte != '\r') line += static_cast<char>(byte);
+    return byte == '\n' || line.size() >= LONGEST_LINE;
+}
+
+Boards::Flash Boards::take_flash() {
+    const Flash flash = flashes_.front();
+    flashes_.pop_front();
+    return flash;
+}
+
+void Boards::begin_light(uint32_t station) {
+    if (reached_.size() <= station) reached_.resize(station + 1);
+    reached_[station].clear();
+}
+
+void Boards::reach(uint32_t station, uint32_t listener, distance_measurement_t strength, bool lost,
+                   uint64_t draw) {
+    // Behind the leader and the first start pulse, so that the rest is still taken for a message.
+    constexpr unsigned FIRST_TO_LOSE = 3, LEAST_PULSES = 26;
+    const auto which = static_cast<unsigned>(FIRST_TO_LOSE + draw % (LEAST_PULSES - FIRST_TO_LOSE));
+    if (!is_cell(listener)) place(listener).spoils = true;
+    reached_[station].push_back({listener, strength, lost ? which : NO_PULSE});
+}
+
+void Boards::pulse(uint32_t station, Cycles begin, Cycles end, bool begins) {
+    if (!reaches_any(station)) return;
+    for (Reached &reached : reached_[station]) {
+        reached.pulses += begins;
+        if (reached.pulses - 1 != reached.lost_pulse)
+            shine(reached.listener, {begin, end, reached.strength});
+    }
+}
+
+void Boards::shine(uint32_t station, const LightPulse &pulse) {
+    if (!is_cell(station)) return place(station).board.shine(pulse);
+    ModulePlace &module = module_of(station);
+    if (module.powered) module.board->shine(cell_of(station), pulse);
+}
+
+void Boards::first_pulse(uint32_t station, Cycles at) {
+    pulse(station, at, at + RobotBoard::SEEN_PULSE);
+}
+
+void Boards::other_pulses(uint32_t station, Cycles at, const message_t &message) {
+    if (!reaches_any(station)) return;
+    for (Cycles offset : pulses_of(message))
+        if (offset > 0) pulse(station, at + offset, at + offset + RobotBoard::SEEN_PULSE);
+}
+
+void Boards::hold_busy() {
+    constexpr Cycles FOR_EVER = Cycles{1} << 60;
+    for (Place &place : places_) place.board.shine({0, FOR_EVER, FROM_ABOVE});
+    for (ModulePlace &module : modules_)
+        for (uint8_t cell = 0; cell < CELLS_PER_MODULE; cell++)
+            module.board->shine(cell, {0, FOR_EVER, FROM_ABOVE});
+}
+
+// Modules
+
+void Boards::add_module(const std::string &program, uint8_t x, uint8_t y, Cycles tick,
+                        Cycles power_up) {
+    if (!module_flash_) module_flash_ = FlashImage::load(program);
+    const auto index = static_cast<uint32_t>(modules_.size());
+    ModulePlace &module = modules_.emplace_back();
+    module.index = index;
+    module.tick = tick;
+    module.eeprom = ModuleBoard::eeprom_of(x, y);
+    module.board.emplace(*module_flash_, index, module.eeprom, tick, power_up, context_.chance);
+    const auto first = static_cast<uint32_t>(robots_.size()) + GridLayout::MODULE_CELLS * index;
+    for (uint32_t cell = 0; cell < CELLS_PER_MODULE; cell++) module.lamps.push_back({first + cell});
+}
+
+/// A power cycle if it is on already.
+void Boards::set_power(uint32_t index, Cycles at, bool on) {
+    ModulePlace &module = modules_[index];
+    if (module.powered) module.eeprom = module.board->eeprom();
+    module.powered = on;
+    module.failed = false;
+    module.line.clear();
+    for (Lamp &lamp : module.lamps) lamp.on_since = NEVER;
+    std::erase_if(wishes_, [index](const CanWish &wish) { return wish.module == index; });
+    if (!on) return;
+    module.board.emplace(*module_flash_, index, module.eeprom, module.tick,
+                         std::max(at, lived_until_), context_.chance);
+}
+
+std::vector<ModuleBoards::CanWish> Boards::take_can_wishes() { return std::exchange(wishes_, {}); }
+
+void Boards::can_sent(uint32_t module, Cycles at) {
+    if (modules_[module].powered) modules_[module].board->can_sent(at);
+}
+
+void Boards::can_lost(uint32_t module) {
+    if (modules_[module].powered) modules_[module].board->can_lost();
+}
+
+void Boards::receive_can(uint32_t module, Cycles at, const CanFrame &frame) {
+    if (modules_[module].powered) modules_[module].board->receive_can(at, frame);
+}
+
+void Boards::set_can_errors(uint32_t module, uint32_t transmit, uint32_t receive, bool bus_off) {
+    if (modules_[module].powered)
+        modules_[module].board->set_can_errors(transmit, receive, bus_off);
+}
+
+CellLight Boards::module_light(uint32_t module, uint8_t cell) const {
+    return modules_[module].powered ? modules_[module].board->light(cell) : CellLight{};
+}
+
+bool Boards::module_stopped(uint32_t module) const { return modules_[module].failed; }
+uint32_t Boards::module_ticks(uint32_t module) const { return modules_[module].board->tick(); }
+
+uint32_t Boards::frames_missed(uint32_t module) const {
+    return modules_[module].board->frames_missed();
+}
+
+}  // namespace kilotwin

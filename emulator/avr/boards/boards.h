@@ -1,0 +1,207 @@
+/// The robots and modules of a world that run on boards, stepped in lock-step and coupled by light.
+///
+/// All boards live up to the same moment, then all the next QUANTUM cycles. What one of them sends reaches others,
+/// boards or not, a QUANTUM later; what others send reaches a board without delay. Messages from outside the medium
+/// (overhead controller, virtual floor) come as light too, while nothing else is on air around the robot, and again
+/// if other light comes between.
+///
+/// To the medium a board is a sender whose message is known only when it has ended: it hears of flashes,
+/// and of what a robot makes of them. Stations are the robots, then four cells for each module. What a module's
+/// controller wants to send reaches its bus a QUANTUM later.
+#ifndef KILOTWIN_AVR_BOARDS_BOARDS_H
+#define KILOTWIN_AVR_BOARDS_BOARDS_H
+
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "avr/boards/module_board.h"
+#include "avr/boards/robot_board.h"
+#include "base/memory.h"
+#include "grid/grid.h"
+#include "guest/robot.h"
+#include "infrared/infrared_pulses.h"
+
+namespace kilotwin {
+
+class Boards : public ModuleBoards {
+  public:
+    /// The lock-step and the lag of light: 128 us, a count of a robot's timer 0.
+    static constexpr Cycles QUANTUM = 1024;
+
+    /// Light of a board's IR LED, when it reaches others.
+    struct Flash {
+        Cycles at, end;
+        uint32_t station;
+        bool begins;               ///< false: the LED has been on before
+        bool given_up = false;     ///< no light at all: what the robot began is over
+        PulseReader::Found found;  ///< what this makes of its frame
+        message_t message;         ///< if it is complete
+    };
+
+    /// `robots` are those of the world; they must live on and not move in memory.
+    Boards(Swarm<Robot> &robots, const RobotContext &context);
+
+    /// Gives robot `index`, which was made without a program, a board. In ascending order.
+    void add(uint32_t index, const FlashImage &flash, Cycles power_up);
+
+    bool empty() const { return places_.empty() && modules_.empty(); }
+    bool has_modules() const { return !modules_.empty(); }
+    Cycles lived_until() const { return lived_until_; }
+    bool has(uint32_t robot) const { return robot < place_of_.size() && place_of_[robot] >= 0; }
+    const std::vector<uint32_t> &robots() const { return robots_with_; }
+    RobotBoard &board(uint32_t robot) { return place(robot).board; }
+    const RobotBoard &board(uint32_t robot) const {
+        return const_cast<Boards *>(this)->place(robot).board;
+    }
+
+    // The modules.
+    void add_module(const std::string &program, uint8_t x, uint8_t y, Cycles tick,
+                    Cycles power_up) override;
+    void set_power(uint32_t module, Cycles at, bool on) override;
+    std::vector<CanWish> take_can_wishes() override;
+    void can_sent(uint32_t module, Cycles at) override;
+    void can_lost(uint32_t module) override;
+    void receive_can(uint32_t module, Cycles at, const CanFrame &frame) override;
+    void set_can_errors(uint32_t module, uint32_t transmit, uint32_t receive,
+                        bool bus_off) override;
+    CellLight module_light(uint32_t module, uint8_t cell) const override;
+    bool module_stopped(uint32_t module) const override;
+    uint32_t module_ticks(uint32_t module) const override;
+    uint32_t frames_missed(uint32_t module) const override;
+    uint8_t listening_cell(uint32_t module) const {
+        return modules_[module].board->listening_cell();
+    }
+    Events take_module_events() override { return std::exchange(module_events_, {}); }
+
+    /// Lets all boards live up to `until`, quantum by quantum, or returns the next flash before `until`, which
+    /// the caller passes on before it goes on. `busy` says of a robot whether something is on air around it.
+    template <typename Busy> std::optional<Flash> run(Cycles until, Busy busy) {
+        take_messages();
+        while (true) {
+            const Cycles next = lived_until_ + QUANTUM;
+            if (!flashes_.empty() && flashes_.front().at < std::min(next, until))
+                return take_flash();
+            if (next > until) return std::nullopt;
+            for (Place &place : places_) {
+                end_message(place);
+                if (place.messages.empty() || place.shows) continue;
+                // A receiver that was disturbed is itself again after a silence.
+                if (busy(place.index)) place.light_free = next + QUANTUM + PulseReader::SILENCE;
+                if (place.message_due() <= next) shine_message(place, next);
+            }
+            live(next);
+        }
+    }
+
+    /// A frame begins at a station: forgets whom the station's light reached before.
+    void begin_light(uint32_t station);
+
+    /// The light of `station` reaches a robot or a cell that has a board, with a strength. One pulse of the frame is not seen
+    /// if it is `lost`: then the CRC will be wrong. `draw` chooses which.
+    void reach(uint32_t station, uint32_t listener, distance_measurement_t strength, bool lost,
+               uint64_t draw);
+
+    /// Whether the light of a station reaches any board.
+    bool reaches_any(uint32_t station) const {
+        return station < reached_.size() && !reached_[station].empty();
+    }
+
+    /// A pulse of a station: whom it reaches sees it.
+    void pulse(uint32_t station, Cycles begin, Cycles end, bool begins = true);
+
+    /// The pulses of a frame that begins at `at`: only the first, or all but the first.
+    void first_pulse(uint32_t station, Cycles at);
+    void other_pulses(uint32_t station, Cycles at, const message_t &message);
+
+    /// Somebody's light never goes out.
+    void hold_busy();
+
+  private:
+    /// An IR LED, as others see it.
+    struct Lamp {
+        uint32_t station;
+        PulseReader reader = {};
+        Cycles on_since = NEVER;
+        bool begins = false;  ///< since the last flash
+    };
+    struct Place {
+        Place(Robot &own, const FlashImage &flash, Cycles power_up, const Chance &chance)
+            : index(own.index()),
+              robot(own),
+              board(flash, index, own.calibration(), power_up, chance),
+              lamp{index} {}
+
+        uint32_t index;
+        Robot &robot;
+        RobotBoard board;
+        Lamp lamp;
+        std::string line;                ///< printed, not yet ended
+        std::deque<Reception> messages;  ///< from outside the medium, to be shown
+        Cycles light_free = 0;           ///< when the next may begin
+        Cycles shown_until = 0;          ///< the end of the one that is being shown
+        unsigned spoilt = 0;             ///< how often in vain
+        bool shows = false, spoils = false;
+        bool failed = false;
+
+        Cycles message_due() const { return std::max(messages.front().at, light_free); }
+    };
+    struct ModulePlace {
+        uint32_t index;
+        Cycles tick;
+        EepromImage eeprom;  ///< when it was last without power
+        std::optional<ModuleBoard> board;
+        std::vector<Lamp> lamps;  ///< by cell
+        std::string line;         ///< printed, not yet ended
+        bool powered = true, failed = false;
+    };
+    /// A board that sees a station.
+    struct Reached {
+        uint32_t listener;  ///< station
+        distance_measurement_t strength;
+        unsigned lost_pulse;  ///< the number of the one that is not seen, or NONE
+        unsigned pulses = 0;  ///< so far
+    };
+    static constexpr unsigned NO_PULSE = ~0u;
+
+    Place &place(uint32_t robot) { return places_[static_cast<size_t>(place_of_[robot])]; }
+    bool is_cell(uint32_t station) const { return station >= robots_.size(); }
+    ModulePlace &module_of(uint32_t station) {
+        return modules_[GridLayout::module_of(station - static_cast<uint32_t>(robots_.size()))];
+    }
+    uint8_t cell_of(uint32_t station) const {
+        return GridLayout::index_in_module(station - static_cast<uint32_t>(robots_.size()));
+    }
+    void shine(uint32_t station, const LightPulse &pulse);
+    void live(Cycles until);
+    void live(ModulePlace &module, Cycles until);
+    void take_messages();
+    void shine_message(Place &place, Cycles begin);
+    void end_message(Place &place);
+    void take_outputs(Place &place, Cycles until);
+    void switch_lamp(Lamp &lamp, Cycles at, bool on);
+    void add_flash(Lamp &lamp, Cycles end);
+    void rest(Lamp &lamp, Cycles until);
+    static bool ends_line(std::string &line, uint8_t byte);
+    Flash take_flash();
+
+    Swarm<Robot> &robots_;
+    const RobotContext &context_;
+    std::deque<Place> places_;
+    std::vector<int32_t> place_of_;  ///< by robot; -1: none
+    std::vector<uint32_t> robots_with_;
+    std::deque<ModulePlace> modules_;
+    std::shared_ptr<const FlashImage> module_flash_;
+    std::vector<CanWish> wishes_;
+    Events module_events_;
+    std::vector<std::vector<Reached>> reached_;  ///< by station
+    std::deque<Flash> flashes_;                  ///< in order of time
+    Cycles lived_until_ = 0;
+};
+
+}  // namespace kilotwin
+
+#endif

@@ -1,0 +1,186 @@
+#include "avr/boards/module_board.h"
+
+#include <algorithm>
+
+#include "avr/chip/registers.h"
+
+namespace kilotwin {
+
+using namespace atmega328p;
+
+namespace {
+
+constexpr uint8_t IR_LED = 1 << 1, CAN_SELECT = 1 << 2;  // of port B
+constexpr uint8_t IR_CELL_SHIFT = 3;                     // of port D
+constexpr uint8_t RECEIVER_SHIFT = 1;                    // of port C: gain, then cell
+constexpr uint8_t CELL_MASK = CELLS_PER_MODULE - 1;
+constexpr uint8_t CAN_INTERRUPT_PIN = 2, RECEIVER_CHANNEL = 0;
+constexpr uint8_t LED_DRIVER_ADDRESS = 0x15;
+
+}  // namespace
+
+EepromImage ModuleBoard::eeprom_of(uint8_t x, uint8_t y) {
+    EepromImage image = kilotwin::eeprom_of(
+        {TICK_CYCLES, UINT16_MAX, UINT8_MAX, UINT8_MAX, UINT8_MAX, UINT8_MAX, InfraredGains()});
+    image[EEPROM_X] = x;
+    image[EEPROM_Y] = y;
+    return image;
+}
+
+ModuleBoard::ModuleBoard(const FlashImage &flash, uint32_t index, const EepromImage &eeprom,
+                         Cycles tick, Cycles power_up, const Chance &chance)
+    : index_(index),
+      clock_{power_up, tick},
+      chance_(chance),
+      leds_(LED_DRIVER_ADDRESS),
+      chip_(*this, flash, eeprom),
+      converter_(chip_, [this](uint8_t channel) { return sample(channel); }),
+      two_wire_(chip_, leds_) {
+    for (uint16_t address : {DDRB, PORTB, PORTC, DDRD, PORTD})
+        chip_.watch_register(address, Microcontroller::Watch::CHANGES);
+    look_at_controller();
+}
+
+void ModuleBoard::run(Cycles until) { chip_.run(clock_.own_cycle(until)); }
+
+// Light
+
+void ModuleBoard::shine(uint8_t cell, const LightPulse &pulse) {
+    if (pulse.end <= pulse.begin) return;
+    const uint64_t begin = std::max(clock_.own_cycle(pulse.begin), chip_.cycle());
+    receivers_[cell].add(begin, clock_.own_cycle(pulse.end), pulse.strength);
+    pass_edges();
+}
+
+void ModuleBoard::pass_edges() {
+    uint64_t next = LightEdges::NONE;
+    for (LightEdges &receiver : receivers_) {
+        receiver.pass(chip_.cycle());
+        next = std::min(next, receiver.next());
+    }
+    if (next != LightEdges::NONE) chip_.set_alarm(Microcontroller::LIGHT_EDGE, next);
+    show_light();
+}
+
+void ModuleBoard::show_light() { chip_.set_comparator(receivers_[cell_].lit()); }
+
+int16_t ModuleBoard::sample(uint8_t channel) {
+    if (channel != RECEIVER_CHANNEL) return 0;
+    constexpr int16_t MOST = 1023;
+    const LightEdges &receiver = receivers_[cell_];
+    // The lowest bit is never still: rand_hard() lives on that.
+    const uint64_t bits = chance_.bits(index_, Purpose::MODULE_CONVERTER_NOISE, conversions_++);
+    const int reading = (high_gain_ ? receiver.high() : receiver.low()) + int(bits & 1);
+    return static_cast<int16_t>(std::min<int>(reading, MOST));
+}
+
+CellLight ModuleBoard::light(uint8_t cell) const {
+    const unsigned first = 3u * cell;
+    return {{leds_.light(first), leds_.light(first + 1), leds_.light(first + 2)}};
+}
+
+// Pins
+
+void ModuleBoard::register_written(uint16_t address) {
+    if (address == ADCSRA)
+        converter_.control_written();
+    else if (address == TWCR)
+        two_wire_.control_written();
+    else
+        look_at_ports();
+}
+
+void ModuleBoard::look_at_ports() {
+    const uint8_t ddrb = chip_.read(DDRB), portb = chip_.read(PORTB), portc = chip_.read(PORTC);
+    const bool selected = (ddrb & CAN_SELECT) != 0 && (portb & CAN_SELECT) == 0;
+    if (selected != selected_) {
+        selected_ = selected;
+        if (selected) {
+            controller_.select();
+        } else {
+            controller_.release();
+            look_at_controller();
+        }
+    }
+    high_gain_ = (portc >> RECEIVER_SHIFT & 1) != 0;
+    const auto cell = static_cast<uint8_t>(portc >> (RECEIVER_SHIFT + 1) & CELL_MASK);
+    if (cell != cell_) {
+        cell_ = cell;
+        show_light();
+    }
+    const bool ir = (ddrb & portb & IR_LED) != 0;
+    if (ir == ir_on_) return;
+    // The multiplexer is set before the LED is.
+    if (ir) ir_cell_ = static_cast<uint8_t>(chip_.read(PORTD) >> IR_CELL_SHIFT & CELL_MASK);
+    ir_on_ = ir;
+    lights.push_back({now(), ir_cell_, ir});
+}
+
+void ModuleBoard::alarm(Microcontroller::Alarm alarm) {
+    switch (alarm) {
+    case Microcontroller::LIGHT_EDGE: pass_edges(); break;
+    case Microcontroller::CONVERSION: converter_.conversion_ends(); break;
+    case Microcontroller::TWO_WIRE: two_wire_.step_ends(); break;
+    default: take_arrivals(); break;
+    }
+}
+
+void ModuleBoard::was_reset() {
+    converter_.was_reset();
+    two_wire_.was_reset();
+    // The controller and the LED driver do not share its reset.
+    selected_ = false;
+    controller_.release();
+    show_light();
+    look_at_ports();
+    look_at_controller();
+}
+
+// CAN
+
+uint8_t ModuleBoard::spi_exchange(uint8_t byte) {
+    const uint8_t answer = controller_.exchange(byte);
+    look_at_controller();
+    return answer;
+}
+
+/// Its interrupt pin, and whether it has something to send.
+void ModuleBoard::look_at_controller() {
+    chip_.set_pin('D', CAN_INTERRUPT_PIN, !controller_.interrupts());
+    if (const auto frame = controller_.next_to_send()) can_frames.push_back({now(), *frame});
+}
+
+void ModuleBoard::arrive(const Arrival &arrival) {
+    arrivals_.push(arrival);
+    chip_.set_alarm(Microcontroller::FRAME, arrivals_.front().cycle);
+}
+
+void ModuleBoard::receive_can(Cycles at, const CanFrame &frame) {
+    arrive({clock_.own_cycle(at), false, frame});
+}
+
+void ModuleBoard::can_sent(Cycles at) { arrive({clock_.own_cycle(at), true, {}}); }
+
+void ModuleBoard::can_lost() {
+    controller_.gives_up();
+    look_at_controller();
+}
+
+void ModuleBoard::take_arrivals() {
+    while (!arrivals_.empty() && arrivals_.front().cycle <= chip_.cycle()) {
+        if (arrivals_.front().is_own)
+            controller_.sent();
+        else
+            controller_.receive(arrivals_.front().frame);
+        arrivals_.pop();
+    }
+    if (!arrivals_.empty()) chip_.set_alarm(Microcontroller::FRAME, arrivals_.front().cycle);
+    look_at_controller();
+}
+
+void ModuleBoard::set_can_errors(uint32_t transmit, uint32_t receive, bool bus_off) {
+    controller_.set_errors(transmit, receive, bus_off);
+    look_at_controller();
+}
+
+}  // namespace kilotwin

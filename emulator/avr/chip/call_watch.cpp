@@ -1,0 +1,74 @@
+#include "avr/chip/call_watch.h"
+
+#include <algorithm>
+
+#include "avr/chip/registers.h"
+#include "guest/program.h"
+
+namespace kilotwin {
+
+using namespace atmega328p;
+
+CallWatch::CallWatch(const FlashImage &flash, RobotBoard &board)
+    : flash_(flash),
+      board_(board),
+      which_(FLASH_BYTES / 2, NOT_WATCHED),
+      heap_end_at_(flash.symbol("__brkval").value_or(0)) {
+    const auto main = flash.symbol("main"), end = flash.symbol("_end");
+    if (!main || !end)
+        throw EngineError(flash.name() + " does not say where main() is; an .elf file does");
+    main_ = *main;
+    data_end_ = *end;
+    board.follow(*this);
+}
+
+void CallWatch::watch(uint16_t entry) {
+    which_.at(entry / 2) = static_cast<uint8_t>(calls_.size());
+    calls_.push_back({entry});
+}
+
+bool CallWatch::inside(uint16_t entry) const {
+    return std::any_of(open_.begin(), open_.end(),
+                       [&](const Open &open) { return calls_[open.which].entry == entry; });
+}
+
+void CallWatch::executed(uint32_t from, uint32_t pc, uint16_t sp) {
+    if (!in_main_ && pc != main_) return;
+    in_main_ = true;
+    // A new stack pointer is written in two halves.
+    constexpr uint16_t OUT_MASK = 0xFE0F, OUT_SPH = 0xBE0E, OUT_SPL = 0xBE0D;
+    const auto &code = flash_.bytes();
+    const auto done = static_cast<uint16_t>(code[from] | code[from + 1] << 8);
+    if ((done & OUT_MASK) == OUT_SPH) half_set_ = true;
+    if ((done & OUT_MASK) == OUT_SPL) half_set_ = false;
+    if (half_set_) return;
+
+    while (!open_.empty() && sp > open_.back().sp) {
+        const Open &open = open_.back();
+        Call &call = calls_[open.which];
+        const uint64_t cycles = board_.cycle() - open.since;
+        if (cycles > call.longest) {
+            call.longest = cycles;
+            call.tick = open.tick;
+        }
+        open_.pop_back();
+    }
+    if (sp < least_sp_) look_at_stack(from, sp);
+    if (pc == VECTOR_TIMER0_COMPA * VECTOR_BYTES) ticks_++;
+    const uint8_t which = which_[pc / 2];
+    if (which == NOT_WATCHED || inside(calls_[which].entry)) return;
+    calls_[which].calls++;
+    open_.push_back({which, sp, board_.cycle(), board_.tick()});
+}
+
+void CallWatch::look_at_stack(uint32_t from, uint16_t sp) {
+    least_sp_ = sp;
+    deepest_at_ = static_cast<uint16_t>(from);
+    const auto heap_end =
+        heap_end_at_ == 0
+            ? 0
+            : board_.read(heap_end_at_) | board_.read(static_cast<uint16_t>(heap_end_at_ + 1)) << 8;
+    room_ = std::min(room_, sp + 1 - std::max<int32_t>(data_end_, heap_end));
+}
+
+}  // namespace kilotwin

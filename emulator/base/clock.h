@@ -1,0 +1,45 @@
+/// The time base: an unsigned count of cycles of 125 ns (the robots' 8 MHz), from the moment the
+/// world begins.
+#ifndef KILOTWIN_BASE_CLOCK_H
+#define KILOTWIN_BASE_CLOCK_H
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+
+namespace kilotwin {
+
+using Cycles = uint64_t;
+
+constexpr Cycles NEVER = std::numeric_limits<Cycles>::max();
+constexpr Cycles CYCLES_PER_SECOND = 8'000'000;
+constexpr Cycles TICK_CYCLES =
+    256 * 1024;  ///< 32.768 ms: timer 0 at clk/1024, 256 counts (hardware.md 1.6)
+constexpr Cycles FRAME_CYCLES = 34'970;  ///< 4.371 ms: one infrared frame (hardware.md 1.6)
+constexpr double CYCLE_S = 1.0 / static_cast<double>(CYCLES_PER_SECOND);
+constexpr double TICK_S = static_cast<double>(TICK_CYCLES) * CYCLE_S;
+
+/// The same number, if it is less than 2^53: 35 years.
+constexpr double as_double(Cycles cycles) {
+    return static_cast<double>(static_cast<int64_t>(cycles));  // signed: one instruction
+}
+
+/// How long `cycles` last, in seconds.
+constexpr double seconds(Cycles cycles) { return as_double(cycles) * CYCLE_S; }
+
+// World steps, of 1, 2 or 4 ticks, begin at multiples of their length: a power of two.
+constexpr Cycles begin_of_step(Cycles at, Cycles step) { return at & ~(step - 1); }
+constexpr Cycles end_of_step(Cycles at, Cycles step) { return begin_of_step(at + step - 1, step); }
+constexpr size_t number_of_step(Cycles at, Cycles step) { return at >> std::countr_zero(step); }
+
+/// Steps that lie wholly within `for_s` seconds; at most 10^12 s.
+constexpr Cycles whole_steps(double for_s, Cycles step) {
+    constexpr auto PER_SECOND = static_cast<double>(CYCLES_PER_SECOND);
+    const auto cycles = static_cast<int64_t>(for_s * PER_SECOND);
+    return begin_of_step(static_cast<Cycles>(cycles > 0 ? cycles : 0), step);
+}
+
+}  // namespace kilotwin
+
+#endif

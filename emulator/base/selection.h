@@ -1,0 +1,72 @@
+/// Choosing and sorting without branches that nobody can foresee.
+#ifndef KILOTWIN_BASE_SELECTION_H
+#define KILOTWIN_BASE_SELECTION_H
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "base/clock.h"
+
+namespace kilotwin {
+
+/// Makes `chosen` those of 0 .. count - 1 for which `wanted` holds, ascending.
+template <typename Wanted> void choose(std::vector<uint32_t> &chosen, size_t count, Wanted wanted) {
+    chosen.resize(count);
+    size_t n = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        chosen[n] = i;
+        n += wanted(i);
+    }
+    chosen.resize(n);
+}
+
+/// Sorts a list that is sorted up to `from`.
+template <typename T> void sort_from(std::vector<T> &list, size_t from) {
+    const auto rest = list.begin() + static_cast<ptrdiff_t>(from);
+    std::sort(rest, list.end());
+    std::inplace_merge(list.begin(), rest, list.end());
+}
+
+/// Sorts what happens within a step by time: into short spans first, which orders nearly all.
+template <typename T> class StepSorter {
+  public:
+    /// `time` says when an item happens, `before` which of two goes first: by time, then by what
+    /// else. The step begins at `begin` and lasts `step`.
+    template <typename Time, typename Before>
+    void sort(std::vector<T> &items, Cycles begin, Cycles step, Time time, Before before) {
+        spread(items, begin, step, time);
+        for (size_t i = 1; i < items.size(); i++) {
+            if (!before(items[i], items[i - 1])) continue;
+            T item = std::move(items[i]);
+            size_t k = i;
+            for (; k > 0 && before(item, items[k - 1]); k--) items[k] = std::move(items[k - 1]);
+            items[k] = std::move(item);
+        }
+    }
+
+  private:
+    template <typename Time>
+    void spread(std::vector<T> &items, Cycles begin, Cycles step, Time time) {
+        constexpr size_t FEW = 8;
+        if (items.size() <= FEW) return;
+        const size_t spans = std::min<size_t>(std::bit_ceil(2 * items.size()), step);
+        const int shift = std::countr_zero(step) - std::countr_zero(spans);
+        auto span = [&](const T &item) { return (time(item) - begin) >> shift & (spans - 1); };
+        first_.assign(spans + 1, 0);
+        for (const T &item : items) first_[span(item) + 1]++;
+        for (size_t i = 1; i < spans; i++) first_[i] += first_[i - 1];
+        sorted_.resize(items.size());
+        for (const T &item : items) sorted_[first_[span(item)]++] = item;
+        items.swap(sorted_);
+    }
+
+    std::vector<uint32_t> first_;  ///< of each span
+    std::vector<T> sorted_;
+};
+
+}  // namespace kilotwin
+
+#endif

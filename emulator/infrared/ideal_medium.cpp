@@ -1,0 +1,35 @@
+#include "infrared/ideal_medium.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kilotwin {
+
+/// Whether another one hides the sender from one of those around.
+bool IdealMedium::hidden(const Eigen::Vector2d &from, size_t listener, size_t others) const {
+    const Eigen::Vector2d ray = places_[listener] - from;
+    double length_squared = ray.squaredNorm();
+    double shadow = radius_m_ * radius_m_ * length_squared;
+    for (size_t other = 0; other < others; other++) {
+        if (other == listener) continue;
+        Eigen::Vector2d offset = places_[other] - from;
+        double along = offset.dot(ray);
+        if (along <= 0 || along >= length_squared) continue;
+        double across = offset.x() * ray.y() - offset.y() * ray.x();
+        if (across * across < shadow) return true;
+    }
+    return false;
+}
+
+void IdealMedium::choose_audience(std::vector<Listener> &audience, const Eigen::Vector2d &from,
+                                  Neighbours::List around, size_t in_range) {
+    audience.clear();
+    for (size_t i = 0; i < in_range; i++) {
+        const auto [place, distance_squared] = in_range_[i];
+        if (line_of_sight_ && hidden(from, place, around.size())) continue;
+        const double distance_mm = std::min(std::sqrt(distance_squared) * 1000 + 0.5, 65535.0);
+        audience.push_back({around.begin()[place], static_cast<uint16_t>(distance_mm)});
+    }
+}
+
+}  // namespace kilotwin

@@ -1,0 +1,129 @@
+#include "physics/chassis.h"
+
+#include <algorithm>
+
+namespace kilotwin {
+
+namespace {
+
+constexpr double SPREAD_LIMIT = 3;              // of a standard deviation
+constexpr double FASTER_THAN_CALIBRATED = 1.2;  // a duty above the calibrated one helps little
+constexpr double FASTEST = 1.8;                 // of a motor's calibrated speed, whatever its luck
+constexpr Cycles NOISE_PERIOD = CYCLES_PER_SECOND;
+constexpr size_t LEFT = 0, RIGHT = 1;
+constexpr uint8_t KICK_DUTY = 200;
+constexpr Cycles KICK_CYCLES = CYCLES_PER_SECOND * 12 / 1000;  // 15 ms, less what is lost around it
+
+// The rear legs, in radii of the robot: 12.5 mm to the side and 9.2 mm behind the centre of a
+// Kilobot of 16.5 mm.
+constexpr double LEG_ASIDE = 12.5 / 16.5, LEG_BEHIND = 9.2 / 16.5;
+
+double limited(double normal) { return std::clamp(normal, -SPREAD_LIMIT, SPREAD_LIMIT); }
+
+}  // namespace
+
+Chassis::Chassis(const Profile &profile, const Chance &chance, size_t robots)
+    : profile_(profile),
+      chance_(chance),
+      fastest_share_(FASTER_THAN_CALIBRATED),
+      fastest_m_s_(profile.speed_m_s),
+      // Straight on, each turns the robot half as fast about its leg as would move it by itself.
+      calibrations_{{{{double(profile.turn_left), double(profile.turn_right)}, profile.turn_rad_s},
+                     {{double(profile.straight_left), double(profile.straight_right)},
+                      profile.speed_m_s / (2 * LEG_ASIDE * profile.radius_m)}}},
+      leg_m_(LEG_ASIDE * profile.radius_m, LEG_BEHIND * profile.radius_m),
+      motors_(robots) {
+    if (!profile.legs) return;
+    // Straight on, or the centre's way round the far leg.
+    const double turning =
+        profile.turn_rad_s * profile.radius_m * Eigen::Vector2d(LEG_ASIDE, LEG_BEHIND).norm();
+    const bool varies = profile.speed_spread + profile.bias_spread + profile.motor_noise > 0;
+    if (varies) fastest_share_ = FASTEST;
+    fastest_m_s_ = std::max(profile.speed_m_s, turning) * fastest_share_;
+    for (uint32_t robot = 0; robot < robots; robot++) {
+        auto &motors = motors_[robot];
+        motors.speed = static_cast<float>(std::max(
+            1 + profile.speed_spread * limited(chance.normal(robot, Purpose::SPEED, 0)), 0.1));
+        auto share = [&](Purpose purpose) {
+            return static_cast<float>(1 + profile.bias_spread *
+                                              limited(chance.normal(robot, purpose, 0)));
+        };
+        motors.share = {share(Purpose::LEFT_BIAS), share(Purpose::RIGHT_BIAS)};
+        draw_noise(robot);
+    }
+}
+
+void Chassis::draw_noise(uint32_t robot) {
+    if (profile_.motor_noise == 0) return;
+    auto &motors = motors_[robot];
+    const auto normals =
+        chance_.normals(robot, {Purpose::LEFT_NOISE, Purpose::RIGHT_NOISE}, motors.noise_draws);
+    const Eigen::Array2d limited =
+        Eigen::Array2d(normals[0], normals[1]).max(-SPREAD_LIMIT).min(SPREAD_LIMIT);
+    motors.wobble = (1 + profile_.motor_noise * limited).cast<float>();
+}
+
+bool Chassis::starts(const Motors &motors, size_t side, Cycles at, uint8_t duty) const {
+    if (duty == 0) return false;
+    if (!profile_.legs || !profile_.kick_needed || duty >= KICK_DUTY) return true;
+    // It goes on turning, unless it got its only push too briefly.
+    return motors.turns[side] &&
+           (motors.duty[side] < KICK_DUTY || at - motors.since[side] >= KICK_CYCLES);
+}
+
+// Each has a register of its own: on a chip the two change one after the other.
+void Chassis::set_duty(Motors &motors, size_t side, Cycles at, uint8_t duty) const {
+    if (duty == motors.duty[side]) return;
+    motors.turns[side] = starts(motors, side, at, duty);
+    motors.duty[side] = duty;
+    motors.since[side] = at;
+}
+
+Drive Chassis::set_duties(uint32_t robot, Cycles at, uint8_t left, uint8_t right) {
+    auto &motors = motors_[robot];
+    set_duty(motors, LEFT, at, left);
+    set_duty(motors, RIGHT, at, right);
+    if (!motors.turns[LEFT] && !motors.turns[RIGHT])
+        motors.renewal = NEVER;
+    else if (profile_.legs && profile_.motor_noise > 0 && motors.renewal == NEVER)
+        motors.renewal = at + NOISE_PERIOD;
+    return drive(robot);
+}
+
+Drive Chassis::renew(uint32_t robot) {
+    motors_[robot].renewal += NOISE_PERIOD;
+    motors_[robot].noise_draws++;
+    draw_noise(robot);
+    return drive(robot);
+}
+
+Drive Chassis::drive(uint32_t robot) const {
+    if (profile_.legs) return drive_on_legs(robot);
+    const auto &motors = motors_[robot];
+    const double left = motors.duty[LEFT], right = motors.duty[RIGHT];
+    if (left == 0 && right == 0) return {};
+    if (right == 0) return {{0, 0}, profile_.turn_rad_s};
+    if (left == 0) return {{0, 0}, -profile_.turn_rad_s};
+    double share = std::min({left / profile_.straight_left, right / profile_.straight_right, 1.0});
+    return {{profile_.speed_m_s * share, 0}, 0};
+}
+
+// A motor alone turns the robot about the rear leg on the side it turns to. Both together share the
+// work: each turns it half as fast about its leg, so that the sum goes straight on.
+Drive Chassis::drive_on_legs(uint32_t robot) const {
+    using Both = Eigen::Array2d;
+    const auto &motors = motors_[robot];
+    const bool turns_left = motors.turns[LEFT], turns_right = motors.turns[RIGHT];
+    // No branches: which motors turn, nobody could foresee.
+    const auto &[calibrated, turn_rad_s] = calibrations_[turns_left & turns_right];
+    const Both duties(motors.duty[LEFT] * turns_left, motors.duty[RIGHT] * turns_right);
+    const Both shares = (duties / calibrated).min(FASTER_THAN_CALIBRATED) * motors.speed *
+                        // Not cast(), which takes them one by one.
+                        Both(motors.share[LEFT], motors.share[RIGHT]) *
+                        Both(motors.wobble[LEFT], motors.wobble[RIGHT]);
+    const Both rates = turn_rad_s * shares.max(0).min(fastest_share_);
+    const double turn = rates[LEFT] - rates[RIGHT];
+    return {leg_m_ * Both(rates[LEFT] + rates[RIGHT], turn), turn};
+}
+
+}  // namespace kilotwin
