@@ -194,8 +194,10 @@ GOOD_TREE = {
     "firmware/aggregation/pfsm.c": '#include "pfsm.h"\n#include <kilolib.h>\n#include <avr/io.h>\n',
     "emulator/guest/include/avr/io.h": "#include <stdint.h>\n",
     "emulator/physics/world.h": "#include <vector>\n",
-    "emulator/physics/contact/box2d_solver.cpp": '#include "physics/world.h"\n#include <box2d/box2d.h>\n',
-    "emulator/infrared/channel.cpp": '#include "world.h"\n#include <kilolib.h>\n#include "wire.h"\n',
+    "emulator/physics/contact/box2d_solver.cpp": '#include "physics/world.h"\n'
+    "#include <box2d/box2d.h>\n",
+    "emulator/infrared/channel.cpp": '#include "world.h"\n#include <kilolib.h>\n'
+    '#include "wire.h"\n',
     "emulator/python/module.cpp": '#include "../physics/world.h"\n#include <nanobind/nanobind.h>\n',
     "host_tools/kilotwin/run.py": "import json\nimport numpy as np\nfrom . import plot\n"
     "from kilotwin import _emulator\n",
@@ -218,7 +220,7 @@ def test_a_good_tree_passes(rule: Callable[[Path], list[str]], tmp_path: Path) -
 @pytest.mark.parametrize(
     ("rule", "name", "text"),
     [
-        (bad_includes, "firmware/aggregation/walk.c", '#include "../../emulator/physics/world.h"\n'),
+        (bad_includes, "firmware/aggregation/walk.c", '#include "emulator/physics/world.h"\n'),
         (bad_includes, "firmware/aggregation/walk.c", "#include <world.h>\n"),
         (bad_includes, "firmware/aggregation/walk.c", "#include <pthread.h>\n"),
         (bad_includes, "firmware/aggregation/walk.c", '#  include "world.h" // why\n'),
