@@ -3,9 +3,10 @@
 From Python: `from kilotwin import RGB, World`, see docs/python_api.md.
 """
 
+from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
-__version__ = "0.1.0"
+__version__ = version("kilotwin")
 
 if TYPE_CHECKING:
     from kilotwin.world import RGB, World
