@@ -59,10 +59,11 @@ _GRID_PROGRAM = "experiments/kilogrid/random_walk.c"
 
 Note = Callable[[str], None]
 Tables = dict[str, Any]
+Columns = dict[str, Callable[[dict[str, Any]], str]]
 
 
 @dataclass(frozen=True)
-class _Case:
+class Case:
     """One row of the table."""
 
     workload: str
@@ -70,26 +71,26 @@ class _Case:
     alone: Experiment | None = None  # the same with one robot: take the bytes that others add
 
 
-def _paper(settings: list[Setting]) -> Iterator[_Case]:
+def _paper(settings: list[Setting]) -> Iterator[Case]:
     for name in _PAPER:
         file = resources.path(f"experiments/paper/{name}.toml")
-        yield _Case(f"paper/{name}", Experiment.load(file, settings))
+        yield Case(f"paper/{name}", Experiment.load(file, settings))
 
 
-def _walk(settings: list[Setting]) -> Iterator[_Case]:
+def _walk(settings: list[Setting]) -> Iterator[Case]:
     for medium in _MEDIA:
         for robots, duration_s in _WALK_S.items():
             tables = _walkers(robots, _SPARSE_PER_M2, medium, duration_s)
-            yield _Case("walk", _experiment("walk", tables, settings))
+            yield Case("walk", _experiment("walk", tables, settings))
 
 
-def _dense(settings: list[Setting]) -> Iterator[_Case]:
+def _dense(settings: list[Setting]) -> Iterator[Case]:
     for medium in _MEDIA:
         tables = _walkers(1_000, _DENSE_PER_M2, medium, _DENSE_S)
-        yield _Case("dense", _experiment("dense", tables, settings))
+        yield Case("dense", _experiment("dense", tables, settings))
 
 
-def _squeeze(settings: list[Setting]) -> Iterator[_Case]:
+def _squeeze(settings: list[Setting]) -> Iterator[Case]:
     # On a spiral that fills a disc evenly, at 10 % of the area, all facing the middle.
     spacing_m = _RADIUS_M / math.sqrt(0.10)
     poses = []
@@ -106,37 +107,37 @@ def _squeeze(settings: list[Setting]) -> Iterator[_Case]:
         "motion": {"speed_m_s": _SPEED_M_S, **_STILL},
         "record": {"sample_s": 100.0},
     }
-    yield _Case("squeeze", _experiment("squeeze", tables, settings))
+    yield Case("squeeze", _experiment("squeeze", tables, settings))
 
 
-def _memory(settings: list[Setting]) -> Iterator[_Case]:
+def _memory(settings: list[Setting]) -> Iterator[Case]:
     many, one = (
         _experiment("memory", _walkers(n, _SPARSE_PER_M2, "kilobot", _MEMORY_S), settings)
         for n in (_MEMORY_ROBOTS, 1)
     )
-    yield _Case("memory", many, one)
+    yield Case("memory", many, one)
 
 
-def _grid(settings: list[Setting]) -> Iterator[_Case]:
+def _grid(settings: list[Setting]) -> Iterator[Case]:
     tables = {
         "duration_s": _GRID_S,
         "grid": {"columns": 10, "rows": 20, "poll_s": _GRID_POLL_S, "wall_cells": 0},
         "swarm": {"profile": "kilobot", "program": _GRID_PROGRAM, "size": _GRID_ROBOTS},
         "record": {"sample_s": 100.0},
     }
-    yield _Case("grid", _experiment("grid", tables, settings))
+    yield Case("grid", _experiment("grid", tables, settings))
 
 
-def _avr(settings: list[Setting]) -> Iterator[_Case]:
+def _avr(settings: list[Setting]) -> Iterator[Case]:
     """Robots run from their .hex; 20 robot-seconds per CPU-second are 20 robots in real time."""
     tables = _walkers(_AVR_ROBOTS, _SPARSE_PER_M2, "kilobot", _AVR_S)
     tables["swarm"] = {"profile": "kilobot"}
     tables["robots"] = [{"program": _WALK_PROGRAM, "cpu": "avr", "count": _AVR_ROBOTS}]
-    yield _Case("avr", _experiment("avr", tables, settings))
+    yield Case("avr", _experiment("avr", tables, settings))
 
 
 # A workload is one entry here and one of cli.Workload.
-_WORKLOADS: dict[str, Callable[[list[Setting]], Iterator[_Case]]] = {
+_WORKLOADS: dict[str, Callable[[list[Setting]], Iterator[Case]]] = {
     "paper": _paper,
     "walk": _walk,
     "dense": _dense,
@@ -165,6 +166,15 @@ def _experiment(workload: str, tables: Tables, settings: list[Setting]) -> Exper
     return Experiment.of(ExperimentText(named["name"], Path.cwd(), named, {}, settings))
 
 
+def cases(workloads: list[str], duration_s: float | None) -> Iterator[Case]:
+    """The rows of these workloads; `duration_s` in place of whole trials."""
+    settings = []
+    if duration_s is not None:
+        settings.append(Setting(("duration_s",), duration_s, f"--duration-s {duration_s:g}"))
+    for workload in workloads:
+        yield from _WORKLOADS[workload](settings)
+
+
 def measure(
     workloads: list[str], repeats: int, duration_s: float | None, note: Note
 ) -> Iterator[dict[str, Any]]:
@@ -172,17 +182,13 @@ def measure(
 
     Interrupted, it gives none for the case of that moment, and no more.
     """
-    settings = []
-    if duration_s is not None:
-        settings.append(Setting(("duration_s",), duration_s, f"--duration-s {duration_s:g}"))
     # Between runs, too, a polite kill leaves what is measured.
     with heeding_interrupts(signal.default_int_handler):
-        for workload in workloads:
-            for case in _WORKLOADS[workload](settings):
-                yield _measure_one(case, repeats, note)
+        for case in cases(workloads, duration_s):
+            yield _measure_one(case, repeats, note)
 
 
-def _measure_one(case: _Case, repeats: int, note: Note) -> dict[str, Any]:
+def _measure_one(case: Case, repeats: int, note: Note) -> dict[str, Any]:
     record: dict[str, Any] = dict.fromkeys(_FIELDS)
     record |= {"workload": case.workload, "repeats": repeats, "machine": machine()}
     experiment = case.experiment
@@ -240,14 +246,19 @@ def machine() -> str:
 
 def table_text(results: list[dict[str, Any]]) -> str:
     """The results as a table, with the machine below."""
-    rows = [tuple(_COLUMNS), *(tuple(show(r) for show in _COLUMNS.values()) for r in results)]
+    lines = table_lines(_COLUMNS, results)
+    repeats = results[0]["repeats"]
+    return "\n".join([*lines, "", f"Medians of {repeats}; overlap in robot diameters. {machine()}"])
+
+
+def table_lines(columns: Columns, results: list[dict[str, Any]]) -> list[str]:
+    """A heading, and a line for each record; cells are aligned."""
+    rows = [tuple(columns), *(tuple(show(r) for show in columns.values()) for r in results)]
     widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
-    lines = [
+    return [
         "  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip()
         for row in rows
     ]
-    repeats = results[0]["repeats"]
-    return "\n".join([*lines, "", f"Medians of {repeats}; overlap in robot diameters. {machine()}"])
 
 
 def _shown(key: str, pattern: str, scale: float = 1) -> Callable[[dict[str, Any]], str]:
@@ -271,7 +282,7 @@ _FIELDS = [
     "machine",
 ]
 
-_COLUMNS: dict[str, Callable[[dict[str, Any]], str]] = {
+_COLUMNS: Columns = {
     "workload": lambda record: str(record["workload"]),
     "robots": _shown("robots", "{:,}"),
     "medium": lambda record: record["medium"] or "-",

@@ -475,11 +475,16 @@ def compare(
         raise typer.Exit(1)
 
 
-@app.command(epilog="Example: kilotwin bench paper --repeats 5 --json")
+@app.command(
+    epilog="Examples:\n\n"
+    "  kilotwin bench paper --repeats 5 --json\n\n"
+    "  kilotwin bench walk --against ../kilotwin-before"
+)
 def bench(
     workloads: Annotated[
         list[Workload] | None, typer.Argument(help="What to measure; all if none is named.")
     ] = None,
+    *,
     repeats: Annotated[
         int,
         typer.Option(min=1, envvar="KILOTWIN_REPEATS", help="Runs of each; the median counts."),
@@ -490,22 +495,35 @@ def bench(
             envvar="KILOTWIN_DURATION_S", help="Simulated seconds in place of whole trials."
         ),
     ] = None,
+    against: Annotated[
+        Path | None,
+        typer.Option(
+            envvar="KILOTWIN_AGAINST",
+            help="Another checkout, set up: run its engine and this one in turns.",
+        ),
+    ] = None,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
     """Measure robot-seconds per CPU-second on one core."""
     from kilotwin import bench as benchmarks
-    from kilotwin import terminal
+    from kilotwin import bench_against, terminal
 
     names = [workload.value for workload in workloads or Workload]
+    note = terminal.note(quiet)
     results: list[dict[str, Any]] = []
     interrupted = False
     try:
-        results.extend(benchmarks.measure(names, repeats, duration_s, terminal.note(quiet)))
+        if against is None:
+            table_text = benchmarks.table_text
+            results.extend(benchmarks.measure(names, repeats, duration_s, note))
+        else:
+            table_text = bench_against.table_text
+            results.extend(bench_against.measure(names, against, repeats, duration_s, note))
     except (InterruptError, KeyboardInterrupt):
         interrupted = True
     if results or as_json:
-        typer.echo(json.dumps(results, indent=2) if as_json else benchmarks.table_text(results))
+        typer.echo(json.dumps(results, indent=2) if as_json else table_text(results))
     if interrupted:
         typer.echo("interrupted; only what was measured in full is shown", err=True)
         raise typer.Exit(EXIT_INTERRUPTED)

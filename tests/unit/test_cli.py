@@ -3,13 +3,14 @@
 import json
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any
 
 import pytest
 import typer.main
 from typer.testing import CliRunner
 
-from kilotwin import __version__, cli, run
+from kilotwin import __version__, cli, resources, run
 from kilotwin.doctor import Finding, examine, report_text
 from kilotwin.errors import EXIT_INTERRUPTED
 
@@ -140,6 +141,63 @@ def test_bench_prints_a_table_for_people(kilotwin: Kilotwin) -> None:
     assert "robot-s/CPU-s" in shown.splitlines()[0]
     assert "paper/firat-n50" in shown
     assert "cores" in shown.splitlines()[-1]
+
+
+OTHER_ENGINE = """\
+#!{python}
+import json, sys, tomllib
+assert sys.argv[1:] == ["run", "bench.toml", "--out", "run", "--json", "--quiet"]
+experiment = tomllib.load(open("bench.toml", "rb"))
+with open({log!r}, "a") as log:
+    print(experiment["name"], experiment["duration_s"], file=log)
+speed = {{"robot_s_per_cpu_s": 1000, "peak_bytes": 1 << 20}}
+print(json.dumps(speed | {{"result_hash": {result_hash!r}}}))
+"""
+
+
+@pytest.mark.parametrize("agrees", [True, False])
+def test_bench_against_another_checkout_runs_both_engines_in_turns(
+    kilotwin: Kilotwin, tmp_path: Path, agrees: bool
+) -> None:
+    experiment = resources.path("experiments/paper/firat-n50.toml")
+    whole = kilotwin("run", str(experiment), "--json", "--quiet", "--set", "duration_s=10")
+    result_hash = json.loads(whole.stdout)["result_hash"] if agrees else "another"
+    log = tmp_path / "log.txt"
+    other = tmp_path / "before" / ".venv" / "bin" / "kilotwin"
+    other.parent.mkdir(parents=True)
+    other.write_text(
+        OTHER_ENGINE.format(python=sys.executable, log=str(log), result_hash=result_hash)
+    )
+    other.chmod(0o755)
+    words = ["--against", "before", "--repeats", "3", "--duration-s", "10", "--json", "--quiet"]
+    results = json.loads(kilotwin("bench", "paper", *words).stdout)
+    assert len(results) == 4
+    found = results[-1]
+    assert (found["workload"], found["against"], found["rounds"]) == (
+        "paper/firat-n50",
+        "before",
+        3,
+    )
+    assert found["against_robot_s_per_cpu_s"] == 1000
+    assert found["ratio"] == pytest.approx(found["robot_s_per_cpu_s"] / 1000, abs=0.001)
+    assert found["ratio_min"] <= found["ratio"] <= found["ratio_max"]
+    assert found["same_results"] is agrees
+    assert log.read_text().splitlines()[-3:] == ["firat, N = 50 10.0"] * 3
+
+
+def test_bench_against_a_folder_that_is_no_checkout_says_so(kilotwin: Kilotwin) -> None:
+    done = kilotwin("bench", "walk", "--against", ".", expect=2)
+    assert "has no .venv/bin/kilotwin" in done.stderr
+
+
+def test_bench_against_an_engine_that_fails_shows_why(kilotwin: Kilotwin, tmp_path: Path) -> None:
+    other = tmp_path / "before" / ".venv" / "bin" / "kilotwin"
+    other.parent.mkdir(parents=True)
+    other.write_text("#!/bin/sh\necho 'bench.toml:3: unknown key' >&2\nexit 2\n")
+    other.chmod(0o755)
+    done = kilotwin("bench", "dense", "--against", "before", expect=1)
+    assert "before: `kilotwin run` ended with code 2" in done.stderr
+    assert "unknown key" in done.stderr
 
 
 CUT_SHORT, ASKED_TOO_LATE = (EXIT_INTERRUPTED, True), (0, True)
