@@ -3,21 +3,15 @@
 The rules are functions of a tree, so that each of them is also tried on a small bad tree.
 """
 
-import ast
-import os
 import re
 import sys
 import tomllib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
-
-C_SUFFIXES = {".c", ".h", ".cpp", ".hpp", ".inl"}
-NOT_SOURCES = {".git", ".venv", "build", "runs", "__pycache__"}
-INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*(?:"([^"]+)"|<([^>]+)>)', re.MULTILINE)
+from .tree import C_SUFFIXES, NOT_SOURCES, ROOT, imports, includes, owners_of, plant, sources, texts
 
 # What firmware may find besides its own files: the C library as avr-libc has it.
 AVR_LIBC = re.compile(
@@ -58,35 +52,6 @@ WALLS = [
 ]
 
 
-def sources(root: Path, suffixes: set[str] | None = None) -> Iterator[Path]:
-    """Every file of the project below `root` in a fixed order, relative to it."""
-    for folder, folders, files in os.walk(root):
-        folders[:] = sorted(
-            f for f in folders if f not in NOT_SOURCES and not f.endswith(("_cache", ".egg-info"))
-        )
-        for name in sorted(files):
-            path = Path(folder, name)
-            if name in NOT_SOURCES:  # .git of a worktree
-                continue
-            if suffixes is None or path.suffix in suffixes:
-                yield path.relative_to(root)
-
-
-def includes(path: Path) -> Iterator[tuple[str, bool]]:
-    """The includes of a file: what is named, and whether in quotes."""
-    for match in INCLUDE.finditer(path.read_text(encoding="utf-8")):
-        yield (match[1], True) if match[1] else (match[2], False)
-
-
-def owners_of(files: list[str], includer: Path, name: str, quoted: bool) -> list[str]:
-    """Which of `files` the `name` can mean: the one beside the includer, else all that end so."""
-    beside = os.path.normpath(includer.parent / name)
-    if quoted and beside in files:
-        return [beside]
-    tail = "/" + re.sub(r"^(\.\.?/)+", "", name)
-    return [file for file in files if f"/{file}".endswith(tail)]
-
-
 def bad_includes(root: Path) -> list[str]:
     found = []
     files = [path.as_posix() for path in sources(root, C_SUFFIXES)]
@@ -107,15 +72,6 @@ def bad_includes(root: Path) -> list[str]:
                 if wall.match(name) and not insiders.fullmatch(path.as_posix()):
                     found.append(f"{path}: includes {name}; {what} stays in {insiders.pattern}")
     return found
-
-
-def imports(path: Path) -> Iterator[str]:
-    """Top-level names of the absolute imports of a Python file, also those inside functions."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            yield from (alias.name.split(".")[0] for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
-            yield node.module.split(".")[0]
 
 
 # Packages that are not imported under the name they are installed by.
@@ -150,11 +106,7 @@ REGISTRY = re.compile(
 
 def bad_words(root: Path) -> list[str]:
     found = []
-    for path in sources(root):
-        try:
-            text = (root / path).read_text(encoding="utf-8")
-        except UnicodeDecodeError:
-            continue  # a picture
+    for path, text in texts(root):
         for number, line in enumerate(text.splitlines(), 1):
             if path.as_posix() == "tests/architecture/test_arrows.py":
                 continue
@@ -202,14 +154,6 @@ GOOD_TREE = {
     "host_tools/kilotwin/run.py": "import json\nimport numpy as np\nfrom . import plot\n"
     "from kilotwin import _emulator\n",
 }
-
-
-def plant(root: Path, files: dict[str, str]) -> Path:
-    for name, text in files.items():
-        path = root / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
-    return root
 
 
 @pytest.mark.parametrize("rule", RULES)
