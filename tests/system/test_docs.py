@@ -2,7 +2,6 @@
 
 import json
 import re
-import tomllib
 from pathlib import Path
 
 import pytest
@@ -56,9 +55,3 @@ def test_make_targets_that_are_named_exist(document: Path) -> None:
     targets = set(re.findall(r"^## (\S+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
     named = set(re.findall(r"(?:`|^    )make ([\w-]+)", document.read_text(), re.MULTILINE))
     assert named <= targets
-
-
-def test_versions_agree() -> None:
-    version = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
-    assert f"version: {version}\n" in (ROOT / "CITATION.cff").read_text()
-    assert f"VERSION {version} " in (ROOT / "CMakeLists.txt").read_text()
