@@ -5,6 +5,7 @@
 #include <cstring>
 #include <utility>
 
+#include "base/errors.h"
 #include "base/message_crc.h"
 
 namespace kilotwin {

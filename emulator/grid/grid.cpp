@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "address.h"
+#include "base/errors.h"
 
 namespace kilotwin {
 

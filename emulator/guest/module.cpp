@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "base/errors.h"
 #include "base/message_crc.h"
 #include "guest/fault.h"
 #include "guest/timer.h"

@@ -7,6 +7,8 @@
 #include <map>
 #include <memory>
 
+#include "base/errors.h"
+
 namespace kilotwin {
 
 namespace {

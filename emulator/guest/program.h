@@ -4,19 +4,12 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "guest/abi.h"
 
 namespace kilotwin {
-
-/// Anything wrong with what the user gave: the text is for people.
-class EngineError : public std::invalid_argument {
-  public:
-    using std::invalid_argument::invalid_argument;
-};
 
 /// One per shared object and process, however many worlds use it: its state section exists only
 /// once.

@@ -19,13 +19,13 @@
 #include "base/clock.h"
 #include "base/events.h"
 #include "base/memory.h"
+#include "base/motor_command.h"
 #include "guest/busy_watch.h"
 #include "guest/eeprom.h"
 #include "guest/infrared_gains.h"
 #include "guest/program.h"
 #include "guest/stack.h"
 #include "guest/timer.h"
-#include "physics/motion.h"
 
 namespace kilotwin {
 

@@ -13,13 +13,14 @@
 #include "base/chance.h"
 #include "base/clock.h"
 #include "base/memory.h"
+#include "base/motor_command.h"
 #include "base/selection.h"
 #include "physics/arena.h"
 #include "physics/chassis.h"
 #include "physics/motion.h"
 #include "physics/neighbours.h"
+#include "physics/overlaps.h"
 #include "physics/world.h"
-#include "simulation/recorder.h"
 
 namespace kilotwin {
 

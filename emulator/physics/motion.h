@@ -15,12 +15,6 @@ struct Pose {
     double heading = 0;              ///< rad, counter-clockwise from +x, [-pi, pi)
 };
 
-/// From `at` on the motors have these duties.
-struct MotorCommand {
-    Cycles at;
-    uint8_t left, right;
-};
-
 /// A steady motion, in the robot's own frame.
 struct Drive {
     Eigen::Vector2d velocity{0, 0};  ///< m/s of the centre: forward, to the left

@@ -4,8 +4,8 @@
 #include <string>
 #include <unordered_map>
 
+#include "base/errors.h"
 #include "base/trigonometry.h"
-#include "guest/program.h"
 
 namespace kilotwin {
 

@@ -13,6 +13,7 @@
 #include <iterator>
 
 #include "aggregation/wire.h"
+#include "base/errors.h"
 #include "physics/contact/box2d_solver.h"
 #include "python/bridge.h"
 #include "python/twins.h"

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "avr/twins.h"
+#include "base/errors.h"
 #include "guest/program.h"
 
 namespace nb = nanobind;

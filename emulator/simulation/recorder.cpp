@@ -1,8 +1,5 @@
 #include "simulation/recorder.h"
 
-#include <algorithm>
-#include <cstring>
-
 namespace kilotwin {
 
 void Samples::add_robot(const Pose &pose, uint8_t color, uint8_t site_under) {
@@ -11,21 +8,6 @@ void Samples::add_robot(const Pose &pose, uint8_t color, uint8_t site_under) {
     heading_rad.push_back(static_cast<float>(pose.heading));
     led.push_back(color);
     site.push_back(site_under);
-}
-
-void Overlaps::add(double fraction) {
-    contacts_++;
-    worst_ = std::max(worst_, fraction);
-    classes_[static_cast<size_t>(
-        std::min(fraction / CLASS, static_cast<double>(classes_.size() - 1)))]++;
-}
-
-double Overlaps::median() const {
-    if (contacts_ == 0) return 0;
-    uint64_t below = 0;
-    size_t i = 0;
-    while ((below += classes_[i]) * 2 < contacts_) i++;
-    return static_cast<double>(i + 1) * CLASS;
 }
 
 uint64_t result_hash(const Samples &now) {

@@ -9,6 +9,7 @@
 #include <cstring>
 #include <utility>
 
+#include "base/errors.h"
 #include "base/trigonometry.h"
 #include "physics/placement.h"
 

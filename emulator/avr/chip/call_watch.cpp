@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "avr/chip/registers.h"
-#include "guest/program.h"
+#include "base/errors.h"
 
 namespace kilotwin {
 

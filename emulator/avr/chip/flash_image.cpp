@@ -9,7 +9,7 @@
 #include <sstream>
 #include <vector>
 
-#include "guest/program.h"
+#include "base/errors.h"
 
 namespace kilotwin {
 

@@ -19,7 +19,7 @@
 
 #include "avr/chip/registers.h"
 #include "base/clock.h"
-#include "guest/program.h"
+#include "base/errors.h"
 
 namespace kilotwin {
 

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "guest/program.h"
+#include "base/errors.h"
 
 namespace kilotwin {
 

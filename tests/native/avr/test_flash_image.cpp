@@ -10,7 +10,7 @@
 #include <iterator>
 
 #include "avr/chip/flash_image.h"
-#include "guest/program.h"
+#include "base/errors.h"
 
 using namespace kilotwin;
 

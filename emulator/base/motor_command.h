@@ -1,0 +1,19 @@
+/// What a robot's program orders of its motors.
+#ifndef KILOTWIN_BASE_MOTOR_COMMAND_H
+#define KILOTWIN_BASE_MOTOR_COMMAND_H
+
+#include <cstdint>
+
+#include "base/clock.h"
+
+namespace kilotwin {
+
+/// From `at` on the motors have these duties: 0 (off) to 255, as written to the PWM registers.
+struct MotorCommand {
+    Cycles at;
+    uint8_t left, right;
+};
+
+}  // namespace kilotwin
+
+#endif
