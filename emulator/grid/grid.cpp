@@ -32,7 +32,7 @@ Grid::Grid(const Settings &settings, const Chance &chance, Cycles power_up, Cycl
       faults_(settings.faults),
       due_(layout_.modules()),
       robots_about_(layout_.modules(), 0),
-      promised_(layout_.modules(), 0),
+      frames_in_flight_(layout_.modules(), 0),
       dead_(layout_.modules(), false),
       on_bus_(layout_.modules(), false),
       bus_due_(layout_.buses(), NEVER),
@@ -126,13 +126,14 @@ void Grid::look_around(Cycles until, double way_m, const std::vector<Eigen::Vect
 
 /// Whether nothing but itself can make the module do something before limit_ and lists_until_.
 bool Grid::alone(uint32_t module) const {
-    return run_ahead_ && !acts_alone_ && robots_about_[module] == 0 && promised_[module] == 0;
+    return run_ahead_ && !acts_alone_ && robots_about_[module] == 0 &&
+           frames_in_flight_[module] == 0;
 }
 
 // Modules
 
 std::optional<uint32_t> Grid::run(Cycles until) {
-    if (on_board()) take_wishes();
+    if (on_board()) queue_frames_of_boards();
     for (;;) {
         const Cycles module_at = due_.first_at(), fault_at = next_fault();
         const Cycles bus_at = bus_due_[first_bus_];
@@ -193,24 +194,24 @@ void Grid::send_frames(uint32_t index) {
     look_at_bus(bus);
 }
 
-/// Hands frames of boards' controllers to the buses.
-void Grid::take_wishes() {
+/// Passes frames of boards' controllers to the buses.
+void Grid::queue_frames_of_boards() {
     auto bus_of = [this](uint32_t module) -> CanBus & { return buses_[layout_.bus(module)]; };
     for (uint32_t index = 0; index < layout_.modules(); index++) {
         if (!on_bus_[index] || bus_of(index).queued(node_[index]) > 0) continue;
         on_bus_[index] = false;  // its node went bus-off
         boards_->set_can_errors(index, bus_of(index).transmit_errors(node_[index]),
                                 bus_of(index).receive_errors(node_[index]), true);
-        boards_->can_lost(index);
+        boards_->frame_lost(index);
     }
-    for (const auto &wish : boards_->take_can_wishes()) wishes_.push_back(wish);
-    std::erase_if(wishes_, [&](const auto &wish) {
-        if (dead_[wish.module]) return true;
-        CanBus &bus = bus_of(wish.module);
-        if (bus.state(node_[wish.module]) >= CanBus::State::BUS_OFF) return false;
-        bus.queue(node_[wish.module], wish.output.at, wish.output.frame);
-        look_at_bus(layout_.bus(wish.module));
-        on_bus_[wish.module] = true;
+    for (const auto &frame : boards_->take_queued_frames()) queued_.push_back(frame);
+    std::erase_if(queued_, [&](const auto &frame) {
+        if (dead_[frame.module]) return true;
+        CanBus &bus = bus_of(frame.module);
+        if (bus.state(node_[frame.module]) >= CanBus::State::BUS_OFF) return false;
+        bus.queue(node_[frame.module], frame.output.at, frame.output.frame);
+        look_at_bus(layout_.bus(frame.module));
+        on_bus_[frame.module] = true;
         return true;
     });
 }
@@ -253,21 +254,21 @@ Grid::About Grid::about(uint32_t index) const {
 
 // Buses
 
-bool Grid::can_send(Cycles now, uint32_t bus, const CanFrame &frame) {
+bool Grid::send_can(Cycles now, uint32_t bus, const CanFrame &frame) {
     if (bus >= layout_.buses())
         throw EngineError("there is no bus " + std::to_string(bus) + "; the grid has " +
                           std::to_string(layout_.buses()) + ", from 0");
     if (!buses_[bus].queue(HOST, now, frame)) return false;
     look_at_bus(bus);
     host_queue_[bus].push_back(frame.id);
-    for_each_taker(bus, frame.id, [&](uint32_t module) { promised_[module]++; });
+    for_each_taker(bus, frame.id, [&](uint32_t module) { frames_in_flight_[module]++; });
     return true;
 }
 
 void Grid::run_bus(uint32_t index, Cycles until) {
     CanBus &bus = buses_[index];
     bus.run(until, [&](const CanBus::Delivery &delivery) { deliver(index, delivery); });
-    if (!host_queue_[index].empty() && bus.queued(HOST) == 0) keep_promises(index, false);
+    if (!host_queue_[index].empty() && bus.queued(HOST) == 0) end_flight(index, false);
     look_at_bus(index);
 }
 
@@ -281,11 +282,11 @@ void Grid::look_at_bus(uint32_t bus) {
 void Grid::deliver(uint32_t bus, const CanBus::Delivery &delivery) {
     const bool from_host = delivery.sender == HOST;
     frames_.push_back({delivery.at, bus, delivery.frame, from_host});
-    if (from_host) keep_promises(bus, true);
+    if (from_host) end_flight(bus, true);
     if (on_board() && !from_host) {
         const uint32_t sender = module_of_node_[bus][delivery.sender];
         on_bus_[sender] = false;
-        boards_->can_sent(sender, delivery.at);
+        boards_->frame_sent(sender, delivery.at);
     }
     for (uint32_t node : *delivery.receivers) {
         if (node == HOST) continue;
@@ -320,11 +321,11 @@ template <typename Visit> void Grid::for_each_taker(uint32_t bus, uint16_t id, V
     }
 }
 
-/// The host's first frame, or all that it had queued on the bus, are no longer under way.
-void Grid::keep_promises(uint32_t bus, bool one) {
+/// The host's first frame, or all that it had queued on the bus, are no longer in flight.
+void Grid::end_flight(uint32_t bus, bool one) {
     auto &queue = host_queue_[bus];
     while (!queue.empty()) {
-        for_each_taker(bus, queue.front(), [&](uint32_t module) { promised_[module]--; });
+        for_each_taker(bus, queue.front(), [&](uint32_t module) { frames_in_flight_[module]--; });
         queue.pop_front();
         if (one) return;
     }

@@ -54,8 +54,8 @@ class ModuleBoards {
   public:
     virtual ~ModuleBoards() = default;
 
-    /// A frame that a module's controller wants to send.
-    struct CanWish {
+    /// A CAN frame that waits in a module's controller.
+    struct QueuedFrame {
         uint32_t module;
         CanOutput output;
     };
@@ -65,11 +65,12 @@ class ModuleBoards {
                             Cycles power_up) = 0;
     virtual void set_power(uint32_t module, Cycles at, bool on) = 0;
 
-    /// What controllers have handed out since the last call; each has one at a time.
-    virtual std::vector<CanWish> take_can_wishes() = 0;
-    /// The module's frame reached its end at `at`; or it was lost, and may be tried again.
-    virtual void can_sent(uint32_t module, Cycles at) = 0;
-    virtual void can_lost(uint32_t module) = 0;
+    /// Frames that controllers have queued since the last call; each has one at a time.
+    virtual std::vector<QueuedFrame> take_queued_frames() = 0;
+    /// Reports what became of the frame that the module has queued: it ended on the bus at `at`, or
+    /// it was dropped (its node went bus-off) and may be queued again.
+    virtual void frame_sent(uint32_t module, Cycles at) = 0;
+    virtual void frame_lost(uint32_t module) = 0;
     virtual void receive_can(uint32_t module, Cycles at, const CanFrame &frame) = 0;
     virtual void set_can_errors(uint32_t module, uint32_t transmit, uint32_t receive,
                                 bool bus_off) = 0;
@@ -155,7 +156,7 @@ class Grid {
 
     /// Queues a frame at the host's node of `bus` at `now`; false, and counted as lost, if the queue
     /// is full. EngineError for a bus that is not there.
-    bool can_send(Cycles now, uint32_t bus, const CanFrame &frame);
+    bool send_can(Cycles now, uint32_t bus, const CanFrame &frame);
 
     /// The earliest moment at which anything happens here.
     Cycles next() const { return std::min({next_fault(), due_.first_at(), bus_due_[first_bus_]}); }
@@ -216,13 +217,13 @@ class Grid {
     bool alone(uint32_t module) const;
     bool attend(uint32_t module, Cycles at);
     void send_frames(uint32_t module);
-    void take_wishes();
+    void queue_frames_of_boards();
     void schedule(uint32_t module, Cycles not_before = 0);
     void run_bus(uint32_t bus, Cycles until);
     void look_at_bus(uint32_t bus);
     void deliver(uint32_t bus, const CanBus::Delivery &delivery);
     template <typename Visit> void for_each_taker(uint32_t bus, uint16_t id, Visit visit) const;
-    void keep_promises(uint32_t bus, bool one);
+    void end_flight(uint32_t bus, bool one);
     void apply(const Fault &fault, Cycles at);
     Cycles fault_time(const Fault &fault) const;
     Cycles next_fault() const {
@@ -248,13 +249,13 @@ class Grid {
 
     // By module.
     std::vector<uint32_t> node_;
-    Earliest due_;                        ///< when it has to be looked at; NEVER while it asks
-    std::vector<uint32_t> robots_about_;  ///< entries of its cells in robots_near_
-    std::vector<uint32_t> promised_;      ///< frames of the host that are under way to it
+    Earliest due_;                            ///< when it has to be looked at; NEVER while it asks
+    std::vector<uint32_t> robots_about_;      ///< entries of its cells in robots_near_
+    std::vector<uint32_t> frames_in_flight_;  ///< of the host, to it
     std::vector<bool> dead_;
-    std::vector<bool> on_bus_;                   ///< of one on a board: its frame waits at the bus
-    std::vector<ModuleBoards::CanWish> wishes_;  ///< that wait for their node to recover
-    bool acts_alone_ = false;                    ///< their program may address other modules
+    std::vector<bool> on_bus_;  ///< of one on a board: its frame waits at the bus
+    std::vector<ModuleBoards::QueuedFrame> queued_;  ///< that wait for their node to recover
+    bool acts_alone_ = false;                        ///< their program may address other modules
 
     std::vector<Cycles> bus_due_;                        ///< by bus: when it has to be looked at
     uint32_t first_bus_ = 0;                             ///< the one that is due first

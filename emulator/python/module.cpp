@@ -295,14 +295,14 @@ struct PythonSimulation {
     Simulation simulation;
 };
 
-bool can_send(PythonSimulation &self, uint32_t bus, uint16_t id, const nb::bytes &data) {
+bool send_can(PythonSimulation &self, uint32_t bus, uint16_t id, const nb::bytes &data) {
     CanFrame frame;
     if (id > CanFrame::ID_MAX) throw EngineError("an identifier has 11 bits");
     if (data.size() > CanFrame::DATA_MAX) throw EngineError("a CAN frame has 8 bytes at most");
     frame.id = id;
     frame.dlc = static_cast<uint8_t>(data.size());
     std::memcpy(frame.data.data(), data.c_str(), data.size());
-    return self.simulation.can_send(bus, frame);
+    return self.simulation.send_can(bus, frame);
 }
 
 nb::object can_frames(PythonSimulation &self) {
@@ -538,7 +538,7 @@ NB_MODULE(_emulator, m) {
             nb::arg("message"), nb::arg("uid_first") = 0, nb::arg("uid_last") = 65535,
             nb::arg("region").none() = nb::none(),
             "Give robots a message now: nine data bytes and a type.")
-        .def("can_send", can_send, nb::arg("bus"), nb::arg("id"), nb::arg("data"),
+        .def("send_can", send_can, nb::arg("bus"), nb::arg("id"), nb::arg("data"),
              "Queue a frame at the host's node of a bus; False if its queue is full.")
         .def("can_frames", can_frames, "What ended on any bus since the last call.")
         .def("cells", cells_of, "[row, column, 2] of all cells: colour of 3 bits, brightness.")

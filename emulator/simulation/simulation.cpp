@@ -472,8 +472,8 @@ void Simulation::run_grid() {
     }
 }
 
-bool Simulation::can_send(uint32_t bus, const CanFrame &frame) {
-    return grid().can_send(now_, bus, frame);
+bool Simulation::send_can(uint32_t bus, const CanFrame &frame) {
+    return grid().send_can(now_, bus, frame);
 }
 
 Grid &Simulation::grid() {

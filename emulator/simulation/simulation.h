@@ -99,7 +99,7 @@ class Simulation {
 
     /// Queues a frame at the host's node of a bus now; false if its queue is full. EngineError
     /// without a grid, or such a bus.
-    bool can_send(uint32_t bus, const CanFrame &frame);
+    bool send_can(uint32_t bus, const CanFrame &frame);
     /// EngineError without one.
     Grid &grid();
     const Grid &grid() const;

@@ -94,7 +94,7 @@ void Boards::live(ModulePlace &module, Cycles until) {
     for (const auto &edge : board.lights) switch_lamp(module.lamps[edge.cell], edge.at, edge.on);
     for (Lamp &lamp : module.lamps) rest(lamp, until);
     for (const auto &output : board.can_frames)
-        wishes_.push_back({module.index, {output.at + QUANTUM, output.frame}});
+        queued_.push_back({module.index, {output.at + QUANTUM, output.frame}});
     auto report = [&](Cycles at, EventKind kind, std::string text) {
         module_events_.push_back(
             {at, module.index, board.tick(), module_flash_->name(), kind, std::move(text)});
@@ -226,20 +226,22 @@ void Boards::set_power(uint32_t index, Cycles at, bool on) {
     module.failed = false;
     module.line.clear();
     for (Lamp &lamp : module.lamps) lamp.on_since = NEVER;
-    std::erase_if(wishes_, [index](const CanWish &wish) { return wish.module == index; });
+    std::erase_if(queued_, [index](const QueuedFrame &frame) { return frame.module == index; });
     if (!on) return;
     module.board.emplace(*module_flash_, index, module.eeprom, module.tick,
                          std::max(at, lived_until_), context_.chance);
 }
 
-std::vector<ModuleBoards::CanWish> Boards::take_can_wishes() { return std::exchange(wishes_, {}); }
-
-void Boards::can_sent(uint32_t module, Cycles at) {
-    if (modules_[module].powered) modules_[module].board->can_sent(at);
+std::vector<ModuleBoards::QueuedFrame> Boards::take_queued_frames() {
+    return std::exchange(queued_, {});
 }
 
-void Boards::can_lost(uint32_t module) {
-    if (modules_[module].powered) modules_[module].board->can_lost();
+void Boards::frame_sent(uint32_t module, Cycles at) {
+    if (modules_[module].powered) modules_[module].board->frame_sent(at);
+}
+
+void Boards::frame_lost(uint32_t module) {
+    if (modules_[module].powered) modules_[module].board->frame_lost();
 }
 
 void Boards::receive_can(uint32_t module, Cycles at, const CanFrame &frame) {

@@ -62,9 +62,9 @@ class Boards : public ModuleBoards {
     void add_module(const std::string &program, uint8_t x, uint8_t y, Cycles tick,
                     Cycles power_up) override;
     void set_power(uint32_t module, Cycles at, bool on) override;
-    std::vector<CanWish> take_can_wishes() override;
-    void can_sent(uint32_t module, Cycles at) override;
-    void can_lost(uint32_t module) override;
+    std::vector<QueuedFrame> take_queued_frames() override;
+    void frame_sent(uint32_t module, Cycles at) override;
+    void frame_lost(uint32_t module) override;
     void receive_can(uint32_t module, Cycles at, const CanFrame &frame) override;
     void set_can_errors(uint32_t module, uint32_t transmit, uint32_t receive,
                         bool bus_off) override;
@@ -195,7 +195,7 @@ class Boards : public ModuleBoards {
     std::vector<uint32_t> robots_with_;
     std::deque<ModulePlace> modules_;
     std::shared_ptr<const FlashImage> module_flash_;
-    std::vector<CanWish> wishes_;
+    std::vector<QueuedFrame> queued_;
     Events module_events_;
     std::vector<std::vector<Reached>> reached_;  ///< by station
     std::deque<Flash> flashes_;                  ///< in order of time

@@ -159,9 +159,9 @@ void ModuleBoard::receive_can(Cycles at, const CanFrame &frame) {
     arrive({clock_.own_cycle(at), false, frame});
 }
 
-void ModuleBoard::can_sent(Cycles at) { arrive({clock_.own_cycle(at), true, {}}); }
+void ModuleBoard::frame_sent(Cycles at) { arrive({clock_.own_cycle(at), true, {}}); }
 
-void ModuleBoard::can_lost() {
+void ModuleBoard::frame_lost() {
     controller_.gives_up();
     look_at_controller();
 }

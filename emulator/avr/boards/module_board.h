@@ -51,8 +51,8 @@ class ModuleBoard : private Microcontroller::Board {
     /// A frame of another node has ended on the bus, at `at`, not earlier than now().
     void receive_can(Cycles at, const CanFrame &frame);
     /// The one that it handed out last has, or it was lost.
-    void can_sent(Cycles at);
-    void can_lost();
+    void frame_sent(Cycles at);
+    void frame_lost();
     /// What the bus counts of its errors.
     void set_can_errors(uint32_t transmit, uint32_t receive, bool bus_off);
 

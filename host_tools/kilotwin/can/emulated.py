@@ -25,11 +25,11 @@ class EmulatedGrid:
 
     def send(self, bus: int, identifier: int, data: bytes) -> bool:
         """Queues a frame at the host's node; False if its queue is full."""
-        return self._simulation.can_send(bus, identifier, data)
+        return self._simulation.send_can(bus, identifier, data)
 
     def send_all(self, bus: int, identifiers: Sequence[int], data: bytes) -> int:
         """The same bytes to several addresses; how many the queue had room for."""
-        send = self._simulation.can_send
+        send = self._simulation.send_can
         for count, identifier in enumerate(identifiers):
             if not send(bus, identifier, data):
                 return count

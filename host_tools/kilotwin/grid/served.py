@@ -108,7 +108,7 @@ class ServedTable:
             if self._log is not None:
                 self._log.add(frames)
         for bus, identifier, data in self._bridge.take():
-            self._simulation.can_send(bus, identifier, data)
+            self._simulation.send_can(bus, identifier, data)
         for note in self._bridge.notes():
             self._event("bus_client", note)
         if self._log is not None and time.monotonic() - self._flushed > _FLUSH_S:

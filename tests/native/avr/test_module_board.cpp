@@ -34,7 +34,7 @@ struct Bench {
             board.run(board.now() + MS / 4);
             for (const auto &output : std::exchange(board.can_frames, {})) {
                 sent.push_back(output);
-                board.can_sent(std::max(output.at + MS * 3 / 10, board.now()));
+                board.frame_sent(std::max(output.at + MS * 3 / 10, board.now()));
             }
         }
     }

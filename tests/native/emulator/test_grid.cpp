@@ -63,7 +63,7 @@ class Host {
         frame.id = kilogrid_id(to);
         frame.dlc = static_cast<uint8_t>(data.size());
         std::copy(data.begin(), data.end(), frame.data.begin());
-        REQUIRE(simulation_.can_send(bus, frame));
+        REQUIRE(simulation_.send_can(bus, frame));
     }
     void send_all(std::initializer_list<uint8_t> data) {
         for (uint32_t bus = 0; bus < simulation_.grid().layout().buses(); bus++)
@@ -379,7 +379,7 @@ TEST_CASE("a bus reaches its own rows only") {
         CHECK(simulation.grid().module(module).state() ==
               (module < 4 ? Module::State::IDLE : Module::State::RUNNING));
     }
-    CHECK_THROWS_AS(simulation.can_send(2, {}), EngineError);
+    CHECK_THROWS_AS(simulation.send_can(2, {}), EngineError);
 }
 
 TEST_CASE("with the ideal medium every robot in a cell hears every frame, and is heard") {
@@ -425,5 +425,5 @@ TEST_CASE("a grid that cannot be, and frames without a grid, are refused") {
     CHECK_THROWS_AS(Simulation(scene.def), EngineError);
     scene.def.grid.reset();
     Simulation simulation(scene.def);
-    CHECK_THROWS_AS(simulation.can_send(0, {}), EngineError);
+    CHECK_THROWS_AS(simulation.send_can(0, {}), EngineError);
 }

@@ -218,7 +218,7 @@ void host_speaks(Simulation &simulation, int64_t slot) {
         frame.id = id;
         frame.dlc = static_cast<uint8_t>(data.size());
         std::copy(data.begin(), data.end(), frame.data.begin());
-        simulation.can_send(bus, frame);
+        simulation.send_can(bus, frame);
     };
     auto configure = [&](uint32_t bus, uint16_t id, uint8_t first) {
         send(bus, id, {0x0F, 0, 4, 0, 0, 0, 0, 0});

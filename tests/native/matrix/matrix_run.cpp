@@ -81,7 +81,7 @@ uint64_t grid_hash() {
         CanFrame frame;
         frame.dlc = static_cast<uint8_t>(data.size());
         std::copy(data.begin(), data.end(), frame.data.begin());
-        for (uint32_t bus = 0; bus < 2; bus++) simulation.can_send(bus, frame);
+        for (uint32_t bus = 0; bus < 2; bus++) simulation.send_can(bus, frame);
     };
     simulation.advance(60);
     tell_modules({0x0F, 0, 4, 0, 0, 0, 0, 0});  // a configuration of four bytes
