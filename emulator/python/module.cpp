@@ -1,6 +1,6 @@
 // The engine as the Python module kilotwin._emulator. Takes resolved experiments as plain
 // dictionaries; the schema and its error messages are the host's
-// (host_tools/kilotwin/experiment*.py).
+// (host_tools/kilotwin/experiment/).
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/pair.h>

@@ -7,7 +7,7 @@ from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from kilotwin.world import RGB, World
+    from kilotwin.runs.world import RGB, World
 
     __version__: str
 
@@ -22,7 +22,7 @@ def __getattr__(name: str) -> Any:
     if name == "__version__":
         return metadata.version("kilotwin")
     if name in ("RGB", "World"):
-        from kilotwin import world  # noqa: PLC0415
+        from kilotwin.runs import world  # noqa: PLC0415
 
         return getattr(world, name)
     raise AttributeError(f"module 'kilotwin' has no attribute '{name}'")

@@ -1,5 +1,5 @@
 """`python -m kilotwin` is the `kilotwin` command."""
 
-from kilotwin.cli import main
+from kilotwin.commands.cli import main
 
 main()

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from kilotwin import cli
+from kilotwin.commands import cli
 
 CASES = Path(__file__).parent / "cases"
 GOOD = """

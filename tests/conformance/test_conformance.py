@@ -17,9 +17,10 @@ from typing import Any
 
 import pytest
 
-from kilotwin import avr_build, guest_build
 from kilotwin._emulator import CONFIG_KEYS, Twins, config_message
-from kilotwin.programs import find_program
+from kilotwin.build import avr as avr_build
+from kilotwin.build import guest as guest_build
+from kilotwin.experiment.programs import find_program
 
 ROOT = Path(__file__).resolve().parents[2]
 OWN = Path(__file__).parent / "programs"

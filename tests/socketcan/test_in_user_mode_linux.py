@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from kilotwin.experiment import Experiment
-from kilotwin.group_build import build_group
+from kilotwin.build.group import build_group
+from kilotwin.experiment.experiment import Experiment
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]

@@ -12,9 +12,9 @@ from pathlib import Path
 import pyarrow as pa
 import pytest
 
-from kilotwin.avr_build import Image, build_image
-from kilotwin.programs import find_program
-from kilotwin.run_reader import Run
+from kilotwin.build.avr import Image, build_image
+from kilotwin.experiment.programs import find_program
+from kilotwin.runs.reader import Run
 
 from .conftest import KILOTWIN, Kilotwin
 from .gdb_client import GdbClient

@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from kilotwin.experiment import Experiment
-from kilotwin.experiment_text import parse_setting
+from kilotwin.build.group import build_group
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.text import parse_setting
 from kilotwin.grid import kilodat
-from kilotwin.group_build import build_group
-from kilotwin.job import Job
-from kilotwin.run_reader import Run
-from kilotwin.worker import simulate
+from kilotwin.runs.job import Job
+from kilotwin.runs.reader import Run
+from kilotwin.runs.worker import simulate
 
 from .conftest import KILOTWIN, ROOT, Kilotwin
 

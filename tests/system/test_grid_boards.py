@@ -9,9 +9,9 @@ from pathlib import Path
 import can
 import pytest
 
-from kilotwin.experiment import Experiment
-from kilotwin.group_build import build_group
-from kilotwin.run_reader import Run
+from kilotwin.build.group import build_group
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.runs.reader import Run
 
 from .conftest import KILOTWIN
 

@@ -31,7 +31,7 @@ def test_an_installed_wheel_runs_a_program(environment: dict[str, str], tmp_path
             check=False,
         )
 
-    command = "from kilotwin.cli import main; main()"
+    command = "from kilotwin.commands.cli import main; main()"
     done = python(command, "run", "my.toml", "--out", "run", "--json")
     assert done.returncode == 0, done.stderr
     assert '"robots": 10' in done.stdout

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import settings
 from hypothesis.configuration import set_hypothesis_home_dir
 
-from kilotwin.experiment import Experiment
-from kilotwin.experiment_text import parse_setting
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.text import parse_setting
 
 # No examples kept from run to run, and no clock: the machine may be busy.
 set_hypothesis_home_dir(Path(__file__).parents[2] / "build" / "hypothesis")

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kilotwin.areas import Area, lies_inside, overlap
+from kilotwin.experiment.areas import Area, lies_inside, overlap
 
 ROUND = Area(True, 0, 0, 4, 4)
 SQUARE = Area(False, 0, 0, 4, 4)

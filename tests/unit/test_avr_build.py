@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from kilotwin.avr_build import Image, build_image
+from kilotwin.build.avr import Image, build_image
 from kilotwin.errors import InputError
-from kilotwin.programs import find_program
+from kilotwin.experiment.programs import find_program
 
 
 @pytest.fixture(autouse=True)

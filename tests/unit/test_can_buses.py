@@ -9,8 +9,8 @@ import pytest
 from kilotwin._emulator import Bridge
 from kilotwin.can.buses import BusName, name_all, open_all, parse_bus
 from kilotwin.errors import DeviceError, InputError
+from kilotwin.experiment.overhead import WAKEUP
 from kilotwin.grid.console import Console, message_for_robots
-from kilotwin.overhead import WAKEUP
 
 from .conftest import Kilotwin, Load
 from .test_grid_plan import GRID

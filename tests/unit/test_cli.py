@@ -10,9 +10,12 @@ import pytest
 import typer.main
 from typer.testing import CliRunner
 
-from kilotwin import __version__, cli, resources, run
-from kilotwin.doctor import Finding, examine, report_text
+from kilotwin import __version__
+from kilotwin.commands import cli
+from kilotwin.commands.doctor import Finding, examine, report_text
 from kilotwin.errors import EXIT_INTERRUPTED
+from kilotwin.files import resources
+from kilotwin.runs import run
 
 from .conftest import Kilotwin
 
@@ -50,7 +53,7 @@ def test_every_option_has_an_environment_variable() -> None:
 
 def test_help_does_not_wait_for_the_heavy_libraries() -> None:
     code = (
-        "import sys, kilotwin.cli; "
+        "import sys, kilotwin.commands.cli; "
         "print([m for m in ('pyarrow', 'matplotlib', 'numpy', 'pydantic') if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

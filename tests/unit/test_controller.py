@@ -10,11 +10,11 @@ import pytest
 
 from kilotwin.can.protocol import ModuleState
 from kilotwin.errors import InputError
+from kilotwin.experiment.grid_layout import Layout
+from kilotwin.experiment.overhead import RESET, RUN, WAKEUP, message
 from kilotwin.grid.controller import Controller, Settings
-from kilotwin.grid.layout import Layout
 from kilotwin.grid.links import Links
 from kilotwin.grid.poller import Reports
-from kilotwin.overhead import RESET, RUN, WAKEUP, message
 
 from .module_table import Module, ModuleTable
 

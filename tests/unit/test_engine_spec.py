@@ -6,11 +6,11 @@ import pytest
 from annotated_types import Ge, Le
 
 from kilotwin import _emulator
-from kilotwin.engine_spec import commands, config_messages, config_values, engine_spec
-from kilotwin.experiment import Experiment
-from kilotwin.experiment_schema import Controller, Reading
-from kilotwin.guest_build import build
-from kilotwin.profiles import CONTROLLER_DEFAULTS
+from kilotwin.build.guest import build
+from kilotwin.experiment.engine_spec import commands, config_messages, config_values, engine_spec
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.profiles import CONTROLLER_DEFAULTS
+from kilotwin.experiment.schema import Controller, Reading
 
 from .conftest import INFORMED, SMALL, Load
 

@@ -7,10 +7,10 @@ from typing import get_args
 import pytest
 
 from kilotwin.errors import InputError
-from kilotwin.experiment import Experiment
-from kilotwin.experiment_schema import ProfileName
-from kilotwin.experiment_text import parse_setting
-from kilotwin.profiles import CONTROLLER_DEFAULTS, PROFILES
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.profiles import CONTROLLER_DEFAULTS, PROFILES
+from kilotwin.experiment.schema import ProfileName
+from kilotwin.experiment.text import parse_setting
 
 from .conftest import SMALL, Load
 

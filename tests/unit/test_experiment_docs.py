@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from kilotwin.colours import LED_COLOURS
-from kilotwin.experiment_docs import renewed, table
-from kilotwin.experiment_schema import ExperimentSchema
+from kilotwin.experiment.colours import LED_COLOURS
+from kilotwin.experiment.docs import renewed, table
+from kilotwin.experiment.schema import ExperimentSchema
 
 from .conftest import SMALL, Load
 
@@ -16,7 +16,7 @@ TEXT = DOCUMENT.read_text()
 
 
 def test_the_table_is_of_this_schema() -> None:
-    assert renewed(TEXT) == TEXT, "type: python -m kilotwin.experiment_docs docs/experiments.md"
+    assert renewed(TEXT) == TEXT, "type: python -m kilotwin.experiment.docs docs/experiments.md"
 
 
 def test_every_key_has_a_meaning() -> None:

@@ -5,12 +5,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kilotwin.engine_spec import commands, config_differences, config_messages, engine_spec
 from kilotwin.errors import InputError
-from kilotwin.experiment import Experiment
-from kilotwin.grid.layout import Layout, place_of, walls_on_cells
-from kilotwin.grid.plan import GridPlan
-from kilotwin.starts import starts
+from kilotwin.experiment.engine_spec import (
+    commands,
+    config_differences,
+    config_messages,
+    engine_spec,
+)
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.grid_layout import Layout, place_of, walls_on_cells
+from kilotwin.experiment.grid_plan import GridPlan
+from kilotwin.experiment.start_poses import starts
 
 from .conftest import Load
 

@@ -8,10 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from kilotwin import World, guest_build
+from kilotwin import World
+from kilotwin.build import guest as guest_build
+from kilotwin.build.guest import build
 from kilotwin.errors import InputError, RunError
-from kilotwin.guest_build import build
-from kilotwin.programs import find_program
+from kilotwin.experiment.programs import find_program
 
 from .conftest import BLINK
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from kilotwin import World
-from kilotwin.guest_build import build
-from kilotwin.programs import find_program
+from kilotwin.build.guest import build
+from kilotwin.experiment.programs import find_program
 
 GUESTS = sorted((Path(__file__).parents[1] / "guests_avr").glob("*.c"))
 STOPS = "assert_stops_the_robot"

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kilotwin.informed import informed_count, informed_for, informed_ranges, split
+from kilotwin.experiment.informed import informed_count, informed_for, informed_ranges, split
 
 from .conftest import INFORMED, SMALL, Load
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kilotwin.intervals import (
+from kilotwin.compare.intervals import (
     Interval,
     bootstrap,
     bootstrap_mean,

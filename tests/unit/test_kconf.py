@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kilotwin.errors import InputError
-from kilotwin.grid import kconf
-from kilotwin.grid.kconf import Block, Target
+from kilotwin.experiment import kconf
+from kilotwin.experiment.kconf import Block, Target
 
 numbers = st.integers(0, kconf.LAST)
 targets = st.one_of(

@@ -2,9 +2,9 @@
 
 import pytest
 
-from kilotwin.engine_spec import engine_spec
-from kilotwin.experiment import Experiment
-from kilotwin.profiles import KILOBOT_MEDIUM, PROFILES, motion_defaults
+from kilotwin.experiment.engine_spec import engine_spec
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.profiles import KILOBOT_MEDIUM, PROFILES, motion_defaults
 
 from .conftest import SMALL, Load
 

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from kilotwin import guest_build
+from kilotwin.build import guest as guest_build
 from kilotwin.errors import InputError
-from kilotwin.experiment import Experiment
-from kilotwin.experiment_text import ExperimentText
-from kilotwin.programs import Program, find_program
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.programs import Program, find_program
+from kilotwin.experiment.text import ExperimentText
 
 HERE = Path("/nowhere")
 

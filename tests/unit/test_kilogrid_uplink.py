@@ -5,13 +5,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kilotwin import _emulator, kilogrid_uplink, run
+from kilotwin import _emulator
+from kilotwin.commands.terminal import Silent
+from kilotwin.compare import kilogrid_uplink
 from kilotwin.errors import InputError
-from kilotwin.experiment import Experiment
-from kilotwin.experiment_schema import GridCells
-from kilotwin.experiment_text import Setting
-from kilotwin.resources import path
-from kilotwin.terminal import Silent
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.schema import GridCells
+from kilotwin.experiment.text import Setting
+from kilotwin.files.resources import path
+from kilotwin.runs import run
 
 LOG_SECOND_S = 32 * 0.032768
 

@@ -3,11 +3,18 @@
 import numpy as np
 import pytest
 
-from kilotwin import kilogrid_walk
+from kilotwin.compare import kilogrid_walk
+from kilotwin.compare.kilogrid_walk import (
+    Floats,
+    cells,
+    displacements_cm,
+    measure,
+    records,
+    report_text,
+)
 from kilotwin.errors import InputError
-from kilotwin.experiment import Experiment
-from kilotwin.kilogrid_walk import Floats, cells, displacements_cm, measure, records, report_text
-from kilotwin.resources import path
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.files.resources import path
 
 from .conftest import Kilotwin
 

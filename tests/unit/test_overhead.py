@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from kilotwin.engine_spec import commands
-from kilotwin.experiment_schema import Command
-from kilotwin.overhead import message_of, region, timed, uids
-from kilotwin.profiles import PROFILES
+from kilotwin.experiment.engine_spec import commands
+from kilotwin.experiment.overhead import message_of, region, timed, uids
+from kilotwin.experiment.profiles import PROFILES
+from kilotwin.experiment.schema import Command
 
 from .conftest import SMALL, Kilotwin, Load
 

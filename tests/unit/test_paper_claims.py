@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from kilotwin.paper_claims import (
+from kilotwin.compare.paper_claims import (
     HOLDS,
     MISSED,
     OPEN,

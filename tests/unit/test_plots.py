@@ -17,8 +17,8 @@ from matplotlib.legend import Legend
 from kilotwin.errors import InputError
 from kilotwin.plot import RUN_FIGURES, style, write_figure
 from kilotwin.plot.style import site_fills, state_colours
-from kilotwin.run_folder import close_manifest
-from kilotwin.run_reader import Run
+from kilotwin.runs.folder import close_manifest
+from kilotwin.runs.reader import Run
 
 from .conftest import BLINK, INFORMED, SMALL, Load, call_kilotwin
 

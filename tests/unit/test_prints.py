@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from kilotwin.prints import Prints
+from kilotwin.runs.prints import Prints
 
 
 def test_each_robot_has_its_file_with_times(tmp_path: Path) -> None:

@@ -9,11 +9,12 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from kilotwin.can.buses import BusName, OpenBus
-from kilotwin.cli import app
+from kilotwin.commands.cli import app
 from kilotwin.errors import DeviceError
-from kilotwin.grid import console, live
-from kilotwin.grid.grid_record import GridRecord
-from kilotwin.run_reader import Run
+from kilotwin.grid import console
+from kilotwin.runs import recording as live
+from kilotwin.runs.grid_record import GridRecord
+from kilotwin.runs.reader import Run
 
 from .test_grid_plan import GRID
 

@@ -14,11 +14,11 @@ from pathlib import Path
 
 import pytest
 
-from kilotwin import run
-from kilotwin.experiment import Experiment
-from kilotwin.run_folder import FINISHED
-from kilotwin.run_reader import Run
-from kilotwin.terminal import Lines, Silent
+from kilotwin.commands.terminal import Lines, Silent
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.runs import run
+from kilotwin.runs.folder import FINISHED
+from kilotwin.runs.reader import Run
 
 from .conftest import BLINK, INFORMED, SMALL, Kilotwin, Load
 

@@ -16,10 +16,10 @@ import pyarrow.parquet as pq
 import pytest
 
 from kilotwin.errors import InputError
-from kilotwin.experiment import Experiment
-from kilotwin.run_folder import check_free, close_manifest, default_folder
-from kilotwin.run_reader import Run
-from kilotwin.run_writer import RunWriter
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.runs.folder import check_free, close_manifest, default_folder
+from kilotwin.runs.reader import Run
+from kilotwin.runs.writer import RunWriter
 
 from .conftest import SMALL, Load
 
@@ -175,7 +175,7 @@ WRITER = """
 import sys, time
 from collections.abc import Callable
 from pathlib import Path
-from kilotwin.experiment import Experiment
+from kilotwin.experiment.experiment import Experiment
 from tests.unit.test_run_folder import some_samples, RunWriter
 experiment = Experiment.load(Path(sys.argv[1]))
 writer = RunWriter(Path(sys.argv[2]), experiment, {"status": "running"})

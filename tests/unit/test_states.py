@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from kilotwin.colours import LED_COLOURS, led_byte, led_rgb
-from kilotwin.states import States, count
+from kilotwin.experiment.colours import LED_COLOURS, led_byte, led_rgb
+from kilotwin.experiment.states import States, count
 
 from .conftest import SMALL, Load
 

@@ -9,9 +9,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from kilotwin import resources
 from kilotwin.errors import InputError, RunError
-from kilotwin.records import Records
+from kilotwin.files import resources
+from kilotwin.runs.columns import Records
 from kilotwin.sweep import parts, summary_text
 from kilotwin.sweep.conditions import Condition, Conditions, Ending
 from kilotwin.sweep.data_set import DataSet, trial_key

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from kilotwin.errors import InputError
-from kilotwin.experiment import Experiment
-from kilotwin.experiment_text import parse_setting
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.text import parse_setting
 from kilotwin.sweep.executors import Dask
 from kilotwin.sweep.plan import Plan, read_plan, shown
 

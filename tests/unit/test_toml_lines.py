@@ -8,7 +8,7 @@ import tomlkit
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from kilotwin.toml_lines import KeyPath, line_of, locate
+from kilotwin.experiment.toml_lines import KeyPath, line_of, locate
 
 EXAMPLE = '''\
 # a comment with [brackets] = and "quotes

@@ -13,7 +13,7 @@ from cantools.database import load_file
 from cantools.database.can import Database, Message
 from cantools.database.errors import Error as CantoolsError
 
-from kilotwin import resources
+from kilotwin.files import resources
 
 DBC = "kilogrid_modules/protocol/kilogrid.dbc"
 FRAME_BYTES = 8

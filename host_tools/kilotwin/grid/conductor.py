@@ -10,9 +10,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, Literal, Protocol
 
+from kilotwin.experiment.grid_plan import GridPlan, Order
 from kilotwin.grid.controller import Controller
 from kilotwin.grid.links import Links
-from kilotwin.grid.plan import GridPlan, Order
 from kilotwin.grid.poller import Reports
 
 Phase = Literal["set-up", "ready", "running", "ending", "done"]

@@ -9,15 +9,15 @@ from typing import Any, Self
 
 from kilotwin.can.buses import OpenBus, name_all, open_all
 from kilotwin.can.protocol import ModuleState
-from kilotwin.engine_spec import config_differences
 from kilotwin.errors import DeviceError, InputError
-from kilotwin.experiment import Experiment
-from kilotwin.grid import kconf
+from kilotwin.experiment import kconf
+from kilotwin.experiment.engine_spec import config_differences
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.grid_layout import MOST_PER_BUS, Layout, Module
+from kilotwin.experiment.overhead import COMMANDS, DATA_BYTES, message
 from kilotwin.grid.controller import Controller, Settings
-from kilotwin.grid.layout import MOST_PER_BUS, Layout, Module
 from kilotwin.grid.links import Links
 from kilotwin.grid.poller import Reports
-from kilotwin.overhead import COMMANDS, DATA_BYTES, message
 
 _STEP_S = 0.001
 _SIZE = re.compile(r"(\d{1,2})x(\d{1,2})")

@@ -16,13 +16,13 @@ from typing import Any, Protocol
 
 from kilotwin.can.protocol import BusHealth, Health, ModuleState, read_to_host
 from kilotwin.errors import InputError
+from kilotwin.experiment.grid_layout import Layout, Module
+from kilotwin.experiment.kconf import MOST_BYTES
+from kilotwin.experiment.overhead import RESET, RUN, WAKEUP
 from kilotwin.grid import frames as wire
 from kilotwin.grid.cover import EVERYBODY, Group, cover
-from kilotwin.grid.kconf import MOST_BYTES
-from kilotwin.grid.layout import Layout, Module
 from kilotwin.grid.links import Frames, Links
 from kilotwin.grid.poller import SILENT_AFTER, Poller, Reports
-from kilotwin.overhead import RESET, RUN, WAKEUP
 
 Wait = float | Callable[[], bool]
 Script = Generator[Wait, None, None]

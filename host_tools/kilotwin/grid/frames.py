@@ -8,9 +8,9 @@ from collections.abc import Iterable
 
 from kilotwin.can import address, protocol, transfer
 from kilotwin.can.protocol import HealthPart
+from kilotwin.experiment.grid_layout import Module
+from kilotwin.experiment.overhead import DATA_BYTES
 from kilotwin.grid.cover import Group
-from kilotwin.grid.layout import Module
-from kilotwin.overhead import DATA_BYTES
 
 IDS = address.MODULE_MASK + 1
 """So many identifiers there are."""

@@ -17,9 +17,9 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
+from kilotwin.experiment.grid_layout import CELLS_PER_MODULE, Layout, Module
 from kilotwin.grid import frames as wire
 from kilotwin.grid.cover import Group
-from kilotwin.grid.layout import CELLS_PER_MODULE, Layout, Module
 from kilotwin.grid.links import Frames, Links
 
 SILENT_AFTER = 3

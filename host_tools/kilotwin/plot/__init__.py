@@ -11,7 +11,7 @@ from kilotwin.plot import style
 from kilotwin.plot.map import draw_map
 from kilotwin.plot.sweep import draw_error, draw_iqr, draw_median, draw_symmetry
 from kilotwin.plot.timeline import draw_timeline
-from kilotwin.run_reader import Run
+from kilotwin.runs.reader import Run
 from kilotwin.sweep.conditions import Conditions
 
 RUN_FIGURES: dict[str, Callable[[Run], Figure]] = {"map": draw_map, "timeline": draw_timeline}

@@ -15,10 +15,12 @@ from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
-from kilotwin.areas import area_of
 from kilotwin.errors import InputError
-from kilotwin.experiment_schema import Arena, ExperimentSchema, Site
-from kilotwin.informed import informed_ranges
+from kilotwin.experiment.areas import area_of
+from kilotwin.experiment.informed import informed_ranges
+from kilotwin.experiment.profiles import PROFILES
+from kilotwin.experiment.schema import Arena, ExperimentSchema, Site
+from kilotwin.experiment.states import States
 from kilotwin.plot.style import (
     FLOOR,
     HATCHES,
@@ -32,9 +34,7 @@ from kilotwin.plot.style import (
     title,
     wrapped,
 )
-from kilotwin.profiles import PROFILES
-from kilotwin.run_reader import Run
-from kilotwin.states import States
+from kilotwin.runs.reader import Run
 
 _INFORMED = "#cc79a7"
 

@@ -9,10 +9,10 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from kilotwin.colours import SITE_COLOURS, SITE_PALETTE, site_colour
-from kilotwin.drafts import draft_of
-from kilotwin.experiment_schema import ExperimentSchema
-from kilotwin.run_reader import Run
+from kilotwin.experiment.colours import SITE_COLOURS, SITE_PALETTE, site_colour
+from kilotwin.experiment.schema import ExperimentSchema
+from kilotwin.files.drafts import draft_of
+from kilotwin.runs.reader import Run
 
 FLOOR = "#b9b9b9"
 OUTLINE = "#404040"

@@ -17,8 +17,8 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from kilotwin.compare.intervals import bootstrap_mean, spread
 from kilotwin.errors import InputError
-from kilotwin.intervals import bootstrap_mean, spread
 from kilotwin.plot.style import HATCHES, OUTLINE, letters, name_fill, repeats, wrapped
 from kilotwin.sweep.conditions import Condition, Conditions, Ending, errors, on_site
 

@@ -7,7 +7,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from kilotwin.errors import InputError
-from kilotwin.experiment_checks import swarm_size
+from kilotwin.experiment.checks import swarm_size
 from kilotwin.plot.style import (
     DASHES,
     OUTLINE,
@@ -17,7 +17,7 @@ from kilotwin.plot.style import (
     title,
     wrapped,
 )
-from kilotwin.run_reader import Run
+from kilotwin.runs.reader import Run
 
 _NOT_RESTING = "#d55e00"
 _PAPER = "#e4e4e4"

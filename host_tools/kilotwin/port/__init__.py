@@ -5,10 +5,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from kilotwin.avr_build import build_image
+from kilotwin.build.avr import build_image
+from kilotwin.build.guest import Notify
+from kilotwin.build.guest import build as build_guest
 from kilotwin.errors import InputError
-from kilotwin.guest_build import Notify
-from kilotwin.guest_build import build as build_guest
+from kilotwin.experiment.programs import ProgramError, find_program
 from kilotwin.port import machine_code, retrial, source_text
 from kilotwin.port import trial as trials
 from kilotwin.port.disassembly import Disassembly
@@ -18,7 +19,6 @@ from kilotwin.port.retrial import Tried
 from kilotwin.port.roles import find_roles, own_lines
 from kilotwin.port.stack import StackBound, bound
 from kilotwin.port.trial import Outcome, Trial
-from kilotwin.programs import ProgramError, find_program
 
 _SHOWN_CHAIN = 120
 

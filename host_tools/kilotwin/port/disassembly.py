@@ -13,8 +13,8 @@ from pathlib import Path
 from elftools.elf.elffile import ELFFile
 from elftools.elf.sections import Symbol, SymbolTableSection
 
-from kilotwin.avr_build import Image
-from kilotwin.guest_build import run_tool
+from kilotwin.build.avr import Image
+from kilotwin.build.guest import run_tool
 
 _FUNCTION = re.compile(r"^([0-9a-f]{8}) <([^>]+)>:$")
 _INSTRUCTION = re.compile(r"^ +([0-9a-f]+):\t(?:[0-9a-f]{2} )+\s*\t?(\S+)(?:\t([^;]*))?(?:;(.*))?$")

@@ -9,16 +9,16 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
 
-from kilotwin.avr_build import build_image
+from kilotwin.build.avr import build_image
+from kilotwin.build.guest import Notify
+from kilotwin.build.guest import build as build_guest
 from kilotwin.errors import KilotwinError
-from kilotwin.guest_build import Notify
-from kilotwin.guest_build import build as build_guest
+from kilotwin.experiment.programs import Program
 from kilotwin.port import trial as trials
 from kilotwin.port.disassembly import Disassembly
 from kilotwin.port.findings import Finding, Weight
 from kilotwin.port.roles import Roles
 from kilotwin.port.trial import Outcome, Trial
-from kilotwin.programs import Program
 
 
 @dataclass(frozen=True)

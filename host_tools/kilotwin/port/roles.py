@@ -8,10 +8,10 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from kilotwin.avr_build import avr_gcc, program_flags
-from kilotwin.guest_build import run_tool
+from kilotwin.build.avr import avr_gcc, program_flags
+from kilotwin.build.guest import run_tool
+from kilotwin.experiment.programs import Program
 from kilotwin.port.disassembly import Place
-from kilotwin.programs import Program
 
 _MARK = re.compile(r'^# (\d+) "([^"]*)"')
 _CALLBACK = re.compile(r"\bkilo_message_(rx|tx|tx_success)\s*=\s*(?:\([\w\s*]+\)\s*)?&?\s*(\w+)")

@@ -6,13 +6,13 @@ import subprocess
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from kilotwin import resources
-from kilotwin.avr_build import avr_gcc, program_flags
-from kilotwin.guest_build import find_compiler
+from kilotwin.build.avr import avr_gcc, program_flags
+from kilotwin.build.guest import find_compiler
+from kilotwin.experiment.programs import Program
+from kilotwin.files import resources
 from kilotwin.port.disassembly import Place
 from kilotwin.port.findings import Finding, Weight
 from kilotwin.port.roles import Line, Roles
-from kilotwin.programs import Program
 
 _MODULO = re.compile(r"\bkilo_ticks\s*\)?\s*%[^;{]*?(==|!=|\)\s*[{;]|<)")
 _GUARD = re.compile(r"kilo_ticks\s*[!=]=\s*\w*[a-z_]\w*|\w*[a-z_]\w*\s*[!=]=\s*kilo_ticks")

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from kilotwin import _emulator
-from kilotwin.avr_build import Image
+from kilotwin.build.avr import Image
+from kilotwin.build.guest import Guest
 from kilotwin.errors import InputError
-from kilotwin.guest_build import Guest
 from kilotwin.port.disassembly import Disassembly, Place
 from kilotwin.port.findings import Finding, Weight
 from kilotwin.port.machine_code import RAM_BYTES, STACK_RESERVE

@@ -9,9 +9,9 @@ from typing import Any, NoReturn
 import pyarrow as pa
 
 from kilotwin.errors import InputError
-from kilotwin.experiment_schema import ExperimentSchema
-from kilotwin.experiment_text import parse_setting
-from kilotwin.run_reader import read_parquet
+from kilotwin.experiment.schema import ExperimentSchema
+from kilotwin.experiment.text import parse_setting
+from kilotwin.runs.reader import read_parquet
 from kilotwin.sweep.data_set import ABOUT, TRIALS, about
 
 Row = dict[str, Any]

@@ -28,9 +28,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from kilotwin import __version__
-from kilotwin.drafts import draft_name, draft_of
 from kilotwin.errors import InputError, RunError
-from kilotwin.experiment_schema import Reading
+from kilotwin.experiment.schema import Reading
+from kilotwin.files.drafts import draft_name, draft_of
 from kilotwin.sweep import parts
 from kilotwin.sweep.measure import RESULT, Failed, Measured
 from kilotwin.sweep.plan import Plan, Trial

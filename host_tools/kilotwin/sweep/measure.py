@@ -14,16 +14,17 @@ from typing import TYPE_CHECKING, Any
 
 import pyarrow as pa
 
-from kilotwin import _emulator, run
+from kilotwin import _emulator
+from kilotwin.build.group import build_group
+from kilotwin.commands.terminal import Silent
 from kilotwin.errors import KilotwinError
-from kilotwin.experiment import Experiment
-from kilotwin.group_build import build_group
-from kilotwin.job import Job
-from kilotwin.records import Records
-from kilotwin.run_reader import Run
-from kilotwin.states import Counts, States, count
-from kilotwin.terminal import Silent
-from kilotwin.worker import Trial
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.states import Counts, States, count
+from kilotwin.runs import run
+from kilotwin.runs.columns import Records
+from kilotwin.runs.job import Job
+from kilotwin.runs.reader import Run
+from kilotwin.runs.worker import Trial
 
 if TYPE_CHECKING:
     from kilotwin._emulator import Event, Samples

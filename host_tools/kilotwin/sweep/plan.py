@@ -15,11 +15,11 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, ValidationError
 
 from kilotwin.errors import InputError
-from kilotwin.experiment import Experiment
-from kilotwin.experiment_errors import input_error
-from kilotwin.experiment_schema import Section, Text, one_or_more
-from kilotwin.experiment_text import ExperimentText, Setting
-from kilotwin.toml_lines import KeyPath
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.schema import Section, Text, one_or_more
+from kilotwin.experiment.text import ExperimentText, Setting
+from kilotwin.experiment.toml_lines import KeyPath
+from kilotwin.experiment.validation_errors import input_error
 
 _RANGE_KEYS = {"from", "to", "step"}
 _MOST_TRIALS = 1_000_000

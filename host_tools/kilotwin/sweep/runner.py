@@ -11,13 +11,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
 
+from kilotwin.build.group import build_group
+from kilotwin.build.guest import Guest, Notify
+from kilotwin.commands.terminal import duration
 from kilotwin.errors import EXIT_INTERRUPTED, KilotwinError, RunError
-from kilotwin.experiment import Experiment
-from kilotwin.group_build import build_group
-from kilotwin.guest_build import Guest, Notify
-from kilotwin.interrupts import heeding_interrupts
-from kilotwin.programs import Program
-from kilotwin.run_folder import EXPERIMENT, slug, utc_now
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.programs import Program
+from kilotwin.runs.folder import EXPERIMENT, slug, utc_now
+from kilotwin.runs.interrupts import heeding_interrupts
 from kilotwin.sweep.data_set import DataSet, failure_line, trial_key
 from kilotwin.sweep.executors import Place
 from kilotwin.sweep.measure import (
@@ -29,7 +30,6 @@ from kilotwin.sweep.measure import (
     measure_apart,
 )
 from kilotwin.sweep.plan import Plan, Trial, shown
-from kilotwin.terminal import duration
 
 # CPU time of one second of a robot, a module and a simulated ATmega328P, from docs/performance.md.
 _ROBOT_CPU_S = {"ideal": 1 / 600_000, "kilobot": 1 / 400_000}

@@ -9,9 +9,9 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from kilotwin import guest_build
+from kilotwin.build import guest as guest_build
 from kilotwin.errors import KilotwinError
-from kilotwin.programs import find_program
+from kilotwin.experiment.programs import find_program
 
 
 def main() -> int:

@@ -1,0 +1,1 @@
+"""Compiles programs: guests for the emulator, images for the ATmega328P."""

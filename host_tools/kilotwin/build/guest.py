@@ -1,0 +1,394 @@
+"""Builds a program into a guest: a shared object with the thin half of the mock API in it.
+
+Robot programs get the mock of the Kilobot API, module programs that of the Kilogrid module API.
+Programs written for the Kilogrid also get its helper sources, as far as they do not bring their
+own.
+
+Sources stay as they are. Results are kept in a cache under the hash of everything that went in, so
+that a program is compiled once; a finished guest appears in one step, so that builds may go on side
+by side.
+"""
+
+import contextlib
+import hashlib
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import tempfile
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+from kilotwin.build.apis import APIS, wanted_helpers
+from kilotwin.build.linking import ENGLISH, check_main, explained
+from kilotwin.build.robot_assembly import without_assembly
+from kilotwin.build.robot_widths import with_robots_widths
+from kilotwin.errors import InputError, RunError
+from kilotwin.experiment.programs import Program
+from kilotwin.files import resources
+
+# How kilolib compiles for the robot, and nothing that would make results differ between compilers.
+_FLAGS = [
+    "-std=gnu99",
+    "-O2",
+    "-g",
+    "-w",
+    "-fPIC",
+    "-funsigned-char",
+    "-fpack-struct",
+    "-fshort-enums",
+    "-fvisibility=hidden",
+    "-ffp-contract=off",
+    "-fno-delete-null-pointer-checks",  # address 0 is as good as another on an AVR
+]
+_GCC_FLAGS = ["-funsigned-bitfields"]  # clang has no such option
+# So that the engine notices a busy-wait, clang counts the program's basic blocks (and leaves out no
+# counters that follow from others: some endless loops have only those), and gcc's assembler the
+# turns of its loops, by count_loops.h, which needs the room below the stack.
+_CLANG_PROGRAM_FLAGS = [
+    "-fsanitize-coverage=trace-pc,no-prune",
+    "-Wno-incompatible-function-pointer-types",
+    "-Wno-unknown-warning-option",
+    "-Wno-return-mismatch",
+]
+_GCC_PROGRAM_FLAGS = ["-mno-red-zone", "-fcf-protection=none"]
+# Said to an older one, it would complain beneath a program's own errors.
+_GCC_14_PROGRAM_FLAGS = ["-Wno-return-mismatch"]
+# What avr-gcc defines for the robot's processor, kilolib's Makefile for its clock, and what only a
+# PC's compiler defines.
+_ROBOT_MACROS = [
+    "-DF_CPU=8000000UL",
+    "-DAVR=1",
+    "-D__AVR=1",
+    "-D__AVR__=1",
+    "-D__AVR_ARCH__=5",
+    "-D__AVR_ATmega328P__=1",
+    "-D__AVR_MEGA__=1",
+    # Words of avr-gcc's own: flash is ordinary memory here, and three bytes are four.
+    "-D__FLASH=1",
+    "-D__flash=",
+    "-D__memx=",
+    "-D__int24=__INT32_TYPE__",
+    "-D__uint24=__UINT32_TYPE__",
+    *(f"-U{name}" for name in ("linux", "__linux", "__linux__", "__gnu_linux__")),
+    *(f"-U{name}" for name in ("unix", "__unix", "__unix__")),
+]
+_MAIN = "kt_guest_main"
+# avr-gcc 5 takes a variable that several files define without a value for one variable, and only
+# warns of what later compilers refuse.
+_PROGRAM_FLAGS = [
+    "-fcommon",
+    "-Wno-implicit-function-declaration",
+    "-Wno-implicit-int",
+    "-Wno-int-conversion",
+    "-Wno-incompatible-pointer-types",
+    "-Wno-return-type",
+    f"-Dmain={_MAIN}",
+]
+# An `inline` function that was inlined on the robot may not be here, and then it is missing.
+_INLINE_FLAGS = ["-fgnu89-inline"]
+# Labs write their helpers that way.
+_INLINE_FIRST = {"kilogrid", "module"}
+_SHARED_FLAGS = ["-shared", "-Wl,-Bsymbolic", "-Wl,-z,now", "-Wl,-z,defs"]
+
+_SLOW_S = 0.5
+
+Notify = Callable[[str], None]
+
+# Of a program's preprocessed text; with the folders of headers that are not the program's.
+_Change = Callable[[str, Sequence[str]], str]
+
+
+# Files of the thin half that only the guests of one kind have.
+_SIDE_OF = {"kilobot.c": "kilobot", "tx_period.c": "kilobot"} | dict.fromkeys(
+    ["module.c", "module_debug.c", "module_send.c"], "module"
+)
+
+
+@dataclass(frozen=True)
+class Guest:
+    """A built program. `key` is the hash of all that went into it."""
+
+    name: str
+    file: Path
+    key: str
+    compiler: str
+
+
+def build(program: Program, notify: Notify = lambda _: None) -> Guest:
+    """The guest of `program`, from the cache if it is there; `notify` is told if that takes time.
+
+    A program that does not compile is an InputError that carries the compiler's words.
+    """
+    compiler = find_compiler()
+    version = compiler_version(compiler)
+    builder = _Builder(program, compiler, version)
+    key = builder.key(version)
+    file = cache_folder() / key / f"{program.name}.so"
+    if not file.exists():
+        with building(f"compiling {program.written}", file.parent, notify):
+            file.parent.mkdir(parents=True, exist_ok=True)
+            builder.build(file)
+    return Guest(program.name, file, key, version)
+
+
+@contextlib.contextmanager
+def building(what: str, folder: Path, notify: Notify) -> Iterator[None]:
+    """Around a build into the cache: `notify` is told if it takes time.
+
+    RunError if nothing can be written in `folder`.
+    """
+    slow = threading.Timer(_SLOW_S, notify, [what])
+    slow.start()
+    try:
+        yield
+    except OSError as error:
+        raise RunError(
+            f"{folder}: cannot keep compiled programs ({error.strerror}); "
+            "set KILOTWIN_CACHE to a folder that can be written"
+        ) from None
+    finally:
+        slow.cancel()
+
+
+def cache_folder() -> Path:
+    """$KILOTWIN_CACHE, else kilotwin in the user's cache folder."""
+    own = os.environ.get("KILOTWIN_CACHE")
+    if own:
+        return Path(own).absolute()
+    base = os.environ.get("XDG_CACHE_HOME")
+    return (Path(base) if base else Path.home() / ".cache") / "kilotwin"
+
+
+def find_compiler() -> str:
+    """$KILOTWIN_CC, else gcc, else clang."""
+    wanted = os.environ.get("KILOTWIN_CC")
+    for name in [wanted] if wanted else ["gcc", "clang"]:
+        found = shutil.which(name)
+        if found:
+            return found
+    if wanted:
+        raise InputError(f"KILOTWIN_CC={wanted}: there is no such compiler; unset it or install it")
+    raise RunError("no C compiler is here to build robot programs; type: apt-get install gcc")
+
+
+def compiler_version(compiler: str) -> str:
+    """The first line of its --version."""
+    return run_tool([compiler, "--version"], "the compiler does not start").splitlines()[0]
+
+
+def _major(version: str) -> int:
+    """12 of "gcc (Debian 12.2.0-14) 12.2.0"; 0 of a compiler that does not say."""
+    number = re.search(r"(\d+)\.\d+(\.\d+)?$", version)
+    return int(number[1]) if number else 0
+
+
+class _Builder:
+    """Paths and flags of one build."""
+
+    def __init__(self, program: Program, compiler: str, version: str) -> None:
+        self._program = program
+        self._compiler = compiler
+        self._guest = resources.path("emulator/guest")
+        api = APIS[program.api]
+        kind = "module" if program.api == "module" else "kilobot"
+        self._side = [
+            file
+            for file in resources.files("emulator/guest/side/*.c")
+            if _SIDE_OF.get(file.name, kind) == kind
+        ]
+        self._helpers = api.helper_sources()
+        self._headers = [str(self._guest), *(word[2:] for word in api.includes())]
+        libc = [self._guest / "include"]
+        headers = api.includes(libc=libc)
+        beside = [source.parent for source in program.sources]
+        extra = shlex.split(os.environ.get("KILOTWIN_CFLAGS", ""))
+        flags = [*_FLAGS]
+        if "clang" not in version:
+            flags += _GCC_FLAGS
+        defines = [f"-D{define}" for define in program.defines]
+        counted = [*_PROGRAM_FLAGS, *_ROBOT_MACROS]
+        counted += ["-include", str(self._guest / "avr_assembly.h")]
+        if "clang" in version:
+            counted += _CLANG_PROGRAM_FLAGS
+        else:
+            counted += [*_GCC_PROGRAM_FLAGS, "-include", str(self._guest / "count_loops.h")]
+            counted += _GCC_14_PROGRAM_FLAGS if _major(version) >= 14 else []
+        self._program_flags = [
+            *flags,
+            *api.includes(program.include_folders, libc, beside),
+            *counted,
+            *defines,
+            *extra,
+        ]
+        # Ours, by our own headers, whatever the program brings.
+        self._helper_flags = [*flags, *headers, *counted, *extra]
+        # gcc would make our calloc() call itself.
+        self._side_flags = [
+            *flags,
+            *headers,
+            "-fno-common",
+            "-fno-builtin",
+            f"-I{self._guest}",
+            *extra,
+        ]
+
+    def key(self, version: str) -> str:
+        """The hash of compiler, flags, and every file that is read."""
+        flags = [
+            *self._program_flags,
+            *self._helper_flags,
+            *self._side_flags,
+            *_SHARED_FLAGS,
+        ]
+        digest = hashlib.sha256("\0".join([version, *flags]).encode())
+        files = [
+            *self._read_by(self._program.sources, self._program_flags),
+            *(self._read_by(self._helpers, self._helper_flags) if self._helpers else []),
+            *self._read_by(self._side, self._side_flags),
+            self._guest / "merge.ld",
+            self._guest / "guest.map",
+        ]
+        for file in files:
+            digest.update(f"\0{file}\0".encode())
+            digest.update(file.read_bytes())
+        return digest.hexdigest()[:32]
+
+    def build(self, target: Path) -> None:
+        """Compiles, merges all state into one section, links, and shows the result at once."""
+        ways: list[list[str]] = [[], _INLINE_FLAGS]
+        if self._program.api in _INLINE_FIRST:
+            ways.reverse()
+        try:
+            self._build(target, ways[0])
+        except InputError:
+            others: list[tuple[list[str], list[_Change]]] = [
+                (ways[1], []),
+                (ways[0], [with_robots_widths]),
+            ]
+            if self._has_assembly():
+                others += [(ways[0], [without_assembly]), (ways[1], [without_assembly])]
+                others += [(ways[0], [with_robots_widths, without_assembly])]
+            for flags, changes in others:
+                with contextlib.suppress(InputError):
+                    return self._build(target, flags, changes)
+            raise
+
+    def _has_assembly(self) -> bool:
+        with contextlib.suppress(InputError):
+            return any(
+                text != without_assembly(text, self._headers)
+                for text in map(self._preprocessed, self._program.sources)
+            )
+        return False
+
+    def _build(self, target: Path, more_flags: list[str], changes: Sequence[_Change] = ()) -> None:
+        with tempfile.TemporaryDirectory(prefix="kilotwin-") as scratch:
+            work = Path(scratch)
+            flags = [*self._program_flags, *more_flags]
+            sources = self._program.sources
+            if changes:
+                sources = self._changed(sources, changes, work / "changed")
+            objects = self._compile(sources, flags, work / "program")
+            check_main(self._program, "nm", objects, _MAIN)
+            helpers = wanted_helpers(
+                "nm", objects, self._compile(self._helpers, self._helper_flags, work / "helpers")
+            )
+            side = self._compile(self._side, self._side_flags, work / "side")
+            library, merged = work / "libside.a", work / "merged.o"
+            # From an archive only what is missing comes along: malloc's heap is state that few
+            # need, and a program may bring its own helpers.
+            self._tool(["ar", "rc", library, *helpers, *side])
+            # -d gives common variables their place here, in the state.
+            merge = ["-r", "-nostdlib", "-Wl,-d", "-u", "kt_table"]
+            merge += ["-T", str(self._guest / "merge.ld")]
+            self._tool([self._compiler, *merge, "-o", merged, *objects, library])
+            version_script = f"-Wl,--version-script={self._guest / 'guest.map'}"
+            with tempfile.NamedTemporaryFile(
+                dir=target.parent, prefix=f".{target.stem}-", delete=False
+            ) as draft:
+                pass
+            try:
+                link = [self._compiler, *_SHARED_FLAGS, version_script]
+                self._tool([*link, "-o", draft.name, merged, "-lm"], ENGLISH)
+                Path(draft.name).replace(target)
+            except InputError as error:
+                raise explained(error, self._program, "nm", objects) from None
+            finally:
+                Path(draft.name).unlink(missing_ok=True)
+
+    def _changed(
+        self, sources: Sequence[Path], changes: Sequence[_Change], folder: Path
+    ) -> tuple[Path, ...]:
+        folder.mkdir()
+        changed = []
+        for number, source in enumerate(sources):
+            text = self._preprocessed(source)
+            for change in changes:
+                text = change(text, self._headers)
+            changed.append(folder / f"{number}-{source.stem}.i")
+            changed[-1].write_text(text)
+        return tuple(changed)
+
+    def _preprocessed(self, source: Path) -> str:
+        return self._tool([self._compiler, *self._program_flags, "-E", source])
+
+    def _compile(self, sources: Sequence[Path], flags: list[str], folder: Path) -> list[Path]:
+        folder.mkdir()
+
+        def compile_one(number: int, source: Path) -> Path:
+            target = folder / f"{number}-{source.stem}.o"
+            self._tool([self._compiler, *flags, "-c", source, "-o", target])
+            return target
+
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            return list(pool.map(compile_one, range(len(sources)), sources))
+
+    def _read_by(self, sources: Sequence[Path], flags: list[str]) -> list[Path]:
+        """The sources and every header of ours or the program's that they include."""
+        rules = self._tool([self._compiler, *flags, "-MM", *sources])
+        return list(dict.fromkeys(Path(name) for name in prerequisites(rules)))
+
+    def _tool(
+        self, command: Sequence[str | Path], environment: Mapping[str, str] | None = None
+    ) -> str:
+        return run_tool(
+            [str(word) for word in command],
+            f"{self._program.written}: does not compile; mend what the compiler says",
+            environment,
+        )
+
+
+def prerequisites(make_rules: str) -> list[str]:
+    """The names after each colon of make rules as `cc -M` writes them.
+
+    Spaces, # and $ are escaped.
+    """
+    names: list[str] = []
+    for rule in make_rules.replace("\\\n", " ").splitlines():
+        _, _, right = rule.partition(": ")
+        words = re.findall(r"(?:\\.|\S)+", right)
+        names += [re.sub(r"\\([ #])", r"\1", word).replace("$$", "$") for word in words]
+    return names
+
+
+def run_tool(command: list[str], failure: str, environment: Mapping[str, str] | None = None) -> str:
+    """What a tool prints; its complaints become an InputError that begins with `failure`.
+
+    `environment` comes on top of ours.
+    """
+    done = subprocess.run(
+        command,
+        env={**os.environ, **(environment or {})},
+        capture_output=True,
+        text=True,
+        check=False,
+        errors="replace",
+    )
+    if done.returncode != 0:
+        raise InputError(failure, detail=done.stderr.rstrip())
+    return done.stdout

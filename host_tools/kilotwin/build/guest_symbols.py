@@ -1,0 +1,263 @@
+"""What a built guest's symbols and debug information say: its size, and where its variables are.
+
+For size reports and for tests that look into a program. Runs and records never look.
+"""
+
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from elftools.dwarf.compileunit import CompileUnit
+from elftools.dwarf.die import DIE
+from elftools.dwarf.dwarfinfo import DWARFInfo
+from elftools.elf.elffile import ELFFile
+from elftools.elf.sections import SymbolTableSection
+
+from kilotwin.errors import InputError
+from kilotwin.files import resources
+
+_OP_ADDR, _OP_ADDRX = 0x03, 0xA1
+_WRAPPERS = {
+    "DW_TAG_typedef",
+    "DW_TAG_const_type",
+    "DW_TAG_volatile_type",
+    "DW_TAG_restrict_type",
+    "DW_TAG_atomic_type",
+}
+_BOOLEAN, _FLOAT, _SIGNED = 0x02, 0x04, {0x05, 0x06, 0x0D}
+# The thin half of the mock API, which is part of every guest.
+_OURS = {file.name for file in resources.path("emulator/guest/side").glob("*.c")}
+_FLOAT_FORMATS = {4: "<f", 8: "<d"}
+
+
+@dataclass(frozen=True)
+class GuestSize:
+    """Bytes. The robot's own are in its .hex, see `make firmware`; these are the PC's."""
+
+    state: int
+    text: int
+
+
+@dataclass(frozen=True)
+class _Variable:
+    name: str
+    source: str
+    function: str  # empty: of the whole file
+    offset: int
+    kind: DIE
+
+
+class GuestSymbols:
+    """A guest's shared object, read once."""
+
+    def __init__(self, file: Path) -> None:
+        """Reads all that will be asked for."""
+        self._file = file
+        with file.open("rb") as stream:
+            elf = ELFFile(stream)
+            table, code = elf.get_section_by_name(".symtab"), elf.get_section_by_name(".text")
+            assert isinstance(table, SymbolTableSection)
+            assert code is not None
+            symbols = {symbol.name: int(symbol["st_value"]) for symbol in table.iter_symbols()}
+            self._begin, self._end = symbols["kt_state_begin"], symbols["kt_state_end"]
+            text = int(code["sh_size"])
+            self.size = GuestSize(self._end - self._begin, text)
+
+    def read(self, state: bytes, name: str) -> Any:
+        """The value of a global or static variable in a robot's state.
+
+        `name` is the variable's; where several have it, `file.c:name` or `function:name` tells them
+        apart. Structures are dicts, arrays lists, pointers and enums numbers. InputError says what
+        there is.
+        """
+        with self._file.open("rb") as stream:
+            dwarf = ELFFile(stream).get_dwarf_info()
+            where, _, plain = name.rpartition(":")
+            found = [
+                variable
+                for variable in self._variables(dwarf, plain)
+                if where in ("", variable.source, variable.function)
+            ]
+            if len({variable.offset for variable in found}) != 1:
+                raise InputError(self._complaint(dwarf, name, found))
+            return _value(found[0].kind, state, found[0].offset)
+
+    def _complaint(self, dwarf: DWARFInfo, name: str, found: list[_Variable]) -> str:
+        if found:
+            places = ", ".join(f"{v.function or v.source}:{v.name}" for v in found)
+            return f"{self._file.stem} has several variables '{name}'; name one of: {places}"
+        names = sorted({v.name for v in self._variables(dwarf, None) if v.source not in _OURS})
+        shown = ", ".join(names[:20]) + (", ..." if len(names) > 20 else "")
+        return f"{self._file.stem} has no variable '{name}'; it has: {shown}"
+
+    def _variables(self, dwarf: DWARFInfo, name: str | None) -> Iterator[_Variable]:
+        """Those of the program that lie in its state."""
+        for unit in dwarf.iter_CUs():
+            top = unit.get_top_DIE()
+            source = Path(_text(top, "DW_AT_name")).name
+            for die, function in _dies(top, ""):
+                if die.tag != "DW_TAG_variable" or "DW_AT_location" not in die.attributes:
+                    continue
+                declared = _declaration(die)
+                own_name = _text(declared, "DW_AT_name")
+                if name not in (None, own_name):
+                    continue
+                address = _address(dwarf, unit, die.attributes["DW_AT_location"].value)
+                if address is None or not self._begin <= address < self._end:
+                    continue
+                offset = address - self._begin
+                yield _Variable(own_name, source, function, offset, declared)
+
+
+def _dies(die: DIE, function: str) -> Iterator[tuple[DIE, str]]:
+    for child in die.iter_children():
+        yield child, function
+        if child.tag in ("DW_TAG_subprogram", "DW_TAG_lexical_block"):
+            name = _text(_declaration(child), "DW_AT_name") or function
+            yield from _dies(child, name)
+
+
+def _declaration(die: DIE) -> DIE:
+    """Where the name and the type stand."""
+    for link in ("DW_AT_specification", "DW_AT_abstract_origin"):
+        if link in die.attributes:
+            return _declaration(die.get_DIE_from_attribute(link))
+    return die
+
+
+def _text(die: DIE, attribute: str) -> str:
+    if attribute not in die.attributes:
+        return ""
+    return str(die.attributes[attribute].value.decode(errors="replace"))
+
+
+def _address(dwarf: DWARFInfo, unit: CompileUnit, location: Any) -> int | None:
+    """The address that a location expression stands for, if it is as plain as that."""
+    if not isinstance(location, list) or not location:
+        return None
+    if location[0] == _OP_ADDR:
+        return int.from_bytes(bytes(location[1:9]), "little")
+    if location[0] == _OP_ADDRX:
+        index = shift = 0
+        for byte in location[1:]:
+            index |= (byte & 0x7F) << shift
+            shift += 7
+        return int(dwarf.get_addr(unit, index))
+    return None
+
+
+def _type_of(die: DIE) -> DIE | None:
+    """Its type, without typedef and qualifiers; None for void."""
+    while "DW_AT_type" in die.attributes:
+        die = die.get_DIE_from_attribute("DW_AT_type")
+        if die.tag not in _WRAPPERS:
+            return die
+    return None
+
+
+def _value(owner: DIE, state: bytes, offset: int) -> Any:
+    kind = _type_of(owner)
+    if kind is None:
+        return None
+    if kind.tag == "DW_TAG_array_type":
+        return _array(kind, state, offset, _lengths(kind))
+    if kind.tag in ("DW_TAG_structure_type", "DW_TAG_union_type"):
+        return {
+            _text(member, "DW_AT_name"): _member(member, state, offset)
+            for member in kind.iter_children()
+            if member.tag == "DW_TAG_member"
+        }
+    return _number(kind, state[offset : offset + _bytes_of(kind)])
+
+
+def _member(member: DIE, state: bytes, offset: int) -> Any:
+    attributes = member.attributes
+    if "DW_AT_bit_size" not in attributes:
+        at = attributes["DW_AT_data_member_location"].value if _located(member) else 0
+        return _value(member, state, offset + at)
+    bits = attributes["DW_AT_bit_size"].value
+    first = _first_bit(member)
+    whole = int.from_bytes(state[offset : offset + (first + bits + 7) // 8], "little")
+    value = whole >> first & (1 << bits) - 1
+    kind = _type_of(member)
+    signed = kind is not None and _encoding(kind) in _SIGNED
+    return value - (1 << bits) if signed and value >> (bits - 1) else value
+
+
+def _located(member: DIE) -> bool:
+    return "DW_AT_data_member_location" in member.attributes
+
+
+def _first_bit(member: DIE) -> int:
+    """Of a bit field, from the structure's first; some compilers count from a unit's end."""
+    attributes = member.attributes
+    if "DW_AT_bit_offset" not in attributes:
+        return attributes["DW_AT_data_bit_offset"].value if _bit_counted(member) else 0
+    kind = _type_of(member)
+    assert kind is not None
+    at = attributes["DW_AT_data_member_location"].value if _located(member) else 0
+    end = 8 * (at + _bytes_of(kind))
+    return int(end - attributes["DW_AT_bit_offset"].value - attributes["DW_AT_bit_size"].value)
+
+
+def _bit_counted(member: DIE) -> bool:
+    return "DW_AT_data_bit_offset" in member.attributes
+
+
+def _lengths(array: DIE) -> list[int]:
+    lengths = []
+    for part in array.iter_children():
+        if part.tag != "DW_TAG_subrange_type":
+            continue
+        if "DW_AT_count" in part.attributes:
+            lengths.append(int(part.attributes["DW_AT_count"].value))
+        elif "DW_AT_upper_bound" in part.attributes:
+            lengths.append(int(part.attributes["DW_AT_upper_bound"].value) + 1)
+        else:
+            lengths.append(0)
+    return lengths
+
+
+def _array(array: DIE, state: bytes, offset: int, lengths: list[int]) -> Any:
+    if not lengths:
+        return _value(array, state, offset)
+    element = _type_of(array)
+    assert element is not None
+    step = _bytes_of(element)
+    for length in lengths[1:]:
+        step *= length
+    return [_array(array, state, offset + i * step, lengths[1:]) for i in range(lengths[0])]
+
+
+def _bytes_of(kind: DIE) -> int:
+    if kind.tag == "DW_TAG_array_type":
+        element = _type_of(kind)
+        assert element is not None
+        total = _bytes_of(element)
+        for length in _lengths(kind):
+            total *= length
+        return total
+    if "DW_AT_byte_size" in kind.attributes:
+        return int(kind.attributes["DW_AT_byte_size"].value)
+    return 8  # a pointer
+
+
+def _encoding(kind: DIE) -> int:
+    if kind.tag == "DW_TAG_enumeration_type" and "DW_AT_type" in kind.attributes:
+        inner = _type_of(kind)
+        return 0 if inner is None else _encoding(inner)
+    return int(kind.attributes["DW_AT_encoding"].value) if _encoded(kind) else 0
+
+
+def _encoded(kind: DIE) -> bool:
+    return "DW_AT_encoding" in kind.attributes
+
+
+def _number(kind: DIE, raw: bytes) -> int | float | bool:
+    encoding = _encoding(kind)
+    if encoding == _FLOAT and len(raw) in _FLOAT_FORMATS:
+        return float(struct.unpack(_FLOAT_FORMATS[len(raw)], raw)[0])
+    number = int.from_bytes(raw, "little", signed=encoding in _SIGNED)
+    return bool(number) if encoding == _BOOLEAN else number

@@ -1,0 +1,144 @@
+"""Compares two engines on one machine: this one and another checkout's, run in turns."""
+
+import json
+import os
+import signal
+import statistics
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import tomlkit
+
+from kilotwin.commands import bench
+from kilotwin.errors import InputError, RunError
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.runs.interrupts import heeding_interrupts
+
+
+@dataclass(frozen=True)
+class _Engine:
+    """A `kilotwin` to run. `name` is what messages call it."""
+
+    name: str
+    command: list[str]
+
+
+def measure(
+    workloads: list[str], folder: Path, rounds: int, duration_s: float | None, note: bench.Note
+) -> Iterator[dict[str, Any]]:
+    """One record per case. `folder` is a checkout with its own .venv (`make setup` there).
+
+    Each round runs both engines once, each as `kilotwin run` of its own checkout with its own
+    copies of the programs; the order alternates, so that neither always gets the warmer machine.
+    `ratio` is the median over the rounds of new speed / old speed: above 1, this engine is faster.
+    """
+    command = folder.resolve() / ".venv" / "bin" / "kilotwin"
+    if not command.exists():
+        raise InputError(
+            f"{folder}: has no .venv/bin/kilotwin; name another checkout, set up by: make setup"
+        )
+    other = _Engine(str(folder), [str(command)])
+    this = _Engine("this engine", [sys.executable, "-P", "-m", "kilotwin"])
+    with heeding_interrupts(signal.default_int_handler):
+        for case in bench.cases(workloads, duration_s):
+            yield _measure_one(case, this, other, rounds, note)
+
+
+def _measure_one(
+    case: bench.Case, this: _Engine, other: _Engine, rounds: int, note: bench.Note
+) -> dict[str, Any]:
+    size, medium = case.experiment.size, case.experiment.keys.medium.kind
+    new: list[dict[str, Any]] = []
+    old: list[dict[str, Any]] = []
+    turns = [(other, old), (this, new)]
+    for number in range(1, rounds + 1):
+        for engine, summaries in turns:
+            note(
+                f"{case.workload}, {size} robots, {medium}: round {number} of {rounds}, "
+                f"{engine.name}"
+            )
+            summaries.append(_run(engine, case.experiment))
+        turns.reverse()
+    speeds = [
+        a["robot_s_per_cpu_s"] / max(b["robot_s_per_cpu_s"], 1)
+        for a, b in zip(new, old, strict=True)
+    ]
+
+    def median(summaries: list[dict[str, Any]], key: str) -> float:
+        return float(statistics.median(summary[key] for summary in summaries))
+
+    return {
+        "workload": case.workload,
+        "robots": size,
+        "medium": medium,
+        "ratio": round(statistics.median(speeds), 3),
+        "ratio_min": round(min(speeds), 3),
+        "ratio_max": round(max(speeds), 3),
+        "robot_s_per_cpu_s": round(median(new, "robot_s_per_cpu_s")),
+        "against_robot_s_per_cpu_s": round(median(old, "robot_s_per_cpu_s")),
+        "memory_ratio": round(median(new, "peak_bytes") / max(median(old, "peak_bytes"), 1), 3),
+        "same_results": len({summary["result_hash"] for summary in [*new, *old]}) == 1,
+        "against": other.name,
+        "rounds": rounds,
+        "machine": bench.machine(),
+    }
+
+
+def _run(engine: _Engine, experiment: Experiment) -> dict[str, Any]:
+    """The summary of one run in a process of its own."""
+    environment = {
+        name: value
+        for name, value in os.environ.items()
+        if not name.startswith("KILOTWIN_") or name == "KILOTWIN_CACHE"
+    }
+    with tempfile.TemporaryDirectory(prefix="kilotwin-bench-") as scratch:
+        # From the scratch folder relative programs are those of the engine's own checkout.
+        (Path(scratch) / "bench.toml").write_text(tomlkit.dumps(experiment.origin.raw))
+        words = ["run", "bench.toml", "--out", "run", "--json", "--quiet"]
+        done = subprocess.run(
+            [*engine.command, *words],
+            cwd=scratch,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+    try:
+        summary: dict[str, Any] = json.loads(done.stdout)
+    except json.JSONDecodeError:
+        cause = f"{engine.name}: `kilotwin run` ended with code {done.returncode}"
+        raise RunError(cause, detail=done.stderr.strip()) from None
+    return summary
+
+
+def table_text(results: list[dict[str, Any]]) -> str:
+    """The results as a table, with the machine below."""
+    first = results[0]
+    return "\n".join(
+        [
+            *bench.table_lines(_COLUMNS, results),
+            "",
+            f"Speed of this engine / that of {first['against']}: median of {first['rounds']} "
+            f"rounds in turns (lowest to highest). {first['machine']}",
+        ]
+    )
+
+
+_COLUMNS: bench.Columns = {
+    "workload": lambda record: str(record["workload"]),
+    "robots": lambda record: f"{record['robots']:,}",
+    "medium": lambda record: record["medium"] or "-",
+    "ratio": lambda record: (
+        f"{record['ratio']:.2f} ({record['ratio_min']:.2f} to {record['ratio_max']:.2f})"
+    ),
+    "robot-s/CPU-s": lambda record: f"{record['robot_s_per_cpu_s']:,}",
+    "against": lambda record: f"{record['against_robot_s_per_cpu_s']:,}",
+    "memory": lambda record: f"{record['memory_ratio']:.2f}",
+    "same results": lambda record: "yes" if record["same_results"] else "NO",
+}

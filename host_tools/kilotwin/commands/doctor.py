@@ -1,0 +1,141 @@
+"""What Kilotwin needs of this machine: what is here, what is missing, and what to type."""
+
+import os
+import platform
+import shutil
+import socket
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from kilotwin.build import guest as guest_build
+from kilotwin.errors import KilotwinError
+
+# Of a Kilogrid's buses.
+_BITRATE = 250_000
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing looked at. `remedy` is what to type; without it nothing is missing."""
+
+    what: str
+    found: str
+    remedy: str = ""
+    needed: bool = True
+
+    @property
+    def blocks(self) -> bool:
+        """Whether nothing can be run before this is mended."""
+        return self.needed and bool(self.remedy)
+
+    def as_dict(self) -> dict[str, Any]:
+        """For --json."""
+        return {**asdict(self), "ok": not self.remedy}
+
+
+def examine() -> list[Finding]:
+    """Looks at everything; takes well below a second."""
+    looks: list[Callable[[], Finding]] = [
+        _python,
+        _engine,
+        _compiler,
+        _cache,
+        _run_folders,
+        _cores,
+        _avr_compiler,
+        _socketcan,
+    ]
+    return [look() for look in looks]
+
+
+def _python() -> Finding:
+    return Finding("Python", f"{platform.python_version()} ({sys.executable})")
+
+
+def _engine() -> Finding:
+    try:
+        from kilotwin import _emulator  # noqa: PLC0415 (may be what is missing)
+    except ImportError as error:
+        return Finding("engine", f"not built ({error})", "make setup")
+    return Finding(
+        "engine", f"{_emulator.VERSION}, Box2D {_emulator.BOX2D_VERSION}, {_emulator.BUILD}"
+    )
+
+
+def _compiler() -> Finding:
+    what = "compiler of robot programs"
+    try:
+        compiler = guest_build.find_compiler()
+        return Finding(what, f"{guest_build.compiler_version(compiler)} ({compiler})")
+    except KilotwinError as error:
+        return Finding(what, str(error), "apt-get install gcc")
+
+
+def _cache() -> Finding:
+    folder = guest_build.cache_folder()
+    return _writable(
+        "compiled programs", folder, "export KILOTWIN_CACHE=FOLDER, one that can be written"
+    )
+
+
+def _run_folders() -> Finding:
+    return _writable(
+        "run folders", Path("runs"), "cd to a folder that can be written, or use --out"
+    )
+
+
+def _writable(what: str, folder: Path, remedy: str) -> Finding:
+    existing = next(place for place in (folder, *folder.absolute().parents) if place.exists())
+    if os.access(existing, os.W_OK | os.X_OK):
+        return Finding(what, str(folder))
+    return Finding(what, f"{existing} cannot be written", remedy)
+
+
+def _cores() -> Finding:
+    return Finding("processor cores", str(len(os.sched_getaffinity(0))))
+
+
+def _avr_compiler() -> Finding:
+    what = "avr-gcc, for real robots"
+    compiler = shutil.which("avr-gcc")
+    if compiler is None:
+        remedy = "apt-get install gcc-avr avr-libc binutils-avr"
+        return Finding(what, "not here", remedy, needed=False)
+    version = subprocess.run(
+        [compiler, "-dumpversion"], capture_output=True, text=True, check=False
+    )
+    return Finding(what, f"{version.stdout.strip()} ({compiler})", needed=False)
+
+
+def _socketcan() -> Finding:
+    what = "SocketCAN, for a real Kilogrid"
+    try:
+        socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW).close()
+    except OSError as error:
+        found = f"not in this kernel ({error.strerror})"
+        return Finding(what, found, "modprobe can_raw, on a kernel that has it", needed=False)
+    from kilotwin.can.buses import interfaces  # noqa: PLC0415 (takes a moment)
+
+    names = interfaces()
+    if not names:
+        remedy = f"ip link set can0 up type can bitrate {_BITRATE}, with an adapter plugged in"
+        return Finding(what, "in this kernel, no interface", remedy, needed=False)
+    return Finding(what, f"interfaces {', '.join(names)}", needed=False)
+
+
+def report_text(findings: list[Finding]) -> str:
+    """A line each, what to type below those that lack something, and a last word."""
+    width = max(len(finding.what) for finding in findings)
+    lines = []
+    for finding in findings:
+        mark = "ok     " if not finding.remedy else "MISSING" if finding.needed else "absent "
+        lines.append(f"{mark}  {finding.what:<{width}}  {finding.found}")
+        if finding.remedy:
+            lines.append(f"         {'':<{width}}  type: {finding.remedy}")
+    ready = not any(finding.blocks for finding in findings)
+    lines.append("Ready to run experiments." if ready else "Not ready: see MISSING above.")
+    return "\n".join(lines)

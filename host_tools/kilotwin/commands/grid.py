@@ -1,0 +1,220 @@
+"""`kilotwin grid ...` and `kilotwin record`: real grids, and emulated ones that wait on a bus."""
+# ruff: noqa: PLC0415 (as in cli.py)
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from kilotwin.commands.options import (
+    File,
+    Json,
+    Quiet,
+    RunFolder,
+    Seed,
+    Settings,
+    Speed,
+    given_settings,
+)
+from kilotwin.errors import EXIT_INTERRUPTED, EXIT_ROBOTS_FAILED, InputError
+
+if TYPE_CHECKING:
+    from kilotwin.experiment.experiment import Experiment
+    from kilotwin.grid.console import Console
+
+grid_app = typer.Typer(
+    help="Talks to the modules of a Kilogrid, and through them to its robots.",
+    epilog="A bus is IFACE:CHANNEL, with any interface that python-can knows: socketcan:can0, "
+    "slcan:/dev/ttyACM0, or socketcand:127.0.0.1 for all buses of an emulated grid: four, if no "
+    "experiment says how many. Give --can once per bus, the lowest rows first.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+)
+
+Buses = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--can", metavar="IFACE:CHANNEL", envvar="KILOTWIN_CAN", help="A CAN bus; repeatable."
+    ),
+]
+Size = Annotated[
+    str | None,
+    typer.Option(
+        "--size",
+        metavar="COLUMNSxROWS",
+        envvar="KILOTWIN_SIZE",
+        help="Of the grid in modules, if no experiment says it; 10x20 if not given.",
+    ),
+]
+
+
+def record(
+    experiment: File,
+    *,
+    buses: Buses = None,
+    seed: Seed = None,
+    settings: Settings = None,
+    out: RunFolder = None,
+    join: Annotated[
+        bool,
+        typer.Option(
+            "--join",
+            envvar="KILOTWIN_JOIN",
+            help="Take over a grid that runs already: no set-up, t = 0 is now.",
+        ),
+    ] = False,
+    speed: Speed = 1.0,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Run an experiment on a Kilogrid and leave a run folder. Ctrl-C leaves everything idle."""
+    from kilotwin.can.buses import name_all
+    from kilotwin.commands import terminal
+    from kilotwin.runs import recording as live
+
+    loaded = _load(experiment, seed, settings)
+    if loaded.keys.grid is None:
+        raise InputError(f"{experiment}: no [grid]; add it, or use `kilotwin run`")
+    names = name_all(buses or [], loaded.keys.grid.buses)
+    outcome = live.record(
+        loaded, names, out, sys.argv, terminal.display(quiet), join=join, speed=speed
+    )
+    typer.echo(json.dumps(outcome.summary) if as_json else terminal.record_text(outcome.summary))
+    grid = outcome.summary["grid"]
+    bad_modules = terminal.module_troubles_text(grid["modules_failed"])
+    for troubles in filter(None, (bad_modules, terminal.bus_troubles_text(grid))):
+        typer.echo(troubles, err=True)
+    if outcome.exit_code == EXIT_INTERRUPTED:
+        typer.echo("interrupted; what was recorded is kept", err=True)
+    raise typer.Exit(outcome.exit_code)
+
+
+@grid_app.command(epilog="Example: kilotwin grid ls --can socketcand:127.0.0.1")
+def ls(buses: Buses = None, size: Size = None, as_json: Json = False) -> None:
+    """Say which modules answer. 4 if some do not."""
+    with _console(buses, size) as console:
+        silent = console.look()
+        typer.echo(json.dumps(console.presence()) if as_json else console.presence_text())
+    if silent:
+        raise typer.Exit(EXIT_ROBOTS_FAILED)
+
+
+@grid_app.command(epilog="Example: kilotwin grid health --can can0 --json")
+def health(buses: Buses = None, size: Size = None, as_json: Json = False) -> None:
+    """Ask modules how they are. Original ones do not know the question; ours answer."""
+    with _console(buses, size) as console:
+        console.look()
+        answers = console.health()
+        typer.echo(json.dumps(answers) if as_json else console.health_text())
+        silent = console.silent
+    if silent:
+        raise typer.Exit(EXIT_ROBOTS_FAILED)
+
+
+@grid_app.command(
+    epilog="Examples:\n\n"
+    "  kilotwin grid setup experiments/kilogrid/paper-n50.toml --can socketcand:127.0.0.1\n\n"
+    "  kilotwin grid setup walls.kconf --can socketcan:can0 --size 10x5"
+)
+def setup(
+    file: Annotated[Path, typer.Argument(help="An experiment, or a .kconf file.")],
+    *,
+    buses: Buses = None,
+    size: Size = None,
+    settings: Settings = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Configure the modules; with an experiment the robots too, who start anew."""
+    from kilotwin.commands import terminal
+
+    note = terminal.note(quiet)
+    if file.suffix == ".kconf":
+        with _console(buses, size) as console:
+            done = console.configure(file, note)
+    else:
+        loaded = _load(file, None, settings)
+        with _console(buses, size, loaded) as console:
+            done = console.set_up(loaded, note)
+    typer.echo(json.dumps(done) if as_json else f"{done['modules']} modules are set up")
+    if done["silent"]:
+        typer.echo(f"{len(done['silent'])} modules do not answer: {done['silent']}", err=True)
+        raise typer.Exit(EXIT_ROBOTS_FAILED)
+
+
+@grid_app.command(epilog="Example: kilotwin grid run --can socketcand:127.0.0.1")
+def run(buses: Buses = None, size: Size = None) -> None:
+    """Start the modules, which tell robots to run. Nothing is recorded."""
+    with _console(buses, size) as console:
+        console.run()
+    typer.echo("modules and robots run")
+
+
+@grid_app.command(epilog="Example: kilotwin grid pause --can socketcand:127.0.0.1")
+def pause(buses: Buses = None, size: Size = None) -> None:
+    """Stop robots where they are; `grid run` lets them go on."""
+    with _console(buses, size) as console:
+        console.pause()
+    typer.echo("robots pause, modules are idle")
+
+
+@grid_app.command(epilog="Example: kilotwin grid idle --can socketcand:127.0.0.1")
+def idle(buses: Buses = None, size: Size = None) -> None:
+    """Leave robots and modules idle, whatever they do."""
+    with _console(buses, size) as console:
+        console.idle()
+    typer.echo("robots and modules are idle")
+
+
+@grid_app.command(
+    epilog="Examples:\n\n"
+    "  kilotwin grid send sleep --can socketcan:can0\n\n"
+    "  kilotwin grid send user --type 5 --data 1,2,0xff --can socketcand:127.0.0.1"
+)
+def send(
+    message: Annotated[
+        str, typer.Argument(help="run, pause, sleep, reset, voltage, charge, or user.")
+    ],
+    *,
+    kind: Annotated[
+        int | None,
+        typer.Option(
+            "--type", min=0, max=127, envvar="KILOTWIN_TYPE", help="user: the message's type."
+        ),
+    ] = None,
+    data: Annotated[
+        str | None,
+        typer.Option("--data", envvar="KILOTWIN_DATA", help="user: up to nine bytes, with commas."),
+    ] = None,
+    hold_s: Annotated[
+        float,
+        typer.Option(
+            "--hold-s", min=0.1, max=3600, envvar="KILOTWIN_HOLD_S", help="How long it is repeated."
+        ),
+    ] = 3.0,
+    buses: Buses = None,
+    size: Size = None,
+) -> None:
+    """Have all cells repeat one message for robots, then leave modules idle."""
+    from kilotwin.grid.console import message_for_robots
+
+    bytes_ = message_for_robots(message, kind, data)
+    with _console(buses, size) as console:
+        console.send(bytes_, hold_s)
+    typer.echo(f"robots have been told: {message}")
+
+
+def _load(file: Path, seed: int | None, settings: list[str] | None) -> "Experiment":
+    from kilotwin.experiment.experiment import Experiment
+
+    return Experiment.load(file, given_settings(settings, seed))
+
+
+def _console(
+    buses: list[str] | None, size: str | None, experiment: "Experiment | None" = None
+) -> "Console":
+    from kilotwin.grid.console import Console
+
+    return Console.open(buses or [], size, experiment)

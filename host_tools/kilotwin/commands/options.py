@@ -1,0 +1,81 @@
+"""Options that several commands have: each is declared once, and means the same everywhere."""
+# ruff: noqa: PLC0415 (as in cli.py)
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from kilotwin.experiment.text import Setting
+
+Json = Annotated[
+    bool, typer.Option("--json", envvar="KILOTWIN_JSON", help="Print JSON on stdout, for programs.")
+]
+Quiet = Annotated[
+    bool, typer.Option("--quiet", "-q", envvar="KILOTWIN_QUIET", help="No progress on stderr.")
+]
+File = Annotated[Path, typer.Argument(help="The experiment's TOML file.")]
+Seed = Annotated[
+    int | None, typer.Option(envvar="KILOTWIN_SEED", help="In place of the file's seed.")
+]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        envvar="KILOTWIN_SET",
+        help="Set any key of the file; repeatable.",
+    ),
+]
+Where = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="COLUMN=VALUE",
+        envvar="KILOTWIN_WHERE",
+        help="Of a sweep, only trials that have this in trials.parquet, or none; repeatable.",
+    ),
+]
+RunFolder = Annotated[
+    Path | None,
+    typer.Option(
+        envvar="KILOTWIN_OUT", help="The run folder to make; runs/NAME-seedN-TIME if not given."
+    ),
+]
+Speed = Annotated[
+    float,
+    typer.Option(
+        min=0.01,
+        max=1000,
+        envvar="KILOTWIN_SPEED",
+        help="Simulated seconds per second, of an emulated table and its host alike.",
+    ),
+]
+Sources = Annotated[
+    list[str], typer.Argument(help="A .c file or several, or a folder whose .c files are one.")
+]
+Include = Annotated[
+    list[str] | None,
+    typer.Option(
+        "-I", metavar="DIR", envvar="KILOTWIN_INCLUDE", help="Look for headers in DIR too."
+    ),
+]
+Define = Annotated[
+    list[str] | None,
+    typer.Option(
+        "-D",
+        metavar="NAME[=VALUE]",
+        envvar="KILOTWIN_DEFINE",
+        help="Define a macro, as the compiler's -D.",
+    ),
+]
+
+
+def given_settings(settings: list[str] | None, seed: int | None) -> "list[Setting]":
+    """What --set and --seed say, in this order: the last one wins."""
+    from kilotwin.experiment.text import Setting, parse_setting
+
+    given = [parse_setting(text) for text in settings or []]
+    if seed is not None:
+        given.append(Setting(("seed",), seed, f"--seed {seed}"))
+    return given

@@ -1,0 +1,329 @@
+"""What a person sees of a run: progress on stderr, a summary and errors."""
+
+import sys
+import time
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+import typer
+from rich.console import Console, RenderableType
+from rich.progress import (
+    BarColumn,
+    Progress,
+    ProgressColumn,
+    TaskID,
+    TextColumn,
+    TimeRemainingColumn,
+)
+from rich.text import Text
+
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.runs.run import Display
+from kilotwin.units import seconds, ticks
+
+_LINE_EVERY_S = 10.0
+_LISTED = 20
+
+
+def display(quiet: bool) -> Display:
+    """A live bar on a terminal, a line now and then elsewhere, nothing if `quiet`."""
+    if quiet:
+        return Silent()
+    return Bar() if sys.stderr.isatty() else Lines()
+
+
+class Silent:
+    """Shows nothing but warnings."""
+
+    def note(self, text: str) -> None:
+        """Nothing."""
+
+    def warn(self, text: str) -> None:
+        """One line."""
+        typer.echo(text, err=True)
+
+    def start(self, experiment: Experiment, folder: Path) -> None:
+        """Nothing."""
+
+    def progress(self, tick: int, resting: dict[str, int], not_resting: int) -> None:
+        """Nothing."""
+
+    def stop(self) -> None:
+        """Nothing."""
+
+
+class Lines:
+    """A plain line every ten seconds, for logs."""
+
+    def __init__(self) -> None:
+        self._began = self._shown = time.monotonic()
+        self._duration_s = 0.0
+
+    def note(self, text: str) -> None:
+        """One line."""
+        typer.echo(text, err=True)
+
+    warn = note
+
+    def start(self, experiment: Experiment, folder: Path) -> None:
+        """Starts the clock."""
+        self._began = self._shown = time.monotonic()
+        self._duration_s = experiment.keys.duration_s
+
+    def progress(self, tick: int, resting: dict[str, int], not_resting: int) -> None:
+        """A line if it is time for one."""
+        now = time.monotonic()
+        if now - self._shown < _LINE_EVERY_S:
+            return
+        self._shown = now
+        wall_s, done_s = now - self._began, seconds(tick)
+        left_s = wall_s * (self._duration_s - done_s) / done_s if done_s > 0 else 0.0
+        self.note(
+            f"{done_s:,.0f} of {self._duration_s:,.0f} s simulated in {wall_s:.0f} s "
+            f"({done_s / wall_s:,.0f} x real time, {left_s:.0f} s left); "
+            f"{robots_now(resting, not_resting)}"
+        )
+
+    def stop(self) -> None:
+        """Nothing to tidy up."""
+
+
+class _BarAndLine(Progress):
+    """rich's progress with a line of text below."""
+
+    line = ""
+
+    def get_renderables(self) -> Iterable[RenderableType]:
+        yield self.make_tasks_table(self.tasks)
+        yield Text(self.line)
+
+
+class _Live:
+    """A bar on stderr with a line below, and notes above."""
+
+    def __init__(self, *columns: ProgressColumn) -> None:
+        self._console = Console(stderr=True)
+        self._bar = _BarAndLine(
+            BarColumn(bar_width=20),
+            TextColumn("{task.description}"),
+            *columns,
+            console=self._console,
+            transient=True,
+        )
+        self._task = TaskID(0)
+
+    def note(self, text: str) -> None:
+        """One line above."""
+        self._console.print(text, style="dim", markup=False, highlight=False)
+
+    def warn(self, text: str) -> None:
+        """One line above, that is seen."""
+        self._console.print(text, style="bold red", markup=False, highlight=False)
+
+    def stop(self) -> None:
+        """Removes the bar."""
+        self._bar.stop()
+
+
+class Bar(_Live):
+    """How far, how fast, how long still; and the robots per site."""
+
+    def __init__(self) -> None:
+        super().__init__(TextColumn("left"), TimeRemainingColumn())
+        self._began = time.monotonic()
+        self._duration_s = 0.0
+
+    def start(self, experiment: Experiment, folder: Path) -> None:
+        """Shows the bar."""
+        self.note(f"{experiment.keys.name}, seed {experiment.keys.seed}")
+        self._duration_s = experiment.keys.duration_s
+        self._task = self._bar.add_task("", total=ticks(self._duration_s))
+        self._bar.start()
+        self._began = time.monotonic()
+
+    def progress(self, tick: int, resting: dict[str, int], not_resting: int) -> None:
+        """Moves the bar."""
+        wall_s = max(time.monotonic() - self._began, 1e-3)
+        self._bar.line = robots_now(resting, not_resting)
+        self._bar.update(
+            self._task,
+            completed=tick,
+            description=f"{seconds(tick):,.0f} of {self._duration_s:,.0f} s in {wall_s:.0f} s, "
+            f"{seconds(tick) / wall_s:,.0f} x real time",
+        )
+
+
+class SweepLines:
+    """Plain lines about a sweep: every ten seconds, and when a trial fails."""
+
+    def __init__(self) -> None:
+        self._shown = time.monotonic()
+        self._trials = self._failed = 0
+
+    def note(self, text: str) -> None:
+        """One line."""
+        typer.echo(text, err=True)
+
+    def start(self, trials: int, done: int) -> None:
+        """Nothing yet."""
+        self._trials = trials
+
+    def progress(self, done: int, failed: int, left_s: float, last: str) -> None:
+        """A line if it is time for one, or for bad news."""
+        now = time.monotonic()
+        if now - self._shown < _LINE_EVERY_S and failed == self._failed:
+            return
+        self._shown, self._failed = now, failed
+        self.note(_sweep_now(done, self._trials, failed, left_s) + f"; last: {last}")
+
+    def stop(self) -> None:
+        """Nothing to tidy up."""
+
+
+class SweepBar(_Live):
+    """How many trials, and the last one below."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._trials = 0
+
+    def start(self, trials: int, done: int) -> None:
+        """Shows the bar."""
+        self._trials = trials
+        self._task = self._bar.add_task(f"{done} of {trials} trials", total=trials, completed=done)
+        self._bar.start()
+
+    def progress(self, done: int, failed: int, left_s: float, last: str) -> None:
+        """Moves the bar."""
+        self._bar.line = last
+        text = _sweep_now(done, self._trials, failed, left_s)
+        self._bar.update(self._task, completed=done, description=text)
+
+
+class SweepSilent(SweepLines):
+    """Shows nothing."""
+
+    def note(self, text: str) -> None:
+        """Nothing."""
+
+
+def sweep_display(quiet: bool) -> SweepLines | SweepBar:
+    """A live bar on a terminal, a line now and then elsewhere, nothing if `quiet`."""
+    if quiet:
+        return SweepSilent()
+    return SweepBar() if sys.stderr.isatty() else SweepLines()
+
+
+def _sweep_now(done: int, trials: int, failed: int, left_s: float) -> str:
+    bad = f", {failed} failed" if failed else ""
+    return f"{done} of {trials} trials{bad}, {duration(left_s)} left"
+
+
+def duration(seconds_: float) -> str:
+    """`40 s`, `12 min`, `2.5 h`."""
+    if seconds_ < 90:
+        return f"{seconds_:.0f} s"
+    minutes = seconds_ / 60
+    return f"{minutes:.0f} min" if minutes < 90 else f"{minutes / 60:.1f} h"
+
+
+def robots_now(resting: dict[str, int], not_resting: int) -> str:
+    """`black 52, white 44, not resting 4`."""
+    sites = [f"{name} {count}" for name, count in resting.items()]
+    return ", ".join([*sites, f"not resting {not_resting}"])
+
+
+def summary_text(summary: dict[str, Any]) -> str:
+    """The end of `kilotwin run` in a few lines."""
+    width = max(len("result hash"), *(len(f"resting on {name}") for name in summary["resting"]), 0)
+    lines = [
+        f"{summary['experiment']}, seed {summary['seed']}: "
+        f"{summary['simulated_s']:,.0f} s simulated in {summary['wall_s']:.1f} s "
+        f"({summary['robot_s_per_cpu_s']:,} robot-seconds per CPU-second)"
+    ]
+    rows: list[tuple[str, str]] = []
+    for name, count in summary["resting"].items():
+        informed = summary["informed"].get(name, 0)
+        note = f"   ({informed} robots are informed for it)" if informed else ""
+        rows.append((f"resting on {name}", f"{count:5d}{note}"))
+    rows.append(("not resting", f"{summary['not_resting']:5d}"))
+    rows.append(("result hash", summary["result_hash"]))
+    rows.append(("run folder", shown_path(Path(summary["run_folder"]))))
+    lines += [f"  {label:<{width}}  {value}" for label, value in rows]
+    return "\n".join(lines)
+
+
+def record_text(summary: dict[str, Any]) -> str:
+    """The end of `kilotwin record` in a few lines."""
+    grid = summary["grid"]
+    lines = [
+        f"{summary['experiment']}: {summary['recorded_s']:,.0f} s recorded, "
+        f"{grid['reports']:,} reports of {summary['robots']} robots"
+    ]
+    rows = [(f"resting on {name}", f"{count:5d}") for name, count in summary["resting"].items()]
+    rows.append(("not resting", f"{summary['not_resting']:5d}"))
+    rows.append(("polls without answer", f"{grid['polls_missed']:5d} of {grid['polls']:,}"))
+    rows.append(("run folder", shown_path(Path(summary["run_folder"]))))
+    rows.append(("reports as .kilodat", shown_path(Path(grid["kilodat"]))))
+    width = max(len(label) for label, _ in rows)
+    lines += [f"  {label:<{width}}  {value}" for label, value in rows]
+    return "\n".join(lines)
+
+
+def bus_troubles_text(grid: dict[str, Any]) -> str:
+    """A line per bus that was down at the end, and what to do if robots may drive on."""
+    lines = [f"{bus['name']} is down: {bus['what']}" for bus in grid["buses_down"]]
+    if left := grid["not_idle"]:
+        buses = " ".join(f"--can {name}" for name in grid["buses"])
+        lines.append(
+            f"ROBOTS MAY BE DRIVING ON: those of {', '.join(left)} could not be told to stop. "
+            f"Switch the table off; or see to the bus, then type: kilotwin grid idle {buses} "
+            f"--size {grid['size']}"
+        )
+    return "\n".join(lines)
+
+
+def module_troubles_text(failed: list[dict[str, Any]]) -> str:
+    """A line per module that failed; mostly empty."""
+    lines = [f"{len(failed)} modules failed:"] if failed else []
+    lines += [
+        f"module {module['module'][0]}-{module['module'][1]}: {module['what']}"
+        for module in failed[:_LISTED]
+    ]
+    if len(failed) > _LISTED:
+        lines.append(f"and {len(failed) - _LISTED} more; manifest.json has them all")
+    return "\n".join(lines)
+
+
+def troubles_text(summary: dict[str, Any]) -> str:
+    """A line per robot that failed, and a word on busy-waits; mostly empty."""
+    failed = summary["robots_failed"]
+    busy = summary["events"].get("busy_wait", 0)
+    lines = [f"{len(failed)} robots failed:"] if failed else []
+    lines += [
+        f"robot {event['robot']} ({event['program']}) at tick {event['tick']}: "
+        f"{event['kind'].replace('_', ' ')}: {event['text']}"
+        for event in failed[:_LISTED]
+    ]
+    if len(failed) > _LISTED:
+        lines.append(f"and {len(failed) - _LISTED} more; events.jsonl has them all")
+    if modules := module_troubles_text(summary.get("grid", {}).get("modules_failed", [])):
+        lines.append(modules)
+    if busy:
+        lines.append(f"{busy} warnings of busy-waiting; events.jsonl has them")
+    notes = summary["events"].get("note", 0)
+    if notes:
+        lines.append(f"{notes} notes on what programs do; events.jsonl has them")
+    return "\n".join(lines)
+
+
+def shown_path(path: Path) -> str:
+    """Relative to the current folder where that is shorter."""
+    here = Path.cwd()
+    return str(path.relative_to(here) if path.is_relative_to(here) else path)
+
+
+def note(quiet: bool) -> Callable[[str], None]:
+    """Where a command says what it is doing: stderr."""
+    return (lambda _: None) if quiet else Lines().note

@@ -1,0 +1,1 @@
+"""Compares results with the paper's claims and with recordings of a real Kilogrid."""

@@ -1,0 +1,297 @@
+"""What the keys of an experiment must be together: sites inside the arena, room for all robots."""
+
+import itertools
+import math
+from collections.abc import Callable, Iterator
+
+from kilotwin.experiment.areas import Area, area_of, lies_inside, overlap
+from kilotwin.experiment.grid_checks import Problem, grid_problems, within_the_run
+from kilotwin.experiment.overhead import KEYS, uids
+from kilotwin.experiment.profiles import KILOBOT_MEDIUM, PROFILES, motion_defaults
+from kilotwin.experiment.schema import Arena, Command, ExperimentSchema, Grid, Robots, Site
+from kilotwin.experiment.toml_lines import KeyPath
+
+# Robots placed one after the other at random stop fitting somewhere above half of the area.
+_FULLEST_SHARE = 0.5
+_TOUCHING = 0.01  # of a diameter: so much may two poses overlap, which are rounded numbers
+_SHARE_ERROR = 1e-6
+_LAST_UID = 65535
+
+
+def first_problem(
+    experiment: ExperimentSchema, is_set: Callable[[KeyPath], bool]
+) -> Problem | None:
+    """What to mend first, if anything. `is_set`: whether a key was set for this run alone."""
+    for problem in _problems(experiment):
+        if problem.unless_set is None or not is_set(problem.unless_set):
+            return problem
+    return None
+
+
+def first_problem_of_command(command: Command, robots: int) -> Problem | None:
+    """The same for a [[command]] alone."""
+    return next(_command(("command", 0), command, robots), None)
+
+
+def swarm_size(experiment: ExperimentSchema) -> int:
+    """How many robots there are in all."""
+    if experiment.robots is not None:
+        return sum(kind.count for kind in experiment.robots)
+    return experiment.swarm.size or 0
+
+
+def _problems(experiment: ExperimentSchema) -> Iterator[Problem]:
+    """Most basic first: each check may rely on what those before it found right."""
+    yield from _shape_keys(("arena",), experiment.arena)
+    for index, site in enumerate(experiment.site):
+        yield from _shape_keys(("site", index), site)
+    yield from _sites(experiment)
+    yield from _programs(experiment)
+    yield from _room(experiment)
+    yield from _informed(experiment)
+    yield from _neighbours(experiment)
+    yield from _states(experiment)
+    yield from _motion(experiment)
+    yield from _medium(experiment)
+    yield from _start(experiment)
+    yield from grid_problems(experiment)
+    for index, command in enumerate(experiment.command or []):
+        yield from _command(("command", index), command, swarm_size(experiment))
+        yield from within_the_run(("command", index, "at_s"), command.at_s, experiment)
+
+
+def _shape_keys(path: KeyPath, place: Arena | Site) -> Iterator[Problem]:
+    needed = ["diameter_m"] if place.shape == "circle" else ["width_m", "height_m"]
+    for key in ("diameter_m", "width_m", "height_m"):
+        given = getattr(place, key) is not None
+        if given and key not in needed:
+            what = f"a {place.shape} has no '{key}'; use {' and '.join(needed)}, or change shape"
+            yield Problem(what, ((*path, key),))
+        if not given and key in needed:
+            yield Problem(f"a {place.shape} needs '{key}'; add {key} = ...", (path,))
+
+
+def _sites(experiment: ExperimentSchema) -> Iterator[Problem]:
+    arena = area_of(experiment.arena)
+    for index, site in enumerate(experiment.site):
+        if not lies_inside(area_of(site), arena):
+            what = f"site '{site.name}' does not lie inside the arena; move it or make it smaller"
+            yield Problem(what, (("site", index), ("arena",)))
+    for (i, one), (j, other) in itertools.combinations(enumerate(experiment.site), 2):
+        if one.name == other.name:
+            what = f"two sites are called '{one.name}'; give each its own name"
+            yield Problem(what, (("site", j, "name"), ("site", i, "name")))
+        if overlap(area_of(one), area_of(other)):
+            what = f"sites '{one.name}' and '{other.name}' overlap; move them apart"
+            yield Problem(what, (("site", j), ("site", i)))
+
+
+def _programs(experiment: ExperimentSchema) -> Iterator[Problem]:
+    for key in ("program", "size"):
+        given = getattr(experiment.swarm, key) is not None
+        if experiment.robots is not None and given:
+            what = f"[[robots]] takes the place of swarm.{key}; keep one of them"
+            yield Problem(what, (("swarm", key),))
+        if experiment.robots is None and not given:
+            what = f"[swarm] lacks '{key}'; add it, or [[robots]] for several programs"
+            yield Problem(what, (("swarm",),))
+    if experiment.robots == []:
+        what = "there is no robot; add a [[robots]] table with program and count"
+        yield Problem(what, (("robots",),))
+    medium = experiment.medium.kind
+    for index, robots in enumerate(experiment.robots or []):
+        if robots.program is None and robots.hex is None:
+            what = "these robots lack 'program', or 'hex'; add one of them"
+            yield Problem(what, (("robots", index),))
+        yield from _kind(("robots", index), robots, medium, "robots")
+    if experiment.grid is not None:
+        yield from _kind(("grid",), experiment.grid, medium, "modules")
+
+
+def _kind(table: KeyPath, run: Robots | Grid, medium: str, what_runs: str) -> Iterator[Problem]:
+    if run.hex is not None:
+        for key in ("program", "include", "define"):
+            if key in run.model_fields_set and getattr(run, key):
+                yield Problem(f"with 'hex' there is no '{key}'; keep one of them", ((*table, key),))
+        if run.cpu == "native":
+            what = "a 'hex' runs on an ATmega328P; leave cpu out"
+            yield Problem(what, ((*table, "cpu"),))
+    if (run.hex is not None or run.cpu == "avr") and medium == "ideal":
+        key = "cpu" if run.hex is None else "hex"
+        what = f'{what_runs} on an ATmega328P send pulses, which medium.kind = "ideal" has not;'
+        yield Problem(f'{what} set it to "kilobot"', ((*table, key), ("medium", "kind")))
+
+
+def _room(experiment: ExperimentSchema) -> Iterator[Problem]:
+    arena = area_of(experiment.arena)
+    radius = PROFILES[experiment.swarm.profile].radius_m
+    for group, kind in enumerate(experiment.robots or []):
+        yield from _poses(("robots", group, "poses"), kind, arena, radius)
+    yield from _apart(experiment, 2 * radius)
+    if not lies_inside(Area(True, 0, 0, 2 * radius, 2 * radius), arena):
+        what = f"no robot fits into the arena: it is {2 * radius:g} m wide; take more room"
+        yield Problem(what, (("arena",),))
+    count = swarm_size(experiment)
+    fit = int(_FULLEST_SHARE * arena.square_metres / (math.pi * radius**2))
+    if count > fit:
+        key: KeyPath = ("robots",) if experiment.robots else ("swarm", "size")
+        what = f"{count} robots do not fit into the arena, about {fit} do; take fewer or more room"
+        yield Problem(what, (key, ("arena",)))
+
+
+def _poses(path: KeyPath, kind: Robots, arena: Area, radius: float) -> Iterator[Problem]:
+    if kind.poses is None:
+        return
+    if len(kind.poses) != kind.count:
+        what = f"{len(kind.poses)} poses for {kind.count} robots; give one each, or none at all"
+        yield Problem(what, (path,))
+    for index, (x, y, _) in enumerate(kind.poses):
+        if not lies_inside(Area(True, x, y, 2 * radius, 2 * radius), arena):
+            what = f"a robot at ({x:g}, {y:g}) m does not stand inside the arena; move it"
+            yield Problem(what, ((*path, index), ("arena",)))
+
+
+def _apart(experiment: ExperimentSchema, diameter: float) -> Iterator[Problem]:
+    """Of robots that are given their poses, no two stand in the same place."""
+    least = (1 - _TOUCHING) * diameter
+    stand: dict[tuple[int, int], list[tuple[KeyPath, float, float]]] = {}  # by squares
+    for group, kind in enumerate(experiment.robots or []):
+        for index, (x, y, _) in enumerate(kind.poses or []):
+            path: KeyPath = ("robots", group, "poses", index)
+            column, row = math.floor(x / diameter), math.floor(y / diameter)
+            for near in itertools.product(range(column - 1, column + 2), range(row - 1, row + 2)):
+                for other, other_x, other_y in stand.get(near, ()):
+                    if math.hypot(x - other_x, y - other_y) < least:
+                        what = (
+                            f"robots at ({other_x:g}, {other_y:g}) and ({x:g}, {y:g}) m stand in "
+                            f"one another; move them {diameter:g} m apart"
+                        )
+                        yield Problem(what, (path, other))
+                        return
+            stand.setdefault((column, row), []).append((path, x, y))
+
+
+def _informed(experiment: ExperimentSchema) -> Iterator[Problem]:
+    swarm = experiment.swarm
+    names = [site.name for site in experiment.site]
+    for name in swarm.informed_for:
+        if name not in names:
+            known = ", ".join(names) or "there are none"
+            what = f"there is no site '{name}'; the sites are: {known}"
+            yield Problem(what, (("swarm", "informed_for", name),))
+    total = math.fsum(swarm.informed_for.values())
+    if swarm.informed_for and abs(total - 1) > _SHARE_ERROR:
+        what = f"the shares of swarm.informed_for sum to {total:g}; make the sum 1"
+        yield Problem(what, (("swarm", "informed_for"),))
+    if swarm.informed == 0:
+        return
+    wanting = ""
+    if not swarm.informed_for:
+        wanting = "informed for which site? Add [swarm.informed_for] with shares that sum to 1"
+    elif experiment.controller is None:
+        wanting = "robots learn by CONFIG what they are informed for; add [controller]"
+    elif swarm_size(experiment) > _LAST_UID:
+        wanting = f"CONFIG reaches robots 1 to {_LAST_UID}; take fewer robots, or informed = 0"
+    if wanting:
+        yield Problem(wanting, (("swarm", "informed"),))
+
+
+def _neighbours(experiment: ExperimentSchema) -> Iterator[Problem]:
+    controller = experiment.controller
+    if controller and controller.neighbour_timeout_s < controller.neighbour_window_s:
+        what = (
+            f"neighbours are forgotten after {controller.neighbour_timeout_s:g} s, before their "
+            f"window of {controller.neighbour_window_s:g} s ends; make it as long at least"
+        )
+        yield Problem(what, (("controller", "neighbour_timeout_s"),))
+
+
+def _states(experiment: ExperimentSchema) -> Iterator[Problem]:
+    first: dict[tuple[int, ...], str] = {}
+    for name, colour in (experiment.states or {}).items():
+        other = first.setdefault(tuple(colour), name)
+        if other != name:
+            what = f"'{name}' has the colour of '{other}'; give each state its own"
+            yield Problem(what, (("states", name), ("states", other)))
+
+
+def _motion(experiment: ExperimentSchema) -> Iterator[Problem]:
+    profile = PROFILES[experiment.swarm.profile]
+    if experiment.motion is None or profile.legs:
+        return
+    for key, fixed in motion_defaults(profile).items():
+        if getattr(experiment.motion, key) != fixed:
+            what = f"the motion of a {profile.name} is fixed; remove '{key}', or take a kilobot"
+            yield Problem(what, (("motion", key), ("swarm", "profile")))
+
+
+def _start(experiment: ExperimentSchema) -> Iterator[Problem]:
+    if experiment.swarm.start_in_m is None:
+        return
+    left, bottom, right, top = experiment.swarm.start_in_m
+    radius = PROFILES[experiment.swarm.profile].radius_m
+    path: KeyPath = ("swarm", "start_in_m")
+    if right - left < 2 * radius or top - bottom < 2 * radius:
+        what = "no robot fits into that rectangle; write [left, bottom, right, top], larger ones"
+        yield Problem(what, (path,))
+        return
+    place = Area(False, (left + right) / 2, (bottom + top) / 2, right - left, top - bottom)
+    if not lies_inside(place, area_of(experiment.arena)):
+        what = "that rectangle does not lie inside the arena; move it or make it smaller"
+        yield Problem(what, (path, ("arena",)))
+    fit = int(_FULLEST_SHARE * place.square_metres / (math.pi * radius**2))
+    count = sum(kind.count for kind in experiment.robots or [] if kind.poses is None)
+    count += experiment.swarm.size or 0
+    if count > fit:
+        what = f"{count} robots do not fit into that rectangle, about {fit} do"
+        yield Problem(what, (path,))
+
+
+def _medium(experiment: ExperimentSchema) -> Iterator[Problem]:
+    medium = experiment.medium
+    if medium.kind == "kilobot":
+        return
+    for key in KILOBOT_MEDIUM:
+        if getattr(medium, key) is not None:
+            what = f"the ideal medium has no '{key}'; remove it, or set kind = \"kilobot\""
+            yield Problem(what, (("medium", key), ("medium", "kind")))
+
+
+def _command(path: KeyPath, command: Command, robots: int) -> Iterator[Problem]:
+    yield from _own_keys(path, command)
+    yield from _addressees(path, command, robots)
+
+
+def _own_keys(path: KeyPath, command: Command) -> Iterator[Problem]:
+    """What goes with the message, and what a robot would take from it."""
+    needed, more = KEYS[command.send]
+    for send, (others, others_more) in KEYS.items():
+        for key in (*others, *others_more):
+            if key not in (*needed, *more) and getattr(command, key) is not None:
+                what = f"'{key}' belongs to send = \"{send}\"; '{command.send}' has no such key"
+                yield Problem(what, ((*path, key), (*path, "send")))
+    for key in needed:
+        if getattr(command, key) is None:
+            yield Problem(f"'{command.send}' needs '{key}'; add {key} = ...", (path,))
+    if command.mode == "save":
+        for key in KEYS["calib"][1]:
+            if getattr(command, key) is None:
+                what = f"calib with mode = \"save\" writes '{key}' too; add {key} = ..."
+                yield Problem(what, (path,))
+
+
+def _addressees(path: KeyPath, command: Command, robots: int) -> Iterator[Problem]:
+    for key in ("uid_first", "uid_last"):
+        if command.robot is not None and getattr(command, key) is not None:
+            what = f"'robot' names one robot; remove it, or '{key}'"
+            yield Problem(what, ((*path, key), (*path, "robot")))
+    if command.robot is not None and command.robot >= robots:
+        what = f"there is no robot {command.robot}; the robots are 0 to {robots - 1}"
+        yield Problem(what, ((*path, "robot"),))
+    first, last = uids(command)
+    if first > last:
+        what = f"uid_first {first} is above uid_last {last}; exchange them"
+        yield Problem(what, ((*path, "uid_first"), (*path, "uid_last")))
+    for key, other in (("within_m", "centre_m"), ("centre_m", "within_m")):
+        if getattr(command, key) is not None and getattr(command, other) is None:
+            yield Problem(f"'{key}' needs '{other}' beside it; add {other} = ...", ((*path, key),))

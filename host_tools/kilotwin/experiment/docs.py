@@ -1,0 +1,126 @@
+"""The table of all keys in docs/experiments.md, made from the schema.
+
+`python -m kilotwin.experiment.docs docs/experiments.md` renews it; a test compares.
+"""
+
+import json
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, get_args, get_origin
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from kilotwin.experiment.profiles import (
+    CONTROLLER_DEFAULTS,
+    KILOBOT_MEDIUM,
+    PROFILES,
+    motion_defaults,
+)
+from kilotwin.experiment.schema import ExperimentSchema
+from kilotwin.experiment.validation_errors import bare, is_section, limits
+
+_HEAD = "| key | allowed | default | meaning |\n|---|---|---|---|\n"
+_WORDS = {
+    float: "number",
+    int: "whole number",
+    str: "text",
+    bool: "true, false",
+    list: "list",
+    dict: "table",
+}
+# What the types do not tell.
+_ALLOWED = {
+    "swarm.program": "text or list",
+    "robots.program": "text or list",
+    "grid.program": "text or list",
+    "faults.module.module": "list",
+}
+_DEFAULTS = {
+    "name": "the file's name",
+    "controller.neighbour_timeout_s": "as the window",
+    "swarm.floor": "`true` (foot-bot), `false` (kilobot, and on a grid)",
+}
+
+
+def table() -> str:
+    """Every key, in the order of the schema."""
+    return _HEAD + "".join(_rows(ExperimentSchema, ""))
+
+
+def renewed(document: str) -> str:
+    """The document with its table made anew."""
+    before, head, rest = document.partition(_HEAD)
+    if not head:
+        raise ValueError("the document has no table of keys")
+    rows = rest.split("\n")
+    after = next(i for i, row in enumerate(rows) if not row.startswith("|"))
+    return before + table() + "\n".join(rows[after:])
+
+
+def _rows(section: type[BaseModel], prefix: str) -> Iterator[str]:
+    for name, field in section.model_fields.items():
+        kind = bare(field.annotation)
+        inner = bare(get_args(kind)[0]) if get_origin(kind) is list else kind
+        if is_section(inner):
+            many = get_origin(kind) is list
+            path = f"{prefix}{name}"
+            title = f"`[[{path}]]`" if many else f"`[{path}]`"
+            yield f"| **{title}** | | | {_cell(_first_line(inner))} |\n"
+            yield from _rows(inner, f"{path}.")
+        else:
+            key = f"{prefix}{name}"
+            allowed = _ALLOWED.get(key) or _allowed(field)
+            default = _DEFAULTS.get(key) or _default(prefix, name, field)
+            yield f"| `{key}` | {allowed} | {default} | {_cell(field.description or '')} |\n"
+
+
+def _first_line(section: type[BaseModel]) -> str:
+    return (section.__doc__ or "").partition("\n\n")[0].replace("\n    ", " ")
+
+
+def _cell(text: str) -> str:
+    return text.replace("\n", " ").replace("|", "\\|")
+
+
+def _allowed(field: FieldInfo) -> str:
+    kind = bare(field.annotation)
+    choices = get_args(kind) if get_origin(kind) is not None else ()
+    if choices and get_origin(kind) not in (list, dict):
+        return ", ".join(f"`{json.dumps(choice)}`" for choice in choices)
+    word = _WORDS[get_origin(kind) or kind]
+    return " ".join([word, limits(field)]).strip()
+
+
+def _default(prefix: str, name: str, field: FieldInfo) -> str:
+    """What holds if the key is left out; by robot where that decides."""
+    by_robot: dict[str, Any] = {}
+    for profile in PROFILES.values():
+        own: dict[str, dict[str, Any]] = {
+            "swarm.": {"floor": profile.virtual_floor},
+            "controller.": dict(CONTROLLER_DEFAULTS[profile.name]),
+            "motion.": motion_defaults(profile),
+            "engine.": {"step_ticks": profile.step_ticks},
+            "medium.": {"kind": profile.medium, "range_m": profile.range_m, **KILOBOT_MEDIUM},
+        }
+        if name in own.get(prefix, {}):
+            by_robot[profile.name] = own[prefix][name]
+    if prefix == "medium." and name in KILOBOT_MEDIUM:
+        return f"{_value(KILOBOT_MEDIUM[name])}; `ideal` has no such key"
+    if by_robot and len({_value(value) for value in by_robot.values()}) == 1:
+        return _value(next(iter(by_robot.values())))
+    if by_robot:
+        return ", ".join(f"{_value(value)} ({robot})" for robot, value in by_robot.items())
+    if field.is_required() or field.default is None:
+        return "must be given" if field.is_required() else ""
+    return _value(field.default)
+
+
+def _value(value: Any) -> str:
+    return f"`{json.dumps(value)}`"
+
+
+if __name__ == "__main__":
+    file = Path(sys.argv[1])
+    file.write_text(renewed(file.read_text()))

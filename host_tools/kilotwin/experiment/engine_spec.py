@@ -1,0 +1,213 @@
+"""What the engine is told: the experiment in ticks, numbers and messages."""
+
+from typing import Any, get_args
+
+from kilotwin import _emulator
+from kilotwin.experiment.areas import area_of
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.informed import informed_ranges
+from kilotwin.experiment.overhead import ALL_ROBOTS, RUN, TimedMessage, timed
+from kilotwin.experiment.profiles import PROFILES, Profile, motion_defaults
+from kilotwin.experiment.schema import Arena, Controller, ExperimentSchema, Reading, Section, Site
+from kilotwin.experiment.start_poses import starts
+from kilotwin.units import q16, ticks, ticks_q16
+
+# The foot-bot's control step is 3 ticks; the floor speaks on change and every 16 ticks at least.
+_FLOOR_STEP_TICKS = 3
+_FLOOR_REPEAT_TICKS = 16
+
+
+def engine_spec(
+    experiment: Experiment,
+    guests: list[str],
+    *,
+    sample_ticks: int,
+    black_box: str | None,
+    module_guest: str | None = None,
+    lead_ticks: int = 0,
+) -> dict[str, Any]:
+    """The spec of `_emulator.Simulation`; `guests`: built programs or images, one per group.
+
+    On a grid, `module_guest` is its modules' program, and the world begins `lead_ticks` before 0.
+    """
+    keys = experiment.keys
+    profile = PROFILES[keys.swarm.profile]
+    floor = {
+        "obstacle_m": keys.reading.obstacle_m,
+        "step_ticks": _FLOOR_STEP_TICKS,
+        "repeat_ticks": _FLOOR_REPEAT_TICKS,
+    }
+    return {
+        "seed": keys.seed,
+        "step_ticks": keys.engine.step_ticks,
+        "contact_solver": keys.engine.contact_solver,
+        "arena": _place(keys.arena),
+        "sites": [
+            {**_place(site), "centre_m": [float(part) for part in site.centre_m]}
+            for site in keys.site
+        ],
+        "profile": _profile(profile, keys),
+        "floor": floor if keys.swarm.floor else None,
+        "medium": _medium(keys),
+        "light": {
+            "ambient": keys.light.ambient,
+            "sources": [
+                {**source.model_dump(), "at_m": [float(part) for part in source.at_m]}
+                for source in keys.light.source
+            ],
+        },
+        "battery_h": keys.battery.hours,
+        "temperature": keys.temperature,
+        "groups": [
+            {
+                "program": guest,
+                "name": group.program.name,
+                "count": group.count,
+                "on_board": group.on_board,
+                "poses": poses,
+            }
+            for group, guest, poses in zip(
+                experiment.groups, guests, starts(experiment), strict=True
+            )
+        ],
+        "commands": commands(keys),
+        "grid": None if keys.grid is None else _grid(experiment, module_guest),
+        "lead_ticks": lead_ticks,
+        "sample_ticks": sample_ticks,
+        "black_box": black_box,
+    }
+
+
+def _profile(profile: Profile, keys: ExperimentSchema) -> dict[str, Any]:
+    motion = motion_defaults(profile) if keys.motion is None else keys.motion.model_dump()
+    return {
+        "name": profile.name,
+        "radius_m": profile.radius_m,
+        "straight_left": profile.straight_left,
+        "straight_right": profile.straight_right,
+        "turn_left": profile.turn_left,
+        "turn_right": profile.turn_right,
+        "push_m_s2": profile.push_m_s2,
+        "legs": profile.legs,
+        **motion,
+    }
+
+
+def _medium(keys: ExperimentSchema) -> dict[str, Any]:
+    own = keys.medium.model_dump(exclude_none=True)
+    if keys.medium.kind == "ideal":
+        own["line_of_sight"] = keys.reading.line_of_sight
+    return own
+
+
+def _grid(experiment: Experiment, module_guest: str | None) -> dict[str, Any]:
+    keys = experiment.keys
+    assert keys.grid is not None
+    assert experiment.modules is not None
+    return {
+        "columns": keys.grid.columns,
+        "rows": keys.grid.rows,
+        "buses": keys.grid.buses,
+        "program": module_guest,
+        "name": experiment.modules.program.name,
+        "on_board": experiment.modules.on_board,
+        "modules": keys.grid.cells.model_dump(),
+        "faults": [
+            {"at_tick": ticks(fault.at_s), "kind": fault.kind, "module": fault.module}
+            for fault in keys.faults.module
+        ],
+        "error_share": keys.faults.error_share,
+    }
+
+
+def _place(place: Arena | Site) -> dict[str, Any]:
+    area = area_of(place)
+    return {"shape": place.shape, "width_m": area.width, "height_m": area.height}
+
+
+def commands(keys: ExperimentSchema) -> list[TimedMessage]:
+    """CONFIG, one message per tick, the last two ticks before t = 0; then RUN, or [[command]].
+
+    On a grid there is no overhead controller: all of it comes through the modules.
+    """
+    if keys.grid is not None:
+        return []
+    messages = config_messages(keys)
+    first_tick = -1 - len(messages)
+    configs: list[TimedMessage] = [
+        (first_tick + slot, first_uid, last_uid, message, None)
+        for slot, (first_uid, last_uid, message) in enumerate(messages)
+    ]
+    if keys.command is None:
+        return [*configs, (0, *ALL_ROBOTS, RUN, None)]
+    profile = PROFILES[keys.swarm.profile]
+    return [*configs, *(sent for command in keys.command for sent in timed(command, profile))]
+
+
+def config_messages(keys: ExperimentSchema) -> list[tuple[int, int, bytes]]:
+    """(first uid, last uid, message): every parameter for all, then each site's informed robots."""
+    if keys.controller is None:
+        return []
+    report_s = 0.0 if keys.grid is None else keys.grid.report_s
+    settings = [
+        (*ALL_ROBOTS, name, value)
+        for name, value in config_values(keys.controller, keys.reading, report_s).items()
+    ]
+    for site, first_id, count in informed_ranges(keys):
+        settings.append((first_id + 1, first_id + count, "INFORMED_SITE", site))
+    return [
+        (first, last, _emulator.config_message(first, last, _emulator.CONFIG_KEYS[name][0], value))
+        for first, last, name, value in settings
+    ]
+
+
+def config_differences(keys: ExperimentSchema) -> list[bytes]:
+    """The messages that robots need which have just started: all that is not their default."""
+    defaults = {key: default for key, default, _, _ in _emulator.CONFIG_KEYS.values()}
+    return [
+        message
+        for _, _, message in config_messages(keys)
+        if int.from_bytes(message[5:9], "little") != defaults[message[4]]
+    ]
+
+
+def config_values(
+    controller: Controller, reading: Reading, report_s: float = 0.0
+) -> dict[str, int]:
+    """The value of every key of wire.h but INFORMED_SITE, in the firmware's units."""
+    return {
+        "RULE": _choice(controller, "rule"),
+        "ALPHA": q16(controller.alpha),
+        "BETA": q16(controller.beta),
+        "FIRAT_A": q16(controller.a),
+        "FIRAT_K": q16(controller.k),
+        "UPDATE_TICKS": ticks(controller.update_s),
+        "STRAIGHT_TICKS": ticks(controller.straight_s),
+        "ENTRY_TICKS": ticks(controller.entry_s),
+        "RHO": q16(controller.rho),
+        "TURN_TICKS_PER_RAD": ticks_q16(controller.turn_s_per_rad),
+        "WINDOW_TICKS": ticks(controller.neighbour_window_s),
+        "TIMEOUT_TICKS": ticks(controller.neighbour_timeout_s),
+        "CAPACITY": controller.neighbour_capacity,
+        "EMPTY_WINDOWS": controller.empty_windows,
+        "STEP_TICKS": ticks(controller.control_step_s),
+        "WALL_IGNORE_TICKS": ticks(controller.wall_ignore_s),
+        "LEAVE_TURN": int(controller.leave_turn),
+        "TRACKING_TICKS": ticks(report_s),
+        "SIGNAL_FROM": _choice(reading, "signal_from"),
+        "FIRST_LEAVE": _choice(reading, "first_leave"),
+        "WALK_OUT": _choice(reading, "walk_out"),
+        "ENTRY_OBSTACLE": _choice(reading, "entry_obstacle"),
+        "COUNT_SELF": int(reading.count_self),
+        "FIRAT_JOIN": _choice(reading, "firat_join"),
+        "FIRAT_SIGNAL_FROM": _choice(reading, "firat_signal_from"),
+        "START_ON_SITE": _choice(reading, "start_on_site"),
+        "UPDATE_CLOCK": _choice(reading, "update_clock"),
+        "PUSHED_OFF": _choice(reading, "pushed_off"),
+    }
+
+
+def _choice(section: Section, key: str) -> int:
+    """The place of the chosen word among the schema's choices: wire.h numbers them so."""
+    choices = get_args(type(section).model_fields[key].annotation)
+    return choices.index(getattr(section, key))

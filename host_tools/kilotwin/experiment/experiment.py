@@ -1,0 +1,197 @@
+"""An experiment, read, checked and complete: every default filled in, every program found.
+
+`Experiment.load` is the way in for a file, `Experiment.of` for tables from elsewhere.
+"""
+
+import functools
+import hashlib
+import itertools
+import json
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import tomlkit
+from pydantic import ValidationError
+
+from kilotwin.build.apis import Api
+from kilotwin.errors import InputError
+from kilotwin.experiment.checks import first_problem, first_problem_of_command, swarm_size
+from kilotwin.experiment.programs import Program, ProgramError, find_image, find_program, portable
+from kilotwin.experiment.schema import Command, ExperimentSchema, Grid
+from kilotwin.experiment.text import ExperimentText, Setting
+from kilotwin.experiment.toml_lines import KeyPath
+from kilotwin.experiment.validation_errors import input_error
+
+if TYPE_CHECKING:
+    from kilotwin.experiment.grid_plan import GridPlan
+
+
+@dataclass(frozen=True)
+class Group:
+    """Robots or modules that run one program; ids are given group by group."""
+
+    program: Program  # without sources: an image
+    count: int
+    poses: list[list[float]] | None
+    on_board: bool = False  # each of them is an ATmega328P
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """`keys` are the file's, validated; `origin` says where a key was written, for late errors.
+
+    `modules` are those of a grid, and `plan` is what its host does; None without.
+    """
+
+    keys: ExperimentSchema
+    groups: tuple[Group, ...]
+    origin: ExperimentText
+    modules: Group | None = None
+    plan: "GridPlan | None" = None
+
+    @staticmethod
+    def load(file: Path, settings: Iterable[Setting] = ()) -> "Experiment":
+        """Reads, applies the settings, then checks everything; InputError names the place."""
+        return Experiment.of(ExperimentText.read(file, list(settings)))
+
+    @staticmethod
+    def of(origin: ExperimentText) -> "Experiment":
+        """Checks everything; InputError names the place."""
+        try:
+            keys = ExperimentSchema.model_validate(origin.raw)
+        except ValidationError as error:
+            raise input_error(origin, error) from None
+        problem = first_problem(keys, origin.is_set)
+        if problem is not None:
+            raise InputError(f"{origin.where(*problem.paths)}: {problem.what}")
+        groups = tuple(_groups(keys, origin))
+        if keys.grid is None:
+            return Experiment(keys, groups, origin)
+        # Other experiments do without the CAN tools, which take a moment to load.
+        from kilotwin.experiment.grid_plan import plan_of  # noqa: PLC0415
+
+        return Experiment(keys, groups, origin, _modules(keys.grid, origin), plan_of(keys, origin))
+
+    @property
+    def size(self) -> int:
+        """The number of robots."""
+        return swarm_size(self.keys)
+
+    def group_of(self, robot: int) -> Group:
+        """Of the robot of that id."""
+        ends = itertools.accumulate(group.count for group in self.groups)
+        return next(group for group, end in zip(self.groups, ends, strict=True) if robot < end)
+
+    def program_of(self, robot: int) -> Program:
+        """What the robot of that id runs."""
+        return self.group_of(robot).program
+
+    def resolved(self) -> dict[str, Any]:
+        """Every key with its value, as plain tables that TOML can hold; loads to the same."""
+        tables = self.keys.model_dump(exclude_none=True)
+        kinds = [tables["swarm"]] if self.keys.robots is None else tables["robots"]
+        for table, group in zip(kinds, self.groups, strict=True):
+            parts = list(group.program.parts)
+            key = "program" if group.program.sources else "hex"
+            table[key] = parts if len(parts) > 1 else parts[0]
+            if "include" in table:
+                table["include"] = list(group.program.includes)
+        if self.modules is not None:
+            self._resolve_grid(tables["grid"], self.modules)
+        return tables
+
+    def _resolve_grid(self, table: dict[str, Any], modules: Group) -> None:
+        from kilotwin.experiment.grid_plan import find_file  # noqa: PLC0415 (see `of`)
+
+        if modules.program.sources:
+            table["program"] = list(modules.program.parts)
+            table["include"] = list(modules.program.includes)
+        else:
+            table["hex"] = modules.program.parts[0]
+            for key in ("program", "include", "define"):
+                del table[key]
+        path: KeyPath = ("grid",)
+        for place in (table, *table["change"]):
+            for key in ("configuration", "kilobot_ids"):
+                if key in place:
+                    place[key] = portable(find_file(place[key], (*path, key), self.origin))
+
+    def identity(self) -> str:
+        """SHA-256 of the resolved keys: equal for experiments that mean the same."""
+        canonical = json.dumps(self.resolved(), sort_keys=True, separators=(",", ":"))
+        return hashlib.sha256(canonical.encode()).hexdigest()
+
+    def to_toml(self) -> str:
+        """The resolved experiment as a file that `kilotwin run` takes."""
+        return tomlkit.dumps(self.resolved())
+
+    def error(self, path: KeyPath, what: str) -> InputError:
+        """An error about a key that only the build or the engine could find."""
+        return InputError(f"{self.origin.where(path)}: {what}")
+
+
+def one_command(origin: ExperimentText, robots: int) -> Command:
+    """The one [[command]] of tables that hold nothing else, for so many robots."""
+    try:
+        command = Command.model_validate(origin.raw["command"][0])
+    except ValidationError as error:
+        raise input_error(origin, error, ("command", 0)) from None
+    problem = first_problem_of_command(command, robots)
+    if problem is not None:
+        raise InputError(f"{origin.where(*problem.paths)}: {problem.what}")
+    return command
+
+
+def _groups(keys: ExperimentSchema, origin: ExperimentText) -> Iterable[Group]:
+    if keys.robots is None:
+        assert keys.swarm.program is not None
+        assert keys.swarm.size is not None
+        program = _program(keys.swarm.program, ("swarm",), origin)
+        yield Group(program, keys.swarm.size, None)
+    for index, robots in enumerate(keys.robots or []):
+        table = ("robots", index)
+        if robots.hex is not None:
+            program = _image(robots.hex, table, origin)
+        else:
+            assert robots.program is not None
+            program = _program(
+                robots.program, table, origin, robots.include, robots.define, api=robots.flavour
+            )
+        on_board = robots.hex is not None or robots.cpu == "avr"
+        yield Group(program, robots.count, robots.poses, on_board)
+
+
+def _modules(grid: Grid, origin: ExperimentText) -> Group:
+    table = ("grid",)
+    if grid.hex is not None:
+        program = _image(grid.hex, table, origin)
+    else:
+        program = _program(grid.program, table, origin, grid.include, grid.define, api="module")
+    on_board = grid.hex is not None or grid.cpu == "avr"
+    return Group(program, grid.columns * grid.rows, None, on_board)
+
+
+def _image(written: str, table: KeyPath, origin: ExperimentText) -> Program:
+    return _found(functools.partial(find_image, written, origin.folder), table, origin)
+
+
+def _program(
+    written: str | list[str],
+    table: KeyPath,
+    origin: ExperimentText,
+    includes: Sequence[str] = (),
+    defines: Sequence[str] = (),
+    *,
+    api: Api | None = None,
+) -> Program:
+    find = functools.partial(find_program, written, origin.folder, includes, defines, api)
+    return _found(find, table, origin)
+
+
+def _found(find: Callable[[], Program], table: KeyPath, origin: ExperimentText) -> Program:
+    try:
+        return find()
+    except ProgramError as error:
+        raise InputError(f"{origin.where((*table, error.key))}: {error}") from None

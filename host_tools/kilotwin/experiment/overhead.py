@@ -1,0 +1,101 @@
+"""The overhead controller's messages: what each is on the wire, and which keys go with it."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import get_args
+
+from kilotwin.experiment.profiles import Profile
+from kilotwin.experiment.schema import Command, Sent
+from kilotwin.units import ticks
+
+ALL_ROBOTS = (0, 0xFFFF)
+DATA_BYTES = 9
+
+# hardware.md 1.4
+_TYPES: Mapping[str, int] = {
+    "reset": 0x83,
+    "sleep": 0x84,
+    "pause": 0x85,
+    "wakeup": 0x85,
+    "charge": 0x86,
+    "voltage": 0x87,
+    "run": 0x88,
+    "readuid": 0x89,
+    "calib": 0x8A,
+}
+_CALIB_MODES = ("save", "uid", "turn_left", "turn_right", "straight")
+_DUTIES = ("turn_left", "turn_right", "straight_left", "straight_right")
+
+# A message's own keys: those it cannot do without, and those it may have.
+KEYS: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    **dict.fromkeys(get_args(Sent), ((), ())),
+    "readuid": (("bit",), ()),
+    "calib": (("mode",), ("uid", *_DUTIES)),
+    "user": (("type",), ("data",)),
+}
+
+Region = tuple[float, float, float]
+# Tick, first uid, last uid, nine bytes and the type, and where (None: everywhere).
+TimedMessage = tuple[int, int, int, bytes, Region | None]
+
+
+def message(data: Sequence[int], message_type: int) -> bytes:
+    """Data, filled up with zeros, and the type. The CRC is not part of it."""
+    return bytes(data).ljust(DATA_BYTES, b"\0") + bytes([message_type])
+
+
+COMMANDS: Mapping[str, int] = {
+    name: number for name, number in _TYPES.items() if name not in ("readuid", "calib")
+}
+"""Messages that are nothing but their type."""
+
+RUN = message((), _TYPES["run"])
+RESET = message((), _TYPES["reset"])
+WAKEUP = message((), _TYPES["wakeup"])
+
+
+def message_of(command: Command, profile: Profile) -> bytes:
+    """What goes on air."""
+    if command.send == "user":
+        assert command.type is not None
+        return message(command.data or (), command.type)
+    data: list[int] = []
+    if command.send == "readuid":
+        assert command.bit is not None
+        data = [command.bit]
+    elif command.send == "calib":
+        assert command.mode is not None
+        given = [getattr(command, name) for name in _DUTIES]
+        duties = [
+            getattr(profile, name) if duty is None else duty
+            for name, duty in zip(_DUTIES, given, strict=True)
+        ]
+        data = [_CALIB_MODES.index(command.mode), *(command.uid or 0).to_bytes(2, "little")]
+        data += duties
+    return message(data, _TYPES[command.send])
+
+
+def uids(command: Command) -> tuple[int, int]:
+    """Whom it is for: the first and the last uid."""
+    if command.robot is not None:
+        return command.robot + 1, command.robot + 1
+    first, last = ALL_ROBOTS
+    return (
+        first if command.uid_first is None else command.uid_first,
+        last if command.uid_last is None else command.uid_last,
+    )
+
+
+def region(command: Command) -> Region | None:
+    """Where those must be whom it is for; None: anywhere."""
+    if command.centre_m is None or command.within_m is None:
+        return None
+    x, y = command.centre_m
+    return float(x), float(y), float(command.within_m)
+
+
+def timed(command: Command, profile: Profile) -> Iterator[TimedMessage]:
+    """The message as often as it is sent: one a tick for as long as it is repeated."""
+    begin = ticks(command.at_s)
+    bytes_, where = message_of(command, profile), region(command)
+    for tick in range(begin, begin + max(1, ticks(command.repeat_s))):
+        yield (tick, *uids(command), bytes_, where)

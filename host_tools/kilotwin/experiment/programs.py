@@ -1,0 +1,142 @@
+"""Finds a program: a folder with all its .c files, one .c file, or several.
+
+Robot programs come in two flavours of the Kilobot API: kilolib's, and the Kilogrid's, which has
+other names and more helpers (`firmware/kilogrid`).
+"""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from kilotwin.build.apis import Api
+from kilotwin.files import resources
+
+# What only Kilogrid programs have: the grid's name of the message, or one of its headers.
+_KILOGRID_WORDS = re.compile(
+    rb"\bIR_message_t\b|^[ \t]*#[ \t]*include[ \t]*[<\"](kilogrid|kilob_\w+)\.h[>\"]", re.MULTILINE
+)
+
+
+_IMAGES = (".hex", ".ihex", ".ihx", ".elf")
+
+
+class ProgramError(ValueError):
+    """What is missing or wrong; `key` is the one to mend, of `[[robots]]`."""
+
+    def __init__(self, what: str, key: str = "program") -> None:
+        super().__init__(what)
+        self.key = key
+
+
+@dataclass(frozen=True)
+class Program:
+    """`parts` is how a run folder names its files, so that they are found again from anywhere."""
+
+    parts: tuple[str, ...]
+    path: Path  # of the folder, or of the first file
+    sources: tuple[Path, ...]
+    includes: tuple[str, ...] = ()  # as `parts`
+    include_folders: tuple[Path, ...] = ()
+    defines: tuple[str, ...] = ()
+    api: Api = "kilobot"
+
+    @property
+    def name(self) -> str:
+        """What people call it: the folder's or the first file's name."""
+        return self.path.stem if self.path.is_file() else self.path.name
+
+    @property
+    def written(self) -> str:
+        """For messages."""
+        return " ".join(self.parts)
+
+
+def find_program(
+    written: str | Sequence[str],
+    beside: Path,
+    includes: Sequence[str] = (),
+    defines: Sequence[str] = (),
+    api: Api | None = None,
+) -> Program:
+    """Looks from the current folder, beside the experiment file, and in what Kilotwin brings.
+
+    For headers it looks beside the experiment file first. Without `api` it is a robot's program, in
+    the Kilogrid's flavour if one of its .c files names IR_message_t or includes kilogrid.h or a
+    kilob_*.h.
+
+    ProgramError says what is missing.
+    """
+    parts = [written] if isinstance(written, str) else written
+    paths = [_find(part, beside, "program", "a folder or a .c file") for part in parts]
+    if len(paths) == 1 and paths[0].is_dir():
+        sources = tuple(sorted(paths[0].glob("*.c")))
+        if not sources:
+            raise ProgramError(f"program '{parts[0]}' has no .c file in it; name a folder that has")
+    else:
+        for part, path in zip(parts, paths, strict=True):
+            if path.is_dir():
+                raise ProgramError(
+                    f"program '{part}' is a folder; beside other files name .c files"
+                )
+            if not path.name.endswith(".c"):
+                raise ProgramError(f"program '{part}' is not C source; name a folder or a .c file")
+        sources = tuple(paths)
+    folders = [_find(name, beside, "include", "a folder") for name in includes]
+    for define in defines:
+        _check_define(define)
+    return Program(
+        tuple(map(portable, paths)),
+        paths[0],
+        sources,
+        tuple(map(portable, folders)),
+        tuple(folders),
+        tuple(defines),
+        api or _robot_api(sources),
+    )
+
+
+def find_image(written: str, beside: Path) -> Program:
+    """A .hex or .elf file, looked for where programs are; what is in it the engine checks."""
+    path = _find(written, beside, "hex", "a .hex or .elf file")
+    if path.is_dir() or key_of(path) != "hex":
+        raise ProgramError(f"hex '{written}' is no .hex or .elf file; name one", "hex")
+    return Program((portable(path),), path, ())
+
+
+def key_of(file: Path) -> str | None:
+    """Of `[[robots]]`, the one that names such a file; None if it is no program by its name."""
+    if file.suffix == ".c":
+        return "program"
+    return "hex" if file.suffix.lower() in _IMAGES else None
+
+
+def _robot_api(sources: Sequence[Path]) -> Api:
+    if any(_KILOGRID_WORDS.search(source.read_bytes()) for source in sources):
+        return "kilogrid"
+    return "kilobot"
+
+
+def _find(written: str, beside: Path, key: str, wanted: str) -> Path:
+    path = Path(written).expanduser()
+    places = [Path.cwd() / path, beside / path]
+    if key == "include":
+        places.reverse()
+    found = next((place for place in places if place.exists()), None) or resources.find(written)
+    if found is None:
+        raise ProgramError(f"{key} '{written}' is not there; name {wanted}", key)
+    return found.resolve()
+
+
+def _check_define(define: str) -> None:
+    name = define.partition("=")[0]
+    if not name.isidentifier() or not name.isascii():
+        raise ProgramError(f"'{define}' defines no macro; write NAME or NAME=value", "define")
+
+
+def portable(path: Path) -> str:
+    """How a run folder names a file, so that it is found again from anywhere."""
+    for root in resources.roots():
+        if path.is_relative_to(root.resolve()):
+            return path.relative_to(root.resolve()).as_posix()
+    return str(path)

@@ -1,0 +1,573 @@
+"""Every key an experiment file may have, with its range, default and meaning. The only place that
+says so: `docs/experiments.md` is made from here.
+
+Units are in the keys. Shares are 0 to 1. What only makes sense together with other keys is checked
+in `experiment_checks`. Defaults that depend on the robot come from `profiles`.
+"""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+
+from kilotwin.experiment.colours import LED_COLOURS, led_triple, site_colour
+from kilotwin.experiment.profiles import (
+    CONTROLLER_DEFAULTS,
+    KILOBOT_MEDIUM,
+    PROFILES,
+    motion_defaults,
+)
+from kilotwin.units import TICK_S
+
+Text = Annotated[str, Field(min_length=1, max_length=200)]
+Length = Annotated[float, Field(gt=0, le=1000)]
+Coordinate = Annotated[float, Field(ge=-1000, le=1000)]
+Point = Annotated[list[Coordinate], Field(min_length=2, max_length=2)]
+Pose = Annotated[list[Coordinate], Field(min_length=3, max_length=3)]
+Share = Annotated[float, Field(ge=0, le=1)]
+# Of a Kilogrid's modules: five bits of a CAN identifier, less the one that means all.
+Modules = Annotated[int, Field(ge=1, le=31)]
+Module = Annotated[list[Annotated[int, Field(ge=0, le=30)]], Field(min_length=2, max_length=2)]
+Rectangle = Annotated[list[Coordinate], Field(min_length=4, max_length=4)]
+# A standard deviation, as a share of the value that it spreads.
+Spread = Annotated[float, Field(ge=0, le=0.3)]
+Count = Annotated[int, Field(ge=1, le=1_000_000)]
+Uid = Annotated[int, Field(ge=0, le=65535)]
+Byte = Annotated[int, Field(ge=0, le=255)]
+# Of an analog-to-digital converter.
+Reading10 = Annotated[float, Field(ge=0, le=1023)]
+# CONFIG carries reals as 32 bits of Q16 and most periods as 16 bits of ticks (wire.h).
+Real = Annotated[float, Field(ge=0, le=65535)]
+Period = Annotated[float, Field(ge=TICK_S, le=2147)]
+Pause = Annotated[float, Field(ge=0, le=2147)]
+Window = Annotated[float, Field(ge=TICK_S, le=1048)]
+
+MODULE_M = 0.1
+"""How wide a Kilogrid's module is."""
+
+ProfileName = Literal["foot-bot", "kilobot"]
+Shape = Literal["circle", "rectangle"]
+FaultKind = Literal["dead", "reset", "bus_off", "recover"]
+# The 3-bit colours of a module's lights.
+CellColour = Literal["off", "red", "green", "yellow", "blue", "magenta", "cyan", "white"]
+# Message types of hardware.md 1.4; `pause` is what people call WAKEUP.
+Sent = Literal[
+    "run",
+    "pause",
+    "wakeup",
+    "sleep",
+    "reset",
+    "voltage",
+    "charge",
+    "readuid",
+    "calib",
+    "user",
+]
+
+
+def _named_colour(text: str) -> str:
+    site_colour(text)
+    return text
+
+
+def _led_names() -> str:
+    """Every name of an LED's colour with its intensities."""
+    return ", ".join(f'`"{name}"` {list(rgb)}' for name, rgb in LED_COLOURS.items())
+
+
+def one_or_more(value: Any) -> Any:
+    """A list of one where a single text was written."""
+    return [value] if isinstance(value, str) else value
+
+
+class Section(BaseModel):
+    """A table of the file: no unknown keys, no text for numbers, no NaN."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+        strict=True,
+        allow_inf_nan=False,
+        frozen=True,
+        use_attribute_docstrings=True,
+    )
+
+
+class Arena(Section):
+    """The wall; its middle is (0, 0)."""
+
+    shape: Shape = "circle"
+    """The wall's shape."""
+    diameter_m: Length | None = None
+    """Of a circle."""
+    width_m: Length | None = None
+    """Of a rectangle, along x."""
+    height_m: Length | None = None
+    """Of a rectangle, along y."""
+
+
+class Site(Section):
+    """A spot on the floor. Robots know it by its number: its place in the file, from 1."""
+
+    name: Text
+    """What tables and figures call it."""
+    shape: Shape = "circle"
+    """Its shape."""
+    centre_m: Point
+    """Where its middle is, [x, y]."""
+    diameter_m: Length | None = None
+    """Of a circle."""
+    width_m: Length | None = None
+    """Of a rectangle, along x."""
+    height_m: Length | None = None
+    """Of a rectangle, along y."""
+    colour: Annotated[str, AfterValidator(_named_colour)] | None = None
+    """In pictures: a colour's name or #rrggbb."""
+    light: CellColour | None = None
+    """On a grid: the light of its cells. Left out: green, blue, yellow ... in turn."""
+
+
+class Swarm(Section):
+    """Who is there. `program` and `size`, or `[[robots]]` for several programs."""
+
+    profile: ProfileName
+    """The kind of robot: body, motors, medium, and the defaults of many keys."""
+    program: Annotated[
+        Annotated[list[Text], Field(min_length=1)] | None, BeforeValidator(one_or_more)
+    ] = None
+    """A `.c` file, a folder whose `.c` files are one program, or a list of `.c` files."""
+    size: Count | None = None
+    """How many robots run it."""
+    floor: bool
+    """Whether the virtual floor tells robots of sites, walls and obstacles (message CELL)."""
+    informed: Share = 0.0
+    """Share of the robots that know a site to gather on."""
+    informed_for: dict[str, Share] = {}
+    """Shares of the informed robots over the sites, by name; sum 1."""
+    start: Literal["uniform"] = "uniform"
+    """Where robots without poses begin: anywhere, or anywhere in `start_in_m`."""
+    start_in_m: Rectangle | None = None
+    """Robots without poses begin in this rectangle: [left, bottom, right, top]."""
+
+
+class Robots(Section):
+    """One kind of robot of a mixed swarm."""
+
+    program: Annotated[
+        Annotated[list[Text], Field(min_length=1)] | None, BeforeValidator(one_or_more)
+    ] = None
+    """A `.c` file, a folder whose `.c` files are one program, or a list of `.c` files."""
+    hex: Text | None = None
+    """Instead of `program`: a `.hex` or `.elf` for the ATmega328P, run as it would be flashed."""
+    cpu: Literal["native", "avr"] | None = None
+    """What runs `program`: this computer, or each robot's ATmega328P (`kilobot` medium only)."""
+    include: list[Text] = []
+    """Folders to look for headers in, besides the program's own."""
+    define: list[Text] = []
+    """Macros for the compiler: "NAME" or "NAME=value"."""
+    flavour: Literal["kilobot", "kilogrid"] | None = None
+    """What it is written for: kilolib, or the Kilogrid's flavour of it with its helpers; as its
+    `.c` files look (`IR_message_t`, `kilogrid.h`, `kilob_*.h`) if left out."""
+    count: Count
+    """How many robots run it."""
+    poses: list[Pose] | None = None
+    """Where each of them begins, [x_m, y_m, heading_rad]; anywhere if left out."""
+
+
+class Controller(Section):
+    """The parameters of `firmware/aggregation`, sent as CONFIG before the run.
+
+    Defaults stand in `profiles`. CONFIG sends a choice as its place in the list; so in Reading.
+    """
+
+    rule: Literal["simplified", "firat"]
+    """Which controller."""
+    alpha: Real
+    """`simplified`: P(leave) = alpha exp(-beta n)."""
+    beta: Real
+    """See alpha."""
+    a: Real
+    """`firat`: P(leave) = exp(-a (k - |n - x|))."""
+    k: Real
+    """See a."""
+    update_s: Period
+    """Between two tests of leaving."""
+    straight_s: Period
+    """One leg of the random walk."""
+    entry_s: Pause
+    """How long it walks on into a site before it rests."""
+    rho: Annotated[float, Field(ge=0, le=0.9999)]
+    """Turns of the walk: 0 uniform, towards 1 straight on."""
+    turn_s_per_rad: Annotated[float, Field(ge=TICK_S, le=2147)]
+    """How long this robot takes to turn by one radian."""
+    control_step_s: Period
+    """Between two looks at the floor."""
+    neighbour_window_s: Window
+    """How long neighbours are counted for one n."""
+    neighbour_timeout_s: Window
+    """After how long a neighbour not heard is forgotten; as the window if left out."""
+    neighbour_capacity: Annotated[int, Field(ge=1, le=100)]
+    """How many neighbours are told apart."""
+    empty_windows: Annotated[int, Field(ge=1, le=255)]
+    """After so many windows without anybody n is 0."""
+    wall_ignore_s: Pause
+    """How long the wall is ignored after leaving it."""
+    leave_turn: bool
+    """Whether a robot that leaves turns first."""
+
+
+class Reading(Section):
+    """What the paper leaves open. The first of the choices is the default: reading A."""
+
+    signal_from: Literal["rest", "crossing"] = "rest"
+    """`simplified`: when a robot on a site begins to signal."""
+    first_leave: Literal["next_step", "full_period"] = "next_step"
+    """When it first tests whether to leave."""
+    walk_out: Literal["walk", "rest"] = "walk"
+    """What becomes of one that walks off the site while it enters."""
+    entry_obstacle: Literal["turn", "rest", "pause"] = "turn"
+    """What it does about an obstacle while it enters."""
+    line_of_sight: bool = True
+    """Whether other robots block a message; `ideal` medium only."""
+    obstacle_m: Annotated[float, Field(ge=0.02, le=0.10)] = 0.05
+    """From how near the floor tells of an obstacle ahead."""
+    count_self: bool = False
+    """Whether n counts the robot itself."""
+    firat_join: Literal["crossing", "first_update", "every_update"] = "crossing"
+    """`firat`: when x is noted."""
+    firat_signal_from: Literal["crossing", "rest"] = "crossing"
+    """`firat`: when an informed robot begins to signal."""
+    start_on_site: Literal["entered", "must_leave"] = "entered"
+    """What a robot is that begins on a site."""
+    update_clock: Literal["own", "common"] = "own"
+    """Whether update periods begin with each robot's rest or at common times."""
+    pushed_off: Literal["stay", "walk"] = "stay"
+    """What a robot at rest does when it is pushed off its site; foot-bots never are."""
+
+
+class Motion(Section):
+    """How a Kilobot moves, and how its motors differ from the next one's and from themselves.
+
+    The foot-bot's motion is fixed and ideal.
+    """
+
+    speed_m_s: Annotated[float, Field(gt=0, le=1)]
+    """Both motors at their straight duties."""
+    turn_rad_s: Annotated[float, Field(gt=0, le=5)]
+    """One motor at its turn duty."""
+    kick_needed: bool
+    """Whether a motor at rest needs 15 ms at full duty (`spinup_motors()`) to start."""
+    gives_way: bool
+    """Whether a robot that stands can be pushed; if not, others meet it as they meet a wall."""
+    speed_spread: Spread
+    """Speed, from robot to robot: standard deviation, share of the speed."""
+    bias_spread: Spread
+    """Each motor's speed: standard deviation over motors, share. Such a robot walks in a bend."""
+    motor_noise: Spread
+    """Each motor's speed, from second to second: standard deviation, share."""
+
+
+class Medium(Section):
+    """How robots hear each other; centre to centre. `ideal` has `kind` and `range_m` only."""
+
+    kind: Literal["ideal", "kilobot"]
+    """`ideal`: all in range hear everything. `kilobot`: the infrared of real robots."""
+    range_m: Length
+    """How far a robot is heard."""
+    range_spread: Spread | None = None
+    """The range, from robot to robot: standard deviation, share."""
+    loss: Share | None = None
+    """Share of the frames lost to nothing in particular, near the sender."""
+    loss_at_range: Share | None = None
+    """The same at the end of the range; in between it grows with the distance's 4th power."""
+    gain_noise_lsb: Annotated[float, Field(ge=0, le=100)] | None = None
+    """Noise of the two readings that a distance is estimated from: standard deviation."""
+    carrier_sense: bool | None = None
+    """Whether a robot that sees light puts off sending."""
+    collisions: bool | None = None
+    """Whether frames that overlap at a receiver spoil each other there."""
+    half_duplex: bool | None = None
+    """Whether a robot that sends is deaf."""
+    held_busy: bool | None = None
+    """A test: a light that never goes out, so that no robot gets to send."""
+    clock_spread: Annotated[float, Field(ge=0, le=0.05)] | None = None
+    """The oscillator's rate, from robot to robot: standard deviation, share."""
+    sensitivity_spread: Spread | None = None
+    """How strongly a receiver sees light, from robot to robot: standard deviation, share."""
+
+
+class Source(Section):
+    """A lamp above the arena."""
+
+    at_m: Point
+    """The point below it, [x, y]."""
+    peak: Reading10
+    """What it adds to the reading there."""
+    half_m: Length
+    """How far from there half of that is left."""
+
+
+class Light(Section):
+    """What `get_ambientlight()` reads, 0 to 1023."""
+
+    ambient: Reading10 = 0.0
+    """The reading without any lamp."""
+    source: list[Source] = []
+    """Lamps, as [[light.source]] tables."""
+
+
+class Battery(Section):
+    """What `get_voltage()` reads."""
+
+    hours: Annotated[float, Field(ge=0, le=1000)] = 0.0
+    """How long a full battery lasts a robot that drives; 0: it never drains."""
+
+
+class Command(Section):
+    """A message of the overhead controller, to all robots if nothing else is said.
+
+    Without any [[command]] robots get RUN at 0. One [[command]] or more take its place.
+    """
+
+    at_s: Annotated[float, Field(ge=0, le=1e9)]
+    """When, in seconds from the begin of the run; before its end, unless `--set` put that earlier.
+    """
+    send: Sent
+    """Which message; `pause` and `wakeup` are the same."""
+    repeat_s: Annotated[float, Field(ge=0, le=3600)] = 0.0
+    """For how long it is repeated, once a tick; 0: once. `wakeup` may need 48 s: docs/limits.md."""
+    robot: Annotated[int, Field(ge=0, le=65534)] | None = None
+    """Only to the robot of this index, which has the uid index + 1 unless told another."""
+    uid_first: Uid | None = None
+    """Only to robots from this uid on; 0 if left out."""
+    uid_last: Uid | None = None
+    """Only to robots up to this uid; 65535 if left out."""
+    centre_m: Point | None = None
+    """Only to robots near this point, [x, y] ..."""
+    within_m: Length | None = None
+    """... whose centres are not farther away than this."""
+    bit: Annotated[int, Field(ge=0, le=15)] | None = None
+    """readuid: which bit of its uid a robot shows; it turns left if the bit is set."""
+    mode: Literal["save", "uid", "turn_left", "turn_right", "straight"] | None = None
+    """calib: show how the robot moves, or `save` what the message carries while it does."""
+    uid: Uid | None = None
+    """calib, save: the robot's uid from now on."""
+    turn_left: Byte | None = None
+    """calib: duty of the left motor in a left turn."""
+    turn_right: Byte | None = None
+    """calib: duty of the right motor in a right turn."""
+    straight_left: Byte | None = None
+    """calib: duty of the left motor straight on."""
+    straight_right: Byte | None = None
+    """calib: duty of the right motor straight on."""
+    type: Annotated[int, Field(ge=0, le=0x7F)] | None = None
+    """user: the message's type."""
+    data: Annotated[list[Byte], Field(max_length=9)] | None = None
+    """user: the message's bytes, filled up with zeros."""
+
+
+class GridChange(Section):
+    """What becomes of the cells in mid-run. Modules that change are told and started again."""
+
+    at_s: Annotated[float, Field(gt=0, le=1e9)]
+    """When, in seconds from the begin of the run; before its end, unless `--set` put that earlier.
+    """
+    swap: Annotated[list[Text], Field(min_length=2, max_length=2)] | None = None
+    """Two sites by name: the cells of each become the other's."""
+    configuration: Text | None = None
+    """Or a `.kconf` file, for the modules that it names."""
+
+
+class GridCells(Section):
+    """The infrared between cells and robots, emulated, centre to centre; see docs/limits.md."""
+
+    cell_range_m: Length = 0.036
+    """From how far a robot hears a cell."""
+    robot_range_m: Length = 0.045
+    """From how far a cell hears a robot."""
+    weak_share: Share = 0.3
+    """Share of the time that a robot is hardly heard, in spells."""
+    weak_range_m: Length = 0.01
+    """From how far a cell hears it meanwhile."""
+    weak_spell_s: Annotated[float, Field(ge=1, le=1e6)] = 120.0
+    """How long a spell is."""
+    loss: Share = 0.02
+    """Share of the robots' frames lost at a cell to nothing in particular."""
+    clock_spread: Annotated[float, Field(ge=0, le=0.05)] = 0.0001
+    """The modules' oscillators' rate, from one to the next: standard deviation, share."""
+
+
+class Grid(Section):
+    """A Kilogrid under the robots, its modules 10 cm wide with 2 x 2 cells. It makes the arena.
+
+    Cells tell robots of sites and walls: a cell belongs to a site if its middle lies inside.
+    """
+
+    columns: Modules
+    """Modules along x."""
+    rows: Modules
+    """Modules along y."""
+    buses: Annotated[int, Field(ge=1, le=8)] = 4
+    """CAN buses; each has an equal share of the rows, and at most 112 modules."""
+    program: Annotated[list[Text], Field(min_length=1), BeforeValidator(one_or_more)] = [
+        "kilogrid_modules/sites"
+    ]
+    """The modules' program: a `.c` file, a folder, or a list of `.c` files."""
+    hex: Text | None = None
+    """Instead of `program`: a `.hex` or `.elf` for the modules' ATmega328P, as it is flashed."""
+    cpu: Literal["native", "avr"] | None = None
+    """What runs `program`: this computer, or each module's ATmega328P (`kilobot` medium only)."""
+    include: list[Text] = []
+    """Folders to look for headers in, besides the program's own."""
+    define: list[Text] = []
+    """Macros for the compiler: "NAME" or "NAME=value"."""
+    configuration: Text | None = None
+    """A `.kconf` file for the modules, in place of what [[site]] and `wall_cells` say."""
+    wall_cells: Annotated[int, Field(ge=0, le=31)] = 1
+    """How wide the ring of wall cells is along the edge."""
+    poll_s: Annotated[float, Field(ge=0.05, le=60)] = 0.8
+    """Between two questions to a module for reports."""
+    poll_window: Annotated[int, Field(ge=1, le=112)] = 16
+    """How many modules of a bus may owe an answer at a time."""
+    poll_timeout_s: Annotated[float, Field(ge=0.02, le=10)] = 0.4
+    """After how long an answer is late. With `poll_s` it is to be 1.2 s at most: that long a module
+    that was reset says nothing, but what its controller kept for it is answered late: a reset is
+    then noticed only if that takes longer than this."""
+    pace_s: Annotated[float, Field(ge=0.0005, le=0.1)] = 0.001
+    """Between two frames of the host on a bus that may be for the same module."""
+    report_s: Annotated[float, Field(ge=0, le=2147)] = 2.0
+    """Between two reports of a robot through its cell, by `firmware/aggregation`; 0: none."""
+    hold_s: Annotated[float, Field(ge=0.1, le=60)] = 2.0
+    """How long modules repeat each message for robots before the run."""
+    rounds: Annotated[int, Field(ge=1, le=10)] = 2
+    """How many times all these messages are sent."""
+    health: bool = False
+    """Whether a module is asked how it is after the set-up and when it was late. Ours answer;
+    original ones do not, and get their configuration anew in any case."""
+    kilobot_ids: Text | None = None
+    """A file with a serial and an id per robot, for the `.kilodat`."""
+    cells: GridCells = GridCells()
+    change: list[GridChange] = []
+
+
+class ModuleFault(Section):
+    """What happens to a module."""
+
+    at_s: Annotated[float, Field(ge=0, le=1e9)]
+    """When, in seconds from the begin of the run; before its end, unless `--set` put that earlier.
+    """
+    kind: FaultKind
+    """It goes silent; it loses power for a moment; its CAN controller goes off, or comes back."""
+    module: Module
+    """Which: [column, row]."""
+
+
+class HostFault(Section):
+    """The host is gone for a while: it neither sends nor hears."""
+
+    from_s: Annotated[float, Field(ge=0, le=1e9)]
+    """Since when, in seconds from the begin of the run; before its end."""
+    until_s: Annotated[float, Field(ge=0, le=1e9)]
+    """Until when; that may be after the end."""
+
+
+class Faults(Section):
+    """What goes wrong on an emulated grid."""
+
+    error_share: Annotated[float, Field(ge=0, le=0.5)] = 0.0
+    """Share of the CAN frames that an error hits; they are sent again."""
+    module: list[ModuleFault] = []
+    host: list[HostFault] = []
+
+
+class Record(Section):
+    """How often poses, LED and states are written down."""
+
+    sample_s: Annotated[float, Field(ge=TICK_S, le=1e6)] = 10.0
+    """Seconds from one record to the next. Begin and end are always recorded."""
+    can_log: bool = True
+    """On a grid: whether every CAN frame is kept in can.log."""
+
+
+class Engine(Section):
+    """How the world is computed."""
+
+    step_ticks: Literal[1, 2, 4]
+    """The world's step, in ticks of 32.768 ms."""
+    contact_solver: Literal["discs", "box2d"] = "discs"
+    """Who solves three and more robots that touch: Kilotwin's own, or Box2D, slower."""
+
+
+def _grid_size_m(grid: Any) -> tuple[float, float] | None:
+    """Width and height of a [grid] as it was written, if it tells them."""
+    if not isinstance(grid, dict):
+        return None
+    columns, rows = grid.get("columns"), grid.get("rows")
+    if type(columns) is not int or type(rows) is not int or min(columns, rows) < 1:
+        return None
+    return round(columns * MODULE_M, 6), round(rows * MODULE_M, 6)
+
+
+class ExperimentSchema(Section):
+    """A whole experiment file."""
+
+    name: Text
+    """What figures and run folders call it; the file's name if left out."""
+    seed: Annotated[int, Field(ge=0, le=2**63 - 1)] = 1
+    """All chance comes from it: same seed, same run."""
+    duration_s: Annotated[float, Field(ge=TICK_S, le=1e9)]
+    """Simulated time."""
+    temperature: Annotated[int, Field(ge=0, le=1023)] = 300
+    """What `get_temperature()` reads, 0 to 1023."""
+    arena: Arena
+    site: Annotated[list[Site], Field(max_length=255)] = []
+    swarm: Swarm
+    robots: list[Robots] | None = None
+    controller: Controller | None = None
+    reading: Reading = Reading()
+    motion: Motion | None = None
+    medium: Medium
+    light: Light = Light()
+    battery: Battery = Battery()
+    command: list[Command] | None = None
+    grid: Grid | None = None
+    faults: Faults = Faults()
+    record: Record = Record()
+    engine: Engine
+    states: dict[Text, Annotated[list[int], BeforeValidator(led_triple)]] | None = Field(
+        default=None,
+        description="LED colours by the name of what they mean: [r, g, b] with 0 to 3 each, as in "
+        f"RGB(r, g, b), or a colour's name: {_led_names()}.",
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _defaults_of_the_profile(cls, raw: Any) -> Any:
+        """Fills in what depends on the robot. A wrong profile is reported as such, nothing else."""
+        if not isinstance(raw, dict):
+            return raw
+        swarm = raw.get("swarm")
+        name = swarm.get("profile") if isinstance(swarm, dict) else None
+        if not isinstance(name, str) or name not in PROFILES:
+            name = next(iter(PROFILES))
+        profile = PROFILES[name]
+        filled = dict(raw)
+        if "arena" not in raw and (size := _grid_size_m(raw.get("grid"))):
+            filled["arena"] = {"shape": "rectangle", "width_m": size[0], "height_m": size[1]}
+        if isinstance(swarm, dict):
+            floor = profile.virtual_floor and "grid" not in raw
+            filled["swarm"] = {"floor": floor, **swarm}
+        medium = raw.get("medium", {})
+        if isinstance(medium, dict):
+            kind = medium.get("kind", profile.medium)
+            own = KILOBOT_MEDIUM if kind == "kilobot" else {}
+            filled["medium"] = {"kind": kind, "range_m": profile.range_m, **own, **medium}
+        engine = raw.get("engine", {})
+        if isinstance(engine, dict):
+            filled["engine"] = {"step_ticks": profile.step_ticks, **engine}
+        motion = raw.get("motion", {} if profile.legs else None)
+        if isinstance(motion, dict):
+            filled["motion"] = {**motion_defaults(profile), **motion}
+        controller = raw.get("controller")
+        if isinstance(controller, dict):
+            merged = {**CONTROLLER_DEFAULTS[name], **controller}
+            filled["controller"] = {"neighbour_timeout_s": merged["neighbour_window_s"], **merged}
+        return filled

@@ -1,0 +1,54 @@
+"""Where robots begin if the experiment says in which part of the arena, but not where exactly."""
+
+import math
+import random
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.profiles import PROFILES
+
+# Between two robots, so that none begins in contact.
+_GAP_M = 0.001
+_TRIES = 10_000
+
+Poses = NDArray[np.float64]
+
+
+def starts(experiment: Experiment) -> list[Poses | None]:
+    """[count, 3] of each group: x_m, y_m, heading_rad. None: the engine places it anywhere.
+
+    Places in `start_in_m` depend on the seed alone. InputError if there is no room.
+    """
+    keys = experiment.keys
+    given = [
+        None if group.poses is None else np.array(group.poses, dtype=np.float64)
+        for group in experiment.groups
+    ]
+    if keys.swarm.start_in_m is None:
+        return given
+    radius = PROFILES[keys.swarm.profile].radius_m
+    left, bottom, right, top = keys.swarm.start_in_m
+    # Of Python's generator only random() is the same for ever.
+    chance = random.Random(f"starts {keys.seed}").random
+    taken = [(x, y) for poses in given if poses is not None for x, y, _ in poses]
+    placed: list[Poses | None] = []
+    for group, poses in zip(experiment.groups, given, strict=True):
+        if poses is not None:
+            placed.append(poses)
+            continue
+        rows = []
+        for _ in range(group.count):
+            for _ in range(_TRIES):
+                x = left + radius + chance() * (right - left - 2 * radius)
+                y = bottom + radius + chance() * (top - bottom - 2 * radius)
+                if all(math.hypot(x - a, y - b) >= 2 * radius + _GAP_M for a, b in taken):
+                    break
+            else:
+                what = f"{group.count} robots find no room in that rectangle; make it larger"
+                raise experiment.error(("swarm", "start_in_m"), what)
+            taken.append((x, y))
+            rows.append((x, y, (2 * chance() - 1) * math.pi))
+        placed.append(np.array(rows, dtype=np.float64))
+    return placed

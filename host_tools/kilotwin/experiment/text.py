@@ -1,0 +1,166 @@
+"""An experiment as it was written: the TOML file, `--set` on top, and where each key stands."""
+
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from kilotwin.errors import InputError
+from kilotwin.experiment.programs import key_of
+from kilotwin.experiment.toml_lines import KeyPath, line_of, locate
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One key set from the command line; `written` is what the user typed, for messages."""
+
+    keys: tuple[str, ...]
+    value: Any
+    written: str
+
+
+def parse_setting(text: str) -> Setting:
+    """`swarm.informed=0`: a dotted key and a TOML value; text needs no quotes."""
+    key, equals, value = text.partition("=")
+    written = f"--set {text}"
+    keys = _parse_keys(key)
+    if not equals or not keys:
+        raise InputError(f"{written}: not of the form key=value; try --set swarm.informed=0")
+    return Setting(keys, _parse_value(value.strip()), written)
+
+
+def _parse_keys(text: str) -> tuple[str, ...]:
+    try:
+        table: Any = tomllib.loads(f"{text} = 0") if "\n" not in text else 0
+    except tomllib.TOMLDecodeError:
+        return ()
+    keys: list[str] = []
+    while isinstance(table, dict) and len(table) == 1:
+        ((key, table),) = table.items()
+        keys.append(key)
+    return tuple(keys)
+
+
+def _parse_value(text: str) -> Any:
+    try:
+        parsed = tomllib.loads(f"value = {text}")
+    except tomllib.TOMLDecodeError:
+        return text
+    return parsed["value"] if len(parsed) == 1 else text
+
+
+class ExperimentText:
+    """The raw tables with all settings applied; `where` names the origin of any key."""
+
+    def __init__(
+        self,
+        source: str,
+        folder: Path,
+        raw: dict[str, Any],
+        lines: dict[KeyPath, int],
+        settings: list[Setting],
+    ) -> None:
+        """Keeps and changes `raw`. `source` is its name in messages; paths start at `folder`."""
+        self.source = source
+        self.folder = folder
+        self.raw = raw
+        self._lines = lines
+        self._set: list[tuple[KeyPath, str]] = [
+            (_apply(self.raw, setting), setting.written) for setting in settings
+        ]
+
+    @staticmethod
+    def read(file: Path, settings: list[Setting]) -> "ExperimentText":
+        """Reads `file`; an unreadable or malformed one is an InputError with its line."""
+        text = _read(file)
+        try:
+            raw: dict[str, Any] = tomllib.loads(text)
+        except tomllib.TOMLDecodeError as error:
+            raise InputError(_syntax_message(file, text, error)) from None
+        read = ExperimentText(str(file), file.parent, raw, locate(text), settings)
+        read.raw.setdefault("name", file.stem)
+        return read
+
+    def is_set(self, key: KeyPath) -> bool:
+        """Whether a setting gave this key, not the file."""
+        return any(path == key for path, _ in self._set)
+
+    def where(self, *paths: KeyPath) -> str:
+        """`file:line` of the first of these keys, or the option that set one of them."""
+        for key, written in reversed(self._set):
+            if any(path[: len(key)] == key or key[: len(path)] == path for path in paths):
+                return written
+        line = line_of(self._lines, paths[0])
+        return self.source if line is None else f"{self.source}:{line}"
+
+
+def _read(file: Path) -> str:
+    key = key_of(file)
+    if key is not None and file.is_file():
+        raise InputError(
+            f"{file}: a robot's program, not an experiment; name a TOML file, with {key} = "
+            f'"{file.name}" in its [[robots]]'
+        )
+    try:
+        text = file.read_bytes().decode()
+    except UnicodeDecodeError:
+        raise InputError(f"{file}: not UTF-8 text; an experiment is a TOML file") from None
+    except IsADirectoryError:
+        raise InputError(f"{file}: a folder; name an experiment's TOML file") from None
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise InputError(f"{file}: {reason}; name an experiment's TOML file") from None
+    if text.startswith("\ufeff"):
+        raise InputError(
+            f"{file}:1: begins with a byte order mark (BOM), which TOML does not have; save the "
+            "file as UTF-8 without BOM"
+        )
+    return text
+
+
+def _syntax_message(file: Path, text: str, error: tomllib.TOMLDecodeError) -> str:
+    """tomllib says `what (at line 3, column 7)` or `what (at end of document)`."""
+    what, _, position = str(error).partition(" (at ")
+    line = text.count("\n") + (not text.endswith("\n"))
+    if position.startswith("line "):
+        line = int(position.removeprefix("line ").split(",")[0])
+    return f"{file}:{line}: not valid TOML: {what[:1].lower()}{what[1:]}; mend this line"
+
+
+def _apply(raw: dict[str, Any], setting: Setting) -> KeyPath:
+    """Puts the value in its place, making tables and array items on the way; returns its path."""
+    container: Any = raw
+    path: KeyPath = ()
+    for key, following in zip(setting.keys, (*setting.keys[1:], None), strict=True):
+        step: str | int = key
+        if isinstance(container, list):
+            step = _index(container, key, setting)
+        elif not isinstance(container, dict):
+            above = ".".join(map(str, path))
+            raise InputError(f"{setting.written}: {above} is a value and has no keys below it")
+        path = (*path, step)
+        if following is None:
+            _put(container, step, setting.value)
+        else:
+            if isinstance(container, list) and step == len(container):
+                container.append({})
+            elif isinstance(container, dict) and step not in container:
+                container[step] = [] if following.isdigit() else {}
+            container = container[step]
+    return path
+
+
+def _index(items: list[Any], key: str, setting: Setting) -> int:
+    if not key.isdigit() or int(key) > len(items):
+        raise InputError(
+            f"{setting.written}: '{key}' is no item here; "
+            f"use 0 to {len(items)} ({len(items)} adds one)"
+        )
+    return int(key)
+
+
+def _put(container: Any, step: str | int, value: Any) -> None:
+    if isinstance(container, list) and step == len(container):
+        container.append(value)
+    else:
+        container[step] = value

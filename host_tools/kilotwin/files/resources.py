@@ -1,0 +1,33 @@
+"""Finds the repository's own data: guest sources, API headers, the robot programs we bring."""
+
+from pathlib import Path
+
+from kilotwin.errors import KilotwinError
+
+_PACKAGE = Path(__file__).resolve().parents[1]
+_SOURCE_TREE = _PACKAGE.parents[1]
+
+
+def roots() -> list[Path]:
+    """Where to look: the source tree (editable install), then the wheel's own copy."""
+    tree = [_SOURCE_TREE] if (_SOURCE_TREE / "pyproject.toml").is_file() else []
+    return [*tree, _PACKAGE / "share"]
+
+
+def find(relative: str) -> Path | None:
+    """The file or folder of that name below one of the roots, or None."""
+    return next((root / relative for root in roots() if (root / relative).exists()), None)
+
+
+def files(pattern: str) -> list[Path]:
+    """The files that match `folder/name`, where the name may have wildcards, in order."""
+    folder, _, name = pattern.rpartition("/")
+    return sorted(path(folder).glob(name))
+
+
+def path(relative: str) -> Path:
+    """Like `find`, for what every installation must have."""
+    found = find(relative)
+    if found is None:
+        raise KilotwinError(f"this installation of kilotwin lacks {relative}; install it again")
+    return found

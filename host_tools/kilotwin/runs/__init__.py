@@ -1,0 +1,1 @@
+"""Runs experiments, emulated and recorded, and writes and reads run folders."""

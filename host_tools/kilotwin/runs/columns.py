@@ -1,0 +1,119 @@
+"""The tables of a run folder: their columns and units, and the rows made from the engine's samples.
+
+`robots`: a row per robot and sample. `sites`: a row per sample, with columns named after the
+experiment's sites (resting_<site>) and states (state_<name>).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pyarrow as pa
+
+from kilotwin.experiment.schema import ExperimentSchema
+from kilotwin.experiment.states import Counts, States
+from kilotwin.units import TICK_S
+
+if TYPE_CHECKING:
+    from kilotwin._emulator import Samples
+
+WORD = pa.dictionary(pa.uint8(), pa.string())
+"""The type of a column of few different words."""
+
+
+@dataclass(frozen=True)
+class Records:
+    """Makes the record batches of one experiment. `about` goes into the schemas' metadata."""
+
+    robots_schema: pa.Schema
+    sites_schema: pa.Schema
+    _states: pa.Array
+    _sites: pa.Array
+    _table: States
+
+    @staticmethod
+    def of(experiment: ExperimentSchema, about: Mapping[str, str]) -> "Records":
+        """The tables of `experiment`."""
+        states = States.of(experiment)
+        sites = [site.name for site in experiment.site]
+        when = [field("tick", pa.int64(), "32.768 ms"), field("time_s", pa.float64(), "s")]
+        robots = [
+            *when,
+            field("robot", pa.uint32(), "index, uid less 1"),
+            field("x_m", pa.float32(), "m"),
+            field("y_m", pa.float32(), "m"),
+            field("heading_rad", pa.float32(), "rad, counter-clockwise from x"),
+            field("led", pa.uint8(), "RGB(r, g, b) byte"),
+            field("state", WORD, "what the LED means"),
+            field("site", WORD, "site under the robot's centre, null for none"),
+        ]
+        counts = [
+            *(f"resting_{site}" for site in sites),
+            "not_resting",
+            *(f"state_{state}" for state in states.names[: states.known]),
+        ]
+        per_site = [*when, *(field(name, pa.uint32(), "robots") for name in counts)]
+        return Records(
+            pa.schema(robots, metadata=dict(about)),
+            pa.schema(per_site, metadata=dict(about)),
+            pa.array(states.names),
+            pa.array(sites, type=pa.string()),
+            states,
+        )
+
+    def robots(self, samples: "Samples") -> pa.RecordBatch:
+        """k samples of N robots as k * N rows, in the order of samples, then of robots."""
+        k, n = samples["led"].shape
+        led, site = samples["led"].ravel(), samples["site"].ravel()
+        tick = np.repeat(samples["tick"], n)
+        # Site 0 is none; its index is masked.
+        site_index = pa.array(np.maximum(site, 1) - 1, mask=site == 0, type=pa.uint8())
+        columns = [
+            tick,
+            tick * TICK_S,
+            np.tile(np.arange(n, dtype=np.uint32), k),
+            samples["x_m"].ravel(),
+            samples["y_m"].ravel(),
+            samples["heading_rad"].ravel(),
+            led,
+            pa.DictionaryArray.from_arrays(self._table.of_robots(led), self._states),
+            pa.DictionaryArray.from_arrays(site_index, self._sites),
+        ]
+        return pa.record_batch(columns, schema=self.robots_schema)
+
+    def sites(self, samples: "Samples", counts: Counts) -> pa.RecordBatch:
+        """A row per sample."""
+        columns = [
+            samples["tick"],
+            samples["tick"] * TICK_S,
+            *counts.resting.T,
+            counts.not_resting,
+            *counts.in_state.T,
+        ]
+        arrays = [
+            pa.array(column, type=wanted.type)
+            for column, wanted in zip(columns, self.sites_schema, strict=True)
+        ]
+        return pa.record_batch(arrays, schema=self.sites_schema)
+
+
+def field(name: str, kind: pa.DataType, unit: str) -> pa.Field:
+    """A column with its unit."""
+    return pa.field(name, kind, metadata={"unit": unit})
+
+
+TRACKING_SCHEMA = pa.schema(
+    [
+        field("time_s", pa.float64(), "s, when the host had it"),
+        field("robot", pa.int32(), "index, uid less 1"),
+        field("x_m", pa.float32(), "m, the cell's middle"),
+        field("y_m", pa.float32(), "m, the cell's middle"),
+        field("module_x", pa.uint8(), "column"),
+        field("module_y", pa.uint8(), "row"),
+        field("cell", pa.uint8(), "0 top left, 1 top right, 2 bottom left, 3 bottom right"),
+        field("state", WORD, "what the robot's LED means, if it told"),
+        field("data", pa.binary(7), "what the robot said"),
+    ]
+)
+"""`tracking`: a row per report of a robot, as the host of a grid had it."""

@@ -1,0 +1,164 @@
+"""The files that a grid adds to a run folder, filled while the run goes on.
+
+tracking.arrows   a row per report of a robot that the host fetched   (Arrow IPC stream)
+can.log           every CAN frame, as candump -L writes them
+*.kilodat         the reports as the lab's own tool writes them, beside the run folder
+
+Events go to events.jsonl with the robots'.
+"""
+
+import time
+from collections.abc import Mapping, Sequence
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.grid_layout import Module
+from kilotwin.grid import kilodat
+from kilotwin.grid.can_log import CanLog
+from kilotwin.grid.poller import Reports
+from kilotwin.runs.columns import TRACKING_SCHEMA
+from kilotwin.runs.folder import CAN_LOG, FAILURES, TRACKING
+from kilotwin.runs.tracking import Tracking
+from kilotwin.runs.writer import RunWriter, Stream
+from kilotwin.units import seconds, ticks
+
+# A kill costs no more than this much wall time.
+_FLUSH_S = 0.5
+
+
+class GridEvents:
+    """Listens to a conductor: what happened, and which modules failed. Writes nothing."""
+
+    def __init__(self) -> None:
+        self.log: CanLog | None = None
+        self.kilodat: Path | None = None
+        self._crashed: list[dict[str, Any]] = []
+
+    def reports(self, reports: Reports) -> None:
+        """What robots said."""
+
+    def event(self, time_s: float, kind: str, text: str, **more: Any) -> None:
+        """What happened."""
+
+    def module_event(self, event: Mapping[str, Any]) -> None:
+        """What a module's program printed, or what went wrong with it."""
+        if event["kind"] in FAILURES:
+            module, tick = list(event["module"]), event["tick"]
+            self._crashed.append({"module": module, "tick": tick, "what": event["text"]})
+
+    def failed_modules(self, silent: Sequence[Module]) -> list[dict[str, Any]]:
+        """Modules whose programs failed, and those that do not answer."""
+        gone = [{"module": list(module), "what": "does not answer"} for module in silent]
+        return [*self._crashed, *gone]
+
+    def flush(self, *, now: bool = False) -> None:
+        """Hands everything to the system, if it is time to, or `now`."""
+
+    def close(self) -> None:
+        """Ends the files."""
+
+
+class GridMemory(GridEvents):
+    """Keeps what a conductor says, for who asks."""
+
+    def __init__(self, experiment: Experiment) -> None:
+        super().__init__()
+        self._experiment = experiment
+        self._tracking: Tracking | None = None
+        self._rows: list[dict[str, Any]] = []
+        self.happened: list[dict[str, Any]] = []
+
+    def reports(self, reports: Reports) -> None:
+        """Keeps what robots said."""
+        plan = self._experiment.plan
+        assert plan is not None
+        if self._tracking is None:
+            experiment = self._experiment
+            self._tracking = Tracking(experiment.keys, plan.layout, experiment.size, plan.site_maps)
+        self._rows += self._tracking.add(reports).to_pylist()
+
+    def event(self, time_s: float, kind: str, text: str, **more: Any) -> None:
+        """Keeps what happened."""
+        self.happened.append({"time_s": time_s, "kind": kind, "text": text, **more})
+
+    def module_event(self, event: Mapping[str, Any]) -> None:
+        """The same, of a module's program."""
+        super().module_event(event)
+        time_s = seconds(event["tick"])
+        self.event(time_s, event["kind"], event["text"], module=list(event["module"]))
+
+    def rows(self) -> list[dict[str, Any]]:
+        """The reports so far."""
+        return list(self._rows)
+
+
+class GridRecord(GridEvents):
+    """Listens to a conductor and writes down what it says."""
+
+    def __init__(
+        self, writer: RunWriter, experiment: Experiment, buses: Sequence[str], zero_s: float
+    ) -> None:
+        """In the folder of `writer`, which is closed by its owner. `zero_s` is t = 0 in can.log."""
+        super().__init__()
+        plan = experiment.plan
+        assert plan is not None
+        self._writer = writer
+        self.tracking = Tracking(experiment.keys, plan.layout, experiment.size, plan.site_maps)
+        folder = writer.folder
+        self._stream = Stream(folder / f"{TRACKING}.arrows", TRACKING_SCHEMA)
+        self._waiting: list[Reports] = []
+        if experiment.keys.record.can_log:
+            self.log = CanLog(folder / CAN_LOG, buses, zero_s=zero_s)
+        file = _free(folder.parent / kilodat.file_name(datetime.now()))
+        self._kilodat = kilodat.Writer(file, plan.serials)
+        self.kilodat = file
+        self._flushed_at = time.monotonic()
+
+    def reports(self, reports: Reports) -> None:
+        """Keeps what robots said until the next flush: rows by the hundred cost less."""
+        self._waiting.append(reports)
+
+    def event(self, time_s: float, kind: str, text: str, **more: Any) -> None:
+        """Writes what happened, at once."""
+        event = {"time_s": round(time_s, 3), "tick": ticks(time_s), "kind": kind, "text": text}
+        self._writer.add_event({**event, **more})
+
+    def module_event(self, event: Mapping[str, Any]) -> None:
+        """Writes it too."""
+        super().module_event(event)
+        where = {"module": list(event["module"]), "time_s": round(seconds(event["tick"]), 3)}
+        self._writer.add_event({**event, **where})
+
+    def flush(self, *, now: bool = False) -> None:
+        """Hands everything to the system, if it is time to."""
+        if not now and time.monotonic() - self._flushed_at < _FLUSH_S:
+            return
+        self._flushed_at = time.monotonic()
+        if self._waiting:
+            reports = Reports.joined(self._waiting)
+            self._waiting = []
+            self._stream.write(self.tracking.add(reports))
+            self._kilodat.add(reports)
+        if self.log is not None:
+            self.log.flush()
+        self._kilodat.flush()
+
+    def close(self) -> None:
+        """Ends the files."""
+        self.flush(now=True)
+        self._stream.close()
+        self._kilodat.close()
+        if self.log is not None:
+            self.log.close()
+
+
+def _free(file: Path) -> Path:
+    """That name, or one like it if two runs began in the same second."""
+    copy = 1
+    free = file
+    while free.exists():
+        copy += 1
+        free = file.with_name(f"{file.stem}-{copy}{file.suffix}")
+    return free

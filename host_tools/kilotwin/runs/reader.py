@@ -1,0 +1,106 @@
+"""Reads a run folder, whole or as a killed run left it."""
+
+import json
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from kilotwin.errors import InputError
+from kilotwin.experiment.checks import swarm_size
+from kilotwin.experiment.schema import ExperimentSchema
+from kilotwin.runs.columns import TRACKING_SCHEMA, Records
+from kilotwin.runs.folder import EVENTS, EXPERIMENT, FINISHED, MANIFEST, TRACKING
+
+
+def read_parquet(path: Path) -> pa.Table:
+    """The whole file, by this thread alone; pa.ArrowException or OSError of a damaged one.
+
+    Threads of Arrow's that were still at it aborted the program where a refusal ended it at once.
+    """
+    with pq.ParquetFile(pa.BufferReader(path.read_bytes()), pre_buffer=False) as file:
+        return file.read(use_threads=False)
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run folder; tables are read when asked for."""
+
+    folder: Path
+    manifest: dict[str, Any]
+    experiment: ExperimentSchema
+
+    @staticmethod
+    def open(folder: Path) -> "Run":
+        """InputError if this is no run folder."""
+        try:
+            manifest = json.loads((folder / MANIFEST).read_text())
+            tables = tomllib.loads((folder / EXPERIMENT).read_text())
+            if not isinstance(manifest, dict):
+                raise ValueError(f"{MANIFEST} holds no object")
+            return Run(folder, manifest, ExperimentSchema.model_validate(tables))
+        except FileNotFoundError as error:
+            missing = Path(error.filename).name if folder.is_dir() else "such folder"
+            raise InputError(
+                f"{folder}: not a run folder (no {missing}); name one that `kilotwin run` made"
+            ) from None
+        except OSError as error:
+            reason = (error.strerror or str(error)).lower()
+            raise InputError(
+                f"{error.filename}: {reason}; name a run folder that you may read"
+            ) from None
+        except ValueError as error:
+            raise _damaged(folder, str(error).splitlines()[0]) from None
+
+    def robots(self) -> pa.Table:
+        """A row per robot and sample."""
+        return self._table("robots", Records.of(self.experiment, {}).robots_schema)
+
+    def sites(self) -> pa.Table:
+        """A row per sample."""
+        return self._table("sites", Records.of(self.experiment, {}).sites_schema)
+
+    def tracking(self) -> pa.Table:
+        """A row per report that the host of a grid fetched; none without a grid."""
+        return self._table(TRACKING, TRACKING_SCHEMA)
+
+    @property
+    def robots_number(self) -> int:
+        """How many robots the experiment has."""
+        return swarm_size(self.experiment)
+
+    def events(self) -> list[dict[str, Any]]:
+        """What happened to robots; a line cut short by a kill is left out."""
+        file = self.folder / EVENTS
+        lines = file.read_text().splitlines(keepends=True) if file.exists() else []
+        return [json.loads(line) for line in lines if line.endswith("\n")]
+
+    def _table(self, name: str, schema: pa.Schema) -> pa.Table:
+        batches = []
+        try:
+            with (
+                pa.OSFile(str(self.folder / f"{name}.arrows")) as file,
+                pa.ipc.open_stream(file) as reader,
+            ):
+                schema = reader.schema
+                for batch in reader:
+                    batches.append(batch)
+        except (pa.ArrowException, OSError) as error:
+            # A writer killed early leaves no file, or half a schema; one killed later, half a
+            # batch. After a clean end it is damage, and the same is there as Parquet.
+            if self.manifest.get("status") == FINISHED:
+                return self._parquet(f"{name}.parquet", str(error).splitlines()[0])
+        return pa.Table.from_batches(batches, schema)
+
+    def _parquet(self, name: str, why: str) -> pa.Table:
+        try:
+            return read_parquet(self.folder / name)
+        except (pa.ArrowException, OSError):
+            raise _damaged(self.folder, why) from None
+
+
+def _damaged(folder: Path, why: str) -> InputError:
+    return InputError(f"{folder}: a damaged run folder ({why}); repeat the run")

@@ -1,0 +1,255 @@
+"""Runs an experiment in a child process, and closes its folder whatever happens to the child."""
+
+import contextlib
+import importlib.util
+import json
+import pickle
+import platform
+import signal
+import struct
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from types import FrameType
+from typing import IO, TYPE_CHECKING, Any, Protocol
+
+from kilotwin import __version__
+from kilotwin.build.group import build_group
+from kilotwin.build.guest import Guest
+from kilotwin.errors import DeviceError, InputError, InterruptError, KilotwinError, RunError
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.runs.folder import (
+    FAILED,
+    INTERRUPTED,
+    RUNNING,
+    check_free,
+    close_manifest,
+    default_folder,
+    utc_now,
+)
+from kilotwin.runs.interrupts import heeding_interrupts
+from kilotwin.runs.job import Job, Probes
+
+if TYPE_CHECKING:
+    from kilotwin.runs.served_grid import Serving
+
+# Into the black box the engine writes, before it runs a robot, the robot's id and its tick.
+_BLACK_BOX = struct.Struct("=II")
+_NOBODY = 0xFFFFFFFF
+_PAGE_BYTES = 4096
+
+# From the first interrupt on: what the engine has under way takes a second or so, unless a program
+# keeps it.
+_PATIENCE_S = 10.0
+
+
+class Display(Protocol):
+    """Shows a run while it goes on."""
+
+    def note(self, text: str) -> None:
+        """Says what is being prepared."""
+
+    def warn(self, text: str) -> None:
+        """Says, also to who wants to see nothing, what cannot wait for the end."""
+
+    def start(self, experiment: Experiment, folder: Path) -> None:
+        """The run begins."""
+
+    def progress(self, tick: int, resting: dict[str, int], not_resting: int) -> None:
+        """So far has it come."""
+
+    def stop(self) -> None:
+        """The run is over, one way or another."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a run ended: `summary` is what --json prints.
+
+    `stop_asked`: Ctrl-C or a kill came, be it too late to cut it short.
+    """
+
+    summary: dict[str, Any]
+    exit_code: int
+    stop_asked: bool = False
+
+
+def run(
+    experiment: Experiment,
+    folder: Path | None,
+    command_line: list[str],
+    display: Display,
+    *,
+    serving: "Serving | None" = None,
+    probes: Probes | None = None,
+) -> Outcome:
+    """Builds the programs, runs the experiment, leaves the run folder. Input errors leave none.
+
+    `serving`: the grid waits for a host from outside.
+    """
+    if importlib.util.find_spec("kilotwin._emulator") is None:
+        raise RunError("the engine is not built; type: make setup")
+    folder = folder or default_folder(experiment)
+    check_free(folder)
+    guests = [build_group(group, display.note) for group in experiment.groups]
+    modules = None if experiment.modules is None else build_group(experiment.modules, display.note)
+    built = [*guests, *([modules] if modules else [])]
+    commands = experiment.keys.command
+    if (
+        experiment.modules is None
+        and commands is not None
+        and not any(command.send == "run" for command in commands)
+    ):
+        display.note('no [[command]] has send = "run": setup() and loop() are never called')
+    manifest = new_manifest(experiment, built, command_line)
+    with tempfile.NamedTemporaryFile(prefix="kilotwin-") as black_box:
+        black_box.write(_BLACK_BOX.pack(_NOBODY, 0).ljust(_PAGE_BYTES, b"\0"))
+        black_box.flush()
+        files = [str(guest.file) for guest in guests]
+        module_file = None if modules is None else str(modules.file)
+        job = Job(
+            experiment,
+            files,
+            folder.absolute(),
+            manifest,
+            black_box.name,
+            module_file,
+            serving,
+            probes or Probes(),
+        )
+        try:
+            return _Child(job, display).wait()
+        finally:
+            display.stop()
+
+
+def new_manifest(
+    experiment: Experiment, guests: list[Guest], command_line: list[str]
+) -> dict[str, Any]:
+    """The manifest of a run that begins now."""
+    return {
+        "kilotwin": __version__,
+        "status": RUNNING,
+        "command_line": command_line,
+        "experiment_sha256": experiment.identity(),
+        "seed": experiment.keys.seed,
+        "programs": [{**asdict(guest), "file": guest.file.name} for guest in guests],
+        "python": platform.python_version(),
+        "machine": platform.platform(),
+        "started_utc": utc_now(),
+    }
+
+
+class _Child:
+    """The worker process of one run."""
+
+    def __init__(self, job: Job, display: Display) -> None:
+        self._job = job
+        self._display = display
+        self._folder_made = False
+        self._interrupts = 0
+        self._out_of_patience = False
+
+    def wait(self) -> Outcome:
+        """Starts it, shows what it reports, and gives its outcome; errors leave a closed folder."""
+        last: dict[str, Any] = {}
+        with tempfile.TemporaryFile("w+", errors="replace") as log, self._start(log) as process:
+            assert process.stdin is not None
+            assert process.stdout is not None
+            with contextlib.suppress(BrokenPipeError):
+                pickle.dump(self._job, process.stdin)
+                process.stdin.flush()
+            with self._stop_on_signals(process):
+                for line in process.stdout:
+                    last = json.loads(line)
+                    self._show(last)
+                returncode = process.wait()
+                if last.get("type") == "done":
+                    return Outcome(last["summary"], last["exit_code"], self._interrupts > 0)
+                log.seek(0)
+                raise self._failure(last, returncode, log.read().strip())
+
+    def _start(self, log: IO[str]) -> "subprocess.Popen[bytes]":
+        # A process group of its own: Ctrl-C is for us, who then ask the child to stop.
+        return subprocess.Popen(
+            [sys.executable, "-P", "-m", "kilotwin.runs.worker"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=log,
+            process_group=0,
+        )
+
+    def _show(self, message: dict[str, Any]) -> None:
+        if message["type"] == "started":
+            self._folder_made = True
+            self._display.start(self._job.experiment, self._job.folder)
+        elif message["type"] == "note":
+            self._display.note(message["text"])
+        elif message["type"] == "progress":
+            self._display.progress(message["tick"], message["resting"], message["not_resting"])
+
+    def _failure(self, last: dict[str, Any], returncode: int, log: str) -> KilotwinError:
+        """What to tell when no `done` came; the folder, if there is one, is closed."""
+        if last.get("type") == "error":
+            kinds = {kind.exit_code: kind for kind in (InputError, DeviceError)}
+            error: KilotwinError = kinds.get(last["exit_code"], RunError)(last["message"])
+        else:
+            error = self._death(returncode, log)
+        if self._folder_made:
+            status = INTERRUPTED if isinstance(error, InterruptError) else FAILED
+            with contextlib.suppress(OSError):
+                close_manifest(self._job.folder, status, error.exit_code, reason=str(error))
+        return error
+
+    def _death(self, returncode: int, log: str) -> KilotwinError:
+        kept = f"; what was recorded is in {self._job.folder}" if self._folder_made else ""
+        if self._interrupts > 1:
+            return InterruptError("interrupted twice, and ended at once" + kept)
+        ran = self._ran_last()
+        if self._out_of_patience:
+            late = f"interrupted; the engine did not stop within {_PATIENCE_S:.0f} s"
+            return InterruptError(f"{late}, and was ended{ran}{kept}")
+        cause = f"ended with code {returncode}"
+        if returncode < 0:
+            cause = f"was ended by {signal.Signals(-returncode).name}"
+        return RunError(f"the engine's process {cause}{ran}{kept}", detail=log)
+
+    def _ran_last(self) -> str:
+        assert self._job.black_box is not None
+        robot, tick = _BLACK_BOX.unpack_from(Path(self._job.black_box).read_bytes())
+        if robot == _NOBODY:
+            return ""
+        program = self._job.experiment.program_of(robot).name
+        return f"; last to run was {program} robot {robot} tick {tick}"
+
+    @contextlib.contextmanager
+    def _stop_on_signals(self, process: "subprocess.Popen[bytes]") -> Iterator[None]:
+        """Ctrl-C or a polite kill ends the run early, with its data kept; a second ends it now.
+
+        So does the engine's not ending within some seconds.
+        """
+
+        def give_up() -> None:
+            self._out_of_patience = True
+            process.kill()
+
+        patience = threading.Timer(_PATIENCE_S, give_up)
+        patience.daemon = True
+
+        def stop(number: int, frame: FrameType | None) -> None:
+            self._interrupts += 1
+            if self._interrupts > 1:
+                process.kill()
+            elif process.stdin is not None:
+                process.stdin.close()
+                patience.start()
+
+        with heeding_interrupts(stop):
+            try:
+                yield
+            finally:
+                patience.cancel()

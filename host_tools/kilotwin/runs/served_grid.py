@@ -1,0 +1,185 @@
+"""An emulated table that waits on CAN buses for a host: `kilotwin run EXP.toml --serve`.
+
+The engine keeps pace with the wall, or goes `speed` times as fast. Frames that end on its buses go
+out by the bridge, and what programs outside send goes onto them. Time 0 of the run folder is the
+host's first RUN.
+"""
+
+import math
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kilotwin import _emulator
+from kilotwin.errors import DeviceError, InputError
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.grid import frames as wire
+from kilotwin.grid.can_log import CanLog
+from kilotwin.grid.links import Frames
+from kilotwin.runs.folder import CAN_LOG
+from kilotwin.runs.tracking import sites_of_cells
+from kilotwin.runs.writer import RunWriter
+from kilotwin.units import TICK_S, seconds, ticks
+
+if TYPE_CHECKING:
+    from kilotwin._emulator import Samples, Simulation
+
+# After the run the host leaves robots and modules idle, and then says nothing more. One that is
+# gone is not waited for.
+_QUIET_S, _GRACE_S = 3.0, 30.0
+_FLUSH_S = 0.5
+
+
+@dataclass(frozen=True)
+class Serving:
+    """How a table waits. `interfaces` of the kernel, one per bus, in place of the server.
+
+    `speed`: simulated seconds per second; infinite for as fast as it goes.
+    """
+
+    port: int | None = None
+    interfaces: tuple[str, ...] = ()
+    speed: float = 1.0
+
+    def check(self, experiment: Experiment) -> None:
+        """InputError if the experiment has no such table."""
+        if experiment.plan is None:
+            raise InputError(f"{experiment.origin.source}: no [grid] to serve; add it")
+        buses = experiment.plan.layout.buses
+        if self.interfaces and len(self.interfaces) != buses:
+            what = f"{len(self.interfaces)} interfaces are named, but the grid has {buses} buses"
+            raise InputError(f"--can: {what}; give --can once per bus")
+
+
+class ServedTable:
+    """The engine's buses for programs outside, and the pace of time."""
+
+    def __init__(
+        self,
+        simulation: "Simulation",
+        experiment: Experiment,
+        serving: Serving,
+        writer: RunWriter,
+    ) -> None:
+        """DeviceError if the port or an interface is not to be had."""
+        assert experiment.plan is not None
+        self._simulation = simulation
+        self._plan = experiment.plan
+        self._writer = writer
+        self._duration = ticks(experiment.keys.duration_s)
+        self._serving = serving
+        self._bridge = _open(serving, self._plan.layout.buses)
+        names = serving.interfaces or [f"can{bus}" for bus in range(self._plan.layout.buses)]
+        self._log: CanLog | None = None
+        if experiment.keys.record.can_log:
+            self._log = CanLog(writer.folder / CAN_LOG, names, zero_s=0.0)
+        self._begin_tick = simulation.tick
+        self._began = self._flushed = time.monotonic()
+        self._heard_at = self._idle_at = simulation.tick  # a frame of the host; one that ends all
+        self.zero_tick: int | None = None
+        """The engine's tick at the first RUN."""
+
+    @property
+    def port(self) -> int:
+        """Of the server; 0 if there is none."""
+        return self._bridge.port
+
+    @property
+    def ran(self) -> bool:
+        """Whether the whole run is over."""
+        return self.zero_tick is not None and self._run_ticks() >= self._duration
+
+    @property
+    def over(self) -> bool:
+        """Whether there is nothing more to wait for."""
+        if not self.ran:
+            return False
+        waited = self._simulation.tick - max(self._heard_at, self._duration + (self.zero_tick or 0))
+        return waited >= ticks(_GRACE_S if self._heard_at > self._idle_at else _QUIET_S)
+
+    def step(self) -> None:
+        """Hands over frames both ways; the engine has just advanced."""
+        frames = self._simulation.can_frames()
+        if len(frames):
+            self._bridge.publish(frames)
+            self._watch(frames)
+            if self._log is not None:
+                self._log.add(frames)
+        for bus, identifier, data in self._bridge.take():
+            self._simulation.send_can(bus, identifier, data)
+        for note in self._bridge.notes():
+            self._event("bus_client", note)
+        if self._log is not None and time.monotonic() - self._flushed > _FLUSH_S:
+            self._flushed = time.monotonic()
+            self._log.flush()
+
+    def wait(self) -> None:
+        """Until the wall has come to where the engine is."""
+        if math.isinf(self._serving.speed):
+            return
+        simulated_s = seconds(self._simulation.tick - self._begin_tick)
+        ahead_s = simulated_s / self._serving.speed - (time.monotonic() - self._began)
+        if ahead_s > 0:
+            time.sleep(ahead_s)
+
+    def from_zero(self, samples: "Samples") -> "Samples":
+        """Those of the run, their times since its begin."""
+        zero = self.zero_tick
+        if zero is None:
+            zero = 2**62
+        kept = (samples["tick"] >= zero) & (samples["tick"] <= zero + self._duration)
+        cut: Samples = {
+            "tick": samples["tick"][kept] - zero,
+            "x_m": samples["x_m"][kept],
+            "y_m": samples["y_m"][kept],
+            "heading_rad": samples["heading_rad"][kept],
+            "led": samples["led"][kept],
+            "site": samples["site"][kept],
+        }
+        sites_of_cells(cut, self._plan.layout, self._plan.site_maps, TICK_S)
+        return cut
+
+    def close(self) -> None:
+        """Closes all connections, and the log."""
+        self._bridge.close()
+        if self._log is not None:
+            self._log.close()
+
+    def _run_ticks(self) -> int:
+        assert self.zero_tick is not None
+        return self._simulation.tick - self.zero_tick
+
+    def _watch(self, frames: Frames) -> None:
+        """Notices when the run begins, and when the host has left the modules idle after it."""
+        told = frames[frames["from_host"] & (frames["dlc"] > 0)]
+        kinds = told["data"][:, 0]
+        if self.zero_tick is None and (kinds == wire.RUN[0]).any():
+            at_s = float(told["at_s"][np.argmax(kinds == wire.RUN[0])])
+            self.zero_tick = ticks(at_s)
+            self._event("run", "a host has started the modules")
+        if len(told):
+            self._heard_at = self._simulation.tick
+            if kinds[-1] in (wire.STOP[0], wire.IDLE[0]):
+                self._idle_at = self._heard_at
+
+    def _event(self, kind: str, text: str) -> None:
+        tick = self._simulation.tick - (self.zero_tick or 0)
+        event = {"tick": tick, "kind": kind, "text": text, "time_s": round(seconds(tick), 3)}
+        self._writer.add_event(event)
+
+
+def _open(serving: Serving, buses: int) -> _emulator.Bridge:
+    try:
+        if serving.interfaces:
+            return _emulator.Bridge(buses=buses, interfaces=list(serving.interfaces))
+        if serving.port is None:
+            return _emulator.Bridge(buses=buses)
+        return _emulator.Bridge(buses=buses, port=serving.port, more_ports=0)
+    except _emulator.BridgeError as error:
+        if serving.interfaces:
+            remedy = "type: ip link add dev vcan0 type vcan; ip link set vcan0 up"
+            raise DeviceError(f"--can {serving.interfaces[0]}: {error}; {remedy}") from None
+        what = "" if serving.port is None else f"--port {serving.port}: "
+        raise DeviceError(f"{what}{error}; choose another with --port") from None

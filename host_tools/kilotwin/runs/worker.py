@@ -1,0 +1,322 @@
+"""The child process of a run: steps the engine, writes the run folder, reports.
+
+`python -m kilotwin.runs.worker` takes a pickled Job on stdin and answers with one JSON object per
+line on stdout: started, progress, then done or error. The parent ends a run early by closing the
+stdin, which its own death does too. Robot programs run in this process; one that brings it down
+leaves the parent to close the folder.
+"""
+
+import contextlib
+import json
+import os
+import pickle
+import resource
+import select
+import signal
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
+
+from kilotwin import _emulator
+from kilotwin.errors import (
+    EXIT_INTERRUPTED,
+    EXIT_ROBOTS_FAILED,
+    InputError,
+    KilotwinError,
+    RunError,
+)
+from kilotwin.experiment.engine_spec import engine_spec
+from kilotwin.experiment.informed import informed_for
+from kilotwin.experiment.states import Counts
+from kilotwin.runs.folder import FAILURES, FINISHED, INTERRUPTED, close_manifest
+from kilotwin.runs.job import Job
+from kilotwin.runs.writer import RunWriter
+from kilotwin.units import seconds, ticks
+
+if TYPE_CHECKING:
+    from kilotwin._emulator import Event, Samples
+    from kilotwin.runs.emulated_grid import EmulatedHost
+    from kilotwin.runs.served_grid import ServedTable
+
+# About how long a call of the engine takes. Until it is over nobody is heard; at its end no robot
+# may have been run ahead, which with 100,000 robots would cost an eighth at a third of this time.
+_CHUNK_S = 0.4
+_PROGRESS_S = 0.2
+
+
+Report = Callable[[dict[str, Any]], None]
+
+
+def main() -> None:
+    """Runs the job of stdin."""
+    # Ctrl-C is for the parent, which then closes our stdin.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # What a library or a program prints must not get between the reports.
+    reports = os.dup(1)
+    os.dup2(2, 1)
+    job: Job = pickle.load(sys.stdin.buffer)
+
+    def report(message: dict[str, Any]) -> None:
+        # A parent that died is noticed by `stopped`, with the folder in order.
+        with contextlib.suppress(BrokenPipeError):
+            os.write(reports, json.dumps(message).encode() + b"\n")
+
+    def stopped() -> bool:
+        return bool(select.select([0], [], [], 0)[0])
+
+    try:
+        simulate(job, report, stopped)
+    except KilotwinError as error:
+        report({"type": "error", "exit_code": error.exit_code, "message": str(error)})
+
+
+def simulate(job: Job, report: Report, stopped: Callable[[], bool]) -> None:
+    """Runs the experiment to its end or until `stopped`. What is refused leaves no folder."""
+    trial = Trial(job, report, lambda: _make_folder(job))
+    try:
+        interrupted = not trial.run(stopped)
+        summary = trial.summary(interrupted)
+        trial.close()
+        trial.writer.close(clean=not interrupted)
+        exit_code = _exit_code(summary)
+        close_manifest(job.folder, summary["status"], exit_code, summary=summary)
+    except OSError as error:
+        raise RunError(f"{job.folder}: cannot write ({error.strerror}); see to the disk") from None
+    report({"type": "done", "exit_code": exit_code, "summary": summary})
+
+
+def _exit_code(summary: dict[str, Any]) -> int:
+    if summary["status"] == INTERRUPTED:
+        return EXIT_INTERRUPTED
+    failed = summary["robots_failed"] or summary.get("grid", {}).get("modules_failed")
+    return EXIT_ROBOTS_FAILED if failed else 0
+
+
+class Writer(Protocol):
+    """Where a trial's records go; `run_writer.RunWriter` is the one that makes a run folder."""
+
+    def add(self, samples: "Samples") -> Counts | None:
+        """Takes samples of the engine; returns their counts, None for none."""
+
+    def count(self, samples: "Samples") -> Counts:
+        """How many robots do what, in each of the samples."""
+
+    def add_event(self, event: "Event") -> None:
+        """Takes one event."""
+
+
+WriterT = TypeVar("WriterT", bound=Writer)
+
+
+class Trial(Generic[WriterT]):
+    """The engine, the writer, and what has been seen so far."""
+
+    def __init__(self, job: Job, report: Report, make_writer: Callable[[], WriterT]) -> None:
+        """Places the robots first: a writer is only made for an experiment that can run."""
+        self._began = time.perf_counter()
+        self._cpu_began = time.process_time()
+        self._job = job
+        self._report = report
+        self._keys = job.experiment.keys
+        self._simulation = self._place_robots()
+        self._check_probes()
+        self.writer = make_writer()
+        self._attach_probes()
+        self._host, self._table = self._join_grid()
+        self._events: Counter[str] = Counter()
+        self._failed: list[dict[str, Any]] = []
+        self._startup_s = 0.0
+        self._sampled_at = -1
+        self._last: Counts | None = None
+        self._reported_at = 0.0
+        report({"type": "started", "folder": str(job.folder)})
+
+    def _check_probes(self) -> None:
+        probes, size = self._job.probes, self._simulation.robots
+        wanted = [("--gdb", probes.gdb), *(("--vcd", robot) for robot in probes.vcd)]
+        for option, robot in wanted:
+            if robot is not None and robot >= size:
+                raise InputError(f"{option} {robot}: there are robots 0 to {size - 1}")
+
+    def _attach_probes(self) -> None:
+        probes = self._job.probes
+        try:
+            for robot in probes.vcd:
+                self._simulation.trace(robot, str(self._job.folder / f"robot_{robot}.vcd"))
+            if probes.gdb is not None:
+                self._simulation.serve_debugger(probes.gdb, probes.gdb_port)
+                what = (
+                    f"robot {probes.gdb} waits; in avr-gdb type: target remote :{probes.gdb_port}"
+                )
+                self._report({"type": "note", "text": what})
+        except _emulator.EngineError as error:
+            raise InputError(str(error)) from None
+
+    def run(self, stopped: Callable[[], bool]) -> bool:
+        """Advances to the end; False if stopped before. The last record is the last moment."""
+        if self._table is not None:
+            return self._serve(self._table, stopped)
+        simulation, end = self._simulation, ticks(self._keys.duration_s)
+        chunk = 1
+        while simulation.tick < end and not stopped():
+            began = time.perf_counter()
+            self._advance(min(chunk, end - simulation.tick))
+            now = time.perf_counter()
+            self._startup_s = self._startup_s or now - self._began
+            chunk = max(1, min(4 * chunk, round(chunk * _CHUNK_S / max(now - began, 1e-6))))
+            self._take(simulation.samples())
+        if self._sampled_at != simulation.tick:
+            self._take(simulation.snapshot())
+        return simulation.tick >= end
+
+    def _serve(self, table: "ServedTable", stopped: Callable[[], bool]) -> bool:
+        """Until a host has had its run; False if stopped before."""
+        while not table.over and not stopped():
+            self._simulation.advance(1)
+            table.step()
+            self._take(table.from_zero(self._simulation.samples()))
+            table.wait()
+        return table.ran
+
+    def _advance(self, count: int) -> None:
+        """So many ticks, with the grid's host doing in between what is due."""
+        if self._host is None:
+            self._simulation.advance(count)
+            return
+        end = self._simulation.tick + count
+        while self._simulation.tick < end:
+            self._host.step()
+            self._simulation.advance(min(self._host.ticks_until_due(), end - self._simulation.tick))
+
+    def _take(self, samples: "Samples") -> None:
+        if self._host is not None:
+            self._host.see(samples)
+        for event in self._simulation.events():
+            event["tick"] -= self._zero_tick
+            self.writer.add_event(event)
+            self._events[event["kind"]] += 1
+            if event["kind"] in FAILURES:
+                self._failed.append(dict(event))
+        counts = self.writer.add(samples)
+        if counts is None:
+            return
+        self._sampled_at = int(samples["tick"][-1])
+        self._last = counts
+        if time.perf_counter() - self._reported_at > _PROGRESS_S:
+            self._reported_at = time.perf_counter()
+            shown = {"tick": self._simulation.tick - self._zero_tick, **self._robots_now(counts)}
+            self._report({"type": "progress", **shown})
+
+    def _robots_now(self, counts: Counts) -> dict[str, Any]:
+        names = [site.name for site in self._keys.site]
+        return {
+            "resting": dict(zip(names, counts.resting[-1].tolist(), strict=True)),
+            "not_resting": int(counts.not_resting[-1]),
+        }
+
+    def summary(self, interrupted: bool) -> dict[str, Any]:
+        """What `kilotwin run --json` prints."""
+        simulation = self._simulation
+        cpu_s = time.process_time() - self._cpu_began
+        simulated_s = seconds(simulation.tick - self._zero_tick)
+        last = self._last if self._table is not None else None
+        if last is None:
+            snapshot = simulation.snapshot()
+            if self._host is not None:
+                self._host.see(snapshot)
+            last = self.writer.count(snapshot)
+        return {
+            "experiment": self._keys.name,
+            "seed": self._keys.seed,
+            "status": INTERRUPTED if interrupted else FINISHED,
+            "duration_s": self._keys.duration_s,
+            "simulated_s": round(simulated_s, 3),
+            "robots": simulation.robots,
+            **self._robots_now(last),
+            "informed": informed_for(self._keys),
+            "cpu_s": round(cpu_s, 3),
+            "wall_s": round(time.perf_counter() - self._began, 3),
+            "startup_s": round(self._startup_s, 4),
+            "peak_bytes": 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss,
+            "robot_s_per_cpu_s": round(simulation.robots * simulated_s / max(cpu_s, 1e-9)),
+            "result_hash": simulation.result_hash(),
+            "run_folder": str(self._job.folder),
+            "events": dict(self._events),
+            "robots_failed": self._failed,
+            "stats": simulation.stats(),
+            **({} if self._host is None else {"grid": self._host.summary()}),
+        }
+
+    def close(self) -> None:
+        """Ends what the grid has open; the writer is its maker's."""
+        if self._host is not None:
+            self._host.finish()
+        if self._table is not None:
+            self._table.close()
+
+    def _join_grid(self) -> "tuple[EmulatedHost | None, ServedTable | None]":
+        """The grid's host, or the buses on which it waits for one; neither without a grid."""
+        job = self._job
+        if self._keys.grid is None:
+            return None, None
+        # Runs without a grid do without the CAN tools, which take a moment to load.
+        from kilotwin.runs.emulated_grid import EmulatedHost  # noqa: PLC0415
+        from kilotwin.runs.served_grid import ServedTable  # noqa: PLC0415
+
+        writer = self.writer if isinstance(self.writer, RunWriter) else None
+        if job.serving is None:
+            return EmulatedHost(self._simulation, job.experiment, writer), None
+        assert writer is not None
+        table = ServedTable(self._simulation, job.experiment, job.serving, writer)
+        what = "the table waits on " + (", ".join(job.serving.interfaces) or f"port {table.port}")
+        self._report({"type": "note", "text": what, "port": table.port})
+        return None, table
+
+    @property
+    def _zero_tick(self) -> int:
+        """Of the engine, when the run began."""
+        return 0 if self._table is None else self._table.zero_tick or 0
+
+    def _place_robots(self) -> _emulator.Simulation:
+        job = self._job
+        spec = engine_spec(
+            job.experiment,
+            job.guests,
+            sample_ticks=max(1, ticks(self._keys.record.sample_s)),
+            black_box=job.black_box,
+            module_guest=job.module_guest,
+            lead_ticks=self._lead_ticks(),
+        )
+        try:
+            return _emulator.Simulation(spec)
+        except _emulator.EngineError as error:
+            table = "robots" if self._keys.robots else "swarm"
+            if job.module_guest is not None and str(error).startswith(job.module_guest):
+                table = "grid"
+            raise job.experiment.error((table,), str(error)) from None
+
+    def _lead_ticks(self) -> int:
+        if self._keys.grid is None or self._job.serving is not None:
+            return 0
+        from kilotwin.runs.emulated_grid import lead_ticks  # noqa: PLC0415 (as in _join_grid)
+
+        return lead_ticks(self._job.experiment)
+
+
+def _make_folder(job: Job) -> RunWriter:
+    engine = {
+        "version": _emulator.VERSION,
+        "build": _emulator.BUILD,
+        "box2d": _emulator.BOX2D_VERSION,
+        "guest_abi": _emulator.GUEST_ABI,
+    }
+    try:
+        return RunWriter(job.folder, job.experiment, {**job.manifest, "engine": engine})
+    except OSError as error:
+        raise InputError(f"--out {job.folder}: {error.strerror}; name another folder") from None
+
+
+if __name__ == "__main__":
+    main()

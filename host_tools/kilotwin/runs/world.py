@@ -1,0 +1,437 @@
+"""A simulated world to step and look at from Python: for a lab's own tests, and for exploring.
+
+    with World("my.toml", seed=1) as world:
+        world.run(10)
+        assert world.leds[0] == RGB(0, 3, 0)
+
+See docs/python_api.md. Nothing is recorded; `kilotwin run` does that. The engine runs in this
+process.
+"""
+
+import time
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationError
+
+from kilotwin import _emulator
+from kilotwin.build.group import build_group
+from kilotwin.build.guest_symbols import GuestSymbols
+from kilotwin.errors import InputError, KilotwinError, RunError
+from kilotwin.experiment.colours import LED_VALUES, led_byte
+from kilotwin.experiment.engine_spec import engine_spec
+from kilotwin.experiment.experiment import Experiment, one_command
+from kilotwin.experiment.overhead import (
+    ALL_ROBOTS,
+    DATA_BYTES,
+    Region,
+    message,
+    message_of,
+    region,
+    uids,
+)
+from kilotwin.experiment.profiles import PROFILES
+from kilotwin.experiment.programs import key_of
+from kilotwin.experiment.schema import Byte, Pose, Robots, Section, one_or_more
+from kilotwin.experiment.states import States
+from kilotwin.experiment.text import ExperimentText, Setting, parse_setting
+from kilotwin.experiment.validation_errors import input_error
+from kilotwin.grid.controller import Controller
+from kilotwin.runs.emulated_grid import EmulatedHost, lead_ticks
+from kilotwin.runs.grid_record import GridMemory
+from kilotwin.units import seconds, ticks
+
+__all__ = ["RGB", "InputError", "KilotwinError", "World"]
+
+# As they come: Python's own, or out of an array.
+Whole = int | np.integer[Any]
+Real = float | np.floating[Any] | Whole
+
+# Between two looks at Ctrl-C.
+_CHUNK_S = 0.1
+_NEVER_TICKS = 2**31 - 1
+_LONGEST_S = 1e9
+_CLOSED = "this world is closed"
+
+
+def _round(where: list[float]) -> list[float]:
+    if where[2] <= 0:
+        raise ValueError("must have a radius above 0")
+    return where
+
+
+_Light = Annotated[int, Field(ge=0, le=3)]
+
+
+class _Arguments(Section):
+    """What can be given, checked and told as the keys of an experiment are."""
+
+    experiment: str | None = None
+    set: Annotated[list[str], BeforeValidator(one_or_more)] = Field(default=[])
+    for_s: Annotated[float, Field(ge=0, le=_LONGEST_S)] = 0.0
+    count: Annotated[int, Field(ge=0, le=ticks(_LONGEST_S))] = 0
+    robot: int = 0
+    name: str = ""
+    data: Annotated[list[Byte], Field(max_length=DATA_BYTES)] = Field(default=[])
+    type: Byte = 0
+    within: Annotated[Pose, AfterValidator(_round)] | None = None
+    red: _Light = 0
+    green: _Light = 0
+    blue: _Light = 0
+
+
+def _checked(to: str = "World", /, **given: Any) -> _Arguments:
+    """What was given, as Python's own values; InputError says which cannot be, and to whom."""
+    try:
+        return _Arguments.model_validate(_plain(given))
+    except ValidationError as error:
+        raise input_error(_origin({}, [], to), error, schema=_Arguments) from None
+
+
+def RGB(red: int, green: int, blue: int) -> int:  # noqa: N802 (as robot programs write it)
+    """The LED byte of `set_color(RGB(red, green, blue))`; each is 0 to 3."""
+    light = _checked("RGB", red=red, green=green, blue=blue)
+    return led_byte(light.red, light.green, light.blue)
+
+
+class World:
+    """Robots with their programs. Robots are told apart by their index, from 0.
+
+    Numbers may be Python's or numpy's. Arrays are copies of the present moment. KilotwinError says
+    what cannot be done.
+    """
+
+    def __init__(
+        self,
+        experiment: str | Path | None = None,
+        *,
+        seed: Whole | None = None,
+        set: str | Sequence[str] = (),
+        **keys: Any,
+    ) -> None:
+        """The world of an experiment file, with `set=["swarm.size=3"]` as `kilotwin run --set` has.
+
+        `set` may be a single text too. Without a file the world is made from `keys`: `program`,
+        `count`, `poses` and the other keys of one `[[robots]]`, `arena` = (width, height) in metres
+        or a diameter, `profile`, and any table of an experiment file as a dict, as in
+        `medium={"kind": "ideal"}`.
+        """
+        given = _checked(experiment=experiment, set=set)
+        settings = [parse_setting(text) for text in given.set]
+        if seed is not None:
+            settings.append(Setting(("seed",), _plain(seed), f"seed={seed}"))
+        if given.experiment is not None:
+            key = key_of(Path(given.experiment))
+            if key is not None:
+                what = f"World: {given.experiment} is a robot's program, not an experiment file"
+                raise InputError(f'{what}; type World({key}="{given.experiment}")')
+            if keys:
+                raise InputError(f"World: '{next(iter(keys))}' goes without a file; use set=[...]")
+            self._experiment = Experiment.load(Path(given.experiment), settings)
+        else:
+            self._experiment = experiment_of(keys, settings)
+        guests = [build_group(group) for group in self._experiment.groups]
+        self._names = States.of(self._experiment.keys)
+        self._symbols: dict[str, GuestSymbols] = {}
+        self._events: list[_emulator.Event] = []
+        modules = self._experiment.modules
+        spec = engine_spec(
+            self._experiment,
+            [str(guest.file) for guest in guests],
+            sample_ticks=_NEVER_TICKS,
+            black_box=None,
+            module_guest=None if modules is None else str(build_group(modules).file),
+            lead_ticks=0 if modules is None else lead_ticks(self._experiment),
+        )
+        try:
+            self._engine: _emulator.Simulation | None = _emulator.Simulation(spec)
+        except _emulator.EngineError as error:
+            raise InputError(f"{self._experiment.origin.source}: {error}") from None
+        self._host: EmulatedHost | None = None
+        self._heard = GridMemory(self._experiment)
+        if modules is not None:
+            self._host = EmulatedHost(self._engine, self._experiment, self._heard)
+            self._go_on_to(0)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Gives the robots' memory back; nothing can be asked afterwards."""
+        if self._host is not None:
+            self._host.close()
+        self._engine = self._host = None
+
+    @property
+    def _simulation(self) -> _emulator.Simulation:
+        if self._engine is None:
+            raise RunError(_CLOSED)
+        return self._engine
+
+    # Going on.
+
+    def run(self, for_s: Real) -> None:
+        """Lets so many simulated seconds pass, 0 to 1e9, to the end of a world step."""
+        duration_s = _checked(for_s=for_s).for_s
+        # However short it is: who waits in small steps for something must get there.
+        self.run_ticks(max(ticks(duration_s), 1 if duration_s else 0))
+
+    def run_ticks(self, count: Whole) -> None:
+        """Lets so many nominal ticks of 32.768 ms pass, to the end of a world step.
+
+        Ctrl-C is heard within a moment.
+        """
+        self._go_on_to(self.tick + _checked(count=count).count)
+
+    def _go_on_to(self, end: int) -> None:
+        simulation, chunk = self._simulation, 1
+        if self._host is not None:
+            self._host.hear_orders()
+        while simulation.tick < end:
+            began = time.perf_counter()
+            ahead = min(chunk, end - simulation.tick)
+            if self._host is not None:
+                self._host.step()
+                ahead = min(ahead, self._host.ticks_until_due())
+            simulation.advance(ahead)
+            took_s = time.perf_counter() - began
+            chunk = max(1, min(4 * chunk, round(ahead * _CHUNK_S / max(took_s, 1e-6))))
+
+    @property
+    def tick(self) -> int:
+        """Nominal ticks since the begin."""
+        return self._simulation.tick
+
+    @property
+    def time_s(self) -> float:
+        """Simulated seconds since the begin."""
+        return seconds(self.tick)
+
+    # Looking.
+
+    @property
+    def size(self) -> int:
+        """How many robots there are."""
+        return self._simulation.robots
+
+    @property
+    def poses(self) -> NDArray[np.float32]:
+        """[robots, 3]: x_m, y_m, heading_rad."""
+        now = self._simulation.snapshot()
+        return np.stack([now["x_m"][0], now["y_m"][0], now["heading_rad"][0]], axis=1)
+
+    @property
+    def leds(self) -> NDArray[np.uint8]:
+        """What the LEDs show: bytes as RGB(r, g, b) makes them."""
+        led = self._simulation.snapshot()["led"][0]
+        shown: NDArray[np.uint8] = np.bitwise_and(led, LED_VALUES - 1, dtype=np.uint8)
+        return shown
+
+    @property
+    def motors(self) -> NDArray[np.uint8]:
+        """[robots, 2]: duties of the left and the right motor."""
+        return self._simulation.motors()
+
+    @property
+    def frames(self) -> NDArray[np.uint32]:
+        """[robots, 2]: frames sent and received so far; no rows with the ideal medium."""
+        return self._simulation.frames()
+
+    @property
+    def states(self) -> list[str]:
+        """What the LEDs mean by the experiment's [states]; "RGB(r,g,b)" where it has no name."""
+        return [self._names.names[index] for index in self._names.of_robots(self.leds)]
+
+    @property
+    def events(self) -> list["_emulator.Event"]:
+        """All that happened to robots so far: what they printed, and what went wrong."""
+        self._events += self._simulation.events()
+        return list(self._events)
+
+    def prints(self, robot: Whole) -> str:
+        """All that a robot has printed so far."""
+        who = self._robot(robot)
+        return "".join(
+            event["text"]
+            for event in self.events
+            if event["kind"] == "print" and event["robot"] == who
+        )
+
+    @property
+    def stats(self) -> dict[str, int | float]:
+        """Counts of frames, contacts and so on."""
+        return self._simulation.stats()
+
+    @property
+    def result_hash(self) -> str:
+        """16 hex digits: equal for worlds that have come to the same."""
+        return self._simulation.result_hash()
+
+    def variable(self, robot: Whole, name: str) -> Any:
+        """The value of a global or static variable of a robot's program. For tests.
+
+        Where several have the name: "file.c:name" or "function:name". Structures come as dicts,
+        arrays as lists, pointers and enums as numbers. Those of a robot with an ATmega328P are not
+        read.
+        """
+        who, wanted = self._robot(robot), _checked(name=name).name
+        if self._experiment.group_of(who).on_board:
+            raise InputError(
+                f"World: robot {who} runs on an ATmega328P, whose variables are not read; let it "
+                "print them"
+            )
+        file = self._simulation.program(who)
+        if file not in self._symbols:
+            self._symbols[file] = GuestSymbols(Path(file))
+        return self._symbols[file].read(self._simulation.state(who), wanted)
+
+    def _robot(self, index: Whole) -> int:
+        """`index`, if there is such a robot."""
+        robot, size = _checked(robot=index).robot, self.size
+        if not 0 <= robot < size:
+            raise InputError(f"World: there is no robot {robot}; the robots are 0 to {size - 1}")
+        return robot
+
+    # A Kilogrid below the robots, if the experiment has one.
+
+    @property
+    def host(self) -> Controller:
+        """The grid's host, for orders: `pause()`, `resume()`, `change({(x, y): bytes, ...})`.
+
+        It has set modules and robots up by the time 0, sends RUN then, and polls for reports.
+        """
+        return self._grid.conductor.controller
+
+    @property
+    def reports(self) -> list[dict[str, Any]]:
+        """What robots reported through cells so far and the host has fetched, a dict per report.
+
+        `time_s` is the host's; `robot` is -1 for who is not in the experiment; `module_x`,
+        `module_y`, `cell` say where; `data` are the seven bytes.
+        """
+        return self._grid_memory().rows()
+
+    @property
+    def grid_events(self) -> list[dict[str, Any]]:
+        """What host and modules' programs had to say: `time_s`, `kind`, `text`."""
+        return list(self._grid_memory().happened)
+
+    @property
+    def cells(self) -> NDArray[np.uint8]:
+        """What cells show, lower left first: [2 * rows, 2 * columns, 2], colour and brightness.
+
+        A colour is 1 for red, 2 for green, 4 for blue, or their sum.
+        """
+        return self._grid.simulation.cells()
+
+    @property
+    def modules(self) -> list["_emulator.ModuleRecord"]:
+        """State, ticks and error counters of each module."""
+        return self._grid.simulation.modules()
+
+    def _grid_memory(self) -> GridMemory:
+        self._grid.see_events()
+        return self._heard
+
+    @property
+    def _grid(self) -> EmulatedHost:
+        if self._experiment.modules is None:
+            raise InputError(
+                "there is no grid; give World a [grid]: grid={'columns': 4, 'rows': 4}"
+            )
+        if self._host is None:
+            raise RunError(_CLOSED)
+        return self._host
+
+    # Talking, from outside the robots' own infrared.
+
+    def send(
+        self,
+        data: Iterable[Whole] = (),
+        type: Whole = 0,
+        *,
+        robot: Whole | None = None,
+        within: Sequence[Real] | NDArray[Any] | None = None,
+    ) -> None:
+        """A message to all robots, to one, or to those `within` (x_m, y_m, radius_m).
+
+        Up to nine bytes, filled up with zeros. Types from 0x80 up are system commands.
+        """
+        given = _checked(data=data, type=type, within=within)
+        to = ALL_ROBOTS if robot is None else (self._robot(robot) + 1,) * 2
+        where: Region | None = None
+        if given.within is not None:
+            x, y, radius = given.within
+            where = x, y, radius
+        self._simulation.send(message(given.data, given.type), *to, where)
+
+    def command(self, send: str, **keys: Any) -> None:
+        """What a [[command]] of an experiment does, now: `command("pause", robot=3)`."""
+        for key in ("at_s", "repeat_s"):
+            if key in keys:
+                raise InputError(f"World: a command acts now, and once; remove '{key}'")
+        if keys.get("robot") is not None:
+            keys["robot"] = self._robot(keys["robot"])
+        origin = _origin({"command": [{"at_s": 0, "send": send, **keys}]}, [])
+        command = one_command(origin, self.size)
+        profile = PROFILES[self._experiment.keys.swarm.profile]
+        self._simulation.send(message_of(command, profile), *uids(command), region(command))
+
+
+def experiment_of(keys: Mapping[str, Any], settings: list[Setting]) -> Experiment:
+    """An experiment without a file; keys as `World` takes them."""
+    tables = _plain(keys)
+    tables.setdefault("name", "world")
+    tables.setdefault("duration_s", _LONGEST_S)  # as long as somebody steps it
+    if "arena" in tables or "grid" not in tables:
+        tables["arena"] = _arena(tables.get("arena", [1.0, 1.0]))
+    swarm = tables.setdefault("swarm", {})
+    profile = tables.pop("profile", "kilobot")
+    if isinstance(swarm, dict):
+        swarm.setdefault("profile", profile)
+    kind = {key: tables.pop(key) for key in Robots.model_fields if key in tables}
+    if kind and "robots" in tables:
+        raise InputError(f"World: '{next(iter(kind))}' goes without robots=; write it in there")
+    if kind:
+        poses = kind.get("poses")
+        if kind.get("count") is None:
+            kind["count"] = len(poses) if isinstance(poses, list) else 1
+        tables["robots"] = [kind]
+    return Experiment.of(_origin(tables, settings))
+
+
+def _arena(given: Any) -> Any:
+    """An [arena] of what `World` takes for one."""
+    if isinstance(given, int | float):
+        return {"diameter_m": given}
+    if isinstance(given, list) and len(given) == 2:
+        return {"shape": "rectangle", "width_m": given[0], "height_m": given[1]}
+    if not isinstance(given, dict):
+        what = "(width, height) in metres, a diameter, or a dict with the keys of [arena]"
+        raise InputError(f"World: arena is {given!r}; it must be {what}")
+    return given
+
+
+def _origin(
+    tables: dict[str, Any], settings: list[Setting], source: str = "World"
+) -> ExperimentText:
+    return ExperimentText(source, Path.cwd(), _plain(tables), {}, settings)
+
+
+def _plain(value: Any) -> Any:
+    """As TOML would have it: lists, Python's own numbers, text."""
+    if isinstance(value, Mapping):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    if isinstance(value, Path):
+        return str(value)
+    if isinstance(value, Iterable) and not isinstance(value, str):
+        return [_plain(item) for item in value]
+    return value

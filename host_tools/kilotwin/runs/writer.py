@@ -1,0 +1,122 @@
+"""Writes a run folder while the run goes on.
+
+The folder appears whole, with its manifest, or not at all. Every batch goes to its file at once, so
+that what was written stays readable whenever the writer is killed: a stream then ends with its last
+whole batch.
+"""
+
+import json
+import os
+import shutil
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from kilotwin import __version__
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.states import Counts, States, count
+from kilotwin.runs.columns import Records
+from kilotwin.runs.folder import EVENTS, EXPERIMENT, PRINTS, write_manifest
+from kilotwin.runs.prints import Prints
+from kilotwin.units import seconds
+
+if TYPE_CHECKING:
+    from kilotwin._emulator import Event, Samples
+
+_ROW_GROUP = 1_000_000
+
+
+class RunWriter:
+    """The streams of one run."""
+
+    def __init__(self, folder: Path, experiment: Experiment, manifest: dict[str, Any]) -> None:
+        """Makes the folder in one step, then opens the streams. OSError leaves nothing behind."""
+        self.folder = folder
+        self._states = States.of(experiment.keys)
+        self._site_count = len(experiment.keys.site)
+        about = {"kilotwin": __version__, "experiment": experiment.to_toml()}
+        self._records = Records.of(experiment.keys, about)
+        _make_folder(folder, experiment, manifest)
+        self._robots = Stream(folder / "robots.arrows", self._records.robots_schema)
+        self._sites = Stream(folder / "sites.arrows", self._records.sites_schema)
+        self._events = (folder / EVENTS).open("w", buffering=1)
+        self._prints = Prints(folder / PRINTS)
+
+    def add(self, samples: "Samples") -> Counts | None:
+        """Writes samples of the engine, a batch per table; returns their counts, None for none."""
+        if not len(samples["tick"]):
+            return None
+        counts = self.count(samples)
+        self._robots.write(self._records.robots(samples))
+        self._sites.write(self._records.sites(samples, counts))
+        return counts
+
+    def count(self, samples: "Samples") -> Counts:
+        """How many robots do what, in each of the samples."""
+        return count(self._states, samples["led"], samples["site"], self._site_count)
+
+    def add_event(self, event: "Event | dict[str, Any]") -> None:
+        """Writes one event; what a robot prints goes to its own file too."""
+        time_s = round(seconds(event["tick"]), 3)
+        self._events.write(json.dumps({"time_s": time_s, **event}) + "\n")
+        if event["kind"] == "print" and "robot" in event:
+            self._prints.add(event["robot"], event["tick"], event["text"])
+
+    def close(self, *, clean: bool) -> None:
+        """Ends the streams; after a clean end the tables are written as Parquet too."""
+        for stream in (self._robots, self._sites, self._events):
+            stream.close()
+        if clean:
+            for stream_file in sorted(self.folder.glob("*.arrows")):
+                _to_parquet(stream_file, stream_file.with_suffix(".parquet"))
+
+
+def _make_folder(folder: Path, experiment: Experiment, manifest: dict[str, Any]) -> None:
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    draft = folder.parent / f".{folder.name}.{os.getpid()}"
+    draft.mkdir()
+    try:
+        write_manifest(draft, manifest)
+        (draft / EXPERIMENT).write_text(experiment.to_toml())
+        draft.replace(folder)
+    except OSError:
+        shutil.rmtree(draft)
+        raise
+
+
+class Stream:
+    """An Arrow IPC stream on an unbuffered file: a written batch is the kernel's, come what may."""
+
+    def __init__(self, file: Path, schema: pa.Schema) -> None:
+        self._file = pa.OSFile(str(file), "wb")
+        options = pa.ipc.IpcWriteOptions(compression="zstd")
+        self._writer = pa.ipc.new_stream(self._file, schema, options=options)
+
+    def write(self, batch: pa.RecordBatch) -> None:
+        """Adds rows."""
+        self._writer.write_batch(batch)
+
+    def close(self) -> None:
+        """Ends the stream."""
+        self._writer.close()
+        self._file.close()
+
+
+def _to_parquet(stream: Path, target: Path) -> None:
+    """Copies a whole stream, some million rows at a time, and shows the result when it is done."""
+    draft = target.with_name(f".{target.name}.new")
+    with (
+        pa.ipc.open_stream(stream) as reader,
+        pq.ParquetWriter(draft, reader.schema, compression="zstd") as writer,
+    ):
+        waiting: list[pa.RecordBatch] = []
+        for batch in reader:
+            waiting.append(batch)
+            if sum(part.num_rows for part in waiting) >= _ROW_GROUP:
+                writer.write_table(pa.Table.from_batches(waiting))
+                waiting = []
+        if waiting:
+            writer.write_table(pa.Table.from_batches(waiting))
+    draft.replace(target)
