@@ -1,6 +1,6 @@
 """Robots on an ATmega328P and native ones do the same in one world, as far as chance lets one tell.
 
-All start at random poses, so that, if the two kinds are the same, it is chance who is which. The
+All start at random poses, so that, if the two kinds are the same, it is chance which is which. The
 bounds come from that: a kind's mean may be no farther from the other's than in all but 0.1 % of
 random divisions of the same robots into groups of these sizes.
 """

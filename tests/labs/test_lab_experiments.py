@@ -82,7 +82,7 @@ def test_reports_arrive_and_tell_what_robots_were_told() -> None:
     # One attempt in two seconds, of which a little more than half are heard.
     assert 6 * 60 * 0.25 < len(reports) < 6 * 60 * 1.3
     for report in reports:
-        # The module whose message it had is the one that hears it, or the next one.
+        # The module whose message it had is the one that receives it, or the next one.
         column, row = report["data"][1:3]
         assert abs(column - report["module_x"]) <= 1
         assert abs(row - report["module_y"]) <= 1

@@ -23,7 +23,7 @@ GOOD = [
 ]
 # What shows only when they run.
 BAD_RUN = sorted((Path(__file__).parent / "programs_run").glob("*.c"))
-# Whose stack is not easily told from the machine code.
+# Programs with a stack that is hard to bound from the machine code.
 DEEP = sorted((Path(__file__).parent / "programs_stack").glob("*.c"))
 TRIAL_S = 8
 # An interrupt may come where the stack is deep, and need less than the deepest one.

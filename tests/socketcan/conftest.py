@@ -12,7 +12,7 @@ BUSES = ["vcan0", "vcan1", "vcan2", "vcan3"]
 
 
 def _add(bus: str) -> bool:
-    """Whether the bus could be set up, for those who may."""
+    """Whether the bus could be set up, where that is allowed."""
     ip = shutil.which("ip")
     if ip is None:
         return False

@@ -63,7 +63,7 @@ def table(folder: Path) -> Iterator["subprocess.Popen[bytes]"]:
 def frames(log: Path, bus: str, *, to_host: bool) -> list[str]:
     """One direction's frames on a bus, in order; both logs are as `candump -L` writes them."""
     lines = [line.split() for line in log.read_text().splitlines()]
-    # The lowest bit of an identifier says whom it is for (hardware.md 3.2).
+    # The lowest bit of an identifier tells modules from the host (hardware.md 3.2).
     return [
         frame
         for _, name, frame, *_ in lines

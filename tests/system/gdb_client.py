@@ -11,7 +11,7 @@ class GdbClient:
     """A connection to the port that `kilotwin run --gdb` opens."""
 
     def __init__(self, port: int, limit_s: float = 60) -> None:
-        """Waits until somebody listens there."""
+        """Waits until a server listens there."""
         end = time.monotonic() + limit_s
         while True:
             try:

@@ -108,7 +108,7 @@ def test_orbit_keeps_its_distance_on_its_way_round(seed: int) -> None:
 
 
 def hops_from_first(poses: Sequence[Pose], range_m: float) -> list[int]:
-    """By breadth-first search over who hears whom."""
+    """By breadth-first search over the robots in range of one another."""
     hops = {0: 0}
     queue = deque([0])
     while queue:

@@ -1,5 +1,5 @@
 /* Collective perception: which colour do more cells have? Each robot explores, counts the cells it
- * hears, and then tells its neighbours what it has found; those who explored less follow the majority
+ * receives, and then sends its neighbours what it has found; those that explored less follow the majority
  * of what they hear. */
 #include <kilolib.h>
 #include <stdlib.h>

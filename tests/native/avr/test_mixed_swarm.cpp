@@ -69,7 +69,7 @@ TEST_CASE("a robot out of range hears nothing, on a board or not") {
     }
 }
 
-TEST_CASE("a board reads the distance of who speaks to it") {
+TEST_CASE("a board reads the distance of the robot that sends to it") {
     const auto image = FlashImage::load(PROGRAMS "/mate.elf");
     for (double distance_m : {0.04, 0.06, 0.09}) {
         Simulation simulation(row_of_mates(1, 1, distance_m));

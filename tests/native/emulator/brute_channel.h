@@ -17,7 +17,7 @@ struct ChannelCounts {
 
 class BruteChannel {
   public:
-    /// `audible[i]`: who hears robot i. Clocks differ by a normal share of sd `clock_spread`.
+    /// `audible[i]`: which robots receive robot i. Clocks differ by a normal share of sd `clock_spread`.
     BruteChannel(std::vector<std::vector<int>> audible, double clock_spread, uint64_t seed)
         : audible_(std::move(audible)),
           robots_(audible_.size()),
@@ -80,7 +80,7 @@ class BruteChannel {
         if (robot.next_tick <= now) tick(index, now);
     }
 
-    /// A pulse of the leader of somebody it hears, in this microsecond.
+    /// A pulse of the leader of a sender in its range, in this microsecond.
     bool light_on(const Robot &robot, double now) const {
         auto at = [now](double pulse) { return pulse >= now && pulse < now + 1; };
         return std::any_of(robot.arriving.begin(), robot.arriving.end(), [&](int other) {

@@ -188,7 +188,7 @@ TEST_CASE(
                                                       << " ticks");
         CHECK(speed < 0.06);
         CHECK(worst > -0.05 * DIAMETER);
-        // Who is pushed no longer does not slide on.
+        // A robot that is pushed no longer does not slide on.
         CHECK(pose_of(samples, 1, last_row(samples)).position.x() < pushed + 0.01);
     }
 }
@@ -280,7 +280,7 @@ TEST_CASE("only robots near a moving body are in the solver") {
     scene.add("puppet", poses);
     for (uint32_t i = 10; i < 20; i++) scene.motors(0, i, FULL, FULL);
     Simulation simulation(scene.def);
-    simulation.advance(20);  // RUN sets everybody's motors once
+    simulation.advance(20);  // RUN sets all motors once
     auto begin = simulation.statistics().solver_steps;
     simulation.advance(400);
     CHECK(simulation.statistics().solver_steps == begin);
@@ -299,7 +299,7 @@ TEST_CASE("all that stand in a chain are in the solver, and leave it together 2 
         simulation.advance(ticks);
         return simulation.statistics().solver_steps - before;
     };
-    solver_steps_of(20);              // RUN sets everybody's motors once
+    solver_steps_of(20);              // RUN sets all motors once
     CHECK(solver_steps_of(16) == 0);  // 0.13 m to go, less a step and the margin: tick 38
     CHECK(solver_steps_of(54) >= 10 * 25);
     CHECK(solver_steps_of(10) <= 10 * 3);
@@ -351,7 +351,7 @@ TEST_CASE("two that meet aslant and one that slides along a wall go as in a run 
     CHECK(worst < 0.05 * DIAMETER);
 }
 
-TEST_CASE("who leaves a crowd and joins one again elsewhere goes on from there") {
+TEST_CASE("a robot that leaves a crowd and joins one again elsewhere goes on from there") {
     using Company = Near::Company;
     for (SolverKind solver : {SolverKind::DISCS, SolverKind::BOX2D}) {
         CAPTURE(static_cast<int>(solver));

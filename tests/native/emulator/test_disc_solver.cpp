@@ -135,7 +135,7 @@ TEST_CASE("two in one and the same place part") {
     CHECK(discs.gap(0, 1) > -0.002 * DIAMETER);
 }
 
-TEST_CASE("nobody is pushed faster than told, nor into a wall") {
+TEST_CASE("no robot is pushed faster than the bound, nor into a wall") {
     // Three that drive into the corner press a fourth into it.
     Discs discs({at(1.7, 1.7, {0.07, 0.07}), at(1.86, 1.86), at(1.5, 1.75, {SPEED, 0}),
                  at(1.75, 1.5, {0, SPEED})});
@@ -160,7 +160,7 @@ TEST_CASE("a firm robot is a wall to others") {
     CHECK(std::abs(discs.gap(0, 2)) < 0.002 * DIAMETER);
 }
 
-TEST_CASE("who touches nobody goes as it wants") {
+TEST_CASE("a robot without contact goes as it drives") {
     Discs discs({at(0, 0, {SPEED, 0}, 0.5), at(0, 0.3), at(0, -0.3, {0, -SPEED})});
     for (int step = 0; step < 10; step++) discs.step(2);
     const double time_s = 20 * TICK_S;

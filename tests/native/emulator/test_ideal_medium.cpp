@@ -69,7 +69,7 @@ TEST_CASE("a listener is told its distance in millimetres") {
     CHECK(found[1].distance_mm == 171);
 }
 
-TEST_CASE("a robot in between hides who is behind it") {
+TEST_CASE("a robot in between hides the one behind it") {
     CHECK(who(audience({{0, 0}, {0.3, 0}, {0.6, 0}}, 0)) == Who{1});
     CHECK(who(audience({{0, 0}, {0.3, 0}, {0.6, 0}}, 1)) == Who{0, 2});
     CHECK(who(audience({{0, 0}, {0.3, 0}, {0.6, 0}}, 2)) == Who{1});

@@ -44,7 +44,7 @@ TEST_CASE("a robot that always has something to say sends 1.91 frames a second")
     CHECK(static_cast<double>(counts.received) > 0.98 * static_cast<double>(counts.sent));
 }
 
-TEST_CASE("who is out of range hears nothing") {
+TEST_CASE("a robot out of range receives nothing") {
     auto counts = counts_after(talkers({{0, 0}, {0.1001, 0}}), 60);
     CHECK(counts.sent > 200);
     CHECK(counts.received == 0);

@@ -24,7 +24,7 @@ std::vector<int64_t> heard_at(const Simulation &simulation, const Events &events
 
 }  // namespace
 
-TEST_CASE("a message is heard by whom it reaches, with the distance, every 16 ticks") {
+TEST_CASE("a message is received by all in range, with the distance, every 16 ticks") {
     Scene scene(square_hall(6));
     scene.add("puppet",
               {{{0, 0}, 0}, {{0.4, 0}, 0}, {{0.79, 0.01}, 0}, {{0, 0.81}, 0}, {{0, -0.79}, 0}});
@@ -53,7 +53,7 @@ TEST_CASE("walls do not stop a message") {
     CHECK(texts(simulation.take_events(), 1) == Texts(2, "9: 1 0, 600 mm"));
 }
 
-TEST_CASE("a frame with a wrong CRC is heard by nobody") {
+TEST_CASE("a frame with a wrong CRC is received by no robot") {
     Scene scene(square_hall(6));
     scene.add("puppet", {{{0, 0}, 0}, {{0.4, 0}, 0}});
     scene.tell_all(0, message(SAY, {1}));
@@ -70,7 +70,7 @@ TEST_CASE("a frame with a wrong CRC is heard by nobody") {
     CHECK(simulation.statistics().medium.received == 5);
 }
 
-TEST_CASE("frames that nobody could hear are counted like all others") {
+TEST_CASE("frames that no robot could receive are counted like all others") {
     for (bool run_ahead : {true, false}) {
         Scene scene(square_hall(6));
         scene.add("puppet", {{{0, 0}, 0}});
@@ -102,7 +102,7 @@ TEST_CASE("a frame is heard after it is over, and not before the next world step
     }
 }
 
-TEST_CASE("who drives out of range, after brushing past another, is no longer heard") {
+TEST_CASE("a robot that drives out of range, after brushing past another, is no longer received") {
     // Robot 1 passes robot 2 so closely that both go through the solver, then drives on freely.
     Scene scene(square_hall(8));
     scene.add("puppet", {{{0, 0}, 0}, {{0.3, 0}, 0}, {{0.55, 0.1705}, 0}});
@@ -131,7 +131,7 @@ TEST_CASE("who drives out of range, after brushing past another, is no longer he
     }
 }
 
-TEST_CASE("who comes into range is heard at once") {
+TEST_CASE("a robot that comes into range is received at once") {
     Scene scene(square_hall(8));
     scene.add("puppet", {{{0, 0}, 0}, {{-1.6, 0}, 0}});
     scene.tell(0, 1, message(SAY, {1}));

@@ -483,7 +483,7 @@ TEST_CASE("the module's own boot loader takes pages, and is left by a command or
     CHECK(bench.module.state() == Module::State::INIT);
 }
 
-TEST_CASE("a module whose program fails stops, says why, and comes back when reset") {
+TEST_CASE("a module whose program fails stops, reports why, and comes back when reset") {
     const std::pair<uint8_t, EventKind> cases[] = {{1, EventKind::CRASH}, {3, EventKind::CRASH}};
     for (auto [what, kind] : cases) {
         ModuleBench bench("module_faulty");

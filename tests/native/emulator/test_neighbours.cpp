@@ -56,7 +56,7 @@ TEST_CASE("a robot at exactly reach and skin is on the list") {
     CHECK(list_of(neighbours, 0) == std::vector<uint32_t>{1});
 }
 
-TEST_CASE("a rebuild says whose list it changed") {
+TEST_CASE("a rebuild reports the lists that it changed") {
     Dice dice(3);
     Neighbours neighbours(0.5, 0.2);
     auto positions = anywhere(dice, 150, 6);

@@ -43,7 +43,7 @@ TEST_CASE("a further robot leaves all others where they were") {
     for (size_t i = 0; i < fewer.size(); i++) CHECK(same(fewer[i], more[i]));
 }
 
-TEST_CASE("robots are placed around those already there, who stay") {
+TEST_CASE("robots are placed around those already there, which stay") {
     std::vector<Pose> poses = {{{0, 0}, 1}, {{0.5, 0.5}, 2}};
     place_uniformly(poses, 60, square_hall(2.5), RADIUS, Chance(3));
     REQUIRE(poses.size() == 62);

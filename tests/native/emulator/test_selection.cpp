@@ -19,7 +19,7 @@ bool before(const Item &a, const Item &b) { return a.at != b.at ? a.at < b.at : 
 
 }  // namespace
 
-TEST_CASE("those are chosen for whom the condition holds, in ascending order") {
+TEST_CASE("those are chosen for which the condition holds, in ascending order") {
     std::vector<uint32_t> chosen = {7, 7, 7};
     choose(chosen, 10, [](uint32_t i) { return i % 3 == 1; });
     CHECK(chosen == std::vector<uint32_t>{1, 4, 7});

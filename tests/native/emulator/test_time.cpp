@@ -91,7 +91,7 @@ TEST_CASE("kilo_tx_period changes the period from the next tick on") {
                                              ticks(12), ticks(13), ticks(14)});
 }
 
-TEST_CASE("who returns NULL is asked again at every tick") {
+TEST_CASE("a program that returns NULL is called again at every tick") {
     auto after = sent(ticks(50), {{ticks(1), number(0x31, 1)}, {ticks(30) + 5, number(0x31, 0)}});
     CHECK(times(after) == std::vector<Cycles>{ticks(31), ticks(47)});
     CHECK(after[0].message.data[0] == 16);  // asked at ticks 16 to 31

@@ -95,7 +95,7 @@ TEST_CASE("malloc's heap is each robot's own, runs out, and freed blocks join") 
     }
 }
 
-TEST_CASE("printf tells who printed, what and when") {
+TEST_CASE("an event of printf has robot, text and time") {
     Bench bench({"roll_call", "roll_call"});
     bench.tell(ticks(5) + 100, 1, run_message());
     bench.run(ticks(10));

@@ -190,7 +190,7 @@ TEST_CASE("an approaching wall is told of within a control step, and when one ha
     }
 }
 
-TEST_CASE("who rests is told when another drives up to it") {
+TEST_CASE("a robot at rest gets a message when another drives up to it") {
     for (uint32_t step : {1u, 2u, 4u}) {
         auto scene = floor_scene(square_hall(6), step);
         scene.add("puppet", {{{0, 0}, 0}, {{1, 0}, PI}});

@@ -135,7 +135,7 @@ TEST_CASE(
     CHECK(others[0].tick == 50);
 }
 
-TEST_CASE("who comes back in time is never warned about") {
+TEST_CASE("a program that comes back in time is never warned about") {
     Bench bench(std::vector<std::string>(11, "waiting"));
     bench.tell(10, 10, run_message());
     bench.run(ticks(5000));

@@ -199,7 +199,7 @@ TEST(signals_keep_a_robot_at_rest) {
     configure(WIRE_KEY_ALPHA, 65536);
     configure(WIRE_KEY_BETA, 0xFFFFFFFF);
     cell(1, 0);
-    signal_of(7);  // before it runs a robot counts nobody
+    signal_of(7);  // before it runs a robot counts no neighbour
     fake_setup();
     for (int i = 0; i < 500; i++) {
         signal_of(7);

@@ -31,7 +31,7 @@ TEST(the_hosts_motion_commands_switch_the_motors_on_and_the_rest_is_passed_on) {
     fake_reset();
     kilo_init();
     utils_init();
-    receive(NORMAL);  // nobody wants it yet
+    receive(NORMAL);  // nothing takes it yet
     utils_message_rx = count;
     passed_on = 0;
     receive(GO_STRAIGHT);

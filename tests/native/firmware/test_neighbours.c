@@ -65,7 +65,7 @@ TEST(a_window_longer_than_the_time_out_ends_with_it) {
     assert_int_equal(neighbours_count(&table, 100 + TIMEOUT, 30000), 1);
     assert_int_equal(neighbours_count(&table, 100 + TIMEOUT + 1, 30000), 0);
 
-    // Likewise while somebody else is heard.
+    // Likewise while another robot is received.
     for (uint32_t now = 101; now < 300; now++) neighbours_heard(&table, 2, now);
     assert_int_equal(neighbours_count(&table, 300, 30000), 1);
 }
@@ -194,7 +194,7 @@ TEST(a_newcomer_is_put_where_it_is_heard_and_those_who_go_leave_no_gap) {
 static neighbours_t interrupted;
 static volatile sig_atomic_t crowd;
 
-// All who were in the table time out, and twenty others are there instead.
+// All that were in the table time out, and twenty others are there instead.
 static void change_the_crowd(int unused) {
     (void)unused;
     crowd++;

@@ -168,7 +168,7 @@ TEST(no_draw_makes_a_robot_leave_with_probability_zero_or_stay_with_one) {
 TEST(those_heard_before_the_window_do_not_count) {
     robot_t r = simplified();
     r.params.ALPHA = 65536;
-    r.params.BETA = UINT32_MAX;  // anybody at all keeps the robot
+    r.params.BETA = UINT32_MAX;  // one neighbour at all keeps the robot
     start_and_rest(&r, BLACK);
     hear(&r, 1);
     r.machine.test_at = r.now + WINDOW;
@@ -220,7 +220,7 @@ TEST(firats_robot_believes_only_so_many_empty_windows_in_a_row) {
     for (int i = 0; i < 10; i++) {
         assert_int_equal(r.machine.state, PFSM_REST);
         r.now = r.machine.test_at;
-        if (i % 3 == 0) hear(&r, 3);  // two empty windows, and somebody is heard again
+        if (i % 3 == 0) hear(&r, 3);  // two empty windows, and a robot is received again
         step(&r);
     }
     for (int i = 0; i < 3; i++) {

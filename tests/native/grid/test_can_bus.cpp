@@ -72,7 +72,8 @@ TEST_CASE("a frame on a free bus begins at once and ends after its bits") {
     CHECK(bench.bus.next() == NEVER);
 }
 
-TEST_CASE("the lowest identifier goes first, then the lowest node, and nobody interrupts a frame") {
+TEST_CASE(
+    "the lowest identifier goes first, then the lowest node, and no node interrupts a frame") {
     Bench bench(5);
     bench.bus.queue(4, 100, frame_of(0x300));
     bench.bus.queue(3, 200, frame_of(0x200));
@@ -94,7 +95,7 @@ TEST_CASE("a node sends its own frames in the order in which it queued them") {
     CHECK(bench.ids() == std::vector<uint16_t>{5, 3, 9, 1});
 }
 
-TEST_CASE("who queues while a frame ends takes part in the next arbitration") {
+TEST_CASE("a node that queues while a frame ends takes part in the next arbitration") {
     Bench bench(3);
     bench.bus.queue(0, 0, frame_of(0x100));
     bench.bus.queue(0, 0, frame_of(0x200));
@@ -107,7 +108,7 @@ TEST_CASE("who queues while a frame ends takes part in the next arbitration") {
     CHECK(bench.ids() == std::vector<uint16_t>{0x100, 0x020, 0x200, 0x021});
 }
 
-TEST_CASE("frames reach those whose filters let them through, and never their sender") {
+TEST_CASE("frames reach the nodes whose filters let them through, and never their sender") {
     CanBus bus({}, Chance(1), 0);
     bus.attach({"host", {{0x001, 0x001}}, 16});
     bus.attach({"(0, 0)", {{0x000, 0x7FF}, {0x040, 0x7FF}, {0x042, 0x7FF}}, 16});
@@ -364,7 +365,7 @@ TEST_CASE("a held bus-off lasts until the node is told to recover") {
     CHECK(bench.bus.state(0) == CanBus::State::ERROR_ACTIVE);
 }
 
-TEST_CASE("a node that nobody acknowledges tries for ever, error passive, never bus-off") {
+TEST_CASE("a node without acknowledgement tries for ever, error passive, never bus-off") {
     Bench bench(2);
     bench.bus.kill(1, 0);
     bench.bus.queue(0, 0, frame_of(0x100));
@@ -380,7 +381,7 @@ TEST_CASE("a node that nobody acknowledges tries for ever, error passive, never 
     for (; begin + attempt < CYCLES_PER_SECOND; attempts++)
         begin += attempt + GAP + (attempts + 1 >= 16 ? CAN_SUSPEND_BITS * BIT : 0);
     CHECK(bench.bus.counts().not_acknowledged == attempts);
-    // Somebody comes: the frame arrives, and one by one the errors go.
+    // A second node comes: the frame arrives, and one by one the errors go.
     bench.bus.recover(1, CYCLES_PER_SECOND);
     bench.run(2 * CYCLES_PER_SECOND);
     CHECK(bench.bus.counts().frames == 1);
@@ -472,7 +473,7 @@ TEST_CASE("a frame without an error takes one from a receiver's errors, and all 
 }
 
 TEST_CASE(
-    "a node that dies takes its frames with it and disturbs nobody for longer than an error") {
+    "a node that dies takes its frames with it and disturbs others for no longer than an error") {
     Bench bench(4);
     for (int i = 0; i < 5; i++) bench.bus.queue(0, 0, frame_of(0x100));
     bench.bus.queue(1, 0, frame_of(0x200));

@@ -73,7 +73,7 @@ TEST_CASE("a robot that always finds the channel busy has 58.7 ticks a second an
     CHECK(bench.byte("sent") == sent);
 }
 
-TEST_CASE("a robot whose program has nothing to send is asked again at each tick") {
+TEST_CASE("a program that has nothing to send is called again at each tick") {
     Bench bench("probe");
     bench.start();
     bench.run_ms(1000);

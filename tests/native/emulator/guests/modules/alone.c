@@ -1,4 +1,4 @@
-// Acts by itself: starts without a host, sends by infrared at once and by CAN to everybody, waits,
+// Acts by itself: starts without a host, sends by infrared at once and by CAN to all, waits,
 // answers frames of its own kind, keeps count in the EEPROM, prints.
 #include <stdlib.h>
 
