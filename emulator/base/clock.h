@@ -8,15 +8,19 @@
 #include <cstdint>
 #include <limits>
 
+#include "kilolib/core/infrared_frame.h"
+#include "kilolib/core/timer.h"
+
 namespace kilotwin {
 
 using Cycles = uint64_t;
 
 constexpr Cycles NEVER = std::numeric_limits<Cycles>::max();
 constexpr Cycles CYCLES_PER_SECOND = 8'000'000;
-constexpr Cycles TICK_CYCLES =
-    256 * 1024;  ///< 32.768 ms: timer 0 at clk/1024, 256 counts (hardware.md 1.6)
-constexpr Cycles FRAME_CYCLES = 34'970;  ///< 4.371 ms: one infrared frame (hardware.md 1.6)
+/// 32.768 ms, nominal (hardware.md 1.6).
+constexpr Cycles TICK_CYCLES = TICK_COUNTS * COUNT_CYCLES;
+/// One infrared frame with its last slot, 4.371 ms (hardware.md 1.6).
+constexpr Cycles FRAME_CYCLES = FRAME_BYTES * BYTE_SLOTS * SLOT_CYCLES;
 constexpr double CYCLE_S = 1.0 / static_cast<double>(CYCLES_PER_SECOND);
 constexpr double TICK_S = static_cast<double>(TICK_CYCLES) * CYCLE_S;
 

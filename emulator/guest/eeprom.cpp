@@ -18,7 +18,7 @@ uint8_t calibrated_byte(const Calibration &calibration, uint16_t address) {
     case EEPROM_TURN_RIGHT: return calibration.turn_right;
     case EEPROM_STRAIGHT_LEFT: return calibration.straight_left;
     case EEPROM_STRAIGHT_RIGHT: return calibration.straight_right;
-    case EEPROM_TX_MASK: return IR_LED;
+    case EEPROM_INFRARED_PINS: return IR_LED;
     case EEPROM_UID: return static_cast<uint8_t>(calibration.uid);
     case EEPROM_UID + 1: return static_cast<uint8_t>(calibration.uid >> 8);
     default: return ERASED;

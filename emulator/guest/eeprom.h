@@ -8,16 +8,11 @@
 
 #include "base/clock.h"
 #include "guest/infrared_gains.h"
+#include "kilolib/core/eeprom_map.h"
 
 namespace kilotwin {
 
-constexpr uint16_t EEPROM_BYTES = 1024;
-constexpr uint16_t EEPROM_TURN_LEFT = 0x05, EEPROM_TURN_RIGHT = 0x09;
-constexpr uint16_t EEPROM_STRAIGHT_LEFT = 0x0C, EEPROM_STRAIGHT_RIGHT = 0x14;
-constexpr uint16_t EEPROM_LOW_GAIN = 0x20, EEPROM_HIGH_GAIN = 0x50;  ///< 14 big-endian words each
-constexpr uint16_t EEPROM_TX_MASK = 0x90, EEPROM_UID = 0xB0;         ///< uid little-endian
-
-// A module's.
+// A module's, beside those of eeprom_map.h.
 constexpr uint16_t EEPROM_X = 0xB2, EEPROM_Y = 0xB3;
 constexpr uint16_t EEPROM_CALIB_RESTRICTED = 0xB4;  ///< 1: only modules within ...
 constexpr uint16_t EEPROM_CALIB_X_MIN = 0xB5, EEPROM_CALIB_X_MAX = 0xB6;  ///< ... these bounds ...

@@ -103,7 +103,7 @@ struct Module::HostCalls {
         for (uint8_t i = 0; i < KT_CONFIGURATION_BYTES; i++) api.configuration[i] = 0;
         *api.records = {};
         module.tx_clock_ = 0;
-        module.tick_increment_ = TICK_COMPARE;
+        module.tick_increment_ = TICK_MATCH;
         module.state_since_ = module.now_;
         module.interrupts_off_ = true;
         module.wait_until(module.now_ + INIT_CYCLES);
@@ -163,7 +163,7 @@ struct Module::HostCalls {
         const auto &module = *running_module;
         const Cycles next = std::min(module.next_tick_, module.now_ + module.tick_);
         return static_cast<uint8_t>(
-            std::min<Cycles>((module.now_ + module.tick_ - next) / COUNT_CYCLES, TICK_COMPARE));
+            std::min<Cycles>((module.now_ + module.tick_ - next) / COUNT_CYCLES, TICK_MATCH));
     }
 
     static void print(const char *text, uint32_t bytes) {
@@ -604,8 +604,8 @@ void Module::run_loop() {
 
 /// Goes on to the next tick if that comes before `quiet_until` and does nothing but count.
 inline bool Module::pass_tick(const kt_table_t &table, Cycles quiet_until) {
-    const auto tx_clock = static_cast<uint16_t>(tx_clock_ + TICK_COMPARE);
-    const bool plain = tick_increment_ == TICK_COMPARE && !interrupts_off_ && !broadcast_pending_;
+    const auto tx_clock = static_cast<uint16_t>(tx_clock_ + TICK_MATCH);
+    const bool plain = tick_increment_ == TICK_MATCH && !interrupts_off_ && !broadcast_pending_;
     if (next_tick_ >= quiet_until || tx_clock > TX_PERIOD || !plain) return false;
     now_ = std::max(now_, next_tick_);
     next_tick_ += tick_;
@@ -757,7 +757,7 @@ void Module::tick() {
     *table.ticks = last_tick_;
     loop_due_ = true;
     tx_clock_ = static_cast<uint16_t>(tx_clock_ + tick_increment_);
-    tick_increment_ = TICK_COMPARE;
+    tick_increment_ = TICK_MATCH;
     if (tx_clock_ > TX_PERIOD) take_turn();
 }
 
@@ -774,7 +774,7 @@ Cycles Module::next_turn() const {
     const int clock = answered_ == Asking::TURN ? 0 : tx_clock_;
     const int missing = TX_PERIOD - clock - tick_increment_;
     return missing < 0 ? next_tick_
-                       : next_tick_ + static_cast<Cycles>(missing / TICK_COMPARE + 1) * tick_;
+                       : next_tick_ + static_cast<Cycles>(missing / TICK_MATCH + 1) * tick_;
 }
 
 void Module::take_turn() {
@@ -819,8 +819,8 @@ void Module::settle() {
     // The failed attempt starts the timer anew with a compare value of libc's rand(): the next
     // match comes soon and counts as a tick.
     now_ += SENSE_CYCLES;
-    const int drawn = (*program_->table().random)() & TICK_COMPARE;
-    tick_increment_ = static_cast<uint16_t>(drawn == 0 ? TICK_COMPARE + 1 : drawn);
+    const int drawn = (*program_->table().random)() & TICK_MATCH;
+    tick_increment_ = static_cast<uint16_t>(drawn == 0 ? TICK_MATCH + 1 : drawn);
     next_tick_ = now_ + tick_increment_ * COUNT_CYCLES;
 }
 

@@ -54,7 +54,7 @@ struct Robot::HostCalls {
         *table.straight_left = robot.eeprom(EEPROM_STRAIGHT_LEFT);
         *table.straight_right = robot.eeprom(EEPROM_STRAIGHT_RIGHT);
         robot.tx_clock_ = 0;
-        robot.tick_increment_ = TICK_COMPARE;
+        robot.tick_increment_ = TICK_MATCH;
         robot.next_tick_ = robot.now_ + robot.tick_length_;
         robot.interrupts_off_ = false;
         robot.only_ticks_until_ = 0;
@@ -119,7 +119,7 @@ struct Robot::HostCalls {
     static uint8_t timer0() {
         Cycles since = current->now_ + current->tick_length_ -
                        std::min(current->next_tick_, current->now_ + current->tick_length_);
-        return static_cast<uint8_t>(std::min<Cycles>(since / COUNT_CYCLES, TICK_COMPARE));
+        return static_cast<uint8_t>(std::min<Cycles>(since / COUNT_CYCLES, TICK_MATCH));
     }
 
     static void print(const char *text, uint32_t bytes) {
@@ -268,7 +268,7 @@ Cycles Robot::next_ask() const {
     if (program_->table().tx_period != nullptr) return back;  // it may shorten its period any time
     const int missing = TX_PERIOD_AT_RESET - tx_clock_ - tick_increment_;
     if (missing < 0) return back;
-    const auto ticks = static_cast<Cycles>(missing / TICK_COMPARE + 1);
+    const auto ticks = static_cast<Cycles>(missing / TICK_MATCH + 1);
     return std::max(next_tick_ + ticks * tick_length_, back);
 }
 
@@ -401,13 +401,13 @@ void Robot::run_loop() {
         }
         now_ = at;
         next_tick_ += tick_length_;
-        count_tick(ticks, TICK_COMPARE);
+        count_tick(ticks, TICK_MATCH);
         if (tx_clock_ > tx_period) [[unlikely]] {
             before = now_;
             interrupt(table, [this, &table] { ask_for_message(table); });
             if (arbitrated_) until = quiet_until();
             only_ticks_until_ = only_ticks_until(until);
-            if (now_ != before || tick_increment_ != TICK_COMPARE) {
+            if (now_ != before || tick_increment_ != TICK_MATCH) {
                 loop_due_ = true;
                 return;
             }
@@ -427,7 +427,7 @@ void Robot::serve_interrupt() {
         tick_pending_ = loop_due_ = true;
     } else {
         now_ = std::max(now_, next_tick_);
-        next_tick_ = tick_increment_ == TICK_COMPARE ? next_tick_ + tick_length_ : overflow_;
+        next_tick_ = tick_increment_ == TICK_MATCH ? next_tick_ + tick_length_ : overflow_;
         tick();
     }
 }
@@ -458,7 +458,7 @@ inline void Robot::count_tick(volatile uint32_t &ticks, uint16_t counts) {
 
 void Robot::tick() {
     const auto &table = program_->table();
-    count_tick(*table.ticks, std::exchange(tick_increment_, TICK_COMPARE));
+    count_tick(*table.ticks, std::exchange(tick_increment_, TICK_MATCH));
     loop_due_ = true;
     if (state_ == State::RUNNING && tx_clock_ > tx_period(table))
         interrupt(table, [this, &table] { ask_for_message(table); });
@@ -496,8 +496,8 @@ bool Robot::ask_medium(Question question) {
 void Robot::retry_soon() {
     now_ += SENSE_CYCLES;
     Cycles overflow = next_tick_;  // the next time that the timer is at 0
-    tick_increment_ = static_cast<uint16_t>((*program_->table().random)() & TICK_COMPARE);
-    Cycles match = overflow - (TICK_COMPARE - tick_increment_) * COUNT_CYCLES;
+    tick_increment_ = static_cast<uint16_t>((*program_->table().random)() & TICK_MATCH);
+    Cycles match = overflow - (TICK_MATCH - tick_increment_) * COUNT_CYCLES;
     if (match <= now_) {
         match += tick_length_;
         overflow += tick_length_;

@@ -200,7 +200,7 @@ class alignas(64) Robot {
     Cycles quiet_until() const { return std::min(next_message_, until_); }
     /// Whether the timer counts on to an ordinary tick before `until`.
     bool plain_tick_before(Cycles until) const {
-        return next_tick_ < until && tick_increment_ == TICK_COMPARE && !interrupts_off_;
+        return next_tick_ < until && tick_increment_ == TICK_MATCH && !interrupts_off_;
     }
     Cycles only_ticks_until(Cycles until) const {
         return plain_tick_before(until) && now_ <= next_tick_ ? until : 0;

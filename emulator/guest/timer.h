@@ -8,11 +8,8 @@
 
 namespace kilotwin {
 
-/// Timer 0's compare value, and what an ordinary tick adds to the clock of transmissions.
-constexpr uint16_t TICK_COMPARE = 255;
-constexpr Cycles COUNT_CYCLES = 1024;  ///< a count of timer 0
-constexpr Cycles SENSE_CYCLES =
-    2418;  ///< an attempt that finds the channel busy: 2 slots, 235 polls
+/// From an attempt's start pulse to the end of listening, when it finds the channel busy.
+constexpr Cycles SENSE_CYCLES = LEADER_REST_SLOTS * SLOT_CYCLES + LEADER_POLLS * POLL_CYCLES;
 constexpr uint32_t RAND_HARD_CYCLES = CYCLES_PER_SECOND / 2000;
 
 }  // namespace kilotwin

@@ -6,7 +6,7 @@ namespace kilotwin {
 
 namespace {
 
-constexpr unsigned STOP_SLOT = INFRARED_SLOTS_PER_BYTE - 1, DATA_BITS = 8;
+constexpr unsigned DATA_BITS = 8;
 
 }  // namespace
 
@@ -17,8 +17,8 @@ std::vector<Cycles> pulses_of(const message_t &message) {
     unsigned slot = 0;
     for (uint8_t byte : bytes) {
         const unsigned bits = 1u | unsigned{byte} << 1 | 1u << STOP_SLOT;
-        for (unsigned i = 0; i < INFRARED_SLOTS_PER_BYTE; i++, slot++)
-            if ((bits >> i & 1) != 0) pulses.push_back(slot * INFRARED_SLOT);
+        for (unsigned i = 0; i < BYTE_SLOTS; i++, slot++)
+            if ((bits >> i & 1) != 0) pulses.push_back(slot * SLOT_CYCLES);
     }
     return pulses;
 }
@@ -40,7 +40,7 @@ PulseReader::Found PulseReader::pulse(Cycles at) {
         return begins ? Found::BEGIN : Found::NOTHING;
     }
     // As a robot does: the slot whose middle is nearest.
-    const Cycles slot = (at - byte_at_ + INFRARED_SLOT / 2) / INFRARED_SLOT;
+    const Cycles slot = (at - byte_at_ + SLOT_CYCLES / 2) / SLOT_CYCLES;
     if (slot >= 1 && slot <= DATA_BITS) {
         value_ = static_cast<uint8_t>(value_ | 1u << (slot - 1));
         return Found::NOTHING;

@@ -1,5 +1,4 @@
-/// Messages as pulses of light and back (hardware.md 1.6): 13 bytes of ten slots of 269 cycles, a start pulse, a
-/// pulse for each 1, lowest bit first, a stop pulse. The first byte, the leader, is 0.
+/// Messages as pulses of light and back; the layout is that of kilolib/core/infrared_frame.h.
 #ifndef KILOTWIN_INFRARED_INFRARED_PULSES_H
 #define KILOTWIN_INFRARED_INFRARED_PULSES_H
 
@@ -11,9 +10,6 @@
 
 namespace kilotwin {
 
-constexpr Cycles INFRARED_SLOT = 269;
-constexpr unsigned INFRARED_SLOTS_PER_BYTE = 10;
-
 /// When the pulses of a frame begin, from its first on.
 std::vector<Cycles> pulses_of(const message_t &message);
 
@@ -21,7 +17,7 @@ std::vector<Cycles> pulses_of(const message_t &message);
 class PulseReader {
   public:
     /// No pulse for so long: what was begun is over.
-    static constexpr Cycles SILENCE = 11 * INFRARED_SLOT;
+    static constexpr Cycles SILENCE = BYTE_TIMEOUT;
 
     enum class Found : uint8_t {
         NOTHING,   ///< the frame goes on

@@ -9,12 +9,12 @@ namespace kilotwin {
 
 namespace {
 
-constexpr Cycles SLOT = 269;
 // A pulse needs so long to be noticed: its own length and the interrupt's entry.
 constexpr Cycles NOTICE_CYCLES = 72;
-// The leader: start pulse, two slots of rest, 235 polls of 8 cycles, stop pulse in the tenth slot.
-constexpr Cycles SENSE_BEGIN = 2 * SLOT, SENSE_END_CYCLES = SENSE_BEGIN + 235 * 8,
-                 LEADER_STOP = 9 * SLOT;
+// Times in a frame's leader, from its start pulse on.
+constexpr Cycles SENSE_BEGIN = LEADER_REST_SLOTS * SLOT_CYCLES,
+                 SENSE_END_CYCLES = SENSE_BEGIN + LEADER_POLLS * POLL_CYCLES,
+                 LEADER_STOP = STOP_SLOT * SLOT_CYCLES;
 constexpr double RANGE_LIMIT = 3;  // of the spread
 
 }  // namespace

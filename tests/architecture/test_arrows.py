@@ -30,12 +30,13 @@ ALLOWED = {
     # A module's runtime shares frames and distances with a robot's.
     "kilogrid_modules": (
         *PUBLIC_HEADERS,
-        "firmware/kilolib/avr/infrared_frame.h",
-        "firmware/kilolib/avr/gains.h",
-        "firmware/kilolib/avr/random_noise.h",
+        "firmware/kilolib/core/",
+        "firmware/kilolib/avr/frame_sender.h",
+        "firmware/kilolib/avr/gains_read.h",
     ),
     "emulator": (
         *PUBLIC_HEADERS,
+        "firmware/kilolib/core/",
         "kilogrid_modules/runtime/include/",
         "kilogrid_modules/protocol/",
     ),

@@ -48,7 +48,7 @@ RobotBoard::RobotBoard(const FlashImage &flash, uint32_t index, const Calibratio
       clock_{power_up, calibration.tick},
       chance_(chance),
       chip_(*this, flash, eeprom_of(calibration)),
-      ir_mask_(ir_led_pins(chip_.eeprom()[EEPROM_TX_MASK])),
+      ir_mask_(ir_led_pins(chip_.eeprom()[EEPROM_INFRARED_PINS])),
       converter_(chip_, [this](uint8_t channel) { return sample(channel); }) {
     // Timer 2 only drives the motors. simavr does not know its phase-correct mode and would count in vain.
     for (uint16_t address : {TCCR2A, TCCR2B, OCR2A, OCR2B}) chip_.take_over(address);

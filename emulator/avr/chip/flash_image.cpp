@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/errors.h"
+#include "kilolib/core/eeprom_map.h"
 
 namespace kilotwin {
 

@@ -14,7 +14,6 @@ namespace kilotwin {
 class FlashImage {
   public:
     static constexpr size_t BYTES = 32 * 1024;
-    static constexpr size_t EEPROM_BYTES = 1024;
 
     /// Reads Intel HEX (records 00 to 05) or an ELF executable for AVR, by what the file begins with.
     /// Throws EngineError, with the file and the line, when it cannot be flashed: it is damaged, empty, for

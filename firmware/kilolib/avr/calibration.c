@@ -3,6 +3,7 @@
 #include <avr/eeprom.h>
 #include <stdbool.h>
 
+#include "../core/eeprom_map.h"
 #include "board.h"
 #include "kilolib.h"
 

@@ -1,18 +1,8 @@
-/// What a robot's EEPROM holds (hardware.md 1.9), and the API's variables that are read from it.
+/// Calibration: the CALIB message (hardware.md 1.4), and the API's variables that the EEPROM holds.
 #ifndef KILOLIB_AVR_CALIBRATION_H
 #define KILOLIB_AVR_CALIBRATION_H
 
 #include <stdint.h>
-
-#define EEPROM_OSCCAL 0x01
-#define EEPROM_TURN_LEFT 0x05
-#define EEPROM_TURN_RIGHT 0x09
-#define EEPROM_STRAIGHT_LEFT 0x0C
-#define EEPROM_STRAIGHT_RIGHT 0x14
-#define EEPROM_LOW_GAIN 0x20   ///< 14 big-endian words
-#define EEPROM_HIGH_GAIN 0x50  ///< 14 big-endian words
-#define EEPROM_INFRARED_PINS 0x90
-#define EEPROM_UID 0xB0  ///< little-endian
 
 /// Payload of a CALIB message.
 typedef struct {

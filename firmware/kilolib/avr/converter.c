@@ -2,6 +2,7 @@
 
 #include <stdbool.h>
 
+#include "../core/gains.h"
 #include "board.h"
 #include "infrared_receive.h"
 
@@ -10,7 +11,6 @@
 #define SLOW_CLOCK (BIT(ADPS2) | BIT(ADPS1) | BIT(ADPS0))
 // 1.1 V, made by the chip itself. The other reference comes in at AREF.
 #define INTERNAL_REFERENCE (BIT(REFS1) | BIT(REFS0))
-#define CONVERTER_MOST 1023
 #define ON_COMPARATOR_EDGE BIT(ADTS0)
 #define ON_EDGES (BIT(ADEN) | BIT(ADATE) | CLOCK)
 

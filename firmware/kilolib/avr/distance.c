@@ -1,4 +1,4 @@
-#include "gains.h"
+#include "gains_read.h"
 #include "kilolib.h"
 
 static gain_tables_t tables;

@@ -3,10 +3,10 @@
 #include <avr/interrupt.h>
 #include <stdint.h>
 
+#include "../core/infrared_frame.h"
 #include "board.h"
 #include "commands.h"
 #include "converter.h"
-#include "infrared_frame.h"
 #include "kilolib.h"
 
 #define FIRST_COMMAND 0x80

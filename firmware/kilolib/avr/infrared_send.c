@@ -2,7 +2,7 @@
 
 #include "board.h"
 #include "calibration.h"
-#include "infrared_frame.h"
+#include "frame_sender.h"
 #include "infrared_receive.h"
 
 static uint8_t pins;

@@ -1,5 +1,5 @@
 /// rand_hard()'s noise on a robot: the lowest bit of the battery voltage.
-#include "random_noise.h"
+#include "../core/random.h"
 
 #include <stdbool.h>
 #include <util/atomic.h>

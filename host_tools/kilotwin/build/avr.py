@@ -1,7 +1,7 @@
 """Builds a robot's or a module's program for the ATmega328P, linked with its runtime.
 
-A robot's is firmware/kilolib/avr; a module's is kilogrid_modules/runtime/avr, with the parts that
-robots have as well, as kilogrid_modules/Makefile says.
+A robot's is firmware/kilolib/core and avr; a module's is kilogrid_modules/runtime/avr, with the
+parts that robots have as well, as kilogrid_modules/Makefile says.
 
 As with guests, results are kept under the hash of everything that went in, and appear in one step.
 """
@@ -42,13 +42,7 @@ FLAGS = [
     "-fshort-enums",
     "-fstack-usage",
 ]
-_SHARED_WITH_MODULES = [
-    "infrared_frame.c",
-    "gains.c",
-    "gains_read.c",
-    "message_crc.c",
-    "random.c",
-]
+_SHARED_WITH_MODULES = ["frame_sender.c", "gains_read.c"]
 _LINK_FLAGS = ["-mmcu=atmega328p", "-Wl,--gc-sections", "-Wl,--relax"]
 
 
@@ -111,12 +105,13 @@ def build_image(program: Program, notify: Notify = lambda _: None) -> Image:
 
 
 def _runtime_of(program: Program) -> list[Path]:
+    core = resources.files("firmware/kilolib/core/*.c")
     kilolib = resources.path("firmware/kilolib/avr")
     if program.api != "module":
-        return sorted(kilolib.glob("*.c"))
+        return [*core, *sorted(kilolib.glob("*.c"))]
     modules = resources.path("kilogrid_modules")
     own = [*modules.glob("runtime/avr/*.c"), *modules.glob("protocol/*.c")]
-    return [*sorted(own), *(kilolib / name for name in _SHARED_WITH_MODULES)]
+    return [*sorted(own), *core, *(kilolib / name for name in _SHARED_WITH_MODULES)]
 
 
 def _failure(program: Program) -> str:

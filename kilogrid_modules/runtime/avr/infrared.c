@@ -3,8 +3,9 @@
 #include <avr/interrupt.h>
 #include <util/atomic.h>
 
-#include "../../../firmware/kilolib/avr/gains.h"
-#include "../../../firmware/kilolib/avr/infrared_frame.h"
+#include "../../../firmware/kilolib/avr/frame_sender.h"
+#include "../../../firmware/kilolib/avr/gains_read.h"
+#include "../../../firmware/kilolib/core/infrared_frame.h"
 #include "board.h"
 #include "moduleIR.h"
 

@@ -1,7 +1,7 @@
 /// rand_hard()'s noise on a module: the lowest bit of what the receiver sees in the dark.
 #include <util/atomic.h>
 
-#include "../../../firmware/kilolib/avr/random_noise.h"
+#include "../../../firmware/kilolib/core/random.h"
 #include "board.h"
 #include "infrared.h"
 #include "rand.h"

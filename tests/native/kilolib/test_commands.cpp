@@ -1,6 +1,7 @@
 /// States, their lights, and commands (hardware.md 1.3, 1.4).
 #include "bench.h"
 #include "kilolib/avr/calibration.h"
+#include "kilolib/core/eeprom_map.h"
 
 using namespace kilotwin;
 

@@ -4,9 +4,7 @@
 #include "bench.h"
 #include "guest/infrared_gains.h"
 
-extern "C" {
-#include "kilolib/avr/gains.h"
-}
+#include "kilolib/core/gains.h"
 
 using namespace kilotwin;
 

@@ -1,21 +1,7 @@
 #include "kilolib.h"
-#include "random_noise.h"
+#include "random.h"
 
 #define TRIES_PER_BIT 128
-
-static uint8_t state = 0xAA;
-static uint8_t accumulator;
-
-// An 8-bit xorshift and a counter that seeding leaves alone (hardware.md 1.7).
-uint8_t rand_soft(void) {
-    state ^= (uint8_t)(state << 3);
-    state ^= state >> 5;
-    state ^= accumulator >> 2;
-    accumulator++;
-    return state;
-}
-
-void kilolib_random_seed(uint8_t seed) { state = seed; }
 
 // Of two bits that differ the first is 0 as often as 1, however often each bit alone is 1.
 static uint8_t fair_bit(void) {

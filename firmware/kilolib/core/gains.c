@@ -1,7 +1,5 @@
 #include "gains.h"
 
-#define CONTACT_MM 33
-#define SPACING_MM 5
 #define FARTHEST_MM 255
 #define HIGH_ONLY_BELOW 700
 #define LOW_ONLY_ABOVE 900
@@ -19,14 +17,15 @@ static distance_t distance_of(const uint16_t *table, int16_t gain) {
     while (i + 1 < GAIN_ENTRIES && gain < (int16_t)table[i]) i++;
     const int16_t fall = (int16_t)(table[i - 1] - table[i]);
     const int16_t divisor = fall < 1 ? 1 : fall;
-    const int16_t above = SPACING_MM * (int16_t)((int16_t)table[i - 1] - gain);
+    const int16_t above = GAIN_SPACING_MM * (int16_t)((int16_t)table[i - 1] - gain);
     int16_t whole = above / divisor;
     int16_t part = above % divisor;
     if (part < 0) {
         part = (int16_t)(part + divisor);
         whole--;
     }
-    return (distance_t){(int16_t)(whole + SPACING_MM * (i - 1)), (uint16_t)part, (uint16_t)divisor};
+    return (distance_t){(int16_t)(whole + GAIN_SPACING_MM * (i - 1)), (uint16_t)part,
+                        (uint16_t)divisor};
 }
 
 // The whole millimetres of share / BLEND of one distance and the rest of the other.
@@ -52,5 +51,5 @@ uint8_t kilolib_gains_distance(const gain_tables_t *tables,
                    (uint8_t)(high - HIGH_ONLY_BELOW));
     }
     if (mm < 0) mm = 0;
-    return mm > FARTHEST_MM - CONTACT_MM ? FARTHEST_MM : (uint8_t)(mm + CONTACT_MM);
+    return mm > FARTHEST_MM - GAIN_CONTACT_MM ? FARTHEST_MM : (uint8_t)(mm + GAIN_CONTACT_MM);
 }

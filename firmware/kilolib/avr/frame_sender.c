@@ -1,13 +1,13 @@
-#include "infrared_frame.h"
+#include "frame_sender.h"
 
 #include <avr/io.h>
+
+#include "../core/infrared_frame.h"
 
 // Loops of three cycles, of which each wait below consists.
 #define LEADER_WAIT 176
 #define SAME_BYTE_WAIT 83
 #define NEXT_BYTE_WAIT 80
-// Looks at the comparator, of eight cycles each, from the third slot of the leader to its stop.
-#define POLLS 235
 
 // A pulse is nine cycles long. From pulse to pulse it is 269 cycles, whatever is sent: all ways
 // through the loop take the same time. The cycles of an instruction, or of a line, stand behind it.
@@ -16,8 +16,8 @@ bool kilolib_infrared_send_frame(const message_t *message, uint8_t pins) {
     const uint8_t dark = PORTB;
     const uint8_t lit = PORTB | pins;
     uint8_t wait = LEADER_WAIT;
-    uint8_t polls = POLLS;
-    uint8_t bytes = sizeof *message + 1;
+    uint8_t polls = LEADER_POLLS;
+    uint8_t bytes = FRAME_BYTES;
     // What is left of a byte in these, the next slot lowest: at first the leader's stop.
     uint8_t slots = 1;
     uint8_t low = 1, high = 0;

@@ -1,0 +1,20 @@
+/// EEPROM map of a Kilobot (hardware.md 1.9). A Kilogrid module keeps its gain tables and its uid
+/// at the same addresses.
+///
+/// An erased byte is 0xFF.
+#ifndef KILOLIB_CORE_EEPROM_MAP_H
+#define KILOLIB_CORE_EEPROM_MAP_H
+
+#define EEPROM_BYTES 1024
+
+#define EEPROM_OSCCAL 0x01  ///< of the oscillator; erased: keep the factory's
+#define EEPROM_TURN_LEFT 0x05
+#define EEPROM_TURN_RIGHT 0x09
+#define EEPROM_STRAIGHT_LEFT 0x0C
+#define EEPROM_STRAIGHT_RIGHT 0x14
+#define EEPROM_LOW_GAIN 0x20       ///< GAIN_ENTRIES big-endian words (gains.h)
+#define EEPROM_HIGH_GAIN 0x50      ///< GAIN_ENTRIES big-endian words
+#define EEPROM_INFRARED_PINS 0x90  ///< pins of port B that drive the infrared LED
+#define EEPROM_UID 0xB0            ///< little-endian word
+
+#endif
