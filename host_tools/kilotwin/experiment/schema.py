@@ -126,7 +126,7 @@ class Site(Section):
 
 
 class Swarm(Section):
-    """Who is there. `program` and `size`, or `[[robots]]` for several programs."""
+    """The robots. `program` and `size`, or `[[robots]]` for several programs."""
 
     profile: ProfileName
     """The kind of robot: body, motors, medium, and the defaults of many keys."""
@@ -137,7 +137,7 @@ class Swarm(Section):
     size: Count | None = None
     """How many robots run it."""
     floor: bool
-    """Whether the virtual floor tells robots of sites, walls and obstacles (message CELL)."""
+    """Whether the virtual floor sends robots their site, walls and obstacles (message CELL)."""
     informed: Share = 0.0
     """Share of the robots that know a site to gather on."""
     informed_for: dict[str, Share] = {}
@@ -203,7 +203,7 @@ class Controller(Section):
     neighbour_window_s: Window
     """How long neighbours are counted for one n."""
     neighbour_timeout_s: Window
-    """After how long a neighbour not heard is forgotten; as the window if left out."""
+    """After how long a neighbour not received is forgotten; as the window if left out."""
     neighbour_capacity: Annotated[int, Field(ge=1, le=100)]
     """How many neighbours are told apart."""
     empty_windows: Annotated[int, Field(ge=1, le=255)]
@@ -228,7 +228,7 @@ class Reading(Section):
     line_of_sight: bool = True
     """Whether other robots block a message; `ideal` medium only."""
     obstacle_m: Annotated[float, Field(ge=0.02, le=0.10)] = 0.05
-    """From how near the floor tells of an obstacle ahead."""
+    """From how near the floor reports an obstacle ahead."""
     count_self: bool = False
     """Whether n counts the robot itself."""
     firat_join: Literal["crossing", "first_update", "every_update"] = "crossing"
@@ -266,12 +266,12 @@ class Motion(Section):
 
 
 class Medium(Section):
-    """How robots hear each other; centre to centre. `ideal` has `kind` and `range_m` only."""
+    """How robots receive each other; centre to centre. `ideal` has `kind` and `range_m` only."""
 
     kind: Literal["ideal", "kilobot"]
-    """`ideal`: all in range hear everything. `kilobot`: the infrared of real robots."""
+    """`ideal`: all in range receive everything. `kilobot`: the infrared of real robots."""
     range_m: Length
-    """How far a robot is heard."""
+    """How far a robot is received."""
     range_spread: Spread | None = None
     """The range, from robot to robot: standard deviation, share."""
     loss: Share | None = None
@@ -285,7 +285,7 @@ class Medium(Section):
     collisions: bool | None = None
     """Whether frames that overlap at a receiver spoil each other there."""
     half_duplex: bool | None = None
-    """Whether a robot that sends is deaf."""
+    """Whether a robot that sends receives nothing."""
     held_busy: bool | None = None
     """A test: a light that never goes out, so that no robot gets to send."""
     clock_spread: Annotated[float, Field(ge=0, le=0.05)] | None = None
@@ -322,7 +322,7 @@ class Battery(Section):
 
 
 class Command(Section):
-    """A message of the overhead controller, to all robots if nothing else is said.
+    """A message of the overhead controller, to all robots unless keys name some.
 
     Without any [[command]] robots get RUN at 0. One [[command]] or more take its place.
     """
@@ -335,7 +335,7 @@ class Command(Section):
     repeat_s: Annotated[float, Field(ge=0, le=3600)] = 0.0
     """For how long it is repeated, once a tick; 0: once. `wakeup` may need 48 s: docs/limits.md."""
     robot: Annotated[int, Field(ge=0, le=65534)] | None = None
-    """Only to the robot of this index, which has the uid index + 1 unless told another."""
+    """Only to the robot of this index, which has the uid index + 1 unless CALIB gave it another."""
     uid_first: Uid | None = None
     """Only to robots from this uid on; 0 if left out."""
     uid_last: Uid | None = None
@@ -343,7 +343,7 @@ class Command(Section):
     centre_m: Point | None = None
     """Only to robots near this point, [x, y] ..."""
     within_m: Length | None = None
-    """... whose centres are not farther away than this."""
+    """... with centres not farther away than this."""
     bit: Annotated[int, Field(ge=0, le=15)] | None = None
     """readuid: which bit of its uid a robot shows; it turns left if the bit is set."""
     mode: Literal["save", "uid", "turn_left", "turn_right", "straight"] | None = None
@@ -365,7 +365,7 @@ class Command(Section):
 
 
 class GridChange(Section):
-    """What becomes of the cells in mid-run. Modules that change are told and started again."""
+    """Changes of cells in mid-run. Modules that change are configured and started again."""
 
     at_s: Annotated[float, Field(gt=0, le=1e9)]
     """When, in seconds from the begin of the run; before its end, unless `--set` put that earlier.
@@ -380,13 +380,13 @@ class GridCells(Section):
     """The infrared between cells and robots, emulated, centre to centre; see docs/limits.md."""
 
     cell_range_m: Length = 0.036
-    """From how far a robot hears a cell."""
+    """From how far a robot receives a cell."""
     robot_range_m: Length = 0.045
-    """From how far a cell hears a robot."""
+    """From how far a cell receives a robot."""
     weak_share: Share = 0.3
-    """Share of the time that a robot is hardly heard, in spells."""
+    """Share of the time in which a robot is hardly received, in spells."""
     weak_range_m: Length = 0.01
-    """From how far a cell hears it meanwhile."""
+    """From how far a cell receives it meanwhile."""
     weak_spell_s: Annotated[float, Field(ge=1, le=1e6)] = 120.0
     """How long a spell is."""
     loss: Share = 0.02
@@ -420,16 +420,16 @@ class Grid(Section):
     define: list[Text] = []
     """Macros for the compiler: "NAME" or "NAME=value"."""
     configuration: Text | None = None
-    """A `.kconf` file for the modules, in place of what [[site]] and `wall_cells` say."""
+    """A `.kconf` file for the modules, in place of what [[site]] and `wall_cells` make."""
     wall_cells: Annotated[int, Field(ge=0, le=31)] = 1
     """How wide the ring of wall cells is along the edge."""
     poll_s: Annotated[float, Field(ge=0.05, le=60)] = 0.8
-    """Between two questions to a module for reports."""
+    """Between two polls of a module."""
     poll_window: Annotated[int, Field(ge=1, le=112)] = 16
     """How many modules of a bus may owe an answer at a time."""
     poll_timeout_s: Annotated[float, Field(ge=0.02, le=10)] = 0.4
     """After how long an answer is late. With `poll_s` it is to be 1.2 s at most: that long a module
-    that was reset says nothing, but what its controller kept for it is answered late: a reset is
+    that was reset is silent, but what its controller kept for it is answered late: a reset is
     then noticed only if that takes longer than this."""
     pace_s: Annotated[float, Field(ge=0.0005, le=0.1)] = 0.001
     """Between two frames of the host on a bus that may be for the same module."""
@@ -440,7 +440,7 @@ class Grid(Section):
     rounds: Annotated[int, Field(ge=1, le=10)] = 2
     """How many times all these messages are sent."""
     health: bool = False
-    """Whether a module is asked how it is after the set-up and when it was late. Ours answer;
+    """Whether a module's health is requested after the set-up and when it was late. Ours answer;
     original ones do not, and get their configuration anew in any case."""
     kilobot_ids: Text | None = None
     """A file with a serial and an id per robot, for the `.kilodat`."""
@@ -461,7 +461,7 @@ class ModuleFault(Section):
 
 
 class HostFault(Section):
-    """The host is gone for a while: it neither sends nor hears."""
+    """The host is gone for a while: it neither sends nor receives."""
 
     from_s: Annotated[float, Field(ge=0, le=1e9)]
     """Since when, in seconds from the begin of the run; before its end."""
@@ -493,7 +493,7 @@ class Engine(Section):
     step_ticks: Literal[1, 2, 4]
     """The world's step, in ticks of 32.768 ms."""
     contact_solver: Literal["discs", "box2d"] = "discs"
-    """Who solves three and more robots that touch: Kilotwin's own, or Box2D, slower."""
+    """What solves three and more robots in contact: Kilotwin's own solver, or Box2D, slower."""
 
 
 def _grid_size_m(grid: Any) -> tuple[float, float] | None:
