@@ -19,6 +19,7 @@ void g_ran_set_seed_uint32(uint32_t seed) {
 
 double g_ran_uniform(void) { return (double)random() / (double)RANDOM_MOST; }
 
+// random() has 31 bits: the lowest one of the result is always 0.
 uint32_t g_ran_uniform_uint32(void) { return (uint32_t)random() << 1; }
 
 // The logarithm of 0 is out of reach: the two ends of the interval are left out.
@@ -26,6 +27,7 @@ static double inside(void) { return ((double)random() + 0.5) / ((double)RANDOM_M
 
 double g_ran_exponential(double lambda) { return -log(inside()) / lambda; }
 
+// Box and Muller's method gives two numbers at a time; the second is kept for the next call.
 double g_ran_gaussian(double mu, double sigma) {
     static bool has_second;
     static double second;

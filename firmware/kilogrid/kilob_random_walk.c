@@ -20,6 +20,7 @@ void kilob_random_walk_init(double forward_mu_s, double forward_sigma_s, double 
 
 void kilob_random_walk_reset(void) { phase = NEW_LEG; }
 
+// Whole seconds, rounded down, so that a phase of no time occurs: it ends with the next tick.
 static void begin(phase_t next, double mu, double sigma) {
     phase = next;
     phase_end = kilo_ticks + INT_GAUSSIAN_TICKS(mu, sigma);
@@ -32,6 +33,7 @@ void kilob_random_walk(void) {
     } else if (kilo_ticks <= phase_end) {
         return;
     } else if (phase == TURNING) {
+        // The next leg begins with the next call, as in the labs' library.
         phase = NEW_LEG;
     } else {
         begin(TURNING, rotation_mu, rotation_span);

@@ -3,6 +3,7 @@
 #include <avr/io.h>
 #include <stdbool.h>
 
+// A motor at rest starts only at full duty (hardware.md 3.8).
 #define PUSH 255
 #define PUSH_MS 20
 
@@ -54,6 +55,7 @@ void safe_set_motors(uint8_t left, uint8_t right) {
     set_motors(capped(left, MOTOR_LEFT_MAX), capped(right, MOTOR_RIGHT_MAX));
 }
 
+// Both motors are pushed, also where one is to stand afterwards, and delay() blocks loop() for it.
 static void go(direction_t wanted, uint8_t left, uint8_t right) {
     if (direction == wanted) return;
     direction = wanted;

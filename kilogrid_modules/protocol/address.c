@@ -2,6 +2,7 @@
 
 #include "kilogrid_can.h"
 
+// An identifier: y + 1, x + 1, and whether it is for the host (hardware.md 3.2).
 #define ID_BITS 11
 #define FIELD_MASK 0x1F
 #define X_SHIFT 1
@@ -48,11 +49,13 @@ bool kilogrid_address(uint16_t id, kilogrid_address_t *address) {
 
 bool kilogrid_filters(uint8_t x, uint8_t y, uint16_t ids[KILOGRID_FILTERS]) {
     if (!is_coordinate(x) || !is_coordinate(y)) return false;
+    // All, its row, its column, itself: the address types follow one another in that order.
     for (uint8_t i = 0; i < KILOGRID_FILTERS; i++)
         ids[i] = kilogrid_id((kilogrid_address_t){x, y, (uint8_t)(ADDR_BROADCAST + i)});
     return true;
 }
 
+// What is sent: eight bytes, as the original's host does, but for the short requests.
 uint8_t kilogrid_dlc_to_module(uint8_t type) {
     switch (type) {
     case KILOGRID_CAN_TO_MODULE_TYPE_TRACKING_REQ_CHOICE: return 1;
@@ -67,6 +70,7 @@ uint8_t kilogrid_dlc_to_host(uint8_t type) {
                : KILOGRID_CAN_TO_HOST_LENGTH;
 }
 
+// What a module needs to act: every byte that its handler reads.
 uint8_t kilogrid_least_dlc_to_module(uint8_t type) {
     switch (type) {
     case KILOGRID_CAN_TO_MODULE_TYPE_FORWARD_IR_MESSAGE_CHOICE:

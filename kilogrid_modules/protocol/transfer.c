@@ -12,6 +12,7 @@ typedef struct kilogrid_can_to_module_t frame_t;
 // The part of an infrared message that the first of its two frames holds.
 #define IR_FIRST_BYTES TRANSFER_CHUNK_BYTES
 
+// Counters of what was refused stop at their highest value, so that a wrap never hides a loss.
 static uint16_t one_more(uint16_t count) {
     return count < UINT16_MAX ? (uint16_t)(count + 1) : count;
 }
@@ -63,6 +64,7 @@ static transfer_event_t config_size(transfer_t *transfer, const frame_t *frame) 
     return TRANSFER_CONFIG_BEGUN;
 }
 
+// Chunks come in order or not at all: a gap would leave bytes of an earlier configuration.
 static transfer_event_t config_chunk(transfer_t *transfer, const frame_t *frame) {
     transfer_config_t *config = &transfer->config;
     if (frame->sequence >= TRANSFER_CONFIG_BYTES / TRANSFER_CHUNK_BYTES)
@@ -79,6 +81,7 @@ static transfer_event_t config_chunk(transfer_t *transfer, const frame_t *frame)
     return TRANSFER_CONFIG_DONE;
 }
 
+// Part 1 counts only right behind a part 0, whose bytes would be another message's otherwise.
 static transfer_event_t ir_part(transfer_t *transfer, const frame_t *frame) {
     transfer_ir_t *ir = &transfer->ir;
     const uint8_t first[IR_FIRST_BYTES] = {frame->ir_data0, frame->ir_data1, frame->ir_data2,
@@ -97,6 +100,7 @@ static transfer_event_t ir_part(transfer_t *transfer, const frame_t *frame) {
     return TRANSFER_IR_DONE;
 }
 
+// The number of pages comes first; then pages in any order, each in order of its chunks.
 static transfer_event_t page_count(transfer_t *transfer, transfer_page_t *program,
                                    const frame_t *frame) {
     if (frame->pages == 0 || frame->pages > TRANSFER_PAGES) return out_of_range(transfer);
@@ -134,8 +138,10 @@ static transfer_event_t page_chunk(transfer_t *transfer, transfer_page_t *progra
     return TRANSFER_PAGE_DONE;
 }
 
+// One bit a page of the module's own program.
 static uint8_t bit_of(uint8_t page) { return (uint8_t)(1u << (page & 7)); }
 
+// Whether a page of the module's own program is complete.
 static bool has_own_page(const transfer_t *transfer, uint8_t page) {
     return (transfer->own_pages[page >> 3] & bit_of(page)) != 0;
 }
@@ -158,6 +164,7 @@ uint8_t transfer_own_pages_missing(const transfer_t *transfer) {
 }
 
 transfer_event_t transfer_receive(transfer_t *transfer, const uint8_t *data, uint8_t length) {
+    // The generated code unpacks whole frames: what a short one lacks reads 0.
     uint8_t bytes[KILOGRID_CAN_TO_MODULE_LENGTH] = {0};
     frame_t frame;
     if (length > sizeof bytes) length = sizeof bytes;

@@ -11,6 +11,7 @@ enum { CODE_WALL = 1, CODE_FREE = 2, CODE_LAST = 8 };
 static const uint8_t COLOURS[CODE_LAST + 1] = {OFF,   RED,    BLUE, WHITE,  OFF,
                                                GREEN, YELLOW, CYAN, MAGENTA};
 
+// Codes as the labs' .kconf files have them (hardware.md 4.1), and ours from 5 on.
 static cell_t customary(uint8_t code) {
     if (code == 0 || code > CODE_LAST) return (cell_t){0};
     cell_t cell = {.speaks = true, .colour = COLOURS[code], .brightness = BRIGHTNESS};
@@ -19,6 +20,7 @@ static cell_t customary(uint8_t code) {
     return cell;
 }
 
+// Site, wall and colour in the bits of the code itself: for up to 14 sites without a table.
 static cell_t in_full(uint8_t code) {
     const uint8_t site = code & CELL_CODE_SITE;
     const bool wall = site == CELL_CODE_WALL;
@@ -31,6 +33,7 @@ static cell_t in_full(uint8_t code) {
     };
 }
 
+// The code is the number of an entry: site, look, brightness.
 static cell_t by_table(const volatile uint8_t *entry) {
     const uint8_t look = entry[1];
     return (cell_t){

@@ -1,12 +1,12 @@
-/// What a cell shows and says, from the module's configuration. Pure: no input or output, no state.
+/// What a cell shows and sends, from the module's configuration. Pure: no input or output, no state.
 ///
 /// The configuration, at most 48 bytes, begins with one code per cell: 0 top left, 1 top right, 2
-/// bottom left, 3 bottom right. A code from 0x80 up says all by itself:
+/// bottom left, 3 bottom right. A code from 0x80 up has all in itself:
 ///
 ///     bits 0-3  site number 1..14; 0: no site; 15: next to a wall, and no site
 ///     bits 4-6  colour: 1 red, 2 green, 4 blue
 ///
-/// at brightness 240. The others mean what the labs have them mean, or what a table says that may
+/// at brightness 240. The others mean what they mean in the labs, or what is in a table that may
 /// follow from byte 4 on, three bytes each for code 1, 2, ... up to 14:
 ///
 ///     1 wall   red       2 free   blue      3 site 1 white     4 site 2 off (black)
@@ -16,7 +16,7 @@
 ///            look        bits 0-2 colour, bit 3: next to a wall
 ///            brightness  of the LEDs, 0..255
 ///
-/// A cell of code 0, or of a code that nobody explains, is dark and says nothing.
+/// A cell of code 0, or of a code without a meaning, is dark and sends nothing.
 #ifndef SITES_CELL_H
 #define SITES_CELL_H
 
@@ -27,7 +27,7 @@
 #define CELL_TABLE_ENTRY_BYTES 3
 #define CELL_CODE_MAX 14
 
-/// Of codes that say all by themselves.
+/// Codes with all in themselves.
 #define CELL_CODE_FULL 0x80
 #define CELL_CODE_SITE 0x0F
 #define CELL_CODE_WALL 0x0F

@@ -31,12 +31,13 @@ static void show_all(void) {
         show((cell_num_t)i, cell_of(configuration, configuration_size, i));
 }
 
+// A report that the module's store takes waits there for the host's next poll.
 static void on_message(IR_message_t *message, cell_num_t cell, distance_measurement_t *distance,
                        uint8_t crc_error) {
     (void)distance;
     if (crc_error || message->type != WIRE_TYPE_TRACKING) return;
     CAN_message_t *record = next_CAN_message();
-    // Without a place for it the report is lost: the robot sends another one soon.
+    // The store is full: the report is lost, and the robot sends another one soon.
     if (record != NULL)
         serialize_tracking_message(record, cell, (tracking_user_data_t *)message->data);
 }

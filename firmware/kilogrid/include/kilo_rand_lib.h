@@ -5,7 +5,8 @@
 #include <math.h>
 #include <stdint.h>
 
-/// |N(mu, sigma)| seconds, whole ones, in ticks. For who has TICKS_PER_SEC.
+/// |N(mu, sigma)| seconds, rounded down to whole ones, in ticks. The including file has
+/// TICKS_PER_SEC.
 #define INT_GAUSSIAN_TICKS(mu_s, sigma_s) \
     ((uint32_t)(floor(fabs(g_ran_gaussian((mu_s), (sigma_s)))) * TICKS_PER_SEC))
 
@@ -21,7 +22,8 @@ uint32_t g_ran_uniform_uint32(void);
 /// Exponential with rate `lambda` > 0, mean 1 / lambda.
 double g_ran_exponential(double lambda);
 
-/// Normal. Draws two numbers at a time (Box and Muller 1958) and keeps the second for the next call.
+/// Normal. Draws two numbers at a time (Box and Muller 1958), the second of which the next call
+/// takes.
 double g_ran_gaussian(double mu, double sigma);
 
 #endif

@@ -12,12 +12,14 @@
 #define RW_ROTATION_CONST 1.5
 #define RW_ROTATION_SPAN 3.0
 
-/// A straight leg lasts |N(forward_mu, forward_sigma)| seconds, a turn |N(rotation_mu,
-/// rotation_span)|, both in whole seconds.
+/// Sets the walk's times, in seconds, and starts it anew. A straight leg lasts |N(forward_mu,
+/// forward_sigma)|, a turn |N(rotation_mu, rotation_span)|, both in whole seconds, rounded down.
+/// Without a call the defaults hold.
 void kilob_random_walk_init(double forward_mu_s, double forward_sigma_s, double rotation_mu_s,
                             double rotation_span_s);
 
-/// One step: call it from loop() as often as you like.
+/// One step: call it from loop() as often as you like. Sets motors where a leg or a turn begins,
+/// which blocks for 20 ms (utils.h); costs a comparison of ticks otherwise.
 void kilob_random_walk(void);
 
 /// Starts with a new straight leg.

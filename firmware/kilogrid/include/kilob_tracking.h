@@ -1,4 +1,5 @@
-/// Reports to the host through the cells.
+/// Reports of a robot to the host: messages of type TRACKING, which the cell below takes and the
+/// module keeps until the host polls it.
 #ifndef KILOB_TRACKING_H
 #define KILOB_TRACKING_H
 
@@ -11,7 +12,7 @@
 #include "kilolib.h"
 #include "utils.h"
 
-/// Also initialises kilob_messaging.
+/// Initialises kilob_messaging too. Call it before kilo_start(); the first report is due at once.
 void kilob_tracking_init(void);
 
 /// Queues a TRACKING message with these seven bytes, at most every two seconds. Call it from loop()

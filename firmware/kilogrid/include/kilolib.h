@@ -1,4 +1,5 @@
-/// The Kilobot API for Kilogrid programs: the same, with the grid's message types.
+/// The Kilobot API for Kilogrid programs: the same functions and variables, with the names of the
+/// grid's message types (message.h).
 #ifndef KILOGRID_KILOLIB_H
 #define KILOGRID_KILOLIB_H
 

@@ -5,6 +5,7 @@
 
 #include "../../kilolib/include/message.h"
 
+/// Names of the grid's programs for message_t and its types; the layout is the same.
 typedef message_t IR_message_t;
 typedef message_type_t IR_message_type_t;
 

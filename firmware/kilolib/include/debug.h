@@ -28,6 +28,7 @@ extern "C" {
 void debug_init(void);
 
 #ifdef NONBLOCKING
+/// As debug_init(), with the queue. Programs call it by the name debug_init().
 void debug_init_nonblocking(void);
 #define debug_init() debug_init_nonblocking()
 #endif

@@ -7,19 +7,19 @@
 /// Type of a message. Types below 0x80 reach the program's callback; the others are commands to
 /// the robot itself, and no program ever sees one. One byte on the robot (-fshort-enums).
 typedef enum {
-    NORMAL = 0x00,
-    GPS = 0x01,
-    BOOT = 0x80,  ///< enter the boot loader
-    BOOTPGM_PAGE = 0x81,
-    BOOTPGM_SIZE = 0x82,
-    RESET = 0x83,    ///< start again from main(), kilo_ticks from 0
-    SLEEP = 0x84,    ///< low power until WAKEUP
-    WAKEUP = 0x85,   ///< IDLE, also used as "pause"
-    CHARGE = 0x86,   ///< show on the LED whether the charger is at work
-    VOLTAGE = 0x87,  ///< show the battery voltage on the LED
-    RUN = 0x88,      ///< setup() if it never ran, then loop()
-    READUID = 0x89,  ///< turn left if bit data[0] of the uid is set
-    CALIB = 0x8A,    ///< try, or save, motor values and uid
+    NORMAL = 0x00,        ///< a program's own
+    GPS = 0x01,           ///< likewise: where a robot is, by an overhead controller (ohc.h)
+    BOOT = 0x80,          ///< enter the boot loader
+    BOOTPGM_PAGE = 0x81,  ///< for the boot loader (hardware.md 1.11)
+    BOOTPGM_SIZE = 0x82,  ///< likewise
+    RESET = 0x83,         ///< start again from main(), kilo_ticks from 0
+    SLEEP = 0x84,         ///< low power until WAKEUP
+    WAKEUP = 0x85,        ///< IDLE, also used as "pause"
+    CHARGE = 0x86,        ///< show on the LED whether the charger is at work
+    VOLTAGE = 0x87,       ///< show the battery voltage on the LED
+    RUN = 0x88,           ///< setup() if it never ran, then loop()
+    READUID = 0x89,       ///< turn left if bit data[0] of the uid is set
+    CALIB = 0x8A,         ///< try, or save, motor values and uid
 } message_type_t;
 
 /// 12 bytes, on air in this order, lowest byte of the crc first.

@@ -26,6 +26,7 @@
 extern "C" {
 #endif
 
+/// A message as it was received. The distance is raw: estimate_distance() makes millimetres of it.
 typedef struct {
     message_t msg;
     distance_measurement_t dist;
@@ -38,12 +39,14 @@ typedef struct {
     received_message_t slots[RXBUFFER_SIZE + 1];
 } rxbuffer_t;
 
+/// Likewise for messages to send; here the interrupt takes out.
 typedef struct {
     volatile uint8_t first;
     volatile uint8_t end;
     message_t slots[TXBUFFER_SIZE + 1];
 } txbuffer_t;
 
+/// The two queues of the program. Use the functions below; the layout is not part of the API.
 __attribute__((weak)) rxbuffer_t rxbuffer;
 __attribute__((weak)) txbuffer_t txbuffer;
 
@@ -51,10 +54,12 @@ __attribute__((weak)) txbuffer_t txbuffer;
 /// slot away.
 static inline void message_buffered_settle(void) { __asm__ volatile("" ::: "memory"); }
 
+/// The index behind `index`, in a ring of `size` + 1 slots.
 static inline uint8_t message_buffered_after(uint8_t index, uint8_t size) {
     return index == size ? 0 : (uint8_t)(index + 1);
 }
 
+/// How many slots of such a ring are in use, 0..size.
 static inline uint8_t message_buffered_count(uint8_t first, uint8_t end, uint8_t size) {
     return (uint8_t)(end >= first ? end - first : end + size + 1 - first);
 }
@@ -83,7 +88,7 @@ __attribute__((weak)) message_t *rxbuffer_peek(distance_measurement_t *dist) {
     return &rxbuffer.slots[first].msg;
 }
 
-/// Takes out the oldest message, if there is one.
+/// Takes out the oldest message, if there is one; what rxbuffer_peek() gave is not valid any more.
 __attribute__((weak)) void rxbuffer_pop(void) {
     const uint8_t first = rxbuffer.first;
     message_buffered_settle();
@@ -95,7 +100,7 @@ __attribute__((weak)) uint8_t txbuffer_size(void) {
     return message_buffered_count(txbuffer.first, txbuffer.end, TXBUFFER_SIZE);
 }
 
-/// Puts a message in the queue. When the queue is full it is lost: ask txbuffer_size() first.
+/// Puts a message in the queue. When the queue is full it is lost: check txbuffer_size() first.
 __attribute__((weak)) void txbuffer_push(message_t *msg) {
     const uint8_t end = txbuffer.end;
     const uint8_t after = message_buffered_after(end, TXBUFFER_SIZE);
