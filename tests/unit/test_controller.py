@@ -362,7 +362,7 @@ def test_frames_that_no_one_should_send_are_counted_and_nothing_else(build: Buil
         (0x083, b"\x14\x0b"),  # more reports than there is room for
         (0x083, b"\x11\1\2\3"),  # half a report
         (0x7FF, b"\x14\0"),  # a module beside the grid
-        (0x001, b"\x11\1\2\3\4\5\6\7"),  # nobody
+        (0x001, b"\x11\1\2\3\4\5\6\7"),  # no module
         (0x083, b""),
     ]
     before = rig.controller.poller.counts.bad_frames

@@ -14,7 +14,7 @@ from kilotwin.experiment.schema import Controller, Reading
 
 from .conftest import INFORMED, SMALL, Load
 
-# The hex alone knows nobody's role; the range of the messages decides.
+# The hex has no robot's role; the range of the messages decides.
 NOT_SENT_TO_ALL = {"INFORMED_SITE"}
 
 

@@ -1,4 +1,4 @@
-"""Who is informed for what."""
+"""Which robots are informed, and for which site."""
 
 import pytest
 from hypothesis import given

@@ -1,4 +1,4 @@
-"""Programs of Kilogrid labs: which flavour they are, and whose helpers they get."""
+"""Programs of Kilogrid labs: which flavour they are, and which helpers they get."""
 
 import shutil
 from pathlib import Path
@@ -125,7 +125,7 @@ def test_a_lab_program_without_helpers_gets_ours(tmp_path: Path) -> None:
     names = symbols(program)
     assert " kilob_message_send" in names
     assert " safe_set_motors" in names
-    assert "g_ran_uniform" not in names  # nobody calls it
+    assert "g_ran_uniform" not in names  # nothing calls it
 
 
 def test_a_lab_program_keeps_its_own_helpers(tmp_path: Path) -> None:

@@ -302,7 +302,7 @@ def test_progress_off_a_terminal_is_a_line_now_and_then(
 
 
 class _StopsTooLate(Silent):
-    """Presses Ctrl-C when the run is over, before anybody has read of its end."""
+    """Presses Ctrl-C when the run is over, before its end was read."""
 
     def start(self, experiment: Experiment, folder: Path) -> None:
         def is_over() -> bool:

@@ -165,7 +165,7 @@ def test_a_clients_frame_comes_back_to_the_others_and_not_to_itself(bridge: Brid
         sender.send(message)
         assert until(bridge.take) == [(0, 0x43, bytes(8))]
         bridge.publish(frames(1, from_host=True))
-        # From the host as well, but nobody outside sent it: all hear it.
+        # From the host as well, but no client sent it: all receive it.
         bridge.publish(frames(1, from_host=True, first=5))
         assert [number_of(m) for m in received(other, 2)] == [0, 5]
         assert [number_of(m) for m in received(sender, 1)] == [5]
