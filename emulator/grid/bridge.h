@@ -1,16 +1,17 @@
-/// Where programs outside reach the emulated buses: a socketcand server on 127.0.0.1, or real
-/// SocketCAN interfaces.
+/// The bridge from the emulated CAN buses to programs outside: a socketcand server on 127.0.0.1, or
+/// real SocketCAN interfaces.
 ///
-/// The bridge lives in a thread of its own. The simulation and it exchange frames through bounded
-/// queues, and neither ever waits for the other: publish() hands over what ended on the buses,
-/// take() brings what programs outside want to send.
+/// The bridge runs in a thread of its own. It and the simulation exchange frames through bounded
+/// queues, and neither ever waits for the other: publish() hands over frames that ended on the
+/// buses, take() returns those that programs outside send.
 ///
 /// - A client that reads too slowly is dropped when it is `client_bytes` behind: the others lose
-///   nothing, the memory does not grow. A client that is gone is forgotten.
+/// nothing, the memory does not grow.
 /// - A client that sends faster than the simulation takes is not read any further until it does.
-/// - What a client sends comes back to the others when the simulation publishes it as from the
-///   host, not to itself: so SocketCAN does.
-/// - Lost frames and mistakes are counted, and what happened to clients is told in notes().
+/// - A frame that a client sends reaches the other clients once it has ended on its bus, and the
+/// sender never: as with SocketCAN.
+/// - Lost frames and malformed commands are counted; connections refused and dropped are in
+///   notes().
 #ifndef KILOTWIN_GRID_BRIDGE_H
 #define KILOTWIN_GRID_BRIDGE_H
 
@@ -24,7 +25,8 @@
 
 namespace kilotwin {
 
-/// No port, no such interface, no SocketCAN in this kernel: says what and why.
+/// No port, no such interface, no SocketCAN in this kernel: its text names the thing and the
+/// reason.
 struct BridgeError : std::runtime_error {
     using runtime_error::runtime_error;
 };

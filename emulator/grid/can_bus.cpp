@@ -7,113 +7,18 @@ namespace kilotwin {
 
 namespace {
 
+// ISO 11898-1, fault confinement: limits of the error counters, and the 128 sequences of 11
+// recessive bits after which a bus-off node takes part again.
 constexpr uint32_t ERROR_PASSIVE_FROM = 128, BUS_OFF_FROM = 256, ERROR_COUNTER_MAX = 255;
+constexpr uint32_t TRANSMIT_ERROR_STEP = 8;
 constexpr uint32_t RECOVERY_SEQUENCES = 128;
 constexpr Cycles SEQUENCE = 11 * CAN_BIT_CYCLES;
-// Behind the checksum: its delimiter, acknowledge slot and delimiter, end of frame.
-constexpr uint32_t TRAILER_BITS = 1 + 1 + 1 + 7;
+// The acknowledge delimiter and the end of frame.
 constexpr Cycles BITS_BEHIND_ACKNOWLEDGE = 1 + 7;
 constexpr Cycles ERROR_FLAG_BITS = 6, ERROR_DELIMITER_BITS = 8;
-constexpr uint32_t CRC_BITS = 15;
-constexpr uint16_t CRC_POLYNOMIAL = 0x4599;
 
-/// Checksums of all bytes, so that a frame needs no loop over its bits.
-struct CrcTable {
-    uint16_t of[256] = {};
-    constexpr CrcTable() {
-        for (uint32_t byte = 0; byte < 256; byte++) {
-            uint32_t crc = byte << (CRC_BITS - 8);
-            for (int bit = 0; bit < 8; bit++)
-                crc = (crc & 0x4000) != 0 ? crc << 1 ^ CRC_POLYNOMIAL : crc << 1;
-            of[byte] = crc & 0x7FFF;
-        }
-    }
-};
-constexpr CrcTable CRC;
-
-/// The sender's bit stuffing as a machine that takes a byte a step. Its state is the last bit on
-/// the wire and how many equal ones, itself included, came in a row: 1 to 5 of zeros are states 0
-/// to 4, of ones 5 to 9.
-struct StuffTable {
-    static constexpr uint32_t STATES = 10, RUN_MAX = 5;
-    uint8_t next[STATES][256] = {};
-    uint8_t stuffed[STATES][256] = {};
-
-    static constexpr uint32_t state_of(uint32_t bit, uint32_t run) {
-        return bit * RUN_MAX + run - 1;
-    }
-
-    /// The state after `bit`; one more in `count` if a stuff bit went ahead of it.
-    static constexpr uint32_t after(uint32_t state, uint32_t bit, uint32_t &count) {
-        uint32_t last = state / RUN_MAX, run = state % RUN_MAX + 1;
-        if (run == RUN_MAX) {
-            count++;
-            last = 1 - last;
-            run = 1;
-        }
-        return bit == last ? state_of(bit, run + 1) : state_of(bit, 1);
-    }
-
-    constexpr StuffTable() {
-        for (uint32_t state = 0; state < STATES; state++)
-            for (uint32_t byte = 0; byte < 256; byte++) {
-                uint32_t now = state, count = 0;
-                for (int bit = 7; bit >= 0; bit--) now = after(now, byte >> bit & 1, count);
-                next[state][byte] = static_cast<uint8_t>(now);
-                stuffed[state][byte] = static_cast<uint8_t>(count);
-            }
-    }
-};
-constexpr StuffTable STUFF;
-
-/// Start of frame (0), identifier, remote bit, two reserved bits, data length: 19 bits.
-uint32_t header_of(const CanFrame &frame) {
-    return static_cast<uint32_t>(frame.id) << 7 | static_cast<uint32_t>(frame.rtr) << 6 | frame.dlc;
-}
-
-size_t data_bytes(const CanFrame &frame) { return frame.rtr ? 0 : frame.dlc; }
-
-uint16_t crc_step(uint16_t crc, uint8_t byte) {
-    return static_cast<uint16_t>((crc << 8 & 0x7FFF) ^
-                                 CRC.of[(crc >> (CRC_BITS - 8) ^ byte) & 0xFF]);
-}
-
-}  // namespace
-
-uint16_t can_crc15(const CanFrame &frame) {
-    // Zeros ahead of it, up to whole bytes, do not change a checksum that begins with 0.
-    uint32_t header = header_of(frame);
-    uint16_t crc = crc_step(0, static_cast<uint8_t>(header >> 16));
-    crc = crc_step(crc, static_cast<uint8_t>(header >> 8));
-    crc = crc_step(crc, static_cast<uint8_t>(header));
-    for (size_t i = 0; i < data_bytes(frame); i++) crc = crc_step(crc, frame.data[i]);
-    return crc;
-}
-
-uint32_t can_frame_bits(const CanFrame &frame) {
-    uint32_t header = header_of(frame), stuffed = 0, state = STUFF.state_of(0, 1);
-    auto take_bit = [&](uint32_t bit) { state = STUFF.after(state, bit, stuffed); };
-    auto take = [&](uint32_t byte) {
-        stuffed += STUFF.stuffed[state][byte];
-        state = STUFF.next[state][byte];
-    };
-    // The start of frame is the first state; 18 bits of header remain.
-    take_bit(header >> 17 & 1);
-    take_bit(header >> 16 & 1);
-    take(header >> 8 & 0xFF);
-    take(header & 0xFF);
-    for (size_t i = 0; i < data_bytes(frame); i++) take(frame.data[i]);
-    uint16_t crc = can_crc15(frame);
-    take(crc >> 7);
-    for (int bit = 6; bit >= 0; bit--) take_bit(crc >> bit & 1);
-    // A run of five that ends the checksum is followed by a stuff bit too.
-    if (state % StuffTable::RUN_MAX == StuffTable::RUN_MAX - 1) stuffed++;
-    return 19 + 8 * static_cast<uint32_t>(data_bytes(frame)) + CRC_BITS + stuffed + TRAILER_BITS;
-}
-
-namespace {
-
-// As std::push_heap wants them: what comes last.
+// Orders of the two heaps. std::push_heap keeps the greatest in front, so these say which of two
+// heads is served later.
 bool later_ready(const auto &a, const auto &b) {
     return a.id != b.id ? a.id > b.id : a.node > b.node;
 }
@@ -128,8 +33,8 @@ CanBus::CanBus(const Settings &settings, const Chance &chance, uint32_t bus)
     : error_share_(settings.error_share),
       chance_(chance),
       bus_(bus),
-      takers_(CanFrame::ID_MAX + 1),
-      takers_known_(CanFrame::ID_MAX + 1) {}
+      accepting_(CanFrame::ID_MAX + 1),
+      accepting_known_(CanFrame::ID_MAX + 1) {}
 
 uint32_t CanBus::attach(const Node &node) {
     NodeState state;
@@ -138,7 +43,7 @@ uint32_t CanBus::attach(const Node &node) {
     state.filters = node.filters;
     nodes_.push_back(std::move(state));
     live_++;
-    takers_known_.assign(takers_known_.size(), false);
+    accepting_known_.assign(accepting_known_.size(), false);
     return static_cast<uint32_t>(nodes_.size() - 1);
 }
 
@@ -163,6 +68,7 @@ bool CanBus::queue(uint32_t index, Cycles at, const CanFrame &frame) {
         std::rotate(node.ring.begin(), node.ring.begin() + static_cast<ptrdiff_t>(node.first),
                     node.ring.end());
         node.first = 0;
+        // Most queues stay short; a grid has hundreds.
         node.ring.resize(std::min(node.most, std::max<size_t>(4, 2 * node.ring.size())));
     }
     node.ring[(node.first + node.size++) % node.ring.size()] = {
@@ -183,7 +89,7 @@ void CanBus::add_head(uint32_t node, Cycles not_before) {
     }
 }
 
-/// Forgets a node's head in both heaps, without order: only for faults.
+/// Takes a node's head out of whichever heap holds it. Rebuilds both heaps: only for faults.
 void CanBus::remove_head(uint32_t node) {
     auto is_its = [node](const Head &entry) { return entry.node == node; };
     std::erase_if(ready_, is_its);
@@ -199,9 +105,10 @@ void CanBus::drop_queue(uint32_t index, uint64_t &lost) {
     remove_head(index);
 }
 
-// One attempt after the other
+// Attempts to send, one after the other
 
 Cycles CanBus::next() const {
+    // A lone node is never acknowledged: it tries for ever.
     if (live_ < 2) return NEVER;
     if (on_wire_) return end_;
     if (ready_.empty() && waiting_.empty()) return NEVER;
@@ -218,7 +125,8 @@ const CanBus::Delivery *CanBus::step(Cycles until) {
     }
 }
 
-/// Lets the winner of the arbitration begin, if that is before `until`.
+/// Arbitration: the lowest identifier among the frames that may begin when the bus falls idle
+/// begins, if that is before `until`.
 bool CanBus::begin_attempt(Cycles until) {
     if (ready_.empty()) {
         Cycles begin = waiting_.empty() ? NEVER : waiting_.front().at;
@@ -245,7 +153,7 @@ bool CanBus::begin_attempt(Cycles until) {
     return true;
 }
 
-/// How the attempt that has just begun will end, and when.
+/// Draws how the attempt that has just begun will end, and when.
 void CanBus::settle_outcome() {
     const Cycles bits = head(sender_).bits;
     outcome_ = Outcome::ARRIVES;
@@ -261,6 +169,7 @@ void CanBus::settle_outcome() {
         }
     }
     if (live_ > 1) return;
+    // The sender's error flag follows the recessive acknowledge slot at once.
     outcome_ = Outcome::NOT_ACKNOWLEDGED;
     end_ += (ERROR_FLAG_BITS + ERROR_DELIMITER_BITS) * CAN_BIT_CYCLES -
             BITS_BEHIND_ACKNOWLEDGE * CAN_BIT_CYCLES;
@@ -288,17 +197,19 @@ void CanBus::end_failed() {
     counts_.error_frames++;
     if (outcome_ == Outcome::NOT_ACKNOWLEDGED) {
         counts_.not_acknowledged++;
-        // An error passive node's flag meets no dominant bit, so it counts no further: a lone node
-        // does not go bus-off.
-        if (nodes_[sender_].state == State::ERROR_ACTIVE) count_transmit_error(sender_, 8);
+        // The exception for error passive nodes whose passive flag meets no dominant bit: a lone
+        // node stops counting here and never goes bus-off.
+        if (nodes_[sender_].state == State::ERROR_ACTIVE)
+            count_transmit_error(sender_, TRANSMIT_ERROR_STEP);
     } else {
         count_receive_errors(sender_);
-        if (outcome_ == Outcome::DISTURBED) count_transmit_error(sender_, 8);
+        if (outcome_ == Outcome::DISTURBED) count_transmit_error(sender_, TRANSMIT_ERROR_STEP);
     }
     free_bus(end_, end_ - ERROR_DELIMITER_BITS * CAN_BIT_CYCLES);
 }
 
-/// The attempt is over: intermission, and who may begin after it.
+/// Ends an attempt: intermission, and the heads that may begin behind it. `recessive_from`: where
+/// the last run of recessive bits, which bus-off nodes count, began.
 void CanBus::free_bus(Cycles end, Cycles recessive_from) {
     free_at_ = end + CAN_INTERMISSION_BITS * CAN_BIT_CYCLES;
     counts_.busy += free_at_ - begin_;
@@ -310,36 +221,39 @@ void CanBus::free_bus(Cycles end, Cycles recessive_from) {
         waiting_.pop_back();
     }
     if (!lives(sender_) || nodes_[sender_].size == 0) return;
+    // Suspend transmission: an error passive sender lets all others go first.
     bool suspended = nodes_[sender_].state == State::ERROR_PASSIVE;
     add_head(sender_, suspended ? free_at_ + CAN_SUSPEND_BITS * CAN_BIT_CYCLES : 0);
 }
 
-// Who receives
+// Acceptance filters
 
-const std::vector<uint32_t> &CanBus::takers(uint16_t id) {
-    auto &list = takers_[id];
-    if (takers_known_[id]) return list;
+const std::vector<uint32_t> &CanBus::accepting(uint16_t id) {
+    auto &list = accepting_[id];
+    if (accepting_known_[id]) return list;
     list.clear();
     for (uint32_t index = 0; index < nodes_.size(); index++) {
         const auto &filters = nodes_[index].filters;
-        bool takes = filters.empty() || std::any_of(filters.begin(), filters.end(), [id](auto &f) {
-                         return (id & f.second) == (f.first & f.second);
-                     });
-        if (takes) list.push_back(index);
+        bool accepts =
+            filters.empty() || std::any_of(filters.begin(), filters.end(), [id](auto &f) {
+                return (id & f.second) == (f.first & f.second);
+            });
+        if (accepts) list.push_back(index);
     }
-    takers_known_[id] = true;
+    accepting_known_[id] = true;
     return list;
 }
 
 const std::vector<uint32_t> *CanBus::receivers(const CanFrame &frame) {
-    const auto &all = takers(frame.id);
+    const auto &all = accepting(frame.id);
     bool sender_too = std::binary_search(all.begin(), all.end(), sender_);
+    // The usual case shares one list with all frames of the identifier.
     if (!sender_too && live_ == nodes_.size() && youngest_ <= begin_) return &all;
-    some_takers_.clear();
+    some_accepting_.clear();
     for (uint32_t node : all)
         if (node != sender_ && lives(node) && nodes_[node].since <= begin_)
-            some_takers_.push_back(node);
-    return &some_takers_;
+            some_accepting_.push_back(node);
+    return &some_accepting_;
 }
 
 // Error counters
@@ -362,9 +276,9 @@ void CanBus::count_receive_errors(uint32_t sender) {
     }
 }
 
-/// All but the sender have received one more frame without an error.
+/// Every node but the sender has received one more frame without an error.
 void CanBus::count_receptions(uint32_t sender) {
-    // As controllers do that were error passive: far enough below the limit to be active again.
+    // ISO 11898-1: a value between 119 and 127, so that the node is error active again.
     constexpr uint32_t AFTER_PASSIVE = 119;
     std::erase_if(erring_, [&](uint32_t index) {
         NodeState &node = nodes_[index];
@@ -386,7 +300,8 @@ void CanBus::update_state(uint32_t index) {
 
 // Faults and recovery
 
-/// A live node is one no longer; what it wanted to send is lost.
+/// Takes a live node off the bus, into `state`; its queued frames are added to `lost`. An attempt
+/// on the wire ends otherwise if the node is its sender, or the last one to acknowledge it.
 void CanBus::leave(uint32_t index, State state, Cycles at, uint64_t &lost) {
     nodes_[index].state = state;
     nodes_[index].receive_errors = 0;
@@ -449,7 +364,8 @@ void CanBus::revive(uint32_t node, Cycles at) {
     live_++;
 }
 
-/// The bus is recessive until `until`; each 11 bits of it bring bus-off nodes nearer to the end.
+/// Counts the recessive bits up to `until` for bus-off nodes, in whole sequences of 11.
+/// `gap_ends`: a frame begins at `until`, so that a sequence it interrupts is lost.
 void CanBus::recover_until(Cycles until, bool gap_ends) {
     std::erase_if(recoveries_, [&](Recovery &recovery) {
         Cycles sequences = until > recovery.from ? (until - recovery.from) / SEQUENCE : 0;

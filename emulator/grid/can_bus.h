@@ -1,4 +1,4 @@
-/// One CAN bus of 250 kbit/s: who may send when, how long it takes, what goes wrong (ISO 11898-1).
+/// One CAN bus of 250 kbit/s: arbitration, timing and faults of its frames (ISO 11898-1).
 ///
 /// Modelled: arbitration by identifier, the exact length of each frame with its stuff bits, the
 /// acknowledgement, error frames, both error counters with error active, error passive and bus-off,
@@ -10,8 +10,9 @@
 /// their data differ, and then destroy each other's frames; here the lower node index goes first.
 /// The Kilogrid's identifiers to the host hold the sender's address, so it does not happen there.
 ///
-/// An idle bus costs nothing. A frame costs O(log n) for n nodes, and n after an error, which every
-/// node counts.
+/// Times are cycles of 125 ns since power-up of the grid, and never go back: whoever owns the bus
+/// calls run(), then queue() and the faults for moments from there on. An idle bus costs nothing. A
+/// frame costs O(log n) for n nodes, and O(n) after an error, which every node counts.
 #ifndef KILOTWIN_GRID_CAN_BUS_H
 #define KILOTWIN_GRID_CAN_BUS_H
 
@@ -22,22 +23,16 @@
 #include "base/can_frame.h"
 #include "base/chance.h"
 #include "base/clock.h"
+#include "grid/can_coding.h"
 
 namespace kilotwin {
 
 constexpr Cycles CAN_BIT_CYCLES = 32;  ///< 4 us
-/// A frame that was hit by an error: error flag, the other nodes' flags behind it, delimiter.
+/// An error frame: error flag, the other nodes' flags behind it, delimiter.
 constexpr Cycles CAN_ERROR_FRAME_BITS = 6 + 6 + 8;
 constexpr Cycles CAN_INTERMISSION_BITS = 3;
-/// How long a node that is error passive waits longer than others after it has sent.
+/// Suspend transmission: an error passive node that has sent waits so much longer than others.
 constexpr Cycles CAN_SUSPEND_BITS = 8;
-
-/// Bits of `frame` on the wire, stuff bits included, from the start of frame to the last bit of the
-/// end of frame: 44 + 8 dlc and 0 to (33 + 8 dlc) / 4 stuff bits. Without the intermission.
-uint32_t can_frame_bits(const CanFrame &frame);
-
-/// Checksum of a frame's header and data, 15 bits.
-uint16_t can_crc15(const CanFrame &frame);
 
 class CanBus {
   public:
@@ -47,29 +42,29 @@ class CanBus {
 
     struct Node {
         std::string name;
-        /// What it takes: a frame whose (frame id & mask) == (id & mask); empty: every frame. Each
-        /// node acknowledges every frame, whatever it takes.
+        /// Acceptance filters: a frame passes whose (frame id & mask) == (id & mask); empty: every
+        /// frame. Each node acknowledges every frame, accepted or not.
         std::vector<std::pair<uint16_t, uint16_t>> filters;  ///< id, mask
-        size_t tx_queue = 16;  ///< frames that may wait, the one on its way included
+        size_t tx_queue = 16;  ///< places for frames to send, the one on the wire included
     };
 
     enum class State : uint8_t { ERROR_ACTIVE, ERROR_PASSIVE, BUS_OFF, DEAD };
 
-    /// A frame at its end. Its sender was told at the same moment that it went out.
+    /// A frame that has reached its end: sent and received at the same moment.
     struct Delivery {
         Cycles begin, at;  ///< start of frame; end of its last bit
         uint32_t sender;
         CanFrame frame;
-        /// Who takes it, ascending; valid until the bus goes on.
+        /// Nodes that accept it, ascending, without the sender; valid until the next call.
         const std::vector<uint32_t> *receivers;
     };
 
-    /// What happened on the bus so far.
+    /// Since the bus was made. Nothing is reset, nothing saturates.
     struct Counts {
         uint64_t frames = 0;            ///< that reached their end
         Cycles busy = 0;                ///< with frames, error frames and intermissions
-        uint64_t error_frames = 0;      ///< attempts destroyed, by whatever reason ...
-        uint64_t not_acknowledged = 0;  ///< ... of these: since no other node lives
+        uint64_t error_frames = 0;      ///< attempts destroyed, for any reason ...
+        uint64_t not_acknowledged = 0;  ///< ... of these: no other node was alive
         uint64_t went_bus_off = 0;      ///< nodes that did, by errors or by bus_off()
         /// Frames that never reached their end.
         uint64_t lost_queue_full = 0;  ///< refused by queue()
@@ -77,34 +72,35 @@ class CanBus {
         uint64_t lost_dead = 0;        ///< refused, or waiting when their node died
     };
 
-    /// `bus` is the bus's index in the grid: whose luck it is.
+    /// `bus` is the bus's index in the grid, which keys its random draws. `chance` is copied.
     CanBus(const Settings &settings, const Chance &chance, uint32_t bus);
 
-    /// Adds a node, error active; its index. Only while nothing has been sent.
+    /// Adds a node, error active, and returns its index. Only while nothing has been sent.
     uint32_t attach(const Node &node);
 
-    /// `node` wants to send `frame` from `at` on, which is not before the end of the last run().
-    /// False, and counted as lost, if its queue is full, it is bus-off or dead.
+    /// Queues `frame` at `node`, to be sent from `at` on; `at` is not before the end of the last
+    /// run(). False, and counted as lost, if the queue is full or the node bus-off or dead.
     bool queue(uint32_t node, Cycles at, const CanFrame &frame);
 
     /// The earliest moment at which a frame can reach its end, with what is queued now; NEVER if
-    /// none waits or nobody lives to acknowledge it.
+    /// none waits or no second node lives to acknowledge it. O(1).
     Cycles next() const;
 
-    /// Lives through everything strictly before `until`; calls `on_delivery(const Delivery &)` for
-    /// every frame that ends, in order of time. It may queue frames from the delivery's time on.
+    /// Runs up to `until`, exclusive, and calls `on_delivery(const Delivery &)` for every frame
+    /// that ends, in order of time. The callback may queue frames from the delivery's time on.
     template <typename OnDelivery> void run(Cycles until, OnDelivery &&on_delivery) {
         while (const Delivery *delivery = step(until)) on_delivery(*delivery);
     }
 
     // Faults. The bus has been run up to `at`.
 
-    /// Its power goes: what it was sending breaks off, what it wanted to send is lost.
+    /// Cuts the node's power: its frame on the wire breaks off, its queue is lost.
     void kill(uint32_t node, Cycles at);
-    /// Takes it bus-off, as 32 errors in a row do. Unless `held`, it recovers as controllers do by
-    /// themselves; if held, when recover() says so.
+    /// Takes the node bus-off, as 32 transmit errors in a row do; its queue is lost. It recovers by
+    /// itself, after 128 sequences of 11 recessive bits; if `held`, it does so only once recover()
+    /// was called. No effect on a dead node.
     void bus_off(uint32_t node, Cycles at, bool held = false);
-    /// A dead node is powered again, with error counters of 0. A held one begins its recovery.
+    /// Powers a dead node again, error active with counters of 0; a held one begins its recovery.
     void recover(uint32_t node, Cycles at);
 
     size_t nodes() const { return nodes_.size(); }
@@ -112,10 +108,10 @@ class CanBus {
     State state(uint32_t node) const { return nodes_[node].state; }
     uint32_t transmit_errors(uint32_t node) const { return nodes_[node].transmit_errors; }
     uint32_t receive_errors(uint32_t node) const { return nodes_[node].receive_errors; }
-    /// Frames that wait at `node`, the one on its way included.
+    /// Frames queued at `node`, the one on the wire included.
     size_t queued(uint32_t node) const { return nodes_[node].size; }
     const Counts &counts() const { return counts_; }
-    /// Share of the time from 0 to `now` in which the bus was not free.
+    /// Share of the time from 0 to `now` in which the bus was not idle, 0 to 1.
     double load(Cycles now) const;
 
   private:
@@ -127,16 +123,16 @@ class CanBus {
     struct NodeState {
         std::string name;
         State state = State::ERROR_ACTIVE;
-        bool held = false;  ///< bus-off until told to recover
+        bool held = false;  ///< bus-off until recover() is called
         uint32_t transmit_errors = 0, receive_errors = 0;
-        Cycles since = 0;  ///< what began earlier it does not receive
-        /// A ring; grows up to `most`.
+        Cycles since = 0;  ///< on the bus since then: frames that began earlier pass it by
+        /// Frames to send, a ring from `first` on; grows up to `most`.
         std::vector<Queued> ring;
         size_t first = 0, size = 0, most;
         std::vector<std::pair<uint16_t, uint16_t>> filters;
     };
-    /// The first frame of a node's queue. Kept in two heaps: `ready_` can begin when the bus is
-    /// free, `waiting_` later.
+    /// The first frame of a node's queue, as it takes part in the arbitration. In one of two heaps:
+    /// in `ready_` if it may begin when the bus falls idle, in `waiting_` if later.
     struct Head {
         Cycles at;
         uint16_t id;
@@ -146,7 +142,7 @@ class CanBus {
     /// A bus-off node on its way back.
     struct Recovery {
         uint32_t node;
-        Cycles from;         ///< since when the bus is recessive, for it
+        Cycles from;         ///< begin of the recessive bits not yet counted
         uint32_t remaining;  ///< of RECOVERY_SEQUENCES
     };
 
@@ -168,7 +164,7 @@ class CanBus {
     void count_receptions(uint32_t sender);
     void update_state(uint32_t node);
     bool lives(uint32_t node) const { return nodes_[node].state <= State::ERROR_PASSIVE; }
-    const std::vector<uint32_t> &takers(uint16_t id);
+    const std::vector<uint32_t> &accepting(uint16_t id);
     const std::vector<uint32_t> *receivers(const CanFrame &frame);
     Queued &head(uint32_t node) { return nodes_[node].ring[nodes_[node].first]; }
     const Queued &head(uint32_t node) const { return nodes_[node].ring[nodes_[node].first]; }
@@ -193,9 +189,10 @@ class CanBus {
 
     std::vector<uint32_t> erring_;  ///< nodes whose receive error counter is not 0
     std::vector<Recovery> recoveries_;
-    std::vector<std::vector<uint32_t>> takers_;  ///< by identifier, made when first asked
-    std::vector<bool> takers_known_;
-    std::vector<uint32_t> some_takers_;  ///< of one delivery, if not all take it
+    std::vector<std::vector<uint32_t>> accepting_;  ///< by identifier, filled on first use
+    std::vector<bool> accepting_known_;
+    std::vector<uint32_t>
+        some_accepting_;  ///< of one delivery, if a node that accepts cannot receive
     Counts counts_;
 };
 

@@ -1,0 +1,42 @@
+/// A file descriptor that closes itself, and the error for a system call that failed.
+#ifndef KILOTWIN_GRID_DESCRIPTOR_H
+#define KILOTWIN_GRID_DESCRIPTOR_H
+
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <string>
+#include <utility>
+
+#include "grid/bridge.h"
+
+namespace kilotwin {
+
+/// Owns one descriptor, or none (-1). Moved, never copied.
+class Descriptor {
+  public:
+    explicit Descriptor(int fd = -1) : fd_(fd) {}
+    Descriptor(Descriptor &&other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+    Descriptor &operator=(Descriptor &&other) noexcept {
+        std::swap(fd_, other.fd_);
+        return *this;
+    }
+    ~Descriptor() {
+        if (fd_ >= 0) ::close(fd_);
+    }
+    /// -1 if it owns none.
+    int get() const { return fd_; }
+
+  private:
+    int fd_;
+};
+
+/// Throws BridgeError: `what`, and errno in words.
+[[noreturn]] inline void fail(const std::string &what) {
+    throw BridgeError(what + ": " + std::strerror(errno));
+}
+
+}  // namespace kilotwin
+
+#endif
