@@ -44,7 +44,7 @@ enum class Purpose : uint32_t {
     WEAK_LIGHT = 50,
     CELL_LOSS = 51,
     CAN_ERROR = 64,
-    TWIN_INPUT = 72,
+    DIFFERENTIAL_INPUT = 72,
 };
 
 class Chance {

@@ -1,7 +1,8 @@
 """A program decides the same on this computer and on the ATmega328P, at the same ticks.
 
-Both get the same messages, distances, light and random bytes (emulator/avr/twins.h). Decisions are
-LED, motors and messages sent; values, order and ticks have to be equal. What may differ:
+Both get the same messages, distances, light and random bytes (emulator/avr/differential_test.h).
+Decisions are LED, motors and messages sent; values, order and ticks have to be equal. What may
+differ:
 
 - the moment within a tick, for on the robot instructions and interrupts take time. That is why
   inputs keep away from the moments at which a microsecond more decides: a message ends in the
@@ -17,7 +18,7 @@ from typing import Any
 
 import pytest
 
-from kilotwin._emulator import CONFIG_KEYS, Twins, config_message
+from kilotwin._emulator import CONFIG_KEYS, DifferentialTest, config_message
 from kilotwin.build import avr as avr_build
 from kilotwin.build import guest as guest_build
 from kilotwin.experiment.programs import find_program
@@ -54,11 +55,11 @@ RANGES = {
 }
 
 
-def twins_of(path: Path, **settings: Any) -> Twins:
-    """Twins of a program, built as `kilotwin run` builds it."""
+def both_tiers(path: Path, **settings: Any) -> DifferentialTest:
+    """A program on both tiers, built as `kilotwin run` builds it."""
     program = find_program([str(path)], ROOT, [], [])
     guest, image = guest_build.build(program), avr_build.build_image(program)
-    return Twins(guest=str(guest.file), elf=str(image.elf), name=guest.name, **settings)
+    return DifferentialTest(guest=str(guest.file), elf=str(image.elf), name=guest.name, **settings)
 
 
 def controller(rule: int, seed: int) -> list[bytes]:
@@ -73,15 +74,15 @@ def controller(rule: int, seed: int) -> list[bytes]:
     return [config_message(0, 65535, CONFIG_KEYS[name][0], v) for name, v in values.items()]
 
 
-def assert_no_difference(twins: Twins, steps: int) -> None:
-    twins.live(steps)
-    assert twins.difference is None
-    assert (twins.avr_failure, twins.native_failure) == ("", "")
-    assert twins.tick == steps + 1
-    assert twins.ticks_apart == 0
-    assert twins.worst_lag_s < 0.005  # within the tick: a message of its own comes before
-    assert twins.heard > steps / 10
-    assert twins.compared > steps / 200
+def assert_no_difference(test: DifferentialTest, steps: int) -> None:
+    test.run(steps)
+    assert test.difference is None
+    assert (test.avr_failure, test.native_failure) == ("", "")
+    assert test.tick == steps + 1
+    assert test.ticks_apart == 0
+    assert test.worst_lag_s < 0.005  # within the tick: a message of its own comes before
+    assert test.received > steps / 10
+    assert test.compared > steps / 200
 
 
 def sizes(long_steps: int) -> pytest.MarkDecorator:
@@ -96,8 +97,8 @@ def sizes(long_steps: int) -> pytest.MarkDecorator:
 def test_a_controller_decides_the_same(rule: int, steps: int, share: int) -> None:
     for seed in range(steps // share):
         before = controller(rule, seed)
-        twins = twins_of(ROOT / "firmware/aggregation", seed=seed, before_run=before)
-        assert_no_difference(twins, share)
+        test = both_tiers(ROOT / "firmware/aggregation", seed=seed, before_run=before)
+        assert_no_difference(test, share)
 
 
 @sizes(LONG_STEPS // 5)
@@ -105,7 +106,7 @@ def test_a_controller_decides_the_same(rule: int, steps: int, share: int) -> Non
 def test_an_example_decides_the_same(example: str, uid: int, steps: int, share: int) -> None:
     path = ROOT / "firmware/examples" / f"{example}.c"
     for seed in range(steps // share):
-        assert_no_difference(twins_of(path, seed=seed, uid=uid), share)
+        assert_no_difference(both_tiers(path, seed=seed, uid=uid), share)
 
 
 @pytest.mark.parametrize(
@@ -114,17 +115,17 @@ def test_an_example_decides_the_same(example: str, uid: int, steps: int, share: 
 def test_a_program_that_depends_on_the_machine_is_told_from_others(
     name: str, differs_in: str
 ) -> None:
-    twins = twins_of(OWN / f"{name}.c", seed=1)
-    twins.live(2000)
-    assert twins.difference is not None
-    assert twins.difference["kind"] == differs_in
+    test = both_tiers(OWN / f"{name}.c", seed=1)
+    test.run(2000)
+    assert test.difference is not None
+    assert test.difference["kind"] == differs_in
 
 
-def test_how_far_twins_live_at_once_changes_nothing() -> None:
+def test_how_far_both_run_at_once_changes_nothing() -> None:
     def lived(step: int) -> tuple[int, int, float]:
-        twins = twins_of(ROOT / "firmware/examples/orbit.c", seed=3)
+        test = both_tiers(ROOT / "firmware/examples/orbit.c", seed=3)
         for _ in range(600 // step):
-            twins.live(step)
-        return twins.heard, twins.compared, twins.worst_lag_s
+            test.run(step)
+        return test.received, test.compared, test.worst_lag_s
 
     assert lived(600) == lived(1)

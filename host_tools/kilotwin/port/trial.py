@@ -15,7 +15,7 @@ from kilotwin.port.roles import Roles
 from kilotwin.units import CYCLES_PER_S, TICK_CYCLES, TICK_S, ticks
 
 if TYPE_CHECKING:
-    from kilotwin._emulator import Twins
+    from kilotwin._emulator import DifferentialTest
 
 # A tick and a bit: an interrupt between two lines of loop() may put a decision off until the next.
 _SLACK_S = 0.04
@@ -146,7 +146,7 @@ def run(trial: Trial, guest: Guest, image: Image, code: Disassembly, roles: Role
         if name in code.functions
     }
     try:
-        twins = _emulator.Twins(
+        test = _emulator.DifferentialTest(
             guest=str(guest.file),
             elf=str(image.elf),
             name=guest.name,
@@ -158,12 +158,12 @@ def run(trial: Trial, guest: Guest, image: Image, code: Disassembly, roles: Role
     except _emulator.EngineError as error:
         raise InputError(f"{guest.name}: {error}") from None
     end = ticks(trial.seconds)
-    while twins.tick < end:
-        before = twins.tick
-        twins.live(min(_LOOK_TICKS, end - twins.tick))
-        if twins.tick < before + 1 or _watched(twins)["room_bytes"] < 0:
+    while test.tick < end:
+        before = test.tick
+        test.run(min(_LOOK_TICKS, end - test.tick))
+        if test.tick < before + 1 or _watched(test)["room_bytes"] < 0:
             break
-    return _outcome(trial, twins, code, {name: entry for entry, name in entries.items()}, roles)
+    return _outcome(trial, test, code, {name: entry for entry, name in entries.items()}, roles)
 
 
 def waits(code: Disassembly, roles: Roles) -> bool:
@@ -173,14 +173,14 @@ def waits(code: Disassembly, roles: Roles) -> bool:
     return "delay" in code.reached_from((callees | roles.setup | roles.loop) - {"kilo_start"})
 
 
-def _watched(twins: "Twins") -> Any:
-    return twins.watched
+def _watched(test: "DifferentialTest") -> Any:
+    return test.watched
 
 
 def _outcome(
-    trial: Trial, twins: "Twins", code: Disassembly, entries: dict[str, int], roles: Roles
+    trial: Trial, test: "DifferentialTest", code: Disassembly, entries: dict[str, int], roles: Roles
 ) -> Outcome:
-    watched = _watched(twins)
+    watched = _watched(test)
 
     def longest(names: frozenset[str]) -> tuple[LongestCall, ...]:
         found = []
@@ -191,13 +191,13 @@ def _outcome(
         return tuple(found)
 
     function, place = code.at(watched["deepest_at"])
-    difference = twins.difference
+    difference = test.difference
     return Outcome(
-        twins.tick,
+        test.tick,
         trial.seed,
-        twins.heard,
-        twins.compared,
-        twins.worst_lag_s,
+        test.received,
+        test.compared,
+        test.worst_lag_s,
         watched["stack_bytes"],
         function,
         place,
@@ -207,8 +207,8 @@ def _outcome(
         longest(roles.in_interrupts),
         watched["ticks_lost"],
         (difference["tick"], difference["text"]) if difference else None,
-        twins.avr_failure,
-        twins.native_failure,
+        test.avr_failure,
+        test.native_failure,
     )
 
 

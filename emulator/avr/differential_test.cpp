@@ -1,4 +1,4 @@
-#include "avr/twins.h"
+#include "avr/differential_test.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -13,25 +13,27 @@ namespace kilotwin {
 namespace {
 
 constexpr uint8_t BATTERY_CHANNEL = 6;
-// What stands for less is on its way to something else: two registers written one after the other, a LED that is
-// put out and lit again by each loop().
+// An output that stands for less is on its way to another: two registers written one after the
+// other, an LED that each loop() puts out and lights again.
 constexpr Cycles SETTLE = CYCLES_PER_SECOND / 2000;
-// The native robot is looked at so often.
+// Outputs of the native robot are sampled so often.
 constexpr Cycles SLICE = TICK_CYCLES / 64;
-// How finely the chip's first tick is looked for.
+// Resolution of the search for the chip's first tick.
 constexpr Cycles SEARCH = 1024, LONGEST_BOOT = 10 * CYCLES_PER_SECOND;
-// A message begins within this part of a tick, behind what the robot itself may send at the tick; its last pulse and
-// 15 ms of full power behind that, with all the interrupts in between, stay within the tick.
+// A message begins within this part of a tick, behind what the robot itself may send at the tick.
+// Its last pulse and 15 ms of full power behind that, with all the interrupts in between, stay
+// within the tick.
 constexpr Cycles FIRST_BEGIN = TICK_CYCLES / 5, BEGINS = TICK_CYCLES / 8;
 constexpr uint32_t SETTLE_TICKS = 2;  // from RUN on: an idle robot obeys within 10 ms
-constexpr size_t KEPT_MESSAGES = 4;
-// What the interrupts of a message take that comes in, at most; and delay() itself is longer by less than this part.
-constexpr Cycles HEARING = CYCLES_PER_SECOND / 500, DELAY_LONGER = 500;
+constexpr size_t RECENT_MESSAGES = 4;
+// Upper bound of what the interrupts of one received message take; delay() itself is longer on the
+// chip by less than 1 in DELAY_LONGER.
+constexpr Cycles RECEIVING = CYCLES_PER_SECOND / 500, DELAY_LONGER = 500;
 constexpr uint8_t USER_TYPES = 0x80;
 
 }  // namespace
 
-std::string Twins::Decision::text(Kind kind) const {
+std::string DifferentialTest::Decision::text(Kind kind) const {
     char out[96];
     if (kind == LED) {
         std::snprintf(out, sizeof out, "LED RGB(%d,%d,%d)", value[0] & 3, value[0] >> 2 & 3,
@@ -48,7 +50,7 @@ std::string Twins::Decision::text(Kind kind) const {
     return out;
 }
 
-std::string Twins::Difference::text() const {
+std::string DifferentialTest::Difference::text() const {
     auto side = [&](const std::optional<Decision> &decision) {
         static const char *const NOTHING[] = {"the LED as it was", "the motors as they were",
                                               "no message"};
@@ -58,7 +60,8 @@ std::string Twins::Difference::text() const {
     return "here " + side(native) + ", on the robot " + side(avr);
 }
 
-Twins::Twins(Program &program, std::shared_ptr<const FlashImage> image, const Settings &settings)
+DifferentialTest::DifferentialTest(Program &program, std::shared_ptr<const FlashImage> image,
+                                   const Settings &settings)
     : settings_(settings),
       chance_(settings.seed),
       image_(std::move(image)),
@@ -66,7 +69,9 @@ Twins::Twins(Program &program, std::shared_ptr<const FlashImage> image, const Se
       board_(*image_, 0, calibration_, 0, chance_),
       context_{chance_, events_, emissions_, nullptr, FRAME_CYCLES, false},
       state_(new uint8_t[program.state_bytes()]) {
-    board_.noise = [this](uint8_t channel, int16_t reading) { return convert(channel, reading); };
+    board_.noise = [this](uint8_t channel, int16_t reading) {
+        return noisy_reading(channel, reading);
+    };
     board_.light = light_;
     run_at_ = 1 + static_cast<uint32_t>(settings.before_run.size());
     if (settings_.follow) {
@@ -83,9 +88,9 @@ Twins::Twins(Program &program, std::shared_ptr<const FlashImage> image, const Se
     native_->run(base_ + TICK_CYCLES);
 }
 
-/// The chip comes to kilo_init() when its start-up code and what main() does before are done. The other robot, which
-/// takes no time for that, is switched on so much later.
-void Twins::find_first_tick() {
+/// The chip reaches kilo_init() after its start-up code and the part of main() before it. The
+/// native robot, which takes no time for those, is switched on so much later.
+void DifferentialTest::find_first_tick() {
     const auto ticks = image_->symbol("kilo_ticks");
     if (!ticks) throw EngineError(image_->name() + " does not use kilolib, or is no .elf file");
     Cycles at = 0;
@@ -98,9 +103,9 @@ void Twins::find_first_tick() {
     base_ = at - SEARCH - TICK_CYCLES;
 }
 
-/// rand_hard() makes a bit of two conversions that differ (hardware.md 1.7): it gets the bits that the native one
-/// gets. All other readings are exact.
-int16_t Twins::convert(uint8_t channel, int16_t reading) {
+/// rand_hard() makes a bit of two conversions that differ in their lowest bit (hardware.md 1.7):
+/// they are given the bits that the native robot draws. All other readings are exact.
+int16_t DifferentialTest::noisy_reading(uint8_t channel, int16_t reading) {
     if (channel != BATTERY_CHANNEL || (watch_ && !watch_->inside(rand_hard_))) return reading;
     const uint64_t byte = chance_.bits(0, Purpose::RAND_HARD, noise_bits_ / 8);
     const auto bit = static_cast<int16_t>(byte >> (7 - noise_bits_ % 8) & 1);
@@ -109,33 +114,34 @@ int16_t Twins::convert(uint8_t channel, int16_t reading) {
     return static_cast<int16_t>((reading & ~1) | (second_of_pair_ ? bit : !bit));
 }
 
-void Twins::live(uint32_t ticks) {
-    for (; ticks > 0 && avr_failure().empty(); ticks--) live_tick();
+void DifferentialTest::run(uint32_t ticks) {
+    for (; ticks > 0 && avr_failure().empty(); ticks--) run_tick();
 }
 
-void Twins::live_tick() {
+void DifferentialTest::run_tick() {
     const Cycles begin = base_ + tick_ * TICK_CYCLES, end = begin + TICK_CYCLES;
     light_ =
         static_cast<int16_t>(std::clamp<int>(light_ + static_cast<int>(below(41)) - 20, 0, 1023));
     native_->light = board_.light = light_;
     if (const auto message = next_message()) {
         const auto noise = static_cast<double>(below(9)) - 4;
-        tell(*message,
+        give(*message,
              calibration_.gains.measure(33 + static_cast<double>(below(90)), noise / 2, noise));
     }
     const bool begins_now = tick_ == run_at_ + SETTLE_TICKS;
+    // Outputs that stand when comparing begins are decisions too: the first of each kind.
     if (begins_now)
         for (Side *side : {&native_side_, &avr_side_}) {
             const bool native = side == &native_side_;
             const auto led = native ? native_->color(begin) : board_.color();
             const auto left = native ? native_->left_duty() : board_.left_duty();
             const auto right = native ? native_->right_duty() : board_.right_duty();
-            see(*side, LED, begin, {led});
-            see(*side, MOTORS, begin, {left, right});
+            observe(*side, LED, begin, {led});
+            observe(*side, MOTORS, begin, {left, right});
         }
     run_native(end);
     board_.run(end);
-    take_avr();
+    collect_avr();
     tick_++;
     if (tick_ <= run_at_ + SETTLE_TICKS) return;
     settle(native_side_, end);
@@ -143,13 +149,14 @@ void Twins::live_tick() {
     if (!difference_ && avr_failure().empty() && !native_->stopped()) compare(end);
 }
 
-std::optional<message_t> Twins::next_message() {
+std::optional<message_t> DifferentialTest::next_message() {
     if (tick_ < run_at_) return settings_.before_run[tick_ - 1];
     if (tick_ == run_at_) {
         message_t run = {};
         run.type = RUN;
         return run;
     }
+    // A spell: for 30 to 329 ticks the same density of messages.
     if (tick_ >= spell_until_) {
         constexpr unsigned TALK_OF_256[] = {0, 16, 100, 230};
         talk_of_256_ = TALK_OF_256[below(std::size(TALK_OF_256))];
@@ -157,8 +164,8 @@ std::optional<message_t> Twins::next_message() {
     }
     if (below(256) >= talk_of_256_) return std::nullopt;
     message_t message = {};
-    if (!said_.empty() && below(2) == 0) {
-        message = said_[below(said_.size())];
+    if (!recent_.empty() && below(2) == 0) {
+        message = recent_[below(recent_.size())];
         if (below(2) == 0) message.data[below(sizeof message.data)] = static_cast<uint8_t>(draw());
     } else {
         message.type = static_cast<uint8_t>(below(4) == 0 ? below(USER_TYPES) : below(4));
@@ -168,54 +175,55 @@ std::optional<message_t> Twins::next_message() {
     return message;
 }
 
-void Twins::tell(const message_t &told, distance_measurement_t strength) {
-    message_t message = told;
+/// Gives both a message: pulses of light to the chip, a frame to the native robot.
+void DifferentialTest::give(const message_t &content, distance_measurement_t strength) {
+    message_t message = content;
     message.crc = crc_of(message);
     const Cycles begin = base_ + tick_ * TICK_CYCLES + FIRST_BEGIN + below(BEGINS);
     for (Cycles offset : pulses_of(message))
         board_.shine({begin + offset, begin + offset + RobotBoard::SEEN_PULSE, strength});
     native_->disturb(begin, begin + FRAME_CYCLES);
     native_->receive(begin + FRAME_CYCLES, message, strength);
-    heard_++;
+    received_++;
 }
 
-void Twins::run_native(Cycles until) {
+void DifferentialTest::run_native(Cycles until) {
     for (Cycles at = until - TICK_CYCLES; at < until; at += SLICE) {
         native_->run(at + SLICE);
-        take_native(at);
+        collect_native(at);
     }
 }
 
-void Twins::take_native(Cycles from) {
-    see(native_side_, LED, from, {native_->color(from)});
-    see(native_side_, MOTORS, from, {native_->left_duty(), native_->right_duty()});
+void DifferentialTest::collect_native(Cycles from) {
+    observe(native_side_, LED, from, {native_->color(from)});
+    observe(native_side_, MOTORS, from, {native_->left_duty(), native_->right_duty()});
     native_->motor_commands.clear();
     for (const Emission &emission : emissions_) {
         const auto *bytes = reinterpret_cast<const uint8_t *>(&emission.message);
-        see(native_side_, MESSAGE, emission.at, {bytes, bytes + sizeof emission.message});
+        observe(native_side_, MESSAGE, emission.at, {bytes, bytes + sizeof emission.message});
         sent_++;
-        said_.push_back(emission.message);
-        if (said_.size() > KEPT_MESSAGES) said_.pop_front();
+        recent_.push_back(emission.message);
+        if (recent_.size() > RECENT_MESSAGES) recent_.pop_front();
     }
     emissions_.clear();
 }
 
-void Twins::take_avr() {
+void DifferentialTest::collect_avr() {
     BoardOutputs &outputs = board_.outputs;
-    for (const auto &color : outputs.colors) see(avr_side_, LED, color.at, {color.rgb});
+    for (const auto &color : outputs.colors) observe(avr_side_, LED, color.at, {color.rgb});
     for (const auto &motors : outputs.motors)
-        see(avr_side_, MOTORS, motors.at, {motors.left, motors.right});
+        observe(avr_side_, MOTORS, motors.at, {motors.left, motors.right});
     for (const auto &light : outputs.light) {
         if (!light.on) continue;
         if (reader_.torn_off(light.at)) reader_.reset();
         if (reader_.pulse(light.at) != PulseReader::Found::MESSAGE) continue;
         const auto *bytes = reinterpret_cast<const uint8_t *>(&reader_.message());
-        see(avr_side_, MESSAGE, reader_.begun_at(), {bytes, bytes + sizeof(message_t)});
+        observe(avr_side_, MESSAGE, reader_.begun_at(), {bytes, bytes + sizeof(message_t)});
     }
     outputs.clear();
 }
 
-void Twins::see(Side &side, Kind kind, Cycles at, std::vector<uint8_t> value) {
+void DifferentialTest::observe(Side &side, Kind kind, Cycles at, std::vector<uint8_t> value) {
     if (tick_ < run_at_ + SETTLE_TICKS || difference_) return;
     const uint32_t tick = tick_at(at);
     if (kind == MESSAGE) {
@@ -228,8 +236,8 @@ void Twins::see(Side &side, Kind kind, Cycles at, std::vector<uint8_t> value) {
         side.fresh[kind] = {tick, at, std::move(value)};
 }
 
-/// What has stood long enough is decided.
-void Twins::settle(Side &side, Cycles now) {
+/// Turns outputs that have stood long enough into decisions.
+void DifferentialTest::settle(Side &side, Cycles now) {
     for (Kind kind : {LED, MOTORS}) {
         auto &fresh = side.fresh[kind];
         if (!fresh || now < fresh->at + SETTLE) continue;
@@ -241,7 +249,7 @@ void Twins::settle(Side &side, Cycles now) {
     }
 }
 
-void Twins::compare(Cycles now) {
+void DifferentialTest::compare(Cycles now) {
     for (Kind kind : {LED, MOTORS, MESSAGE}) {
         auto &natives = native_side_.decided[kind], &avrs = avr_side_.decided[kind];
         while (!natives.empty() && !avrs.empty()) {
@@ -257,7 +265,7 @@ void Twins::compare(Cycles now) {
             natives.pop_front();
             avrs.pop_front();
         }
-        // The other one may still decide the same, up to what is not settled at present.
+        // The other tier may still decide the same, until its outputs up to then are settled.
         const auto &rest = natives.empty() ? avrs : natives;
         if (rest.empty() || rest.front().at + allowed(rest.front().at) + TICK_CYCLES > now)
             continue;
@@ -268,30 +276,30 @@ void Twins::compare(Cycles now) {
     }
 }
 
-bool Twins::same_time(const Decision &native, const Decision &avr) const {
+bool DifferentialTest::same_time(const Decision &native, const Decision &avr) const {
     if (native.tick == avr.tick) return true;
     const auto [first, second] = std::minmax(native.at, avr.at);
     return second - first <= allowed(second);
 }
 
-/// How far apart two decisions may be; 0: they have to be in the same tick.
-Cycles Twins::allowed(Cycles at) const {
+/// How far apart two equal decisions may be; 0: they have to fall in the same tick.
+Cycles DifferentialTest::allowed(Cycles at) const {
     const Cycles running = at - std::min(at, base_ + run_at_ * TICK_CYCLES);
     if (!settings_.waits) return settings_.slack;
-    return settings_.slack + heard_ * HEARING + sent_ * FRAME_CYCLES + running / DELAY_LONGER;
+    return settings_.slack + received_ * RECEIVING + sent_ * FRAME_CYCLES + running / DELAY_LONGER;
 }
 
-uint32_t Twins::tick_at(Cycles at) const {
+uint32_t DifferentialTest::tick_at(Cycles at) const {
     return static_cast<uint32_t>((at - base_) / TICK_CYCLES);
 }
 
-// The one that begins now comes a moment later.
-uint64_t Twins::ticks_lost() const {
+// The tick that begins now is served a moment later, so it is not due yet.
+uint64_t DifferentialTest::ticks_lost() const {
     const uint64_t due = tick_ - 1, served = watch_->ticks();
     return due - std::min(due, served);
 }
 
-std::string Twins::native_failure() const {
+std::string DifferentialTest::native_failure() const {
     if (!native_->stopped()) return "";
     return events_.empty() ? "it stopped" : events_.back().text;
 }

@@ -1,0 +1,35 @@
+/// Results of the engine as numpy arrays and Python texts, without a copy where they are large.
+#ifndef KILOTWIN_PYTHON_ARRAYS_H
+#define KILOTWIN_PYTHON_ARRAYS_H
+
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+
+#include <utility>
+#include <vector>
+
+#include "base/events.h"
+
+namespace kilotwin {
+
+/// A numpy array of one dimension, or of two and `columns` wide. It takes `values` over, so this
+/// costs the same however long they are.
+template <typename T> nanobind::object array_of(std::vector<T> values, size_t columns = 0) {
+    auto owned = new std::vector<T>(std::move(values));
+    nanobind::capsule owner(owned,
+                            [](void *p) noexcept { delete static_cast<std::vector<T> *>(p); });
+    using Array = nanobind::ndarray<nanobind::numpy, T>;
+    if (columns == 0) return nanobind::cast(Array(owned->data(), {owned->size()}, owner));
+    return nanobind::cast(Array(owned->data(), {owned->size() / columns, columns}, owner));
+}
+
+/// The text of an event. A program may print any bytes: what is not UTF-8 is escaped, never an
+/// error.
+inline nanobind::object text_of(const Event &event) {
+    return nanobind::steal(PyUnicode_DecodeUTF8(
+        event.text.data(), static_cast<Py_ssize_t>(event.text.size()), "backslashreplace"));
+}
+
+}  // namespace kilotwin
+
+#endif

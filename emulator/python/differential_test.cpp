@@ -1,0 +1,99 @@
+#include "python/differential_test.h"
+
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include <memory>
+
+#include "avr/differential_test.h"
+#include "guest/program.h"
+#include "python/specification.h"
+
+namespace nb = nanobind;
+
+namespace kilotwin {
+
+namespace {
+
+using Entries = std::optional<std::vector<uint16_t>>;
+
+DifferentialTest::Settings settings_of(uint64_t seed, uint16_t uid,
+                                       const std::vector<nb::bytes> &before_run, double slack_s,
+                                       bool waits, Entries follow) {
+    DifferentialTest::Settings settings;
+    settings.seed = seed;
+    settings.uid = uid;
+    for (const nb::bytes &bytes : before_run) settings.before_run.push_back(message_of(bytes));
+    settings.slack = static_cast<Cycles>(slack_s * static_cast<double>(CYCLES_PER_SECOND));
+    settings.waits = waits;
+    settings.follow = std::move(follow);
+    return settings;
+}
+
+nb::object to_python(const std::optional<DifferentialTest::Difference> &difference) {
+    if (!difference) return nb::none();
+    nb::dict out;
+    out["tick"] = difference->tick;
+    static const char *const KINDS[] = {"led", "motors", "message"};
+    out["kind"] = KINDS[difference->kind];
+    out["text"] = difference->text();
+    return out;
+}
+
+nb::object watched(const DifferentialTest &test) {
+    const CallWatch *watch = test.watch();
+    if (watch == nullptr) return nb::none();
+    nb::dict out;
+    out["stack_bytes"] = watch->deepest();
+    out["deepest_at"] = watch->deepest_at();
+    out["room_bytes"] = watch->room();
+    out["ticks_lost"] = test.ticks_lost();
+    nb::dict calls;
+    for (const auto &call : watch->calls())
+        calls[nb::int_(call.entry)] = nb::make_tuple(call.calls, call.longest, call.tick);
+    out["calls"] = calls;
+    return out;
+}
+
+}  // namespace
+
+void register_differential_test(nb::module_ &m) {
+    nb::class_<DifferentialTest>(m, "DifferentialTest",
+                                 "One program, native and on an ATmega328P, compared; see "
+                                 "emulator/avr/differential_test.h.")
+        .def(
+            "__init__",
+            [](DifferentialTest *self, const std::string &guest, const std::string &elf,
+               const std::string &name, uint64_t seed, uint16_t uid,
+               const std::vector<nb::bytes> &before_run, double slack_s, bool waits,
+               Entries follow) {
+                new (self) DifferentialTest(
+                    Program::load(guest, name), FlashImage::load(elf),
+                    settings_of(seed, uid, before_run, slack_s, waits, std::move(follow)));
+            },
+            nb::kw_only(), nb::arg("guest"), nb::arg("elf"), nb::arg("name"), nb::arg("seed"),
+            nb::arg("uid") = DifferentialTest::Settings().uid,
+            nb::arg("before_run") = nb::make_tuple(), nb::arg("slack_s") = 0.0,
+            nb::arg("waits") = false, nb::arg("follow") = nb::none(),
+            "Built by guest_build and avr_build. `before_run`: messages, nine data bytes and the "
+            "type each.")
+        .def(
+            "run", [](DifferentialTest &self, uint32_t ticks) { self.run(ticks); },
+            nb::arg("ticks"), nb::call_guard<nb::gil_scoped_release>(),
+            "Run both by `ticks`, or until one cannot go on.")
+        .def_prop_ro("tick", &DifferentialTest::tick)
+        .def_prop_ro("compared", &DifferentialTest::compared)
+        .def_prop_ro("received", &DifferentialTest::received)
+        .def_prop_ro("worst_lag_s",
+                     [](const DifferentialTest &self) { return seconds(self.worst_lag()); })
+        .def_prop_ro("ticks_apart", &DifferentialTest::ticks_apart)
+        .def_prop_ro("difference",
+                     [](const DifferentialTest &self) { return to_python(self.difference()); })
+        .def_prop_ro("avr_failure", &DifferentialTest::avr_failure)
+        .def_prop_ro("native_failure", &DifferentialTest::native_failure)
+        .def_prop_ro("watched", watched,
+                     "Stack and calls on the chip; None unless it is followed.");
+}
+
+}  // namespace kilotwin

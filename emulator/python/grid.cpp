@@ -1,0 +1,165 @@
+#include "python/grid.h"
+
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/string.h>
+
+#include <cstring>
+#include <vector>
+
+#include "base/errors.h"
+#include "python/arrays.h"
+#include "python/bridge.h"
+
+namespace nb = nanobind;
+
+namespace kilotwin {
+
+namespace {
+
+bool send_can(PythonSimulation &self, uint32_t bus, uint16_t id, const nb::bytes &data) {
+    CanFrame frame;
+    if (id > CanFrame::ID_MAX) throw EngineError("an identifier has 11 bits");
+    if (data.size() > CanFrame::DATA_MAX) throw EngineError("a CAN frame has 8 bytes at most");
+    frame.id = id;
+    frame.dlc = static_cast<uint8_t>(data.size());
+    std::memcpy(frame.data.data(), data.c_str(), data.size());
+    return self.simulation.send_can(bus, frame);
+}
+
+nb::object can_frames(PythonSimulation &self) {
+    std::vector<CanRecord> rows;
+    for (const auto &logged : self.simulation.grid().take_frames())
+        rows.push_back({self.simulation.seconds_of(logged.at), static_cast<uint8_t>(logged.bus),
+                        logged.frame.id, logged.frame.dlc, logged.frame.data, logged.from_host});
+    nb::module_ numpy = nb::module_::import_("numpy");
+    return numpy.attr("frombuffer")(nb::bytes(rows.data(), rows.size() * sizeof(CanRecord)),
+                                    numpy.attr("dtype")(can_record_fields()));
+}
+
+nb::object cells_of(PythonSimulation &self) {
+    Grid &grid = self.simulation.grid();
+    const GridLayout &layout = grid.layout();
+    const size_t rows = 2 * layout.rows(), columns = 2 * layout.columns();
+    auto *values = new std::vector<uint8_t>();
+    nb::capsule owner(values,
+                      [](void *p) noexcept { delete static_cast<std::vector<uint8_t> *>(p); });
+    // A module program may have to run up to now before its LEDs are right.
+    Grid::serve_this_thread();
+    for (uint32_t row = 0; row < rows; row++)
+        for (uint32_t column = 0; column < columns; column++) {
+            const CellLight light = grid.light(layout.cell(column, row), self.simulation.now());
+            values->push_back(light.color());
+            values->push_back(light.brightness());
+        }
+    return nb::cast(
+        nb::ndarray<nb::numpy, uint8_t>(values->data(), {rows, columns, size_t{2}}, owner));
+}
+
+const char *name_of(CanBus::State state) {
+    static const char *const NAMES[] = {"active", "passive", "bus_off", "dead"};
+    return NAMES[static_cast<int>(state)];
+}
+
+nb::list modules_of(const PythonSimulation &self) {
+    const Grid &grid = self.simulation.grid();
+    nb::list out;
+    for (uint32_t index = 0; index < grid.layout().modules(); index++) {
+        const uint32_t on_bus = grid.layout().bus(index), node = grid.node(index);
+        const CanBus &bus = grid.bus(on_bus);
+        nb::dict row;
+        row["x"] = grid.layout().x(index);
+        row["y"] = grid.layout().y(index);
+        row["bus"] = on_bus;
+        const auto &about = grid.about(index);
+        row["state"] = about.state;
+        row["stopped"] = about.stopped;
+        row["tick"] = about.ticks;
+        row["can"] = name_of(bus.state(node));
+        row["tec"] = bus.transmit_errors(node);
+        row["rec"] = bus.receive_errors(node);
+        row["frames_refused"] = about.frames_refused;
+        row["frames_missed"] = about.frames_missed;
+        out.append(row);
+    }
+    return out;
+}
+
+nb::list can_stats(const PythonSimulation &self) {
+    const Grid &grid = self.simulation.grid();
+    nb::list out;
+    for (uint32_t index = 0; index < grid.layout().buses(); index++) {
+        const CanBus &bus = grid.bus(index);
+        const auto &counts = bus.counts();
+        nb::dict row;
+        row["load"] = bus.load(self.simulation.now());
+        row["frames"] = counts.frames;
+        row["error_frames"] = counts.error_frames;
+        row["not_acknowledged"] = counts.not_acknowledged;
+        row["went_bus_off"] = counts.went_bus_off;
+        row["lost_queue_full"] = counts.lost_queue_full;
+        row["lost_bus_off"] = counts.lost_bus_off;
+        row["lost_dead"] = counts.lost_dead;
+        out.append(row);
+    }
+    return out;
+}
+
+nb::dict cell_stats(const PythonSimulation &self) {
+    const Grid::Counts &counts = self.simulation.grid().counts;
+    nb::dict out;
+    out["sent"] = counts.sent;
+    out["unheard"] = counts.unheard;
+    out["put_off"] = counts.put_off;
+    out["received"] = counts.received;
+    out["collided"] = counts.collided;
+    out["deaf"] = counts.deaf;
+    out["elsewhere"] = counts.elsewhere;
+    out["lost"] = counts.lost;
+    return out;
+}
+
+nb::list module_events(PythonSimulation &self) {
+    Grid &grid = self.simulation.grid();
+    nb::list out;
+    for (const auto &event : grid.take_events()) {
+        nb::dict row;
+        row["tick"] = self.simulation.tick_of(event.at);
+        row["module_tick"] = event.tick;
+        row["module"] = nb::make_tuple(grid.layout().x(event.robot), grid.layout().y(event.robot));
+        row["program"] = event.program;
+        row["kind"] = name_of(event.kind);
+        row["text"] = text_of(event);
+        out.append(row);
+    }
+    return out;
+}
+
+nb::dict cell_infrared() {
+    const CellInfrared defaults;
+    nb::dict out;
+    out["cell_range_m"] = defaults.cell_range_m;
+    out["robot_range_m"] = defaults.robot_range_m;
+    out["weak_share"] = defaults.weak_share;
+    out["weak_range_m"] = defaults.weak_range_m;
+    out["weak_spell_s"] = defaults.weak_spell_s;
+    out["loss"] = defaults.loss;
+    out["clock_spread"] = defaults.clock_spread;
+    return out;
+}
+
+}  // namespace
+
+void register_grid(nb::module_ &m, nb::class_<PythonSimulation> &simulation) {
+    m.attr("CELL_INFRARED") = cell_infrared();
+    simulation
+        .def("send_can", send_can, nb::arg("bus"), nb::arg("id"), nb::arg("data"),
+             "Queue a frame at the host's node of a bus; False if its queue is full.")
+        .def("can_frames", can_frames, "What ended on any bus since the last call.")
+        .def("cells", cells_of, "[row, column, 2] of all cells: colour of 3 bits, brightness.")
+        .def("modules", modules_of, "One dict per module, row by row from the lower left.")
+        .def("can_stats", can_stats, "One dict per bus.")
+        .def("cell_stats", cell_stats, "What became of infrared frames from and to cells.")
+        .def("module_events", module_events, "Prints and failures of module programs.");
+}
+
+}  // namespace kilotwin

@@ -1,0 +1,18 @@
+/// The Kilogrid below a run, as Python has it.
+#ifndef KILOTWIN_PYTHON_GRID_H
+#define KILOTWIN_PYTHON_GRID_H
+
+#include <nanobind/nanobind.h>
+
+#include "python/simulation.h"
+
+namespace kilotwin {
+
+/// Adds to the class Simulation what concerns cells, modules and CAN buses; each of these methods
+/// throws EngineError in a run without a grid. Adds to the module CELL_INFRARED, the ranges and
+/// shares that hold unless an experiment sets others (grid/grid.h).
+void register_grid(nanobind::module_ &m, nanobind::class_<PythonSimulation> &simulation);
+
+}  // namespace kilotwin
+
+#endif

@@ -1,0 +1,191 @@
+#include "python/simulation.h"
+
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/errors.h"
+#include "python/arrays.h"
+#include "python/grid.h"
+#include "python/specification.h"
+
+namespace nb = nanobind;
+
+namespace kilotwin {
+
+namespace {
+
+nb::dict to_python(Samples samples, size_t robots) {
+    nb::dict out;
+    out["tick"] = array_of(std::move(samples.tick));
+    out["x_m"] = array_of(std::move(samples.x_m), robots);
+    out["y_m"] = array_of(std::move(samples.y_m), robots);
+    out["heading_rad"] = array_of(std::move(samples.heading_rad), robots);
+    out["led"] = array_of(std::move(samples.led), robots);
+    out["site"] = array_of(std::move(samples.site), robots);
+    return out;
+}
+
+nb::list to_python(const Simulation &simulation, const Events &events) {
+    nb::list out;
+    for (const auto &event : events) {
+        nb::dict row;
+        row["tick"] = simulation.tick_of(event.at);
+        row["robot_tick"] = event.tick;
+        row["robot"] = event.robot;
+        row["program"] = event.program;
+        row["kind"] = name_of(event.kind);
+        row["text"] = text_of(event);
+        out.append(row);
+    }
+    return out;
+}
+
+nb::dict to_python(const Statistics &statistics, double diameter_m) {
+    nb::dict out;
+    out["steps"] = statistics.steps;
+    out["frames_sent"] = statistics.medium.sent;
+    out["frames_received"] = statistics.medium.received;
+    out["frames_spoilt"] = statistics.medium.wrong_crc;
+    out["attempts_failed"] = statistics.medium.attempts_failed;
+    out["frames_collided"] = statistics.medium.collided;
+    out["frames_deaf"] = statistics.medium.deaf;
+    out["frames_lost"] = statistics.medium.lost;
+    out["solver_steps"] = statistics.solver_steps;
+    out["list_rebuilds"] = statistics.list_rebuilds;
+    out["contacts"] = statistics.overlaps.contacts();
+    out["worst_overlap_fraction"] = statistics.overlaps.worst();
+    out["median_overlap_fraction"] = statistics.overlaps.median();
+    out["worst_overlap_m"] = statistics.overlaps.worst() * diameter_m;
+    out["median_overlap_m"] = statistics.overlaps.median() * diameter_m;
+    return out;
+}
+
+std::string hash_of(const PythonSimulation &self) {
+    char text[17];
+    std::snprintf(text, sizeof text, "%016llx",
+                  static_cast<unsigned long long>(result_hash(self.simulation.snapshot())));
+    return text;
+}
+
+const Robot &robot_of(const PythonSimulation &self, size_t robot) {
+    if (robot >= self.simulation.size())
+        throw EngineError("there is no robot " + std::to_string(robot));
+    return self.simulation.robot(robot);
+}
+
+std::string program_of(const PythonSimulation &self, size_t robot) {
+    if (!robot_of(self, robot).on_board()) return robot_of(self, robot).program().path();
+    for (const auto &group : self.def.groups) {
+        if (robot < group.count) return group.program;
+        robot -= group.count;
+    }
+    return {};
+}
+
+nb::object motors_of(const PythonSimulation &self) {
+    std::vector<uint8_t> duties;
+    for (size_t i = 0; i < self.simulation.size(); i++) {
+        duties.push_back(self.simulation.robot(i).left_duty());
+        duties.push_back(self.simulation.robot(i).right_duty());
+    }
+    return array_of(std::move(duties), 2);
+}
+
+nb::object frames_of(const PythonSimulation &self) {
+    std::vector<uint32_t> counts;
+    for (const FrameCounts &robot : self.simulation.frames()) {
+        counts.push_back(robot.sent);
+        counts.push_back(robot.received);
+    }
+    return array_of(std::move(counts), 2);
+}
+
+nb::bytes state_of(const PythonSimulation &self, size_t robot) {
+    auto bytes = robot_of(self, robot).state();
+    return nb::bytes(bytes.data(), bytes.size());
+}
+
+using Class = nb::class_<PythonSimulation>;
+
+void register_stepping(Class &simulation) {
+    simulation.def(nb::init<const nb::dict &>(), nb::arg("spec"))
+        .def(
+            "advance",
+            [](PythonSimulation &self, int64_t ticks) { self.simulation.advance(ticks); },
+            nb::arg("ticks"), nb::call_guard<nb::gil_scoped_release>(),
+            "Go on by at least `ticks`, to the end of a world step.")
+        .def(
+            "send",
+            [](PythonSimulation &self, const nb::bytes &message, uint16_t first, uint16_t last,
+               nb::object region) {
+                self.simulation.send(command_of(message, first, last, region));
+            },
+            nb::arg("message"), nb::arg("uid_first") = 0, nb::arg("uid_last") = 65535,
+            nb::arg("region").none() = nb::none(),
+            "Give robots a message now: nine data bytes and a type.");
+}
+
+void register_results(Class &simulation) {
+    simulation
+        .def_prop_ro("tick", [](const PythonSimulation &self) { return self.simulation.tick(); })
+        .def_prop_ro("robots", [](const PythonSimulation &self) { return self.simulation.size(); })
+        .def("samples",
+             [](PythonSimulation &self) {
+                 return to_python(self.simulation.take_samples(), self.simulation.size());
+             })
+        .def("snapshot",
+             [](PythonSimulation &self) {
+                 return to_python(self.simulation.snapshot(), self.simulation.size());
+             })
+        .def("events",
+             [](PythonSimulation &self) {
+                 return to_python(self.simulation, self.simulation.take_events());
+             })
+        .def("result_hash", hash_of)
+        .def("stats", [](const PythonSimulation &self) {
+            return to_python(self.simulation.statistics(), 2 * self.def.profile.radius_m);
+        });
+}
+
+void register_robots(Class &simulation) {
+    simulation.def("motors", motors_of)
+        .def("frames", frames_of, "[N, 2]: sent and received; no rows with the ideal medium.")
+        .def("state", state_of, nb::arg("robot"))
+        .def("program", program_of, nb::arg("robot"))
+        .def(
+            "serve_debugger",
+            [](PythonSimulation &self, size_t robot, uint16_t port) {
+                self.simulation.serve_debugger(robot, port);
+            },
+            nb::arg("robot"), nb::arg("port"),
+            "Let gdb control a robot on a board, by 127.0.0.1:port. Nothing goes on until it says "
+            "so.")
+        .def(
+            "trace",
+            [](PythonSimulation &self, size_t robot, const std::string &path) {
+                self.simulation.trace(robot, path);
+            },
+            nb::arg("robot"), nb::arg("path"),
+            "Write what the pins of a robot on a board do from now on to a VCD file.");
+}
+
+}  // namespace
+
+PythonSimulation::PythonSimulation(const nb::dict &spec)
+    : def(definition_of(spec)),
+      simulation(def) {}
+
+void register_simulation(nb::module_ &m) {
+    Class simulation(m, "Simulation", "One run; see emulator/simulation/simulation.h.");
+    register_stepping(simulation);
+    register_results(simulation);
+    register_robots(simulation);
+    register_grid(m, simulation);
+}
+
+}  // namespace kilotwin
