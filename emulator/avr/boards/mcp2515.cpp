@@ -26,8 +26,9 @@ enum : uint8_t {
     RXB1CTRL = 0x70,
     BUFFER_STEP = 0x10,
 };
-constexpr uint8_t MIRRORED = 0x0E;  // CANSTAT and CANCTRL are in every row
+constexpr uint8_t MIRRORED = 0x0E;  // CANSTAT and CANCTRL show in every row of 16 addresses
 constexpr unsigned TX_BUFFERS = 3;
+// Offsets within a buffer.
 constexpr unsigned CONTROL = 0, SIDH = 1, SIDL = 2, DLC = 5, DATA = 6;
 
 constexpr uint8_t TXREQ = 1 << 3, TXP = 3, ABTF = 1 << 6;
@@ -60,14 +61,14 @@ bool needs_configuration(uint8_t address) {
            (address >= CNF3 && address <= CNF1);
 }
 
-/// Of the instruction BIT MODIFY; to other registers it writes all bits.
-bool can_be_modified(uint8_t address) {
+/// Registers whose single bits the instruction BIT MODIFY can write; of others it writes all bits.
+bool is_bit_modifiable(uint8_t address) {
     return address == BFPCTRL || address == TXRTSCTRL || address == CANCTRL ||
            (address >= CNF3 && address <= EFLG) || address == RXB0CTRL || address == RXB1CTRL ||
            (address >= TXB0CTRL && address < RXB0CTRL && address % BUFFER_STEP == CONTROL);
 }
 
-/// Bits that the processor may change.
+/// Bits that the processor may write.
 uint8_t writable(uint8_t address) {
     switch (address) {
     case CANSTAT:
@@ -101,6 +102,7 @@ Mcp2515::Mode Mcp2515::mode() const {
     return static_cast<Mode>(registers_[CANSTAT] >> REQOP_SHIFT);
 }
 
+// Bit timing: chapter 5. A bit is a synchronisation quantum and three segments.
 bool Mcp2515::takes_part() const {
     const uint8_t cnf1 = registers_[CNF1], cnf2 = registers_[CNF2], cnf3 = registers_[CNF3];
     constexpr uint8_t BTLMODE = 1 << 7;
@@ -122,7 +124,7 @@ void Mcp2515::select() {
 void Mcp2515::release() {
     if (!selected_) return;
     selected_ = false;
-    // A receive buffer that has been read is free again.
+    // READ RX BUFFER ends with the buffer free again.
     if (count_ > 0 && (instruction_ & 0xF9) == READ_RX)
         registers_[CANINTF] &= static_cast<uint8_t>(~((instruction_ & 4) != 0 ? RX1IF : RX0IF));
     instruction_ = 0;
@@ -133,12 +135,12 @@ uint8_t Mcp2515::exchange(uint8_t byte) {
     if (!selected_) return 0xFF;
     const unsigned at = count_++;
     if (at > 0) return data_byte(byte, at);
-    obey(byte);
+    begin_instruction(byte);
     return 0xFF;
 }
 
 /// The first byte of an instruction.
-void Mcp2515::obey(uint8_t instruction) {
+void Mcp2515::begin_instruction(uint8_t instruction) {
     instruction_ = instruction;
     if (instruction == RESET) {
         reset();
@@ -175,7 +177,7 @@ uint8_t Mcp2515::data_byte(uint8_t byte, unsigned at) {
         return 0xFF;
     case BIT_MODIFY:
         if (at == 1) address_ = byte & 0x7F;
-        if (at == 2) mask_ = can_be_modified(address_) ? byte : 0xFF;
+        if (at == 2) mask_ = is_bit_modifiable(address_) ? byte : 0xFF;
         if (at == 3) write(address_, byte, mask_);
         return 0xFF;
     case READ_STATUS: return status();
@@ -195,6 +197,7 @@ uint8_t Mcp2515::read(uint8_t address) const {
 void Mcp2515::write(uint8_t address, uint8_t value, uint8_t mask) {
     address &= 0x7F;
     if (address % 0x10 >= MIRRORED) address = address % 0x10 == MIRRORED ? CANSTAT : CANCTRL;
+    // The chip ignores writes to what must not change now.
     if (needs_configuration(address) && mode() != Mode::CONFIGURATION) return;
     const bool in_transmit_buffer = address >= TXB0CTRL && address < RXB0CTRL;
     const auto control = static_cast<uint8_t>(address - address % BUFFER_STEP);
@@ -241,7 +244,7 @@ uint8_t Mcp2515::receive_status() const {
     const unsigned buffer = (full & RX0IF) != 0 ? 0 : 1;
     const uint8_t control = registers_[receive_buffer(buffer)];
     unsigned filter = buffer == 0 ? control & 1u : control & 7u;
-    // What rolled over from buffer 0.
+    // Frames that rolled over from buffer 0.
     if (buffer == 1 && filter < 2) filter += 6;
     return static_cast<uint8_t>(full << 6 | ((control & RXRTR) != 0 ? 1u << 3 : 0) | filter);
 }
@@ -282,7 +285,7 @@ void Mcp2515::request(unsigned buffer) {
     control = static_cast<uint8_t>((control & TXP) | TXREQ);
     if (mode() != Mode::LOOPBACK) return;
     if (const auto frame = next_to_send()) {
-        take(*frame);
+        accept(*frame);
         sent();
     }
 }
@@ -291,7 +294,7 @@ std::optional<CanFrame> Mcp2515::next_to_send() {
     if (sending_ || (mode() != Mode::LOOPBACK && !takes_part())) return std::nullopt;
     std::optional<unsigned> first;
     unsigned highest = 0;
-    // Of equals the buffer with the highest number.
+    // Equal priorities: the higher buffer number wins.
     for (unsigned buffer = 0; buffer < TX_BUFFERS; buffer++) {
         const uint8_t control = registers_[transmit_buffer(buffer)];
         if ((control & TXREQ) == 0 || (first && (control & TXP) < highest)) continue;
@@ -321,17 +324,17 @@ void Mcp2515::sent() {
 
 void Mcp2515::receive(const CanFrame &frame) {
     if (mode() == Mode::SLEEP) {
-        // It wakes too late for this one.
+        // The frame that wakes the chip is not received.
         flag(WAKIF);
         if ((registers_[CANINTE] & WAKIF) != 0)
             registers_[CANSTAT] = static_cast<uint8_t>(Mode::LISTEN_ONLY) << REQOP_SHIFT;
         return;
     }
-    if (takes_part() || mode() == Mode::LISTEN_ONLY) take(frame);
+    if (takes_part() || mode() == Mode::LISTEN_ONLY) accept(frame);
 }
 
-/// Whether the frame fits a filter, as far as the mask wants it to. The places of the extended identifier look at the
-/// first two data bytes.
+/// Whether the frame passes a filter on the bits that the mask selects. Of standard frames, the
+/// bits for an extended identifier apply to the first two data bytes.
 bool Mcp2515::passes(unsigned filter, unsigned mask, const CanFrame &frame) const {
     const uint8_t *wanted = &registers_[4 * filter + (filter < 3 ? 0u : 4u)];
     const uint8_t *care = &registers_[RXM0SIDH + 4 * mask];
@@ -353,7 +356,8 @@ std::optional<unsigned> Mcp2515::filter_of(unsigned buffer, const CanFrame &fram
     return std::nullopt;
 }
 
-void Mcp2515::take(const CanFrame &frame) {
+/// Stores a frame in the buffer whose filters it passes; buffer 0 comes first and may roll over.
+void Mcp2515::accept(const CanFrame &frame) {
     const bool full_0 = (registers_[CANINTF] & RX0IF) != 0,
                full_1 = (registers_[CANINTF] & RX1IF) != 0;
     auto overflow = [this](uint8_t bit) {

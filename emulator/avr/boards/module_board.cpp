@@ -10,6 +10,7 @@ using namespace atmega328p;
 
 namespace {
 
+// Wiring: kilogrid_modules/runtime/avr/board.h.
 constexpr uint8_t IR_LED = 1 << 1, CAN_SELECT = 1 << 2;  // of port B
 constexpr uint8_t IR_CELL_SHIFT = 3;                     // of port D
 constexpr uint8_t RECEIVER_SHIFT = 1;                    // of port C: gain, then cell
@@ -38,7 +39,7 @@ ModuleBoard::ModuleBoard(const FlashImage &flash, uint32_t index, const EepromIm
       two_wire_(chip_, leds_) {
     for (uint16_t address : {DDRB, PORTB, PORTC, DDRD, PORTD})
         chip_.watch_register(address, Microcontroller::Watch::CHANGES);
-    look_at_controller();
+    update_controller();
 }
 
 void ModuleBoard::run(Cycles until) { chip_.run(clock_.own_cycle(until)); }
@@ -59,16 +60,16 @@ void ModuleBoard::pass_edges() {
         next = std::min(next, receiver.next());
     }
     if (next != LightEdges::NONE) chip_.set_alarm(Microcontroller::LIGHT_EDGE, next);
-    show_light();
+    update_comparator();
 }
 
-void ModuleBoard::show_light() { chip_.set_comparator(receivers_[cell_].lit()); }
+void ModuleBoard::update_comparator() { chip_.set_comparator(receivers_[cell_].lit()); }
 
 int16_t ModuleBoard::sample(uint8_t channel) {
     if (channel != RECEIVER_CHANNEL) return 0;
     constexpr int16_t MOST = 1023;
     const LightEdges &receiver = receivers_[cell_];
-    // The lowest bit is never still: rand_hard() lives on that.
+    // The lowest bit is noise, which rand_hard() depends on.
     const uint64_t bits = chance_.bits(index_, Purpose::MODULE_CONVERTER_NOISE, conversions_++);
     const int reading = (high_gain_ ? receiver.high() : receiver.low()) + int(bits & 1);
     return static_cast<int16_t>(std::min<int>(reading, MOST));
@@ -87,10 +88,10 @@ void ModuleBoard::register_written(uint16_t address) {
     else if (address == TWCR)
         two_wire_.control_written();
     else
-        look_at_ports();
+        update_ports();
 }
 
-void ModuleBoard::look_at_ports() {
+void ModuleBoard::update_ports() {
     const uint8_t ddrb = chip_.read(DDRB), portb = chip_.read(PORTB), portc = chip_.read(PORTC);
     const bool selected = (ddrb & CAN_SELECT) != 0 && (portb & CAN_SELECT) == 0;
     if (selected != selected_) {
@@ -99,18 +100,18 @@ void ModuleBoard::look_at_ports() {
             controller_.select();
         } else {
             controller_.release();
-            look_at_controller();
+            update_controller();
         }
     }
     high_gain_ = (portc >> RECEIVER_SHIFT & 1) != 0;
     const auto cell = static_cast<uint8_t>(portc >> (RECEIVER_SHIFT + 1) & CELL_MASK);
     if (cell != cell_) {
         cell_ = cell;
-        show_light();
+        update_comparator();
     }
     const bool ir = (ddrb & portb & IR_LED) != 0;
     if (ir == ir_on_) return;
-    // The multiplexer is set before the LED is.
+    // The multiplexer is set before the LED is switched, so it is read only then.
     if (ir) ir_cell_ = static_cast<uint8_t>(chip_.read(PORTD) >> IR_CELL_SHIFT & CELL_MASK);
     ir_on_ = ir;
     lights.push_back({now(), ir_cell_, ir});
@@ -128,24 +129,24 @@ void ModuleBoard::alarm(Microcontroller::Alarm alarm) {
 void ModuleBoard::was_reset() {
     converter_.was_reset();
     two_wire_.was_reset();
-    // The controller and the LED driver do not share its reset.
+    // The watchdog resets the chip alone: controller and LED driver keep their state.
     selected_ = false;
     controller_.release();
-    show_light();
-    look_at_ports();
-    look_at_controller();
+    update_comparator();
+    update_ports();
+    update_controller();
 }
 
 // CAN
 
 uint8_t ModuleBoard::spi_exchange(uint8_t byte) {
     const uint8_t answer = controller_.exchange(byte);
-    look_at_controller();
+    update_controller();
     return answer;
 }
 
-/// Its interrupt pin, and whether it has something to send.
-void ModuleBoard::look_at_controller() {
+/// Passes on the controller's interrupt pin, and a frame that it has to send.
+void ModuleBoard::update_controller() {
     chip_.set_pin('D', CAN_INTERRUPT_PIN, !controller_.interrupts());
     if (const auto frame = controller_.next_to_send()) can_frames.push_back({now(), *frame});
 }
@@ -163,9 +164,10 @@ void ModuleBoard::frame_sent(Cycles at) { arrive({clock_.own_cycle(at), true, {}
 
 void ModuleBoard::frame_lost() {
     controller_.gives_up();
-    look_at_controller();
+    update_controller();
 }
 
+/// Hands the controller everything that has ended on the bus up to the chip's cycle.
 void ModuleBoard::take_arrivals() {
     while (!arrivals_.empty() && arrivals_.front().cycle <= chip_.cycle()) {
         if (arrivals_.front().is_own)
@@ -175,12 +177,12 @@ void ModuleBoard::take_arrivals() {
         arrivals_.pop();
     }
     if (!arrivals_.empty()) chip_.set_alarm(Microcontroller::FRAME, arrivals_.front().cycle);
-    look_at_controller();
+    update_controller();
 }
 
 void ModuleBoard::set_can_errors(uint32_t transmit, uint32_t receive, bool bus_off) {
     controller_.set_errors(transmit, receive, bus_off);
-    look_at_controller();
+    update_controller();
 }
 
 }  // namespace kilotwin

@@ -1,6 +1,9 @@
-/// One module of a Kilogrid from its very .hex: the ATmega328P and what is wired to it on the published board,
-/// revision A (hardware.md 3.1, kilogrid_modules/runtime/avr/board.h): CAN controller, LED driver, and one infrared
-/// transmitter and one receiver behind multiplexers to the four cells.
+/// One module of a Kilogrid that runs its .hex: the ATmega328P and the circuit of the published
+/// board, revision A (hardware.md 3.1, kilogrid_modules/runtime/avr/board.h): CAN controller, LED
+/// driver, and one infrared transmitter and one receiver, both multiplexed to the four cells.
+///
+/// All times are world time. A board belongs to one thread; whoever runs it carries light and
+/// frames between it and the rest of the grid.
 #ifndef KILOTWIN_AVR_BOARDS_MODULE_BOARD_H
 #define KILOTWIN_AVR_BOARDS_MODULE_BOARD_H
 
@@ -23,7 +26,7 @@ namespace kilotwin {
 
 class ModuleBoard : private Microcontroller::Board {
   public:
-    /// The light of a cell's transmitter goes on or off.
+    /// The infrared LED of a cell going on or off.
     struct Light {
         Cycles at;
         uint8_t cell;
@@ -34,48 +37,55 @@ class ModuleBoard : private Microcontroller::Board {
         uint8_t byte;
     };
 
-    /// The EEPROM of the module at column `x`, row `y`, as it comes.
+    /// EEPROM of the module at column `x`, row `y`: uncalibrated but for its address.
     static EepromImage eeprom_of(uint8_t x, uint8_t y);
 
-    /// Module `index` is switched on at `power_up`; `tick` by its own oscillator. `chance` must live on.
+    /// Switches module `index` on at `power_up`. `tick`: cycles of world time in a nominal tick of
+    /// its own oscillator. `chance` must live on; the images are copied.
     ModuleBoard(const FlashImage &flash, uint32_t index, const EepromImage &eeprom, Cycles tick,
                 Cycles power_up, const Chance &chance);
 
-    /// Lives through everything before `until`, plus what is left of the instruction begun.
+    /// Runs up to `until`, plus the rest of the instruction begun. Cheap while the program idles.
     void run(Cycles until);
+    /// The time that it has been run up to.
     Cycles now() const { return clock_.world_time(chip_.cycle()); }
 
-    /// Lets light fall on the receiver of a cell; `pulse.begin` is not earlier than now().
+    /// Lets light fall on the receiver of a cell; `pulse.begin` is not earlier than now(). The
+    /// receiver gets it while the multiplexer selects that cell.
     void shine(uint8_t cell, const LightPulse &pulse);
 
-    /// A frame of another node has ended on the bus, at `at`, not earlier than now().
+    /// A frame of another node ends on the bus at `at`, not earlier than now().
     void receive_can(Cycles at, const CanFrame &frame);
-    /// The one that it handed out last has, or it was lost.
+    /// The frame that it handed out last ends on the bus at `at`, or was lost and may be sent
+    /// again.
     void frame_sent(Cycles at);
     void frame_lost();
-    /// What the bus counts of its errors.
+    /// The bus's error counters of this node.
     void set_can_errors(uint32_t transmit, uint32_t receive, bool bus_off);
 
-    /// The cell that the receiver listens to.
+    /// The cell that the receiver's multiplexer selects.
     uint8_t listening_cell() const { return cell_; }
+    /// Light of a cell's LEDs, as the LED driver dims them.
     CellLight light(uint8_t cell) const;
     EepromImage eeprom() const { return chip_.eeprom(); }
     uint8_t read(uint16_t address) const { return chip_.read(address); }  ///< SRAM or a register
+    /// Why the program cannot go on; empty while it can.
     const std::string &failure() const { return chip_.failure(); }
     /// Nominal ticks of 262,144 of its cycles since power-up.
     uint32_t tick() const { return static_cast<uint32_t>(chip_.cycle() / TICK_CYCLES); }
+    /// Frames that found the controller's receive buffers full.
     uint32_t frames_missed() const { return controller_.missed(); }
 
-    // What it did since the caller cleared them, in order of time.
+    // Outputs in order of time, appended by run(); the caller takes and clears them.
     std::vector<Light> lights;
     std::vector<Serial> serial;
-    std::vector<CanOutput> can_frames;  ///< one at a time: the next when this one is sent
+    std::vector<CanOutput> can_frames;  ///< one at a time: the next when this one has ended
 
   private:
-    /// What comes over the bus, to be told the chip when it is due.
+    /// An end of a frame on the bus, for the controller once the chip has come to that cycle.
     struct Arrival {
         uint64_t cycle;
-        bool is_own;  ///< that one is sent
+        bool is_own;  ///< the frame that the controller handed out
         CanFrame frame;
     };
 
@@ -88,12 +98,12 @@ class ModuleBoard : private Microcontroller::Board {
     void was_reset() override;
 
     int16_t sample(uint8_t channel);
-    void look_at_ports();
+    void update_ports();
     void pass_edges();
-    void show_light();
+    void update_comparator();
     void arrive(const Arrival &arrival);
     void take_arrivals();
-    void look_at_controller();
+    void update_controller();
 
     uint32_t index_;
     BoardClock clock_;
@@ -106,9 +116,9 @@ class ModuleBoard : private Microcontroller::Board {
     std::array<LightEdges, CELLS_PER_MODULE> receivers_;
     std::queue<Arrival> arrivals_;
     uint64_t conversions_ = 0;
-    uint8_t cell_ = 0;        ///< that the receiver listens to
-    bool high_gain_ = false;  ///< by the amplifier that it has chosen
-    bool selected_ = false;   ///< the controller
+    uint8_t cell_ = 0;        ///< selected by the receiver's multiplexer
+    bool high_gain_ = false;  ///< the amplifier selected by it
+    bool selected_ = false;   ///< the controller, on the SPI
     bool ir_on_ = false;
     uint8_t ir_cell_ = 0;
 };

@@ -19,8 +19,9 @@ constexpr uint8_t SLEEP = 1 << 4, ALLCALL = 1 << 0, MODE1_READ_ONLY = 7 << 5;
 constexpr uint8_t REGISTER = 31, INCREMENT_SHIFT = 5;
 enum Increment : uint8_t { NONE, ALL = 4, INDIVIDUAL = 5, GLOBAL = 6, INDIVIDUAL_AND_GLOBAL = 7 };
 enum LedOut : uint8_t { OFF, FULL, PWM, GROUP };
+// The software reset call, an address and two bytes.
 constexpr uint8_t RESET_CALL = 0x06, RESET_BYTES[] = {0xA5, 0x5A};
-constexpr uint8_t NO_SECRET = 0xFF;
+constexpr uint8_t NO_RESET_CALL = 0xFF;
 
 }  // namespace
 
@@ -33,12 +34,12 @@ void Pca9635::reset() {
     for (unsigned i = 0; i < sizeof calls; i++) registers_[SUBADR1 + i] = calls[i];
     control_ = 0;
     control_due_ = false;
-    secret_ = NO_SECRET;
+    reset_bytes_ = NO_RESET_CALL;
 }
 
 bool Pca9635::address(uint8_t byte) {
     control_due_ = (byte & 1) == 0;
-    secret_ = byte == RESET_CALL ? 0 : NO_SECRET;
+    reset_bytes_ = byte == RESET_CALL ? 0 : NO_RESET_CALL;
     if (byte == RESET_CALL || byte >> 1 == address_) return true;
     if ((byte & 1) != 0) return false;
     // SUB1 to SUB3 are bits 3 to 1 of MODE1, ALLCALL is bit 0.
@@ -48,9 +49,9 @@ bool Pca9635::address(uint8_t byte) {
 }
 
 bool Pca9635::write(uint8_t byte) {
-    if (secret_ != NO_SECRET) {
-        if (secret_ >= sizeof RESET_BYTES || byte != RESET_BYTES[secret_]) return false;
-        secret_++;
+    if (reset_bytes_ != NO_RESET_CALL) {
+        if (reset_bytes_ >= sizeof RESET_BYTES || byte != RESET_BYTES[reset_bytes_]) return false;
+        reset_bytes_++;
         return true;
     }
     if (control_due_) {
@@ -74,11 +75,11 @@ uint8_t Pca9635::read() {
 }
 
 void Pca9635::stop() {
-    if (secret_ == sizeof RESET_BYTES) reset();
-    secret_ = NO_SECRET;
+    if (reset_bytes_ == sizeof RESET_BYTES) reset();
+    reset_bytes_ = NO_RESET_CALL;
 }
 
-/// On to the next register, as the control register wants it.
+/// Increments the register as the control register says, within its range of registers.
 void Pca9635::advance() {
     unsigned first = MODE1, last = ALLCALLADR;
     switch (control_ >> INCREMENT_SHIFT) {
@@ -96,7 +97,7 @@ void Pca9635::advance() {
 uint8_t Pca9635::light(unsigned output) const {
     const unsigned mode = registers_[LEDOUT0 + output / 4] >> 2 * (output % 4) & 3u;
     const uint8_t own = registers_[PWM0 + output];
-    // Without its oscillator it can only switch on and off.
+    // Asleep, its oscillator is off: outputs can only be fully on or off.
     const bool asleep = (registers_[MODE1] & SLEEP) != 0;
     switch (mode) {
     case FULL: return 0xFF;

@@ -1,7 +1,7 @@
 /// A PCA9635, which dims 16 LEDs by PWM, as an I2C device (NXP PCA9635, revision 7).
 ///
-/// What an LED shows is told as its share of full light. Blinking in a group counts as dimming to the share of the
-/// time that it is on.
+/// An output is reported as its share of full light. Blinking in a group counts as dimming to the
+/// share of the time that it is on.
 #ifndef KILOTWIN_AVR_BOARDS_PCA9635_H
 #define KILOTWIN_AVR_BOARDS_PCA9635_H
 
@@ -14,20 +14,22 @@ class Pca9635 {
   public:
     static constexpr unsigned OUTPUTS = 16;
 
-    /// `address` is what its pins say: 7 bits.
+    /// `address`: 7 bits, as its pins are wired.
     explicit Pca9635(uint8_t address) : address_(address) { reset(); }
 
-    // As the master sees it, from a start to a stop.
-    /// The first byte: address and direction (1: read). Whether it acknowledges.
+    // One transfer, from start to stop, as the master drives it. Each returns whether the device
+    // acknowledges.
+    /// The first byte: address and direction (1: read).
     bool address(uint8_t byte);
     bool write(uint8_t byte);
+    /// The next byte of a transfer that reads.
     uint8_t read();
     void stop();
 
-    /// What an LED shows, 0 to 255.
+    /// Light of an output (0 to OUTPUTS - 1), 0 to 255.
     uint8_t light(unsigned output) const;
 
-    /// Power comes: asleep, all dark.
+    /// Power-up, or the reset call: asleep, all dark.
     void reset();
 
   private:
@@ -35,9 +37,9 @@ class Pca9635 {
 
     uint8_t address_;
     std::array<uint8_t, 0x1C> registers_{};
-    uint8_t control_ = 0;       ///< the control register: where to read and write, and how to go on
-    bool control_due_ = false;  ///< the next byte written is that
-    uint8_t secret_ = 0;        ///< bytes of the reset call that came right; of another call: NONE
+    uint8_t control_ = 0;       ///< control register: register, and how to increment
+    bool control_due_ = false;  ///< the next byte written is the control register
+    uint8_t reset_bytes_ = 0;   ///< of a reset call, matched so far; NO_RESET_CALL in other calls
 };
 
 }  // namespace kilotwin

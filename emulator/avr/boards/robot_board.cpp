@@ -10,6 +10,7 @@ using namespace atmega328p;
 
 namespace {
 
+// Channels of the converter, and pins (hardware.md 1.8).
 constexpr uint8_t HIGH_GAIN = 0, LOW_GAIN = 1, BATTERY = 6, AMBIENT_LIGHT = 7, TEMPERATURE = 8;
 constexpr uint8_t IR_LED = 1 << 0, IR_LED_PINS = 1 << 0 | 1 << 1 | 1 << 2 | 1 << 6 | 1 << 7;
 constexpr uint8_t LEFT_MOTOR_PIN = 3, RIGHT_MOTOR_PIN = 3;
@@ -20,12 +21,13 @@ enum Traced : size_t { IR_OUT, IR_IN, MOTOR_LEFT, MOTOR_RIGHT, LED, PORT_B, PORT
 
 uint8_t bit(uint8_t value, int which) { return static_cast<uint8_t>(value >> which & 1); }
 
-/// The pins of port B that have an IR LED: what calibration says, unless that cannot be.
+/// Pins of port B with an infrared LED: as calibrated, unless the mask is erased or names others.
 uint8_t ir_led_pins(uint8_t mask) {
     return mask == 0 || (mask & ~IR_LED_PINS) != 0 ? IR_LED : mask;
 }
 
-/// Duty of a motor at an output of timer 2: the compare register's, while the timer runs and drives the pin.
+/// Duty of a motor at an output of timer 2: the compare register, while the timer runs and drives
+/// the pin.
 uint8_t duty(bool output, bool level, uint8_t compare_mode, bool runs, uint8_t compare) {
     constexpr uint8_t NON_INVERTING = 2;
     if (!output) return 0;
@@ -50,7 +52,8 @@ RobotBoard::RobotBoard(const FlashImage &flash, uint32_t index, const Calibratio
       chip_(*this, flash, eeprom_of(calibration)),
       ir_mask_(ir_led_pins(chip_.eeprom()[EEPROM_INFRARED_PINS])),
       converter_(chip_, [this](uint8_t channel) { return sample(channel); }) {
-    // Timer 2 only drives the motors. simavr does not know its phase-correct mode and would count in vain.
+    // Timer 2 only drives the motors. simavr does not know its phase-correct mode and would spend
+    // time on counting.
     for (uint16_t address : {TCCR2A, TCCR2B, OCR2A, OCR2B}) chip_.take_over(address);
     for (uint16_t address : WATCHED) chip_.watch_register(address, Microcontroller::Watch::CHANGES);
     set_charging(false);
@@ -75,7 +78,7 @@ void RobotBoard::pass_edges() {
     if (trace_) trace_->set(now(), IR_IN, !was_lit);
 }
 
-/// Without power the amplifiers show the comparator and the converter nothing.
+/// Without power the amplifiers pass nothing on to the comparator and the converter.
 void RobotBoard::power_receiver(bool on) {
     if (on == receiver_on_) return;
     receiver_on_ = on;
@@ -83,7 +86,7 @@ void RobotBoard::power_receiver(bool on) {
 }
 
 int16_t RobotBoard::sample(uint8_t channel) {
-    // The lowest bit is never still: rand_hard() lives on that (hardware.md 1.7).
+    // The lowest bit is noise, which rand_hard() depends on (hardware.md 1.7).
     auto noisy = [&](int16_t reading) {
         if (noise) return noise(channel, reading);
         const uint64_t bits = chance_.bits(index_, Purpose::CONVERTER_NOISE, conversions_++);
@@ -103,7 +106,7 @@ void RobotBoard::register_written(uint16_t address) {
     if (address == ADCSRA)
         converter_.control_written();
     else
-        look_at_outputs();
+        update_outputs();
 }
 
 void RobotBoard::flag_set(uint8_t vector) { converter_.flag_set(vector); }
@@ -122,7 +125,7 @@ void RobotBoard::was_reset() {
     receiver_on_ = false;
     chip_.set_comparator(false);
     set_charging(charging_);
-    look_at_outputs();
+    update_outputs();
 }
 
 void RobotBoard::set_charging(bool charging) {
@@ -130,7 +133,7 @@ void RobotBoard::set_charging(bool charging) {
     chip_.set_pin('D', 0, !charging);
 }
 
-void RobotBoard::look_at_outputs() {
+void RobotBoard::update_outputs() {
     const uint8_t ddrb = chip_.read(DDRB), ddrc = chip_.read(DDRC), ddrd = chip_.read(DDRD);
     const uint8_t portb = chip_.read(PORTB), portc = chip_.read(PORTC), portd = chip_.read(PORTD);
     auto lit = [](uint8_t ddr, uint8_t port, int pin) {
@@ -176,7 +179,7 @@ void RobotBoard::trace(const std::string &path) {
                                                                       {"port_c", 8},
                                                                       {"port_d", 8}});
     trace_->set(now(), IR_IN, receiver_.lit());
-    look_at_outputs();
+    update_outputs();
 }
 
 }  // namespace kilotwin

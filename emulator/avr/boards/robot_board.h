@@ -1,8 +1,8 @@
-/// One Kilobot from its very .hex: the ATmega328P and what is wired to it (hardware.md 1.8).
+/// One Kilobot that runs its .hex: the ATmega328P and the circuit around it (hardware.md 1.8).
 ///
-/// Infrared goes in and out bit by bit, as light on the comparator and the two amplifiers, and as pulses of the
-/// LED; whoever couples boards decides who sees whom. Times are the world's; the board's own oscillator may be
-/// off, as its calibration says.
+/// Infrared goes in and out bit by bit: in as light on the comparator and the two amplifiers, out
+/// as pulses of the LED. Which boards see which light is decided outside. All times are world time;
+/// the board's own oscillator deviates as its calibration says. A board belongs to one thread.
 #ifndef KILOTWIN_AVR_BOARDS_ROBOT_BOARD_H
 #define KILOTWIN_AVR_BOARDS_ROBOT_BOARD_H
 
@@ -23,7 +23,7 @@
 
 namespace kilotwin {
 
-/// What a board did, in order of time. The caller clears it.
+/// Outputs of a board in order of time, appended by run(); the caller takes and clears them.
 struct BoardOutputs {
     struct Light {
         Cycles at;
@@ -37,7 +37,7 @@ struct BoardOutputs {
         Cycles at;
         uint8_t byte;
     };
-    std::vector<Light> light;  ///< of its IR LED
+    std::vector<Light> light;  ///< of the infrared LED
     std::vector<MotorCommand> motors;
     std::vector<Color> colors;
     std::vector<Serial> serial;
@@ -47,58 +47,61 @@ struct BoardOutputs {
 
 class RobotBoard : private Microcontroller::Board {
   public:
-    /// A pulse from a Kilobot's LED, as the receiver's amplifier shows it to the comparator.
+    /// Length of a pulse of a Kilobot's LED at the comparator, stretched by the receiver's
+    /// amplifier.
     static constexpr Cycles SEEN_PULSE = 40;
 
-    /// Robot `index` is switched on at `power_up` with `flash` programmed and `eeprom_of(calibration)`.
-    /// `chance` must live on.
+    /// Switches robot `index` on at `power_up`, with `flash` programmed and
+    /// `eeprom_of(calibration)`. `chance` must live on; the images are copied.
     RobotBoard(const FlashImage &flash, uint32_t index, const Calibration &calibration,
                Cycles power_up, const Chance &chance);
 
-    /// Lives through everything before `until`, plus what is left of the instruction begun.
+    /// Runs up to `until`, plus the rest of the instruction begun. Cheap while the program idles.
     void run(Cycles until);
 
-    /// The time it has been run up to.
+    /// The time that it has been run up to.
     Cycles now() const { return clock_.world_time(chip_.cycle()); }
 
-    /// Lets light fall on the receiver; `pulse.begin` is not earlier than now(). Pulses may overlap: the light
-    /// then lasts until the last of them ends, and its strengths add up.
+    /// Lets light fall on the receiver; `pulse.begin` is not earlier than now(). Overlapping pulses
+    /// make one that ends with the last, and their strengths add up. Empty pulses are ignored.
     void shine(const LightPulse &pulse);
 
-    uint8_t color() const { return color_; }  ///< RGB() value shown
+    uint8_t color() const { return color_; }  ///< RGB() value of the LED
     uint8_t left_duty() const { return left_; }
     uint8_t right_duty() const { return right_; }
 
-    /// Why it stands still for ever: its program crashed. Empty while it runs. "tick" in it counts from power-up.
+    /// Why the program cannot go on; empty while it can. "tick" in it counts from power-up.
     const std::string &failure() const { return chip_.failure(); }
 
-    uint64_t cycle() const { return chip_.cycle(); }  ///< its own, since power-up
+    uint64_t cycle() const { return chip_.cycle(); }  ///< cycles of its own since power-up
 
     /// Nominal ticks of 262,144 of its cycles since power-up.
     uint32_t tick() const { return static_cast<uint32_t>(chip_.cycle() / TICK_CYCLES); }
 
-    uint8_t read(uint16_t address) const { return chip_.read(address); }  ///< SRAM or a register
+    // Memory: SRAM and registers, flash, EEPROM, without side effects.
+    uint8_t read(uint16_t address) const { return chip_.read(address); }
     void write(uint16_t address, uint8_t value) { chip_.write(address, value); }
     uint8_t flash(uint16_t address) const { return chip_.flash(address); }
     EepromImage eeprom() const { return chip_.eeprom(); }
 
-    void skip_nothing() { chip_.skip_nothing(); }  ///< for tests, see Microcontroller
+    // For tests and profiles; see Microcontroller.
+    void skip_nothing() { chip_.skip_nothing(); }
     void follow(Microcontroller::Follower &follower) { chip_.follow(follower); }
 
     /// Waits for gdb on 127.0.0.1:`port` before the next instruction.
     void serve_debugger(uint16_t port) { chip_.serve_debugger(port); }
 
-    /// Writes what its pins do from now on to a VCD file.
+    /// Writes its pins from now on to a VCD file. Throws EngineError if the file cannot be written.
     void trace(const std::string &path);
 
-    // What the sensors read from now on, 0..1023; set from outside.
+    // Readings of the sensors from now on, 0..1023; set from outside.
     int16_t light = 0, battery = 720, temperature = 300;
 
-    /// What battery, ambient light and temperature (hardware.md 1.8: channels 6, 7 and 8) are converted to, in
-    /// place of the reading with a lowest bit that is never still.
+    /// Replaces the noise of the lowest bit in readings of battery, ambient light and temperature
+    /// (channels 6, 7 and 8, hardware.md 1.8), if set: maps a reading to the conversion's result.
     std::function<int16_t(uint8_t channel, int16_t reading)> noise;
 
-    /// On the charger or off it.
+    /// Puts it on the charger or takes it off.
     void set_charging(bool charging);
 
     BoardOutputs outputs;
@@ -113,19 +116,19 @@ class RobotBoard : private Microcontroller::Board {
 
     int16_t sample(uint8_t channel);
     void power_receiver(bool on);
-    void look_at_outputs();
+    void update_outputs();
     void pass_edges();
 
     uint32_t index_;
     BoardClock clock_;
     const Chance &chance_;
     Microcontroller chip_;
-    uint8_t ir_mask_;  ///< of port B
+    uint8_t ir_mask_;  ///< pins of port B that drive the infrared LED
     Converter converter_;
     LightEdges receiver_;
-    uint64_t conversions_ = 0;
+    uint64_t conversions_ = 0;  ///< draws of noise so far
     bool ir_on_ = false, charging_ = false;
-    bool receiver_on_ = false;  ///< the amplifiers have power
+    bool receiver_on_ = false;  ///< its amplifiers have power
     uint8_t color_ = 0, left_ = 0, right_ = 0;
     std::unique_ptr<VcdTrace> trace_;
 };

@@ -8,15 +8,15 @@ using namespace atmega328p;
 
 namespace {
 
-// What TWSR says (datasheet, tables 22-2 and 22-3).
+// Status codes in TWSR (datasheet, tables 22-2 and 22-3).
 enum Status : uint8_t {
     STARTED = 0x08,
     STARTED_AGAIN = 0x10,
-    ADDRESS_WRITE = 0x18,  // acknowledged; 8 more: not
+    ADDRESS_WRITE = 0x18,  // acknowledged; not acknowledged: 8 more
     DATA_SENT = 0x28,
     ADDRESS_READ = 0x40,
     DATA_READ = 0x50,
-    NOTHING_TO_SAY = 0xF8,
+    NO_STATE = 0xF8,
 };
 constexpr uint8_t NOT_ACKNOWLEDGED = 8;
 constexpr unsigned BYTE_BITS = 9, CONDITION_BITS = 1;
@@ -32,13 +32,13 @@ TwiMaster::TwiMaster(Microcontroller &chip, Pca9635 &device) : chip_(chip), devi
 void TwiMaster::was_reset() {
     step_ = Step::NOTHING;
     owns_bus_ = addressed_ = reads_ = starts_after_stop_ = false;
-    chip_.write(TWSR, NOTHING_TO_SAY);
+    chip_.write(TWSR, NO_STATE);
     chip_.write(TWDR, 0xFF);
 }
 
 uint8_t TwiMaster::control() const { return chip_.read(TWCR); }
 
-/// A one in TWINT clears it and lets the next step begin.
+/// Writing a one to TWINT clears it and begins the next step.
 void TwiMaster::control_written() {
     const uint8_t written = control();
     if ((written & TWCR_TWEN) == 0) {
@@ -64,6 +64,7 @@ void TwiMaster::control_written() {
 void TwiMaster::begin(Step step, unsigned bits) {
     step_ = step;
     const unsigned prescaler = 1u << 2 * (chip_.read(TWSR) & TWSR_TWPS);
+    // Cycles per bit (datasheet, bit rate generator unit).
     const unsigned bit = 16 + 2u * chip_.read(TWBR) * prescaler;
     chip_.set_alarm(Microcontroller::TWO_WIRE, chip_.cycle() + bits * bit);
 }
@@ -95,7 +96,7 @@ void TwiMaster::step_ends() {
         device_.stop();
         owns_bus_ = addressed_ = false;
         chip_.write(TWCR, control() & static_cast<uint8_t>(~TWCR_TWSTO));
-        chip_.write(TWSR, static_cast<uint8_t>(NOTHING_TO_SAY | (chip_.read(TWSR) & TWSR_TWPS)));
+        chip_.write(TWSR, static_cast<uint8_t>(NO_STATE | (chip_.read(TWSR) & TWSR_TWPS)));
         if (starts_after_stop_) {
             status_ = STARTED;
             begin(Step::START, CONDITION_BITS);

@@ -1,6 +1,8 @@
-/// The ATmega328P's two-wire interface as a master of one bus with one device (datasheet, chapter 22).
+/// The ATmega328P's two-wire interface (I2C) as the master of a bus with one device (datasheet,
+/// chapter 22).
 ///
-/// It stands in for simavr's, whose bits all take 1 us.
+/// Stands in for simavr's, whose bits all take 1 us: here a step takes as long as TWBR and the
+/// prescaler say. Not modelled: slave mode, lost arbitration, bus errors.
 #ifndef KILOTWIN_AVR_BOARDS_TWI_MASTER_H
 #define KILOTWIN_AVR_BOARDS_TWI_MASTER_H
 
@@ -11,16 +13,18 @@
 
 namespace kilotwin {
 
+/// One per module board, which passes on the events below.
 class TwiMaster {
   public:
+    /// Takes the interface's registers over from simavr. Both must live on.
     TwiMaster(Microcontroller &chip, Pca9635 &device);
 
-    // What its board passes on.
-    void control_written();  ///< TWCR
-    void step_ends();
-    void was_reset();
+    void control_written();  ///< TWCR was written
+    void step_ends();        ///< the alarm TWO_WIRE
+    void was_reset();        ///< the chip's registers are 0 again
 
   private:
+    /// The step under way on the bus.
     enum class Step : uint8_t { NOTHING, START, ADDRESS, WRITE, READ, STOP };
 
     void begin(Step step, unsigned bits);
@@ -31,7 +35,7 @@ class TwiMaster {
     Step step_ = Step::NOTHING;
     bool owns_bus_ = false, addressed_ = false, reads_ = false;
     bool starts_after_stop_ = false;
-    uint8_t status_ = 0;  ///< what TWSR will say when the step is over
+    uint8_t status_ = 0;  ///< status code in TWSR once the step is over
 };
 
 }  // namespace kilotwin

@@ -35,7 +35,7 @@ bool CallWatch::inside(uint16_t entry) const {
 void CallWatch::executed(uint32_t from, uint32_t pc, uint16_t sp) {
     if (!in_main_ && pc != main_) return;
     in_main_ = true;
-    // A new stack pointer is written in two halves.
+    // The stack pointer is written in two halves, high byte first; between them it is wrong.
     constexpr uint16_t OUT_MASK = 0xFE0F, OUT_SPH = 0xBE0E, OUT_SPL = 0xBE0D;
     const auto &code = flash_.bytes();
     const auto done = static_cast<uint16_t>(code[from] | code[from + 1] << 8);
@@ -43,6 +43,7 @@ void CallWatch::executed(uint32_t from, uint32_t pc, uint16_t sp) {
     if ((done & OUT_MASK) == OUT_SPL) half_set_ = false;
     if (half_set_) return;
 
+    // A call has returned once the stack is above its return address.
     while (!open_.empty() && sp > open_.back().sp) {
         const Open &open = open_.back();
         Call &call = calls_[open.which];
@@ -53,7 +54,7 @@ void CallWatch::executed(uint32_t from, uint32_t pc, uint16_t sp) {
         }
         open_.pop_back();
     }
-    if (sp < least_sp_) look_at_stack(from, sp);
+    if (sp < least_sp_) record_stack(from, sp);
     if (pc == VECTOR_TIMER0_COMPA * VECTOR_BYTES) ticks_++;
     const uint8_t which = which_[pc / 2];
     if (which == NOT_WATCHED || inside(calls_[which].entry)) return;
@@ -61,7 +62,8 @@ void CallWatch::executed(uint32_t from, uint32_t pc, uint16_t sp) {
     open_.push_back({which, sp, board_.cycle(), board_.tick()});
 }
 
-void CallWatch::look_at_stack(uint32_t from, uint16_t sp) {
+/// Records a new deepest stack. The heap is read only here: it matters where the stack is deepest.
+void CallWatch::record_stack(uint32_t from, uint16_t sp) {
     least_sp_ = sp;
     deepest_at_ = static_cast<uint16_t>(from);
     const auto heap_end =

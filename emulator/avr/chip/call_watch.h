@@ -1,5 +1,8 @@
-/// What a program takes of its chip while it runs: the stack at its deepest, cycles of some functions' longest calls,
-/// ticks.
+/// Profile of a program on its chip: the deepest stack, the longest calls of chosen functions, the
+/// ticks that were served.
+///
+/// Looks at every instruction, which makes a run several times slower. Figures are exact for the
+/// code that the run has executed; they are no bound on other inputs.
 #ifndef KILOTWIN_AVR_CHIP_CALL_WATCH_H
 #define KILOTWIN_AVR_CHIP_CALL_WATCH_H
 
@@ -14,32 +17,37 @@ namespace kilotwin {
 
 class CallWatch : public Microcontroller::Follower {
   public:
-    /// Begins to look when `board`, which runs `flash`, enters main(). Throws EngineError if the image does not say
-    /// where that is: only ELF files do. Both must live on.
+    /// Follows `board`, which runs `flash`, from its first entry into main() on. Both must live on,
+    /// and nothing else may follow the board. Throws EngineError if the image has no symbol main:
+    /// only ELF files have symbols.
     CallWatch(const FlashImage &flash, RobotBoard &board);
 
-    /// Measures calls of the function at `entry`, a byte address. Of calls within a call the outermost counts.
+    /// Measures calls of the function at `entry`, a byte address: at most 255 functions, before the
+    /// board runs. Of recursive calls the outermost counts.
     void watch(uint16_t entry);
 
     struct Call {
         uint16_t entry;
         uint64_t calls = 0;
-        uint64_t longest = 0;  ///< cycles, interrupts included, of those that came back
+        uint64_t longest = 0;  ///< cycles, interrupts included, of calls that have returned
         uint32_t tick = 0;     ///< when the longest began, see RobotBoard::tick()
     };
     const std::vector<Call> &calls() const { return calls_; }
 
-    /// Whether the function at `entry`, one of those watched, is being executed.
+    /// Whether the function at `entry`, one of those watched, or one that it has called, is
+    /// running.
     bool inside(uint16_t entry) const;
 
-    /// Bytes of the stack at its deepest, and where the program counter was then.
+    /// Bytes of the stack at its deepest, and the byte address of the instruction that grew it
+    /// there.
     uint16_t deepest() const { return static_cast<uint16_t>(RAM_END - least_sp_); }
     uint16_t deepest_at() const { return deepest_at_; }
 
-    /// Bytes between variables, or what malloc() took, and the stack at its deepest; below 0: it lies on them.
+    /// Bytes left between the variables (or the heap, as far as malloc() has taken it) and the
+    /// deepest stack; negative: they overlap.
     int32_t room() const { return room_; }
 
-    /// Interrupts of timer 0's compare match: those that were served.
+    /// Interrupts of timer 0's compare match that were served.
     uint64_t ticks() const { return ticks_; }
 
     void executed(uint32_t from, uint32_t pc, uint16_t sp) override;
@@ -47,6 +55,7 @@ class CallWatch : public Microcontroller::Follower {
   private:
     static constexpr uint16_t RAM_END = 0x8FF;
     static constexpr uint8_t NOT_WATCHED = 0xFF;
+    /// A call that has not returned yet.
     struct Open {
         uint8_t which;
         uint16_t sp;
@@ -54,14 +63,15 @@ class CallWatch : public Microcontroller::Follower {
         uint32_t tick;
     };
 
-    void look_at_stack(uint32_t from, uint16_t sp);
+    void record_stack(uint32_t from, uint16_t sp);
 
     const FlashImage &flash_;
     RobotBoard &board_;
-    std::vector<uint8_t> which_;  ///< by word address
+    std::vector<uint8_t> which_;  ///< index into calls_, by word address
     std::vector<Call> calls_;
     std::vector<Open> open_;
-    uint16_t main_, data_end_, heap_end_at_;
+    uint16_t main_, data_end_;
+    uint16_t heap_end_at_;  ///< address of __brkval; 0: the program has no heap
     uint16_t least_sp_ = RAM_END, deepest_at_ = 0;
     int32_t room_ = RAM_END;
     uint64_t ticks_ = 0;

@@ -11,7 +11,7 @@ using namespace atmega328p;
 
 namespace {
 
-// Of the converter's clock (datasheet, conversion timing), in halves.
+// Durations in half cycles of the converter's clock (datasheet, ADC conversion time).
 constexpr uint64_t FIRST_HALVES = 50, SINGLE_HALVES = 26, TRIGGERED_HALVES = 27;
 constexpr int16_t MOST = 1023;
 
@@ -31,7 +31,7 @@ uint8_t Converter::control() const { return chip_.read(ADCSRA); }
 void Converter::control_written() {
     const uint8_t written = control();
     uint8_t now = written;
-    // The flag is cleared by writing one to it, and by its interrupt.
+    // Writing a one clears the flag, as does entering its interrupt.
     if ((written & ADCSRA_ADIF) != 0) {
         chip_.clear_interrupt(VECTOR_ADC);
         now &= static_cast<uint8_t>(~ADCSRA_ADIF);
@@ -55,8 +55,10 @@ void Converter::flag_set(uint8_t vector) {
         start();
 }
 
+/// Samples now and sets the alarm for the end; a result read before is the last one's.
 void Converter::start() {
     const bool triggered = (control() & ADCSRA_ADATE) != 0;
+    // A prescaler of 0 divides by 2, as 1 does.
     const uint8_t scale = std::max<uint8_t>(control() & ADCSRA_ADPS, 1);
     const uint64_t halves = first_ ? FIRST_HALVES : triggered ? TRIGGERED_HALVES : SINGLE_HALVES;
     result_ =

@@ -17,8 +17,8 @@ namespace kilotwin {
 namespace {
 
 constexpr uint16_t ELF_MACHINE_AVR = 83;
-// In an AVR's ELF file SRAM and EEPROM have addresses of their own, far above the flash, and in hex files made of
-// it by objcopy the EEPROM too. Behind them are fuses, lock bits and signature.
+// avr-gcc's address spaces in one: SRAM and EEPROM lie far above the flash in ELF files, and the
+// EEPROM also in hex files made of them by objcopy. Fuses, lock bits and signature follow.
 constexpr uint32_t SRAM_BASE = 0x800000, EEPROM_BASE = 0x810000, FUSE_BASE = 0x820000;
 constexpr uint32_t BOOT_SECTIONS[] = {0x7000, 0x7800, 0x7C00, 0x7E00};
 
@@ -107,9 +107,10 @@ uint32_t FlashImage::boot_section() const {
     return BOOT_SECTIONS[0];
 }
 
-/// What a file gives for an address goes into flash or EEPROM; fuses are the Kilobot's.
-void FlashImage::take(uint32_t address, const uint8_t *data, size_t count,
-                      const std::string &where) {
+/// Puts bytes of the file into flash or EEPROM, by their address. Fuses, lock bits and signature
+/// are left out: those of a Kilobot hold.
+void FlashImage::load_bytes(uint32_t address, const uint8_t *data, size_t count,
+                            const std::string &where) {
     if (address >= FUSE_BASE) return;
     if (address < EEPROM_BASE) return program(address, data, count, where);
     const uint32_t first = address - EEPROM_BASE;
@@ -125,7 +126,7 @@ void FlashImage::program(uint32_t address, const uint8_t *data, size_t count,
         throw EngineError(where + ": bytes at " + in_hex(address) +
                           " do not fit into the ATmega328P's flash of 32 KB");
     for (size_t i = 0; i < count; i++) {
-        // Two files written one behind the other are no program.
+        // Two files appended to one another are no program.
         if (programmed_[address + i] && bytes_[address + i] != data[i])
             throw EngineError(where + ": the byte at " +
                               in_hex(address + static_cast<uint32_t>(i)) +
@@ -154,12 +155,12 @@ void FlashImage::read_hex(const std::string &path, const std::string &text) {
         if (is_address && record[0] != 2)
             throw EngineError(where + ": an address record has two bytes");
         switch (record[3]) {
-        case DATA: take(base + word(1), record.data() + 4, record[0], where); break;
+        case DATA: load_bytes(base + word(1), record.data() + 4, record[0], where); break;
         case END_OF_FILE: ended = true; break;
         case SEGMENT_ADDRESS: base = word(4) << 4; break;
         case LINEAR_ADDRESS: base = word(4) << 16; break;
         case SEGMENT_START:
-        case LINEAR_START: break;  // an AVR begins at 0
+        case LINEAR_START: break;  // an AVR starts at its reset vector
         default:
             throw EngineError(where + ": record type " + in_hex(record[3]) +
                               "; Intel HEX has 00 to 05");
@@ -175,6 +176,7 @@ void FlashImage::read_elf(const std::string &path, const std::string &content) {
     const auto header = at_offset<Elf32_Ehdr>(content, 0, path);
     if (header.e_machine != ELF_MACHINE_AVR || header.e_type != ET_EXEC)
         throw EngineError(path + " is no ELF executable for AVR: was it built by avr-gcc?");
+    // Physical addresses: where the initial values of variables are flashed.
     for (size_t i = 0; i < header.e_phnum; i++) {
         const auto segment =
             at_offset<Elf32_Phdr>(content, header.e_phoff + i * sizeof(Elf32_Phdr), path);
@@ -182,13 +184,15 @@ void FlashImage::read_elf(const std::string &path, const std::string &content) {
         if (segment.p_offset > content.size() ||
             content.size() - segment.p_offset < segment.p_filesz)
             throw EngineError(path + ": the ELF file is cut off");
-        take(segment.p_paddr, reinterpret_cast<const uint8_t *>(content.data()) + segment.p_offset,
-             segment.p_filesz, path);
+        load_bytes(segment.p_paddr,
+                   reinterpret_cast<const uint8_t *>(content.data()) + segment.p_offset,
+                   segment.p_filesz, path);
     }
     for (size_t i = 0; i < header.e_shnum; i++) {
         const auto table =
             at_offset<Elf32_Shdr>(content, header.e_shoff + i * sizeof(Elf32_Shdr), path);
         if (table.sh_type != SHT_SYMTAB) continue;
+        // Its names lie in another section, which sh_link numbers.
         const auto strings = at_offset<Elf32_Shdr>(
             content, header.e_shoff + table.sh_link * sizeof(Elf32_Shdr), path);
         for (size_t at = 0; at + sizeof(Elf32_Sym) <= table.sh_size; at += sizeof(Elf32_Sym)) {

@@ -1,4 +1,7 @@
-/// What is programmed into an ATmega328P, as read from a file that people flash.
+/// The content of an ATmega328P's flash and EEPROM, as read from a file that is made for flashing.
+///
+/// Immutable once loaded, so any number of chips may share one. 32 KB and the symbols; loading
+/// costs milliseconds.
 #ifndef KILOTWIN_AVR_CHIP_FLASH_IMAGE_H
 #define KILOTWIN_AVR_CHIP_FLASH_IMAGE_H
 
@@ -15,41 +18,42 @@ class FlashImage {
   public:
     static constexpr size_t BYTES = 32 * 1024;
 
-    /// Reads Intel HEX (records 00 to 05) or an ELF executable for AVR, by what the file begins with.
-    /// Throws EngineError, with the file and the line, when it cannot be flashed: it is damaged, empty, for
-    /// another processor, or does not fit.
+    /// Reads Intel HEX (records 00 to 05) or an ELF executable for AVR; the file's first bytes
+    /// decide. Throws EngineError, with the file and the line, if it cannot be flashed: damaged,
+    /// empty, for another processor, or too large.
     static std::shared_ptr<const FlashImage> load(const std::string &path);
 
-    /// The whole flash; what the file does not say is erased, 0xFF.
+    /// The whole flash; bytes that the file does not give are erased, 0xFF.
     const std::array<uint8_t, BYTES> &bytes() const { return bytes_; }
 
-    /// What the file says of the EEPROM, by address; often nothing.
+    /// Bytes that the file gives for the EEPROM, by address (0..1023); often none.
     const std::map<uint16_t, uint8_t> &eeprom() const { return eeprom_; }
 
-    /// Where the boot section begins, and so the vectors of a loader that moves them: the fuses BOOTSZ allow four
-    /// places, and a loader lies at the beginning of its section. 0x7000, as the Kilobot has it, if the file holds
-    /// none.
+    /// Begin of the boot section, a byte address, and so of the vectors of a boot loader that moves
+    /// them. The fuses BOOTSZ allow four places, and a boot loader lies at the begin of its
+    /// section: the lowest of these places that the file programs; 0x7000, the Kilobot's, if it
+    /// programs none.
     uint32_t boot_section() const;
 
-    /// One beyond the last byte of the flash that the file programs.
+    /// One beyond the last byte of the flash that the file programs; at least 1.
     size_t end() const { return end_; }
 
     /// The file's name without its folders.
     const std::string &name() const { return name_; }
 
-    /// Address of a variable in SRAM, or of a function in bytes. Only ELF files know.
+    /// Address of a variable in SRAM, or byte address of a function. Only ELF files have symbols.
     std::optional<uint16_t> symbol(const std::string &name) const;
 
   private:
     FlashImage() { bytes_.fill(0xFF); }
     void read_hex(const std::string &path, const std::string &text);
     void read_elf(const std::string &path, const std::string &content);
-    void take(uint32_t address, const uint8_t *data, size_t count, const std::string &where);
+    void load_bytes(uint32_t address, const uint8_t *data, size_t count, const std::string &where);
     void program(uint32_t address, const uint8_t *data, size_t count, const std::string &where);
 
     std::array<uint8_t, BYTES> bytes_;
     std::map<uint16_t, uint8_t> eeprom_;
-    std::array<bool, BYTES> programmed_{};
+    std::array<bool, BYTES> programmed_{};  ///< bytes that the file gives
     size_t end_ = 0;
     std::string name_;
     std::map<std::string, uint16_t> symbols_;

@@ -11,10 +11,10 @@ namespace kilotwin {
 
 namespace {
 
-// How many instructions a round may have: it is looked for in stretches that double, so that what leads up to
-// the loop does no harm (Brent's algorithm).
+// Instructions a period may have. It is searched in stretches that double, so that instructions
+// ahead of the loop do no harm (Brent's algorithm).
 constexpr int FIRST_STRETCH = 32, LONGEST_STRETCH = 512;
-// Less time than this is not worth a search.
+// A search does not pay for fewer cycles than this.
 constexpr uint64_t WORTHWHILE = 256;
 constexpr uint64_t LEAST_PATIENCE = 512, MOST_PATIENCE = 65'536;
 
@@ -23,14 +23,14 @@ uint16_t word_at(const avr_t *avr, uint32_t pc) {
     return static_cast<uint16_t>(avr->flash[pc] | avr->flash[(pc + 1) & avr->flashend] << 8);
 }
 
-/// A loop that counts registers down to 0 and does nothing else, as avr-gcc makes of delays.
+/// A loop that counts registers down to 0 and does nothing else, as avr-gcc compiles delays.
 struct Countdown {
     std::array<unsigned, 4> registers{};  ///< of the counter, lowest byte first
-    unsigned bytes = 0;                   ///< 0: there is no such loop
-    uint64_t cycles = 0;                  ///< of a round
+    unsigned bytes = 0;                   ///< of the counter; 0: there is no such loop
+    uint64_t cycles = 0;                  ///< of one pass
 };
 
-/// What begins at `pc`: dec, or sbiw, or subi and some sbci, then a brne back to it.
+/// The countdown that begins at `pc`: dec, or sbiw, or subi and some sbci, then a brne back to it.
 Countdown countdown_at(const avr_t *avr, uint32_t pc) {
     const uint16_t head = word_at(avr, pc);
     Countdown loop;
@@ -81,20 +81,20 @@ bool IdleLoop::pass(uint64_t until) {
             return false;
         }
         patience_ = 0;
-        if (period_ == 0) return false;         // a delay was counted down
+        if (period_ == 0) return false;         // a countdown was shortened instead
         limit = std::min(until, next_event());  // the search may have started a timer
     }
-    // Not quite up to an event: simavr looks for events behind an instruction, not before one.
+    // One cycle short of an event: simavr processes events behind an instruction, not before one.
     const uint64_t last = limit == next_event() ? limit - 1 : limit;
     if (avr_->cycle < last) avr_->cycle += (last - avr_->cycle) / period_ * period_;
     return until < next_event();
 }
 
-/// Executes instructions until the chip is in a state that it was in before, or in a delay's loop, which is then
-/// counted down. False if neither comes soon.
+/// Executes instructions until a state repeats, which gives the period, or until a countdown
+/// begins, which is shortened. False if neither comes within the longest stretch.
 bool IdleLoop::find(uint64_t until) {
     for (int stretch = FIRST_STRETCH; stretch <= LONGEST_STRETCH; stretch *= 2) {
-        // simavr waits for an instruction after interrupts were enabled.
+        // simavr delays interrupts by an instruction after they were enabled.
         while (avr_->interrupt_state < 0)
             if (!step() || avr_->cycle >= until) return false;
         keep_state();
@@ -113,8 +113,8 @@ bool IdleLoop::find(uint64_t until) {
     return false;
 }
 
-/// One instruction; false if the chip then no longer just runs on. To sleep, and to leave the flash, is
-/// for whoever runs the chip.
+/// Executes one instruction; false if the chip then no longer just runs on. Sleeping and leaving
+/// the flash are left to Microcontroller::run().
 bool IdleLoop::step() {
     constexpr uint16_t SLEEP = 0x9588;
     if (avr_->pc > avr_->flashend || word_at(avr_, avr_->pc) == SLEEP) return false;
@@ -143,19 +143,20 @@ bool IdleLoop::same_state() const {
     return kept == timers_.end();
 }
 
-/// If a delay's loop begins here: shortens it by all rounds but the last two before `limit`, which set the flags.
+/// Shortens a countdown that begins here, by all passes before `limit` but the last two, which set
+/// the flags as they would be. False if there is none, or nothing to gain.
 bool IdleLoop::count_down(uint64_t limit) {
     const Countdown loop = countdown_at(avr_, avr_->pc);
     if (loop.bytes == 0) return false;
     uint64_t count = 0;
     for (unsigned i = 0; i < loop.bytes; i++)
         count |= static_cast<uint64_t>(avr_->data[loop.registers[i]]) << 8 * i;
-    if (count == 0) count = uint64_t{1} << 8 * loop.bytes;  // it goes all the way round
+    if (count == 0) count = uint64_t{1} << 8 * loop.bytes;  // 0 wraps all the way round
     const uint64_t room = limit > avr_->cycle ? (limit - avr_->cycle) / loop.cycles : 0;
-    const uint64_t rounds = std::min(count, room);
-    if (rounds <= 2) return false;
-    count -= rounds - 2;
-    avr_->cycle += (rounds - 2) * loop.cycles;
+    const uint64_t passes = std::min(count, room);
+    if (passes <= 2) return false;
+    count -= passes - 2;
+    avr_->cycle += (passes - 2) * loop.cycles;
     for (unsigned i = 0; i < loop.bytes; i++)
         avr_->data[loop.registers[i]] = static_cast<uint8_t>(count >> 8 * i);
     return true;

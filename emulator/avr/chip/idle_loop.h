@@ -1,8 +1,10 @@
-/// Passes over the time in which a program only waits.
+/// Skips the time in which a program only waits.
 ///
-/// A Kilobot's firmware never sleeps while it runs: it counts down delays, or goes round and round until an interrupt
-/// changes something. Both can be foreseen: when the chip comes back to the very state it was in before, it
-/// goes on doing so until the next event. The result is the same to the cycle; a test compares the two.
+/// A Kilobot's firmware never sleeps while it runs: it counts down delays, or polls until an
+/// interrupt changes something. Both are predictable. A countdown is shortened by arithmetic; and
+/// once the chip is back in exactly the state it was in before, with no effect outside in between,
+/// it repeats that period until the next event. The result is the same to the cycle:
+/// tests/native/avr compares it with Microcontroller::skip_nothing().
 #ifndef KILOTWIN_AVR_CHIP_IDLE_LOOP_H
 #define KILOTWIN_AVR_CHIP_IDLE_LOOP_H
 
@@ -16,16 +18,23 @@ namespace kilotwin {
 
 class IdleLoop {
   public:
+    /// `avr` must live on.
     explicit IdleLoop(avr_t *avr);
 
-    /// The chip did something that shows outside, or read what changes by itself: it does not only wait.
+    /// To be called when the program acts on something outside its registers and memory, or reads a
+    /// register that changes by itself: the present period is not idle.
     void note_activity() { active_ = true; }
 
-    /// Moves the chip on towards `until`, as far as it is sure to do nothing that shows. True: it waits in a loop
-    /// beyond `until` and need not be run at all; its cycle may stay a little behind.
+    /// Moves the chip towards `until` (cycles) while it provably has no observable effect; a search
+    /// executes instructions. True: it idles beyond `until` and need not be run at all; its cycle
+    /// may stay up to one period behind. False: the caller executes on from where the chip is now.
+    ///
+    /// Costs a few comparisons once a period is known. A search costs up to 1,000 instructions and
+    /// copies of SRAM; after one that failed, the next waits twice as long, up to 65,536 cycles.
     bool pass(uint64_t until);
 
-    /// The chip was run, so what was found may no longer hold.
+    /// To be called after the chip was run, or its registers changed: the period found may not
+    /// hold.
     void forget() { period_ = 0; }
 
   private:
@@ -38,13 +47,13 @@ class IdleLoop {
 
     avr_t *avr_;
     bool active_ = false;
-    uint64_t period_ = 0;  ///< cycles after which it is where it is now; 0: not known
-    uint64_t not_before_ = 0;
-    uint64_t patience_ = 0;  ///< cycles until the next search, if it has just failed
+    uint64_t period_ = 0;      ///< cycles after which the state is the same again; 0: not known
+    uint64_t not_before_ = 0;  ///< cycle before which no search begins
+    uint64_t patience_ = 0;    ///< cycles from a failed search to the next; doubles with each
 
-    // The state that is to come back.
+    // The state that is waited for.
     uint32_t pc_ = 0;
-    int8_t interrupt_state_ = 0;  ///< simavr's wait after interrupts were enabled
+    int8_t interrupt_state_ = 0;  ///< simavr's delay after interrupts were enabled
     std::vector<uint8_t> memory_;
     std::array<uint8_t, 8> flags_{};
     std::vector<uint64_t> timers_;

@@ -27,11 +27,12 @@ using namespace atmega328p;
 
 namespace {
 
+// The comparator's input and threshold: only their order matters.
 constexpr uint32_t DARK_MV = 0, THRESHOLD_MV = 1000, LIGHT_MV = 2000;
 
 constexpr uint16_t FIRST_REGISTER = 0x20, PINB = 0x23, PINC = 0x26, PIND = 0x29;
 
-// simavr polls level-triggered interrupts after every instruction; no Kilobot has any.
+// simavr polls level-triggered interrupts after every instruction; a Kilobot has none.
 void spare_simavr_work(avr_t *avr) {
     avr_extint_set_strict_lvl_trig(avr, 0, 0);
     avr_extint_set_strict_lvl_trig(avr, 1, 0);
@@ -45,7 +46,7 @@ avr_int_vector_t *find_vector(avr_t *avr, uint8_t vector) {
 
 }  // namespace
 
-/// What simavr calls.
+/// Callbacks for simavr.
 struct Microcontroller::Hooks {
     static Microcontroller &of(avr_t *avr) {
         return *static_cast<Microcontroller *>(avr->custom.data);
@@ -63,7 +64,7 @@ struct Microcontroller::Hooks {
         of(avr).was_reset_ = true;
     }
 
-    // In place of simavr's: as many cycles, but the follower sees each instruction.
+    // Replaces simavr's run: as many cycles, with a call of the follower after each instruction.
     static void run_followed(avr_t *avr) {
         Microcontroller &chip = of(avr);
         const uint64_t until = avr->cycle + avr->run_cycle_count;
@@ -77,7 +78,7 @@ struct Microcontroller::Hooks {
                  !chip.was_reset_ && chip.failure_.empty());
     }
 
-    // In place of simavr's, which lets the computer sleep as long as the chip.
+    // Replaces simavr's sleep, which lets the computer sleep as long as the chip.
     static void sleep(avr_t *avr, avr_cycle_count_t for_cycles) { of(avr).dozed_ = for_cycles; }
 
     static avr_cycle_count_t alarm(avr_t *, avr_cycle_count_t, void *clock) {
@@ -89,7 +90,8 @@ struct Microcontroller::Hooks {
 
     static void write(avr_t *avr, avr_io_addr_t address, uint8_t value, void *parameter) {
         const auto &watched = *static_cast<Watched *>(parameter);
-        // kilolib's set_color() writes six times, mostly what is there: not worth simavr's rounds of calls.
+        // kilolib's set_color() writes six times, mostly the value that is there: simavr's chain of
+        // calls for each would be wasted.
         if (watched.watch == Watch::CHANGES && avr->data[address] == value) return;
         if (watched.chip->idle_) watched.chip->idle_->note_activity();
         if (watched.write != nullptr)
@@ -117,7 +119,8 @@ struct Microcontroller::Hooks {
             watched.write(avr, address, value, watched.parameter);
         else
             avr->data[address] = value;
-        // simavr takes the comparator's flag as written; it is cleared by a one and not by a zero.
+        // simavr stores the comparator's flag as written; on the chip a one clears it and a zero
+        // leaves it alone.
         if (address == ACSR && (value & ACSR_ACI) == 0) avr->data[ACSR] |= before & ACSR_ACI;
         if (address == ACSR && (value & ACSR_ACI) != 0)
             watched.chip->clear_interrupt(VECTOR_COMPARATOR);
@@ -135,7 +138,7 @@ struct Microcontroller::Hooks {
         static_cast<Microcontroller *>(chip)->board_.serial_byte(static_cast<uint8_t>(value));
     }
 
-    // simavr always goes to the vectors at 0.
+    // simavr enters vectors at 0, whatever IVSEL says.
     static void interrupt_entered(avr_irq_t *, uint32_t vector, void *parameter) {
         const auto *chip = static_cast<Microcontroller *>(parameter);
         avr_t *avr = chip->avr_;
@@ -192,8 +195,8 @@ Microcontroller::Microcontroller(Board &board, const FlashImage &flash, const Ee
     idle_ = std::make_unique<IdleLoop>(avr_);
 }
 
-/// Whoever reads a counter or a flag that changes by itself does not only wait. The pins do not change by
-/// themselves.
+/// Reads of counters and flags, which change by themselves, count as activity: such a loop must be
+/// executed. Pins change only by set_pin(), which ends the idling itself.
 void Microcontroller::watch_reads() {
     for (uint16_t address = FIRST_REGISTER; address < MAX_IOs; address++) {
         auto &handler = avr_->io[AVR_DATA_TO_IO(address)].r;
@@ -204,8 +207,8 @@ void Microcontroller::watch_reads() {
     }
 }
 
-/// simavr looks at an interrupt's enable bit only when its flag goes up, so whoever enables one later has to have
-/// it reviewed.
+/// simavr looks at an interrupt's enable bit only when its flag goes up; a write to the enable bit
+/// afterwards is made up for here.
 void Microcontroller::watch_enables(uint16_t address) {
     if (address < FIRST_REGISTER) return;
     auto &handler = avr_->io[AVR_DATA_TO_IO(address)].w;
@@ -243,7 +246,7 @@ void Microcontroller::run(uint64_t until) {
         if (avr_->cycle >= until) return;
         const auto *timer = avr_->cycle_timers.timer;
         const uint64_t stop = timer != nullptr ? std::min<uint64_t>(timer->when, until) : until;
-        // simavr looks for gdb's breakpoints each time it is called.
+        // simavr checks gdb's breakpoints each time it is called.
         const bool at_once = stop > avr_->cycle && avr_->gdb == nullptr;
         avr_->run_cycle_count = at_once ? stop - avr_->cycle : 1;
         const int state = avr_run(avr_);
@@ -259,7 +262,7 @@ void Microcontroller::run(uint64_t until) {
 void Microcontroller::follow(Follower &follower) {
     skip_nothing();
     follower_ = &follower;
-    avr_->run_cycle_limit = 1;  // or simavr goes on behind an instruction that sets a timer
+    avr_->run_cycle_limit = 1;  // else simavr runs on behind an instruction that sets a timer
     core_run_ = avr_->run;
     avr_->run = Hooks::run_followed;
 }
@@ -270,10 +273,12 @@ bool Microcontroller::wakes_from_power_down(const void *timer_owner) const {
     return timer_owner >= clocks_.data() && timer_owner < clocks_.data() + clocks_.size();
 }
 
-/// Sleeps until something wakes it. For simavr all sleep is idle, in which timers run on and wake; in the other modes
-/// only the watchdog goes on, and the world outside. The comparator notices no edges without a clock.
+/// Sleeps until something wakes the chip. For simavr all sleep is idle, in which timers run on and
+/// wake; in the other modes only the watchdog and the world outside go on. Without a clock the
+/// comparator misses edges.
 void Microcontroller::sleep(uint64_t until) {
-    // To simavr each look at a chip that sleeps is a cycle, which its timers would be nearer after.
+    // simavr spends a cycle on each call for a chip that sleeps; taken back, or its timers come
+    // early.
     avr_->cycle -= dozed_ + 1;
     const uint8_t mode = avr_->data[SMCR] & SMCR_SM;
     const bool deeply = mode != SLEEP_IDLE;
@@ -285,7 +290,7 @@ void Microcontroller::sleep(uint64_t until) {
             if (!deeply || wakes_from_power_down(slot->param))
                 wake = std::min<uint64_t>(wake, slot->when);
         const uint64_t slept = wake > avr_->cycle ? wake - avr_->cycle : 0;
-        if (deeply) put_off_timers(slept);
+        if (deeply) postpone_timers(slept);
         avr_->cycle += slept;
         avr_cycle_timer_process(avr_);
     }
@@ -294,8 +299,8 @@ void Microcontroller::sleep(uint64_t until) {
     set_comparator(light_);
 }
 
-/// The timers that stand still in power-down come later by as long as it lasted.
-void Microcontroller::put_off_timers(uint64_t cycles) {
+/// Moves the timers that stand still in power-down by the time that it lasted.
+void Microcontroller::postpone_timers(uint64_t cycles) {
     std::vector<avr_cycle_timer_slot_t *> slots;
     for (auto *slot = avr_->cycle_timers.timer; slot != nullptr; slot = slot->next) {
         slots.push_back(slot);
@@ -311,15 +316,17 @@ void Microcontroller::put_off_timers(uint64_t cycles) {
             reinterpret_cast<avr_timer_t *>(part)->tov_base += cycles;
 }
 
+/// Handles a run that ended neither regularly nor in sleep.
 void Microcontroller::recover(int state) {
     if (was_reset_) {
-        // All of simavr's timers are gone, and so is the level at the comparator.
+        // A reset clears all of simavr's timers, and the level at the comparator.
         was_reset_ = false;
         for (auto &clock : clocks_) arm(clock);
         board_.was_reset();
     }
     if (crashed_ && failure_.empty()) {
-        // The chip's program counter has 14 bits: kilolib's way into the boot section counts on that.
+        // The chip's program counter has 14 bits, and kilolib jumps into the boot section by its
+        // wrap.
         crashed_ = false;
         avr_->pc = crashed_at_ % FLASH_BYTES;
         avr_->state = cpu_Running;
@@ -328,7 +335,7 @@ void Microcontroller::recover(int state) {
         failure_ = "it sleeps with interrupts off, so nothing can wake it";
 }
 
-/// simavr says what went wrong only in its log.
+/// Derives the failure from simavr's log, the only place where it reports the reason.
 void Microcontroller::note(const char *format, const char *text) {
     if (crashed_ || !failure_.empty()) return;
     char what[128];
@@ -404,7 +411,8 @@ void Microcontroller::set_comparator(bool light) {
                   light ? LIGHT_MV : DARK_MV);
 }
 
-/// simavr counts a parity bit in every byte.
+/// simavr counts a parity bit in every byte, which makes the UART too slow: set to what the
+/// registers give.
 void Microcontroller::set_serial_rate() {
     constexpr uint8_t DOUBLE_SPEED = 1 << 1, PARITY = 1 << 5, TWO_STOP_BITS = 1 << 3, SIZE = 3 << 1;
     const uint8_t format = avr_->data[UCSR0C];

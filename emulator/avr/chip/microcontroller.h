@@ -1,8 +1,13 @@
-/// An ATmega328P at 8 MHz, run by simavr instruction by instruction.
+/// An ATmega328P at 8 MHz, executed by simavr instruction by instruction.
 ///
-/// It adds what simavr 1.6 lacks and a Kilobot's firmware needs: interrupt
-/// vectors moved to the boot section, the program counter's wrap at 16 K words, timers that stand still in
-/// power-down, and an account of why a program cannot go on. Time is the chip's own: cycles since power-up.
+/// Adds what simavr 1.6 lacks and a Kilobot's firmware needs: interrupt vectors moved to the boot
+/// section, the program counter's wrap at 16 K words, timers that stand still in power-down,
+/// pending interrupts that are enabled later, the UART's rate, and the reason why a program cannot
+/// go on.
+///
+/// Time is the chip's own: cycles of 125 ns since power-up, by its own oscillator. A chip is driven
+/// by its board and belongs to one thread. Cost: that of the instructions executed; time in which the
+/// program idles is skipped (IdleLoop).
 #ifndef KILOTWIN_AVR_CHIP_MICROCONTROLLER_H
 #define KILOTWIN_AVR_CHIP_MICROCONTROLLER_H
 
@@ -22,77 +27,99 @@ namespace kilotwin {
 
 class Microcontroller {
   public:
-    /// The chip's alarm clocks, for what is around it.
+    /// Alarm clocks that a board may set, by purpose: one alarm each.
     enum Alarm : uint8_t { LIGHT_EDGE, CONVERSION, TWO_WIRE, FRAME, ALARMS };
     static constexpr uint64_t NO_ALARM = UINT64_MAX;
 
-    /// What is wired to the chip.
+    /// The circuit around the chip. The chip calls it while it runs, at the cycle of the event; a
+    /// board may read and write registers, set alarms and pins from within these calls.
     class Board {
       public:
         virtual ~Board() = default;
-        virtual void register_written(
-            uint16_t address) = 0;  ///< one of those watched; the new value is in place
-        virtual void flag_set(uint8_t vector) = 0;  ///< of a watched interrupt
+        /// The program wrote a watched register; the new value is in place.
+        virtual void register_written(uint16_t address) = 0;
+        /// The flag of a watched interrupt went up.
+        virtual void flag_set(uint8_t vector) = 0;
+        /// An alarm is due. It is not set any more.
         virtual void alarm(Alarm alarm) = 0;
-        virtual void serial_byte(uint8_t byte) = 0;  ///< by the UART
-        virtual void was_reset() = 0;                ///< by the watchdog: registers are 0 again
-        /// A byte goes out by the SPI; the one that comes back for it.
+        /// The UART has sent a byte.
+        virtual void serial_byte(uint8_t byte) = 0;
+        /// The watchdog has reset the chip: registers are 0 again, alarms stay.
+        virtual void was_reset() = 0;
+        /// The SPI sends a byte; returns the byte that is shifted in for it.
         virtual uint8_t spi_exchange(uint8_t) { return 0xFF; }
-        virtual void quiet_sleep() = 0;  ///< begins, in the mode that converts meanwhile
+        /// Noise-reduction sleep begins, which starts a conversion.
+        virtual void quiet_sleep() = 0;
     };
 
-    /// Looks on, instruction by instruction.
+    /// Observer of every instruction.
     class Follower {
       public:
         virtual ~Follower() = default;
-        /// After an instruction at `from`: the program counter, which an interrupt may have moved, and the stack
-        /// pointer.
+        /// Called after the instruction at byte address `from`, with the program counter (which an
+        /// interrupt may have moved) and the stack pointer.
         virtual void executed(uint32_t from, uint32_t pc, uint16_t sp) = 0;
     };
 
+    /// Powers the chip up at cycle 0 with `flash` programmed and `eeprom`, which the flash image's
+    /// own EEPROM bytes override. `board` must live on; the images are copied.
     Microcontroller(Board &board, const FlashImage &flash, const EepromImage &eeprom);
     ~Microcontroller();
     Microcontroller(const Microcontroller &) = delete;
     Microcontroller &operator=(const Microcontroller &) = delete;
 
-    /// Runs up to the first instruction at or after `until`, or until the program fails. While it only waits,
-    /// cycle() may stay a little before `until`: nothing happens up to there.
+    /// Runs up to the first instruction at or after `until`, or until the program fails. While the
+    /// program idles, cycle() may stay a little before `until`: nothing observable happens up to
+    /// there.
     void run(uint64_t until);
     uint64_t cycle() const;
 
-    /// For tests: executes every instruction, also where the program only waits.
+    /// Executes every instruction from now on, also where the program only waits: the plain twin
+    /// that tests compare with.
     void skip_nothing() { idle_.reset(); }
 
-    /// From now on `follower` is told of every instruction; none is passed over. It must live on.
+    /// Calls `follower` after every instruction from now on; implies skip_nothing(). It must live
+    /// on.
     void follow(Follower &follower);
 
-    /// Why the program cannot go on, with the program counter; empty: it can.
+    /// Why the program cannot go on, with the program counter; empty: it can. After a failure run()
+    /// does nothing.
     const std::string &failure() const { return failure_; }
 
-    uint8_t read(uint16_t address) const;         ///< of data space, without side effects
-    void write(uint16_t address, uint8_t value);  ///< likewise
+    // Data space (registers, SRAM) and flash, by address, without the side effects of an access by
+    // the program.
+    uint8_t read(uint16_t address) const;
+    void write(uint16_t address, uint8_t value);
+    uint8_t flash(uint16_t address) const;
 
-    /// Tells the board of writes to a register: of all, or of those that change it.
+    /// Which writes to a register the board is called for: all, or those that change it.
     enum class Watch : uint8_t { WRITES, CHANGES };
+    /// Calls the board's register_written() for a register; once for each register.
     void watch_register(uint16_t address, Watch watch);
+    /// Calls the board's flag_set() for an interrupt.
     void watch_interrupt(uint8_t vector);
 
-    /// From now on simavr's own model of the register is out of the way: it is plain memory.
+    /// Removes simavr's own model of a register: it is plain memory, which the board gives a
+    /// meaning. To be called before watch_register().
     void take_over(uint16_t address);
 
+    // An interrupt's flag, as its peripheral sets and clears it.
     void raise_interrupt(uint8_t vector);
     void clear_interrupt(uint8_t vector);
 
-    /// Calls the board's alarm() when the cycle comes; once, and instead of an earlier setting.
+    /// Calls the board's alarm() once, at cycle `at` or, if that has passed, with the next
+    /// instruction; replaces an earlier setting. NO_ALARM: never.
     void set_alarm(Alarm alarm, uint64_t at);
 
-    void set_comparator(bool light);                  ///< level of the analog comparator's input
-    void set_pin(char port, uint8_t pin, bool high);  ///< from outside
+    /// Level of the analog comparator's input: light on the receiver.
+    void set_comparator(bool light);
+    /// Drives an input pin: port 'B' to 'D', pin 0 to 7.
+    void set_pin(char port, uint8_t pin, bool high);
 
     EepromImage eeprom() const;
-    uint8_t flash(uint16_t address) const;
 
-    /// Waits for gdb on 127.0.0.1 before it executes anything more. Throws EngineError if the port is taken.
+    /// Executes nothing more until gdb connects to 127.0.0.1:`port` and continues. Throws
+    /// EngineError if the port is taken.
     void serve_debugger(uint16_t port);
 
   private:
@@ -103,7 +130,7 @@ class Microcontroller {
         uint64_t at = NO_ALARM;
     };
 
-    /// A register whose writes the board is told of, and what simavr does with them.
+    /// A register whose writes are intercepted, and simavr's own handler of them.
     struct Watched {
         Microcontroller *chip;
         Watch watch;
@@ -111,7 +138,7 @@ class Microcontroller {
         void *parameter;
     };
 
-    /// A register that changes by itself, and how simavr reads it.
+    /// A register that changes by itself, and simavr's own handler of reads.
     struct Read {
         Microcontroller *chip;
         uint8_t (*read)(avr_t *, uint16_t address, void *parameter);
@@ -121,7 +148,7 @@ class Microcontroller {
     void recover(int state);
     void watch_reads();
     void sleep(uint64_t until);
-    void put_off_timers(uint64_t cycles);
+    void postpone_timers(uint64_t cycles);
     bool wakes_from_power_down(const void *timer_owner) const;
     void arm(Clock &clock);
     void note(const char *format, const char *text);
@@ -139,13 +166,14 @@ class Microcontroller {
     uint32_t crashed_at_ = 0;  ///< program counter where simavr gave up
     bool crashed_ = false;
     bool was_reset_ = false;
-    bool reviewing_ = false;
-    bool asleep_ = false;  ///< and its clocks stand still
-    bool light_ = false;   ///< at the comparator
+    bool reviewing_ = false;  ///< flags go up that were up before
+    bool asleep_ = false;     ///< in a sleep mode in which its clocks stand still
+    bool light_ = false;      ///< level at the comparator
     uint32_t boot_section_;
-    uint64_t dozed_ = 0;  ///< how far simavr's own way to sleep went ahead
-    void (*core_reset_)(avr_t *) = nullptr;
+    uint64_t dozed_ = 0;  ///< cycles that simavr went ahead when the chip fell asleep
     Follower *follower_ = nullptr;
+    // simavr's own functions, behind the hooks that replace them.
+    void (*core_reset_)(avr_t *) = nullptr;
     void (*core_run_)(avr_t *) = nullptr;
 };
 

@@ -1,5 +1,6 @@
-/// The ATmega328P's registers and interrupt vectors that a board has to do with: addresses in data
-/// space, and bits (datasheet, register summary).
+/// The ATmega328P's registers and interrupt vectors that the board models touch (datasheet,
+/// register summary). Registers are addresses in data space, above 0x20; REGISTER_BIT is a mask, or
+/// the value of a field in place; VECTOR_ is the number of an interrupt, 0 for reset.
 #ifndef KILOTWIN_AVR_CHIP_REGISTERS_H
 #define KILOTWIN_AVR_CHIP_REGISTERS_H
 
@@ -7,25 +8,32 @@
 
 namespace kilotwin::atmega328p {
 
+// Ports: direction (1: output) and output level.
 constexpr uint16_t DDRB = 0x24, PORTB = 0x25, DDRC = 0x27, PORTC = 0x28, DDRD = 0x2A, PORTD = 0x2B;
+// Sleep mode.
 constexpr uint16_t SMCR = 0x53;
 constexpr uint8_t SMCR_SM = 7 << 1, SLEEP_IDLE = 0 << 1, SLEEP_NOISE_REDUCTION = 1 << 1;
 constexpr uint16_t MCUCR = 0x55;
 constexpr uint8_t MCUCR_IVSEL = 1 << 1;  ///< the vectors are in the boot section
 
+// Analog comparator: ACI is its interrupt flag, cleared by writing a one.
 constexpr uint16_t ACSR = 0x50;
 constexpr uint8_t ACSR_ACI = 1 << 4;
 
+// Analog-to-digital converter.
 constexpr uint16_t ADCL = 0x78, ADCH = 0x79, ADCSRA = 0x7A, ADCSRB = 0x7B, ADMUX = 0x7C;
 constexpr uint8_t ADCSRA_ADEN = 1 << 7, ADCSRA_ADSC = 1 << 6, ADCSRA_ADATE = 1 << 5,
                   ADCSRA_ADIF = 1 << 4, ADCSRA_ADPS = 7;
 constexpr uint8_t ADCSRB_ADTS = 7, ADTS_FREE_RUNNING = 0;
 constexpr uint8_t ADMUX_MUX = 15, ADMUX_ADLAR = 1 << 5;
 
+// Timer 2, which drives the motors of a Kilobot.
 constexpr uint16_t TCCR2A = 0xB0, TCCR2B = 0xB1, OCR2A = 0xB3, OCR2B = 0xB4;
 
+// UART.
 constexpr uint16_t UCSR0A = 0xC0, UCSR0C = 0xC2, UBRR0L = 0xC4, UBRR0H = 0xC5, UDR0 = 0xC6;
 
+// Two-wire interface (I2C).
 constexpr uint16_t TWBR = 0xB8, TWSR = 0xB9, TWDR = 0xBB, TWCR = 0xBC;
 constexpr uint8_t TWCR_TWINT = 1 << 7, TWCR_TWEA = 1 << 6, TWCR_TWSTA = 1 << 5, TWCR_TWSTO = 1 << 4,
                   TWCR_TWEN = 1 << 2;
@@ -33,10 +41,9 @@ constexpr uint8_t TWSR_TWPS = 3;
 
 constexpr uint8_t VECTOR_TIMER0_COMPA = 14, VECTOR_ADC = 21, VECTOR_COMPARATOR = 23,
                   VECTOR_TWI = 24;
-/// By ADTS, the interrupt whose flag starts a conversion: comparator, INT0, timer 0's compare A and overflow, timer
-/// 1's compare B, overflow and capture.
+/// Vector of the interrupt whose flag starts a conversion, by ADTS: free running (none),
+/// comparator, INT0, timer 0 compare A and overflow, timer 1 compare B, overflow and capture.
 constexpr uint8_t ADC_TRIGGERS[] = {0, 23, 1, 14, 16, 12, 13, 10};
-constexpr uint8_t VECTORS = 26;
 constexpr uint32_t VECTOR_BYTES = 4;
 
 constexpr uint32_t FLASH_BYTES = 32 * 1024;
