@@ -1,9 +1,14 @@
-/// The seam between the engine and a guest (a robot's or a Kilogrid module's program with the thin
-/// half of the mock API in it).
+/// Binary interface between the engine and a guest: a program of a robot or of a Kilogrid module,
+/// with the thin half of the API (guest/side) linked in.
 ///
-/// A guest is one shared object. Its plain variables are private to each robot, or module: they lie
-/// in one section that the engine swaps. Guests are compiled with -fpack-struct -fshort-enums, so only
-/// what is packed and of fixed width crosses here. Times are cycles of 125 ns.
+/// A guest is one shared object. Its variables are private to each robot, or module: they lie in
+/// one section, which the engine swaps. Guests are compiled with -fpack-struct -fshort-enums, so
+/// only packed types of fixed width cross here. Times are cycles of 125 ns.
+///
+/// Control: the engine calls the guest through kt_table_t, on the guests' stack (stack.h), and the
+/// guest calls the engine through kt_host_t, always on behalf of the robot or module that is
+/// running. A change of anything in this file is a new KT_GUEST_ABI: guests of another one are
+/// refused.
 #ifndef KILOTWIN_GUEST_ABI_H
 #define KILOTWIN_GUEST_ABI_H
 
@@ -18,8 +23,8 @@ extern "C" {
 #define KT_GUEST_ABI 7
 #define KT_PACKED __attribute__((packed))
 
-/// The registers that reach motors and LED (hardware.md 1.8), as a program may write them itself.
-/// The engine looks at them after every callback, loop() and blocking call.
+/// The registers that drive motors and LED (hardware.md 1.8), which a program may write itself. The
+/// engine reads them after every callback, loop() and blocking call.
 typedef struct KT_PACKED {
     uint8_t ocr2a, ocr2b;  ///< duty of the left and the right motor
     uint8_t ddrb, ddrc, ddrd;
@@ -28,38 +33,41 @@ typedef struct KT_PACKED {
 
 extern volatile kt_outputs_t kt_outputs;
 
+/// Output bits of the two motors.
 #define KT_LEFT_MOTOR_DDRB 0x08
 #define KT_RIGHT_MOTOR_DDRD 0x08
 
+/// Arguments of kt_host_t.sensor().
 enum { KT_SENSOR_LIGHT, KT_SENSOR_VOLTAGE, KT_SENSOR_TEMPERATURE };
 
-/// A CAN frame as module programs have it in memory (hardware.md 3.3).
+/// CAN frame in a module program's memory (hardware.md 3.3).
 typedef struct KT_PACKED {
     uint16_t id;
     uint8_t header;  ///< bit 0 remote frame, bits 1-4 data bytes
     uint8_t data[8];
 } kt_can_message_t;
 
-/// What a module's program may ask of the engine besides.
+/// Calls from a module's guest into the engine, besides those of kt_host_t. `cell`: 0..KT_CELLS -
+/// 1.
 typedef struct KT_PACKED {
-    void (*autostart)(void);
+    void (*autostart)(void);  ///< module_enable_autostart()
     void (*light)(uint8_t cell, uint8_t red, uint8_t green, uint8_t blue);  ///< pulse widths
-    /// To repeat, with the program's checksum of it; null: nothing.
+    /// Sets the message that a cell repeats, and the program's checksum function; null: none.
     void (*cell_message)(uint8_t cell, const message_t *message,
                          uint16_t (*checksum)(const message_t *));
     void (*send_at_once)(uint8_t cell, const message_t *message);
     void (*can_send)(const kt_can_message_t *message, uint8_t x, uint8_t y, uint8_t address_type);
-    void (*can_broadcast)(const kt_can_message_t *message);  ///< when loop() has come back
-    void (*can_address)(uint16_t id, uint8_t address[3]);    ///< into x, y, type
+    void (*can_broadcast)(const kt_can_message_t *message);  ///< sent when loop() has returned
+    void (*can_address)(uint16_t id, uint8_t address[3]);    ///< id to x, y, type
 } kt_module_host_t;
 
-/// What the guest may ask of the engine. All of it acts on the robot or module that is running.
+/// Calls from a guest into the engine. They act on the robot or module that is running.
 typedef struct KT_PACKED {
     void (*init)(void);  ///< kilo_init, module_init: registers and EEPROM values
     void (*start)(void (*setup)(void),
                   void (*loop)(void));  ///< kilo_start, module_start: does not return
     void (*wait)(uint32_t cycles);      ///< lets time pass; interrupts are served meanwhile
-    void (*outputs)(void);              ///< kt_outputs may have changed
+    void (*outputs)(void);              ///< to be called when kt_outputs may have changed
     uint8_t (*rand_hard)(void);
     uint8_t (*distance_mm)(int16_t low_gain,
                            int16_t high_gain);  ///< by the robot's calibration tables
@@ -69,24 +77,24 @@ typedef struct KT_PACKED {
     uint8_t (*timer0)(void);           ///< counts of 128 us since the last tick
     int16_t (*sensor)(uint8_t which);  ///< KT_SENSOR_*, 0..1023 or -1
     void (*print)(const char *text, uint32_t bytes);
-    void (*spent)(const uint8_t *frame);  ///< the budget of turns ran out; the program's
+    void (*spent)(const uint8_t *frame);  ///< the budget of iterations is spent; the program's
                                           ///< registers and frames lie from `frame` up
-    void (*unusable)(const char *what);   ///< a call that cannot be served: the robot stops
+    void (*unusable)(const char *what);   ///< stops the robot: a call that it cannot serve
     const kt_module_host_t *module;       ///< null: a robot runs
 } kt_host_t;
 
-/// Tracking records that wait for the next poll: next_CAN_message() hands out their places.
+/// Tracking records that wait for the next poll, a ring: next_CAN_message() hands out its slots.
 #define KT_RECORDS 10
 typedef struct KT_PACKED {
     uint8_t first, used;
-    uint8_t lost;  ///< asked for while it was full; stays at 255
+    uint8_t lost;  ///< requests while it was full; saturates
     kt_can_message_t slots[KT_RECORDS];
 } kt_records_t;
 
 #define KT_CELLS 4
 #define KT_CONFIGURATION_BYTES 48
 
-/// What the engine may touch of a module's program beside what is in kt_table_t.
+/// Addresses in a module's guest that the engine reads and writes, besides those of kt_table_t.
 typedef struct KT_PACKED {
     volatile uint16_t *uid;
     volatile uint8_t *x, *y;
@@ -97,17 +105,19 @@ typedef struct KT_PACKED {
     void (**ir_tx_success)(uint8_t cell);
     void (**can_rx)(kt_can_message_t *message);
     void (**can_tx_success)(void);
-    kt_can_message_t *can_message;  ///< the one that was received last
+    kt_can_message_t *can_message;  ///< receive buffer of can_rx
     kt_records_t *records;
-    const uint8_t *acts_alone;  ///< null if the program cannot send but by its cells' messages and
-                                ///< records: then the engine knows when it may be heard
+    const uint8_t
+        *acts_alone;  ///< null if the program sends by its cells' messages and records only,
+                      ///< so that the engine knows when it may send next
 } kt_module_t;
 
-/// What the engine may touch of the guest.
+/// Addresses in a guest that the engine reads, writes and calls. Variables are part of the state
+/// unless stated otherwise.
 typedef struct KT_PACKED {
     uint32_t abi;  ///< KT_GUEST_ABI of the guest's build
     uint8_t *guard_low, *state_begin, *state_end,
-        *guard_high;  ///< guard pages around the swapped section
+        *guard_high;  ///< the state section, and the guard pages around it
     int (*program_main)();
     volatile uint32_t *ticks;
     volatile uint16_t *tx_period;  ///< null if the program does not name it
@@ -119,18 +129,18 @@ typedef struct KT_PACKED {
     message_t *rx_message;  ///< kilolib's one receive buffer; of a module KT_CELLS, one per cell
     distance_measurement_t *rx_distance;
     volatile kt_outputs_t *outputs;
-    void (*settle)(void);        ///< brings registers that act when written up to date;
+    void (*settle)(void);        ///< carries out writes to registers that act when written;
                                  ///< null if the program uses none
     const char *handlers_begin,  ///< names of the program's own interrupt handlers, each ended by
         *handlers_end;           ///< a zero; null if there are none
     int (*random)(void);         ///< the program's rand()
-    int32_t *budget;             ///< turns left (busy_watch.h); not part of the state
+    int32_t *budget;             ///< iterations left (busy_watch.h); not part of the state
     const kt_host_t **host;      ///< not part of the state
     const kt_module_t *module;   ///< null: a robot's program
 } kt_table_t;
 
-/// More than the 64 K elements of 4 bytes that an index of 16 bits can be off: it never reaches the
-/// engine.
+/// Size of a guard: more than the 64 K elements of 4 bytes that an index of 16 bits can be off, so
+/// that it never reaches memory of the engine.
 #define KT_GUARD_BYTES 0x41000
 
 /// The one symbol a guest exports.

@@ -1,21 +1,23 @@
-/// Instructions of the AVR that programs write as assembly, or by the names that avr-gcc itself has
-/// for them. Included before every file of a program.
+/// AVR instructions that programs write as inline assembly, or by avr-gcc's builtins. Included
+/// before every file of a program.
 #ifndef KILOTWIN_GUEST_AVR_ASSEMBLY_H
 #define KILOTWIN_GUEST_AVR_ASSEMBLY_H
 
-// As assembly they do nothing: a callback comes between calls of the API anyway, and nothing else
-// sleeps or resets. cli would be an instruction of the PC, and a privileged one.
+// As assembly they do nothing: callbacks come between calls of the API anyway, and there is no
+// sleep and no watchdog outside the API. Without the macro, cli would be a privileged instruction
+// of the PC.
 __asm__(".macro sei\n.endm\n"
         ".macro cli\n.endm\n"
         ".macro wdr\n.endm\n"
         ".macro sleep\n.endm\n");
 
-// By name they are known without any header.
+// avr-gcc knows its builtins without any header, so these are declared here.
 void kt_sei(void);
 void kt_cli(void);
 void kt_sleep(void);
 void kt_delay(double cycles);
 
+/// Builtins of avr-gcc.
 #define __builtin_avr_nop() __asm__ volatile("" ::: "memory")
 #define __builtin_avr_sei() kt_sei()
 #define __builtin_avr_cli() kt_cli()

@@ -6,12 +6,13 @@ namespace kilotwin {
 
 namespace {
 
-// A program that waits needs but one look at what it waits for.
+// Budget of a program known to wait: it reacts to the interrupt, or waits on.
 constexpr int32_t TURNS_WHILE_WAITING = 500;
-// Turns that a program which waits takes at most, before it is where it was.
+// Iterations within which the state of a waiting program comes back.
 constexpr uint16_t PROBES = 512;
 constexpr Cycles ENDLESS_AFTER = 60 * CYCLES_PER_SECOND;
 
+// FNV-1a by words of 8 bytes, with a shift more: it only has to tell states apart.
 uint64_t fnv(uint64_t hash, const uint8_t *begin, const uint8_t *end) {
     for (; begin + 8 <= end; begin += 8) {
         uint64_t word;
@@ -23,7 +24,8 @@ uint64_t fnv(uint64_t hash, const uint8_t *begin, const uint8_t *end) {
     return hash;
 }
 
-/// Over the program's variables but its count of ticks, and its registers and frames.
+/// Hash of the program's variables, without its count of ticks, which the engine changes, and of
+/// its registers and frames.
 uint64_t memory_fingerprint(const kt_table_t &table, const uint8_t *frame, const uint8_t *top) {
     auto ticks = reinterpret_cast<const uint8_t *>(const_cast<const uint32_t *>(table.ticks));
     uint64_t hash = fnv(0xCBF29CE484222325u, table.state_begin, ticks);

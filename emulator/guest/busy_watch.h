@@ -1,9 +1,11 @@
-/// Tells a program that waits from one that computes, when it does not come back.
+/// Distinguishes a program that busy-waits from one that computes, when a callback does not return.
 ///
-/// The program counts its turns down from a budget: of its loops, or (built by clang) through each
-/// basic block. When that is spent, the program's memory is looked at turn by turn: if it comes back
-/// to where it was, the program goes round in circles until an interrupt changes something. If not,
-/// it computes, which must end some day.
+/// The guest counts its loop iterations down from a budget (count_loops.h; built by clang, its
+/// basic blocks). Once that is spent, its memory is compared iteration by iteration: if a state
+/// comes back, the program busy-waits, and time has to pass until an interrupt changes something.
+/// If none does, it computes.
+///
+/// One per guest, owned by it. While a program returns in time, it costs a store per callback.
 #ifndef KILOTWIN_GUEST_BUSY_WATCH_H
 #define KILOTWIN_GUEST_BUSY_WATCH_H
 
@@ -15,19 +17,19 @@
 
 namespace kilotwin {
 
-/// A turn takes an AVR about ten cycles, so a program may take this many in a tick's time.
+/// Iterations that a program may take in a tick: one takes an AVR about ten cycles.
 constexpr int32_t TURNS_PER_TICK = TICK_CYCLES / 10;
 
 class BusyWatch {
   public:
     enum class Finding : uint8_t {
-        LOOKING,  ///< go on for one turn
-        WAITS,    ///< nothing changes until the next interrupt
-        COMPUTES,
+        LOOKING,   ///< undecided: run one more iteration
+        WAITS,     ///< nothing changes until the next interrupt
+        COMPUTES,  ///< no state came back within 512 iterations
     };
     enum class Verdict : uint8_t {
         FINE,
-        WARN,     ///< busy for ten seconds, said once
+        WARN,     ///< busy for ten seconds; once until it returns
         ENDLESS,  ///< has computed for a minute without calling the API
     };
     static constexpr Cycles WARN_AFTER = 10 * CYCLES_PER_SECOND;
@@ -36,35 +38,36 @@ class BusyWatch {
     static constexpr const char *ACCUSATION =
         "it has been computing for 60 s without coming back or calling the API";
 
-    /// The program came back, or gave time back: it gets a fresh `budget`.
+    /// To be called when a callback begins or returns, or lets time pass: resets `budget`.
     void came_back(int32_t &budget) {
         budget = TURNS_PER_TICK;
         if (watch_) [[unlikely]]
             watch_.reset();
     }
 
-    /// The program acted or looked about by a call that takes no time: whatever it computes, it has
-    /// not lost its way.
+    /// To be called when the program calls the API without letting time pass: it is not in an
+    /// endless computation.
     void called() {
         if (watch_) watch_->computing_since = NEVER;
     }
 
-    /// The budget was spent at `now`; the program's frames lie from `frame` to `top`. Unless it is
-    /// LOOKING, time has to pass up to the next interrupt.
+    /// To be called when the budget is spent, with the program's registers and frames from `frame`
+    /// up to `top`. Sets the next budget. Unless the finding is LOOKING, time has to pass up to the
+    /// next interrupt. Costs a pass over the program's state.
     Finding look(const Program &program, const uint8_t *frame, const uint8_t *top);
 
-    /// What to make of a finding at `now`.
+    /// The consequence of a finding, other than LOOKING, at `now` (cycles).
     Verdict judge(Finding finding, Cycles now);
 
   private:
     struct Watch {
-        uint64_t fingerprint = 0;        ///< of the memory when the budget was last spent
-        Cycles busy_since = NEVER;       ///< since when the program has not come back
-        Cycles computing_since = NEVER;  ///< since when it has changed memory all the time
-        uint16_t probes_left = 0;        ///< looks at the memory until it counts as computing
+        uint64_t fingerprint = 0;        ///< hash of the state that is waited for
+        Cycles busy_since = NEVER;       ///< since then, no return
+        Cycles computing_since = NEVER;  ///< since then, every look found it computing
+        uint16_t probes_left = 0;        ///< looks until it counts as computing
         bool warned = false;
     };
-    std::unique_ptr<Watch> watch_;  ///< once the budget is spent, until the program comes back
+    std::unique_ptr<Watch> watch_;  ///< from a spent budget until the program returns
 };
 
 }  // namespace kilotwin

@@ -1,12 +1,16 @@
-/// Counts the turns of the program's loops, in the assembler: it counts the jumps back, since no
-/// program goes round without one. Included before every file of a program that gcc compiles.
+/// Counts loop iterations of a program, in the assembler: every backward jump takes 1 from
+/// kt_budget, and calls kt_budget_spent() below 0 (busy_watch.h). Included before every file of a
+/// program that gcc compiles; clang counts basic blocks instead.
+///
+/// A backward jump costs some instructions more; flags and registers are as without.
 #ifndef KILOTWIN_GUEST_COUNT_LOOPS_H
 #define KILOTWIN_GUEST_COUNT_LOOPS_H
 
-// A label is defined already when the assembler comes to a jump back to it. Jumps to functions (at
-// the end of one) and by register may lead back as well. The flags may matter at the target, so they
-// are kept, on the stack, below which no red zone lies. {disp8} only keeps the assembler from reading
-// a macro's jump as the macro. `jmp 0` is a program's own, with which an AVR starts again.
+// A jump is backward if its label is defined already when the assembler reads it. Tail calls and
+// jumps by register may lead back too, so they count as well. The target may need the flags: they
+// are kept on the stack (programs are compiled without a red zone). {disp8} keeps the assembler
+// from expanding a jump of a macro as the macro itself. `jmp 0` is a program's own, by which an AVR
+// restarts.
 __asm__(".hidden kt_budget, kt_budget_spent\n"
         ".macro kt_count_jump target:vararg\n"
         "  pushq %rax\n"
@@ -22,7 +26,7 @@ __asm__(".hidden kt_budget, kt_budget_spent\n"
         "7773: callq kt_budget_spent\n"
         "  {disp8} jmp 7772b\n"
         ".endm\n"
-        // Sets kt_leads_back to 0 for a label that is still to come, else to 1.
+        // Sets kt_leads_back to 0 if the label is not defined yet, else to 1.
         ".macro kt_see_label label\n"
         "  .ifndef \\label\n"
         "    .set kt_leads_back, 0\n"

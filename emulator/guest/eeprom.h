@@ -28,8 +28,8 @@ struct Calibration {
     InfraredGains gains;
 };
 
-/// The byte that calibration leaves at an address, 0..1023: uid, duties, gain tables, the IR LED on PB0. OSCCAL
-/// and all else is erased, 0xFF.
+/// The byte that calibration leaves at an address, 0..1023: uid, duties, gain tables, the IR LED on
+/// PB0. OSCCAL and all else is erased, 0xFF.
 uint8_t calibrated_byte(const Calibration &calibration, uint16_t address);
 
 /// All of them.

@@ -9,6 +9,7 @@ FaultReport explain(const GuestStack::Fault &fault, const Program &program) {
     if (fault.stack_overflow)
         return {EventKind::STACK_OVERFLOW,
                 "its stack grew over " + std::to_string(GuestStack::BYTES) + " bytes"};
+    // Accesses that could be redirected did not come here: this one could not.
     if (program.guards(fault.address))
         return {EventKind::CRASH, "it wrote or read beyond its own variables"};
     char text[96];

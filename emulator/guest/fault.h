@@ -1,4 +1,7 @@
-/// What goes wrong in a guest, in words.
+/// Faults and mistakes of guests, as texts for the run folder.
+///
+/// A fault ends a program. A mistake is what an AVR does not stop at either (fixups.h): the program
+/// goes on, and the first of each kind is reported.
 #ifndef KILOTWIN_GUEST_FAULT_H
 #define KILOTWIN_GUEST_FAULT_H
 
@@ -10,28 +13,30 @@
 
 namespace kilotwin {
 
+/// A fault: the kind of its event, and the reason, a clause that begins with "it".
 struct FaultReport {
     EventKind kind;
     std::string text;
 };
 
-/// Of a fault of `program`, after GuestStack::Outcome::FAULT.
+/// Describes a fault of `program`, after GuestStack::Outcome::FAULT.
 FaultReport explain(const GuestStack::Fault &fault, const Program &program);
 
-/// Mistakes that a program goes on after, as bits.
+/// Kinds of mistakes that a program survives, as bits.
 enum Mistakes : uint8_t {
     DIVIDES_BY_ZERO = 1,
-    LOST_POINTER = 2,
-    BEYOND_VARIABLES = 4,
-    JUMPS_TO_ZERO = 8,
+    LOST_POINTER = 2,      ///< an address in the robot's RAM that this program does not have
+    BEYOND_VARIABLES = 4,  ///< an address just outside its variables
+    JUMPS_TO_ZERO = 8,     ///< a restart, as `jmp 0` does
 };
 
 struct MistakeReport {
-    uint8_t mistake;  ///< of Mistakes; 0: none of them, `program` has to stop
+    uint8_t mistake;  ///< one of Mistakes; 0: none of them, the program has to stop
     std::string text;
 };
 
-/// Of what the handler of a fault met.
+/// Classifies and describes a mistake that the signal handler met at `address` (of the memory, not
+/// of the code). Called in the handler: allocates, but touches no state of the engine.
 MistakeReport explain(GuestStack::Mistake mistake, const void *address, const Program &program);
 
 }  // namespace kilotwin

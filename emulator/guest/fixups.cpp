@@ -12,9 +12,9 @@ constexpr int REGISTERS[] = {REG_RAX, REG_RCX, REG_RDX, REG_RBX, REG_RSP, REG_RB
 constexpr int NO_REGISTER = -1;
 constexpr greg_t TRAP_FLAG = 0x100;
 
-/// An x86-64 instruction with a ModRM operand, as far as it matters here.
+/// An x86-64 instruction with a ModRM operand, decoded as far as its operand.
 struct Instruction {
-    bool escaped = false;  ///< its opcode is not of the first table
+    bool escaped = false;  ///< its opcode is not of the one-byte table
     uint8_t opcode = 0;
     bool operand16 = false, wide = false, extended = false;  ///< prefixes 66, REX.W, any REX
     uint8_t mod = 0, reg = 0;
@@ -22,7 +22,7 @@ struct Instruction {
     uint8_t scale = 1;
     bool relative = false;  ///< to the next instruction
     int32_t displacement = 0;
-    const uint8_t *end = nullptr;  ///< of the operand: immediates are not counted
+    const uint8_t *end = nullptr;  ///< of the operand, ahead of any immediate
 };
 
 bool is_prefix(uint8_t byte) {
@@ -94,7 +94,7 @@ int64_t narrow(uint64_t value, unsigned bits) {
     return static_cast<int64_t>(value << (64 - bits)) >> (64 - bits);
 }
 
-/// The operand's value, of so many bits.
+/// The operand's value, zero-extended from `bits`.
 uint64_t operand(const Instruction &instruction, const greg_t *registers, unsigned bits) {
     auto value_of = [&](int number) { return static_cast<uint64_t>(registers[REGISTERS[number]]); };
     constexpr int FIRST_HIGH_BYTE = 4;  // ah, ch, dh, bh
@@ -122,15 +122,15 @@ void put(greg_t &destination, uint64_t value, unsigned bits) {
         std::memcpy(&destination, &value, bits / 8);
 }
 
-/// A program that has jumped away faults where its next instruction would be: it cannot be read
-/// either.
+/// Whether the fault is of fetching the instruction itself: a program that has jumped away. There
+/// is no instruction to decode then.
 bool is_no_code(const uint8_t *code, const void *address) {
     constexpr uintptr_t LONGEST_INSTRUCTION = 15;
     return reinterpret_cast<uintptr_t>(address) - reinterpret_cast<uintptr_t>(code) <
            LONGEST_INSTRUCTION;
 }
 
-/// Of a fault that has no address, as that of a pointer no PC can have, the address is 0 too.
+/// Whether the fault has an address. Those without one, as of a non-canonical pointer, report 0.
 bool has_address(const greg_t *registers) {
     constexpr greg_t PAGE_FAULT = 14;
     return registers[REG_TRAPNO] == PAGE_FAULT;

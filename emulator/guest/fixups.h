@@ -1,8 +1,10 @@
-/// What stops a program on this PC but not on an AVR, put right so that it goes on as there.
+/// Emulates, after a fault on this PC, what the same instruction does on an AVR, so that the
+/// program goes on as there.
 ///
-/// An AVR divides by zero without a word, and everything below 0x900 is memory to it, so programs
-/// live for years with a division by zero or a pointer that is NULL. Both functions are called by
-/// the handler of the fault, with the registers of the instruction that caused it.
+/// An AVR does not trap a division by zero, and every address below 0x900 is memory to it, so
+/// programs run for years with a division by zero or a NULL pointer. The functions are called by
+/// the signal handler of the fault, with the registers of the instruction that caused it, and only
+/// for faults of guest code: they read the instruction at RIP. They neither allocate nor throw.
 #ifndef KILOTWIN_GUEST_FIXUPS_H
 #define KILOTWIN_GUEST_FIXUPS_H
 
@@ -13,25 +15,26 @@
 
 namespace kilotwin {
 
-/// Gives the division at RIP the result that avr-gcc's library has, and goes on after it: by zero,
-/// a quotient with all bits set (its sign turned if the dividend is negative) and the dividend as
-/// remainder; of the least number by -1, that number and 0. False: it is no division.
+/// Gives the division at RIP the result of avr-gcc's library and moves RIP behind it. By zero: a
+/// quotient with all bits set (negated if the dividend is negative), and the dividend as remainder.
+/// The least number by -1: that number, and 0. False, with the registers untouched: it is no
+/// division.
 bool divide_as_avr(greg_t *registers);
 
-/// Memory of nobody, for accesses that an AVR does not stop at: it reads as zeros, and what is
-/// written is lost. What they would meet on the robot is known to its linker only.
+/// Scratch memory for accesses that an AVR does not trap: it reads as zeros, and writes to it are
+/// lost. What lies at these addresses on the robot, only the robot's linker knows.
 class LostMemory {
   public:
-    /// Whether the robot has memory at that address, taken as a number: its registers, and RAM up
-    /// to 0x8FF.
+    /// Whether `address`, as a number, is memory on the robot: registers, and RAM up to 0x8FF.
     static bool is_the_robots(const void *address);
 
-    /// Makes the instruction at RIP, whose access to `address` failed, meet this memory, and has
-    /// the processor stop after it: then comes SIGTRAP, and settle(). False: the instruction is not
-    /// of a kind that can be led elsewhere, as one that has its address from no register.
+    /// Redirects the instruction at RIP, whose access to `address` failed, to this memory, by
+    /// changing the register that holds its address, and sets the trap flag: SIGTRAP follows the
+    /// instruction, upon which settle() is due. False: the instruction cannot be redirected, since
+    /// it takes its address from no register, or from the stack pointer.
     bool redirect(greg_t *registers, const void *address);
 
-    /// After that instruction: its pointer is what it was. False: there was none.
+    /// Restores the register after the redirected instruction. False: there was none.
     bool settle(greg_t *registers);
 
   private:

@@ -398,7 +398,7 @@ void Module::go_on(Cycles until) {
     running_module = this;
     program_->make_resident(image_);
     auto &stack = GuestStack::instance();
-    stack.attend(HostCalls::empty_loop, HostCalls::mistake);
+    stack.set_handlers(HostCalls::empty_loop, HostCalls::mistake);
     GuestStack::Outcome outcome;
     do {
         outcome =

@@ -15,6 +15,7 @@ namespace {
 
 constexpr uintptr_t PAGE = 4096;
 
+// Whole pages only: the rest of the guard, at most two pages, stays accessible.
 void forbid_access(uint8_t *begin) {
     auto first = (reinterpret_cast<uintptr_t>(begin) + PAGE - 1) / PAGE * PAGE;
     auto last = (reinterpret_cast<uintptr_t>(begin) + KT_GUARD_BYTES) / PAGE * PAGE;
@@ -55,6 +56,7 @@ std::string Program::own_handlers() const {
     return names;
 }
 
+// Both copies are needed: the guest has one section, and pointers of its variables lead into it.
 void Program::swap_in(uint8_t *image) {
     if (resident_ != nullptr) std::memcpy(resident_, table_->state_begin, state_bytes_);
     std::memcpy(table_->state_begin, image, state_bytes_);
@@ -73,6 +75,7 @@ void Program::evict(const uint8_t *image) {
 }
 
 bool Program::is_beside_state(const void *address) const {
+    // A negative index of 16 or 32 bits, taken as unsigned, is off by 2^16 or 2^32 elements.
     constexpr int64_t RAM_BYTES = 2048, WRAPS[] = {0, int64_t{1} << 16, int64_t{1} << 32};
     const auto way = static_cast<int64_t>(reinterpret_cast<uintptr_t>(address) -
                                           reinterpret_cast<uintptr_t>(table_->state_begin));

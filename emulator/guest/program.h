@@ -1,4 +1,7 @@
-/// A robot program as the engine sees it: a loaded guest, and the bytes of its state at power-up.
+/// A program of robots or modules: a loaded guest, and its state at power-up.
+///
+/// The state of all robots with the same program lives in images outside the guest; one of them at
+/// a time is resident, swapped into the guest's one state section. A swap copies the state twice.
 #ifndef KILOTWIN_GUEST_PROGRAM_H
 #define KILOTWIN_GUEST_PROGRAM_H
 
@@ -11,12 +14,12 @@
 
 namespace kilotwin {
 
-/// One per shared object and process, however many worlds use it: its state section exists only
-/// once.
+/// One per shared object and process, however many simulations use it: the state section exists
+/// once. Not for two threads at a time.
 class Program {
   public:
-    /// Loads the guest at `path` (or finds it loaded already). Throws EngineError when it is no
-    /// guest of this build. It stays for the life of the process.
+    /// Loads the guest at `path`, or finds it loaded already. It stays for the life of the process.
+    /// Throws EngineError if the file cannot be loaded, is no guest, or was built for another ABI.
     static Program &load(const std::string &path, const std::string &name);
 
     Program(const Program &) = delete;
@@ -25,30 +28,32 @@ class Program {
     const std::string &name() const { return name_; }
     const std::string &path() const { return path_; }
     const kt_table_t &table() const { return *table_; }
+    /// Size of the state section, and of every image.
     size_t state_bytes() const { return state_bytes_; }
 
     /// The state at power-up, `state_bytes()` long.
     const uint8_t *initial_state() const { return initial_.data(); }
 
-    /// Names of the interrupt handlers that the program defines for itself, "A, B": none is ever
-    /// called here. Mostly empty.
+    /// Names of the interrupt handlers that the program defines, "A, B"; mostly empty. None of them
+    /// is ever called: interrupts reach guests through the API alone.
     std::string own_handlers() const;
 
-    /// Puts the state kept at `image` into the guest; what was there goes back to where it came
-    /// from. Pass the same pointer again and nothing is copied.
+    /// Swaps the state kept at `image` into the guest, and the resident one back to its image. Free
+    /// if `image` is resident already.
     void make_resident(uint8_t *image) {
         if (image != resident_) swap_in(image);
     }
 
-    /// The state of the robot whose image this is, wherever it is at present.
+    /// A copy of the state that belongs to `image`, resident or not.
     std::vector<uint8_t> state_of(const uint8_t *image) const;
 
-    /// To be called before `image` is given up or overwritten from outside.
+    /// Writes the state back if `image` is resident. To be called before it is freed or
+    /// overwritten.
     void evict(const uint8_t *image);
 
-    /// Whether an address lies so near to the state that the robot, whose RAM has 2 KB, has memory
-    /// there. Also that of an element before the first one, by an index without sign: on the robot
-    /// the sum wraps as the index does.
+    /// Whether an address lies within 2 KB of the state, the size of the robot's RAM, so that the
+    /// robot has memory there. Likewise for an element before the first one by an unsigned index:
+    /// on the robot the sum wraps as the index does.
     bool is_beside_state(const void *address) const;
 
     /// Whether an address lies in the guard pages around the state.

@@ -237,7 +237,7 @@ void Robot::go_on(Cycles until) {
     program_->make_resident(image_);
     if (context_.black_box != nullptr) *context_.black_box = {index_, last_tick_};
     auto &stack = GuestStack::instance();
-    stack.attend(HostCalls::empty_loop, HostCalls::mistake);
+    stack.set_handlers(HostCalls::empty_loop, HostCalls::mistake);
     GuestStack::Outcome outcome;
     do {
         outcome = is_suspended_ ? stack.resume(suspended_) : stack.call(body, this, suspended_);

@@ -68,8 +68,8 @@ class alignas(64) Robot {
     Robot(RobotContext &context, Program &program, uint32_t index, const Calibration &calibration,
           Cycles power_up, uint8_t *image);
 
-    /// A robot whose program runs elsewhere, on a board: this one holds what reaches it and what it does, and
-    /// run() does nothing. `name`, its program's, must outlive it.
+    /// A robot whose program runs elsewhere, on a board: this one holds what reaches it and what it
+    /// does, and run() does nothing. `name`, its program's, must outlive it.
     Robot(RobotContext &context, const std::string &name, uint32_t index,
           const Calibration &calibration, Cycles power_up);
     ~Robot();
@@ -138,8 +138,8 @@ class alignas(64) Robot {
     /// read.
     void disturb(Cycles begin, Cycles end);
 
-    // For the board that runs it: takes out what it received, in order of time; notes what its pins do, and that it
-    // cannot go on.
+    // For the board that runs it: takes out what it received, in order of time; notes what its pins
+    // do, and that it cannot go on.
     Few<Reception, 2> take_inbox() {
         next_message_ = NEVER;
         return std::exchange(inbox_, {});
@@ -279,8 +279,8 @@ class alignas(64) Robot {
     Few<MotorCommand, 2> motor_commands;
 
   private:
-    // ... then what blocking calls, sending and receiving by the Kilobot's medium, and other outputs
-    // need ...
+    // ... then what blocking calls, sending and receiving by the Kilobot's medium, and other
+    // outputs need ...
     SuspendedCall suspended_;
     Cycles granted_from_ = NEVER, granted_to_ = 0, granted_until_ = 0;
     message_t outgoing_;

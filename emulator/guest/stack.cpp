@@ -11,18 +11,18 @@
 
 namespace kilotwin {
 
-// Where a stack is left, its lowest words are the registers that a called function must keep, and
-// the address to go on at.
+// A stack that is left has, at its stack pointer, the callee-saved registers and the return
+// address.
 extern "C" {
-/// Calls body(argument) on the stack that ends at `top`. Where the caller's own stack is left goes
-/// into `host`, and is looked up there again: body() may come back to another caller than it had.
+/// Calls body(argument) on the stack that ends at `top`. Stores the caller's stack pointer in
+/// `host`, and reloads it from there: body() may return to another caller than it had.
 GuestStack::Outcome kt_call_on(uint8_t *top, void **host, void (*body)(void *), void *argument);
-/// Leaves the present stack, which `from` then says where, and goes on with the one left at `to`:
-/// there `outcome` comes back.
+/// Leaves the present stack, stores its pointer in `from`, and continues on the stack left at `to`,
+/// where the call returns `outcome`.
 GuestStack::Outcome kt_switch_stack(void **from, void *to, GuestStack::Outcome outcome);
 }
 
-// The first is a call and a return, not jumps, so that the processor foresees where each return leads.
+// kt_call_on() uses a call and a return, not jumps, so that the processor predicts returns.
 #define KT_KEEP "push %rbp; push %rbx; push %r12; push %r13; push %r14; push %r15\n"
 #define KT_BACK "pop %r15; pop %r14; pop %r13; pop %r12; pop %rbx; pop %rbp; ret\n"
 #define KT_FUNCTION(name) \
@@ -46,7 +46,7 @@ constexpr long TIMER_NS = 5'000'000;  // of CPU time
 constexpr size_t SIGNAL_STACK_BYTES = 64 * 1024;
 constexpr size_t RED_ZONE_BYTES = 128;
 
-/// A thread's own stack for signals, and its timer.
+/// A thread's signal stack and its timer of CPU time.
 class ThreadSignals {
   public:
     ThreadSignals() : memory_(SIGNAL_STACK_BYTES) {
@@ -137,8 +137,8 @@ void GuestStack::leave_after_fault() {
     __builtin_unreachable();
 }
 
-// Whether the program goes on as on an AVR.
-bool GuestStack::overlook(int signal, const void *address, greg_t *registers) {
+/// Fixes up a fault that an AVR would not have had. Whether the program can go on.
+bool GuestStack::survives(int signal, const void *address, greg_t *registers) {
     if (signal == SIGTRAP) return lost_memory_.settle(registers);
     lost_memory_.settle(registers);
     if (signal == SIGFPE && divide_as_avr(registers))
@@ -149,19 +149,19 @@ bool GuestStack::overlook(int signal, const void *address, greg_t *registers) {
     return false;
 }
 
-// The handler itself must not leave: it makes the interrupted thread go on at the top of the
-// guest's stack (whose frames nobody needs any more), from where it jumps to the host with the
-// signal mask restored.
+// The handler must not jump out itself. It changes the interrupted context to continue in
+// leave_after_fault() at the top of the guest's stack, whose frames are not needed any more: on
+// return the kernel restores the signal mask.
 void GuestStack::on_fault(int signal, void *info, void *context) {
     auto &stack = instance();
-    if (stack.host_ == nullptr) {  // not a guest's fault: let it kill the process, as without us
+    if (stack.host_ == nullptr) {  // not in a guest: let the default action kill the process
         ::signal(signal, SIG_DFL);
         raise(signal);
         return;
     }
     auto address = static_cast<const uint8_t *>(static_cast<siginfo_t *>(info)->si_addr);
     auto &registers = static_cast<ucontext_t *>(context)->uc_mcontext.gregs;
-    if (stack.overlook(signal, address, registers)) return;
+    if (stack.survives(signal, address, registers)) return;
     bool memory_fault = signal == SIGSEGV || signal == SIGBUS;
     stack.fault_ = {signal, address,
                     memory_fault && address >= stack.memory_ - GUARD_BYTES &&
@@ -171,8 +171,8 @@ void GuestStack::on_fault(int signal, void *info, void *context) {
     registers[REG_RSP] = reinterpret_cast<greg_t>(stack.memory_ + BYTES - 64 - sizeof(void *));
 }
 
-// An instruction that jumps to itself never ends and changes nothing: whenever it is found, the
-// robot is the same.
+// A jump to itself never ends and changes nothing, so it does not matter when the timer finds it:
+// the result stays deterministic.
 void GuestStack::on_timer(void *context) {
     auto &stack = instance();
     auto &registers = static_cast<ucontext_t *>(context)->uc_mcontext.gregs;

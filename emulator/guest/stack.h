@@ -1,10 +1,12 @@
-/// The one stack that all guests run on, in turn.
+/// The stack that all guests run on, in turn.
 ///
-/// A call that comes back is an ordinary call. A call that blocks (`delay`) is suspended: the used
-/// part of the stack is copied away and, later, back to the same address, so pointers into it stay
-/// valid. The stack lies between guard pages; a fault in a guest ends its call and nothing else.
-/// `for (;;);` has no basic block that clang would instrument: a timer finds a guest in such a
-/// jump to itself.
+/// A call that returns is an ordinary call. A call that blocks (`delay`) is suspended: the used
+/// part of the stack is copied out and, later, back to the same address, so that pointers into it
+/// stay valid. The stack lies between guard pages; a fault in a guest ends its call and nothing
+/// else. `for (;;);` has no basic block that clang would instrument: a timer of 5 ms CPU time finds
+/// a guest in such a jump to itself.
+///
+/// There is one per process, and one guest runs at a time.
 #ifndef KILOTWIN_GUEST_STACK_H
 #define KILOTWIN_GUEST_STACK_H
 
@@ -16,19 +18,20 @@
 
 namespace kilotwin {
 
-/// A call that blocked: the bytes of the stack from its lowest address to the top.
+/// A suspended call: the bytes of the stack from its lowest address to the top.
 using SuspendedCall = std::vector<uint8_t>;
 
 class GuestStack {
   public:
+    /// How a call came back to the host: by return, suspend(), abandon(), or a fault.
     enum class Outcome { RETURNED, SUSPENDED, ABANDONED, FAULT };
 
-    /// How a fault happened, after Outcome::FAULT.
+    /// The last fault, after Outcome::FAULT.
     struct Fault {
         int signal = 0;
-        const void *address = nullptr;
-        bool stack_overflow = false;
-        bool jump_to_zero = false;  ///< the program was to go on at address 0
+        const void *address = nullptr;  ///< of the memory, as the signal reports it
+        bool stack_overflow = false;    ///< it lies in the guard pages below the stack
+        bool jump_to_zero = false;      ///< the program counter was 0
     };
 
     static constexpr size_t BYTES = 64 * 1024;
@@ -37,37 +40,38 @@ class GuestStack {
     /// return.
     using EmptyLoop = void (*)();
 
-    /// What an AVR does not stop at, and a program here does not either (fixups.h).
+    /// Accesses that an AVR does not trap, and that a program survives here too (fixups.h).
     enum class Mistake { DIVISION_BY_ZERO, LOST_ACCESS };
 
-    /// Called in the handler of the fault, from which nothing must be thrown; `address` is that of
-    /// the memory. False: the program shall stop.
+    /// Called in the signal handler, so it must not throw; `address` is that of the memory. False:
+    /// the program has to stop.
     using OnMistake = bool (*)(Mistake mistake, const void *address);
 
-    /// The process's one stack; installs the signal handlers when first used.
+    /// The process's stack; the first call installs the signal handlers.
     static GuestStack &instance();
 
-    /// To be called by a thread before it runs guests: faults and the timer reach it from then on.
+    /// To be called by a thread before it runs guests: gives it a signal stack and the timer. Cheap
+    /// when called again.
     void serve_this_thread();
 
-    /// Who is told of what befalls guests from now on: robots and modules take turns.
-    void attend(EmptyLoop empty_loop, OnMistake on_mistake) {
+    /// Sets the handlers for guests that run from now on: robots and modules have their own.
+    void set_handlers(EmptyLoop empty_loop, OnMistake on_mistake) {
         empty_loop_ = empty_loop;
         on_mistake_ = on_mistake;
     }
 
-    /// Runs `body(argument)` from the top of the stack. On SUSPENDED the call was moved into
+    /// Runs `body(argument)` from the top of the stack. SUSPENDED: the call was moved into
     /// `suspended`.
     Outcome call(void (*body)(void *), void *argument, SuspendedCall &suspended);
 
-    /// Goes on with a suspended call, which is consumed (and filled anew if it blocks again).
+    /// Resumes a suspended call, which is consumed, and filled anew if it blocks again.
     Outcome resume(SuspendedCall &suspended);
 
-    /// From within a guest's call: lets the caller of call() or resume() go on. Returns when
+    /// From within a guest's call: returns to the caller of call() or resume(). Itself returns once
     /// resumed.
     void suspend();
 
-    /// From within a guest's call: ends it; its frames are dropped.
+    /// From within a guest's call: ends it for good; its frames are dropped.
     [[noreturn]] void abandon();
 
     const Fault &fault() const { return fault_; }
@@ -79,13 +83,13 @@ class GuestStack {
     GuestStack();
     Outcome back(Outcome outcome, SuspendedCall &suspended);
     static void on_fault(int signal, void *info, void *context);
-    bool overlook(int signal, const void *address, greg_t *registers);
+    bool survives(int signal, const void *address, greg_t *registers);
     static void on_timer(void *context);
     [[noreturn]] static void leave_after_fault();
 
     uint8_t *memory_ = nullptr;
-    void *host_ = nullptr;   ///< where the caller's stack was left; null while no guest runs
-    void *guest_ = nullptr;  ///< and the guest's
+    void *host_ = nullptr;   ///< the host's stack pointer; null while no guest runs
+    void *guest_ = nullptr;  ///< stack pointer of the guest that was left
     EmptyLoop empty_loop_ = nullptr;
     OnMistake on_mistake_ = nullptr;
     LostMemory lost_memory_;
