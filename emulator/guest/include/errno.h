@@ -1,4 +1,4 @@
-/// errno as the AVR has it: a variable of the robot's own.
+/// errno of avr-libc: a variable of the robot's own.
 #ifndef KT_ERRNO_H
 #define KT_ERRNO_H
 

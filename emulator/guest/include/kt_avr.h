@@ -1,11 +1,11 @@
-/// What the AVR-shaped headers need of the guest's thin half (emulator/guest/side). Programs
-/// include those, never this.
+/// Interface between the AVR-shaped headers and the guest's thin half (emulator/guest/side).
+/// Included by those headers, never by programs.
 ///
 /// Registers are of three kinds:
-///   - outputs, to motors and LED: in `kt_outputs`, where the engine looks;
-///   - live: reading or writing them means something. They are reached by kt_register(), which
-///     first carries out what was written since the last time, for C cannot see a write as such;
-///   - the others: they keep what is written, and that is all they do.
+/// - outputs, which drive motors and LED: in `kt_outputs`, which the engine reads;
+/// - live: an access has an effect. They are reached by kt_register(), which first carries out
+/// writes since the last time, since C cannot see a write as such;
+/// - plain: all others. They keep the value written, without effect.
 #ifndef KT_AVR_H
 #define KT_AVR_H
 
@@ -16,7 +16,7 @@
 typedef volatile uint8_t kt_register8_t;
 typedef volatile uint16_t __attribute__((may_alias, aligned(1))) kt_register16_t;
 
-/// By data address, 0x20..0xFF. Live registers have their latest value here.
+/// Registers by data address, 0x20..0xFF. Live ones have their latest value here.
 extern kt_register8_t kt_registers[256];
 
 /// `kt_outputs` of abi.h, byte by byte, in its order.
@@ -28,29 +28,29 @@ kt_register8_t *kt_register(uint8_t address);
 /// ADCW and TCNT1, all 16 bits.
 kt_register16_t *kt_adc_result(void);
 kt_register16_t *kt_timer1(void);
-/// UDR0: what is written is printed. Wider than the register, to tell a byte written from none.
+/// UDR0: bytes written are printed. Wider than the register, to tell a byte written from none.
 /// Reads as 0: nothing is ever received.
 kt_register16_t *kt_serial_data(void);
 
-/// Carries out what was written to live registers and hands over what was printed. The engine calls
-/// it after each callback and loop(), and before time passes.
+/// Carries out writes to live registers and passes printed text on. The engine calls it after each
+/// callback and loop(), and before time passes.
 void kt_settle(void);
 
 /// sei() and cli(), with SREG in step.
 void kt_sei(void);
 void kt_cli(void);
-/// For blocks that are not to be interrupted: cli(), and SREG as it was; then the two ways back.
+/// Begin of an atomic block: cli(); returns SREG as it was. Then the two ways to end one.
 uint8_t kt_enter_atomic(void);
 void kt_restore_sreg(const uint8_t *sreg);
 void kt_leave_atomic(const uint8_t *sreg);
 
-/// Up to the next tick, if SMCR enables sleep.
+/// Lets time pass up to the next tick, if SMCR enables sleep.
 void kt_sleep(void);
 
 /// Lets cycles of 125 ns pass, rounded up.
 void kt_delay(double cycles);
 
-// The rest is in side/guest.c, and is told in side/side.h.
+// See side/side.h.
 uint8_t kt_eeprom_read(uint16_t address);
 void kt_eeprom_write(uint16_t address, uint8_t value);
 void kt_interrupts(uint8_t on);

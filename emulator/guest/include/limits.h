@@ -1,4 +1,4 @@
-/// The compiler's own, with the names that avr-gcc has beside.
+/// The compiler's own <limits.h>, and further names of avr-gcc.
 #ifndef KT_LIMITS_H
 #define KT_LIMITS_H
 

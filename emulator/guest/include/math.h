@@ -1,4 +1,4 @@
-/// math as the AVR has it, and no more: a program is free to name variables y0, y1 or gamma.
+/// math.h of avr-libc, and no more: a program is free to name variables y0, y1 or gamma.
 ///
 /// A double has 64 bits here, 32 on the robot.
 #ifndef KT_MATH_H

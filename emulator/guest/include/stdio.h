@@ -1,5 +1,6 @@
-/// stdio as the AVR has it: streams are a program's own functions for single characters. What goes
-/// to a stream without such a function, as stdout is at the start, is kept in the run folder.
+/// stdio.h of avr-libc: a stream is a pair of the program's own functions for single characters.
+/// Output to a stream without such a function, as stdout is at the start, is kept in the run
+/// folder.
 ///
 /// In formats, `%ld` and the like take 32 bits, as wide as a long is on the robot.
 #ifndef KT_STDIO_H
@@ -68,7 +69,7 @@ int fputs(const char *text, FILE *stream);
 size_t fwrite(const void *data, size_t size, size_t count, FILE *stream);
 int fflush(FILE *stream);
 
-/// Nothing ever comes in but by a program's own `get`.
+/// Input comes only from a program's own `get`.
 int getchar(void);
 int getc(FILE *stream);
 int fgetc(FILE *stream);

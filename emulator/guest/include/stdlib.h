@@ -1,4 +1,4 @@
-/// stdlib as the AVR has it, and no more: a program is free to use other names of the PC's.
+/// stdlib.h of avr-libc, and no more: a program is free to use other names of the PC's.
 #ifndef KILOTWIN_GUEST_STDLIB_H
 #define KILOTWIN_GUEST_STDLIB_H
 
@@ -29,13 +29,13 @@ long random(void);
 void srandom(unsigned int seed);
 long random_r(unsigned long *state);
 
-/// In a heap as large as the robot's 2 KB leave room for; NULL when it is full.
+/// A heap as large as the robot's 2 KB leave room for; NULL when it is full.
 void *malloc(size_t bytes);
 void *calloc(size_t count, size_t size);
 void *realloc(void *memory, size_t bytes);
 void free(void *memory);
 
-/// For programs that set them; the heap stays as it is.
+/// Tuning variables of avr-libc; no effect here.
 extern size_t __malloc_margin;
 extern char *__malloc_heap_start, *__malloc_heap_end;
 
@@ -66,7 +66,7 @@ char *dtostrf(double number, signed char width, unsigned char digits, char *text
 /// As "%.<digits>e".
 char *dtostre(double number, char *text, unsigned char digits, unsigned char flags);
 
-/// The robot stops, as one that has crashed does.
+/// Stops the robot, as a crash does.
 void exit(int status) __attribute__((noreturn));
 void abort(void) __attribute__((noreturn));
 

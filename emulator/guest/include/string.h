@@ -1,4 +1,4 @@
-/// string as the AVR has it, and no more: a program is free to use other names of the PC's.
+/// string.h of avr-libc, and no more: a program is free to use other names of the PC's.
 #ifndef KT_STRING_H
 #define KT_STRING_H
 

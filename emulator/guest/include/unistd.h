@@ -1,4 +1,4 @@
-/// A robot has no processes and no files: nothing of the PC's is in here.
+/// Almost empty: a robot has no processes and no files.
 #ifndef KT_UNISTD_H
 #define KT_UNISTD_H
 

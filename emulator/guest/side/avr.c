@@ -1,9 +1,10 @@
-// The registers behind <avr/io.h>. Only programs that use them carry this.
+// Registers behind <avr/io.h> (kt_avr.h). Linked only into programs that use them.
 #include "abi.h"
 #include "avr/interrupt.h"
 #include "avr/io.h"
 #include "side.h"
 
+// Outputs of kt_avr.h and of abi.h are the same bytes.
 #define SAME_PLACE(register, field) \
     _Static_assert((register) == offsetof(kt_outputs_t, field), "kt_avr.h follows abi.h")
 SAME_PLACE(KT_OCR2A, ocr2a);
@@ -15,7 +16,7 @@ SAME_PLACE(KT_PORTB, portb);
 SAME_PLACE(KT_PORTC, portc);
 SAME_PLACE(KT_PORTD, portd);
 
-// Data addresses, and the values there without further ado.
+// Data addresses; PLAIN is the value there, without the effects of an access by the program.
 enum {
     PIND_AT = 0x29,
     EECR_AT = 0x3F,
@@ -40,7 +41,7 @@ enum { NOT_CHARGING = _BV(PIND0), POWERED_UP = _BV(PORF), INTERRUPTS = _BV(SREG_
 kt_register8_t kt_registers[256] = {
     [PIND_AT] = NOT_CHARGING, [MCUSR_AT] = POWERED_UP, [SREG_AT] = INTERRUPTS};
 
-static uint8_t interrupts_on = INTERRUPTS;  // what the engine knows
+static uint8_t interrupts_on = INTERRUPTS;  // as last passed to the engine
 
 static void settle_interrupts(void) {
     const uint8_t wanted = PLAIN(SREG_AT) & INTERRUPTS;
@@ -75,6 +76,7 @@ void kt_leave_atomic(const uint8_t *sreg) {
     kt_sei();
 }
 
+// UDR0. C cannot see a write: a value that no write leaves marks that there was none.
 enum { NOTHING_WRITTEN = 0x4000, SERIAL_BYTES = 80 };
 
 static kt_register16_t serial_data = NOTHING_WRITTEN;
@@ -99,6 +101,7 @@ kt_register16_t *kt_serial_data(void) {
     return &serial_data;
 }
 
+// EECR: EERE reads a byte; EEPE writes one if EEMPE was set before.
 static void settle_eeprom(void) {
     const uint8_t wanted = PLAIN(EECR_AT);
     const uint16_t address = PLAIN16(EEAR_AT) & E2END;
@@ -111,7 +114,8 @@ static void settle_eeprom(void) {
 
 enum { CHANNEL_BATTERY = 6, CHANNEL_LIGHT = 7, CHANNEL_TEMPERATURE = 8, CHANNELS = 16 };
 
-// kilolib's functions return -1 during a reception, the converter would still convert.
+// kilolib's functions return -1 during a reception; the converter itself would convert: 0 stands
+// for its unknown result.
 static uint16_t convert(uint8_t channel) {
     int16_t value = 0;
     if (channel == CHANNEL_BATTERY) value = kt_sensor(KT_SENSOR_VOLTAGE);
@@ -133,6 +137,7 @@ kt_register16_t *kt_adc_result(void) {
     return &PLAIN16(ADC_AT);
 }
 
+// Ends a line of serial output too, so that texts keep their tick.
 void kt_settle(void) {
     settle_interrupts();
     settle_serial();
@@ -141,8 +146,8 @@ void kt_settle(void) {
     settle_adc();
 }
 
-// As kilolib sets the timers: timer 0 counts each 1,024 cycles, timer 1 each one, timer 2 each 8
-// and up and down. None is known better than timer 0.
+// Timers as kilolib sets them: timer 0 counts every 1,024 cycles, timer 1 every cycle, timer 2
+// every 8, up and down. All are derived from timer 0, so none is finer.
 enum {
     CYCLES_PER_COUNT_0 = 1024,
     CYCLES_PER_COUNT_2 = 8,
@@ -161,6 +166,7 @@ static uint8_t timer2(void) {
     return (uint8_t)(count < COUNTS_PER_TICK ? count : ROUND_TRIP_2 - count);
 }
 
+// Peripherals are always ready: a program that polls for it goes on.
 kt_register8_t *kt_register(uint8_t address) {
     settle_interrupts();
     settle_serial();
@@ -182,8 +188,8 @@ kt_register8_t *kt_register(uint8_t address) {
 void kt_sleep(void) {
     if (!(SMCR & _BV(SE))) return;
     kt_settle();
-    // A robot's own tick is some counts longer or shorter than it should be; with interrupts off
-    // none comes.
+    // A robot's own tick is some counts longer or shorter than nominal, so one wait may end before
+    // it; with interrupts off none comes, hence the bound.
     const uint32_t before = kt_ticks();
     for (int tries = 0; tries < COUNTS_PER_TICK && kt_ticks() == before; tries++)
         kt_wait((uint32_t)(COUNTS_PER_TICK - kt_timer0()) * CYCLES_PER_COUNT_0);

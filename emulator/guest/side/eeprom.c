@@ -1,12 +1,14 @@
-// The functions of <avr/eeprom.h>.
+// Functions of <avr/eeprom.h>.
 #include "avr/eeprom.h"
 
 #include <string.h>
 
-// The bounds of the EEMEM variables, if the program has any.
+// Bounds of the EEMEM variables, if the program has any.
 extern const uint8_t first_variable[] __asm__("__start_kt_eeprom") __attribute__((weak));
 extern const uint8_t end_of_variables[] __asm__("__stop_kt_eeprom") __attribute__((weak));
 
+// An EEMEM variable has an address of the PC; its place among these variables is that in the
+// EEPROM.
 static uint16_t address_of(const void *pointer, size_t offset) {
     uintptr_t address = (uintptr_t)pointer;
     if (address >= (uintptr_t)first_variable && address < (uintptr_t)end_of_variables) {
@@ -28,6 +30,7 @@ void eeprom_update_block(const void *from, void *address, size_t bytes) {
     const uint8_t *byte = from;
     for (size_t i = 0; i < bytes; i++) {
         const uint16_t place = address_of(address, i);
+        // Only cells that change are worn.
         if (kt_eeprom_read(place) != byte[i]) kt_eeprom_write(place, byte[i]);
     }
 }

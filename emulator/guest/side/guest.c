@@ -1,6 +1,6 @@
-// The part of the thin half that every guest has, a robot's program as a module's: the guard pages
-// around the variables, the budget of its loops, random bytes, and the calls that go to the
-// engine through `kt_host`.
+// The part of the thin half that guests of robots and modules share: guard pages around the
+// variables, the budget of loop iterations, random bytes, and calls to the engine through
+// `kt_host`.
 #include <stddef.h>
 
 #include "abi.h"
@@ -19,8 +19,9 @@ volatile kt_outputs_t kt_outputs;
 static uint8_t soft_seed = 0xAA;
 static uint8_t soft_accumulator;
 
-// Loop variables may live in registers only: all are laid open beside the stack, so that the engine
-// can tell a program that computes from one that waits. What it calls may change none of them.
+// Called where the budget runs out, between any two instructions: saves and restores all registers.
+// They lie on the stack meanwhile, where the engine compares them: loop variables may live in
+// registers only (busy_watch.h).
 void kt_budget_spent(void);
 __asm__(".pushsection .text\n"
         ".globl kt_budget_spent\n"
@@ -42,7 +43,7 @@ __asm__(".pushsection .text\n"
         "  movq %rsp, %rbx\n"
         "  movq %rsp, %rdi\n"
         "  andq $-16, %rsp\n"
-        "  call kt_tell_spent\n"
+        "  call kt_report_spent\n"
         "  movq %rbx, %rsp\n"
         "  movups (%rsp), %xmm0; movups 16(%rsp), %xmm1; movups 32(%rsp), %xmm2; movups 48(%rsp), "
         "%xmm3\n"
@@ -59,11 +60,11 @@ __asm__(".pushsection .text\n"
         ".size kt_budget_spent, . - kt_budget_spent\n"
         ".popsection\n");
 
-static __attribute__((used)) void tell_spent(const uint8_t *frame) __asm__("kt_tell_spent");
-static void tell_spent(const uint8_t *frame) { kt_host->spent(frame); }
+static __attribute__((used)) void report_spent(const uint8_t *frame) __asm__("kt_report_spent");
+static void report_spent(const uint8_t *frame) { kt_host->spent(frame); }
 
-/// Called by the compiler's instrumentation at every basic block of the program (clang), or by
-/// nobody (gcc, see count_loops.h).
+/// Called by clang's instrumentation at every basic block of the program. gcc's programs do not
+/// call it (count_loops.h).
 void __sanitizer_cov_trace_pc(void);
 void __sanitizer_cov_trace_pc(void) {
     if (--kt_budget < 0) kt_budget_spent();

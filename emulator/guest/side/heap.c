@@ -1,6 +1,7 @@
-// malloc in a heap that is part of the robot's state and runs out, as the robot's 2 KB would. Only
-// programs that use it carry it. First fit. What is taken is noted apart from the blocks, so that a
-// program that writes beyond one, or frees what it never got, spoils its own data only.
+// malloc() in a heap that is part of the robot's state and runs out, as the robot's 2 KB would.
+// First fit. Which units are used is kept apart from the blocks, so that a program that writes
+// beyond one, or frees an invalid pointer, damages its own data only. Linked only into programs
+// that use it.
 #include <stddef.h>
 #include <stdint.h>
 #include <string.h>
@@ -10,17 +11,18 @@ void free(void *memory);
 void *calloc(size_t count, size_t size);
 void *realloc(void *memory, size_t bytes);
 
-/// 2,048 bytes of RAM less kilolib's own 110 and a stack of 400, four times: a pointer has 8 bytes
-/// here and 2 there, and so has what precedes a block. Lists that fit there must fit here.
+/// Four times the robot's 2,048 bytes of RAM less kilolib's own 110 and a stack of 400: pointers,
+/// and the size ahead of a block, have 8 bytes here and 2 there. Lists that fit there must fit
+/// here.
 enum { HEAP_BYTES = 4 * 1536, UNIT = 8, UNITS = HEAP_BYTES / UNIT };
 
-/// A block begins with a unit that nobody uses, where avr-libc has its size.
+/// State of a unit. FIRST is not given to the program: avr-libc has the block's size there.
 enum { FREE, FIRST, MORE };
 
 static uint8_t heap[HEAP_BYTES] __attribute__((aligned(UNIT)));
 static uint8_t units[UNITS];
 
-// What avr-libc offers to set; it changes nothing here.
+// Tuning variables of avr-libc; they have no effect here.
 // NOLINTBEGIN(bugprone-reserved-identifier)
 __attribute__((weak)) size_t __malloc_margin = 32;
 __attribute__((weak)) char *__malloc_heap_start = (char *)heap;

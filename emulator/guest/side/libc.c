@@ -1,5 +1,5 @@
-// What the AVR's libc has and the PC's has not, or has with a state that robots must not share.
-// Weak: a program may have functions of the same names.
+// Functions of avr-libc that the PC's libc lacks, or has with a state that robots must not share.
+// Weak: a program may define functions of the same names.
 #include <ctype.h>
 #include <math.h>
 #include <stdint.h>
@@ -51,6 +51,7 @@ WEAK char *strtok(char *text, const char *stop) {
     return strtok_r(text, stop, &rest);
 }
 
+// avr-libc's conversion; the text is empty for other bases.
 static char *digits(uint32_t number, char *text, int base) {
     char *end = text;
     if (base >= 2 && base <= 36) {
@@ -71,7 +72,8 @@ static char *signed_digits(int32_t number, uint32_t bits, char *text, int base) 
     return text;
 }
 
-// An int may hold more here than on the robot; only its sign would mislead.
+// A negative int in another base shows the robot's 16 bits; values that an int there cannot hold
+// show 32.
 WEAK char *itoa(int number, char *text, int base) {
     const uint32_t bits = number < 0 && number >= INT16_MIN ? UINT16_MAX : UINT32_MAX;
     return signed_digits(number, bits, text, base);
@@ -92,6 +94,7 @@ WEAK char *dtostrf(double number, signed char width, unsigned char digits_after,
     return text;
 }
 
+// The format is "%.*e", or with a flag "% .*e" or "%+.*e".
 WEAK char *dtostre(double number, char *text, unsigned char digits_after, unsigned char flags) {
     char format[] = "%+.*e";
     char *start = format;
@@ -102,6 +105,7 @@ WEAK char *dtostre(double number, char *text, unsigned char digits_after, unsign
     return flags & DTOSTR_UPPERCASE ? strupr(text) : text;
 }
 
+// As random() in stdlib.c.
 WEAK long random_r(unsigned long *state) {
     if (*state == 0) *state = 123459876;
     *state = *state * 16807 % 2147483647;
@@ -111,8 +115,10 @@ WEAK long random_r(unsigned long *state) {
 WEAK double square(double x) { return x * x; }
 WEAK float squaref(float x) { return x * x; }
 
+// The PC's is one per thread, not per robot.
 WEAK int errno;
 
+// Moved by the program alone, as in avr-libc.
 static time_t system_time;
 
 WEAK time_t time(time_t *now) {
@@ -124,6 +130,7 @@ WEAK void set_system_time(time_t now) { system_time = now; }
 WEAK void system_tick(void) { system_time++; }
 WEAK int32_t difftime(time_t end, time_t begin) { return (int32_t)(end - begin); }
 
+// Longer delays than 32 bits of cycles (9 minutes) are split.
 #define CYCLES_AT_ONCE 0x40000000u
 
 void kt_delay(double cycles) {

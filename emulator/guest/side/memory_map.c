@@ -1,6 +1,6 @@
-// What avr-libc's linker script and heap call the borders of the robot's memory. Programs that
-// measure their free RAM name them; what they find here means nothing. Only those link this.
-// Weak: a program may have some of them itself.
+// Borders of the robot's memory, by the names of avr-libc's linker script and heap. Programs that
+// measure their free RAM use them; the values mean nothing here. Linked only into those programs.
+// Weak: a program may define some of them.
 #include <stdint.h>
 
 // NOLINTBEGIN(bugprone-reserved-identifier): avr-libc's names
@@ -20,10 +20,10 @@ BORDER(etext);
 BORDER(__data_load_start);
 BORDER(__data_load_end);
 
-/// The end of what malloc() has given out; 0: nothing yet.
+/// End of the heap in use; 0: none.
 extern void *__brkval;
 __attribute__((weak)) void *__brkval;
-/// The list of what was freed.
+/// List of freed blocks.
 extern void *__flp;
 __attribute__((weak)) void *__flp;
 

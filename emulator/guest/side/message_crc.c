@@ -1,4 +1,4 @@
-// A file of its own: labs compile their own message_crc() with their programs.
+// A file of its own: a program may bring its own message_crc().
 #include "message_crc.h"
 
 #include <stddef.h>

@@ -1,4 +1,4 @@
-/// What the parts of the guest's thin half need of one another.
+/// Interface between the parts of a guest's thin half.
 #ifndef KILOTWIN_GUEST_SIDE_H
 #define KILOTWIN_GUEST_SIDE_H
 
@@ -6,7 +6,7 @@
 
 #include "abi.h"
 
-/// Of the process, not of one robot.
+/// Marks a variable of the process, outside the state of robots.
 #define KT_SHARED __attribute__((section(".kt_shared")))
 
 extern const kt_host_t *kt_host;
@@ -14,23 +14,22 @@ extern int32_t kt_budget;
 extern char kt_guard_low[KT_GUARD_BYTES], kt_guard_high[KT_GUARD_BYTES];
 extern uint8_t kt_state_begin[], kt_state_end[];
 
-/// Names of the interrupt handlers that the program defines for itself, by avr/interrupt.h: each
-/// ends with a 0.
+/// Names of the interrupt handlers that the program defines (avr/interrupt.h), each ended by a 0.
 extern __attribute__((weak, visibility("hidden"))) const char __start_kt_handlers[];
 extern __attribute__((weak, visibility("hidden"))) const char __stop_kt_handlers[];
 
 /// The program's main().
 extern int kt_guest_main();
-/// It, after the program's constructors.
+/// Runs the program's constructors, then its main().
 int kt_run_program();
 
-/// Only programs that use such registers link it (avr.c).
+/// kt_table_t.settle. Null unless the program uses such registers (avr.c).
 extern __attribute__((weak, visibility("hidden"))) void kt_settle(void);
 
 /// The robot's or module's count of ticks.
 uint32_t kt_ticks(void);
 
-/// A KT_SENSOR_ of the robot: 0..1023, or -1.
+/// Reads one of KT_SENSOR_: 0..1023, or -1.
 int16_t kt_sensor(uint8_t which);
 
 void kt_rand_seed(uint8_t seed);
@@ -51,7 +50,7 @@ uint8_t kt_timer0(void);
 /// Lets time pass, as delay() does.
 void kt_wait(uint32_t cycles);
 
-/// Stops the robot: it asked for something that a robot does not have.
+/// Stops the robot; `what` completes "the program ...".
 void kt_unusable(const char *what);
 
 #endif

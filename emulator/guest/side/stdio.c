@@ -1,6 +1,5 @@
-// What a program prints goes to the run folder, or to its own stream; nothing reaches the
-// emulator's own output.
-// Weak: a program may have functions of the same names.
+// Output of a program goes to the run folder, or to a stream of its own; none reaches the
+// emulator's output. Weak: a program may define functions of the same names.
 #include <stdio.h>
 
 #include <string.h>
@@ -31,11 +30,13 @@ WEAK int fclose(FILE *stream) {
     return 0;
 }
 
+// Labs' ways to set up the serial port before printing.
 void debug_init(void);
 WEAK void debug_init(void) {}
 void debug_init_nonblocking(void);
 WEAK void debug_init_nonblocking(void) {}
 
+// A stream without a put function is the run folder.
 static void write_text(FILE *stream, const char *text, size_t bytes) {
     if (stream == NULL || stream->put == NULL) {
         kt_print(text, (uint32_t)bytes);
@@ -44,12 +45,12 @@ static void write_text(FILE *stream, const char *text, size_t bytes) {
     for (size_t i = 0; i < bytes; i++) stream->put(text[i], stream);
 }
 
-// The PC's function under its other name.
+// The PC's vsnprintf() by its internal name, since this file defines the usual one.
 extern int pc_vsnprintf(char *text, size_t bytes, const char *format,
                         va_list arguments) __asm__("__vsnprintf");
 
-// A long has 32 bits on the robot, and programs print int32_t and uint32_t as longs: without its
-// `l` a conversion takes those. `%S` is a string in flash.
+// A long has 32 bits on the robot, and programs print int32_t and uint32_t by `%ld`: the `l` is
+// removed, so that 32 bits are taken here too. `%S` is a string in flash, `%s` here.
 static const char *robots_format(const char *format, char *changed) {
     if (strlen(format) >= FORMAT_BYTES) return format;
     char *end = changed;
@@ -122,7 +123,7 @@ WEAK int fputs(const char *text, FILE *stream) {
     return 1;
 }
 
-// In one piece, for the run folder.
+// In one piece: the run folder keeps one event per call.
 WEAK int puts(const char *text) {
     char line[LINE_BYTES];
     size_t length = strlen(text);
@@ -193,6 +194,7 @@ WEAK size_t fread(void *data, size_t size, size_t count, FILE *stream) {
     return count;
 }
 
+// One character of push-back, as in avr-libc.
 WEAK int ungetc(int character, FILE *stream) {
     if (character == EOF || stream == NULL || stream->unread) return EOF;
     stream->given_back = (uint8_t)character;
@@ -200,6 +202,7 @@ WEAK int ungetc(int character, FILE *stream) {
     return stream->given_back;
 }
 
+// A line at a time: the robot's reads the stream character by character.
 WEAK int vfscanf(FILE *stream, const char *format, va_list arguments) {
     char line[LINE_BYTES];
     return fgets(line, sizeof line, stream) == NULL ? EOF : vsscanf(line, format, arguments);

@@ -1,5 +1,5 @@
-// The parts of libc that hold state, private to each robot and shaped as on the AVR.
-// Weak: a program may have functions of the same names.
+// Functions of libc that hold state, which is private to each robot here, and that end a program.
+// Weak: a program may define functions of the same names.
 #include <stdlib.h>
 
 #include "side.h"
@@ -9,8 +9,7 @@
 static unsigned long rand_state = 1;
 static unsigned long random_state = 1;
 
-// The minimal standard generator of Park and Miller (CACM 1988), which avr-libc uses too: 0 stands
-// for another seed.
+// The minimal standard generator of Park and Miller (CACM 1988), as in avr-libc, which replaces 0.
 static unsigned long next(unsigned long state) {
     if (state == 0) state = 123459876;
     return state * 16807 % 2147483647;

@@ -1,4 +1,4 @@
-// strdup() in the robot's heap. A file of its own, for it brings the heap along.
+// strdup() in the robot's heap. A file of its own, since it needs the heap linked.
 #include <stdlib.h>
 #include <string.h>
 

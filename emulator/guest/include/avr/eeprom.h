@@ -8,7 +8,7 @@
 
 #include "io.h"
 
-/// What it is initialised with is not in the EEPROM, as it is not on a robot flashed by infrared.
+/// Initial values are not in the EEPROM, as they are not on a robot flashed by infrared.
 #define EEMEM __attribute__((section("kt_eeprom")))
 
 #define eeprom_is_ready() 1
@@ -28,7 +28,7 @@ void eeprom_write_dword(uint32_t *address, uint32_t value);
 void eeprom_write_float(float *address, float value);
 void eeprom_write_block(const void *from, void *address, size_t bytes);
 
-/// As write, but bytes that are right already are left alone.
+/// As write, but bytes that have the value already are not written.
 void eeprom_update_byte(uint8_t *address, uint8_t value);
 void eeprom_update_word(uint16_t *address, uint16_t value);
 void eeprom_update_dword(uint32_t *address, uint32_t value);

@@ -1,5 +1,5 @@
-/// Fuses as a program may note them down for its programmer. They do nothing here, as they do
-/// nothing on a robot that is flashed by infrared.
+/// Fuses that a program records for its programmer. No effect here, as on a robot that is flashed
+/// by infrared.
 #ifndef KT_AVR_FUSE_H
 #define KT_AVR_FUSE_H
 

@@ -14,7 +14,7 @@
 #define ISR_NAKED
 #define ISR_ALIASOF(vector)
 
-/// Notes the handler's name for the engine, which tells people that it is never called.
+/// Records the handler's name for the engine, which reports that it is never called.
 #define KT_HANDLES(vector, name)            \
     static const char kt_handles_##vector[] \
         __attribute__((used, aligned(1), section("kt_handlers"))) = name;

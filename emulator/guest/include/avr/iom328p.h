@@ -1,5 +1,5 @@
-/// The registers of the ATmega328P: names, data addresses and bits are those of its data sheet.
-/// What a register does here, its expansion tells: see kt_avr.h.
+/// Registers of the ATmega328P: names, data addresses and bits of its data sheet. Whether a
+/// register is an output, live or plain shows in its expansion (kt_avr.h).
 #ifndef KT_IOM328P_H
 #define KT_IOM328P_H
 

@@ -1,4 +1,4 @@
-/// Lock bits as a program may note them down for its programmer. They do nothing here.
+/// Lock bits that a program records for its programmer. No effect here.
 #ifndef KT_AVR_LOCK_H
 #define KT_AVR_LOCK_H
 

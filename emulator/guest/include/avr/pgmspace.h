@@ -34,8 +34,8 @@ typedef const void *__attribute__((may_alias, aligned(1))) kt_flash_pointer_t;
 static const uint8_t kt_erased_flash[8]
     __attribute__((unused)) = {0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF};
 
-/// Where `address` leads. What a program wants from flash by a number of its own, which only the
-/// robot's linker could give a meaning, reads as erased.
+/// Memory for a flash address. Addresses that a program gives as plain numbers, whose content only
+/// the robot's linker knows, read as erased.
 static inline __attribute__((unused)) const void *kt_in_flash(uintptr_t address) {
     return address <= FLASHEND ? kt_erased_flash : (const void *)address;
 }
@@ -51,8 +51,8 @@ static inline __attribute__((unused)) const void *kt_in_flash(uintptr_t address)
 #define pgm_read_byte(address) (*(kt_flash8_t *)KT_IN_FLASH(address))
 #define pgm_read_ptr(address) ((void *)*(const kt_flash_pointer_t *)KT_IN_FLASH(address))
 
-/// Words and longs of tables with a sign have it here: on the robot what they are assigned to, an
-/// int or a long, is no wider, and a negative number comes out of it again. Bytes never have one.
+/// Words and longs of signed tables are read as signed: on the robot the int or long that they are
+/// assigned to is no wider, so that a negative number stays one. Bytes are always unsigned.
 #define pgm_read_dword(address)                                              \
     __builtin_choose_expr(KT_IS_AT(address, int) || KT_IS_AT(address, long), \
                           *(kt_flash_signed32_t *)KT_IN_FLASH(address),      \

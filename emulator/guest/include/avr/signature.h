@@ -1,4 +1,4 @@
-/// A program's note of the processor that it is for.
+/// Signature of the processor that a program is for, recorded in its file.
 #ifndef KT_AVR_SIGNATURE_H
 #define KT_AVR_SIGNATURE_H
 

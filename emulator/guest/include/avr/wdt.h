@@ -1,4 +1,4 @@
-/// The watchdog. There is none here: it never bites.
+/// Watchdog. No effect here: it never resets the robot.
 #ifndef KT_AVR_WDT_H
 #define KT_AVR_WDT_H
 

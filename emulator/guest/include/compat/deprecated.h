@@ -1,4 +1,4 @@
-/// Names that older programs have for access to registers.
+/// Older names for access to registers.
 #ifndef KT_COMPAT_DEPRECATED_H
 #define KT_COMPAT_DEPRECATED_H
 

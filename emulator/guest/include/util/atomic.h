@@ -1,5 +1,5 @@
-/// Blocks that no callback interrupts, even if they let time pass, and blocks that one may. Any way
-/// leaves them properly.
+/// Atomic blocks, which no callback interrupts even if they let time pass, and blocks with
+/// interrupts on. However a block is left, SREG is restored.
 #ifndef KT_UTIL_ATOMIC_H
 #define KT_UTIL_ATOMIC_H
 

@@ -6,8 +6,8 @@
 
 #include "delay_basic.h"
 
-/// A program that gives another clock than the robot's 8 MHz waits too long or not long enough, as
-/// it would there.
+/// A program that defines another clock than the robot's 8 MHz waits too long or too short, as
+/// there.
 #ifndef F_CPU
 #define F_CPU 8000000UL
 #endif
