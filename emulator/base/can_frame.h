@@ -1,4 +1,4 @@
-/// A classic CAN frame with an 11-bit identifier, as everything on the Kilogrid's buses is.
+/// A classic CAN frame with an 11-bit identifier: every frame on the Kilogrid's buses is one.
 #ifndef KILOTWIN_BASE_CAN_FRAME_H
 #define KILOTWIN_BASE_CAN_FRAME_H
 
@@ -8,23 +8,25 @@
 
 namespace kilotwin {
 
+/// Plain data, 12 bytes; compares by content.
 struct CanFrame {
     static constexpr uint16_t ID_MAX = 0x7FF;
     static constexpr size_t DATA_MAX = 8;
 
     uint16_t id = 0;   ///< 0 to ID_MAX: an address, see kilogrid_modules/protocol/address.h
-    uint8_t dlc = 0;   ///< data bytes, 0 to DATA_MAX; a remote frame asks for as many
-    bool rtr = false;  ///< a remote frame: carries no data, and nobody here sends one
-    std::array<uint8_t, DATA_MAX> data{};  ///< what is beyond dlc is zero
+    uint8_t dlc = 0;   ///< data bytes, 0 to DATA_MAX; a remote frame requests as many
+    bool rtr = false;  ///< a remote frame, without data; no Kilogrid program sends one
+    std::array<uint8_t, DATA_MAX> data{};  ///< bytes from dlc on are 0
 
     bool operator==(const CanFrame &) const = default;
 };
 
-/// A frame that ended on a bus, as Python has it: a row of a numpy array, without gaps.
+/// A frame that ended on a bus, as a row of a numpy array: packed, in the order of CAN_RECORD
+/// (python/bridge.cpp).
 #pragma pack(push, 1)
 struct CanRecord {
-    double at_s;  ///< when its last bit ended
-    uint8_t bus;
+    double at_s;  ///< end of its last bit; 0: begin of the experiment
+    uint8_t bus;  ///< index in the grid
     uint16_t id;
     uint8_t dlc;
     std::array<uint8_t, CanFrame::DATA_MAX> data;

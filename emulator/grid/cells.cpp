@@ -27,7 +27,8 @@ GridLayout::GridLayout(uint32_t columns, uint32_t rows, uint32_t buses)
 }
 
 uint32_t GridLayout::bus_of_row(uint32_t row) const {
-    // The last bus that begins at or below the row; division rounds down, so start from an estimate.
+    // The last bus that begins at or below the row. The division rounds down, so the estimate may
+    // be too low.
     uint32_t bus = row * buses_ / rows_;
     while (bus + 1 < buses_ && first_row(bus + 1) <= row) bus++;
     return bus;

@@ -1,9 +1,12 @@
-/// Where the cells of a Kilogrid lie: module, cell, place and CAN bus, one from the other.
+/// Layout of a Kilogrid: conversions between module, cell, position and CAN bus.
 ///
 /// The grid's centre is the arena's centre, (0, 0). A module is 10 cm wide and has 2 x 2 cells;
 /// module (x, y) = (column, row) counts from the lower left, y upwards. Cells of a module: 0 top
-/// left, 1 top right, 2 bottom left, 3 bottom right (hardware.md 3.1). Buses take whole rows, as
-/// equally as can be, the lowest rows first.
+/// left, 1 top right, 2 bottom left, 3 bottom right (hardware.md 3.1). Buses have whole rows, as
+/// equally as possible, the lowest rows first. Positions are in m.
+///
+/// Two numberings: modules row by row from the lower left, 0 to modules() - 1; cells by module and
+/// its cell, 0 to cells() - 1. Arguments are not checked but by the constructor.
 #ifndef KILOTWIN_GRID_CELLS_H
 #define KILOTWIN_GRID_CELLS_H
 
@@ -15,18 +18,19 @@
 
 namespace kilotwin {
 
-constexpr double CELL_M = 0.05;
+constexpr double CELL_M = 0.05;  ///< width and height
 constexpr double MODULE_M = 2 * CELL_M;
 
+/// Immutable; every conversion is O(1).
 class GridLayout {
   public:
     static constexpr uint32_t MODULE_CELLS = 4;
-    /// What five bits of address tell apart; the sixth value means all (hardware.md 3.2).
+    /// Limits of the addresses: five bits each, of which one value means all (hardware.md 3.2).
     static constexpr uint32_t MOST_COLUMNS = 31, MOST_ROWS = 31;
     static constexpr uint32_t MOST_MODULES_PER_BUS = 112;
 
-    /// EngineError for a grid that cannot be wired: no modules, more than 31 x 31, no bus, more
-    /// buses than rows, more than 112 modules on one bus.
+    /// Throws EngineError for a grid that cannot be wired: no modules, more than 31 x 31, no bus,
+    /// more buses than rows, more than 112 modules on a bus.
     GridLayout(uint32_t columns, uint32_t rows, uint32_t buses);
 
     uint32_t columns() const { return columns_; }
@@ -35,26 +39,27 @@ class GridLayout {
     uint32_t modules() const { return columns_ * rows_; }
     uint32_t cells() const { return MODULE_CELLS * modules(); }
 
-    // Modules are numbered row by row, from the lower left.
+    // A module by column and row, and back.
     uint32_t module(uint32_t x, uint32_t y) const { return y * columns_ + x; }
     uint32_t x(uint32_t module) const { return module % columns_; }
     uint32_t y(uint32_t module) const { return module / columns_; }
 
+    /// The bus of a module.
     uint32_t bus(uint32_t module) const { return bus_of_row(y(module)); }
 
-    /// The rows of a bus: the first one, and for `bus + 1` the one behind its last.
+    /// First row of a bus; first_row(bus + 1) is the row behind its last.
     uint32_t first_row(uint32_t bus) const { return bus * rows_ / buses_; }
 
-    // Cells are numbered through: four to a module.
+    // The module of a cell, and the cell's index in it, 0..3.
     static uint32_t module_of(uint32_t cell) { return cell / MODULE_CELLS; }
     static uint8_t index_in_module(uint32_t cell) {
         return static_cast<uint8_t>(cell % MODULE_CELLS);
     }
 
-    /// A cell's middle, m.
+    /// Centre of a cell.
     Eigen::Vector2d centre(uint32_t cell) const;
 
-    /// The cell in this column and row of cells, from the lower left.
+    // A cell by column and row of cells, counted from the lower left, and back.
     uint32_t cell(uint32_t column, uint32_t row) const {
         const uint32_t left = column % 2, top = row % 2;
         return MODULE_CELLS * module(column / 2, row / 2) + (top ? 0 : 2) + left;
@@ -64,12 +69,12 @@ class GridLayout {
         return 2 * y(module_of(cell)) + (cell % MODULE_CELLS < 2 ? 1 : 0);
     }
 
-    /// The cell below a place; none beside the grid. A border belongs to the cell to its right, or
-    /// above it.
+    /// The cell below a position; none outside the grid. A border belongs to the cell right of it,
+    /// or above it.
     std::optional<uint32_t> below(const Eigen::Vector2d &place) const;
 
-    /// Calls visit(cell, distance in m) for every cell whose middle is at most `range_m` away, row
-    /// by row from the lower left.
+    /// Calls visit(cell, distance in m) for every cell whose centre is at most `range_m` away, row
+    /// by row from the lower left. O(cells in the square around the range).
     template <typename Visit>
     void for_each_within(const Eigen::Vector2d &place, double range_m, Visit visit) const {
         const Eigen::Vector2d from = place - corner_;
@@ -90,8 +95,8 @@ class GridLayout {
   private:
     uint32_t bus_of_row(uint32_t row) const;
 
-    /// The first cell along an axis whose middle is not before `from`, and the last not behind
-    /// `to`.
+    // Along an axis: the first cell whose centre is not before `from`, and the last not behind
+    // `to`.
     static int64_t first(double from) {
         return std::max<int64_t>(static_cast<int64_t>(std::ceil(from / CELL_M - 0.5)), 0);
     }
@@ -101,7 +106,7 @@ class GridLayout {
     }
 
     uint32_t columns_, rows_, buses_;
-    Eigen::Vector2d corner_;  ///< the lower left one
+    Eigen::Vector2d corner_;  ///< the lower left
 };
 
 }  // namespace kilotwin

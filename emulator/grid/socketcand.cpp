@@ -24,7 +24,7 @@ Words words_of(std::string_view text) {
     return words;
 }
 
-/// All of `text` as a number of `base` up to `most`.
+/// The number that `text` as a whole stands for; none if it is not one of `base`, or above `most`.
 std::optional<unsigned> number_of(std::string_view text, int base, unsigned most) {
     unsigned value = 0;
     auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, base);
@@ -74,19 +74,19 @@ void SocketcandSession::feed(std::string_view bytes, std::string &replies,
     for (char c : bytes) {
         if (closing_) return;
         if (c == '<') {
-            // A "<" within a command begins it anew.
+            // A "<" within a command begins another.
             if (inside_) refuse("unknown command", replies);
             inside_ = true;
             stray_ = false;
             command_.clear();
         } else if (!inside_) {
-            // Text between commands is one mistake, however long; line ends are none.
+            // Text between commands is one error, however long; blanks and line ends are none.
             bool is_blank = c == ' ' || c == '\n' || c == '\r' || c == '\t';
             if (!is_blank && !stray_) refuse("unknown command", replies);
             stray_ = stray_ || !is_blank;
         } else if (c == '>') {
             inside_ = false;
-            obey(command_, replies, frames);
+            execute(command_, replies, frames);
         } else if (command_.size() == COMMAND_MAX) {
             inside_ = false;
             stray_ = true;
@@ -97,8 +97,8 @@ void SocketcandSession::feed(std::string_view bytes, std::string &replies,
     }
 }
 
-void SocketcandSession::obey(std::string_view command, std::string &replies,
-                             std::vector<CanFrame> &frames) {
+void SocketcandSession::execute(std::string_view command, std::string &replies,
+                                std::vector<CanFrame> &frames) {
     Words words = words_of(command);
     std::string_view verb = words.empty() ? std::string_view() : words[0];
     if (verb == "echo" && words.size() == 1) {
