@@ -24,6 +24,7 @@ ENGINE := CMakeLists.txt pyproject.toml $(shell find emulator firmware/aggregati
 C_FILES := $(shell find emulator firmware kilogrid_modules tests -name '*.[ch]' -o -name '*.cpp' \
              -o -name '*.hpp' 2>/dev/null)
 CMAKE_FLAGS := -G Ninja -DPython_EXECUTABLE=$(CURDIR)/$(PY) -DKILOTWIN_TESTS=ON
+include firmware/avr.mk
 APT_WANT := $(shell sed 's/\#.*//' apt.txt)
 
 ## help: this list
@@ -69,11 +70,11 @@ check-firmware: apt
 	@mkdir -p build; clang-tidy --quiet $(shell find firmware kilogrid_modules/protocol \
 	    -name '*.c' ! -name kilogrid_can.c -not -path '*/avr/*' -not -path '*/kilogrid/*') -- -std=gnu11 \
 	    -Ifirmware/kilolib/include 2> build/clang-tidy.log || { cat build/clang-tidy.log; exit 1; }
-	@clang-tidy --quiet firmware/kilogrid/*.c -- -std=gnu99 -O2 --target=avr -mmcu=atmega328p \
-	    -DF_CPU=8000000UL -isystem /usr/lib/avr/include -Ifirmware/kilogrid/include \
+	@clang-tidy --quiet firmware/kilogrid/*.c -- -std=gnu99 -O2 --target=avr $(AVR_CHIP) \
+	    -isystem /usr/lib/avr/include -Ifirmware/kilogrid/include \
 	    -Ifirmware/kilolib/include > build/clang-tidy-grid.log 2>&1 || { cat build/clang-tidy-grid.log; exit 1; }
-	@clang-tidy --quiet firmware/kilolib/avr/*.c -- -std=gnu99 -O2 --target=avr -mmcu=atmega328p \
-	    -DF_CPU=8000000UL -isystem /usr/lib/avr/include -Ifirmware/kilolib/include \
+	@clang-tidy --quiet firmware/kilolib/avr/*.c -- -std=gnu99 -O2 --target=avr $(AVR_CHIP) \
+	    -isystem /usr/lib/avr/include -Ifirmware/kilolib/include \
 	    > build/clang-tidy-avr.log 2>&1 || { cat build/clang-tidy-avr.log; exit 1; }
 
 check-gcc: CXX_NAME := g++

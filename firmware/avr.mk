@@ -1,0 +1,12 @@
+# Compiler flags for the chip of robots and modules, an ATmega328P with a crystal of 8 MHz, as kilolib
+# uses them. Their only home: both firmware Makefiles and the top one include this file, and
+# host_tools/kilotwin reads it (avr_build.py for the chip, guest_build.py for a PC with the same
+# dialect). Only lines "NAME := words", and comments.
+
+AVR_CHIP    := -mmcu=atmega328p -DF_CPU=8000000UL
+AVR_DIALECT := -std=gnu99 -O2 -funsigned-char -funsigned-bitfields -fpack-struct -fshort-enums
+# The boot section begins at 0x7000 and stays free.
+AVR_LINK    := -Wl,--gc-sections -Wl,--relax
+
+# Sources of kilolib/avr that are part of the modules' runtime as well, beside all of kilolib/core.
+AVR_SHARED  := frame_sender.c gains_read.c
