@@ -93,7 +93,7 @@ enum {
     X(FIRAT_SIGNAL_FROM, 38, 0, 0, 1)                 \
     X(START_ON_SITE, 39, 0, 0, 1)                     \
     X(UPDATE_CLOCK, 40, 0, 0, 1)                      \
-    X(PUSHED_OFF, 41, 0, 0, 1)
+    X(PUSHED_OFF, 41, 1, 0, 1)
 
 #define WIRE_CONFIG_ENUM(name, key, preset, least, most) WIRE_KEY_##name = (key),
 enum { WIRE_CONFIG_KEYS(WIRE_CONFIG_ENUM) };

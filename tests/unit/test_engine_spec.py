@@ -9,7 +9,7 @@ from kilotwin import _emulator
 from kilotwin.build.guest import build
 from kilotwin.experiment.engine_spec import commands, config_messages, config_values, engine_spec
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.experiment.profiles import CONTROLLER_DEFAULTS
+from kilotwin.experiment.profiles import CONTROLLER_DEFAULTS, READING_DEFAULTS
 from kilotwin.experiment.schema import Controller, Reading
 
 from .conftest import INFORMED, SMALL, Load
@@ -24,13 +24,17 @@ def controller(profile: str, **changes: Any) -> Controller:
     return Controller.model_validate({**window, **defaults, **changes})
 
 
+def reading(profile: str, **changes: Any) -> Reading:
+    return Reading.model_validate({**READING_DEFAULTS[profile], **changes})
+
+
 def test_config_covers_every_key_of_the_wire() -> None:
-    keys = set(config_values(controller("foot-bot"), Reading()))
+    keys = set(config_values(controller("foot-bot"), reading("foot-bot")))
     assert keys == set(_emulator.CONFIG_KEYS) - NOT_SENT_TO_ALL
 
 
 def test_the_hosts_defaults_of_a_kilobot_are_the_firmwares() -> None:
-    values = config_values(controller("kilobot"), Reading())
+    values = config_values(controller("kilobot"), reading("kilobot"))
     assert values == {name: _emulator.CONFIG_KEYS[name][1] for name in values}
 
 
@@ -46,20 +50,32 @@ def least_and_most(model: type[Controller] | type[Reading], key: str) -> tuple[A
 )
 def test_what_the_schema_allows_the_firmware_takes(key: str) -> None:
     for limit in least_and_most(Controller, key):
-        for name, value in config_values(controller("kilobot", **{key: limit}), Reading()).items():
+        values = config_values(controller("kilobot", **{key: limit}), reading("kilobot"))
+        for name, value in values.items():
             _, _, least, most = _emulator.CONFIG_KEYS[name]
             assert least <= value <= most, (name, limit)
 
 
-@pytest.mark.parametrize("key", ["signal_from", "entry_obstacle", "firat_join", "update_clock"])
+@pytest.mark.parametrize(
+    "key", ["signal_from", "entry_obstacle", "firat_join", "update_clock", "pushed_off"]
+)
 def test_choices_are_numbered_in_the_order_of_the_schema(key: str) -> None:
     choices = get_args(Reading.model_fields[key].annotation)
     sent = [
-        config_values(controller("foot-bot"), Reading.model_validate({key: choice}))[key.upper()]
+        config_values(controller("foot-bot"), reading("foot-bot", **{key: choice}))[key.upper()]
         for choice in choices
     ]
     assert sent == list(range(len(choices)))
     assert sent[-1] == _emulator.CONFIG_KEYS[key.upper()][3]
+
+
+@pytest.mark.parametrize(("profile", "sent"), [("foot-bot", 0), ("kilobot", 1)])
+def test_a_kilobot_pushed_off_its_site_walks_a_foot_bot_stays(
+    load: Load, profile: str, sent: int
+) -> None:
+    keys = load(SMALL + INFORMED, f"swarm.profile={profile}").keys
+    assert keys.controller is not None
+    assert config_values(keys.controller, keys.reading)["PUSHED_OFF"] == sent
 
 
 def test_config_is_one_message_a_tick_and_over_before_run(load: Load) -> None:

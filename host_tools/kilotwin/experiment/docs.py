@@ -16,6 +16,7 @@ from kilotwin.experiment.profiles import (
     CONTROLLER_DEFAULTS,
     KILOBOT_MEDIUM,
     PROFILES,
+    READING_DEFAULTS,
     motion_defaults,
 )
 from kilotwin.experiment.schema import ExperimentSchema
@@ -101,6 +102,7 @@ def _default(prefix: str, name: str, field: FieldInfo) -> str:
             "swarm.": {"floor": profile.virtual_floor},
             "controller.": dict(CONTROLLER_DEFAULTS[profile.name]),
             "motion.": motion_defaults(profile),
+            "reading.": dict(READING_DEFAULTS[profile.name]),
             "engine.": {"step_ticks": profile.step_ticks},
             "medium.": {"kind": profile.medium, "range_m": profile.range_m, **KILOBOT_MEDIUM},
         }

@@ -138,6 +138,13 @@ CONTROLLER_DEFAULTS: Mapping[str, ControllerDefaults] = {
     },
 }
 
+# [reading]: what a robot at rest does when it is pushed off its site. A foot-bot never is, but it
+# may come to rest beside the rim of its site, and in the paper's runs it rests on there.
+READING_DEFAULTS: Mapping[str, Mapping[str, str]] = {
+    "foot-bot": {"pushed_off": "stay"},
+    "kilobot": {"pushed_off": "walk"},
+}
+
 
 def motion_defaults(profile: Profile) -> Defaults:
     """Every key of [motion]."""

@@ -14,6 +14,7 @@ from kilotwin.experiment.profiles import (
     CONTROLLER_DEFAULTS,
     KILOBOT_MEDIUM,
     PROFILES,
+    READING_DEFAULTS,
     motion_defaults,
 )
 from kilotwin.units import TICK_S
@@ -215,7 +216,10 @@ class Controller(Section):
 
 
 class Reading(Section):
-    """What the paper leaves open. The first of the choices is the default: reading A."""
+    """What the paper leaves open. The first of the choices is the default: reading A.
+
+    `pushed_off` depends on the robot.
+    """
 
     signal_from: Literal["rest", "crossing"] = "rest"
     """`simplified`: when a robot on a site begins to signal."""
@@ -239,7 +243,7 @@ class Reading(Section):
     """What a robot is that begins on a site."""
     update_clock: Literal["own", "common"] = "own"
     """Whether update periods begin with each robot's rest or at common times."""
-    pushed_off: Literal["stay", "walk"] = "stay"
+    pushed_off: Literal["stay", "walk"]
     """What a robot at rest does when it is pushed off its site; foot-bots never are."""
 
 
@@ -522,7 +526,7 @@ class ExperimentSchema(Section):
     swarm: Swarm
     robots: list[Robots] | None = None
     controller: Controller | None = None
-    reading: Reading = Reading()
+    reading: Reading
     motion: Motion | None = None
     medium: Medium
     light: Light = Light()
@@ -566,6 +570,9 @@ class ExperimentSchema(Section):
         motion = raw.get("motion", {} if profile.legs else None)
         if isinstance(motion, dict):
             filled["motion"] = {**motion_defaults(profile), **motion}
+        reading = raw.get("reading", {})
+        if isinstance(reading, dict):
+            filled["reading"] = {**READING_DEFAULTS[name], **reading}
         controller = raw.get("controller")
         if isinstance(controller, dict):
             merged = {**CONTROLLER_DEFAULTS[name], **controller}

@@ -29,7 +29,8 @@ import pyarrow.parquet as pq
 
 from kilotwin import __version__
 from kilotwin.errors import InputError, RunError
-from kilotwin.experiment.schema import Reading
+from kilotwin.experiment.profiles import READING_DEFAULTS
+from kilotwin.experiment.schema import ExperimentSchema, Reading
 from kilotwin.files.drafts import draft_name, draft_of
 from kilotwin.sweep import parts
 from kilotwin.sweep.measure import RESULT, Failed, Measured
@@ -254,7 +255,7 @@ def _row(trial: Trial, key: str, varied: Sequence[str], schema: pa.Schema) -> di
         row[f"resting_{site}"] = count
     row["not_resting"] = result["not_resting"]
     row["rule"] = trial.base if experiment.controller is None else experiment.controller.rule
-    row["reading"] = _reading_name(experiment.reading)
+    row["reading"] = _reading_name(experiment)
     row["informed"] = experiment.swarm.informed
     for site in result["resting"]:
         informed = experiment.swarm.informed > 0
@@ -263,12 +264,15 @@ def _row(trial: Trial, key: str, varied: Sequence[str], schema: pa.Schema) -> di
     return row
 
 
-def _reading_name(reading: Reading) -> str:
+def _reading_name(experiment: ExperimentSchema) -> str:
     """The keys that are not at their defaults: `signal_from crossing, obstacle_m 0.02`."""
+    fields = Reading.model_fields
+    defaults = {key: field.default for key, field in fields.items() if not field.is_required()}
+    defaults |= READING_DEFAULTS[experiment.swarm.profile]
     other = [
         f"{key} {json.dumps(value) if isinstance(value, bool) else value}"
-        for key, value in reading
-        if value != type(reading).model_fields[key].default
+        for key, value in experiment.reading
+        if value != defaults[key]
     ]
     return ", ".join(other) or "reading A"
 

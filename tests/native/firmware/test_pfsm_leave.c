@@ -294,6 +294,7 @@ TEST(a_robot_leaving_straight_onto_another_site_enters_that) {
 
 TEST(a_robot_pushed_off_its_site_rests_on_and_walks_at_once_when_it_leaves) {
     robot_t r = leaves_at_once();
+    r.params.PUSHED_OFF = PUSHED_OFF_STAY;
     start_and_rest(&r, BLACK);
     stand_on(&r, 0);
     assert_int_equal(r.machine.state, PFSM_REST);
@@ -301,10 +302,10 @@ TEST(a_robot_pushed_off_its_site_rests_on_and_walks_at_once_when_it_leaves) {
     assert_int_equal(r.machine.state, PFSM_WALK);
 }
 
-TEST(pushed_off_walk_walks_at_once_informed_or_not) {
+TEST(without_config_a_robot_pushed_off_walks_at_once_informed_or_not) {
     for (uint8_t informed = 0; informed <= BLACK; informed += BLACK) {
         robot_t r = simplified();
-        r.params.PUSHED_OFF = PUSHED_OFF_WALK;
+        assert_int_equal(r.params.PUSHED_OFF, PUSHED_OFF_WALK);
         r.params.ALPHA = 0;
         r.params.INFORMED_SITE = informed;
         start_and_rest(&r, BLACK);
@@ -331,6 +332,7 @@ TEST(pushed_off_walk_lets_be_who_walked_out_and_rests) {
 
 TEST(a_resting_robot_pushed_off_and_on_again_rests_on) {
     robot_t r = simplified();
+    r.params.PUSHED_OFF = PUSHED_OFF_STAY;
     r.params.ALPHA = 0;
     start_and_rest(&r, BLACK);
     stand_on(&r, 0);
@@ -450,7 +452,7 @@ int main(void) {
         cmocka_unit_test(with_leave_turn_a_leaving_robot_turns_after_each_leg),
         cmocka_unit_test(a_robot_leaving_straight_onto_another_site_enters_that),
         cmocka_unit_test(a_robot_pushed_off_its_site_rests_on_and_walks_at_once_when_it_leaves),
-        cmocka_unit_test(pushed_off_walk_walks_at_once_informed_or_not),
+        cmocka_unit_test(without_config_a_robot_pushed_off_walks_at_once_informed_or_not),
         cmocka_unit_test(pushed_off_walk_lets_be_who_walked_out_and_rests),
         cmocka_unit_test(a_resting_robot_pushed_off_and_on_again_rests_on),
         cmocka_unit_test(firats_robot_walks_over_a_site_on_which_it_hears_nobody),
