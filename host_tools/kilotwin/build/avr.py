@@ -1,7 +1,7 @@
 """Builds a robot's or a module's program for the ATmega328P, linked with its runtime.
 
 A robot's is firmware/kilolib/core and avr; a module's is kilogrid_modules/runtime/avr, with the
-parts that robots have as well, as kilogrid_modules/Makefile says.
+parts that robots have as well. Flags and those parts stand in firmware/avr.mk.
 
 As with guests, results are kept under the hash of everything that went in, and appear in one step.
 """
@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from kilotwin.build.apis import APIS, wanted_helpers
+from kilotwin.build.avr_flags import avr_words
 from kilotwin.build.guest import (
     Notify,
     building,
@@ -29,21 +30,8 @@ from kilotwin.errors import InputError, RunError
 from kilotwin.experiment.programs import Program
 from kilotwin.files import resources
 
-# How kilolib and programs for it are compiled, and what firmware/Makefile uses as well.
-FLAGS = [
-    "-mmcu=atmega328p",
-    "-DF_CPU=8000000UL",
-    "-std=gnu99",
-    "-O2",
-    "-gdwarf-2",
-    "-funsigned-char",
-    "-funsigned-bitfields",
-    "-fpack-struct",
-    "-fshort-enums",
-    "-fstack-usage",
-]
-_SHARED_WITH_MODULES = ["frame_sender.c", "gains_read.c"]
-_LINK_FLAGS = ["-mmcu=atmega328p", "-Wl,--gc-sections", "-Wl,--relax"]
+# Besides those of firmware/avr.mk: what `kilotwin port` reads of an image.
+_REPORT_FLAGS = ["-gdwarf-2", "-fstack-usage"]
 
 
 @dataclass(frozen=True)
@@ -78,11 +66,19 @@ def avr_gcc() -> str:
     return found
 
 
+def _flags() -> list[str]:
+    return [*avr_words("AVR_CHIP"), *avr_words("AVR_DIALECT"), *_REPORT_FLAGS]
+
+
+def _link_flags() -> list[str]:
+    return [*avr_words("AVR_CHIP"), *avr_words("AVR_LINK")]
+
+
 def program_flags(program: Program) -> list[str]:
     """What the program's own sources are compiled with."""
     beside = [source.parent for source in program.sources]
     return [
-        *FLAGS,
+        *_flags(),
         *APIS[program.api].includes(program.include_folders, beside=beside),
         *(f"-D{define}" for define in program.defines),
     ]
@@ -111,7 +107,7 @@ def _runtime_of(program: Program) -> list[Path]:
         return [*core, *sorted(kilolib.glob("*.c"))]
     modules = resources.path("kilogrid_modules")
     own = [*modules.glob("runtime/avr/*.c"), *modules.glob("protocol/*.c")]
-    return [*sorted(own), *core, *(kilolib / name for name in _SHARED_WITH_MODULES)]
+    return [*sorted(own), *core, *(kilolib / name for name in avr_words("AVR_SHARED"))]
 
 
 def _failure(program: Program) -> str:
@@ -134,7 +130,7 @@ def _link(command: list[str], program: Program, objects: Sequence[Path]) -> None
 
 def _key(program: Program, compiler: str, version: str, runtime: Sequence[Path]) -> str:
     own, kilolib, helped = program_flags(program), _runtime_flags(program), _helper_flags(program)
-    words = [version, *own, *kilolib, *helped, *_LINK_FLAGS]
+    words = [version, *own, *kilolib, *helped, *_link_flags()]
     digest = hashlib.sha256("\0".join(words).encode())
     helpers = APIS[program.api].helper_sources()
     for sources, flags in ((program.sources, own), (runtime, kilolib), (helpers, helped)):
@@ -148,7 +144,7 @@ def _key(program: Program, compiler: str, version: str, runtime: Sequence[Path])
 
 
 def _runtime_flags(program: Program) -> list[str]:
-    flags = [*FLAGS, "-ffunction-sections"]
+    flags = [*_flags(), "-ffunction-sections"]
     if program.api != "module":
         return [*flags, f"-I{resources.path('firmware/kilolib/include')}"]
     modules = resources.path("kilogrid_modules")
@@ -156,7 +152,7 @@ def _runtime_flags(program: Program) -> list[str]:
 
 
 def _helper_flags(program: Program) -> list[str]:
-    return [*FLAGS, "-ffunction-sections", *APIS[program.api].includes()]
+    return [*_flags(), "-ffunction-sections", *APIS[program.api].includes()]
 
 
 def _build(program: Program, compiler: str, runtime: Sequence[Path], image: Image) -> None:
@@ -182,7 +178,7 @@ def _build(program: Program, compiler: str, runtime: Sequence[Path], image: Imag
         library, elf = str(draft / "libkilolib.a"), str(draft / f"{image.name}.elf")
         helpers = wanted_helpers("avr-nm", own, list(map(Path, objects["helpers"])))
         run_tool(["avr-ar", "rcs", library, *map(str, helpers), *objects["kilolib"]], failure)
-        link = [compiler, *_LINK_FLAGS, *objects["program"], library, "-lm", "-o", elf]
+        link = [compiler, *_link_flags(), *objects["program"], library, "-lm", "-o", elf]
         _link(link, program, own)
         target = str(draft / f"{image.name}.hex")
         run_tool(["avr-objcopy", "-O", "ihex", "-R", ".eeprom", elf, target], failure)

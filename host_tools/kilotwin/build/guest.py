@@ -24,6 +24,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from kilotwin.build.apis import APIS, wanted_helpers
+from kilotwin.build.avr_flags import avr_words, clock_define
 from kilotwin.build.linking import ENGLISH, check_main, explained
 from kilotwin.build.robot_assembly import without_assembly
 from kilotwin.build.robot_widths import with_robots_widths
@@ -31,21 +32,16 @@ from kilotwin.errors import InputError, RunError
 from kilotwin.experiment.programs import Program
 from kilotwin.files import resources
 
-# How kilolib compiles for the robot, and nothing that would make results differ between compilers.
+# Besides the robot's dialect, and nothing that would make results differ between compilers.
 _FLAGS = [
-    "-std=gnu99",
-    "-O2",
     "-g",
     "-w",
     "-fPIC",
-    "-funsigned-char",
-    "-fpack-struct",
-    "-fshort-enums",
     "-fvisibility=hidden",
     "-ffp-contract=off",
     "-fno-delete-null-pointer-checks",  # address 0 is as good as another on an AVR
 ]
-_GCC_FLAGS = ["-funsigned-bitfields"]  # clang has no such option
+_UNKNOWN_TO_CLANG = ["-funsigned-bitfields"]  # words of the dialect
 # So that the engine notices a busy-wait, clang counts the program's basic blocks (and leaves out no
 # counters that follow from others: some endless loops have only those), and gcc's assembler the
 # turns of its loops, by count_loops.h, which needs the room below the stack.
@@ -58,10 +54,8 @@ _CLANG_PROGRAM_FLAGS = [
 _GCC_PROGRAM_FLAGS = ["-mno-red-zone", "-fcf-protection=none"]
 # Said to an older one, it would complain beneath a program's own errors.
 _GCC_14_PROGRAM_FLAGS = ["-Wno-return-mismatch"]
-# What avr-gcc defines for the robot's processor, kilolib's Makefile for its clock, and what only a
-# PC's compiler defines.
+# What avr-gcc defines for the robot's processor, and what only a PC's compiler defines.
 _ROBOT_MACROS = [
-    "-DF_CPU=8000000UL",
     "-DAVR=1",
     "-D__AVR=1",
     "-D__AVR__=1",
@@ -207,11 +201,11 @@ class _Builder:
         headers = api.includes(libc=libc)
         beside = [source.parent for source in program.sources]
         extra = shlex.split(os.environ.get("KILOTWIN_CFLAGS", ""))
-        flags = [*_FLAGS]
-        if "clang" not in version:
-            flags += _GCC_FLAGS
+        unknown = _UNKNOWN_TO_CLANG if "clang" in version else ()
+        dialect = [word for word in avr_words("AVR_DIALECT") if word not in unknown]
+        flags = [*dialect, *_FLAGS]
         defines = [f"-D{define}" for define in program.defines]
-        counted = [*_PROGRAM_FLAGS, *_ROBOT_MACROS]
+        counted = [*_PROGRAM_FLAGS, clock_define(), *_ROBOT_MACROS]
         counted += ["-include", str(self._guest / "avr_assembly.h")]
         if "clang" in version:
             counted += _CLANG_PROGRAM_FLAGS

@@ -6,11 +6,13 @@ from pathlib import Path
 
 import pytest
 
+from kilotwin.build.avr_flags import avr_words
+
 ROOT = Path(__file__).parents[3]
 PROTOCOL = ROOT / "kilogrid_modules" / "protocol"
 SOURCES = [PROTOCOL / name for name in ("address.c", "kilogrid_can.c", "transfer.c")]
 WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wpedantic", "-Werror"]
-DIALECT = ["-std=gnu99", "-O1", "-funsigned-char", "-fpack-struct", "-fshort-enums"]
+DIALECT = [word for word in avr_words("AVR_DIALECT") if word != "-funsigned-bitfields"]
 
 
 @pytest.fixture(scope="session")

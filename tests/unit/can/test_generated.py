@@ -10,10 +10,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from kilotwin.build.avr_flags import avr_words
 from kilotwin.can import protocol
 
 from .c_protocol import Codec, Transfer
-from .conftest import DIALECT, PROTOCOL, SOURCES, WARNINGS
+from .conftest import PROTOCOL, SOURCES, WARNINGS
 
 NAMES = ["ToModule", "ToHost"]
 
@@ -28,7 +29,8 @@ def test_the_committed_c_is_what_the_dbc_makes(tmp_path: Path) -> None:
 @pytest.mark.skipif(shutil.which("avr-gcc") is None, reason="no avr-gcc here")
 def test_the_protocol_compiles_for_the_module_without_a_warning(tmp_path: Path) -> None:
     for source in SOURCES:
-        command = ["avr-gcc", "-mmcu=atmega328p", *DIALECT, "-funsigned-bitfields", *WARNINGS, "-c"]
+        flags = [*avr_words("AVR_CHIP"), *avr_words("AVR_DIALECT"), *WARNINGS]
+        command = ["avr-gcc", *flags, "-c"]
         subprocess.run([*command, source, "-o", tmp_path / f"{source.stem}.o"], check=True)
 
 
