@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/errors.h"
 #include "simulation/simulation.h"
 
 using namespace kilotwin;
