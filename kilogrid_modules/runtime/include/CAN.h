@@ -10,29 +10,29 @@
 
 /// data[0] of a message. The upper two bits are a cell's number in CAN_TRACKING_KILOBOT.
 typedef enum {
-    CAN_MODULE_USER = 0x00,
-    CAN_FORWARD_IR_MESSAGE,
-    CAN_FORWARD_IR_MESSAGE_STOP,
-    CAN_KILO_BOOTPAGE,
-    CAN_KILO_BOOTPAGE_SIZE,
-    CAN_KILO_BOOTPAGE_NUMBER,
-    CAN_MODULE_BOOT,
-    CAN_MODULE_BOOTPAGE,
+    CAN_MODULE_USER = 0x00,       ///< between host and program
+    CAN_FORWARD_IR_MESSAGE,       ///< repeat an infrared message on all cells, in two parts
+    CAN_FORWARD_IR_MESSAGE_STOP,  ///< stop that, IDLE
+    CAN_KILO_BOOTPAGE,            ///< six bytes of a page of the robots' program
+    CAN_KILO_BOOTPAGE_SIZE,       ///< how many pages it has
+    CAN_KILO_BOOTPAGE_NUMBER,     ///< which page comes next
+    CAN_MODULE_BOOT,              ///< enter the boot loader
+    CAN_MODULE_BOOTPAGE,          ///< likewise for the module's own program
     CAN_MODULE_BOOTPAGE_SIZE,
     CAN_MODULE_BOOTPAGE_NUMBER,
-    CAN_MODULE_KILOBOT_SETUP,
-    CAN_MODULE_IDLE,
-    CAN_MODULE_SETUP,
-    CAN_MODULE_RUN,
-    CAN_MODULE_PAUSE,  ///< ignored
-    CAN_MODULE_CONFIG_SIZE,
-    CAN_MODULE_CONFIG_TRANSFER,
-    CAN_TRACKING_KILOBOT,
-    CAN_KILOBOT_DATA,
-    CAN_MODULE_DATA,
-    CAN_TRACKING_KILOBOT_START,
-    CAN_TRACKING_REQ,
-    CAN_MODULE_TO_MODULE,  ///< by custom what programs tell one another; the runtime knows no such
+    CAN_MODULE_KILOBOT_SETUP,    ///< ignored
+    CAN_MODULE_IDLE,             ///< stop the program, IDLE
+    CAN_MODULE_SETUP,            ///< run setup()
+    CAN_MODULE_RUN,              ///< send RUN to the robots, then run loop()
+    CAN_MODULE_PAUSE,            ///< ignored
+    CAN_MODULE_CONFIG_SIZE,      ///< bytes of the configuration that follows
+    CAN_MODULE_CONFIG_TRANSFER,  ///< six bytes of it
+    CAN_TRACKING_KILOBOT,        ///< to the host: a record, see serialize_tracking_message()
+    CAN_KILOBOT_DATA,            ///< between host and program
+    CAN_MODULE_DATA,             ///< a request for the module's health, and the answer
+    CAN_TRACKING_KILOBOT_START,  ///< to the host: how many records follow
+    CAN_TRACKING_REQ,            ///< a poll
+    CAN_MODULE_TO_MODULE,  ///< by custom between programs of modules; not known to the runtime
 } CAN_message_type_t;
 
 /// A frame came in that the runtime does not understand. Runs in an interrupt: be short, light no
@@ -50,7 +50,7 @@ extern CAN_message_tx_success_t module_CAN_message_tx_success;
 extern "C" {
 #endif
 
-/// Eight data bytes, all zero.
+/// Makes a frame of eight data bytes, all zero. Call it before the fields are filled in.
 void init_CAN_message(CAN_message_t *message);
 
 /// Sends now, to modules or (ADDR_DISPATCHER, with the module's own x and y) to the host; fills in
@@ -60,7 +60,8 @@ uint8_t CAN_message_tx(CAN_message_t *message, kilogrid_address_t to);
 /// Sends a copy to all modules after loop() has come back; a second one before then replaces it.
 void CAN_send_broadcast_message(CAN_message_t *message);
 
-/// Who a received message was for, or whose it is.
+/// The address in the id of a received message: the modules it was for, or, of one to the host, its
+/// sender.
 kilogrid_address_t get_coord_from_CAN_ID(CAN_message_t *message);
 
 /// Fills a tracking record: what a robot reported through `cell` (0..3).

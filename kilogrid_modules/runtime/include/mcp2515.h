@@ -4,10 +4,13 @@
 
 #include <stdint.h>
 
+/// Data bytes of a frame at most.
 #define CAN_MESSAGE_SIZE 8
 /// data[0] is the type and data[1] a sequence number, the rest is payload.
 #define CAN_MESSAGE_PAYLOAD (CAN_MESSAGE_SIZE - 2)
 
+/// A frame, received or to be sent. The runtime fills in `id`; programs fill in data and length
+/// (init_CAN_message() sets it to 8).
 typedef struct {
     uint16_t id;  ///< 11 bits; filled in when sent
     struct {

@@ -1,7 +1,8 @@
 /// Infrared of the cells.
 ///
 /// Each cell repeats its message every 16 ticks (524 ms): one transmission each 4 ticks, the cells
-/// in turn. The receiver listens to one cell at a time, 10.24 ms each, in turn.
+/// in turn. The receiver dwells on one cell at a time, 10.24 ms each, in turn;
+/// nothing is received while a cell sends (4.4 ms).
 #ifndef KILOGRID_MODULE_IR_H
 #define KILOGRID_MODULE_IR_H
 
@@ -10,6 +11,7 @@
 
 /// Rounded up: there are 30.518 ticks in a second.
 #define TICKS_PER_SEC 32
+/// Seconds in ticks: 4.9 % too long.
 #define SEC_TO_TICKS(a) ((a)*TICKS_PER_SEC)
 
 /// A message came in at a cell, checksum right (crc_error 0) or not. Runs in an interrupt; the
@@ -31,8 +33,10 @@ extern "C" {
 /// All zero.
 void init_IR_message(IR_message_t *message);
 
-/// The cell repeats a copy of the message, with its checksum, until told otherwise. NULL: nothing.
+/// The cell repeats a copy of the message, with its checksum, until disable_IR_tx() or the next
+/// call. NULL: nothing happens.
 void set_IR_message(IR_message_t *message, cell_num_t cell);
+/// The cell sends nothing any more. A frame on air is finished.
 void disable_IR_tx(cell_num_t cell);
 
 /// Sends once, now, and waits meanwhile (4.4 ms); computes the checksum. Lost if the channel is

@@ -12,6 +12,7 @@ extern "C" {
 uint8_t rand_hard(void);
 /// Eight pseudo-random bits: fast, short period, the same on every module unless seeded.
 uint8_t rand_soft(void);
+/// Seeds rand_soft(): by rand_hard(), if modules are to differ.
 void rand_set_seed(uint8_t seed);
 
 #ifdef __cplusplus
