@@ -37,6 +37,7 @@ std::vector<CanRecord> records_of(nb::handle array) {
     return records;
 }
 
+// (bus, id, data) each, in the order in which they came.
 nb::list to_python(const std::vector<Bridge::Request> &requests) {
     nb::list out;
     for (const auto &[bus, frame] : requests)
@@ -44,6 +45,7 @@ nb::list to_python(const std::vector<Bridge::Request> &requests) {
     return out;
 }
 
+// Counts since the bridge was opened (grid/bridge.h).
 nb::dict to_python(const Bridge::Counts &counts) {
     nb::dict out;
     out["published"] = counts.published;
@@ -56,6 +58,7 @@ nb::dict to_python(const Bridge::Counts &counts) {
     return out;
 }
 
+// Opens all buses, or throws BridgeError and leaves none open.
 void construct(PythonBridge *self, size_t buses, uint16_t port, uint16_t more_ports,
                const std::vector<std::string> &interfaces, size_t client_bytes,
                size_t client_frames, size_t clients, double settle_s) {
@@ -73,6 +76,7 @@ void construct(PythonBridge *self, size_t buses, uint16_t port, uint16_t more_po
 
 }  // namespace
 
+// Names and types of CanRecord's members, which is packed: little-endian, without gaps.
 nb::list can_record_fields() {
     nb::list fields;
     for (auto [name, type] : {std::pair("at_s", "<f8"), std::pair("bus", "u1"),
@@ -83,6 +87,7 @@ nb::list can_record_fields() {
     return fields;
 }
 
+// Calls other than close() are short: a thread of the bridge's own does the work.
 void register_bridge(nb::module_ &m) {
     nb::exception<BridgeError>(m, "BridgeError", PyExc_OSError);
     m.attr("CAN_RECORD") = can_record_fields();

@@ -18,6 +18,7 @@ namespace {
 
 using Entries = std::optional<std::vector<uint16_t>>;
 
+// `follow`: addresses of functions to watch on the chip; None watches nothing, which is faster.
 DifferentialTest::Settings settings_of(uint64_t seed, uint16_t uid,
                                        const std::vector<nb::bytes> &before_run, double slack_s,
                                        bool waits, Entries follow) {
@@ -31,6 +32,7 @@ DifferentialTest::Settings settings_of(uint64_t seed, uint16_t uid,
     return settings;
 }
 
+// None while both agree.
 nb::object to_python(const std::optional<DifferentialTest::Difference> &difference) {
     if (!difference) return nb::none();
     nb::dict out;
@@ -41,6 +43,8 @@ nb::object to_python(const std::optional<DifferentialTest::Difference> &differen
     return out;
 }
 
+// None if nothing is watched. `calls`: by a function's address how often it was called, its longest
+// call in cycles, and the tick of that one.
 nb::object watched(const DifferentialTest &test) {
     const CallWatch *watch = test.watch();
     if (watch == nullptr) return nb::none();
@@ -58,6 +62,7 @@ nb::object watched(const DifferentialTest &test) {
 
 }  // namespace
 
+// Both programs are built by the host: the same source for the PC and for the robot.
 void register_differential_test(nb::module_ &m) {
     nb::class_<DifferentialTest>(m, "DifferentialTest",
                                  "One program, native and on an ATmega328P, compared; see "

@@ -6,7 +6,8 @@
 
 namespace kilotwin {
 
-/// Adds the class DifferentialTest to the module.
+/// Adds the class DifferentialTest to the module. run() takes long and gives up the interpreter's
+/// lock.
 void register_differential_test(nanobind::module_ &m);
 
 }  // namespace kilotwin

@@ -16,6 +16,7 @@ namespace kilotwin {
 
 namespace {
 
+// Data frames only, as on a Kilogrid.
 bool send_can(PythonSimulation &self, uint32_t bus, uint16_t id, const nb::bytes &data) {
     CanFrame frame;
     if (id > CanFrame::ID_MAX) throw EngineError("an identifier has 11 bits");
@@ -26,6 +27,7 @@ bool send_can(PythonSimulation &self, uint32_t bus, uint16_t id, const nb::bytes
     return self.simulation.send_can(bus, frame);
 }
 
+// One structured array for all frames, not an object each: a full table has 8,000 a second.
 nb::object can_frames(PythonSimulation &self) {
     std::vector<CanRecord> rows;
     for (const auto &logged : self.simulation.grid().take_frames())
@@ -36,6 +38,7 @@ nb::object can_frames(PythonSimulation &self) {
                                     numpy.attr("dtype")(can_record_fields()));
 }
 
+// Rows from the bottom, columns from the left, two cells a module in either direction.
 nb::object cells_of(PythonSimulation &self) {
     Grid &grid = self.simulation.grid();
     const GridLayout &layout = grid.layout();
@@ -55,11 +58,13 @@ nb::object cells_of(PythonSimulation &self) {
         nb::ndarray<nb::numpy, uint8_t>(values->data(), {rows, columns, size_t{2}}, owner));
 }
 
+// In the order of CanBus::State.
 const char *name_of(CanBus::State state) {
     static const char *const NAMES[] = {"active", "passive", "bus_off", "dead"};
     return NAMES[static_cast<int>(state)];
 }
 
+// State of program, runtime and CAN controller of each module, as of now.
 nb::list modules_of(const PythonSimulation &self) {
     const Grid &grid = self.simulation.grid();
     nb::list out;
@@ -84,6 +89,7 @@ nb::list modules_of(const PythonSimulation &self) {
     return out;
 }
 
+// Counts since the begin; `load` is the share of the time in which a bus was busy.
 nb::list can_stats(const PythonSimulation &self) {
     const Grid &grid = self.simulation.grid();
     nb::list out;
@@ -104,6 +110,7 @@ nb::list can_stats(const PythonSimulation &self) {
     return out;
 }
 
+// Frames of cells, and robots' frames at cells, since the begin.
 nb::dict cell_stats(const PythonSimulation &self) {
     const Grid::Counts &counts = self.simulation.grid().counts;
     nb::dict out;
@@ -118,6 +125,7 @@ nb::dict cell_stats(const PythonSimulation &self) {
     return out;
 }
 
+// As Simulation.events(), with a module's column and row in place of a robot.
 nb::list module_events(PythonSimulation &self) {
     Grid &grid = self.simulation.grid();
     nb::list out;
@@ -134,6 +142,7 @@ nb::list module_events(PythonSimulation &self) {
     return out;
 }
 
+// The ranges and shares that hold unless an experiment sets others.
 nb::dict cell_infrared() {
     const CellInfrared defaults;
     nb::dict out;

@@ -19,6 +19,7 @@ namespace kilotwin {
 
 namespace {
 
+// [samples, robots] arrays, and the tick of each sample. Takes the vectors over: no copy.
 nb::dict to_python(Samples samples, size_t robots) {
     nb::dict out;
     out["tick"] = array_of(std::move(samples.tick));
@@ -30,6 +31,7 @@ nb::dict to_python(Samples samples, size_t robots) {
     return out;
 }
 
+// A dict per event. `tick` is nominal and counts from RUN, `robot_tick` is the robot's kilo_ticks.
 nb::list to_python(const Simulation &simulation, const Events &events) {
     nb::list out;
     for (const auto &event : events) {
@@ -45,6 +47,7 @@ nb::list to_python(const Simulation &simulation, const Events &events) {
     return out;
 }
 
+// Counts since the begin. Overlaps are given as shares of a diameter and in m.
 nb::dict to_python(const Statistics &statistics, double diameter_m) {
     nb::dict out;
     out["steps"] = statistics.steps;
@@ -65,6 +68,7 @@ nb::dict to_python(const Statistics &statistics, double diameter_m) {
     return out;
 }
 
+// 16 hexadecimal digits over poses and LEDs as they are now.
 std::string hash_of(const PythonSimulation &self) {
     char text[17];
     std::snprintf(text, sizeof text, "%016llx",
@@ -72,12 +76,14 @@ std::string hash_of(const PythonSimulation &self) {
     return text;
 }
 
+// Indices come from Python: -1 is not the last robot, and none is beyond the end.
 const Robot &robot_of(const PythonSimulation &self, size_t robot) {
     if (robot >= self.simulation.size())
         throw EngineError("there is no robot " + std::to_string(robot));
     return self.simulation.robot(robot);
 }
 
+// Path of a robot's guest, or of its .hex: a robot on a board has no guest, but its group's file.
 std::string program_of(const PythonSimulation &self, size_t robot) {
     if (!robot_of(self, robot).on_board()) return robot_of(self, robot).program().path();
     for (const auto &group : self.def.groups) {
@@ -87,6 +93,7 @@ std::string program_of(const PythonSimulation &self, size_t robot) {
     return {};
 }
 
+// [N, 2]: duties of the left and the right motor, 0 to 255.
 nb::object motors_of(const PythonSimulation &self) {
     std::vector<uint8_t> duties;
     for (size_t i = 0; i < self.simulation.size(); i++) {
@@ -96,6 +103,7 @@ nb::object motors_of(const PythonSimulation &self) {
     return array_of(std::move(duties), 2);
 }
 
+// [N, 2]: frames sent and received since the begin.
 nb::object frames_of(const PythonSimulation &self) {
     std::vector<uint32_t> counts;
     for (const FrameCounts &robot : self.simulation.frames()) {
@@ -105,6 +113,7 @@ nb::object frames_of(const PythonSimulation &self) {
     return array_of(std::move(counts), 2);
 }
 
+// The bytes of a guest's variables, as its program has laid them out.
 nb::bytes state_of(const PythonSimulation &self, size_t robot) {
     auto bytes = robot_of(self, robot).state();
     return nb::bytes(bytes.data(), bytes.size());
@@ -112,6 +121,7 @@ nb::bytes state_of(const PythonSimulation &self, size_t robot) {
 
 using Class = nb::class_<PythonSimulation>;
 
+// advance() is the only method that takes long: it gives up the interpreter's lock.
 void register_stepping(Class &simulation) {
     simulation.def(nb::init<const nb::dict &>(), nb::arg("spec"))
         .def(
@@ -130,6 +140,7 @@ void register_stepping(Class &simulation) {
             "Give robots a message now: nine data bytes and a type.");
 }
 
+// samples() and events() hand over what has come since the last call; the others change nothing.
 void register_results(Class &simulation) {
     simulation
         .def_prop_ro("tick", [](const PythonSimulation &self) { return self.simulation.tick(); })
@@ -152,6 +163,7 @@ void register_results(Class &simulation) {
         });
 }
 
+// Single robots; each throws EngineError for an index that is none.
 void register_robots(Class &simulation) {
     simulation.def("motors", motors_of)
         .def("frames", frames_of, "[N, 2]: sent and received; no rows with the ideal medium.")
@@ -180,6 +192,7 @@ PythonSimulation::PythonSimulation(const nb::dict &spec)
     : def(definition_of(spec)),
       simulation(def) {}
 
+// One class in parts, so that each part can be read at once.
 void register_simulation(nb::module_ &m) {
     Class simulation(m, "Simulation", "One run; see emulator/simulation/simulation.h.");
     register_stepping(simulation);

@@ -26,6 +26,7 @@ template <typename T> T get(const nb::dict &from, const char *key) {
     return nb::cast<T>(from[key]);
 }
 
+/// A point as [x_m, y_m].
 Eigen::Vector2d vector_of(const std::vector<double> &xy) {
     if (xy.size() != 2) throw EngineError("a point has two coordinates");
     return {xy[0], xy[1]};
@@ -46,6 +47,7 @@ template <typename T> T get_or(const nb::dict &from, const char *key, T otherwis
     return from.contains(key) ? nb::cast<T>(from[key]) : otherwise;
 }
 
+/// `engine.contact_solver` by name.
 SolverKind solver_of(const std::string &name) {
     if (name == "discs") return SolverKind::DISCS;
     if (name == "box2d") return SolverKind::BOX2D;
@@ -92,6 +94,7 @@ void set_medium(SimulationDef &def, const nb::dict &from) {
     def.sensitivity_spread = get_or(from, "sensitivity_spread", 0.0);
 }
 
+/// Rows of x_m, y_m, heading_rad, in the order of the robots.
 std::vector<Pose> poses_of(nb::handle from) {
     std::vector<Pose> poses;
     for (nb::handle row : from) {
@@ -102,6 +105,7 @@ std::vector<Pose> poses_of(nb::handle from) {
     return poses;
 }
 
+/// The table `light`: the reading everywhere, and lamps.
 Light light_of(const nb::dict &from) {
     Light light;
     light.ambient = get<double>(from, "ambient");
@@ -113,6 +117,7 @@ Light light_of(const nb::dict &from) {
     return light;
 }
 
+/// A fault of one module, by the tick since RUN.
 Grid::Fault fault_of(const nb::dict &from) {
     static const std::pair<const char *, Grid::Fault::Kind> KINDS[] = {
         {"dead", Grid::Fault::Kind::DEAD},
@@ -129,6 +134,7 @@ Grid::Fault fault_of(const nb::dict &from) {
     return {get<int64_t>(from, "at_tick"), kind->second, module[0], module[1]};
 }
 
+/// The table `grid`; the infrared of its cells is under `modules`.
 Grid::Settings grid_of(const nb::dict &from) {
     Grid::Settings grid;
     grid.columns = get<uint32_t>(from, "columns");
@@ -155,6 +161,7 @@ Grid::Settings grid_of(const nb::dict &from) {
     return grid;
 }
 
+/// Robots of one program each; a group without poses is placed at random.
 std::vector<SimulationDef::Group> groups_of(const nb::list &from) {
     std::vector<SimulationDef::Group> groups;
     for (nb::handle item : from) {
@@ -172,6 +179,7 @@ std::vector<SimulationDef::Group> groups_of(const nb::list &from) {
     return groups;
 }
 
+/// Messages of the overhead controller, in any order.
 std::vector<SimulationDef::Command> commands_of(const nb::list &from) {
     std::vector<SimulationDef::Command> commands;
     for (nb::handle item : from) {
@@ -186,6 +194,7 @@ std::vector<SimulationDef::Command> commands_of(const nb::list &from) {
     return commands;
 }
 
+/// The wall and the sites, which are numbered from 1 in the order of the list.
 Arena arena_of(const nb::dict &spec) {
     Arena arena;
     arena.bounds = region_of(get<nb::dict>(spec, "arena"), {0, 0});
@@ -233,6 +242,7 @@ SimulationDef definition_of(const nb::dict &spec) {
     set_medium(def, get<nb::dict>(spec, "medium"));
     def.groups = groups_of(get<nb::list>(spec, "groups"));
     def.commands = commands_of(get<nb::list>(spec, "commands"));
+    // From here on a run may lack the thing: no grid, no lamps, a battery that never drains.
     if (spec.contains("grid") && !spec["grid"].is_none())
         def.grid = grid_of(get<nb::dict>(spec, "grid"));
     def.lead_ticks = get_or(spec, "lead_ticks", def.lead_ticks);

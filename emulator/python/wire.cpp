@@ -8,6 +8,7 @@ namespace kilotwin {
 
 namespace {
 
+// From the list that the firmware itself is compiled from, so that the two cannot differ.
 nb::dict config_keys() {
     nb::dict keys;
 #define ADD_KEY(name, key, preset, least, most)                                   \
@@ -18,6 +19,7 @@ nb::dict config_keys() {
     return keys;
 }
 
+// Without its CRC, which the sender adds.
 nb::bytes config_message(uint16_t uid_first, uint16_t uid_last, uint8_t key, uint32_t value) {
     uint8_t bytes[WIRE_DATA_BYTES + 1];
     wire_put_config(bytes, {uid_first, uid_last, key, value});
@@ -25,6 +27,7 @@ nb::bytes config_message(uint16_t uid_first, uint16_t uid_last, uint8_t key, uin
     return nb::bytes(bytes, sizeof bytes);
 }
 
+// Only what the host needs: TRACKING is the grid's own type.
 nb::dict types_and_flags() {
     nb::dict wire;
     wire["TYPE_CELL"] = int(WIRE_TYPE_CELL);
