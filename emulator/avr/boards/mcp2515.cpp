@@ -215,6 +215,7 @@ void Mcp2515::write(uint8_t address, uint8_t value, uint8_t mask) {
         registers_[address] |= ABTF;
 }
 
+/// CANCTRL: the mode is entered at once, and ABAT takes back every request.
 void Mcp2515::write_control(uint8_t value) {
     registers_[CANCTRL] = value;
     if (const auto wanted = value >> REQOP_SHIFT;
@@ -227,6 +228,7 @@ void Mcp2515::write_control(uint8_t value) {
     }
 }
 
+/// READ STATUS: two bits for the receive buffers, then request and done of each transmit buffer.
 uint8_t Mcp2515::status() const {
     const uint8_t flags = registers_[CANINTF];
     auto status = static_cast<uint8_t>(flags & (RX0IF | RX1IF));
@@ -238,6 +240,7 @@ uint8_t Mcp2515::status() const {
     return status;
 }
 
+/// RX STATUS: full buffers, kind of frame and the filter that it passed.
 uint8_t Mcp2515::receive_status() const {
     const unsigned full = registers_[CANINTF] & (RX0IF | RX1IF);
     if (full == 0) return 0;
@@ -280,6 +283,7 @@ void Mcp2515::set_errors(uint32_t transmit, uint32_t receive, bool bus_off) {
 
 // Sending
 
+/// Sets a transmit buffer's request. In loopback mode its frame is received at once.
 void Mcp2515::request(unsigned buffer) {
     uint8_t &control = registers_[transmit_buffer(buffer)];
     control = static_cast<uint8_t>((control & TXP) | TXREQ);
@@ -377,6 +381,7 @@ void Mcp2515::accept(const CanFrame &frame) {
     }
 }
 
+/// What of a buffer's control is the program's own stays; the rest tells of the frame.
 void Mcp2515::store(unsigned buffer, unsigned filter, const CanFrame &frame) {
     uint8_t *bytes = &registers_[receive_buffer(buffer)];
     const unsigned kept = bytes[CONTROL] & (RXM | (buffer == 0 ? BUKT : 0));

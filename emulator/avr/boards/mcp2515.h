@@ -63,7 +63,9 @@ class Mcp2515 {
     enum class Mode : uint8_t { NORMAL, SLEEP, LOOPBACK, LISTEN_ONLY, CONFIGURATION };
 
     Mode mode() const;
+    /// A register, 0x00 to 0x7F; some addresses show other registers.
     uint8_t read(uint8_t address) const;
+    /// Only the bits of `mask`, and only where the mode allows it.
     void write(uint8_t address, uint8_t value, uint8_t mask = 0xFF);
     void write_control(uint8_t value);
     uint8_t data_byte(uint8_t byte, unsigned at);

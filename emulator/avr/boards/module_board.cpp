@@ -20,6 +20,7 @@ constexpr uint8_t LED_DRIVER_ADDRESS = 0x15;
 
 }  // namespace
 
+// Places: kilogrid_modules/runtime, the EEPROM map (hardware.md 3.3).
 EepromImage ModuleBoard::eeprom_of(uint8_t x, uint8_t y) {
     EepromImage image = kilotwin::eeprom_of(
         {TICK_CYCLES, UINT16_MAX, UINT8_MAX, UINT8_MAX, UINT8_MAX, UINT8_MAX, InfraredGains()});
@@ -53,6 +54,7 @@ void ModuleBoard::shine(uint8_t cell, const LightPulse &pulse) {
     pass_edges();
 }
 
+/// Light at any of the four receivers begins or ends at the chip's cycle.
 void ModuleBoard::pass_edges() {
     uint64_t next = LightEdges::NONE;
     for (LightEdges &receiver : receivers_) {
@@ -91,6 +93,7 @@ void ModuleBoard::register_written(uint16_t address) {
         update_ports();
 }
 
+/// Chip select of the controller, both multiplexers and the infrared LED, as the pins are now.
 void ModuleBoard::update_ports() {
     const uint8_t ddrb = chip_.read(DDRB), portb = chip_.read(PORTB), portc = chip_.read(PORTC);
     const bool selected = (ddrb & CAN_SELECT) != 0 && (portb & CAN_SELECT) == 0;
@@ -151,6 +154,7 @@ void ModuleBoard::update_controller() {
     if (const auto frame = controller_.next_to_send()) can_frames.push_back({now(), *frame});
 }
 
+/// Frames end in order of time, so the first in the queue is the next.
 void ModuleBoard::arrive(const Arrival &arrival) {
     arrivals_.push(arrival);
     chip_.set_alarm(Microcontroller::FRAME, arrivals_.front().cycle);

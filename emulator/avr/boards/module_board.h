@@ -32,6 +32,7 @@ class ModuleBoard : private Microcontroller::Board {
         uint8_t cell;
         bool on;
     };
+    /// A byte that the UART sends.
     struct Serial {
         Cycles at;
         uint8_t byte;
@@ -59,6 +60,7 @@ class ModuleBoard : private Microcontroller::Board {
     /// The frame that it handed out last ends on the bus at `at`, or was lost and may be sent
     /// again.
     void frame_sent(Cycles at);
+    /// The bus gave that frame up: an error or a lost node. The controller hands it out again.
     void frame_lost();
     /// The bus's error counters of this node.
     void set_can_errors(uint32_t transmit, uint32_t receive, bool bus_off);
@@ -67,6 +69,7 @@ class ModuleBoard : private Microcontroller::Board {
     uint8_t listening_cell() const { return cell_; }
     /// Light of a cell's LEDs, as the LED driver dims them.
     CellLight light(uint8_t cell) const;
+    /// What the program has made of the EEPROM by now.
     EepromImage eeprom() const { return chip_.eeprom(); }
     uint8_t read(uint16_t address) const { return chip_.read(address); }  ///< SRAM or a register
     /// Why the program cannot go on; empty while it can.
@@ -97,7 +100,7 @@ class ModuleBoard : private Microcontroller::Board {
     void quiet_sleep() override { converter_.quiet_sleep(); }
     void was_reset() override;
 
-    int16_t sample(uint8_t channel);
+    int16_t sample(uint8_t channel);  ///< reading of a converter's channel, 0..1023
     void update_ports();
     void pass_edges();
     void update_comparator();
@@ -113,14 +116,14 @@ class ModuleBoard : private Microcontroller::Board {
     Microcontroller chip_;
     Converter converter_;
     TwiMaster two_wire_;
-    std::array<LightEdges, CELLS_PER_MODULE> receivers_;
-    std::queue<Arrival> arrivals_;
-    uint64_t conversions_ = 0;
+    std::array<LightEdges, CELLS_PER_MODULE> receivers_;  ///< one per cell
+    std::queue<Arrival> arrivals_;                        ///< in order of time
+    uint64_t conversions_ = 0;                            ///< draws of noise so far
     uint8_t cell_ = 0;        ///< selected by the receiver's multiplexer
     bool high_gain_ = false;  ///< the amplifier selected by it
     bool selected_ = false;   ///< the controller, on the SPI
-    bool ir_on_ = false;
-    uint8_t ir_cell_ = 0;
+    bool ir_on_ = false;      ///< the transmitter's LED
+    uint8_t ir_cell_ = 0;     ///< of the cell that its multiplexer selected when it went on
 };
 
 }  // namespace kilotwin

@@ -4,6 +4,7 @@ namespace kilotwin {
 
 namespace {
 
+// Registers, by the data sheet's names.
 enum : uint8_t {
     MODE1 = 0x00,
     MODE2 = 0x01,
@@ -17,6 +18,7 @@ enum : uint8_t {
 };
 constexpr uint8_t SLEEP = 1 << 4, ALLCALL = 1 << 0, MODE1_READ_ONLY = 7 << 5;
 constexpr uint8_t REGISTER = 31, INCREMENT_SHIFT = 5;
+// Ranges of the automatic increment: the upper three bits of the control register.
 enum Increment : uint8_t { NONE, ALL = 4, INDIVIDUAL = 5, GLOBAL = 6, INDIVIDUAL_AND_GLOBAL = 7 };
 enum LedOut : uint8_t { OFF, FULL, PWM, GROUP };
 // The software reset call, an address and two bytes.
@@ -48,6 +50,7 @@ bool Pca9635::address(uint8_t byte) {
     return false;
 }
 
+/// The first byte after the address is the control register, the others go to where it points.
 bool Pca9635::write(uint8_t byte) {
     if (reset_bytes_ != NO_RESET_CALL) {
         if (reset_bytes_ >= sizeof RESET_BYTES || byte != RESET_BYTES[reset_bytes_]) return false;

@@ -10,6 +10,8 @@
 
 namespace kilotwin {
 
+/// One per module board: outputs 0 to 11 are red, green and blue of the four cells, in their order.
+/// Timeless: a write shows at once.
 class Pca9635 {
   public:
     static constexpr unsigned OUTPUTS = 16;
@@ -21,9 +23,11 @@ class Pca9635 {
     // acknowledges.
     /// The first byte: address and direction (1: read).
     bool address(uint8_t byte);
+    /// A byte after the address: the control register first, then data.
     bool write(uint8_t byte);
     /// The next byte of a transfer that reads.
     uint8_t read();
+    /// The stop condition; it completes the reset call.
     void stop();
 
     /// Light of an output (0 to OUTPUTS - 1), 0 to 255.
@@ -33,7 +37,7 @@ class Pca9635 {
     void reset();
 
   private:
-    void advance();
+    void advance();  ///< to the next register, if the control register wants that
 
     uint8_t address_;
     std::array<uint8_t, 0x1C> registers_{};

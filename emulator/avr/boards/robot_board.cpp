@@ -68,6 +68,7 @@ void RobotBoard::shine(const LightPulse &pulse) {
     chip_.set_alarm(Microcontroller::LIGHT_EDGE, receiver_.next());
 }
 
+/// Light on the receiver begins or ends at the chip's cycle.
 void RobotBoard::pass_edges() {
     const bool was_lit = receiver_.lit();
     receiver_.pass(chip_.cycle());
@@ -120,6 +121,7 @@ void RobotBoard::alarm(Microcontroller::Alarm alarm) {
 
 void RobotBoard::serial_byte(uint8_t byte) { outputs.serial.push_back({now(), byte}); }
 
+/// The chip alone was reset: light, charger and readings of the sensors are as they were.
 void RobotBoard::was_reset() {
     converter_.was_reset();
     receiver_on_ = false;
@@ -128,14 +130,18 @@ void RobotBoard::was_reset() {
     update_outputs();
 }
 
+/// PD0 is low while the charger is at work (hardware.md 1.8).
 void RobotBoard::set_charging(bool charging) {
     charging_ = charging;
     chip_.set_pin('D', 0, !charging);
 }
 
+/// LED, motors, infrared LED and receiver's power as the pins are now. Called for every change of a
+/// watched register; outputs are noted only where they differ.
 void RobotBoard::update_outputs() {
     const uint8_t ddrb = chip_.read(DDRB), ddrc = chip_.read(DDRC), ddrd = chip_.read(DDRD);
     const uint8_t portb = chip_.read(PORTB), portc = chip_.read(PORTC), portd = chip_.read(PORTD);
+    // An LED lights while its pin is an output and low.
     auto lit = [](uint8_t ddr, uint8_t port, int pin) {
         return bit(ddr, pin) & ~bit(port, pin) & 1;
     };

@@ -25,6 +25,7 @@ namespace kilotwin {
 
 /// Outputs of a board in order of time, appended by run(); the caller takes and clears them.
 struct BoardOutputs {
+    /// The infrared LED going on or off.
     struct Light {
         Cycles at;
         bool on;
@@ -33,15 +34,17 @@ struct BoardOutputs {
         Cycles at;
         uint8_t rgb;  ///< RGB() value
     };
+    /// A byte that the UART sends.
     struct Serial {
         Cycles at;
         uint8_t byte;
     };
-    std::vector<Light> light;  ///< of the infrared LED
-    std::vector<MotorCommand> motors;
-    std::vector<Color> colors;
+    std::vector<Light> light;
+    std::vector<MotorCommand> motors;  ///< whenever either duty changes
+    std::vector<Color> colors;         ///< of the RGB LED
     std::vector<Serial> serial;
 
+    /// Empties all four; their memory stays.
     void clear();
 };
 
@@ -67,6 +70,7 @@ class RobotBoard : private Microcontroller::Board {
     void shine(const LightPulse &pulse);
 
     uint8_t color() const { return color_; }  ///< RGB() value of the LED
+    /// Duties of the motors as they are driven now, 0..255; 0 while a pin is no output.
     uint8_t left_duty() const { return left_; }
     uint8_t right_duty() const { return right_; }
 
@@ -85,7 +89,9 @@ class RobotBoard : private Microcontroller::Board {
     EepromImage eeprom() const { return chip_.eeprom(); }
 
     // For tests and profiles; see Microcontroller.
+    /// Executes waits instruction by instruction: slower, with the same result.
     void skip_nothing() { chip_.skip_nothing(); }
+    /// Calls `follower` around each instruction; it must live on.
     void follow(Microcontroller::Follower &follower) { chip_.follow(follower); }
 
     /// Waits for gdb on 127.0.0.1:`port` before the next instruction.
@@ -114,7 +120,7 @@ class RobotBoard : private Microcontroller::Board {
     void was_reset() override;
     void quiet_sleep() override { converter_.quiet_sleep(); }
 
-    int16_t sample(uint8_t channel);
+    int16_t sample(uint8_t channel);  ///< reading of a converter's channel, 0..1023
     void power_receiver(bool on);
     void update_outputs();
     void pass_edges();
@@ -127,7 +133,8 @@ class RobotBoard : private Microcontroller::Board {
     Converter converter_;
     LightEdges receiver_;
     uint64_t conversions_ = 0;  ///< draws of noise so far
-    bool ir_on_ = false, charging_ = false;
+    bool ir_on_ = false;        ///< its infrared LED
+    bool charging_ = false;
     bool receiver_on_ = false;  ///< its amplifiers have power
     uint8_t color_ = 0, left_ = 0, right_ = 0;
     std::unique_ptr<VcdTrace> trace_;

@@ -69,6 +69,7 @@ void TwiMaster::begin(Step step, unsigned bits) {
     chip_.set_alarm(Microcontroller::TWO_WIRE, chip_.cycle() + bits * bit);
 }
 
+/// The device answers when a step is over; TWINT then tells the program.
 void TwiMaster::step_ends() {
     const Step done = step_;
     step_ = Step::NOTHING;

@@ -27,13 +27,15 @@ class TwiMaster {
     /// The step under way on the bus.
     enum class Step : uint8_t { NOTHING, START, ADDRESS, WRITE, READ, STOP };
 
-    void begin(Step step, unsigned bits);
-    uint8_t control() const;
+    void begin(Step step, unsigned bits);  ///< for as long as so many bits take
+    uint8_t control() const;               ///< TWCR
 
     Microcontroller &chip_;
     Pca9635 &device_;
     Step step_ = Step::NOTHING;
-    bool owns_bus_ = false, addressed_ = false, reads_ = false;
+    bool owns_bus_ = false;   ///< from a start to the stop
+    bool addressed_ = false;  ///< the address has been sent since
+    bool reads_ = false;      ///< the address had the read bit
     bool starts_after_stop_ = false;
     uint8_t status_ = 0;  ///< status code in TWSR once the step is over
 };
