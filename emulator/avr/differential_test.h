@@ -5,13 +5,12 @@
 /// Decisions are the outputs that another robot or a camera can see: LED, motors, messages. The
 /// inputs follow from the seed alone:
 /// - Messages begin in the second quarter of a tick and end in its middle, when neither robot
-///   sends.
-/// They repeat what the program itself sent lately, with a byte changed now and then, or hold
-/// small random numbers, and come in spells of different density, some of them silent.
+/// sends. They repeat what the program itself sent lately, with a byte changed now and then, or
+/// hold small random numbers, and come in spells of different density, some of them silent.
 /// - Ambient light is a random walk that steps where ticks begin.
 ///
-/// A tick costs what the chip executes in it; following the chip (Settings::follow) makes that several
-/// times slower.
+/// A tick costs what the chip executes in it; following the chip (Settings::follow) makes that
+/// several times slower.
 #ifndef KILOTWIN_AVR_DIFFERENTIAL_TEST_H
 #define KILOTWIN_AVR_DIFFERENTIAL_TEST_H
 
@@ -32,10 +31,11 @@
 
 namespace kilotwin {
 
+/// One run of one program. Belongs to the thread that made it.
 class DifferentialTest {
   public:
     struct Settings {
-        uint64_t seed = 1;
+        uint64_t seed = 1;  ///< of all inputs
         uint16_t uid = 7;
         std::vector<message_t> before_run;  ///< given one a tick, ahead of RUN; CRCs are filled in
         /// Tolerance: equal decisions may be so far apart. 0: they have to fall in the same tick.
@@ -54,6 +54,7 @@ class DifferentialTest {
         uint32_t tick;               ///< since power-up
         Cycles at;                   ///< world time
         std::vector<uint8_t> value;  ///< RGB(); left, right; data, type and CRC
+        /// What was decided, for people: "motors 70 and 0".
         std::string text(Kind kind) const;
     };
 
@@ -62,6 +63,7 @@ class DifferentialTest {
         uint32_t tick;
         Kind kind;
         std::optional<Decision> native, avr;
+        /// Both sides, for people.
         std::string text() const;
     };
 
@@ -90,6 +92,7 @@ class DifferentialTest {
     /// Why a tier cannot go on; empty: it can.
     const std::string &avr_failure() const { return board_.failure(); }
     std::string native_failure() const;
+    /// Events of the native robot: prints, mistakes, failures.
     const Events &native_events() const { return events_; }
 
     /// Stack and calls on the chip; null unless it is followed.
@@ -108,9 +111,11 @@ class DifferentialTest {
             fresh;  ///< not yet settled: may change within SETTLE
     };
 
+    /// Runs the chip to the first tick of kilo_init(), which gives base_.
     void find_first_tick();
     void run_tick();
     void give(const message_t &message, distance_measurement_t strength);
+    /// The message that begins in this tick, if one does.
     std::optional<message_t> next_message();
     uint64_t draw() { return chance_.bits(0, Purpose::DIFFERENTIAL_INPUT, draws_++); }
     uint64_t below(uint64_t limit) { return draw() % limit; }
@@ -119,10 +124,13 @@ class DifferentialTest {
     void run_native(Cycles until);
     void collect_native(Cycles from);
     void collect_avr();
+    /// Records an output of a side at `at`, unless comparing has not begun or is over.
     void observe(Side &side, Kind kind, Cycles at, std::vector<uint8_t> value);
     void settle(Side &side, Cycles now);
+    /// Pairs decisions off and finds the first difference, up to `now`.
     void compare(Cycles now);
     bool same_time(const Decision &native, const Decision &avr) const;
+    /// The tick of a moment in world time.
     uint32_t tick_at(Cycles at) const;
     Cycles allowed(Cycles at) const;
 
@@ -132,8 +140,8 @@ class DifferentialTest {
     Calibration calibration_;
     RobotBoard board_;
     std::unique_ptr<CallWatch> watch_;
-    uint16_t rand_hard_ = 0;
-    Cycles base_ = 0;  ///< world time of tick 0
+    uint16_t rand_hard_ = 0;  ///< its address; the chip's noise is replaced inside it
+    Cycles base_ = 0;         ///< world time of tick 0
     Events events_;
     std::vector<Emission> emissions_;
     RobotContext context_;
@@ -144,7 +152,7 @@ class DifferentialTest {
     std::optional<Difference> difference_;
     std::deque<message_t> recent_;  ///< messages that the program sent lately
     uint32_t tick_ = 0, run_at_ = 0, spell_until_ = 0;
-    unsigned talk_of_256_ = 0;
+    unsigned talk_of_256_ = 0;  ///< of 256 ticks, how many have a message in this spell
     int16_t light_ = 500;
     uint64_t draws_ = 0, compared_ = 0, received_ = 0, sent_ = 0, noise_bits_ = 0;
     bool second_of_pair_ = false;

@@ -28,11 +28,12 @@ struct CanRecord {
     double at_s;  ///< end of its last bit; 0: begin of the experiment
     uint8_t bus;  ///< index in the grid
     uint16_t id;
-    uint8_t dlc;
+    uint8_t dlc;  ///< data bytes, 0 to 8
     std::array<uint8_t, CanFrame::DATA_MAX> data;
     uint8_t from_host;  ///< 1: the host sent it; 0: a module
 };
 #pragma pack(pop)
+// The row of numpy's dtype has no gaps.
 static_assert(sizeof(CanRecord) == 21);
 
 }  // namespace kilotwin

@@ -21,6 +21,7 @@ constexpr auto RETRY = std::chrono::milliseconds(1);
 
 }  // namespace
 
+// Everything that can fail is opened before the thread starts.
 Bridge::Loop::Loop(const Settings &settings)
     : settings_(settings),
       epoll_(::epoll_create1(EPOLL_CLOEXEC)),
@@ -52,6 +53,8 @@ Bridge::Loop::~Loop() {
 
 // Called by the simulation's thread
 
+/// Queues frames for the thread, each with its origin: a frame from the host is an echo of the
+/// oldest equal frame that came from outside.
 void Bridge::Loop::publish(std::span<const CanRecord> frames) {
     if (frames.empty()) return;
     {

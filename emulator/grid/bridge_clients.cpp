@@ -35,6 +35,7 @@ Descriptor listen_on(uint16_t port) {
 
 }  // namespace
 
+/// Opens the first free port from `port` on; 0: any port.
 void Bridge::Loop::open_server() {
     uint32_t last =
         settings_.port == 0 ? 0 : std::min(settings_.port + settings_.more_ports, 65535);
@@ -50,6 +51,7 @@ void Bridge::Loop::open_server() {
     watch(listener_.get(), EPOLLIN, false);
 }
 
+/// Accepts or turns away all clients that wait at the port.
 void Bridge::Loop::accept_clients() {
     for (;;) {
         sockaddr_in address = {};
@@ -117,6 +119,7 @@ void Bridge::Loop::enqueue_frames(Client &client, const std::vector<CanFrame> &f
     client.malformed_counted += malformed;
 }
 
+/// Frames held back for a client that has just subscribed follow once it has settled.
 void Bridge::Loop::release_held(Client &client) {
     if (client.held.empty() || Clock::now() < client.settled) return;
     client.out += client.held;
@@ -175,6 +178,7 @@ void Bridge::Loop::forget_gone() {
     connected_ -= gone;
 }
 
+/// Appends a frame to the output of every client of its bus but its origin. Its text is made once.
 void Bridge::Loop::distribute_to_clients(const Outgoing &outgoing) {
     const CanRecord &record = outgoing.record;
     std::string text;

@@ -65,6 +65,7 @@ void Bridge::Loop::distribute_to_interface(const Outgoing &outgoing) {
     return;
 }
 
+/// Takes all frames in from an interface, and the kernel's count of those it dropped.
 void Bridge::Loop::read(uint32_t bus) {
     Interface &interface = interfaces_[bus];
     can_frame frame;
@@ -99,6 +100,7 @@ void Bridge::Loop::read(uint32_t bus) {
     }
 }
 
+/// Writes waiting frames to an interface until it has no more room.
 void Bridge::Loop::write(uint32_t bus) {
     Interface &interface = interfaces_[bus];
     while (!interface.waiting.empty()) {

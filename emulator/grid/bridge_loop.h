@@ -40,8 +40,8 @@ constexpr Origin FIRST_CLIENT = 2;
 /// A connection to the socketcand server.
 struct Client {
     Descriptor socket;
-    Origin origin;
-    std::string peer;
+    Origin origin;     ///< its number
+    std::string peer;  ///< address and port, for notes
     SocketcandSession session;
     std::string out = {};  ///< text to send; its first `sent` bytes are sent
     size_t sent = 0;
@@ -52,6 +52,7 @@ struct Client {
     uint32_t events = 0;             ///< epoll events it is watched for
     uint64_t malformed_counted = 0;  ///< of session.malformed(), how many are in the counts
 
+    /// Bytes of text that the client has not taken yet.
     size_t unsent() const { return out.size() - sent + held.size(); }
 };
 
@@ -63,6 +64,7 @@ struct Interface {
     uint32_t overflowed = 0;  ///< frames that the kernel has dropped so far (SO_RXQ_OVFL)
 };
 
+/// The implementation behind Bridge.
 class Bridge::Loop {
   public:
     /// Opens the server or the interfaces, and starts the thread. Throws BridgeError.
@@ -99,11 +101,15 @@ class Bridge::Loop {
         Origin origin;
     };
 
+    /// The thread: waits, reads, distributes, writes, until it is stopped.
     void run();
     void dispatch(int fd);
     int wait_ms() const;
+    /// Ends the thread's present wait.
     void wake();
+    /// Adds a descriptor to epoll, or (`again`) changes its events.
     void watch(int fd, uint32_t events, bool again);
+    /// Adds a line to notes(), unless these are too many.
     void note(const std::string &text);
 
     // The socketcand server and its clients (bridge_clients.cpp).
@@ -114,7 +120,9 @@ class Bridge::Loop {
     void write(Client &client);
     void release_held(Client &client);
     void update_interest(Client &client);
+    /// Disconnects a client and notes why.
     void drop(Client &client, const std::string &reason);
+    /// Closes and removes the clients that are gone.
     void forget_gone();
 
     void distribute_to_clients(const Outgoing &outgoing);
@@ -125,6 +133,7 @@ class Bridge::Loop {
     void read(uint32_t bus);
     void write(uint32_t bus);
 
+    /// Hands the frames of publish() on to everything outside.
     void distribute();
     void enqueue(uint32_t bus, Origin origin, const CanFrame &frame);
 

@@ -103,6 +103,7 @@ class CanBus {
     /// Powers a dead node again, error active with counters of 0; a held one begins its recovery.
     void recover(uint32_t node, Cycles at);
 
+    /// Nodes attached, dead ones included.
     size_t nodes() const { return nodes_.size(); }
     const std::string &name(uint32_t node) const { return nodes_[node].name; }
     State state(uint32_t node) const { return nodes_[node].state; }

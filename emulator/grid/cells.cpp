@@ -38,6 +38,7 @@ Eigen::Vector2d GridLayout::centre(uint32_t cell) const {
     return corner_ + CELL_M * Eigen::Vector2d(cell_column(cell) + 0.5, cell_row(cell) + 0.5);
 }
 
+// NaN is outside too, so the test asks for what is inside.
 std::optional<uint32_t> GridLayout::below(const Eigen::Vector2d &place) const {
     const Eigen::Vector2d from = (place - corner_) / CELL_M;
     const double column = std::floor(from.x()), row = std::floor(from.y());

@@ -27,12 +27,14 @@ class GridLayout {
     static constexpr uint32_t MODULE_CELLS = 4;
     /// Limits of the addresses: five bits each, of which one value means all (hardware.md 3.2).
     static constexpr uint32_t MOST_COLUMNS = 31, MOST_ROWS = 31;
+    /// Limit of the dispatcher (hardware.md 3.1).
     static constexpr uint32_t MOST_MODULES_PER_BUS = 112;
 
     /// Throws EngineError for a grid that cannot be wired: no modules, more than 31 x 31, no bus,
     /// more buses than rows, more than 112 modules on a bus.
     GridLayout(uint32_t columns, uint32_t rows, uint32_t buses);
 
+    // Sizes; columns and rows are those of modules.
     uint32_t columns() const { return columns_; }
     uint32_t rows() const { return rows_; }
     uint32_t buses() const { return buses_; }
@@ -93,6 +95,7 @@ class GridLayout {
     }
 
   private:
+    /// The bus that a row of modules belongs to.
     uint32_t bus_of_row(uint32_t row) const;
 
     // Along an axis: the first cell whose centre is not before `from`, and the last not behind

@@ -16,8 +16,10 @@ namespace kilotwin {
 /// Owns one descriptor, or none (-1). Moved, never copied.
 class Descriptor {
   public:
+    /// Takes `fd` over.
     explicit Descriptor(int fd = -1) : fd_(fd) {}
     Descriptor(Descriptor &&other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+    /// Swaps: the other one closes what this one had.
     Descriptor &operator=(Descriptor &&other) noexcept {
         std::swap(fd_, other.fd_);
         return *this;

@@ -13,6 +13,7 @@ constexpr std::string_view HEX = "0123456789ABCDEF";
 
 using Words = std::vector<std::string_view>;
 
+/// The words of a command, separated by blanks.
 Words words_of(std::string_view text) {
     Words words;
     size_t begin = 0;
@@ -97,6 +98,7 @@ void SocketcandSession::feed(std::string_view bytes, std::string &replies,
     }
 }
 
+/// `echo` is answered always, everything else but `open` only once a bus is open.
 void SocketcandSession::execute(std::string_view command, std::string &replies,
                                 std::vector<CanFrame> &frames) {
     Words words = words_of(command);
@@ -121,6 +123,7 @@ void SocketcandSession::execute(std::string_view command, std::string &replies,
     }
 }
 
+/// Buses are named can0, can1 ...; an unknown one ends the connection, as socketcand does.
 void SocketcandSession::open(std::string_view name, std::string &replies) {
     constexpr std::string_view PREFIX = "can";
     auto index = name.starts_with(PREFIX) ? number_of(name.substr(PREFIX.size()), 10, 0xFFFF)

@@ -21,6 +21,7 @@ MistakeReport explain(GuestStack::Mistake mistake, const void *address, const Pr
     if (mistake == GuestStack::Mistake::DIVISION_BY_ZERO)
         return {DIVIDES_BY_ZERO,
                 "it divides by zero; as on the robot, it goes on with a wrong number"};
+    // The robot has memory at these addresses, as a number.
     if (LostMemory::is_the_robots(address)) {
         char text[128];
         std::snprintf(text, sizeof text,

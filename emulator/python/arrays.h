@@ -14,7 +14,9 @@ namespace kilotwin {
 
 /// A numpy array of one dimension, or of two and `columns` wide. It takes `values` over, so this
 /// costs the same however long they are.
+/// Needs the interpreter's lock.
 template <typename T> nanobind::object array_of(std::vector<T> values, size_t columns = 0) {
+    // The capsule deletes the vector once numpy has no more use for it.
     auto owned = new std::vector<T>(std::move(values));
     nanobind::capsule owner(owned,
                             [](void *p) noexcept { delete static_cast<std::vector<T> *>(p); });

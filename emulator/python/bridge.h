@@ -1,4 +1,5 @@
-/// The bridge from the emulated CAN buses to the world outside, as Python has it.
+/// The bridge from the emulated CAN buses to the world outside (grid/bridge.h), as Python has it.
+/// Frames cross as rows of a numpy array.
 #ifndef KILOTWIN_PYTHON_BRIDGE_H
 #define KILOTWIN_PYTHON_BRIDGE_H
 

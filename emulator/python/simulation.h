@@ -13,7 +13,7 @@ struct PythonSimulation {
     /// Throws EngineError for a specification that the engine cannot run (specification.h).
     explicit PythonSimulation(const nanobind::dict &spec);
 
-    SimulationDef def;
+    SimulationDef def;  ///< as given
     Simulation simulation;
 };
 

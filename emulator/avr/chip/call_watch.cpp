@@ -32,6 +32,7 @@ bool CallWatch::inside(uint16_t entry) const {
                        [&](const Open &open) { return calls_[open.which].entry == entry; });
 }
 
+/// Keeps a stack of open calls: one is open from its entry until the stack is above it again.
 void CallWatch::executed(uint32_t from, uint32_t pc, uint16_t sp) {
     if (!in_main_ && pc != main_) return;
     in_main_ = true;

@@ -32,6 +32,7 @@ class CallWatch : public Microcontroller::Follower {
         uint64_t longest = 0;  ///< cycles, interrupts included, of calls that have returned
         uint32_t tick = 0;     ///< when the longest began, see RobotBoard::tick()
     };
+    /// Of each watched function, in the order of watch().
     const std::vector<Call> &calls() const { return calls_; }
 
     /// Whether the function at `entry`, one of those watched, or one that it has called, is
@@ -50,6 +51,7 @@ class CallWatch : public Microcontroller::Follower {
     /// Interrupts of timer 0's compare match that were served.
     uint64_t ticks() const { return ticks_; }
 
+    /// Called by the chip (Microcontroller::Follower).
     void executed(uint32_t from, uint32_t pc, uint16_t sp) override;
 
   private:
@@ -75,7 +77,8 @@ class CallWatch : public Microcontroller::Follower {
     uint16_t least_sp_ = RAM_END, deepest_at_ = 0;
     int32_t room_ = RAM_END;
     uint64_t ticks_ = 0;
-    bool in_main_ = false, half_set_ = false;
+    bool in_main_ = false;   ///< main() has been entered
+    bool half_set_ = false;  ///< one half of a new stack pointer is written
 };
 
 }  // namespace kilotwin

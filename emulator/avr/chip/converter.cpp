@@ -81,6 +81,7 @@ void Converter::conversion_ends() {
         start();
 }
 
+/// Noise-reduction sleep starts a conversion by itself, as long as the converter is on.
 void Converter::quiet_sleep() {
     if ((control() & ADCSRA_ADEN) != 0 && !converting_) start();
 }

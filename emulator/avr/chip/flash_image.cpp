@@ -51,7 +51,8 @@ std::string in_hex(uint32_t value) {
     return text;
 }
 
-/// The bytes of one record: count, address (2), type, data, checksum. `where` is its file and line.
+/// Parses one record of Intel HEX, checksum included. Its bytes: count, address (2), type, data,
+/// checksum. `where` is its file and line.
 std::vector<uint8_t> record_of(const std::string &line, const std::string &where) {
     constexpr size_t FRAME_BYTES = 5;  // all but the data
     if (line[0] != ':') throw EngineError(where + ": a line of Intel HEX begins with a colon");
@@ -71,6 +72,7 @@ std::vector<uint8_t> record_of(const std::string &line, const std::string &where
     return record;
 }
 
+/// A structure of an ELF file, copied: offsets in a file need not be aligned.
 template <typename T>
 T at_offset(const std::string &content, size_t offset, const std::string &path) {
     T value;
@@ -137,6 +139,7 @@ void FlashImage::program(uint32_t address, const uint8_t *data, size_t count,
     if (count > 0) end_ = std::max(end_, address + count);
 }
 
+/// Addresses are `base`, from the last address record, plus the 16 bits of each data record.
 void FlashImage::read_hex(const std::string &path, const std::string &text) {
     std::istringstream lines(text);
     std::string line;

@@ -54,7 +54,7 @@ class FlashImage {
     std::array<uint8_t, BYTES> bytes_;
     std::map<uint16_t, uint8_t> eeprom_;
     std::array<bool, BYTES> programmed_{};  ///< bytes that the file gives
-    size_t end_ = 0;
+    size_t end_ = 0;                        ///< 0: nothing is programmed
     std::string name_;
     std::map<std::string, uint16_t> symbols_;
 };

@@ -174,6 +174,7 @@ Microcontroller::Microcontroller(Board &board, const FlashImage &flash, const Ee
     for (const auto &[address, byte] : flash.eeprom()) bytes[address] = byte;
     avr_eeprom_desc_t content = {bytes.data(), 0, static_cast<uint32_t>(bytes.size())};
     avr_ioctl(avr_, AVR_IOCTL_EEPROM_SET, &content);
+    // No echo of the UART on the emulator's own output.
     uint32_t quiet = 0;
     avr_ioctl(avr_, AVR_IOCTL_UART_SET_FLAGS('0'), &quiet);
     avr_irq_register_notify(avr_io_getirq(avr_, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUTPUT),
@@ -397,6 +398,8 @@ void Microcontroller::set_alarm(Alarm alarm, uint64_t at) {
     arm(clocks_[alarm]);
 }
 
+/// Sets simavr's timer of an alarm clock; a moment that has passed is due with the next
+/// instruction.
 void Microcontroller::arm(Clock &clock) {
     avr_cycle_timer_cancel(avr_, Hooks::alarm, &clock);
     if (clock.at == NO_ALARM) return;

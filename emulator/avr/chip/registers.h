@@ -46,6 +46,7 @@ constexpr uint8_t VECTOR_TIMER0_COMPA = 14, VECTOR_ADC = 21, VECTOR_COMPARATOR =
 constexpr uint8_t ADC_TRIGGERS[] = {0, 23, 1, 14, 16, 12, 13, 10};
 constexpr uint32_t VECTOR_BYTES = 4;
 
+/// Size of the flash; addresses wrap there.
 constexpr uint32_t FLASH_BYTES = 32 * 1024;
 
 }  // namespace kilotwin::atmega328p

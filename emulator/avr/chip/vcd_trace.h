@@ -17,8 +17,8 @@ class VcdTrace {
   public:
     /// At most 94 signals: each has one printable character as its code.
     struct Signal {
-        std::string name;
-        uint8_t bits;  ///< 1 to 8
+        std::string name;  ///< without blanks
+        uint8_t bits;      ///< 1 to 8
     };
 
     /// Begins the file at `path`; `scope` is the viewer's name of the group. Throws EngineError if

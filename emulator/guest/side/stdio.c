@@ -13,6 +13,7 @@ enum { LINE_BYTES = 512, FORMAT_BYTES = 256, OPENED = 4 };
 static FILE run_folder;
 FILE *kt_streams[3] = {&run_folder, &run_folder, &run_folder};
 
+// Streams of fdevopen(); the robot would take them from its heap.
 static FILE opened[OPENED];
 static uint8_t used;
 
@@ -148,6 +149,7 @@ WEAK size_t fwrite(const void *data, size_t size, size_t count, FILE *stream) {
     return count;
 }
 
+// Nothing is buffered.
 WEAK int fflush(FILE *stream) {
     (void)stream;
     return 0;
@@ -184,6 +186,7 @@ WEAK char *gets(char *text) {
     return text;
 }
 
+// Whole elements only, as the standard says; the rest of a broken one is lost.
 WEAK size_t fread(void *data, size_t size, size_t count, FILE *stream) {
     uint8_t *byte = data;
     for (size_t i = 0; i < size * count; i++) {
