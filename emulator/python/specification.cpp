@@ -79,7 +79,7 @@ void set_medium(SimulationDef &def, const nb::dict &from) {
         return;
     }
     if (kind != "kilobot") throw EngineError("the medium is ideal or kilobot, not " + kind);
-    KilobotMedium::Settings s;
+    KilobotChannel::Settings s;
     s.range_m = def.range_m;
     s.range_spread = get_or(from, "range_spread", s.range_spread);
     s.loss = get_or(from, "loss", s.loss);

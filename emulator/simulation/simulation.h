@@ -1,14 +1,16 @@
-/// One run: robots, their world, the medium and the floor, stepped together.
+/// One run: robots, their world, the channel and the floor, in one loop of world steps.
 ///
-/// A world step (1, 2 or 4 ticks) goes: (1) robots that something may have reached look around, are
-/// told what the floor says and run ahead to the earliest moment at which anything can reach them;
-/// (2) frames that began within the step find their listeners, who hear them from the next step on;
-/// (3) bodies move, in closed form or, near a contact, by the solver. What a robot is not woken for
-/// cannot have happened: run-ahead changes the cost of a run, never its result.
+/// A world step (1, 2 or 4 ticks) goes: (1) commands are given, lists of neighbours kept; (2) the
+/// channel executes what needs the order of time among its stations (infrared/channel.h); (3) robots
+/// that something may have reached are executed up to their lookahead, the earliest moment at which
+/// anything can reach them; (4) the channel delivers what is left of the step; (5) bodies move, in
+/// closed form or, near a contact, by the solver. What a robot is not executed for cannot have
+/// happened: run-ahead changes the cost of a run, never its result.
+///
+/// Nothing here depends on the medium or on the kind of a station: creation.cpp puts them together.
 #ifndef KILOTWIN_SIMULATION_SIMULATION_H
 #define KILOTWIN_SIMULATION_SIMULATION_H
 
-#include <cmath>
 #include <memory>
 #include <optional>
 #include <string>
@@ -19,18 +21,18 @@
 #include "base/clock.h"
 #include "base/events.h"
 #include "base/memory.h"
-#include "base/message_crc.h"
-#include "base/selection.h"
 #include "grid/grid.h"
 #include "guest/robot.h"
-#include "infrared/ideal_medium.h"
-#include "infrared/kilobot_medium.h"
-#include "infrared/planned_frames.h"
+#include "infrared/channel.h"
+#include "infrared/kilobot_channel.h"
+#include "infrared/station.h"
 #include "infrared/virtual_floor.h"
 #include "physics/arena.h"
 #include "physics/bodies.h"
 #include "physics/chassis.h"
 #include "physics/light.h"
+#include "simulation/commands.h"
+#include "simulation/floor_sensing.h"
 #include "simulation/recorder.h"
 
 namespace kilotwin {
@@ -45,15 +47,7 @@ struct SimulationDef {
         std::vector<Pose> poses;  ///< empty: placed at random
         bool on_board = false;    ///< each robot is an ATmega328P; with the Kilobot medium only
     };
-    /// A message from outside the medium, to all robots with a uid in the range.
-    struct Command {
-        int64_t tick;  ///< since RUN; negative: before
-        uint16_t uid_first, uid_last;
-        message_t message;
-        /// Only robots whose centre is in here when it is sent; infinite: everywhere.
-        Eigen::Vector2d centre{0, 0};
-        double radius_m = INFINITY;
-    };
+    using Command = kilotwin::Command;
 
     uint64_t seed = 0;
     uint32_t step_ticks = 2;  ///< 1, 2 or 4
@@ -63,8 +57,8 @@ struct SimulationDef {
     std::optional<VirtualFloor::Settings> floor;
     double range_m = 0.8;  ///< of the ideal medium
     bool line_of_sight = true;
-    std::optional<KilobotMedium::Settings> kilobot_medium;  ///< instead of the ideal one
-    std::optional<Grid::Settings> grid;                     ///< a Kilogrid below the robots
+    std::optional<KilobotChannel::Settings> kilobot_medium;  ///< instead of the ideal one
+    std::optional<Grid::Settings> grid;                      ///< a Kilogrid below the robots
     int64_t lead_ticks = 0;  ///< engine time before RUN, for the grid's host; rounded up to 4
     Light light;
     double battery_h = 0;       ///< hours of driving that a full battery lasts; 0: it never drains
@@ -80,7 +74,7 @@ struct SimulationDef {
 
 struct Statistics {
     uint64_t steps = 0;
-    MediumCounts medium;
+    ChannelCounts medium;
     uint64_t solver_steps = 0;  ///< bodies times steps
     uint64_t list_rebuilds = 0;
     Overlaps overlaps;
@@ -88,6 +82,8 @@ struct Statistics {
 
 class Simulation {
   public:
+    /// Creates and boots everything, up to the lead before RUN. EngineError for what only the engine
+    /// can find: a program that cannot be loaded, robots that do not fit, boards on the ideal medium.
     explicit Simulation(const SimulationDef &def);
     ~Simulation();
 
@@ -95,89 +91,67 @@ class Simulation {
     void advance(int64_t ticks);
 
     /// Nominal ticks since RUN, which happens at 0.
-    int64_t tick() const;
+    int64_t tick() const { return tick_of(now_); }
 
-    /// Queues a frame at the host's node of a bus now; false if its queue is full. EngineError
-    /// without a grid, or such a bus.
-    bool send_can(uint32_t bus, const CanFrame &frame);
-    /// EngineError without one.
-    Grid &grid();
-    const Grid &grid() const;
+    /// Nominal ticks since RUN of a moment.
+    int64_t tick_of(Cycles at) const;
     Cycles now() const { return now_; }
     /// Since t = 0, when the experiment begins.
     double seconds_of(Cycles at) const {
         return static_cast<double>(static_cast<int64_t>(at - run_at_)) * CYCLE_S;
     }
 
-    /// Gives robots a message now, from outside the medium. `command.tick` does not matter.
-    void send(const SimulationDef::Command &command);
+    /// Gives robots a message now, from outside the channel. `command.tick` does not matter.
+    void send(const Command &command) { give(command, now_); }
+
+    /// Queues a frame at the host's node of a bus now; false if its queue is full. EngineError
+    /// without a grid, or such a bus.
+    bool send_can(uint32_t bus, const CanFrame &frame) { return grid().send_can(now_, bus, frame); }
+    /// EngineError without one.
+    Grid &grid();
+    const Grid &grid() const;
 
     size_t size() const { return robots_.size(); }
     const Robot &robot(size_t index) const { return robots_[index]; }
     const Boards &boards() const { return boards_; }
 
-    /// Lets gdb control a robot on a board: nothing goes on until it says so. `port` on 127.0.0.1.
-    void serve_debugger(size_t robot, uint16_t port);
-
+    /// Lets gdb control a robot on a board, by `port` on 127.0.0.1: nothing goes on until it says so.
+    /// EngineError for other robots; for trace(), too.
+    void serve_debugger(size_t robot, uint16_t port) {
+        boards_.board_of(robot).serve_debugger(port);
+    }
     /// Writes what the pins of a robot on a board do from now on to a VCD file.
-    void trace(size_t robot, const std::string &path);
+    void trace(size_t robot, const std::string &path) { boards_.board_of(robot).trace(path); }
+
     Samples take_samples();
     Samples snapshot() const;
-    Events take_events();
+    Events take_events();  ///< in order of time
     Statistics statistics() const;
 
     /// Frames of each robot; empty with the ideal medium.
-    std::vector<FrameCounts> frames() const;
-
-    /// Nominal ticks since RUN of a moment.
-    int64_t tick_of(Cycles at) const;
+    std::vector<FrameCounts> frames() const { return channel_->frames(); }
 
   private:
-    /// What the floor said to a robot when it last looked around, and how long that holds.
-    struct Surroundings {
-        Cycles look_again = 0;       ///< until then nothing in it can change
-        Cycles unchanged_until = 0;  ///< nothing changes before, whoever begins to move
-        wire_cell_t cell = {0, 0};
-    };
-    /// What a robot sends: half a line of the cache.
-    struct alignas(32) Sender {
-        Cycles next_ask = 0;         ///< the earliest begin of a frame after those that are planned
-        Cycles audience_at = NEVER;  ///< when the audience kept was found; NEVER: it does not hold
-        CheckedMessage said;         ///< last
-        uint8_t planned = 0;         ///< so many of its frames are in frames_
-    };
-    static_assert(sizeof(Sender) == sizeof(CacheLine) / 2);
-
+    // Creation, in creation.cpp.
     void create_robots();
-    RobotBoard &board_of(size_t robot);
-    void prepare_boards();
     Calibration calibrate(uint32_t robot) const;
+    void create_bodies(const std::vector<Pose> &poses);
+    void create_kilobot_channel();
+    void create_ideal_channel();
     void boot();
+
     void step(Cycles limit);
     void give_commands(Cycles until);
-    void give(const SimulationDef::Command &command, Cycles at);
-    Cycles command_time(const SimulationDef::Command &command) const;
-    void refresh_lists();
+    void give(const Command &command, Cycles at);
+    void sense_on_boards();
+    void run_due_robots(Cycles limit);
     void prefetch_due_after(size_t i) const;
-    void live_on(uint32_t robot, Cycles limit);
+    void run_on(uint32_t robot, Cycles limit);
+    void ran_ahead(uint32_t robot, Cycles until);
+    void take_motor_commands(uint32_t robot);
     bool light_changes() const { return !def_.light.sources.empty(); }
-    /// Not where light depends on the place: nobody knows for how long a robot will stay where it is.
+    /// Not where light depends on the place: how long a robot will stay where it is is not known.
     bool may_run_ahead() const { return def_.run_ahead && !light_changes(); }
-    Cycles undisturbed_until(uint32_t robot, Cycles limit);
-    void look_around(uint32_t robot);
-    void disturb(uint32_t robot, Cycles at);
-    void run_robot(uint32_t robot, Cycles until);
-    void has_lived(uint32_t robot, Cycles until);
-    void take_commands(uint32_t robot);
-    void plan_frames(uint32_t robot);
-    void look_around_grid();
-    void run_grid();
-    void deliver_to_grid(const Emission &emission);
-    void prefetch_heard_after(const std::vector<PlannedFrame> &frames, size_t i) const;
-    void deliver_frames();
-    void deliver(const Emission &emission);
-    const std::vector<Listener> &audience_of(uint32_t robot);
-    bool audience_holds(uint32_t robot);
     void sample_if_due();
     void sample_into(Samples &samples) const;
 
@@ -189,7 +163,6 @@ class Simulation {
     Cycles now_;                ///< begin of the current step
     uint64_t samples_due_ = 0;  ///< so many were taken
     Cycles next_sample_;
-    double reach_m_;  ///< nobody is heard from farther away
     Events events_;
     std::vector<Emission> emissions_;
     BlackBox *black_box_ = nullptr;
@@ -197,29 +170,17 @@ class Simulation {
     std::vector<Swarm<CacheLine>> images_;  ///< state of all robots of a group
     Swarm<Robot> robots_;
     Boards boards_;
-    std::vector<SimulationDef::Command> commands_;  ///< in order of time
-    size_t next_command_ = 0;
-
-    std::vector<uint32_t> due_;  ///< those to be seen to in this step
-
-    // By robot.
-    std::vector<Cycles> wake_;    ///< the begin of the step in which it next has to be seen to
-    std::vector<Cycles> speaks_;  ///< the earliest moment at which it may begin a frame
-    Swarm<Sender> senders_;       ///< of the ideal medium
-    std::vector<Surroundings> surroundings_;
-
+    Commands commands_;
     std::optional<Bodies> bodies_;
-    IdealMedium medium_;
-    PlannedFrames frames_;  ///< of the ideal medium
-    StepSorter<PlannedFrame> frame_sorter_;
+    std::optional<FloorSensing> floor_;
     std::optional<Grid> grid_;
-    std::optional<KilobotMedium> kilobot_medium_;
-    std::optional<VirtualFloor> floor_;
-    Cycles next_sensing_ = NEVER;   ///< of the floor, from now_ on
-    Cycles later_sensing_ = NEVER;  ///< of the floor, after now_
+    std::unique_ptr<Channel> channel_;
+    std::vector<std::unique_ptr<Stations>> stations_;  ///< but for robots as guests
+
+    std::vector<Cycles> wake_;   ///< by robot: the begin of the step in which it next is due
+    std::vector<uint32_t> due_;  ///< robots to be executed in this step
     Samples samples_;
     uint64_t steps_ = 0;
-    MediumCounts counts_;
 };
 
 }  // namespace kilotwin

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/errors.h"
 #include "base/message_crc.h"
 
 namespace kilotwin {
@@ -28,6 +29,15 @@ void Boards::add(uint32_t index, const FlashImage &flash, Cycles power_up) {
     place_of_[index] = static_cast<int32_t>(places_.size());
     robots_with_.push_back(index);
     places_.emplace_back(robots_[index], flash, power_up, context_.chance);
+}
+
+RobotBoard &Boards::board_of(size_t robot) {
+    if (robot >= robots_.size()) throw EngineError("there is no robot " + std::to_string(robot));
+    const auto index = static_cast<uint32_t>(robot);
+    if (!has(index))
+        throw EngineError("robot " + std::to_string(robot) +
+                          " does not run on a board: only robots with a hex, or cpu = \"avr\", do");
+    return board(index);
 }
 
 void Boards::live(Cycles until) {
@@ -156,7 +166,7 @@ Boards::Flash Boards::take_flash() {
     return flash;
 }
 
-void Boards::begin_light(uint32_t station) {
+void Boards::forget_reached(uint32_t station) {
     if (reached_.size() <= station) reached_.resize(station + 1);
     reached_[station].clear();
 }

@@ -54,6 +54,10 @@ class Boards : public ModuleBoards {
     bool has(uint32_t robot) const { return robot < place_of_.size() && place_of_[robot] >= 0; }
     const std::vector<uint32_t> &robots() const { return robots_with_; }
     RobotBoard &board(uint32_t robot) { return place(robot).board; }
+
+    /// The same for any robot: EngineError if it does not exist, or has no board.
+    RobotBoard &board_of(size_t robot);
+
     const RobotBoard &board(uint32_t robot) const {
         return const_cast<Boards *>(this)->place(robot).board;
     }
@@ -98,7 +102,7 @@ class Boards : public ModuleBoards {
     }
 
     /// A frame begins at a station: forgets whom the station's light reached before.
-    void begin_light(uint32_t station);
+    void forget_reached(uint32_t station);
 
     /// The light of `station` reaches a robot or a cell that has a board, with a strength. One pulse of the frame is not seen
     /// if it is `lost`: then the CRC will be wrong. `draw` chooses which.

@@ -21,7 +21,7 @@ SimulationDef row_of_mates(size_t boards, size_t natives, double spacing_m, uint
     def.arena.bounds = {Region::Shape::RECTANGLE, {0, 0}, {3, 3}};
     def.profile = {0.0165, 0.01, 0.785, 0.1, 65, 65, 70, 70};
     def.profile.legs = true;
-    KilobotMedium::Settings exact;
+    KilobotChannel::Settings exact;
     exact.range_spread = exact.loss = exact.loss_at_range = exact.gain_noise_lsb = 0;
     def.kilobot_medium = exact;
     def.clock_spread = 0.01;

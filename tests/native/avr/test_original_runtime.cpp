@@ -150,7 +150,7 @@ TEST_CASE("other runtimes, ours and native robots hear one another") {
     def.seed = 4;
     def.arena.bounds = {Region::Shape::RECTANGLE, {0, 0}, {3, 3}};
     def.profile = {0.0165, 0.01, 0.785, 0.1, 65, 65, 70, 70};
-    KilobotMedium::Settings exact;
+    KilobotChannel::Settings exact;
     exact.range_spread = exact.loss = exact.loss_at_range = exact.gain_noise_lsb = 0;
     def.kilobot_medium = exact;
     def.clock_spread = 0.01;

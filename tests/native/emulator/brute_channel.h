@@ -11,7 +11,7 @@
 
 namespace kilotwin::testing {
 
-struct ChannelCounts {
+struct BruteCounts {
     double sent = 0, received = 0, collided = 0, deaf = 0, failed = 0;
 };
 
@@ -30,7 +30,7 @@ class BruteChannel {
         }
     }
 
-    ChannelCounts run(double duration_s) {
+    BruteCounts run(double duration_s) {
         const auto end = static_cast<int64_t>(duration_s * 1e6);
         for (int64_t now = 0; now < end; now++) {
             const auto us = static_cast<double>(now);
@@ -162,7 +162,7 @@ class BruteChannel {
     std::vector<std::vector<int>> audible_;
     std::vector<Robot> robots_;
     std::mt19937_64 random_;
-    ChannelCounts counts_;
+    BruteCounts counts_;
 };
 
 }  // namespace kilotwin::testing

@@ -28,7 +28,7 @@ Places line_of(int count, double spacing_m) {
     return places;
 }
 
-ChannelCounts by_brute_force(const Places &places, double range_m, uint64_t seed) {
+BruteCounts by_brute_force(const Places &places, double range_m, uint64_t seed) {
     std::vector<std::vector<int>> audible(places.size());
     for (size_t i = 0; i < places.size(); i++)
         for (size_t j = 0; j < places.size(); j++)
@@ -37,11 +37,11 @@ ChannelCounts by_brute_force(const Places &places, double range_m, uint64_t seed
     return BruteChannel(audible, CLOCK_SPREAD, seed).run(DURATION_S);
 }
 
-ChannelCounts by_engine(const Places &places, double range_m, uint64_t seed) {
+BruteCounts by_engine(const Places &places, double range_m, uint64_t seed) {
     Scene scene(square_hall(3), seed);
     scene.def.profile = {0.0165, 0.01, 0.785, 0.1, 65, 65, 70, 70};
     scene.def.profile.legs = true;
-    KilobotMedium::Settings exact;
+    KilobotChannel::Settings exact;
     exact.range_spread = exact.loss = exact.loss_at_range = exact.gain_noise_lsb = 0;
     exact.range_m = range_m;
     scene.def.kilobot_medium = exact;
@@ -61,7 +61,7 @@ struct Mean {
     double mean, error;  ///< standard error
 };
 
-Mean mean_of(const std::vector<ChannelCounts> &runs, double ChannelCounts::*what) {
+Mean mean_of(const std::vector<BruteCounts> &runs, double BruteCounts::*what) {
     double sum = 0, squares = 0;
     for (const auto &run : runs) sum += run.*what;
     const double mean = sum / RUNS;
@@ -70,7 +70,7 @@ Mean mean_of(const std::vector<ChannelCounts> &runs, double ChannelCounts::*what
 }
 
 struct Compared {
-    std::vector<ChannelCounts> brute, engine;
+    std::vector<BruteCounts> brute, engine;
 };
 
 // Two means of eight runs each: a difference of four standard errors comes about once in a thousand
@@ -81,12 +81,12 @@ Compared compare(const Places &places, double range_m) {
         both.brute.push_back(by_brute_force(places, range_m, seed));
         both.engine.push_back(by_engine(places, range_m, seed));
     }
-    const std::pair<std::string, double ChannelCounts::*> COUNTS[] = {
-        {"sent", &ChannelCounts::sent},
-        {"received", &ChannelCounts::received},
-        {"collided", &ChannelCounts::collided},
-        {"deaf", &ChannelCounts::deaf},
-        {"failed", &ChannelCounts::failed}};
+    const std::pair<std::string, double BruteCounts::*> COUNTS[] = {
+        {"sent", &BruteCounts::sent},
+        {"received", &BruteCounts::received},
+        {"collided", &BruteCounts::collided},
+        {"deaf", &BruteCounts::deaf},
+        {"failed", &BruteCounts::failed}};
     for (const auto &count : COUNTS) {
         const auto &name = count.first;  // clang lets no lambda take part of a structured binding
         const auto what = count.second;
@@ -107,17 +107,17 @@ Compared compare(const Places &places, double range_m) {
 TEST_CASE(
     "25 robots in range of one another send, fail and lose as many frames as by brute force") {
     auto both = compare(square_of_25(0.035), 0.3);
-    CHECK(mean_of(both.brute, &ChannelCounts::sent).mean > 25 * 1.8 * DURATION_S);
+    CHECK(mean_of(both.brute, &BruteCounts::sent).mean > 25 * 1.8 * DURATION_S);
 }
 
 TEST_CASE("25 robots of which many are hidden from one another lose as many as by brute force") {
     auto both = compare(square_of_25(0.035), RANGE_M);
-    const double sent = mean_of(both.brute, &ChannelCounts::sent).mean;
-    CHECK(mean_of(both.brute, &ChannelCounts::collided).mean > 0.05 * sent);
+    const double sent = mean_of(both.brute, &BruteCounts::sent).mean;
+    CHECK(mean_of(both.brute, &BruteCounts::collided).mean > 0.05 * sent);
 }
 
 TEST_CASE(
     "robots in a line, each hidden from all but the next two, lose as many as by brute force") {
     auto both = compare(line_of(21, 0.035), RANGE_M);
-    CHECK(mean_of(both.brute, &ChannelCounts::collided).mean > 0);
+    CHECK(mean_of(both.brute, &BruteCounts::collided).mean > 0);
 }

@@ -37,7 +37,7 @@ Scene on_grid(uint32_t columns, uint32_t rows, uint32_t buses, const std::vector
     Scene scene({{Region::Shape::RECTANGLE, {0, 0}, {columns * MODULE_M, rows * MODULE_M}}, {}},
                 seed);
     scene.def.profile = {0.0165, 0.01, 0.785, 0.1, 65, 65, 70, 70};
-    KilobotMedium::Settings exact;
+    KilobotChannel::Settings exact;
     exact.range_spread = exact.loss = exact.loss_at_range = exact.gain_noise_lsb = 0;
     scene.def.kilobot_medium = exact;
     Grid::Settings grid;

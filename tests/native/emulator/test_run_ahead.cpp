@@ -118,7 +118,7 @@ TEST_CASE("the Kilobot medium: run ahead, tick by tick and in chunks give the sa
     for (uint64_t seed = 31; seed <= 34; seed++) {
         CAPTURE(seed);
         Scene scene(square_hall(seed % 2 ? 1.8 : 6), seed);
-        scene.def.kilobot_medium = KilobotMedium::Settings{};
+        scene.def.kilobot_medium = KilobotChannel::Settings{};
         scene.def.kilobot_medium->range_m = 0.6;
         scene.def.step_ticks = seed == 33 ? 1 : 4;
         scene.def.sample_ticks = 77;
@@ -136,7 +136,7 @@ TEST_CASE("under a lamp: run ahead, tick by tick and in chunks give the same") {
     for (uint64_t seed = 41; seed <= 43; seed++) {
         CAPTURE(seed);
         Scene scene(square_hall(4), seed);
-        if (seed != 43) scene.def.kilobot_medium = KilobotMedium::Settings{};
+        if (seed != 43) scene.def.kilobot_medium = KilobotChannel::Settings{};
         scene.def.light.sources = {{{0.5, 0.2}, 900, 0.5}};
         scene.def.step_ticks = seed == 42 ? 4 : 2;
         scene.add_anywhere("light_watcher", 6);
@@ -300,7 +300,7 @@ TEST_CASE("a grid: run ahead, module by module and in chunks give the same") {
         CAPTURE(seed);
         Scene scene({{Region::Shape::RECTANGLE, {0, 0}, {0.8, 0.6}}, {}}, seed);
         scene.def.profile = {0.0165, 0.013, 0.785, 0.1, 65, 65, 70, 70};
-        if (seed != 43) scene.def.kilobot_medium = KilobotMedium::Settings{};
+        if (seed != 43) scene.def.kilobot_medium = KilobotChannel::Settings{};
         scene.def.range_m = 0.1;
         scene.def.clock_spread = 0.005;
         scene.def.step_ticks = seed == 42 ? 1 : seed == 44 ? 4 : 2;

@@ -60,7 +60,7 @@ SimulationDef grid_definition() {
     def.profile = {0.0165, 0.013, 0.785, 0.1, 65, 65, 70, 70};
     def.profile.legs = def.profile.kick_needed = true;
     def.profile.motor_noise = 0.2;
-    def.kilobot_medium = KilobotMedium::Settings{};
+    def.kilobot_medium = KilobotChannel::Settings{};
     def.clock_spread = def.sensitivity_spread = 0.005;
     Grid::Settings grid;
     grid.columns = 6;

@@ -14,7 +14,7 @@ Scene talkers(const std::vector<Eigen::Vector2d> &places, uint64_t seed = 1) {
     Scene scene(square_hall(3), seed);
     scene.def.profile = {0.0165, 0.01, 0.785, 0.1, 65, 65, 70, 70};
     scene.def.profile.legs = true;
-    KilobotMedium::Settings exact;
+    KilobotChannel::Settings exact;
     exact.range_spread = exact.loss = exact.loss_at_range = exact.gain_noise_lsb = 0;
     scene.def.kilobot_medium = exact;
     scene.def.clock_spread = 0.01;
@@ -24,7 +24,7 @@ Scene talkers(const std::vector<Eigen::Vector2d> &places, uint64_t seed = 1) {
     return scene;
 }
 
-MediumCounts counts_after(const Scene &scene, double duration_s) {
+ChannelCounts counts_after(const Scene &scene, double duration_s) {
     Simulation simulation(scene.def);
     simulation.advance(static_cast<int64_t>(duration_s / TICK_S));
     return simulation.statistics().medium;
@@ -124,7 +124,7 @@ TEST_CASE("a Kilobot's world is the same run ahead and step by step, with all no
     scene.def.profile.speed_spread = 0.08;
     scene.def.profile.bias_spread = 0.2;
     scene.def.profile.motor_noise = 0.2;
-    scene.def.kilobot_medium = KilobotMedium::Settings{};
+    scene.def.kilobot_medium = KilobotChannel::Settings{};
     scene.def.clock_spread = 0.005;
     scene.add_anywhere("wanderer", 40);
     uint64_t hashes[2];

@@ -1,4 +1,4 @@
-#include "infrared/ideal_medium.h"
+#include "infrared/receivers_in_range.h"
 
 #include <doctest/doctest.h>
 
@@ -16,16 +16,16 @@ using Positions = std::vector<Eigen::Vector2d>;
 
 constexpr double RANGE = 0.8, RADIUS = 0.085;
 
-std::vector<Listener> audience(const Positions &positions, uint32_t sender,
+std::vector<Receiver> audience(const Positions &positions, uint32_t sender,
                                bool line_of_sight = true) {
     Neighbours neighbours(RANGE + RADIUS, 0.3);
     neighbours.rebuild(positions);
-    IdealMedium medium(RANGE, line_of_sight, RADIUS, positions.size());
-    return medium.find_audience(
+    ReceiversInRange medium(RANGE, line_of_sight, RADIUS, positions.size());
+    return medium.find(
         sender, neighbours.of(sender), [&](uint32_t robot) { return positions[robot]; }, false);
 }
 
-std::vector<uint32_t> who(const std::vector<Listener> &listeners) {
+std::vector<uint32_t> who(const std::vector<Receiver> &listeners) {
     std::vector<uint32_t> out;
     for (const auto &listener : listeners) out.push_back(listener.robot);
     return out;
@@ -45,17 +45,17 @@ TEST_CASE("the audience last kept stays, whoever is asked for in the meantime") 
     const Positions positions{{0, 0}, {0.3, 0}, {0, 0.5}};
     Neighbours neighbours(RANGE + RADIUS, 0.3);
     neighbours.rebuild(positions);
-    IdealMedium medium(RANGE, false, RADIUS, positions.size());
+    ReceiversInRange medium(RANGE, false, RADIUS, positions.size());
     auto find = [&](uint32_t sender, const Positions &places, bool keep) {
-        return who(medium.find_audience(
+        return who(medium.find(
             sender, neighbours.of(sender), [&](uint32_t robot) { return places[robot]; }, keep));
     };
-    CHECK(medium.kept_audience(0).empty());
+    CHECK(medium.kept(0).empty());
     CHECK(find(0, positions, true) == Who{1, 2});
     CHECK(find(1, positions, true) == Who{0, 2});
     CHECK(find(0, {{0, 0}, {0.3, 0}, {0, 0.9}}, false) == Who{1});
-    CHECK(who(medium.kept_audience(0)) == Who{1, 2});
-    CHECK(who(medium.kept_audience(1)) == Who{0, 2});
+    CHECK(who(medium.kept(0)) == Who{1, 2});
+    CHECK(who(medium.kept(1)) == Who{0, 2});
 }
 
 TEST_CASE("range goes from centre to centre, its end included") {

@@ -1,4 +1,4 @@
-#include "infrared/ideal_medium.h"
+#include "infrared/receivers_in_range.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,12 +6,12 @@
 namespace kilotwin {
 
 /// Whether another one hides the sender from one of those around.
-bool IdealMedium::hidden(const Eigen::Vector2d &from, size_t listener, size_t others) const {
-    const Eigen::Vector2d ray = places_[listener] - from;
+bool ReceiversInRange::hidden(const Eigen::Vector2d &from, size_t receiver, size_t others) const {
+    const Eigen::Vector2d ray = places_[receiver] - from;
     double length_squared = ray.squaredNorm();
     double shadow = radius_m_ * radius_m_ * length_squared;
     for (size_t other = 0; other < others; other++) {
-        if (other == listener) continue;
+        if (other == receiver) continue;
         Eigen::Vector2d offset = places_[other] - from;
         double along = offset.dot(ray);
         if (along <= 0 || along >= length_squared) continue;
@@ -21,14 +21,14 @@ bool IdealMedium::hidden(const Eigen::Vector2d &from, size_t listener, size_t ot
     return false;
 }
 
-void IdealMedium::choose_audience(std::vector<Listener> &audience, const Eigen::Vector2d &from,
-                                  Neighbours::List around, size_t in_range) {
-    audience.clear();
+void ReceiversInRange::choose(std::vector<Receiver> &receivers, const Eigen::Vector2d &from,
+                              Neighbours::List around, size_t in_range) {
+    receivers.clear();
     for (size_t i = 0; i < in_range; i++) {
         const auto [place, distance_squared] = in_range_[i];
         if (line_of_sight_ && hidden(from, place, around.size())) continue;
         const double distance_mm = std::min(std::sqrt(distance_squared) * 1000 + 0.5, 65535.0);
-        audience.push_back({around.begin()[place], static_cast<uint16_t>(distance_mm)});
+        receivers.push_back({around.begin()[place], static_cast<uint16_t>(distance_mm)});
     }
 }
 

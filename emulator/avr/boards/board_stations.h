@@ -1,0 +1,70 @@
+/// Robots and modules on boards as stations of the Kilobots' channel.
+///
+/// A chip sends pulse by pulse: the first puts a frame on air, what it says is known with the last.
+/// It receives pulse by pulse, too, so chance decides at a frame's begin whether one pulse is lost.
+/// Collisions and deafness are the chip's own affair; here they are only counted.
+#ifndef KILOTWIN_AVR_BOARDS_BOARD_STATIONS_H
+#define KILOTWIN_AVR_BOARDS_BOARD_STATIONS_H
+
+#include <vector>
+
+#include "avr/boards/boards.h"
+#include "grid/cell_stations.h"
+#include "infrared/kilobot_channel.h"
+#include "infrared/station.h"
+
+namespace kilotwin {
+
+/// Robots on boards. Executes the modules on boards, too: all are in lock-step.
+class BoardRobots final : public Stations {
+  public:
+    /// Everything referred to must live on.
+    BoardRobots(Boards &boards, KilobotChannel &channel, const Chance &chance);
+
+    void boot(Cycles until) override;
+    Cycles next_turn() const override;
+    bool run(Cycles turn, Cycles next) override;
+
+    double range_m(uint32_t robot) const override { return channel_.robot_range_m(robot); }
+    void shine(Frame &frame) override { channel_.shine_around_robot(frame); }
+    void gave_up(const Frame &frame) override;
+    void sent(const Frame &frame) override;
+    void light_begins(const Frame &frame, Reached &reached) override;
+    void received(const Frame &frame, const Reached &reached) override;
+
+    void forget_reached(uint32_t sender) override { boards_.forget_reached(sender); }
+    void first_pulse(uint32_t sender, Cycles at) override { boards_.first_pulse(sender, at); }
+    void other_pulses(uint32_t sender, Cycles at, const message_t &message) override {
+        boards_.other_pulses(sender, at, message);
+    }
+
+  private:
+    void take_flash(const Boards::Flash &flash);
+
+    Boards &boards_;
+    KilobotChannel &channel_;
+    const Chance &chance_;
+};
+
+/// Cells of modules on boards. Executes the grid's buses; the modules are BoardRobots' to execute.
+class BoardCells final : public KilobotCells {
+  public:
+    BoardCells(Grid &grid, Boards &boards, KilobotChannel &channel, const Bodies &bodies,
+               const Chance &chance, uint32_t first);
+
+    bool run(Cycles turn, Cycles next) override;
+    void gave_up(const Frame & /*frame*/) override { grid_.counts.put_off++; }
+    void sent(const Frame & /*frame*/) override { grid_.counts.sent++; }
+    void received(const Frame &frame, const Reached &reached) override;
+
+  private:
+    void shine_on_cell(Frame &frame, uint32_t cell, double distance_m) override;
+
+    Boards &boards_;
+    const Chance &chance_;
+    std::vector<uint64_t> draws_;  ///< by module
+};
+
+}  // namespace kilotwin
+
+#endif

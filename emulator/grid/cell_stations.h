@@ -1,0 +1,128 @@
+/// The cells of a grid as stations: on the Kilobots' channel, and beside the ideal one.
+///
+/// Cells are numbered behind the robots, four to a module. A module sends from one cell at a time and
+/// listens to one cell at a time (hardware.md 3.4); what it shares among its four cells is kept here.
+#ifndef KILOTWIN_GRID_CELL_STATIONS_H
+#define KILOTWIN_GRID_CELL_STATIONS_H
+
+#include <cstdint>
+#include <vector>
+
+#include "grid/grid.h"
+#include "guest/infrared_gains.h"
+#include "infrared/ideal_channel.h"
+#include "infrared/kilobot_channel.h"
+#include "infrared/station.h"
+
+namespace kilotwin {
+
+/// What all cells have in common: the grid is executed in the order of time, whatever its modules
+/// are, and may begin a frame at any time.
+class CellStations : public Stations {
+  public:
+    /// `grid` and `bodies` must live on.
+    CellStations(Grid &grid, const Bodies &bodies) : grid_(grid), bodies_(bodies) {}
+
+    void boot(Cycles until) override;
+    void host_silent_until(Cycles until) override { grid_.no_host_before(until); }
+
+    /// Finds which robots are near which cell, each 16 ticks. Time O(robots + cells), then.
+    void begin_step(Cycles now) override;
+
+    bool has_lookahead() const override { return false; }
+    Cycles next_turn() const override { return grid_.next(); }
+    double range_m(uint32_t /*station*/) const override { return grid_.infrared().cell_range_m; }
+
+  protected:
+    double distance_m(uint32_t robot, uint32_t cell) const {
+        return (bodies_.position(robot) - grid_.layout().centre(cell)).norm();
+    }
+
+    Grid &grid_;
+    const Bodies &bodies_;
+
+  private:
+    Cycles begin_ = 0;  ///< when stepping begins
+};
+
+/// Cells beside the ideal channel: robots within a cell's range receive its frames, and the cell
+/// below a robot receives the robot's. No carrier sense, no collisions.
+class IdealCells final : public CellStations {
+  public:
+    IdealCells(Grid &grid, IdealChannel &channel)
+        : CellStations(grid, channel.bodies()),
+          channel_(channel) {}
+
+    bool run(Cycles turn, Cycles next) override;
+    void shine_from_robot(Frame &frame, const Eigen::Vector2d &from) override;
+
+  private:
+    IdealChannel &channel_;
+};
+
+/// Cells on the Kilobots' channel, and what of that does not depend on what executes their modules.
+class KilobotCells : public CellStations {
+  public:
+    /// The first cell is station `first`.
+    KilobotCells(Grid &grid, KilobotChannel &channel, const Bodies &bodies, uint32_t first)
+        : CellStations(grid, bodies),
+          channel_(channel),
+          first_(first) {}
+
+    bool begins_near(uint32_t robot, Cycles until) const override;
+    void shine(Frame &frame) override;
+    void shine_from_robot(Frame &frame, const Eigen::Vector2d &from) override;
+
+  protected:
+    /// The light of a robot's frame begins at a cell in range.
+    virtual void shine_on_cell(Frame &frame, uint32_t cell, double distance_m) = 0;
+
+    /// Counts a frame that is not received; true if it is.
+    bool count(const Reached &reached);
+
+    bool is_cell(uint32_t station) const { return station >= first_; }
+    uint32_t station_of(uint32_t cell) const { return first_ + cell; }
+    uint32_t cell_of(uint32_t station) const { return station - first_; }
+    uint32_t module_of(uint32_t station) const { return GridLayout::module_of(cell_of(station)); }
+
+    KilobotChannel &channel_;
+    InfraredGains gains_;
+
+  private:
+    uint32_t first_;
+};
+
+/// Cells of modules as guests.
+class GuestCells final : public KilobotCells {
+  public:
+    /// `chance` must live on.
+    GuestCells(Grid &grid, KilobotChannel &channel, const Bodies &bodies, const Chance &chance,
+               uint32_t first)
+        : KilobotCells(grid, channel, bodies, first),
+          chance_(chance),
+          transceivers_(grid.layout().modules()) {}
+
+    bool run(Cycles turn, Cycles next) override;
+    void sensed(const Frame &frame, bool busy) override;
+    void gave_up(const Frame &frame) override;
+    void received(const Frame &frame, const Reached &reached) override;
+    void hold_receivers(const Frame &frame, Cycles begin, Cycles end) override;
+
+  private:
+    /// What a module's one receiver is busy with.
+    struct Transceiver {
+        Cycles sending_until = 0, receiving_until = 0;
+        uint64_t draws = 0;
+    };
+
+    void begin_frame(uint32_t module);
+    bool is_channel_free(uint32_t cell, Cycles at) const;
+    void shine_on_cell(Frame &frame, uint32_t cell, double distance_m) override;
+
+    const Chance &chance_;
+    std::vector<Transceiver> transceivers_;  ///< by module
+};
+
+}  // namespace kilotwin
+
+#endif

@@ -1,0 +1,30 @@
+#include "infrared/channel.h"
+
+#include "infrared/station.h"
+
+namespace kilotwin {
+
+Channel::Channel(const ChannelContext &context)
+    : context_(context),
+      next_begin_(context.robots.size(), 0) {}
+
+void Channel::add(Stations &stations) {
+    others_.push_back(&stations);
+    has_lookahead_ &= stations.has_lookahead();
+}
+
+void Channel::boot(Cycles now) {
+    for (Stations *kind : others_) kind->boot(now);
+}
+
+void Channel::host_silent_until(Cycles until) {
+    for (Stations *kind : others_) kind->host_silent_until(until);
+}
+
+void Channel::begin_step(Cycles begin, Cycles end) {
+    now_ = begin;
+    end_ = end;
+    for (Stations *kind : others_) kind->begin_step(begin);
+}
+
+}  // namespace kilotwin

@@ -1,0 +1,110 @@
+/// Interface of the infrared channels: what the simulation's loop needs of a medium.
+///
+/// In a world step the loop calls run(), then for each robot that is due lookahead() and
+/// run_robot(), then end_step(). A channel owns everything between the begin of a frame at one
+/// station and its reception at others; what it cannot know of a station it asks its kind for
+/// (infrared/station.h).
+#ifndef KILOTWIN_INFRARED_CHANNEL_H
+#define KILOTWIN_INFRARED_CHANNEL_H
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+#include "base/chance.h"
+#include "base/clock.h"
+#include "guest/robot.h"
+#include "physics/bodies.h"
+
+namespace kilotwin {
+
+class Stations;
+
+/// A robot's part in what became of frames.
+struct FrameCounts {
+    uint32_t sent = 0, received = 0;
+};
+
+/// What became of frames, over all robots.
+struct ChannelCounts {
+    uint64_t sent = 0, received = 0;  ///< received: at a robot
+    uint64_t wrong_crc = 0;           ///< sent, but no robot takes them
+    uint64_t attempts_failed = 0;     ///< not sent: channel found busy
+    uint64_t collided = 0;            ///< lost at a receiver to another frame
+    uint64_t deaf = 0;                ///< lost at a receiver that was sending itself
+    uint64_t lost = 0;                ///< lost at a receiver by chance
+};
+
+/// What a channel shares with the simulation; all of it must live on.
+struct ChannelContext {
+    const Chance &chance;
+    Swarm<Robot> &robots;
+    Bodies &bodies;
+    std::vector<Emission> &emissions;  ///< the robots' context has the same
+    Cycles step;                       ///< length of a world step
+    bool run_ahead;                    ///< false: robots are executed tick by tick
+};
+
+class Channel {
+  public:
+    explicit Channel(const ChannelContext &context);
+    virtual ~Channel() = default;
+    Channel(const Channel &) = delete;
+    Channel &operator=(const Channel &) = delete;
+
+    /// Adds a kind of stations that execute by themselves. Earlier ones are executed first.
+    void add(Stations &stations);
+
+    /// Robots have been executed up to `now`, when stepping begins: executes the other stations up
+    /// to there.
+    virtual void boot(Cycles now);
+
+    /// The host sends nothing before `until`.
+    void host_silent_until(Cycles until);
+
+    /// Lists of neighbours were made anew.
+    virtual void lists_changed() {}
+
+    /// A message from outside the channel reaches a robot at `at`: it may be ordered to send.
+    virtual void order(uint32_t robot, Cycles at) {
+        next_begin_[robot] = std::min(next_begin_[robot], at);
+    }
+
+    /// Executes what needs the order of time among all stations: everything from `begin` to before
+    /// `end`, the current step. No robot is run beyond `limit`.
+    virtual void run(Cycles begin, Cycles end, Cycles limit) = 0;
+
+    /// Lookahead: until when nothing can reach a robot for certain, at most `limit`. A robot that
+    /// cannot begin a frame, or cannot come into reach before, reaches none. Time O(neighbours).
+    virtual Cycles lookahead(uint32_t robot, Cycles limit) = 0;
+
+    /// Executes a robot up to `until`, the end of the current step or lookahead().
+    virtual void run_robot(uint32_t robot, Cycles until) = 0;
+
+    /// All robots have been executed up to the end of the current step, or farther.
+    virtual void end_step() = 0;
+
+    /// Bring into the cache what executing a robot needs, and its neighbours' lookahead.
+    virtual void prefetch(uint32_t /*robot*/) const {}
+    void prefetch_next_begin(uint32_t robot) const { prefetch_line(&next_begin_[robot]); }
+
+    const ChannelCounts &counts() const { return counts_; }
+
+    /// By robot; empty where frames are not counted by robot.
+    virtual std::vector<FrameCounts> frames() const { return {}; }
+
+  protected:
+    void begin_step(Cycles begin, Cycles end);
+
+    ChannelContext context_;
+    std::vector<Stations *> others_;  ///< kinds that execute by themselves
+    bool has_lookahead_ = true;       ///< all of these have
+    std::vector<Cycles>
+        next_begin_;            ///< by robot: the earliest moment at which it may begin a frame
+    Cycles now_ = 0, end_ = 0;  ///< of the current step
+    ChannelCounts counts_;
+};
+
+}  // namespace kilotwin
+
+#endif

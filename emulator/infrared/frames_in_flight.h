@@ -1,0 +1,111 @@
+/// Frames in flight: which are on air, and at which receivers each can be received.
+///
+/// Each station has its own set of audible frames, so frames of senders that do not hear one another
+/// meet at a receiver between them. Nothing here depends on what kind of station sends or receives.
+#ifndef KILOTWIN_INFRARED_FRAMES_IN_FLIGHT_H
+#define KILOTWIN_INFRARED_FRAMES_IN_FLIGHT_H
+
+#include <cstdint>
+#include <vector>
+
+#include "base/clock.h"
+#include "base/memory.h"
+#include "base/message_crc.h"
+#include "infrared/channel.h"
+
+namespace kilotwin {
+
+/// What becomes of a frame at one receiver.
+enum class Fate : uint8_t {
+    CLEAR,      ///< it will be received
+    COLLIDED,   ///< another frame overlaps it there
+    DEAF,       ///< the receiver sends itself
+    LOST,       ///< by chance, drawn when its light begins: at a chip, which sees each pulse
+    ELSEWHERE,  ///< at a cell: its module listens to another cell
+};
+
+/// A receiver that a frame's light falls on.
+struct Reached {
+    uint32_t station;
+    float distance_mm;  ///< centre to centre
+    Fate fate;
+};
+
+/// A frame in flight, or only the attempt at one: carrier sense may still end it.
+struct Frame {
+    Cycles begin;
+    double range_m;     ///< it is not received from farther away
+    uint32_t sender;    ///< station
+    uint32_t listener;  ///< station at whose receiver the sender listens before it sends
+    bool granted;       ///< carrier sense is known to find the channel free
+    bool has_orders;    ///< a module sends it: it may order a robot to run, and so to send
+    const CheckedMessage *message;
+    Few<Reached, 5> reached;
+};
+
+class FramesInFlight {
+  public:
+    static constexpr uint32_t NONE = UINT32_MAX;
+    using Indices = Few<uint32_t, 4>;  ///< of frames, see operator[]
+
+    /// What is known of a station: one cache line.
+    struct alignas(64) Station {
+        Indices audible;     ///< frames whose light falls on it
+        uint64_t draws = 0;  ///< so many numbers were drawn for what it receives
+        FrameCounts counts;
+        uint32_t frame = NONE;  ///< what it sends
+        uint16_t planned = 0;   ///< so many of its frames are planned
+        uint8_t kind = 0;       ///< index of its Stations in the channel
+    };
+
+    explicit FramesInFlight(size_t stations) : stations_(stations), messages_(stations) {}
+
+    Station &station(uint32_t station) { return stations_[station]; }
+    const Station &station(uint32_t station) const { return stations_[station]; }
+    size_t stations() const { return stations_.size(); }
+
+    /// The frame that `sender` sends; only while is_on_air().
+    Frame &of(uint32_t sender) { return frames_[stations_[sender].frame]; }
+    const Frame &operator[](uint32_t index) const { return frames_[index]; }
+
+    bool is_on_air(uint32_t station) const { return stations_[station].frame != NONE; }
+
+    /// Whether no light falls on a station.
+    bool is_dark(uint32_t station) const { return stations_[station].audible.empty(); }
+
+    /// The last message of a station; kept when its frame has ended.
+    CheckedMessage &message(uint32_t station) { return messages_[station]; }
+
+    /// A frame of `sender` begins at `at`, received by none so far. References to other frames do
+    /// not outlive this call.
+    Frame &put_on_air(uint32_t sender, Cycles at, double range_m, const message_t &message);
+
+    /// The light of `frame` falls on a receiver.
+    void reach(Frame &frame, const Reached &reached) {
+        frame.reached.push_back(reached);
+        stations_[reached.station].audible.push_back(stations_[frame.sender].frame);
+    }
+
+    /// Other light begins at `station`: the frames audible there collide.
+    void spoil(uint32_t station);
+
+    /// `station` begins to send: the frames audible there are not received.
+    void deafen(uint32_t station);
+
+    /// A frame has ended or was given up. It can be read until the next one begins.
+    void take_off_air(const Frame &frame);
+
+    /// Brings a station's record, and its message, into the cache.
+    void prefetch(uint32_t station) const { prefetch_line(&stations_[station]); }
+    void prefetch_message(uint32_t station) const { prefetch_line(&messages_[station]); }
+
+  private:
+    Swarm<Station> stations_;
+    std::vector<CheckedMessage> messages_;  ///< by station
+    std::vector<Frame> frames_;  ///< but for the free ones on air: few, so they stay cached
+    std::vector<uint32_t> free_;
+};
+
+}  // namespace kilotwin
+
+#endif

@@ -1,0 +1,105 @@
+/// Robots as guests, on the Kilobots' channel: when their programs are asked for messages, how far
+/// they are run ahead, and what they receive.
+///
+/// A robot is executed up to the moment of its transmit request, and past it if carrier sense is
+/// known to find the channel free: then its frames are planned, and begin in their time. Requests and
+/// planned frames of one step are kept in order of time; each costs O(neighbours).
+#ifndef KILOTWIN_INFRARED_GUEST_ROBOTS_H
+#define KILOTWIN_INFRARED_GUEST_ROBOTS_H
+
+#include <functional>
+#include <queue>
+#include <vector>
+
+#include "base/selection.h"
+#include "infrared/planned_frames.h"
+#include "infrared/robot_receiver.h"
+#include "infrared/station.h"
+
+namespace kilotwin {
+
+class KilobotChannel;
+
+class GuestRobots final : public Stations {
+  public:
+    /// Called when a robot has been run beyond the current step, up to `until`.
+    using RanAhead = std::function<void(uint32_t robot, Cycles until)>;
+
+    /// With `runs_past_requests` a robot is run on past a request that is granted, as far as its
+    /// lookahead says. Everything referred to must live on.
+    GuestRobots(KilobotChannel &channel, const ChannelContext &context,
+                const RobotReceiver &receiver, bool runs_past_requests, RanAhead ran_ahead);
+
+    /// Collects the requests and planned frames of the current step. Time O(robots).
+    void begin_requests();
+
+    /// When the next of them is due; NEVER without one.
+    Cycles next_event() const;
+
+    /// Takes the next one: a planned frame begins, or a robot is executed through its request.
+    void take_event();
+
+    /// All requests of the current step have been taken.
+    void end_requests();
+
+    /// Executes a robot up to `until`; the channel has taken everything that may reach it before the
+    /// end of the current step, and beyond nothing does.
+    void run_robot(uint32_t robot, Cycles until);
+
+    /// Until when a robot, which no light reaches before `until`, need not be executed in the order
+    /// of time: it may send meanwhile if its carrier sense is over by then.
+    Cycles alone_until(uint32_t robot, Cycles until) const;
+
+    double range_m(uint32_t robot) const override;
+    Cycles next_begin(uint32_t robot) const override;
+    void shine(Frame &frame) override;
+    void sensed(const Frame &frame, bool busy) override;
+    void gave_up(const Frame &frame) override;
+    void sent(const Frame &frame) override;
+    void light_begins(const Frame &frame, Reached &reached) override;
+    void received(const Frame &frame, const Reached &reached) override;
+
+  private:
+    static constexpr uint8_t KIND = 0;  ///< the channel assigns it first
+
+    /// In this order when at the same time.
+    enum class What : uint8_t { BEGIN, REQUEST };
+    struct Event {
+        Cycles at;
+        What what;
+        uint32_t number;  ///< robot; of a BEGIN: which of the step's planned frames
+        bool operator>(const Event &other) const {
+            if (at != other.at) return at > other.at;
+            return what != other.what ? what > other.what : number > other.number;
+        }
+    };
+
+    const Event *first_event() const;
+    void schedule(const Event &event);
+    void prefetch_after(size_t next);
+    uint32_t robot_of(const Event &event);
+    bool is_in_range(uint32_t sender, uint32_t other) const;
+    void take_request(uint32_t robot, Cycles at);
+    bool is_channel_free(uint32_t robot, Cycles at) const;
+    void run_on(uint32_t robot, Cycles until);
+    void plan_frames(uint32_t robot);
+    static Cycles next_request(const Robot &robot);
+    std::vector<PlannedFrame> &planned_at(Cycles at) { return planned_.at(at, context_.step); }
+
+    KilobotChannel &channel_;
+    ChannelContext context_;
+    const RobotReceiver &receiver_;
+    bool runs_past_requests_;
+    RanAhead ran_ahead_;
+    PlannedFrames planned_;
+    std::vector<uint32_t> senders_;  ///< robots that may begin a frame within this step
+    std::vector<Event> events_;      ///< of this step, those from next_ on to come
+    StepSorter<Event> sorter_;
+    size_t next_ = 0;
+    std::priority_queue<Event, std::vector<Event>, std::greater<>> other_events_;
+    Cycles requested_at_ = NEVER;  ///< the moment that a robot is executed through
+};
+
+}  // namespace kilotwin
+
+#endif

@@ -1,0 +1,163 @@
+#include "infrared/ideal_channel.h"
+
+#include <algorithm>
+
+#include "infrared/station.h"
+
+namespace kilotwin {
+
+IdealChannel::IdealChannel(const Settings &settings, const ChannelContext &context)
+    : Channel(context),
+      range_m_(settings.range_m),
+      senders_(context.robots.size()),
+      in_range_(settings.range_m, settings.line_of_sight, settings.radius_m,
+                context.robots.size()) {}
+
+void IdealChannel::boot(Cycles now) {
+    Channel::boot(now);
+    for (uint32_t robot = 0; robot < senders_.size(); robot++)
+        next_begin_[robot] = senders_[robot].next_request = context_.robots[robot].next_ask();
+}
+
+void IdealChannel::lists_changed() {
+    for (uint32_t robot = 0; robot < senders_.size(); robot++) {
+        Cycles &found = senders_[robot].receivers_at;
+        if (found != NEVER && context_.bodies.lists().changed(robot)) found = NEVER;
+    }
+}
+
+void IdealChannel::run(Cycles begin, Cycles end, Cycles /*limit*/) { begin_step(begin, end); }
+
+// A frame is received when the step is over in which it begins, at the earliest.
+Cycles IdealChannel::lookahead(uint32_t robot, Cycles limit) {
+    const Cycles step = context_.step;
+    if (!has_lookahead_) return end_;
+    const Bodies &bodies = context_.bodies;
+    const double s_per_m = 1 / (2 * bodies.fastest_m_s());
+    const Cycles until = std::min(
+        {limit, bodies.lists_hold_until() + step, now_ + (PlannedFrames::STEPS - 1) * step});
+    if (until <= end_) return end_;
+    Cycles matters = end_of_step(until - step, step);  // senders that begin before
+    const Eigen::Vector2d here = bodies.position(robot);
+    for (uint32_t other : bodies.lists().of(robot)) {  // no branch: it could not be predicted
+        const double way_m = (bodies.position(other) - here).norm() - range_m_;
+        const Cycles in_reach = now_ + whole_steps(way_m * s_per_m, step);
+        matters = std::min(matters, std::max(begin_of_step(next_begin_[other], step), in_reach));
+    }
+    return std::min(until, matters + step);
+}
+
+void IdealChannel::run_robot(uint32_t index, Cycles until) {
+    Robot &robot = context_.robots[index];
+    context_.emissions.clear();
+    if (context_.run_ahead)
+        robot.run(until);
+    else
+        for (Cycles at = now_ + TICK_CYCLES; at <= until; at += TICK_CYCLES) robot.run(at);
+    plan_frames(index);
+}
+
+/// Puts the frames that a robot sends into the steps in which they begin.
+void IdealChannel::plan_frames(uint32_t robot) {
+    const auto &emissions = context_.emissions;
+    Sender &sender = senders_[robot];
+    sender.next_request = context_.robots[robot].next_ask();
+    if (sender.planned == 0)
+        next_begin_[robot] = emissions.empty() ? sender.next_request : emissions.front().at;
+    for (size_t i = 0; i < emissions.size(); i++) {
+        const Cycles next = i + 1 < emissions.size() ? emissions[i + 1].at : sender.next_request;
+        PlannedFrame &planned = append(frames_.at(emissions[i].at, context_.step));
+        planned.emission = emissions[i];
+        planned.next = next;
+        sender.planned++;
+    }
+}
+
+void IdealChannel::end_step() {
+    for (Stations *kind : others_)
+        while (kind->run(end_, end_)) continue;
+    auto &frames = frames_.at(now_, context_.step);
+    sorter_.sort(
+        frames, now_, context_.step, [](const PlannedFrame &frame) { return frame.emission.at; },
+        [](const PlannedFrame &a, const PlannedFrame &b) {
+            return a.emission.at != b.emission.at ? a.emission.at < b.emission.at
+                                                  : a.emission.robot < b.emission.robot;
+        });
+    for (size_t i = 0; i < frames.size(); i++) {
+        prefetch_after(frames, i);
+        const auto &[emission, next] = frames[i];
+        Sender &sender = senders_[emission.robot];
+        sender.planned--;
+        next_begin_[emission.robot] = sender.planned > 0 ? next : sender.next_request;
+        send(emission);
+    }
+    frames.clear();
+}
+
+void IdealChannel::send(const Emission &emission) {
+    const uint32_t sender = emission.robot;
+    counts_.sent++;
+    CheckedMessage &message = senders_[sender].message;
+    message.say(emission.message);
+    if (!others_.empty()) {
+        Frame frame = {};
+        frame.begin = emission.at;
+        frame.sender = frame.listener = sender;
+        frame.message = &message;
+        const Eigen::Vector2d here = context_.bodies.position(sender);
+        for (Stations *kind : others_) kind->shine_from_robot(frame, here);
+    }
+    if (!message.crc_is_right()) {
+        counts_.wrong_crc++;
+        return;
+    }
+    const Cycles at = received_at(emission.at);
+    for (const auto &receiver : receivers_of(sender)) {
+        auto gain = static_cast<int16_t>(std::min<uint16_t>(receiver.distance_mm, INT16_MAX));
+        context_.robots[receiver.robot].receive(at, emission.message, {gain, gain});
+        counts_.received++;
+    }
+}
+
+void IdealChannel::deliver(uint32_t robot, Cycles begin, const message_t &message,
+                           int16_t distance_mm) {
+    context_.robots[robot].receive(received_at(begin), message, {distance_mm, distance_mm});
+    counts_.received++;
+}
+
+/// The receivers of `robot` now. They are not kept while it moves: they would not hold.
+const std::vector<Receiver> &IdealChannel::receivers_of(uint32_t robot) {
+    const Bodies &bodies = context_.bodies;
+    if (context_.run_ahead && receivers_hold(robot)) return in_range_.kept(robot);
+    const bool keep = bodies.still_since(robot) != NEVER;
+    senders_[robot].receivers_at = keep ? now_ : NEVER;
+    auto place_of = [&](uint32_t other) { return bodies.position(other); };
+    return in_range_.find(robot, bodies.lists().of(robot), place_of, keep);
+}
+
+/// Whether no robot that could matter has moved since the receivers of `robot` were found.
+bool IdealChannel::receivers_hold(uint32_t robot) const {
+    const Bodies &bodies = context_.bodies;
+    const Cycles found = senders_[robot].receivers_at;
+    if (found == NEVER || bodies.still_since(robot) > found) return false;
+    for (uint32_t other : bodies.lists().of(robot))
+        if (bodies.still_since(other) > found) return false;
+    return true;
+}
+
+/// Brings into the cache what the senders some turns after the i-th need, and their receivers.
+void IdealChannel::prefetch_after(const std::vector<PlannedFrame> &frames, size_t i) const {
+    constexpr size_t SOONER = 2, LATER = 6, LATEST = 8;
+    const auto &robots = context_.robots;
+    if (robots.size() < FETCHED_SWARM || i + LATEST >= frames.size()) return;
+    auto sender = [&](size_t turns) { return frames[i + turns].emission.robot; };
+    const uint32_t latest = sender(LATEST), later = sender(LATER);
+    const Neighbours &lists = context_.bodies.lists();
+    prefetch_line(&senders_[latest]);
+    prefetch_next_begin(latest);
+    lists.prefetch_place(latest);
+    lists.prefetch(later);
+    for (uint32_t other : lists.of(sender(SOONER))) robots[other].prefetch_receiver();
+}
+
+}  // namespace kilotwin

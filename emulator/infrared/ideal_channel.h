@@ -1,0 +1,76 @@
+/// The lossless channel of the foot-bots: every robot in range (and, if asked for, in sight) receives
+/// every frame.
+///
+/// A frame that begins within a world step is received at its end, but not before the next step
+/// begins: so all robots can be executed through a step one after the other. Receivers are found as
+/// robots stand at the begin of the step; both gains of a reception are the distance in mm. A sender
+/// that stands keeps its receivers until one of those around it has moved.
+#ifndef KILOTWIN_INFRARED_IDEAL_CHANNEL_H
+#define KILOTWIN_INFRARED_IDEAL_CHANNEL_H
+
+#include <vector>
+
+#include "base/memory.h"
+#include "base/message_crc.h"
+#include "base/selection.h"
+#include "infrared/channel.h"
+#include "infrared/planned_frames.h"
+#include "infrared/receivers_in_range.h"
+
+namespace kilotwin {
+
+class IdealChannel final : public Channel {
+  public:
+    struct Settings {
+        double range_m;      ///< centre to centre
+        bool line_of_sight;  ///< robots in between, with `radius_m`, hide others
+        double radius_m;
+    };
+
+    IdealChannel(const Settings &settings, const ChannelContext &context);
+
+    void boot(Cycles now) override;
+    void lists_changed() override;
+    void run(Cycles begin, Cycles end, Cycles limit) override;
+    Cycles lookahead(uint32_t robot, Cycles limit) override;
+    void run_robot(uint32_t robot, Cycles until) override;
+
+    /// Other stations are executed through the step; then its frames, in order of time, reach their
+    /// receivers. Time O(frames log frames + receivers).
+    void end_step() override;
+
+    // --- For cells of a grid, beside this channel ---
+
+    /// When a frame that begins at `at`, in the current step, is received.
+    Cycles received_at(Cycles at) const { return std::max(at + FRAME_CYCLES, end_); }
+    const Bodies &bodies() const { return context_.bodies; }
+
+    /// A cell's frame reaches a robot.
+    void deliver(uint32_t robot, Cycles begin, const message_t &message, int16_t distance_mm);
+
+  private:
+    /// What a robot sends: half a line of the cache.
+    struct alignas(32) Sender {
+        Cycles next_request = 0;      ///< the earliest begin of a frame after the planned ones
+        Cycles receivers_at = NEVER;  ///< when the kept receivers were found; NEVER: do not hold
+        CheckedMessage message;       ///< the last one
+        uint8_t planned = 0;          ///< so many of its frames are in frames_
+    };
+    static_assert(sizeof(Sender) == sizeof(CacheLine) / 2);
+
+    void plan_frames(uint32_t robot);
+    void prefetch_after(const std::vector<PlannedFrame> &frames, size_t i) const;
+    void send(const Emission &emission);
+    const std::vector<Receiver> &receivers_of(uint32_t robot);
+    bool receivers_hold(uint32_t robot) const;
+
+    double range_m_;
+    Swarm<Sender> senders_;
+    ReceiversInRange in_range_;
+    PlannedFrames frames_;
+    StepSorter<PlannedFrame> sorter_;
+};
+
+}  // namespace kilotwin
+
+#endif

@@ -1,0 +1,219 @@
+#include "infrared/kilobot_channel.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace kilotwin {
+
+namespace {
+
+constexpr double RANGE_LIMIT = 3;  // of the spread
+
+}  // namespace
+
+KilobotChannel::KilobotChannel(const Settings &settings, const ChannelContext &context,
+                               uint32_t cells, bool runs_past_requests,
+                               GuestRobots::RanAhead ran_ahead)
+    : Channel(context),
+      settings_(settings),
+      receiver_(settings, context.chance, context.robots),
+      in_flight_(context.robots.size() + cells),
+      carrier_sense_(settings.carrier_sense, settings.held_busy, in_flight_),
+      guests_(*this, context, receiver_, runs_past_requests, std::move(ran_ahead)) {
+    const auto robots = static_cast<uint32_t>(context.robots.size());
+    for (uint32_t robot = 0; robot < robots; robot++) {
+        const double spread =
+            std::clamp(context.chance.normal(robot, Purpose::RANGE, 0), -RANGE_LIMIT, RANGE_LIMIT);
+        ranges_m_.push_back(
+            static_cast<float>(settings.range_m * (1 + spread * settings.range_spread)));
+    }
+    assign(guests_, 0, robots);
+}
+
+double KilobotChannel::reach_m(const Settings &settings) {
+    return settings.range_m * (1 + RANGE_LIMIT * settings.range_spread);
+}
+
+void KilobotChannel::assign(Stations &kind, uint32_t first, uint32_t count) {
+    const auto end = kinds_.begin() + static_cast<ptrdiff_t>(kind_count_);
+    const auto at = std::find(kinds_.begin(), end, &kind);
+    if (at == end) kinds_[kind_count_++] = &kind;
+    for (uint32_t station = first; station < first + count; station++)
+        in_flight_.station(station).kind = static_cast<uint8_t>(at - kinds_.begin());
+}
+
+void KilobotChannel::boot(Cycles now) {
+    Channel::boot(now);
+    for (uint32_t robot = 0; robot < next_begin_.size(); robot++)
+        next_begin_[robot] = kind_of(robot).next_begin(robot);
+}
+
+std::vector<FrameCounts> KilobotChannel::frames() const {
+    std::vector<FrameCounts> counts;
+    for (uint32_t robot = 0; robot < context_.robots.size(); robot++)
+        counts.push_back(in_flight_.station(robot).counts);
+    return counts;
+}
+
+void KilobotChannel::Ends::push(const End &end) {
+    ends_.push_back(end);
+    for (size_t i = ends_.size() - 1; i > first_ && ends_[i - 1] > ends_[i]; i--)
+        std::swap(ends_[i - 1], ends_[i]);
+}
+
+void KilobotChannel::Ends::pop() {
+    if (2 * ++first_ < ends_.size()) return;
+    ends_.erase(ends_.begin(), ends_.begin() + static_cast<ptrdiff_t>(first_));
+    first_ = 0;
+}
+
+void KilobotChannel::run(Cycles begin, Cycles end, Cycles limit) {
+    begin_step(begin, end);
+    limit_ = limit;
+    guests_.begin_requests();
+    for (;;) {
+        // At the same time frames end first, then windows, then frames begin.
+        const Cycles ends = frame_ends_.next(), windows = window_ends_.next(),
+                     guests = guests_.next_event();
+        const Cycles next = std::min({ends, windows, guests, end});
+        if (!others_.empty() && run_others(next)) continue;
+        if (next == end) break;
+        if (ends == next) {
+            const uint32_t sender = frame_ends_.sender();
+            frame_ends_.pop();
+            end_frame(sender);
+        } else if (windows == next) {
+            end_window();
+        } else {
+            guests_.take_event();
+        }
+    }
+    guests_.end_requests();
+}
+
+/// Executes stations of other kinds up to `next`. Stations receive one another: none may get ahead.
+/// True if there is more to do before `next`.
+bool KilobotChannel::run_others(Cycles next) {
+    Cycles turn = next;
+    if (others_.size() > 1)
+        for (const Stations *kind : others_) turn = std::min(turn, kind->next_turn());
+    for (Stations *kind : others_)
+        if (kind->run(turn, next)) return true;
+    return turn + 1 < next;
+}
+
+Cycles KilobotChannel::lookahead(uint32_t robot, Cycles limit) {
+    if (!has_lookahead_ || carrier_sense_.may_be_busy(robot)) return end_;
+    const Bodies &bodies = context_.bodies;
+    const double s_per_m = 1 / (2 * bodies.fastest_m_s());
+    Cycles until = std::min(limit, bodies.lists_hold_until());
+    if (until <= end_) return end_;
+    Cycles matters = end_of_step(until, context_.step);  // senders that begin before
+    const Eigen::Vector2d here = bodies.position(robot);
+    for (uint32_t other : bodies.lists().of(robot)) {  // no branch: it could not be predicted
+        const double range_m = ranges_m_[other];
+        const double way_m = (bodies.position(other) - here).norm() - range_m;
+        const Cycles in_reach = now_ + whole_steps(way_m * s_per_m, context_.step);
+        matters = std::min(matters, std::max(next_begin_[other], in_reach));
+    }
+    return guests_.alone_until(robot, std::min(until, matters));
+}
+
+bool KilobotChannel::others_begin_near(uint32_t robot, Cycles until) const {
+    return std::any_of(others_.begin(), others_.end(),
+                       [&](const Stations *kind) { return kind->begins_near(robot, until); });
+}
+
+void KilobotChannel::begin_frame(uint32_t sender, Cycles at, const message_t &message,
+                                 bool granted) {
+    Frame &frame = begin_light(sender, at, message);
+    frame.granted = granted;
+    hold_receivers(frame, at, at + (granted ? FRAME_CYCLES : CarrierSense::WINDOW_END));
+    first_pulse(sender, at);
+    if (granted) {
+        other_pulses(sender, at, message);
+        complete_later(frame);
+    } else {
+        sense(frame);
+    }
+}
+
+Frame &KilobotChannel::begin_light(uint32_t sender, Cycles at, const message_t &message) {
+    Stations &kind = kind_of(sender);
+    Frame &frame = in_flight_.put_on_air(sender, at, kind.range_m(sender), message);
+    for (Stations *other : others_) other->forget_reached(sender);
+    kind.shine(frame);
+    return frame;
+}
+
+void KilobotChannel::shine_around_robot(Frame &frame) {
+    const Bodies &bodies = context_.bodies;
+    const Eigen::Vector2d here = bodies.position(frame.sender);
+    for (uint32_t other : bodies.lists().of(frame.sender)) {
+        const double distance = (bodies.position(other) - here).norm();
+        if (distance <= frame.range_m) shine_on_robot(frame, other, distance);
+    }
+    for (Stations *kind : others_) kind->shine_from_robot(frame, here);
+    if (settings_.half_duplex) in_flight_.deafen(frame.sender);
+}
+
+void KilobotChannel::shine_on_robot(Frame &frame, uint32_t robot, double distance_m) {
+    Reached reached = {robot, static_cast<float>(distance_m * 1000), Fate::CLEAR};
+    if (settings_.half_duplex && in_flight_.is_on_air(robot)) reached.fate = Fate::DEAF;
+    if (settings_.collisions && !in_flight_.is_dark(robot)) {
+        if (reached.fate == Fate::CLEAR) reached.fate = Fate::COLLIDED;
+        in_flight_.spoil(robot);
+    }
+    kind_of(robot).light_begins(frame, reached);
+    in_flight_.reach(frame, reached);
+}
+
+void KilobotChannel::sense(const Frame &frame) {
+    window_ends_.push({frame.begin + CarrierSense::WINDOW_END, frame.sender});
+}
+
+void KilobotChannel::complete_later(const Frame &frame) {
+    frame_ends_.push({frame.begin + FRAME_CYCLES, frame.sender});
+}
+
+void KilobotChannel::end_window() {
+    const uint32_t sender = window_ends_.sender();
+    window_ends_.pop();
+    const Frame &frame = in_flight_.of(sender);
+    const bool busy = carrier_sense_.finds_busy(frame);
+    kind_of(sender).sensed(frame, busy);
+    if (busy) {
+        give_up(sender);
+        return;
+    }
+    other_pulses(sender, frame.begin, frame.message->message());
+    hold_receivers(frame, frame.begin + CarrierSense::WINDOW_END, frame.begin + FRAME_CYCLES);
+    complete_later(frame);
+}
+
+void KilobotChannel::give_up(uint32_t sender) {
+    const Frame &frame = in_flight_.of(sender);
+    in_flight_.take_off_air(frame);
+    kind_of(sender).gave_up(frame);
+}
+
+void KilobotChannel::end_frame(uint32_t sender) {
+    const Frame &frame = in_flight_.of(sender);
+    in_flight_.take_off_air(frame);
+    for (const Reached &reached : frame.reached) kind_of(reached.station).received(frame, reached);
+    kind_of(sender).sent(frame);
+}
+
+void KilobotChannel::hold_receivers(const Frame &frame, Cycles begin, Cycles end) {
+    for (Stations *kind : others_) kind->hold_receivers(frame, begin, end);
+}
+
+void KilobotChannel::first_pulse(uint32_t sender, Cycles at) {
+    for (Stations *kind : others_) kind->first_pulse(sender, at);
+}
+
+void KilobotChannel::other_pulses(uint32_t sender, Cycles at, const message_t &message) {
+    for (Stations *kind : others_) kind->other_pulses(sender, at, message);
+}
+
+}  // namespace kilotwin

@@ -1,0 +1,146 @@
+/// The Kilobots' infrared: 30 kbit/s, half duplex, carrier sense, collisions, loss (hardware.md 1.6).
+///
+/// Each receiver has its own set of audible frames, so hidden senders collide. A frame lasts 4.371
+/// ms from the tick at which its sender asks its program. A robot that receives does not ask its
+/// program. An attempt to send listens between its start pulse and the leader's stop pulse; light
+/// seen then makes it fail, and the robot tries again within a tick. No capture: any light of another
+/// frame spoils a frame at that receiver. Everything is taken in order of time, station by station.
+///
+/// Robots on boards see each pulse, and theirs are taken as they come: the first puts a frame on air,
+/// and what it says is known when the last has come (avr/boards/board_stations.h).
+///
+/// The cells of a Kilogrid are stations too (hardware.md 3.4): robots near a cell receive its frames,
+/// and a module receives from robots near the one cell that it listens to. A module listens before it
+/// sends, is deaf while it sends, and its cells do not receive one another (grid/cell_stations.h).
+#ifndef KILOTWIN_INFRARED_KILOBOT_CHANNEL_H
+#define KILOTWIN_INFRARED_KILOBOT_CHANNEL_H
+
+#include <array>
+#include <vector>
+
+#include "infrared/carrier_sense.h"
+#include "infrared/channel.h"
+#include "infrared/frames_in_flight.h"
+#include "infrared/guest_robots.h"
+#include "infrared/robot_receiver.h"
+#include "infrared/station.h"
+
+namespace kilotwin {
+
+class KilobotChannel final : public Channel {
+  public:
+    /// Each mechanism can be switched off by itself.
+    struct Settings : RobotReceiver::Settings {
+        double range_m = 0.10;
+        double range_spread = 0.05;  ///< sd over senders, share of the range
+        bool carrier_sense = true;
+        bool collisions = true;
+        bool half_duplex = true;
+        bool held_busy = false;  ///< light that never goes out: no attempt succeeds
+    };
+
+    /// Robots are guests but for those that assign() gives another kind; `cells` more stations
+    /// follow. `runs_past_requests`, `ran_ahead`: see GuestRobots.
+    KilobotChannel(const Settings &settings, const ChannelContext &context, uint32_t cells,
+                   bool runs_past_requests, GuestRobots::RanAhead ran_ahead);
+
+    /// The farthest at which any robot is received, m.
+    static double reach_m(const Settings &settings);
+
+    /// Stations `first` to `first + count` - 1 are of this kind. Before boot(). At most KINDS.
+    void assign(Stations &kind, uint32_t first, uint32_t count);
+
+    void boot(Cycles now) override;
+    void run(Cycles begin, Cycles end, Cycles limit) override;
+    Cycles lookahead(uint32_t robot, Cycles limit) override;
+    void run_robot(uint32_t robot, Cycles until) override { guests_.run_robot(robot, until); }
+    void end_step() override {}
+    void prefetch(uint32_t robot) const override { in_flight_.prefetch(robot); }
+    std::vector<FrameCounts> frames() const override;
+
+    // --- For the kinds of stations ---
+
+    const Settings &settings() const { return settings_; }
+    const RobotReceiver &receiver() const { return receiver_; }
+    const CarrierSense &carrier_sense() const { return carrier_sense_; }
+    FramesInFlight &in_flight() { return in_flight_; }
+    const FramesInFlight &in_flight() const { return in_flight_; }
+    ChannelCounts &tally() { return counts_; }
+    Cycles now() const { return now_; }      ///< begin of the current step
+    Cycles end() const { return end_; }      ///< of the current step
+    Cycles limit() const { return limit_; }  ///< no robot is run beyond
+    Cycles &next_begin(uint32_t robot) { return next_begin_[robot]; }
+    Cycles next_begin(uint32_t robot) const { return next_begin_[robot]; }
+    double robot_range_m(uint32_t robot) const { return ranges_m_[robot]; }
+
+    /// Whether any kind may begin a frame near `robot` until `until`, other robots left aside.
+    bool others_begin_near(uint32_t robot, Cycles until) const;
+
+    /// The light of a frame begins at `sender` and reaches what is in range. What becomes of it is
+    /// up to the caller: sense(), complete_later() or end_frame(), give_up().
+    Frame &begin_light(uint32_t sender, Cycles at, const message_t &message);
+
+    /// The same with the pulses of a sender that does not pass on its own; then carrier sense
+    /// decides, unless it is `granted` that this finds the channel free.
+    void begin_frame(uint32_t sender, Cycles at, const message_t &message, bool granted);
+
+    /// Light of a frame reaches a robot, or all robots and others in range of a robot.
+    void shine_on_robot(Frame &frame, uint32_t robot, double distance_m);
+    void shine_around_robot(Frame &frame);
+
+    /// The carrier-sense window of a frame is not over: sensed() of its kind will say what it found.
+    void sense(const Frame &frame);
+
+    /// A frame goes on to its end, where it is received.
+    void complete_later(const Frame &frame);
+
+    void end_frame(uint32_t sender);  ///< now: all that it reached receive it
+    void give_up(uint32_t sender);    ///< takes it off the air
+
+    void hold_receivers(const Frame &frame, Cycles begin, Cycles end);
+    void first_pulse(uint32_t sender, Cycles at);
+    void other_pulses(uint32_t sender, Cycles at, const message_t &message);
+
+  private:
+    static constexpr size_t KINDS = 4;
+
+    /// The end of a window, or of a frame.
+    struct End {
+        Cycles at;
+        uint32_t sender;
+        bool operator>(const End &other) const {
+            return at != other.at ? at > other.at : sender > other.sender;
+        }
+    };
+    /// In order of time; most come in that order.
+    class Ends {
+      public:
+        void push(const End &end);
+        void pop();
+        Cycles next() const { return first_ < ends_.size() ? ends_[first_].at : NEVER; }
+        uint32_t sender() const { return ends_[first_].sender; }
+
+      private:
+        std::vector<End> ends_;  ///< from first_ on
+        size_t first_ = 0;
+    };
+
+    Stations &kind_of(uint32_t station) { return *kinds_[in_flight_.station(station).kind]; }
+    bool run_others(Cycles next);
+    void end_window();
+
+    Settings settings_;
+    RobotReceiver receiver_;
+    FramesInFlight in_flight_;
+    CarrierSense carrier_sense_;
+    std::array<Stations *, KINDS> kinds_{};
+    size_t kind_count_ = 0;
+    GuestRobots guests_;
+    std::vector<float> ranges_m_;  ///< of robots
+    Ends window_ends_, frame_ends_;
+    Cycles limit_ = 0;
+};
+
+}  // namespace kilotwin
+
+#endif

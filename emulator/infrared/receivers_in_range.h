@@ -1,0 +1,77 @@
+/// Robots in range of a sender and, if asked for, in its sight: the receivers of the ideal channel.
+///
+/// Range and sight go from centre to centre; the discs of other robots hide what is behind them,
+/// walls do not.
+#ifndef KILOTWIN_INFRARED_RECEIVERS_IN_RANGE_H
+#define KILOTWIN_INFRARED_RECEIVERS_IN_RANGE_H
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "physics/neighbours.h"
+
+namespace kilotwin {
+
+/// A robot that receives a frame.
+struct Receiver {
+    uint32_t robot;
+    uint16_t distance_mm;
+};
+
+class ReceiversInRange {
+  public:
+    ReceiversInRange(double range_m, bool line_of_sight, double radius_m, size_t robots)
+        : range_m_(range_m),
+          line_of_sight_(line_of_sight),
+          radius_m_(radius_m),
+          kept_(robots) {}
+
+    /// The receivers of `sender`: some of those `around`, ascending. `place_of` says where a robot
+    /// is, in m. What is returned lasts until the next call; with `keep`, kept() returns it, too.
+    /// Time O(around), with sight O(around * receivers).
+    template <typename PlaceOf>
+    const std::vector<Receiver> &find(uint32_t sender, Neighbours::List around, PlaceOf place_of,
+                                      bool keep) {
+        if (places_.size() < around.size()) {
+            places_.resize(around.size());
+            in_range_.resize(around.size());
+        }
+        const Eigen::Vector2d from = place_of(sender);
+        size_t found = 0;
+        for (size_t i = 0; i < around.size(); i++) {
+            places_[i] = place_of(around.begin()[i]);
+            const double square = (places_[i] - from).squaredNorm();
+            in_range_[found] = {i, square};
+            found += square <= range_m_ * range_m_;
+        }
+        auto &receivers = keep ? kept_[sender] : found_;
+        choose(receivers, from, around, found);
+        return receivers;
+    }
+
+    /// What find() last found for `sender` with `keep`.
+    const std::vector<Receiver> &kept(uint32_t sender) const { return kept_[sender]; }
+
+  private:
+    struct InRange {
+        size_t place;
+        double distance_squared;
+    };
+
+    void choose(std::vector<Receiver> &receivers, const Eigen::Vector2d &from,
+                Neighbours::List around, size_t in_range);
+    bool hidden(const Eigen::Vector2d &from, size_t receiver, size_t others) const;
+
+    double range_m_;
+    bool line_of_sight_;
+    double radius_m_;
+    std::vector<std::vector<Receiver>> kept_;  ///< by sender
+    std::vector<Receiver> found_;              ///< that is not kept
+    std::vector<Eigen::Vector2d> places_;      ///< of the robots around a sender
+    std::vector<InRange> in_range_;            ///< of them
+};
+
+}  // namespace kilotwin
+
+#endif

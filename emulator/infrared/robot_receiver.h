@@ -1,0 +1,56 @@
+/// What robots' receivers make of a frame that nothing spoils: lost by chance, or received with two
+/// gains that tell the distance (hardware.md 1.10).
+#ifndef KILOTWIN_INFRARED_ROBOT_RECEIVER_H
+#define KILOTWIN_INFRARED_ROBOT_RECEIVER_H
+
+#include <array>
+
+#include "base/chance.h"
+#include "base/memory.h"
+#include "guest/robot.h"
+#include "infrared/frames_in_flight.h"
+
+namespace kilotwin {
+
+class RobotReceiver {
+  public:
+    struct Settings {
+        double loss = 0.02;  ///< share of frames lost near the sender ...
+        double loss_at_range =
+            0.20;  ///< ... and at the end of its range; grows with the distance's 4th power
+        double gain_noise_lsb = 2;  ///< sd of each converter reading
+    };
+
+    /// `chance` and `robots` must live on.
+    RobotReceiver(const Settings &settings, const Chance &chance, const Swarm<Robot> &robots)
+        : settings_(settings),
+          chance_(chance),
+          robots_(robots) {}
+
+    /// Whether chance loses a frame at a robot. `draw` is the robot's own count of frames.
+    bool is_lost(const Frame &frame, const Reached &reached, uint64_t draw) const {
+        const double share = reached.distance_mm / 1000 / frame.range_m;
+        const double loss = settings_.loss + (settings_.loss_at_range - settings_.loss) * share *
+                                                 share * share * share;
+        return chance_.uniform(reached.station, Purpose::FRAME_LOSS, draw) < loss;
+    }
+
+    /// The readings of a robot's converter for the frame's leader, noise included.
+    distance_measurement_t measure(const Reached &reached, uint64_t draw) const {
+        std::array<double, 2> noise = {0, 0};
+        if (settings_.gain_noise_lsb > 0)
+            noise = chance_.normals(reached.station, {Purpose::LOW_GAIN, Purpose::HIGH_GAIN}, draw);
+        return robots_[reached.station].calibration().gains.measure(
+            reached.distance_mm, settings_.gain_noise_lsb * noise[0],
+            settings_.gain_noise_lsb * noise[1]);
+    }
+
+  private:
+    Settings settings_;
+    const Chance &chance_;
+    const Swarm<Robot> &robots_;
+};
+
+}  // namespace kilotwin
+
+#endif

@@ -1,0 +1,198 @@
+// Puts a simulation together: robots, bodies, channel and stations, as the definition asks for.
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "avr/boards/board_stations.h"
+#include "base/errors.h"
+#include "grid/cell_stations.h"
+#include "infrared/ideal_channel.h"
+#include "infrared/kilobot_channel.h"
+#include "physics/placement.h"
+#include "simulation/simulation.h"
+
+namespace kilotwin {
+
+namespace {
+
+// Robots are switched on within a message period of one another, and at least so long before RUN.
+constexpr uint32_t POWER_UP_TICKS = 16;
+constexpr int64_t LEAD_TICKS = 64;
+
+BlackBox *map_black_box(const std::string &path) {
+    if (path.empty()) return nullptr;
+    int file = open(path.c_str(), O_RDWR | O_CLOEXEC);
+    if (file < 0) throw EngineError("cannot open " + path + ": " + std::strerror(errno));
+    void *memory = mmap(nullptr, sizeof(BlackBox), PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
+    close(file);
+    if (memory == MAP_FAILED) throw EngineError("cannot map " + path + ": " + std::strerror(errno));
+    return static_cast<BlackBox *>(memory);
+}
+
+/// Whole world steps, however long these are.
+Cycles round_up(int64_t ticks) { return static_cast<Cycles>((ticks + 3) / 4 * 4) * TICK_CYCLES; }
+
+Cycles run_cycles(const SimulationDef &def) {
+    int64_t lead = LEAD_TICKS + def.lead_ticks;
+    for (const auto &command : def.commands)
+        lead = std::max(lead, 2 * POWER_UP_TICKS - command.tick);
+    return round_up(lead);
+}
+
+size_t count_robots(const SimulationDef &def) {
+    size_t count = 0;
+    for (const auto &group : def.groups) count += group.count;
+    return count;
+}
+
+}  // namespace
+
+Simulation::Simulation(const SimulationDef &def)
+    : def_(def),
+      chance_(def.seed),
+      step_(def.step_ticks * TICK_CYCLES),
+      run_at_(run_cycles(def)),
+      start_(run_at_ - round_up(def.lead_ticks)),
+      now_(0),
+      next_sample_(run_at_),
+      black_box_(map_black_box(def.black_box)),
+      context_{chance_,
+               events_,
+               emissions_,
+               black_box_,
+               def.kilobot_medium ? FRAME_CYCLES : 0,
+               !def.kilobot_medium,
+               static_cast<Cycles>(def.battery_h * 3600 * CYCLES_PER_SECOND),
+               def.temperature},
+      boards_(robots_, context_),
+      commands_(def.commands, run_at_),
+      wake_(count_robots(def), 0) {
+    if (wake_.empty()) throw EngineError("there is no robot");
+    create_robots();
+    if (def.grid)
+        grid_.emplace(*def.grid, chance_, POWER_UP_TICKS * TICK_CYCLES, run_at_,
+                      !def.kilobot_medium, def.run_ahead, &boards_);
+    if (def.kilobot_medium)
+        create_kilobot_channel();
+    else
+        create_ideal_channel();
+    boot();
+}
+
+Simulation::~Simulation() {
+    if (black_box_ != nullptr) munmap(black_box_, sizeof *black_box_);
+}
+
+void Simulation::create_robots() {
+    std::vector<Pose> poses;
+    for (const auto &group : def_.groups)
+        if (group.poses.empty())
+            place_uniformly(poses, group.count, def_.arena, def_.profile.radius_m, chance_);
+        else
+            poses.insert(poses.end(), group.poses.begin(), group.poses.end());
+    robots_.reserve(poses.size());
+    uint32_t index = 0;
+    for (const auto &group : def_.groups) {
+        const auto flash = group.on_board ? FlashImage::load(group.program) : nullptr;
+        Program *program = group.on_board ? nullptr : &Program::load(group.program, group.name);
+        const size_t lines = program != nullptr ? cache_lines(program->state_bytes()) : 0;
+        images_.emplace_back(lines * group.count);
+        const auto handlers = program != nullptr ? program->own_handlers() : std::string();
+        if (!handlers.empty())
+            events_.push_back({0, index, 0, program->name(), EventKind::NOTE,
+                               "its own interrupt handlers are never called here: " + handlers});
+        for (size_t i = 0; i < group.count; i++, index++) {
+            auto power_up = static_cast<Cycles>(chance_.uniform(index, Purpose::POWER_UP, 0) *
+                                                static_cast<double>(POWER_UP_TICKS * TICK_CYCLES));
+            const Calibration calibration = calibrate(index);
+            if (flash) {
+                robots_.emplace_back(context_, group.name, index, calibration, power_up);
+                boards_.add(index, *flash, power_up);
+            } else {
+                robots_.emplace_back(context_, *program, index, calibration, power_up,
+                                     images_.back()[i * lines].bytes);
+            }
+            robots_.back().light = def_.light.at(poses[index].position);
+        }
+    }
+    create_bodies(poses);
+}
+
+Calibration Simulation::calibrate(uint32_t index) const {
+    constexpr double LIMIT = 3;
+    auto spread = [&](Purpose purpose, double sd) {
+        return 1 + sd * std::clamp(chance_.normal(index, purpose, 0), -LIMIT, LIMIT);
+    };
+    const auto &p = def_.profile;
+    const double tick =
+        static_cast<double>(TICK_CYCLES) * spread(Purpose::CLOCK, def_.clock_spread);
+    return {static_cast<Cycles>(tick + 0.5),
+            static_cast<uint16_t>(index + 1),
+            p.turn_left,
+            p.turn_right,
+            p.straight_left,
+            p.straight_right,
+            InfraredGains(spread(Purpose::SENSITIVITY, def_.sensitivity_spread))};
+}
+
+void Simulation::create_bodies(const std::vector<Pose> &poses) {
+    const double radius = def_.profile.radius_m;
+    const double reach_m =
+        def_.kilobot_medium ? KilobotChannel::reach_m(*def_.kilobot_medium) : def_.range_m;
+    // A robot hides others that are within reach even where its centre is not.
+    const double hides_m = !def_.kilobot_medium && def_.line_of_sight ? radius : 0;
+    const double senses_m = def_.floor ? 2 * radius + def_.floor->obstacle_m : 0;
+    bodies_.emplace(def_.arena, def_.profile, chance_, step_, start_, poses,
+                    std::max(reach_m + hides_m, senses_m), def_.solver);
+    floor_.emplace(def_.floor, run_at_, step_, def_.arena, radius, *bodies_);
+}
+
+void Simulation::create_kilobot_channel() {
+    const auto robots = static_cast<uint32_t>(robots_.size());
+    const uint32_t cells = grid_ ? grid_->layout().cells() : 0;
+    auto channel = std::make_unique<KilobotChannel>(
+        *def_.kilobot_medium,
+        ChannelContext{chance_, robots_, *bodies_, emissions_, step_, def_.run_ahead}, cells,
+        !floor_->exists() && may_run_ahead(),
+        [this](uint32_t robot, Cycles until) { ran_ahead(robot, until); });
+    if (!boards_.empty())
+        stations_.push_back(std::make_unique<BoardRobots>(boards_, *channel, chance_));
+    if (grid_ && grid_->on_board())
+        stations_.push_back(
+            std::make_unique<BoardCells>(*grid_, boards_, *channel, *bodies_, chance_, robots));
+    else if (grid_)
+        stations_.push_back(
+            std::make_unique<GuestCells>(*grid_, *channel, *bodies_, chance_, robots));
+    if (grid_) channel->assign(*stations_.back(), robots, cells);
+    for (auto &kind : stations_) channel->add(*kind);
+    channel_ = std::move(channel);
+}
+
+void Simulation::create_ideal_channel() {
+    if (!boards_.empty())
+        throw EngineError("boards need the kilobot medium: the ideal one has no pulses");
+    auto channel = std::make_unique<IdealChannel>(
+        IdealChannel::Settings{def_.range_m, def_.line_of_sight, def_.profile.radius_m},
+        ChannelContext{chance_, robots_, *bodies_, emissions_, step_, def_.run_ahead});
+    if (grid_) stations_.push_back(std::make_unique<IdealCells>(*grid_, *channel));
+    for (auto &kind : stations_) channel->add(*kind);
+    channel_ = std::move(channel);
+}
+
+// From power-up to RUN robots wait on their places for what the host orders.
+void Simulation::boot() {
+    Robot::serve_this_thread();
+    give_commands(start_);
+    for (auto &robot : robots_) robot.run(start_);
+    channel_->boot(start_);
+    for (uint32_t robot : boards_.robots()) wake_[robot] = NEVER;  // the channel executes them
+    emissions_.clear();
+    for (auto &robot : robots_) robot.motor_commands.clear();
+    now_ = start_;
+}
+
+}  // namespace kilotwin
