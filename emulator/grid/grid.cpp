@@ -96,7 +96,7 @@ void Grid::attach_to_buses(double error_share) {
     }
 }
 
-// Who is near whom
+// Robots near cells
 
 double Grid::range_m(uint32_t robot, Cycles at) const {
     if (infrared_.weak_share == 0) return infrared_.robot_range_m;
@@ -125,7 +125,7 @@ void Grid::look_around(Cycles until, double way_m, const std::vector<Eigen::Vect
 }
 
 /// Whether nothing but itself can make the module do something before limit_ and lists_until_.
-bool Grid::alone(uint32_t module) const {
+bool Grid::has_lookahead(uint32_t module) const {
     return run_ahead_ && !acts_alone_ && robots_about_[module] == 0 &&
            frames_in_flight_[module] == 0;
 }
@@ -149,11 +149,12 @@ std::optional<uint32_t> Grid::run(Cycles until) {
     }
 }
 
-/// Runs a module that is due. True if it asks to send where it matters.
+/// Executes a module that is due. True if it is about to send where a robot is near.
 bool Grid::attend(uint32_t index, Cycles at) {
     Module &module = modules_[index];
-    const Cycles until =
-        alone(index) ? std::max(std::min({limit_, lists_until_, next_fault()}), at + 1) : at + 1;
+    const Cycles until = has_lookahead(index)
+                             ? std::max(std::min({limit_, lists_until_, next_fault()}), at + 1)
+                             : at + 1;
     uint64_t unheard = 0;
     if (robots_about_[index] > 0)
         module.run(until);
@@ -191,7 +192,7 @@ void Grid::send_frames(uint32_t index) {
     const uint32_t bus = layout_.bus(index);
     for (const CanOutput &output : frames) buses_[bus].queue(node_[index], output.at, output.frame);
     frames.clear();
-    look_at_bus(bus);
+    schedule_bus(bus);
 }
 
 /// Passes frames of boards' controllers to the buses.
@@ -210,13 +211,13 @@ void Grid::queue_frames_of_boards() {
         CanBus &bus = bus_of(frame.module);
         if (bus.state(node_[frame.module]) >= CanBus::State::BUS_OFF) return false;
         bus.queue(node_[frame.module], frame.output.at, frame.output.frame);
-        look_at_bus(layout_.bus(frame.module));
+        schedule_bus(layout_.bus(frame.module));
         on_bus_[frame.module] = true;
         return true;
     });
 }
 
-/// Notes when a module has to be looked at next.
+/// Notes when a module has to be executed next.
 void Grid::schedule(uint32_t index, Cycles not_before) {
     if (on_board()) return;
     const Module &module = modules_[index];
@@ -237,7 +238,7 @@ CellLight Grid::light(uint32_t cell, Cycles at) {
     const uint32_t module = GridLayout::module_of(cell);
     if (dead_[module]) return {};
     if (on_board()) return boards_->module_light(module, GridLayout::index_in_module(cell));
-    // It may have been left behind; what it does up to now is heard by nobody.
+    // It may have been left behind; what it does up to now is received by no robot.
     if (!modules_[module].asks()) modules_[module].run(at);
     return modules_[module].light(GridLayout::index_in_module(cell), at);
 }
@@ -259,7 +260,7 @@ bool Grid::send_can(Cycles now, uint32_t bus, const CanFrame &frame) {
         throw EngineError("there is no bus " + std::to_string(bus) + "; the grid has " +
                           std::to_string(layout_.buses()) + ", from 0");
     if (!buses_[bus].queue(HOST, now, frame)) return false;
-    look_at_bus(bus);
+    schedule_bus(bus);
     host_queue_[bus].push_back(frame.id);
     for_each_taker(bus, frame.id, [&](uint32_t module) { frames_in_flight_[module]++; });
     return true;
@@ -269,11 +270,11 @@ void Grid::run_bus(uint32_t index, Cycles until) {
     CanBus &bus = buses_[index];
     bus.run(until, [&](const CanBus::Delivery &delivery) { deliver(index, delivery); });
     if (!host_queue_[index].empty() && bus.queued(HOST) == 0) end_flight(index, false);
-    look_at_bus(index);
+    schedule_bus(index);
 }
 
-/// Notes when something happens on a bus next; to be called after every change of it.
-void Grid::look_at_bus(uint32_t bus) {
+/// Notes when something happens on a bus next; called after every change of it.
+void Grid::schedule_bus(uint32_t bus) {
     bus_due_[bus] = buses_[bus].next();
     const auto first = std::min_element(bus_due_.begin(), bus_due_.end());
     first_bus_ = static_cast<uint32_t>(first - bus_due_.begin());
@@ -384,7 +385,7 @@ void Grid::apply(const Fault &fault, Cycles at) {
         dead_[index] = false;
         break;
     }
-    look_at_bus(layout_.bus(index));
+    schedule_bus(layout_.bus(index));
     schedule(index);
 }
 

@@ -2,11 +2,15 @@
 /// which cell.
 ///
 /// Everything happens in order of time. Next is what comes first of: a frame that ends on a bus (the
-/// lowest bus first), a fault, a module that has something to say (the lowest module first). A
-/// module is left behind until it may be heard, and run ahead where nobody can reach it: while no
-/// robot is near its cells, no frame of the host waits for it, and its program cannot address other
-/// modules. Neither changes a result. Infrared that somebody may hear is the medium's: run() stops
-/// where a module is about to send.
+/// lowest bus first), a fault, a module that may send (the lowest module first). A module is
+/// executed only up to where it may send, and run ahead where nothing can reach it: while no robot is
+/// near its cells, no frame of the host is in flight to it, and its program cannot address other
+/// modules. Neither changes a result. Infrared that a station may receive is the channel's: run()
+/// stops where a module is about to send (grid/cell_stations.h).
+///
+/// A module has an index, row by row from the lower left; a cell has one, too, four to a module. A
+/// world with a grid belongs to one thread. Cost: O(log modules) for an event of a module, O(buses +
+/// modules of the bus) for a frame on a bus.
 #ifndef KILOTWIN_GRID_GRID_H
 #define KILOTWIN_GRID_GRID_H
 
@@ -32,12 +36,12 @@ namespace kilotwin {
 /// walkers as the real one did (hardware.md 2.1; `kilotwin compare kilogrid-uplink`); what each
 /// stands for and what is assumed is in docs/limits.md.
 struct CellInfrared {
-    /// A robot hears cells whose middle is so near to its own: all of a cell, to its corners.
+    /// A robot receives cells whose middle is so near to its own: all of a cell, to its corners.
     double cell_range_m = 0.036;
-    /// A cell hears robots so near to its middle. Decides how many cells a frame reaches, and so
-    /// the share that is heard at all (a receiver listens to one cell of four) and heard twice.
+    /// A cell receives robots so near to its middle. Decides how many cells a frame reaches, and so
+    /// the share that is received at all (a receiver listens to one cell of four) and twice.
     double robot_range_m = 0.045;
-    /// Share of the time that a robot is hardly heard, in spells of `weak_spell_s`, and how near it
+    /// Share of the time that a robot is hardly received, in spells of `weak_spell_s`, and how near it
     /// must be meanwhile: what gives the log its gaps of minutes.
     double weak_share = 0.3;
     double weak_range_m = 0.01;
@@ -48,8 +52,10 @@ struct CellInfrared {
     double clock_spread = 1e-4;
 };
 
-/// The modules of a grid whose program runs on boards (avr/boards/boards.h): chips that live for
-/// themselves. What the grid has to do with them is power and their buses.
+/// Interface of the modules of a grid that run on boards (avr/boards/boards.h). They are executed in
+/// the boards' own lock-step; the grid gives them power and connects them to their buses. Calls are
+/// per frame or fault; modules are named by index, times are not earlier than the boards have been
+/// executed.
 class ModuleBoards {
   public:
     virtual ~ModuleBoards() = default;
@@ -60,9 +66,11 @@ class ModuleBoards {
         CanOutput output;
     };
 
-    /// The next module, in order, at column `x`, row `y`; `tick` by its own oscillator.
+    /// Adds the next module, in order of index, at column `x`, row `y`. `tick` is the length of its
+    /// tick by its own oscillator, in cycles. EngineError if `program` is no image of the chip.
     virtual void add_module(const std::string &program, uint8_t x, uint8_t y, Cycles tick,
                             Cycles power_up) = 0;
+    /// On where it is on: a power cycle. The EEPROM stays.
     virtual void set_power(uint32_t module, Cycles at, bool on) = 0;
 
     /// Frames that controllers have queued since the last call; each has one at a time.
@@ -71,14 +79,16 @@ class ModuleBoards {
     /// it was dropped (its node went bus-off) and may be queued again.
     virtual void frame_sent(uint32_t module, Cycles at) = 0;
     virtual void frame_lost(uint32_t module) = 0;
+    /// A frame of another node ends at `at`, filtered or not: the controller has filters of its own.
     virtual void receive_can(uint32_t module, Cycles at, const CanFrame &frame) = 0;
+    /// The error counters of its node.
     virtual void set_can_errors(uint32_t module, uint32_t transmit, uint32_t receive,
                                 bool bus_off) = 0;
 
     virtual CellLight module_light(uint32_t module, uint8_t cell) const = 0;
-    virtual bool module_stopped(uint32_t module) const = 0;
-    virtual uint32_t module_ticks(uint32_t module) const = 0;
-    virtual uint32_t frames_missed(uint32_t module) const = 0;
+    virtual bool module_stopped(uint32_t module) const = 0;     ///< it crashed
+    virtual uint32_t module_ticks(uint32_t module) const = 0;   ///< since power-up
+    virtual uint32_t frames_missed(uint32_t module) const = 0;  ///< its buffers were full
     /// What they printed, and how they failed, since the last call; `robot` is the module's index.
     virtual Events take_module_events() = 0;
 };
@@ -94,7 +104,7 @@ class Grid {
         };
         int64_t at_tick;  ///< since t = 0
         Kind kind;
-        uint32_t x, y;
+        uint32_t x, y;  ///< module
     };
 
     struct Settings {
@@ -115,11 +125,12 @@ class Grid {
         bool from_host;
     };
 
+    /// Infrared of the cells, since the world began.
     struct Counts {
         uint64_t sent = 0;       ///< frames of cells, and of these ...
-        uint64_t unheard = 0;    ///< ... that nobody was near enough to hear
+        uint64_t unheard = 0;    ///< ... those that no robot was near enough to receive
         uint64_t put_off = 0;    ///< attempts that found the channel busy, or a frame coming in
-        uint64_t received = 0;   ///< frames of robots that a cell heard ...
+        uint64_t received = 0;   ///< frames of robots that a cell received ...
         uint64_t collided = 0;   ///< ... or would have, but for another robot's
         uint64_t deaf = 0;       ///< ... but that its module was sending
         uint64_t elsewhere = 0;  ///< ... but that its module listened to another cell
@@ -127,20 +138,21 @@ class Grid {
     };
 
     /// Modules are switched on between 0 and `power_up`. t = 0 of faults is `zero`. Without
-    /// `run_ahead` no module is run farther than it must. `boards` take the modules if they are to
-    /// run on boards; not needed otherwise.
+    /// `run_ahead` no module is run farther than it must: the oracle of run ahead. `boards` take the
+    /// modules if these are to run on boards; not needed otherwise. EngineError for a grid that
+    /// cannot be wired, a program that is no module's, a fault of a module that is not there.
     Grid(const Settings &settings, const Chance &chance, Cycles power_up, Cycles zero,
          bool gains_are_mm, bool run_ahead, ModuleBoards *boards = nullptr);
     ~Grid();
 
-    /// To be called by a thread before it runs grids.
+    /// A thread calls it once before it runs grids.
     static void serve_this_thread() { Module::serve_this_thread(); }
 
     const GridLayout &layout() const { return layout_; }
     const CellInfrared &infrared() const { return infrared_; }
 
-    /// Where robots are now. Until `until` none moves farther than `way_m`: then this has to be
-    /// called again.
+    /// Finds the robots near each cell, from where they are now, m. Until `until` none moves farther
+    /// than `way_m`; then this has to be called again. Time O(robots + cells).
     void look_around(Cycles until, double way_m, const std::vector<Eigen::Vector2d> &positions);
 
     /// Robots that may come within any range of `cell` before the next look_around(), ascending.
@@ -148,10 +160,10 @@ class Grid {
     /// Cells that `robot` may come near to, as far.
     const std::vector<uint32_t> &cells_near(uint32_t robot) const { return cells_near_[robot]; }
 
-    /// How near to a cell's middle `robot` must be to be heard there at `at`.
+    /// How near to a cell's middle `robot` must be to be received there at `at`, m.
     double range_m(uint32_t robot, Cycles at) const;
 
-    /// The host may speak again at `limit`, not before.
+    /// The host may send again at `limit`, not before.
     void no_host_before(Cycles limit) { limit_ = limit; }
 
     /// Queues a frame at the host's node of `bus` at `now`; false, and counted as lost, if the queue
@@ -161,12 +173,9 @@ class Grid {
     /// The earliest moment at which anything happens here.
     Cycles next() const { return std::min({next_fault(), due_.first_at(), bus_due_[first_bus_]}); }
 
-    /// Whether run() may have something to do.
-    bool may_do_something(Cycles until) const { return on_board() || next() < until; }
-
-    /// Lives through everything strictly before `until`. Returns early when a module, which it
-    /// names, is about to send from a cell where somebody may hear it or be heard: that module waits
-    /// for answer().
+    /// Executes everything strictly before `until`. Returns early when a module, which it names, is
+    /// about to send from a cell where a robot may receive it or be received: that module waits for
+    /// answer().
     std::optional<uint32_t> run(Cycles until);
 
     /// What became of what `module` was about to send at `asked`; without meaning if it lost its
@@ -180,16 +189,15 @@ class Grid {
     /// Whether it has power.
     bool lives(uint32_t module) const { return !dead_[module]; }
 
-    /// The earliest moment at which `module` may be about to send; NEVER while it waits for an
-    /// answer. What one on a board does cannot be foreseen.
+    /// Lookahead: the earliest moment at which `module` may be about to send; NEVER while it waits
+    /// for an answer, 0 for one on a board, which cannot be foreseen.
     Cycles next_event(uint32_t module) const { return on_board() ? 0 : due_.at(module); }
 
-    /// A frame of a robot ends at `at`, at a cell that listened. All before `at` has been lived
-    /// through.
+    /// A frame of a robot ends at `at`, at a cell that listened. All before `at` has been executed.
     void receive_ir(Cycles at, uint32_t cell, const message_t &message,
                     distance_measurement_t distance, bool crc_error);
 
-    /// What the LEDs of a cell show at `at`, up to which everything has been lived through.
+    /// What the LEDs of a cell show at `at`, up to which everything has been executed.
     CellLight light(uint32_t cell, Cycles at);
 
     /// How a module is. What one on a board makes of itself, only its answers by CAN tell.
@@ -202,7 +210,8 @@ class Grid {
     About about(uint32_t module) const;
 
     std::vector<LoggedFrame> take_frames();
-    Events take_events();  ///< of module programs; `robot` is the module's index
+    /// Prints and failures of module programs, in order of time; `robot` is the module's index.
+    Events take_events();
     const CanBus &bus(uint32_t index) const { return buses_[index]; }
     /// Of a module on its bus; the host is node 0 of each.
     uint32_t node(uint32_t module) const { return node_[module]; }
@@ -214,13 +223,13 @@ class Grid {
 
     void create_modules(const Settings &settings, Cycles power_up);
     void attach_to_buses(double error_share);
-    bool alone(uint32_t module) const;
+    bool has_lookahead(uint32_t module) const;
     bool attend(uint32_t module, Cycles at);
     void send_frames(uint32_t module);
     void queue_frames_of_boards();
     void schedule(uint32_t module, Cycles not_before = 0);
     void run_bus(uint32_t bus, Cycles until);
-    void look_at_bus(uint32_t bus);
+    void schedule_bus(uint32_t bus);
     void deliver(uint32_t bus, const CanBus::Delivery &delivery);
     template <typename Visit> void for_each_taker(uint32_t bus, uint16_t id, Visit visit) const;
     void end_flight(uint32_t bus, bool one);
@@ -245,11 +254,11 @@ class Grid {
     size_t next_fault_ = 0;
     std::vector<LoggedFrame> frames_;
     Cycles limit_ = 0;        ///< the host is silent until then
-    Cycles lists_until_ = 0;  ///< who is near whom holds until then
+    Cycles lists_until_ = 0;  ///< robots_near_ and cells_near_ hold until then
 
     // By module.
     std::vector<uint32_t> node_;
-    Earliest due_;                            ///< when it has to be looked at; NEVER while it asks
+    Earliest due_;  ///< when it has to be executed; NEVER while it waits for an answer
     std::vector<uint32_t> robots_about_;      ///< entries of its cells in robots_near_
     std::vector<uint32_t> frames_in_flight_;  ///< of the host, to it
     std::vector<bool> dead_;
@@ -257,7 +266,7 @@ class Grid {
     std::vector<ModuleBoards::QueuedFrame> queued_;  ///< that wait for their node to recover
     bool acts_alone_ = false;                        ///< their program may address other modules
 
-    std::vector<Cycles> bus_due_;                        ///< by bus: when it has to be looked at
+    std::vector<Cycles> bus_due_;                        ///< by bus: its next event
     uint32_t first_bus_ = 0;                             ///< the one that is due first
     std::vector<std::vector<uint32_t>> module_of_node_;  ///< by bus and node
     std::vector<std::deque<uint16_t>> host_queue_;       ///< by bus: identifiers, first one first

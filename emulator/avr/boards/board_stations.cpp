@@ -18,7 +18,7 @@ void BoardRobots::boot(Cycles until) {
 
 // Boards and modules see one another's light: neither may get ahead.
 Cycles BoardRobots::next_turn() const {
-    return boards_.has_modules() ? boards_.lived_until() + Boards::QUANTUM : NEVER;
+    return boards_.has_modules() ? boards_.now() + Boards::QUANTUM : NEVER;
 }
 
 bool BoardRobots::run(Cycles turn, Cycles /*next*/) {

@@ -14,7 +14,7 @@ namespace {
 constexpr distance_measurement_t FROM_ABOVE = {400, 800};
 // From one of its frames to the next (hardware.md 1.11).
 constexpr Cycles FRAME_PERIOD = 83'200;
-// So often a message is tried in vain, until it is given up.
+// A message is shown so often in vain until it is given up.
 constexpr unsigned MOST_SPOILT = 20;
 constexpr size_t LONGEST_LINE = 256;
 
@@ -40,23 +40,23 @@ RobotBoard &Boards::board_of(size_t robot) {
     return board(index);
 }
 
-void Boards::live(Cycles until) {
+void Boards::execute(Cycles until) {
     for (Place &place : places_) {
         if (context_.black_box != nullptr) *context_.black_box = {place.index, place.board.tick()};
         place.board.light = place.robot.light;
-        place.board.battery = place.robot.voltage(lived_until_);
+        place.board.battery = place.robot.voltage(now_);
         place.board.temperature = context_.temperature;
         place.board.run(until);
         take_outputs(place, until);
     }
     for (ModulePlace &module : modules_)
-        if (module.powered) live(module, until);
-    lived_until_ = until;
+        if (module.powered) execute(module, until);
+    now_ = until;
     std::stable_sort(flashes_.begin(), flashes_.end(),
                      [](const Flash &a, const Flash &b) { return a.at < b.at; });
 }
 
-/// What came to the robots from outside the medium is to go to their boards as light.
+/// Messages to robots from outside the channel are to go to their boards as light.
 void Boards::take_messages() {
     for (Place &place : places_)
         for (const Reception &reception : place.robot.take_inbox())
@@ -76,7 +76,7 @@ void Boards::shine_message(Place &place, Cycles begin) {
 
 /// When a message has been shown: it is over, or has to be shown again.
 void Boards::end_message(Place &place) {
-    if (!place.shows || lived_until_ < place.shown_until) return;
+    if (!place.shows || now_ < place.shown_until) return;
     place.shows = false;
     if (place.spoils && ++place.spoilt < MOST_SPOILT) return;
     place.messages.pop_front();
@@ -98,7 +98,7 @@ void Boards::take_outputs(Place &place, Cycles until) {
     place.robot.crash(place.board.now(), place.board.tick(), place.board.failure());
 }
 
-void Boards::live(ModulePlace &module, Cycles until) {
+void Boards::execute(ModulePlace &module, Cycles until) {
     ModuleBoard &board = *module.board;
     board.run(until);
     for (const auto &edge : board.lights) switch_lamp(module.lamps[edge.cell], edge.at, edge.on);
@@ -238,8 +238,8 @@ void Boards::set_power(uint32_t index, Cycles at, bool on) {
     for (Lamp &lamp : module.lamps) lamp.on_since = NEVER;
     std::erase_if(queued_, [index](const QueuedFrame &frame) { return frame.module == index; });
     if (!on) return;
-    module.board.emplace(*module_flash_, index, module.eeprom, module.tick,
-                         std::max(at, lived_until_), context_.chance);
+    module.board.emplace(*module_flash_, index, module.eeprom, module.tick, std::max(at, now_),
+                         context_.chance);
 }
 
 std::vector<ModuleBoards::QueuedFrame> Boards::take_queued_frames() {

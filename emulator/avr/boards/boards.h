@@ -1,13 +1,14 @@
-/// The robots and modules of a world that run on boards, stepped in lock-step and coupled by light.
+/// The robots and modules of a world that run on boards: executed in lock-step, coupled by light.
 ///
-/// All boards live up to the same moment, then all the next QUANTUM cycles. What one of them sends reaches others,
-/// boards or not, a QUANTUM later; what others send reaches a board without delay. Messages from outside the medium
-/// (overhead controller, virtual floor) come as light too, while nothing else is on air around the robot, and again
-/// if other light comes between.
+/// All boards are executed up to the same moment, then for the next QUANTUM cycles. What one of them
+/// sends reaches others, boards or not, a QUANTUM later; what others send reaches a board without
+/// delay. Messages from outside the channel (overhead controller, virtual floor) come as light, too,
+/// while nothing else is on air around the robot, and again if other light comes between.
 ///
-/// To the medium a board is a sender whose message is known only when it has ended: it hears of flashes,
-/// and of what a robot makes of them. Stations are the robots, then four cells for each module. What a module's
-/// controller wants to send reaches its bus a QUANTUM later.
+/// To the channel a board is a sender whose message is known only when it has ended: it gets flashes,
+/// and what a reader of pulses makes of them. Stations are the robots, then four cells for each
+/// module. What a module's controller queues reaches its bus a QUANTUM later. One thread
+/// executes all boards of a world.
 #ifndef KILOTWIN_AVR_BOARDS_BOARDS_H
 #define KILOTWIN_AVR_BOARDS_BOARDS_H
 
@@ -37,20 +38,20 @@ class Boards : public ModuleBoards {
         Cycles at, end;
         uint32_t station;
         bool begins;               ///< false: the LED has been on before
-        bool given_up = false;     ///< no light at all: what the robot began is over
-        PulseReader::Found found;  ///< what this makes of its frame
-        message_t message;         ///< if it is complete
+        bool given_up = false;     ///< no light at all: what the station began is over
+        PulseReader::Found found;  ///< what this pulse is in the station's frame
+        message_t message;         ///< with Found::MESSAGE
     };
 
-    /// `robots` are those of the world; they must live on and not move in memory.
+    /// `robots` are those of the world; they must live on and not move in memory. `context`, too.
     Boards(Swarm<Robot> &robots, const RobotContext &context);
 
-    /// Gives robot `index`, which was made without a program, a board. In ascending order.
+    /// Gives robot `index`, which was made without a program, a board. In ascending order of index.
     void add(uint32_t index, const FlashImage &flash, Cycles power_up);
 
     bool empty() const { return places_.empty() && modules_.empty(); }
     bool has_modules() const { return !modules_.empty(); }
-    Cycles lived_until() const { return lived_until_; }
+    Cycles now() const { return now_; }  ///< all have been executed up to here
     bool has(uint32_t robot) const { return robot < place_of_.size() && place_of_[robot] >= 0; }
     const std::vector<uint32_t> &robots() const { return robots_with_; }
     RobotBoard &board(uint32_t robot) { return place(robot).board; }
@@ -81,12 +82,13 @@ class Boards : public ModuleBoards {
     }
     Events take_module_events() override { return std::exchange(module_events_, {}); }
 
-    /// Lets all boards live up to `until`, quantum by quantum, or returns the next flash before `until`, which
-    /// the caller passes on before it goes on. `busy` says of a robot whether something is on air around it.
+    /// Executes all boards up to `until`, quantum by quantum, or returns the next flash before
+    /// `until`, which the caller passes on before it goes on. busy(robot) says whether anything is on
+    /// air around a robot.
     template <typename Busy> std::optional<Flash> run(Cycles until, Busy busy) {
         take_messages();
         while (true) {
-            const Cycles next = lived_until_ + QUANTUM;
+            const Cycles next = now_ + QUANTUM;
             if (!flashes_.empty() && flashes_.front().at < std::min(next, until))
                 return take_flash();
             if (next > until) return std::nullopt;
@@ -97,15 +99,16 @@ class Boards : public ModuleBoards {
                 if (busy(place.index)) place.light_free = next + QUANTUM + PulseReader::SILENCE;
                 if (place.message_due() <= next) shine_message(place, next);
             }
-            live(next);
+            execute(next);
         }
     }
 
-    /// A frame begins at a station: forgets whom the station's light reached before.
+    /// A frame begins at a station: forgets which boards its light reached before.
     void forget_reached(uint32_t station);
 
-    /// The light of `station` reaches a robot or a cell that has a board, with a strength. One pulse of the frame is not seen
-    /// if it is `lost`: then the CRC will be wrong. `draw` chooses which.
+    /// The light of `station` reaches a robot or a cell that has a board, with a strength. If the
+    /// frame is `lost`, one of its pulses is not seen, so that the CRC will be wrong; `draw` chooses
+    /// which.
     void reach(uint32_t station, uint32_t listener, distance_measurement_t strength, bool lost,
                uint64_t draw);
 
@@ -114,14 +117,14 @@ class Boards : public ModuleBoards {
         return station < reached_.size() && !reached_[station].empty();
     }
 
-    /// A pulse of a station: whom it reaches sees it.
+    /// A pulse of a station: the boards that it reaches see it.
     void pulse(uint32_t station, Cycles begin, Cycles end, bool begins = true);
 
     /// The pulses of a frame that begins at `at`: only the first, or all but the first.
     void first_pulse(uint32_t station, Cycles at);
     void other_pulses(uint32_t station, Cycles at, const message_t &message);
 
-    /// Somebody's light never goes out.
+    /// Light that never goes out falls on every board.
     void hold_busy();
 
   private:
@@ -144,7 +147,7 @@ class Boards : public ModuleBoards {
         RobotBoard board;
         Lamp lamp;
         std::string line;                ///< printed, not yet ended
-        std::deque<Reception> messages;  ///< from outside the medium, to be shown
+        std::deque<Reception> messages;  ///< from outside the channel, to be shown
         Cycles light_free = 0;           ///< when the next may begin
         Cycles shown_until = 0;          ///< the end of the one that is being shown
         unsigned spoilt = 0;             ///< how often in vain
@@ -166,7 +169,7 @@ class Boards : public ModuleBoards {
     struct Reached {
         uint32_t listener;  ///< station
         distance_measurement_t strength;
-        unsigned lost_pulse;  ///< the number of the one that is not seen, or NONE
+        unsigned lost_pulse;  ///< the number of the one that is not seen, or NO_PULSE
         unsigned pulses = 0;  ///< so far
     };
     static constexpr unsigned NO_PULSE = ~0u;
@@ -180,8 +183,8 @@ class Boards : public ModuleBoards {
         return GridLayout::index_in_module(station - static_cast<uint32_t>(robots_.size()));
     }
     void shine(uint32_t station, const LightPulse &pulse);
-    void live(Cycles until);
-    void live(ModulePlace &module, Cycles until);
+    void execute(Cycles until);
+    void execute(ModulePlace &module, Cycles until);
     void take_messages();
     void shine_message(Place &place, Cycles begin);
     void end_message(Place &place);
@@ -203,7 +206,7 @@ class Boards : public ModuleBoards {
     Events module_events_;
     std::vector<std::vector<Reached>> reached_;  ///< by station
     std::deque<Flash> flashes_;                  ///< in order of time
-    Cycles lived_until_ = 0;
+    Cycles now_ = 0;
 };
 
 }  // namespace kilotwin
