@@ -23,7 +23,7 @@
 #include <vector>
 
 #include "avr/boards/robot_board.h"
-#include "avr/chip/call_watch.h"
+#include "avr/call_watch.h"
 #include "avr/chip/flash_image.h"
 #include "base/chance.h"
 #include "guest/robot.h"

@@ -3,8 +3,8 @@
 ///
 /// Looks at every instruction, which makes a run several times slower. Figures are exact for the
 /// code that the run has executed; they are no bound on other inputs.
-#ifndef KILOTWIN_AVR_CHIP_CALL_WATCH_H
-#define KILOTWIN_AVR_CHIP_CALL_WATCH_H
+#ifndef KILOTWIN_AVR_CALL_WATCH_H
+#define KILOTWIN_AVR_CALL_WATCH_H
 
 #include <cstdint>
 #include <vector>

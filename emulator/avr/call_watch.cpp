@@ -1,4 +1,4 @@
-#include "avr/chip/call_watch.h"
+#include "avr/call_watch.h"
 
 #include <algorithm>
 
