@@ -56,6 +56,8 @@ check: check-format check-python check-firmware check-gcc check-clang
 check-format:
 	@echo "== clang-format"
 	@clang-format --dry-run -Werror $(C_FILES)
+	@awk 'length($$0) > 100 { print FILENAME ":" FNR ": wider than 100 columns"; wide = 1 } END { exit wide }' \
+	    $(filter-out %/kilogrid_can.c %/kilogrid_can.h,$(C_FILES))
 
 check-python: setup
 	@echo "== ruff, mypy"

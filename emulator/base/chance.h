@@ -104,8 +104,8 @@ class Chance {
 };
 
 #ifdef __SSE2__
-// Two blocks side by side: each word of a counter is the lower half of a lane, whose upper half does
-// not count.
+// Two blocks side by side: each word of a counter is the lower half of a lane, whose upper half
+// does not count.
 inline std::array<double, 2> Chance::normals(uint32_t robot, std::array<Purpose, 2> purposes,
                                              uint64_t n) const {
     auto both = [](uint64_t word) { return _mm_set1_epi64x(static_cast<int64_t>(word)); };

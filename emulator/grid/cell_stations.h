@@ -1,7 +1,8 @@
 /// The cells of a grid as stations: on the Kilobots' channel, and beside the ideal one.
 ///
-/// Cells are numbered behind the robots, four to a module. A module sends from one cell at a time and
-/// listens to one cell at a time (hardware.md 3.4); what it shares among its four cells is kept here.
+/// Cells are numbered behind the robots, four to a module. A module sends from one cell at a time
+/// and listens to one cell at a time (hardware.md 3.4); what it shares among its four cells is kept
+/// here.
 #ifndef KILOTWIN_GRID_CELL_STATIONS_H
 #define KILOTWIN_GRID_CELL_STATIONS_H
 

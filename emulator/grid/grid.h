@@ -1,16 +1,16 @@
 /// A Kilogrid: modules, the CAN buses between them and the host, faults, and which robots are near
 /// which cell.
 ///
-/// Everything happens in order of time. Next is what comes first of: a frame that ends on a bus (the
-/// lowest bus first), a fault, a module that may send (the lowest module first). A module is
-/// executed only up to where it may send, and run ahead where nothing can reach it: while no robot is
-/// near its cells, no frame of the host is in flight to it, and its program cannot address other
+/// Everything happens in order of time. Next is what comes first of: a frame that ends on a bus
+/// (the lowest bus first), a fault, a module that may send (the lowest module first). A module is
+/// executed only up to where it may send, and run ahead where nothing can reach it: while no robot
+/// is near its cells, no frame of the host is in flight to it, and its program cannot address other
 /// modules. Neither changes a result. Infrared that a station may receive is the channel's: run()
 /// stops where a module is about to send (grid/cell_stations.h).
 ///
 /// A module has an index, row by row from the lower left; a cell has one, too, four to a module. A
-/// world with a grid belongs to one thread. Cost: O(log modules) for an event of a module, O(buses +
-/// modules of the bus) for a frame on a bus.
+/// world with a grid belongs to one thread. Cost: O(log modules) for an event of a module, O(buses
+/// + modules of the bus) for a frame on a bus.
 #ifndef KILOTWIN_GRID_GRID_H
 #define KILOTWIN_GRID_GRID_H
 
@@ -41,8 +41,8 @@ struct CellInfrared {
     /// A cell receives robots so near to its middle. Decides how many cells a frame reaches, and so
     /// the share that is received at all (a receiver listens to one cell of four) and twice.
     double robot_range_m = 0.045;
-    /// Share of the time that a robot is hardly received, in spells of `weak_spell_s`, and how near it
-    /// must be meanwhile: what gives the log its gaps of minutes.
+    /// Share of the time that a robot is hardly received, in spells of `weak_spell_s`, and how near
+    /// it must be meanwhile: what gives the log its gaps of minutes.
     double weak_share = 0.3;
     double weak_range_m = 0.01;
     double weak_spell_s = 120;
@@ -52,10 +52,10 @@ struct CellInfrared {
     double clock_spread = 1e-4;
 };
 
-/// Interface of the modules of a grid that run on boards (avr/boards/boards.h). They are executed in
-/// the boards' own lock-step; the grid gives them power and connects them to their buses. Calls are
-/// per frame or fault; modules are named by index, times are not earlier than the boards have been
-/// executed.
+/// Interface of the modules of a grid that run on boards (avr/boards/boards.h). They are executed
+/// in the boards' own lock-step; the grid gives them power and connects them to their buses. Calls
+/// are per frame or fault; modules are named by index, times are not earlier than the boards have
+/// been executed.
 class ModuleBoards {
   public:
     virtual ~ModuleBoards() = default;
@@ -79,7 +79,8 @@ class ModuleBoards {
     /// it was dropped (its node went bus-off) and may be queued again.
     virtual void frame_sent(uint32_t module, Cycles at) = 0;
     virtual void frame_lost(uint32_t module) = 0;
-    /// A frame of another node ends at `at`, filtered or not: the controller has filters of its own.
+    /// A frame of another node ends at `at`, filtered or not: the controller has filters of its
+    /// own.
     virtual void receive_can(uint32_t module, Cycles at, const CanFrame &frame) = 0;
     /// The error counters of its node.
     virtual void set_can_errors(uint32_t module, uint32_t transmit, uint32_t receive,
@@ -138,8 +139,8 @@ class Grid {
     };
 
     /// Modules are switched on between 0 and `power_up`. t = 0 of faults is `zero`. Without
-    /// `run_ahead` no module is run farther than it must: the oracle of run ahead. `boards` take the
-    /// modules if these are to run on boards; not needed otherwise. EngineError for a grid that
+    /// `run_ahead` no module is run farther than it must: the oracle of run ahead. `boards` take
+    /// the modules if these are to run on boards; not needed otherwise. EngineError for a grid that
     /// cannot be wired, a program that is no module's, a fault of a module that is not there.
     Grid(const Settings &settings, const Chance &chance, Cycles power_up, Cycles zero,
          bool gains_are_mm, bool run_ahead, ModuleBoards *boards = nullptr);
@@ -151,8 +152,8 @@ class Grid {
     const GridLayout &layout() const { return layout_; }
     const CellInfrared &infrared() const { return infrared_; }
 
-    /// Finds the robots near each cell, from where they are now, m. Until `until` none moves farther
-    /// than `way_m`; then this has to be called again. Time O(robots + cells).
+    /// Finds the robots near each cell, from where they are now, m. Until `until` none moves
+    /// farther than `way_m`; then this has to be called again. Time O(robots + cells).
     void look_around(Cycles until, double way_m, const std::vector<Eigen::Vector2d> &positions);
 
     /// Robots that may come within any range of `cell` before the next look_around(), ascending.
@@ -166,8 +167,8 @@ class Grid {
     /// The host may send again at `limit`, not before.
     void no_host_before(Cycles limit) { limit_ = limit; }
 
-    /// Queues a frame at the host's node of `bus` at `now`; false, and counted as lost, if the queue
-    /// is full. EngineError for a bus that is not there.
+    /// Queues a frame at the host's node of `bus` at `now`; false, and counted as lost, if the
+    /// queue is full. EngineError for a bus that is not there.
     bool send_can(Cycles now, uint32_t bus, const CanFrame &frame);
 
     /// The earliest moment at which anything happens here.

@@ -18,8 +18,8 @@ constexpr Cycles SLEEP_SETTLE = 2400;                     // 300 us
 constexpr Cycles SLEEP_LISTEN = CYCLES_PER_SECOND / 100;  // for the start of a frame
 constexpr uint8_t MOTOR_KICK = 255;
 constexpr uint32_t MOTOR_KICK_CYCLES = 15 * CYCLES_PER_SECOND / 1000;
-// About what an AVR takes from address 0 to main(); it keeps a main() that jumps there from standing
-// still in time.
+// About what an AVR takes from address 0 to main(); it keeps a main() that jumps there from
+// standing still in time.
 constexpr uint32_t RESTART_CYCLES = CYCLES_PER_SECOND / 1000;
 constexpr uint8_t FIRST_SYSTEM_MESSAGE = 0x80;
 
@@ -363,8 +363,8 @@ void Robot::live() {
     }
 }
 
-// Calls loop() if it is due, and again at each tick and after each message. Most calls do nothing, so
-// that what goes on between them counts: it lies in one row, with what is rare out of the way.
+// Calls loop() if it is due, and again at each tick and after each message. Most calls do nothing,
+// so that what goes on between them counts: it lies in one row, with what is rare out of the way.
 void Robot::run_loop() {
     const auto &table = program_->table();
     auto &ticks = *table.ticks;

@@ -17,7 +17,8 @@ class CarrierSense {
     static constexpr Cycles WINDOW_BEGIN = LEADER_REST_SLOTS * SLOT_CYCLES,
                             WINDOW_END = WINDOW_BEGIN + LEADER_POLLS * POLL_CYCLES;
 
-    /// Without `senses` an attempt never fails, with `held_busy` always does. `frames` must live on.
+    /// Without `senses` an attempt never fails, with `held_busy` always does. `frames` must live
+    /// on.
     CarrierSense(bool senses, bool held_busy, const FramesInFlight &frames)
         : senses_(senses),
           held_busy_(held_busy),
@@ -28,8 +29,8 @@ class CarrierSense {
     /// began too shortly before its own to be noticed. Time O(frames audible).
     bool finds_busy(const Frame &frame) const;
 
-    /// Whether a frame that `station` has noticed is arriving at `at`: then its program is not asked
-    /// for a message.
+    /// Whether a frame that `station` has noticed is arriving at `at`: then its program is not
+    /// asked for a message.
     bool is_receiving(uint32_t station, Cycles at) const;
 
     /// Whether `station` may find the channel busy for what is on air now, or held busy.

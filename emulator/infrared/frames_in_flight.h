@@ -1,7 +1,8 @@
 /// Frames in flight: which are on air, and at which receivers each can be received.
 ///
-/// Each station has its own set of audible frames, so frames of senders that do not hear one another
-/// meet at a receiver between them. Nothing here depends on what kind of station sends or receives.
+/// Each station has its own set of audible frames, so frames of senders that do not hear one
+/// another meet at a receiver between them. Nothing here depends on what kind of station sends or
+/// receives.
 #ifndef KILOTWIN_INFRARED_FRAMES_IN_FLIGHT_H
 #define KILOTWIN_INFRARED_FRAMES_IN_FLIGHT_H
 

@@ -76,7 +76,8 @@ void GuestRobots::take_event() {
     channel_.begin_frame(emission.robot, emission.at, emission.message, true);
 }
 
-/// Executes a robot through the moment of its request, and on if it can send and then be left alone.
+/// Executes a robot through the moment of its request, and on if it can send and then be left
+/// alone.
 void GuestRobots::take_request(uint32_t index, Cycles at) {
     Robot &robot = context_.robots[index];
     Cycles until = at + 1;
@@ -143,8 +144,8 @@ void GuestRobots::run_on(uint32_t index, Cycles until) {
     if (station.planned == 0) channel_.next_begin(index) = next_request(robot);
 }
 
-/// The earliest moment of a robot's next request. One that waits to be told that the channel is busy
-/// tries again soon.
+/// The earliest moment of a robot's next request. One that waits to be told that the channel is
+/// busy tries again soon.
 Cycles GuestRobots::next_request(const Robot &robot) {
     return robot.question() != Robot::Question::NONE ? robot.now() : robot.next_ask();
 }
@@ -225,8 +226,8 @@ void GuestRobots::received(const Frame &frame, const Reached &reached) {
 
 // Memory
 
-/// Brings into the cache what the events some turns after the `next` need: the robots that are asked
-/// or begin a frame, and those around them.
+/// Brings into the cache what the events some turns after the `next` need: the robots that are
+/// asked or begin a frame, and those around them.
 void GuestRobots::prefetch_after(size_t next) {
     constexpr size_t SOONER = 2, SOON = 4, LATER = 6, LATEST = 8;
     const auto &robots = context_.robots;

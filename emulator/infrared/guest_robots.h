@@ -2,8 +2,8 @@
 /// they are run ahead, and what they receive.
 ///
 /// A robot is executed up to the moment of its transmit request, and past it if carrier sense is
-/// known to find the channel free: then its frames are planned, and begin in their time. Requests and
-/// planned frames of one step are kept in order of time; each costs O(neighbours).
+/// known to find the channel free: then its frames are planned, and begin in their time. Requests
+/// and planned frames of one step are kept in order of time; each costs O(neighbours).
 #ifndef KILOTWIN_INFRARED_GUEST_ROBOTS_H
 #define KILOTWIN_INFRARED_GUEST_ROBOTS_H
 
@@ -42,8 +42,8 @@ class GuestRobots final : public Stations {
     /// All requests of the current step have been taken.
     void end_requests();
 
-    /// Executes a robot up to `until`; the channel has taken everything that may reach it before the
-    /// end of the current step, and beyond nothing does.
+    /// Executes a robot up to `until`; the channel has taken everything that may reach it before
+    /// the end of the current step, and beyond nothing does.
     void run_robot(uint32_t robot, Cycles until);
 
     /// Until when a robot, which no light reaches before `until`, need not be executed in the order

@@ -1,10 +1,10 @@
-/// The lossless channel of the foot-bots: every robot in range (and, if asked for, in sight) receives
-/// every frame.
+/// The lossless channel of the foot-bots: every robot in range (and, if asked for, in sight)
+/// receives every frame.
 ///
 /// A frame that begins within a world step is received at its end, but not before the next step
 /// begins: so all robots can be executed through a step one after the other. Receivers are found as
-/// robots stand at the begin of the step; both gains of a reception are the distance in mm. A sender
-/// that stands keeps its receivers until one of those around it has moved.
+/// robots stand at the begin of the step; both gains of a reception are the distance in mm. A
+/// sender that stands keeps its receivers until one of those around it has moved.
 #ifndef KILOTWIN_INFRARED_IDEAL_CHANNEL_H
 #define KILOTWIN_INFRARED_IDEAL_CHANNEL_H
 

@@ -29,7 +29,8 @@ class PulseReader {
     /// A pulse begins at `at`. Times must not decrease.
     Found pulse(Cycles at);
 
-    /// Whether what was begun is over at `at`, for want of pulses: an attempt given up, a frame torn off.
+    /// Whether what was begun is over at `at`, for want of pulses: an attempt given up, a frame
+    /// torn off.
     bool torn_off(Cycles at) const { return reading_ && at >= last_ + SILENCE; }
 
     /// Forgets what was begun.

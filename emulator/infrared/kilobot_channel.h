@@ -1,17 +1,20 @@
-/// The Kilobots' infrared: 30 kbit/s, half duplex, carrier sense, collisions, loss (hardware.md 1.6).
+/// The Kilobots' infrared: 30 kbit/s, half duplex, carrier sense, collisions, loss (hardware.md
+/// 1.6).
 ///
 /// Each receiver has its own set of audible frames, so hidden senders collide. A frame lasts 4.371
 /// ms from the tick at which its sender asks its program. A robot that receives does not ask its
 /// program. An attempt to send listens between its start pulse and the leader's stop pulse; light
-/// seen then makes it fail, and the robot tries again within a tick. No capture: any light of another
-/// frame spoils a frame at that receiver. Everything is taken in order of time, station by station.
+/// seen then makes it fail, and the robot tries again within a tick. No capture: any light of
+/// another frame spoils a frame at that receiver. Everything is taken in order of time, station by
+/// station.
 ///
-/// Robots on boards see each pulse, and theirs are taken as they come: the first puts a frame on air,
-/// and what it says is known when the last has come (avr/boards/board_stations.h).
+/// Robots on boards see each pulse, and theirs are taken as they come: the first puts a frame on
+/// air, and what it says is known when the last has come (avr/boards/board_stations.h).
 ///
-/// The cells of a Kilogrid are stations too (hardware.md 3.4): robots near a cell receive its frames,
-/// and a module receives from robots near the one cell that it listens to. A module listens before it
-/// sends, is deaf while it sends, and its cells do not receive one another (grid/cell_stations.h).
+/// The cells of a Kilogrid are stations too (hardware.md 3.4): robots near a cell receive its
+/// frames, and a module receives from robots near the one cell that it listens to. A module listens
+/// before it sends, is deaf while it sends, and its cells do not receive one another
+/// (grid/cell_stations.h).
 #ifndef KILOTWIN_INFRARED_KILOBOT_CHANNEL_H
 #define KILOTWIN_INFRARED_KILOBOT_CHANNEL_H
 
@@ -88,7 +91,8 @@ class KilobotChannel final : public Channel {
     void shine_on_robot(Frame &frame, uint32_t robot, double distance_m);
     void shine_around_robot(Frame &frame);
 
-    /// The carrier-sense window of a frame is not over: sensed() of its kind will say what it found.
+    /// The carrier-sense window of a frame is not over: sensed() of its kind will say what it
+    /// found.
     void sense(const Frame &frame);
 
     /// A frame goes on to its end, where it is received.

@@ -19,8 +19,8 @@ struct LightPulse {
     distance_measurement_t strength;
 };
 
-/// A board's own time: its oscillator may be off, and it began at power-up. It counts TICK_CYCLES in what are
-/// `tick` of the world's cycles.
+/// A board's own time: its oscillator may be off, and it began at power-up. It counts TICK_CYCLES
+/// in what are `tick` of the world's cycles.
 struct BoardClock {
     Cycles power_up, tick;
 
@@ -35,8 +35,8 @@ struct BoardClock {
     }
 };
 
-/// Times are the board's own cycles. Pulses may overlap: the light then lasts until the last of them ends, and their
-/// strengths add up.
+/// Times are the board's own cycles. Pulses may overlap: the light then lasts until the last of
+/// them ends, and their strengths add up.
 class LightEdges {
   public:
     static constexpr uint64_t NONE = UINT64_MAX;
@@ -49,8 +49,8 @@ class LightEdges {
     /// When the light next goes on or off, or changes its strength.
     uint64_t next() const { return edges_.empty() ? NONE : edges_.top().cycle; }
 
-    /// Goes through what is due. At one moment what begins comes before what ends, so light that is passed on from
-    /// one pulse to the next does not flicker.
+    /// Goes through what is due. At one moment what begins comes before what ends, so light that is
+    /// passed on from one pulse to the next does not flicker.
     void pass(uint64_t now) {
         while (next() <= now) {
             const Edge &edge = edges_.top();

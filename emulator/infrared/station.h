@@ -26,7 +26,8 @@ class Stations {
     Stations(const Stations &) = delete;
     Stations &operator=(const Stations &) = delete;
 
-    // --- Time: for kinds that execute by themselves. Robots as guests are executed by the loop. ---
+    // --- Time: for kinds that execute by themselves. Robots as guests are executed by the loop.
+    // ---
 
     /// Executes everything before `until`, while there is no light anywhere. Called once.
     virtual void boot(Cycles /*until*/) {}
@@ -53,8 +54,8 @@ class Stations {
     /// How far a station is received, in m.
     virtual double range_m(uint32_t station) const = 0;
 
-    /// Before boot() is over: the earliest moment at which a robot may begin a frame, 0 if it cannot
-    /// be foreseen.
+    /// Before boot() is over: the earliest moment at which a robot may begin a frame, 0 if it
+    /// cannot be foreseen.
     virtual Cycles next_begin(uint32_t /*robot*/) const { return 0; }
 
     /// Whether any of its stations near `robot` may begin a frame until `until`.

@@ -1,8 +1,8 @@
 /// Where the robots are: in closed form while nothing touches them, by the solver near a contact.
 ///
 /// All are placed when a step ends, one after the other: that costs less than to see to it whenever
-/// somebody asks for a place. What motors were told, and what changes by itself, acts exactly at its
-/// time.
+/// somebody asks for a place. What motors were told, and what changes by itself, acts exactly at
+/// its time.
 #ifndef KILOTWIN_PHYSICS_BODIES_H
 #define KILOTWIN_PHYSICS_BODIES_H
 

@@ -13,9 +13,8 @@ namespace kilotwin {
 struct Light {
     struct Source {
         Eigen::Vector2d at;
-        double peak;  ///< reading that it adds right below it
-        double
-            half_m;  ///< where half of that is left; falls with the square of the distance from afar
+        double peak;    ///< reading that it adds right below it
+        double half_m;  ///< distance at which half is left; from afar it falls with its square
     };
     double ambient = 0;  ///< reading without any source
     std::vector<Source> sources;

@@ -63,8 +63,8 @@ void Neighbours::find_pairs() {
     pairs_.resize(found);
 }
 
-/// Adds to the `found` first pairs, of which there is room for more, those at a place and from `begin` to
-/// `end` who are near.
+/// Adds to the `found` first pairs, of which there is room for more, those at a place and from
+/// `begin` to `end` who are near.
 size_t Neighbours::add_pairs(size_t place, size_t begin, size_t end, size_t found) {
     const double reach_m = reach_m_ + skin_m_;
     if (pairs_.size() < found + end - begin) pairs_.resize(2 * (found + end - begin));

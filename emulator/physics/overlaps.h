@@ -7,8 +7,8 @@
 
 namespace kilotwin {
 
-/// Penetrations as fractions of a robot's diameter, over all contacts of all steps. Constant memory:
-/// a histogram of 2001 classes of 0.0001, the last of which takes whatever is deeper.
+/// Penetrations as fractions of a robot's diameter, over all contacts of all steps. Constant
+/// memory: a histogram of 2001 classes of 0.0001, the last of which takes whatever is deeper.
 class Overlaps {
   public:
     /// Counts one contact; `fraction` is 0 or more.

@@ -1,5 +1,5 @@
-/// What the virtual floor tells robots: the site below each and whether an obstacle is ahead, looked
-/// up again only when it may have changed.
+/// What the virtual floor tells robots: the site below each and whether an obstacle is ahead,
+/// looked up again only when it may have changed.
 ///
 /// How long a robot's surroundings stay as they are is bounded by the fastest that any robot moves.
 /// That bound limits how far the robot is run ahead. Without a floor every call does nothing.
@@ -45,7 +45,8 @@ class FloorSensing {
             floor_->tell(robot, surroundings_[robot.index()].cell, next_sensing_, until);
     }
 
-    /// A robot's motors are ordered otherwise at `at`: what it and those around it sense may change.
+    /// A robot's motors are ordered otherwise at `at`: what it and those around it sense may
+    /// change.
     void disturb(uint32_t robot, Cycles at) {
         if (floor_) look_again_around(robot, begin_of_step(at, step_) + step_);
     }

@@ -1,11 +1,11 @@
 /// One run: robots, their world, the channel and the floor, in one loop of world steps.
 ///
 /// A world step (1, 2 or 4 ticks) goes: (1) commands are given, lists of neighbours kept; (2) the
-/// channel executes what needs the order of time among its stations (infrared/channel.h); (3) robots
-/// that something may have reached are executed up to their lookahead, the earliest moment at which
-/// anything can reach them; (4) the channel delivers what is left of the step; (5) bodies move, in
-/// closed form or, near a contact, by the solver. What a robot is not executed for cannot have
-/// happened: run-ahead changes the cost of a run, never its result.
+/// channel executes what needs the order of time among its stations (infrared/channel.h); (3)
+/// robots that something may have reached are executed up to their lookahead, the earliest moment
+/// at which anything can reach them; (4) the channel delivers what is left of the step; (5) bodies
+/// move, in closed form or, near a contact, by the solver. What a robot is not executed for cannot
+/// have happened: run-ahead changes the cost of a run, never its result.
 ///
 /// Nothing here depends on the medium or on the kind of a station: creation.cpp puts them together.
 #ifndef KILOTWIN_SIMULATION_SIMULATION_H
@@ -82,8 +82,9 @@ struct Statistics {
 
 class Simulation {
   public:
-    /// Creates and boots everything, up to the lead before RUN. EngineError for what only the engine
-    /// can find: a program that cannot be loaded, robots that do not fit, boards on the ideal medium.
+    /// Creates and boots everything, up to the lead before RUN. EngineError for what only the
+    /// engine can find: a program that cannot be loaded, robots that do not fit, boards on the
+    /// ideal medium.
     explicit Simulation(const SimulationDef &def);
     ~Simulation();
 
@@ -115,8 +116,8 @@ class Simulation {
     const Robot &robot(size_t index) const { return robots_[index]; }
     const Boards &boards() const { return boards_; }
 
-    /// Lets gdb control a robot on a board, by `port` on 127.0.0.1: nothing goes on until it says so.
-    /// EngineError for other robots; for trace(), too.
+    /// Lets gdb control a robot on a board, by `port` on 127.0.0.1: nothing goes on until it says
+    /// so. EngineError for other robots; for trace(), too.
     void serve_debugger(size_t robot, uint16_t port) {
         boards_.board_of(robot).serve_debugger(port);
     }

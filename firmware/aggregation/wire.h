@@ -48,7 +48,7 @@ enum {
 ///   UPDATE_TICKS       period of the leave test
 ///   STRAIGHT_TICKS     length of a straight leg of the random walk
 ///   ENTRY_TICKS        walk straight on after entering a site
-///   RHO                concentration of the wrapped Cauchy turning angle, Q16, 0 uniform .. below 1
+///   RHO                concentration of the wrapped Cauchy turning angle, Q16, 0 uniform to < 1
 ///   TURN_TICKS_PER_RAD duration of a turn by one radian, Q16
 ///   WINDOW_TICKS       a sender counts if it was heard at most so long ago
 ///   TIMEOUT_TICKS      a sender's place in the table is given back after so long without a message
@@ -61,9 +61,10 @@ enum {
 ///   TRACKING_TICKS     period of the TRACKING reports, 0 none
 /// and the readings of what the paper leaves open, values in the order of paper.md 4:
 ///   SIGNAL_FROM 0 rest 1 crossing; FIRST_LEAVE 0 next_step 1 full_period; WALK_OUT 0 walk 1 rest;
-///   ENTRY_OBSTACLE 0 turn 1 rest 2 pause; COUNT_SELF 0 no 1 yes; FIRAT_JOIN 0 crossing 1 first_update
-///   2 every_update; FIRAT_SIGNAL_FROM 0 crossing 1 rest; START_ON_SITE 0 entered 1 must_leave;
-///   UPDATE_CLOCK 0 own 1 common; and PUSHED_OFF 0 stay 1 walk, which matters where robots can be pushed.
+///   ENTRY_OBSTACLE 0 turn 1 rest 2 pause; COUNT_SELF 0 no 1 yes; FIRAT_JOIN 0 crossing
+///   1 first_update 2 every_update; FIRAT_SIGNAL_FROM 0 crossing 1 rest; START_ON_SITE 0 entered
+///   1 must_leave; UPDATE_CLOCK 0 own 1 common; and PUSHED_OFF 0 stay 1 walk, which matters where
+///   robots can be pushed.
 #define WIRE_CONFIG_KEYS(X)                           \
     X(RULE, 1, 0, 0, 1)                               \
     X(ALPHA, 2, 32768, 0, 0xFFFFFFFF)                 \

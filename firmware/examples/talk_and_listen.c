@@ -40,7 +40,8 @@ static uint32_t ticks_now(void) {
 static void setup(void) {}
 
 static void loop(void) {
-    // The clock after the flag: read before, it would tell a time at which that had not happened yet.
+    // The clock after the flag: read before, it would tell a time at which that had not happened
+    // yet.
     if (heard) {
         heard = false;
         heard_any = true;

@@ -10,11 +10,11 @@
 /// the module's filters let through, and does what the returned event says. Not to be called from
 /// an interrupt and from the loop at once.
 ///
-/// Three differences from the original firmware, all on purpose: a Kilobot page that lacks its first
-/// chunk is dropped, not sent with the bytes of the page before; so is one in the middle of which a
-/// first chunk comes, which there begins it again: it may be the next page's, whose number was lost;
-/// and the module's own boot loader wants its chunks in order instead of counting bytes, so a chunk
-/// that comes twice cannot stand in for one that was lost.
+/// Three differences from the original firmware, all on purpose: a Kilobot page that lacks its
+/// first chunk is dropped, not sent with the bytes of the page before; so is one in the middle of
+/// which a first chunk comes, which there begins it again: it may be the next page's, whose number
+/// was lost; and the module's own boot loader wants its chunks in order instead of counting bytes,
+/// so a chunk that comes twice cannot stand in for one that was lost.
 #ifndef KILOGRID_TRANSFER_H
 #define KILOGRID_TRANSFER_H
 

@@ -1,4 +1,5 @@
-/// What a cell shows and sends, from the module's configuration. Pure: no input or output, no state.
+/// What a cell shows and sends, from the module's configuration. Pure: no input or output, no
+/// state.
 ///
 /// The configuration, at most 48 bytes, begins with one code per cell: 0 top left, 1 top right, 2
 /// bottom left, 3 bottom right. A code from 0x80 up has all in itself:

@@ -1,4 +1,4 @@
-// Flash at an address of the program's own choice, as its linker script may give a meaning, reads as
+// Flash at an address of the program's own choice, which its linker script may define, reads as
 // erased here; and what the robot's compiler defines is defined.
 #include <avr/common.h>
 #include <avr/fuse.h>

@@ -1,5 +1,5 @@
-/* Written as before 1989: no prototypes, no types, parameters declared apart, functions called before
-   they are known, main with arguments. Some programs are. */
+/* Written as before 1989: no prototypes, no types, parameters declared apart, functions called
+   before they are known, main with arguments. Some programs are. */
 #include "kilolib.h"
 #define DEBUG
 #include "debug.h"

@@ -1,13 +1,14 @@
 /// The robots and modules of a world that run on boards: executed in lock-step, coupled by light.
 ///
-/// All boards are executed up to the same moment, then for the next QUANTUM cycles. What one of them
-/// sends reaches others, boards or not, a QUANTUM later; what others send reaches a board without
-/// delay. Messages from outside the channel (overhead controller, virtual floor) come as light, too,
-/// while nothing else is on air around the robot, and again if other light comes between.
+/// All boards are executed up to the same moment, then for the next QUANTUM cycles. What one of
+/// them sends reaches others, boards or not, a QUANTUM later; what others send reaches a board
+/// without delay. Messages from outside the channel (overhead controller, virtual floor) come as
+/// light, too, while nothing else is on air around the robot, and again if other light comes
+/// between.
 ///
-/// To the channel a board is a sender whose message is known only when it has ended: it gets flashes,
-/// and what a reader of pulses makes of them. Stations are the robots, then four cells for each
-/// module. What a module's controller queues reaches its bus a QUANTUM later. One thread
+/// To the channel a board is a sender whose message is known only when it has ended: it gets
+/// flashes, and what a reader of pulses makes of them. Stations are the robots, then four cells for
+/// each module. What a module's controller queues reaches its bus a QUANTUM later. One thread
 /// executes all boards of a world.
 #ifndef KILOTWIN_AVR_BOARDS_BOARDS_H
 #define KILOTWIN_AVR_BOARDS_BOARDS_H
@@ -83,8 +84,8 @@ class Boards : public ModuleBoards {
     Events take_module_events() override { return std::exchange(module_events_, {}); }
 
     /// Executes all boards up to `until`, quantum by quantum, or returns the next flash before
-    /// `until`, which the caller passes on before it goes on. busy(robot) says whether anything is on
-    /// air around a robot.
+    /// `until`, which the caller passes on before it goes on. busy(robot) says whether anything is
+    /// on air around a robot.
     template <typename Busy> std::optional<Flash> run(Cycles until, Busy busy) {
         take_messages();
         while (true) {
@@ -107,8 +108,8 @@ class Boards : public ModuleBoards {
     void forget_reached(uint32_t station);
 
     /// The light of `station` reaches a robot or a cell that has a board, with a strength. If the
-    /// frame is `lost`, one of its pulses is not seen, so that the CRC will be wrong; `draw` chooses
-    /// which.
+    /// frame is `lost`, one of its pulses is not seen, so that the CRC will be wrong; `draw`
+    /// chooses which.
     void reach(uint32_t station, uint32_t listener, distance_measurement_t strength, bool lost,
                uint64_t draw);
 

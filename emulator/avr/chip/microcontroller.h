@@ -6,8 +6,8 @@
 /// go on.
 ///
 /// Time is the chip's own: cycles of 125 ns since power-up, by its own oscillator. A chip is driven
-/// by its board and belongs to one thread. Cost: that of the instructions executed; time in which the
-/// program idles is skipped (IdleLoop).
+/// by its board and belongs to one thread. Cost: that of the instructions executed; time in which
+/// the program idles is skipped (IdleLoop).
 #ifndef KILOTWIN_AVR_CHIP_MICROCONTROLLER_H
 #define KILOTWIN_AVR_CHIP_MICROCONTROLLER_H
 

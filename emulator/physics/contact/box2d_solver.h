@@ -1,7 +1,7 @@
 /// Box2D: slower than our own solver, and independent of it. Only box2d_solver.cpp knows its types.
 ///
-/// One robot radius is 0.1 of its units in every profile, because its tolerances are fixed in units:
-/// so it sees a contact coming that is 0.18 radii away.
+/// One robot radius is 0.1 of its units in every profile, because its tolerances are fixed in
+/// units: so it sees a contact coming that is 0.18 radii away.
 #ifndef KILOTWIN_PHYSICS_CONTACT_BOX2D_SOLVER_H
 #define KILOTWIN_PHYSICS_CONTACT_BOX2D_SOLVER_H
 

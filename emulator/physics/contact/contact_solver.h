@@ -36,8 +36,8 @@ class ContactSolver {
   public:
     virtual ~ContactSolver() = default;
 
-    /// Moves the members of a crowd for `step_s`, a number of ticks. To be called when there are none
-    /// as well: who is no member may be anywhere by the next time.
+    /// Moves the members of a crowd for `step_s`, a number of ticks. To be called when there are
+    /// none as well: who is no member may be anywhere by the next time.
     virtual void solve(Crowd &crowd, double step_s) = 0;
 };
 

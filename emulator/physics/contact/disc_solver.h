@@ -61,7 +61,8 @@ class DiscSolver final : public ContactSolver {
         double along, across;
     };
 
-    /// A part of discs_ and contacts_: those that may touch one another, directly or through others.
+    /// A part of discs_ and contacts_: those that may touch one another, directly or through
+    /// others.
     struct Island {
         uint32_t first_disc, first_contact;
         uint32_t discs = 0, contacts = 0;  ///< how many

@@ -41,8 +41,8 @@ void kilolib_converter_stop(void) { ADCSRA = 0; }
 
 void kilolib_converter_sample_on_edge(uint8_t channel) { ADMUX = channel; }
 
-// The strength of an edge that was missed is unknown. The highest one makes estimate_distance() go by
-// the low gain alone, which is sampled later.
+// The strength of an edge that was missed is unknown. The highest one makes estimate_distance() go
+// by the low gain alone, which is sampled later.
 int16_t kilolib_converter_sampled(void) {
     wait_for_end();
     const int16_t value = missed_edge ? CONVERTER_MOST : (int16_t)ADC;

@@ -1,5 +1,5 @@
-/// The light as `kilotwin port` tells it one reading after the other, at whatever time they are taken: it walks all
-/// over the range, and now and then a message that comes in spoils a reading.
+/// Light as `kilotwin port` gives it, reading by reading, whenever they are taken: a walk over the
+/// whole range, and now and then a message that is received spoils a reading.
 #include <stdint.h>
 
 int16_t kilotwin_nth_light(void) {

@@ -19,8 +19,9 @@ void runtime_bus_listen(void);
 /// Implemented by who listens.
 void runtime_bus_received(const can_frame_t *frame);
 
-/// Sends a frame to an address of protocol/address.h; waits up to 10 ms for the one before. False if
-/// there is no such address or the bus is stuck. From the main loop or from runtime_bus_received().
+/// Sends a frame to an address of protocol/address.h; waits up to 10 ms for the one before. False
+/// if there is no such address or the bus is stuck. From the main loop or from
+/// runtime_bus_received().
 bool runtime_bus_send(can_frame_t *frame, uint8_t x, uint8_t y, uint8_t type);
 
 /// The same to the host, with the module's own coordinates.

@@ -80,8 +80,8 @@ static int16_t sampled(void) {
     return (int16_t)ADC;
 }
 
-// The leader's stop is too weak for the comparator at low gain, so it is sampled when it is due, and
-// counts as seen.
+// The leader's stop is too weak for the comparator at low gain, so it is sampled when it is due,
+// and counts as seen.
 static void begin_frame(void) {
     OCR1B = reader.byte_start + STOP_SLOT * SLOT_CYCLES - LOW_GAIN_AHEAD;
     TIFR1 = BIT(OCF1A) | BIT(OCF1B);

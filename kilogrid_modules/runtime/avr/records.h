@@ -1,4 +1,5 @@
-/// Tracking records that wait for the host's next poll (next_CAN_message() is how programs add one).
+/// Tracking records that wait for the host's next poll (next_CAN_message() is how programs add
+/// one).
 #ifndef MODULE_AVR_RECORDS_H
 #define MODULE_AVR_RECORDS_H
 

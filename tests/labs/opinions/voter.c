@@ -1,6 +1,6 @@
 /* Collective perception: which colour do more cells have? Each robot explores, counts the cells it
- * receives, and then sends its neighbours what it has found; those that explored less follow the majority
- * of what they hear. */
+ * receives, and then sends its neighbours the result; those that explored less follow the majority
+ * of the messages they receive. */
 #include <kilolib.h>
 #include <stdlib.h>
 #include <string.h>

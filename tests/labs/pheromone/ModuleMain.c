@@ -1,5 +1,5 @@
-/* Pheromone: robots that stand on a cell leave some, it evaporates, and the cell says how much there
- * is. configuration[0..3]: what each cell is. */
+/* Pheromone: robots that stand on a cell leave some, it evaporates, and the cell sends the amount.
+ * configuration[0..3]: what each cell is. */
 #include <avr/io.h>
 #include <avr/wdt.h>
 #include <util/delay.h>

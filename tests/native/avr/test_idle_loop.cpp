@@ -1,4 +1,5 @@
-// Time in which a program only waits is passed over, and that shows nowhere but in how long it takes.
+// Time in which a program only waits is passed over, and that shows nowhere but in how long it
+// takes.
 #include <doctest/doctest.h>
 
 #include <algorithm>

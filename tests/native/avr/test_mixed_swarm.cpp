@@ -14,7 +14,8 @@ namespace {
 constexpr double PERIOD_S = 16 * TICK_S;
 constexpr uint8_t RUN = 0x88;
 
-/// Robots `spacing_m` apart in a row, the first `boards` of them on boards; heard without loss or noise.
+/// Robots `spacing_m` apart in a row, the first `boards` of them on boards; heard without loss or
+/// noise.
 SimulationDef row_of_mates(size_t boards, size_t natives, double spacing_m, uint64_t seed = 1) {
     SimulationDef def;
     def.seed = seed;

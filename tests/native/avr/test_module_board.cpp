@@ -1,4 +1,5 @@
-// A Kilogrid's module from its hex: sites, linked with our runtime, on an ATmega328P with its chips.
+// A Kilogrid's module from its hex: sites, linked with our runtime, on an ATmega328P with its
+// chips.
 #include <doctest/doctest.h>
 
 #include <algorithm>

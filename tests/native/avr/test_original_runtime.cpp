@@ -1,5 +1,6 @@
-// A hex file as those published were built: another runtime than ours (programs/original.c), which drives the same
-// pins in its own way, and has to live with our robots, native ones, and the overhead controller.
+// A hex file as those published were built: another runtime than ours (programs/original.c), which
+// drives the same pins in its own way, and has to live with our robots, native ones, and the
+// overhead controller.
 #include <doctest/doctest.h>
 
 #include <cmath>

@@ -116,7 +116,8 @@ TEST_CASE("light from two senders at once holds the comparator's level and adds 
     CHECK(bench.byte("level") == 0);
     CHECK(bench.byte("pulses") == 1);
     CHECK(bench.word("readings", 0) == 100);
-    // Measured while two shine, on the low gain, which the first pulse chose; too bright for the converter.
+    // Measured while two shine, on the low gain, which the first pulse chose; too bright for the
+    // converter.
     bench.board.shine({2 * MS, 2 * MS + 90, {900, 1000}});
     bench.board.shine({2 * MS, 2 * MS + 90, {900, 1000}});
     bench.board.run(3 * MS);

@@ -17,7 +17,8 @@ struct BruteCounts {
 
 class BruteChannel {
   public:
-    /// `audible[i]`: which robots receive robot i. Clocks differ by a normal share of sd `clock_spread`.
+    /// `audible[i]`: which robots receive robot i. Clocks differ by a normal share of sd
+    /// `clock_spread`.
     BruteChannel(std::vector<std::vector<int>> audible, double clock_spread, uint64_t seed)
         : audible_(std::move(audible)),
           robots_(audible_.size()),

@@ -63,8 +63,8 @@ std::vector<Pose> all_in_box2d(const Scene &scene, std::vector<Pose> poses,
     return poses;
 }
 
-/// Compares a run of puppets with the all-in-Box2D run, at the end of each of ten parts. Returns the
-/// largest difference in place.
+/// Compares a run of puppets with the all-in-Box2D run, at the end of each of ten parts. Returns
+/// the largest difference in place.
 double worst_difference(const Arena &arena, const std::vector<Pose> &poses,
                         const std::vector<Drive> &drives, int64_t duration_ticks,
                         uint32_t step_ticks = 1) {

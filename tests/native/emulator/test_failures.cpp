@@ -94,7 +94,8 @@ TEST_CASE("a division by zero, a NULL pointer and an index that is a little off 
 
 TEST_CASE("a call through NULL starts the program again, as on the robot, and is noted once") {
     for (Cycles slice : {ticks(1), ticks(500)}) {
-        // By uid: from loop(), the callback that sends, the one that receives; main() itself, always.
+        // By uid: from loop(), the callback that sends, the one that receives; main() itself,
+        // always.
         Bench bench(std::vector<std::string>(4, "restarts"));
         for (uint64_t run : {10u, 200u})
             for (uint32_t robot = 0; robot < 4; robot++)

@@ -30,8 +30,8 @@ enum : uint8_t {
 };
 constexpr int64_t LEAD = 128;
 
-/// Kilobots with the program `puppet` on a grid whose modules run `module_lab`, received without loss
-/// unless a test asks for it.
+/// Kilobots with the program `puppet` on a grid whose modules run `module_lab`, received without
+/// loss unless a test asks for it.
 Scene on_grid(uint32_t columns, uint32_t rows, uint32_t buses, const std::vector<Pose> &poses,
               uint64_t seed = 1) {
     Scene scene({{Region::Shape::RECTANGLE, {0, 0}, {columns * MODULE_M, rows * MODULE_M}}, {}},

@@ -61,8 +61,9 @@ TEST_CASE("two senders hidden from one another spoil the share of frames that ge
         frames += counts.sent;
         collided += counts.collided;
     }
-    // A frame is spoilt if the other's began within a frame's time before or after it. Collisions come in pairs and,
-    // as clocks drift past one another, in bursts: ten pairs of clocks give a wide but honest bound.
+    // A frame is spoilt if the other's began within a frame's time before or after it. Collisions
+    // come in pairs and, as clocks drift past one another, in bursts: ten pairs of clocks give a
+    // wide but honest bound.
     double share = static_cast<double>(collided) / static_cast<double>(frames);
     CHECK(share > 0);
     CHECK(share == doctest::Approx(2 * FRAME_S / PERIOD_S).epsilon(0.5));

@@ -61,7 +61,8 @@ TEST_CASE("a robot that always finds the channel busy has 58.7 ticks a second an
     talk_for_ever(bench, make_message(5));
     bench.run_ms(600);
     const uint8_t sent = bench.byte("sent");
-    // Light that never goes out: no edges, so the receiver is not occupied, but the leader hears it.
+    // Light that never goes out: no edges, so the receiver is not occupied, but the leader hears
+    // it.
     bench.board.shine({bench.board.now() + 10, bench.board.now() + 60000 * MS, {300, 600}});
     bench.run_ms(1000);
     const uint32_t before = bench.ticks();

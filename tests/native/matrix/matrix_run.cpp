@@ -41,8 +41,8 @@ SimulationDef definition() {
     def.floor = VirtualFloor::Settings{};
     def.groups = {{guest("aggregation"), "aggregation", 50, {}},
                   {guest("wanderer"), "wanderer", 10, {}}};
-    // CONFIG of a foot-bot: rests where it is pushed to; turns take 0.70 s a radian; legs of 5 s, entry
-    // 10 s, leave test 2 s.
+    // CONFIG of a foot-bot: rests where it is pushed to; turns take 0.70 s a radian; legs of 5 s,
+    // entry 10 s, leave test 2 s.
     def.commands = {{-7, 0, 50, config(WIRE_KEY_PUSHED_OFF, 0)},
                     {-6, 0, ALL, config(WIRE_KEY_TURN_TICKS_PER_RAD, 1'400'000)},
                     {-5, 0, ALL, config(WIRE_KEY_STRAIGHT_TICKS, 153)},

@@ -1,5 +1,5 @@
 // expect: differs fails
-// It also reads the light at another time and prints: that alone is no reason to think nothing of a difference.
+// It also reads the light at another time and prints: neither alone excuses a difference.
 #define DEBUG
 #include <debug.h>
 #include <kilolib.h>

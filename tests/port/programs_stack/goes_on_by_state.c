@@ -1,4 +1,4 @@
-// States are functions, called by their address, that print; the cases of a switch have frames of their own.
+// States are functions, called by address, that print; cases of a switch have own frames.
 #define DEBUG
 #include <debug.h>
 #include <kilolib.h>

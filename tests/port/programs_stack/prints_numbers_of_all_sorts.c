@@ -1,4 +1,4 @@
-// printf() and its like save registers by __prologue_saves__; powf() goes through many small functions.
+// printf() and its like save registers by __prologue_saves__; powf() calls many small functions.
 #define DEBUG
 #include <debug.h>
 #include <kilolib.h>

@@ -1,6 +1,7 @@
-// An application and, in the boot section, a loader, as the Kilobot has them: the application calls word address
-// 0x7000, which the program counter's 14 bits make byte 0x6000; through erased flash it slides to 0x7000. The
-// loader moves the vectors, counts timer interrupts by its own handler, and programs a page.
+// An application and, in the boot section, a loader, as the Kilobot has them: the application calls
+// word address 0x7000, which the program counter's 14 bits make byte 0x6000; through erased flash
+// it slides to 0x7000. The loader moves the vectors, counts timer interrupts by its own handler,
+// and programs a page.
 #include <avr/boot.h>
 #include <avr/interrupt.h>
 #include <avr/io.h>

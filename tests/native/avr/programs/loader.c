@@ -1,4 +1,5 @@
-// A boot loader without an application: counts timer interrupts by vectors in its own section, and programs a page.
+// A boot loader without an application: counts timer interrupts by vectors in its own section, and
+// programs a page.
 #include <avr/boot.h>
 #include <avr/interrupt.h>
 #include <avr/io.h>

@@ -1,6 +1,7 @@
-// A robot's runtime and program in one, wired as those published before ours are: receives in the comparator's
-// interrupt by polling the converter, times pulses by a timer that it starts and stops, sends from within the
-// timer's interrupt, moves the LED by DDR alone, obeys RUN, RESET, SLEEP and BOOT.
+// A robot's runtime and program in one, wired as those published before ours are: receives in the
+// comparator's interrupt by polling the converter, times pulses by a timer that it starts and
+// stops, sends from within the timer's interrupt, moves the LED by DDR alone, obeys RUN, RESET,
+// SLEEP and BOOT.
 #define F_CPU 8000000UL
 #include <avr/eeprom.h>
 #include <avr/interrupt.h>

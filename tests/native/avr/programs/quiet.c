@@ -1,5 +1,5 @@
-// Reads its light in the sleep that is meant for that, then sleeps deeply until the watchdog, then has its receiver
-// off.
+// Reads its light in the sleep that is meant for that, then sleeps deeply until the watchdog, then
+// has its receiver off.
 #define F_CPU 8000000UL
 #include <avr/interrupt.h>
 #include <avr/io.h>

@@ -1,5 +1,5 @@
-// Notes when the comparator trips and what the converter made of that pulse. The first pulse is measured on the
-// high gain, the second on the low gain.
+// Notes when the comparator trips and what the converter made of that pulse. The first pulse is
+// measured on the high gain, the second on the low gain.
 #include <avr/interrupt.h>
 #include <avr/io.h>
 

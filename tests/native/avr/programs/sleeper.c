@@ -1,5 +1,6 @@
-// Sleeps in power-down until the watchdog's interrupt, twice; then lets the watchdog reset it. Counts its starts
-// in the EEPROM. Timer 0 would interrupt 31 times per second, but stands still meanwhile.
+// Sleeps in power-down until the watchdog's interrupt, twice; then lets the watchdog reset it.
+// Counts its starts in the EEPROM. Timer 0 would interrupt 31 times per second, but stands still
+// meanwhile.
 #include <avr/eeprom.h>
 #include <avr/interrupt.h>
 #include <avr/io.h>

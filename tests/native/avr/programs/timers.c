@@ -2,8 +2,8 @@
 #include <avr/interrupt.h>
 #include <avr/io.h>
 
-// Between two compare matches of timer 0 in normal mode, for several compare values; and what the counter read
-// when the flag was seen.
+// Between two compare matches of timer 0 in normal mode, for several compare values; and what the
+// counter read when the flag was seen.
 volatile uint16_t match_period[4];
 volatile uint8_t match_count[4];
 volatile uint16_t clear_period, overflow_period, fast_period;

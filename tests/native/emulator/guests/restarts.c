@@ -1,4 +1,4 @@
-// Calls through NULL, one way for each uid; each time the robot runs it says what was left of before.
+// Calls through NULL, one way for each uid; at each start it prints what was left from before.
 #define DEBUG
 #include <debug.h>
 #include <kilolib.h>

@@ -1,5 +1,5 @@
-/// Lays the Kilobot API open to the tests: a test writes a request, loop() carries it out and leaves
-/// what came of it in `result`; callbacks count and keep what they get.
+/// Lays the Kilobot API open to the tests: a test writes a request, loop() carries it out and
+/// leaves what came of it in `result`; callbacks count and keep what they get.
 #include <kilolib.h>
 #include <stddef.h>
 
