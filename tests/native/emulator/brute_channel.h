@@ -47,13 +47,13 @@ class BruteChannel {
     static constexpr double NOTICE_US = 9;  // a pulse, and the entry of its interrupt
     static constexpr double POLL_FROM_US = 2 * SLOT_US, POLL_TO_US = POLL_FROM_US + 235;
     static constexpr double LEADER_STOP_US = 9 * SLOT_US;
-    static constexpr int PERIOD_COUNTS = 3906, TICK_COUNTS = 255;
+    static constexpr int PERIOD_COUNTS = 3906, MATCH_COUNTS = 255;
 
     enum class Fate { CLEAR, COLLIDED, DEAF };
 
     struct Robot {
         double tick_us = 0, next_tick = 0, next_regular = 0;
-        int tx_clock = PERIOD_COUNTS, increment = TICK_COUNTS;  // long overdue when RUN comes
+        int tx_clock = PERIOD_COUNTS, increment = MATCH_COUNTS;  // long overdue when RUN comes
         bool sending = false, polled = false, saw_light = false;
         double began = 0;
         std::vector<Fate> fates;    // of its frame, by listener
@@ -93,7 +93,7 @@ class BruteChannel {
     void tick(int index, double now) {
         Robot &robot = robots_[static_cast<size_t>(index)];
         robot.tx_clock += robot.increment;
-        robot.increment = TICK_COUNTS;
+        robot.increment = MATCH_COUNTS;
         if (robot.next_tick >= robot.next_regular) robot.next_regular += robot.tick_us;
         robot.next_tick = robot.next_regular;
         const bool receiving =
@@ -140,9 +140,9 @@ class BruteChannel {
         Robot &robot = robots_[static_cast<size_t>(index)];
         counts_.failed++;
         go_dark(index);
-        const int compare = std::uniform_int_distribution<int>(0, TICK_COUNTS)(random_);
+        const int compare = std::uniform_int_distribution<int>(0, MATCH_COUNTS)(random_);
         const double count_us = COUNT_US * robot.tick_us / TICK_US;
-        double match = robot.next_regular - (TICK_COUNTS - compare) * count_us;
+        double match = robot.next_regular - (MATCH_COUNTS - compare) * count_us;
         if (match <= now) match += robot.tick_us;
         robot.increment = compare;
         robot.next_tick = match;

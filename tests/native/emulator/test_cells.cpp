@@ -2,6 +2,7 @@
 
 #include <set>
 
+#include "base/errors.h"
 #include "grid/cells.h"
 #include "support.h"
 

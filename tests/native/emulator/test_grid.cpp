@@ -4,6 +4,7 @@
 #include <map>
 
 #include "address.h"
+#include "base/errors.h"
 #include "support.h"
 
 using namespace kilotwin;

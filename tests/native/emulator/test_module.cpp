@@ -1,3 +1,4 @@
+#include "base/errors.h"
 #include "base/message_crc.h"
 #include "module_bench.h"
 

@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "base/errors.h"
 #include "base/trigonometry.h"
 #include "support.h"
 

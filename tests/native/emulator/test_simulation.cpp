@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "base/errors.h"
 #include "support.h"
 
 using namespace kilotwin;
