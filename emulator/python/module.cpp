@@ -1,6 +1,7 @@
 // The engine as the Python module kilotwin._emulator: constants, and one file per subject. Find a
 // binding in the file that has its subject's name; specification.cpp reads experiments.
 #include <nanobind/nanobind.h>
+#include <nanobind/stl/string.h>
 
 #include "base/errors.h"
 #include "guest/abi.h"
