@@ -23,6 +23,7 @@ struct Command {
     Eigen::Vector2d centre{0, 0};
     double radius_m = INFINITY;
 
+    /// Whether the range of uids has it; where the robot is does not matter.
     bool is_for(uint16_t uid) const { return uid >= uid_first && uid <= uid_last; }
     bool is_everywhere() const { return !(radius_m < INFINITY); }
 };
@@ -51,9 +52,9 @@ class Commands {
         return run_at_ + static_cast<Cycles>(command.tick) * TICK_CYCLES;  // negative ticks wrap
     }
 
-    std::vector<Command> commands_;
+    std::vector<Command> commands_;  ///< by tick
     Cycles run_at_;
-    size_t next_ = 0;
+    size_t next_ = 0;  ///< those before it have been taken
 };
 
 }  // namespace kilotwin

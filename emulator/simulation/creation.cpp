@@ -23,6 +23,7 @@ namespace {
 constexpr uint32_t POWER_UP_TICKS = 16;
 constexpr int64_t LEAD_TICKS = 64;
 
+/// The file outlives this process: the parent reads in it which robot ran last.
 BlackBox *map_black_box(const std::string &path) {
     if (path.empty()) return nullptr;
     int file = open(path.c_str(), O_RDWR | O_CLOEXEC);
@@ -36,6 +37,7 @@ BlackBox *map_black_box(const std::string &path) {
 /// Whole world steps, however long these are.
 Cycles round_up(int64_t ticks) { return static_cast<Cycles>((ticks + 3) / 4 * 4) * TICK_CYCLES; }
 
+/// When RUN is given: after the lead, and after every command that comes before RUN.
 Cycles run_cycles(const SimulationDef &def) {
     int64_t lead = LEAD_TICKS + def.lead_ticks;
     for (const auto &command : def.commands)
@@ -43,6 +45,7 @@ Cycles run_cycles(const SimulationDef &def) {
     return round_up(lead);
 }
 
+/// Known before robots are created, since lists by robot are.
 size_t count_robots(const SimulationDef &def) {
     size_t count = 0;
     for (const auto &group : def.groups) count += group.count;
@@ -87,6 +90,7 @@ Simulation::~Simulation() {
     if (black_box_ != nullptr) munmap(black_box_, sizeof *black_box_);
 }
 
+// Guests of a group share a program; each has an image of its own that begins a cache line.
 void Simulation::create_robots() {
     std::vector<Pose> poses;
     for (const auto &group : def_.groups)
@@ -122,6 +126,7 @@ void Simulation::create_robots() {
     create_bodies(poses);
 }
 
+// Spreads are cut at three standard deviations, so that no robot is an extreme one.
 Calibration Simulation::calibrate(uint32_t index) const {
     constexpr double LIMIT = 3;
     auto spread = [&](Purpose purpose, double sd) {
@@ -151,6 +156,7 @@ void Simulation::create_bodies(const std::vector<Pose> &poses) {
     floor_.emplace(def_.floor, run_at_, step_, def_.arena, radius, *bodies_);
 }
 
+// Kinds are added in the order in which they are executed where they are due at the same time.
 void Simulation::create_kilobot_channel() {
     const auto robots = static_cast<uint32_t>(robots_.size());
     const uint32_t cells = grid_ ? grid_->layout().cells() : 0;

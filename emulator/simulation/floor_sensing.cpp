@@ -27,6 +27,7 @@ void FloorSensing::end_step(Cycles now) {
     for (uint32_t robot : bodies_.pushed()) look_again_around(robot, begin_of_step(now, step_));
 }
 
+// What one robot senses depends on itself and on those in its list.
 void FloorSensing::look_again_around(uint32_t robot, Cycles at) {
     auto look_again = [&](uint32_t other) {
         Cycles &again = surroundings_[other].look_again;
@@ -36,6 +37,7 @@ void FloorSensing::look_again_around(uint32_t robot, Cycles at) {
     for (uint32_t other : bodies_.lists().of(robot)) look_again(other);
 }
 
+// Squares suffice, but for those so near that the gap decides.
 FloorSensing::Nearest FloorSensing::nearest_to(uint32_t robot) const {
     const Eigen::Vector2d here = bodies_.position(robot);
     const bool rests = bodies_.rests(robot);
@@ -73,12 +75,15 @@ void FloorSensing::look_around(uint32_t robot) {
         wall_gap = std::min(wall_gap, gap);
         if (gap <= obstacle_gap && outward.dot(bodies_.ahead(robot)) > 0) nearest.obstacle = true;
     });
+    // As long as its own way to a wall or to a site's edge takes at least.
     const double still_s =
         std::min(std::max(wall_gap - obstacle_gap, 0.0), arena_.distance_to_site_edge(here)) /
         bodies_.fastest_m_s();
     around.cell.site = arena_.site_at(here);
     around.cell.flags = nearest.obstacle ? WIRE_CELL_OBSTACLE : 0;
     around.unchanged_until = now_ + whole_steps(std::min(unchanged_s, still_s), step_);
+    // A robot that rests need not look while only resting ones are near: disturb() tells when one
+    // begins to move.
     around.look_again = bodies_.rests(robot) ? now_ + std::max(whole_steps(unmoved_s, step_), step_)
                                              : around.unchanged_until;
 }

@@ -18,6 +18,8 @@
 
 namespace kilotwin {
 
+/// One per run. A world step calls begin_step(), then look() and tell() for each robot that is due,
+/// disturb() for motor commands, and end_step().
 class FloorSensing {
   public:
     /// A floor that senses from `begin` on, in world steps of `step`; no `settings`: there is none.
@@ -25,6 +27,7 @@ class FloorSensing {
     FloorSensing(const std::optional<VirtualFloor::Settings> &settings, Cycles begin, Cycles step,
                  const Arena &arena, double radius_m, const Bodies &bodies);
 
+    /// Whether there is a floor.
     bool exists() const { return floor_.has_value(); }
 
     /// A world step begins at `now`.
@@ -59,17 +62,19 @@ class FloorSensing {
     struct Surroundings {
         Cycles look_again = 0;       ///< before this nothing in it can change
         Cycles unchanged_until = 0;  ///< nor before this, whichever robots begin to move
-        wire_cell_t cell = {0, 0};
+        wire_cell_t cell = {0, 0};   ///< what it tells then
     };
     /// The gaps to whatever is near a robot: squares of distances between centres.
     struct Nearest {
-        double robot = INFINITY, mover = INFINITY;
-        bool obstacle = false;
+        double robot = INFINITY, mover = INFINITY;  ///< of any, and of those that move
+        bool obstacle = false;                      ///< one is close ahead
     };
 
     void look_around(uint32_t robot);
     Nearest nearest_to(uint32_t robot) const;
+    /// The robot and those on its list look around again by `at`.
     void look_again_around(uint32_t robot, Cycles at);
+    /// Distance of centres at which another robot becomes an obstacle.
     double near_m() const { return 2 * radius_m_ + floor_->obstacle_m(); }
 
     std::optional<VirtualFloor> floor_;

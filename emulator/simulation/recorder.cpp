@@ -10,6 +10,7 @@ void Samples::add_robot(const Pose &pose, uint8_t color, uint8_t site_under) {
     site.push_back(site_under);
 }
 
+// FNV-1a with its usual offset and prime.
 uint64_t result_hash(const Samples &now) {
     uint64_t hash = 0xCBF29CE484222325u;
     auto take = [&hash](const void *data, size_t bytes) {

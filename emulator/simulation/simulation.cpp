@@ -20,6 +20,7 @@ void Simulation::advance(int64_t ticks) {
     const Cycles end = end_of_step(now_ + static_cast<Cycles>(ticks) * TICK_CYCLES, step_);
     channel_->host_silent_until(end);
     sample_if_due();
+    // Robots are run ahead up to the next sample at most: it shows them as they are then.
     while (now_ < end) {
         step(std::min(end, next_sample_));
         sample_if_due();
@@ -34,6 +35,7 @@ void Simulation::step(Cycles limit) {
     floor_->begin_step(now_);
     sense_on_boards();
     channel_->run(now_, end, limit);
+    // Chips have been executed within run(), up to the end of the step.
     for (uint32_t robot : boards_.robots()) take_motor_commands(robot);
     run_due_robots(limit);
     channel_->end_step();
@@ -49,6 +51,7 @@ void Simulation::give_commands(Cycles until) {
         until, [this](const Command &command, Cycles at) { give(command, std::max(at, now_)); });
 }
 
+/// The overhead controller is strong: its messages are not lost, whatever is on air.
 void Simulation::give(const Command &command, Cycles at) {
     for (auto &robot : robots_) {
         const uint32_t index = robot.index();

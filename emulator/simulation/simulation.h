@@ -41,9 +41,9 @@ namespace kilotwin {
 /// throws EngineError.
 struct SimulationDef {
     struct Group {
-        std::string program;  ///< path of the guest, or of the .hex or .elf for a board
-        std::string name;
-        size_t count = 0;
+        std::string program;      ///< path of the guest, or of the .hex or .elf for a board
+        std::string name;         ///< of the program, in events
+        size_t count = 0;         ///< robots
         std::vector<Pose> poses;  ///< empty: placed at random
         bool on_board = false;    ///< each robot is an ATmega328P; with the Kilobot medium only
     };
@@ -72,12 +72,13 @@ struct SimulationDef {
     bool run_ahead = true;        ///< false: tick by tick, for tests
 };
 
+/// Numbers that a run adds up, from the begin on.
 struct Statistics {
-    uint64_t steps = 0;
-    ChannelCounts medium;
-    uint64_t solver_steps = 0;  ///< bodies times steps
-    uint64_t list_rebuilds = 0;
-    Overlaps overlaps;
+    uint64_t steps = 0;          ///< world steps
+    ChannelCounts medium;        ///< frames
+    uint64_t solver_steps = 0;   ///< bodies times steps
+    uint64_t list_rebuilds = 0;  ///< neighbour lists made anew
+    Overlaps overlaps;           ///< of robots in contact
 };
 
 class Simulation {
@@ -96,6 +97,7 @@ class Simulation {
 
     /// Nominal ticks since RUN of a moment.
     int64_t tick_of(Cycles at) const;
+    /// The begin of the next world step.
     Cycles now() const { return now_; }
     /// Since t = 0, when the experiment begins.
     double seconds_of(Cycles at) const {
@@ -112,6 +114,7 @@ class Simulation {
     Grid &grid();
     const Grid &grid() const;
 
+    /// How many robots there are, and one of them, by index below that.
     size_t size() const { return robots_.size(); }
     const Robot &robot(size_t index) const { return robots_[index]; }
     const Boards &boards() const { return boards_; }
@@ -124,7 +127,9 @@ class Simulation {
     /// Writes what the pins of a robot on a board do from now on to a VCD file.
     void trace(size_t robot, const std::string &path) { boards_.board_of(robot).trace(path); }
 
+    /// The samples since the last call.
     Samples take_samples();
+    /// One sample of this moment; those that take_samples() returns do not change.
     Samples snapshot() const;
     Events take_events();  ///< in order of time
     Statistics statistics() const;
@@ -133,55 +138,62 @@ class Simulation {
     std::vector<FrameCounts> frames() const { return channel_->frames(); }
 
   private:
-    // Creation, in creation.cpp.
+    // Creation, in creation.cpp, in this order; one of the two channels.
     void create_robots();
+    /// What differs from robot to robot: oscillator, receiver, uid.
     Calibration calibrate(uint32_t robot) const;
     void create_bodies(const std::vector<Pose> &poses);
     void create_kilobot_channel();
     void create_ideal_channel();
+    /// From power-up to start_.
     void boot();
 
+    /// One world step; no robot is executed beyond `limit`.
     void step(Cycles limit);
     void give_commands(Cycles until);
+    /// Delivers a command at `at`, not earlier than now_, to the robots it is for.
     void give(const Command &command, Cycles at);
     void sense_on_boards();
     void run_due_robots(Cycles limit);
     void prefetch_due_after(size_t i) const;
+    /// Executes a robot through this step, and on up to its lookahead, at most `limit`.
     void run_on(uint32_t robot, Cycles limit);
     void ran_ahead(uint32_t robot, Cycles until);
+    /// Hands what a robot has ordered of its motors to the bodies and the floor.
     void take_motor_commands(uint32_t robot);
     bool light_changes() const { return !def_.light.sources.empty(); }
     /// Not where light depends on the place: how long a robot will stay where it is is not known.
     bool may_run_ahead() const { return def_.run_ahead && !light_changes(); }
+    /// Takes a sample if the step that has begun is the first not before its time.
     void sample_if_due();
     void sample_into(Samples &samples) const;
 
     SimulationDef def_;
     Chance chance_;
-    Cycles step_;               ///< length of a world step
-    Cycles run_at_;             ///< when RUN is given: t = 0
-    Cycles start_;              ///< when stepping begins: before, robots wait for commands
-    Cycles now_;                ///< begin of the current step
-    uint64_t samples_due_ = 0;  ///< so many were taken
-    Cycles next_sample_;
-    Events events_;
-    std::vector<Emission> emissions_;
-    BlackBox *black_box_ = nullptr;
-    RobotContext context_;
-    std::vector<Swarm<CacheLine>> images_;  ///< state of all robots of a group
-    Swarm<Robot> robots_;
-    Boards boards_;
-    Commands commands_;
-    std::optional<Bodies> bodies_;
-    std::optional<FloorSensing> floor_;
-    std::optional<Grid> grid_;
-    std::unique_ptr<Channel> channel_;
+    Cycles step_;                      ///< length of a world step
+    Cycles run_at_;                    ///< when RUN is given: t = 0
+    Cycles start_;                     ///< when stepping begins: before, robots wait for commands
+    Cycles now_;                       ///< begin of the current step
+    uint64_t samples_due_ = 0;         ///< so many were taken
+    Cycles next_sample_;               ///< when the next is due, a begin of a step
+    Events events_;                    ///< since the last take_events(), in order of execution
+    std::vector<Emission> emissions_;  ///< of the robot executed last; the channel takes them
+    BlackBox *black_box_ = nullptr;    ///< mapped file that tells which robot runs, or null
+    RobotContext context_;             ///< what all robots share
+    std::vector<Swarm<CacheLine>> images_;             ///< state of all robots of a group
+    Swarm<Robot> robots_;                              ///< by index; those on boards too
+    Boards boards_;                                    ///< empty without chips
+    Commands commands_;                                ///< of the definition, those to come
+    std::optional<Bodies> bodies_;                     ///< always there once created
+    std::optional<FloorSensing> floor_;                ///< likewise; may sense nothing
+    std::optional<Grid> grid_;                         ///< only with a Kilogrid
+    std::unique_ptr<Channel> channel_;                 ///< the medium
     std::vector<std::unique_ptr<Stations>> stations_;  ///< but for robots as guests
 
     std::vector<Cycles> wake_;   ///< by robot: the begin of the step in which it next is due
     std::vector<uint32_t> due_;  ///< robots to be executed in this step
-    Samples samples_;
-    uint64_t steps_ = 0;
+    Samples samples_;            ///< since the last take_samples()
+    uint64_t steps_ = 0;         ///< world steps so far
 };
 
 }  // namespace kilotwin
