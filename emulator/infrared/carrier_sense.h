@@ -11,6 +11,7 @@
 
 namespace kilotwin {
 
+/// One per Kilobot channel, for stations of all kinds. Without state of its own.
 class CarrierSense {
   public:
     /// The window, from the begin of the attempt.
@@ -38,6 +39,7 @@ class CarrierSense {
         return held_busy_ || !frames_.is_dark(station) || frames_.is_on_air(station);
     }
 
+    /// The settings that it was made with.
     bool senses() const { return senses_; }
     bool held_busy() const { return held_busy_; }
 

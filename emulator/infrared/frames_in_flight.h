@@ -27,23 +27,24 @@ enum class Fate : uint8_t {
 
 /// A receiver that a frame's light falls on.
 struct Reached {
-    uint32_t station;
+    uint32_t station;   ///< its number
     float distance_mm;  ///< centre to centre
-    Fate fate;
+    Fate fate;          ///< as far as is known
 };
 
 /// A frame in flight, or only the attempt at one: carrier sense may still end it.
 struct Frame {
-    Cycles begin;
+    Cycles begin;       ///< of the leader's start pulse
     double range_m;     ///< it is not received from farther away
     uint32_t sender;    ///< station
     uint32_t listener;  ///< station at whose receiver the sender listens before it sends
     bool granted;       ///< carrier sense is known to find the channel free
     bool has_orders;    ///< a module sends it: it may order a robot to run, and so to send
-    const CheckedMessage *message;
-    Few<Reached, 5> reached;
+    const CheckedMessage *message;  ///< of the sender; of a chip, known when the frame ends
+    Few<Reached, 5> reached;        ///< receivers, in the order in which light reached them
 };
 
+/// One per Kilobot channel. Costs are those of the receivers in range of a frame, few.
 class FramesInFlight {
   public:
     static constexpr uint32_t NONE = UINT32_MAX;
@@ -51,14 +52,15 @@ class FramesInFlight {
 
     /// What is known of a station: one cache line.
     struct alignas(64) Station {
-        Indices audible;     ///< frames whose light falls on it
-        uint64_t draws = 0;  ///< so many numbers were drawn for what it receives
-        FrameCounts counts;
+        Indices audible;        ///< frames whose light falls on it
+        uint64_t draws = 0;     ///< so many numbers were drawn for what it receives
+        FrameCounts counts;     ///< of a robot
         uint32_t frame = NONE;  ///< what it sends
         uint16_t planned = 0;   ///< so many of its frames are planned
         uint8_t kind = 0;       ///< index of its Stations in the channel
     };
 
+    /// No frame, and no light on any of so many stations.
     explicit FramesInFlight(size_t stations) : stations_(stations), messages_(stations) {}
 
     Station &station(uint32_t station) { return stations_[station]; }
@@ -69,6 +71,7 @@ class FramesInFlight {
     Frame &of(uint32_t sender) { return frames_[stations_[sender].frame]; }
     const Frame &operator[](uint32_t index) const { return frames_[index]; }
 
+    /// Whether it sends a frame, or attempts to.
     bool is_on_air(uint32_t station) const { return stations_[station].frame != NONE; }
 
     /// Whether no light falls on a station.
@@ -103,8 +106,8 @@ class FramesInFlight {
   private:
     Swarm<Station> stations_;
     std::vector<CheckedMessage> messages_;  ///< by station
-    std::vector<Frame> frames_;  ///< but for the free ones on air: few, so they stay cached
-    std::vector<uint32_t> free_;
+    std::vector<Frame> frames_;   ///< but for the free ones on air: few, so they stay cached
+    std::vector<uint32_t> free_;  ///< indices of frames_ to be used again
 };
 
 }  // namespace kilotwin

@@ -174,10 +174,12 @@ void GuestRobots::plan_frames(uint32_t index) {
 
 void GuestRobots::shine(Frame &frame) { channel_.shine_around_robot(frame); }
 
+// The robot has waited for this within its program's interrupt.
 void GuestRobots::sensed(const Frame &frame, bool busy) {
     context_.robots[frame.sender].answer(!busy);
 }
 
+// The robot has moved its compare value by then: the next request comes within a tick.
 void GuestRobots::gave_up(const Frame &frame) {
     channel_.tally().attempts_failed++;
     schedule({frame.begin + CarrierSense::WINDOW_END + 1, What::REQUEST, frame.sender});
@@ -196,10 +198,12 @@ void GuestRobots::sent(const Frame &frame) {
         schedule({std::max(over, next), What::REQUEST, frame.sender});
 }
 
+// Whatever becomes of the frame: while its light falls on the receiver sensors cannot be read.
 void GuestRobots::light_begins(const Frame &frame, Reached &reached) {
     context_.robots[reached.station].disturb(frame.begin, frame.begin + FRAME_CYCLES);
 }
 
+// Each receiver draws for itself, and only for frames that nothing else spoiled.
 void GuestRobots::received(const Frame &frame, const Reached &reached) {
     if (!frame.message->crc_is_right()) return;
     ChannelCounts &tally = channel_.tally();

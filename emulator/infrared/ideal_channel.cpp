@@ -19,6 +19,7 @@ void IdealChannel::boot(Cycles now) {
         next_begin_[robot] = senders_[robot].next_request = context_.robots[robot].next_ask();
 }
 
+// Kept receivers are those of a list: where the list changed they are found anew.
 void IdealChannel::lists_changed() {
     for (uint32_t robot = 0; robot < senders_.size(); robot++) {
         Cycles &found = senders_[robot].receivers_at;
@@ -47,6 +48,7 @@ Cycles IdealChannel::lookahead(uint32_t robot, Cycles limit) {
     return std::min(until, matters + step);
 }
 
+// Tick by tick is the oracle of run ahead: the same result in smaller pieces.
 void IdealChannel::run_robot(uint32_t index, Cycles until) {
     Robot &robot = context_.robots[index];
     context_.emissions.clear();
@@ -73,6 +75,7 @@ void IdealChannel::plan_frames(uint32_t robot) {
     }
 }
 
+// By time, then by robot: the order in which inboxes fill must not depend on run ahead.
 void IdealChannel::end_step() {
     for (Stations *kind : others_)
         while (kind->run(end_, end_)) continue;
@@ -94,6 +97,7 @@ void IdealChannel::end_step() {
     frames.clear();
 }
 
+// Cells receive a frame whatever its CRC, robots drop one that is wrong.
 void IdealChannel::send(const Emission &emission) {
     const uint32_t sender = emission.robot;
     counts_.sent++;
@@ -119,6 +123,7 @@ void IdealChannel::send(const Emission &emission) {
     }
 }
 
+// A cell's frame: the grid has found that the robot is in range.
 void IdealChannel::deliver(uint32_t robot, Cycles begin, const message_t &message,
                            int16_t distance_mm) {
     context_.robots[robot].receive(received_at(begin), message, {distance_mm, distance_mm});

@@ -19,6 +19,7 @@
 
 namespace kilotwin {
 
+/// One per run with the medium `ideal`.
 class IdealChannel final : public Channel {
   public:
     struct Settings {
@@ -43,6 +44,7 @@ class IdealChannel final : public Channel {
 
     /// When a frame that begins at `at`, in the current step, is received.
     Cycles received_at(Cycles at) const { return std::max(at + FRAME_CYCLES, end_); }
+    /// Where robots are.
     const Bodies &bodies() const { return context_.bodies; }
 
     /// A cell's frame reaches a robot.
@@ -60,15 +62,16 @@ class IdealChannel final : public Channel {
 
     void plan_frames(uint32_t robot);
     void prefetch_after(const std::vector<PlannedFrame> &frames, size_t i) const;
+    /// Reaches the receivers, if its CRC is right.
     void send(const Emission &emission);
     const std::vector<Receiver> &receivers_of(uint32_t robot);
     bool receivers_hold(uint32_t robot) const;
 
     double range_m_;
-    Swarm<Sender> senders_;
-    ReceiversInRange in_range_;
-    PlannedFrames frames_;
-    StepSorter<PlannedFrame> sorter_;
+    Swarm<Sender> senders_;            ///< by robot
+    ReceiversInRange in_range_;        ///< finds and keeps receivers
+    PlannedFrames frames_;             ///< sent, not yet received
+    StepSorter<PlannedFrame> sorter_;  ///< of the frames of a step
 };
 
 }  // namespace kilotwin

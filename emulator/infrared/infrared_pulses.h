@@ -37,7 +37,9 @@ class PulseReader {
     void reset() { reading_ = false; }
 
     bool reading() const { return reading_; }  ///< between the first pulse of a frame and its end
+    /// When the frame that it is reading, or has read last, began.
     Cycles begun_at() const { return begun_at_; }
+    /// The last complete message, whatever its CRC.
     const message_t &message() const { return message_; }
 
   private:

@@ -34,6 +34,7 @@ double KilobotChannel::reach_m(const Settings &settings) {
     return settings.range_m * (1 + RANGE_LIMIT * settings.range_spread);
 }
 
+// Kinds are found again by their address: one kind may be given several ranges.
 void KilobotChannel::assign(Stations &kind, uint32_t first, uint32_t count) {
     const auto end = kinds_.begin() + static_cast<ptrdiff_t>(kind_count_);
     const auto at = std::find(kinds_.begin(), end, &kind);
@@ -42,12 +43,14 @@ void KilobotChannel::assign(Stations &kind, uint32_t first, uint32_t count) {
         in_flight_.station(station).kind = static_cast<uint8_t>(at - kinds_.begin());
 }
 
+// The other kinds know when theirs may begin only once they have been executed.
 void KilobotChannel::boot(Cycles now) {
     Channel::boot(now);
     for (uint32_t robot = 0; robot < next_begin_.size(); robot++)
         next_begin_[robot] = kind_of(robot).next_begin(robot);
 }
 
+// Robots only: cells are counted by the grid.
 std::vector<FrameCounts> KilobotChannel::frames() const {
     std::vector<FrameCounts> counts;
     for (uint32_t robot = 0; robot < context_.robots.size(); robot++)
@@ -55,12 +58,14 @@ std::vector<FrameCounts> KilobotChannel::frames() const {
     return counts;
 }
 
+// Most come in order: windows have one length, and so have frames.
 void KilobotChannel::Ends::push(const End &end) {
     ends_.push_back(end);
     for (size_t i = ends_.size() - 1; i > first_ && ends_[i - 1] > ends_[i]; i--)
         std::swap(ends_[i - 1], ends_[i]);
 }
 
+// What is taken stays in front until it is half of the list.
 void KilobotChannel::Ends::pop() {
     if (2 * ++first_ < ends_.size()) return;
     ends_.erase(ends_.begin(), ends_.begin() + static_cast<ptrdiff_t>(first_));
@@ -105,6 +110,7 @@ bool KilobotChannel::run_others(Cycles next) {
 Cycles KilobotChannel::lookahead(uint32_t robot, Cycles limit) {
     if (!has_lookahead_ || carrier_sense_.may_be_busy(robot)) return end_;
     const Bodies &bodies = context_.bodies;
+    // Two robots approach one another by twice the speed of the fastest.
     const double s_per_m = 1 / (2 * bodies.fastest_m_s());
     Cycles until = std::min(limit, bodies.lists_hold_until());
     if (until <= end_) return end_;
@@ -138,6 +144,7 @@ void KilobotChannel::begin_frame(uint32_t sender, Cycles at, const message_t &me
     }
 }
 
+// Pulses of an earlier frame of the same sender are over by now.
 Frame &KilobotChannel::begin_light(uint32_t sender, Cycles at, const message_t &message) {
     Stations &kind = kind_of(sender);
     Frame &frame = in_flight_.put_on_air(sender, at, kind.range_m(sender), message);
@@ -146,6 +153,7 @@ Frame &KilobotChannel::begin_light(uint32_t sender, Cycles at, const message_t &
     return frame;
 }
 
+// Receivers are found as robots stand at the begin of the step.
 void KilobotChannel::shine_around_robot(Frame &frame) {
     const Bodies &bodies = context_.bodies;
     const Eigen::Vector2d here = bodies.position(frame.sender);
@@ -157,6 +165,7 @@ void KilobotChannel::shine_around_robot(Frame &frame) {
     if (settings_.half_duplex) in_flight_.deafen(frame.sender);
 }
 
+// A frame that begins where there is light already collides with that, and spoils it.
 void KilobotChannel::shine_on_robot(Frame &frame, uint32_t robot, double distance_m) {
     Reached reached = {robot, static_cast<float>(distance_m * 1000), Fate::CLEAR};
     if (settings_.half_duplex && in_flight_.is_on_air(robot)) reached.fate = Fate::DEAF;
@@ -176,6 +185,7 @@ void KilobotChannel::complete_later(const Frame &frame) {
     frame_ends_.push({frame.begin + FRAME_CYCLES, frame.sender});
 }
 
+// Granted frames have no window: their pulses were sent at the begin.
 void KilobotChannel::end_window() {
     const uint32_t sender = window_ends_.sender();
     window_ends_.pop();
@@ -197,6 +207,7 @@ void KilobotChannel::give_up(uint32_t sender) {
     kind_of(sender).gave_up(frame);
 }
 
+// Off the air first: what receivers do next may begin a frame of theirs.
 void KilobotChannel::end_frame(uint32_t sender) {
     const Frame &frame = in_flight_.of(sender);
     in_flight_.take_off_air(frame);

@@ -30,16 +30,17 @@
 
 namespace kilotwin {
 
+/// One per run with the medium `kilobot`.
 class KilobotChannel final : public Channel {
   public:
     /// Each mechanism can be switched off by itself.
     struct Settings : RobotReceiver::Settings {
-        double range_m = 0.10;
+        double range_m = 0.10;       ///< of a mean sender, centre to centre
         double range_spread = 0.05;  ///< sd over senders, share of the range
-        bool carrier_sense = true;
-        bool collisions = true;
-        bool half_duplex = true;
-        bool held_busy = false;  ///< light that never goes out: no attempt succeeds
+        bool carrier_sense = true;   ///< an attempt fails if light is seen in its window
+        bool collisions = true;      ///< frames that overlap at a receiver are lost there
+        bool half_duplex = true;     ///< a robot that sends receives nothing
+        bool held_busy = false;      ///< light that never goes out: no attempt succeeds
     };
 
     /// Robots are guests but for those that assign() gives another kind; `cells` more stations
@@ -63,6 +64,7 @@ class KilobotChannel final : public Channel {
 
     // --- For the kinds of stations ---
 
+    // What kinds share: settings, receivers, windows, frames, counts.
     const Settings &settings() const { return settings_; }
     const RobotReceiver &receiver() const { return receiver_; }
     const CarrierSense &carrier_sense() const { return carrier_sense_; }
@@ -72,8 +74,10 @@ class KilobotChannel final : public Channel {
     Cycles now() const { return now_; }      ///< begin of the current step
     Cycles end() const { return end_; }      ///< of the current step
     Cycles limit() const { return limit_; }  ///< no robot is run beyond
+    /// The earliest moment at which a robot may begin a frame. Its kind keeps it up to date.
     Cycles &next_begin(uint32_t robot) { return next_begin_[robot]; }
     Cycles next_begin(uint32_t robot) const { return next_begin_[robot]; }
+    /// How far a robot is received: drawn once for the run.
     double robot_range_m(uint32_t robot) const { return ranges_m_[robot]; }
 
     /// Whether any kind may begin a frame near `robot` until `until`, other robots left aside.
@@ -101,12 +105,13 @@ class KilobotChannel final : public Channel {
     void end_frame(uint32_t sender);  ///< now: all that it reached receive it
     void give_up(uint32_t sender);    ///< takes it off the air
 
+    // The calls of the same names, to all kinds but robots as guests.
     void hold_receivers(const Frame &frame, Cycles begin, Cycles end);
     void first_pulse(uint32_t sender, Cycles at);
     void other_pulses(uint32_t sender, Cycles at, const message_t &message);
 
   private:
-    static constexpr size_t KINDS = 4;
+    static constexpr size_t KINDS = 4;  ///< of stations, at most
 
     /// The end of a window, or of a frame.
     struct End {
@@ -119,8 +124,9 @@ class KilobotChannel final : public Channel {
     /// In order of time; most come in that order.
     class Ends {
       public:
-        void push(const End &end);
-        void pop();
+        void push(const End &end);  ///< O(1) where it is the last, as most are
+        void pop();                 ///< the first
+        /// When the first is due, NEVER without one; and its sender.
         Cycles next() const { return first_ < ends_.size() ? ends_[first_].at : NEVER; }
         uint32_t sender() const { return ends_[first_].sender; }
 
@@ -129,6 +135,7 @@ class KilobotChannel final : public Channel {
         size_t first_ = 0;
     };
 
+    /// The object that speaks for a station.
     Stations &kind_of(uint32_t station) { return *kinds_[in_flight_.station(station).kind]; }
     bool run_others(Cycles next);
     void end_window();
@@ -137,12 +144,13 @@ class KilobotChannel final : public Channel {
     RobotReceiver receiver_;
     FramesInFlight in_flight_;
     CarrierSense carrier_sense_;
-    std::array<Stations *, KINDS> kinds_{};
+    std::array<Stations *, KINDS> kinds_{};  ///< by FramesInFlight::Station::kind
     size_t kind_count_ = 0;
     GuestRobots guests_;
     std::vector<float> ranges_m_;  ///< of robots
-    Ends window_ends_, frame_ends_;
-    Cycles limit_ = 0;
+    Ends window_ends_;             ///< of attempts whose carrier sense is not over
+    Ends frame_ends_;              ///< of frames that go on to their end
+    Cycles limit_ = 0;             ///< of the current step
 };
 
 }  // namespace kilotwin

@@ -24,6 +24,7 @@ struct LightPulse {
 struct BoardClock {
     Cycles power_up, tick;
 
+    /// World time of one of its cycles.
     Cycles world_time(uint64_t cycle) const {
         return power_up + cycle / TICK_CYCLES * tick + cycle % TICK_CYCLES * tick / TICK_CYCLES;
     }
@@ -41,6 +42,7 @@ class LightEdges {
   public:
     static constexpr uint64_t NONE = UINT64_MAX;
 
+    /// A pulse, not before what has been passed. It lasts a cycle at least.
     void add(uint64_t begin, uint64_t end, distance_measurement_t strength) {
         edges_.push({begin, true, strength});
         edges_.push({std::max(end, begin + 1), false, strength});
@@ -62,6 +64,7 @@ class LightEdges {
         }
     }
 
+    /// Whether any light is on, and the readings of both amplifiers, 0..1023.
     bool lit() const { return count_ > 0; }
     int16_t low() const { return reading(low_); }
     int16_t high() const { return reading(high_); }
@@ -82,7 +85,7 @@ class LightEdges {
     }
 
     std::priority_queue<Edge, std::vector<Edge>, std::greater<>> edges_;
-    int32_t count_ = 0, low_ = 0, high_ = 0;
+    int32_t count_ = 0, low_ = 0, high_ = 0;  ///< of the pulses that are on: number, strengths
 };
 
 }  // namespace kilotwin

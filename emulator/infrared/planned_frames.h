@@ -11,9 +11,10 @@
 
 namespace kilotwin {
 
+/// A frame, and what its sender does after it.
 struct PlannedFrame {
-    Emission emission;
-    Cycles next;  ///< nothing more comes from its sender before
+    Emission emission;  ///< begin, sender, message
+    Cycles next;        ///< nothing more comes from its sender before
 };
 
 /// A ring of steps.
@@ -27,7 +28,7 @@ class PlannedFrames {
     }
 
   private:
-    std::array<std::vector<PlannedFrame>, STEPS> steps_;
+    std::array<std::vector<PlannedFrame>, STEPS> steps_;  ///< by number of step
 };
 
 }  // namespace kilotwin

@@ -15,12 +15,14 @@ namespace kilotwin {
 
 /// A robot that receives a frame.
 struct Receiver {
-    uint32_t robot;
-    uint16_t distance_mm;
+    uint32_t robot;        ///< index
+    uint16_t distance_mm;  ///< centre to centre, rounded
 };
 
+/// One per ideal channel; keeps the receivers of senders that stand.
 class ReceiversInRange {
   public:
+    /// `radius_m`: of the discs that hide others, if `line_of_sight` is needed.
     ReceiversInRange(double range_m, bool line_of_sight, double radius_m, size_t robots)
         : range_m_(range_m),
           line_of_sight_(line_of_sight),
@@ -54,13 +56,15 @@ class ReceiversInRange {
     const std::vector<Receiver> &kept(uint32_t sender) const { return kept_[sender]; }
 
   private:
+    /// A robot in range, seen or not.
     struct InRange {
-        size_t place;
-        double distance_squared;
+        size_t place;             ///< in places_
+        double distance_squared;  ///< m2
     };
 
     void choose(std::vector<Receiver> &receivers, const Eigen::Vector2d &from,
                 Neighbours::List around, size_t in_range);
+    /// Whether one of the `others` nearer ones stands in the line to a receiver.
     bool hidden(const Eigen::Vector2d &from, size_t receiver, size_t others) const;
 
     double range_m_;

@@ -12,8 +12,10 @@
 
 namespace kilotwin {
 
+/// Without state: all chance is keyed by robot and draw.
 class RobotReceiver {
   public:
+    /// Keys of `[medium]`.
     struct Settings {
         double loss = 0.02;  ///< share of frames lost near the sender ...
         double loss_at_range =

@@ -15,17 +15,19 @@
 
 namespace kilotwin {
 
+/// One per run with `swarm.floor`; simulation/floor_sensing.h finds what robots sense.
 class VirtualFloor {
   public:
     struct Settings {
-        double obstacle_m = 0.05;  ///< surface to surface
-        uint32_t step_ticks = 3;
-        uint32_t repeat_ticks = 16;
+        double obstacle_m = 0.05;    ///< surface to surface
+        uint32_t step_ticks = 3;     ///< between two sensings
+        uint32_t repeat_ticks = 16;  ///< after which the same is sent again
     };
 
     /// Senses from `begin` on, at the boundaries of world steps of `world_step`.
     VirtualFloor(const Settings &settings, Cycles begin, Cycles world_step, size_t robots);
 
+    /// How near an obstacle ahead has to be.
     double obstacle_m() const { return settings_.obstacle_m; }
 
     /// Whether robots sense at the world step's boundary `at`.
@@ -52,8 +54,8 @@ class VirtualFloor {
 
     Settings settings_;
     Cycles begin_, world_step_;
-    Cycles longest_gap_;  ///< between two sensings
-    std::vector<Told> told_;
+    Cycles longest_gap_;      ///< between two sensings
+    std::vector<Told> told_;  ///< by robot
 };
 
 }  // namespace kilotwin
