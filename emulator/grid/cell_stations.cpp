@@ -70,6 +70,7 @@ void KilobotCells::shine(Frame &frame) {
 }
 
 void KilobotCells::shine_from_robot(Frame &frame, const Eigen::Vector2d &from) {
+    // Not the range among robots: a cell receives the light that leaves a robot downwards.
     const double range = grid_.range_m(frame.sender, frame.begin);
     for (uint32_t cell : grid_.cells_near(frame.sender)) {
         const double distance = (grid_.layout().centre(cell) - from).norm();
@@ -106,7 +107,8 @@ void GuestCells::begin_frame(uint32_t index) {
     const CellEmission wanted = module.outgoing();
     const uint32_t first = GridLayout::MODULE_CELLS * index, cell = first + wanted.cell,
                    listener = first + module.listening_cell(wanted.at);
-    // After a reset it may still be on air with what it sent before.
+    // One receiver serves all cells: while it receives, the module does not try. After a reset it
+    // may still be on air with what it sent before.
     if (transceiver.receiving_until > wanted.at || channel_.in_flight().is_on_air(station_of(cell)))
         return grid_.answer(index, wanted.at, Module::Answer::RECEIVING);
     const bool granted = is_channel_free(listener, wanted.at);
@@ -152,6 +154,7 @@ void GuestCells::shine_on_cell(Frame &frame, uint32_t cell, double distance_m) {
     FramesInFlight &in_flight = channel_.in_flight();
     const uint32_t station = station_of(cell), module = GridLayout::module_of(cell);
     Reached reached = {station, static_cast<float>(distance_m * 1000), Fate::CLEAR};
+    // Other frames collide with this one even where the module does not listen.
     if (settings.collisions) in_flight.spoil(station);
     if (!grid_.lives(module) ||
         grid_.module(module).listening_cell(frame.begin) != GridLayout::index_in_module(cell))

@@ -3,6 +3,11 @@
 /// Cells are numbered behind the robots, four to a module. A module sends from one cell at a time
 /// and listens to one cell at a time (hardware.md 3.4); what it shares among its four cells is kept
 /// here.
+///
+/// The channel calls these as any kind of station (infrared/station.h). They turn the numbers of cells
+/// and modules into stations and back, and add what light does between robots and cells: what it
+/// reaches, and what a module with one receiver makes of it. Cost per frame: O(cells near the robot),
+/// or O(robots near the cell).
 #ifndef KILOTWIN_GRID_CELL_STATIONS_H
 #define KILOTWIN_GRID_CELL_STATIONS_H
 
@@ -21,15 +26,17 @@ namespace kilotwin {
 /// are, and may begin a frame at any time.
 class CellStations : public Stations {
   public:
-    /// `grid` and `bodies` must live on.
+    /// `grid` and `bodies` must live on. Nothing else executes the grid.
     CellStations(Grid &grid, const Bodies &bodies) : grid_(grid), bodies_(bodies) {}
 
+    /// Modules that send meanwhile are answered that their frames went out: no robot receives yet.
     void boot(Cycles until) override;
     void host_silent_until(Cycles until) override { grid_.no_host_before(until); }
 
     /// Finds which robots are near which cell, each 16 ticks. Time O(robots + cells), then.
     void begin_step(Cycles now) override;
 
+    /// A frame of the host may make a module send at any time.
     bool has_lookahead() const override { return false; }
     Cycles next_turn() const override { return grid_.next(); }
     double range_m(uint32_t /*station*/) const override { return grid_.infrared().cell_range_m; }
@@ -43,7 +50,7 @@ class CellStations : public Stations {
     const Bodies &bodies_;
 
   private:
-    Cycles begin_ = 0;  ///< when stepping begins
+    Cycles begin_ = 0;  ///< when stepping begins: robots are looked for from then on
 };
 
 /// Cells beside the ideal channel: robots within a cell's range receive its frames, and the cell
@@ -54,7 +61,10 @@ class IdealCells final : public CellStations {
         : CellStations(grid, channel.bodies()),
           channel_(channel) {}
 
+    /// Executes the grid up to the next frame of a cell, and delivers that.
     bool run(Cycles turn, Cycles next) override;
+
+    /// Delivers a robot's frame to the cell below it; one with a wrong CRC, too, as such.
     void shine_from_robot(Frame &frame, const Eigen::Vector2d &from) override;
 
   private:
@@ -75,7 +85,7 @@ class KilobotCells : public CellStations {
     void shine_from_robot(Frame &frame, const Eigen::Vector2d &from) override;
 
   protected:
-    /// The light of a robot's frame begins at a cell in range.
+    /// The light of a robot's frame begins at a cell in range: decides its fate there.
     virtual void shine_on_cell(Frame &frame, uint32_t cell, double distance_m) = 0;
 
     /// Counts a frame that is not received; true if it is.
@@ -103,17 +113,24 @@ class GuestCells final : public KilobotCells {
           chance_(chance),
           transceivers_(grid.layout().modules()) {}
 
+    /// Executes the grid up to where a module is about to send, and begins that frame, or answers
+    /// the module that it cannot.
     bool run(Cycles turn, Cycles next) override;
     void sensed(const Frame &frame, bool busy) override;
     void gave_up(const Frame &frame) override;
+
+    /// Frames of robots, wrong CRC or not, reach the module unless chance loses them.
     void received(const Frame &frame, const Reached &reached) override;
+
+    /// Modules whose receiver the frame reaches stay with that cell, and do not send meanwhile.
     void hold_receivers(const Frame &frame, Cycles begin, Cycles end) override;
 
   private:
-    /// What a module's one receiver is busy with.
+    /// What a module's one transmitter and one receiver are busy with.
     struct Transceiver {
-        Cycles sending_until = 0, receiving_until = 0;
-        uint64_t draws = 0;
+        Cycles sending_until = 0;    ///< deaf before
+        Cycles receiving_until = 0;  ///< does not send before
+        uint64_t draws = 0;          ///< so many numbers were drawn for what it receives
     };
 
     void begin_frame(uint32_t module);

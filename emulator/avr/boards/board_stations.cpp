@@ -36,9 +36,11 @@ void BoardRobots::take_flash(const Boards::Flash &flash) {
     FramesInFlight &in_flight = channel_.in_flight();
     const uint32_t sender = flash.station;
     if (flash.begins && flash.found == Found::BEGIN) {
+        // The last one was torn off, as by a reset: it counts as no attempt.
         if (in_flight.is_on_air(sender)) in_flight.take_off_air(in_flight.of(sender));
         channel_.begin_light(sender, flash.at, {});
     }
+    // Whether more pulses follow is not known: receivers stay as long as one may be missing.
     if (flash.begins && in_flight.is_on_air(sender))
         channel_.hold_receivers(in_flight.of(sender), flash.at, flash.at + PulseReader::SILENCE);
     if (!flash.given_up) boards_.pulse(sender, flash.at, flash.end, flash.begins);
@@ -90,6 +92,7 @@ BoardCells::BoardCells(Grid &grid, Boards &boards, KilobotChannel &channel, cons
       draws_(grid.layout().modules()) {}
 
 bool BoardCells::run(Cycles turn, Cycles next) {
+    // With `turn`: there is the grid's own next event, which the boards have been executed up to.
     grid_.run(std::min(turn + 1, next));
     return false;
 }

@@ -3,6 +3,7 @@
 /// A chip sends pulse by pulse: the first puts a frame on air, what it says is known with the last.
 /// It receives pulse by pulse, too, so chance decides at a frame's begin whether one pulse is lost.
 /// Collisions and deafness are the chip's own affair; here they are only counted.
+/// Carrier sense is the program's: no frame of a board waits for the channel's answer.
 #ifndef KILOTWIN_AVR_BOARDS_BOARD_STATIONS_H
 #define KILOTWIN_AVR_BOARDS_BOARD_STATIONS_H
 
@@ -15,14 +16,17 @@
 
 namespace kilotwin {
 
-/// Robots on boards. Executes the modules on boards, too: all are in lock-step.
+/// Robots on boards. Executes the modules on boards, too: all are in lock-step. Comes before the
+/// cells in the channel: what boards send reaches the grid a quantum later at the earliest.
 class BoardRobots final : public Stations {
   public:
-    /// Everything referred to must live on.
+    /// Takes over the robots with a board from the channel. Everything referred to must live on.
     BoardRobots(Boards &boards, KilobotChannel &channel, const Chance &chance);
 
     void boot(Cycles until) override;
     Cycles next_turn() const override;
+
+    /// Executes boards up to `turn`, or to the next flash, which goes to the channel.
     bool run(Cycles turn, Cycles next) override;
 
     double range_m(uint32_t robot) const override { return channel_.robot_range_m(robot); }
@@ -30,6 +34,8 @@ class BoardRobots final : public Stations {
     void gave_up(const Frame &frame) override;
     void sent(const Frame &frame) override;
     void light_begins(const Frame &frame, Reached &reached) override;
+
+    /// Counts: the board has seen the frame's pulses.
     void received(const Frame &frame, const Reached &reached) override;
 
     void forget_reached(uint32_t sender) override { boards_.forget_reached(sender); }
@@ -52,6 +58,7 @@ class BoardCells final : public KilobotCells {
     BoardCells(Grid &grid, Boards &boards, KilobotChannel &channel, const Bodies &bodies,
                const Chance &chance, uint32_t first);
 
+    /// Executes the buses. Never stops: a module's infrared comes as flashes.
     bool run(Cycles turn, Cycles next) override;
     void gave_up(const Frame & /*frame*/) override { grid_.counts.put_off++; }
     void sent(const Frame & /*frame*/) override { grid_.counts.sent++; }
