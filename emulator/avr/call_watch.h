@@ -26,9 +26,10 @@ class CallWatch : public Microcontroller::Follower {
     /// board runs. Of recursive calls the outermost counts.
     void watch(uint16_t entry);
 
+    /// A function, and the calls of it so far.
     struct Call {
-        uint16_t entry;
-        uint64_t calls = 0;
+        uint16_t entry;        ///< byte address
+        uint64_t calls = 0;    ///< those that go on included
         uint64_t longest = 0;  ///< cycles, interrupts included, of calls that have returned
         uint32_t tick = 0;     ///< when the longest began, see RobotBoard::tick()
     };
@@ -59,9 +60,9 @@ class CallWatch : public Microcontroller::Follower {
     static constexpr uint8_t NOT_WATCHED = 0xFF;
     /// A call that has not returned yet.
     struct Open {
-        uint8_t which;
-        uint16_t sp;
-        uint64_t since;
+        uint8_t which;   ///< index into calls_
+        uint16_t sp;     ///< stack pointer when it began
+        uint64_t since;  ///< cycle
         uint32_t tick;
     };
 

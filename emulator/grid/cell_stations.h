@@ -4,10 +4,10 @@
 /// and listens to one cell at a time (hardware.md 3.4); what it shares among its four cells is kept
 /// here.
 ///
-/// The channel calls these as any kind of station (infrared/station.h). They turn the numbers of cells
-/// and modules into stations and back, and add what light does between robots and cells: what it
-/// reaches, and what a module with one receiver makes of it. Cost per frame: O(cells near the robot),
-/// or O(robots near the cell).
+/// The channel calls these as any kind of station (infrared/station.h). They turn the numbers of
+/// cells and modules into stations and back, and add what light does between robots and cells: what
+/// it reaches, and what a module with one receiver makes of it. Cost per frame: O(cells near the
+/// robot), or O(robots near the cell).
 #ifndef KILOTWIN_GRID_CELL_STATIONS_H
 #define KILOTWIN_GRID_CELL_STATIONS_H
 
@@ -42,6 +42,7 @@ class CellStations : public Stations {
     double range_m(uint32_t /*station*/) const override { return grid_.infrared().cell_range_m; }
 
   protected:
+    /// Centre to centre.
     double distance_m(uint32_t robot, uint32_t cell) const {
         return (bodies_.position(robot) - grid_.layout().centre(cell)).norm();
     }
@@ -91,13 +92,14 @@ class KilobotCells : public CellStations {
     /// Counts a frame that is not received; true if it is.
     bool count(const Reached &reached);
 
+    // Numbers of stations, cells and modules.
     bool is_cell(uint32_t station) const { return station >= first_; }
     uint32_t station_of(uint32_t cell) const { return first_ + cell; }
     uint32_t cell_of(uint32_t station) const { return station - first_; }
     uint32_t module_of(uint32_t station) const { return GridLayout::module_of(cell_of(station)); }
 
     KilobotChannel &channel_;
-    InfraredGains gains_;
+    InfraredGains gains_;  ///< of all modules: they measure alike
 
   private:
     uint32_t first_;
@@ -133,6 +135,7 @@ class GuestCells final : public KilobotCells {
         uint64_t draws = 0;          ///< so many numbers were drawn for what it receives
     };
 
+    /// A module sends what it was about to, or finds that it cannot.
     void begin_frame(uint32_t module);
     bool is_channel_free(uint32_t cell, Cycles at) const;
     void shine_on_cell(Frame &frame, uint32_t cell, double distance_m) override;

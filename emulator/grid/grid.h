@@ -86,6 +86,7 @@ class ModuleBoards {
     virtual void set_can_errors(uint32_t module, uint32_t transmit, uint32_t receive,
                                 bool bus_off) = 0;
 
+    // How a module is, as of where the boards have been executed.
     virtual CellLight module_light(uint32_t module, uint8_t cell) const = 0;
     virtual bool module_stopped(uint32_t module) const = 0;     ///< it crashed
     virtual uint32_t module_ticks(uint32_t module) const = 0;   ///< since power-up
@@ -94,8 +95,10 @@ class ModuleBoards {
     virtual Events take_module_events() = 0;
 };
 
+/// One per run with a `[grid]`.
 class Grid {
   public:
+    /// What befalls a module at a time.
     struct Fault {
         enum class Kind : uint8_t {
             DEAD,     ///< power gone
@@ -109,19 +112,19 @@ class Grid {
     };
 
     struct Settings {
-        uint32_t columns, rows, buses;
-        std::string program;  ///< path of the guest, or of the .hex or .elf for boards
-        std::string name;     ///< of the program
-        CellInfrared infrared;
-        std::vector<Fault> faults;
-        double error_share = 0;  ///< of frames on the buses that a disturbance destroys
-        bool on_board = false;   ///< each module is an ATmega328P
+        uint32_t columns, rows, buses;  ///< of modules; rows are shared out among the buses
+        std::string program;            ///< path of the guest, or of the .hex or .elf for boards
+        std::string name;               ///< of the program
+        CellInfrared infrared;          ///< Kilobots' channel; the ideal one takes the ranges
+        std::vector<Fault> faults;      ///< in any order
+        double error_share = 0;         ///< of frames on the buses that a disturbance destroys
+        bool on_board = false;          ///< each module is an ATmega328P
     };
 
     /// A frame that ended on a bus.
     struct LoggedFrame {
-        Cycles at;
-        uint32_t bus;
+        Cycles at;     ///< end of its last bit
+        uint32_t bus;  ///< index
         CanFrame frame;
         bool from_host;
     };
@@ -149,6 +152,7 @@ class Grid {
     /// A thread calls it once before it runs grids.
     static void serve_this_thread() { Module::serve_this_thread(); }
 
+    /// Where modules, cells and buses lie, and the ranges of infrared; constant during a run.
     const GridLayout &layout() const { return layout_; }
     const CellInfrared &infrared() const { return infrared_; }
 
@@ -185,6 +189,7 @@ class Grid {
 
     /// Its modules run on boards; then there is no module() of them.
     bool on_board() const { return boards_ != nullptr; }
+    /// A module as guest.
     Module &module(uint32_t index) { return modules_[index]; }
     const Module &module(uint32_t index) const { return modules_[index]; }
     /// Whether it has power.
@@ -203,16 +208,19 @@ class Grid {
 
     /// How a module is. What one on a board makes of itself, only its answers by CAN tell.
     struct About {
-        const char *state;
-        bool stopped;
-        uint32_t ticks;
-        uint64_t frames_refused, frames_missed;
+        const char *state;        ///< of its runtime, by name
+        bool stopped;             ///< its program crashed, or never returns
+        uint32_t ticks;           ///< since power-up
+        uint64_t frames_refused;  ///< by its transfers
+        uint64_t frames_missed;   ///< its buffers were full
     };
     About about(uint32_t module) const;
 
+    /// Frames that ended on any bus since the last call, in order of time.
     std::vector<LoggedFrame> take_frames();
     /// Prints and failures of module programs, in order of time; `robot` is the module's index.
     Events take_events();
+    /// A bus, by index; the lowest rows are on bus 0.
     const CanBus &bus(uint32_t index) const { return buses_[index]; }
     /// Of a module on its bus; the host is node 0 of each.
     uint32_t node(uint32_t module) const { return node_[module]; }
@@ -220,17 +228,22 @@ class Grid {
     Counts counts;
 
   private:
-    static constexpr uint32_t HOST = 0;
+    static constexpr uint32_t HOST = 0;  ///< its node on each bus
 
     void create_modules(const Settings &settings, Cycles power_up);
     void attach_to_buses(double error_share);
+    /// Whether nothing can reach it: no robot near, no frame of the host in flight to it.
     bool has_lookahead(uint32_t module) const;
+    /// Executes a module that is due; true if it is about to send near a robot.
     bool attend(uint32_t module, Cycles at);
+    /// Queues what its program has sent at its node.
     void send_frames(uint32_t module);
     void queue_frames_of_boards();
+    /// Finds anew when it is due.
     void schedule(uint32_t module, Cycles not_before = 0);
     void run_bus(uint32_t bus, Cycles until);
     void schedule_bus(uint32_t bus);
+    /// A frame has ended: hands it to the modules and to the log.
     void deliver(uint32_t bus, const CanBus::Delivery &delivery);
     template <typename Visit> void for_each_taker(uint32_t bus, uint16_t id, Visit visit) const;
     void end_flight(uint32_t bus, bool one);

@@ -45,6 +45,7 @@ class BoardRobots final : public Stations {
     }
 
   private:
+    /// Puts a frame on air, hands a pulse on, or ends a frame, as the flash says.
     void take_flash(const Boards::Flash &flash);
 
     Boards &boards_;
@@ -55,6 +56,7 @@ class BoardRobots final : public Stations {
 /// Cells of modules on boards. Executes the grid's buses; the modules are BoardRobots' to execute.
 class BoardCells final : public KilobotCells {
   public:
+    /// The first cell is station `first`. Everything referred to must live on.
     BoardCells(Grid &grid, Boards &boards, KilobotChannel &channel, const Bodies &bodies,
                const Chance &chance, uint32_t first);
 
@@ -65,6 +67,7 @@ class BoardCells final : public KilobotCells {
     void received(const Frame &frame, const Reached &reached) override;
 
   private:
+    /// Light falls on the receiver of a cell, whichever cell its module listens to.
     void shine_on_cell(Frame &frame, uint32_t cell, double distance_m) override;
 
     Boards &boards_;

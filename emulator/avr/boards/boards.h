@@ -29,6 +29,7 @@
 
 namespace kilotwin {
 
+/// One per run; empty without chips. The channel executes it (board_stations.h).
 class Boards : public ModuleBoards {
   public:
     /// The lock-step and the lag of light: 128 us, a count of a robot's timer 0.
@@ -36,8 +37,8 @@ class Boards : public ModuleBoards {
 
     /// Light of a board's IR LED, when it reaches others.
     struct Flash {
-        Cycles at, end;
-        uint32_t station;
+        Cycles at, end;            ///< the LED is on from, and to before
+        uint32_t station;          ///< the robot, or the cell
         bool begins;               ///< false: the LED has been on before
         bool given_up = false;     ///< no light at all: what the station began is over
         PulseReader::Found found;  ///< what this pulse is in the station's frame
@@ -50,11 +51,14 @@ class Boards : public ModuleBoards {
     /// Gives robot `index`, which was made without a program, a board. In ascending order of index.
     void add(uint32_t index, const FlashImage &flash, Cycles power_up);
 
+    /// Whether nothing runs on a board.
     bool empty() const { return places_.empty() && modules_.empty(); }
     bool has_modules() const { return !modules_.empty(); }
     Cycles now() const { return now_; }  ///< all have been executed up to here
+    /// Whether a robot runs on a board, and the robots that do, ascending.
     bool has(uint32_t robot) const { return robot < place_of_.size() && place_of_[robot] >= 0; }
     const std::vector<uint32_t> &robots() const { return robots_with_; }
+    /// The board of a robot that has() one.
     RobotBoard &board(uint32_t robot) { return place(robot).board; }
 
     /// The same for any robot: EngineError if it does not exist, or has no board.
@@ -78,6 +82,7 @@ class Boards : public ModuleBoards {
     bool module_stopped(uint32_t module) const override;
     uint32_t module_ticks(uint32_t module) const override;
     uint32_t frames_missed(uint32_t module) const override;
+    /// The cell that the multiplexer of its receiver selects.
     uint8_t listening_cell(uint32_t module) const {
         return modules_[module].board->listening_cell();
     }
@@ -132,10 +137,11 @@ class Boards : public ModuleBoards {
     /// An IR LED, as others see it.
     struct Lamp {
         uint32_t station;
-        PulseReader reader = {};
-        Cycles on_since = NEVER;
-        bool begins = false;  ///< since the last flash
+        PulseReader reader = {};  ///< of its pulses
+        Cycles on_since = NEVER;  ///< NEVER: it is off
+        bool begins = false;      ///< since the last flash
     };
+    /// A robot on a board, and the messages that come to it from outside the channel.
     struct Place {
         Place(Robot &own, const FlashImage &flash, Cycles power_up, const Chance &chance)
             : index(own.index()),
@@ -143,35 +149,39 @@ class Boards : public ModuleBoards {
               board(flash, index, own.calibration(), power_up, chance),
               lamp{index} {}
 
-        uint32_t index;
-        Robot &robot;
-        RobotBoard board;
-        Lamp lamp;
+        uint32_t index;                  ///< of the robot
+        Robot &robot;                    ///< what others see of it: LED, motors, messages
+        RobotBoard board;                ///< the chip
+        Lamp lamp;                       ///< its infrared LED
         std::string line;                ///< printed, not yet ended
         std::deque<Reception> messages;  ///< from outside the channel, to be shown
         Cycles light_free = 0;           ///< when the next may begin
         Cycles shown_until = 0;          ///< the end of the one that is being shown
         unsigned spoilt = 0;             ///< how often in vain
-        bool shows = false, spoils = false;
-        bool failed = false;
+        bool shows = false;              ///< a message is being shown
+        bool spoils = false;             ///< other light came between
+        bool failed = false;             ///< its program cannot go on, and that was reported
 
+        /// When the first message may begin.
         Cycles message_due() const { return std::max(messages.front().at, light_free); }
     };
+    /// A module on a board; it keeps its EEPROM while it is without power.
     struct ModulePlace {
-        uint32_t index;
-        Cycles tick;
-        EepromImage eeprom;  ///< when it was last without power
-        std::optional<ModuleBoard> board;
-        std::vector<Lamp> lamps;  ///< by cell
-        std::string line;         ///< printed, not yet ended
-        bool powered = true, failed = false;
+        uint32_t index;                    ///< in the grid
+        Cycles tick;                       ///< length of its tick, in cycles
+        EepromImage eeprom;                ///< when it was last without power
+        std::optional<ModuleBoard> board;  ///< while it has power
+        std::vector<Lamp> lamps;           ///< by cell
+        std::string line;                  ///< printed, not yet ended
+        bool powered = true;               ///< else it is dead
+        bool failed = false;               ///< as Place::failed
     };
     /// A board that sees a station.
     struct Reached {
-        uint32_t listener;  ///< station
-        distance_measurement_t strength;
-        unsigned lost_pulse;  ///< the number of the one that is not seen, or NO_PULSE
-        unsigned pulses = 0;  ///< so far
+        uint32_t listener;                ///< station
+        distance_measurement_t strength;  ///< of the light there
+        unsigned lost_pulse;              ///< the number of the one that is not seen, or NO_PULSE
+        unsigned pulses = 0;              ///< so far
     };
     static constexpr unsigned NO_PULSE = ~0u;
 
@@ -183,30 +193,37 @@ class Boards : public ModuleBoards {
     uint8_t cell_of(uint32_t station) const {
         return GridLayout::index_in_module(station - static_cast<uint32_t>(robots_.size()));
     }
+    /// Light falls on a robot's or a cell's receiver.
     void shine(uint32_t station, const LightPulse &pulse);
+    /// All boards, one after the other: none sees what another sends within this quantum.
     void execute(Cycles until);
     void execute(ModulePlace &module, Cycles until);
+    /// Takes from robots' inboxes what came from outside the channel.
     void take_messages();
+    /// Shows a message as light, and finds whether it was spoilt.
     void shine_message(Place &place, Cycles begin);
     void end_message(Place &place);
+    /// Hands on what a board has put out: light, LED, motors, bytes of its UART.
     void take_outputs(Place &place, Cycles until);
+    // Flashes of an infrared LED, from its edges.
     void switch_lamp(Lamp &lamp, Cycles at, bool on);
     void add_flash(Lamp &lamp, Cycles end);
     void rest(Lamp &lamp, Cycles until);
+    /// Adds a byte to a line; true if it ends it.
     static bool ends_line(std::string &line, uint8_t byte);
     Flash take_flash();
 
     Swarm<Robot> &robots_;
     const RobotContext &context_;
-    std::deque<Place> places_;
+    std::deque<Place> places_;       ///< robots on boards, ascending; they do not move in memory
     std::vector<int32_t> place_of_;  ///< by robot; -1: none
-    std::vector<uint32_t> robots_with_;
-    std::deque<ModulePlace> modules_;
-    std::shared_ptr<const FlashImage> module_flash_;
-    std::vector<QueuedFrame> queued_;
-    Events module_events_;
-    std::vector<std::vector<Reached>> reached_;  ///< by station
-    std::deque<Flash> flashes_;                  ///< in order of time
+    std::vector<uint32_t> robots_with_;               ///< those of places_
+    std::deque<ModulePlace> modules_;                 ///< by index in the grid
+    std::shared_ptr<const FlashImage> module_flash_;  ///< all modules run the same
+    std::vector<QueuedFrame> queued_;                 ///< since take_queued_frames()
+    Events module_events_;                            ///< since take_module_events()
+    std::vector<std::vector<Reached>> reached_;       ///< by station
+    std::deque<Flash> flashes_;                       ///< in order of time
     Cycles now_ = 0;
 };
 
