@@ -1,13 +1,26 @@
 #include "base/trigonometry.h"
 
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 
 namespace kilotwin {
 
 namespace {
 
-// Two Taylor series in x^2 side by side, highest power first; what is left out is below 1e-17.
+/// Coefficients of two polynomials, highest power first.
+template <size_t TERMS> using TwoSeries = std::array<std::array<double, 2>, TERMS>;
+
+/// Both polynomials at x, as an array of two: the compiler takes them side by side.
+template <size_t TERMS> Eigen::Array2d series(const TwoSeries<TERMS> &coefficients, double x) {
+    using Two = Eigen::Map<const Eigen::Array2d>;
+    Eigen::Array2d value = Two(coefficients[0].data());
+    for (size_t i = 1; i < TERMS; i++) value = value * x + Two(coefficients[i].data());
+    return value;
+}
+
+// Taylor series in x^2; what is left out is below 1e-17.
 // For |x| <= pi/4: sin(x) / x - 1 and cos(x) - 1, but for the last factor x^2.
 constexpr TwoSeries<8> SINE_COSINE = {{{1.0 / 355687428096000, 1.0 / 20922789888000},
                                        {-1.0 / 1307674368000, -1.0 / 87178291200},
@@ -17,6 +30,15 @@ constexpr TwoSeries<8> SINE_COSINE = {{{1.0 / 355687428096000, 1.0 / 20922789888
                                        {-1.0 / 5040, -1.0 / 720},
                                        {1.0 / 120, 1.0 / 24},
                                        {-1.0 / 6, -1.0 / 2}}};
+constexpr double SHORT_ARC = 0.5;  // rad
+// For |x| <= SHORT_ARC: both components of an arc, but for the last factor x of the second.
+constexpr TwoSeries<7> SHORT_ARC_SERIES = {{{1.0 / 6227020800, 1.0 / 87178291200},
+                                            {-1.0 / 39916800, -1.0 / 479001600},
+                                            {1.0 / 362880, 1.0 / 3628800},
+                                            {-1.0 / 5040, -1.0 / 40320},
+                                            {1.0 / 120, 1.0 / 720},
+                                            {-1.0 / 6, -1.0 / 24},
+                                            {1.0, 1.0 / 2}}};
 // Cosine and sine of an angle in each quarter, from those of what is left of it in the first.
 constexpr double OF_COSINE[][2] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}};
 constexpr double OF_SINE[][2] = {{0, 1}, {-1, 0}, {0, -1}, {1, 0}};
@@ -37,18 +59,21 @@ Eigen::Vector2d direction(double angle) {
     const double quarters = whole_below(angle * (1 / HALF_PI_HIGH) + 0.5);
     double x = (angle - quarters * HALF_PI_HIGH) - quarters * HALF_PI_LOW;
     const double square = x * x;
-    const Eigen::Array2d squares(square, square);
-    const Eigen::Array2d shares = series(SINE_COSINE, squares) * squares;
+    const Eigen::Array2d shares = series(SINE_COSINE, square) * square;
     const double s = x + x * shares[0], c = 1 + shares[1];
-    // By the quarter that it lies in: no branch, since nobody could foresee it.
+    // Tables in place of branches, which could not be predicted.
     const auto quarter = static_cast<uint64_t>(static_cast<int64_t>(quarters)) % 4;
     using Pair = Eigen::Map<const Eigen::Array2d>;
     return c * Pair(OF_COSINE[quarter]) + s * Pair(OF_SINE[quarter]);
 }
 
-Arc<double> long_arc(double angle) {
-    const Eigen::Vector2d end = direction(angle);
-    return {end.y() / angle, (1 - end.x()) / angle};
+Arc arc(double angle) {
+    if (std::abs(angle) > SHORT_ARC) {
+        const Eigen::Vector2d end = direction(angle);
+        return {end.y() / angle, (1 - end.x()) / angle};
+    }
+    const Eigen::Array2d both = series(SHORT_ARC_SERIES, angle * angle);
+    return {both[0], both[1] * angle};
 }
 
 double wrapped(double angle) {

@@ -202,10 +202,7 @@ void Robot::receive(Cycles at, const message_t &message, distance_measurement_t 
     } else if (at < inbox_.back().at) {
         return receive_before_others(at, message, distance);
     }
-    Reception &last = append(inbox_);
-    last.at = at;
-    last.message = message;
-    last.distance = distance;
+    inbox_.push_back({at, message, distance});
 }
 
 void Robot::receive_before_others(Cycles at, const message_t &message,
@@ -472,10 +469,7 @@ inline void Robot::ask_for_message(const kt_table_t &table) {
 
 void Robot::send(const message_t &message, bool granted) {
     if (granted) {
-        Emission &emission = append(context_.emissions);
-        emission.at = now_;
-        emission.robot = index_;
-        emission.message = message;
+        context_.emissions.push_back({now_, index_, message});
         if (arbitrated_) until_ = std::max(until_, granted_until_);
     } else {
         outgoing_ = message;

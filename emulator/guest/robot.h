@@ -20,6 +20,7 @@
 #include "base/events.h"
 #include "base/memory.h"
 #include "base/motor_command.h"
+#include "base/prefetch.h"
 #include "guest/busy_watch.h"
 #include "guest/eeprom.h"
 #include "guest/infrared_gains.h"
@@ -81,10 +82,10 @@ class alignas(64) Robot {
     static void serve_this_thread();
 
     /// Brings it, then its state and what it received, into the cache: it is soon to run.
-    void prefetch() const { kilotwin::prefetch(this, OFTEN_USED_BYTES); }
+    void prefetch() const { prefetch_bytes(this, OFTEN_USED_BYTES); }
     void prefetch_state() const {
         prefetch_line(inbox_.data());
-        if (!on_board()) kilotwin::prefetch(image_, program_->state_bytes());
+        if (!on_board()) prefetch_bytes(image_, program_->state_bytes());
     }
 
     /// What receive() needs, and what disturb() and the gains need as well.

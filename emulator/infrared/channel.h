@@ -13,6 +13,7 @@
 
 #include "base/chance.h"
 #include "base/clock.h"
+#include "base/prefetch.h"
 #include "guest/robot.h"
 #include "physics/bodies.h"
 

@@ -12,6 +12,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "base/message_crc.h"
+#include "base/prefetch.h"
 #include "infrared/channel.h"
 
 namespace kilotwin {

@@ -235,7 +235,7 @@ void GuestRobots::received(const Frame &frame, const Reached &reached) {
 void GuestRobots::prefetch_after(size_t next) {
     constexpr size_t SOONER = 2, SOON = 4, LATER = 6, LATEST = 8;
     const auto &robots = context_.robots;
-    if (robots.size() < FETCHED_SWARM || next + LATEST >= events_.size()) return;
+    if (!prefetches(robots.size()) || next + LATEST >= events_.size()) return;
     auto is_request = [&](size_t turns) { return events_[next + turns].what == What::REQUEST; };
     const FramesInFlight &in_flight = channel_.in_flight();
     const Neighbours &lists = context_.bodies.lists();

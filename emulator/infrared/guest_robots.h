@@ -11,6 +11,7 @@
 #include <queue>
 #include <vector>
 
+#include "base/prefetch.h"
 #include "base/selection.h"
 #include "infrared/planned_frames.h"
 #include "infrared/robot_receiver.h"

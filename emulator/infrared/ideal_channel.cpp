@@ -68,9 +68,7 @@ void IdealChannel::plan_frames(uint32_t robot) {
         next_begin_[robot] = emissions.empty() ? sender.next_request : emissions.front().at;
     for (size_t i = 0; i < emissions.size(); i++) {
         const Cycles next = i + 1 < emissions.size() ? emissions[i + 1].at : sender.next_request;
-        PlannedFrame &planned = append(frames_.at(emissions[i].at, context_.step));
-        planned.emission = emissions[i];
-        planned.next = next;
+        frames_.at(emissions[i].at, context_.step).push_back({emissions[i], next});
         sender.planned++;
     }
 }
@@ -154,7 +152,7 @@ bool IdealChannel::receivers_hold(uint32_t robot) const {
 void IdealChannel::prefetch_after(const std::vector<PlannedFrame> &frames, size_t i) const {
     constexpr size_t SOONER = 2, LATER = 6, LATEST = 8;
     const auto &robots = context_.robots;
-    if (robots.size() < FETCHED_SWARM || i + LATEST >= frames.size()) return;
+    if (!prefetches(robots.size()) || i + LATEST >= frames.size()) return;
     auto sender = [&](size_t turns) { return frames[i + turns].emission.robot; };
     const uint32_t latest = sender(LATEST), later = sender(LATER);
     const Neighbours &lists = context_.bodies.lists();

@@ -12,6 +12,7 @@
 
 #include "base/memory.h"
 #include "base/message_crc.h"
+#include "base/prefetch.h"
 #include "base/selection.h"
 #include "infrared/channel.h"
 #include "infrared/planned_frames.h"

@@ -39,12 +39,13 @@ class RobotReceiver {
 
     /// The readings of a robot's converter for the frame's leader, noise included.
     distance_measurement_t measure(const Reached &reached, uint64_t draw) const {
-        std::array<double, 2> noise = {0, 0};
-        if (settings_.gain_noise_lsb > 0)
-            noise = chance_.normals(reached.station, {Purpose::LOW_GAIN, Purpose::HIGH_GAIN}, draw);
-        return robots_[reached.station].calibration().gains.measure(
-            reached.distance_mm, settings_.gain_noise_lsb * noise[0],
-            settings_.gain_noise_lsb * noise[1]);
+        auto noise = [&](Purpose purpose) {
+            if (settings_.gain_noise_lsb == 0) return 0.0;
+            return settings_.gain_noise_lsb * chance_.normal(reached.station, purpose, draw);
+        };
+        const auto &gains = robots_[reached.station].calibration().gains;
+        return gains.measure(reached.distance_mm, noise(Purpose::LOW_GAIN),
+                             noise(Purpose::HIGH_GAIN));
     }
 
   private:

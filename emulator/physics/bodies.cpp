@@ -102,10 +102,11 @@ void Bodies::place_all() {
     constexpr size_t SOON = 4;
     choose(changing_, size(), [this](uint32_t robot) { return next_change_[robot] < now_; });
     for (size_t i = 0; i < changing_.size(); i++) {
-        if (size() >= FETCHED_SWARM && i + SOON < changing_.size()) prefetch(changing_[i + SOON]);
+        if (prefetches(size()) && i + SOON < changing_.size()) prefetch(changing_[i + SOON]);
         apply_commands(changing_[i], now_);
     }
-    Trajectory::place(trajectories_, now_, places_);
+    for (uint32_t robot = 0; robot < size(); robot++)
+        places_[robot] = trajectories_[robot].position(now_);
 }
 
 void Bodies::apply_commands(uint32_t robot, Cycles until) {
@@ -179,7 +180,7 @@ void Bodies::look_around(uint32_t robot) {
 /// Brings those into the cache who may come upon something, some turns after the i-th.
 void Bodies::prefetch_near_after(size_t i) const {
     constexpr size_t LATER = 4, LATEST = 6;
-    if (size() < FETCHED_SWARM || i + LATEST >= near_something_.size()) return;
+    if (!prefetches(size()) || i + LATEST >= near_something_.size()) return;
     const uint32_t latest = near_something_[i + LATEST];
     prefetch(latest);
     prefetch_line(&around_[latest]);
@@ -321,7 +322,7 @@ void Bodies::solve_contacts() {
     const std::span<Near> nears = near_;
     for (uint32_t i = 0; i < held.size(); i++) {
         const uint32_t robot = held[i];
-        if (size() >= FETCHED_SWARM) world_.prefetch(robot);
+        if (prefetches(size())) world_.prefetch(robot);
         Near &near = nears[i];
         FreeShift &free = free_shift(robot);
         near.free = free.shift;

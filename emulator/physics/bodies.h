@@ -14,6 +14,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "base/motor_command.h"
+#include "base/prefetch.h"
 #include "base/selection.h"
 #include "physics/arena.h"
 #include "physics/chassis.h"

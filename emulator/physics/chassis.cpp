@@ -56,11 +56,11 @@ Chassis::Chassis(const Profile &profile, const Chance &chance, size_t robots)
 void Chassis::draw_noise(uint32_t robot) {
     if (profile_.motor_noise == 0) return;
     auto &motors = motors_[robot];
-    const auto normals =
-        chance_.normals(robot, {Purpose::LEFT_NOISE, Purpose::RIGHT_NOISE}, motors.noise_draws);
-    const Eigen::Array2d limited =
-        Eigen::Array2d(normals[0], normals[1]).max(-SPREAD_LIMIT).min(SPREAD_LIMIT);
-    motors.wobble = (1 + profile_.motor_noise * limited).cast<float>();
+    auto wobble = [&](Purpose purpose) {
+        const double normal = chance_.normal(robot, purpose, motors.noise_draws);
+        return static_cast<float>(1 + profile_.motor_noise * limited(normal));
+    };
+    motors.wobble = {wobble(Purpose::LEFT_NOISE), wobble(Purpose::RIGHT_NOISE)};
 }
 
 bool Chassis::starts(const Motors &motors, size_t side, Cycles at, uint8_t duty) const {

@@ -10,6 +10,7 @@
 #include "base/chance.h"
 #include "base/clock.h"
 #include "base/memory.h"
+#include "base/prefetch.h"
 #include "physics/motion.h"
 
 namespace kilotwin {

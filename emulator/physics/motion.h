@@ -4,7 +4,7 @@
 #define KILOTWIN_PHYSICS_MOTION_H
 
 #include <Eigen/Core>
-#include <span>
+#include <cstdint>
 
 #include "base/clock.h"
 
@@ -44,10 +44,6 @@ class Trajectory {
     Eigen::Vector2d ahead(Cycles at) const;  ///< unit vector of its heading
 
     const Drive &drive() const { return drive_; }
-
-    /// Puts the positions of all robots at `at` into `places`: what position() says, two at a time.
-    static void place(std::span<const Trajectory> trajectories, Cycles at,
-                      std::span<Eigen::Vector2d> places);
 
   private:
     /// How long it has gone on as it is, s.

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "base/memory.h"
+#include "base/prefetch.h"
 
 namespace kilotwin {
 

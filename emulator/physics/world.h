@@ -11,7 +11,7 @@
 #include <memory>
 #include <vector>
 
-#include "base/memory.h"
+#include "base/prefetch.h"
 #include "physics/arena.h"
 #include "physics/chassis.h"
 #include "physics/contact/contact_solver.h"

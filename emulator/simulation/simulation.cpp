@@ -112,7 +112,7 @@ void Simulation::take_motor_commands(uint32_t index) {
 /// Brings into the cache what the robots due some turns after the i-th need.
 void Simulation::prefetch_due_after(size_t i) const {
     constexpr size_t SOON = 3, LATER = 5, LATEST = 7;
-    if (robots_.size() < FETCHED_SWARM || i + LATEST >= due_.size()) return;
+    if (!prefetches(robots_.size()) || i + LATEST >= due_.size()) return;
     const Neighbours &lists = bodies_->lists();
     const uint32_t latest = due_[i + LATEST], later = due_[i + LATER];
     robots_[latest].prefetch();

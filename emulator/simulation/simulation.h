@@ -21,6 +21,7 @@
 #include "base/clock.h"
 #include "base/events.h"
 #include "base/memory.h"
+#include "base/prefetch.h"
 #include "grid/grid.h"
 #include "guest/robot.h"
 #include "infrared/channel.h"

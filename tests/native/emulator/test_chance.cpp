@@ -49,16 +49,6 @@ TEST_CASE("uniform draws lie in [0, 1), evenly") {
     CHECK(square / DRAWS == doctest::Approx(1.0 / 3).epsilon(0.01));
 }
 
-TEST_CASE("two normal draws at once are the two that each purpose has") {
-    for (uint64_t seed : {0ull, 7ull, ~0ull})
-        for (uint64_t n : {0ull, 1ull, 0xFFFFFFFFull, 1ull << 32, ~0ull}) {
-            const Chance chance(seed);
-            const auto both = chance.normals(0x89ABCDEF, {Purpose::LOW_GAIN, Purpose::SPEED}, n);
-            CHECK(both[0] == chance.normal(0x89ABCDEF, Purpose::LOW_GAIN, n));
-            CHECK(both[1] == chance.normal(0x89ABCDEF, Purpose::SPEED, n));
-        }
-}
-
 namespace {
 
 /// What each robot of a world drew first (`roll_call` prints four rand_hard draws), and where it

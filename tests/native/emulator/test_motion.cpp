@@ -195,24 +195,3 @@ TEST_CASE("a robot that changes its drive after ten years goes on to the cycle")
     }
 }
 
-TEST_CASE("all robots are placed where each one is, to the last bit") {
-    Dice dice(7);
-    for (size_t robots : {0, 1, 2, 3, 100, 101}) {
-        std::vector<Trajectory> trajectories;
-        for (size_t i = 0; i < robots; i++) {
-            Trajectory trajectory(
-                100 * i, {{dice.between(-1, 1), dice.between(-1, 1)}, dice.between(-3, 3)});
-            const double turns[] = {0, dice.between(-0.01, 0.01), dice.between(-1, 1), -0.8};
-            const bool stands = i % 7 == 3;
-            const Eigen::Vector2d velocity(dice.between(0, 0.02), dice.between(-1e-3, 1e-3));
-            trajectory.change(20'000 + i,
-                              {stands ? Eigen::Vector2d(0, 0) : velocity, turns[i % 4]});
-            trajectories.push_back(trajectory);
-        }
-        for (Cycles at : {TICK_CYCLES, 20 * TICK_CYCLES, 1000 * TICK_CYCLES}) {
-            std::vector<Eigen::Vector2d> places(robots);
-            Trajectory::place(trajectories, at, places);
-            for (size_t i = 0; i < robots; i++) CHECK(places[i] == trajectories[i].position(at));
-        }
-    }
-}

@@ -61,19 +61,6 @@ TEST_CASE("an arc ends where libm has it, to 1e-15 within one turn") {
     CHECK(arc(0).aside == 0);
 }
 
-TEST_CASE("short arcs are the same one by one and two by two") {
-    Dice dice(5);
-    for (int i = 0; i < 10'000; i++) {
-        const Eigen::Array2d angles(dice.between(-SHORT_ARC, SHORT_ARC),
-                                    i % 2 ? SHORT_ARC : dice.between(-1e-9, 1e-9));
-        const auto both = short_arcs(angles);
-        for (int k : {0, 1}) {
-            CHECK(both.straight[k] == arc(angles[k]).straight);
-            CHECK(both.aside[k] == arc(angles[k]).aside);
-        }
-    }
-}
-
 TEST_CASE("a wrapped angle lies in [-pi, pi) and is the same angle") {
     Dice dice(3);
     for (int i = 0; i < 100'000; i++) {
