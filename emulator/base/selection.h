@@ -1,4 +1,4 @@
-/// Choosing and sorting without branches that nobody can foresee.
+/// Selecting and sorting without branches that a processor cannot predict: 7 to 9 % of `walk`.
 #ifndef KILOTWIN_BASE_SELECTION_H
 #define KILOTWIN_BASE_SELECTION_H
 
@@ -12,7 +12,8 @@
 
 namespace kilotwin {
 
-/// Makes `chosen` those of 0 .. count - 1 for which `wanted` holds, ascending.
+/// Sets `chosen` to those of 0 .. count - 1 for which `wanted` holds, ascending. O(count), whatever
+/// the share chosen.
 template <typename Wanted> void choose(std::vector<uint32_t> &chosen, size_t count, Wanted wanted) {
     chosen.resize(count);
     size_t n = 0;
@@ -23,18 +24,12 @@ template <typename Wanted> void choose(std::vector<uint32_t> &chosen, size_t cou
     chosen.resize(n);
 }
 
-/// Sorts a list that is sorted up to `from`.
-template <typename T> void sort_from(std::vector<T> &list, size_t from) {
-    const auto rest = list.begin() + static_cast<ptrdiff_t>(from);
-    std::sort(rest, list.end());
-    std::inplace_merge(list.begin(), rest, list.end());
-}
-
-/// Sorts what happens within a step by time: into short spans first, which orders nearly all.
+/// Sorts events of one world step by time: a counting sort into short spans, which orders nearly
+/// all, then an insertion sort. Linear in mean; its lists are kept from step to step.
 template <typename T> class StepSorter {
   public:
-    /// `time` says when an item happens, `before` which of two goes first: by time, then by what
-    /// else. The step begins at `begin` and lasts `step`.
+    /// `time(item)`: within the step, which begins at `begin` and lasts `step`, a power of two.
+    /// `before(a, b)`: a strict order by time, and of equal times by something else.
     template <typename Time, typename Before>
     void sort(std::vector<T> &items, Cycles begin, Cycles step, Time time, Before before) {
         spread(items, begin, step, time);
@@ -50,8 +45,8 @@ template <typename T> class StepSorter {
   private:
     template <typename Time>
     void spread(std::vector<T> &items, Cycles begin, Cycles step, Time time) {
-        constexpr size_t FEW = 8;
-        if (items.size() <= FEW) return;
+        constexpr size_t SHORT = 8;
+        if (items.size() <= SHORT) return;
         const size_t spans = std::min<size_t>(std::bit_ceil(2 * items.size()), step);
         const int shift = std::countr_zero(step) - std::countr_zero(spans);
         auto span = [&](const T &item) { return (time(item) - begin) >> shift & (spans - 1); };

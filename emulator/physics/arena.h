@@ -1,4 +1,5 @@
-/// The floor and what is drawn on it. Lengths in metres, the arena's centre is the origin.
+/// The arena: walls and sites. Lengths in metres; the arena's centre is the origin. Constant during
+/// a run.
 #ifndef KILOTWIN_PHYSICS_ARENA_H
 #define KILOTWIN_PHYSICS_ARENA_H
 
@@ -15,9 +16,10 @@ struct Region {
     Eigen::Vector2d centre;
     Eigen::Vector2d size;  ///< width and height; a circle's are both its diameter
 
+    /// Whether `point` lies inside or on the edge.
     bool contains(const Eigen::Vector2d &point) const;
 
-    /// Distance from `point` to the edge, from either side; never more than the true one.
+    /// Distance from `point` to the edge, from either side; a lower bound off a rectangle's corners.
     double distance_to_edge(const Eigen::Vector2d &point) const;
 };
 
@@ -25,15 +27,15 @@ struct Arena {
     Region bounds;              ///< what the walls enclose
     std::vector<Region> sites;  ///< at most 255, none overlapping
 
-    /// The site under a point: 1.. in the order of `sites`, 0 for none. An edge belongs to its
-    /// site.
+    /// Number of the site at a point: 1 and up in the order of `sites`, 0 for none. Linear in sites.
     uint8_t site_at(const Eigen::Vector2d &point) const;
 
-    /// Smallest distance from `point` to an edge of any site.
+    /// Smallest distance_to_edge() of all sites; infinite without sites.
     double distance_to_site_edge(const Eigen::Vector2d &point) const;
 
-    /// Calls `visit(gap, outward)` for each wall: distance of `point` from it (negative beyond it)
-    /// and the unit vector towards its nearest point.
+    /// Calls `visit(gap, outward)` for each wall: one if round, else four, in a fixed order. `gap`
+    /// is the distance of `point` from it, negative beyond it; `outward` the unit vector towards
+    /// the wall's nearest point.
     template <typename Visit> void for_each_wall(const Eigen::Vector2d &point, Visit visit) const {
         if (bounds.shape == Region::Shape::CIRCLE) {
             double distance = point.norm();
@@ -50,7 +52,7 @@ struct Arena {
             }
     }
 
-    /// Distance to the nearest wall.
+    /// Distance to the nearest wall; negative beyond it.
     double wall_gap(const Eigen::Vector2d &point) const;
 };
 

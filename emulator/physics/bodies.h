@@ -1,8 +1,13 @@
-/// Where the robots are: in closed form while nothing touches them, by the solver near a contact.
+/// Poses of all robots, and the broad phase: in closed form while nothing touches a robot
+/// (motion.h), by Contacts while it is near a contact.
 ///
-/// All are placed when a step ends, one after the other: that costs less than to see to it whenever
-/// somebody asks for a place. What motors were told, and what changes by itself, acts exactly at
-/// its time.
+/// A world step is: command() for what motors were ordered within it, then step(). All robots are
+/// placed when a step ends, whether anything asks or not: that costs less than keeping track of
+/// which places are old. Motor commands and motor noise act exactly at their times within a step.
+///
+/// Neighbour lists (neighbours.h) hold all robots within a reach, plus a skin. They are renewed when
+/// a robot has moved by a share of half the skin, so that no robot outside a list comes within reach
+/// before lists_hold_until().
 #ifndef KILOTWIN_PHYSICS_BODIES_H
 #define KILOTWIN_PHYSICS_BODIES_H
 
@@ -18,149 +23,154 @@
 #include "base/selection.h"
 #include "physics/arena.h"
 #include "physics/chassis.h"
+#include "physics/contact/contacts.h"
 #include "physics/motion.h"
 #include "physics/neighbours.h"
 #include "physics/overlaps.h"
-#include "physics/world.h"
 
 namespace kilotwin {
 
 class Bodies {
   public:
-    /// Robots that stand at `poses` when the first step begins, at `begin`; steps last `step`.
-    /// Lists of neighbours reach `reach_m` at least.
+    /// Robots that stand at `poses` when the first step begins, at `begin`; steps last `step`
+    /// cycles, 1, 2 or 4 ticks. Neighbour lists reach `reach_m` at least, and never less than a
+    /// contact does. `arena` and `chance` must outlive this.
     Bodies(const Arena &arena, const Profile &profile, const Chance &chance, Cycles step,
            Cycles begin, const std::vector<Pose> &poses, double reach_m, SolverKind solver);
 
-    /// What a robot's motors are told, in order of time, not before the current step.
+    /// Orders duties of a robot's motors from `command.at` on. Calls come in order of time for each
+    /// robot; a time before the current step acts at its begin.
     void command(uint32_t robot, const MotorCommand &command);
 
-    /// To be called when a step begins: makes the lists of neighbours anew if that is due, and says
-    /// so.
+    /// To be called when a step begins: renews the neighbour lists if that is due. Returns whether
+    /// it did. Mostly a comparison; a renewal takes O(robots + pairs).
     bool refresh_lists();
 
-    /// Goes to the end of the current step.
+    /// Goes to the end of the current step. O(robots).
     void step();
 
-    /// Brings into the cache what it takes to command a robot's motors.
+    /// Prefetches what command() needs of a robot.
     void prefetch(uint32_t robot) const {
         prefetch_line(&trajectories_[robot]);
-        prefetch_line(&orders_[robot]);
+        prefetch_line(&commands_[robot]);
         chassis_.prefetch(robot);
     }
 
-    /// And where it is.
+    /// Prefetches what position() needs.
     void prefetch_place(uint32_t robot) const { prefetch_line(&places_[robot]); }
 
     size_t size() const { return places_.size(); }
 
-    // What follows is said of the begin of the current step.
+    // State when the current step begins.
 
-    /// Centre of a robot, m.
+    /// Centre of a robot, m. A load from an array.
     const Eigen::Vector2d &position(uint32_t robot) const { return places_[robot]; }
 
-    /// Those of all robots.
+    /// Centres of all robots, by index.
     const std::vector<Eigen::Vector2d> &positions() const { return places_; }
 
+    /// Position and heading. Evaluates the trajectory.
     Pose pose(uint32_t robot) const { return trajectories_[robot].pose(now_); }
 
-    /// Unit vector of its heading.
+    /// Unit vector of a robot's heading.
     Eigen::Vector2d ahead(uint32_t robot) const { return trajectories_[robot].ahead(now_); }
 
-    /// Whether it stays as it is, as far as is known: its motors are off, and nobody is at it.
+    /// Whether a robot stays as it is unless it is commanded: its motors are off, and it is near no
+    /// contact.
     bool rests(uint32_t robot) const {
         return next_change_[robot] == NEVER && trajectories_[robot].drive().at_rest() &&
-               !world_.holds(robot);
+               !contacts_.holds(robot);
     }
 
-    /// Since when it has stood in its place, at the earliest; NEVER while it moves.
+    /// The earliest moment since which a robot's centre has stood still; NEVER while it moves.
     Cycles still_since(uint32_t robot) const { return still_since_[robot]; }
 
-    /// Those that the solver moved or turned in the last step.
+    /// Robots that Contacts moved or turned in the last step, ascending.
     const std::vector<uint32_t> &pushed() const { return pushed_; }
 
-    /// Who is near whom.
+    /// Neighbour lists.
     const Neighbours &lists() const { return lists_; }
 
-    /// Before this, nobody comes within reach who is on no list.
+    /// Before this moment no robot comes within reach of another that is not in its list.
     Cycles lists_hold_until() const { return lists_hold_until_; }
     uint64_t list_rebuilds() const { return list_rebuilds_; }
 
-    /// Nobody moves faster, driven or pushed.
+    /// Limit of every robot's speed, driven or pushed, m/s.
     double fastest_m_s() const { return fastest_m_s_; }
 
-    uint64_t solver_steps() const { return solver_steps_; }  ///< bodies times steps
+    uint64_t solver_steps() const { return solver_steps_; }  ///< robots near a contact, times steps
     const Overlaps &overlaps() const { return overlaps_; }
 
   private:
-    /// Where a robot would go within a step, were it alone.
-    struct alignas(64) FreeShift {
+    /// Where a robot would go within a step if nothing touched it.
+    struct alignas(64) FreeMotion {
         Shift shift;
         double heading = 0;        ///< when the step begins
-        Cycles at = NEVER;         ///< the begin of the step
-        uint32_t before_slot = 0;  ///< in before_, if it is there
-        uint32_t near_slot = 0;    ///< in near_, if it is in the solver
+        Cycles at = NEVER;         ///< begin of the step that this is of
+        uint32_t before_slot = 0;  ///< position in before_, if it is there
+        uint32_t body_slot = 0;    ///< position in contact_bodies_, if it is there
     };
 
-    /// What a robot was told that has not taken effect yet.
-    struct alignas(64) Orders {
+    /// Motor commands that have not taken effect: list[next] and later.
+    struct alignas(64) Commands {
         Few<MotorCommand, 2> list;
         size_t next = 0;
     };
 
-    /// Those who may come into contact with a robot before `until`.
-    using Others = Few<uint32_t, 8>;
-    struct alignas(64) Around {
+    using RobotList = Few<uint32_t, 8>;
+    /// Robots that may come into contact with one before `until`.
+    struct alignas(64) Candidates {
         Cycles until = 0;
-        Others robots;
+        RobotList robots;
     };
     struct Pair {
         uint32_t one, other;
         double distance_m;  ///< of their centres, when the step begins
         auto operator<=>(const Pair &) const = default;
     };
-    /// How a robot moved when the step began, whose drive changes within it.
+    /// The trajectory, when the step began, of a robot whose drive changes within it.
     struct Before {
         uint32_t robot;
         Trajectory trajectory;
     };
 
     void place_all();
-
-    /// Lets motor commands before `until`, and what changes by itself, take effect at their times.
     void apply_commands(uint32_t robot, Cycles until);
-    /// All who may touch a robot within this step, and some more.
-    const Others &around(uint32_t robot) {
-        if (around_[robot].until <= now_) look_around(robot);
-        return around_[robot].robots;
-    }
-    void look_around(uint32_t robot);
     const Trajectory &trajectory_before(uint32_t robot) const;
-    /// Where a robot would go within this step, were it alone.
-    FreeShift &free_shift(uint32_t robot) {
-        FreeShift &free = shifts_[robot];
-        if (free.at != now_) find_free_shift(robot, free);
+    FreeMotion &free_motion(uint32_t robot) {
+        FreeMotion &free = free_motions_[robot];
+        if (free.at != now_) find_free_motion(robot, free);
         return free;
     }
-    const Eigen::Vector2d &free_way(uint32_t robot) { return free_shift(robot).shift.by; }
-    void find_free_shift(uint32_t robot, FreeShift &free);
+    const Eigen::Vector2d &free_path(uint32_t robot) { return free_motion(robot).shift.by; }
+    void find_free_motion(uint32_t robot, FreeMotion &free);
+    double longest_free_m(uint32_t robot) const;
+
+    // The broad phase.
+    const RobotList &candidates(uint32_t robot) {
+        if (candidates_[robot].until <= now_) find_candidates(robot);
+        return candidates_[robot].robots;
+    }
+    void find_candidates(uint32_t robot);
     /// Robots whose centres are farther apart cannot touch within a step.
     double contact_reach_m() const { return 2 * radius_m_ + contact_gap_m_; }
-    void prefetch_near_after(size_t i) const;
+    void prefetch_ahead(size_t i) const;
     void find_contacts();
     bool may_touch(uint32_t robot);
-    double longest_free_m(uint32_t robot) const;
-    bool meets(uint32_t robot, uint32_t other);
-    bool meets_wall(uint32_t robot);
+    bool would_touch(uint32_t robot, uint32_t other);
+    bool would_touch_wall(uint32_t robot);
     void include(uint32_t robot) {
-        if (!in_contact_[robot]) add_contact(robot);
+        if (!is_touching_[robot]) add_touching(robot);
     }
-    void add_contact(uint32_t robot);
-    void close_over(uint32_t robot);
-    void hand_over();
-    void solve_contacts();
-    void find_company();
-    void find_walls(Near &near) const;
+    void add_touching(uint32_t robot);
+    void add_touched(uint32_t robot);
+
+    // What follows it.
+    void update_contacts();
+    void step_contacts();
+    void take_moved(size_t i, Cycles end);
+    void classify_contacts();
+    void find_wall_contacts(ContactBody &body) const;
     void record_overlap(double gap_m);
 
     const Arena &arena_;
@@ -169,12 +179,12 @@ class Bodies {
     Cycles now_;  ///< begin of the current step
     Chassis chassis_;
     double fastest_m_s_;
-    double contact_gap_m_;  ///< robots farther apart cannot touch within a step
-    Cycles unlisted_for_;   ///< so long after lists end to hold, who is on none cannot touch either
-    World world_;
+    double contact_gap_m_;  ///< robots farther apart, from rim to rim, cannot touch within a step
+    Cycles unlisted_for_;   ///< after lists cease to hold, no unlisted robot can touch for so long
+    Contacts contacts_;
     Neighbours lists_;
     std::vector<Eigen::Vector2d> listed_at_;  ///< positions when the lists were made
-    Cycles lists_due_;                        ///< for a look whether they are still good
+    Cycles lists_due_;                        ///< when to check the next time whether they hold
     Cycles lists_hold_until_;
     uint64_t list_rebuilds_ = 0;
 
@@ -184,22 +194,23 @@ class Bodies {
     std::vector<Cycles> next_change_;      ///< of its drive
     std::vector<double> speeds_;           ///< of its drive, m/s
     std::vector<Cycles> still_since_;      ///< NEVER while it moves
-    std::vector<uint8_t> steps_apart_;     ///< of one in the solver
-    std::vector<uint8_t> in_contact_;      ///< whether it is in contacts_
+    std::vector<uint8_t> steps_apart_;     ///< held by contacts_: steps since it was in touching_
+    std::vector<uint8_t> is_touching_;     ///< whether it is in touching_
     std::vector<Cycles> next_contact_;     ///< before this, nothing is near enough to touch
-    Swarm<Orders> orders_;
-    Swarm<Around> around_;
-    Swarm<FreeShift> shifts_;
+    Swarm<Commands> commands_;
+    Swarm<Candidates> candidates_;
+    Swarm<FreeMotion> free_motions_;
 
-    std::vector<uint32_t> changing_;        ///< whose drive changes within a step
-    std::vector<uint32_t> near_something_;  ///< who may come upon something within this step
-    std::vector<uint32_t> contacts_;  ///< robots that belong into the solver this step, ascending
+    // Of one step.
+    std::vector<uint32_t> changing_;      ///< robots whose drive changes
+    std::vector<uint32_t> near_contact_;  ///< robots to be examined by the broad phase
+    std::vector<uint32_t> touching_;      ///< robots that may touch something, ascending
     std::vector<Before> before_;
-    std::vector<Pair> pairs_;  ///< of robots in the solver that may touch this step
+    std::vector<Pair> pairs_;  ///< of touching_
     std::vector<uint32_t> pushed_;
-    std::vector<Near> near_;               ///< of the robots in the solver
-    std::vector<Crowd::Pair> near_pairs_;  ///< of near_
-    double longest_shift_m_ = 0;  ///< of a robot in the solver, in the last step or this one
+    std::vector<ContactBody> contact_bodies_;  ///< of the robots held by contacts_
+    std::vector<Islands::Pair> body_pairs_;    ///< of contact_bodies_
+    double longest_shift_m_ = 0;  ///< of a robot held by contacts_, in the last step or this one
     uint64_t solver_steps_ = 0;
     Overlaps overlaps_;
 };

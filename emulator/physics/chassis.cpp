@@ -7,8 +7,8 @@ namespace kilotwin {
 namespace {
 
 constexpr double SPREAD_LIMIT = 3;              // of a standard deviation
-constexpr double FASTER_THAN_CALIBRATED = 1.2;  // a duty above the calibrated one helps little
-constexpr double FASTEST = 1.8;                 // of a motor's calibrated speed, whatever its luck
+constexpr double FASTER_THAN_CALIBRATED = 1.2;  // limit above the calibrated duty
+constexpr double FASTEST = 1.8;                 // limit of a motor that varies
 constexpr Cycles NOISE_PERIOD = CYCLES_PER_SECOND;
 constexpr size_t LEFT = 0, RIGHT = 1;
 constexpr uint8_t KICK_DUTY = 200;
@@ -66,12 +66,12 @@ void Chassis::draw_noise(uint32_t robot) {
 bool Chassis::starts(const Motors &motors, size_t side, Cycles at, uint8_t duty) const {
     if (duty == 0) return false;
     if (!profile_.legs || !profile_.kick_needed || duty >= KICK_DUTY) return true;
-    // It goes on turning, unless it got its only push too briefly.
+    // It keeps turning unless its kick was too short.
     return motors.turns[side] &&
            (motors.duty[side] < KICK_DUTY || at - motors.since[side] >= KICK_CYCLES);
 }
 
-// Each has a register of its own: on a chip the two change one after the other.
+// Each motor has a register of its own: on a chip the two change one after the other.
 void Chassis::set_duty(Motors &motors, size_t side, Cycles at, uint8_t duty) const {
     if (duty == motors.duty[side]) return;
     motors.turns[side] = starts(motors, side, at, duty);
@@ -108,17 +108,17 @@ Drive Chassis::drive(uint32_t robot) const {
     return {{profile_.speed_m_s * share, 0}, 0};
 }
 
-// A motor alone turns the robot about the rear leg on the side it turns to. Both together share the
-// work: each turns it half as fast about its leg, so that the sum goes straight on.
+// One motor alone turns the robot about a rear leg. With both, each turns it half as fast about its
+// leg, and the sum goes straight on.
 Drive Chassis::drive_on_legs(uint32_t robot) const {
     using Both = Eigen::Array2d;
     const auto &motors = motors_[robot];
     const bool turns_left = motors.turns[LEFT], turns_right = motors.turns[RIGHT];
-    // No branches: which motors turn, nobody could foresee.
+    // Without branches: which motors turn could not be predicted.
     const auto &[calibrated, turn_rad_s] = calibrations_[turns_left & turns_right];
     const Both duties(motors.duty[LEFT] * turns_left, motors.duty[RIGHT] * turns_right);
     const Both shares = (duties / calibrated).min(FASTER_THAN_CALIBRATED) * motors.speed *
-                        // Not cast(), which takes them one by one.
+                        // Not cast(), which converts them one by one.
                         Both(motors.share[LEFT], motors.share[RIGHT]) *
                         Both(motors.wobble[LEFT], motors.wobble[RIGHT]);
     const Both rates = turn_rad_s * shares.max(0).min(fastest_share_);

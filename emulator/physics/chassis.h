@@ -1,5 +1,5 @@
-/// From the duties of two motors to motion: kinds of robots, and how one of a kind differs from the
-/// next.
+/// The chassis: turns duties of two motors into a drive (motion.h). Models the Kilobot's legs and
+/// the foot-bot's wheels, how one robot differs from the next, and noise that changes each second.
 #ifndef KILOTWIN_PHYSICS_CHASSIS_H
 #define KILOTWIN_PHYSICS_CHASSIS_H
 
@@ -15,7 +15,7 @@
 
 namespace kilotwin {
 
-/// A kind of robot (design.md 5.1).
+/// A kind of robot: mechanics and motors. All values come resolved from the host.
 struct Profile {
     double radius_m;
     double speed_m_s;   ///< both motors at their straight duties
@@ -29,43 +29,44 @@ struct Profile {
     bool legs = false;
     bool kick_needed = true;  ///< legs only: 15 ms at full duty, from standstill
     double speed_spread = 0;  ///< sd over robots, share of the speed
-    double bias_spread =
-        0;  ///< sd over motors, share of the motor's speed: a robot that bends to one side
-    bool gives_way = true;   ///< whether it can be pushed while its motors are off
-    double motor_noise = 0;  ///< sd of each motor's speed from second to second, share of it
+    double bias_spread = 0;   ///< sd over motors, share of its speed: a robot bends to one side
+    bool gives_way = true;    ///< whether it can be pushed while its motors are off
+    double motor_noise = 0;   ///< sd of each motor's speed from second to second, share of it
 };
 
 class Chassis {
   public:
+    /// Draws what distinguishes each robot. `chance` must outlive this.
     Chassis(const Profile &profile, const Chance &chance, size_t robots);
 
-    /// From `at` on the motors of `robot` are at these duties.
+    /// Sets the duties, 0 to 255, of both motors of `robot` from `at` on. Returns the drive that
+    /// results. Calls come in order of time for each robot.
     Drive set_duties(uint32_t robot, Cycles at, uint8_t left, uint8_t right);
 
-    /// When the motion of `robot` next changes by itself, to be followed by renew(); NEVER while it
-    /// rests.
+    /// When renew() is due next for `robot`, since its motor noise changes; NEVER without.
     Cycles next_renewal(uint32_t robot) const { return motors_[robot].renewal; }
+    /// Draws the next second's motor noise. Returns the drive that results.
     Drive renew(uint32_t robot);
 
-    /// Brings a robot's motors into the cache.
+    /// Prefetches a robot's motors.
     void prefetch(uint32_t robot) const { prefetch_line(&motors_[robot]); }
 
-    /// Nobody drives faster.
+    /// Limit of every robot's drive, m/s.
     double fastest_m_s() const { return fastest_m_s_; }
 
   private:
-    /// Of a robot; where there are two, of the left motor and the right one.
+    /// Per robot; arrays of two hold left, right.
     struct alignas(64) Motors {
-        std::array<Cycles, 2> since = {0, 0};  ///< of the present duties
-        Cycles renewal = NEVER;
-        float speed = 1;              ///< share of the nominal speed
-        uint32_t noise_draws = 0;     ///< one a second
-        Eigen::Array2f share{1, 1};   ///< of the nominal speed, this robot's
-        Eigen::Array2f wobble{1, 1};  ///< and what this second adds to it
+        std::array<Cycles, 2> since = {0, 0};  ///< when the present duties were set
+        Cycles renewal = NEVER;                ///< next_renewal()
+        float speed = 1;                       ///< share of the nominal speed
+        uint32_t noise_draws = 0;              ///< seconds of noise drawn
+        Eigen::Array2f share{1, 1};            ///< of the nominal speed, this motor's
+        Eigen::Array2f wobble{1, 1};           ///< factor of this second's noise
         std::array<uint8_t, 2> duty = {0, 0};
-        std::array<bool, 2> turns = {false, false};
+        std::array<bool, 2> turns = {false, false};  ///< whether the motor turns at this duty
     };
-    /// Of both motors, straight on or one alone.
+    /// Calibrated duties of both motors, and the turning that they make.
     struct Calibration {
         Eigen::Array2d duty;
         double turn_rad_s;  ///< of each leg
@@ -79,10 +80,10 @@ class Chassis {
 
     Profile profile_;
     const Chance &chance_;
-    double fastest_share_;  ///< of the calibrated speed: no motor gets beyond
+    double fastest_share_;  ///< limit of a motor, share of its calibrated speed
     double fastest_m_s_;
-    std::array<Calibration, 2> calibrations_;  ///< for one motor alone, for both together
-    Eigen::Array2d leg_m_;                     ///< how far the rear legs are aside and behind
+    std::array<Calibration, 2> calibrations_;  ///< one motor alone; both together
+    Eigen::Array2d leg_m_;                     ///< rear legs: to the side, behind
     Swarm<Motors> motors_;
 };
 

@@ -1,4 +1,4 @@
-/// Ambient light as the robots' sensors read it.
+/// Ambient light at a place of the arena, as readings of the robots' sensor.
 #ifndef KILOTWIN_PHYSICS_LIGHT_H
 #define KILOTWIN_PHYSICS_LIGHT_H
 
@@ -11,15 +11,16 @@
 namespace kilotwin {
 
 struct Light {
+    /// A lamp: adds peak / (1 + (d / half_m)^2) at the distance d.
     struct Source {
-        Eigen::Vector2d at;
-        double peak;    ///< reading that it adds right below it
-        double half_m;  ///< distance at which half is left; from afar it falls with its square
+        Eigen::Vector2d at;  ///< m
+        double peak;         ///< reading that it adds right below it
+        double half_m;       ///< distance at which half of that is left, above 0
     };
     double ambient = 0;  ///< reading without any source
     std::vector<Source> sources;
 
-    /// What the converter reads at a place: 0..1023.
+    /// The converter's reading at a place, 0 to 1023, without noise. Linear in sources.
     int16_t at(const Eigen::Vector2d &place) const {
         double sum = ambient;
         for (const auto &source : sources)

@@ -1,5 +1,6 @@
-/// Where a robot is while nothing touches it: in closed form from the moment its motion last
-/// changed.
+/// Motion of a robot that nothing touches, in closed form: since its drive last changed it goes
+/// straight on or along a circle. Evaluating it takes no steps, so that a pose is exact at any time.
+/// Lengths in metres, angles in radians, counter-clockwise from +x.
 #ifndef KILOTWIN_PHYSICS_MOTION_H
 #define KILOTWIN_PHYSICS_MOTION_H
 
@@ -15,38 +16,41 @@ struct Pose {
     double heading = 0;              ///< rad, counter-clockwise from +x, [-pi, pi)
 };
 
-/// A steady motion, in the robot's own frame.
+/// A steady motion, in the robot's own frame. The chassis makes it from duties.
 struct Drive {
     Eigen::Vector2d velocity{0, 0};  ///< m/s of the centre: forward, to the left
     double turn = 0;                 ///< rad/s, counter-clockwise
+    /// Whether the centre stays where it is.
     bool stands() const { return velocity.x() == 0 && velocity.y() == 0; }
+    /// Whether it does not turn either.
     bool at_rest() const { return stands() && turn == 0; }
     bool operator==(const Drive &other) const {
         return velocity == other.velocity && turn == other.turn;
     }
 };
 
+/// A pose and a drive at one moment, and what follows from them.
 class Trajectory {
   public:
     Trajectory() = default;
     Trajectory(Cycles at, const Pose &pose) { restart(at, pose); }
 
-    /// From `at` on the robot is at `pose` and goes on as it was driven.
+    /// Puts the robot at `pose` at `at`; it keeps its drive.
     void restart(Cycles at, const Pose &pose);
 
-    /// From `at` on it is driven otherwise.
+    /// Changes the drive at `at`; the pose goes on from where the old drive brought it.
     void change(Cycles at, const Drive &drive);
 
-    /// The pose at `at`, not before the last restart or change.
+    // State at `at`, which is not before the last restart() or change().
     Pose pose(Cycles at) const;
-    Eigen::Vector2d position(Cycles at) const;
-    double heading(Cycles at) const;
-    Eigen::Vector2d ahead(Cycles at) const;  ///< unit vector of its heading
+    Eigen::Vector2d position(Cycles at) const;  ///< centre, m
+    double heading(Cycles at) const;            ///< rad, [-pi, pi)
+    Eigen::Vector2d ahead(Cycles at) const;     ///< unit vector of its heading
 
     const Drive &drive() const { return drive_; }
 
   private:
-    /// How long it has gone on as it is, s.
+    /// Seconds since the last restart() or change().
     double driven_for(Cycles at) const { return (as_double(at) - since_) * CYCLE_S; }
     Eigen::Vector2d position_after(double time) const;
     double heading_after(double time) const;
@@ -54,7 +58,7 @@ class Trajectory {
     Drive drive_;
     Eigen::Vector2d origin_{0, 0}, ahead_{1, 0};
     double heading_ = 0;
-    double since_ = 0;  ///< cycles
+    double since_ = 0;  ///< cycles; exact below 2^53
 };
 
 }  // namespace kilotwin

@@ -63,12 +63,12 @@ void Neighbours::find_pairs() {
     pairs_.resize(found);
 }
 
-/// Adds to the `found` first pairs, of which there is room for more, those at a place and from
-/// `begin` to `end` who are near.
+/// Appends to the first `found` pairs the near ones of the member at `place` and those from `begin`
+/// to `end`. Returns their new number. pairs_ has room for more than that.
 size_t Neighbours::add_pairs(size_t place, size_t begin, size_t end, size_t found) {
     const double reach_m = reach_m_ + skin_m_;
     if (pairs_.size() < found + end - begin) pairs_.resize(2 * (found + end - begin));
-    for (size_t k = begin; k < end; k++) {  // no branch: nobody could foresee it
+    for (size_t k = begin; k < end; k++) {  // without a branch, which could not be predicted
         pairs_[found] = {members_[place], members_[k]};
         found += (places_[k] - places_[place]).squaredNorm() <= reach_m * reach_m;
     }
@@ -86,7 +86,7 @@ void Neighbours::list_pairs() {
         unsorted_[--begin_[pair.one]] = pair.other;
         unsorted_[--begin_[pair.other]] = pair.one;
     }
-    // Who stands in the list of `i` has `i` in its own: written in the order of `i`, it is sorted.
+    // Robots in the list of `i` have `i` in theirs: written in the order of `i`, they are sorted.
     ids_.resize(unsorted_.size());
     next_ = begin_;
     for (uint32_t i = 0; i + 1 < begin_.size(); i++)

@@ -1,5 +1,6 @@
-/// Who may come near whom: lists of the robots around each robot, good until somebody has moved too
-/// far.
+/// Neighbour lists: for each robot the robots around it, within a reach and a skin, as in a Verlet
+/// list. They hold until two robots together have moved by more than the skin; Bodies keeps track of
+/// that. Both contacts and channels look for robots in these lists only.
 #ifndef KILOTWIN_PHYSICS_NEIGHBOURS_H
 #define KILOTWIN_PHYSICS_NEIGHBOURS_H
 
@@ -14,12 +15,14 @@ namespace kilotwin {
 
 class Neighbours {
   public:
-    /// Lists hold everybody within `reach_m` + `skin_m` at the time of rebuild().
+    /// A list has all robots within `reach_m` + `skin_m` (m, above 0) at the time of rebuild().
     Neighbours(double reach_m, double skin_m) : reach_m_(reach_m), skin_m_(skin_m) {}
 
-    /// Makes all lists anew, from the robots' positions. Time O(robots + pairs).
+    /// Makes all lists from the robots' positions, m. O(robots + pairs): robots are sorted into
+    /// square cells as wide as the lists reach. Memory is kept for the next time.
     void rebuild(const std::vector<Eigen::Vector2d> &positions);
 
+    /// A view of one list. Valid until the next rebuild().
     struct List {
         const uint32_t *first, *last;
         const uint32_t *begin() const { return first; }
@@ -27,14 +30,14 @@ class Neighbours {
         size_t size() const { return static_cast<size_t>(last - first); }
     };
 
-    /// The robots around `robot`, in ascending order.
+    /// The list of `robot`, ascending, without itself.
     List of(uint32_t robot) const { return list(ids_, begin_, robot); }
 
-    /// Bring into the cache where the list of `robot` stands, and then, some time later, itself.
+    /// Prefetch where the list of `robot` lies, and, some turns later, the list itself.
     void prefetch_place(uint32_t robot) const { prefetch_line(&begin_[robot]); }
     void prefetch(uint32_t robot) const { prefetch_line(ids_.data() + begin_[robot]); }
 
-    /// Whether the last rebuild() changed the list of `robot`.
+    /// Whether the last rebuild() changed the list of `robot`. Linear in its length.
     bool changed(uint32_t robot) const {
         if (old_begin_.empty()) return true;
         const List now = of(robot), before = list(old_ids_, old_begin_, robot);
@@ -59,20 +62,20 @@ class Neighbours {
     void list_pairs();
 
     double reach_m_, skin_m_;
-    std::vector<size_t> begin_;
-    std::vector<uint32_t> ids_;
+    std::vector<size_t> begin_;      ///< by robot: where its list begins in ids_; and the end
+    std::vector<uint32_t> ids_;      ///< all lists
     std::vector<size_t> old_begin_;  ///< of the lists before the last rebuild()
     std::vector<uint32_t> old_ids_;
 
     // While lists are made.
     size_t columns_ = 0;                   ///< of cells
-    std::vector<uint32_t> cell_;           ///< of each robot
-    std::vector<size_t> first_;            ///< of those in each cell, by cells
+    std::vector<uint32_t> cell_;           ///< by robot
+    std::vector<size_t> first_;            ///< by cell: its first place in members_
     std::vector<uint32_t> members_;        ///< robots by cells
-    std::vector<Eigen::Vector2d> places_;  ///< theirs
+    std::vector<Eigen::Vector2d> places_;  ///< positions of members_
     std::vector<Pair> pairs_;
-    std::vector<uint32_t> unsorted_;  ///< the lists in any order
-    std::vector<size_t> next_;
+    std::vector<uint32_t> unsorted_;  ///< lists in any order
+    std::vector<size_t> next_;        ///< by robot: where its list goes on
 };
 
 }  // namespace kilotwin

@@ -13,8 +13,8 @@ namespace {
 
 constexpr uint64_t TRIES = 20'000;
 
-/// Squares of one diameter: whoever touches a robot is in its square or in one of the eight around
-/// it.
+/// Positions by squares of one diameter: a robot can only touch those of its square and of the eight
+/// around it.
 class Occupied {
   public:
     explicit Occupied(double diameter) : diameter_(diameter) {}
@@ -52,9 +52,9 @@ void place_uniformly(std::vector<Pose> &poses, size_t count, const Arena &arena,
         uint64_t tries = 0;
         do {
             if (tries == TRIES)
-                throw EngineError(
-                    "robot " + std::to_string(poses.size() + 1) +
-                    " finds no free place in the arena: " + "use fewer robots or a larger arena");
+                throw EngineError("robot " + std::to_string(poses.size() + 1) +
+                                  " finds no free place in the arena: use fewer robots or a "
+                                  "larger arena");
             Eigen::Vector2d where(chance.uniform(robot, Purpose::PLACE, 2 * tries) - 0.5,
                                   chance.uniform(robot, Purpose::PLACE, 2 * tries + 1) - 0.5);
             pose.position = where.cwiseProduct(arena.bounds.size);

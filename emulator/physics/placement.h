@@ -10,9 +10,11 @@
 
 namespace kilotwin {
 
-/// Adds `count` robots of one radius to `poses`, free of one another, of those already there and of
-/// the walls. Each robot draws for itself, so a further robot changes nobody else's place. Throws
-/// EngineError when they do not fit.
+/// Appends the start poses of `count` robots of one radius to `poses`. They overlap neither one
+/// another, nor the robots already there, nor the walls. Positions are uniform in the arena's
+/// bounds (tries that do not fit are drawn again), headings uniform. Each robot draws by its own
+/// index, so that a further robot moves no other. Throws EngineError if a robot finds no place in
+/// 20,000 tries.
 void place_uniformly(std::vector<Pose> &poses, size_t count, const Arena &arena, double radius_m,
                      const Chance &chance);
 

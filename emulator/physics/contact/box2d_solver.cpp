@@ -18,8 +18,7 @@ constexpr int ROUND_WALL_SEGMENTS = 720;  // a 19.2 m arena differs from a circl
 constexpr int SUB_STEPS = 16;
 constexpr double SPECULATIVE_UNITS = 0.018;  // Box2D's margin is 0.02
 
-// The series of asin: a step turns a robot by little, and its sine is what Box2D's rotations give
-// exactly.
+// Taylor series of asin: Box2D's rotations give the sine exactly, and a step turns a robot by little.
 double small_angle(double sine) {
     double square = sine * sine;
     return sine * (1 + square * (1.0 / 6 + square * (3.0 / 40 + square * (15.0 / 336))));
@@ -36,7 +35,7 @@ struct Box2DSolver::Box2D {
     b2WorldId world;
     double units_per_m;
     std::vector<Disc> discs;        ///< by robot
-    std::vector<uint32_t> enabled;  ///< the members of the last crowd, ascending
+    std::vector<uint32_t> enabled;  ///< robots of the last step, ascending
 
     b2Vec2 to_units(const Eigen::Vector2d &v) const {
         return {static_cast<float>(v.x() * units_per_m), static_cast<float>(v.y() * units_per_m)};
@@ -77,23 +76,23 @@ struct Box2DSolver::Box2D {
         return {Eigen::Vector2d(v.x, v.y) / units_per_m, b2Body_GetAngularVelocity(disc.body)};
     }
 
-    /// Lets nobody push a robot that stands.
-    static void stand_firm(const Disc &disc, bool firm) {
-        const b2BodyType type = firm ? b2_staticBody : b2_dynamicBody;
+    /// Makes a disc static, so that nothing pushes it, or dynamic.
+    static void set_fixed(const Disc &disc, bool fixed) {
+        const b2BodyType type = fixed ? b2_staticBody : b2_dynamicBody;
         if (b2Body_GetType(disc.body) != type) b2Body_SetType(disc.body, type);
     }
 
-    /// Has just those who are in the crowd.
-    void admit(const Crowd &crowd) {
+    /// Enables the bodies of this step, and disables the others.
+    void update_enabled(const Islands &islands) {
         std::vector<uint32_t> robots;
-        for (const auto &member : crowd.members) robots.push_back(member.robot);
+        for (const auto &body : islands.bodies) robots.push_back(body.robot);
         for (uint32_t robot : enabled)
             if (!std::binary_search(robots.begin(), robots.end(), robot))
                 b2Body_Disable(discs[robot].body);
-        for (const auto &member : crowd.members) {
-            if (!std::binary_search(enabled.begin(), enabled.end(), member.robot))
-                enable(discs[member.robot], member.pose, member.driven.velocity);
-            stand_firm(discs[member.robot], member.firm);
+        for (const auto &body : islands.bodies) {
+            if (!std::binary_search(enabled.begin(), enabled.end(), body.robot))
+                enable(discs[body.robot], body.pose, body.driven.velocity);
+            set_fixed(discs[body.robot], body.fixed);
         }
         enabled.swap(robots);
     }
@@ -108,7 +107,7 @@ struct Box2DSolver::Box2D {
         set_velocity(disc, velocity);
     }
 
-    /// Where a step brought a robot.
+    /// Displacement since the last call, or since enable().
     Shift find_moved(Disc &disc) const {
         const auto [p0, q0] = disc.now;
         const auto [p, q] = disc.now = b2Body_GetTransform(disc.body);
@@ -147,30 +146,29 @@ Box2DSolver::Box2DSolver(const Arena &arena, const Mechanics &mechanics, size_t 
 
 Box2DSolver::~Box2DSolver() { b2DestroyWorld(box2d_->world); }
 
-// A contact is seen only when bodies are nearer than the speculative margin at the begin of a step
-// of Box2D's: two robots must not come closer than that within one.
-void Box2DSolver::solve(Crowd &crowd, double step_s) {
+// Box2D finds a contact only when bodies are within the speculative margin as its step begins: a
+// tick is divided so that two robots do not close by more within one.
+void Box2DSolver::solve(Islands &islands, double step_s) {
     auto &b = *box2d_;
-    b.admit(crowd);
-    if (crowd.members.empty()) return;
+    b.update_enabled(islands);
+    if (islands.bodies.empty()) return;
     double fastest_m_s = 0;
-    for (const auto &member : crowd.members)
-        fastest_m_s = std::max(fastest_m_s, member.free.by.norm() / step_s);
+    for (const auto &body : islands.bodies)
+        fastest_m_s = std::max(fastest_m_s, body.free.by.norm() / step_s);
     const double approach_units = 2 * fastest_m_s * TICK_S * b.units_per_m;
     const int rounds = std::max(1, static_cast<int>(std::ceil(approach_units / SPECULATIVE_UNITS)));
     const auto ticks = std::lround(step_s / TICK_S);
     const auto force = mechanics_.change_in(TICK_S);
     for (int tick = 0; tick < ticks; tick++) {
-        for (auto &member : crowd.members) {
-            member.driven.drive(member.free.velocity(step_s), force);
-            b.set_velocity(b.discs[member.robot], member.driven.velocity);
+        for (auto &body : islands.bodies) {
+            body.driven.drive(body.free.velocity(step_s), force);
+            b.set_velocity(b.discs[body.robot], body.driven.velocity);
         }
         for (int round = 0; round < rounds; round++)
             b2World_Step(b.world, static_cast<float>(TICK_S / rounds), SUB_STEPS);
-        for (auto &member : crowd.members)
-            member.driven.velocity = b.velocity(b.discs[member.robot]);
+        for (auto &body : islands.bodies) body.driven.velocity = b.velocity(b.discs[body.robot]);
     }
-    for (auto &member : crowd.members) member.moved = b.find_moved(b.discs[member.robot]);
+    for (auto &body : islands.bodies) body.moved = b.find_moved(b.discs[body.robot]);
 }
 
 std::string box2d_version() {

@@ -1,44 +1,48 @@
-/// Who solves a crowd: robots that may touch several others, or a wall besides, within a step.
-/// Lengths in metres.
+/// The interface of contact solvers: they move islands of three bodies and more, one world step at
+/// a time. Single contacts do not come here (closed_form.h).
+///
+/// Implementations: disc_solver.h, the default, and box2d_solver.h. Lengths in metres.
 #ifndef KILOTWIN_PHYSICS_CONTACT_CONTACT_SOLVER_H
 #define KILOTWIN_PHYSICS_CONTACT_CONTACT_SOLVER_H
 
 #include <cstdint>
 #include <vector>
 
-#include "physics/contact/encounter.h"
+#include "physics/contact/mechanics.h"
 #include "physics/motion.h"
 
 namespace kilotwin {
 
 enum class SolverKind : uint8_t { DISCS, BOX2D };
 
-/// All who are in a crowd in one step.
-struct Crowd {
-    struct Member {
-        uint32_t robot;
-        bool firm;          ///< it stands, and nobody moves it
-        bool at_wall;       ///< it may touch one
+/// All islands of one step: bodies that may touch several others, or a wall besides.
+struct Islands {
+    struct Body {
+        uint32_t robot;     ///< index
+        bool fixed;         ///< at rest, and does not give way
+        bool at_wall;       ///< may touch a wall within the step
         const Pose &pose;   ///< when the step begins
-        const Shift &free;  ///< where it would go, were it alone
-        Driven &driven;
-        Shift &moved;  ///< where it went, after ContactSolver::solve()
+        const Shift &free;  ///< displacement in this step if nothing touched it
+        DrivenBody &driven;
+        Shift &moved;  ///< out: displacement in this step
     };
-    /// Two that may touch, by their numbers in a list: one < other.
+    /// Two bodies that may touch within the step, by their positions in a list; one < other.
     struct Pair {
         uint32_t one, other;
     };
-    std::vector<Member> members;  ///< ascending by robot
-    std::vector<Pair> pairs;      ///< of members, ascending
+    std::vector<Body> bodies;  ///< ascending by robot
+    std::vector<Pair> pairs;   ///< of `bodies`, ascending
 };
 
 class ContactSolver {
   public:
     virtual ~ContactSolver() = default;
 
-    /// Moves the members of a crowd for `step_s`, a number of ticks. To be called when there are
-    /// none as well: who is no member may be anywhere by the next time.
-    virtual void solve(Crowd &crowd, double step_s) = 0;
+    /// Moves all bodies for `step_s`, a whole number of ticks: sets `moved` and the velocities.
+    /// Called once a world step by Contacts, also without bodies: a solver may keep what it knows
+    /// of a body only as long as that body is in each call. Deterministic: equal input, in equal
+    /// order, gives equal bits.
+    virtual void solve(Islands &islands, double step_s) = 0;
 };
 
 }  // namespace kilotwin

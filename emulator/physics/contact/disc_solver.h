@@ -1,10 +1,11 @@
-/// Our own solver: discs of one mass, and of all pairs only those that may touch.
+/// A contact solver for discs of one mass and radius: sequential impulses, as Box2D has them, for
+/// the one case that this emulator needs.
 ///
-/// A tick at a time, as in encounter.h: a limited force drives each robot, those who touch do not
-/// come nearer, friction acts across the line between them, and those that overlap part. A contact
-/// begins with the impulse that it had in the last tick; all are gone through a fixed number of
-/// times, and each is given what it still lacks. Islands, which are robots that may touch one
-/// another directly or through others, are solved one after the other.
+/// It goes tick by tick whatever the world step. In each tick, island by island: drives accelerate
+/// the discs, contacts that may close are found and start from the last tick's impulses (warm
+/// starting), overlapping discs are moved apart, velocities are solved in a fixed number of rounds
+/// with Coulomb friction, and positions are integrated. Cost: linear in bodies and contacts. Nothing
+/// is allocated once the lists have grown.
 #ifndef KILOTWIN_PHYSICS_CONTACT_DISC_SOLVER_H
 #define KILOTWIN_PHYSICS_CONTACT_DISC_SOLVER_H
 
@@ -26,89 +27,95 @@ class DiscSolver final : public ContactSolver {
           mechanics_(mechanics),
           force_(mechanics.change_in(TICK_S)) {}
 
-    void solve(Crowd &crowd, double step_s) override;
+    void solve(Islands &islands, double step_s) override;
 
   private:
-    /// A wall (the first ones), or a member. Speeds of rims are in m/s, counter-clockwise.
+    /// A wall (the first WALLS discs) or a body.
     struct alignas(64) Disc {
-        Eigen::Vector2d at{0, 0}, velocity{0, 0};
-        double rim = 0, rim_way = 0;  ///< its speed, and how far it went
-        double yields = 0;            ///< 1; 0 if nothing moves it
-        uint32_t pushed_at = 0;       ///< by the count of pushes_
-        uint32_t member = 0;
+        Eigen::Vector2d at{0, 0}, velocity{0, 0};  ///< m, m/s
+        double rim = 0;                            ///< speed of the rim, m/s, counter-clockwise
+        double rim_way = 0;       ///< how far the rim turned since the step began, m
+        double inverse_mass = 0;  ///< 1; 0 for what does not move
+        uint32_t changed_at = 0;  ///< count of changes_ when its velocity last changed
+        uint32_t body = 0;        ///< its position in Islands::bodies
 
         Shift speed(double radius_m) const { return {velocity, rim / radius_m}; }
     };
 
-    /// A member, and what it may touch in this step. Impulses are over the mass.
+    /// A body and what it may touch in this step. Impulses are over the mass, m/s.
     struct alignas(64) Contact {
-        uint32_t one, other;            ///< discs; only the other may be a wall
-        double wall_m = 0;              ///< how far a wall is from the arena's centre
-        Eigen::Vector2d towards{1, 0};  ///< unit vector from one to the other
-        double along = 0, across = 0;   ///< impulses in this tick; before it is solved, in the last
-        double free_m_s = 0;            ///< so fast they may come nearer in this tick
-        uint32_t seen_at = 0;           ///< by the count of pushes_
+        uint32_t one, other;           ///< discs; only `other` may be a wall
+        double wall_m = 0;             ///< of a wall: its distance from the arena's centre
+        Eigen::Vector2d normal{1, 0};  ///< unit vector from one to the other
+        double normal_impulse = 0;     ///< in this tick; the last tick's until it is solved
+        double tangent_impulse = 0;    ///< the same across the normal, by friction
+        double closing_limit_m_s = 0;  ///< closing speed at which the gap is 0 after this tick
+        uint32_t solved_at = 0;        ///< count of changes_ when it was last solved
     };
 
-    /// Who touches whom: robots, or a robot and a wall.
-    struct Name {
-        uint32_t robot, mate;
-        auto operator<=>(const Name &) const = default;
+    /// Identifies a contact from step to step: two robots, or a robot and a wall.
+    struct ContactKey {
+        uint32_t robot, other;
+        auto operator<=>(const ContactKey &) const = default;
     };
-    /// The impulses of a contact in the last tick of a step.
-    struct Kept {
-        Name name;
-        double along, across;
+    /// Impulses of a contact in the last tick of a step.
+    struct StoredImpulse {
+        ContactKey key;
+        double normal, tangent;
     };
 
-    /// A part of discs_ and contacts_: those that may touch one another, directly or through
-    /// others.
+    /// A range of discs_ and one of contacts_: bodies that may touch, directly or through others.
     struct Island {
         uint32_t first_disc, first_contact;
         uint32_t discs = 0, contacts = 0;  ///< how many
     };
 
-    void find_islands(const Crowd &crowd);
-    void place_discs(const Crowd &crowd);
-    void list_contacts(const Crowd &crowd, double step_s);
-    void recall();
+    // Once a step.
+    void find_islands(const Islands &islands);
+    void place_discs(const Islands &islands);
+    void list_contacts(const Islands &islands, double step_s);
+    void list_walls(const Islands::Body &body, uint32_t disc, double step_s);
+    void warm_start();
     void place_contacts();
-    void keep();
-    void solve(const Island &island, const Crowd &crowd, double step_s);
+    void store_impulses();
+
+    // Once a tick and island, in this order.
+    void solve(const Island &island, const Islands &islands, double step_s);
+    void drive(const Island &island, const Islands &islands, int tick, double step_s);
+    void find_active(const Island &island);
+    void separate_overlapping();
+    void solve_velocities();
+    void integrate(const Island &island);
+
     std::span<Disc> discs_of(const Island &island) {
         return {discs_.data() + island.first_disc, island.discs};
     }
-    void drive(const Island &island, const Crowd &crowd, int tick, double step_s);
-    void find_touches(const Island &island);
-    double approach(Contact &contact) const;
+    double find_gap(Contact &contact) const;
     double gap_m(const Contact &contact) const;
-    void part(const Contact &contact);
-    void part_tight();
-    void settle_all();
-    bool settle(Contact &contact);
-    void push(const Contact &contact, double along, double across);
-    void move(const Island &island);
+    void separate(const Contact &contact);
+    bool solve_contact(Contact &contact);
+    void push(const Contact &contact, double normal_impulse, double tangent_impulse);
 
     const Arena &arena_;
     const Mechanics mechanics_;
-    const Mechanics::Change force_;  ///< in a tick
+    const Mechanics::Change force_;  ///< of a tick
 
-    // Of each member.
+    // By body.
     std::vector<uint32_t> island_;
     std::vector<uint32_t> disc_of_;
-    std::vector<uint32_t> with_;  ///< one of its island, or itself, while islands are sought
+    std::vector<uint32_t> parent_;  ///< union-find: another body of its island, or itself
 
-    std::vector<Contact> listed_;  ///< ascending by name
-    std::vector<Name> names_;
-    std::vector<Kept> kept_;  ///< ascending by name
+    std::vector<Contact> listed_;        ///< ascending by key
+    std::vector<ContactKey> keys_;       ///< of listed_
+    std::vector<StoredImpulse> stored_;  ///< of the last step, ascending by key
 
     std::vector<Island> islands_;
-    std::vector<Disc> discs_;           ///< the walls, and then the members by island
-    std::vector<Contact> contacts_;     ///< by island
-    std::vector<uint32_t> contact_of_;  ///< of each that is listed
-    std::vector<uint32_t> touches_;     ///< contacts that may matter in this tick
-    std::vector<uint32_t> tight_;       ///< those of them that overlap
-    uint32_t pushes_ = 0;               ///< in this tick
+    std::vector<Disc> discs_;            ///< the walls, then the bodies by island
+    std::vector<Contact> contacts_;      ///< by island
+    std::vector<uint32_t> contact_of_;   ///< where listed_[i] is in contacts_
+    std::vector<uint32_t> active_;       ///< contacts that may close in this tick
+    std::vector<uint32_t> overlapping_;  ///< those of active_ that overlap
+    uint32_t changes_ = 0;               ///< changes of velocities in this tick
 };
 
 }  // namespace kilotwin

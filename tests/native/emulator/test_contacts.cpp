@@ -33,12 +33,12 @@ Samples run(Scene &scene, int64_t duration_ticks, uint32_t sample_ticks = 8) {
 size_t last_row(const Samples &samples) { return samples.tick.size() - 1; }
 
 /// The same scene with every robot in Box2D at every step: what the engine has to agree with,
-/// whoever solves its crowds. Robots drive from the beginning on as `drives` says.
+/// whatever solves its islands. Robots drive from the beginning on as `drives` says.
 std::vector<Pose> all_in_box2d(const Scene &scene, std::vector<Pose> poses,
                                const std::vector<Drive> &drives, int64_t duration_ticks) {
     const double speed = scene.def.profile.speed_m_s;
-    World world(scene.def.arena, scene.def.profile, SolverKind::BOX2D, speed, 1.1 * speed,
-                poses.size());
+    Contacts contacts(scene.def.arena, scene.def.profile, SolverKind::BOX2D, speed, 1.1 * speed,
+                      poses.size());
     const double step_s = scene.def.step_ticks * TICK_S;
     auto free = [&](size_t i) {
         return Shift{direction(poses[i].heading) * drives[i].velocity.x() * step_s,
@@ -48,16 +48,16 @@ std::vector<Pose> all_in_box2d(const Scene &scene, std::vector<Pose> poses,
     for (uint32_t i = 0; i < count; i++) {
         Trajectory way(0, poses[i]);
         way.change(0, drives[i]);
-        world.add(i, way, 0);
+        contacts.add(i, way, 0);
     }
-    world.settle();
+    contacts.update();
     for (int64_t tick = 0; tick < duration_ticks; tick += scene.def.step_ticks) {
-        std::vector<Near> near;
-        for (uint32_t i = 0; i < count; i++) near.push_back({poses[i], free(i)});
-        world.step(near, {}, step_s);
+        std::vector<ContactBody> bodies;
+        for (uint32_t i = 0; i < count; i++) bodies.push_back({poses[i], free(i)});
+        contacts.step(bodies, {}, step_s);
         for (uint32_t i = 0; i < count; i++) {
-            poses[i].position += near[i].moved.by;
-            poses[i].heading = wrapped(poses[i].heading + near[i].moved.turn);
+            poses[i].position += bodies[i].moved.by;
+            poses[i].heading = wrapped(poses[i].heading + bodies[i].moved.turn);
         }
     }
     return poses;
@@ -351,26 +351,26 @@ TEST_CASE("two that meet aslant and one that slides along a wall go as in a run 
     CHECK(worst < 0.05 * DIAMETER);
 }
 
-TEST_CASE("a robot that leaves a crowd and joins one again elsewhere goes on from there") {
-    using Company = Near::Company;
+TEST_CASE("a robot that leaves an island and joins one again elsewhere goes on from there") {
+    using Kind = ContactBody::Kind;
     for (SolverKind solver : {SolverKind::DISCS, SolverKind::BOX2D}) {
         CAPTURE(static_cast<int>(solver));
         const Scene scene(square_hall(10));
-        World world(scene.def.arena, scene.def.profile, solver, 0.1, 0.11, 3);
-        for (uint32_t i = 0; i < 3; i++) world.add(i, Trajectory(0, Pose()), 0);
-        world.settle();
-        auto step = [&](double y, double spacing, Company company) {
-            std::vector<Near> near(3);
+        Contacts contacts(scene.def.arena, scene.def.profile, solver, 0.1, 0.11, 3);
+        for (uint32_t i = 0; i < 3; i++) contacts.add(i, Trajectory(0, Pose()), 0);
+        contacts.update();
+        auto step = [&](double y, double spacing, Kind kind) {
+            std::vector<ContactBody> bodies(3);
             for (int i = 0; i < 3; i++) {
-                near[i].pose.position = {spacing * i, y};
-                near[i].company = company;
+                bodies[i].pose.position = {spacing * i, y};
+                bodies[i].kind = kind;
             }
-            world.step(near, {{0, 1}, {1, 2}}, 2 * TICK_S);
-            return near[2].moved.by.x() - near[0].moved.by.x();
+            contacts.step(bodies, {{0, 1}, {1, 2}}, 2 * TICK_S);
+            return bodies[2].moved.by.x() - bodies[0].moved.by.x();
         };
-        CHECK(std::abs(step(0, 1.1 * DIAMETER, Company::SEVERAL)) < 1e-6);
-        CHECK(std::abs(step(1, 1.1 * DIAMETER, Company::NOTHING)) < 1e-6);
-        CHECK(step(2, 0.95 * DIAMETER, Company::SEVERAL) > 1e-3);  // they overlap, and part
+        CHECK(std::abs(step(0, 1.1 * DIAMETER, Kind::ISLAND)) < 1e-6);
+        CHECK(std::abs(step(1, 1.1 * DIAMETER, Kind::NONE)) < 1e-6);
+        CHECK(step(2, 0.95 * DIAMETER, Kind::ISLAND) > 1e-3);  // they overlap, and part
     }
 }
 

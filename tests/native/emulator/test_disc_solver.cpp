@@ -1,4 +1,4 @@
-// The solver of crowds by itself: what discs that push each other must do, whoever computes it.
+// The disc solver by itself: what discs in islands must do, whatever computes it.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -20,8 +20,8 @@ struct Discs {
     struct Robot {
         Pose pose;
         Shift wanted;
-        bool firm = false;
-        Driven driven = {wanted, wanted};
+        bool fixed = false;
+        DrivenBody driven = {wanted, wanted};
     };
     Arena arena = square_hall(4);
     double push_m_s2 = 1;
@@ -37,13 +37,13 @@ struct Discs {
         for (auto &robot : robots)
             free.push_back({robot.wanted.by * step_s, robot.wanted.turn * step_s});
         moved.assign(robots.size(), {});
-        Crowd crowd;
+        Islands islands;
         for (uint32_t i = 0; i < robots.size(); i++) {
-            crowd.members.push_back({10 + i, robots[i].firm, true, robots[i].pose, free[i],
-                                     robots[i].driven, moved[i]});
-            for (uint32_t j = i + 1; j < robots.size(); j++) crowd.pairs.push_back({i, j});
+            islands.bodies.push_back({10 + i, robots[i].fixed, true, robots[i].pose, free[i],
+                                      robots[i].driven, moved[i]});
+            for (uint32_t j = i + 1; j < robots.size(); j++) islands.pairs.push_back({i, j});
         }
-        solver.solve(crowd, step_s);
+        solver.solve(islands, step_s);
         for (size_t i = 0; i < robots.size(); i++) {
             robots[i].pose.position += moved[i].by;
             robots[i].pose.heading += moved[i].turn;
@@ -61,7 +61,7 @@ struct Discs {
     /// About the arena's centre; a disc's inertia is m r^2 / 2.
     double spin() const {
         double sum = 0;
-        for (const auto &[pose, wanted, firm, driven] : robots)
+        for (const auto &[pose, wanted, fixed, driven] : robots)
             sum += pose.position.x() * driven.velocity.by.y() -
                    pose.position.y() * driven.velocity.by.x() +
                    RADIUS * RADIUS / 2 * driven.velocity.turn;
@@ -75,7 +75,7 @@ Discs::Robot at(double x, double y, const Eigen::Vector2d &velocity = {0, 0}, do
 
 }  // namespace
 
-TEST_CASE("in a crowd, two that drive head-on stop where they touch") {
+TEST_CASE("in an island, two that drive head-on stop where they touch") {
     Discs discs({at(-0.15, 0, {SPEED, 0}), at(0.15, 0, {-SPEED, 0})});
     for (int step = 0; step < 40; step++) discs.step(2);
     CHECK(std::abs(discs.gap(0, 1)) < 0.001 * DIAMETER);
@@ -151,7 +151,7 @@ TEST_CASE("no robot is pushed faster than the bound, nor into a wall") {
 
 TEST_CASE("a firm robot is a wall to others") {
     Discs discs({at(0, 0), at(0.3, 0, {-SPEED, 0}), at(0, 0.3, {0, -SPEED})});
-    discs.robots[0].firm = true;
+    discs.robots[0].fixed = true;
     for (int step = 0; step < 60; step++) {
         discs.step(2);
         CHECK(discs.moved[0].by == Eigen::Vector2d(0, 0));

@@ -1,0 +1,115 @@
+#include "physics/contact/contacts.h"
+
+#include <algorithm>
+
+#include "physics/contact/box2d_solver.h"
+#include "physics/contact/disc_solver.h"
+
+namespace kilotwin {
+
+namespace {
+
+std::unique_ptr<ContactSolver> make_solver(SolverKind kind, const Arena &arena,
+                                           const Mechanics &mechanics, size_t robots) {
+    if (kind == SolverKind::BOX2D) return std::make_unique<Box2DSolver>(arena, mechanics, robots);
+    return std::make_unique<DiscSolver>(arena, mechanics);
+}
+
+}  // namespace
+
+Contacts::Contacts(const Arena &arena, const Profile &profile, SolverKind solver, double drive_m_s,
+                   double fastest_m_s, size_t robots)
+    : driven_(robots),
+      held_(robots, false),
+      gives_way_(profile.gives_way),
+      closed_form_{{profile.radius_m, profile.push_m_s2, drive_m_s, fastest_m_s}},
+      solver_(make_solver(solver, arena, closed_form_.mechanics, robots)) {}
+
+void Contacts::add(uint32_t robot, const Trajectory &trajectory, Cycles at) {
+    const Eigen::Vector2d ahead = trajectory.ahead(at), v = trajectory.drive().velocity;
+    auto &driven = driven_[robot];
+    driven.velocity = {
+        {ahead.x() * v.x() - ahead.y() * v.y(), ahead.y() * v.x() + ahead.x() * v.y()},
+        trajectory.drive().turn};
+    driven.wanted = driven.velocity;
+    held_[robot] = true;
+    robots_.push_back(robot);
+}
+
+void Contacts::remove(uint32_t robot) { held_[robot] = false; }
+
+void Contacts::update() {
+    auto gone = [this](uint32_t robot) { return !held_[robot]; };
+    std::sort(robots_.begin(), robots_.end());
+    robots_.erase(std::remove_if(robots_.begin(), robots_.end(), gone), robots_.end());
+}
+
+void Contacts::step(std::vector<ContactBody> &bodies, const std::vector<Islands::Pair> &pairs,
+                    double step_s) {
+    using Kind = ContactBody::Kind;
+    force_ = closed_form_.mechanics.change_in(step_s);
+    islands_.bodies.clear();
+    islands_.pairs.clear();
+    for (size_t i = 0; i < bodies.size(); i++) {
+        const auto kind = bodies[i].kind;
+        if (kind == Kind::ROBOT) continue;  // below, by pairs
+        if (kind == Kind::ISLAND)
+            add_to_islands(i, bodies[i]);
+        else
+            step_alone(i, bodies[i], step_s);
+    }
+    for (const auto &[one, other] : pairs) {
+        if (bodies[one].kind == Kind::ROBOT)
+            step_pair(one, bodies[one], other, bodies[other], step_s);
+        else
+            islands_.pairs.push_back({bodies[one].member, bodies[other].member});
+    }
+    solver_->solve(islands_, step_s);
+}
+
+void Contacts::add_to_islands(size_t i, ContactBody &body) {
+    body.member = static_cast<uint32_t>(islands_.bodies.size());
+    body.moved = {};
+    auto &driven = driven_[robots_[i]];
+    if (fixed(body)) driven = {};
+    islands_.bodies.push_back(
+        {robots_[i], fixed(body), body.at_wall, body.pose, body.free, driven, body.moved});
+}
+
+/// Whether it stands, and cannot be pushed.
+bool Contacts::fixed(const ContactBody &body) const {
+    return !gives_way_ && body.free.by.isZero(0) && body.free.turn == 0;
+}
+
+/// Sets the velocity of the i-th body, which is in no island.
+ContactSide Contacts::drive(size_t i, ContactBody &body, double step_s) {
+    DrivenBody &driven = driven_[robots_[i]];
+    body.moved = {};
+    if (fixed(body))
+        driven = {};
+    else
+        driven.drive(body.free.velocity(step_s), force_);
+    return {driven, body.moved};
+}
+
+/// Moves the i-th body, which touches nothing, or a wall only.
+void Contacts::step_alone(size_t i, ContactBody &body, double step_s) {
+    const ContactSide robot = drive(i, body, step_s);
+    if (body.kind == ContactBody::Kind::WALL)
+        closed_form_.step(robot, nullptr, body.normal, body.gap_m, step_s);
+    else
+        robot.moved.add(robot.body.velocity, step_s);
+}
+
+/// Moves the i-th body and the k-th, which touch each other only.
+void Contacts::step_pair(size_t i, ContactBody &one, size_t k, ContactBody &other, double step_s) {
+    const ContactSide robot = drive(i, one, step_s), partner = drive(k, other, step_s);
+    if (fixed(other))
+        closed_form_.step(robot, nullptr, one.normal, one.gap_m, step_s);
+    else if (fixed(one))
+        closed_form_.step(partner, nullptr, other.normal, one.gap_m, step_s);
+    else
+        closed_form_.step(robot, &partner, one.normal, one.gap_m, step_s);
+}
+
+}  // namespace kilotwin

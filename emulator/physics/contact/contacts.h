@@ -1,0 +1,88 @@
+/// Moves the robots near a contact, by the cheapest method that is exact for each: alone, or alone
+/// at a wall, or in pairs in closed form (closed_form.h); islands of three and more by a solver
+/// (contact_solver.h). Lengths in metres.
+///
+/// Bodies decides which robots are near a contact (the broad phase) and calls, in each world step:
+/// add() and remove(), update(), then step().
+#ifndef KILOTWIN_PHYSICS_CONTACT_CONTACTS_H
+#define KILOTWIN_PHYSICS_CONTACT_CONTACTS_H
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "base/prefetch.h"
+#include "physics/arena.h"
+#include "physics/chassis.h"
+#include "physics/contact/closed_form.h"
+#include "physics/contact/contact_solver.h"
+#include "physics/motion.h"
+
+namespace kilotwin {
+
+/// A robot near a contact, for one step. In the order of Contacts::robots().
+struct ContactBody {
+    /// What it may touch within the step.
+    enum class Kind : uint8_t { NONE, WALL, ROBOT, ISLAND };
+
+    Pose pose;         ///< when the step begins
+    Shift free;        ///< displacement in this step if nothing touched it
+    Shift moved = {};  ///< out: displacement in this step
+    Kind kind = Kind::ISLAND;
+    bool at_wall = false;          ///< may touch a wall within the step
+    uint32_t other = 0;            ///< ROBOT: position of the other one in the list
+    uint32_t member = 0;           ///< ISLAND: position in Islands::bodies, set by step()
+    Eigen::Vector2d normal{1, 0};  ///< WALL, ROBOT: unit vector towards it
+    double gap_m = 0;              ///< WALL, ROBOT: from rim to rim; below 0 an overlap
+};
+
+class Contacts {
+  public:
+    /// `drive_m_s`: speed of the fastest drive; `fastest_m_s`: limit for pushed robots; `robots`:
+    /// their number. `arena` must outlive this.
+    Contacts(const Arena &arena, const Profile &profile, SolverKind solver, double drive_m_s,
+             double fastest_m_s, size_t robots);
+
+    /// Prefetches what step() needs of a robot.
+    void prefetch(uint32_t robot) const { prefetch_line(&driven_[robot]); }
+
+    /// Whether a robot is held here: added, and not removed.
+    bool holds(uint32_t robot) const { return held_[robot]; }
+
+    /// Robots held, ascending; as of the last update().
+    const std::vector<uint32_t> &robots() const { return robots_; }
+
+    /// Takes a robot in that is not held, with the velocity that it has at `at`.
+    void add(uint32_t robot, const Trajectory &trajectory, Cycles at);
+    /// Lets a held robot go.
+    void remove(uint32_t robot);
+
+    /// To be called after add() and remove(), before robots() and step(). Linear in robots held.
+    void update();
+
+    /// Moves all robots held for `step_s`. `bodies`: one for each of robots(), in their order;
+    /// `pairs`: positions of those that may touch each other, ascending.
+    void step(std::vector<ContactBody> &bodies, const std::vector<Islands::Pair> &pairs,
+              double step_s);
+
+  private:
+    bool fixed(const ContactBody &body) const;
+    ContactSide drive(size_t i, ContactBody &body, double step_s);
+    void step_alone(size_t i, ContactBody &body, double step_s);
+    void step_pair(size_t i, ContactBody &one, size_t k, ContactBody &other, double step_s);
+    void add_to_islands(size_t i, ContactBody &body);
+
+    std::vector<DrivenBody> driven_;  ///< by robot
+    std::vector<uint8_t> held_;       ///< by robot: whether it is in robots_
+    std::vector<uint32_t> robots_;
+    bool gives_way_;
+    ClosedForm closed_form_;
+    Mechanics::Change force_{};  ///< of this step
+    std::unique_ptr<ContactSolver> solver_;
+    Islands islands_;
+};
+
+}  // namespace kilotwin
+
+#endif
