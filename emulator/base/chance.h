@@ -1,8 +1,9 @@
-/// All chance of the engine: one counter-based generator (Philox 4x32-10), keyed by seed, robot and
-/// purpose.
+/// Random numbers of the engine: one counter-based generator (Philox 4x32-10), keyed by seed, robot
+/// and purpose.
 ///
-/// The n-th draw of a purpose depends on nothing else, so another robot or another source of noise
-/// never shifts anybody's luck.
+/// The n-th draw of a purpose depends on nothing else: neither another robot nor another source of
+/// noise shifts a draw, and draws may be made in any order. No state, so that any number of users
+/// may share one object.
 #ifndef KILOTWIN_BASE_CHANCE_H
 #define KILOTWIN_BASE_CHANCE_H
 
@@ -12,7 +13,8 @@
 
 namespace kilotwin {
 
-/// What a draw is for. Numbers are part of "same seed, same result": never reuse one.
+/// What a draw is for. Numbers are part of "same seed, same result": never change or reuse one.
+/// 1 to 31 robots, 32 to 39 chips on boards, 40 to 63 modules and cells, 64 CAN, 72 twins.
 enum class Purpose : uint32_t {
     PLACE = 1,
     HEADING = 2,
@@ -42,11 +44,14 @@ enum class Purpose : uint32_t {
     DIFFERENTIAL_INPUT = 72,
 };
 
+/// See above. 8 bytes; all calls are const and may come from any thread.
 class Chance {
   public:
+    /// Any seed, 0 included.
     explicit Chance(uint64_t seed) : seed_(seed) {}
 
-    /// The n-th draw of `robot` for `purpose`: 64 uniform bits.
+    /// The n-th draw of `robot` for `purpose`, n from 0: 64 uniform bits. Costs ten rounds of two
+    /// multiplications, as each draw below.
     uint64_t bits(uint32_t robot, Purpose purpose, uint64_t n) const {
         const auto out = block(robot, purpose, n);
         return static_cast<uint64_t>(out[1]) << 32 | out[0];
@@ -57,7 +62,7 @@ class Chance {
         return static_cast<double>(bits(robot, purpose, n) >> 11) * 0x1p-53;
     }
 
-    /// Mean 0, variance 1, nearly normal: the sum of eight uniform numbers, so at most 4.9 in size.
+    /// Mean 0, variance 1, nearly normal: the sum of eight uniform numbers, hence within +-4.9.
     double normal(uint32_t robot, Purpose purpose, uint64_t n) const {
         uint32_t sum = 0;
         for (const uint32_t word : block(robot, purpose, n)) sum += (word & 0xFFFF) + (word >> 16);
@@ -65,7 +70,7 @@ class Chance {
     }
 
   private:
-    // From the sum of eight numbers of 16 bits to a normal one.
+    // Standardise the sum of eight uniform numbers of 16 bits.
     static constexpr double MEAN_OF_EIGHT = 4 * 0xFFFF;
     static constexpr double SCALE = 1.224744871391589 * 0x1p-16;  // sqrt(12 / 8)
 

@@ -1,5 +1,5 @@
-/// The time base: an unsigned count of cycles of 125 ns (the robots' 8 MHz), from the moment the
-/// world begins.
+/// The time base: an unsigned count of cycles of 125 ns (the robots' 8 MHz) since the engine's time
+/// zero. 64 bits last for 73,000 years.
 #ifndef KILOTWIN_BASE_CLOCK_H
 #define KILOTWIN_BASE_CLOCK_H
 
@@ -15,6 +15,7 @@ namespace kilotwin {
 
 using Cycles = uint64_t;
 
+/// Later than any moment.
 constexpr Cycles NEVER = std::numeric_limits<Cycles>::max();
 constexpr Cycles CYCLES_PER_SECOND = 8'000'000;
 /// 32.768 ms, nominal (hardware.md 1.6).
@@ -24,7 +25,7 @@ constexpr Cycles FRAME_CYCLES = FRAME_BYTES * BYTE_SLOTS * SLOT_CYCLES;
 constexpr double CYCLE_S = 1.0 / static_cast<double>(CYCLES_PER_SECOND);
 constexpr double TICK_S = static_cast<double>(TICK_CYCLES) * CYCLE_S;
 
-/// The same number, if it is less than 2^53: 35 years.
+/// The same number, exact below 2^53: 35 years.
 constexpr double as_double(Cycles cycles) {
     return static_cast<double>(static_cast<int64_t>(cycles));  // signed: one instruction
 }
@@ -32,12 +33,16 @@ constexpr double as_double(Cycles cycles) {
 /// How long `cycles` last, in seconds.
 constexpr double seconds(Cycles cycles) { return as_double(cycles) * CYCLE_S; }
 
-// World steps, of 1, 2 or 4 ticks, begin at multiples of their length: a power of two.
+// World steps, of 1, 2 or 4 ticks, begin at multiples of their length, which is a power of two.
+
+/// The begin of the step that `at` lies in.
 constexpr Cycles begin_of_step(Cycles at, Cycles step) { return at & ~(step - 1); }
+/// The first begin of a step not before `at`.
 constexpr Cycles end_of_step(Cycles at, Cycles step) { return begin_of_step(at + step - 1, step); }
+/// Steps from time zero to the one that `at` lies in.
 constexpr size_t number_of_step(Cycles at, Cycles step) { return at >> std::countr_zero(step); }
 
-/// Steps that lie wholly within `for_s` seconds; at most 10^12 s.
+/// The length of the whole steps within `for_s` seconds, at most 10^12; 0 if negative.
 constexpr Cycles whole_steps(double for_s, Cycles step) {
     constexpr auto PER_SECOND = static_cast<double>(CYCLES_PER_SECOND);
     const auto cycles = static_cast<int64_t>(for_s * PER_SECOND);

@@ -1,4 +1,4 @@
-/// What happened to a robot that people want to know of: prints, warnings, failures.
+/// Events of robots for people to read: prints, notes, failures. Each is a row of a run's events.
 #ifndef KILOTWIN_BASE_EVENTS_H
 #define KILOTWIN_BASE_EVENTS_H
 
@@ -9,26 +9,29 @@
 
 namespace kilotwin {
 
-/// NOTE: the robot goes on, but its program does what its author cannot want, or what does not
-/// happen here.
+/// NOTE marks what a program's author cannot want, or what the emulator does not do; BUSY_WAIT a
+/// wait that costs much. After these and PRINT the robot goes on; the others park it.
 enum class EventKind { PRINT, NOTE, BUSY_WAIT, ENDLESS, CRASH, STACK_OVERFLOW };
 
-/// As written to the run folder.
+/// The kind's name in the run folder.
 inline const char *name_of(EventKind kind) {
     static const char *const NAMES[] = {"print",   "note",  "busy_wait",
                                         "endless", "crash", "stack_overflow"};
     return NAMES[static_cast<int>(kind)];
 }
 
+/// One event. Robots run ahead of one another, so that events come out of order; the simulation
+/// sorts them by time before it hands them out.
 struct Event {
-    Cycles at;       ///< the robot's own time
-    uint32_t robot;  ///< index
-    uint32_t tick;   ///< the robot's kilo_ticks
-    std::string program;
+    Cycles at;            ///< the robot's own time
+    uint32_t robot;       ///< index
+    uint32_t tick;        ///< the robot's kilo_ticks
+    std::string program;  ///< name of the robot's program
     EventKind kind;
-    std::string text;
+    std::string text;  ///< what it printed, or a sentence for people
 };
 
+/// In the order in which robots were run.
 using Events = std::vector<Event>;
 
 }  // namespace kilotwin

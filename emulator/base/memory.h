@@ -1,4 +1,5 @@
-/// Layout of records in memory.
+/// Layout of records in memory: what lies on one cache line, and lists without an allocation of
+/// their own. A robot has about 2 KB of records; swarms of a million are to fit into 2 GB.
 #ifndef KILOTWIN_BASE_MEMORY_H
 #define KILOTWIN_BASE_MEMORY_H
 
@@ -15,12 +16,13 @@ struct alignas(64) CacheLine {
     uint8_t bytes[64];
 };
 
-/// The number of cache lines that hold `bytes`.
+/// The number of cache lines that hold `bytes`; 0 for none.
 constexpr size_t cache_lines(size_t bytes) {
     return (bytes + sizeof(CacheLine) - 1) / sizeof(CacheLine);
 }
 
-/// A list whose first N items lie in the object itself; more are allocated.
+/// A list whose first N items lie in the object itself; more are allocated. For lists that each
+/// robot has, and that are mostly short.
 template <typename T, size_t N> using Few = boost::container::small_vector<T, N>;
 
 /// Records of all robots, by index.

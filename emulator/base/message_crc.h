@@ -1,4 +1,4 @@
-/// The check of a Kilobot message: CRC-16/MCRF4XX (hardware.md 1.5).
+/// The CRC of Kilobot messages: CRC-16/MCRF4XX (hardware.md 1.5).
 #ifndef KILOTWIN_BASE_MESSAGE_CRC_H
 #define KILOTWIN_BASE_MESSAGE_CRC_H
 
@@ -9,23 +9,26 @@
 
 namespace kilotwin {
 
-/// Of any bytes: polynomial 0x8408 (reflected), start 0xFFFF, no final inversion.
+/// The CRC of any bytes: polynomial 0x8408 (reflected), start 0xFFFF, no final inversion.
 uint16_t crc_of(const uint8_t *bytes, size_t count);
 
-/// Of a message's data and type: what belongs into its crc.
+/// The CRC of a message's data and type, which belongs into its field `crc`.
 uint16_t crc_of(const message_t &message);
 
-/// Whether the message carries the right one.
+/// Whether a message's field `crc` is right.
 bool crc_is_right(const message_t &message);
 
-/// What somebody says, and whether its crc is right: worked out when it changes only.
+/// The last message of a sender, and whether its CRC is right. Most senders repeat themselves, so
+/// the CRC is computed only when the message changes.
 class CheckedMessage {
   public:
+    /// Sets the last message. A comparison, and a CRC of 10 bytes if it differs.
     void say(const message_t &message) {
         if (std::memcmp(&message, &message_, sizeof message) == 0) return;
         message_ = message;
         right_ = kilotwin::crc_is_right(message);
     }
+    /// The last message; all zero before the first.
     const message_t &message() const { return message_; }
     bool crc_is_right() const { return right_; }
 

@@ -1,4 +1,5 @@
-/// Selecting and sorting without branches that a processor cannot predict: 7 to 9 % of `walk`.
+/// Selecting and sorting without branches that a processor cannot predict: 7 to 9 % of `walk`
+/// (docs/performance.md). Plain loops are the oracle of test_selection.
 #ifndef KILOTWIN_BASE_SELECTION_H
 #define KILOTWIN_BASE_SELECTION_H
 
@@ -58,7 +59,7 @@ template <typename T> class StepSorter {
         items.swap(sorted_);
     }
 
-    std::vector<uint32_t> first_;  ///< of each span
+    std::vector<uint32_t> first_;  ///< by span: where its items begin in sorted_
     std::vector<T> sorted_;
 };
 

@@ -1,4 +1,5 @@
-/// Sine and cosine by our own polynomials: the same bits with every compiler and C library.
+/// Sine and cosine by polynomials of our own: the same bits with every compiler and C library, as
+/// "same seed, same result" needs.
 #ifndef KILOTWIN_BASE_TRIGONOMETRY_H
 #define KILOTWIN_BASE_TRIGONOMETRY_H
 

@@ -9,7 +9,7 @@
 
 namespace kilotwin {
 
-/// A disc or an upright rectangle.
+/// A disc or an upright rectangle: the shape of arenas and sites.
 struct Region {
     enum class Shape { CIRCLE, RECTANGLE };
     Shape shape;
@@ -19,15 +19,19 @@ struct Region {
     /// Whether `point` lies inside or on the edge.
     bool contains(const Eigen::Vector2d &point) const;
 
-    /// Distance from `point` to the edge, from either side; a lower bound off a rectangle's corners.
+    /// Distance from `point` to the edge, from either side; a lower bound off a rectangle's
+    /// corners.
     double distance_to_edge(const Eigen::Vector2d &point) const;
 };
 
+/// What the floor of a run is like. Read by bodies (walls), the virtual floor and the recorder
+/// (sites).
 struct Arena {
     Region bounds;              ///< what the walls enclose
     std::vector<Region> sites;  ///< at most 255, none overlapping
 
-    /// Number of the site at a point: 1 and up in the order of `sites`, 0 for none. Linear in sites.
+    /// Number of the site at a point: 1 and up in the order of `sites`, 0 for none. Linear in
+    /// sites.
     uint8_t site_at(const Eigen::Vector2d &point) const;
 
     /// Smallest distance_to_edge() of all sites; infinite without sites.

@@ -5,9 +5,9 @@
 /// placed when a step ends, whether anything asks or not: that costs less than keeping track of
 /// which places are old. Motor commands and motor noise act exactly at their times within a step.
 ///
-/// Neighbour lists (neighbours.h) hold all robots within a reach, plus a skin. They are renewed when
-/// a robot has moved by a share of half the skin, so that no robot outside a list comes within reach
-/// before lists_hold_until().
+/// Neighbour lists (neighbours.h) hold all robots within a reach, plus a skin. They are renewed
+/// when a robot has moved by a share of half the skin, so that no robot outside a list comes within
+/// reach before lists_hold_until().
 #ifndef KILOTWIN_PHYSICS_BODIES_H
 #define KILOTWIN_PHYSICS_BODIES_H
 
@@ -49,7 +49,7 @@ class Bodies {
     /// Goes to the end of the current step. O(robots).
     void step();
 
-    /// Prefetches what command() needs of a robot.
+    /// Prefetches what command() needs of a robot: three lines.
     void prefetch(uint32_t robot) const {
         prefetch_line(&trajectories_[robot]);
         prefetch_line(&commands_[robot]);
@@ -59,6 +59,7 @@ class Bodies {
     /// Prefetches what position() needs.
     void prefetch_place(uint32_t robot) const { prefetch_line(&places_[robot]); }
 
+    /// The number of robots.
     size_t size() const { return places_.size(); }
 
     // State when the current step begins.
@@ -93,12 +94,14 @@ class Bodies {
 
     /// Before this moment no robot comes within reach of another that is not in its list.
     Cycles lists_hold_until() const { return lists_hold_until_; }
+    /// How often refresh_lists() has renewed them.
     uint64_t list_rebuilds() const { return list_rebuilds_; }
 
     /// Limit of every robot's speed, driven or pushed, m/s.
     double fastest_m_s() const { return fastest_m_s_; }
 
     uint64_t solver_steps() const { return solver_steps_; }  ///< robots near a contact, times steps
+    /// Overlaps of all contacts of all steps so far.
     const Overlaps &overlaps() const { return overlaps_; }
 
   private:
@@ -123,6 +126,7 @@ class Bodies {
         Cycles until = 0;
         RobotList robots;
     };
+    /// Two robots that may touch within the step; one < other.
     struct Pair {
         uint32_t one, other;
         double distance_m;  ///< of their centres, when the step begins
@@ -146,7 +150,8 @@ class Bodies {
     void find_free_motion(uint32_t robot, FreeMotion &free);
     double longest_free_m(uint32_t robot) const;
 
-    // The broad phase.
+    // The broad phase: from all robots to touching_ and pairs_. Most robots cost a comparison with
+    // next_contact_ only.
     const RobotList &candidates(uint32_t robot) {
         if (candidates_[robot].until <= now_) find_candidates(robot);
         return candidates_[robot].robots;
@@ -165,7 +170,7 @@ class Bodies {
     void add_touching(uint32_t robot);
     void add_touched(uint32_t robot);
 
-    // What follows it.
+    // What follows it: touching_ to contacts_, and their poses back.
     void update_contacts();
     void step_contacts();
     void take_moved(size_t i, Cycles end);
@@ -188,7 +193,7 @@ class Bodies {
     Cycles lists_hold_until_;
     uint64_t list_rebuilds_ = 0;
 
-    // By robot.
+    // By robot. Records that one loop needs together share a cache line.
     Swarm<Trajectory> trajectories_;
     std::vector<Eigen::Vector2d> places_;  ///< when the current step begins
     std::vector<Cycles> next_change_;      ///< of its drive
@@ -201,7 +206,7 @@ class Bodies {
     Swarm<Candidates> candidates_;
     Swarm<FreeMotion> free_motions_;
 
-    // Of one step.
+    // Of one step; kept for their memory.
     std::vector<uint32_t> changing_;      ///< robots whose drive changes
     std::vector<uint32_t> near_contact_;  ///< robots to be examined by the broad phase
     std::vector<uint32_t> touching_;      ///< robots that may touch something, ascending

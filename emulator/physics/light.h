@@ -10,6 +10,7 @@
 
 namespace kilotwin {
 
+/// Constant during a run. Noise is the converter's, drawn where the sensor is read.
 struct Light {
     /// A lamp: adds peak / (1 + (d / half_m)^2) at the distance d.
     struct Source {

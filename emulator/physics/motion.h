@@ -1,6 +1,6 @@
 /// Motion of a robot that nothing touches, in closed form: since its drive last changed it goes
-/// straight on or along a circle. Evaluating it takes no steps, so that a pose is exact at any time.
-/// Lengths in metres, angles in radians, counter-clockwise from +x.
+/// straight on or along a circle. Evaluating it takes no steps, so that a pose is exact at any
+/// time. Lengths in metres, angles in radians, counter-clockwise from +x.
 #ifndef KILOTWIN_PHYSICS_MOTION_H
 #define KILOTWIN_PHYSICS_MOTION_H
 
@@ -32,6 +32,7 @@ struct Drive {
 /// A pose and a drive at one moment, and what follows from them.
 class Trajectory {
   public:
+    /// At the origin, at rest, from time 0.
     Trajectory() = default;
     Trajectory(Cycles at, const Pose &pose) { restart(at, pose); }
 
@@ -47,6 +48,7 @@ class Trajectory {
     double heading(Cycles at) const;            ///< rad, [-pi, pi)
     Eigen::Vector2d ahead(Cycles at) const;     ///< unit vector of its heading
 
+    /// The present drive.
     const Drive &drive() const { return drive_; }
 
   private:

@@ -14,6 +14,7 @@ class Overlaps {
     /// Counts one contact; `fraction` is 0 or more.
     void add(double fraction);
 
+    /// How many were added.
     uint64_t contacts() const { return contacts_; }
     double worst() const { return worst_; }  ///< exact; 0 without contacts
 

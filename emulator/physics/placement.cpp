@@ -13,8 +13,8 @@ namespace {
 
 constexpr uint64_t TRIES = 20'000;
 
-/// Positions by squares of one diameter: a robot can only touch those of its square and of the eight
-/// around it.
+/// Positions by squares of one diameter: a robot can only touch those of its square and of the
+/// eight around it.
 class Occupied {
   public:
     explicit Occupied(double diameter) : diameter_(diameter) {}

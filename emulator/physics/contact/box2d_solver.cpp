@@ -18,7 +18,8 @@ constexpr int ROUND_WALL_SEGMENTS = 720;  // a 19.2 m arena differs from a circl
 constexpr int SUB_STEPS = 16;
 constexpr double SPECULATIVE_UNITS = 0.018;  // Box2D's margin is 0.02
 
-// Taylor series of asin: Box2D's rotations give the sine exactly, and a step turns a robot by little.
+// Taylor series of asin: Box2D's rotations give the sine exactly, and a step turns a robot by
+// little.
 double small_angle(double sine) {
     double square = sine * sine;
     return sine * (1 + square * (1.0 / 6 + square * (3.0 / 40 + square * (15.0 / 336))));

@@ -1,10 +1,11 @@
 /// A contact solver that hands islands to Box2D 3. Independent of disc_solver.h, and its oracle in
-/// test_contacts; takes about twice as many instructions. `engine.contact_solver = "box2d"` chooses it.
+/// test_contacts; takes about twice as many instructions. `engine.contact_solver = "box2d"` chooses
+/// it.
 ///
-/// The only file that knows Box2D's types is box2d_solver.cpp. One robot radius is 0.1 of its length
-/// units in every profile, because its tolerances are fixed in units: it finds a contact that is
-/// 0.18 radii away. Each robot has a body of its own, created when it first comes into contact and
-/// disabled while it is in no island.
+/// The only file that knows Box2D's types is box2d_solver.cpp. One robot radius is 0.1 of its
+/// length units in every profile, because its tolerances are fixed in units: it finds a contact
+/// that is 0.18 radii away. Each robot has a body of its own, created when it first comes into
+/// contact and disabled while it is in no island.
 #ifndef KILOTWIN_PHYSICS_CONTACT_BOX2D_SOLVER_H
 #define KILOTWIN_PHYSICS_CONTACT_BOX2D_SOLVER_H
 

@@ -4,8 +4,8 @@
 /// It goes tick by tick whatever the world step. In each tick, island by island: drives accelerate
 /// the discs, contacts that may close are found and start from the last tick's impulses (warm
 /// starting), overlapping discs are moved apart, velocities are solved in a fixed number of rounds
-/// with Coulomb friction, and positions are integrated. Cost: linear in bodies and contacts. Nothing
-/// is allocated once the lists have grown.
+/// with Coulomb friction, and positions are integrated. Cost: linear in bodies and contacts.
+/// Nothing is allocated once the lists have grown.
 #ifndef KILOTWIN_PHYSICS_CONTACT_DISC_SOLVER_H
 #define KILOTWIN_PHYSICS_CONTACT_DISC_SOLVER_H
 
@@ -22,11 +22,13 @@ namespace kilotwin {
 
 class DiscSolver final : public ContactSolver {
   public:
+    /// `arena` must outlive this.
     DiscSolver(const Arena &arena, const Mechanics &mechanics)
         : arena_(arena),
           mechanics_(mechanics),
           force_(mechanics.change_in(TICK_S)) {}
 
+    /// Contacts that were there in the last call start from its impulses.
     void solve(Islands &islands, double step_s) override;
 
   private:
@@ -70,7 +72,7 @@ class DiscSolver final : public ContactSolver {
         uint32_t discs = 0, contacts = 0;  ///< how many
     };
 
-    // Once a step.
+    // Once a step, in this order; store_impulses() last.
     void find_islands(const Islands &islands);
     void place_discs(const Islands &islands);
     void list_contacts(const Islands &islands, double step_s);

@@ -194,4 +194,3 @@ TEST_CASE("a robot that changes its drive after ten years goes on to the cycle")
         CHECK(late.heading(TEN_YEARS + time) == early.heading(time));
     }
 }
-

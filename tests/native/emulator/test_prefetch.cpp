@@ -32,7 +32,7 @@ uint64_t hash_with(size_t prefetched_from, bool kilobot_medium) {
     scene.def.profile.speed_spread = 0.08;
     scene.def.profile.motor_noise = 0.2;
     scene.def.range_m = 0.1;
-    if (kilobot_medium) scene.def.kilobot_medium = KilobotMedium::Settings{};
+    if (kilobot_medium) scene.def.kilobot_medium = KilobotChannel::Settings{};
     scene.add_anywhere("wanderer", 200);
     Simulation simulation(scene.def);
     simulation.advance(800);
