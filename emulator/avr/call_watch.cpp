@@ -27,6 +27,7 @@ void CallWatch::watch(uint16_t entry) {
     calls_.push_back({entry});
 }
 
+/// Open calls are few: no deeper than watched functions call one another.
 bool CallWatch::inside(uint16_t entry) const {
     return std::any_of(open_.begin(), open_.end(),
                        [&](const Open &open) { return calls_[open.which].entry == entry; });

@@ -150,6 +150,7 @@ class DifferentialTest {
     PulseReader reader_;
     Side native_side_, avr_side_;
     std::optional<Difference> difference_;
+    // Inputs.
     std::deque<message_t> recent_;  ///< messages that the program sent lately
     uint32_t tick_ = 0, run_at_ = 0, spell_until_ = 0;
     unsigned talk_of_256_ = 0;  ///< of 256 ticks, how many have a message in this spell

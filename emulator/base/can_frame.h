@@ -18,6 +18,7 @@ struct CanFrame {
     bool rtr = false;  ///< a remote frame, without data; no Kilogrid program sends one
     std::array<uint8_t, DATA_MAX> data{};  ///< bytes from dlc on are 0
 
+    /// Equal in all fields.
     bool operator==(const CanFrame &) const = default;
 };
 

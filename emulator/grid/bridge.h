@@ -46,8 +46,8 @@ class Bridge {
         size_t client_bytes = 1 << 20;  ///< unsent text at which a client is dropped
         size_t client_frames = 1024;    ///< waiting for take() at which a client is read no further
         size_t clients = 64;            ///< at the same time; one more is turned away
-        /// So long after it asked for frames a client gets none, unless it sends something first:
-        /// python-can fails if one arrives together with the answer to its question.
+        /// A client gets no frames for so long after it has subscribed, unless it sends something
+        /// first: python-can fails if one arrives together with the answer to its question.
         double settle_s = 0.2;
     };
 

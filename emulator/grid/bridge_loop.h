@@ -114,11 +114,15 @@ class Bridge::Loop {
 
     // The socketcand server and its clients (bridge_clients.cpp).
     void open_server();
+    /// Accepts or turns away all that wait.
     void accept_clients();
+    /// Receives and executes commands of a client.
     void read(Client &client);
     void enqueue_frames(Client &client, const std::vector<CanFrame> &frames);
+    /// Sends what the client has room for.
     void write(Client &client);
     void release_held(Client &client);
+    /// Sets the events that a client is watched for, and drops it if it is too far behind.
     void update_interest(Client &client);
     /// Disconnects a client and notes why.
     void drop(Client &client, const std::string &reason);
@@ -128,6 +132,7 @@ class Bridge::Loop {
     void distribute_to_clients(const Outgoing &outgoing);
 
     // SocketCAN interfaces (bridge_interfaces.cpp).
+    /// Opens one for each bus. Throws BridgeError.
     void open_interfaces();
     void distribute_to_interface(const Outgoing &outgoing);
     void read(uint32_t bus);
@@ -135,6 +140,7 @@ class Bridge::Loop {
 
     /// Hands the frames of publish() on to everything outside.
     void distribute();
+    /// Queues a frame from outside for take().
     void enqueue(uint32_t bus, Origin origin, const CanFrame &frame);
 
     Settings settings_;
@@ -147,8 +153,8 @@ class Bridge::Loop {
 
     mutable std::mutex mutex_;  ///< guards all that follows
     bool stopping_ = false;
-    std::vector<Outgoing> outgoing_;
-    std::vector<Request> incoming_;
+    std::vector<Outgoing> outgoing_;        ///< from publish()
+    std::vector<Request> incoming_;         ///< for take()
     std::vector<std::deque<Echo>> echoes_;  ///< by bus, in order of arrival
     std::map<Origin, size_t> pending_;      ///< frames in `incoming_`, by client
     Counts counts_;

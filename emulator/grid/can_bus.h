@@ -147,6 +147,7 @@ class CanBus {
         uint32_t remaining;  ///< of RECOVERY_SEQUENCES
     };
 
+    /// The next frame that ends before `until`; null if there is none.
     const Delivery *step(Cycles until);
     bool begin_attempt(Cycles until);
     void settle_outcome();

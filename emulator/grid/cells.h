@@ -18,12 +18,13 @@
 
 namespace kilotwin {
 
-constexpr double CELL_M = 0.05;  ///< width and height
-constexpr double MODULE_M = 2 * CELL_M;
+constexpr double CELL_M = 0.05;          ///< width and height
+constexpr double MODULE_M = 2 * CELL_M;  ///< likewise
 
 /// Immutable; every conversion is O(1).
 class GridLayout {
   public:
+    /// Cells of a module.
     static constexpr uint32_t MODULE_CELLS = 4;
     /// Limits of the addresses: five bits each, of which one value means all (hardware.md 3.2).
     static constexpr uint32_t MOST_COLUMNS = 31, MOST_ROWS = 31;
@@ -38,6 +39,7 @@ class GridLayout {
     uint32_t columns() const { return columns_; }
     uint32_t rows() const { return rows_; }
     uint32_t buses() const { return buses_; }
+    // Totals: columns x rows, and four times that.
     uint32_t modules() const { return columns_ * rows_; }
     uint32_t cells() const { return MODULE_CELLS * modules(); }
 
@@ -66,6 +68,7 @@ class GridLayout {
         const uint32_t left = column % 2, top = row % 2;
         return MODULE_CELLS * module(column / 2, row / 2) + (top ? 0 : 2) + left;
     }
+    // Counted in cells, so 0 to 2 * columns() - 1 and 2 * rows() - 1.
     uint32_t cell_column(uint32_t cell) const { return 2 * x(module_of(cell)) + cell % 2; }
     uint32_t cell_row(uint32_t cell) const {
         return 2 * y(module_of(cell)) + (cell % MODULE_CELLS < 2 ? 1 : 0);
@@ -73,12 +76,14 @@ class GridLayout {
 
     /// The cell below a position; none outside the grid. A border belongs to the cell right of it,
     /// or above it.
+    /// Any numbers may be given, infinite ones too.
     std::optional<uint32_t> below(const Eigen::Vector2d &place) const;
 
     /// Calls visit(cell, distance in m) for every cell whose centre is at most `range_m` away, row
     /// by row from the lower left. O(cells in the square around the range).
     template <typename Visit>
     void for_each_within(const Eigen::Vector2d &place, double range_m, Visit visit) const {
+        // In the grid's own coordinates, from its lower left corner.
         const Eigen::Vector2d from = place - corner_;
         const int64_t first_column = first(from.x() - range_m),
                       last_column = last(from.x() + range_m, 2 * columns_),

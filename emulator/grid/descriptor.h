@@ -13,17 +13,20 @@
 
 namespace kilotwin {
 
-/// Owns one descriptor, or none (-1). Moved, never copied.
+/// Owns one descriptor, or none (-1). Moved, never copied; usable from any thread, but not from two
+/// at a time.
 class Descriptor {
   public:
     /// Takes `fd` over.
     explicit Descriptor(int fd = -1) : fd_(fd) {}
+    /// Leaves `other` without one.
     Descriptor(Descriptor &&other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
     /// Swaps: the other one closes what this one had.
     Descriptor &operator=(Descriptor &&other) noexcept {
         std::swap(fd_, other.fd_);
         return *this;
     }
+    /// Closes; an error of close() is ignored, as nothing could be done about it.
     ~Descriptor() {
         if (fd_ >= 0) ::close(fd_);
     }
@@ -31,10 +34,11 @@ class Descriptor {
     int get() const { return fd_; }
 
   private:
-    int fd_;
+    int fd_;  ///< -1: none
 };
 
-/// Throws BridgeError: `what`, and errno in words.
+/// Throws BridgeError: `what`, and errno in words. To be called right after the system call that
+/// failed.
 [[noreturn]] inline void fail(const std::string &what) {
     throw BridgeError(what + ": " + std::strerror(errno));
 }

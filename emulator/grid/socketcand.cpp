@@ -138,6 +138,7 @@ void SocketcandSession::open(std::string_view name, std::string &replies) {
     replies += OK;
 }
 
+/// Answers with an error and counts it.
 void SocketcandSession::refuse(std::string_view reason, std::string &replies) {
     malformed_++;
     replies.append("< error ").append(reason).append(" >");

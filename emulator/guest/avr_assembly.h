@@ -22,10 +22,12 @@ void kt_delay(double cycles);
 #define __builtin_avr_sei() kt_sei()
 #define __builtin_avr_cli() kt_cli()
 #define __builtin_avr_sleep() kt_sleep()
+/// No watchdog.
 #define __builtin_avr_wdr() ((void)0)
 /// Swaps the two halves of a byte.
 #define __builtin_avr_swap(byte) \
     ((unsigned char)((unsigned char)(byte) << 4 | (unsigned char)(byte) >> 4))
+/// Lets time pass.
 #define __builtin_avr_delay_cycles(cycles) kt_delay(cycles)
 
 #endif

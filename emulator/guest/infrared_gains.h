@@ -16,6 +16,7 @@ namespace kilotwin {
 class InfraredGains {
   public:
     static constexpr int ENTRIES = 14;
+    /// Distance of the first entry, and between entries.
     static constexpr double FIRST_MM = 33, SPACING_MM = 5;
 
     /// `sensitivity`: of this robot's receiver, relative to the mean; above 0.

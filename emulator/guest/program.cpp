@@ -48,6 +48,7 @@ Program::Program(const std::string &path, std::string name) : name_(std::move(na
     forbid_access(table_->guard_high);
 }
 
+/// The names lie one after the other, each ended by a zero.
 std::string Program::own_handlers() const {
     std::string names;
     for (const char *name = table_->handlers_begin; name < table_->handlers_end;
@@ -88,6 +89,7 @@ bool Program::is_beside_state(const void *address) const {
     return false;
 }
 
+/// A guard is left open at its ends, up to whole pages, but counts as a whole.
 bool Program::guards(const void *address) const {
     auto at = static_cast<const uint8_t *>(address);
     return (at >= table_->guard_low && at < table_->guard_low + KT_GUARD_BYTES) ||

@@ -13,13 +13,13 @@
 namespace kilotwin {
 
 /// A numpy array of one dimension, or of two and `columns` wide. It takes `values` over, so this
-/// costs the same however long they are.
-/// Needs the interpreter's lock.
+/// costs the same however long they are. Needs the interpreter's lock.
 template <typename T> nanobind::object array_of(std::vector<T> values, size_t columns = 0) {
     // The capsule deletes the vector once numpy has no more use for it.
     auto owned = new std::vector<T>(std::move(values));
     nanobind::capsule owner(owned,
                             [](void *p) noexcept { delete static_cast<std::vector<T> *>(p); });
+    // Rows of `columns`; a length that is no multiple of it is a mistake of the caller.
     using Array = nanobind::ndarray<nanobind::numpy, T>;
     if (columns == 0) return nanobind::cast(Array(owned->data(), {owned->size()}, owner));
     return nanobind::cast(Array(owned->data(), {owned->size() / columns, columns}, owner));
@@ -27,6 +27,7 @@ template <typename T> nanobind::object array_of(std::vector<T> values, size_t co
 
 /// The text of an event. A program may print any bytes: what is not UTF-8 is escaped, never an
 /// error.
+/// Needs the interpreter's lock too.
 inline nanobind::object text_of(const Event &event) {
     return nanobind::steal(PyUnicode_DecodeUTF8(
         event.text.data(), static_cast<Py_ssize_t>(event.text.size()), "backslashreplace"));

@@ -45,6 +45,7 @@ nb::object to_python(const std::optional<DifferentialTest::Difference> &differen
 
 // None if nothing is watched. `calls`: by a function's address how often it was called, its longest
 // call in cycles, and the tick of that one.
+/// Stack, room and calls on the chip; calls by entry: number, cycles of the longest, its tick.
 nb::object watched(const DifferentialTest &test) {
     const CallWatch *watch = test.watch();
     if (watch == nullptr) return nb::none();

@@ -38,6 +38,7 @@ std::string content_of(const std::string &path) {
     return content;
 }
 
+/// -1: no hexadecimal digit.
 int hex_digit(char c) {
     if (c >= '0' && c <= '9') return c - '0';
     if (c >= 'A' && c <= 'F') return c - 'A' + 10;

@@ -39,6 +39,7 @@ constexpr uint8_t TWCR_TWINT = 1 << 7, TWCR_TWEA = 1 << 6, TWCR_TWSTA = 1 << 5, 
                   TWCR_TWEN = 1 << 2;
 constexpr uint8_t TWSR_TWPS = 3;
 
+// Interrupts, by number of their vector.
 constexpr uint8_t VECTOR_TIMER0_COMPA = 14, VECTOR_ADC = 21, VECTOR_COMPARATOR = 23,
                   VECTOR_TWI = 24;
 /// Vector of the interrupt whose flag starts a conversion, by ADTS: free running (none),

@@ -92,6 +92,7 @@ WEAK int sprintf(char *text, const char *format, ...) {
     return length;
 }
 
+// Longer texts are cut off.
 WEAK int vfprintf(FILE *stream, const char *format, va_list arguments) {
     char line[LINE_BYTES];
     int length = vsnprintf(line, sizeof line, format, arguments);
@@ -155,6 +156,7 @@ WEAK int fflush(FILE *stream) {
     return 0;
 }
 
+// A stream without a get function is at its end.
 WEAK int fgetc(FILE *stream) {
     if (stream != NULL && stream->unread) {
         stream->unread = 0;
