@@ -1,7 +1,7 @@
 """Builds a robot's or a module's program for the ATmega328P, linked with its runtime.
 
-A robot's is firmware/kilolib/core and avr; a module's is kilogrid_modules/runtime/avr, with the
-parts that robots have as well. Flags and those parts stand in firmware/avr.mk.
+A robot's is firmware/kilolib/core and avr; a module's is kilogrid_modules/runtime/core and avr,
+with the parts that robots have as well. Flags and those parts stand in firmware/avr.mk.
 
 As with guests, results are kept under the hash of everything that went in, and appear in one step.
 """
@@ -32,6 +32,7 @@ from kilotwin.files import resources
 
 # Besides those of firmware/avr.mk: what `kilotwin port` reads of an image.
 _REPORT_FLAGS = ["-gdwarf-2", "-fstack-usage"]
+_MODULE_RUNTIME = ["runtime/core", "runtime/avr", "protocol"]
 
 
 @dataclass(frozen=True)
@@ -106,7 +107,7 @@ def _runtime_of(program: Program) -> list[Path]:
     if program.api != "module":
         return [*core, *sorted(kilolib.glob("*.c"))]
     modules = resources.path("kilogrid_modules")
-    own = [*modules.glob("runtime/avr/*.c"), *modules.glob("protocol/*.c")]
+    own = [file for folder in _MODULE_RUNTIME for file in modules.glob(f"{folder}/*.c")]
     return [*sorted(own), *core, *(kilolib / name for name in avr_words("AVR_SHARED"))]
 
 

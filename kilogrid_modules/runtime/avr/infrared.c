@@ -6,6 +6,7 @@
 #include "../../../firmware/kilolib/avr/frame_sender.h"
 #include "../../../firmware/kilolib/avr/gains_read.h"
 #include "../../../firmware/kilolib/core/infrared_frame.h"
+#include "../core/turns.h"
 #include "board.h"
 #include "moduleIR.h"
 
@@ -70,7 +71,7 @@ bool runtime_infrared_receiving(void) { return reader.receiving; }
 
 void runtime_infrared_listen_to_next_cell(void) {
     if (reader.receiving) return;
-    listening_cell = (uint8_t)((listening_cell + 1) % N_CELLS);
+    listening_cell = turns_listening_after(listening_cell, 1);
     select_receiver(RECEIVER_HIGH_GAIN);
 }
 

@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "../core/light_patterns.h"
 #include "board.h"
 #include "i2c.h"
 #include "moduleLED.h"
@@ -29,9 +30,8 @@ void runtime_lights_init(void) {
 void set_LED_with_brightness(cell_num_t cell, color_t color, brightness_t brightness) {
     if (cell >= N_CELLS) return;
     uint8_t rgb[PARTS];
-    for (uint8_t part = 0; part < PARTS; part++) {
-        rgb[part] = (color >> part & 1) != 0 ? (uint8_t)brightness : 0;
-    }
+    for (uint8_t part = 0; part < PARTS; part++)
+        rgb[part] = color_part((uint8_t)color, (uint8_t)brightness, part);
     show(cell, rgb);
 }
 

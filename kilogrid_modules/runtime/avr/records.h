@@ -1,19 +1,15 @@
-/// Tracking records that wait for the host's next poll (next_CAN_message() is how programs add
-/// one).
+/// Tracking records on the chip: the memory around core/record_store.h (next_CAN_message() is how programs
+/// add one).
 #ifndef MODULE_AVR_RECORDS_H
 #define MODULE_AVR_RECORDS_H
 
-#include <stdint.h>
-
+#include "../core/record_store.h"
 #include "CAN.h"
 
-void runtime_records_clear(void);
-uint8_t runtime_records_waiting(void);
+/// The store; what waits and what was lost may be read at any time.
+extern record_store_t runtime_records;
 
-/// Takes out the oldest; to be called only if one waits.
+/// Takes the oldest record out. From the main loop, only while one waits.
 CAN_message_t runtime_records_take(void);
-
-/// For which there was no place, since power-up; stays at 255.
-uint8_t runtime_records_lost(void);
 
 #endif

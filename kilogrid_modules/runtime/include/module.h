@@ -22,19 +22,16 @@
 #include "mcp2515.h"
 #include "message.h"
 #include "message_crc.h"
+#include "module_limits.h"
 #include "rand.h"
 #include "ringbuffer.h"
 
-#define N_CELLS 4
 #define CELL_LOWER_INDEX 0
 #define CELL_UPPER_INDEX (CELL_LOWER_INDEX + (N_CELLS - 1))
 
 /// Seen from above, y up: 0 top left, 1 top right, 2 bottom left, 3 bottom right.
 typedef enum { CELL_00 = CELL_LOWER_INDEX, CELL_01, CELL_02, CELL_03 } cell_num_t;
 
-#define MODULE_CONFIGURATION_BUFFER_SIZE 48
-/// Tracking records kept between two polls.
-#define CAN_MESSAGE_BUFFER_SIZE 10
 #define MS_TO_TICKS(a) ((a) / 32)
 
 /// The module's place in the grid, from its EEPROM: column in the low byte, row in the high one.

@@ -168,7 +168,7 @@ TEST_CASE("frames that come while the module sends light are kept by its control
 TEST_CASE("the host's commands set a module running and idle") {
     Bench bench;
     bench.start(1, 1, 1, 1);
-    const auto state = bench.image->symbol("runtime_module_state");
+    const auto state = bench.image->symbol("runtime_orders");  // begins with the state
     REQUIRE(state);
     CHECK(bench.board.read(*state) == 7);
     bench.tell(OWN, {IDLE, 0, 0, 0, 0, 0, 0, 0});

@@ -28,7 +28,10 @@ def gcov_files(build_dir: Path) -> list[dict[str, Any]]:
         output = subprocess.run(command, capture_output=True, check=True, text=True).stdout
         for line in output.splitlines():
             if line.strip():
-                files += json.loads(line)["files"]
+                found = json.loads(line)
+                # ccache makes the names relative to where the compiler ran.
+                folder = Path(found["current_working_directory"])
+                files += [{**file, "file": folder / file["file"]} for file in found["files"]]
     return files
 
 
@@ -36,7 +39,7 @@ def check(build_dir: Path, sources: list[Path]) -> int:
     lines: dict[Path, Counter[int]] = {source: Counter() for source in sources}
     branches: dict[Path, Counter[tuple[int, int]]] = {source: Counter() for source in sources}
     for file in gcov_files(build_dir):
-        source = Path(file["file"]).resolve()
+        source = file["file"].resolve()
         if source not in lines:
             continue
         for line in file["lines"]:

@@ -1,20 +1,15 @@
-#include "answers.h"
+#include "can_messages.h"
 
 #include <string.h>
+#include <util/atomic.h>
 #include <util/crc16.h>
 
+#include "../core/answers.h"
 #include "bus.h"
 #include "clock.h"
-#include "kilogrid_can.h"
+#include "commands.h"
 #include "module.h"
 #include "records.h"
-#include "states.h"
-
-// The host gets time to take them in.
-#define AFTER_START_MS 1
-#define AFTER_RECORD_US 500
-#define HEALTH_VERSION 1
-#define START_BYTES 2
 
 static CAN_message_t broadcast;
 static volatile bool broadcast_pending;
@@ -38,58 +33,48 @@ static bool report(bool sent) {
 }
 
 static void answer_poll(void) {
-    uint8_t waiting = runtime_records_waiting();
-    can_frame_t start = {.length = START_BYTES, .data = {CAN_TRACKING_KILOBOT_START, waiting}};
+    uint8_t waiting = runtime_records.used;
+    can_frame_t start = {0};
+    start.length = answers_poll(waiting, start.data);
     if (!report(runtime_bus_send_to_host(&start))) return;
-    _delay_ms(AFTER_START_MS);
+    _delay_us(ANSWERS_AFTER_START_US);
     for (; waiting > 0; waiting--) {
         const CAN_message_t record = runtime_records_take();
         can_frame_t frame = frame_of(&record);
         if (!report(runtime_bus_send_to_host(&frame))) return;
-        _delay_us(AFTER_RECORD_US);
+        _delay_us(ANSWERS_AFTER_RECORD_US);
     }
 }
 
-// Of the configuration that is complete.
 static uint16_t configuration_crc(void) {
     uint16_t crc = 0xFFFF;
-    if (runtime_transfer.config.next != TRANSFER_NOTHING_DUE) return crc;
-    for (uint8_t i = 0; i < configuration_size; i++) crc = _crc_ccitt_update(crc, configuration[i]);
+    const uint8_t bytes = answers_configured(&runtime_orders, configuration_size);
+    for (uint8_t i = 0; i < bytes; i++) crc = _crc_ccitt_update(crc, configuration[i]);
     return crc;
 }
 
 static void answer_health(uint8_t part) {
     const can_health_t can = runtime_bus_health();
-    runtime_count_refused(can.missed);
-    const struct kilogrid_can_to_host_t health = {
-        .type = CAN_MODULE_DATA,
-        .health_part = part,
-        .state = runtime_module_state,
-        .config_size = configuration_size,
+    orders_count_refused(&runtime_orders, can.missed);
+    const health_facts_t facts = {
         .config_crc = configuration_crc(),
-        .lost_records = runtime_records_lost(),
-        .refused_frames = runtime_frames_refused(),
+        .uptime_s = runtime_clock_uptime(),
+        .config_size = configuration_size,
+        .lost_records = runtime_records.lost,
         .transmit_errors = can.transmit_errors,
         .receive_errors = can.receive_errors,
-        .uptime = runtime_clock_uptime(),
-        .version = HEALTH_VERSION,
     };
-    can_frame_t frame = {.length = CAN_DATA_MAX};
-    kilogrid_can_to_host_pack(frame.data, &health, sizeof frame.data);
+    can_frame_t frame = {0};
+    frame.length = answers_health(&runtime_orders, part, &facts, frame.data);
     (void)report(runtime_bus_send_to_host(&frame));
 }
 
 void runtime_answer_host(void) {
-    if (runtime_orders.poll) {
-        runtime_orders.poll = false;
-        answer_poll();
-    }
+    if (orders_take_poll(&runtime_orders)) answer_poll();
     for (uint8_t part = 0; runtime_orders.health >> part != 0; part++) {
-        if ((runtime_orders.health >> part & 1) == 0) continue;
-        cli();
-        runtime_orders.health &= (uint8_t) ~(1 << part);
-        sei();
-        answer_health(part);
+        bool due = false;
+        ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { due = orders_take_health(&runtime_orders, part); }
+        if (due) answer_health(part);
     }
 }
 
