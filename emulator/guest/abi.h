@@ -14,6 +14,8 @@
 
 #include <stdint.h>
 
+#include "../../kilogrid_modules/runtime/core/record_store.h"
+#include "../../kilogrid_modules/runtime/include/module_limits.h"
 #include "message.h"
 
 #ifdef __cplusplus
@@ -56,8 +58,8 @@ typedef struct KT_PACKED {
     void (*cell_message)(uint8_t cell, const message_t *message,
                          uint16_t (*checksum)(const message_t *));
     void (*send_at_once)(uint8_t cell, const message_t *message);
-    void (*can_send)(const kt_can_message_t *message, uint8_t x, uint8_t y, uint8_t address_type);
-    void (*can_broadcast)(const kt_can_message_t *message);  ///< sent when loop() has returned
+    void (*send_can)(const kt_can_message_t *message, uint8_t x, uint8_t y, uint8_t address_type);
+    void (*broadcast_can)(const kt_can_message_t *message);  ///< sent when loop() has returned
     void (*can_address)(uint16_t id, uint8_t address[3]);    ///< id to x, y, type
 } kt_module_host_t;
 
@@ -84,22 +86,17 @@ typedef struct KT_PACKED {
 } kt_host_t;
 
 /// Tracking records that wait for the next poll, a ring: next_CAN_message() hands out its slots.
-#define KT_RECORDS 10
 typedef struct KT_PACKED {
-    uint8_t first, used;
-    uint8_t lost;  ///< requests while it was full; saturates
-    kt_can_message_t slots[KT_RECORDS];
+    record_store_t store;
+    kt_can_message_t slots[CAN_MESSAGE_BUFFER_SIZE];
 } kt_records_t;
-
-#define KT_CELLS 4
-#define KT_CONFIGURATION_BYTES 48
 
 /// Addresses in a module's guest that the engine reads and writes, besides those of kt_table_t.
 typedef struct KT_PACKED {
     volatile uint16_t *uid;
     volatile uint8_t *x, *y;
     volatile uint8_t *configuration_size;
-    volatile uint8_t *configuration;  ///< KT_CONFIGURATION_BYTES
+    volatile uint8_t *configuration;  ///< MODULE_CONFIGURATION_BUFFER_SIZE
     void (**ir_rx)(message_t *message, uint8_t cell, distance_measurement_t *distance,
                    uint8_t crc_error);
     void (**ir_tx_success)(uint8_t cell);
@@ -126,7 +123,7 @@ typedef struct KT_PACKED {
     message_rx_t *message_rx;
     message_tx_t *message_tx;
     message_tx_success_t *message_tx_success;
-    message_t *rx_message;  ///< kilolib's one receive buffer; of a module KT_CELLS, one per cell
+    message_t *rx_message;  ///< kilolib's one receive buffer; of a module N_CELLS, one per cell
     distance_measurement_t *rx_distance;
     volatile kt_outputs_t *outputs;
     void (*settle)(void);        ///< carries out writes to registers that act when written;

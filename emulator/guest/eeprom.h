@@ -12,12 +12,6 @@
 
 namespace kilotwin {
 
-// A module's, beside those of eeprom_map.h.
-constexpr uint16_t EEPROM_X = 0xB2, EEPROM_Y = 0xB3;
-constexpr uint16_t EEPROM_CALIB_RESTRICTED = 0xB4;  ///< 1: only modules within ...
-constexpr uint16_t EEPROM_CALIB_X_MIN = 0xB5, EEPROM_CALIB_X_MAX = 0xB6;  ///< ... these bounds ...
-constexpr uint16_t EEPROM_CALIB_Y_MIN = 0xB7, EEPROM_CALIB_Y_MAX = 0xB8;  ///< ... forward CALIB
-
 using EepromImage = std::array<uint8_t, EEPROM_BYTES>;
 
 /// How one robot differs from the next: what its EEPROM says of it, and its clock.

@@ -1,12 +1,15 @@
-/// The mock of the Kilogrid module API: one module's runtime around its program, which is a guest
-/// like a robot's.
+/// A Kilogrid module whose program is a guest: the emulator's driver of the module runtime.
 ///
-/// A module has four cells, each with lights, a transmitter and a receiver, and one CAN controller.
-/// What its runtime does is hardware.md 3.2 to 3.4 and 3.7: states and their lights, infrared
-/// commands repeated for robots, each cell's message once in 16 ticks, configuration, tracking
-/// records kept for the next poll. As with a robot, the program takes no time, loop() is called
-/// once a tick, and a module is run ahead up to a moment before which nothing from outside can
-/// reach it.
+/// The runtime itself is kilogrid_modules/runtime/core, the same C as on the chip: orders, bursts,
+/// turns, records, answers. Here is what the chip's drivers do around it: a CAN controller with two
+/// buffers, four cells with lights, one transmitter and one receiver, timer 0, the main loop, and the
+/// calls of the module API.
+///
+/// As with a robot, the program takes no time and loop() is called once a tick. A module is run ahead
+/// to a moment before which nothing from outside can reach it (lookahead); every output carries its
+/// time, and the result equals that of running it tick by tick.
+///
+/// Not thread-safe: one module runs at a time in a thread, on that thread's guest stack.
 #ifndef KILOTWIN_GUEST_MODULE_H
 #define KILOTWIN_GUEST_MODULE_H
 
@@ -26,13 +29,15 @@
 #include "guest/infrared_gains.h"
 #include "guest/program.h"
 #include "guest/stack.h"
-#include "transfer.h"
+#include "runtime/core/bursts.h"
+#include "runtime/core/orders.h"
+#include "runtime/core/turns.h"
 
 namespace kilotwin {
 
-constexpr uint8_t CELLS_PER_MODULE = 4;
+constexpr uint8_t CELLS_PER_MODULE = N_CELLS;
 
-/// What all modules of a grid share.
+/// What all modules of a grid share. Outlives them.
 struct ModuleContext {
     const Chance &chance;
     Events &events;            ///< their prints and failures; `robot` is the module's index
@@ -45,7 +50,7 @@ struct CanOutput {
     CanFrame frame;
 };
 
-/// The LEDs of a cell: pulse widths of red, green and blue.
+/// Light of a cell: pulse widths of its red, green and blue LEDs.
 struct CellLight {
     std::array<uint8_t, 3> rgb{};
 
@@ -53,11 +58,11 @@ struct CellLight {
     uint8_t color() const {
         return static_cast<uint8_t>((rgb[0] != 0) | (rgb[1] != 0) << 1 | (rgb[2] != 0) << 2);
     }
-    /// Of the brightest part.
+    /// The largest of the three widths.
     uint8_t brightness() const { return std::max({rgb[0], rgb[1], rgb[2]}); }
 };
 
-/// A frame that a module is about to send by infrared.
+/// An infrared frame that a module is about to send.
 struct CellEmission {
     Cycles at;  ///< begin of the frame
     uint8_t cell;
@@ -66,34 +71,35 @@ struct CellEmission {
 
 class Module {
   public:
+    /// States of the core (orders.h).
     enum class State : uint8_t {
-        INIT,
-        IDLE,
-        SETUP_KILOBOTS,
-        WAITING_FOR_PAGE,
-        BOOTLOADING_KILOBOTS,
-        WAITING_FOR_CONFIGURATION,
-        SETUP,
-        RUNNING,
-        BOOT_LOADER,  ///< the module's own
+        INIT = STATE_INIT,
+        IDLE = STATE_IDLE,
+        SETUP_KILOBOTS = STATE_SETUP_KILOBOTS,
+        WAITING_FOR_PAGE = STATE_WAITING_FOR_PAGE,
+        BOOTLOADING_KILOBOTS = STATE_BOOTLOADING_KILOBOTS,
+        WAITING_FOR_CONFIGURATION = STATE_WAITING_FOR_CONFIGURATION,
+        SETUP = STATE_SETUP,
+        RUNNING = STATE_RUNNING,
+        BOOT_LOADER = STATE_BOOT_LOADER,
     };
 
-    /// What becomes of a frame that the module is about to send.
+    /// Outcome of an attempt to send an infrared frame.
     enum class Answer : uint8_t {
-        SENT,       ///< it is on air from the time asked about on
-        BUSY,       ///< light was seen: not sent, the attempt is over
-        RECEIVING,  ///< the receiver is in the middle of a frame: it was not even tried
+        SENT,       ///< on air from outgoing().at on
+        BUSY,       ///< carrier sense saw light: not sent, the attempt is over
+        RECEIVING,  ///< the receiver is in the middle of a frame: not even tried
     };
 
-    /// What was lost or refused, since the world began.
+    /// CAN frames lost or refused since the world began, over all resets.
     struct Counts {
         uint64_t frames_refused = 0;  ///< wrong length, out of range or order: they changed nothing
         uint64_t frames_missed = 0;   ///< came while the controller's two buffers were full
     };
 
-    /// Module `index` at column `x`, row `y`, switched on at `power_up`; `tick` by its own
-    /// oscillator. `image` holds its program's state: program.state_bytes() bytes of its own.
-    /// Throws EngineError if `program` is not a module's.
+    /// Module `index` at column `x`, row `y`, switched on at `power_up`; `tick` is the length of its
+    /// tick by its own oscillator. `image`, program.state_bytes() bytes, holds its program's state
+    /// and belongs to the caller. Throws EngineError if `program` is a robot's.
     Module(ModuleContext &context, Program &program, uint32_t index, uint8_t x, uint8_t y,
            Cycles tick, Cycles power_up, uint8_t *image);
     ~Module();
@@ -101,15 +107,15 @@ class Module {
     Module(const Module &) = delete;
     Module &operator=(const Module &) = delete;
 
-    /// To be called by a thread before it runs modules.
+    /// Prepares the calling thread; once, before it runs modules.
     static void serve_this_thread();
 
-    /// Lives through everything strictly before `until`, but stops where it is about to send by
-    /// infrared. Returns the time run up to: `until`, or that of the question.
+    /// Runs everything strictly before `until`, but stops where the module is about to send by
+    /// infrared. Returns the time run up to: `until`, or outgoing().at.
     Cycles run(Cycles until);
 
-    /// The same where nobody can hear it, nor be heard: frames that are over before `until` go out
-    /// without a question. Returns how many.
+    /// The same where no robot is in range of its cells: frames that end before `until` go out
+    /// without stopping. Returns how many.
     uint64_t run_unheard(Cycles until);
 
     /// Whether it waits for answer(); then outgoing() is what it would send, at the time run up to.
@@ -117,54 +123,59 @@ class Module {
     bool asks() const { return asking_ != Asking::NOTHING; }
     const CellEmission &outgoing() const { return outgoing_; }
 
-    /// SENT keeps it deaf and busy for FRAME_CYCLES. The next run goes on from there. A cell that
-    /// found the channel busy waits for its next turn.
+    /// Outcome of outgoing(); only while asks(). SENT keeps the module busy, and deaf, for
+    /// FRAME_CYCLES. The next run goes on from there. A cell that found the channel busy waits for
+    /// its next turn.
     void answer(Answer answer);
 
-    /// The earliest moment at which it may ask, or put a frame on the bus, if nothing reaches it
-    /// before; NEVER if none. It may be left behind till then: what else it does is seen by nobody
-    /// (its lights are right only as far as it was run).
+    /// The earliest moment at which the module may stop at a frame by infrared, or put one on the
+    /// bus, if nothing reaches it before; NEVER if none. It need not be run before then: nothing else
+    /// it does has an effect outside (its lights are right only as far as it was run).
     Cycles next_event() const;
 
-    /// A frame that passed filters(), complete at `at`, not earlier than the time run up to.
+    /// Takes a CAN frame that passed filters(), complete at `at`, not earlier than the time run up
+    /// to.
     void receive_can(Cycles at, const CanFrame &frame);
 
     /// Identifiers that its controller takes: broadcast, its row, its column, its own.
     std::array<uint16_t, KILOGRID_FILTERS> filters() const;
 
-    /// An infrared frame that ended at `at` on the cell listened to, with a right checksum or not.
+    /// Takes an infrared frame that ended at `at` on the cell listened to, with a right checksum or
+    /// not.
     void receive_ir(Cycles at, uint8_t cell, const message_t &message,
                     distance_measurement_t distance, bool crc_error);
 
-    /// A frame is coming in at the cell listened to from `begin` to `end`: the receiver stays with
-    /// it. In order of time.
+    /// A frame is coming in at the cell listened to from `begin` to `end`: the receiver stays there.
+    /// In order of time.
     void hold_receiver(Cycles begin, Cycles end);
 
-    /// The cell that the receiver listens to at `at`: 10.24 ms each. Times must not go back.
+    /// The cell that the receiver listens to at `at`, a dwell of 10.24 ms each. Times must not go
+    /// back.
     uint8_t listening_cell(Cycles at);
 
-    /// A power cycle at `at`, not earlier than the time run up to: starts from main() again. The
-    /// EEPROM stays.
+    /// Power cycle at `at`, not earlier than the time run up to: starts from main() again. The EEPROM
+    /// stays.
     void reset(Cycles at);
 
     uint32_t index() const { return index_; }
     uint8_t x() const { return x_; }
     uint8_t y() const { return y_; }
     Cycles now() const { return now_; }
-    State state() const { return state_; }
+    State state() const { return static_cast<State>(orders_.state); }
     const char *state_name() const;
     bool stopped() const { return life_ == Life::STOPPED; }  ///< its program failed
     const Counts &counts() const { return counts_; }
     uint32_t ticks() const { return last_tick_; }  ///< module_ticks at its last tick
 
-    /// What the LEDs of `cell` show at `at`, which it has been run up to.
+    /// Light of `cell` at `at`, up to which the module has been run.
     CellLight light(uint8_t cell, Cycles at) const;
 
-    /// Its EEPROM, EEPROM_BYTES; addresses go round. What is written counts from the next use on.
+    /// A byte of its EEPROM of EEPROM_BYTES; addresses wrap. What is written counts from the next use
+    /// on.
     uint8_t eeprom(uint16_t address) const;
     void set_eeprom(uint16_t address, uint8_t value);
 
-    /// Its controller's error counters, for health reports.
+    /// Error counters of its CAN controller, for health reports.
     void set_can_errors(uint8_t tec, uint8_t rec) {
         tec_ = tec;
         rec_ = rec;
@@ -175,8 +186,7 @@ class Module {
 
   private:
     enum class Life : uint8_t { OFF, BOOTING, ALIVE, STOPPED };
-    enum class Asking : uint8_t { NOTHING, TURN, AT_ONCE };        ///< why it is about to send
-    enum class Burst : uint8_t { NONE, REPETITION, START, PAGE };  ///< what frames in a row are for
+    enum class Asking : uint8_t { NOTHING, TURN, AT_ONCE };  ///< why it is about to send
 
     struct CanReception {
         Cycles at;
@@ -189,63 +199,83 @@ class Module {
         uint8_t cell;
         bool crc_error;
     };
-    struct CellMessage {
-        uint8_t cell;
-        message_t message;
+
+    /// A callback of the program runs as an interrupt while this exists: interrupts off, a budget
+    /// of its own.
+    class Interrupt {
+      public:
+        explicit Interrupt(Module &module);
+        ~Interrupt();
+        Interrupt(const Interrupt &) = delete;
+        Interrupt &operator=(const Interrupt &) = delete;
+
+      private:
+        Module &module_;
+        int32_t budget_;
+        bool nested_;
     };
 
     static const kt_module_host_t MODULE_HOST;
     static const kt_host_t HOST;
     struct HostCalls;
 
+    // module.cpp: power, running ahead, jobs of the main loop, lights, EEPROM.
     static void body(void *module);
     void go_on(Cycles until);
     void live();
     bool has_nothing_before(Cycles until) const;
-    Cycles next_interrupt() const;
     bool may_be_left_behind() const;
     Cycles next_turn() const;
     Cycles next_pass() const;
     void pass();
-    void pass_of_state();
+    void do_job(job_t job);
+    void set_up();
     void run_loop();
     bool pass_tick(const kt_table_t &table, Cycles quiet_until);
-    void start_running();
-    void send_burst_frame();
+    bool send_burst_frame();
     void end_burst();
-    void begin_repetition();
-    void begin_page();
-    void end_page();
+    void follow_state(uint8_t before);
+    CellLight breathing(Cycles at) const;
+    template <typename Call> void run_program(Call call);
+    void switch_off();
+    void stop(EventKind kind, std::string text);
+    void report(EventKind kind, std::string text);
+
+    // module_interrupts.cpp: timer, transmitter, receiver.
+    Cycles next_interrupt() const;
     void serve_interrupt(Cycles at);
     void tick();
     void take_turn();
     void ask(Asking why, uint8_t cell, const message_t &message);
     void settle();
     void keep_busy(Cycles until);
-    void take_can();
     void take_cell_message();
-    void obey(const CanFrame &frame);
-    void transferred(transfer_event_t event);
-    void forward_message();
-    bool obey_as_boot_loader(const CanFrame &frame);
+
+    // module_can.cpp: orders, answers.
+    void take_can();
+    void carry_out(order_t order, const CanFrame &frame);
+    void configure();
+    void forward();
+    void enter_boot_loader();
+    void take_in_boot_loader(const CanFrame &frame);
+    [[noreturn]] void restart();
     void hand_over(const CanFrame &frame);
-    void enter(State state);
     void answer_poll();
-    void answer_health();
+    void answer_health(uint8_t part);
     void queue_answer(const CanFrame &frame, Cycles gap);
     void emit_answers(Cycles until);
-    template <typename Call> void run_program(Call call);
-    template <typename Callback> void interrupt(Callback callback);
-    void wait_until(Cycles wake);
-    void switch_off();
-    [[noreturn]] void restart();
-    void came_back() { busy_.came_back(*program_->table().budget); }
-    void budget_spent(const uint8_t *frame);
-    CanFrame frame_to_host(uint8_t type) const;
-    void light_all(uint8_t color, uint8_t brightness);
+    void miss_frame();
+    CanFrame frame_to_host() const;
+    static CanFrame frame_of(const kt_can_message_t &message, uint16_t id);
     uint16_t configuration_crc() const;
-    void stop(EventKind kind, std::string text);
-    void report(EventKind kind, std::string text);
+
+    // module_calls.cpp: the API.
+    static void attend_stack();
+    void wait_until(Cycles wake);
+    void budget_spent(const uint8_t *frame);
+    void came_back() { busy_.came_back(*program_->table().budget); }
+
+    inline static Module *running_ = nullptr;  ///< the one that the guest's calls act on
 
     ModuleContext &context_;
     Program *program_;
@@ -253,16 +283,14 @@ class Module {
     SuspendedCall suspended_;
     std::vector<CanReception> can_inbox_;  ///< in order of time, as cell_inbox_
     std::vector<CellReception> cell_inbox_;
-    std::vector<CanOutput> answers_;  ///< in order of time, not yet handed out
-    std::vector<CellMessage> burst_;
+    std::vector<CanOutput> answers_;       ///< in order of time, not yet handed out
     std::unique_ptr<EepromImage> eeprom_;  ///< once the program has written to it
     InfraredGains gains_;
-    transfer_t transfer_;
     BusyWatch busy_;
 
     Cycles now_;
     Cycles until_ = 0;
-    Cycles unheard_until_ = 0;  ///< what it sends before that nobody hears
+    Cycles unheard_until_ = 0;  ///< frames that end before need no answer
     Cycles tick_;
     Cycles next_tick_ = NEVER;  ///< compare match of timer 0
     Cycles power_up_;
@@ -270,13 +298,12 @@ class Module {
     Cycles wake_ = NEVER;    ///< when the suspended program goes on
     Cycles state_since_ = 0;
     Cycles repeat_at_ = 0;  ///< the next round of a forwarded message
-    Cycles mux_next_;       ///< when the receiver goes to the next cell
+    Cycles dwell_end_;      ///< when the receiver goes to the next cell
     Cycles held_from_ = 0, held_until_ = 0;
     void (*setup_)(void) = nullptr;
     void (*loop_)(void) = nullptr;
     uint64_t rand_hard_draws_ = 0;
     uint64_t unheard_ = 0;
-    size_t burst_next_ = 0;
     uint32_t index_;
     uint32_t last_tick_ = 0;
     std::array<message_t, CELLS_PER_MODULE> cell_messages_{};
@@ -284,35 +311,25 @@ class Module {
     CellEmission outgoing_{};
     Counts counts_;
     CanFrame broadcast_;
-    uint16_t tx_clock_ = 0;
-    uint16_t tick_increment_ = 0;  ///< counts of the timer that the next compare match stands for
+    turns_t turns_{};
     uint8_t x_, y_;
     uint8_t sending_cells_ = 0;  ///< bit per cell that repeats a message
-    uint8_t turn_cell_ = 0;      ///< the last one whose turn it was
-    uint8_t mux_cell_ = 0;
-    uint8_t buffered_ = 0;  ///< CAN frames that came since it is busy
-    uint8_t page_cell_ = 0;
-    uint8_t pages_received_ = 0;
-    uint8_t health_asked_ = 0;  ///< bit per part
+    uint8_t dwell_cell_ = 0;     ///< the receiver's
+    uint8_t buffered_ = 0;       ///< CAN frames that came since it is busy
     uint8_t tec_ = 0, rec_ = 0;
     uint8_t noted_ = 0;  ///< Mistakes
     Life life_ = Life::OFF;
-    State state_ = State::INIT;
     Asking asking_ = Asking::NOTHING;
     Asking answered_ = Asking::NOTHING;  ///< what answer_ is to; to be acted upon
     Answer answer_ = Answer::SENT;
-    Burst burst_kind_ = Burst::NONE;
-    bool autostart_ = false;
-    bool set_up_ = false;   ///< setup() has run since the last configuration
-    bool started_ = false;  ///< RUN has been sent to the robots
-    bool poll_pending_ = false;
-    bool page_pending_ = false;
     bool broadcast_pending_ = false;
     bool loop_due_ = false;
     bool in_program_ = false;
     bool in_interrupt_ = false;
     bool interrupts_off_ = false;
     bool tick_pending_ = false;
+    orders_t orders_;
+    burst_t burst_{};  ///< the one on its way, if its job is not JOB_NONE
 };
 
 }  // namespace kilotwin

@@ -37,6 +37,7 @@ ALLOWED = {
     "emulator": (
         *PUBLIC_HEADERS,
         "firmware/kilolib/core/",
+        "kilogrid_modules/runtime/core/",
         "kilogrid_modules/runtime/include/",
         "kilogrid_modules/protocol/",
     ),

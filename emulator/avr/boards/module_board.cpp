@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "avr/chip/registers.h"
+#include "runtime/core/eeprom_map.h"
 
 namespace kilotwin {
 

@@ -4,6 +4,8 @@
 
 #include <stddef.h>
 
+#include "../../../kilogrid_modules/runtime/core/api.h"
+#include "../../../kilogrid_modules/runtime/core/light_patterns.h"
 #include "abi.h"
 #include "moduleIR.h"
 #include "moduleLED.h"
@@ -12,10 +14,6 @@
 _Static_assert(sizeof(CAN_message_t) == sizeof(kt_can_message_t), "CAN_message_t is packed");
 _Static_assert(sizeof(IR_message_t) == sizeof(message_t), "the two flavours are one message");
 _Static_assert(sizeof(kilogrid_address_t) == 3, "kilogrid_address_t is x, y, type");
-_Static_assert(N_CELLS == KT_CELLS, "module.h follows abi.h");
-_Static_assert(CAN_MESSAGE_BUFFER_SIZE == KT_RECORDS, "module.h follows abi.h");
-_Static_assert(MODULE_CONFIGURATION_BUFFER_SIZE == KT_CONFIGURATION_BYTES,
-               "module.h follows abi.h");
 
 volatile uint16_t module_uid;
 volatile uint8_t module_uid_x_coord;
@@ -87,29 +85,17 @@ void module_start(void (*setup)(void), void (*loop)(void)) { kt_host->start(setu
 void module_enable_autostart(void) { kt_host->module->autostart(); }
 
 void rand_set_seed(uint8_t seed) { kt_rand_seed(seed); }
-uint16_t get_random(uint16_t low, uint16_t high) { return (uint16_t)(rand() % (high - low) + low); }
+uint16_t get_random(uint16_t low, uint16_t high) { return api_in_range(low, high, rand()); }
 
 CAN_message_t *next_CAN_message(void) {
-    if (records.used == KT_RECORDS) {
-        if (records.lost < UINT8_MAX) records.lost++;
-        return NULL;
-    }
-    const uint8_t place = (uint8_t)((records.first + records.used++) % KT_RECORDS);
-    return (CAN_message_t *)&records.slots[place];
+    const uint8_t place = record_store_add(&records.store);
+    return place == RECORD_STORE_FULL ? NULL : (CAN_message_t *)&records.slots[place];
 }
 
-void init_CAN_message(CAN_message_t *message) {
-    message->header.rtr = 0;
-    message->header.length = CAN_MESSAGE_SIZE;
-    memset(message->data, 0, sizeof message->data);
-}
-
-enum { CELL_SHIFT = 6, CELL_MASK = 3 };
+void init_CAN_message(CAN_message_t *message) { api_init_can_message(message); }
 
 void serialize_tracking_message(CAN_message_t *message, uint8_t cell, tracking_user_data_t *data) {
-    init_CAN_message(message);
-    message->data[0] = (uint8_t)(CAN_TRACKING_KILOBOT | (cell & CELL_MASK) << CELL_SHIFT);
-    memcpy(message->data + 1, data->byte, sizeof data->byte);
+    api_fill_record(message, cell, data);
 }
 
 kilogrid_address_t get_coord_from_CAN_ID(CAN_message_t *message) {
@@ -133,8 +119,8 @@ uint8_t estimate_distance_mm(const distance_measurement_t *measured, cell_num_t 
 }
 
 void set_LED_with_brightness(cell_num_t cell, color_t color, brightness_t brightness) {
-    kt_host->module->light(cell, color & RED ? brightness : 0, color & GREEN ? brightness : 0,
-                           color & BLUE ? brightness : 0);
+    kt_host->module->light(cell, color_part(color, brightness, 0), color_part(color, brightness, 1),
+                           color_part(color, brightness, 2));
 }
 
 void set_LED(cell_num_t cell, color_t color) { set_LED_with_brightness(cell, color, ADJUSTED); }

@@ -8,13 +8,13 @@
 __attribute__((visibility("hidden"))) const uint8_t kt_acts_alone = 1;
 
 uint8_t CAN_message_tx(CAN_message_t *message, kilogrid_address_t to) {
-    kt_host->module->can_send((const kt_can_message_t *)message, to.x, to.y, to.type);
+    kt_host->module->send_can((const kt_can_message_t *)message, to.x, to.y, to.type);
     module_CAN_message_tx_success();
     return 1;
 }
 
 void CAN_send_broadcast_message(CAN_message_t *message) {
-    kt_host->module->can_broadcast((const kt_can_message_t *)message);
+    kt_host->module->broadcast_can((const kt_can_message_t *)message);
 }
 
 void send_IR_message(IR_message_t *message, cell_num_t cell) {

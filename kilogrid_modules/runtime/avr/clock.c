@@ -24,7 +24,7 @@ void runtime_clock_init(void) {
     TCCR0A = BIT(WGM01);
     TCCR0B = BIT(CS02) | BIT(CS00);
     TCNT0 = 0;
-    OCR0A = TURNS_TICK_MATCH;
+    OCR0A = TICK_MATCH;
     OCR0B = TURNS_DWELL_UNITS;
     TIFR0 = BIT(OCF0A) | BIT(OCF0B);
     TIMSK0 = BIT(OCIE0A) | BIT(OCIE0B);
@@ -52,7 +52,7 @@ static void take_turn(void) {
 
 ISR(TIMER0_COMPA_vect) {
     units += (uint16_t)(OCR0A + 1);
-    OCR0A = TURNS_TICK_MATCH;
+    OCR0A = TICK_MATCH;
     module_ticks++;
     if (turns_tick(&turns)) take_turn();
 }

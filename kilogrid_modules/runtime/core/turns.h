@@ -1,8 +1,8 @@
 /// Turns of the four cells to repeat their messages by infrared: one turn every four ticks, the cells
 /// in order (hardware.md 3.4).
 ///
-/// Timer 0 counts units of 128 us; a compare match is a tick. Each tick adds what it stands for to a
-/// clock, and past 977 units the next cell has its turn. A cell that finds the channel busy gives
+/// Timer 0 counts units of 128 us; a compare match is a tick (timer.h). An ordinary tick adds 255 to
+/// a clock, and past 977 units the next cell has its turn. A cell that finds the channel busy gives
 /// its turn up and starts the timer anew with a random match: the next tick comes early, and counts.
 /// One that finds the receiver in the middle of a frame keeps its turn and tries again at the next
 /// tick.
@@ -14,15 +14,13 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "../../../firmware/kilolib/core/timer.h"
 #include "../include/module_limits.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-/// Compare value of an ordinary tick. The tick lasts one unit more than the clock adds for it, as in
-/// the published firmware.
-#define TURNS_TICK_MATCH 255
 /// A turn comes when the clock is past this many units.
 #define TURNS_PERIOD 977
 /// The receiver listens to one cell for so many units, 10.24 ms, then to the next.
@@ -37,14 +35,14 @@ typedef struct {
 /// module_init(): the first turn is four ticks away. The cell is kept.
 static inline void turns_init(turns_t *turns) {
     turns->clock = 0;
-    turns->increment = TURNS_TICK_MATCH;
+    turns->increment = TICK_MATCH;
 }
 
 /// A tick. True if it brings a turn: then turns_passed() or turns_retry() follows, unless a frame
 /// was coming in.
 static inline bool turns_tick(turns_t *turns) {
     turns->clock = (uint16_t)(turns->clock + turns->increment);
-    turns->increment = TURNS_TICK_MATCH;
+    turns->increment = TICK_MATCH;
     return turns->clock > TURNS_PERIOD;
 }
 
@@ -58,7 +56,7 @@ static inline bool turns_due_at_next_tick(const turns_t *turns) {
 static inline uint8_t turns_ticks_to_go(const turns_t *turns) {
     if (turns_due_at_next_tick(turns)) return 1;
     const uint16_t missing = (uint16_t)(TURNS_PERIOD - turns->clock - turns->increment);
-    return (uint8_t)(missing / TURNS_TICK_MATCH + 2);
+    return (uint8_t)(missing / TICK_MATCH + 2);
 }
 
 /// The cell whose turn is next, or open.
@@ -77,7 +75,7 @@ static inline void turns_passed(turns_t *turns) {
 static inline uint16_t turns_retry(turns_t *turns, int drawn) {
     const uint8_t match = (uint8_t)drawn;
     turns_passed(turns);
-    turns->increment = match == 0 ? TURNS_TICK_MATCH + 1 : match;
+    turns->increment = match == 0 ? TICK_MATCH + 1 : match;
     return turns->increment;
 }
 

@@ -11,7 +11,8 @@ function(kilotwin_add_guest target name program)
     ${PROJECT_SOURCE_DIR}/emulator/guest/*.[ch] ${PROJECT_SOURCE_DIR}/emulator/guest/*.ld
     ${PROJECT_SOURCE_DIR}/emulator/guest/*.map ${PROJECT_SOURCE_DIR}/firmware/kilolib/include/*.h
     ${PROJECT_SOURCE_DIR}/firmware/kilogrid/*.[ch]
-    ${PROJECT_SOURCE_DIR}/kilogrid_modules/runtime/include/*.h)
+    ${PROJECT_SOURCE_DIR}/kilogrid_modules/runtime/include/*.h
+    ${PROJECT_SOURCE_DIR}/kilogrid_modules/runtime/core/*.h)
   set(guest ${CMAKE_CURRENT_BINARY_DIR}/guests/${name}.so)
   add_custom_command(
     OUTPUT ${guest}

@@ -83,7 +83,7 @@ TEST_CASE("a robot and a module of lab programs hear one another") {
     }
     cells.tell(frame({POLL}, 1));
     cells.run_for(20 * MS);
-    CHECK(cells.frames[0].frame.data[1] == KT_RECORDS);
+    CHECK(cells.frames[0].frame.data[1] == CAN_MESSAGE_BUFFER_SIZE);
     CHECK(cells.frames[1].frame.data[0] == (TRACKED | 1 << 6));
     bool dropped = false;
     for (const auto &emission : cells.sent_by(1)) dropped |= emission.message.data[1] > 0;

@@ -1,6 +1,7 @@
 #include "base/errors.h"
 #include "base/message_crc.h"
 #include "module_bench.h"
+#include "runtime/core/eeprom_map.h"
 
 using namespace kilotwin;
 using namespace kilotwin::testing;

@@ -26,14 +26,14 @@ TEST(a_turn_stays_open_while_a_frame_is_coming_in) {
 
 TEST(a_busy_channel_ends_the_turn_and_starts_the_timer_anew_with_a_random_match) {
     for (int drawn = 0; drawn < 600; drawn++) {
-        turns_t turns = {1020, TURNS_TICK_MATCH, 3};
+        turns_t turns = {1020, TICK_MATCH, 3};
         const int low = drawn % 256;
         assert_int_equal(turns_retry(&turns, drawn), low == 0 ? 256 : low);
         assert_int_equal(turns.cell, 0);
         assert_int_equal(turns.clock, 0);
         assert_false(turns_tick(&turns));
         assert_int_equal(turns.clock, low == 0 ? 256 : low);
-        assert_int_equal(turns.increment, TURNS_TICK_MATCH);
+        assert_int_equal(turns.increment, TICK_MATCH);
     }
 }
 
