@@ -14,6 +14,7 @@ enum {
     LOAD_TRANSMIT_BUFFER_0 = 0x40,
     REQUEST_TO_SEND_0 = 0x81,
 };
+// Addresses of registers; a filter's or mask's four follow one another.
 enum {
     RXF0SIDH = 0x00,
     RXF3SIDH = 0x10,
@@ -91,12 +92,13 @@ static void issue(uint8_t instruction) {
     runtime_spi_release();
 }
 
-// 11 bits, the upper 8 in the first register; extended identifiers are not for us.
+// 11 bits, the upper 8 in the first register; extended identifiers are not used.
 static void write_id(uint8_t address, uint16_t id) {
     const uint8_t registers[FILTER_REGISTERS] = {(uint8_t)(id >> 3), (uint8_t)(id << 5), 0, 0};
     write_registers(address, registers, sizeof registers);
 }
 
+// A mode is entered once the bus is idle; without a controller it never is.
 static bool reaches(uint8_t mode) {
     for (uint8_t tries = 0; tries < START_UP_TRIES; tries++) {
         if ((read_register(CANSTAT) & MODE_MASK) == mode) return true;
@@ -132,7 +134,7 @@ bool runtime_can_controller_receive(can_frame_t *frame) {
     const uint8_t status = read_status();
     if (!(status & (STATUS_RECEIVED_0 | STATUS_RECEIVED_1))) return false;
     runtime_spi_select();
-    // Reading a whole buffer tells the controller that it is free again.
+    // Reading a whole buffer frees it.
     runtime_spi_exchange(status & STATUS_RECEIVED_0 ? READ_BUFFER_0 : READ_BUFFER_1);
     const uint8_t high = runtime_spi_exchange(0), low = runtime_spi_exchange(0);
     runtime_spi_exchange(0);

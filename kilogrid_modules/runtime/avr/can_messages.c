@@ -20,6 +20,7 @@ static void ignore_tx_success(void) {}
 CAN_message_rx_t module_CAN_message_rx = ignore_rx;
 CAN_message_tx_success_t module_CAN_message_tx_success = ignore_tx_success;
 
+// A program may leave anything in the length.
 static can_frame_t frame_of(const CAN_message_t *message) {
     can_frame_t frame = {.length = message->header.length};
     if (frame.length > CAN_DATA_MAX) frame.length = CAN_DATA_MAX;
@@ -32,6 +33,7 @@ static bool report(bool sent) {
     return sent;
 }
 
+// The host gets time to take the frames in. A record that does not get through is lost.
 static void answer_poll(void) {
     uint8_t waiting = runtime_records.used;
     can_frame_t start = {0};
@@ -69,6 +71,7 @@ static void answer_health(uint8_t part) {
     (void)report(runtime_bus_send_to_host(&frame));
 }
 
+// An interrupt may set further bits meanwhile.
 void runtime_answer_host(void) {
     if (orders_take_poll(&runtime_orders)) answer_poll();
     for (uint8_t part = 0; runtime_orders.health >> part != 0; part++) {
@@ -90,6 +93,7 @@ void CAN_send_broadcast_message(CAN_message_t *message) {
     broadcast_pending = true;
 }
 
+// The flag goes first: the program may leave the next frame from an interrupt.
 void runtime_send_broadcast(void) {
     if (!broadcast_pending) return;
     broadcast_pending = false;

@@ -8,7 +8,7 @@
 #include "infrared.h"
 #include "module.h"
 
-// The timer counts units of 128 us; a tick is 256 of them.
+// Units of 128 us, which timer 0 counts.
 #define UNITS_PER_16_SECONDS 125000UL
 #define SECONDS_MAX 65535UL
 
@@ -39,6 +39,7 @@ uint16_t runtime_clock_uptime(void) {
     return (uint16_t)(seconds < SECONDS_MAX ? seconds : SECONDS_MAX);
 }
 
+// In the timer's interrupt: a frame takes 4.4 ms, an eighth of the tick.
 static void take_turn(void) {
     switch (runtime_infrared_repeat(turns_next_cell(&turns))) {
     case INFRARED_SENT: turns_passed(&turns); break;
@@ -52,11 +53,12 @@ static void take_turn(void) {
 
 ISR(TIMER0_COMPA_vect) {
     units += (uint16_t)(OCR0A + 1);
-    OCR0A = TICK_MATCH;
+    OCR0A = TICK_MATCH;  // a retry's random match holds once
     module_ticks++;
     if (turns_tick(&turns)) take_turn();
 }
 
+// The match value wraps as the timer does.
 ISR(TIMER0_COMPB_vect) {
     OCR0B = (uint8_t)(OCR0B + TURNS_DWELL_UNITS);
     runtime_infrared_listen_to_next_cell();

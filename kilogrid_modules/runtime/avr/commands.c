@@ -9,8 +9,7 @@
 #include "infrared.h"
 #include "module.h"
 
-// The boot section is there whatever the program is. An absolute jump: a call through a pointer
-// would take this number for a count of words.
+// Address of the boot section in bytes. An absolute jump: a call through a pointer would count words.
 #define BOOT_LOADER "0x7000"
 
 orders_t runtime_orders;
@@ -23,8 +22,9 @@ static void __attribute__((noreturn)) enter_boot_loader(void) {
     __builtin_unreachable();
 }
 
+// The API's header is a bit field, written as a byte: rtr is bit 0, the length bits 1 to 4.
 static void hand_over(const can_frame_t *frame) {
-    const uint8_t header = (uint8_t)(frame->length << 1);  // rtr 0
+    const uint8_t header = (uint8_t)(frame->length << 1);
     CAN_message_t message = {.id = frame->id};
     memcpy(&message.header, &header, sizeof message.header);
     memcpy(message.data, frame->data, sizeof message.data);

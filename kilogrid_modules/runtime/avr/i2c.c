@@ -3,7 +3,7 @@
 #include "board.h"
 
 #define BIT_RATE 100000UL
-#define WAIT_LOOPS 1000  // some bytes' time: a bus that hangs must not hang the module
+#define WAIT_LOOPS 1000  // a few bytes' time: a bus that hangs must not hang the module
 #define STATUS_MASK 0xF8
 enum { STARTED = 0x08, ADDRESS_ACKNOWLEDGED = 0x18, DATA_ACKNOWLEDGED = 0x28 };
 
@@ -12,6 +12,7 @@ void runtime_i2c_init(void) {
     TWBR = (uint8_t)((F_CPU / BIT_RATE - 16) / 2);
 }
 
+// Each step starts the hardware and waits for its status.
 static bool step(uint8_t control, uint8_t expected) {
     TWCR = BIT(TWINT) | BIT(TWEN) | control;
     for (uint16_t i = 0; i < WAIT_LOOPS; i++) {

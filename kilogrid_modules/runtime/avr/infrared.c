@@ -10,11 +10,11 @@
 #include "board.h"
 #include "moduleIR.h"
 
-// 1 MHz, of which a conversion takes 13.5.
+// 1 MHz; a conversion takes 13.5 cycles of it.
 #define CONVERTER_ON (BIT(ADEN) | BIT(ADATE) | BIT(ADPS1) | BIT(ADPS0))
 #define ON_COMPARATOR_EDGE BIT(ADTS0)
 #define ON_TIMER_MATCH (BIT(ADTS2) | BIT(ADTS0))
-// The low gain is chosen this long before the leader's stop, and sampled this long into it.
+// The low gain is selected this long before the leader's stop, and sampled this long into it.
 #define LOW_GAIN_AHEAD (SLOT_CYCLES / 2)
 #define INTO_PULSE 8
 
@@ -41,6 +41,7 @@ static void select_receiver(uint8_t gain) {
     PORTC = (uint8_t)((PORTC & ~RECEIVER_ADDRESS) | address);
 }
 
+// The chip's own light, or a change of the gain, made an edge.
 static void forget_edge(void) { ACSR |= BIT(ACI); }
 
 static void wait_for_frame(void) {
@@ -115,6 +116,7 @@ ISR(TIMER1_COMPB_vect) {
     }
 }
 
+// The receiver waits for the next frame before the callback runs, which may take long.
 static void take_message(void) {
     const bool wrong = message_crc(&reader.message) != reader.message.crc;
     wait_for_frame();
@@ -138,6 +140,7 @@ ISR(TIMER1_COMPA_vect) {
     wait_for_frame();
 }
 
+// The cells share one transmitter, and its own light reaches the receiver.
 infrared_attempt_t runtime_infrared_send_by(uint8_t cell, const message_t *message) {
     infrared_attempt_t attempt = INFRARED_RECEIVING;
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
@@ -161,7 +164,7 @@ void runtime_infrared_silence(void) { repeating = 0; }
 
 void init_IR_message(IR_message_t *message) { memset(message, 0, sizeof *message); }
 
-// The timer's interrupt sends what is here.
+// The timer's interrupt reads the message: it is replaced with interrupts off.
 void set_IR_message(IR_message_t *message, cell_num_t cell) {
     if (message == NULL || cell >= N_CELLS) {
         disable_IR_tx(cell);

@@ -1,4 +1,7 @@
-/// Infrared of the four cells: one transmitter and one receiver behind multiplexers.
+/// Driver of the cells' infrared: one transmitter and one receiver behind multiplexers.
+///
+/// Reception runs in interrupts of the comparator and of timer 1; a message goes to the program's
+/// callback from there. The API's functions of moduleIR.h are here as well.
 #ifndef MODULE_AVR_INFRARED_H
 #define MODULE_AVR_INFRARED_H
 
@@ -7,28 +10,28 @@
 
 #include "message.h"
 
-/// Reads the tables of distances, switches the receiver on.
+/// Reads the gain tables from the EEPROM and switches the receiver on, at cell 0.
 void runtime_infrared_init(void);
 
-/// A frame is coming in.
+/// Whether a frame is coming in.
 bool runtime_infrared_receiving(void);
 
-/// The receiver goes on to the next cell, unless a frame is coming in.
+/// Ends a dwell: the receiver goes to the next cell, unless a frame is coming in.
 void runtime_infrared_listen_to_next_cell(void);
 
 typedef enum {
     INFRARED_SENT,
-    INFRARED_BUSY,       ///< light was seen: not sent
+    INFRARED_BUSY,       ///< carrier sense saw light: not sent
     INFRARED_RECEIVING,  ///< a frame is coming in: not even tried
 } infrared_attempt_t;
 
-/// Sends a message as it is, crc included, in 4.4 ms with interrupts off.
+/// Sends a message by `cell`, 0..3, as it is, crc included: 4.4 ms with interrupts off.
 infrared_attempt_t runtime_infrared_send_by(uint8_t cell, const message_t *message);
 
-/// Sends the message that `cell` repeats; INFRARED_SENT as well if it has none.
+/// Turn of `cell`: sends the message that it repeats. INFRARED_SENT also if it has none.
 infrared_attempt_t runtime_infrared_repeat(uint8_t cell);
 
-/// No cell repeats anything.
+/// Stops all cells' repetitions.
 void runtime_infrared_silence(void);
 
 #endif

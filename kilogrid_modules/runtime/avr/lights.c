@@ -8,7 +8,7 @@
 #include "moduleLED.h"
 
 // Datasheet of the PCA9635, chapter 7.
-#define FROM_REGISTER(n) (0x80 | (n))  // and on to the next after each byte
+#define FROM_REGISTER(n) (0x80 | (n))  // the register number counts up after each byte
 enum { MODE1 = 0x00, PWM0 = 0x02, LEDOUT0 = 0x14 };
 enum { AWAKE = 0x80, BY_PWM = 0xAA };
 

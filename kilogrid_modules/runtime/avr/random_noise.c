@@ -1,4 +1,4 @@
-/// rand_hard()'s noise on a module: the lowest bit of what the receiver sees in the dark.
+/// Noise for rand_hard() on a module: the lowest bit of a conversion of the receiver's dark signal.
 #include <util/atomic.h>
 
 #include "../../../firmware/kilolib/core/random.h"

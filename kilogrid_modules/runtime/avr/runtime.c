@@ -87,11 +87,13 @@ static void begin(void) {
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { orders_begin(&runtime_orders); }
 }
 
+// Records from before the run are not the run's.
 static void start_robots(void) {
     runtime_send_burst(JOB_START_ROBOTS);
     record_store_clear(&runtime_records);
 }
 
+// The watchdog is fed once a round: a job that hangs resets the module.
 void module_start(void (*setup)(void), void (*loop)(void)) {
     wdt_enable(WDTO_8S);
     for (;;) {

@@ -1,4 +1,4 @@
-/// What a module program prints: 38,400 baud, 8 bits, no parity, one stop bit, on PD1.
+/// Serial line that a module program prints on: 38,400 baud, 8 bits, no parity, one stop bit, PD1.
 #include <stdlib.h>
 
 #include "board.h"
@@ -6,6 +6,7 @@
 
 #define BAUD 38400UL
 
+// The line is set up by the first character: a program that prints nothing keeps the pin.
 static void put(char character) {
     if (!(UCSR0B & BIT(TXEN0))) {
         UBRR0 = (uint16_t)((F_CPU + 8 * BAUD) / (16 * BAUD) - 1);

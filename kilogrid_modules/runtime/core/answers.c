@@ -36,6 +36,7 @@ uint8_t answers_health(const orders_t *orders, uint8_t part, const health_facts_
     return kilogrid_dlc_to_host(health.type);
 }
 
+// While chunks come in, the size is the new one and the bytes are the old ones.
 uint8_t answers_configured(const orders_t *orders, uint8_t config_size) {
     return orders->transfer.config.next == TRANSFER_NOTHING_DUE ? config_size : 0;
 }

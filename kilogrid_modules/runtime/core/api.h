@@ -1,5 +1,8 @@
 /// Bodies of API functions that the chip's runtime and the emulator's guests share: what needs
-/// neither registers nor the engine. To be included by the files that define the API's functions.
+/// neither registers nor the engine.
+///
+/// To be included by the files that define the API's functions, not together with address.h, which
+/// has the names of kilogrid.h as well.
 #ifndef MODULE_CORE_API_H
 #define MODULE_CORE_API_H
 

@@ -4,6 +4,7 @@
 
 #include "light_patterns.h"
 
+// The robots' boot loader counts a page in words of flash.
 #define WORD_BYTES 2
 #define ALL_CELLS ((1 << N_CELLS) - 1)
 
@@ -11,6 +12,7 @@ static const burst_light_t NO_CHANGE = {0, LED_OFF};
 
 static burst_light_t all(color_t color) { return (burst_light_t){ALL_CELLS, (uint8_t)color}; }
 
+// The data of the message that was forwarded last go out with RUN as well.
 static void begin_rounds(burst_t *burst, const transfer_ir_t *ir, uint8_t type, uint8_t rounds) {
     memcpy(burst->message.data, ir->data, sizeof burst->message.data);
     burst->message.type = type;
@@ -42,12 +44,14 @@ void burst_begin(burst_t *burst, orders_t *orders, job_t job) {
     }
 }
 
+// A round that has begun is finished, so that no cell sends less than the others.
 static bool is_over(const burst_t *burst, const orders_t *orders) {
     const bool between_rounds = burst->sent % N_CELLS == 0;
     const bool stopped = burst->job == JOB_START_ROBOTS && orders->state != STATE_RUNNING;
     return burst->sent == burst->frames || (stopped && between_rounds);
 }
 
+// The end of a lap darkens all cells: the light of its last page would not be seen.
 static burst_light_t light_of_page(const burst_t *burst, bool over) {
     if (!over) return burst->is_first && burst->sent == 1 ? all(LED_OFF) : NO_CHANGE;
     if (burst->is_last) return all(LED_OFF);
@@ -93,6 +97,8 @@ bool burst_next(burst_t *burst, const orders_t *orders, burst_frame_t *frame) {
     return true;
 }
 
+// A page that came in during the last one of a lap is forgotten with the count: the host sends the
+// laps without end.
 void burst_end(burst_t *burst, orders_t *orders) {
     if (burst->job == JOB_START_ROBOTS) orders->started = orders->state == STATE_RUNNING;
     if (burst->job == JOB_SEND_PAGE && burst->is_last) {

@@ -2,6 +2,7 @@
 
 #include "../../../firmware/kilogrid/include/message.h"
 
+// The colours of the published firmware, by which people at the table know what is going on.
 color_t pattern_command_color(uint8_t type) {
     switch (type) {
     case RESET: return GREEN;
@@ -20,4 +21,5 @@ color_t pattern_command_color(uint8_t type) {
     }
 }
 
+// Alternating, so that progress is seen.
 color_t pattern_page_color(uint8_t page) { return page % 2 == 0 ? BLUE : GREEN; }

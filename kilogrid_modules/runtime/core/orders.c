@@ -7,6 +7,7 @@
 // Short names for the generated ones.
 #define TYPE(name) KILOGRID_CAN_TO_MODULE_TYPE_##name##_CHOICE
 
+// One frame each.
 #define HEALTH_PARTS 2
 
 void orders_init(orders_t *orders) {
@@ -24,6 +25,7 @@ static order_t refuse(orders_t *orders) {
     return ORDER_REFUSED;
 }
 
+// RUN goes to the robots anew after every other state.
 static void enter(orders_t *orders, module_state_t state) {
     if (state != STATE_RUNNING) orders->started = false;
     orders->state = (uint8_t)state;
@@ -58,6 +60,7 @@ bool orders_leaves_boot_loader(uint8_t type) {
     }
 }
 
+// BOOT begins a lap of pages by the first cell.
 bool orders_forward(orders_t *orders, uint8_t x, uint8_t y, const calibration_area_t *area) {
     const uint8_t type = orders->transfer.ir.type;
     const bool outside = x < area->x_min || x > area->x_max || y < area->y_min || y > area->y_max;
@@ -67,6 +70,7 @@ bool orders_forward(orders_t *orders, uint8_t x, uint8_t y, const calibration_ar
     return true;
 }
 
+// The driver copies the configuration in the same interrupt, before the main loop sees the state.
 static order_t transferred(orders_t *orders, transfer_event_t event) {
     switch (event) {
     case TRANSFER_CONFIG_BEGUN:
@@ -126,6 +130,7 @@ void orders_begin(orders_t *orders) {
     if (orders->state == STATE_INIT) enter(orders, orders->autostart ? STATE_SETUP : STATE_IDLE);
 }
 
+// The flag is set first: a configuration that comes in during setup() calls for another one.
 bool orders_begin_setup(orders_t *orders) {
     if (orders->set_up) return false;
     orders->set_up = true;

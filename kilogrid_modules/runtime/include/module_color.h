@@ -1,4 +1,6 @@
-/// Colours of the cells' LEDs. Programs include moduleLED.h.
+/// Colours of the cells' LEDs, for programs (moduleLED.h) and for the runtime itself.
+///
+/// A colour switches LEDs on; how bright they are is a pulse width of 0..255, the same for all three.
 #ifndef KILOGRID_MODULE_COLOR_H
 #define KILOGRID_MODULE_COLOR_H
 
