@@ -1,4 +1,4 @@
-/// Receptions that wait for their time, as vectors in order of time.
+/// Inboxes of a module: receptions that wait for their time, in order of time. Few wait at once.
 #ifndef KILOTWIN_GUEST_INBOX_H
 #define KILOTWIN_GUEST_INBOX_H
 

@@ -92,6 +92,8 @@ const char *Module::state_name() const {
     return NAMES[orders_.state];
 }
 
+// Running ahead
+
 Cycles Module::run(Cycles until) {
     if (life_ != Life::STOPPED && !asks()) go_on(until);
     const Cycles reached = asks() ? outgoing_.at : until;
@@ -107,6 +109,7 @@ uint64_t Module::run_unheard(Cycles until) {
     return unheard_;
 }
 
+// An abandoned call, of main() or of a boot loader's restart, is followed by the next one at once.
 void Module::go_on(Cycles until) {
     if (has_nothing_before(until)) return;
     until_ = until;
@@ -127,6 +130,7 @@ void Module::go_on(Cycles until) {
     running_ = nullptr;
 }
 
+// Mostly nothing is due: then the guest's memory need not be swapped in.
 bool Module::has_nothing_before(Cycles until) const {
     if (until <= now_) return true;
     if (life_ == Life::OFF || answered_ != Asking::NOTHING) return false;
@@ -149,6 +153,8 @@ Cycles Module::next_turn() const {
     return next_tick_ + (turns_ticks_to_go(&turns) - 1u) * tick_;
 }
 
+// loop() has no effect outside by itself, unless the program sends on its own (acts_alone): its
+// passes wait for the next event.
 Cycles Module::next_event() const {
     if (life_ == Life::STOPPED || asks()) return answers_.empty() ? NEVER : answers_.front().at;
     if (life_ == Life::OFF || !may_be_left_behind()) return now_;
@@ -170,11 +176,14 @@ Cycles Module::next_event() const {
     return std::max(next, now_);
 }
 
+// Lights and EEPROM
+
 CellLight Module::breathing(Cycles at) const {
     const auto step = (at - state_since_) / BREATH_STEP % BREATH_STEPS;
     return light_of(WHITE, pattern_breath(static_cast<uint8_t>(step)));
 }
 
+// Patterns are functions of the time since the state began; nothing happens at their steps.
 CellLight Module::light(uint8_t cell, Cycles at) const {
     at = std::max(at, state_since_);
     switch (orders_.state) {
@@ -192,6 +201,7 @@ CellLight Module::light(uint8_t cell, Cycles at) const {
     }
 }
 
+// Until the program writes, the content follows from the module's place and its gains.
 uint8_t Module::eeprom(uint16_t address) const {
     address %= EEPROM_BYTES;
     if (eeprom_) return (*eeprom_)[address];
@@ -217,6 +227,8 @@ void Module::set_eeprom(uint16_t address, uint8_t value) {
     (*eeprom_)[address % EEPROM_BYTES] = value;
 }
 
+// The program
+
 template <typename Call> void Module::run_program(Call call) {
     in_program_ = true;
     *program_->table().budget = TURNS_PER_TICK;
@@ -229,6 +241,7 @@ template <typename Call> void Module::run_program(Call call) {
 
 void Module::body(void *module) { static_cast<Module *>(module)->live(); }
 
+// Runs on the guest stack. Interrupts of a moment come before the pass of that moment.
 void Module::live() {
     if (life_ == Life::OFF) {
         life_ = Life::BOOTING;
@@ -269,6 +282,7 @@ Cycles Module::next_pass() const {
     return state_since_ + ((now_ - state_since_) / BREATH_STEP + 1) * BREATH_STEP;
 }
 
+// A burst takes a pass a frame, so that interrupts come between its frames.
 void Module::pass() {
     if (burst_.job == JOB_NONE)
         do_job(main_loop_job(&orders_));
@@ -311,7 +325,8 @@ void Module::set_up() {
     follow_state(before);
 }
 
-// Calls loop(), and again at each tick up to the next one that brings more than itself.
+// Calls loop(), and again at each tick up to the next one that brings more than itself. A loop()
+// that took time is called again at once.
 void Module::run_loop() {
     Cycles quiet_until = orders_answer_due(&orders_) ? 0 : until_;
     if (!can_inbox_.empty()) quiet_until = std::min(quiet_until, can_inbox_.front().at);
@@ -355,6 +370,7 @@ bool Module::send_burst_frame() {
     return true;
 }
 
+// Records from before RUN are thrown away; loop() follows without waiting for a tick.
 void Module::end_burst() {
     const uint8_t job = burst_.job;
     burst_end(&burst_, &orders_);
@@ -364,13 +380,14 @@ void Module::end_burst() {
     loop_due_ = true;
 }
 
-/// Notes a change of the state, which was `before`.
+/// Notes a change of the state, which was `before`. The light that breathing leaves stays.
 void Module::follow_state(uint8_t before) {
     if (orders_.state == before) return;
     if (before == STATE_IDLE) lights_.fill(breathing(now_));
     state_since_ = now_;
 }
 
+// Only a reset brings it back.
 void Module::stop(EventKind kind, std::string text) {
     report(kind, std::move(text));
     life_ = Life::STOPPED;

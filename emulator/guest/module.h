@@ -2,12 +2,12 @@
 ///
 /// The runtime itself is kilogrid_modules/runtime/core, the same C as on the chip: orders, bursts,
 /// turns, records, answers. Here is what the chip's drivers do around it: a CAN controller with two
-/// buffers, four cells with lights, one transmitter and one receiver, timer 0, the main loop, and the
-/// calls of the module API.
+/// buffers, four cells with lights, one transmitter and one receiver, timer 0, the main loop, and
+/// the calls of the module API.
 ///
-/// As with a robot, the program takes no time and loop() is called once a tick. A module is run ahead
-/// to a moment before which nothing from outside can reach it (lookahead); every output carries its
-/// time, and the result equals that of running it tick by tick.
+/// As with a robot, the program takes no time and loop() is called once a tick. A module is run
+/// ahead to a moment before which nothing from outside can reach it (lookahead); every output
+/// carries its time, and the result equals that of running it tick by tick.
 ///
 /// Not thread-safe: one module runs at a time in a thread, on that thread's guest stack.
 #ifndef KILOTWIN_GUEST_MODULE_H
@@ -97,9 +97,9 @@ class Module {
         uint64_t frames_missed = 0;   ///< came while the controller's two buffers were full
     };
 
-    /// Module `index` at column `x`, row `y`, switched on at `power_up`; `tick` is the length of its
-    /// tick by its own oscillator. `image`, program.state_bytes() bytes, holds its program's state
-    /// and belongs to the caller. Throws EngineError if `program` is a robot's.
+    /// Module `index` at column `x`, row `y`, switched on at `power_up`; `tick` is the length of
+    /// its tick by its own oscillator. `image`, program.state_bytes() bytes, holds its program's
+    /// state and belongs to the caller. Throws EngineError if `program` is a robot's.
     Module(ModuleContext &context, Program &program, uint32_t index, uint8_t x, uint8_t y,
            Cycles tick, Cycles power_up, uint8_t *image);
     ~Module();
@@ -129,8 +129,8 @@ class Module {
     void answer(Answer answer);
 
     /// The earliest moment at which the module may stop at a frame by infrared, or put one on the
-    /// bus, if nothing reaches it before; NEVER if none. It need not be run before then: nothing else
-    /// it does has an effect outside (its lights are right only as far as it was run).
+    /// bus, if nothing reaches it before; NEVER if none. It need not be run before then: nothing
+    /// else it does has an effect outside (its lights are right only as far as it was run).
     Cycles next_event() const;
 
     /// Takes a CAN frame that passed filters(), complete at `at`, not earlier than the time run up
@@ -145,18 +145,19 @@ class Module {
     void receive_ir(Cycles at, uint8_t cell, const message_t &message,
                     distance_measurement_t distance, bool crc_error);
 
-    /// A frame is coming in at the cell listened to from `begin` to `end`: the receiver stays there.
-    /// In order of time.
+    /// A frame is coming in at the cell listened to from `begin` to `end`: the receiver stays
+    /// there. In order of time.
     void hold_receiver(Cycles begin, Cycles end);
 
     /// The cell that the receiver listens to at `at`, a dwell of 10.24 ms each. Times must not go
     /// back.
     uint8_t listening_cell(Cycles at);
 
-    /// Power cycle at `at`, not earlier than the time run up to: starts from main() again. The EEPROM
-    /// stays.
+    /// Power cycle at `at`, not earlier than the time run up to: starts from main() again. The
+    /// EEPROM stays.
     void reset(Cycles at);
 
+    // Identity and state, for reading at any time.
     uint32_t index() const { return index_; }
     uint8_t x() const { return x_; }
     uint8_t y() const { return y_; }
@@ -170,8 +171,8 @@ class Module {
     /// Light of `cell` at `at`, up to which the module has been run.
     CellLight light(uint8_t cell, Cycles at) const;
 
-    /// A byte of its EEPROM of EEPROM_BYTES; addresses wrap. What is written counts from the next use
-    /// on.
+    /// A byte of its EEPROM of EEPROM_BYTES; addresses wrap. What is written counts from the next
+    /// use on.
     uint8_t eeprom(uint16_t address) const;
     void set_eeprom(uint16_t address, uint8_t value);
 
@@ -188,6 +189,7 @@ class Module {
     enum class Life : uint8_t { OFF, BOOTING, ALIVE, STOPPED };
     enum class Asking : uint8_t { NOTHING, TURN, AT_ONCE };  ///< why it is about to send
 
+    /// Inputs that wait for their time; their interrupts come then.
     struct CanReception {
         Cycles at;
         CanFrame frame;
@@ -215,6 +217,7 @@ class Module {
         bool nested_;
     };
 
+    /// Functions that the guest calls.
     static const kt_module_host_t MODULE_HOST;
     static const kt_host_t HOST;
     struct HostCalls;
@@ -275,7 +278,8 @@ class Module {
     void budget_spent(const uint8_t *frame);
     void came_back() { busy_.came_back(*program_->table().budget); }
 
-    inline static Module *running_ = nullptr;  ///< the one that the guest's calls act on
+    /// The module that the guest's calls act on.
+    inline static Module *running_ = nullptr;
 
     ModuleContext &context_;
     Program *program_;
@@ -288,6 +292,7 @@ class Module {
     InfraredGains gains_;
     BusyWatch busy_;
 
+    // Time.
     Cycles now_;
     Cycles until_ = 0;
     Cycles unheard_until_ = 0;  ///< frames that end before need no answer
@@ -300,6 +305,7 @@ class Module {
     Cycles repeat_at_ = 0;  ///< the next round of a forwarded message
     Cycles dwell_end_;      ///< when the receiver goes to the next cell
     Cycles held_from_ = 0, held_until_ = 0;
+    // Program and outputs.
     void (*setup_)(void) = nullptr;
     void (*loop_)(void) = nullptr;
     uint64_t rand_hard_draws_ = 0;
@@ -317,17 +323,17 @@ class Module {
     uint8_t dwell_cell_ = 0;     ///< the receiver's
     uint8_t buffered_ = 0;       ///< CAN frames that came since it is busy
     uint8_t tec_ = 0, rec_ = 0;
-    uint8_t noted_ = 0;  ///< Mistakes
+    uint8_t noted_ = 0;  ///< mistakes (fault.h) that were reported
     Life life_ = Life::OFF;
     Asking asking_ = Asking::NOTHING;
-    Asking answered_ = Asking::NOTHING;  ///< what answer_ is to; to be acted upon
+    Asking answered_ = Asking::NOTHING;  ///< the question to answer_, until settle() acts on it
     Answer answer_ = Answer::SENT;
     bool broadcast_pending_ = false;
-    bool loop_due_ = false;
-    bool in_program_ = false;
-    bool in_interrupt_ = false;
-    bool interrupts_off_ = false;
-    bool tick_pending_ = false;
+    bool loop_due_ = false;        ///< a tick has passed since loop() came back
+    bool in_program_ = false;      ///< on the guest stack, in code of the program
+    bool in_interrupt_ = false;    ///< in one of its callbacks
+    bool interrupts_off_ = false;  ///< by cli()
+    bool tick_pending_ = false;    ///< one came meanwhile
     orders_t orders_;
     burst_t burst_{};  ///< the one on its way, if its job is not JOB_NONE
 };

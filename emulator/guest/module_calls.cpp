@@ -32,6 +32,7 @@ struct Module::HostCalls {
         module.came_back();
     }
 
+    // main()'s frames are not needed any more.
     static void start(void (*setup)(void), void (*loop)(void)) {
         running_->setup_ = setup;
         running_->loop_ = loop;
@@ -69,6 +70,7 @@ struct Module::HostCalls {
         running_->set_eeprom(address, value);
     }
 
+    // A tick that was due while interrupts were off comes at once.
     static void interrupts(uint8_t on) {
         auto &module = *running_;
         module.interrupts_off_ = !on;
@@ -78,6 +80,7 @@ struct Module::HostCalls {
         }
     }
 
+    // After a retry the next match may be nearer than a tick.
     static uint8_t timer0() {
         const auto &module = *running_;
         const Cycles next = std::min(module.next_tick_, module.now_ + module.tick_);
@@ -122,7 +125,7 @@ struct Module::HostCalls {
         sending = static_cast<uint8_t>(message != nullptr ? sending | bit : sending & ~bit);
         if (message == nullptr) return;
         auto &kept = running_->cell_messages_[cell];
-        // Most programs say the same again and again; 0 may stand for no checksum yet.
+        // Most programs repeat the same message; a checksum of 0 may stand for none yet.
         const bool same = std::memcmp(message, &kept, offsetof(message_t, crc)) == 0;
         if (same && kept.crc != 0) return;
         kept = *message;
@@ -134,6 +137,7 @@ struct Module::HostCalls {
         running_->came_back();
     }
 
+    // Answers that are due go out before it.
     static void send_can(const kt_can_message_t *message, uint8_t x, uint8_t y, uint8_t type) {
         auto &module = *running_;
         const uint16_t id = kilogrid_id({x, y, type});
@@ -174,7 +178,8 @@ void Module::attend_stack() {
     GuestStack::instance().set_handlers(HostCalls::empty_loop, HostCalls::mistake);
 }
 
-// Time passes up to `wake`; interrupts at that moment come before the program goes on.
+// Lets time pass up to `wake`; interrupts at that moment come before the program goes on. Where
+// run() ends before, the program is suspended.
 void Module::wait_until(Cycles wake) {
     const auto &table = program_->table();
     if (table.settle != nullptr) table.settle();
@@ -192,6 +197,7 @@ void Module::wait_until(Cycles wake) {
     now_ = std::max(now_, wake);
 }
 
+// A program that waits for an interrupt in a loop goes on at the next one.
 void Module::budget_spent(const uint8_t *frame) {
     const auto finding = busy_.look(*program_, frame, GuestStack::instance().top());
     if (finding == BusyWatch::Finding::LOOKING) return;

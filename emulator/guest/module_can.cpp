@@ -25,6 +25,7 @@ void Module::receive_can(Cycles at, const CanFrame &frame) {
     insert_by_time(can_inbox_, CanReception{at, frame});
 }
 
+// The world counts it, and so does the health report until the next reset.
 void Module::miss_frame() {
     counts_.frames_missed++;
     orders_count_refused(&orders_, 1);
@@ -32,6 +33,7 @@ void Module::miss_frame() {
 
 // Orders
 
+// The core decides; here is done what it names, at the interrupt's time.
 void Module::take_can() {
     const CanFrame frame = can_inbox_.front().frame;
     can_inbox_.erase(can_inbox_.begin());
@@ -71,6 +73,7 @@ void Module::forward() {
     follow_state(before);
 }
 
+// The program is gone, with all that it was doing; timer 0 is off.
 void Module::enter_boot_loader() {
     next_tick_ = NEVER;
     burst_.job = JOB_NONE;
@@ -102,6 +105,7 @@ void Module::restart() {
     GuestStack::instance().abandon();
 }
 
+// The program's buffer is one: it is valid until the callback returns.
 void Module::hand_over(const CanFrame &frame) {
     const auto &api = *program_->table().module;
     api.can_message->id = frame.id;
@@ -148,6 +152,7 @@ void Module::answer_health(uint8_t part) {
     queue_answer(frame, 0);
 }
 
+// Volatile memory of the program: copied byte by byte.
 uint16_t Module::configuration_crc() const {
     const auto &api = *program_->table().module;
     std::array<uint8_t, MODULE_CONFIGURATION_BUFFER_SIZE> bytes;

@@ -6,6 +6,7 @@
 
 namespace kilotwin {
 
+// With interrupts off the timer's flag is set all the same, once.
 Cycles Module::next_interrupt() const {
     if (interrupts_off_) return next_tick_;
     Cycles next = next_tick_;
@@ -14,6 +15,7 @@ Cycles Module::next_interrupt() const {
     return next;
 }
 
+// Priorities of a moment: timer, CAN, infrared.
 void Module::serve_interrupt(Cycles at) {
     now_ = std::max(now_, at);
     if (at == next_tick_) {
@@ -79,6 +81,7 @@ void Module::answer(Answer answer) {
     if (answer == Answer::SENT) keep_busy(now_ + FRAME_CYCLES);
 }
 
+// Acts on the answer, when the module goes on. A failed attempt takes the time of listening.
 void Module::settle() {
     const Asking why = answered_;
     answered_ = Asking::NOTHING;
@@ -95,7 +98,8 @@ void Module::settle() {
     next_tick_ = now_ + turns_retry(&turns_, (*table.random)()) * COUNT_CYCLES;
 }
 
-// Interrupts are off while a frame goes out: the CAN controller keeps two frames, the receiver none.
+// Interrupts are off while a frame goes out: the CAN controller keeps two frames, the receiver
+// none.
 void Module::keep_busy(Cycles until) {
     now_ = busy_until_ = until;
     buffered_ = 0;
@@ -114,6 +118,7 @@ void Module::keep_busy(Cycles until) {
                   [this](const auto &reception) { return reception.at < busy_until_; });
 }
 
+// The buffer of a cell is the program's until its next message; the distance is one for all.
 void Module::take_cell_message() {
     const CellReception reception = cell_inbox_.front();
     cell_inbox_.erase(cell_inbox_.begin());
@@ -124,6 +129,8 @@ void Module::take_cell_message() {
     const Interrupt interrupt(*this);
     (*table.module->ir_rx)(&table.rx_message[cell], cell, table.rx_distance, reception.crc_error);
 }
+
+// The receiver
 
 void Module::receive_ir(Cycles at, uint8_t cell, const message_t &message,
                         distance_measurement_t distance, bool crc_error) {
@@ -137,6 +144,7 @@ void Module::hold_receiver(Cycles begin, Cycles end) {
     held_until_ = end;
 }
 
+// Jumps over the dwells since the last call by division, as stepping through them would go.
 uint8_t Module::listening_cell(Cycles at) {
     if (dwell_end_ > at) return dwell_cell_;
     // Dwells that end before a moment. At the end of one that is held the cell stays.

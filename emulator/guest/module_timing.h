@@ -1,5 +1,5 @@
-/// Durations of a module's runtime in cycles: those of the core (kilogrid_modules/runtime/core) in the
-/// engine's time base.
+/// Durations of a module's runtime in cycles: those of the core (kilogrid_modules/runtime/core) in
+/// the engine's time base.
 #ifndef KILOTWIN_GUEST_MODULE_TIMING_H
 #define KILOTWIN_GUEST_MODULE_TIMING_H
 
@@ -11,19 +11,20 @@
 
 namespace kilotwin {
 
+/// A millisecond, 8,000 cycles.
 constexpr Cycles MS = CYCLES_PER_SECOND / 1000;
 
-/// The receiver's visit to a cell.
+/// Dwell of the receiver on a cell.
 constexpr Cycles DWELL_CYCLES = TURNS_DWELL_UNITS * COUNT_CYCLES;
 
-/// module_init() shows the lights, with interrupts off.
+/// Length of module_init(), which shows the lights with interrupts off.
 constexpr Cycles SHOW_STEP = SHOW_STEP_MS * MS;
 constexpr Cycles INIT_CYCLES = SHOW_STEPS * SHOW_STEP;
 
 /// A pass of the idle module's main loop.
 constexpr Cycles BREATH_STEP = BREATH_STEP_MS * MS;
 
-/// Gaps between the frames of an answer.
+/// Gaps between the frames of an answer to a poll.
 constexpr Cycles AFTER_START = ANSWERS_AFTER_START_US * MS / 1000;
 constexpr Cycles AFTER_RECORD = ANSWERS_AFTER_RECORD_US * MS / 1000;
 

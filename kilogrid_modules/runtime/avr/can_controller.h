@@ -33,8 +33,8 @@ bool runtime_can_controller_init(const uint16_t ids[CAN_FILTERS], uint16_t mask)
 /// Takes the oldest frame out of the two receive buffers; false: both are empty.
 bool runtime_can_controller_receive(can_frame_t *frame);
 
-/// Queues a frame in the one transmit buffer that is used, so that frames keep their order. False if
-/// the frame before still waits for the bus.
+/// Queues a frame in the one transmit buffer that is used, so that frames keep their order. False
+/// if the frame before still waits for the bus.
 bool runtime_can_controller_send(const can_frame_t *frame);
 
 /// Reads the error counters, and clears the mark of missed frames.

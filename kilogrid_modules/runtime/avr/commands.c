@@ -9,7 +9,8 @@
 #include "infrared.h"
 #include "module.h"
 
-// Address of the boot section in bytes. An absolute jump: a call through a pointer would count words.
+// Address of the boot section in bytes. An absolute jump: a call through a pointer would count
+// words.
 #define BOOT_LOADER "0x7000"
 
 orders_t runtime_orders;

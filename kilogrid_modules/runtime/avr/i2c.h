@@ -1,4 +1,5 @@
-/// Driver of the I2C bus to the LED driver, 100 kbit/s. Busy waiting: 0.1 ms a byte. Main loop only.
+/// Driver of the I2C bus to the LED driver, 100 kbit/s. Busy waiting: 0.1 ms a byte. Main loop
+/// only.
 #ifndef MODULE_AVR_I2C_H
 #define MODULE_AVR_I2C_H
 

@@ -1,5 +1,5 @@
-/// Tracking records on the chip: the memory around core/record_store.h (next_CAN_message() is how programs
-/// add one).
+/// Tracking records on the chip: the memory around core/record_store.h (next_CAN_message() is how
+/// programs add one).
 #ifndef MODULE_AVR_RECORDS_H
 #define MODULE_AVR_RECORDS_H
 

@@ -1,5 +1,5 @@
-/// Bursts: infrared messages that the main loop sends in a row on behalf of the host, and the lights
-/// that go with them (hardware.md 3.3, 3.7).
+/// Bursts: infrared messages that the main loop sends in a row on behalf of the host, and the
+/// lights that go with them (hardware.md 3.3, 3.7).
 ///
 /// Pure. A burst holds a copy of what it sends, so that the next page may come in while one goes
 /// out. The driver takes frame after frame, adds the checksum and sends:
@@ -56,12 +56,12 @@ void burst_begin(burst_t *burst, orders_t *orders, job_t job);
 /// The light change that is due before the next frame, or, if there is none, before the burst ends.
 burst_light_t burst_light(const burst_t *burst, const orders_t *orders);
 
-/// Takes the next frame; false: the burst is over. RUN stops between two rounds once the state is no
-/// longer RUNNING; the others go to their end.
+/// Takes the next frame; false: the burst is over. RUN stops between two rounds once the state is
+/// no longer RUNNING; the others go to their end.
 bool burst_next(burst_t *burst, const orders_t *orders, burst_frame_t *frame);
 
-/// Ends the burst: the robots count as started if the state is RUNNING still; after the last page of
-/// a lap the next cell has its turn. Interrupts off.
+/// Ends the burst: the robots count as started if the state is RUNNING still; after the last page
+/// of a lap the next cell has its turn. Interrupts off.
 void burst_end(burst_t *burst, orders_t *orders);
 
 #ifdef __cplusplus

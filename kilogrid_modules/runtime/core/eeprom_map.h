@@ -1,9 +1,9 @@
-/// EEPROM map of a Kilogrid module (hardware.md 3.3): what the 1,024 bytes hold beside the tables of
-/// infrared gains, which lie where a robot has them (hardware.md 1.9).
+/// EEPROM map of a Kilogrid module (hardware.md 3.3): what the 1,024 bytes hold beside the tables
+/// of infrared gains, which lie where a robot has them (hardware.md 1.9).
 ///
 /// An erased byte reads 0xFF: a module whose place was never written receives broadcasts only, and
-/// calibration is not restricted. The boot loader of the published modules keeps the mark of a valid
-/// program at 0xB4 as well, a clash in its source.
+/// calibration is not restricted. The boot loader of the published modules keeps the mark of a
+/// valid program at 0xB4 as well, a clash in its source.
 #ifndef MODULE_CORE_EEPROM_MAP_H
 #define MODULE_CORE_EEPROM_MAP_H
 

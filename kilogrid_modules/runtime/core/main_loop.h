@@ -1,8 +1,8 @@
 /// The main loop of a module: which job comes next. Pure.
 ///
-/// On the chip the loop goes round for ever. The emulator jumps from one job to the next: a job that
-/// is JOB_NONE or JOB_BREATHE now stays so until a frame or the program changes the orders, except
-/// that an answer may be due (orders_answer_due()).
+/// On the chip the loop goes round for ever. The emulator jumps from one job to the next: a job
+/// that is JOB_NONE or JOB_BREATHE now stays so until a frame or the program changes the orders,
+/// except that an answer may be due (orders_answer_due()).
 #ifndef MODULE_CORE_MAIN_LOOP_H
 #define MODULE_CORE_MAIN_LOOP_H
 

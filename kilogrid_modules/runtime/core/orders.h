@@ -64,8 +64,8 @@ typedef struct {
     transfer_t transfer;             ///< what takes more than one frame
 } orders_t;
 
-/// Calibration area: where CALIB is forwarded, as it lies in the EEPROM from EEPROM_CALIB_RESTRICTED
-/// on. Robots elsewhere keep their motor values.
+/// Calibration area: where CALIB is forwarded, as it lies in the EEPROM from
+/// EEPROM_CALIB_RESTRICTED on. Robots elsewhere keep their motor values.
 typedef struct {
     uint8_t restricted;  ///< 1: only within the bounds
     uint8_t x_min, x_max, y_min, y_max;
@@ -107,7 +107,8 @@ void orders_end_setup(orders_t *orders);
 /// Takes the request for the tracking records. True if there was one.
 bool orders_take_poll(orders_t *orders);
 
-/// Takes the request for a part of the health report, 0 or 1. True if there was one. Interrupts off.
+/// Takes the request for a part of the health report, 0 or 1. True if there was one. Interrupts
+/// off.
 bool orders_take_health(orders_t *orders, uint8_t part);
 
 /// Whether the host has requested anything that was not taken.

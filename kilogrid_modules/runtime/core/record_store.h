@@ -1,9 +1,9 @@
 /// Store of the tracking records that wait for the host's next poll: a ring of ten places.
 ///
 /// The ring counts places only; the driver owns the records. Bytes alone, so that it has one layout
-/// for every compiler: in the emulator it lies in the memory of the module's program. Every function
-/// is a few instructions; a program adds records from interrupts as well as from loop(), so that the
-/// driver calls them with interrupts off.
+/// for every compiler: in the emulator it lies in the memory of the module's program. Every
+/// function is a few instructions; a program adds records from interrupts as well as from loop(),
+/// so that the driver calls them with interrupts off.
 #ifndef MODULE_CORE_RECORD_STORE_H
 #define MODULE_CORE_RECORD_STORE_H
 
@@ -22,8 +22,8 @@ typedef struct {
 /// No place is free.
 #define RECORD_STORE_FULL 0xFF
 
-/// The place for a new record, which counts as waiting from now on; RECORD_STORE_FULL, and counted, if
-/// there is none.
+/// The place for a new record, which counts as waiting from now on; RECORD_STORE_FULL, and counted,
+/// if there is none.
 static inline uint8_t record_store_add(record_store_t *store) {
     if (store->used < CAN_MESSAGE_BUFFER_SIZE) {
         const uint8_t place = (uint8_t)(store->first + store->used) % CAN_MESSAGE_BUFFER_SIZE;
@@ -34,8 +34,8 @@ static inline uint8_t record_store_add(record_store_t *store) {
     return RECORD_STORE_FULL;
 }
 
-/// The place of the oldest record, which has to be read before the next record_store_add(). Only while
-/// records wait.
+/// The place of the oldest record, which has to be read before the next record_store_add(). Only
+/// while records wait.
 static inline uint8_t record_store_take(record_store_t *store) {
     const uint8_t place = store->first;
     store->first = (uint8_t)((place + 1) % CAN_MESSAGE_BUFFER_SIZE);

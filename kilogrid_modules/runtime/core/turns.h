@@ -1,11 +1,11 @@
-/// Turns of the four cells to repeat their messages by infrared: one turn every four ticks, the cells
-/// in order (hardware.md 3.4).
+/// Turns of the four cells to repeat their messages by infrared: one turn every four ticks, the
+/// cells in order (hardware.md 3.4).
 ///
-/// Timer 0 counts units of 128 us; a compare match is a tick (timer.h). An ordinary tick adds 255 to
-/// a clock, and past 977 units the next cell has its turn. A cell that finds the channel busy gives
-/// its turn up and starts the timer anew with a random match: the next tick comes early, and counts.
-/// One that finds the receiver in the middle of a frame keeps its turn and tries again at the next
-/// tick.
+/// Timer 0 counts units of 128 us; a compare match is a tick (timer.h). An ordinary tick adds 255
+/// to a clock, and past 977 units the next cell has its turn. A cell that finds the channel busy
+/// gives its turn up and starts the timer anew with a random match: the next tick comes early, and
+/// counts. One that finds the receiver in the middle of a frame keeps its turn and tries again at
+/// the next tick.
 ///
 /// Pure: the driver owns the turns_t, which belongs to the timer's interrupt, and the timer.
 #ifndef MODULE_CORE_TURNS_H

@@ -1,7 +1,8 @@
 /// Light of the cells: red, green and blue LEDs of each.
 ///
-/// To be called from setup() and loop() only: a call takes 0.5 ms a cell on the I2C bus. Cells above 3
-/// are ignored. Orders of the host may change the light as well (states in hardware.md 3.3).
+/// To be called from setup() and loop() only: a call takes 0.5 ms a cell on the I2C bus. Cells
+/// above 3 are ignored. Orders of the host may change the light as well (states in hardware.md
+/// 3.3).
 #ifndef KILOGRID_MODULE_LED_H
 #define KILOGRID_MODULE_LED_H
 

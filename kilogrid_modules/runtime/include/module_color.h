@@ -1,6 +1,7 @@
 /// Colours of the cells' LEDs, for programs (moduleLED.h) and for the runtime itself.
 ///
-/// A colour switches LEDs on; how bright they are is a pulse width of 0..255, the same for all three.
+/// A colour switches LEDs on; how bright they are is a pulse width of 0..255, the same for all
+/// three.
 #ifndef KILOGRID_MODULE_COLOR_H
 #define KILOGRID_MODULE_COLOR_H
 
