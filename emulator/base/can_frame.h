@@ -10,8 +10,8 @@ namespace kilotwin {
 
 /// Plain data, 12 bytes; compares by content.
 struct CanFrame {
-    static constexpr uint16_t ID_MAX = 0x7FF;
-    static constexpr size_t DATA_MAX = 8;
+    static constexpr uint16_t ID_MAX = 0x7FF;  ///< 11 bits
+    static constexpr size_t DATA_MAX = 8;      ///< bytes
 
     uint16_t id = 0;   ///< 0 to ID_MAX: an address, see kilogrid_modules/protocol/address.h
     uint8_t dlc = 0;   ///< data bytes, 0 to DATA_MAX; a remote frame requests as many

@@ -16,32 +16,32 @@ namespace kilotwin {
 /// What a draw is for. Numbers are part of "same seed, same result": never change or reuse one.
 /// 1 to 31 robots, 32 to 39 chips on boards, 40 to 63 modules and cells, 64 CAN, 72 twins.
 enum class Purpose : uint32_t {
-    PLACE = 1,
-    HEADING = 2,
-    POWER_UP = 3,
-    RAND_HARD = 4,
-    CLOCK = 5,
-    RANGE = 6,
-    SENSITIVITY = 7,
-    FRAME_LOSS = 8,
-    LOW_GAIN = 9,
-    HIGH_GAIN = 10,
-    SPEED = 11,
-    LEFT_BIAS = 12,
-    RIGHT_BIAS = 13,
-    LEFT_NOISE = 14,
-    RIGHT_NOISE = 15,
-    LIGHT = 16,
-    CONVERTER_NOISE = 32,
-    LOST_PULSE = 33,
-    MODULE_RAND_HARD = 40,
-    MODULE_CONVERTER_NOISE = 41,
-    MODULE_POWER_UP = 48,
-    MODULE_CLOCK = 49,
-    WEAK_LIGHT = 50,
-    CELL_LOSS = 51,
-    CAN_ERROR = 64,
-    DIFFERENTIAL_INPUT = 72,
+    PLACE = 1,         ///< where a robot without a pose starts: x, y, and again while it overlaps
+    HEADING = 2,       ///< which way it looks there
+    POWER_UP = 3,      ///< its time zero
+    RAND_HARD = 4,     ///< bytes of rand_hard()
+    CLOCK = 5,         ///< its oscillator error
+    RANGE = 6,         ///< how far it is received
+    SENSITIVITY = 7,   ///< its receiver, compared with others
+    FRAME_LOSS = 8,    ///< whether a frame is lost at it
+    LOW_GAIN = 9,      ///< noise of the low-gain reading
+    HIGH_GAIN = 10,    ///< noise of the high-gain reading
+    SPEED = 11,        ///< its speed, compared with others
+    LEFT_BIAS = 12,    ///< its left motor, for the whole run
+    RIGHT_BIAS = 13,   ///< likewise
+    LEFT_NOISE = 14,   ///< its left motor, from second to second
+    RIGHT_NOISE = 15,  ///< likewise
+    LIGHT = 16,        ///< not drawn now
+    CONVERTER_NOISE = 32,         ///< lowest bit of a conversion
+    LOST_PULSE = 33,              ///< which pulse of a lost frame is not seen
+    MODULE_RAND_HARD = 40,        ///< bytes of rand_hard()
+    MODULE_CONVERTER_NOISE = 41,  ///< lowest bit of a conversion
+    MODULE_POWER_UP = 48,         ///< a module's time zero
+    MODULE_CLOCK = 49,            ///< its oscillator error
+    WEAK_LIGHT = 50,              ///< spells in which a robot is hardly received
+    CELL_LOSS = 51,               ///< whether a frame is lost at a cell
+    CAN_ERROR = 64,               ///< whether an error destroys a frame
+    DIFFERENTIAL_INPUT = 72,      ///< inputs of a differential test
 };
 
 /// See above. 8 bytes; all calls are const and may come from any thread.
@@ -70,7 +70,7 @@ class Chance {
     }
 
   private:
-    // Standardise the sum of eight uniform numbers of 16 bits.
+    // Standardise the sum of eight uniform numbers of 16 bits: subtract their mean, scale to sd 1.
     static constexpr double MEAN_OF_EIGHT = 4 * 0xFFFF;
     static constexpr double SCALE = 1.224744871391589 * 0x1p-16;  // sqrt(12 / 8)
 
@@ -83,7 +83,7 @@ class Chance {
         return r123::Philox4x32()(counter, key);
     }
 
-    uint64_t seed_;
+    uint64_t seed_;  ///< the generator's key; robot, purpose and n are its counter
 };
 
 }  // namespace kilotwin

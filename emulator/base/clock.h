@@ -13,15 +13,18 @@
 
 namespace kilotwin {
 
+/// A moment, or a span of time.
 using Cycles = uint64_t;
 
-/// Later than any moment.
+/// Later than any moment: of what does not happen.
 constexpr Cycles NEVER = std::numeric_limits<Cycles>::max();
+/// Of a chip without oscillator error.
 constexpr Cycles CYCLES_PER_SECOND = 8'000'000;
 /// 32.768 ms, nominal (hardware.md 1.6).
 constexpr Cycles TICK_CYCLES = TICK_COUNTS * COUNT_CYCLES;
 /// One infrared frame with its last slot, 4.371 ms (hardware.md 1.6).
 constexpr Cycles FRAME_CYCLES = FRAME_BYTES * BYTE_SLOTS * SLOT_CYCLES;
+/// A cycle and a tick in seconds.
 constexpr double CYCLE_S = 1.0 / static_cast<double>(CYCLES_PER_SECOND);
 constexpr double TICK_S = static_cast<double>(TICK_CYCLES) * CYCLE_S;
 

@@ -22,7 +22,7 @@ class Earliest {
         : leaves_(std::bit_ceil(std::max(count, 1U))),
           nodes_(2 * size_t{leaves_}, NEVER) {}
 
-    /// The time of a thing.
+    /// The time of a thing, which is below `count`. One load.
     Cycles at(uint32_t thing) const { return nodes_[leaves_ + thing]; }
 
     /// Sets the time of a thing, earlier or later than it was. At most log2(count) steps, and
@@ -52,8 +52,8 @@ class Earliest {
     }
 
   private:
-    uint32_t leaves_;
-    std::vector<Cycles> nodes_;
+    uint32_t leaves_;            ///< a power of two, at least `count`
+    std::vector<Cycles> nodes_;  ///< 1 is the root, children of n are 2n and 2n + 1
 };
 
 }  // namespace kilotwin

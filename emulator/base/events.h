@@ -24,11 +24,11 @@ inline const char *name_of(EventKind kind) {
 /// sorts them by time before it hands them out.
 struct Event {
     Cycles at;            ///< the robot's own time
-    uint32_t robot;       ///< index
+    uint32_t robot;       ///< index; of a module its number in the grid
     uint32_t tick;        ///< the robot's kilo_ticks
     std::string program;  ///< name of the robot's program
-    EventKind kind;
-    std::string text;  ///< what it printed, or a sentence for people
+    EventKind kind;       ///< decides whether the robot goes on
+    std::string text;     ///< what it printed, or a sentence for people
 };
 
 /// In the order in which robots were run.

@@ -25,7 +25,8 @@ constexpr size_t cache_lines(size_t bytes) {
 /// robot has, and that are mostly short.
 template <typename T, size_t N> using Few = boost::container::small_vector<T, N>;
 
-/// Records of all robots, by index.
+/// Records of all robots, by index. They never grow during a run, so that references into them stay
+/// valid.
 template <typename T> using Swarm = std::vector<T>;
 
 }  // namespace kilotwin

@@ -15,7 +15,7 @@ uint16_t crc_of(const uint8_t *bytes, size_t count);
 /// The CRC of a message's data and type, which belongs into its field `crc`.
 uint16_t crc_of(const message_t &message);
 
-/// Whether a message's field `crc` is right.
+/// Whether a message's field `crc` is right: receivers drop it otherwise.
 bool crc_is_right(const message_t &message);
 
 /// The last message of a sender, and whether its CRC is right. Most senders repeat themselves, so
@@ -30,11 +30,12 @@ class CheckedMessage {
     }
     /// The last message; all zero before the first.
     const message_t &message() const { return message_; }
+    /// Whether a receiver takes it.
     bool crc_is_right() const { return right_; }
 
   private:
-    message_t message_ = {};
-    bool right_ = kilotwin::crc_is_right({});
+    message_t message_ = {};                   ///< the last one
+    bool right_ = kilotwin::crc_is_right({});  ///< of message_
 };
 
 }  // namespace kilotwin

@@ -9,10 +9,11 @@
 
 namespace kilotwin {
 
-/// From `at` on the motors have these duties: 0 (off) to 255, as written to the PWM registers.
+/// One order for both motors: from `at` on they have these duties, 0 (off) to 255, as written to
+/// the PWM registers. Holds until the next one.
 struct MotorCommand {
-    Cycles at;
-    uint8_t left, right;
+    Cycles at;            ///< world time
+    uint8_t left, right;  ///< duties
 };
 
 }  // namespace kilotwin

@@ -44,6 +44,8 @@ template <typename T> class StepSorter {
     }
 
   private:
+    /// Counting sort: items in order of spans, within a span as they came. Leaves short lists as
+    /// they are.
     template <typename Time>
     void spread(std::vector<T> &items, Cycles begin, Cycles step, Time time) {
         constexpr size_t SHORT = 8;
@@ -60,7 +62,7 @@ template <typename T> class StepSorter {
     }
 
     std::vector<uint32_t> first_;  ///< by span: where its items begin in sorted_
-    std::vector<T> sorted_;
+    std::vector<T> sorted_;        ///< items in order of spans, until they are swapped in
 };
 
 }  // namespace kilotwin

@@ -7,6 +7,7 @@
 
 namespace kilotwin {
 
+/// To the nearest double.
 constexpr double PI = 3.14159265358979323846;
 
 /// (cos, sin) of an angle in radians, |angle| <= 1e6. Absolute error below 1e-15 within one turn.
@@ -21,7 +22,7 @@ struct Arc {
 /// error below 1e-15 within one turn; for angle = 0 exactly (1, 0).
 Arc arc(double angle);
 
-/// The same angle in [-pi, pi).
+/// The same angle in [-pi, pi), rad. For angles of many turns the error grows with their number.
 double wrapped(double angle);
 
 }  // namespace kilotwin

@@ -11,10 +11,11 @@ namespace kilotwin {
 
 /// A disc or an upright rectangle: the shape of arenas and sites.
 struct Region {
+    /// The only two for now; sides of a rectangle are parallel to the axes.
     enum class Shape { CIRCLE, RECTANGLE };
     Shape shape;
-    Eigen::Vector2d centre;
-    Eigen::Vector2d size;  ///< width and height; a circle's are both its diameter
+    Eigen::Vector2d centre;  ///< (0, 0) for an arena
+    Eigen::Vector2d size;    ///< width and height; a circle's are both its diameter
 
     /// Whether `point` lies inside or on the edge.
     bool contains(const Eigen::Vector2d &point) const;

@@ -138,7 +138,7 @@ class Bodies {
         Trajectory trajectory;
     };
 
-    void place_all();
+    void place_all();  ///< positions of all robots at the end of the step
     void apply_commands(uint32_t robot, Cycles until);
     const Trajectory &trajectory_before(uint32_t robot) const;
     FreeMotion &free_motion(uint32_t robot) {
@@ -173,15 +173,16 @@ class Bodies {
     // What follows it: touching_ to contacts_, and their poses back.
     void update_contacts();
     void step_contacts();
+    /// A body goes on from where the contact left it.
     void take_moved(size_t i, Cycles end);
     void classify_contacts();
     void find_wall_contacts(ContactBody &body) const;
-    void record_overlap(double gap_m);
+    void record_overlap(double gap_m);  ///< if it is negative
 
     const Arena &arena_;
     double radius_m_, margin_m_;
-    Cycles step_;
-    Cycles now_;  ///< begin of the current step
+    Cycles step_;  ///< length of a world step
+    Cycles now_;   ///< begin of the current step
     Chassis chassis_;
     double fastest_m_s_;
     double contact_gap_m_;  ///< robots farther apart, from rim to rim, cannot touch within a step
@@ -191,7 +192,7 @@ class Bodies {
     std::vector<Eigen::Vector2d> listed_at_;  ///< positions when the lists were made
     Cycles lists_due_;                        ///< when to check the next time whether they hold
     Cycles lists_hold_until_;
-    uint64_t list_rebuilds_ = 0;
+    uint64_t list_rebuilds_ = 0;  ///< so far
 
     // By robot. Records that one loop needs together share a cache line.
     Swarm<Trajectory> trajectories_;
@@ -202,7 +203,7 @@ class Bodies {
     std::vector<uint8_t> steps_apart_;     ///< held by contacts_: steps since it was in touching_
     std::vector<uint8_t> is_touching_;     ///< whether it is in touching_
     std::vector<Cycles> next_contact_;     ///< before this, nothing is near enough to touch
-    Swarm<Commands> commands_;
+    Swarm<Commands> commands_;             ///< by robot, those of this step and later
     Swarm<Candidates> candidates_;
     Swarm<FreeMotion> free_motions_;
 

@@ -58,9 +58,9 @@ class Trajectory {
     double heading_after(double time) const;
 
     Drive drive_;
-    Eigen::Vector2d origin_{0, 0}, ahead_{1, 0};
-    double heading_ = 0;
-    double since_ = 0;  ///< cycles; exact below 2^53
+    Eigen::Vector2d origin_{0, 0}, ahead_{1, 0};  ///< where and whither it set off
+    double heading_ = 0;                          ///< then
+    double since_ = 0;                            ///< cycles; exact below 2^53
 };
 
 }  // namespace kilotwin

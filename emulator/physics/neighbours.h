@@ -59,12 +59,15 @@ class Neighbours {
         return {ids.data() + begin[robot], ids.data() + begin[robot + 1]};
     }
 
+    // The steps of rebuild(), in order.
     void sort_into_cells(const std::vector<Eigen::Vector2d> &positions);
     void find_pairs();
+    /// Adds the pairs of the member at `place` with those from `begin` to `end`. Returns how many
+    /// pairs there are then.
     size_t add_pairs(size_t place, size_t begin, size_t end, size_t found);
     void list_pairs();
 
-    double reach_m_, skin_m_;
+    double reach_m_, skin_m_;        ///< see the constructor
     std::vector<size_t> begin_;      ///< by robot: where its list begins in ids_; and the end
     std::vector<uint32_t> ids_;      ///< all lists
     std::vector<size_t> old_begin_;  ///< of the lists before the last rebuild()

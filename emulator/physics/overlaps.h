@@ -24,9 +24,9 @@ class Overlaps {
 
   private:
     static constexpr double CLASS = 0.0001;
-    std::array<uint64_t, 2001> classes_{};
-    uint64_t contacts_ = 0;
-    double worst_ = 0;
+    std::array<uint64_t, 2001> classes_{};  ///< contacts by depth
+    uint64_t contacts_ = 0;                 ///< all of them
+    double worst_ = 0;                      ///< fraction of a diameter
 };
 
 }  // namespace kilotwin

@@ -25,6 +25,7 @@ Contacts::Contacts(const Arena &arena, const Profile &profile, SolverKind solver
       closed_form_{{profile.radius_m, profile.push_m_s2, drive_m_s, fastest_m_s}},
       solver_(make_solver(solver, arena, closed_form_.mechanics, robots)) {}
 
+// It goes on as its trajectory did: turned from the robot's frame into the world's.
 void Contacts::add(uint32_t robot, const Trajectory &trajectory, Cycles at) {
     const Eigen::Vector2d ahead = trajectory.ahead(at), v = trajectory.drive().velocity;
     auto &driven = driven_[robot];
@@ -38,6 +39,7 @@ void Contacts::add(uint32_t robot, const Trajectory &trajectory, Cycles at) {
 
 void Contacts::remove(uint32_t robot) { held_[robot] = false; }
 
+// Sorted, so that results do not depend on the order in which robots came near something.
 void Contacts::update() {
     auto gone = [this](uint32_t robot) { return !held_[robot]; };
     std::sort(robots_.begin(), robots_.end());
@@ -67,6 +69,7 @@ void Contacts::step(std::vector<ContactBody> &bodies, const std::vector<Islands:
     solver_->solve(islands_, step_s);
 }
 
+/// The body takes part in an island; which one, the solver finds from the pairs.
 void Contacts::add_to_islands(size_t i, ContactBody &body) {
     body.member = static_cast<uint32_t>(islands_.bodies.size());
     body.moved = {};

@@ -35,6 +35,7 @@ void DiscSolver::solve(Islands &islands, double step_s) {
     store_impulses();
 }
 
+/// Islands by union-find over the pairs, in the order of their first bodies.
 void DiscSolver::find_islands(const Islands &islands) {
     const auto count = static_cast<uint32_t>(islands.bodies.size());
     parent_.resize(count);
@@ -98,6 +99,7 @@ void DiscSolver::list_contacts(const Islands &islands, double step_s) {
     }
 }
 
+/// The walls that a body may reach within the step.
 void DiscSolver::list_walls(const Islands::Body &body, uint32_t disc, double step_s) {
     const double reach_m = mechanics_.radius_m + mechanics_.fastest_m_s * step_s;
     const auto &at = body.pose.position;
@@ -126,6 +128,7 @@ void DiscSolver::warm_start() {
     }
 }
 
+/// By the bodies' numbers, since contacts lie elsewhere in the next step.
 void DiscSolver::store_impulses() {
     stored_.clear();
     for (size_t i = 0; i < listed_.size(); i++) {
@@ -155,6 +158,7 @@ void DiscSolver::place_contacts() {
     }
 }
 
+/// A world step is solved tick by tick: drives are limited forces, which act per tick.
 void DiscSolver::solve(const Island &island, const Islands &islands, double step_s) {
     const auto ticks = std::lround(step_s / TICK_S);
     for (int tick = 0; tick < ticks; tick++) {
