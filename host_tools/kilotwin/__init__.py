@@ -3,7 +3,7 @@
 From Python: `from kilotwin import RGB, World`, see docs/python_api.md.
 """
 
-from importlib import metadata
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -15,14 +15,14 @@ __all__ = ["RGB", "World", "__version__"]
 
 
 def __getattr__(name: str) -> Any:
-    """The Python API, loaded when it is asked for: `kilotwin --help` does not wait for it.
+    """The Python API and the version, loaded on first use: `kilotwin --help` waits for neither.
 
-    And the version, known where the package is installed: guests are built without it, too.
+    The version is known where the package is installed; the native build compiles guests without.
     """
     if name == "__version__":
-        return metadata.version("kilotwin")
-    if name in ("RGB", "World"):
-        from kilotwin.runs import world  # noqa: PLC0415
+        from importlib.metadata import version  # noqa: PLC0415
 
-        return getattr(world, name)
+        return version("kilotwin")
+    if name in ("RGB", "World"):
+        return getattr(import_module("kilotwin.runs.world"), name)
     raise AttributeError(f"module 'kilotwin' has no attribute '{name}'")

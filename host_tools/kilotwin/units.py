@@ -1,4 +1,4 @@
-"""The one place where seconds become ticks and real numbers become the firmware's Q16."""
+"""Units: seconds and ticks, the firmware's Q16, durations as text."""
 
 CYCLES_PER_S = 8_000_000
 """Of the robots' processor."""
@@ -30,3 +30,11 @@ def ticks_q16(seconds: float) -> int:
 def q16(value: float) -> int:
     """`value` times 65,536, as CONFIG carries real numbers."""
     return round(value * Q16_ONE)
+
+
+def duration_text(duration_s: float) -> str:
+    """`40 s`, `12 min`, `2.5 h`."""
+    if duration_s < 90:
+        return f"{duration_s:.0f} s"
+    minutes = duration_s / 60
+    return f"{minutes:.0f} min" if minutes < 90 else f"{minutes / 60:.1f} h"

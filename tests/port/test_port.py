@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from kilotwin.port import Report, check
+from kilotwin.port.check import Report, check
 from kilotwin.port.disassembly import Function, Instruction, Place, parse
 from kilotwin.port.findings import Weight
 from kilotwin.port.roles import Line, find_roles

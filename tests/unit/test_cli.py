@@ -7,14 +7,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import typer.main
 from typer.testing import CliRunner
 
 from kilotwin import __version__
-from kilotwin.commands import cli
+from kilotwin.commands import cli, plot
 from kilotwin.commands.doctor import Finding, examine, report_text
 from kilotwin.errors import EXIT_INTERRUPTED
 from kilotwin.files import resources
+from kilotwin.plot.figures import RUN_FIGURES, SWEEP_FIGURES
 from kilotwin.runs import run
 
 from .conftest import Kilotwin
@@ -40,8 +40,7 @@ def test_every_command_for_a_grid_helps_with_an_example(command: str, kilotwin: 
 
 
 def test_every_option_has_an_environment_variable() -> None:
-    group = typer.main.get_command(cli.app)
-    commands: dict[str, Any] = dict(group.commands)  # type: ignore[attr-defined]
+    commands: dict[str, Any] = {name: cli.load(name) for name in cli.COMMANDS}
     grid = commands.pop("grid").commands
     assert set(commands) == set(COMMANDS)
     assert set(grid) == set(GRID_COMMANDS)
@@ -49,6 +48,15 @@ def test_every_option_has_an_environment_variable() -> None:
         for option in command.params:
             if option.param_type_name == "option" and option.name != "help":
                 assert str(option.envvar).startswith("KILOTWIN_"), (command.name, option.name)
+
+
+@pytest.mark.parametrize("command", cli.COMMANDS)
+def test_the_list_of_commands_has_the_first_line_of_their_help(command: str) -> None:
+    assert cli.load(command).help.splitlines()[0] == cli.COMMANDS[command]
+
+
+def test_plot_has_every_figure() -> None:
+    assert {figure.value for figure in plot.Figure} == {*RUN_FIGURES, *SWEEP_FIGURES}
 
 
 def test_help_does_not_wait_for_the_heavy_libraries() -> None:

@@ -12,7 +12,7 @@ import pytest
 
 from kilotwin.compare.paper_claims import check
 from kilotwin.errors import InputError
-from kilotwin.plot import write_figure
+from kilotwin.plot.figures import write_figure
 from kilotwin.sweep.conditions import Conditions
 
 ROW: dict[str, Any] = {

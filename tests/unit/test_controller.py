@@ -11,9 +11,10 @@ import pytest
 from kilotwin.can.protocol import ModuleState
 from kilotwin.errors import InputError
 from kilotwin.experiment.grid_layout import Layout
+from kilotwin.experiment.grid_plan import Settings
 from kilotwin.experiment.overhead import RESET, RUN, WAKEUP, message
-from kilotwin.grid.controller import Controller, Settings
-from kilotwin.grid.links import Links
+from kilotwin.grid.can_links import CanLinks
+from kilotwin.grid.controller import Controller
 from kilotwin.grid.poller import Reports
 
 from .module_table import Module, ModuleTable
@@ -41,7 +42,7 @@ class Rig:
         self.now_s = 0.0
         self.events: list[tuple[float, str, dict[str, Any]]] = []
         self.heard: list[tuple[int, int, int, bytes]] = []
-        self.controller = Controller(layout, settings, Links(self.buses[0]), self)
+        self.controller = Controller(layout, settings, CanLinks(self.buses[0]), self)
 
     def reports(self, reports: Reports) -> None:
         self.heard += zip(
@@ -455,7 +456,7 @@ class LocalBus(can.BusABC):
 
 def test_an_emulated_table_on_the_same_machine_is_heard_and_our_own_frames_are_ours() -> None:
     answer = can.Message(arbitration_id=0x043, data=[0x14, 0], is_extended_id=False, is_rx=False)
-    links = Links([LocalBus([answer])], echoes=[True])
+    links = CanLinks([LocalBus([answer])], echoes=[True])
     assert links.send(0, 0x042, b"\x15", 0.0)
     frames = links.receive(1.0)
     links.close()

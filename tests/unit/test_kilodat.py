@@ -9,6 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from kilotwin.errors import InputError
+from kilotwin.experiment.serials import read_serials
 from kilotwin.grid import kilodat
 from kilotwin.grid.poller import Reports
 
@@ -66,10 +67,10 @@ def test_a_line_that_is_no_report_is_named(tmp_path: Path) -> None:
 def test_serials_are_looked_up_by_the_low_bits_of_the_id(tmp_path: Path) -> None:
     file = tmp_path / "kilobot_ids"
     file.write_text("# serial, id\n9001\t129\n9002\t2\n")
-    assert kilodat.read_serials(file) == {1: 9001, 2: 9002}
+    assert read_serials(file) == {1: 9001, 2: 9002}
     file.write_text("9001\t129\n9002\t1\n")
     with pytest.raises(InputError, match=":2: id 1 has the low 7 bits of another"):
-        kilodat.read_serials(file)
+        read_serials(file)
     file.write_text("9001 x\n")
     with pytest.raises(InputError, match=":1: '9001 x' is not a serial and an id"):
-        kilodat.read_serials(file)
+        read_serials(file)

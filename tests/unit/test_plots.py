@@ -15,7 +15,8 @@ from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 
 from kilotwin.errors import InputError
-from kilotwin.plot import RUN_FIGURES, style, write_figure
+from kilotwin.plot import style
+from kilotwin.plot.figures import RUN_FIGURES, write_figure
 from kilotwin.plot.style import site_fills, state_colours
 from kilotwin.runs.folder import close_manifest
 from kilotwin.runs.reader import Run

@@ -12,12 +12,13 @@ import pytest
 from kilotwin.errors import InputError, RunError
 from kilotwin.files import resources
 from kilotwin.runs.columns import Records
-from kilotwin.sweep import parts, summary_text
+from kilotwin.sweep import parts
 from kilotwin.sweep.conditions import Condition, Conditions, Ending
 from kilotwin.sweep.data_set import DataSet, trial_key
 from kilotwin.sweep.executors import Dask, Processes
 from kilotwin.sweep.measure import Measured, part_of
 from kilotwin.sweep.plan import Plan, read_plan
+from kilotwin.sweep.report import summary_text
 from kilotwin.sweep.runner import Estimate, Sweep
 
 SWEEP = """\

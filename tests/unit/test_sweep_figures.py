@@ -12,7 +12,8 @@ from matplotlib.patches import Rectangle
 from matplotlib.text import Text
 
 from kilotwin.errors import InputError
-from kilotwin.plot import SWEEP_FIGURES, style, write_figure
+from kilotwin.plot import style
+from kilotwin.plot.figures import SWEEP_FIGURES, write_figure
 from kilotwin.plot.sweep import (
     MOST_RULES,
     bar_edges,

@@ -4,12 +4,9 @@ import subprocess
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
+from kilotwin.experiment.programs import Api
 from kilotwin.files import resources
-
-# kilolib, the Kilogrid's flavour of it, or the module API.
-Api = Literal["kilobot", "kilogrid", "module"]
 
 
 @dataclass(frozen=True)

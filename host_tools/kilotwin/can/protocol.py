@@ -7,13 +7,12 @@ and its short forms; frames to the host are read by `read_to_host`.
 import functools
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Any, cast
-
-from cantools.database import load_file
-from cantools.database.can import Database, Message
-from cantools.database.errors import Error as CantoolsError
+from typing import TYPE_CHECKING, Any, cast
 
 from kilotwin.files import resources
+
+if TYPE_CHECKING:
+    from cantools.database.can import Database, Message
 
 DBC = "kilogrid_modules/protocol/kilogrid.dbc"
 FRAME_BYTES = 8
@@ -101,13 +100,21 @@ ToHost = Records | Tracking | Health | BusHealth | UserFrame
 
 
 @functools.cache
-def database() -> Database:
-    """The DBC, as cantools sees it."""
-    return cast(Database, load_file(resources.path(DBC), cache_dir=None))
+def database() -> "Database":
+    """The DBC, as cantools sees it. Loads on first use: cantools takes a third of a second."""
+    from cantools.database import load_file  # noqa: PLC0415
+
+    return cast("Database", load_file(resources.path(DBC), cache_dir=None))
+
+
+def _cantools_error() -> type[Exception]:
+    from cantools.database.errors import Error  # noqa: PLC0415 (as above)
+
+    return Error
 
 
 @functools.cache
-def _message(name: str) -> Message:
+def _message(name: str) -> "Message":
     return database().get_message_by_name(name)
 
 
@@ -147,7 +154,7 @@ def to_module(name: str, **signals: int) -> bytes:
         raise FrameError(f"there is no frame {name} to modules")
     try:
         data = _message("ToModule").encode({"Type": number, **signals})
-    except (CantoolsError, KeyError) as error:
+    except (_cantools_error(), KeyError) as error:
         raise FrameError(f"{name}: {error}") from None
     return data[: dlc_to_module(name)]
 
@@ -175,7 +182,7 @@ def _readable(message: str, data: bytes, mask: int) -> dict[str, int | str]:
         raise FrameError(f"a frame has 1 to {FRAME_BYTES} data bytes, not {len(data)}")
     try:
         signals = _decode(message, data, names=True)
-    except (CantoolsError, KeyError):
+    except (_cantools_error(), KeyError):
         return {"Type": data[0] & mask}
     return {
         name: value if isinstance(value, int) else str(value) for name, value in signals.items()
@@ -211,7 +218,7 @@ def read_to_host(data: bytes) -> ToHost:
                 return Records(signals["Records"])
             case _:
                 return _health(signals)
-    except (CantoolsError, KeyError, ValueError) as error:
+    except (_cantools_error(), KeyError, ValueError) as error:
         raise FrameError(f"{name}: {error}") from None
 
 

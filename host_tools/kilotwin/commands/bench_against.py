@@ -14,7 +14,7 @@ from typing import Any
 
 import tomlkit
 
-from kilotwin.commands import bench
+from kilotwin.commands.bench_measure import Case, Columns, Note, cases, machine, table_lines
 from kilotwin.errors import InputError, RunError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.runs.interrupts import heeding_interrupts
@@ -29,7 +29,11 @@ class _Engine:
 
 
 def measure(
-    workloads: list[str], folder: Path, rounds: int, duration_s: float | None, note: bench.Note
+    workloads: list[str],
+    folder: Path,
+    rounds: int,
+    duration_s: float | None,
+    note: Note,
 ) -> Iterator[dict[str, Any]]:
     """One record per case. `folder` is a checkout with its own .venv (`make setup` there).
 
@@ -45,12 +49,12 @@ def measure(
     other = _Engine(str(folder), [str(command)])
     this = _Engine("this engine", [sys.executable, "-P", "-m", "kilotwin"])
     with heeding_interrupts(signal.default_int_handler):
-        for case in bench.cases(workloads, duration_s):
+        for case in cases(workloads, duration_s):
             yield _measure_one(case, this, other, rounds, note)
 
 
 def _measure_one(
-    case: bench.Case, this: _Engine, other: _Engine, rounds: int, note: bench.Note
+    case: Case, this: _Engine, other: _Engine, rounds: int, note: Note
 ) -> dict[str, Any]:
     size, medium = case.experiment.size, case.experiment.keys.medium.kind
     new: list[dict[str, Any]] = []
@@ -85,7 +89,7 @@ def _measure_one(
         "same_results": len({summary["result_hash"] for summary in [*new, *old]}) == 1,
         "against": other.name,
         "rounds": rounds,
-        "machine": bench.machine(),
+        "machine": machine(),
     }
 
 
@@ -122,7 +126,7 @@ def table_text(results: list[dict[str, Any]]) -> str:
     first = results[0]
     return "\n".join(
         [
-            *bench.table_lines(_COLUMNS, results),
+            *table_lines(_COLUMNS, results),
             "",
             f"Speed of this engine / that of {first['against']}: median of {first['rounds']} "
             f"rounds in turns (lowest to highest). {first['machine']}",
@@ -130,7 +134,7 @@ def table_text(results: list[dict[str, Any]]) -> str:
     )
 
 
-_COLUMNS: bench.Columns = {
+_COLUMNS: Columns = {
     "workload": lambda record: str(record["workload"]),
     "robots": lambda record: f"{record['robots']:,}",
     "medium": lambda record: record["medium"] or "-",

@@ -1,5 +1,6 @@
 """What Kilotwin needs of this machine: what is here, what is missing, and what to type."""
 
+import json
 import os
 import platform
 import shutil
@@ -11,8 +12,21 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from kilotwin.build import guest as guest_build
+import typer
+
+from kilotwin.build.guest import cache_folder, compiler_version, find_compiler
+from kilotwin.can.buses import interfaces
+from kilotwin.commands.options import Json, command_app
 from kilotwin.errors import KilotwinError
+
+try:
+    from kilotwin import _emulator
+
+    _NO_ENGINE = ""
+except ImportError as error:
+    _NO_ENGINE = str(error)
+
+app = command_app()
 
 # Of a Kilogrid's buses.
 _BITRATE = 250_000
@@ -57,10 +71,8 @@ def _python() -> Finding:
 
 
 def _engine() -> Finding:
-    try:
-        from kilotwin import _emulator  # noqa: PLC0415 (may be what is missing)
-    except ImportError as error:
-        return Finding("engine", f"not built ({error})", "make setup")
+    if _NO_ENGINE:
+        return Finding("engine", f"not built ({_NO_ENGINE})", "make setup")
     return Finding(
         "engine", f"{_emulator.VERSION}, Box2D {_emulator.BOX2D_VERSION}, {_emulator.BUILD}"
     )
@@ -69,14 +81,14 @@ def _engine() -> Finding:
 def _compiler() -> Finding:
     what = "compiler of robot programs"
     try:
-        compiler = guest_build.find_compiler()
-        return Finding(what, f"{guest_build.compiler_version(compiler)} ({compiler})")
+        compiler = find_compiler()
+        return Finding(what, f"{compiler_version(compiler)} ({compiler})")
     except KilotwinError as error:
         return Finding(what, str(error), "apt-get install gcc")
 
 
 def _cache() -> Finding:
-    folder = guest_build.cache_folder()
+    folder = cache_folder()
     return _writable(
         "compiled programs", folder, "export KILOTWIN_CACHE=FOLDER, one that can be written"
     )
@@ -118,8 +130,6 @@ def _socketcan() -> Finding:
     except OSError as error:
         found = f"not in this kernel ({error.strerror})"
         return Finding(what, found, "modprobe can_raw, on a kernel that has it", needed=False)
-    from kilotwin.can.buses import interfaces  # noqa: PLC0415 (takes a moment)
-
     names = interfaces()
     if not names:
         remedy = f"ip link set can0 up type can bitrate {_BITRATE}, with an adapter plugged in"
@@ -139,3 +149,15 @@ def report_text(findings: list[Finding]) -> str:
     ready = not any(finding.blocks for finding in findings)
     lines.append("Ready to run experiments." if ready else "Not ready: see MISSING above.")
     return "\n".join(lines)
+
+
+@app.command(epilog="Example: kilotwin doctor")
+def doctor(as_json: Json = False) -> None:
+    """Say what is here, what is missing, and what to type."""
+    findings = examine()
+    if as_json:
+        typer.echo(json.dumps([finding.as_dict() for finding in findings], indent=2))
+    else:
+        typer.echo(report_text(findings))
+    if any(finding.blocks for finding in findings):
+        raise typer.Exit(1)

@@ -1,44 +1,27 @@
-"""`kilotwin grid ...` and `kilotwin record`: real grids, and emulated ones that wait on a bus."""
-# ruff: noqa: PLC0415 (as in cli.py)
+"""`kilotwin grid ...`: orders for the modules of a Kilogrid, real or emulated on a bus."""
 
 import json
-import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from kilotwin.commands.options import (
-    File,
-    Json,
-    Quiet,
-    RunFolder,
-    Seed,
-    Settings,
-    Speed,
-    given_settings,
-)
-from kilotwin.errors import EXIT_INTERRUPTED, EXIT_ROBOTS_FAILED, InputError
+from kilotwin.commands import terminal
+from kilotwin.commands.options import Buses, Json, Quiet, Settings, given_settings
+from kilotwin.errors import EXIT_ROBOTS_FAILED
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.grid.console import Console, message_for_robots
 
-if TYPE_CHECKING:
-    from kilotwin.experiment.experiment import Experiment
-    from kilotwin.grid.console import Console
-
-grid_app = typer.Typer(
+app = typer.Typer(
     help="Talks to the modules of a Kilogrid, and through them to its robots.",
     epilog="A bus is IFACE:CHANNEL, with any interface that python-can knows: socketcan:can0, "
     "slcan:/dev/ttyACM0, or socketcand:127.0.0.1 for all buses of an emulated grid: four, if no "
     "experiment says how many. Give --can once per bus, the lowest rows first.",
     no_args_is_help=True,
+    add_completion=False,
     pretty_exceptions_enable=False,
 )
 
-Buses = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--can", metavar="IFACE:CHANNEL", envvar="KILOTWIN_CAN", help="A CAN bus; repeatable."
-    ),
-]
 Size = Annotated[
     str | None,
     typer.Option(
@@ -50,48 +33,7 @@ Size = Annotated[
 ]
 
 
-def record(
-    experiment: File,
-    *,
-    buses: Buses = None,
-    seed: Seed = None,
-    settings: Settings = None,
-    out: RunFolder = None,
-    join: Annotated[
-        bool,
-        typer.Option(
-            "--join",
-            envvar="KILOTWIN_JOIN",
-            help="Take over a grid that runs already: no set-up, t = 0 is now.",
-        ),
-    ] = False,
-    speed: Speed = 1.0,
-    as_json: Json = False,
-    quiet: Quiet = False,
-) -> None:
-    """Run an experiment on a Kilogrid and leave a run folder. Ctrl-C leaves everything idle."""
-    from kilotwin.can.buses import name_all
-    from kilotwin.commands import terminal
-    from kilotwin.runs import recording as live
-
-    loaded = _load(experiment, seed, settings)
-    if loaded.keys.grid is None:
-        raise InputError(f"{experiment}: no [grid]; add it, or use `kilotwin run`")
-    names = name_all(buses or [], loaded.keys.grid.buses)
-    outcome = live.record(
-        loaded, names, out, sys.argv, terminal.display(quiet), join=join, speed=speed
-    )
-    typer.echo(json.dumps(outcome.summary) if as_json else terminal.record_text(outcome.summary))
-    grid = outcome.summary["grid"]
-    bad_modules = terminal.module_troubles_text(grid["modules_failed"])
-    for troubles in filter(None, (bad_modules, terminal.bus_troubles_text(grid))):
-        typer.echo(troubles, err=True)
-    if outcome.exit_code == EXIT_INTERRUPTED:
-        typer.echo("interrupted; what was recorded is kept", err=True)
-    raise typer.Exit(outcome.exit_code)
-
-
-@grid_app.command(epilog="Example: kilotwin grid ls --can socketcand:127.0.0.1")
+@app.command(epilog="Example: kilotwin grid ls --can socketcand:127.0.0.1")
 def ls(buses: Buses = None, size: Size = None, as_json: Json = False) -> None:
     """Say which modules answer. 4 if some do not."""
     with _console(buses, size) as console:
@@ -101,7 +43,7 @@ def ls(buses: Buses = None, size: Size = None, as_json: Json = False) -> None:
         raise typer.Exit(EXIT_ROBOTS_FAILED)
 
 
-@grid_app.command(epilog="Example: kilotwin grid health --can can0 --json")
+@app.command(epilog="Example: kilotwin grid health --can can0 --json")
 def health(buses: Buses = None, size: Size = None, as_json: Json = False) -> None:
     """Ask modules how they are. Original ones do not know the question; ours answer."""
     with _console(buses, size) as console:
@@ -113,7 +55,7 @@ def health(buses: Buses = None, size: Size = None, as_json: Json = False) -> Non
         raise typer.Exit(EXIT_ROBOTS_FAILED)
 
 
-@grid_app.command(
+@app.command(
     epilog="Examples:\n\n"
     "  kilotwin grid setup experiments/kilogrid/paper-n50.toml --can socketcand:127.0.0.1\n\n"
     "  kilotwin grid setup walls.kconf --can socketcan:can0 --size 10x5"
@@ -128,14 +70,12 @@ def setup(
     quiet: Quiet = False,
 ) -> None:
     """Configure the modules; with an experiment the robots too, who start anew."""
-    from kilotwin.commands import terminal
-
     note = terminal.note(quiet)
     if file.suffix == ".kconf":
         with _console(buses, size) as console:
             done = console.configure(file, note)
     else:
-        loaded = _load(file, None, settings)
+        loaded = Experiment.load(file, given_settings(settings, None))
         with _console(buses, size, loaded) as console:
             done = console.set_up(loaded, note)
     typer.echo(json.dumps(done) if as_json else f"{done['modules']} modules are set up")
@@ -144,7 +84,7 @@ def setup(
         raise typer.Exit(EXIT_ROBOTS_FAILED)
 
 
-@grid_app.command(epilog="Example: kilotwin grid run --can socketcand:127.0.0.1")
+@app.command(epilog="Example: kilotwin grid run --can socketcand:127.0.0.1")
 def run(buses: Buses = None, size: Size = None) -> None:
     """Start the modules, which tell robots to run. Nothing is recorded."""
     with _console(buses, size) as console:
@@ -152,7 +92,7 @@ def run(buses: Buses = None, size: Size = None) -> None:
     typer.echo("modules and robots run")
 
 
-@grid_app.command(epilog="Example: kilotwin grid pause --can socketcand:127.0.0.1")
+@app.command(epilog="Example: kilotwin grid pause --can socketcand:127.0.0.1")
 def pause(buses: Buses = None, size: Size = None) -> None:
     """Stop robots where they are; `grid run` lets them go on."""
     with _console(buses, size) as console:
@@ -160,7 +100,7 @@ def pause(buses: Buses = None, size: Size = None) -> None:
     typer.echo("robots pause, modules are idle")
 
 
-@grid_app.command(epilog="Example: kilotwin grid idle --can socketcand:127.0.0.1")
+@app.command(epilog="Example: kilotwin grid idle --can socketcand:127.0.0.1")
 def idle(buses: Buses = None, size: Size = None) -> None:
     """Leave robots and modules idle, whatever they do."""
     with _console(buses, size) as console:
@@ -168,7 +108,7 @@ def idle(buses: Buses = None, size: Size = None) -> None:
     typer.echo("robots and modules are idle")
 
 
-@grid_app.command(
+@app.command(
     epilog="Examples:\n\n"
     "  kilotwin grid send sleep --can socketcan:can0\n\n"
     "  kilotwin grid send user --type 5 --data 1,2,0xff --can socketcand:127.0.0.1"
@@ -198,23 +138,13 @@ def send(
     size: Size = None,
 ) -> None:
     """Have all cells repeat one message for robots, then leave modules idle."""
-    from kilotwin.grid.console import message_for_robots
-
     bytes_ = message_for_robots(message, kind, data)
     with _console(buses, size) as console:
         console.send(bytes_, hold_s)
     typer.echo(f"robots have been told: {message}")
 
 
-def _load(file: Path, seed: int | None, settings: list[str] | None) -> "Experiment":
-    from kilotwin.experiment.experiment import Experiment
-
-    return Experiment.load(file, given_settings(settings, seed))
-
-
 def _console(
-    buses: list[str] | None, size: str | None, experiment: "Experiment | None" = None
-) -> "Console":
-    from kilotwin.grid.console import Console
-
+    buses: list[str] | None, size: str | None, experiment: Experiment | None = None
+) -> Console:
     return Console.open(buses or [], size, experiment)

@@ -1,13 +1,11 @@
 """Options that several commands have: each is declared once, and means the same everywhere."""
-# ruff: noqa: PLC0415 (as in cli.py)
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-if TYPE_CHECKING:
-    from kilotwin.experiment.text import Setting
+from kilotwin.experiment.text import Setting, parse_setting
 
 Json = Annotated[
     bool, typer.Option("--json", envvar="KILOTWIN_JSON", help="Print JSON on stdout, for programs.")
@@ -69,12 +67,23 @@ Define = Annotated[
         help="Define a macro, as the compiler's -D.",
     ),
 ]
+Buses = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--can", metavar="IFACE:CHANNEL", envvar="KILOTWIN_CAN", help="A CAN bus; repeatable."
+    ),
+]
 
 
-def given_settings(settings: list[str] | None, seed: int | None) -> "list[Setting]":
+def command_app() -> typer.Typer:
+    """What holds the one command of a module; `cli.load` takes it from there."""
+    return typer.Typer(
+        add_completion=False, pretty_exceptions_enable=False, rich_markup_mode="rich"
+    )
+
+
+def given_settings(settings: list[str] | None, seed: int | None) -> list[Setting]:
     """What --set and --seed say, in this order: the last one wins."""
-    from kilotwin.experiment.text import Setting, parse_setting
-
     given = [parse_setting(text) for text in settings or []]
     if seed is not None:
         given.append(Setting(("seed",), seed, f"--seed {seed}"))

@@ -19,8 +19,8 @@ from rich.progress import (
 from rich.text import Text
 
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.runs.run import Display
-from kilotwin.units import seconds, ticks
+from kilotwin.runs.display import Display, NoDisplay
+from kilotwin.units import duration_text, seconds, ticks
 
 _LINE_EVERY_S = 10.0
 _LISTED = 20
@@ -33,24 +33,12 @@ def display(quiet: bool) -> Display:
     return Bar() if sys.stderr.isatty() else Lines()
 
 
-class Silent:
+class Silent(NoDisplay):
     """Shows nothing but warnings."""
-
-    def note(self, text: str) -> None:
-        """Nothing."""
 
     def warn(self, text: str) -> None:
         """One line."""
         typer.echo(text, err=True)
-
-    def start(self, experiment: Experiment, folder: Path) -> None:
-        """Nothing."""
-
-    def progress(self, tick: int, resting: dict[str, int], not_resting: int) -> None:
-        """Nothing."""
-
-    def stop(self) -> None:
-        """Nothing."""
 
 
 class Lines:
@@ -217,15 +205,7 @@ def sweep_display(quiet: bool) -> SweepLines | SweepBar:
 
 def _sweep_now(done: int, trials: int, failed: int, left_s: float) -> str:
     bad = f", {failed} failed" if failed else ""
-    return f"{done} of {trials} trials{bad}, {duration(left_s)} left"
-
-
-def duration(seconds_: float) -> str:
-    """`40 s`, `12 min`, `2.5 h`."""
-    if seconds_ < 90:
-        return f"{seconds_:.0f} s"
-    minutes = seconds_ / 60
-    return f"{minutes:.0f} min" if minutes < 90 else f"{minutes / 60:.1f} h"
+    return f"{done} of {trials} trials{bad}, {duration_text(left_s)} left"
 
 
 def robots_now(resting: dict[str, int], not_resting: int) -> str:

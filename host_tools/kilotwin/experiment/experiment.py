@@ -10,22 +10,26 @@ import json
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import tomlkit
 from pydantic import ValidationError
 
-from kilotwin.build.apis import Api
 from kilotwin.errors import InputError
 from kilotwin.experiment.checks import first_problem, first_problem_of_command, swarm_size
-from kilotwin.experiment.programs import Program, ProgramError, find_image, find_program, portable
+from kilotwin.experiment.grid_plan import GridPlan, find_file, plan_of
+from kilotwin.experiment.programs import (
+    Api,
+    Program,
+    ProgramError,
+    find_image,
+    find_program,
+    portable,
+)
 from kilotwin.experiment.schema import Command, ExperimentSchema, Grid
 from kilotwin.experiment.text import ExperimentText, Setting
 from kilotwin.experiment.toml_lines import KeyPath
 from kilotwin.experiment.validation_errors import input_error
-
-if TYPE_CHECKING:
-    from kilotwin.experiment.grid_plan import GridPlan
 
 
 @dataclass(frozen=True)
@@ -49,7 +53,7 @@ class Experiment:
     groups: tuple[Group, ...]
     origin: ExperimentText
     modules: Group | None = None
-    plan: "GridPlan | None" = None
+    plan: GridPlan | None = None
 
     @staticmethod
     def load(file: Path, settings: Iterable[Setting] = ()) -> "Experiment":
@@ -69,9 +73,6 @@ class Experiment:
         groups = tuple(_groups(keys, origin))
         if keys.grid is None:
             return Experiment(keys, groups, origin)
-        # Other experiments do without the CAN tools, which take a moment to load.
-        from kilotwin.experiment.grid_plan import plan_of  # noqa: PLC0415
-
         return Experiment(keys, groups, origin, _modules(keys.grid, origin), plan_of(keys, origin))
 
     @property
@@ -103,8 +104,6 @@ class Experiment:
         return tables
 
     def _resolve_grid(self, table: dict[str, Any], modules: Group) -> None:
-        from kilotwin.experiment.grid_plan import find_file  # noqa: PLC0415 (see `of`)
-
         if modules.program.sources:
             table["program"] = list(modules.program.parts)
             table["include"] = list(modules.program.includes)

@@ -12,13 +12,25 @@ from kilotwin.experiment import grid_sites as sites
 from kilotwin.experiment import kconf
 from kilotwin.experiment.grid_layout import Cells, Layout, Module, sites_on_cells, walls_on_cells
 from kilotwin.experiment.schema import ExperimentSchema, Grid, GridChange
+from kilotwin.experiment.serials import read_serials
 from kilotwin.experiment.text import ExperimentText
 from kilotwin.experiment.toml_lines import KeyPath
 from kilotwin.files import resources
-from kilotwin.grid import kilodat
-from kilotwin.grid.controller import Settings
 
 Configuration = dict[Module, bytes]
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How the host polls and orders modules; keys of [grid], times in seconds."""
+
+    poll_s: float = 0.8
+    poll_window: int = 16
+    poll_timeout_s: float = 0.4
+    pace_s: float = 0.001
+    hold_s: float = 2.0
+    rounds: int = 2
+    health: bool = False
 
 
 @dataclass(frozen=True)
@@ -148,4 +160,4 @@ def _swapped(keys: ExperimentSchema, cells: Cells, change: GridChange) -> Cells:
 def _serials(grid: Grid, origin: ExperimentText) -> Mapping[int, int]:
     if grid.kilobot_ids is None:
         return {}
-    return kilodat.read_serials(find_file(grid.kilobot_ids, ("grid", "kilobot_ids"), origin))
+    return read_serials(find_file(grid.kilobot_ids, ("grid", "kilobot_ids"), origin))

@@ -8,8 +8,8 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
-from kilotwin.build.apis import Api
 from kilotwin.files import resources
 
 # What only Kilogrid programs have: the grid's name of the message, or one of its headers.
@@ -17,6 +17,9 @@ _KILOGRID_WORDS = re.compile(
     rb"\bIR_message_t\b|^[ \t]*#[ \t]*include[ \t]*[<\"](kilogrid|kilob_\w+)\.h[>\"]", re.MULTILINE
 )
 
+
+Api = Literal["kilobot", "kilogrid", "module"]
+"""What a program is written against: kilolib, the Kilogrid's flavour of it, or the module API."""
 
 _IMAGES = (".hex", ".ihex", ".ihx", ".elf")
 

@@ -14,9 +14,10 @@ from kilotwin.experiment import kconf
 from kilotwin.experiment.engine_spec import config_differences
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.grid_layout import MOST_PER_BUS, Layout, Module
+from kilotwin.experiment.grid_plan import Settings
 from kilotwin.experiment.overhead import COMMANDS, DATA_BYTES, message
-from kilotwin.grid.controller import Controller, Settings
-from kilotwin.grid.links import Links
+from kilotwin.grid.can_links import CanLinks
+from kilotwin.grid.controller import Controller
 from kilotwin.grid.poller import Reports
 
 _STEP_S = 0.001
@@ -34,7 +35,7 @@ class Console:
         self._layout = layout
         self._buses = buses
         self._note: Note = lambda _: None
-        links = Links([b.bus for b in buses], echoes=[b.echoes for b in buses])
+        links = CanLinks([b.bus for b in buses], echoes=[b.echoes for b in buses])
         self._controller = Controller(layout, settings, links, self)
         self._began = time.monotonic()
         self._controller.step(0.0)

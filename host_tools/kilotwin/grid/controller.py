@@ -11,12 +11,12 @@ frames that may be for the same module leave at a pace, and slower where modules
 
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, Protocol
 
 from kilotwin.can.protocol import BusHealth, Health, ModuleState, read_to_host
 from kilotwin.errors import InputError
 from kilotwin.experiment.grid_layout import Layout, Module
+from kilotwin.experiment.grid_plan import Settings
 from kilotwin.experiment.kconf import MOST_BYTES
 from kilotwin.experiment.overhead import RESET, RUN, WAKEUP
 from kilotwin.grid import frames as wire
@@ -39,19 +39,6 @@ _TELL_S = 2.0
 # Modules that have just been switched on are deaf for so long.
 _BOOT_S = 1.3
 _ATTEMPTS = 3
-
-
-@dataclass(frozen=True)
-class Settings:
-    """As in [grid]."""
-
-    poll_s: float = 0.8
-    poll_window: int = 16
-    poll_timeout_s: float = 0.4
-    pace_s: float = 0.001
-    hold_s: float = 2.0
-    rounds: int = 2
-    health: bool = False
 
 
 class Listener(Protocol):

@@ -1,19 +1,14 @@
-"""The CAN buses of a grid as the controller sees them: frames in as one array, frames out at once.
+"""Interface between the controller and the CAN buses of a grid: frames in as one array, frames out.
 
-Any python-can bus will do. An emulated grid in the same process hands over whole arrays, without a
-python-can message per frame.
+Implemented by `can_links.CanLinks` for buses of python-can, and by `emulated_links.EmulatedLinks`
+for an emulated grid in the same process.
 """
 
-import errno
 from collections.abc import Sequence
 from typing import Protocol
 
-import can
 import numpy as np
 from numpy.typing import NDArray
-
-from kilotwin.can.address import is_for_host
-from kilotwin.can.emulated import EmulatedBus
 
 FRAME = np.dtype(
     [
@@ -28,12 +23,8 @@ FRAME = np.dtype(
 """A frame that was on a bus; `data` is zero beyond `dlc` bytes."""
 
 Frames = NDArray[np.void]
+"""[frames] of FRAME, in order of time."""
 NO_FRAMES: Frames = np.zeros(0, dtype=FRAME)
-
-# python-can hands over one message at a time; a step must come to an end on a bus that never rests.
-_MOST_PER_STEP = 4096
-# A full queue is empty again in some milliseconds, unless nobody acknowledges what is in it.
-_FULL_S = 1.0
 
 
 class FrameLog(Protocol):
@@ -43,114 +34,23 @@ class FrameLog(Protocol):
         """Frames in order of time, of any bus."""
 
 
-class Links:
-    """All buses of a grid. Times are those of the caller's clock."""
-
-    def __init__(
-        self,
-        buses: Sequence[can.BusABC],
-        log: FrameLog | None = None,
-        *,
-        echoes: Sequence[bool] = (),
-    ) -> None:
-        """`buses[b]` is the grid's bus b.
-
-        `echoes`: which of them also hand back what was sent, in its place among what came.
-        """
-        self._buses = list(buses)
-        self._log = log
-        self._troubles: list[str | None] = [None] * len(self._buses)
-        self._full_since_s: list[float | None] = [None] * len(self._buses)
-        first = self._buses[0]
-        self._emulated = first if isinstance(first, EmulatedBus) else None
-        self._echoes = list(echoes) or [False] * len(self._buses)
-        self._sent: list[Frames] = []
+class Links(Protocol):
+    """All buses of a grid, numbered from 0. Times are those of the caller's clock, in seconds."""
 
     def __len__(self) -> int:
-        return len(self._buses)
+        """The number of buses."""
 
     def send(self, bus: int, identifier: int, data: bytes, now_s: float) -> bool:
-        """Whether the bus took the frame; one whose queue is full takes it later."""
-        if self._emulated is not None:
-            return self._emulated.grid.send(bus, identifier, data)
-        message = can.Message(arbitration_id=identifier, data=data, is_extended_id=False)
-        try:
-            self._buses[bus].send(message)
-        except (can.CanError, OSError) as error:
-            if getattr(error, "error_code", None) != errno.ENOBUFS:
-                self._troubles[bus] = _reason(error)
-            elif (since_s := self._full_since_s[bus]) is None:
-                self._full_since_s[bus] = now_s
-            elif now_s - since_s > _FULL_S:
-                self._troubles[bus] = "nobody acknowledges frames; is it plugged in?"
-            return False
-        self._troubles[bus] = self._full_since_s[bus] = None
-        if not self._echoes[bus]:
-            self._sent.append(_row(now_s, bus, message, from_host=True))
-        return True
+        """Whether the bus took the frame; if its queue is full, send again later."""
 
     def send_all(self, bus: int, identifiers: Sequence[int], data: bytes, now_s: float) -> int:
         """The same bytes to several addresses in turn; how many of them the bus took."""
-        if self._emulated is not None:
-            return self._emulated.grid.send_all(bus, identifiers, data)
-        for count, identifier in enumerate(identifiers):
-            if not self.send(bus, identifier, data, now_s):
-                return count
-        return len(identifiers)
 
     def trouble(self, bus: int) -> str | None:
-        """Why a bus does not work, if it does not."""
-        return self._troubles[bus]
+        """Why a bus does not work, in one line; None if it works."""
 
     def receive(self, now_s: float) -> Frames:
-        """All frames since the last call in order of time, those that this host sent among them."""
-        frames = self._take(now_s)
-        if self._log is not None and len(frames):
-            self._log.add(frames)
-        return frames
-
-    def _take(self, now_s: float) -> Frames:
-        if self._emulated is not None:
-            return self._emulated.grid.take()
-        rows, self._sent = self._sent, []
-        for number, bus in enumerate(self._buses):
-            try:
-                for _ in range(_MOST_PER_STEP):
-                    message = bus.recv(0)
-                    if message is None:
-                        break
-                    if is_data_frame(message):
-                        # The kernel marks what any program of this machine sent, an emulated
-                        # table's frames too: those are for the host.
-                        local = self._echoes[number] and not message.is_rx
-                        own = local and not is_for_host(message.arbitration_id)
-                        rows.append(_row(now_s, number, message, from_host=own))
-            except (can.CanError, OSError) as error:
-                self._troubles[number] = _reason(error)
-        return np.concatenate(rows) if rows else NO_FRAMES
+        """All frames since the last call, those that this host sent among them."""
 
     def close(self) -> None:
-        """Gives the buses back."""
-        for bus in self._buses:
-            bus.shutdown()
-
-
-def is_data_frame(message: can.Message) -> bool:
-    """Whether it is what a Kilogrid has: a classic data frame with a short identifier."""
-    return not (
-        message.is_extended_id or message.is_remote_frame or message.is_error_frame or message.is_fd
-    )
-
-
-def _reason(error: Exception) -> str:
-    """In one line: python-can puts tracebacks into its own words."""
-    cause = error.__cause__ or error
-    text = getattr(cause, "strerror", None) or str(cause) or type(cause).__name__
-    return text.splitlines()[0].lower()
-
-
-def _row(at_s: float, bus: int, message: can.Message, *, from_host: bool) -> Frames:
-    row = np.zeros(1, dtype=FRAME)
-    data = bytes(message.data).ljust(8, b"\0")
-    row[0] = (at_s, bus, message.arbitration_id, message.dlc, list(data), from_host)
-    return row
+        """Releases the buses."""

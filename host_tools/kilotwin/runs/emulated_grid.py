@@ -3,12 +3,11 @@
 import math
 from typing import TYPE_CHECKING, Any
 
-from kilotwin.can.emulated import EmulatedGrid
 from kilotwin.experiment.engine_spec import config_differences
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.grid_layout import MOST_PER_BUS
 from kilotwin.grid.conductor import Conductor, set_up_s
-from kilotwin.grid.links import Links
+from kilotwin.grid.emulated_links import EmulatedLinks
 from kilotwin.runs.grid_record import GridEvents, GridRecord
 from kilotwin.runs.tracking import sites_of_cells
 from kilotwin.runs.writer import RunWriter
@@ -48,15 +47,14 @@ class EmulatedHost:
         self.record = to if isinstance(to, GridEvents) else GridEvents()
         if isinstance(to, RunWriter):
             self.record = GridRecord(to, experiment, names, self._zero_s)
-        self._grid = grid = EmulatedGrid(simulation, plan.layout.buses)
-        # Steps are far apart, so all that are due are asked in one.
-        self._links = Links(grid.buses, self.record.log)
+        self._links = EmulatedLinks(simulation, plan.layout.buses, self.record.log)
         self.conductor = Conductor(
             plan,
             config_differences(keys),
             keys.duration_s,
             self._links,
             self.record,
+            # Steps are far apart: all modules that are due are polled in one.
             poll_window=MOST_PER_BUS,
         )
         self._absences = sorted((fault.from_s, fault.until_s) for fault in keys.faults.host)
@@ -106,10 +104,8 @@ class EmulatedHost:
         was_away = self._away
         self._away = any(from_s <= now_s < until_s for from_s, until_s in self._absences)
         if was_away:
-            # What came for it meanwhile is lost to it, though it was on the bus.
-            lost = self._grid.take()
-            if self.record.log is not None and len(lost):
-                self.record.log.add(lost)
+            # Frames of the meantime are lost to it, though they were on the bus and are logged.
+            self._links.receive(now_s)
         if self._away != was_away:
             what = "the host is gone" if self._away else "the host is back"
             self.record.event(now_s, "host_away" if self._away else "host_back", what)

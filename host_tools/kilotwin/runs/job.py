@@ -2,12 +2,10 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from kilotwin.errors import InputError
 from kilotwin.experiment.experiment import Experiment
-
-if TYPE_CHECKING:
-    from kilotwin.runs.served_grid import Serving
 
 
 @dataclass(frozen=True)
@@ -17,6 +15,27 @@ class Probes:
     gdb: int | None = None  # the robot that gdb controls
     gdb_port: int = 1234
     vcd: tuple[int, ...] = ()  # robots whose pins are traced
+
+
+@dataclass(frozen=True)
+class Serving:
+    """How a table waits. `interfaces` of the kernel, one per bus, in place of the server.
+
+    `speed`: simulated seconds per second; infinite for as fast as it goes.
+    """
+
+    port: int | None = None
+    interfaces: tuple[str, ...] = ()
+    speed: float = 1.0
+
+    def check(self, experiment: Experiment) -> None:
+        """InputError if the experiment has no such table."""
+        if experiment.plan is None:
+            raise InputError(f"{experiment.origin.source}: no [grid] to serve; add it")
+        buses = experiment.plan.layout.buses
+        if self.interfaces and len(self.interfaces) != buses:
+            what = f"{len(self.interfaces)} interfaces are named, but the grid has {buses} buses"
+            raise InputError(f"--can: {what}; give --can once per bus")
 
 
 @dataclass(frozen=True)
@@ -32,6 +51,6 @@ class Job:
     manifest: dict[str, Any]
     black_box: str | None
     module_guest: str | None = None
-    serving: "Serving | None" = None
+    serving: Serving | None = None
     """A grid that waits for a host, in place of one that has its own."""
     probes: Probes = Probes()

@@ -13,9 +13,10 @@ from kilotwin.errors import EXIT_INTERRUPTED, EXIT_ROBOTS_FAILED, InputError, Ru
 from kilotwin.experiment.engine_spec import config_differences
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.informed import informed_for
+from kilotwin.grid.can_links import CanLinks
 from kilotwin.grid.conductor import Conductor, set_up_s
-from kilotwin.grid.links import Links
 from kilotwin.grid.poller import Reports
+from kilotwin.runs.display import Display
 from kilotwin.runs.folder import (
     FAILED,
     FINISHED,
@@ -26,7 +27,7 @@ from kilotwin.runs.folder import (
 )
 from kilotwin.runs.grid_record import GridRecord
 from kilotwin.runs.interrupts import heeding_interrupts
-from kilotwin.runs.run import Display, Outcome, new_manifest
+from kilotwin.runs.run import Outcome, new_manifest
 from kilotwin.runs.writer import RunWriter
 from kilotwin.units import ticks
 
@@ -116,7 +117,7 @@ class _Recording:
             experiment.plan,
             messages,
             self._keys.duration_s,
-            Links(
+            CanLinks(
                 [bus.bus for bus in buses],
                 self._record.log,
                 echoes=[bus.echoes for bus in buses],

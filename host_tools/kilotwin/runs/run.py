@@ -15,13 +15,14 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from types import FrameType
-from typing import IO, TYPE_CHECKING, Any, Protocol
+from typing import IO, Any
 
 from kilotwin import __version__
 from kilotwin.build.group import build_group
 from kilotwin.build.guest import Guest
 from kilotwin.errors import DeviceError, InputError, InterruptError, KilotwinError, RunError
 from kilotwin.experiment.experiment import Experiment
+from kilotwin.runs.display import Display
 from kilotwin.runs.folder import (
     FAILED,
     INTERRUPTED,
@@ -32,10 +33,7 @@ from kilotwin.runs.folder import (
     utc_now,
 )
 from kilotwin.runs.interrupts import heeding_interrupts
-from kilotwin.runs.job import Job, Probes
-
-if TYPE_CHECKING:
-    from kilotwin.runs.served_grid import Serving
+from kilotwin.runs.job import Job, Probes, Serving
 
 # Into the black box the engine writes, before it runs a robot, the robot's id and its tick.
 _BLACK_BOX = struct.Struct("=II")
@@ -45,25 +43,6 @@ _PAGE_BYTES = 4096
 # From the first interrupt on: what the engine has under way takes a second or so, unless a program
 # keeps it.
 _PATIENCE_S = 10.0
-
-
-class Display(Protocol):
-    """Shows a run while it goes on."""
-
-    def note(self, text: str) -> None:
-        """Says what is being prepared."""
-
-    def warn(self, text: str) -> None:
-        """Says, also to who wants to see nothing, what cannot wait for the end."""
-
-    def start(self, experiment: Experiment, folder: Path) -> None:
-        """The run begins."""
-
-    def progress(self, tick: int, resting: dict[str, int], not_resting: int) -> None:
-        """So far has it come."""
-
-    def stop(self) -> None:
-        """The run is over, one way or another."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +63,7 @@ def run(
     command_line: list[str],
     display: Display,
     *,
-    serving: "Serving | None" = None,
+    serving: Serving | None = None,
     probes: Probes | None = None,
 ) -> Outcome:
     """Builds the programs, runs the experiment, leaves the run folder. Input errors leave none.

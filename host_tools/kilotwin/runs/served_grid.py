@@ -7,18 +7,18 @@ host's first RUN.
 
 import math
 import time
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from kilotwin import _emulator
-from kilotwin.errors import DeviceError, InputError
+from kilotwin.errors import DeviceError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.grid import frames as wire
 from kilotwin.grid.can_log import CanLog
 from kilotwin.grid.links import Frames
 from kilotwin.runs.folder import CAN_LOG
+from kilotwin.runs.job import Serving
 from kilotwin.runs.tracking import sites_of_cells
 from kilotwin.runs.writer import RunWriter
 from kilotwin.units import TICK_S, seconds, ticks
@@ -30,27 +30,6 @@ if TYPE_CHECKING:
 # gone is not waited for.
 _QUIET_S, _GRACE_S = 3.0, 30.0
 _FLUSH_S = 0.5
-
-
-@dataclass(frozen=True)
-class Serving:
-    """How a table waits. `interfaces` of the kernel, one per bus, in place of the server.
-
-    `speed`: simulated seconds per second; infinite for as fast as it goes.
-    """
-
-    port: int | None = None
-    interfaces: tuple[str, ...] = ()
-    speed: float = 1.0
-
-    def check(self, experiment: Experiment) -> None:
-        """InputError if the experiment has no such table."""
-        if experiment.plan is None:
-            raise InputError(f"{experiment.origin.source}: no [grid] to serve; add it")
-        buses = experiment.plan.layout.buses
-        if self.interfaces and len(self.interfaces) != buses:
-            what = f"{len(self.interfaces)} interfaces are named, but the grid has {buses} buses"
-            raise InputError(f"--can: {what}; give --can once per bus")
 
 
 class ServedTable:

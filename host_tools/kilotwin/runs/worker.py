@@ -30,15 +30,15 @@ from kilotwin.errors import (
 from kilotwin.experiment.engine_spec import engine_spec
 from kilotwin.experiment.informed import informed_for
 from kilotwin.experiment.states import Counts
+from kilotwin.runs.emulated_grid import EmulatedHost, lead_ticks
 from kilotwin.runs.folder import FAILURES, FINISHED, INTERRUPTED, close_manifest
 from kilotwin.runs.job import Job
+from kilotwin.runs.served_grid import ServedTable
 from kilotwin.runs.writer import RunWriter
 from kilotwin.units import seconds, ticks
 
 if TYPE_CHECKING:
     from kilotwin._emulator import Event, Samples
-    from kilotwin.runs.emulated_grid import EmulatedHost
-    from kilotwin.runs.served_grid import ServedTable
 
 # About how long a call of the engine takes. Until it is over nobody is heard; at its end no robot
 # may have been run ahead, which with 100,000 robots would cost an eighth at a third of this time.
@@ -171,7 +171,7 @@ class Trial(Generic[WriterT]):
             self._take(simulation.snapshot())
         return simulation.tick >= end
 
-    def _serve(self, table: "ServedTable", stopped: Callable[[], bool]) -> bool:
+    def _serve(self, table: ServedTable, stopped: Callable[[], bool]) -> bool:
         """Until a host has had its run; False if stopped before."""
         while not table.over and not stopped():
             self._simulation.advance(1)
@@ -256,15 +256,11 @@ class Trial(Generic[WriterT]):
         if self._table is not None:
             self._table.close()
 
-    def _join_grid(self) -> "tuple[EmulatedHost | None, ServedTable | None]":
+    def _join_grid(self) -> tuple[EmulatedHost | None, ServedTable | None]:
         """The grid's host, or the buses on which it waits for one; neither without a grid."""
         job = self._job
         if self._keys.grid is None:
             return None, None
-        # Runs without a grid do without the CAN tools, which take a moment to load.
-        from kilotwin.runs.emulated_grid import EmulatedHost  # noqa: PLC0415
-        from kilotwin.runs.served_grid import ServedTable  # noqa: PLC0415
-
         writer = self.writer if isinstance(self.writer, RunWriter) else None
         if job.serving is None:
             return EmulatedHost(self._simulation, job.experiment, writer), None
@@ -300,8 +296,6 @@ class Trial(Generic[WriterT]):
     def _lead_ticks(self) -> int:
         if self._keys.grid is None or self._job.serving is not None:
             return 0
-        from kilotwin.runs.emulated_grid import lead_ticks  # noqa: PLC0415 (as in _join_grid)
-
         return lead_ticks(self._job.experiment)
 
 

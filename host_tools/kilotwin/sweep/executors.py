@@ -17,7 +17,7 @@ from multiprocessing import get_context
 from typing import Any, Protocol
 
 from kilotwin.errors import DeviceError, InputError
-from kilotwin.sweep.plan import SlurmOptions
+from kilotwin.sweep.plan import Plan, SlurmOptions
 
 _CONNECT_S = 5
 _ADDRESS = re.compile(r"((tcp|tls|wss?|ucx)://)?([^\s:/]+|\[[0-9a-fA-F:.]+\]):\d{1,5}")
@@ -168,3 +168,14 @@ class Slurm:
             ) from None
         with cluster:
             yield cluster
+
+
+def choose_place(plan: Plan, processes: int | None, dask: str | None, slurm: bool) -> Place:
+    """Where the trials run; processes of this machine, one per core, if nothing else is asked."""
+    if dask:
+        return Dask(dask)
+    if slurm:
+        jobs = Slurm(plan.keys.slurm, plan.origin.where(("slurm",)))
+        jobs.job_script()  # what is wrong with the options is reported before anything is written
+        return jobs
+    return Processes(processes or len(os.sched_getaffinity(0)))

@@ -16,12 +16,12 @@ import pyarrow as pa
 
 from kilotwin import _emulator
 from kilotwin.build.group import build_group
-from kilotwin.commands.terminal import Silent
 from kilotwin.errors import KilotwinError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.states import Counts, States, count
 from kilotwin.runs import run
 from kilotwin.runs.columns import Records
+from kilotwin.runs.display import NoDisplay
 from kilotwin.runs.job import Job
 from kilotwin.runs.reader import Run
 from kilotwin.runs.worker import Trial
@@ -96,7 +96,7 @@ def measure(task: Task) -> Measured | Failed:
 def measure_apart(task: Task) -> Measured | Failed:
     """Runs the trial in a process of its own, into `task.folder`."""
     try:
-        outcome = run.run(task.experiment, task.folder, ["kilotwin", "sweep"], Silent())
+        outcome = run.run(task.experiment, task.folder, ["kilotwin", "sweep"], NoDisplay())
     except KilotwinError as error:
         return Failed(task.key, str(error), task.folder if task.folder.exists() else None)
     if outcome.exit_code != 0:

@@ -13,7 +13,6 @@ from typing import Any, Protocol
 
 from kilotwin.build.group import build_group
 from kilotwin.build.guest import Guest, Notify
-from kilotwin.commands.terminal import duration
 from kilotwin.errors import EXIT_INTERRUPTED, KilotwinError, RunError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.programs import Program
@@ -30,6 +29,7 @@ from kilotwin.sweep.measure import (
     measure_apart,
 )
 from kilotwin.sweep.plan import Plan, Trial, shown
+from kilotwin.units import duration_text
 
 # CPU time of one second of a robot, a module and a simulated ATmega328P, from docs/performance.md.
 _ROBOT_CPU_S = {"ideal": 1 / 600_000, "kilobot": 1 / 400_000}
@@ -75,7 +75,9 @@ class Estimate:
         source = "by the trials that are there" if self.measured else "a guess"
         there = f", {self.done} of them there already" if self.done else ""
         workers = place.workers()
-        took = duration(self.cpu_s / (workers or 1)) + (" of one core" if workers is None else "")
+        took = duration_text(self.cpu_s / (workers or 1)) + (
+            " of one core" if workers is None else ""
+        )
         return (
             f"{self.trials} trials{there}; about {took} on {place.name} ({source}), "
             f"{self.disk_bytes / 1e6:.0f} MB"

@@ -1,0 +1,139 @@
+"""`kilotwin run`: an experiment in the emulator."""
+
+import json
+import math
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from kilotwin.commands import lazy, terminal
+from kilotwin.commands.options import (
+    File,
+    Json,
+    Quiet,
+    RunFolder,
+    Seed,
+    Settings,
+    Speed,
+    command_app,
+    given_settings,
+)
+from kilotwin.errors import EXIT_INTERRUPTED
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.text import Setting
+from kilotwin.runs import run as runner
+from kilotwin.runs.job import Probes, Serving
+
+app = command_app()
+
+Plots = Annotated[
+    bool,
+    typer.Option(
+        "--plots",
+        envvar="KILOTWIN_PLOTS",
+        help="Also write map.png and timeline.png into the folder.",
+    ),
+]
+Serve = Annotated[
+    bool,
+    typer.Option(
+        "--serve",
+        envvar="KILOTWIN_SERVE",
+        help="[grid] only: wait on CAN buses for a host, in real time; see `kilotwin record`.",
+    ),
+]
+Port = Annotated[
+    int | None,
+    typer.Option(min=1, max=65535, envvar="KILOTWIN_PORT", help="--serve: on this port."),
+]
+Interfaces = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--can",
+        metavar="INTERFACE",
+        envvar="KILOTWIN_SERVE_CAN",
+        help="--serve: on these interfaces of the kernel, one per bus.",
+    ),
+]
+Fast = Annotated[
+    bool, typer.Option("--fast", envvar="KILOTWIN_FAST", help="--serve: do not wait at all.")
+]
+Gdb = Annotated[
+    int | None,
+    typer.Option(
+        metavar="ROBOT",
+        min=0,
+        envvar="KILOTWIN_GDB",
+        help="Let avr-gdb control a robot that runs on an ATmega328P.",
+    ),
+]
+GdbPort = Annotated[
+    int,
+    typer.Option(min=1024, max=65535, envvar="KILOTWIN_GDB_PORT", help="Where gdb connects."),
+]
+Vcd = Annotated[
+    list[int] | None,
+    typer.Option(
+        metavar="ROBOT",
+        min=0,
+        envvar="KILOTWIN_VCD",
+        help="Trace the pins of a robot on an ATmega328P into the folder; repeatable.",
+    ),
+]
+
+
+@app.command(
+    epilog="Examples:\n\n"
+    "  kilotwin run experiments/paper/simplified-n100.toml\n\n"
+    "  kilotwin run experiments/paper/firat-n50.toml --seed 7 --set swarm.informed=0.5 --json\n\n"
+    "  kilotwin run experiments/kilogrid/paper-n50.toml --serve"
+)
+def run(
+    experiment: File,
+    *,
+    seed: Seed = None,
+    settings: Settings = None,
+    out: RunFolder = None,
+    plots: Plots = False,
+    serve: Serve = False,
+    port: Port = None,
+    can: Interfaces = None,
+    speed: Speed = 1.0,
+    fast: Fast = False,
+    gdb: Gdb = None,
+    gdb_port: GdbPort = 1234,
+    vcd: Vcd = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Run an experiment and leave a run folder."""
+    given = given_settings(settings, seed)
+    serving = None
+    if serve:
+        # The engine hears the host once in a world step.
+        given.insert(0, Setting(("engine", "step_ticks"), 1, "--serve"))
+        serving = Serving(port, tuple(can or ()), math.inf if fast else speed)
+    loaded = Experiment.load(experiment, given)
+    if serving is not None:
+        serving.check(loaded)
+    probes = Probes(gdb, gdb_port, tuple(vcd or ()))
+    outcome = runner.run(
+        loaded, out, sys.argv, terminal.display(quiet), serving=serving, probes=probes
+    )
+    summary = outcome.summary
+    if plots:
+        _plot_both(Path(summary["run_folder"]))
+    typer.echo(json.dumps(summary) if as_json else terminal.summary_text(summary))
+    if troubles := terminal.troubles_text(summary):
+        typer.echo(troubles, err=True)
+    if outcome.exit_code == EXIT_INTERRUPTED:
+        typer.echo("interrupted; what was recorded is kept", err=True)
+    raise typer.Exit(outcome.exit_code)
+
+
+def _plot_both(folder: Path) -> None:
+    plot = lazy.load("plot.figures")
+    for figure in ("map", "timeline"):
+        plot.write_figure(figure, folder, folder / f"{figure}.png")

@@ -1,0 +1,116 @@
+"""`kilotwin sweep`: many experiments into one data set."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from kilotwin.commands import terminal
+from kilotwin.commands.options import Json, Quiet, command_app, given_settings
+from kilotwin.errors import InputError
+from kilotwin.sweep.executors import choose_place
+from kilotwin.sweep.plan import read_plan
+from kilotwin.sweep.report import listing_text, summary_text
+from kilotwin.sweep.runner import Sweep, default_folder
+
+app = command_app()
+
+NumberOfProcesses = Annotated[
+    int | None,
+    typer.Option(
+        "-j", "--processes", min=1, envvar="KILOTWIN_PROCESSES", help="All cores if not given."
+    ),
+]
+DaskAddress = Annotated[
+    str | None,
+    typer.Option(
+        metavar="ADDRESS",
+        envvar="KILOTWIN_DASK",
+        help="Run on the Dask cluster with its scheduler there.",
+    ),
+]
+UseSlurm = Annotated[
+    bool,
+    typer.Option(
+        "--slurm", envvar="KILOTWIN_SLURM", help="Run in jobs of Slurm, as \\[slurm] says."
+    ),
+]
+Seeds = Annotated[
+    int | None,
+    typer.Option(min=1, envvar="KILOTWIN_SEEDS", help="In place of the file's numbers."),
+]
+AllSettings = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        envvar="KILOTWIN_SET",
+        help="Set any key of all experiments; repeatable.",
+    ),
+]
+DataFolder = Annotated[
+    Path | None,
+    typer.Option(
+        envvar="KILOTWIN_OUT", help="The folder of the data set; runs/sweep-NAME if not given."
+    ),
+]
+Listing = Annotated[
+    bool,
+    typer.Option(
+        "--list",
+        envvar="KILOTWIN_LIST",
+        help="Only list the trials and whether they are there already.",
+    ),
+]
+Resume = Annotated[
+    bool,
+    typer.Option(
+        envvar="KILOTWIN_RESUME",
+        help="Go on where it was stopped, or want a folder without trials.",
+    ),
+]
+
+
+@app.command(
+    epilog="Examples:\n\n"
+    "  kilotwin sweep experiments/paper/grid.toml -j 2\n\n"
+    "  kilotwin sweep my.toml --seeds 2 --set duration_s=600 --list\n\n"
+    "  kilotwin sweep my.toml --dask tcp://head-node:8786"
+)
+def sweep(
+    file: Annotated[Path, typer.Argument(metavar="SWEEP", help="The sweep's TOML file.")],
+    *,
+    processes: NumberOfProcesses = None,
+    dask: DaskAddress = None,
+    slurm: UseSlurm = False,
+    seeds: Seeds = None,
+    settings: AllSettings = None,
+    out: DataFolder = None,
+    listing: Listing = False,
+    resume: Resume = True,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Run an experiment many times, varied, into one data set. Goes on where it was stopped."""
+    if dask and slurm:
+        raise InputError("--dask and --slurm: a sweep runs in one place; name one of them")
+    display = terminal.sweep_display(quiet)
+    plan = read_plan(file, given_settings(settings, None), seeds)
+    place = choose_place(plan, processes, dask, slurm)
+    prepared = Sweep.prepare(plan, out or default_folder(plan), display.note)
+    if listing:
+        typer.echo(listing_text(prepared, place, as_json))
+        return
+    estimate = prepared.estimate()
+    if estimate.done and not resume:
+        raise InputError(
+            f"--no-resume: {prepared.data.folder} holds {estimate.done} of these trials; name "
+            "another folder by --out, or leave --no-resume out to go on"
+        )
+    display.note(estimate.text(place))
+    with prepared.data.held():
+        prepared.run(place, display)
+        summary = prepared.summary(prepared.finish())
+    typer.echo(json.dumps(summary) if as_json else summary_text(summary))
+    raise typer.Exit(prepared.exit_code)

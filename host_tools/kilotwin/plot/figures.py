@@ -1,0 +1,46 @@
+"""Figures of run folders and of sweeps, as PNG, SVG or PDF."""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from kilotwin.errors import InputError
+from kilotwin.plot import style
+from kilotwin.plot.map import draw_map
+from kilotwin.plot.sweep import draw_error, draw_iqr, draw_median, draw_symmetry
+from kilotwin.plot.timeline import draw_timeline
+from kilotwin.runs.reader import Run
+from kilotwin.sweep.conditions import Conditions
+
+RUN_FIGURES: dict[str, Callable[[Run], Figure]] = {"map": draw_map, "timeline": draw_timeline}
+SWEEP_FIGURES: dict[str, Callable[[Conditions], Figure]] = {
+    "median": draw_median,
+    "iqr": draw_iqr,
+    "symmetry": draw_symmetry,
+    "error": draw_error,
+}
+_SUFFIXES = {".png", ".svg", ".pdf"}
+
+
+def write_figure(figure: str, folder: Path, target: Path, where: Sequence[str] = ()) -> None:
+    """Draws a figure of a run's or a sweep's folder; what cannot be done is an InputError.
+
+    `where`: which of the sweep's trials, as for Conditions.open().
+    """
+    if target.suffix.lower() not in _SUFFIXES:
+        raise InputError(f"-o {target}: not a kind of picture; end the name in .png, .svg or .pdf")
+    if figure in RUN_FIGURES:
+        if where:
+            raise InputError(f"--where {where[0]}: for figures of sweeps; {figure} is of one run")
+        drawing = partial(RUN_FIGURES[figure], Run.open(folder))
+    else:
+        drawing = partial(SWEEP_FIGURES[figure], Conditions.open(folder, where))
+    drawn = style.draw(drawing)
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        style.save(drawn, target)
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise InputError(f"-o {target}: cannot be written ({reason}); name another file") from None

@@ -1,0 +1,121 @@
+"""`kilotwin port`: will a program run on the robot as it does here?"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from kilotwin.build.avr import build_image
+from kilotwin.build.guest import Notify
+from kilotwin.build.guest import build as build_guest
+from kilotwin.errors import InputError
+from kilotwin.experiment.programs import ProgramError, find_program
+from kilotwin.port import machine_code, retrial, source_text
+from kilotwin.port import trial as trials
+from kilotwin.port.disassembly import Disassembly
+from kilotwin.port.findings import Finding, Weight
+from kilotwin.port.machine_code import FLASH_BYTES, RAM_BYTES
+from kilotwin.port.retrial import Tried
+from kilotwin.port.roles import find_roles, own_lines
+from kilotwin.port.stack import StackBound, bound
+from kilotwin.port.trial import Outcome, Trial
+
+_SHOWN_CHAIN = 120
+
+
+@dataclass(frozen=True)
+class Report:
+    """What was found on one program: `findings` in the order of weight, then of place."""
+
+    program: str
+    flash_bytes: int
+    ram_bytes: int
+    stack: StackBound
+    trial: Outcome | None
+    """None: it was not run."""
+    findings: tuple[Finding, ...]
+
+    @property
+    def fails(self) -> bool:
+        """Whether it would fail on the robot."""
+        return any(finding.weight is Weight.FAILS for finding in self.findings)
+
+    def as_dict(self) -> dict[str, Any]:
+        """What --json prints."""
+        return {
+            "program": self.program,
+            "fails": self.fails,
+            "flash_bytes": self.flash_bytes,
+            "flash_budget_bytes": FLASH_BYTES,
+            "ram_bytes": self.ram_bytes,
+            "ram_budget_bytes": RAM_BYTES,
+            "stack_bound_bytes": self.stack.bytes,
+            "stack_bound_by": self.stack.why,
+            "trial": self.trial.as_dict() if self.trial else None,
+            "findings": [finding.as_dict() for finding in self.findings],
+        }
+
+    def text(self) -> str:
+        """For people."""
+        stack = "no bound" if self.stack.bytes is None else f"{self.stack.bytes:,} bytes at most"
+        why = self.stack.why
+        lines = [
+            f"{self.program}, on an ATmega328P:",
+            f"  flash  {self.flash_bytes:6,} of {FLASH_BYTES:,} bytes",
+            f"  RAM    {self.ram_bytes:6,} of {RAM_BYTES:,} bytes of variables",
+            f"  stack  {stack} ({why if len(why) <= _SHOWN_CHAIN else why[:_SHOWN_CHAIN] + '...'})",
+            *(self.trial.lines() if self.trial else ()),
+            "",
+            *(finding.text() for finding in self.findings),
+        ]
+        if not self.findings:
+            lines.append("nothing found that would go wrong on the robot")
+        return "\n".join(lines)
+
+
+def check(
+    written: Sequence[str],
+    include: Sequence[str],
+    define: Sequence[str],
+    trial: Trial | None,
+    notify: Notify,
+) -> Report:
+    """Builds the program for the robot and looks for what goes wrong there, in a `trial` too."""
+    try:
+        program = find_program(written, Path.cwd(), include, define)
+    except ProgramError as error:
+        raise InputError(str(error)) from None
+    image = build_image(program, notify)
+    code = Disassembly.of(image)
+    lines = own_lines(program)
+    roles = find_roles(lines)
+    stack = bound(code, roles)
+    findings = [
+        *machine_code.size(code, stack),
+        *machine_code.interrupts(code, roles),
+        *machine_code.torn(code, roles),
+        *source_text.ticks(lines),
+        *source_text.motors(lines),
+        *source_text.checksum(lines, roles),
+        *source_text.widths(program),
+    ]
+    # The API's own code is not the program's to mend.
+    own = {line.place.file for line in lines}
+    theirs = [found for found in findings if found.place is None or found.place.file in own]
+    outcome = None
+    if trial is not None:
+        guest = build_guest(program, notify)
+        notify(f"running {program.written} for {trial.seconds:g} s on an ATmega328P and here")
+        outcome = trials.run(trial, guest, image, code, roles)
+        theirs += trials.findings(outcome)
+        theirs += retrial.findings(Tried(program, code, roles, trial), outcome, notify)
+    return Report(program.name, code.flash_bytes, code.ram_bytes, stack, outcome, _in_order(theirs))
+
+
+def _in_order(findings: Sequence[Finding]) -> tuple[Finding, ...]:
+    def order(finding: Finding) -> tuple[bool, str, int, str]:
+        place = finding.place
+        where = (place.file, place.line) if place else ("", 0)
+        return finding.weight is not Weight.FAILS, *where, finding.check
+
+    return tuple(sorted(dict.fromkeys(findings), key=order))

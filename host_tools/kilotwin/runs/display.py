@@ -1,0 +1,44 @@
+"""What a run calls to show itself; the command line implements it."""
+
+from pathlib import Path
+from typing import Protocol
+
+from kilotwin.experiment.experiment import Experiment
+
+
+class Display(Protocol):
+    """Shows a run while it goes on."""
+
+    def note(self, text: str) -> None:
+        """Shows what is being prepared."""
+
+    def warn(self, text: str) -> None:
+        """Shows what cannot wait for the end, also where nothing else is shown."""
+
+    def start(self, experiment: Experiment, folder: Path) -> None:
+        """The run begins."""
+
+    def progress(self, tick: int, resting: dict[str, int], not_resting: int) -> None:
+        """The run has come to `tick`; robots at rest per site, and not at rest."""
+
+    def stop(self) -> None:
+        """The run is over, one way or another."""
+
+
+class NoDisplay:
+    """Shows nothing."""
+
+    def note(self, text: str) -> None:
+        """Nothing."""
+
+    def warn(self, text: str) -> None:
+        """Nothing."""
+
+    def start(self, experiment: Experiment, folder: Path) -> None:
+        """Nothing."""
+
+    def progress(self, tick: int, resting: dict[str, int], not_resting: int) -> None:
+        """Nothing."""
+
+    def stop(self) -> None:
+        """Nothing."""
