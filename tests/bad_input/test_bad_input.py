@@ -1,6 +1,7 @@
 """Bad input ends with one line that says cause, place and remedy, with 2, and leaves nothing.
 
-Each cases/NAME.toml has what is expected of it in cases/NAME.expected; {cases} is their folder.
+Each cases/SUBJECT/NAME.toml has what is expected of it beside it, in NAME.expected; {cases} is the
+folder `cases`, where the command is run.
 """
 
 import os
@@ -69,11 +70,11 @@ def contents(folder: Path) -> set[Path]:
     return set(folder.rglob("*"))
 
 
-@pytest.mark.parametrize("case", sorted(CASES.glob("*.toml")), ids=lambda case: case.stem)
+@pytest.mark.parametrize("case", sorted(CASES.glob("*/*.toml")), ids=lambda case: case.stem)
 def test_a_bad_experiment_is_refused_in_one_line(
     case: Path, refuse: Refuse, tmp_path: Path
 ) -> None:
-    first, *others = refuse(case.name, "--out", str(tmp_path / "run")).splitlines()
+    first, *others = refuse(str(case.relative_to(CASES)), "--out", str(tmp_path / "run")).splitlines()
     expected = case.with_suffix(".expected").read_text().rstrip("\n")
     assert first == "kilotwin: " + expected.replace("{cases}", str(CASES))
     # Only a compiler has more to say.
@@ -82,12 +83,12 @@ def test_a_bad_experiment_is_refused_in_one_line(
 
 def test_every_expectation_has_its_case() -> None:
     assert [
-        path.name for path in CASES.glob("*.expected") if not path.with_suffix(".toml").exists()
+        path.name for path in CASES.glob("*/*.expected") if not path.with_suffix(".toml").exists()
     ] == []
 
 
 def test_the_compilers_words_are_shown_as_they_are(refuse: Refuse) -> None:
-    said = refuse("program_that_does_not_compile.toml")
+    said = refuse("build/program_that_does_not_compile.toml")
     assert re.search(r"^\S*/programs/broken\.c:6:13: error: ", said, re.MULTILINE)
 
 
@@ -97,10 +98,10 @@ def test_the_compilers_words_are_shown_as_they_are(refuse: Refuse) -> None:
         (["nowhere.toml"], "nowhere.toml: no such file or directory; name an experiment's"),
         (["programs"], "programs: a folder; name an experiment's TOML file"),
         (["programs/blink.c"], 'name a TOML file, with program = "blink.c" in its [[robots]]'),
-        (["informed_share_over_1.toml", "--set", "swarm.informed=2"], "--set swarm.informed=2: "),
-        (["informed_share_over_1.toml", "--set", "swarm.informed"], "not of the form key=value"),
-        (["two_sites_of_one_name.toml", "--set", "site.1.nam=x"], "did you mean 'name'?"),
-        (["wrong_step.toml", "--seed", "-3", "--set", "engine.step_ticks=2"], "--seed -3: seed is"),
+        (["swarm/informed_share_over_1.toml", "--set", "swarm.informed=2"], "--set swarm.informed=2: "),
+        (["swarm/informed_share_over_1.toml", "--set", "swarm.informed"], "not of the form key=value"),
+        (["arena/two_sites_of_one_name.toml", "--set", "site.1.nam=x"], "did you mean 'name'?"),
+        (["keys/wrong_step.toml", "--seed", "-3", "--set", "engine.step_ticks=2"], "--seed -3: seed is"),
     ],
 )
 def test_bad_words_are_named(words: list[str], said: str, refuse: Refuse) -> None:
@@ -153,13 +154,13 @@ def test_more_robots_than_the_engine_can_place_are_refused(refuse: Refuse, tmp_p
 def test_the_installed_command_refuses_just_so(tmp_path: Path) -> None:
     """Once through a process of its own, as people call it."""
     done = subprocess.run(
-        [sys.executable, "-m", "kilotwin", "run", "unknown_key.toml", "--out", tmp_path / "run"],
+        [sys.executable, "-m", "kilotwin", "run", "keys/unknown_key.toml", "--out", tmp_path / "run"],
         cwd=CASES,
         capture_output=True,
         text=True,
         check=False,
     )
     assert done.returncode == 2
-    assert done.stderr == "kilotwin: " + (CASES / "unknown_key.expected").read_text()
+    assert done.stderr == "kilotwin: " + (CASES / "keys/unknown_key.expected").read_text()
     assert done.stdout == ""
     assert not (tmp_path / "run").exists()

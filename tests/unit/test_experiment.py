@@ -32,7 +32,7 @@ def test_a_file_without_a_name_is_called_after_itself(load: Load) -> None:
 
 
 def test_a_run_that_a_setting_makes_short_leaves_out_what_comes_later() -> None:
-    file = Path(__file__).parents[1] / "bad_input" / "cases" / "command_after_the_end.toml"
+    file = Path(__file__).parents[1] / "bad_input" / "cases" / "command" / "command_after_the_end.toml"
     short = Experiment.load(file, [parse_setting("duration_s=30")])
     assert short.keys.command is not None
     assert short.keys.command[-1].at_s > short.keys.duration_s
