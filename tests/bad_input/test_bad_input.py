@@ -29,6 +29,9 @@ program = "{program}"
 size = {size}
 """
 
+OVER_1, STEP = "swarm/informed_share_over_1.toml", "keys/wrong_step.toml"
+UNKNOWN = "keys/unknown_key.toml"
+
 Refuse = Callable[..., str]
 
 
@@ -74,7 +77,8 @@ def contents(folder: Path) -> set[Path]:
 def test_a_bad_experiment_is_refused_in_one_line(
     case: Path, refuse: Refuse, tmp_path: Path
 ) -> None:
-    first, *others = refuse(str(case.relative_to(CASES)), "--out", str(tmp_path / "run")).splitlines()
+    name, out = str(case.relative_to(CASES)), str(tmp_path / "run")
+    first, *others = refuse(name, "--out", out).splitlines()
     expected = case.with_suffix(".expected").read_text().rstrip("\n")
     assert first == "kilotwin: " + expected.replace("{cases}", str(CASES))
     # Only a compiler has more to say.
@@ -98,10 +102,19 @@ def test_the_compilers_words_are_shown_as_they_are(refuse: Refuse) -> None:
         (["nowhere.toml"], "nowhere.toml: no such file or directory; name an experiment's"),
         (["programs"], "programs: a folder; name an experiment's TOML file"),
         (["programs/blink.c"], 'name a TOML file, with program = "blink.c" in its [[robots]]'),
-        (["swarm/informed_share_over_1.toml", "--set", "swarm.informed=2"], "--set swarm.informed=2: "),
-        (["swarm/informed_share_over_1.toml", "--set", "swarm.informed"], "not of the form key=value"),
+        (
+            [OVER_1, "--set", "swarm.informed=2"],
+            "--set swarm.informed=2: ",
+        ),
+        (
+            [OVER_1, "--set", "swarm.informed"],
+            "not of the form key=value",
+        ),
         (["arena/two_sites_of_one_name.toml", "--set", "site.1.nam=x"], "did you mean 'name'?"),
-        (["keys/wrong_step.toml", "--seed", "-3", "--set", "engine.step_ticks=2"], "--seed -3: seed is"),
+        (
+            [STEP, "--seed", "-3", "--set", "engine.step_ticks=2"],
+            "--seed -3: seed is",
+        ),
     ],
 )
 def test_bad_words_are_named(words: list[str], said: str, refuse: Refuse) -> None:
@@ -154,7 +167,15 @@ def test_more_robots_than_the_engine_can_place_are_refused(refuse: Refuse, tmp_p
 def test_the_installed_command_refuses_just_so(tmp_path: Path) -> None:
     """Once through a process of its own, as people call it."""
     done = subprocess.run(
-        [sys.executable, "-m", "kilotwin", "run", "keys/unknown_key.toml", "--out", tmp_path / "run"],
+        [
+            sys.executable,
+            "-m",
+            "kilotwin",
+            "run",
+            UNKNOWN,
+            "--out",
+            tmp_path / "run",
+        ],
         cwd=CASES,
         capture_output=True,
         text=True,

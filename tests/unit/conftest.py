@@ -49,6 +49,35 @@ white = 0.3
 [controller]
 """
 
+GRID = """\
+duration_s = 100
+
+[grid]
+columns = 4
+rows = 6
+buses = 2
+program = "blink.c"
+
+[[site]]
+name = "black"
+shape = "rectangle"
+centre_m = [-0.1, 0.0]
+width_m = 0.1
+height_m = 0.2
+
+[[site]]
+name = "white"
+centre_m = [0.1, 0.0]
+diameter_m = 0.12
+
+[swarm]
+profile = "kilobot"
+program = "blink.c"
+size = 5
+
+[controller]
+"""
+
 BLINK = """\
 #include <kilolib.h>
 

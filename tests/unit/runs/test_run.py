@@ -20,7 +20,7 @@ from kilotwin.runs import run
 from kilotwin.runs.folder import FINISHED
 from kilotwin.runs.reader import Run
 
-from .conftest import BLINK, INFORMED, SMALL, Kilotwin, Load
+from ..conftest import BLINK, INFORMED, SMALL, Kilotwin, Load
 
 Start = Callable[..., "subprocess.Popen[str]"]
 

@@ -4,7 +4,7 @@ import ctypes
 import json
 from pathlib import Path
 
-from .conftest import Kilotwin
+from ..conftest import Kilotwin
 
 
 def test_it_says_where_the_guest_is_and_how_large(kilotwin: Kilotwin, folder: Path) -> None:

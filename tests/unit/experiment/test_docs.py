@@ -9,9 +9,9 @@ from kilotwin.experiment.colours import LED_COLOURS
 from kilotwin.experiment.docs import renewed, table
 from kilotwin.experiment.schema import ExperimentSchema
 
-from .conftest import SMALL, Load
+from ..conftest import SMALL, Load
 
-DOCUMENT = Path(__file__).parents[2] / "docs" / "experiments.md"
+DOCUMENT = Path(__file__).parents[3] / "docs" / "experiments.md"
 TEXT = DOCUMENT.read_text()
 
 

@@ -11,7 +11,7 @@ from kilotwin import World
 from kilotwin.build.guest import build
 from kilotwin.experiment.programs import find_program
 
-GUESTS = sorted((Path(__file__).parents[1] / "guests_avr").glob("*.c"))
+GUESTS = sorted((Path(__file__).parents[2] / "guests_avr").glob("*.c"))
 STOPS = "assert_stops_the_robot"
 NAMES = [guest.stem for guest in GUESTS]
 

@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 
-from .conftest import Kilotwin
+from ..conftest import Kilotwin
 
 NOT_KICKED = """\
 #include <kilolib.h>

@@ -9,7 +9,7 @@ from kilotwin.experiment.overhead import message_of, region, timed, uids
 from kilotwin.experiment.profiles import PROFILES
 from kilotwin.experiment.schema import Command
 
-from .conftest import SMALL, Kilotwin, Load
+from ..conftest import SMALL, Kilotwin, Load
 
 KILOBOT = PROFILES["kilobot"]
 

@@ -6,7 +6,7 @@ from kilotwin.experiment.engine_spec import engine_spec
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.profiles import KILOBOT_MEDIUM, PROFILES, motion_defaults
 
-from .conftest import SMALL, Load
+from ..conftest import SMALL, Load
 
 KILOBOT = SMALL.replace('"foot-bot"', '"kilobot"')
 

@@ -17,7 +17,7 @@ from kilotwin.files import resources
 from kilotwin.plot.figures import RUN_FIGURES, SWEEP_FIGURES
 from kilotwin.runs import run
 
-from .conftest import Kilotwin
+from ..conftest import Kilotwin
 
 COMMANDS = ["doctor", "run", "sweep", "plot", "build", "port", "compare", "bench", "record"]
 GRID_COMMANDS = ["ls", "health", "setup", "run", "pause", "idle", "send"]

@@ -14,9 +14,9 @@ import pytest
 from kilotwin import RGB, World
 from kilotwin.errors import InputError, RunError
 
-from .conftest import BLINK, SMALL
+from ..conftest import BLINK, SMALL
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 
 TALKER = """\
 #define DEBUG

@@ -14,7 +14,7 @@ from kilotwin.build.guest import build
 from kilotwin.errors import InputError, RunError
 from kilotwin.experiment.programs import find_program
 
-from .conftest import BLINK
+from ..conftest import BLINK
 
 HERE = Path("/nowhere")
 

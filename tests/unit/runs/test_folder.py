@@ -21,7 +21,7 @@ from kilotwin.runs.folder import check_free, close_manifest, default_folder
 from kilotwin.runs.reader import Run
 from kilotwin.runs.writer import RunWriter
 
-from .conftest import SMALL, Load
+from ..conftest import SMALL, Load
 
 if TYPE_CHECKING:
     from kilotwin._emulator import Event, Samples
@@ -176,7 +176,7 @@ import sys, time
 from collections.abc import Callable
 from pathlib import Path
 from kilotwin.experiment.experiment import Experiment
-from tests.unit.test_run_folder import some_samples, RunWriter
+from tests.unit.runs.test_folder import some_samples, RunWriter
 experiment = Experiment.load(Path(sys.argv[1]))
 writer = RunWriter(Path(sys.argv[2]), experiment, {"status": "running"})
 batch = 0
@@ -191,7 +191,7 @@ def test_a_writer_killed_at_any_moment_leaves_what_it_wrote(
     moment_s: float, experiment: Experiment, tmp_path: Path
 ) -> None:
     target = tmp_path / "run"
-    root = Path(__file__).parents[2]
+    root = Path(__file__).parents[3]
     with subprocess.Popen(
         [sys.executable, "-c", WRITER, str(experiment.origin.source), str(target)],
         env={**os.environ, "PYTHONPATH": str(root)},

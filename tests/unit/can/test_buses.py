@@ -12,8 +12,7 @@ from kilotwin.errors import DeviceError, InputError
 from kilotwin.experiment.overhead import WAKEUP
 from kilotwin.grid.console import Console, message_for_robots
 
-from .conftest import Kilotwin, Load
-from .test_grid_plan import GRID
+from ..conftest import GRID, Kilotwin, Load
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import pytest
 from kilotwin.experiment.colours import LED_COLOURS, led_byte, led_rgb
 from kilotwin.experiment.states import States, count
 
-from .conftest import SMALL, Load
+from ..conftest import SMALL, Load
 
 WITH_CONTROLLER = f"{SMALL}\n[controller]\n"
 

@@ -12,7 +12,7 @@ from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.profiles import CONTROLLER_DEFAULTS, READING_DEFAULTS
 from kilotwin.experiment.schema import Controller, Reading
 
-from .conftest import INFORMED, SMALL, Load
+from ..conftest import INFORMED, SMALL, Load
 
 # The hex has no robot's role; the range of the messages decides.
 NOT_SENT_TO_ALL = {"INFORMED_SITE"}

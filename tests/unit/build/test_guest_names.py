@@ -12,7 +12,7 @@ import pytest
 
 from kilotwin import World
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 API = ["kilolib.h", "message.h", "message_crc.h"]
 TALKER = """
 #include "kilolib.h"

@@ -21,7 +21,7 @@ from kilotwin.plot.style import site_fills, state_colours
 from kilotwin.runs.folder import close_manifest
 from kilotwin.runs.reader import Run
 
-from .conftest import BLINK, INFORMED, SMALL, Load, call_kilotwin
+from ..conftest import BLINK, INFORMED, SMALL, Load, call_kilotwin
 
 MAGIC = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
 

@@ -16,7 +16,7 @@ from kilotwin.runs import recording as live
 from kilotwin.runs.grid_record import GridRecord
 from kilotwin.runs.reader import Run
 
-from .test_grid_plan import GRID
+from ..conftest import GRID
 
 SPEED = "40"
 

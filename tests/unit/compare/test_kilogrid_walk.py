@@ -16,7 +16,7 @@ from kilotwin.errors import InputError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.files.resources import path
 
-from .conftest import Kilotwin
+from ..conftest import Kilotwin
 
 SIZE = np.array([1.0, 2.0])
 

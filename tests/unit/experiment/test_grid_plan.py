@@ -17,37 +17,9 @@ from kilotwin.experiment.grid_layout import Layout, place_of, walls_on_cells
 from kilotwin.experiment.grid_plan import GridPlan
 from kilotwin.experiment.start_poses import starts
 
-from .conftest import Load
+from ..conftest import GRID, Load
 
-ROOT = Path(__file__).parents[2]
-GRID = """\
-duration_s = 100
-
-[grid]
-columns = 4
-rows = 6
-buses = 2
-program = "blink.c"
-
-[[site]]
-name = "black"
-shape = "rectangle"
-centre_m = [-0.1, 0.0]
-width_m = 0.1
-height_m = 0.2
-
-[[site]]
-name = "white"
-centre_m = [0.1, 0.0]
-diameter_m = 0.12
-
-[swarm]
-profile = "kilobot"
-program = "blink.c"
-size = 5
-
-[controller]
-"""
+ROOT = Path(__file__).parents[3]
 
 
 def ours(text: str = GRID) -> str:

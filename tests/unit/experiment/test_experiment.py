@@ -12,9 +12,9 @@ from kilotwin.experiment.profiles import CONTROLLER_DEFAULTS, PROFILES
 from kilotwin.experiment.schema import ProfileName
 from kilotwin.experiment.text import parse_setting
 
-from .conftest import SMALL, Load
+from ..conftest import SMALL, Load
 
-PAPER = sorted((Path(__file__).parents[2] / "experiments" / "paper").glob("*-n*.toml"))
+PAPER = sorted((Path(__file__).parents[3] / "experiments" / "paper").glob("*-n*.toml"))
 
 
 def test_defaults_are_filled_in(load: Load) -> None:
@@ -32,7 +32,8 @@ def test_a_file_without_a_name_is_called_after_itself(load: Load) -> None:
 
 
 def test_a_run_that_a_setting_makes_short_leaves_out_what_comes_later() -> None:
-    file = Path(__file__).parents[1] / "bad_input" / "cases" / "command" / "command_after_the_end.toml"
+    cases = Path(__file__).parents[2] / "bad_input" / "cases"
+    file = cases / "command" / "command_after_the_end.toml"
     short = Experiment.load(file, [parse_setting("duration_s=30")])
     assert short.keys.command is not None
     assert short.keys.command[-1].at_s > short.keys.duration_s

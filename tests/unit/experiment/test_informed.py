@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from kilotwin.experiment.informed import informed_count, informed_for, informed_ranges, split
 
-from .conftest import INFORMED, SMALL, Load
+from ..conftest import INFORMED, SMALL, Load
 
 
 @pytest.mark.parametrize(
