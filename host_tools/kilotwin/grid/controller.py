@@ -288,7 +288,7 @@ class Controller:
         self._take_health(frames)
 
     def _take_health(self, frames: Frames) -> None:
-        ours = (frames["id"] & 1 == 1) & (frames["data"][:, 0] == wire.MODULE_DATA)
+        ours = (frames["id"] & 1 == 1) & (frames["data"][:, 0] == wire.fixed().MODULE_DATA)
         for frame in frames[ours & ~frames["from_host"]]:
             try:
                 module = wire.module_of_id(int(frame["id"]))
@@ -308,7 +308,7 @@ class Controller:
         """
         if self.settings.health:
             self._health.pop(module, None)
-            self._to(module, *wire.HEALTH_REQUESTS)
+            self._to(module, *wire.fixed().HEALTH_REQUESTS)
             self._at(_SETTLE_S, lambda: self._restore_unless_running(module))
         else:
             self._configure_again(module)
@@ -324,8 +324,8 @@ class Controller:
         if module in self.configuration:
             self._to(module, *wire.configuration(self.configuration[module]))
         else:
-            self._to(module, wire.SETUP)
-        self._at(_SETTLE_S, lambda: self._to(module, wire.RUN))
+            self._to(module, wire.fixed().SETUP)
+        self._at(_SETTLE_S, lambda: self._to(module, wire.fixed().RUN))
         self._event(
             "module_configured_again", f"module {module[0]}-{module[1]} is set up again", module
         )
@@ -348,13 +348,13 @@ class Controller:
         """STOP first: half of a new message with half of the old one would be a third."""
         self.running = False
         self.poller.end()
-        self._broadcast(wire.STOP)
+        self._broadcast(wire.fixed().STOP)
         yield self._sent
         yield self._after(_SETTLE_S)
         self._broadcast(*wire.forward(message))
         yield self._sent
         yield self._after(hold_s)
-        self._broadcast(wire.STOP)
+        self._broadcast(wire.fixed().STOP)
         yield self._sent
 
     def _setting_up(self, configuration: dict[Module, bytes], messages: list[bytes]) -> Script:
@@ -370,7 +370,7 @@ class Controller:
     def _configuring(self, configuration: dict[Module, bytes]) -> Script:
         """STOP first: a module that sends by infrared has no time for long transfers."""
         self.running = False
-        self._broadcast(wire.STOP)
+        self._broadcast(wire.fixed().STOP)
         yield self._sent
         yield self._after(_SETTLE_S)
         self.configuration = configuration
@@ -381,7 +381,7 @@ class Controller:
         yield self._sent
         yield self._after(_SETTLE_S)
         if len(configuration) < len(self.poller.modules):
-            self._broadcast(wire.SETUP)
+            self._broadcast(wire.fixed().SETUP)
             yield self._sent
             yield self._after(_SETTLE_S)
         yield from self._verifying()
@@ -418,12 +418,12 @@ class Controller:
         for module in modules:
             self._health.pop(module, None)
             self._bus_health.pop(module, None)
-            self._to(module, *wire.HEALTH_REQUESTS)
+            self._to(module, *wire.fixed().HEALTH_REQUESTS)
         yield self._sent
         yield self._after(_SETTLE_S)
 
     def _starting(self) -> Script:
-        self._broadcast(wire.RUN)
+        self._broadcast(wire.fixed().RUN)
         yield self._sent
         self.running = True
         self._event("run", "modules run and tell robots to")
@@ -437,7 +437,7 @@ class Controller:
         yield self._sent
         self._event("pause", "robots are told to pause")
         yield self._after(_TELL_S)
-        self._broadcast(wire.IDLE)
+        self._broadcast(wire.fixed().IDLE)
         yield self._sent
         self.running = False
 
@@ -457,7 +457,7 @@ class Controller:
         yield self._after(_SETTLE_S)
         self.poller.excuse(list(configuration), self._after(_START_S))
         # Those that run already do not mind.
-        self._broadcast(wire.RUN)
+        self._broadcast(wire.fixed().RUN)
         yield self._sent
 
     def _ending(self) -> Script:
@@ -469,7 +469,7 @@ class Controller:
             yield lambda: not self.poller.owing
         self.poller.end()
         yield from self._telling(WAKEUP, _TELL_S)
-        self._broadcast(wire.IDLE)
+        self._broadcast(wire.fixed().IDLE)
         yield self._sent
         if not self.untold:
             self._event("idle", "robots and modules are idle")

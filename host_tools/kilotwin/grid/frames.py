@@ -4,7 +4,9 @@ What a frame means is said by `kilotwin.can.protocol`, whose DBC these numbers c
 has too many frames to have each of them decoded.
 """
 
+import functools
 from collections.abc import Iterable
+from dataclasses import dataclass
 
 from kilotwin.can import address, protocol, transfer
 from kilotwin.can.protocol import HealthPart
@@ -13,30 +15,57 @@ from kilotwin.experiment.overhead import DATA_BYTES
 from kilotwin.grid.cover import Group
 
 IDS = address.MODULE_MASK + 1
-"""So many identifiers there are."""
-
-STOP = protocol.to_module("FORWARD_IR_MESSAGE_STOP")
-IDLE = protocol.to_module("MODULE_IDLE")
-SETUP = protocol.to_module("MODULE_SETUP")
-RUN = protocol.to_module("MODULE_RUN")
-TRACKING_REQUEST = protocol.to_module("TRACKING_REQ")
-HEALTH_REQUESTS = tuple(protocol.health_request(part) for part in HealthPart)
-
-_TYPES = protocol.types_to_host()
-START = _TYPES["TRACKING_KILOBOT_START"]
-TRACKING = _TYPES["TRACKING_KILOBOT"]
-MODULE_DATA = _TYPES["MODULE_DATA"]
-
-_SIGNALS = {
-    signal.name: signal for signal in protocol.database().get_message_by_name("ToHost").signals
-}
-TYPE_MASK = (1 << _SIGNALS["Type"].length) - 1
-CELL_SHIFT = _SIGNALS["Cell"].start
-MOST_RECORDS = int(_SIGNALS["Records"].maximum or 0)
-START_BYTES = protocol.least_dlc_to_host("TRACKING_KILOBOT_START")
-TRACKING_BYTES = protocol.least_dlc_to_host("TRACKING_KILOBOT")
+"""The number of identifiers on a bus."""
 
 Paced = transfer.Paced
+
+
+@dataclass(frozen=True)
+class Fixed:
+    """Frames to modules that are always the same, and where the parts of frames to the host lie."""
+
+    STOP: bytes
+    IDLE: bytes
+    SETUP: bytes
+    RUN: bytes
+    TRACKING_REQUEST: bytes
+    HEALTH_REQUESTS: tuple[bytes, ...]
+    START: int
+    """Type of the frame that announces reports; likewise the next two."""
+    TRACKING: int
+    MODULE_DATA: int
+    TYPE_MASK: int
+    """Of a frame's first byte."""
+    CELL_SHIFT: int
+    """How far left a cell's number lies in the first byte of a report."""
+    MOST_RECORDS: int
+    """Reports that one answer can announce."""
+    START_BYTES: int
+    TRACKING_BYTES: int
+
+
+@functools.cache
+def fixed() -> Fixed:
+    """Made on first use: the DBC takes a third of a second, and most runs have no grid."""
+    types = protocol.types_to_host()
+    to_host = protocol.database().get_message_by_name("ToHost")
+    kind, cell, records = map(to_host.get_signal_by_name, ("Type", "Cell", "Records"))
+    return Fixed(
+        STOP=protocol.to_module("FORWARD_IR_MESSAGE_STOP"),
+        IDLE=protocol.to_module("MODULE_IDLE"),
+        SETUP=protocol.to_module("MODULE_SETUP"),
+        RUN=protocol.to_module("MODULE_RUN"),
+        TRACKING_REQUEST=protocol.to_module("TRACKING_REQ"),
+        HEALTH_REQUESTS=tuple(protocol.health_request(part) for part in HealthPart),
+        START=types["TRACKING_KILOBOT_START"],
+        TRACKING=types["TRACKING_KILOBOT"],
+        MODULE_DATA=types["MODULE_DATA"],
+        TYPE_MASK=(1 << kind.length) - 1,
+        CELL_SHIFT=cell.start,
+        MOST_RECORDS=int(records.maximum or 0),
+        START_BYTES=protocol.least_dlc_to_host("TRACKING_KILOBOT_START"),
+        TRACKING_BYTES=protocol.least_dlc_to_host("TRACKING_KILOBOT"),
+    )
 
 
 def id_of_group(group: Group) -> int:

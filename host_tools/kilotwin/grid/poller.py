@@ -157,13 +157,14 @@ class Poller:
         incoming = frames[(frames["id"] & 1 == 1) & ~frames["from_host"]]
         if not len(incoming):
             return None, []
+        fixed = wire.fixed()
         number = self._of_id[incoming["id"]]
-        kind = incoming["data"][:, 0] & wire.TYPE_MASK
+        kind = incoming["data"][:, 0] & fixed.TYPE_MASK
         known = number >= 0
-        starts = known & (kind == wire.START) & (incoming["dlc"] >= wire.START_BYTES)
-        starts &= incoming["data"][:, 1] <= wire.MOST_RECORDS
-        reports = known & (kind == wire.TRACKING) & (incoming["dlc"] == wire.TRACKING_BYTES)
-        others = known & (kind != wire.START) & (kind != wire.TRACKING)
+        starts = known & (kind == fixed.START) & (incoming["dlc"] >= fixed.START_BYTES)
+        starts &= incoming["data"][:, 1] <= fixed.MOST_RECORDS
+        reports = known & (kind == fixed.TRACKING) & (incoming["dlc"] == fixed.TRACKING_BYTES)
+        others = known & (kind != fixed.START) & (kind != fixed.TRACKING)
         self.counts.bad_frames += int(len(incoming) - np.count_nonzero(starts | reports | others))
         returned = self._take_starts(number[starts], incoming[starts], now_s)
         if not reports.any():
@@ -200,7 +201,7 @@ class Poller:
             incoming["at_s"].copy(),
             self._xy[number, 0],
             self._xy[number, 1],
-            (data[:, 0] >> wire.CELL_SHIFT & (CELLS_PER_MODULE - 1)).astype(np.uint8),
+            (data[:, 0] >> wire.fixed().CELL_SHIFT & (CELLS_PER_MODULE - 1)).astype(np.uint8),
             data[:, 1:].copy(),
         )
 
@@ -232,7 +233,7 @@ class Poller:
         room = self._window - int(np.count_nonzero(self._state[self._of_bus[bus]]))
         wanted = due[: -room - 1 : -1]
         ids = [self._ids[number] for number in wanted]
-        asked = wanted[: self._links.send_all(bus, ids, wire.TRACKING_REQUEST, now_s)]
+        asked = wanted[: self._links.send_all(bus, ids, wire.fixed().TRACKING_REQUEST, now_s)]
         if asked:
             del due[-len(asked) :]
             self._state[asked] = _ASKED

@@ -134,13 +134,13 @@ class ServedTable:
         """Notices when the run begins, and when the host has left the modules idle after it."""
         told = frames[frames["from_host"] & (frames["dlc"] > 0)]
         kinds = told["data"][:, 0]
-        if self.zero_tick is None and (kinds == wire.RUN[0]).any():
-            at_s = float(told["at_s"][np.argmax(kinds == wire.RUN[0])])
+        if self.zero_tick is None and (kinds == wire.fixed().RUN[0]).any():
+            at_s = float(told["at_s"][np.argmax(kinds == wire.fixed().RUN[0])])
             self.zero_tick = ticks(at_s)
             self._event("run", "a host has started the modules")
         if len(told):
             self._heard_at = self._simulation.tick
-            if kinds[-1] in (wire.STOP[0], wire.IDLE[0]):
+            if kinds[-1] in (wire.fixed().STOP[0], wire.fixed().IDLE[0]):
                 self._idle_at = self._heard_at
 
     def _event(self, kind: str, text: str) -> None:

@@ -320,3 +320,12 @@ def test_a_wish_to_stop_that_comes_too_late_is_told(
     outcome = run.run(load(), tmp_path / "out", ["kilotwin", "run"], _StopsTooLate())
     assert (outcome.exit_code, outcome.stop_asked) == (0, True)
     assert not run.run(load(), tmp_path / "out2", ["kilotwin", "run"], Silent()).stop_asked
+
+
+def test_a_run_without_a_grid_does_not_wait_for_the_can_tools() -> None:
+    code = (
+        "import sys, kilotwin.runs.worker; "
+        "print([m for m in ('can', 'cantools', 'matplotlib') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
