@@ -16,7 +16,7 @@ class ApiParts:
     headers: tuple[str, ...]
     """Where its headers are, in order."""
     start: str
-    """What a program's main() calls."""
+    """The calls that a program's main() must make."""
     helpers: tuple[str, ...] = ()
     """Sources, or patterns of them, that a program may use without bringing them."""
     own_headers_first: bool = False
@@ -70,7 +70,7 @@ APIS: dict[Api, ApiParts] = {
 def wanted_helpers(nm: str, objects: Sequence[Path], helpers: Sequence[Path]) -> list[Path]:
     """The compiled `helpers` of which the program's `objects` define nothing themselves.
 
-    An archive alone does not say so: a variable without a value, which avr-gcc makes common, would
+    An archive alone does not show it: a variable without a value, which avr-gcc makes common, would
     pull ours in beside the program's own.
     """
     own = defined_symbols(nm, objects) if helpers else set()

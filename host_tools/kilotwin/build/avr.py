@@ -51,7 +51,7 @@ class Image:
 
     @property
     def hex(self) -> Path:
-        """What is flashed."""
+        """The bytes to flash, as a .hex file."""
         return self.folder / f"{self.name}.hex"
 
     def objects(self, part: str) -> list[Path]:
@@ -60,7 +60,7 @@ class Image:
 
 
 def avr_gcc() -> str:
-    """The compiler; RunError says how to get it."""
+    """The path of avr-gcc; RunError with the command that installs it if it is not there."""
     found = shutil.which("avr-gcc")
     if found is None:
         raise RunError("avr-gcc is not here; type: apt-get install gcc-avr avr-libc binutils-avr")
@@ -76,7 +76,7 @@ def _link_flags() -> list[str]:
 
 
 def program_flags(program: Program) -> list[str]:
-    """What the program's own sources are compiled with."""
+    """Compiler flags for the program's own sources."""
     beside = [source.parent for source in program.sources]
     return [
         *_flags(),
@@ -86,7 +86,7 @@ def program_flags(program: Program) -> list[str]:
 
 
 def build_image(program: Program, notify: Notify = lambda _: None) -> Image:
-    """The image of `program`, from the cache if it is there; `notify` is told if that takes time.
+    """The image of `program`, from the cache if it is there; `notify` gets a line if not.
 
     A program that does not compile is an InputError that carries the compiler's words.
     """

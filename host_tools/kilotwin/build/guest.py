@@ -52,7 +52,7 @@ _CLANG_PROGRAM_FLAGS = [
     "-Wno-return-mismatch",
 ]
 _GCC_PROGRAM_FLAGS = ["-mno-red-zone", "-fcf-protection=none"]
-# Said to an older one, it would complain beneath a program's own errors.
+# An older one would warn of it beneath a program's own errors.
 _GCC_14_PROGRAM_FLAGS = ["-Wno-return-mismatch"]
 # What avr-gcc defines for the robot's processor, and what only a PC's compiler defines.
 _ROBOT_MACROS = [
@@ -114,7 +114,7 @@ class Guest:
 
 
 def build(program: Program, notify: Notify = lambda _: None) -> Guest:
-    """The guest of `program`, from the cache if it is there; `notify` is told if that takes time.
+    """The guest of `program`, from the cache if it is there; `notify` gets a line if not.
 
     A program that does not compile is an InputError that carries the compiler's words.
     """
@@ -132,7 +132,7 @@ def build(program: Program, notify: Notify = lambda _: None) -> Guest:
 
 @contextlib.contextmanager
 def building(what: str, folder: Path, notify: Notify) -> Iterator[None]:
-    """Around a build into the cache: `notify` is told if it takes time.
+    """Around a build into the cache: `notify` gets a line if it takes time.
 
     RunError if nothing can be written in `folder`.
     """
@@ -176,7 +176,7 @@ def compiler_version(compiler: str) -> str:
 
 
 def _major(version: str) -> int:
-    """12 of "gcc (Debian 12.2.0-14) 12.2.0"; 0 of a compiler that does not say."""
+    """12 of "gcc (Debian 12.2.0-14) 12.2.0"; 0 of a compiler that does not print it."""
     number = re.search(r"(\d+)\.\d+(\.\d+)?$", version)
     return int(number[1]) if number else 0
 
@@ -371,7 +371,7 @@ def prerequisites(make_rules: str) -> list[str]:
 
 
 def run_tool(command: list[str], failure: str, environment: Mapping[str, str] | None = None) -> str:
-    """What a tool prints; its complaints become an InputError that begins with `failure`.
+    """Output of a tool; its error becomes an InputError that begins with `failure`.
 
     `environment` comes on top of ours.
     """

@@ -1,4 +1,4 @@
-"""What a built guest's symbols and debug information say: its size, and where its variables are.
+"""Symbols and debug information of a built guest: its size, and where its variables are.
 
 For size reports and for tests that look into a program. Runs and records never look.
 """
@@ -53,7 +53,7 @@ class GuestSymbols:
     """A guest's shared object, read once."""
 
     def __init__(self, file: Path) -> None:
-        """Reads all that will be asked for."""
+        """Reads all symbols and variables; the file is not needed afterwards."""
         self._file = file
         with file.open("rb") as stream:
             elf = ELFFile(stream)

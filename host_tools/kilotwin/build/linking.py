@@ -1,4 +1,4 @@
-"""What is told of a program that cannot be linked: in its own terms, not in those of our builds."""
+"""Errors of programs that cannot be linked: in their own terms, not in those of our builds."""
 
 import re
 from collections.abc import Sequence
@@ -9,7 +9,7 @@ from kilotwin.errors import InputError
 from kilotwin.experiment.programs import Program
 
 ENGLISH = {"LC_ALL": "C"}
-"""For the linker, whose words are read here."""
+"""Environment of the linker, whose messages are parsed here."""
 
 # `lost.c:4: undefined reference to `fly'`, with a section and an offset where no line is known.
 _UNDEFINED = re.compile(
@@ -40,7 +40,7 @@ def check_main(program: Program, nm: str, objects: Sequence[Path], symbol: str =
 
 
 def explained(error: InputError, program: Program, nm: str, objects: Sequence[Path]) -> InputError:
-    """What the linker said of the program's `objects`, better if that was that something lacks."""
+    """The linker's message on the program's `objects`; in our words where a symbol is missing."""
     found = list(dict.fromkeys(_UNDEFINED.findall(error.detail)))
     names: dict[str, None] = {}
     places = []

@@ -47,8 +47,8 @@ def _pieces(preprocessed: str, headers: Sequence[str]) -> Iterator[tuple[bool, s
             own = _SYSTEM_HEADER not in flags and not name.startswith(tuple(headers))
         return own and not marker
 
-    for whose, lines in groupby(preprocessed.splitlines(), is_own):
-        yield whose, "".join(f"{line}\n" for line in lines)
+    for own, lines in groupby(preprocessed.splitlines(), is_own):
+        yield own, "".join(f"{line}\n" for line in lines)
 
 
 def _robots_type(match: re.Match[str]) -> str:

@@ -1,4 +1,4 @@
-"""Who a CAN frame is for: the 11-bit identifier is an address in the grid.
+"""The 11-bit arbitration identifier of a CAN frame is an address in the grid.
 
 The rules are those of kilogrid_modules/protocol/address.h; a test compares the two over all
 identifiers.
@@ -29,7 +29,7 @@ class AddressType(IntEnum):
 
 
 class Address(NamedTuple):
-    """Column x and row y, both from 0; one that says nothing is 0."""
+    """Column x and row y, both from 0; an unused coordinate is 0."""
 
     x: int
     y: int
@@ -90,7 +90,7 @@ def is_for_host(identifier: int) -> bool:
 def from_id(identifier: int) -> Address:
     """The address of an 11-bit `identifier`.
 
-    ValueError for what nobody sends: more than 11 bits, or to the host without the coordinates of
+    ValueError for what no node sends: more than 11 bits, or to the host without the coordinates of
     a module.
     """
     if not 0 <= identifier <= MODULE_MASK:

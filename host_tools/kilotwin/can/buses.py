@@ -51,7 +51,7 @@ class OpenBus:
 
 
 def parse_bus(text: str) -> BusName:
-    """What `--can` says; InputError if it cannot be understood."""
+    """A bus as `--can` names it, IFACE:CHANNEL; InputError if it is not of that form."""
     interface, colon, rest = text.partition(":")
     if not colon or not rest:
         raise InputError(f"--can {text}: not IFACE:CHANNEL; try {_EXAMPLES}")
@@ -86,7 +86,7 @@ def name_all(names: Sequence[str], buses: int) -> list[BusName]:
 
 def open_all(names: Sequence[BusName]) -> list[OpenBus]:
     """All of them, or DeviceError and none."""
-    logging.getLogger("can").setLevel(logging.CRITICAL)  # what goes wrong is said in our words
+    logging.getLogger("can").setLevel(logging.CRITICAL)  # errors are printed in our words
     with contextlib.ExitStack() as opened:
         buses = []
         for name in names:
@@ -98,7 +98,7 @@ def open_all(names: Sequence[BusName]) -> list[OpenBus]:
 
 
 def open_bus(name: BusName) -> OpenBus:
-    """One bus; DeviceError says what to type."""
+    """Opens one bus; DeviceError has the command to type."""
     try:
         return _open(name)
     except (can.CanError, OSError, ValueError, ImportError, TypeError) as error:

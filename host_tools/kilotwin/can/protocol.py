@@ -1,4 +1,4 @@
-"""What the data bytes of a Kilogrid's CAN frame mean: kilogrid.dbc, as the host uses it.
+"""Data bytes of a Kilogrid's CAN frames, encoded and decoded by kilogrid.dbc.
 
 Modules and emulator compile C made from the same file. Frames to modules are made by `to_module`
 and its short forms; frames to the host are read by `read_to_host`.
@@ -26,7 +26,7 @@ _TYPE_TO_HOST_MASK = 0x3F
 
 
 class FrameError(ValueError):
-    """A frame that nobody sends: wrong length, unknown type, a value out of range."""
+    """A frame that no node sends: wrong length, unknown type, a value out of range."""
 
 
 class ModuleState(IntEnum):
@@ -44,7 +44,7 @@ class ModuleState(IntEnum):
 
 
 class HealthPart(IntEnum):
-    """What a health request can ask for."""
+    """Which answer a health request is for."""
 
     MODULE = 0
     BUS = 1
@@ -59,7 +59,7 @@ class Records:
 
 @dataclass(frozen=True, slots=True)
 class Tracking:
-    """What a robot reported through a cell."""
+    """A report of a robot through a cell."""
 
     cell: int
     """0 top left, 1 top right, 2 bottom left, 3 bottom right."""
@@ -69,7 +69,7 @@ class Tracking:
 
 @dataclass(frozen=True, slots=True)
 class Health:
-    """Of a module; only ours answer."""
+    """A module's answer to a health request; only modules with our firmware answer."""
 
     state: ModuleState
     config_size: int
@@ -81,7 +81,7 @@ class Health:
 
 @dataclass(frozen=True, slots=True)
 class BusHealth:
-    """Of a module's CAN controller, and how long the module has been up."""
+    """Error counters of a module's CAN controller, its uptime and firmware version."""
 
     transmit_errors: int
     receive_errors: int
@@ -91,7 +91,7 @@ class BusHealth:
 
 @dataclass(frozen=True, slots=True)
 class UserFrame:
-    """What a module program says on its own account: the frame's bytes, its type the first one."""
+    """A frame that a module program sends by itself: all its bytes, the first one its type."""
 
     data: bytes
 
@@ -160,7 +160,7 @@ def to_module(name: str, **signals: int) -> bytes:
 
 
 def health_request(part: HealthPart = HealthPart.MODULE) -> bytes:
-    """Asks a module for its health. An original module hands it to its program, unanswered."""
+    """The frame that requests a module's health. An original module passes it to its program."""
     return to_module("MODULE_DATA", HealthPart=part)
 
 
@@ -201,7 +201,7 @@ def _names_to_host() -> dict[int, str]:
 
 
 def read_to_host(data: bytes) -> ToHost:
-    """What a module's frame says. FrameError for one that no module sends."""
+    """A module's frame to the host, decoded. FrameError for one that no module sends."""
     if not 0 < len(data) <= FRAME_BYTES:
         raise FrameError(f"a frame has 1 to {FRAME_BYTES} data bytes, not {len(data)}")
     name = _names_to_host().get(data[0] & _TYPE_TO_HOST_MASK)

@@ -16,10 +16,10 @@ PAGE_BYTES = 128
 PAGES = 220
 IR_BYTES = 9
 
-# What the original dispatcher waits (hardware.md 3.7); a module handles a frame in less.
+# Gaps of the original dispatcher (hardware.md 3.7); a module handles a frame in less.
 _CHUNK_PAUSE_S = 0.001
 _CONFIG_PAUSE_S = 0.005
-# Longer than a frame by infrared: a module that sends one is deaf meanwhile and has two buffers.
+# Longer than a frame by infrared: a module that sends one does not read its two buffers meanwhile.
 _IR_PAUSE_S = 0.005
 _NUMBER_PAUSE_S = 0.010
 _PAGE_PAUSE_S = 0.100

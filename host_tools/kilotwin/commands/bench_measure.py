@@ -40,8 +40,8 @@ _MEMORY_ROBOTS = 1_000_000
 _MEMORY_S = 0.2
 _MEDIA = ("kilobot", "ideal")
 
-# What others reach on the same workload, robot-s per CPU-s: docs/performance.md says how it was
-# taken. By workload and number of robots.
+# Speed of others on the same workload, robot-s per CPU-s, taken as docs/performance.md describes;
+# by workload and number of robots.
 _PEERS: dict[tuple[str, int], tuple[str, int]] = {
     ("walk", 100): ("Kilombo", 484_000),
     ("walk", 1_000): ("Kilombo", 508_000),

@@ -83,7 +83,7 @@ def command_app() -> typer.Typer:
 
 
 def given_settings(settings: list[str] | None, seed: int | None) -> list[Setting]:
-    """What --set and --seed say, in this order: the last one wins."""
+    """The settings of --set and --seed, in this order: the last one wins."""
     given = [parse_setting(text) for text in settings or []]
     if seed is not None:
         given.append(Setting(("seed",), seed, f"--seed {seed}"))

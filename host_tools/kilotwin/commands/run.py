@@ -23,8 +23,8 @@ from kilotwin.commands.options import (
 from kilotwin.errors import EXIT_INTERRUPTED
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.text import Setting
-from kilotwin.runs import run as runner
 from kilotwin.runs.job import Probes, Serving
+from kilotwin.runs.run import run as run_experiment
 
 app = command_app()
 
@@ -112,14 +112,14 @@ def run(
     given = given_settings(settings, seed)
     serving = None
     if serve:
-        # The engine hears the host once in a world step.
+        # The engine takes frames of the host once in a world step.
         given.insert(0, Setting(("engine", "step_ticks"), 1, "--serve"))
         serving = Serving(port, tuple(can or ()), math.inf if fast else speed)
     loaded = Experiment.load(experiment, given)
     if serving is not None:
         serving.check(loaded)
     probes = Probes(gdb, gdb_port, tuple(vcd or ()))
-    outcome = runner.run(
+    outcome = run_experiment(
         loaded, out, sys.argv, terminal.display(quiet), serving=serving, probes=probes
     )
     summary = outcome.summary

@@ -1,4 +1,4 @@
-"""What a person sees of a run: progress on stderr, a summary and errors."""
+"""Progress of runs and sweeps on stderr, their summaries and errors as text."""
 
 import sys
 import time
@@ -305,5 +305,5 @@ def shown_path(path: Path) -> str:
 
 
 def note(quiet: bool) -> Callable[[str], None]:
-    """Where a command says what it is doing: stderr."""
+    """Prints a line on stderr, or nothing if `quiet`."""
     return (lambda _: None) if quiet else Lines().note

@@ -1,7 +1,7 @@
-"""Compares how often cells hear robots with a real grid: 98 to 100 Kilobots on 1 x 2 m, four runs.
+"""Compares how often cells receive robots with a real grid.
 
-Each robot tries to report every 2 s. The host logs what modules hand out when they are polled, in
-whole log seconds.
+Four runs of 98 to 100 Kilobots on 1 x 2 m. Each robot tries to report every 2 s. The host logs
+the answers of modules to its polls, in whole log seconds.
 """
 
 from dataclasses import asdict, dataclass
@@ -17,7 +17,7 @@ from kilotwin.runs.reader import Run
 Floats = NDArray[np.float64]
 
 _LOG_SECOND_S = 32 * 0.032768
-# Two records of a robot so near to one another are one frame, heard at two modules: the robot's
+# Two records of a robot so near to one another are one frame, received at two modules: the robot's
 # next attempt comes 2 s later, and modules keep records for less than this before they are polled.
 _SAME_FRAME_S = 1.0
 
@@ -33,7 +33,7 @@ _LEAST_S = 300.0
 
 @dataclass(frozen=True)
 class Comparison:
-    """What the log of a run shows. `gaps`: share of all gaps, by length in log seconds."""
+    """Figures of the log of a run. `gaps`: share of all gaps, by length in log seconds."""
 
     robots: int
     records: int
@@ -88,7 +88,7 @@ def compare(folder: Path) -> Comparison:
 def measure(
     time_s: Floats, robot: NDArray[np.integer[Any]], *, robots: int, duration_s: float
 ) -> Comparison:
-    """Of records [n]: when the host had each, and whose it is."""
+    """Records [n]: when the host had each, and the robot that sent it."""
     if duration_s < _LEAST_S:
         raise InputError(f"too short a run; it takes {_LEAST_S:g} s at least, better 3,600")
     order = np.lexsort((time_s, robot))

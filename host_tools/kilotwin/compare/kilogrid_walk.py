@@ -19,8 +19,8 @@ Floats = NDArray[np.float64]
 _CELL_M = 0.05
 _LOG_SECOND_S = 32 * 0.032768
 _ATTEMPT_S = 2.0
-# Of the real attempts 0.55 were heard, and of all records 12.6 % were the second of one frame. Two
-# cells that hear for themselves, the one below the robot and the nearest other one, give both:
+# Of the real attempts 0.55 were received, and of all records 12.6 % were the second of one frame.
+# Two cells that receive independently, the one below the robot and the nearest other, give both:
 # own + other - own * other = 0.55, own * other = 0.126 * (own + other).
 _OWN_HEARS, _OTHER_HEARS = 0.4549, 0.1744
 
@@ -104,10 +104,10 @@ def compare(folder: Path) -> Comparison:
 
 
 def records(time_s: Floats, track: Floats, size: Floats, chance: np.random.Generator) -> Floats:
-    """What the grid logs of tracks [samples, robots, 2] in m.
+    """The grid's log of tracks [samples, robots, 2] in m.
 
     [log seconds, robots, 2 cells, 2]: the centres of the cell below the robot and of the nearest
-    other one, if they heard it in that second; NaN if not.
+    other one, if they received it in that second; NaN if not.
     """
     robots = track.shape[1]
     seen = np.full((int(time_s[-1] / _LOG_SECOND_S) + 1, robots, 2, 2), np.nan)
@@ -117,11 +117,11 @@ def records(time_s: Floats, track: Floats, size: Floats, chance: np.random.Gener
             [np.interp(attempts, time_s, track[:, robot, axis]) for axis in (0, 1)], axis=-1
         )
         when = (attempts / _LOG_SECOND_S).astype(int)
-        for cell, (centre, hears) in enumerate(
+        for cell, (centre, share) in enumerate(
             zip(cells(place, size), (_OWN_HEARS, _OTHER_HEARS), strict=True)
         ):
-            heard = chance.random(len(attempts)) < hears
-            seen[when[heard], robot, cell] = centre[heard]
+            received = chance.random(len(attempts)) < share
+            seen[when[received], robot, cell] = centre[received]
     return seen
 
 

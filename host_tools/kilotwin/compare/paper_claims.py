@@ -59,7 +59,7 @@ def check(
 ) -> dict[str, Findings]:
     """All findings on the trials of a sweep, by reading. `where`: as for Conditions.open().
 
-    `note` is told where trials of the sweep are lacking.
+    `note` gets a line where trials of the sweep are lacking.
     """
     readings = Conditions.by_reading(folder, where)
     for progress in {trials.progress for trials in readings.values()} - {""}:
@@ -205,7 +205,7 @@ def _near(about: str, robots: int, cells: dict[Condition, list[Ending]]) -> Find
 
 
 def _rows(cells: dict[Condition, list[Ending]]) -> dict[float, dict[Condition, list[Ending]]]:
-    """The conditions by rho_I; only rows with at least three shares say anything about a trend."""
+    """The conditions by rho_I; only rows of at least three shares can show a trend."""
     rows: dict[float, dict[Condition, list[Ending]]] = {}
     for condition, runs in cells.items():
         rows.setdefault(condition.informed, {})[condition] = runs

@@ -26,7 +26,7 @@ class Area:
 
 
 def area_of(place: Arena | Site) -> Area:
-    """The area of a place whose keys are complete."""
+    """The area of a site or of the arena, whose keys are complete."""
     x, y = place.centre_m if isinstance(place, Site) else (0.0, 0.0)
     if place.shape == "circle":
         assert place.diameter_m is not None

@@ -1,4 +1,4 @@
-"""What the keys of an experiment must be together: sites inside the arena, room for all robots."""
+"""Checks that concern several keys of an experiment: sites in the arena, room for all robots."""
 
 import itertools
 import math

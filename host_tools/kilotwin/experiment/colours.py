@@ -16,7 +16,7 @@ SITE_COLOURS = {
     "cyan": "#56b4e9",
     "magenta": "#cc3399",
 }
-# For sites without a colour, in order; told apart by colour-blind people too.
+# For sites without a colour, in order; distinct for colour-blind people too.
 SITE_PALETTE = ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442"]
 
 _HEX = re.compile(r"#[0-9a-fA-F]{6}")
@@ -41,7 +41,7 @@ LED_VALUES = 64
 
 
 def site_colour(text: str) -> str:
-    """The #rrggbb of a colour's name or of a #rrggbb; ValueError says what is allowed."""
+    """The #rrggbb of a colour's name or of a #rrggbb; ValueError lists what is allowed."""
     if text in SITE_COLOURS:
         return SITE_COLOURS[text]
     if _HEX.fullmatch(text):

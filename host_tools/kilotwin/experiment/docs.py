@@ -31,7 +31,7 @@ _WORDS = {
     list: "list",
     dict: "table",
 }
-# What the types do not tell.
+# Ranges that the types do not have.
 _ALLOWED = {
     "swarm.program": "text or list",
     "robots.program": "text or list",

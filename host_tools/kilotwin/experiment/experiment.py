@@ -44,7 +44,7 @@ class Group:
 
 @dataclass(frozen=True)
 class Experiment:
-    """`keys` are the file's, validated; `origin` says where a key was written, for late errors.
+    """`keys` are the file's, validated; `origin` knows where a key was written, for late errors.
 
     `modules` are those of a grid, and `plan` is what its host does; None without.
     """
@@ -81,12 +81,12 @@ class Experiment:
         return swarm_size(self.keys)
 
     def group_of(self, robot: int) -> Group:
-        """Of the robot of that id."""
+        """The group of the robot with that id."""
         ends = itertools.accumulate(group.count for group in self.groups)
         return next(group for group, end in zip(self.groups, ends, strict=True) if robot < end)
 
     def program_of(self, robot: int) -> Program:
-        """What the robot of that id runs."""
+        """The program of the robot with that id."""
         return self.group_of(robot).program
 
     def resolved(self) -> dict[str, Any]:

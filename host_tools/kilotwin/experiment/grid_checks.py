@@ -1,4 +1,4 @@
-"""What the keys of an experiment on a Kilogrid must be together."""
+"""Checks of an experiment on a Kilogrid that concern several keys."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -8,13 +8,13 @@ from kilotwin.experiment.schema import MODULE_M, ExperimentSchema, Grid, GridCha
 from kilotwin.experiment.toml_lines import KeyPath
 
 MOST_PER_BUS = 112
-_MOST_SITES = 14  # that a cell's code tells apart
+_MOST_SITES = 14  # different codes of a cell
 _MID_RUN = ("pause", "wakeup", "run")
 
 
 @dataclass(frozen=True)
 class Problem:
-    """What is wrong and what to do, and the keys concerned, the one to look at first."""
+    """A mistake: what is wrong and what to do, and the keys concerned, the first one to look at."""
 
     what: str
     paths: tuple[KeyPath, ...]
@@ -23,7 +23,7 @@ class Problem:
 
 
 def within_the_run(path: KeyPath, at_s: float, experiment: ExperimentSchema) -> Iterator[Problem]:
-    """What `path`, a table's key, says when to begin must come before the end."""
+    """A problem if the time of `path`, a table's key, is not before the end of the run."""
     if at_s >= experiment.duration_s:
         table = ".".join(step for step in path[:-1] if isinstance(step, str))
         what = (

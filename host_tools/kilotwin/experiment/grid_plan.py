@@ -1,4 +1,7 @@
-"""What an experiment means for a grid: who is told what, and when. Pure: no bus, no clock."""
+"""Plan of an experiment for a grid: each module's configuration, orders in mid-run, site maps.
+
+Pure: no bus, no clock.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -35,7 +38,7 @@ class Settings:
 
 @dataclass(frozen=True)
 class Order:
-    """Something to do in mid-run. `change` has the modules that become something else."""
+    """An order in mid-run, `at_s` after 0. `change` has the modules that are configured anew."""
 
     at_s: float
     kind: Literal["pause", "resume", "change"]
@@ -44,7 +47,7 @@ class Order:
 
 @dataclass(frozen=True)
 class GridPlan:
-    """Everything that the host of a grid has to know of an experiment.
+    """An experiment as the host of a grid carries it out.
 
     `site_maps` are each cell's site number, from a time on; the first one from the begin.
     """
@@ -118,7 +121,7 @@ def _configuration(
     assert keys.grid is not None
     if keys.grid.configuration is not None:
         return _read(keys.grid.configuration, ("grid", "configuration"), layout, origin)
-    # Nobody but a lab itself knows what its own program is to be told.
+    # Only a lab knows the configuration of its own program.
     return _of_sites(keys, layout, cells) if is_ours(keys.grid) else {}
 
 

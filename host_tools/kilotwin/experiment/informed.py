@@ -1,4 +1,4 @@
-"""Who is informed, and for which site."""
+"""Which robots are informed, and for which site."""
 
 from collections.abc import Mapping
 from decimal import ROUND_FLOOR, ROUND_HALF_UP, Decimal

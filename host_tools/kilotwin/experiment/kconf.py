@@ -1,6 +1,6 @@
 """`.kconf` files: which module of a Kilogrid gets which configuration bytes.
 
-A file is a list of blocks. A block is a line `address`, lines that say which modules, a line `data`
+A file is a list of blocks. A block is a line `address`, lines that name modules, a line `data`
 and one hex byte per line, up to 48. `#` begins a comment; empty lines mean nothing.
 
     address

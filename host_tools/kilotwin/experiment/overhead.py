@@ -75,7 +75,7 @@ def message_of(command: Command, profile: Profile) -> bytes:
 
 
 def uids(command: Command) -> tuple[int, int]:
-    """Whom it is for: the first and the last uid."""
+    """The first and the last uid that a command is for."""
     if command.robot is not None:
         return command.robot + 1, command.robot + 1
     first, last = ALL_ROBOTS
@@ -86,7 +86,7 @@ def uids(command: Command) -> tuple[int, int]:
 
 
 def region(command: Command) -> Region | None:
-    """Where those must be whom it is for; None: anywhere."""
+    """The region whose robots a command is for; None for all."""
     if command.centre_m is None or command.within_m is None:
         return None
     x, y = command.centre_m

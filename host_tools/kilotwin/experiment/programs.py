@@ -25,7 +25,7 @@ _IMAGES = (".hex", ".ihex", ".ihx", ".elf")
 
 
 class ProgramError(ValueError):
-    """What is missing or wrong; `key` is the one to mend, of `[[robots]]`."""
+    """A program that cannot be used; `key` is the one to mend, of `[[robots]]`."""
 
     def __init__(self, what: str, key: str = "program") -> None:
         super().__init__(what)
@@ -68,7 +68,7 @@ def find_program(
     the Kilogrid's flavour if one of its .c files names IR_message_t or includes kilogrid.h or a
     kilob_*.h.
 
-    ProgramError says what is missing.
+    ProgramError if something is missing.
     """
     parts = [written] if isinstance(written, str) else written
     paths = [_find(part, beside, "program", "a folder or a .c file") for part in parts]

@@ -1,4 +1,4 @@
-"""Where robots begin if the experiment says in which part of the arena, but not where exactly."""
+"""Start poses of robots: given, or drawn in the part of the arena that the experiment names."""
 
 import math
 import random

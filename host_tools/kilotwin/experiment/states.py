@@ -1,4 +1,4 @@
-"""A robot's state is what its LED shows; an experiment's [states] say which colour means what."""
+"""A robot's state is what its LED shows; an experiment's [states] name the colours."""
 
 from dataclasses import dataclass
 
@@ -69,7 +69,7 @@ class Counts:
 
 
 def count(states: States, led: NDArray[np.uint8], site: NDArray[np.uint8], sites: int) -> Counts:
-    """Resting on a site: the LED says resting and the centre is inside the site."""
+    """Robots at rest on a site: the LED shows resting and the centre is inside the site."""
     state = states.of_robots(led)
     on_site = np.where(state == states.resting, site, 0)
     resting = _tally(on_site, range(1, sites + 1))

@@ -119,7 +119,7 @@ def _read(file: Path) -> str:
 
 
 def _syntax_message(file: Path, text: str, error: tomllib.TOMLDecodeError) -> str:
-    """tomllib says `what (at line 3, column 7)` or `what (at end of document)`."""
+    """Splits tomllib's `what (at line 3, column 7)` or `what (at end of document)`."""
     what, _, position = str(error).partition(" (at ")
     line = text.count("\n") + (not text.endswith("\n"))
     if position.startswith("line "):

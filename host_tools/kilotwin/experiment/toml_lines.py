@@ -1,4 +1,4 @@
-"""Tells on which line of a TOML text each key stands, so that an error can say where.
+"""Finds the line of each key in a TOML text, for errors that name the place.
 
 The text must already have been accepted by `tomllib`, which is why this scanner checks nothing. A
 path is a tuple of keys and of indexes into arrays: ("site", 1, "diameter_m").

@@ -144,7 +144,7 @@ def is_section(annotation: Any) -> TypeGuard[type[BaseModel]]:
 
 
 def _unwrap(annotation: Any) -> tuple[Any, list[Any]]:
-    """Without `| None` and Annotated, whose constraints are returned."""
+    """The type without `| None` and Annotated, and the constraints of the latter."""
     if get_origin(annotation) in (Union, types.UnionType):
         (annotation,) = (part for part in get_args(annotation) if part is not type(None))
     if get_origin(annotation) is Annotated:

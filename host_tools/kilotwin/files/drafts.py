@@ -20,5 +20,5 @@ def draft_of(target: Path) -> Iterator[Path]:
 
 
 def draft_name(target: Path) -> Path:
-    """What a machine that went down in the meantime leaves."""
+    """The name of the draft; a machine that goes down while it is written leaves it."""
     return target.with_name(f".{target.name}.new")

@@ -11,7 +11,7 @@ from kilotwin.grid.links import FRAME, NO_FRAMES, FrameLog, Frames
 
 # python-can hands over one message at a time; a step must come to an end on a bus that never rests.
 _MOST_PER_STEP = 4096
-# A full queue is empty again in some milliseconds, unless nobody acknowledges what is in it.
+# A full queue empties in some milliseconds, unless no node acknowledges its frames.
 _FULL_S = 1.0
 
 
@@ -40,7 +40,7 @@ class CanLinks:
         return len(self._buses)
 
     def send(self, bus: int, identifier: int, data: bytes, now_s: float) -> bool:
-        """Whether the bus took the frame; one whose queue is full takes it later."""
+        """Whether the bus took the frame; if its queue is full, send again later."""
         message = can.Message(arbitration_id=identifier, data=data, is_extended_id=False)
         try:
             self._buses[bus].send(message)

@@ -18,20 +18,20 @@ from kilotwin.grid.poller import Reports
 Phase = Literal["set-up", "ready", "running", "ending", "done"]
 
 # What set-up takes besides repeating messages: settling, sweeps, a frame of each transfer.
-_TELL_S = 0.6
+_BETWEEN_S = 0.6
 _VERIFY_S = 4.5
 # It takes about 4 s to leave robots and modules idle.
 _ENDING_S = 12.0
 
 
 class Listener(Protocol):
-    """Hears what comes of it; times are since the begin of the run."""
+    """Receives what the grid reports; times are since the begin of the run."""
 
     def reports(self, reports: Reports) -> None:
-        """What robots said."""
+        """Takes reports of robots, in order of time."""
 
     def event(self, time_s: float, kind: str, text: str, **more: Any) -> None:
-        """Something happened."""
+        """Takes an event."""
 
 
 class Conductor:
@@ -66,8 +66,8 @@ class Conductor:
         self.phase: Phase = "set-up"
         self.zero_s = 0.0
         """When the run began, by the caller's clock."""
-        self.untold: list[int] = []
-        """Buses whose robots and modules could not be told to stop."""
+        self.unsent: list[int] = []
+        """Buses that could not take the frames that stop their robots and modules."""
 
     def step(self, now_s: float) -> None:
         """Does what is due; call it at `next_step_s` at the latest."""
@@ -82,7 +82,7 @@ class Conductor:
         if self.phase == "running":
             self._carry_out(now_s - self.zero_s)
         elif self.phase == "ending":
-            self._see_to_the_end(now_s)
+            self._await_idle(now_s)
 
     def next_step_s(self) -> float:
         """By the caller's clock."""
@@ -103,19 +103,19 @@ class Conductor:
             self._ending_since_s = None
 
     def leave(self) -> None:
-        """Ends without a word to anybody: the grid runs on."""
+        """Ends without a frame: the grid runs on."""
         self.phase = "done"
 
-    def _see_to_the_end(self, now_s: float) -> None:
-        """Buses that do not work any more must not keep the caller for ever."""
+    def _await_idle(self, now_s: float) -> None:
+        """Waits until all is idle, but not for ever for a bus that does not work any more."""
         if self._ending_since_s is None:
             self._ending_since_s = now_s
         controller = self.controller
         if controller.busy and now_s - self._ending_since_s <= _ENDING_S:
             return
         everywhere = list(range(self._plan.layout.buses)) if controller.busy else []
-        if buses := controller.untold or everywhere:
-            self.untold = buses
+        if buses := controller.unsent or everywhere:
+            self.unsent = buses
             where = "bus " + ", ".join(map(str, buses))
             what = f"robots and modules on {where} could not be told to stop: they may be going on"
             self.event(now_s, "not_idle", what, buses=buses)
@@ -151,28 +151,28 @@ class Conductor:
             elif order.configuration:
                 self.controller.change(order.configuration)
 
-    # What the controller says, by the caller's clock.
+    # What the controller reports, by the caller's clock.
 
     def reports(self, reports: Reports) -> None:
-        """Passes on what robots said."""
+        """Passes reports on."""
         reports.at_s[:] -= self.zero_s
         self._listener.reports(reports)
 
     def event(self, now_s: float, kind: str, text: str, **more: Any) -> None:
-        """Passes on what happened."""
+        """Passes an event on."""
         self._listener.event(now_s - self.zero_s, kind, text, **more)
 
 
 def set_up_s(plan: GridPlan, messages: int, step_s: float) -> float:
     """How long before 0 to begin, for a caller that steps every `step_s`: rather more than less."""
     settings = plan.settings
-    tellings = 1 + settings.rounds * messages
+    repeated = 1 + settings.rounds * messages
     modules = math.ceil(plan.layout.rows / plan.layout.buses) * plan.layout.columns
     frames = 9 * modules if plan.configuration else 3
     if settings.health:
         frames += 2 * modules
     return (
-        tellings * (settings.hold_s + _TELL_S + 4 * step_s)
+        repeated * (settings.hold_s + _BETWEEN_S + 4 * step_s)
         + frames * max(settings.pace_s, 0.005, step_s)
         + _VERIFY_S
     )

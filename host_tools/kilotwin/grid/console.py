@@ -29,7 +29,7 @@ Note = Callable[[str], None]
 
 
 class Console:
-    """A controller with buses and a clock; each method comes back when its order is done."""
+    """A controller with buses and a clock; each method returns when its order is done."""
 
     def __init__(self, layout: Layout, settings: Settings, buses: Sequence[OpenBus]) -> None:
         self._layout = layout
@@ -80,7 +80,7 @@ class Console:
         return self._controller.poller.silent
 
     def look(self) -> list[Module]:
-        """Asks all modules whether they are there; gives those that are not."""
+        """Polls all modules; returns those that do not answer."""
         self._controller.look()
         self._finish()
         return self.silent
@@ -104,8 +104,8 @@ class Console:
         return "\n".join(lines)
 
     def health(self) -> list[dict[str, Any]]:
-        """What those modules say of themselves that answer."""
-        self._controller.ask_health([m for m in self._layout.modules() if m not in self.silent])
+        """The health of those modules that answer."""
+        self._controller.request_health([m for m in self._layout.modules() if m not in self.silent])
         self._finish()
         bus = self._controller.bus_health
         return [
@@ -119,7 +119,7 @@ class Console:
         ]
 
     def health_text(self) -> str:
-        """The same for people: how many are in which state, and who lost or refused something."""
+        """The same as text: modules per state, and those that lost or refused something."""
         answers = self._controller.health
         states: dict[str, int] = {}
         for answer in answers.values():
@@ -156,7 +156,7 @@ class Console:
         return self._set_up(len(wanted))
 
     def run(self) -> None:
-        """Modules run and tell robots to."""
+        """Modules run and send RUN to robots."""
         self._controller.resume()
         self._finish()
 
@@ -172,14 +172,14 @@ class Console:
 
     def send(self, what: bytes, hold_s: float) -> None:
         """One message for robots."""
-        self._controller.tell_robots(what, hold_s)
+        self._controller.send_to_robots(what, hold_s)
         self._finish()
 
     def reports(self, reports: Reports) -> None:
-        """Nobody asked for them."""
+        """Reports are not shown."""
 
     def event(self, now_s: float, kind: str, text: str, **more: Any) -> None:
-        """Says what is being done."""
+        """Notes the step that is under way."""
         self._note(text)
 
     def _set_up(self, modules: int) -> dict[str, Any]:
@@ -201,7 +201,7 @@ class Console:
 
 
 def message_for_robots(name: str, kind: int | None, data: str | None) -> bytes:
-    """What `kilotwin grid send` says; InputError if it cannot be."""
+    """The message of `kilotwin grid send`: nine bytes and a type; InputError if it cannot be."""
     if name != _USER and (kind is not None or data is not None):
         raise InputError(f"send {name}: --type and --data go with user only")
     if name in COMMANDS:

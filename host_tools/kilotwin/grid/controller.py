@@ -1,12 +1,12 @@
 """Drives a grid's modules, and the robots through them: set-up, run, poll, pause, change, idle.
 
-No I/O of its own and no waiting: whoever has a clock calls `step(now_s)`, often, and `next_step_s`
-says when at the latest. What takes time is a script, a generator that yields what it waits for:
-a moment, all that it queued to be sent (`_sent`), or a condition. A new order takes the place of
-the script that goes on. Polling goes on beside it.
+No I/O of its own and no waiting: the caller has the clock and calls `step(now_s)` often, at the
+latest at `next_step_s`. An order that takes time is a script, a generator that yields what it waits
+for: a moment, all queued frames sent (`_sent`), or a condition. A new order replaces the one under
+way. Polling goes on beside it.
 
-Modules read frames one at a time, from two buffers, and are deaf while they send by infrared. So
-frames that may be for the same module leave at a pace, and slower where modules are running.
+Modules read frames one at a time, from two buffers, and do not receive while they send by infrared.
+So frames that may be for the same module leave at a pace, and slower where modules are running.
 """
 
 from collections import deque
@@ -20,35 +20,35 @@ from kilotwin.experiment.grid_plan import Settings
 from kilotwin.experiment.kconf import MOST_BYTES
 from kilotwin.experiment.overhead import RESET, RUN, WAKEUP
 from kilotwin.grid import frames as wire
-from kilotwin.grid.cover import EVERYBODY, Group, cover
+from kilotwin.grid.cover import ALL_MODULES, Group, cover
 from kilotwin.grid.links import Frames, Links
 from kilotwin.grid.poller import SILENT_AFTER, Poller, Reports
 
 Wait = float | Callable[[], bool]
 Script = Generator[Wait, None, None]
 
-# Until modules have done what a frame says: setup() of a program, the end of an infrared frame on
-# each cell, the 70 ms of a step of an idle module.
+# Time for modules to carry a frame out: setup() of a program, the end of an infrared frame on each
+# cell, the 70 ms of a step of an idle module.
 _SETTLE_S = 0.3
 # A module that begins to run first sends 40 frames by infrared, and answers nothing meanwhile.
 _START_S = 0.6
 # Between frames to modules that send by infrared: longer than a frame of theirs.
 _BUSY_PACE_S = 0.006
-# How long a robot is told to pause, or to go on: modules repeat it on all cells without a break.
-_TELL_S = 2.0
-# Modules that have just been switched on are deaf for so long.
+# How long an order to pause, or to go on, is repeated on all cells without a break.
+_REPEAT_S = 2.0
+# Modules that have just been switched on do not receive for so long.
 _BOOT_S = 1.3
 _ATTEMPTS = 3
 
 
 class Listener(Protocol):
-    """Hears what comes of it."""
+    """Receives what the grid reports."""
 
     def reports(self, reports: Reports) -> None:
-        """What robots said."""
+        """Takes reports of robots, in order of time."""
 
     def event(self, now_s: float, kind: str, text: str, **more: Any) -> None:
-        """Something happened."""
+        """Takes an event at `now_s`, of that kind and with a line of text."""
 
 
 class Controller:
@@ -81,18 +81,18 @@ class Controller:
         self.configuration: dict[Module, bytes] = {}
         self.running = False
 
-    # Orders. Each takes the place of what goes on. InputError: modules or bytes that cannot be.
+    # Orders. Each replaces what is under way. InputError: modules or bytes that cannot be.
 
     def set_up(self, configuration: Mapping[Module, bytes], messages: Sequence[bytes]) -> None:
-        """Robots start anew and hear the messages; modules get what they are to be."""
-        self._begin(self._setting_up(self._sound(configuration), list(messages)))
+        """Resets robots and sends them the messages; configures modules."""
+        self._begin(self._setting_up(self._checked(configuration), list(messages)))
 
     def configure(self, configuration: Mapping[Module, bytes]) -> None:
-        """Modules get what they are to be, and are ready to run; robots are left alone."""
-        self._begin(self._configuring(self._sound(configuration)))
+        """Configures modules, which then are ready to run; robots are left alone."""
+        self._begin(self._configuring(self._checked(configuration)))
 
     def run(self) -> None:
-        """Modules run, and tell robots to; polling begins."""
+        """Modules run and send RUN to robots; polling begins."""
         self._begin(self._starting())
 
     def pause(self) -> None:
@@ -104,31 +104,31 @@ class Controller:
         self._begin(self._resuming())
 
     def change(self, configuration: Mapping[Module, bytes]) -> None:
-        """These modules get something else to be, while the others run on."""
-        self._begin(self._changing(self._sound(configuration)), at_once=False)
+        """Configures these modules anew while the others run on."""
+        self._begin(self._changing(self._checked(configuration)), at_once=False)
 
-    def tell_robots(self, message: bytes, hold_s: float) -> None:
+    def send_to_robots(self, message: bytes, hold_s: float) -> None:
         """Modules repeat one message for robots, then are idle."""
-        self._begin(self._telling(message, hold_s))
+        self._begin(self._repeating(message, hold_s))
 
     def set_idle(self) -> None:
         """Robots and modules stop, whatever they do; the last reports are fetched first."""
         self._begin(self._ending())
 
     def look(self) -> None:
-        """Asks each module once whether it is there."""
+        """Polls each module once, to see which answer."""
         self._begin(self._looking())
 
-    def ask_health(self, modules: Iterable[Module]) -> None:
-        """Asks these modules how they are; see `health`."""
-        self._begin(self._asking(list(modules)))
+    def request_health(self, modules: Iterable[Module]) -> None:
+        """Requests the health of these modules; see `health`."""
+        self._begin(self._requesting_health(list(modules)))
 
     def watch(self) -> None:
         """Polls a grid that runs already."""
         self.running = True
         self.poller.begin(self._now_s)
 
-    def _sound(self, configuration: Mapping[Module, bytes]) -> dict[Module, bytes]:
+    def _checked(self, configuration: Mapping[Module, bytes]) -> dict[Module, bytes]:
         if not isinstance(configuration, Mapping):
             raise InputError(f"{configuration!r} is no configuration; write {{(x, y): bytes, ...}}")
         for module, content in configuration.items():
@@ -152,13 +152,13 @@ class Controller:
         return self._down
 
     @property
-    def untold(self) -> list[int]:
+    def unsent(self) -> list[int]:
         """The buses that have not had all frames of the order."""
         return [bus for bus, queue in enumerate(self._queues) if queue or bus in self._left_out]
 
     @property
     def health(self) -> Mapping[Module, Health]:
-        """What modules said of themselves when they were asked last."""
+        """The last answer of each module to a request for its health."""
         return self._health
 
     @property
@@ -169,7 +169,7 @@ class Controller:
     # Time.
 
     def step(self, now_s: float) -> None:
-        """Takes what came, sends what is due."""
+        """Receives frames, then sends what is due. `now_s` never goes back."""
         self._notice_absence(now_s)
         self._now_s = now_s
         self._take(self._links.receive(now_s))
@@ -181,7 +181,7 @@ class Controller:
         self._look_at_links()
 
     def next_step_s(self) -> float:
-        """When it wants to be stepped again at the latest; sooner does no harm."""
+        """When `step` is due at the latest, by the caller's clock; sooner does no harm."""
         if self._queued or self.poller.owing:
             return self._now_s
         times = [at_s for at_s, _ in self._later]
@@ -192,7 +192,7 @@ class Controller:
         return min(times, default=float("inf"))
 
     def _notice_absence(self, now_s: float) -> None:
-        """Answers that came while nobody looked are no proof of anything."""
+        """Drops polls under way after a gap in stepping: their answers are too late to count."""
         if self.poller.owing and now_s - self._now_s > self.settings.poll_timeout_s:
             self.poller.forget()
 
@@ -213,7 +213,7 @@ class Controller:
                 self._script = None
 
     def _begin(self, script: Script, *, at_once: bool = True) -> None:
-        """`at_once`: what is still to be sent does not matter any more."""
+        """`at_once`: drops frames that are still queued."""
         if at_once:
             self._later.clear()
             self._left_out.clear()
@@ -229,7 +229,7 @@ class Controller:
         return any(self._queues)
 
     def _sent(self) -> bool:
-        """What a script waits for."""
+        """The condition that all queued frames are sent, for scripts."""
         return not self._queued
 
     def _send(self) -> None:
@@ -243,14 +243,14 @@ class Controller:
                 self._ready_s[bus] = self._now_s + gap_s
 
     def _leave_out(self, bus: int) -> None:
-        """If the bus is down: the others do not wait for it. If all are, the order waits."""
+        """Drops the frames of a bus that is down, unless all are: then the order waits."""
         troubles = [self._links.trouble(any_) for any_ in range(self.layout.buses)]
         if troubles[bus] and not all(troubles):
             self._queues[bus].clear()
             self._left_out.add(bus)
 
     def _queue(self, bus: int, group: Group, frames: Iterable[bytes | wire.Paced]) -> None:
-        """A frame of a transfer brings its own pace; the longest that anybody asks for counts."""
+        """Queues frames; a frame of a transfer brings its own pace, and the longest gap counts."""
         identifier = wire.id_of_group(group)
         least_s = max(self.settings.pace_s, _BUSY_PACE_S if self.running else 0.0)
         for frame in frames:
@@ -259,7 +259,7 @@ class Controller:
 
     def _broadcast(self, *frames: bytes | wire.Paced) -> None:
         for bus in range(self.layout.buses):
-            self._queue(bus, EVERYBODY, frames)
+            self._queue(bus, ALL_MODULES, frames)
 
     def _to(self, module: Module, *frames: bytes | wire.Paced) -> None:
         self._queue(self.layout.bus_of(module), Group(*module), frames)
@@ -269,8 +269,8 @@ class Controller:
         for bus in range(self.layout.buses):
             modules = self.layout.modules_of(bus)
             here = {module: wanted[module] for module in modules if module in wanted}
-            for telling in cover(here, modules):
-                self._queue(bus, telling.group, wire.configuration(telling.content))
+            for message in cover(here, modules):
+                self._queue(bus, message.group, wire.configuration(message.content))
 
     # Receiving.
 
@@ -302,9 +302,9 @@ class Controller:
                 self._bus_health[module] = answer
 
     def _restore(self, module: Module) -> None:
-        """A module that did not answer may have been reset: it gets everything anew.
+        """Configures a module that answers again, since it may have been reset.
 
-        One of ours can be asked first whether it was.
+        Modules with our firmware report first whether they were (`grid.health`).
         """
         if self.settings.health:
             self._health.pop(module, None)
@@ -344,8 +344,8 @@ class Controller:
     def _after(self, seconds: float) -> float:
         return self._now_s + seconds
 
-    def _telling(self, message: bytes, hold_s: float) -> Script:
-        """STOP first: half of a new message with half of the old one would be a third."""
+    def _repeating(self, message: bytes, hold_s: float) -> Script:
+        """Has modules repeat a message. STOP first: halves of two messages would make a third."""
         self.running = False
         self.poller.end()
         self._broadcast(wire.fixed().STOP)
@@ -361,14 +361,14 @@ class Controller:
         settings = self.settings
         yield self._after(_BOOT_S)
         self._event("set_up", f"robots are told {len(messages)} settings, {settings.rounds} times")
-        yield from self._telling(RESET, settings.hold_s)
+        yield from self._repeating(RESET, settings.hold_s)
         for _ in range(settings.rounds):
             for message in messages:
-                yield from self._telling(message, settings.hold_s)
+                yield from self._repeating(message, settings.hold_s)
         yield from self._configuring(configuration)
 
     def _configuring(self, configuration: dict[Module, bytes]) -> Script:
-        """STOP first: a module that sends by infrared has no time for long transfers."""
+        """Configures modules. STOP first: one that sends by infrared has no time for transfers."""
         self.running = False
         self._broadcast(wire.fixed().STOP)
         yield self._sent
@@ -387,13 +387,13 @@ class Controller:
         yield from self._verifying()
 
     def _verifying(self) -> Script:
-        """Who is there, and, if they are asked, who has understood."""
+        """Finds modules that do not answer and, with `health`, those with a wrong configuration."""
         yield from self._looking()
         if not self.settings.health:
             return
         for attempt in range(_ATTEMPTS):
             silent = set(self.poller.silent)
-            yield from self._asking([m for m in self.poller.modules if m not in silent])
+            yield from self._requesting_health([m for m in self.poller.modules if m not in silent])
             wrong = [m for m, answer in self._health.items() if not self._is_right(m, answer)]
             if not wrong:
                 return
@@ -407,14 +407,14 @@ class Controller:
             yield self._after(_SETTLE_S)
 
     def _looking(self) -> Script:
-        """As many sweeps as it takes to call a module silent."""
+        """Sweeps until each module has answered or counts as silent."""
         for _ in range(SILENT_AFTER):
-            self.poller.sweep(self._now_s, everybody=True)
+            self.poller.sweep(self._now_s, all_modules=True)
             yield lambda: not self.poller.owing
             if not self.poller.missing:
                 return
 
-    def _asking(self, modules: list[Module]) -> Script:
+    def _requesting_health(self, modules: list[Module]) -> Script:
         for module in modules:
             self._health.pop(module, None)
             self._bus_health.pop(module, None)
@@ -431,12 +431,12 @@ class Controller:
         self.poller.begin(self._after(_START_S))
 
     def _pausing(self) -> Script:
-        """IDLE at the end, not STOP: that would also forget what cells say."""
+        """Pauses robots. IDLE at the end, not STOP, which would also clear what cells send."""
         self.poller.end()
         self._broadcast(*wire.forward(WAKEUP))
         yield self._sent
         self._event("pause", "robots are told to pause")
-        yield self._after(_TELL_S)
+        yield self._after(_REPEAT_S)
         self._broadcast(wire.fixed().IDLE)
         yield self._sent
         self.running = False
@@ -445,7 +445,7 @@ class Controller:
         self._broadcast(*wire.forward(RUN))
         yield self._sent
         self._event("resume", "robots are told to go on")
-        yield self._after(_TELL_S)
+        yield self._after(_REPEAT_S)
         yield from self._starting()
 
     def _changing(self, configuration: dict[Module, bytes]) -> Script:
@@ -456,25 +456,25 @@ class Controller:
         yield self._sent
         yield self._after(_SETTLE_S)
         self.poller.excuse(list(configuration), self._after(_START_S))
-        # Those that run already do not mind.
+        # Modules that run already ignore it.
         self._broadcast(wire.fixed().RUN)
         yield self._sent
 
     def _ending(self) -> Script:
         if self.running:
-            # What was asked a moment ago may have answered before the last report came.
+            # A module polled a moment ago may have answered before its last report came.
             self.poller.on = False
             yield lambda: not self.poller.owing
             self.poller.sweep(self._now_s)
             yield lambda: not self.poller.owing
         self.poller.end()
-        yield from self._telling(WAKEUP, _TELL_S)
+        yield from self._repeating(WAKEUP, _REPEAT_S)
         self._broadcast(wire.fixed().IDLE)
         yield self._sent
-        if not self.untold:
+        if not self.unsent:
             self._event("idle", "robots and modules are idle")
 
-    # Telling.
+    # Reporting.
 
     def _event(self, kind: str, text: str, module: Module | None = None, **more: Any) -> None:
         if module is not None:

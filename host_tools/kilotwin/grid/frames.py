@@ -1,6 +1,6 @@
 """The frames of a run, made once, and where their parts lie in arrays of frames.
 
-What a frame means is said by `kilotwin.can.protocol`, whose DBC these numbers come from too: a run
+`kilotwin.can.protocol` defines what a frame means, and these numbers come from its DBC too: a run
 has too many frames to have each of them decoded.
 """
 
@@ -86,7 +86,7 @@ def id_from_module(module: Module) -> int:
 
 
 def module_of_id(identifier: int) -> Module:
-    """The module whose frame it is; ValueError if none sends that."""
+    """The module that sends frames with this identifier; ValueError if none does."""
     sender = address.from_id(identifier)
     return sender.x, sender.y
 
@@ -97,12 +97,12 @@ def forward(message: bytes) -> list[Paced]:
 
 
 def configuration(data: bytes) -> list[Paced]:
-    """What a module is to be."""
+    """The frames of a module's configuration, 1 to 48 bytes."""
     return transfer.configuration(data)
 
 
 def checksum(data: Iterable[int]) -> int:
-    """CRC-16/MCRF4XX, by which a module tells what configuration it holds."""
+    """CRC-16/MCRF4XX, by which a module reports what configuration it holds."""
     crc = 0xFFFF
     for byte in data:
         crc ^= byte

@@ -34,7 +34,7 @@ _LEAST_COLUMNS = 5 + 1
 
 @dataclass(frozen=True)
 class Report:
-    """What a robot said through a cell (0 to 3) of module (x, y)."""
+    """A report of a robot through a cell (0 to 3) of module (x, y)."""
 
     x: int
     y: int
@@ -64,7 +64,7 @@ class Writer:
         self._file.write("\t".join(_HEADER) + "\n")
 
     def add(self, reports: Reports) -> None:
-        """What robots said, at times since the begin of the run."""
+        """Adds reports, at times since the begin of the run."""
         short = reports.data[:, 0] & 0x7F
         serials = [self._serials.get(number, number) for number in short.tolist()]
         times = np.floor(np.maximum(reports.at_s, 0.0) / UNIT_S).astype(np.int64)

@@ -1,14 +1,14 @@
-"""Asks modules for what robots reported, many at a time, and notices those that do not answer.
+"""Polls modules for robots' reports, many at a time, and finds those that do not answer.
 
-Every `poll_s` a sweep asks each module once. A bus owes at most `poll_window` answers at a time. An
-answer is START with a number, then so many reports. A module that owes an answer for longer than
-`poll_timeout_s` is passed over; after three times it counts as silent and is asked now and then
-only, until it answers.
+Every `poll_s` a sweep polls each module once. A bus owes at most `poll_window` answers at a time.
+An answer is START with a number, then that many reports. A module that owes an answer for longer
+than `poll_timeout_s` is passed over; after three times it counts as silent and is polled in one
+sweep of ten only, until it answers.
 
-An original module answers whatever its state is, so that a reset cannot be told from the answer.
-But for 1.2 s after power-up it answers nothing. A poll falls into that time which is answered later
-than `poll_timeout_s`, if this and `poll_s` are not more than 1.2 s together: a module that answers
-after it did not, or late, is one that may have been reset.
+An original module answers in any state, so that the answer does not show a reset. But for 1.2 s
+after power-up it answers nothing. If `poll_s` and `poll_timeout_s` are not more than 1.2 s
+together, some poll falls into that time and is answered late or not at all: a module that answers
+after that may have been reset.
 """
 
 from collections.abc import Sequence
@@ -24,17 +24,17 @@ from kilotwin.grid.links import Frames, Links
 
 SILENT_AFTER = 3
 """Answers missed in a row."""
-_SILENT_SWEEPS = 10  # a silent module is asked in one sweep of so many
+_SILENT_SWEEPS = 10  # a silent module is polled in one sweep of so many
 
-_REST, _ASKED, _ANSWERING = 0, 1, 2
+_REST, _POLLED, _ANSWERING = 0, 1, 2
 
 Returned = list[tuple[Module, int]]
-"""Modules that answer again, and how often in a row they had not."""
+"""Modules that answer again, and how many answers in a row they had missed."""
 
 
 @dataclass(frozen=True)
 class Reports:
-    """What robots said: when it came to the host, through which module and cell."""
+    """Reports of robots: when each came to the host, through which module and cell, its bytes."""
 
     at_s: NDArray[np.float64]  # [k], as all of them
     x: NDArray[np.uint8]
@@ -58,7 +58,7 @@ class Reports:
 
 @dataclass
 class Counts:
-    """Since the begin; `cut` are reports that were announced and did not come."""
+    """Since the begin: polls and their answers, reports; `cut` were announced and did not come."""
 
     asked: int = 0
     answered: int = 0
@@ -102,7 +102,7 @@ class Poller:
 
     @property
     def owing(self) -> bool:
-        """Whether a module is asked and has not answered in full, or is still to be asked."""
+        """Whether a module is polled and has not answered in full, or is still to be polled."""
         return bool(self._state.any()) or any(self._due)
 
     @property
@@ -112,7 +112,7 @@ class Poller:
 
     @property
     def missing(self) -> bool:
-        """Whether a module did not answer when it was asked last."""
+        """Whether a module did not answer its last poll."""
         return bool(self._missed.any())
 
     def next_sweep_s(self) -> float:
@@ -125,35 +125,35 @@ class Poller:
         self._next_sweep_s = now_s
 
     def end(self) -> None:
-        """Polls no more; answers that are owed are not waited for."""
+        """Stops polling; answers under way are not waited for."""
         self.on = False
         self.forget()
 
     def forget(self) -> None:
-        """Expects no answers: the host itself was away, or what it asked may be lost."""
+        """Expects no answers: the host was away, or its polls may be lost."""
         self._state[:] = _REST
         self._due = [[] for _ in self._buses]
 
     def excuse(self, modules: Sequence[Module], until_s: float) -> None:
-        """Asks these not before then: they have been told to do something that takes time."""
+        """Does not poll these before `until_s`: an order that they carry out takes that long."""
         for module in modules:
             number = self.index[module]
             self._excused_until[number] = until_s
             self._state[number] = _REST
 
-    def sweep(self, now_s: float, *, everybody: bool = False) -> None:
-        """Begins a sweep now; of silent modules too if it is their turn, or for `everybody`."""
-        everybody = everybody or self._sweep % _SILENT_SWEEPS == 0
-        asked = everybody | (self._missed < SILENT_AFTER)
-        asked &= (self._state == _REST) & (self._excused_until <= now_s)
+    def sweep(self, now_s: float, *, all_modules: bool = False) -> None:
+        """Begins a sweep now; with silent modules if it is their turn, or with `all_modules`."""
+        all_modules = all_modules or self._sweep % _SILENT_SWEEPS == 0
+        due = all_modules | (self._missed < SILENT_AFTER)
+        due &= (self._state == _REST) & (self._excused_until <= now_s)
         for bus in self._buses:
             here = self._of_bus[bus]
-            self._due[bus] = (here.start + np.flatnonzero(asked[here])[::-1]).tolist()
+            self._due[bus] = (here.start + np.flatnonzero(due[here])[::-1]).tolist()
         self._sweep += 1
         self._next_sweep_s = max(self._next_sweep_s + self._every_s, now_s)
 
     def take(self, frames: Frames, now_s: float) -> tuple[Reports | None, Returned]:
-        """What frames from modules say: reports, and modules that answer after they did not."""
+        """The reports in frames from modules, and modules that answer after they did not."""
         incoming = frames[(frames["id"] & 1 == 1) & ~frames["from_host"]]
         if not len(incoming):
             return None, []
@@ -175,8 +175,8 @@ class Poller:
         if not len(number):
             return []
         announced = incoming["data"][:, 1]
-        # Whoever steps seldom finds late answers among those in time.
-        late = (self._state[number] == _ASKED) & (
+        # With long steps late answers come together with those in time.
+        late = (self._state[number] == _POLLED) & (
             incoming["at_s"] - self._since[number] > self._timeout_s
         )
         self._missed[number[late]] += 1
@@ -206,13 +206,13 @@ class Poller:
         )
 
     def step(self, now_s: float) -> list[Module]:
-        """Asks who is due; gives the modules that have just become silent."""
+        """Polls modules that are due; returns those that have just become silent."""
         newly = self._give_up(now_s) if self._state.any() else []
         if self.on and now_s >= self._next_sweep_s and not any(self._due):
             self.sweep(now_s)
         for bus, due in enumerate(self._due):
             if due:
-                self._ask(bus, due, now_s)
+                self._poll(bus, due, now_s)
             if self._links.trouble(bus):
                 due.clear()  # or the other buses would wait; the next sweep tries it again
         return newly
@@ -221,7 +221,7 @@ class Poller:
         late = (self._state != _REST) & (now_s - self._since > self._timeout_s)
         if not late.any():
             return []
-        unanswered = late & (self._state == _ASKED)
+        unanswered = late & (self._state == _POLLED)
         self.counts.missed += int(np.count_nonzero(unanswered))
         self.counts.cut += int(self._left[late & (self._state == _ANSWERING)].sum())
         self._missed[unanswered] += 1
@@ -229,13 +229,13 @@ class Poller:
         newly = np.flatnonzero(unanswered & (self._missed == SILENT_AFTER))
         return [self.modules[number] for number in newly]
 
-    def _ask(self, bus: int, due: list[int], now_s: float) -> None:
+    def _poll(self, bus: int, due: list[int], now_s: float) -> None:
         room = self._window - int(np.count_nonzero(self._state[self._of_bus[bus]]))
         wanted = due[: -room - 1 : -1]
         ids = [self._ids[number] for number in wanted]
         asked = wanted[: self._links.send_all(bus, ids, wire.fixed().TRACKING_REQUEST, now_s)]
         if asked:
             del due[-len(asked) :]
-            self._state[asked] = _ASKED
+            self._state[asked] = _POLLED
             self._since[asked] = now_s
             self.counts.asked += len(asked)

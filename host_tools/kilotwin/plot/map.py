@@ -105,7 +105,7 @@ def _draw_floor(axes: Axes, experiment: ExperimentSchema) -> None:
 
 
 def _room(axes: Axes) -> tuple[float, float]:
-    """What is there for the map, inches."""
+    """Room for the map, inches."""
     figure = axes.get_figure(root=True)
     assert figure is not None
     box = axes.get_position(original=True)
@@ -167,7 +167,7 @@ def _draw_robots(
 
 
 def _draw_informed(axes: Axes, centres: NDArray[np.float32], diameter: float, point: float) -> None:
-    """A ring around each, below all robots, so that it hides nobody's state."""
+    """A ring around each, below all robots, so that it hides no state."""
     ring = diameter + 2 * max(0.12 * diameter, 1.2 * point)
     _circles(axes, centres, ring, facecolor=_INFORMED, lw=0)
 

@@ -1,4 +1,4 @@
-"""The look of all figures: sizes, type, and colours that colour-blind people can tell apart."""
+"""The look of all figures: sizes, type, and colours that colour-blind people can distinguish."""
 
 import re
 from collections.abc import Callable, Sequence
@@ -30,7 +30,7 @@ OTHER_STATES = ["#cc79a7", "#56b4e9", "#8c564b", "#7b3fa0", "#999933", "#44aa99"
 LEGEND_LINE = 0.235
 """Inches from one entry of a run's legend to the next."""
 
-# What tells the second, third, ... site of one colour from the first: areas and lines.
+# Marks of the second, third, ... site of one colour: areas and lines.
 HATCHES = ["", "////", "....", "xxxx", "||||"]
 DASHES: list[Any] = ["-", (0, (5, 1.5)), (0, (2, 1)), (0, (5, 1, 1, 1)), (0, (1, 1.5))]
 

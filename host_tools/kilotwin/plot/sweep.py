@@ -27,7 +27,7 @@ Split = tuple[tuple[str, ...], tuple[float, ...]]
 Cells = dict[tuple[float, float], list[int]]
 """By the share informed, and the share of them for a site: the robots on it, trial by trial."""
 
-_LARGEST = 100  # inches: more than this nobody can look at
+_LARGEST = 100  # inches: a larger figure is of no use
 _COLUMNS = 6  # panels of the error figure side by side
 
 # Okabe and Ito's. A rule has a colour and a marker of its own; the second six are open and dashed.
@@ -57,7 +57,7 @@ def draw_iqr(trials: Conditions) -> Figure:
 
 
 def draw_symmetry(trials: Conditions) -> Figure:
-    """Nobody informed: how often how many robots rest on each site."""
+    """Trials without informed robots: how often how many robots rest on each site."""
     groups: dict[Condition, list[Ending]] = {}
     for condition, endings in trials.where(informed=0.0).items():
         shares_of_nobody = (0.0,) * len(condition.sites)
@@ -132,12 +132,12 @@ def draw_error(trials: Conditions) -> Figure:
 
 
 def quartile_range(robots: Sequence[int]) -> float:
-    """The interquartile range; NaN of one trial, which tells nothing about it."""
+    """The interquartile range; NaN of one trial."""
     return spread(robots) if len(robots) > 1 else math.nan
 
 
 def share_labels(shares: Iterable[float]) -> dict[float, str]:
-    """Each share in as few digits as tell all of them apart, from three to six."""
+    """Each share in as few digits as distinguish all of them, from three to six."""
     values = set(shares)
     digits = 3
     while digits < 6 and len({f"{share:.{digits}g}" for share in values}) < len(values):
@@ -338,7 +338,7 @@ def _cells_note(maps: Sequence[Cells], missing: str) -> str:
 
 @dataclass(frozen=True)
 class _Look:
-    """What is alike in all heat maps of a figure. Sizes in inches, of a map with its labels."""
+    """Measures that all heat maps of a figure share. Sizes in inches, of a map with its labels."""
 
     width: float
     height: float

@@ -36,20 +36,20 @@ def draw_timeline(run: Run) -> Figure:
     figure = Figure(figsize=(10, 5))
     axes = figure.add_subplot(facecolor=_PAPER)
     fills = site_fills(experiment)
-    wishes: dict[float, str] = {}
+    expected: dict[float, str] = {}
     for site, fill, dashes in zip(experiment.site, fills, repeats(fills, DASHES), strict=True):
         resting = np.asarray(table[f"resting_{site.name}"])
-        told = f"{resting[-1]}"
+        text = f"{resting[-1]}"
         if experiment.swarm.informed > 0:
             wanted = size * experiment.swarm.informed_for.get(site.name, 0.0)
-            # A wish of several sites is a line of none of their colours.
-            wishes[wanted] = OUTLINE if wanted in wishes else fill
-            told += f",\N{NO-BREAK SPACE}wanted\N{NO-BREAK SPACE}{wanted:g}"
-        label = wrapped(f"resting on {site.name} ({told})", 3.5)
+            # A count expected on several sites is a line of none of their colours.
+            expected[wanted] = OUTLINE if wanted in expected else fill
+            text += f",\N{NO-BREAK SPACE}wanted\N{NO-BREAK SPACE}{wanted:g}"
+        label = wrapped(f"resting on {site.name} ({text})", 3.5)
         axes.plot(
             time_s, resting, color=fill, lw=2, ls=dashes, path_effects=_outlined(3.2), label=label
         )
-    for wanted, colour in wishes.items():
+    for wanted, colour in expected.items():
         axes.axhline(wanted, color=colour, ls=":", lw=1.6, path_effects=_outlined(2.4))
     elsewhere = np.asarray(table["not_resting"])
     axes.plot(
@@ -68,7 +68,7 @@ def draw_timeline(run: Run) -> Figure:
     axes.grid(color="white", lw=0.8)
     axes.set_title(wrapped(title(run), 7.75, 12))
     handles, labels = axes.get_legend_handles_labels()
-    if wishes:
+    if expected:
         handles.append(Line2D([], [], color=OUTLINE, ls=":", lw=1.6))
         labels.append("wanted")
     axes.legend(

@@ -25,7 +25,7 @@ _SHOWN_CHAIN = 120
 
 @dataclass(frozen=True)
 class Report:
-    """What was found on one program: `findings` in the order of weight, then of place."""
+    """The findings on one program, in the order of weight, then of place."""
 
     program: str
     flash_bytes: int

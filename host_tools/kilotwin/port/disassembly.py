@@ -1,7 +1,7 @@
-"""A linked program as the robot runs it: functions, whom they call, which variables they touch.
+"""A linked program as the robot runs it: functions, their calls, and the variables that they touch.
 
-Read from `avr-objdump`, whose lines carry the source's file and line. Of function pointers it is
-known who can be meant: the functions whose address is taken.
+Read from `avr-objdump`, whose lines carry the source's file and line. A call by a function pointer
+may go to any function whose address is taken.
 """
 
 import re
@@ -29,7 +29,7 @@ _SKIPS = {"cpse", "sbrc", "sbrs", "sbic", "sbis"}
 _SREG = "0x3f,"
 _DATA_BASE = 0x800000
 _RESET = "__vectors"  # a jump to address 0 begins anew
-# Who uses one of these may have streams of his own.
+# A program that uses one of these may have streams of its own.
 _STREAMS = {"__iob", "fdevopen", "fprintf", "vfprintf", "fputc", "fputs", "fwrite"}
 
 

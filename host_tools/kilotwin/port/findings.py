@@ -1,4 +1,4 @@
-"""What `kilotwin port` has to say about a program."""
+"""Findings of `kilotwin port` on a program."""
 
 from dataclasses import dataclass
 from enum import StrEnum

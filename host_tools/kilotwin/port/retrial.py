@@ -72,7 +72,7 @@ def findings(tried: Tried, outcome: Outcome, notify: Notify) -> Iterator[Finding
     if not outcome.difference or outcome.room_bytes < 0 or outcome.avr_failure:
         return
     tick, what = outcome.difference
-    said = f"it decides otherwise on the robot than here, first at tick {tick:,}: {what}"
+    text = f"it decides otherwise on the robot than here, first at tick {tick:,}: {what}"
     causes = [cause for cause in _CAUSES if cause.uses in tried.code.functions]
     if blamed := _blamed(causes, tried, notify):
         whats = " and ".join(cause.what for cause in blamed)
@@ -80,11 +80,11 @@ def findings(tried: Tried, outcome: Outcome, notify: Notify) -> Iterator[Finding
         yield Finding(
             "differs-in-time",
             Weight.WARNS,
-            f"{said}. That is because {whats}: where {withouts}, it decides the same",
+            f"{text}. That is because {whats}: where {withouts}, it decides the same",
             "; ".join(cause.do for cause in blamed),
         )
     else:
-        yield Finding("differs", Weight.FAILS, said, _where_to_look(causes, tried))
+        yield Finding("differs", Weight.FAILS, text, _where_to_look(causes, tried))
 
 
 def _blamed(causes: Sequence[Cause], tried: Tried, notify: Notify) -> Sequence[Cause]:

@@ -1,4 +1,4 @@
-"""What a program's source says that its machine code does not: which functions have which part.
+"""Roles of a program's functions, from its source: callbacks do not show in its machine code.
 
 Read after the preprocessor, with its line marks, so that macros are seen through and places are
 those of the file as it was written.
@@ -73,7 +73,7 @@ def _marked(text: str) -> Iterator[Line]:
 
 
 def find_roles(lines: list[Line]) -> Roles:
-    """Who is registered as what."""
+    """The functions registered as callbacks, by role."""
     callbacks: dict[str, dict[str, Place]] = {"rx": {}, "tx": {}, "tx_success": {}}
     setup, loop = set(), set()
     for line in lines:

@@ -75,7 +75,7 @@ def motors(lines: Sequence[Line]) -> Iterator[Finding]:
 
 
 def checksum(lines: Sequence[Line], roles: Roles) -> Iterator[Finding]:
-    """Frames with a wrong CRC are dropped by every robot that hears them."""
+    """Frames without a checksum: every robot that receives one drops it."""
     if any(
         "message_crc" in line.text and "uint16_t message_crc" not in line.text for line in lines
     ):

@@ -89,7 +89,7 @@ class _Chains:
         return self._known[entry]
 
     def meant(self, function: str) -> Iterator[int]:
-        """Whom a call by address can mean: the API's know their part, a program's any other."""
+        """Functions that a call by address can reach: by role in the API, else any one."""
         program, roles = self._program, self._roles
         registered = roles.in_interrupts | roles.in_main
         if function == "kilo_start":

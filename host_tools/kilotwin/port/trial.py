@@ -70,7 +70,7 @@ class LongestCall:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a trial showed. Ticks count from power-up."""
+    """Results of a trial. Ticks count from power-up."""
 
     ticks: int
     seed: int

@@ -1,4 +1,4 @@
-"""What a run calls to show itself; the command line implements it."""
+"""Interface through which a run shows its progress; the command line implements it."""
 
 from pathlib import Path
 from typing import Protocol

@@ -35,7 +35,7 @@ class EmulatedHost:
     def __init__(
         self, simulation: "Simulation", experiment: Experiment, to: RunWriter | GridEvents | None
     ) -> None:
-        """`to`: where it is all written, or who hears of it."""
+        """`to`: the folder that it is written to, or an object that receives it."""
         plan = experiment.plan
         assert plan is not None
         self._plan = plan
@@ -62,17 +62,17 @@ class EmulatedHost:
         self._due_tick = simulation.tick
 
     def see(self, samples: "Samples") -> None:
-        """On a grid cells say which site a robot is on, and they may change: corrects samples."""
+        """Corrects the sites in samples: on a grid those of the cells below robots, as of now."""
         sites_of_cells(samples, self._plan.layout, self._plan.site_maps, TICK_S)
         self.see_events()
 
     def see_events(self) -> None:
-        """Takes in what modules' programs said."""
+        """Takes the events of modules' programs."""
         for event in self.simulation.module_events():
             self.record.module_event(event)
 
-    def hear_orders(self) -> None:
-        """To be called when somebody may have given the controller an order since it last acted."""
+    def notice_orders(self) -> None:
+        """To be called when the controller may have got an order since it last acted."""
         if not self._away:
             self._due_tick = min(self._due_tick, self._next_due_tick())
 
@@ -128,7 +128,7 @@ class EmulatedHost:
         self.record.close()
 
     def summary(self) -> dict[str, Any]:
-        """What a summary says of the grid."""
+        """The `grid` part of a run's summary."""
         poller = self.conductor.controller.poller
         return {
             "reports": poller.counts.reports,

@@ -1,6 +1,6 @@
-"""What a run folder is called and made of (the same for emulated and real runs), and its manifest.
+"""Name, files and manifest of a run folder, the same for emulated and real runs.
 
-manifest.json     who, what, when, which versions, how it ended
+manifest.json     experiment, command line, time, versions, how it ended
 experiment.toml   resolved: `kilotwin run` repeats the run from it
 robots.arrows     a row per robot and sample      (Arrow IPC stream)
 sites.arrows      a row per sample                (Arrow IPC stream)
@@ -88,7 +88,7 @@ def write_manifest(folder: Path, manifest: dict[str, Any]) -> None:
 
 
 def close_manifest(folder: Path, status: str, exit_code: int, **more: Any) -> None:
-    """Says how the run ended; also in place of a writer that died."""
+    """Writes how the run ended; also in place of a writer that died."""
     manifest = json.loads((folder / MANIFEST).read_text())
     ending = {"status": status, "exit_code": exit_code, "ended_utc": utc_now()}
     write_manifest(folder, {**manifest, **ending, **more})

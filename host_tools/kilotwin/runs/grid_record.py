@@ -37,13 +37,13 @@ class GridEvents:
         self._crashed: list[dict[str, Any]] = []
 
     def reports(self, reports: Reports) -> None:
-        """What robots said."""
+        """Takes reports of robots."""
 
     def event(self, time_s: float, kind: str, text: str, **more: Any) -> None:
         """What happened."""
 
     def module_event(self, event: Mapping[str, Any]) -> None:
-        """What a module's program printed, or what went wrong with it."""
+        """Takes an event of a module's program: a print, or a failure."""
         if event["kind"] in FAILURES:
             module, tick = list(event["module"]), event["tick"]
             self._crashed.append({"module": module, "tick": tick, "what": event["text"]})
@@ -61,7 +61,7 @@ class GridEvents:
 
 
 class GridMemory(GridEvents):
-    """Keeps what a conductor says, for who asks."""
+    """Keeps what a conductor reports, for `World`."""
 
     def __init__(self, experiment: Experiment) -> None:
         super().__init__()
@@ -71,7 +71,7 @@ class GridMemory(GridEvents):
         self.happened: list[dict[str, Any]] = []
 
     def reports(self, reports: Reports) -> None:
-        """Keeps what robots said."""
+        """Keeps reports of robots."""
         plan = self._experiment.plan
         assert plan is not None
         if self._tracking is None:
@@ -95,7 +95,7 @@ class GridMemory(GridEvents):
 
 
 class GridRecord(GridEvents):
-    """Listens to a conductor and writes down what it says."""
+    """Writes what a conductor reports into the run folder."""
 
     def __init__(
         self, writer: RunWriter, experiment: Experiment, buses: Sequence[str], zero_s: float
@@ -117,7 +117,7 @@ class GridRecord(GridEvents):
         self._flushed_at = time.monotonic()
 
     def reports(self, reports: Reports) -> None:
-        """Keeps what robots said until the next flush: rows by the hundred cost less."""
+        """Keeps reports until the next flush: rows by the hundred cost less."""
         self._waiting.append(reports)
 
     def event(self, time_s: float, kind: str, text: str, **more: Any) -> None:

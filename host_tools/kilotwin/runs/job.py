@@ -1,4 +1,4 @@
-"""What the parent of a run hands to its worker process."""
+"""A run as the parent passes it to its worker process."""
 
 from dataclasses import dataclass
 from pathlib import Path

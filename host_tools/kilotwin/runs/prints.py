@@ -18,7 +18,7 @@ class Prints:
         self._in_line: set[int] = set()  # robots whose last line has no end yet
 
     def add(self, robot: int, tick: int, text: str) -> None:
-        """What a robot has printed at a tick."""
+        """Adds what a robot printed at a tick."""
         self._folder.mkdir(exist_ok=True)
         stamp = f"[{seconds(tick):10.3f} s, tick {tick:7}] "
         lines = re.findall(r"[^\n]*\n|[^\n]+", text)

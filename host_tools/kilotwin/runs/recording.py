@@ -35,7 +35,7 @@ from kilotwin.units import ticks
 _STEP_S = 0.001
 _PROGRESS_S = 0.5
 
-# What the person at the table must know at once.
+# Events that are shown at once to the person at the table.
 _WARNINGS = {"bus_down", "bus_up", "not_idle"}
 
 
@@ -49,7 +49,7 @@ def record(
     join: bool = False,
     speed: float = 1.0,
 ) -> Outcome:
-    """Sets the grid up, runs it, polls it, leaves it idle; the run folder says what came of it.
+    """Sets the grid up, runs it, polls it, leaves it idle; the results are in the run folder.
 
     Ctrl-C ends it early, robots and modules idle; a second one leaves them as they are. `join`
     takes over a grid that runs. It goes on without a bus that does not work any more, and ends when
@@ -148,11 +148,11 @@ class _Recording:
         return self._close()
 
     def reports(self, reports: Reports) -> None:
-        """Keeps what robots said."""
+        """Keeps reports of robots."""
         self._record.reports(reports)
 
     def event(self, time_s: float, kind: str, text: str, **more: Any) -> None:
-        """Keeps what happened, and says what must be known at once."""
+        """Keeps an event, and shows those that must be known at once."""
         self._record.event(time_s, kind, text, **more)
         if kind in _WARNINGS:
             self._display.warn(f"at {time_s:,.0f} s: {text}")
@@ -247,7 +247,7 @@ class _Recording:
                     {"bus": bus, "name": self._names[bus], "what": what}
                     for bus, what in controller.down.items()
                 ],
-                "not_idle": [self._names[bus] for bus in self._conductor.untold],
+                "not_idle": [self._names[bus] for bus in self._conductor.unsent],
                 "kilodat": str(self._record.kilodat),
             },
         }

@@ -37,7 +37,7 @@ from kilotwin.runs.job import Job, Probes, Serving
 
 # Into the black box the engine writes, before it runs a robot, the robot's id and its tick.
 _BLACK_BOX = struct.Struct("=II")
-_NOBODY = 0xFFFFFFFF
+_NO_ROBOT = 0xFFFFFFFF
 _PAGE_BYTES = 4096
 
 # From the first interrupt on: what the engine has under way takes a second or so, unless a program
@@ -86,7 +86,7 @@ def run(
         display.note('no [[command]] has send = "run": setup() and loop() are never called')
     manifest = new_manifest(experiment, built, command_line)
     with tempfile.NamedTemporaryFile(prefix="kilotwin-") as black_box:
-        black_box.write(_BLACK_BOX.pack(_NOBODY, 0).ljust(_PAGE_BYTES, b"\0"))
+        black_box.write(_BLACK_BOX.pack(_NO_ROBOT, 0).ljust(_PAGE_BYTES, b"\0"))
         black_box.flush()
         files = [str(guest.file) for guest in guests]
         module_file = None if modules is None else str(modules.file)
@@ -153,7 +153,7 @@ class _Child:
                 raise self._failure(last, returncode, log.read().strip())
 
     def _start(self, log: IO[str]) -> "subprocess.Popen[bytes]":
-        # A process group of its own: Ctrl-C is for us, who then ask the child to stop.
+        # A process group of its own: Ctrl-C reaches only the parent, which then stops the child.
         return subprocess.Popen(
             [sys.executable, "-P", "-m", "kilotwin.runs.worker"],
             stdin=subprocess.PIPE,
@@ -172,7 +172,7 @@ class _Child:
             self._display.progress(message["tick"], message["resting"], message["not_resting"])
 
     def _failure(self, last: dict[str, Any], returncode: int, log: str) -> KilotwinError:
-        """What to tell when no `done` came; the folder, if there is one, is closed."""
+        """The error when no `done` came; closes the folder, if there is one."""
         if last.get("type") == "error":
             kinds = {kind.exit_code: kind for kind in (InputError, DeviceError)}
             error: KilotwinError = kinds.get(last["exit_code"], RunError)(last["message"])
@@ -200,7 +200,7 @@ class _Child:
     def _ran_last(self) -> str:
         assert self._job.black_box is not None
         robot, tick = _BLACK_BOX.unpack_from(Path(self._job.black_box).read_bytes())
-        if robot == _NOBODY:
+        if robot == _NO_ROBOT:
             return ""
         program = self._job.experiment.program_of(robot).name
         return f"; last to run was {program} robot {robot} tick {tick}"

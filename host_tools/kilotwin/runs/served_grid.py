@@ -26,8 +26,8 @@ from kilotwin.units import TICK_S, seconds, ticks
 if TYPE_CHECKING:
     from kilotwin._emulator import Samples, Simulation
 
-# After the run the host leaves robots and modules idle, and then says nothing more. One that is
-# gone is not waited for.
+# After the run the host leaves robots and modules idle, and then sends nothing more. The table does
+# not wait for a host that is gone.
 _QUIET_S, _GRACE_S = 3.0, 30.0
 _FLUSH_S = 0.5
 
@@ -56,7 +56,8 @@ class ServedTable:
             self._log = CanLog(writer.folder / CAN_LOG, names, zero_s=0.0)
         self._begin_tick = simulation.tick
         self._began = self._flushed = time.monotonic()
-        self._heard_at = self._idle_at = simulation.tick  # a frame of the host; one that ends all
+        # Ticks of the last frame of the host, and of the last one that leaves all idle.
+        self._received_at = self._idle_at = simulation.tick
         self.zero_tick: int | None = None
         """The engine's tick at the first RUN."""
 
@@ -75,8 +76,9 @@ class ServedTable:
         """Whether there is nothing more to wait for."""
         if not self.ran:
             return False
-        waited = self._simulation.tick - max(self._heard_at, self._duration + (self.zero_tick or 0))
-        return waited >= ticks(_GRACE_S if self._heard_at > self._idle_at else _QUIET_S)
+        end = self._duration + (self.zero_tick or 0)
+        waited = self._simulation.tick - max(self._received_at, end)
+        return waited >= ticks(_GRACE_S if self._received_at > self._idle_at else _QUIET_S)
 
     def step(self) -> None:
         """Hands over frames both ways; the engine has just advanced."""
@@ -132,16 +134,16 @@ class ServedTable:
 
     def _watch(self, frames: Frames) -> None:
         """Notices when the run begins, and when the host has left the modules idle after it."""
-        told = frames[frames["from_host"] & (frames["dlc"] > 0)]
-        kinds = told["data"][:, 0]
+        orders = frames[frames["from_host"] & (frames["dlc"] > 0)]
+        kinds = orders["data"][:, 0]
         if self.zero_tick is None and (kinds == wire.fixed().RUN[0]).any():
-            at_s = float(told["at_s"][np.argmax(kinds == wire.fixed().RUN[0])])
+            at_s = float(orders["at_s"][np.argmax(kinds == wire.fixed().RUN[0])])
             self.zero_tick = ticks(at_s)
             self._event("run", "a host has started the modules")
-        if len(told):
-            self._heard_at = self._simulation.tick
+        if len(orders):
+            self._received_at = self._simulation.tick
             if kinds[-1] in (wire.fixed().STOP[0], wire.fixed().IDLE[0]):
-                self._idle_at = self._heard_at
+                self._idle_at = self._received_at
 
     def _event(self, kind: str, text: str) -> None:
         tick = self._simulation.tick - (self.zero_tick or 0)

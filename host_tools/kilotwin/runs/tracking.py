@@ -20,7 +20,7 @@ _NOBODY = -1
 
 
 class Tracking:
-    """The table of reports, and where every robot was last heard."""
+    """The table of reports, and where every robot was last received."""
 
     def __init__(
         self,
@@ -32,7 +32,7 @@ class Tracking:
         self._layout = layout
         self._states = States.of(keys)
         self._names = pa.array(self._states.names)
-        # A lab's own programs say their number in the first byte and what they like in the others.
+        # A lab's own programs send their number in the first byte, and anything in the others.
         self._ours = keys.controller is not None
         self._maps = site_maps
         self._across, self._up = layout.centres()
@@ -52,11 +52,11 @@ class Tracking:
         y = self._up[row].astype(np.float32)
         known = (robot >= 0) & (robot < len(self._x))
         self.strangers += int(np.count_nonzero(~known))
-        who = robot[known]
-        self._x[who], self._y[who] = x[known], y[known]
-        self._site[who] = self._map_at(float(reports.at_s[-1]))[row, column][known]
+        index = robot[known]
+        self._x[index], self._y[index] = x[known], y[known]
+        self._site[index] = self._map_at(float(reports.at_s[-1]))[row, column][known]
         if led is not None:
-            self._led[who] = led[known]
+            self._led[index] = led[known]
         state = pa.nulls(len(robot), WORD)
         if led is not None:
             state = pa.DictionaryArray.from_arrays(self._states.of_robots(led), self._names)
@@ -74,7 +74,7 @@ class Tracking:
         return pa.record_batch(columns, schema=TRACKING_SCHEMA)
 
     def sample(self, tick: int) -> "Samples":
-        """Where robots were last heard, as the engine would say it; NaN for who never was."""
+        """Samples as the engine makes them, of where robots were last received; NaN before that."""
         return {
             "tick": np.array([tick], dtype=np.int64),
             "x_m": self._x[None].copy(),
@@ -85,7 +85,7 @@ class Tracking:
         }
 
     def _read(self, data: NDArray[np.uint8]) -> tuple[NDArray[np.intp], NDArray[np.uint8] | None]:
-        """Robots' indices, and what their LEDs show if they tell."""
+        """Robots' indices, and their LEDs if the reports have them."""
         if self._ours:
             uid = data[:, 0] + data[:, 1].astype(np.intp) * 256
             return uid - 1, data[:, 2]

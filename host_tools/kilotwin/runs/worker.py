@@ -40,7 +40,7 @@ from kilotwin.units import seconds, ticks
 if TYPE_CHECKING:
     from kilotwin._emulator import Event, Samples
 
-# About how long a call of the engine takes. Until it is over nobody is heard; at its end no robot
+# About how long a call of the engine takes. Until it is over no signal is seen; at its end no robot
 # may have been run ahead, which with 100,000 robots would cost an eighth at a third of this time.
 _CHUNK_S = 0.4
 _PROGRESS_S = 0.2
@@ -53,7 +53,7 @@ def main() -> None:
     """Runs the job of stdin."""
     # Ctrl-C is for the parent, which then closes our stdin.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    # What a library or a program prints must not get between the reports.
+    # Output of libraries and programs must not get between the reports.
     reports = os.dup(1)
     os.dup2(2, 1)
     job: Job = pickle.load(sys.stdin.buffer)
@@ -73,7 +73,7 @@ def main() -> None:
 
 
 def simulate(job: Job, report: Report, stopped: Callable[[], bool]) -> None:
-    """Runs the experiment to its end or until `stopped`. What is refused leaves no folder."""
+    """Runs the experiment to its end or until `stopped`. A refused one leaves no folder."""
     trial = Trial(job, report, lambda: _make_folder(job))
     try:
         interrupted = not trial.run(stopped)
@@ -95,7 +95,7 @@ def _exit_code(summary: dict[str, Any]) -> int:
 
 
 class Writer(Protocol):
-    """Where a trial's records go; `run_writer.RunWriter` is the one that makes a run folder."""
+    """Where a trial's records go; `writer.RunWriter` is the one that makes a run folder."""
 
     def add(self, samples: "Samples") -> Counts | None:
         """Takes samples of the engine; returns their counts, None for none."""

@@ -67,7 +67,7 @@ _Light = Annotated[int, Field(ge=0, le=3)]
 
 
 class _Arguments(Section):
-    """What can be given, checked and told as the keys of an experiment are."""
+    """Arguments, checked as the keys of an experiment are, with the same errors."""
 
     experiment: str | None = None
     set: Annotated[list[str], BeforeValidator(one_or_more)] = Field(default=[])
@@ -84,7 +84,7 @@ class _Arguments(Section):
 
 
 def _checked(to: str = "World", /, **given: Any) -> _Arguments:
-    """What was given, as Python's own values; InputError says which cannot be, and to whom."""
+    """Arguments as Python's own values; InputError names the one that cannot be used."""
     try:
         return _Arguments.model_validate(_plain(given))
     except ValidationError as error:
@@ -98,7 +98,7 @@ def RGB(red: int, green: int, blue: int) -> int:  # noqa: N802 (as robot program
 
 
 class World:
-    """Robots with their programs. Robots are told apart by their index, from 0.
+    """Robots with their programs. A robot is given by its index, from 0.
 
     Numbers may be Python's or numpy's. Arrays are copies of the present moment. KilotwinError says
     what cannot be done.
@@ -163,7 +163,7 @@ class World:
         self.close()
 
     def close(self) -> None:
-        """Gives the robots' memory back; nothing can be asked afterwards."""
+        """Frees the robots' memory; the world cannot be used afterwards."""
         if self._host is not None:
             self._host.close()
         self._engine = self._host = None
@@ -179,20 +179,20 @@ class World:
     def run(self, for_s: Real) -> None:
         """Lets so many simulated seconds pass, 0 to 1e9, to the end of a world step."""
         duration_s = _checked(for_s=for_s).for_s
-        # However short it is: who waits in small steps for something must get there.
+        # At least one tick, so that a caller that waits in small steps gets on.
         self.run_ticks(max(ticks(duration_s), 1 if duration_s else 0))
 
     def run_ticks(self, count: Whole) -> None:
         """Lets so many nominal ticks of 32.768 ms pass, to the end of a world step.
 
-        Ctrl-C is heard within a moment.
+        Ctrl-C ends it within a moment.
         """
         self._go_on_to(self.tick + _checked(count=count).count)
 
     def _go_on_to(self, end: int) -> None:
         simulation, chunk = self._simulation, 1
         if self._host is not None:
-            self._host.hear_orders()
+            self._host.notice_orders()
         while simulation.tick < end:
             began = time.perf_counter()
             ahead = min(chunk, end - simulation.tick)
@@ -228,7 +228,7 @@ class World:
 
     @property
     def leds(self) -> NDArray[np.uint8]:
-        """What the LEDs show: bytes as RGB(r, g, b) makes them."""
+        """[robots] uint8: the LEDs, as RGB(r, g, b) encodes them."""
         led = self._simulation.snapshot()["led"][0]
         shown: NDArray[np.uint8] = np.bitwise_and(led, LED_VALUES - 1, dtype=np.uint8)
         return shown
@@ -245,7 +245,7 @@ class World:
 
     @property
     def states(self) -> list[str]:
-        """What the LEDs mean by the experiment's [states]; "RGB(r,g,b)" where it has no name."""
+        """The state of each robot by [states]; "RGB(r,g,b)" of an LED colour without a name."""
         return [self._names.names[index] for index in self._names.of_robots(self.leds)]
 
     @property
@@ -256,11 +256,11 @@ class World:
 
     def prints(self, robot: Whole) -> str:
         """All that a robot has printed so far."""
-        who = self._robot(robot)
+        index = self._robot(robot)
         return "".join(
             event["text"]
             for event in self.events
-            if event["kind"] == "print" and event["robot"] == who
+            if event["kind"] == "print" and event["robot"] == index
         )
 
     @property
@@ -280,16 +280,16 @@ class World:
         arrays as lists, pointers and enums as numbers. Those of a robot with an ATmega328P are not
         read.
         """
-        who, wanted = self._robot(robot), _checked(name=name).name
-        if self._experiment.group_of(who).on_board:
+        index, wanted = self._robot(robot), _checked(name=name).name
+        if self._experiment.group_of(index).on_board:
             raise InputError(
-                f"World: robot {who} runs on an ATmega328P, whose variables are not read; let it "
+                f"World: robot {index} runs on an ATmega328P, whose variables are not read; let it "
                 "print them"
             )
-        file = self._simulation.program(who)
+        file = self._simulation.program(index)
         if file not in self._symbols:
             self._symbols[file] = GuestSymbols(Path(file))
-        return self._symbols[file].read(self._simulation.state(who), wanted)
+        return self._symbols[file].read(self._simulation.state(index), wanted)
 
     def _robot(self, index: Whole) -> int:
         """`index`, if there is such a robot."""
@@ -312,14 +312,14 @@ class World:
     def reports(self) -> list[dict[str, Any]]:
         """What robots reported through cells so far and the host has fetched, a dict per report.
 
-        `time_s` is the host's; `robot` is -1 for who is not in the experiment; `module_x`,
-        `module_y`, `cell` say where; `data` are the seven bytes.
+        `time_s` is the host's; `robot` is -1 for one that is not in the experiment; `module_x`,
+        `module_y`, `cell` are where; `data` are the seven bytes.
         """
         return self._grid_memory().rows()
 
     @property
     def grid_events(self) -> list[dict[str, Any]]:
-        """What host and modules' programs had to say: `time_s`, `kind`, `text`."""
+        """Events of the host and of modules' programs: `time_s`, `kind`, `text`."""
         return list(self._grid_memory().happened)
 
     @property
@@ -372,7 +372,7 @@ class World:
         self._simulation.send(message(given.data, given.type), *to, where)
 
     def command(self, send: str, **keys: Any) -> None:
-        """What a [[command]] of an experiment does, now: `command("pause", robot=3)`."""
+        """Sends what a [[command]] of an experiment does, now: `command("pause", robot=3)`."""
         for key in ("at_s", "repeat_s"):
             if key in keys:
                 raise InputError(f"World: a command acts now, and once; remove '{key}'")
@@ -388,7 +388,7 @@ def experiment_of(keys: Mapping[str, Any], settings: list[Setting]) -> Experimen
     """An experiment without a file; keys as `World` takes them."""
     tables = _plain(keys)
     tables.setdefault("name", "world")
-    tables.setdefault("duration_s", _LONGEST_S)  # as long as somebody steps it
+    tables.setdefault("duration_s", _LONGEST_S)  # as long as it is stepped
     if "arena" in tables or "grid" not in tables:
         tables["arena"] = _arena(tables.get("arena", [1.0, 1.0]))
     swarm = tables.setdefault("swarm", {})

@@ -1,4 +1,4 @@
-"""A sweep's trials, sorted by what the paper varies: controller, N, and who is informed."""
+"""A sweep's trials, sorted by what the paper varies: controller, N, and informed robots."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -16,7 +16,7 @@ from kilotwin.sweep.data_set import ABOUT, TRIALS, about
 
 Row = dict[str, Any]
 
-# Columns of keys of experiments, that a condition and a reading say too. `robots` is a number here.
+# Columns of keys of experiments that a condition and a reading repeat. `robots` is a number here.
 _SAID_OTHERWISE = ("swarm.informed", "swarm.size", "controller.rule", "reading.")
 _NO_KEYS = ("seed", "robots", "reading")
 _NOT_SET = "none"  # in --where: the trials that do not set the key

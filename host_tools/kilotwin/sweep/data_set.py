@@ -43,20 +43,20 @@ _ROW_GROUP = 500_000
 
 
 def trial_key(trial: Trial, guest_keys: Sequence[str]) -> str:
-    """What a trial is recognised by: the resolved experiment and the built programs."""
+    """The key of a trial: a hash of the resolved experiment and of the built programs."""
     parts = [trial.experiment.identity(), *guest_keys]
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:32]
 
 
 def about(folder: Path, key: str, default: int | None = None) -> Any:
-    """A text that sweep.json says, or a number if it has a default.
+    """A text in sweep.json, or a number if it has a default.
 
     InputError if it is damaged, or lacks a text.
     """
     file = folder / ABOUT
     try:
-        told = json.loads(file.read_text())
-        value = told[key] if default is None else told.get(key, default)
+        about = json.loads(file.read_text())
+        value = about[key] if default is None else about.get(key, default)
         if not isinstance(value, str if default is None else int):
             raise ValueError(f"{key} is {value!r}")
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
@@ -115,7 +115,7 @@ class DataSet:
     def begin(self, plan: Plan, keys: Sequence[str]) -> None:
         """Makes the folder this plan's. Tables of another plan are made anew of the parts."""
         rows = [(key, t.base, t.seed, t.settings) for t, key in zip(plan.trials, keys, strict=True)]
-        told = {
+        about = {
             "name": plan.keys.name,
             "kilotwin": __version__,
             "engine_sha256": self.engine_sha256,
@@ -124,11 +124,11 @@ class DataSet:
         }
         file = self.folder / ABOUT
         try:
-            is_new = not file.is_file() or json.loads(file.read_text()) != told
+            is_new = not file.is_file() or json.loads(file.read_text()) != about
             self.folder.mkdir(parents=True, exist_ok=True)
             if is_new:
                 self._remove_tables()
-                _replace(file, json.dumps(told, indent=2))
+                _replace(file, json.dumps(about, indent=2))
             _replace(self.folder / "sweep.toml", plan.text)
             (self.folder / "parts").mkdir(exist_ok=True)
             for draft in self.folder.glob(f"parts/{draft_name(Path('*')).name}"):
@@ -281,8 +281,8 @@ def _write_rows(draft: Path, rows: Sequence[Mapping[str, Any]], plan: Plan) -> N
     names = list(dict.fromkeys(name for row in rows for name in row))
     # What varies may be text, numbers or lists; a column has one type, so the rest becomes text.
     columns = {name: _column([row.get(name) for row in rows]) for name in names}
-    told = {"sweep": plan.keys.name, "kilotwin": __version__}
-    pq.write_table(pa.table(columns).replace_schema_metadata(told), draft, compression="zstd")
+    about = {"sweep": plan.keys.name, "kilotwin": __version__}
+    pq.write_table(pa.table(columns).replace_schema_metadata(about), draft, compression="zstd")
 
 
 def _column(values: Sequence[Any]) -> pa.Array:

@@ -54,7 +54,7 @@ class Processes:
 
     @contextlib.contextmanager
     def open(self) -> Iterator[Executor]:
-        """A pool whose processes end at once when we are done or gone."""
+        """A pool whose processes end at once when the sweep ends or dies."""
         # Spawned, not forked: a child of ours must not hold our threads' locks.
         pool = ProcessPoolExecutor(
             self.number, get_context("spawn"), initializer=_serve, initargs=(os.getpid(),)
@@ -97,11 +97,11 @@ class Dask:
         return f"the Dask cluster at {self.address}"
 
     def workers(self) -> None:
-        """Not known before it is asked, and they come and go."""
+        """Unknown until the scheduler is contacted; workers come and go."""
 
     @contextlib.contextmanager
     def open(self) -> Iterator[Executor]:
-        """DeviceError if nobody answers at the address."""
+        """DeviceError if nothing answers at the address."""
         from distributed import Client  # noqa: PLC0415
 
         try:
@@ -118,7 +118,7 @@ class Dask:
 
 @dataclass(frozen=True)
 class Slurm:
-    """Jobs of one core each, asked of Slurm by dask-jobqueue.
+    """Jobs of one core each, requested from Slurm by dask-jobqueue.
 
     `options` are the sweep's [slurm]; `where` they stand, for messages.
     """
@@ -132,11 +132,11 @@ class Slurm:
         return "jobs of Slurm"
 
     def workers(self) -> int:
-        """As many as jobs are asked for."""
+        """As many as jobs are requested."""
         return self.options.jobs
 
     def job_script(self) -> str:
-        """What is handed to sbatch."""
+        """The script that goes to sbatch."""
         with self._cluster() as cluster:
             return str(cluster.job_script())
 
@@ -171,7 +171,7 @@ class Slurm:
 
 
 def choose_place(plan: Plan, processes: int | None, dask: str | None, slurm: bool) -> Place:
-    """Where the trials run; processes of this machine, one per core, if nothing else is asked."""
+    """Where the trials run; by default in processes of this machine, one per core."""
     if dask:
         return Dask(dask)
     if slurm:

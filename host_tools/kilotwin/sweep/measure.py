@@ -38,7 +38,7 @@ RESULT_KEYS = ("robots", "resting", "not_resting", "result_hash")
 
 @dataclass(frozen=True)
 class Task:
-    """What a worker of an executor needs for one trial. `folder`: where a failed one is kept."""
+    """One trial for a worker of an executor. `folder`: where a failed one is kept."""
 
     key: str
     experiment: Experiment
@@ -115,11 +115,11 @@ def _measured(task: Task, summary: dict[str, Any], sites: list[pa.RecordBatch]) 
 
 def part_of(sites: pa.Table, result: dict[str, Any]) -> bytes:
     """A trial's part of the data set: the same bytes for the same rows and result."""
-    told = sites.replace_schema_metadata({RESULT: json.dumps(result, sort_keys=True)})
+    table = sites.replace_schema_metadata({RESULT: json.dumps(result, sort_keys=True)})
     sink = pa.BufferOutputStream()
     options = pa.ipc.IpcWriteOptions(compression="zstd")
-    with pa.ipc.new_stream(sink, told.schema, options=options) as writer:
-        writer.write_table(told)
+    with pa.ipc.new_stream(sink, table.schema, options=options) as writer:
+        writer.write_table(table)
     return bytes(sink.getvalue())
 
 

@@ -135,9 +135,9 @@ class SweepSchema(Section):
     base: Annotated[list[Text], BeforeValidator(one_or_more)] | None = None
     """As in a block; without [[block]] the file is one block itself."""
     seeds: Seeds = 1
-    """As in a block, for blocks that do not say it."""
+    """As in a block, for blocks without it."""
     first_seed: Annotated[int, Field(ge=0, le=2**62)] = 1
-    """As in a block, for blocks that do not say it."""
+    """As in a block, for blocks without it."""
     set: Settings = {}
     """As in a block, for all blocks."""
     vary: Axes = {}
@@ -268,7 +268,7 @@ def _merged(parts: Iterable[_Part]) -> _Part:
 
 
 def _axes(block: Block, place: KeyPath, text: ExperimentText) -> list[list[_Part]]:
-    """What is combined, first the bases; the last changes fastest."""
+    """The combinations, first of the bases; the last key changes fastest."""
     axes = [[{"base": (base, (*place, "base", index))} for index, base in enumerate(block.base)]]
     for number, table in enumerate(block.together):
         lists = _lists(table, (*place, "together", number))
@@ -304,7 +304,7 @@ def _check_keys(
     text: ExperimentText,
     settings: Sequence[Setting],
 ) -> None:
-    """Every key is given once, so that the data set's columns say what was run."""
+    """Checks that every key is given once, so that the data set's columns show what was run."""
     together = enumerate(block.together)
     tables: list[tuple[KeyPath, Mapping[str, Any]]] = [
         (("set",), keys.set),
@@ -403,7 +403,7 @@ def _base_names(blocks: Iterable[Block], text: ExperimentText) -> dict[str, str]
 
 
 def _settings(values: _Part, text: ExperimentText) -> list[Setting]:
-    """What is wrong with a value is told with its place in the sweep, and the value."""
+    """Errors about a value name its place in the sweep, and the value."""
     return [
         Setting(tuple(key.split(".")), value, f"{text.where(path)}: {key} = {value!r}")
         for key, (value, path) in values.items()

@@ -62,7 +62,7 @@ class Display(Protocol):
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a sweep is going to cost. `cpu_s` and `disk_bytes` for the trials that are not there."""
+    """Cost of a sweep: `cpu_s` and `disk_bytes` of the trials that are not there yet."""
 
     trials: int
     done: int
@@ -129,7 +129,7 @@ class Sweep:
         return [(trial, key) for trial, key in ordered if key not in self.there]
 
     def estimate(self) -> Estimate:
-        """What is left to do."""
+        """The estimate for the trials that are left."""
         missing = self.missing()
         measured = self.data.seconds_per_robot_second()
         guessed = sum(_guessed_cpu_s(trial) for trial, _ in missing)
@@ -281,7 +281,7 @@ def _drain(
 
 
 def _answer_of(future: Future[Answer], attempt: _Try) -> Answer:
-    """What it brought; a worker that Dask lost for good counts as a failure of the trial."""
+    """The trial's result; a worker that Dask lost for good counts as a failure of the trial."""
     try:
         return future.result()
     except BrokenExecutor:
@@ -297,7 +297,7 @@ def _clean(attempt: _Try) -> _Try:
 
 
 class _Progress:
-    """Counts trials, and tells from the time that those done took how long the rest takes."""
+    """Counts trials, and estimates the time left from that of the trials done."""
 
     def __init__(self, display: Display, missing: Sequence[tuple[Trial, str]], total: int) -> None:
         self._display = display

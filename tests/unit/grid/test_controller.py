@@ -235,7 +235,7 @@ def test_health_is_asked_only_when_told_to(build: Build) -> None:
     rig.start()
     rig.pass_time(3)
     assert rig.controller.health == {}
-    rig.controller.ask_health([(0, 0), (2, 3)])
+    rig.controller.request_health([(0, 0), (2, 3)])
     rig.until_done()
     assert set(rig.controller.health) == {(0, 0), (2, 3)}
     health = rig.controller.health[0, 0]
@@ -405,7 +405,7 @@ def test_without_one_bus_the_others_are_polled_changed_and_stopped(build: Build)
     lower = [module for place, module in rig.table.modules.items() if place[1] < 2]
     assert {module.state for module in lower} == {"IDLE"}
     assert all(module.forwarded[-1] == WAKEUP for module in lower)
-    assert rig.controller.untold == [1]
+    assert rig.controller.unsent == [1]
     assert "idle" not in rig.kinds()
 
 

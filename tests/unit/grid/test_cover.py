@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kilotwin.grid.cover import EVERYBODY, Group, Module, apply, cover
+from kilotwin.grid.cover import ALL_MODULES, Group, Module, apply, cover
 
 FREE, WALL, SITE = b"\0", b"\1", b"\2"
 
@@ -56,7 +56,7 @@ def test_the_messages_do_not_depend_on_the_order_of_the_modules(
 def test_one_content_takes_one_broadcast() -> None:
     grid = modules(10, 5)
     (only,) = cover(dict.fromkeys(grid, FREE), grid)
-    assert only.group == EVERYBODY
+    assert only.group == ALL_MODULES
 
 
 def test_a_border_takes_a_broadcast_lines_and_corners() -> None:
@@ -72,7 +72,7 @@ def test_a_border_takes_a_broadcast_lines_and_corners() -> None:
             wanted[x, y] = b"".join(sides)
     messages = cover(wanted, grid)
     assert len(messages) == 1 + 4 + 4
-    assert messages[0].group == EVERYBODY
+    assert messages[0].group == ALL_MODULES
     lines = {Group(0, None), Group(9, None), Group(None, 0), Group(None, 19)}
     assert lines < {telling.group for telling in messages}
 
