@@ -6,7 +6,7 @@
 #include "kilogrid_can.h"
 
 // Short names for the generated ones.
-#define TYPE(name) KILOGRID_CAN_TO_MODULE_TYPE_##name##_CHOICE
+#define TO_MODULE(name) KILOGRID_CAN_TO_MODULE_TYPE_##name##_CHOICE
 typedef struct kilogrid_can_to_module_t frame_t;
 
 // The part of an infrared message that the first of its two frames holds.
@@ -174,21 +174,21 @@ transfer_event_t transfer_receive(transfer_t *transfer, const uint8_t *data, uin
     (void)kilogrid_can_to_module_unpack(&frame, bytes, sizeof bytes);
     if (length < kilogrid_least_dlc_to_module(frame.type)) return too_short(transfer);
     switch (frame.type) {
-    case TYPE(MODULE_CONFIG_SIZE): return config_size(transfer, &frame);
-    case TYPE(MODULE_CONFIG_TRANSFER): return config_chunk(transfer, &frame);
-    case TYPE(FORWARD_IR_MESSAGE): return ir_part(transfer, &frame);
-    case TYPE(KILO_BOOTPAGE_SIZE): return page_count(transfer, &transfer->kilo, &frame);
-    case TYPE(KILO_BOOTPAGE_NUMBER): return page_number(transfer, &transfer->kilo, &frame);
-    case TYPE(KILO_BOOTPAGE): return page_chunk(transfer, &transfer->kilo, &frame);
-    case TYPE(MODULE_BOOTPAGE_SIZE):
-    case TYPE(OLD_MODULE_BOOTPAGE_SIZE): return page_count(transfer, &transfer->own, &frame);
-    case TYPE(MODULE_BOOTPAGE_NUMBER):
-    case TYPE(OLD_MODULE_BOOTPAGE_NUMBER): {
+    case TO_MODULE(MODULE_CONFIG_SIZE): return config_size(transfer, &frame);
+    case TO_MODULE(MODULE_CONFIG_TRANSFER): return config_chunk(transfer, &frame);
+    case TO_MODULE(FORWARD_IR_MESSAGE): return ir_part(transfer, &frame);
+    case TO_MODULE(KILO_BOOTPAGE_SIZE): return page_count(transfer, &transfer->kilo, &frame);
+    case TO_MODULE(KILO_BOOTPAGE_NUMBER): return page_number(transfer, &transfer->kilo, &frame);
+    case TO_MODULE(KILO_BOOTPAGE): return page_chunk(transfer, &transfer->kilo, &frame);
+    case TO_MODULE(MODULE_BOOTPAGE_SIZE):
+    case TO_MODULE(OLD_MODULE_BOOTPAGE_SIZE): return page_count(transfer, &transfer->own, &frame);
+    case TO_MODULE(MODULE_BOOTPAGE_NUMBER):
+    case TO_MODULE(OLD_MODULE_BOOTPAGE_NUMBER): {
         const transfer_event_t event = page_number(transfer, &transfer->own, &frame);
         return event == TRANSFER_PAGE_BEGUN ? TRANSFER_GOES_ON : event;
     }
-    case TYPE(MODULE_BOOTPAGE):
-    case TYPE(OLD_MODULE_BOOTPAGE): return own_page_chunk(transfer, &frame);
+    case TO_MODULE(MODULE_BOOTPAGE):
+    case TO_MODULE(OLD_MODULE_BOOTPAGE): return own_page_chunk(transfer, &frame);
     default: return TRANSFER_NOT_MINE;
     }
 }

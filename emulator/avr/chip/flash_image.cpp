@@ -55,7 +55,7 @@ std::string in_hex(uint32_t value) {
 /// Parses one record of Intel HEX, checksum included. Its bytes: count, address (2), type, data,
 /// checksum. `where` is its file and line.
 std::vector<uint8_t> record_of(const std::string &line, const std::string &where) {
-    constexpr size_t FRAME_BYTES = 5;  // all but the data
+    constexpr size_t RECORD_FRAME_BYTES = 5;  // all but the data
     if (line[0] != ':') throw EngineError(where + ": a line of Intel HEX begins with a colon");
     std::vector<uint8_t> record;
     for (size_t i = 1; i < line.size(); i += 2) {
@@ -65,7 +65,7 @@ std::vector<uint8_t> record_of(const std::string &line, const std::string &where
             throw EngineError(where + ": after the colon there are pairs of hexadecimal digits");
         record.push_back(static_cast<uint8_t>(high << 4 | low));
     }
-    if (record.size() < FRAME_BYTES || record.size() != FRAME_BYTES + record[0])
+    if (record.size() < RECORD_FRAME_BYTES || record.size() != RECORD_FRAME_BYTES + record[0])
         throw EngineError(where + ": the record is not as long as it says; is the file cut off?");
     uint8_t sum = 0;
     for (uint8_t byte : record) sum = static_cast<uint8_t>(sum + byte);

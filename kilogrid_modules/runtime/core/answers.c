@@ -5,14 +5,14 @@
 #include "address.h"
 
 // Short names for the generated ones.
-#define TYPE(name) KILOGRID_CAN_TO_HOST_TYPE_##name##_CHOICE
+#define TO_HOST(name) KILOGRID_CAN_TO_HOST_TYPE_##name##_CHOICE
 
 // Of the layout in kilogrid.dbc, not of the module.
 #define HEALTH_VERSION 1
 
 uint8_t answers_poll(uint8_t waiting, uint8_t data[ANSWERS_BYTES]) {
     memset(data, 0, ANSWERS_BYTES);
-    data[0] = TYPE(TRACKING_KILOBOT_START);
+    data[0] = TO_HOST(TRACKING_KILOBOT_START);
     data[1] = waiting;
     return kilogrid_dlc_to_host(data[0]);
 }
@@ -20,7 +20,7 @@ uint8_t answers_poll(uint8_t waiting, uint8_t data[ANSWERS_BYTES]) {
 uint8_t answers_health(const orders_t *orders, uint8_t part, const health_facts_t *facts,
                        uint8_t data[ANSWERS_BYTES]) {
     const struct kilogrid_can_to_host_t health = {
-        .type = TYPE(MODULE_DATA),
+        .type = TO_HOST(MODULE_DATA),
         .health_part = part,
         .state = orders->state,
         .config_size = facts->config_size,

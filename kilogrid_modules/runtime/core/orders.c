@@ -5,7 +5,7 @@
 #include "../../../firmware/kilolib/include/message.h"
 
 // Short names for the generated ones.
-#define TYPE(name) KILOGRID_CAN_TO_MODULE_TYPE_##name##_CHOICE
+#define TO_MODULE(name) KILOGRID_CAN_TO_MODULE_TYPE_##name##_CHOICE
 
 // One frame each.
 #define HEALTH_PARTS 2
@@ -40,22 +40,22 @@ static order_t enter_by_order(orders_t *orders, module_state_t state) {
 
 bool orders_is_own_program(uint8_t type) {
     switch (type) {
-    case TYPE(MODULE_BOOTPAGE):
-    case TYPE(MODULE_BOOTPAGE_SIZE):
-    case TYPE(MODULE_BOOTPAGE_NUMBER):
-    case TYPE(OLD_MODULE_BOOTPAGE):
-    case TYPE(OLD_MODULE_BOOTPAGE_SIZE):
-    case TYPE(OLD_MODULE_BOOTPAGE_NUMBER): return true;
+    case TO_MODULE(MODULE_BOOTPAGE):
+    case TO_MODULE(MODULE_BOOTPAGE_SIZE):
+    case TO_MODULE(MODULE_BOOTPAGE_NUMBER):
+    case TO_MODULE(OLD_MODULE_BOOTPAGE):
+    case TO_MODULE(OLD_MODULE_BOOTPAGE_SIZE):
+    case TO_MODULE(OLD_MODULE_BOOTPAGE_NUMBER): return true;
     default: return false;
     }
 }
 
 bool orders_leaves_boot_loader(uint8_t type) {
     switch (type) {
-    case TYPE(MODULE_IDLE):
-    case TYPE(OLD_MODULE_IDLE):
-    case TYPE(MODULE_SETUP):
-    case TYPE(MODULE_RUN): return true;
+    case TO_MODULE(MODULE_IDLE):
+    case TO_MODULE(OLD_MODULE_IDLE):
+    case TO_MODULE(MODULE_SETUP):
+    case TO_MODULE(MODULE_RUN): return true;
     default: return false;
     }
 }
@@ -102,19 +102,19 @@ static order_t request_health(orders_t *orders, uint8_t part) {
 // Frames that are too short for their type do not come here: transfer_receive() refuses them.
 static order_t obey(orders_t *orders, const uint8_t *data) {
     switch (data[0]) {
-    case TYPE(FORWARD_IR_MESSAGE_STOP):
+    case TO_MODULE(FORWARD_IR_MESSAGE_STOP):
         memset(&orders->transfer.ir, 0, sizeof orders->transfer.ir);
         (void)enter_by_order(orders, STATE_IDLE);
         return ORDER_SILENCE;
-    case TYPE(MODULE_BOOT):
+    case TO_MODULE(MODULE_BOOT):
         (void)enter_by_order(orders, STATE_BOOT_LOADER);
         return ORDER_BOOT_LOADER;
-    case TYPE(MODULE_IDLE): return enter_by_order(orders, STATE_IDLE);
-    case TYPE(MODULE_SETUP): return enter_by_order(orders, STATE_SETUP);
-    case TYPE(MODULE_RUN): return enter_by_order(orders, STATE_RUNNING);
-    case TYPE(MODULE_PAUSE): return ORDER_DONE;
-    case TYPE(TRACKING_REQ): orders->poll = true; return ORDER_DONE;
-    case TYPE(MODULE_DATA): return request_health(orders, data[1]);
+    case TO_MODULE(MODULE_IDLE): return enter_by_order(orders, STATE_IDLE);
+    case TO_MODULE(MODULE_SETUP): return enter_by_order(orders, STATE_SETUP);
+    case TO_MODULE(MODULE_RUN): return enter_by_order(orders, STATE_RUNNING);
+    case TO_MODULE(MODULE_PAUSE): return ORDER_DONE;
+    case TO_MODULE(TRACKING_REQ): orders->poll = true; return ORDER_DONE;
+    case TO_MODULE(MODULE_DATA): return request_health(orders, data[1]);
     default: return ORDER_HAND_OVER;
     }
 }
