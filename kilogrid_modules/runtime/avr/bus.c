@@ -10,6 +10,7 @@
 #error "the controller's filters must hold as many identifiers as a module listens to"
 #endif
 
+// For a frame that the host or the bus keeps waiting.
 #define TRIES 100
 #define TRY_US 100
 
@@ -69,6 +70,7 @@ void runtime_bus_address_of(uint16_t id, uint8_t address[3]) {
     address[2] = found.type;
 }
 
+// In the main loop: the interrupt must not use the SPI meanwhile.
 can_health_t runtime_bus_health(void) {
     const uint8_t listening = EIMSK;
     EIMSK = 0;

@@ -50,6 +50,7 @@ enum { CNF1_VALUE = 0x01, CNF2_VALUE = 0x90, CNF3_VALUE = 0x02 };
 #define FILTERS_OF_CONTROLLER 6
 #define START_UP_TRIES 200
 
+// Each instruction is one selection of the chip.
 static uint8_t read_register(uint8_t address) {
     runtime_spi_select();
     runtime_spi_exchange(READ);
@@ -69,6 +70,7 @@ static void write_registers(uint8_t address, const uint8_t *values, uint8_t coun
 
 static void write_register(uint8_t address, uint8_t value) { write_registers(address, &value, 1); }
 
+// BIT MODIFY changes flags without a race: the controller may set others meanwhile.
 static void clear_bits(uint8_t address, uint8_t bits) {
     runtime_spi_select();
     runtime_spi_exchange(BIT_MODIFY);
@@ -130,6 +132,7 @@ bool runtime_can_controller_init(const uint16_t ids[CAN_FILTERS], uint16_t mask)
     return reaches(MODE_NORMAL);
 }
 
+// Buffer 0 first: it holds the older frame, unless it rolled over.
 bool runtime_can_controller_receive(can_frame_t *frame) {
     const uint8_t status = read_status();
     if (!(status & (STATUS_RECEIVED_0 | STATUS_RECEIVED_1))) return false;
@@ -164,6 +167,7 @@ bool runtime_can_controller_send(const can_frame_t *frame) {
     return true;
 }
 
+// Overflow flags tell that frames were missed, not how many: one is counted.
 can_health_t runtime_can_controller_health(void) {
     const uint8_t overflows = read_register(EFLG) & OVERFLOWS;
     if (overflows) clear_bits(EFLG, OVERFLOWS);

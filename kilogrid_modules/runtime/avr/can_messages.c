@@ -28,6 +28,7 @@ static can_frame_t frame_of(const CAN_message_t *message) {
     return frame;
 }
 
+// The program's callback comes for every frame that went out, ours included.
 static bool report(bool sent) {
     if (sent) (*module_CAN_message_tx_success)();
     return sent;
@@ -48,6 +49,7 @@ static void answer_poll(void) {
     }
 }
 
+// CRC-16/MCRF4XX, as of messages (hardware.md 1.5).
 static uint16_t configuration_crc(void) {
     uint16_t crc = 0xFFFF;
     const uint8_t bytes = answers_configured(&runtime_orders, configuration_size);

@@ -32,6 +32,7 @@ void runtime_clock_init(void) {
 
 void runtime_clock_stop(void) { TIMSK0 = 0; }
 
+// Ticks are no measure of time: a retry makes one more.
 uint16_t runtime_clock_uptime(void) {
     uint32_t passed = 0;
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { passed = units; }

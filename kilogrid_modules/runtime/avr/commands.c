@@ -38,6 +38,7 @@ static void forward_message(void) {
     (void)orders_forward(&runtime_orders, module_uid_x_coord, module_uid_y_coord, &area);
 }
 
+// In the interrupt that completes the transfer: the next one would overwrite the bytes.
 static void take_configuration(void) {
     const transfer_config_t *config = &runtime_orders.transfer.config;
     for (uint8_t i = 0; i < config->size; i++) configuration[i] = config->data[i];

@@ -26,6 +26,7 @@ static bool send(uint8_t byte, uint8_t expected) {
     return step(0, expected);
 }
 
+// The stop is sent in any case, so that the device lets go of the bus.
 bool runtime_i2c_write(uint8_t device, uint8_t first, const uint8_t *bytes, uint8_t count) {
     bool answers = step(BIT(TWSTA), STARTED) &&
                    send((uint8_t)(device << 1), ADDRESS_ACKNOWLEDGED) &&

@@ -70,12 +70,14 @@ void runtime_infrared_init(void) {
 
 bool runtime_infrared_receiving(void) { return reader.receiving; }
 
+// A frame in progress holds the receiver.
 void runtime_infrared_listen_to_next_cell(void) {
     if (reader.receiving) return;
     listening_cell = turns_listening_after(listening_cell, 1);
     select_receiver(RECEIVER_HIGH_GAIN);
 }
 
+// The conversion has been started by the comparator or the timer; 13.5 us.
 static int16_t sampled(void) {
     while (ADCSRA & BIT(ADSC)) {
     }
@@ -91,6 +93,7 @@ static void begin_frame(void) {
     distance.high_gain = sampled();
 }
 
+// Switching the gain makes edges: the comparator's interrupt is off until the stop is past.
 static void approach_stop(void) {
     at_low_gain = true;
     ACSR &= (uint8_t)~BIT(ACIE);

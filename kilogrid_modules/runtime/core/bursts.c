@@ -19,6 +19,7 @@ static void begin_rounds(burst_t *burst, const transfer_ir_t *ir, uint8_t type, 
     burst->frames = (uint8_t)(rounds * N_CELLS);
 }
 
+// The page is copied: the next one may come in while this one is being sent.
 static void begin_page(burst_t *burst, orders_t *orders) {
     const transfer_page_t *kilo = &orders->transfer.kilo;
     memcpy(burst->bytes, kilo->data, sizeof burst->bytes);

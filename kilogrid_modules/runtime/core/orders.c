@@ -15,6 +15,7 @@ void orders_init(orders_t *orders) {
     transfer_init(&orders->transfer);
 }
 
+// Stops at its highest value: a wrap would hide losses.
 void orders_count_refused(orders_t *orders, uint8_t frames) {
     const uint8_t room = (uint8_t)(UINT8_MAX - orders->refused);
     orders->refused = frames < room ? (uint8_t)(orders->refused + frames) : UINT8_MAX;
@@ -119,6 +120,7 @@ static order_t obey(orders_t *orders, const uint8_t *data) {
     }
 }
 
+// Remote frames are no protocol of the grid's. Pages of the module's own program are the loader's.
 order_t orders_receive(orders_t *orders, const uint8_t *data, uint8_t length, bool remote) {
     if (remote || length == 0) return refuse(orders);
     if (orders_is_own_program(data[0])) return ORDER_HAND_OVER;
@@ -141,6 +143,7 @@ void orders_end_setup(orders_t *orders) {
     if (orders->autostart && orders->state == STATE_SETUP) enter(orders, STATE_RUNNING);
 }
 
+// Taken by the main loop, which answers one request a pass.
 bool orders_take_poll(orders_t *orders) {
     if (!orders->poll) return false;
     orders->poll = false;
