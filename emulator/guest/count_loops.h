@@ -12,6 +12,7 @@
 // from expanding a jump of a macro as the macro itself. `jmp 0` is a program's own, by which an AVR
 // restarts.
 __asm__(".hidden kt_budget, kt_budget_spent\n"
+        // Takes 1 from the budget, then jumps; below 0 the call comes first.
         ".macro kt_count_jump target:vararg\n"
         "  pushq %rax\n"
         "  lahf\n"
@@ -32,6 +33,7 @@ __asm__(".hidden kt_budget, kt_budget_spent\n"
         "    .set kt_leads_back, 0\n"
         "  .endif\n"
         ".endm\n"
+        // Sets kt_leads_back: 0 forward, 1 back or not known. Only names are looked up.
         ".macro kt_see target:vararg\n"
         "  .set kt_leads_back, 2\n"
         "  .irpc first, \\target\n"
@@ -43,6 +45,7 @@ __asm__(".hidden kt_budget, kt_budget_spent\n"
         "    .endif\n"
         "  .endr\n"
         ".endm\n"
+        // In place of the instruction; a jump to address 0 returns to it instead.
         ".macro jmp target:vararg\n"
         "  kt_see \\target\n"
         "  .if kt_leads_back\n"
@@ -57,6 +60,7 @@ __asm__(".hidden kt_budget, kt_budget_spent\n"
         "    {disp8} jmp \\target\n"
         "  .endif\n"
         ".endm\n"
+        // Conditional jumps: counting lies out of the way, in another subsection.
         ".irp condition, a,ae,b,be,c,nc,e,ne,z,nz,g,ge,l,le,o,no,s,ns,p,np\n"
         ".macro j\\condition target:vararg\n"
         "  kt_see \\target\n"

@@ -1,4 +1,5 @@
-/// Inboxes of a module: receptions that wait for their time, in order of time. Few wait at once.
+/// Inboxes of a module: receptions that wait for their time, in order of time. Few wait at once, so
+/// a sorted list does.
 #ifndef KILOTWIN_GUEST_INBOX_H
 #define KILOTWIN_GUEST_INBOX_H
 
@@ -7,7 +8,8 @@
 
 namespace kilotwin {
 
-/// Puts a reception behind those that are not later. Mostly it goes to the end.
+/// Puts a reception behind those that are not later: of equal times the first in is the first out.
+/// Mostly it goes to the end.
 template <typename Reception>
 void insert_by_time(std::vector<Reception> &inbox, const Reception &reception) {
     auto later = [](const Reception &a, const Reception &b) { return a.at < b.at; };

@@ -64,11 +64,12 @@ struct CellLight {
 
 /// An infrared frame that a module is about to send.
 struct CellEmission {
-    Cycles at;  ///< begin of the frame
-    uint8_t cell;
+    Cycles at;     ///< begin of the frame
+    uint8_t cell;  ///< 0 to 3
     message_t message;
 };
 
+/// One per module of a grid that runs as a guest. The grid executes it; times are the world's.
 class Module {
   public:
     /// States of the core (orders.h).
@@ -158,12 +159,12 @@ class Module {
     void reset(Cycles at);
 
     // Identity and state, for reading at any time.
-    uint32_t index() const { return index_; }
-    uint8_t x() const { return x_; }
-    uint8_t y() const { return y_; }
-    Cycles now() const { return now_; }
+    uint32_t index() const { return index_; }  ///< in the grid
+    uint8_t x() const { return x_; }           ///< column
+    uint8_t y() const { return y_; }           ///< row
+    Cycles now() const { return now_; }        ///< the time run up to
     State state() const { return static_cast<State>(orders_.state); }
-    const char *state_name() const;
+    const char *state_name() const;                          ///< as the run folder has it
     bool stopped() const { return life_ == Life::STOPPED; }  ///< its program failed
     const Counts &counts() const { return counts_; }
     uint32_t ticks() const { return last_tick_; }  ///< module_ticks at its last tick
@@ -186,6 +187,7 @@ class Module {
     std::vector<CanOutput> can_frames;
 
   private:
+    /// STOPPED: its program crashed or never came back; only reset() ends that.
     enum class Life : uint8_t { OFF, BOOTING, ALIVE, STOPPED };
     enum class Asking : uint8_t { NOTHING, TURN, AT_ONCE };  ///< why it is about to send
 
@@ -224,50 +226,56 @@ class Module {
 
     // module.cpp: power, running ahead, jobs of the main loop, lights, EEPROM.
     static void body(void *module);
-    void go_on(Cycles until);
-    void live();
+    void go_on(Cycles until);  ///< executes up to there, or to a question
+    void live();               ///< on the guest stack: main(), then the main loop
+    /// Whether it provably has no observable effect before `until`.
     bool has_nothing_before(Cycles until) const;
+    /// Whether what is answered leaves nothing to do that cannot wait.
     bool may_be_left_behind() const;
-    Cycles next_turn() const;
-    Cycles next_pass() const;
-    void pass();
-    void do_job(job_t job);
+    Cycles next_turn() const;  ///< when a cell that repeats a message may send
+    Cycles next_pass() const;  ///< when the main loop has something to do
+    void pass();               ///< one pass of the main loop
+    void do_job(job_t job);    ///< what the core's orders have left to it
     void set_up();
     void run_loop();
+    /// Goes on to the next tick if that comes before `quiet_until` and does nothing but count.
     bool pass_tick(const kt_table_t &table, Cycles quiet_until);
+    /// The next frame of a burst; false at its end.
     bool send_burst_frame();
     void end_burst();
-    void follow_state(uint8_t before);
-    CellLight breathing(Cycles at) const;
+    void follow_state(uint8_t before);     ///< notes a change of state
+    CellLight breathing(Cycles at) const;  ///< of the idle module
+    /// Calls into the program with its state in place.
     template <typename Call> void run_program(Call call);
     void switch_off();
     void stop(EventKind kind, std::string text);
     void report(EventKind kind, std::string text);
 
     // module_interrupts.cpp: timer, transmitter, receiver.
-    Cycles next_interrupt() const;
-    void serve_interrupt(Cycles at);
-    void tick();
-    void take_turn();
+    Cycles next_interrupt() const;    ///< the earliest of tick, CAN, infrared
+    void serve_interrupt(Cycles at);  ///< the one that is due then
+    void tick();                      ///< compare match of timer 0
+    void take_turn();                 ///< the next cell sends, if it repeats a message
     void ask(Asking why, uint8_t cell, const message_t &message);
-    void settle();
-    void keep_busy(Cycles until);
-    void take_cell_message();
+    void settle();                 ///< acts on the answer
+    void keep_busy(Cycles until);  ///< interrupts are off, a frame is on air
+    void take_cell_message();      ///< calls the program with a reception
 
     // module_can.cpp: orders, answers.
-    void take_can();
+    void take_can();  ///< the controller's interrupt
+    /// What the core leaves to the driver.
     void carry_out(order_t order, const CanFrame &frame);
-    void configure();
-    void forward();
+    void configure();  ///< copies the configuration into the program's
+    void forward();    ///< an infrared message of the host to the cells
     void enter_boot_loader();
     void take_in_boot_loader(const CanFrame &frame);
     [[noreturn]] void restart();
     void hand_over(const CanFrame &frame);
     void answer_poll();
     void answer_health(uint8_t part);
-    void queue_answer(const CanFrame &frame, Cycles gap);
-    void emit_answers(Cycles until);
-    void miss_frame();
+    void queue_answer(const CanFrame &frame, Cycles gap);  ///< `gap` after the one before
+    void emit_answers(Cycles until);                       ///< those that are due
+    void miss_frame();                                     ///< counts it
     CanFrame frame_to_host() const;
     static CanFrame frame_of(const kt_can_message_t &message, uint16_t id);
     uint16_t configuration_crc() const;
@@ -282,9 +290,9 @@ class Module {
     inline static Module *running_ = nullptr;
 
     ModuleContext &context_;
-    Program *program_;
-    uint8_t *image_;
-    SuspendedCall suspended_;
+    Program *program_;                     ///< shared by all modules
+    uint8_t *image_;                       ///< its state while another module's is in place
+    SuspendedCall suspended_;              ///< the program in a delay(), or between runs
     std::vector<CanReception> can_inbox_;  ///< in order of time, as cell_inbox_
     std::vector<CellReception> cell_inbox_;
     std::vector<CanOutput> answers_;       ///< in order of time, not yet handed out
@@ -293,37 +301,37 @@ class Module {
     BusyWatch busy_;
 
     // Time.
-    Cycles now_;
-    Cycles until_ = 0;
+    Cycles now_;                ///< the time run up to
+    Cycles until_ = 0;          ///< of the run that goes on
     Cycles unheard_until_ = 0;  ///< frames that end before need no answer
-    Cycles tick_;
+    Cycles tick_;               ///< length of its tick
     Cycles next_tick_ = NEVER;  ///< compare match of timer 0
-    Cycles power_up_;
-    Cycles busy_until_ = 0;  ///< interrupts are off: the CAN controller keeps two frames
-    Cycles wake_ = NEVER;    ///< when the suspended program goes on
-    Cycles state_since_ = 0;
-    Cycles repeat_at_ = 0;  ///< the next round of a forwarded message
-    Cycles dwell_end_;      ///< when the receiver goes to the next cell
-    Cycles held_from_ = 0, held_until_ = 0;
+    Cycles power_up_;           ///< also of the last reset
+    Cycles busy_until_ = 0;     ///< interrupts are off: the CAN controller keeps two frames
+    Cycles wake_ = NEVER;       ///< when the suspended program goes on
+    Cycles state_since_ = 0;    ///< for its lights
+    Cycles repeat_at_ = 0;      ///< the next round of a forwarded message
+    Cycles dwell_end_;          ///< when the receiver goes to the next cell
+    Cycles held_from_ = 0, held_until_ = 0;  ///< a frame holds the receiver
     // Program and outputs.
     void (*setup_)(void) = nullptr;
     void (*loop_)(void) = nullptr;
-    uint64_t rand_hard_draws_ = 0;
-    uint64_t unheard_ = 0;
+    uint64_t rand_hard_draws_ = 0;  ///< so far
+    uint64_t unheard_ = 0;          ///< frames sent within run_unheard()
     uint32_t index_;
     uint32_t last_tick_ = 0;
-    std::array<message_t, CELLS_PER_MODULE> cell_messages_{};
-    std::array<CellLight, CELLS_PER_MODULE> lights_{};
-    CellEmission outgoing_{};
+    std::array<message_t, CELLS_PER_MODULE> cell_messages_{};  ///< that they repeat
+    std::array<CellLight, CELLS_PER_MODULE> lights_{};         ///< as the program set them
+    CellEmission outgoing_{};                                  ///< what it asks about
     Counts counts_;
-    CanFrame broadcast_;
-    turns_t turns_{};
+    CanFrame broadcast_;  ///< of the program, if pending
+    turns_t turns_{};     ///< which cell sends next, and when
     uint8_t x_, y_;
     uint8_t sending_cells_ = 0;  ///< bit per cell that repeats a message
     uint8_t dwell_cell_ = 0;     ///< the receiver's
     uint8_t buffered_ = 0;       ///< CAN frames that came since it is busy
-    uint8_t tec_ = 0, rec_ = 0;
-    uint8_t noted_ = 0;  ///< mistakes (fault.h) that were reported
+    uint8_t tec_ = 0, rec_ = 0;  ///< error counters of its node
+    uint8_t noted_ = 0;          ///< mistakes (fault.h) that were reported
     Life life_ = Life::OFF;
     Asking asking_ = Asking::NOTHING;
     Asking answered_ = Asking::NOTHING;  ///< the question to answer_, until settle() acts on it
@@ -334,8 +342,8 @@ class Module {
     bool in_interrupt_ = false;    ///< in one of its callbacks
     bool interrupts_off_ = false;  ///< by cli()
     bool tick_pending_ = false;    ///< one came meanwhile
-    orders_t orders_;
-    burst_t burst_{};  ///< the one on its way, if its job is not JOB_NONE
+    orders_t orders_;              ///< state, transfers, what the main loop has to do
+    burst_t burst_{};              ///< the one on its way, if its job is not JOB_NONE
 };
 
 }  // namespace kilotwin
