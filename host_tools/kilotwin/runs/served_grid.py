@@ -24,7 +24,7 @@ from kilotwin.runs.writer import RunWriter
 from kilotwin.units import TICK_S, seconds, ticks
 
 if TYPE_CHECKING:
-    from kilotwin._emulator import Samples, Simulation
+    from kilotwin._emulator import Bridge, Samples, Simulation
 
 # After the run the host leaves robots and modules idle, and then sends nothing more. The table does
 # not wait for a host that is gone.
@@ -151,7 +151,7 @@ class ServedTable:
         self._writer.add_event(event)
 
 
-def _open(serving: Serving, buses: int) -> _emulator.Bridge:
+def _open(serving: Serving, buses: int) -> "Bridge":
     try:
         if serving.interfaces:
             return _emulator.Bridge(buses=buses, interfaces=list(serving.interfaces))

@@ -31,8 +31,11 @@ def test_a_file_without_a_name_is_called_after_itself(load: Load) -> None:
     assert load(SMALL.replace('name = "small"\n', "")).keys.name == "small"
 
 
-def test_a_run_that_a_setting_makes_short_leaves_out_what_comes_later() -> None:
+def test_a_run_that_a_setting_makes_short_leaves_out_what_comes_later(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     cases = Path(__file__).parents[2] / "bad_input" / "cases"
+    monkeypatch.chdir(cases)  # its program is named from there
     file = cases / "command" / "command_after_the_end.toml"
     short = Experiment.load(file, [parse_setting("duration_s=30")])
     assert short.keys.command is not None
