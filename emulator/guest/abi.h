@@ -22,7 +22,7 @@
 extern "C" {
 #endif
 
-#define KT_GUEST_ABI 7
+#define KT_GUEST_ABI 8
 #define KT_PACKED __attribute__((packed))
 
 /// The registers that drive motors and LED (hardware.md 1.8), which a program may write itself. The
@@ -34,10 +34,6 @@ typedef struct KT_PACKED {
 } kt_outputs_t;
 
 extern volatile kt_outputs_t kt_outputs;
-
-/// Output bits of the two motors.
-#define KT_LEFT_MOTOR_DDRB 0x08
-#define KT_RIGHT_MOTOR_DDRD 0x08
 
 /// Arguments of kt_host_t.sensor().
 enum { KT_SENSOR_LIGHT, KT_SENSOR_VOLTAGE, KT_SENSOR_TEMPERATURE };
@@ -119,7 +115,8 @@ typedef struct KT_PACKED {
     volatile uint32_t *ticks;
     volatile uint16_t *tx_period;  ///< null if the program does not name it
     uint16_t *uid;
-    uint8_t *turn_left, *turn_right, *straight_left, *straight_right;
+    uint8_t *turn_left;
+    void (*save_calibration)(const uint8_t *data);  ///< of a CALIB message
     message_rx_t *message_rx;
     message_tx_t *message_tx;
     message_tx_success_t *message_tx_success;

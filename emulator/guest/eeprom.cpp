@@ -4,7 +4,7 @@ namespace kilotwin {
 
 uint8_t calibrated_byte(const Calibration &calibration, uint16_t address) {
     constexpr uint8_t ERASED = 0xFF, IR_LED = 1 << 0;
-    constexpr uint16_t TABLE_BYTES = 2 * InfraredGains::ENTRIES;
+    constexpr uint16_t TABLE_BYTES = 2 * GAIN_ENTRIES;
     const auto &gains = calibration.gains;
     auto half = [](uint16_t gain, int byte) {
         return static_cast<uint8_t>(byte % 2 == 0 ? gain >> 8 : gain);

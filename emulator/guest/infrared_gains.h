@@ -1,12 +1,11 @@
-/// Signal strength of a received message, and the distance estimated from it (hardware.md 1.10).
+/// Signal strength of a received message (hardware.md 1.10). The distance estimated from it is
+/// kilolib/core/gains.h.
 #ifndef KILOTWIN_GUEST_INFRARED_GAINS_H
 #define KILOTWIN_GUEST_INFRARED_GAINS_H
 
-#include <array>
-#include <cstddef>
 #include <cstdint>
 
-#include "message.h"
+#include "kilolib/core/gains.h"
 
 namespace kilotwin {
 
@@ -15,10 +14,6 @@ namespace kilotwin {
 /// between two robots does, times the robot's own sensitivity. Immutable; 56 bytes.
 class InfraredGains {
   public:
-    static constexpr int ENTRIES = 14;
-    /// Distance of the first entry, and between entries.
-    static constexpr double FIRST_MM = 33, SPACING_MM = 5;
-
     /// `sensitivity`: of this robot's receiver, relative to the mean; above 0.
     explicit InfraredGains(double sensitivity = 1);
 
@@ -27,17 +22,17 @@ class InfraredGains {
     distance_measurement_t measure(double distance_mm, double low_noise_lsb = 0,
                                    double high_noise_lsb = 0) const;
 
-    /// Distance in mm for a reading, 33..255: by the high gain below 700, by the low gain where the
-    /// high one is above 900, blended between; linear between the table's entries.
-    uint8_t estimate_mm(distance_measurement_t measured) const;
+    /// Distance in mm for a reading, 33..255, by the robot's own rule.
+    uint8_t estimate_mm(distance_measurement_t measured) const {
+        return kilolib_gains_distance(&tables_, &measured);
+    }
 
-    // The tables' entries, 0..ENTRIES - 1, as they stand in the EEPROM.
-    uint16_t low(int entry) const { return low_[static_cast<size_t>(entry)]; }
-    uint16_t high(int entry) const { return high_[static_cast<size_t>(entry)]; }
+    // The tables' entries, 0..GAIN_ENTRIES - 1, as they stand in the EEPROM.
+    uint16_t low(int entry) const { return tables_.low[entry]; }
+    uint16_t high(int entry) const { return tables_.high[entry]; }
 
   private:
-    using Table = std::array<uint16_t, ENTRIES>;
-    Table low_, high_;
+    gain_tables_t tables_;
 };
 
 }  // namespace kilotwin

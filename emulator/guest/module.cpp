@@ -205,7 +205,7 @@ CellLight Module::light(uint8_t cell, Cycles at) const {
 uint8_t Module::eeprom(uint16_t address) const {
     address %= EEPROM_BYTES;
     if (eeprom_) return (*eeprom_)[address];
-    constexpr uint16_t TABLE_BYTES = 2 * InfraredGains::ENTRIES;
+    constexpr uint16_t TABLE_BYTES = 2 * GAIN_ENTRIES;
     auto word = [address](uint16_t base, uint16_t value) {
         return static_cast<uint8_t>((address - base) % 2 == 0 ? value >> 8 : value);
     };

@@ -1,15 +1,20 @@
-/// The mock of the Kilobot API: one robot's clock, callbacks and registers around its program.
+/// A robot as a guest: the emulator's driver of firmware/kilolib/core around one program.
 ///
-/// Time is the hardware's (hardware.md 1.2 to 1.6): a tick each 32.768 ms of the robot's own
-/// oscillator, transmission asked for from the tick's interrupt, callbacks where an interrupt would
-/// come, `delay()` that lets time pass. The program itself takes no time. A robot is run ahead up
-/// to a moment before which nothing from outside can reach it; what it does is a list of commands
-/// with their times, the same however far it is run at once.
+/// The core holds what the robot's runtime decides: states, commands, the transmit clock. This
+/// class supplies what the chip has beside it: time, interrupts, registers, sensors, EEPROM. Time
+/// is the hardware's (hardware.md 1.2 to 1.6): a tick each 32.768 ms of the robot's own oscillator,
+/// callbacks where an interrupt would come, `delay()` that lets time pass. The program itself takes
+/// no time. A robot is run ahead up to a moment before which nothing from outside can reach it; its
+/// outputs are a list with their times, the same however far it is run at once.
+///
+/// Sources: robot.cpp (running: ticks, interrupts, loop()), robot_commands.cpp (what reaches it),
+/// robot_calls.cpp (what its program calls), robot_outputs.cpp (what it shows).
 #ifndef KILOTWIN_GUEST_ROBOT_H
 #define KILOTWIN_GUEST_ROBOT_H
 
 #include <algorithm>
 #include <cstdint>
+#include <cstring>
 #include <memory>
 #include <string>
 #include <utility>
@@ -27,39 +32,41 @@
 #include "guest/program.h"
 #include "guest/stack.h"
 #include "guest/timer.h"
+#include "kilolib/core/states.h"
 
 namespace kilotwin {
 
-/// Light that reaches a robot's receiver, seen when the frame ends.
+/// A frame that a robot receives; delivered when it ends.
 struct Reception {
-    Cycles at;
+    Cycles at;  ///< end of the frame
     message_t message;
     distance_measurement_t distance;
 };
 
+/// A frame that a robot sends.
 struct Emission {
-    Cycles at;  ///< begin of the frame
-    uint32_t robot;
+    Cycles at;       ///< begin of the frame
+    uint32_t robot;  ///< index
     message_t message;
 };
 
-/// Last words: which robot runs. Survives the process when it is a mapped file.
+/// Which robot runs, for the report if its program kills the process. Survives that when it is a
+/// mapped file.
 struct BlackBox {
     uint32_t robot;  ///< index
     uint32_t tick;   ///< its kilo_ticks at the last tick
 };
 
-/// What all robots of a world share.
+/// What all robots of a simulation share.
 struct RobotContext {
     const Chance &chance;
     Events &events;
-    std::vector<Emission>
-        &emissions;  ///< of robots whose medium takes everything; in the order of each robot's time
-    BlackBox *black_box = nullptr;  ///< may be null
-    Cycles frame = 0;               ///< how long sending keeps a robot busy
-    bool gains_are_mm = true;       ///< the medium reports the distance itself, as both gains
-    Cycles battery = 0;             ///< how long it drives on a full battery; 0: for ever
-    int16_t temperature = 300;      ///< reading, 0..1023
+    std::vector<Emission> &emissions;  ///< of granted attempts; each robot's in order of time
+    BlackBox *black_box = nullptr;     ///< may be null
+    Cycles frame = 0;                  ///< how long sending keeps a robot busy; 0 with `ideal`
+    bool gains_are_mm = true;          ///< the medium reports the distance itself, as both gains
+    Cycles battery = 0;                ///< how long it drives on a full battery; 0: for ever
+    int16_t temperature = 300;         ///< reading, 0..1023
 };
 
 class alignas(64) Robot {
@@ -69,8 +76,8 @@ class alignas(64) Robot {
     Robot(RobotContext &context, Program &program, uint32_t index, const Calibration &calibration,
           Cycles power_up, uint8_t *image);
 
-    /// A robot whose program runs elsewhere, on a board: this one holds what reaches it and what it
-    /// does, and run() does nothing. `name`, its program's, must outlive it.
+    /// A robot whose program runs on a board: this object holds its inputs and outputs, and run()
+    /// does nothing. `name`, its program's, must outlive it.
     Robot(RobotContext &context, const std::string &name, uint32_t index,
           const Calibration &calibration, Cycles power_up);
     ~Robot();
@@ -78,10 +85,10 @@ class alignas(64) Robot {
     Robot(const Robot &) = delete;
     Robot &operator=(const Robot &) = delete;
 
-    /// To be called by a thread before it runs robots.
+    /// Each thread calls it once before it runs robots.
     static void serve_this_thread();
 
-    /// Brings it, then its state and what it received, into the cache: it is soon to run.
+    /// Brings the robot, then its state and inbox, into the cache before a run.
     void prefetch() const { prefetch_bytes(this, OFTEN_USED_BYTES); }
     void prefetch_state() const {
         prefetch_line(inbox_.data());
@@ -101,46 +108,46 @@ class alignas(64) Robot {
         prefetch_line(&calibration_);
     }
 
-    /// Lets the robot live through everything strictly before `until`. What its program sends goes
-    /// out: the medium is free.
+    /// Runs the robot through everything strictly before `until`. Every attempt to send succeeds.
     void run(Cycles until);
 
-    /// The same, but it stops where the program is about to be asked for a message, or sends one:
-    /// then the medium decides. Returns the time run up to: `until`, or that of the question.
+    /// The same, but it stops where the program is about to be requested for a message, or sends
+    /// one: then the channel decides by answer(). Returns the time run up to: `until`, or that of
+    /// the question.
     enum class Question : uint8_t { NONE, MAY_ASK, IS_CHANNEL_FREE };
     Cycles run_arbitrated(Cycles until);
     Question question() const { return question_; }
     Cycles now() const { return now_; }
 
     /// Answers both questions with yes beforehand, should they come up from `first` to `last` in
-    /// the next run. It then sends, which shows in the context's emissions, and lives on until
-    /// `until`: nobody reaches a robot that sends.
+    /// the next run. The frame is appended to the context's emissions, and the robot runs on until
+    /// `until`: nothing reaches a robot that sends.
     void grant(Cycles first, Cycles last, Cycles until) {
         granted_from_ = first;
         granted_to_ = last;
         granted_until_ = until;
     }
 
-    /// Answers MAY_ASK (no: a frame is being received; it tries again at the next tick) or
-    /// IS_CHANNEL_FREE (no: the attempt failed; it tries again soon). The next run goes on from
-    /// there.
+    /// Answers MAY_ASK (no: a frame is being received; the next attempt is at the next tick) or
+    /// IS_CHANNEL_FREE (no: the attempt failed; it backs off). The next run goes on from there.
     void answer(bool yes);
 
-    /// After IS_CHANNEL_FREE: what it wants to send.
+    /// After IS_CHANNEL_FREE: the message of the attempt.
     const message_t &outgoing() const { return outgoing_; }
 
-    /// The earliest moment at which it may ask for a message next; NEVER if none.
+    /// Lookahead: the earliest moment at which the program may be requested for a message; NEVER if
+    /// only a command changes that. Constant time.
     Cycles next_ask() const;
 
-    /// A message whose frame ends at `at`, not earlier than the time run up to. Any order.
+    /// Puts a message whose frame ends at `at`, not earlier than the time run up to, into the
+    /// inbox. Any order; cheapest in order of time.
     void receive(Cycles at, const message_t &message, distance_measurement_t distance);
 
-    /// Light of a frame falls on the receiver from `begin` to `end`: meanwhile sensors cannot be
-    /// read.
+    /// A frame is being received from `begin` to `end`: meanwhile sensors return -1.
     void disturb(Cycles begin, Cycles end);
 
-    // For the board that runs it: takes out what it received, in order of time; notes what its pins
-    // do, and that it cannot go on.
+    // For a board: takes the inbox out, in order of time; notes what the board's pins do, and a
+    // crash.
     Few<Reception, 2> take_inbox() {
         next_message_ = NEVER;
         return std::exchange(inbox_, {});
@@ -150,18 +157,18 @@ class alignas(64) Robot {
     void print(Cycles at, uint32_t tick, std::string text);
     void crash(Cycles at, uint32_t tick, std::string text);
 
-    /// Reading of its battery.
+    /// Converter reading of its battery, 0..1023.
     int16_t voltage(Cycles at) const;
 
     uint32_t index() const { return index_; }
     uint16_t uid() const { return calibration_.uid; }
-    uint8_t color(Cycles at) const;  ///< RGB() value shown at `at`, which it has been run up to
+    uint8_t color(Cycles at) const;  ///< RGB() value shown at `at`, the time run up to
     bool stopped() const { return life_ == Life::STOPPED; }
     const Calibration &calibration() const { return calibration_; }
     bool on_board() const { return program_ == nullptr; }
     const Program &program() const { return *program_; }  ///< not of one on a board
 
-    /// The bytes of its program's variables at present; none of one on a board.
+    /// Copy of its program's variables; empty for a robot on a board.
     std::vector<uint8_t> state() const {
         return program_ ? program_->state_of(image_) : std::vector<uint8_t>{};
     }
@@ -171,25 +178,19 @@ class alignas(64) Robot {
 
   private:
     enum class Life : uint8_t { OFF, BOOTING, ALIVE, STOPPED };
-    enum class State : uint8_t {
-        IDLE,
-        SETUP,
-        RUNNING,
-        SLEEPING,
-        BATTERY,
-        CHARGING,
-        MOVING
-    };  ///< hardware.md 1.3
 
     static constexpr size_t OFTEN_USED_BYTES = 6 * sizeof(CacheLine);
     static const kt_host_t HOST;
     struct HostCalls;
+    static Robot *running;  ///< the one whose program runs; null between runs
 
     static void body(void *robot);
+    static void attend_faults();
     void go_on(Cycles until);
     void live();
+    void set_up();
     void run_loop();
-    void count_tick(volatile uint32_t &ticks, uint16_t counts);
+    void count_tick(volatile uint32_t &ticks);
     void receive_before_others(Cycles at, const message_t &message,
                                distance_measurement_t distance);
     void inbox_changed() {
@@ -199,9 +200,10 @@ class alignas(64) Robot {
     bool message_comes_next() const { return next_message_ < std::min(next_tick_, until_); }
     /// Up to here only ticks happen.
     Cycles quiet_until() const { return std::min(next_message_, until_); }
+    bool ticks_are_ordinary() const { return core_.transmit.increment == TICK_MATCH; }
     /// Whether the timer counts on to an ordinary tick before `until`.
     bool plain_tick_before(Cycles until) const {
-        return next_tick_ < until && tick_increment_ == TICK_MATCH && !interrupts_off_;
+        return next_tick_ < until && ticks_are_ordinary() && !interrupts_off_;
     }
     Cycles only_ticks_until(Cycles until) const {
         return plain_tick_before(until) && now_ <= next_tick_ ? until : 0;
@@ -213,19 +215,23 @@ class alignas(64) Robot {
     bool ask_medium(Question question);
     void retry_soon();
     void take_message();
+    bool receives(const Reception &reception);
     void obey(const message_t &message);
-    void calibrate(const message_t &message);
-    void move_for_display(uint8_t left, uint8_t right);
-    void enter(State state);
-    void fall_asleep();
-    bool wakes_for(Cycles at);
+    void start_motion();
+    void enter_state(robot_state_t before);
+    void save_calibration(const message_t &message);
     void start_again();
+    void restart_from_zero();
     template <typename Callback> void interrupt(const kt_table_t &table, Callback callback);
     void wait_until(Cycles wake);
-    void look_at_outputs();
+    void look_at_outputs() {
+        look_at_outputs(*program_->table().outputs, program_->table().settle);
+    }
     void look_at_outputs(const volatile kt_outputs_t &outputs, void (*settle)());
     void take_outputs(uint64_t registers);
     void switch_motors(bool on);
+    void set_duties(motion_t duties);
+    void switch_led_off();
     void came_back();
     void budget_spent(const uint8_t *frame);
     static const volatile uint16_t &tx_period(const kt_table_t &table);
@@ -257,20 +263,17 @@ class alignas(64) Robot {
     uint32_t inbox_next_ = 0;
     uint32_t waits_past_tick_ =
         0;  ///< of a callback that waits: so long after next_tick_ it goes on
-    uint16_t tx_clock_ = 0;
-    uint16_t tick_increment_ = 0;  ///< counts of the timer that the next compare match stands for
+    robot_core_t core_ = {};
     int16_t stale_conversion_ =
         -1;  ///< of get_voltage(): the next message's high gain is read from its channel
     Life life_ = Life::OFF;
-    State state_ = State::IDLE;
     Question question_ = Question::NONE;
-    bool is_suspended_ = false;  ///< a call waits in suspended_, which only then is looked at
-    bool arbitrated_ = false;
-    bool in_interrupt_ = false;
-    bool interrupts_off_ = false;
-    bool tick_pending_ = false;
+    bool is_suspended_ : 1 = false;  ///< a call waits in suspended_, which only then is looked at
+    bool arbitrated_ : 1 = false;
+    bool in_interrupt_ : 1 = false;
+    bool interrupts_off_ : 1 = false;
+    bool tick_pending_ : 1 = false;
     bool loop_due_ = false;
-    bool set_up_ = false;
 
     // ... the next two what comes in and goes out ...
     Few<Reception, 2> inbox_;  ///< in order of time, from inbox_next_ on
@@ -304,11 +307,23 @@ class alignas(64) Robot {
     std::unique_ptr<EepromImage> eeprom_;  ///< once it differs from the calibration
     Cycles overflow_ = NEVER;  ///< after a retry: when the timer's next ordinary match comes
     Cycles state_since_;
+    Cycles down_since_ = 0;  ///< of SLEEPING: sleep_rhythm.h
     Cycles power_up_;
     void (*setup_)(void) = nullptr;
     const std::string *name_;  ///< of its program
     Calibration calibration_;
 };
+
+/// Looks at what the registers now make of motors and LED; `settle` is the table's, or null.
+inline void Robot::look_at_outputs(const volatile kt_outputs_t &outputs, void (*settle)()) {
+    if (settle != nullptr) [[unlikely]]
+        settle();
+    uint64_t seen;
+    static_assert(sizeof seen == sizeof outputs);
+    std::memcpy(&seen, const_cast<const kt_outputs_t *>(&outputs), sizeof seen);
+    if (seen != outputs_seen_) [[unlikely]]
+        take_outputs(seen);
+}
 
 }  // namespace kilotwin
 

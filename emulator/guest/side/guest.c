@@ -16,9 +16,6 @@ char kt_guard_high[KT_GUARD_BYTES]
 
 volatile kt_outputs_t kt_outputs;
 
-static uint8_t soft_seed = 0xAA;
-static uint8_t soft_accumulator;
-
 // Called where the budget runs out, between any two instructions: saves and restores all registers.
 // They lie on the stack meanwhile, where the engine compares them: loop variables may live in
 // registers only (busy_watch.h).
@@ -72,18 +69,6 @@ void __sanitizer_cov_trace_pc(void) {
 
 uint8_t rand_hard(void);
 uint8_t rand_hard(void) { return kt_host->rand_hard(); }
-
-// hardware.md 1.7: an 8-bit xorshift with an additive counter that seeding leaves alone.
-uint8_t rand_soft(void);
-uint8_t rand_soft(void) {
-    soft_seed ^= (uint8_t)(soft_seed << 3);
-    soft_seed ^= (uint8_t)(soft_seed >> 5);
-    soft_seed ^= (uint8_t)(soft_accumulator >> 2);
-    soft_accumulator++;
-    return soft_seed;
-}
-
-void kt_rand_seed(uint8_t seed) { soft_seed = seed; }
 
 extern void (*const kt_constructors_begin[])(void);
 extern void (*const kt_constructors_end[])(void);

@@ -3,20 +3,16 @@
 #include <stddef.h>
 #include <stdlib.h>
 
+#include "../../../firmware/kilolib/core/calibration.h"
+#include "../../../firmware/kilolib/core/pins.h"
+#include "../../../firmware/kilolib/core/random.h"
+#include "../../../firmware/kilolib/core/states.h"
 #include "abi.h"
 #include "kilolib.h"
 #include "side.h"
 
-#define CYCLES_PER_MS 8000
-#define SPINUP_MS 15
-
 volatile uint32_t kilo_ticks;
 #pragma weak kilo_tx_period  // tx_period.c
-uint16_t kilo_uid;
-uint8_t kilo_turn_left;
-uint8_t kilo_turn_right;
-uint8_t kilo_straight_left;
-uint8_t kilo_straight_right;
 
 static void ignore_rx(message_t *message, distance_measurement_t *distance) {
     (void)message;
@@ -44,9 +40,7 @@ const kt_table_t kt_table = {
     .tx_period = &kilo_tx_period,
     .uid = &kilo_uid,
     .turn_left = &kilo_turn_left,
-    .turn_right = &kilo_turn_right,
-    .straight_left = &kilo_straight_left,
-    .straight_right = &kilo_straight_right,
+    .save_calibration = kilolib_calibration_save,
     .message_rx = &kilo_message_rx,
     .message_tx = &kilo_message_tx,
     .message_tx_success = &kilo_message_tx_success,
@@ -61,7 +55,10 @@ const kt_table_t kt_table = {
     .host = &kt_host,
 };
 
-void kilo_init(void) { kt_host->init(); }
+void kilo_init(void) {
+    kt_host->init();
+    kilolib_calibration_load();
+}
 void kilo_start(void (*setup)(void), void (*loop)(void)) { kt_host->start(setup, loop); }
 void delay(uint16_t ms) { kt_host->wait((uint32_t)ms * CYCLES_PER_MS); }
 
@@ -71,25 +68,27 @@ void set_motors(uint8_t left, uint8_t right) {
     kt_host->outputs();
 }
 
-// The pins of an LED light it as outputs, low: set_color() turns outputs on and off (hardware.md
-// 1.8).
 void set_color(uint8_t rgb) {
-    kt_outputs.ddrd = (uint8_t)((kt_outputs.ddrd & ~0x30) | (rgb & 1) << 5 | (rgb & 2) << 3);
-    kt_outputs.ddrc = (uint8_t)((kt_outputs.ddrc & ~0x3C) | (rgb & 4) << 1 | (rgb & 8) >> 1 |
-                                (rgb & 16) << 1 | (rgb & 32) >> 1);
+    const led_pins_t on = led_pins(rgb);
+    kt_outputs.ddrd = (uint8_t)((kt_outputs.ddrd & ~LED_MASK_D) | on.ddrd);
+    kt_outputs.ddrc = (uint8_t)((kt_outputs.ddrc & ~LED_MASK_C) | on.ddrc);
     kt_host->outputs();
 }
 
 void spinup_motors(void) {
-    set_motors(255, 255);
-    delay(SPINUP_MS);
+    set_motors(KICK_DUTY, KICK_DUTY);
+    delay(KICK_MS);
 }
 
 int16_t get_ambientlight(void) { return kt_sensor(KT_SENSOR_LIGHT); }
 int16_t get_voltage(void) { return kt_sensor(KT_SENSOR_VOLTAGE); }
 int16_t get_temperature(void) { return kt_sensor(KT_SENSOR_TEMPERATURE); }
 
-void rand_seed(uint8_t seed) { kt_rand_seed(seed); }
+void rand_seed(uint8_t seed) { kilolib_random_seed(seed); }
+
+uint8_t kilolib_eeprom_read(uint16_t address) { return kt_eeprom_read(address); }
+
+void kilolib_eeprom_update(uint16_t address, uint8_t value) { kt_eeprom_write(address, value); }
 
 uint8_t estimate_distance(const distance_measurement_t *measured) {
     return kt_host->distance_mm(measured->low_gain, measured->high_gain);

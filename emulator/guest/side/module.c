@@ -4,6 +4,7 @@
 
 #include <stddef.h>
 
+#include "../../../firmware/kilolib/core/random.h"
 #include "../../../kilogrid_modules/runtime/core/api.h"
 #include "../../../kilogrid_modules/runtime/core/light_patterns.h"
 #include "abi.h"
@@ -84,7 +85,7 @@ void module_init(void) { kt_host->init(); }
 void module_start(void (*setup)(void), void (*loop)(void)) { kt_host->start(setup, loop); }
 void module_enable_autostart(void) { kt_host->module->autostart(); }
 
-void rand_set_seed(uint8_t seed) { kt_rand_seed(seed); }
+void rand_set_seed(uint8_t seed) { kilolib_random_seed(seed); }
 uint16_t get_random(uint16_t low, uint16_t high) { return api_in_range(low, high, rand()); }
 
 CAN_message_t *next_CAN_message(void) {

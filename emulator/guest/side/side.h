@@ -32,8 +32,6 @@ uint32_t kt_ticks(void);
 /// Reads one of KT_SENSOR_: 0..1023, or -1.
 int16_t kt_sensor(uint8_t which);
 
-void kt_rand_seed(uint8_t seed);
-
 /// Hands text to the run folder, with the robot and its tick.
 void kt_print(const char *text, uint32_t bytes);
 

@@ -3,8 +3,8 @@
 
 static gain_tables_t tables;
 
-// Before main(), so that only programs that ask for distances have the tables in memory; and not
-// when they are asked for, which may be in an interrupt while the program itself reads the EEPROM.
+// Before main(), so that only programs that estimate distances have the tables in memory; and not
+// at the first estimate, which may be in an interrupt while the program itself reads the EEPROM.
 static void __attribute__((constructor)) read_tables(void) { kilolib_gains_read(&tables); }
 
 uint8_t estimate_distance(const distance_measurement_t *measurement) {

@@ -4,7 +4,7 @@
 
 #include "../core/infrared_frame.h"
 
-// Loops of three cycles, of which each wait below consists.
+// Waits, in loops of three cycles.
 #define LEADER_WAIT 176
 #define SAME_BYTE_WAIT 83
 #define NEXT_BYTE_WAIT 80

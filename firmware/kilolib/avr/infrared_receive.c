@@ -4,15 +4,14 @@
 #include <stdint.h>
 
 #include "../core/infrared_frame.h"
+#include "../core/states.h"
 #include "board.h"
 #include "commands.h"
 #include "converter.h"
 #include "kilolib.h"
 
-#define FIRST_COMMAND 0x80
-
 static infrared_reader_t reader;
-static volatile bool heard;
+static volatile bool frame_began;
 static bool forget;
 // As with the reader's message: a callback's pointer is valid until it returns.
 static distance_measurement_t distance;
@@ -46,16 +45,16 @@ bool kilolib_infrared_in_frame(void) { return reader.receiving; }
 bool kilolib_infrared_receiving(void) { return reader.receiving || (ACSR & BIT(ACI)) != 0; }
 bool kilolib_infrared_measuring(void) { return reader.receiving && reader.bytes == 0; }
 
-bool kilolib_infrared_heard(void) {
-    const bool since = heard;
-    heard = false;
+bool kilolib_infrared_frame_began(void) {
+    const bool since = frame_began;
+    frame_began = false;
     return since;
 }
 
 void kilolib_infrared_forget_edge(void) { forget = (ACSR & BIT(ACI)) != 0; }
 
 static void begin_frame(void) {
-    heard = true;
+    frame_began = true;
     TIFR1 = BIT(OCF1A);
     TIMSK1 = BIT(OCIE1A);
     distance.high_gain = kilolib_converter_sampled();
@@ -70,10 +69,10 @@ static void end_leader(void) {
 static void take_message(message_t *message) {
     wait_for_frame();
     if (message_crc(message) != message->crc) return;
-    if (message->type < FIRST_COMMAND) {
-        (*kilo_message_rx)(message, &distance);
-    } else {
+    if (message_is_command(message)) {
         kilolib_command_obey(message);
+    } else {
+        (*kilo_message_rx)(message, &distance);
     }
 }
 

@@ -19,11 +19,11 @@ bool kilolib_infrared_receiving(void);
 /// The start of a frame is coming in, from which its strength is measured.
 bool kilolib_infrared_measuring(void);
 
-/// A frame began since this was asked last.
-bool kilolib_infrared_heard(void);
+/// A frame has begun since the last call.
+bool kilolib_infrared_frame_began(void);
 
-/// An edge that waits for its interrupt is nobody's frame: our own light, for instance. Interrupts
-/// have to be off, and no frame coming in.
+/// Drops an edge that waits for its interrupt: it is the robot's own light. Interrupts have to be
+/// off, and no frame coming in.
 void kilolib_infrared_forget_edge(void);
 
 #endif

@@ -1,9 +1,9 @@
 #include "motors.h"
 
+#include "../core/pins.h"
+#include "../core/states.h"
 #include "board.h"
 #include "kilolib.h"
-
-#define SPINUP_MS 15
 
 // Phase-correct 8-bit pulses at 8 MHz / 8 / 510 = 1961 Hz, high for the set share.
 void kilolib_motors_init(void) {
@@ -14,13 +14,13 @@ void kilolib_motors_init(void) {
 
 void kilolib_motors_on(void) {
     set_motors(0, 0);
-    DDRB |= LEFT_MOTOR;
-    DDRD |= RIGHT_MOTOR;
+    DDRB |= LEFT_MOTOR_MASK;
+    DDRD |= RIGHT_MOTOR_MASK;
 }
 
 void kilolib_motors_off(void) {
-    DDRB &= (uint8_t)~LEFT_MOTOR;
-    DDRD &= (uint8_t)~RIGHT_MOTOR;
+    DDRB &= (uint8_t)~LEFT_MOTOR_MASK;
+    DDRD &= (uint8_t)~RIGHT_MOTOR_MASK;
     set_motors(0, 0);
 }
 
@@ -30,6 +30,6 @@ void set_motors(uint8_t left, uint8_t right) {
 }
 
 void spinup_motors(void) {
-    set_motors(255, 255);
-    delay(SPINUP_MS);
+    set_motors(KICK_DUTY, KICK_DUTY);
+    delay(KICK_MS);
 }

@@ -5,10 +5,11 @@
 /// Starts the timer; the motors stay off.
 void kilolib_motors_init(void);
 
-/// Lets the motors turn as set_motors() says from now on; until then they stand still.
+/// Makes the motors' pins outputs: set_motors() has effect from now on. Both duties are 0.
 void kilolib_motors_on(void);
 
-/// Stops the motors, whatever set_motors() says, until kilolib_motors_on().
+/// Makes the motors' pins inputs, both duties 0: set_motors() has no effect until
+/// kilolib_motors_on().
 void kilolib_motors_off(void);
 
 #endif

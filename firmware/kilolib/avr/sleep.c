@@ -4,16 +4,13 @@
 #include <avr/sleep.h>
 #include <util/delay.h>
 
+#include "../core/sleep_rhythm.h"
 #include "board.h"
 #include "converter.h"
 #include "infrared_receive.h"
 #include "kilolib.h"
 #include "power.h"
 #include "watchdog.h"
-
-#define SETTLE_US 300
-#define LISTEN_MS 10
-#define LISTEN_ON_MS 100
 
 // It only has to wake the processor.
 EMPTY_INTERRUPT(WDT_vect)
@@ -36,13 +33,13 @@ void kilolib_sleep_for_8_s(void) {
     power_down();
     kilolib_power_on();
     sei();
-    _delay_us(SETTLE_US);
-    (void)kilolib_infrared_heard();
-    set_color(RGB(3, 3, 3));
-    delay(LISTEN_MS);
-    if (kilolib_infrared_heard()) {
-        set_color(RGB(3, 0, 0));
-        delay(LISTEN_ON_MS);
+    _delay_us(SLEEP_SETTLE_US);
+    (void)kilolib_infrared_frame_began();
+    set_color(SLEEP_LISTEN_COLOR);
+    delay(SLEEP_LISTEN_MS);
+    if (kilolib_infrared_frame_began()) {
+        set_color(SLEEP_LISTEN_ON_COLOR);
+        delay(SLEEP_LISTEN_ON_MS);
     }
     set_color(0);
 }

@@ -101,6 +101,8 @@ _Change = Callable[[str, Sequence[str]], str]
 _SIDE_OF = {"kilobot.c": "kilobot", "tx_period.c": "kilobot"} | dict.fromkeys(
     ["module.c", "module_debug.c", "module_send.c"], "module"
 )
+# Files of the robot's runtime that run on the guest's side, in robots' and in modules' guests.
+_CORE = ("calibration.c", "message_crc.c", "random_soft.c")
 
 
 @dataclass(frozen=True)
@@ -195,6 +197,8 @@ class _Builder:
             for file in resources.files("emulator/guest/side/*.c")
             if _SIDE_OF.get(file.name, kind) == kind
         ]
+        core = resources.path("firmware/kilolib/core")
+        self._side += [core / name for name in _CORE]
         self._helpers = api.helper_sources()
         self._headers = [str(self._guest), *(word[2:] for word in api.includes())]
         libc = [self._guest / "include"]
@@ -228,6 +232,7 @@ class _Builder:
             "-fno-common",
             "-fno-builtin",
             f"-I{self._guest}",
+            *("-include", str(self._guest / "side/core_names.h")),
             *extra,
         ]
 

@@ -1,6 +1,7 @@
 // System messages: RUN, the pause that WAKEUP is, RESET, SLEEP.
 #include <doctest/doctest.h>
 
+#include "kilolib/core/timer.h"
 #include "support.h"
 
 using namespace kilotwin;
@@ -119,6 +120,76 @@ TEST_CASE("messages reach the callback in every state, system messages never do"
     CHECK(bench.said(0) == Texts{"main, life 1, ticks 0", "heard 64 in loop 0", "setup at 3",
                                  "heard 127 in loop 3", "heard 0 in loop 4"});
     CHECK(motors(bench.robot(0)) == Motors{{70, 70}, {0, 0}});
+}
+
+TEST_CASE("READUID turns left for a bit of the uid that is set, after a kick of 15 ms") {
+    Bench bench({"paused"});
+    bench.tell(ticks(2), 0, message(READUID, {0}));
+    bench.run(ticks(5));
+    const auto commands = bench.robot(0).motor_commands;
+    REQUIRE(motors(bench.robot(0)) == Motors{{255, 0}, {65, 0}});
+    CHECK(commands[1].at - commands[0].at == 15 * CYCLES_PER_MS);
+    bench.tell(ticks(6), 0, message(READUID, {1}));
+    bench.run(ticks(8));
+    CHECK(motors(bench.robot(0)) == Motors{{0, 0}});
+    bench.tell(ticks(8), 0, message(READUID, {16}));  // there are 16 bits only
+    bench.run(ticks(10));
+    CHECK(motors(bench.robot(0)) == Motors{});
+}
+
+TEST_CASE("CALIB, repeated, kicks the motors once; what it tries is saved after the trial") {
+    Bench bench({"paused"});
+    const auto trial = message(CALIB, {4, 0, 0, 0, 0, 73, 74});
+    const auto save = message(CALIB, {0, 0x34, 0x12, 81, 82, 83, 84});
+    bench.tell(ticks(1), 0, save);
+    bench.run(ticks(2));
+    CHECK(bench.robot(0).uid() == 1);
+    for (uint32_t i = 0; i < 5; i++) bench.tell(ticks(2) + 83'200 * i, 0, trial);
+    bench.run(ticks(5));
+    CHECK(motors(bench.robot(0)) == Motors{{255, 255}, {73, 74}});
+    bench.tell(ticks(5), 0, save);
+    bench.run(ticks(6));
+    CHECK(motors(bench.robot(0)) == Motors{{0, 0}});
+    CHECK(bench.robot(0).uid() == 0x1234);
+    bench.tell(ticks(6), 0, message(READUID, {2}));
+    bench.run(ticks(8));
+    CHECK(motors(bench.robot(0)) == Motors{{255, 0}, {81, 0}});
+}
+
+TEST_CASE("a command that is not known changes nothing") {
+    Bench bench({"paused"});
+    bench.tell(ticks(1), 0, run_message());
+    for (uint8_t type : {0x81, 0x82, 0x8B, 0xFF}) bench.tell(ticks(2) + type, 0, message(type));
+    bench.run(ticks(12));
+    CHECK(motors(bench.robot(0)) == Motors{{70, 70}});
+    CHECK(bench.said(0) == Texts{"main, life 1, ticks 0", "setup at 1", "loop 10 at 10"});
+}
+
+TEST_CASE("a sleeping robot is dark and deaf but for a look round each 8.2 s") {
+    Bench bench({"paused"});
+    const Cycles asleep = ticks(2), look = asleep + 8192 * CYCLES_PER_MS + 2400;
+    bench.tell(ticks(1), 0, run_message());
+    bench.tell(asleep, 0, message(SLEEP));
+    bench.tell(ticks(60), 0, message(0x40));
+    bench.run(look + 1);
+    CHECK(bench.said(0) == Texts{"main, life 1, ticks 0", "setup at 1"});
+    CHECK(bench.robot(0).color(look - 1) == 0);
+    CHECK(bench.robot(0).color(look) == RGB(3, 3, 3));
+    bench.tell(look + 2 + FRAME_CYCLES, 0, message(0x41));
+    bench.run(look + 3 + FRAME_CYCLES);
+    CHECK(bench.said(0).back() == "heard 65 in loop 2");
+    const Cycles down = look + 110 * CYCLES_PER_MS;
+    CHECK(bench.robot(0).color(down - 1) == RGB(3, 0, 0));
+    CHECK(bench.robot(0).color(down) == 0);
+    bench.tell(down + FRAME_CYCLES, 0, message(WAKEUP));
+    bench.tell(down + 8192 * CYCLES_PER_MS + FRAME_CYCLES, 0, message(WAKEUP));
+    bench.run(down + 8192 * CYCLES_PER_MS + FRAME_CYCLES);
+    CHECK(bench.robot(0).color(down + 8192 * CYCLES_PER_MS) == 0);
+    bench.run(down + 8192 * CYCLES_PER_MS + FRAME_CYCLES + 1);
+    CHECK(bench.robot(0).color(down + 8192 * CYCLES_PER_MS + FRAME_CYCLES + 1) == RGB(0, 3, 0));
+    bench.tell(down + ticks(400), 0, run_message());
+    bench.run(down + ticks(420));
+    CHECK(bench.said(0).back().starts_with("loop"));
 }
 
 TEST_CASE("a robot knows its uid and calibration from its EEPROM") {

@@ -104,7 +104,7 @@ void Bench::start() {
     hear(make_message(RUN));
     run_ms(12);  // an idle robot looks each 10 ms
     REQUIRE(board.failure() == "");
-    REQUIRE(byte("kilolib_robot_state") == STATE_RUNNING);
+    REQUIRE(state() == ROBOT_RUNNING);
 }
 
 int16_t Bench::ask(Request request, uint16_t argument) {

@@ -1,4 +1,4 @@
-/// A robot on the bench: a board with a program linked against firmware/kilolib/avr, light shone on
+/// A robot on the bench: a board with a program linked against firmware/kilolib, light shone on
 /// it frame by frame, and what it sends read back.
 #ifndef KILOTWIN_TESTS_KILOLIB_BENCH_H
 #define KILOTWIN_TESTS_KILOLIB_BENCH_H
@@ -12,7 +12,7 @@
 
 #include "avr/boards/robot_board.h"
 #include "base/chance.h"
-#include "kilolib/avr/states.h"
+#include "kilolib/core/states.h"
 #include "message.h"
 
 namespace kilotwin {
@@ -73,6 +73,7 @@ class Bench {
     uint8_t byte(const std::string &symbol) const { return board.read(address(symbol)); }
     uint32_t word(const std::string &symbol, int bytes) const;
     void set(const std::string &symbol, uint32_t value, int bytes);
+    robot_state_t state() const { return static_cast<robot_state_t>(byte("kilolib_robot")); }
     uint32_t ticks() const { return word("kilo_ticks", 4); }
 
     /// What the probe's callback got last.

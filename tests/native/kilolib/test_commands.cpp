@@ -1,6 +1,6 @@
 /// States, their lights, and commands (hardware.md 1.3, 1.4).
 #include "bench.h"
-#include "kilolib/avr/calibration.h"
+#include "kilolib/core/calibration.h"
 #include "kilolib/core/eeprom_map.h"
 
 using namespace kilotwin;
@@ -61,7 +61,7 @@ TEST_CASE("RUN calls setup() once, WAKEUP pauses, and a second RUN goes on with 
     CHECK(bench.byte("setups") == 1);
     bench.hear(make_message(WAKEUP));
     bench.run_ms(1);
-    CHECK(bench.byte("kilolib_robot_state") == STATE_IDLE);
+    CHECK(bench.state() == ROBOT_IDLE);
     const uint32_t loops = bench.word("loops", 4);
     bench.run_ms(100);
     CHECK(bench.word("loops", 4) == loops);
@@ -126,7 +126,7 @@ TEST_CASE("RESET starts the program again from its beginning") {
     bench.run_ms(2000);
     CHECK(bench.ticks() >= 60);
     bench.hear(make_message(RESET));
-    CHECK(bench.byte("kilolib_robot_state") == STATE_IDLE);
+    CHECK(bench.state() == ROBOT_IDLE);
     CHECK(bench.ticks() == 0);
     CHECK(bench.byte("setups") == 0);
     CHECK(bench.board.left_duty() == 0);
@@ -239,7 +239,7 @@ TEST_CASE("CALIB saves uid and motor values after a trial, and only then") {
     expected[EEPROM_STRAIGHT_LEFT] = 83;
     expected[EEPROM_STRAIGHT_RIGHT] = 84;
     CHECK(bench.board.eeprom() == expected);
-    CHECK(bench.byte("kilolib_robot_state") == STATE_IDLE);
+    CHECK(bench.state() == ROBOT_IDLE);
     CHECK(bench.board.left_duty() == 0);
     CHECK(bench.word("kilo_uid", 2) == 0x1234);
     CHECK(bench.byte("kilo_straight_left") == 83);
@@ -249,6 +249,6 @@ TEST_CASE("an unknown command changes nothing") {
     Bench bench("probe");
     bench.start();
     for (uint8_t type : {0x81, 0x82, 0x8B, 0xFF}) bench.hear(make_message(type));
-    CHECK(bench.byte("kilolib_robot_state") == STATE_RUNNING);
+    CHECK(bench.state() == ROBOT_RUNNING);
     CHECK(bench.word("received_count", 2) == 0);
 }

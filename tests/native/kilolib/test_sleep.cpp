@@ -39,7 +39,7 @@ TEST_CASE("a sleeping robot is dark and deaf, and looks round each 8 s") {
     const uint32_t loops = bench.word("loops", 4);
     bench.hear(make_message(WAKEUP));
     bench.run_ms(17000);
-    CHECK(bench.byte("kilolib_robot_state") == STATE_SLEEPING);
+    CHECK(bench.state() == ROBOT_SLEEPING);
     CHECK(bench.ticks() - ticks <= 2);
     CHECK(bench.word("loops", 4) == loops);
     std::vector<Cycles> looks;
@@ -76,7 +76,7 @@ TEST_CASE("WAKEUP, repeated, wakes a sleeping robot; it can be started again the
     bench.run_ms(1000);
     bench.board.outputs.clear();
     repeat(bench, make_message(WAKEUP), 8500);
-    CHECK(bench.byte("kilolib_robot_state") == STATE_IDLE);
+    CHECK(bench.state() == ROBOT_IDLE);
     bench.start();
     const uint32_t ticks = bench.ticks();
     bench.run_ms(1000);
@@ -95,6 +95,6 @@ TEST_CASE("a frame in the look round keeps the robot awake a while longer, lit r
     CHECK(showed(bench, RED));
     CHECK(bench.word("received_count", 2) > 1);
     bench.run_ms(200);
-    CHECK(bench.byte("kilolib_robot_state") == STATE_SLEEPING);
+    CHECK(bench.state() == ROBOT_SLEEPING);
     CHECK(bench.board.color() == 0);
 }

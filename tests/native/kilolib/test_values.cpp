@@ -2,9 +2,6 @@
 #include <set>
 
 #include "bench.h"
-#include "guest/infrared_gains.h"
-
-#include "kilolib/core/gains.h"
 
 using namespace kilotwin;
 
@@ -72,37 +69,5 @@ TEST_CASE("estimate_distance() agrees with the emulator's own") {
                                                               << 16,
                   4);
         CHECK(bench.ask(DISTANCE) == bench.calibration.gains.estimate_mm(gains));
-    }
-}
-
-// The robot's sources on this machine: all readings there are, for several robots.
-TEST_CASE("distances agree for every reading of every robot") {
-    for (double sensitivity : {1.0, 0.83, 1.13}) {
-        const InfraredGains expected(sensitivity);
-        gain_tables_t tables;
-        for (int i = 0; i < GAIN_ENTRIES; i++) {
-            tables.low[i] = expected.low(i);
-            tables.high[i] = expected.high(i);
-        }
-        int different = 0;
-        for (int16_t high = 0; high <= 1023; high++) {
-            for (int16_t low = 0; low <= 1023; low++) {
-                const distance_measurement_t gains = {low, high};
-                if (kilolib_gains_distance(&tables, &gains) != expected.estimate_mm(gains))
-                    different++;
-                if (high <= 700 && low == 0) break;
-            }
-        }
-        CHECK(different == 0);
-    }
-}
-
-TEST_CASE("a robot with an erased EEPROM does not crash over a distance") {
-    gain_tables_t tables;
-    for (auto &entry : tables.low) entry = 1023;
-    for (auto &entry : tables.high) entry = 1023;
-    for (int16_t gain = 0; gain <= 1023; gain++) {
-        const distance_measurement_t gains = {gain, gain};
-        CHECK(kilolib_gains_distance(&tables, &gains) >= 33);
     }
 }

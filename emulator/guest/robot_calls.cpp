@@ -1,0 +1,154 @@
+// What a robot's program calls: the engine's side of the Kilobot API (kt_host_t, abi.h). All of it
+// acts on the robot that is running.
+#include <algorithm>
+
+#include "guest/fault.h"
+#include "guest/robot.h"
+
+namespace kilotwin {
+
+Robot *Robot::running = nullptr;
+
+struct Robot::HostCalls {
+    static void init() {
+        auto &robot = *running;
+        const auto &table = robot.program_->table();
+        *table.ticks = robot.last_tick_ = 0;
+        if (table.tx_period != nullptr) *table.tx_period = TX_PERIOD_DEFAULT;
+        robot_core_init(&robot.core_);
+        robot.next_tick_ = robot.now_ + robot.tick_length_;
+        robot.interrupts_off_ = false;
+        robot.only_ticks_until_ = 0;
+    }
+
+    static void start(void (*setup)(void), void (*loop)(void)) {
+        running->setup_ = setup;
+        running->loop_ = loop;
+        running->life_ = Life::ALIVE;
+        GuestStack::instance().abandon();
+    }
+
+    static void wait(uint32_t cycles) {
+        running->wait_until(running->now_ + cycles);
+        running->came_back();
+    }
+
+    static void outputs() {
+        running->busy_.called();
+        running->look_at_outputs();
+    }
+
+    static uint8_t rand_hard() {
+        auto &robot = *running;
+        auto bits =
+            robot.context_.chance.bits(robot.index_, Purpose::RAND_HARD, robot.rand_hard_draws_++);
+        wait(RAND_HARD_CYCLES);
+        return static_cast<uint8_t>(bits);
+    }
+
+    static int16_t sensor(uint8_t which) {
+        auto &robot = *running;
+        robot.busy_.called();
+        if (robot.disturbed()) return -1;
+        robot.stale_conversion_ = -1;
+        if (which == KT_SENSOR_LIGHT) return robot.light;
+        if (which == KT_SENSOR_TEMPERATURE) return robot.context_.temperature;
+        return robot.stale_conversion_ = robot.voltage(robot.now_);
+    }
+
+    static uint8_t distance_mm(int16_t low_gain, int16_t high_gain) {
+        if (running->context_.gains_are_mm)
+            return static_cast<uint8_t>(std::clamp<int16_t>(high_gain, 0, UINT8_MAX));
+        return running->calibration_.gains.estimate_mm({low_gain, high_gain});
+    }
+
+    static uint8_t eeprom_read(uint16_t address) { return running->eeprom(address); }
+    static void eeprom_write(uint16_t address, uint8_t value) {
+        running->set_eeprom(address, value);
+    }
+
+    static void interrupts(uint8_t on) {
+        auto &robot = *running;
+        robot.interrupts_off_ = !on;
+        robot.only_ticks_until_ = 0;
+        if (on && robot.tick_pending_ && !robot.in_interrupt_) {
+            robot.tick_pending_ = false;
+            robot.tick();
+        }
+    }
+
+    static uint8_t timer0() {
+        Cycles since = running->now_ + running->tick_length_ -
+                       std::min(running->next_tick_, running->now_ + running->tick_length_);
+        return static_cast<uint8_t>(std::min<Cycles>(since / COUNT_CYCLES, TICK_MATCH));
+    }
+
+    static void print(const char *text, uint32_t bytes) {
+        running->busy_.called();
+        running->report(EventKind::PRINT, {text, bytes});
+    }
+    static void spent(const uint8_t *frame) { running->budget_spent(frame); }
+
+    // Only interrupts go on: what `for (;;);` means.
+    static void empty_loop() {
+        auto &robot = *running;
+        robot.wait_until(robot.now_ + BusyWatch::WARN_AFTER);
+        robot.report(EventKind::BUSY_WAIT, "it stays in an empty endless loop");
+        for (;;) robot.wait_until(NEVER);
+    }
+
+    // The fault came from the program, or from libc on its behalf, so that the engine may work as
+    // usual here.
+    static bool mistake(GuestStack::Mistake mistake, const void *address) {
+        auto [noted, text] = explain(mistake, address, *running->program_);
+        if (noted == 0) return false;
+        running->note(noted, std::move(text));
+        return true;
+    }
+
+    static void unusable(const char *what) {
+        running->stop(EventKind::CRASH, what);
+        GuestStack::instance().abandon();
+    }
+};
+
+const kt_host_t Robot::HOST = {
+    HostCalls::init,        HostCalls::start,        HostCalls::wait,
+    HostCalls::outputs,     HostCalls::rand_hard,    HostCalls::distance_mm,
+    HostCalls::eeprom_read, HostCalls::eeprom_write, HostCalls::interrupts,
+    HostCalls::timer0,      HostCalls::sensor,       HostCalls::print,
+    HostCalls::spent,       HostCalls::unusable,     nullptr,
+};
+
+void Robot::attend_faults() {
+    GuestStack::instance().set_handlers(HostCalls::empty_loop, HostCalls::mistake);
+}
+
+// The program took more turns than fit into a tick without giving time back. Nothing happens around
+// it while its memory is compared; then time passes.
+void Robot::budget_spent(const uint8_t *frame) {
+    const auto finding = busy_.look(*program_, frame, GuestStack::instance().top());
+    if (finding == BusyWatch::Finding::LOOKING) return;
+    const int32_t budget = *program_->table().budget;
+    switch (busy_.judge(finding, now_)) {
+    case BusyWatch::Verdict::FINE: break;
+    case BusyWatch::Verdict::WARN: report(EventKind::BUSY_WAIT, BusyWatch::WARNING); break;
+    case BusyWatch::Verdict::ENDLESS:
+        stop(EventKind::ENDLESS, BusyWatch::ACCUSATION);
+        GuestStack::instance().abandon();
+    }
+    wait_until(in_interrupt_ ? now_ + TICK_CYCLES : std::max(next_tick_, now_));
+    *program_->table().budget = budget;
+}
+
+uint8_t Robot::eeprom(uint16_t address) const {
+    address %= EEPROM_BYTES;
+    return eeprom_ ? (*eeprom_)[address] : calibrated_byte(calibration_, address);
+}
+
+void Robot::set_eeprom(uint16_t address, uint8_t value) {
+    if (!eeprom_) eeprom_ = std::make_unique<EepromImage>(eeprom_of(calibration_));
+    (*eeprom_)[address % EEPROM_BYTES] = value;
+}
+
+}  // namespace kilotwin

@@ -1,0 +1,122 @@
+// What reaches a robot: messages, light on its receiver, commands and the states that they lead to.
+#include <algorithm>
+#include <cstring>
+
+#include "guest/fault.h"
+#include "guest/robot.h"
+#include "kilolib/core/calibration.h"
+#include "kilolib/core/sleep_rhythm.h"
+
+namespace kilotwin {
+
+namespace {
+
+// About what an AVR takes from address 0 to main(); it keeps a main() that jumps there from
+// standing still in time.
+constexpr uint32_t RESTART_CYCLES = CYCLES_PER_SECOND / 1000;
+
+}  // namespace
+
+void Robot::receive(Cycles at, const message_t &message, distance_measurement_t distance) {
+    // Most come in order, and after the first one nothing else of the robot has to be looked at.
+    if (inbox_.empty()) {
+        if (life_ == Life::STOPPED) return;
+        next_message_ = at;
+    } else if (at < inbox_.back().at) {
+        return receive_before_others(at, message, distance);
+    }
+    inbox_.push_back({at, message, distance});
+}
+
+void Robot::receive_before_others(Cycles at, const message_t &message,
+                                  distance_measurement_t distance) {
+    next_message_ = std::min(next_message_, at);
+    auto later = [](Cycles time, const Reception &other) { return time < other.at; };
+    const auto place = std::upper_bound(inbox_.begin(), inbox_.end(), at, later);
+    inbox_.insert(place, {at, message, distance});
+}
+
+void Robot::disturb(Cycles begin, Cycles end) {
+    if (on_board()) return;  // it sees for itself
+    if (frames_seen_.size() == frames_seen_.capacity()) {
+        auto over = [this](const auto &frame) { return frame.second <= now_; };
+        frames_seen_.erase(std::remove_if(frames_seen_.begin(), frames_seen_.end(), over),
+                           frames_seen_.end());
+    }
+    frames_seen_.emplace_back(begin, end);
+}
+
+bool Robot::disturbed() const {
+    return std::any_of(frames_seen_.begin(), frames_seen_.end(),
+                       [this](auto &frame) { return frame.first <= now_ && now_ < frame.second; });
+}
+
+// Before kilo_init() the receiver is off.
+bool Robot::receives(const Reception &reception) {
+    if (interrupts_off_) return false;
+    if (core_.state == ROBOT_SLEEPING)
+        return sleep_rhythm_receives(state_since_, &down_since_, reception.at - FRAME_CYCLES);
+    return next_tick_ != NEVER;
+}
+
+// There is no boot loader: BOOT leaves the robot in IDLE.
+void Robot::obey(const message_t &message) {
+    const auto before = static_cast<robot_state_t>(core_.state);
+    const auto &table = program_->table();
+    const auto action = robot_obey(&core_, &message, *table.uid, *table.turn_left);
+    if (action == ACTION_NONE) return;
+    switch_motors(action == ACTION_START_MOTORS);
+    switch (action) {
+    case ACTION_SAVE: save_calibration(message); break;
+    case ACTION_BOOT: core_.state = ROBOT_IDLE; break;
+    case ACTION_RESTART: start_again(); GuestStack::instance().abandon();
+    default: break;
+    }
+    if (core_.state != before) enter_state(before);
+}
+
+// While a robot sleeps its timer stands still. All states but SETUP use the LED for themselves.
+void Robot::enter_state(robot_state_t before) {
+    state_since_ = down_since_ = now_;
+    if (before == ROBOT_SLEEPING) next_tick_ = now_ + tick_length_;
+    if (core_.state == ROBOT_SLEEPING) {
+        next_tick_ = NEVER;
+        loop_due_ = false;
+    }
+    if (core_.state != ROBOT_SETUP) switch_led_off();
+}
+
+// MOVING: the motors concerned are kicked, then turn as ordered until the next command.
+void Robot::start_motion() {
+    robot_takes_motion(&core_);
+    const motion_t motion = core_.motion;
+    set_duties(robot_kick(motion));
+    wait_until(now_ + KICK_MS * CYCLES_PER_MS);
+    if (robot_keeps_motion(&core_)) set_duties(motion);
+}
+
+void Robot::save_calibration(const message_t &message) {
+    program_->table().save_calibration(message.data);
+    calibration_.uid = *program_->table().uid;
+}
+
+// A jump to address 0: memory as after power-up, main() again, the stack forgotten.
+void Robot::start_again() {
+    std::memcpy(program_->table().state_begin, program_->initial_state(), program_->state_bytes());
+    life_ = Life::OFF;
+    core_ = {};
+    state_since_ = now_;
+    switch_led_off();
+    next_tick_ = NEVER;
+    in_interrupt_ = interrupts_off_ = tick_pending_ = loop_due_ = false;
+    came_back();
+}
+
+void Robot::restart_from_zero() {
+    note(JUMPS_TO_ZERO, "it jumped to address 0, as who calls a NULL pointer does; as on "
+                        "the robot, it starts again with main() and waits for RUN");
+    start_again();
+    now_ += RESTART_CYCLES;
+}
+
+}  // namespace kilotwin

@@ -1,0 +1,15 @@
+/// The robot's state on the chip. Commands change it by interrupt; kilo_start() acts on it.
+#ifndef KILOLIB_AVR_ROBOT_H
+#define KILOLIB_AVR_ROBOT_H
+
+#include "../core/states.h"
+
+/// Written with interrupts off only.
+extern robot_core_t kilolib_robot;
+
+/// The state at present: each call reads it anew.
+static inline robot_state_t kilolib_state(void) {
+    return (robot_state_t) * (const volatile uint8_t *)&kilolib_robot.state;
+}
+
+#endif

@@ -1,0 +1,48 @@
+/// Calibration of a robot: the CALIB message, and the API's variables that the EEPROM holds
+/// (hardware.md 1.4, 1.9).
+#ifndef KILOLIB_CORE_CALIBRATION_H
+#define KILOLIB_CORE_CALIBRATION_H
+
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// Bytes of a CALIB message's data.
+enum {
+    CALIB_MODE,  ///< a calibration_mode_t
+    CALIB_UID_LOW,
+    CALIB_UID_HIGH,
+    CALIB_TURN_LEFT,
+    CALIB_TURN_RIGHT,
+    CALIB_STRAIGHT_LEFT,
+    CALIB_STRAIGHT_RIGHT,
+};
+
+typedef enum {
+    CALIBRATION_SAVE,        ///< write uid and duties into the EEPROM; only after a trial
+    CALIBRATION_UID,         ///< stand still
+    CALIBRATION_TURN_LEFT,   ///< try the duty
+    CALIBRATION_TURN_RIGHT,  ///< try the duty
+    CALIBRATION_STRAIGHT,    ///< try both duties
+} calibration_mode_t;
+
+/// Sets kilo_uid and the four duties to what the EEPROM holds; an erased one gives 65535 and 255.
+void kilolib_calibration_load(void);
+
+/// Writes uid and duties from the data of a CALIB message into the EEPROM, and loads them. On the
+/// chip it takes up to 21 ms: 3.4 ms for each byte that differs.
+void kilolib_calibration_save(const uint8_t *data);
+
+/// The driver's EEPROM; addresses by eeprom_map.h.
+uint8_t kilolib_eeprom_read(uint16_t address);
+
+/// Writes a byte if it differs: a cell wears out after 100,000 times.
+void kilolib_eeprom_update(uint16_t address, uint8_t value);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

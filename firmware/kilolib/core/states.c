@@ -1,0 +1,88 @@
+#include "states.h"
+
+#include "calibration.h"
+
+#define UID_BITS 16
+
+// The program that is running goes on.
+static robot_action_t run(robot_core_t *robot) {
+    if (robot->state == ROBOT_SETUP || robot->state == ROBOT_RUNNING) return ACTION_NONE;
+    robot->state = ROBOT_SETUP;
+    return ACTION_START_MOTORS;
+}
+
+// Only after a trial.
+static robot_action_t save(robot_core_t *robot) {
+    if (robot->state != ROBOT_MOVING) return ACTION_NONE;
+    robot->state = ROBOT_IDLE;
+    return ACTION_SAVE;
+}
+
+// Controllers repeat their commands: the same motion again does not kick again.
+static robot_action_t start_moving(robot_core_t *robot, motion_t motion) {
+    robot_action_t action = ACTION_START_MOTORS;
+    if (robot->state == ROBOT_MOVING) {
+        if (robot->motion.left == motion.left && robot->motion.right == motion.right)
+            return ACTION_NONE;
+        action = ACTION_NONE;
+    }
+    robot->state = ROBOT_MOVING;
+    robot->motion_is_new = true;
+    robot->motion = motion;
+    return action;
+}
+
+// READUID: a turn to the left stands for a bit that is set.
+static motion_t uid_motion(uint8_t bit, uint16_t uid, uint8_t turn_left) {
+    motion_t motion = {0, 0};
+    if (bit < UID_BITS && (uid >> bit & 1) != 0) motion.left = turn_left;
+    return motion;
+}
+
+// CALIB: the motion that its mode tries.
+static motion_t trial_motion(const uint8_t *data) {
+    motion_t motion = {0, 0};
+    switch (data[CALIB_MODE]) {
+    case CALIBRATION_TURN_LEFT: motion.left = data[CALIB_TURN_LEFT]; break;
+    case CALIBRATION_TURN_RIGHT: motion.right = data[CALIB_TURN_RIGHT]; break;
+    case CALIBRATION_STRAIGHT:
+        motion.left = data[CALIB_STRAIGHT_LEFT];
+        motion.right = data[CALIB_STRAIGHT_RIGHT];
+        break;
+    default: break;
+    }
+    return motion;
+}
+
+static robot_action_t calibrate_or_show(robot_core_t *robot, const message_t *message, uint16_t uid,
+                                        uint8_t turn_left) {
+    const uint8_t *data = message->data;
+    motion_t motion;
+    if (message->type == READUID) {
+        motion = uid_motion(data[0], uid, turn_left);
+    } else {
+        if (data[CALIB_MODE] == CALIBRATION_SAVE) return save(robot);
+        if (data[CALIB_MODE] > CALIBRATION_STRAIGHT) return ACTION_NONE;
+        motion = trial_motion(data);
+    }
+    return start_moving(robot, motion);
+}
+
+robot_action_t robot_obey(robot_core_t *robot, const message_t *message, uint16_t uid,
+                          uint8_t turn_left) {
+    robot_state_t next;
+    switch (message->type) {
+    case RUN: return run(robot);
+    case READUID:
+    case CALIB: return calibrate_or_show(robot, message, uid, turn_left);
+    case RESET: return ACTION_RESTART;
+    case BOOT: return ACTION_BOOT;
+    case WAKEUP: next = ROBOT_IDLE; break;
+    case SLEEP: next = ROBOT_SLEEPING; break;
+    case CHARGE: next = ROBOT_CHARGING; break;
+    case VOLTAGE: next = ROBOT_BATTERY; break;
+    default: return ACTION_NONE;
+    }
+    robot->state = (uint8_t)next;
+    return ACTION_STOP_MOTORS;
+}
