@@ -69,6 +69,7 @@ struct RobotContext {
     int16_t temperature = 300;         ///< reading, 0..1023
 };
 
+/// One per robot, on a board or not. The channel executes those with a program.
 class alignas(64) Robot {
   public:
     /// Robot `index`, switched on at `power_up`. `image` holds its state: program.state_bytes()
@@ -116,8 +117,8 @@ class alignas(64) Robot {
     /// the question.
     enum class Question : uint8_t { NONE, MAY_ASK, IS_CHANNEL_FREE };
     Cycles run_arbitrated(Cycles until);
-    Question question() const { return question_; }
-    Cycles now() const { return now_; }
+    Question question() const { return question_; }  ///< the one that waits for answer()
+    Cycles now() const { return now_; }              ///< the time run up to
 
     /// Answers both questions with yes beforehand, should they come up from `first` to `last` in
     /// the next run. The frame is appended to the context's emissions, and the robot runs on until
@@ -160,10 +161,11 @@ class alignas(64) Robot {
     /// Converter reading of its battery, 0..1023.
     int16_t voltage(Cycles at) const;
 
+    // Identity and state, for reading at any time.
     uint32_t index() const { return index_; }
     uint16_t uid() const { return calibration_.uid; }
     uint8_t color(Cycles at) const;  ///< RGB() value shown at `at`, the time run up to
-    bool stopped() const { return life_ == Life::STOPPED; }
+    bool stopped() const { return life_ == Life::STOPPED; }  ///< its program failed
     const Calibration &calibration() const { return calibration_; }
     bool on_board() const { return program_ == nullptr; }
     const Program &program() const { return *program_; }  ///< not of one on a board
@@ -173,10 +175,12 @@ class alignas(64) Robot {
         return program_ ? program_->state_of(image_) : std::vector<uint8_t>{};
     }
 
+    /// Duties of its motors as they are driven now, 0..255.
     uint8_t left_duty() const { return left_; }
     uint8_t right_duty() const { return right_; }
 
   private:
+    /// STOPPED: its program crashed or never came back; it stays where it is.
     enum class Life : uint8_t { OFF, BOOTING, ALIVE, STOPPED };
 
     static constexpr size_t OFTEN_USED_BYTES = 6 * sizeof(CacheLine);
@@ -186,10 +190,10 @@ class alignas(64) Robot {
 
     static void body(void *robot);
     static void attend_faults();
-    void go_on(Cycles until);
-    void live();
-    void set_up();
-    void run_loop();
+    void go_on(Cycles until);  ///< executes up to there, or to a question
+    void live();               ///< on the guest stack: main(), then the main loop
+    void set_up();             ///< SETUP: setup(), once
+    void run_loop();           ///< loop(), again and again while only ticks happen
     void count_tick(volatile uint32_t &ticks);
     void receive_before_others(Cycles at, const message_t &message,
                                distance_measurement_t distance);
@@ -208,13 +212,14 @@ class alignas(64) Robot {
     Cycles only_ticks_until(Cycles until) const {
         return plain_tick_before(until) && now_ <= next_tick_ ? until : 0;
     }
-    void serve_interrupt();
-    void tick();
+    void serve_interrupt();  ///< the one that is due: a message, or a tick
+    void tick();             ///< compare match of timer 0
     void ask_for_message(const kt_table_t &table);
+    /// A frame begins now; without `granted` the channel is asked first.
     void send(const message_t &message, bool granted);
     bool ask_medium(Question question);
-    void retry_soon();
-    void take_message();
+    void retry_soon();    ///< back-off: the timer's next match is at a random count
+    void take_message();  ///< the first of the inbox: a command, or the program's
     bool receives(const Reception &reception);
     void obey(const message_t &message);
     void start_motion();
@@ -222,12 +227,14 @@ class alignas(64) Robot {
     void save_calibration(const message_t &message);
     void start_again();
     void restart_from_zero();
+    /// Calls the program as an interrupt would: interrupts off, a budget of its own.
     template <typename Callback> void interrupt(const kt_table_t &table, Callback callback);
     void wait_until(Cycles wake);
     void look_at_outputs() {
         look_at_outputs(*program_->table().outputs, program_->table().settle);
     }
     void look_at_outputs(const volatile kt_outputs_t &outputs, void (*settle)());
+    /// Notes what has changed of motors and LED, with its time.
     void take_outputs(uint64_t registers);
     void switch_motors(bool on);
     void set_duties(motion_t duties);
@@ -244,23 +251,23 @@ class alignas(64) Robot {
 
     // By lines of the cache: the first two are what every run needs ...
     Program *program_ = nullptr;  ///< null: it runs on a board
-    uint8_t *image_ = nullptr;
-    Cycles now_;
-    Cycles until_ = 0;
-    Cycles tick_length_;        ///< calibration_'s, where every run needs it
-    Cycles next_tick_ = NEVER;  ///< compare match of timer 0
+    uint8_t *image_ = nullptr;    ///< its state while another robot's is in place
+    Cycles now_;                  ///< the time run up to
+    Cycles until_ = 0;            ///< of the run that goes on
+    Cycles tick_length_;          ///< calibration_'s, where every run needs it
+    Cycles next_tick_ = NEVER;    ///< compare match of timer 0
     Cycles only_ticks_until_ =
         0;  ///< run_loop() needs not look; 0: the program may have changed that
     void (*loop_)(void) = nullptr;
 
     RobotContext &context_;
     Cycles next_message_ = NEVER;  ///< when the first of its inbox ends
-    uint64_t outputs_seen_ = 0;
+    uint64_t outputs_seen_ = 0;    ///< registers of motors and LED, when last looked at
     BusyWatch busy_;
     uint32_t index_;
     uint32_t last_tick_ =
         0;  ///< kilo_ticks after the last tick, for reports: the program may spoil its own
-    uint32_t inbox_next_ = 0;
+    uint32_t inbox_next_ = 0;  ///< those before it have been taken
     uint32_t waits_past_tick_ =
         0;  ///< of a callback that waits: so long after next_tick_ it goes on
     robot_core_t core_ = {};
@@ -268,12 +275,12 @@ class alignas(64) Robot {
         -1;  ///< of get_voltage(): the next message's high gain is read from its channel
     Life life_ = Life::OFF;
     Question question_ = Question::NONE;
-    bool is_suspended_ : 1 = false;  ///< a call waits in suspended_, which only then is looked at
-    bool arbitrated_ : 1 = false;
-    bool in_interrupt_ : 1 = false;
-    bool interrupts_off_ : 1 = false;
-    bool tick_pending_ : 1 = false;
-    bool loop_due_ = false;
+    bool is_suspended_ : 1 = false;    ///< a call waits in suspended_, which only then is looked at
+    bool arbitrated_ : 1 = false;      ///< the channel decides, by answer()
+    bool in_interrupt_ : 1 = false;    ///< in a callback of the program
+    bool interrupts_off_ : 1 = false;  ///< by cli()
+    bool tick_pending_ : 1 = false;    ///< one came meanwhile
+    bool loop_due_ = false;            ///< a tick has passed since loop() came back
 
     // ... the next two what comes in and goes out ...
     Few<Reception, 2> inbox_;  ///< in order of time, from inbox_next_ on
@@ -285,10 +292,10 @@ class alignas(64) Robot {
   private:
     // ... then what blocking calls, sending and receiving by the Kilobot's medium, and other
     // outputs need ...
-    SuspendedCall suspended_;
+    SuspendedCall suspended_;  ///< the program in a delay(), or between runs
     Cycles granted_from_ = NEVER, granted_to_ = 0, granted_until_ = 0;
-    message_t outgoing_;
-    bool answer_ = false;
+    message_t outgoing_;   ///< of the attempt
+    bool answer_ = false;  ///< of the channel
 
   public:
     /// What the light sensor reads from now on, 0..1023; set from outside.
@@ -298,16 +305,16 @@ class alignas(64) Robot {
     Few<std::pair<Cycles, Cycles>, 1> frames_seen_;  ///< light on the receiver: begin, end
     Cycles driven_ = 0;                              ///< with a motor on, up to driving_since_
     Cycles driving_since_ = NEVER;
-    uint32_t rand_hard_draws_ = 0;
-    uint8_t left_ = 0, right_ = 0;
-    uint8_t color_ = 0;
-    uint8_t noted_ = 0;  ///< Mistakes
+    uint32_t rand_hard_draws_ = 0;  ///< so far
+    uint8_t left_ = 0, right_ = 0;  ///< duties
+    uint8_t color_ = 0;             ///< of the LED, as the program set it
+    uint8_t noted_ = 0;             ///< Mistakes
 
     // ... and what changes rarely.
     std::unique_ptr<EepromImage> eeprom_;  ///< once it differs from the calibration
     Cycles overflow_ = NEVER;  ///< after a retry: when the timer's next ordinary match comes
-    Cycles state_since_;
-    Cycles down_since_ = 0;  ///< of SLEEPING: sleep_rhythm.h
+    Cycles state_since_;       ///< for the light of states
+    Cycles down_since_ = 0;    ///< of SLEEPING: sleep_rhythm.h
     Cycles power_up_;
     void (*setup_)(void) = nullptr;
     const std::string *name_;  ///< of its program

@@ -5,11 +5,12 @@
 
 #include <avr/io.h>
 
+/// A bit of a register, by its number.
 #define BIT(n) ((uint8_t)(1 << (n)))
 
 /// Port D.
-#define CHARGING_WHEN_LOW BIT(PD0)
-#define RECEIVER_POWER BIT(PD2)
+#define CHARGING_WHEN_LOW BIT(PD0)  ///< the charger is at work
+#define RECEIVER_POWER BIT(PD2)     ///< comparator and amplifiers
 
 /// Channels of the converter.
 #define HIGH_GAIN_CHANNEL 0

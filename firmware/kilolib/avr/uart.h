@@ -4,6 +4,7 @@
 
 #include "board.h"
 
+/// As programs' terminals expect it: 0.26 ms a character.
 #define BAUD 38400UL
 
 /// Transmitter only. Pieces of text are lost when the robot sleeps meanwhile.

@@ -5,6 +5,7 @@
 
 #include "board.h"
 
+/// Off. At the start of every program: after a reset by it it would ring again at once.
 static inline void watchdog_stop(void) {
     __asm__ volatile("wdr");
     // It has to be down, or a reset by the watchdog keeps it running.

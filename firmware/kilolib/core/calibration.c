@@ -9,6 +9,7 @@ uint8_t kilo_turn_right;
 uint8_t kilo_straight_left;
 uint8_t kilo_straight_right;
 
+// Places: eeprom_map.h; the uid is little-endian.
 void kilolib_calibration_load(void) {
     kilo_uid =
         (uint16_t)(kilolib_eeprom_read(EEPROM_UID) | kilolib_eeprom_read(EEPROM_UID + 1) << 8);
@@ -18,6 +19,7 @@ void kilolib_calibration_load(void) {
     kilo_straight_right = kilolib_eeprom_read(EEPROM_STRAIGHT_RIGHT);
 }
 
+// A power cut in between leaves some of the old bytes: the controller saves again.
 void kilolib_calibration_save(const uint8_t *data) {
     kilolib_eeprom_update(EEPROM_UID, data[CALIB_UID_LOW]);
     kilolib_eeprom_update(EEPROM_UID + 1, data[CALIB_UID_HIGH]);

@@ -14,12 +14,13 @@ enum {
     CALIB_MODE,  ///< a calibration_mode_t
     CALIB_UID_LOW,
     CALIB_UID_HIGH,
-    CALIB_TURN_LEFT,
+    CALIB_TURN_LEFT,  ///< duties from here on, 0..255
     CALIB_TURN_RIGHT,
     CALIB_STRAIGHT_LEFT,
     CALIB_STRAIGHT_RIGHT,
 };
 
+/// CALIB_MODE; other values change nothing.
 typedef enum {
     CALIBRATION_SAVE,        ///< write uid and duties into the EEPROM; only after a trial
     CALIBRATION_UID,         ///< stand still

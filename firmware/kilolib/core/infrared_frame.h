@@ -21,15 +21,15 @@ extern "C" {
 #endif
 
 #define SLOT_CYCLES 269  ///< 33.625 us: 29.74 kbit/s
-#define BYTE_SLOTS 10
-#define STOP_SLOT 9     ///< of a byte; slot 0 is the start pulse, slots 1 to 8 are the bits
-#define FRAME_BYTES 13  ///< with the leader
-#define PULSE_CYCLES 9
+#define BYTE_SLOTS 10    ///< of a start, eight bits and a stop
+#define STOP_SLOT 9      ///< of a byte; slot 0 is the start pulse, slots 1 to 8 are the bits
+#define FRAME_BYTES 13   ///< with the leader
+#define PULSE_CYCLES 9   ///< the LED is on for so long
 
 /// The leader, after its start pulse: slots of rest, then polls of the comparator.
-#define LEADER_REST_SLOTS 2
-#define LEADER_POLLS 235
-#define POLL_CYCLES 8
+#define LEADER_REST_SLOTS 2  ///< the receiver recovers from the start pulse
+#define LEADER_POLLS 235     ///< about seven slots: the window of carrier sense
+#define POLL_CYCLES 8        ///< of the chip's loop
 
 /// Without a byte's end for so long after its start the frame is over.
 #define BYTE_TIMEOUT (11 * SLOT_CYCLES)
@@ -46,12 +46,12 @@ typedef enum {
 /// A frame that is being received. Written by the interrupts of the comparator and its timer only;
 /// `receiving` and `bytes` may be read by the main program, each by itself.
 typedef struct {
-    volatile bool receiving;
-    bool in_byte;
-    volatile uint8_t bytes;  ///< complete ones, with the leader: 0..12
-    uint8_t bits;            ///< of the current byte
-    uint16_t byte_start;     ///< time of its start pulse
-    message_t message;       ///< valid from EDGE_COMPLETES to the next leader's end
+    volatile bool receiving;  ///< from the leader's start to the end, however it comes
+    bool in_byte;             ///< between a start and a stop pulse
+    volatile uint8_t bytes;   ///< complete ones, with the leader: 0..12
+    uint8_t bits;             ///< of the current byte
+    uint16_t byte_start;      ///< time of its start pulse
+    message_t message;        ///< valid from EDGE_COMPLETES to the next leader's end
 } infrared_reader_t;
 
 /// Drops what was received of a frame. The next edge is a leader's start.

@@ -12,9 +12,9 @@
 #include "kilolib.h"
 #include "timer.h"
 
-#define IDLE_COLOR RGB(0, 3, 0)
-#define CHARGING_COLOR RGB(1, 0, 0)
-#define BLINK_ON_MS 1
+#define IDLE_COLOR RGB(0, 3, 0)      ///< green, full
+#define CHARGING_COLOR RGB(1, 0, 0)  ///< dim red, while the charger is at work
+#define BLINK_ON_MS 1                ///< of both
 #define BLINK_OFF_MS 200
 
 /// From blink to blink: measured, 0.2 ms more than the two waits.
@@ -25,7 +25,8 @@ static inline bool blink_is_on(uint64_t cycles_in_state) {
     return cycles_in_state % BLINK_PERIOD_CYCLES < BLINK_ON_MS * CYCLES_PER_MS;
 }
 
-/// Colour for a reading of the battery's voltage, 0..1023.
+/// Colour for a reading of the battery's voltage, 0..1023: green, blue, yellow, red from full to
+/// empty.
 static inline uint8_t battery_color(int16_t voltage) {
     if (voltage > 682) return RGB(0, 3, 0);
     if (voltage > 648) return RGB(0, 0, 3);

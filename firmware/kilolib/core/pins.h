@@ -19,9 +19,10 @@ extern "C" {
 
 /// Direction bits of ports C and D that light a colour, an RGB() value.
 typedef struct {
-    uint8_t ddrc, ddrd;
+    uint8_t ddrc, ddrd;  ///< within LED_MASK_C and LED_MASK_D
 } led_pins_t;
 
+/// The pins of a colour; bits of `rgb` above the six are ignored.
 static inline led_pins_t led_pins(uint8_t rgb) {
     led_pins_t on = {0, 0};
     if (rgb & 1 << 0) on.ddrd |= 1 << 5;
@@ -33,7 +34,7 @@ static inline led_pins_t led_pins(uint8_t rgb) {
     return on;
 }
 
-/// The colour that lit pins make: the inverse of led_pins().
+/// The colour that lit pins make: the inverse of led_pins(). Other pins do not matter.
 static inline uint8_t led_color(uint8_t lit_c, uint8_t lit_d) {
     return (uint8_t)((lit_d >> 5 & 1) << 0 | (lit_d >> 4 & 1) << 1 | (lit_c >> 3 & 1) << 2 |
                      (lit_c >> 2 & 1) << 3 | (lit_c >> 5 & 1) << 4 | (lit_c >> 4 & 1) << 5);

@@ -13,15 +13,16 @@
 #include "kilolib.h"
 #include "timer.h"
 
-#define SLEEP_SETTLE_US 300
-#define SLEEP_LISTEN_MS 10
-#define SLEEP_LISTEN_ON_MS 100
+#define SLEEP_SETTLE_US 300     ///< of the receiver, after power-down
+#define SLEEP_LISTEN_MS 10      ///< with a white LED
+#define SLEEP_LISTEN_ON_MS 100  ///< more, with a red one, after a frame's begin
 
 #define SLEEP_LISTEN_COLOR RGB(3, 3, 3)
 #define SLEEP_LISTEN_ON_COLOR RGB(3, 0, 0)
 
 /// The watchdog's longest time-out: 2^20 periods of 128 kHz, 8.192 s.
 #define SLEEP_DOWN_CYCLES 65536000UL
+/// Begin of the listening time, and of the next round, from the begin of a power-down on.
 #define SLEEP_LISTEN_FROM (SLEEP_DOWN_CYCLES + SLEEP_SETTLE_US * (CYCLES_PER_MS / 1000))
 #define SLEEP_PERIOD_CYCLES (SLEEP_LISTEN_FROM + SLEEP_LISTEN_MS * CYCLES_PER_MS)
 

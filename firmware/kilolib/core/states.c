@@ -54,6 +54,7 @@ static motion_t trial_motion(const uint8_t *data) {
     return motion;
 }
 
+// Both move the robot, one motion at a time, until another command comes.
 static robot_action_t calibrate_or_show(robot_core_t *robot, const message_t *message, uint16_t uid,
                                         uint8_t turn_left) {
     const uint8_t *data = message->data;
@@ -68,6 +69,7 @@ static robot_action_t calibrate_or_show(robot_core_t *robot, const message_t *me
     return start_moving(robot, motion);
 }
 
+// Commands that stop the motors do so in any state, also in the one that they lead to.
 robot_action_t robot_obey(robot_core_t *robot, const message_t *message, uint16_t uid,
                           uint8_t turn_left) {
     robot_state_t next;

@@ -36,31 +36,32 @@ typedef struct {
 } motion_t;
 
 typedef struct {
-    uint8_t state;       ///< a robot_state_t
-    bool is_set_up;      ///< setup() has been called
-    bool motion_is_new;  ///< of MOVING: robot_take_motion() has not fetched it yet
-    motion_t motion;
-    transmit_clock_t transmit;
+    uint8_t state;              ///< a robot_state_t
+    bool is_set_up;             ///< setup() has been called
+    bool motion_is_new;         ///< of MOVING: robot_take_motion() has not fetched it yet
+    motion_t motion;            ///< of MOVING
+    transmit_clock_t transmit;  ///< when the program is asked for a message
 } robot_core_t;
 
 /// What a command makes the driver do. Stopping the motors makes both pins inputs, starting them
 /// makes both outputs; either sets both duties to 0.
 typedef enum {
-    ACTION_NONE,
-    ACTION_START_MOTORS,
-    ACTION_STOP_MOTORS,
-    ACTION_SAVE,     ///< stop the motors; kilolib_calibration_save() with the message's data
+    ACTION_NONE,          ///< what the state says is all
+    ACTION_START_MOTORS,  ///< RUN, READUID, CALIB
+    ACTION_STOP_MOTORS,   ///< the other commands
+    ACTION_SAVE,          ///< stop the motors; kilolib_calibration_save() with the message's data
     ACTION_RESTART,  ///< stop the motors; go on at address 0: main() anew, memory as after power-up
     ACTION_BOOT,     ///< stop the motors; enter the boot loader
 } robot_action_t;
 
 /// A motor at rest needs full power for so long before it turns at its usual duty.
-#define KICK_MS 15
+#define KICK_MS 15  ///< hardware.md 1.3
 #define KICK_DUTY 255
 
 /// Types from here on are commands to the robot, and do not reach the program.
 #define FIRST_COMMAND 0x80
 
+/// Whether a message is for the runtime, not for the program.
 static inline bool message_is_command(const message_t *message) {
     return message->type >= FIRST_COMMAND;
 }
