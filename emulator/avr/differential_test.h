@@ -35,14 +35,14 @@ namespace kilotwin {
 class DifferentialTest {
   public:
     struct Settings {
-        uint64_t seed = 1;  ///< of all inputs
-        uint16_t uid = 7;
+        uint64_t seed;  ///< of all inputs
+        uint16_t uid;
         std::vector<message_t> before_run;  ///< given one a tick, ahead of RUN; CRCs are filled in
         /// Tolerance: equal decisions may be so far apart. 0: they have to fall in the same tick.
-        Cycles slack = 0;
+        Cycles slack;
         /// The program waits by delay(), which interrupts prolong on the chip and not here: the
         /// tolerance grows by what they may have taken since RUN.
-        bool waits = false;
+        bool waits;
         /// Byte addresses of functions whose calls are measured; the chip is then followed
         /// instruction by instruction from main() on (CallWatch).
         std::optional<std::vector<uint16_t>> follow;

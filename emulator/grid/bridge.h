@@ -33,22 +33,19 @@ struct BridgeError : std::runtime_error {
 
 class Bridge {
   public:
-    static constexpr uint16_t DEFAULT_PORT = 29536;  ///< socketcand's
-
+    /// The host's, whose can/bridge.py has the defaults.
     struct Settings {
-        size_t buses = 1;  ///< named can0 to can{buses - 1}
-        /// Of the server; 0: any free one.
-        uint16_t port = DEFAULT_PORT;
-        /// If the port is in use, try so many more behind it.
-        uint16_t more_ports = 15;
+        size_t buses;         ///< named can0 to can{buses - 1}
+        uint16_t port;        ///< of the server; 0: any free one
+        uint16_t more_ports;  ///< if the port is in use, try so many more behind it
         /// Instead of the server: a SocketCAN interface for each bus, in their order.
         std::vector<std::string> interfaces;
-        size_t client_bytes = 1 << 20;  ///< unsent text at which a client is dropped
-        size_t client_frames = 1024;    ///< waiting for take() at which a client is read no further
-        size_t clients = 64;            ///< at the same time; one more is turned away
+        size_t client_bytes;   ///< unsent text at which a client is dropped
+        size_t client_frames;  ///< waiting for take() at which a client is read no further
+        size_t clients;        ///< at the same time; one more is turned away
         /// A client gets no frames for so long after it has subscribed, unless it sends something
         /// first: python-can fails if one arrives together with the answer to its question.
-        double settle_s = 0.2;
+        double settle_s;
     };
 
     /// Counted since the beginning.

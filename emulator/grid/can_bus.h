@@ -37,7 +37,7 @@ constexpr Cycles CAN_SUSPEND_BITS = 8;
 class CanBus {
   public:
     struct Settings {
-        double error_share = 0;  ///< share of attempts to send that a disturbance destroys, 0 to 1
+        double error_share;  ///< share of attempts to send that a disturbance destroys, 0 to 1
     };
 
     struct Node {

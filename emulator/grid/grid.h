@@ -32,24 +32,23 @@
 
 namespace kilotwin {
 
-/// Infrared between robots and cells. The defaults make a grid of 10 x 20 modules hear 100 random
-/// walkers as the real one did (hardware.md 2.1; `kilotwin compare kilogrid-uplink`); what each
-/// stands for and what is assumed is in docs/limits.md.
+/// Infrared between robots and cells. What each stands for, its default and what is assumed is in
+/// the host's schema ([grid.cells]) and in docs/limits.md.
 struct CellInfrared {
     /// A robot receives cells whose middle is so near to its own: all of a cell, to its corners.
-    double cell_range_m = 0.036;
+    double cell_range_m;
     /// A cell receives robots so near to its middle. Decides how many cells a frame reaches, and so
     /// the share that is received at all (a receiver listens to one cell of four) and twice.
-    double robot_range_m = 0.045;
+    double robot_range_m;
     /// Share of the time that a robot is hardly received, in spells of `weak_spell_s`, and how near
     /// it must be meanwhile: what gives the log its gaps of minutes.
-    double weak_share = 0.3;
-    double weak_range_m = 0.01;
-    double weak_spell_s = 120;
+    double weak_share;
+    double weak_range_m;
+    double weak_spell_s;
     /// Share of frames lost at a cell for no other reason.
-    double loss = 0.02;
+    double loss;
     /// sd of the modules' oscillators, share. They are crystals.
-    double clock_spread = 1e-4;
+    double clock_spread;
 };
 
 /// Interface of the modules of a grid that run on boards (avr/boards/boards.h). They are executed
@@ -117,8 +116,8 @@ class Grid {
         std::string name;               ///< of the program
         CellInfrared infrared;          ///< Kilobots' channel; the ideal one takes the ranges
         std::vector<Fault> faults;      ///< in any order
-        double error_share = 0;         ///< of frames on the buses that a disturbance destroys
-        bool on_board = false;          ///< each module is an ATmega328P
+        double error_share;             ///< of frames on the buses that a disturbance destroys
+        bool on_board;                  ///< each module is an ATmega328P
     };
 
     /// A frame that ended on a bus.

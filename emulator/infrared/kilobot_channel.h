@@ -35,12 +35,12 @@ class KilobotChannel final : public Channel {
   public:
     /// Each mechanism can be switched off by itself.
     struct Settings : RobotReceiver::Settings {
-        double range_m = 0.10;       ///< of a mean sender, centre to centre
-        double range_spread = 0.05;  ///< sd over senders, share of the range
-        bool carrier_sense = true;   ///< an attempt fails if light is seen in its window
-        bool collisions = true;      ///< frames that overlap at a receiver are lost there
-        bool half_duplex = true;     ///< a robot that sends receives nothing
-        bool held_busy = false;      ///< light that never goes out: no attempt succeeds
+        double range_m;       ///< of a mean sender, centre to centre
+        double range_spread;  ///< sd over senders, share of the range
+        bool carrier_sense;   ///< an attempt fails if light is seen in its window
+        bool collisions;      ///< frames that overlap at a receiver are lost there
+        bool half_duplex;     ///< a robot that sends receives nothing
+        bool held_busy;       ///< light that never goes out: no attempt succeeds
     };
 
     /// Robots are guests but for those that assign() gives another kind; `cells` more stations

@@ -17,10 +17,9 @@ class RobotReceiver {
   public:
     /// Keys of `[medium]`.
     struct Settings {
-        double loss = 0.02;  ///< share of frames lost near the sender ...
-        double loss_at_range =
-            0.20;  ///< ... and at the end of its range; grows with the distance's 4th power
-        double gain_noise_lsb = 2;  ///< sd of each converter reading
+        double loss;            ///< share of frames lost near the sender ...
+        double loss_at_range;   ///< ... and at its range; grows with the distance's 4th power
+        double gain_noise_lsb;  ///< sd of each converter reading
     };
 
     /// `chance` and `robots` must live on.

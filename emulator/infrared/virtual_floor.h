@@ -2,8 +2,8 @@
 /// message what it stands on and whether something is close ahead (design.md 5.3). Outside the
 /// medium: it is lossless and takes no air time.
 ///
-/// A control step is 3 ticks; what falls between two world steps is sensed at the next one. A
-/// message goes out when what it says changes, and at least every 16 ticks.
+/// What a control step senses between two world steps is sensed at the next one. A message goes out
+/// when what it says changes, and at least every `repeat_ticks`.
 #ifndef KILOTWIN_INFRARED_VIRTUAL_FLOOR_H
 #define KILOTWIN_INFRARED_VIRTUAL_FLOOR_H
 
@@ -19,9 +19,9 @@ namespace kilotwin {
 class VirtualFloor {
   public:
     struct Settings {
-        double obstacle_m = 0.05;    ///< surface to surface
-        uint32_t step_ticks = 3;     ///< between two sensings
-        uint32_t repeat_ticks = 16;  ///< after which the same is sent again
+        double obstacle_m;      ///< surface to surface
+        uint32_t step_ticks;    ///< between two sensings
+        uint32_t repeat_ticks;  ///< after which the same is sent again
     };
 
     /// Senses from `begin` on, at the boundaries of world steps of `world_step`.

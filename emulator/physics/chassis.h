@@ -26,12 +26,12 @@ struct Profile {
     /// True: legs that shuffle (Kilobot): one motor alone turns the robot about a rear leg, speed
     /// goes with the duty, and a motor needs a kick to start. False: wheels (foot-bot): one motor
     /// alone turns it on the spot.
-    bool legs = false;
-    bool kick_needed = true;  ///< legs only: 15 ms at full duty, from standstill
-    double speed_spread = 0;  ///< sd over robots, share of the speed
-    double bias_spread = 0;   ///< sd over motors, share of its speed: a robot bends to one side
-    bool gives_way = true;    ///< whether it can be pushed while its motors are off
-    double motor_noise = 0;   ///< sd of each motor's speed from second to second, share of it
+    bool legs;
+    bool kick_needed;     ///< legs only: 15 ms at full duty, from standstill
+    bool gives_way;       ///< whether it can be pushed while its motors are off
+    double speed_spread;  ///< sd over robots, share of the speed
+    double bias_spread;   ///< sd over motors, share of a motor's speed: such a robot bends aside
+    double motor_noise;   ///< sd of each motor's speed from second to second, share of it
 };
 
 class Chassis {

@@ -18,7 +18,7 @@ struct Light {
         double peak;         ///< reading that it adds right below it
         double half_m;       ///< distance at which half of that is left, above 0
     };
-    double ambient = 0;           ///< reading without any source
+    double ambient;               ///< reading without any source
     std::vector<Source> sources;  ///< lamps add up, in any order
 
     /// The converter's reading at a place, 0 to 1023, without noise. Linear in sources.

@@ -62,15 +62,14 @@ nb::dict to_python(const Bridge::Counts &counts) {
 void construct(PythonBridge *self, size_t buses, uint16_t port, uint16_t more_ports,
                const std::vector<std::string> &interfaces, size_t client_bytes,
                size_t client_frames, size_t clients, double settle_s) {
-    Bridge::Settings settings;
-    settings.buses = buses;
-    settings.port = port;
-    settings.more_ports = more_ports;
-    settings.interfaces = interfaces;
-    settings.client_bytes = client_bytes;
-    settings.client_frames = client_frames;
-    settings.clients = clients;
-    settings.settle_s = settle_s;
+    const Bridge::Settings settings = {.buses = buses,
+                                       .port = port,
+                                       .more_ports = more_ports,
+                                       .interfaces = interfaces,
+                                       .client_bytes = client_bytes,
+                                       .client_frames = client_frames,
+                                       .clients = clients,
+                                       .settle_s = settle_s};
     new (self) PythonBridge(settings);
 }
 
@@ -91,14 +90,10 @@ nb::list can_record_fields() {
 void register_bridge(nb::module_ &m) {
     nb::exception<BridgeError>(m, "BridgeError", PyExc_OSError);
     m.attr("CAN_RECORD") = can_record_fields();
-    const Bridge::Settings preset;
     nb::class_<PythonBridge>(m, "Bridge", "The buses for programs outside; see grid/bridge.h.")
-        .def("__init__", construct, nb::kw_only(), nb::arg("buses") = preset.buses,
-             nb::arg("port") = preset.port, nb::arg("more_ports") = preset.more_ports,
-             nb::arg("interfaces") = preset.interfaces,
-             nb::arg("client_bytes") = preset.client_bytes,
-             nb::arg("client_frames") = preset.client_frames, nb::arg("clients") = preset.clients,
-             nb::arg("settle_s") = preset.settle_s)
+        .def("__init__", construct, nb::kw_only(), nb::arg("buses"), nb::arg("port"),
+             nb::arg("more_ports"), nb::arg("interfaces"), nb::arg("client_bytes"),
+             nb::arg("client_frames"), nb::arg("clients"), nb::arg("settle_s"))
         .def_prop_ro("port", [](const PythonBridge &self) { return self.open().port(); })
         .def_prop_ro("clients", [](const PythonBridge &self) { return self.open().clients(); })
         .def(

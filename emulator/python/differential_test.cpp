@@ -79,9 +79,8 @@ void register_differential_test(nb::module_ &m) {
                     settings_of(seed, uid, before_run, slack_s, waits, std::move(follow)));
             },
             nb::kw_only(), nb::arg("guest"), nb::arg("elf"), nb::arg("name"), nb::arg("seed"),
-            nb::arg("uid") = DifferentialTest::Settings().uid,
-            nb::arg("before_run") = nb::make_tuple(), nb::arg("slack_s") = 0.0,
-            nb::arg("waits") = false, nb::arg("follow") = nb::none(),
+            nb::arg("uid"), nb::arg("before_run"), nb::arg("slack_s"), nb::arg("waits"),
+            nb::arg("follow").none(),
             "Built by guest_build and avr_build. `before_run`: messages, nine data bytes and the "
             "type each.")
         .def(

@@ -142,24 +142,9 @@ nb::list module_events(PythonSimulation &self) {
     return out;
 }
 
-// The ranges and shares that hold unless an experiment sets others.
-nb::dict cell_infrared() {
-    const CellInfrared defaults;
-    nb::dict out;
-    out["cell_range_m"] = defaults.cell_range_m;
-    out["robot_range_m"] = defaults.robot_range_m;
-    out["weak_share"] = defaults.weak_share;
-    out["weak_range_m"] = defaults.weak_range_m;
-    out["weak_spell_s"] = defaults.weak_spell_s;
-    out["loss"] = defaults.loss;
-    out["clock_spread"] = defaults.clock_spread;
-    return out;
-}
-
 }  // namespace
 
-void register_grid(nb::module_ &m, nb::class_<PythonSimulation> &simulation) {
-    m.attr("CELL_INFRARED") = cell_infrared();
+void register_grid(nb::class_<PythonSimulation> &simulation) {
     simulation
         .def("send_can", send_can, nb::arg("bus"), nb::arg("id"), nb::arg("data"),
              "Queue a frame at the host's node of a bus; False if its queue is full.")

@@ -9,9 +9,8 @@
 namespace kilotwin {
 
 /// Adds to the class Simulation what concerns cells, modules and CAN buses; each of these methods
-/// throws EngineError in a run without a grid. Adds to the module CELL_INFRARED, the ranges and
-/// shares that hold unless an experiment sets others (grid/grid.h).
-void register_grid(nanobind::module_ &m, nanobind::class_<PythonSimulation> &simulation);
+/// throws EngineError in a run without a grid.
+void register_grid(nanobind::class_<PythonSimulation> &simulation);
 
 }  // namespace kilotwin
 

@@ -198,7 +198,7 @@ void register_simulation(nb::module_ &m) {
     register_stepping(simulation);
     register_results(simulation);
     register_robots(simulation);
-    register_grid(m, simulation);
+    register_grid(simulation);
 }
 
 }  // namespace kilotwin

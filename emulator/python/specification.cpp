@@ -13,18 +13,13 @@
 
 #include "aggregation/wire.h"
 #include "base/errors.h"
+#include "python/table.h"
 
 namespace nb = nanobind;
 
 namespace kilotwin {
 
 namespace {
-
-/// The value under a key that the host always writes.
-template <typename T> T get(const nb::dict &from, const char *key) {
-    if (!from.contains(key)) throw EngineError(std::string("the run's specification lacks ") + key);
-    return nb::cast<T>(from[key]);
-}
 
 /// A point as [x_m, y_m].
 Eigen::Vector2d vector_of(const std::vector<double> &xy) {
@@ -33,18 +28,15 @@ Eigen::Vector2d vector_of(const std::vector<double> &xy) {
 }
 
 /// `centre` is given apart: the arena has none in its table, it lies around (0, 0).
-Region region_of(const nb::dict &from, const Eigen::Vector2d &centre) {
-    auto shape = get<std::string>(from, "shape");
+Region region_of(Table &from, const Eigen::Vector2d &centre) {
+    const std::string shape = from["shape"];
     if (shape != "circle" && shape != "rectangle")
         throw EngineError("shape is circle or rectangle, not " + shape);
-    return {shape == "circle" ? Region::Shape::CIRCLE : Region::Shape::RECTANGLE,
-            centre,
-            {get<double>(from, "width_m"), get<double>(from, "height_m")}};
-}
-
-/// The value under a key that the host may leave out.
-template <typename T> T get_or(const nb::dict &from, const char *key, T otherwise) {
-    return from.contains(key) ? nb::cast<T>(from[key]) : otherwise;
+    const Region region = {shape == "circle" ? Region::Shape::CIRCLE : Region::Shape::RECTANGLE,
+                           centre,
+                           {from["width_m"].as<double>(), from["height_m"].as<double>()}};
+    from.end();
+    return region;
 }
 
 /// `engine.contact_solver` by name.
@@ -54,44 +46,49 @@ SolverKind solver_of(const std::string &name) {
     throw EngineError("the solver of contacts is discs or box2d, not " + name);
 }
 
-/// What the robots are like: required keys are those of every profile, the others those of the
-/// Kilobot.
-Profile profile_of(const nb::dict &from) {
-    Profile profile = {get<double>(from, "radius_m"),       get<double>(from, "speed_m_s"),
-                       get<double>(from, "turn_rad_s"),     get<double>(from, "push_m_s2"),
-                       get<uint8_t>(from, "straight_left"), get<uint8_t>(from, "straight_right"),
-                       get<uint8_t>(from, "turn_left"),     get<uint8_t>(from, "turn_right")};
-    profile.legs = get_or(from, "legs", profile.legs);
-    profile.kick_needed = get_or(from, "kick_needed", profile.kick_needed);
-    profile.gives_way = get_or(from, "gives_way", profile.gives_way);
-    profile.speed_spread = get_or(from, "speed_spread", profile.speed_spread);
-    profile.bias_spread = get_or(from, "bias_spread", profile.bias_spread);
-    profile.motor_noise = get_or(from, "motor_noise", profile.motor_noise);
+Profile profile_of(Table from) {
+    const Profile profile = {.radius_m = from["radius_m"],
+                             .speed_m_s = from["speed_m_s"],
+                             .turn_rad_s = from["turn_rad_s"],
+                             .push_m_s2 = from["push_m_s2"],
+                             .straight_left = from["straight_left"],
+                             .straight_right = from["straight_right"],
+                             .turn_left = from["turn_left"],
+                             .turn_right = from["turn_right"],
+                             .legs = from["legs"],
+                             .kick_needed = from["kick_needed"],
+                             .gives_way = from["gives_way"],
+                             .speed_spread = from["speed_spread"],
+                             .bias_spread = from["bias_spread"],
+                             .motor_noise = from["motor_noise"]};
+    from.end();
     return profile;
 }
 
-/// The table `medium`: kind "ideal", or "kilobot" with any of its settings.
-void set_medium(SimulationDef &def, const nb::dict &from) {
-    auto kind = get<std::string>(from, "kind");
-    def.range_m = get<double>(from, "range_m");
+/// The table `medium`: kind "ideal" or "kilobot", and the settings of that kind.
+void set_medium(SimulationDef &def, Table from) {
+    const std::string kind = from["kind"];
+    from.read("range_m", def.range_m);
     if (kind == "ideal") {
-        def.line_of_sight = get<bool>(from, "line_of_sight");
-        return;
+        from.read("line_of_sight", def.line_of_sight);
+    } else if (kind == "kilobot") {
+        KilobotChannel::Settings settings;
+        from.read("loss", settings.loss);
+        from.read("loss_at_range", settings.loss_at_range);
+        from.read("gain_noise_lsb", settings.gain_noise_lsb);
+        from.read("range_m", settings.range_m);
+        from.read("range_spread", settings.range_spread);
+        from.read("carrier_sense", settings.carrier_sense);
+        from.read("collisions", settings.collisions);
+        from.read("half_duplex", settings.half_duplex);
+        from.read("held_busy", settings.held_busy);
+        def.kilobot_medium = settings;
+        from.read("clock_spread", def.clock_spread);
+        from.read("sensitivity_spread", def.sensitivity_spread);
+    } else {
+        throw EngineError("the medium is ideal or kilobot, not " + kind);
     }
-    if (kind != "kilobot") throw EngineError("the medium is ideal or kilobot, not " + kind);
-    KilobotChannel::Settings s;
-    s.range_m = def.range_m;
-    s.range_spread = get_or(from, "range_spread", s.range_spread);
-    s.loss = get_or(from, "loss", s.loss);
-    s.loss_at_range = get_or(from, "loss_at_range", s.loss_at_range);
-    s.gain_noise_lsb = get_or(from, "gain_noise_lsb", s.gain_noise_lsb);
-    s.carrier_sense = get_or(from, "carrier_sense", s.carrier_sense);
-    s.collisions = get_or(from, "collisions", s.collisions);
-    s.half_duplex = get_or(from, "half_duplex", s.half_duplex);
-    s.held_busy = get_or(from, "held_busy", s.held_busy);
-    def.kilobot_medium = s;
-    def.clock_spread = get_or(from, "clock_spread", 0.0);
-    def.sensitivity_spread = get_or(from, "sensitivity_spread", 0.0);
+    from.end();
 }
 
 /// Rows of x_m, y_m, heading_rad, in the order of the robots.
@@ -106,58 +103,63 @@ std::vector<Pose> poses_of(nb::handle from) {
 }
 
 /// The table `light`: the reading everywhere, and lamps.
-Light light_of(const nb::dict &from) {
-    Light light;
-    light.ambient = get<double>(from, "ambient");
-    for (nb::handle item : get<nb::list>(from, "sources")) {
-        auto source = nb::cast<nb::dict>(item);
-        light.sources.push_back({vector_of(get<std::vector<double>>(source, "at_m")),
-                                 get<double>(source, "peak"), get<double>(source, "half_m")});
+Light light_of(Table from) {
+    Light light = {.ambient = from["ambient"], .sources = {}};
+    for (nb::handle item : from["sources"].as<nb::list>()) {
+        Table source(nb::cast<nb::dict>(item), "light.source.");
+        light.sources.push_back({vector_of(source["at_m"].as<std::vector<double>>()),
+                                 source["peak"], source["half_m"]});
+        source.end();
     }
+    from.end();
     return light;
 }
 
 /// A fault of one module, by the tick since RUN.
-Grid::Fault fault_of(const nb::dict &from) {
+Grid::Fault fault_of(Table from) {
     static const std::pair<const char *, Grid::Fault::Kind> KINDS[] = {
         {"dead", Grid::Fault::Kind::DEAD},
         {"reset", Grid::Fault::Kind::RESET},
         {"bus_off", Grid::Fault::Kind::BUS_OFF},
         {"recover", Grid::Fault::Kind::RECOVER}};
-    const auto name = get<std::string>(from, "kind");
+    const std::string name = from["kind"];
     const auto *kind = std::find_if(std::begin(KINDS), std::end(KINDS),
                                     [&](const auto &known) { return name == known.first; });
     if (kind == std::end(KINDS))
         throw EngineError("a fault is dead, reset, bus_off or recover, not " + name);
-    const auto module = get<std::vector<uint32_t>>(from, "module");
+    const auto module = from["module"].as<std::vector<uint32_t>>();
     if (module.size() != 2) throw EngineError("a module is named by column and row");
-    return {get<int64_t>(from, "at_tick"), kind->second, module[0], module[1]};
+    const Grid::Fault fault = {from["at_tick"], kind->second, module[0], module[1]};
+    from.end();
+    return fault;
 }
 
-/// The table `grid`; the infrared of its cells is under `modules`.
-Grid::Settings grid_of(const nb::dict &from) {
-    Grid::Settings grid;
-    grid.columns = get<uint32_t>(from, "columns");
-    grid.rows = get<uint32_t>(from, "rows");
-    grid.buses = get<uint32_t>(from, "buses");
-    grid.program = get<std::string>(from, "program");
-    grid.name = get<std::string>(from, "name");
-    grid.on_board = get_or(from, "on_board", grid.on_board);
-    grid.error_share = get_or(from, "error_share", grid.error_share);
-    if (from.contains("modules") && !from["modules"].is_none()) {
-        auto own = get<nb::dict>(from, "modules");
-        CellInfrared &s = grid.infrared;
-        s.cell_range_m = get_or(own, "cell_range_m", s.cell_range_m);
-        s.robot_range_m = get_or(own, "robot_range_m", s.robot_range_m);
-        s.weak_share = get_or(own, "weak_share", s.weak_share);
-        s.weak_range_m = get_or(own, "weak_range_m", s.weak_range_m);
-        s.weak_spell_s = get_or(own, "weak_spell_s", s.weak_spell_s);
-        s.loss = get_or(own, "loss", s.loss);
-        s.clock_spread = get_or(own, "clock_spread", s.clock_spread);
-    }
-    if (from.contains("faults"))
-        for (nb::handle item : get<nb::list>(from, "faults"))
-            grid.faults.push_back(fault_of(nb::cast<nb::dict>(item)));
+CellInfrared cell_infrared_of(Table from) {
+    const CellInfrared infrared = {.cell_range_m = from["cell_range_m"],
+                                   .robot_range_m = from["robot_range_m"],
+                                   .weak_share = from["weak_share"],
+                                   .weak_range_m = from["weak_range_m"],
+                                   .weak_spell_s = from["weak_spell_s"],
+                                   .loss = from["loss"],
+                                   .clock_spread = from["clock_spread"]};
+    from.end();
+    return infrared;
+}
+
+/// The table `grid`; None where there is none.
+Grid::Settings grid_of(Table from) {
+    Grid::Settings grid = {.columns = from["columns"],
+                           .rows = from["rows"],
+                           .buses = from["buses"],
+                           .program = from["program"],
+                           .name = from["name"],
+                           .infrared = cell_infrared_of(from["cells"].table()),
+                           .faults = {},
+                           .error_share = from["error_share"],
+                           .on_board = from["on_board"]};
+    for (nb::handle item : from["faults"].as<nb::list>())
+        grid.faults.push_back(fault_of(Table(nb::cast<nb::dict>(item), "grid.faults.")));
+    from.end();
     return grid;
 }
 
@@ -165,15 +167,16 @@ Grid::Settings grid_of(const nb::dict &from) {
 std::vector<SimulationDef::Group> groups_of(const nb::list &from) {
     std::vector<SimulationDef::Group> groups;
     for (nb::handle item : from) {
-        auto table = nb::cast<nb::dict>(item);
-        SimulationDef::Group group = {get<std::string>(table, "program"),
-                                      get<std::string>(table, "name"),
-                                      get<size_t>(table, "count"),
-                                      {}};
-        if (!table["poses"].is_none()) group.poses = poses_of(table["poses"]);
-        group.on_board = get_or(table, "on_board", false);
+        Table table(nb::cast<nb::dict>(item), "groups.");
+        SimulationDef::Group group = {.program = table["program"],
+                                      .name = table["name"],
+                                      .count = table["count"],
+                                      .poses = {},
+                                      .on_board = table["on_board"]};
+        if (!table["poses"].is_none()) group.poses = poses_of(table["poses"].held());
         if (!group.poses.empty() && group.poses.size() != group.count)
             throw EngineError("a group has as many poses as robots, or none");
+        table.end();
         groups.push_back(std::move(group));
     }
     return groups;
@@ -195,15 +198,23 @@ std::vector<SimulationDef::Command> commands_of(const nb::list &from) {
 }
 
 /// The wall and the sites, which are numbered from 1 in the order of the list.
-Arena arena_of(const nb::dict &spec) {
-    Arena arena;
-    arena.bounds = region_of(get<nb::dict>(spec, "arena"), {0, 0});
-    for (nb::handle site : get<nb::list>(spec, "sites")) {
-        auto from = nb::cast<nb::dict>(site);
-        arena.sites.push_back(
-            region_of(from, vector_of(get<std::vector<double>>(from, "centre_m"))));
+Arena arena_of(Table &spec) {
+    Table bounds = spec["arena"].table();
+    Arena arena = {region_of(bounds, {0, 0}), {}};
+    for (nb::handle item : spec["sites"].as<nb::list>()) {
+        Table site(nb::cast<nb::dict>(item), "sites.");
+        const auto centre = vector_of(site["centre_m"].as<std::vector<double>>());
+        arena.sites.push_back(region_of(site, centre));
     }
     return arena;
+}
+
+VirtualFloor::Settings floor_of(Table from) {
+    const VirtualFloor::Settings floor = {.obstacle_m = from["obstacle_m"],
+                                          .step_ticks = from["step_ticks"],
+                                          .repeat_ticks = from["repeat_ticks"]};
+    from.end();
+    return floor;
 }
 
 }  // namespace
@@ -226,34 +237,27 @@ SimulationDef::Command command_of(const nb::bytes &message, uint16_t uid_first, 
     return command;
 }
 
-SimulationDef definition_of(const nb::dict &spec) {
-    SimulationDef def;
-    def.seed = get<uint64_t>(spec, "seed");
-    def.step_ticks = get<uint32_t>(spec, "step_ticks");
+SimulationDef definition_of(const nb::dict &from) {
+    Table spec(from);
+    SimulationDef def = {};
+    spec.read("seed", def.seed);
+    spec.read("step_ticks", def.step_ticks);
     def.arena = arena_of(spec);
-    def.profile = profile_of(get<nb::dict>(spec, "profile"));
-    def.solver = solver_of(get<std::string>(spec, "contact_solver"));
-    if (!spec["floor"].is_none()) {
-        auto floor = get<nb::dict>(spec, "floor");
-        def.floor = VirtualFloor::Settings{get<double>(floor, "obstacle_m"),
-                                           get<uint32_t>(floor, "step_ticks"),
-                                           get<uint32_t>(floor, "repeat_ticks")};
-    }
-    set_medium(def, get<nb::dict>(spec, "medium"));
-    def.groups = groups_of(get<nb::list>(spec, "groups"));
-    def.commands = commands_of(get<nb::list>(spec, "commands"));
-    // From here on a run may lack the thing: no grid, no lamps, a battery that never drains.
-    if (spec.contains("grid") && !spec["grid"].is_none())
-        def.grid = grid_of(get<nb::dict>(spec, "grid"));
-    def.lead_ticks = get_or(spec, "lead_ticks", def.lead_ticks);
-    if (spec.contains("light") && !spec["light"].is_none())
-        def.light = light_of(get<nb::dict>(spec, "light"));
-    def.battery_h = get_or(spec, "battery_h", def.battery_h);
-    def.temperature = get_or(spec, "temperature", def.temperature);
-    def.sample_ticks = get<uint32_t>(spec, "sample_ticks");
-    if (spec.contains("black_box") && !spec["black_box"].is_none())
-        def.black_box = get<std::string>(spec, "black_box");
-    if (spec.contains("run_ahead")) def.run_ahead = get<bool>(spec, "run_ahead");
+    def.profile = profile_of(spec["profile"].table());
+    def.solver = solver_of(spec["contact_solver"]);
+    if (!spec["floor"].is_none()) def.floor = floor_of(spec["floor"].table());
+    set_medium(def, spec["medium"].table());
+    def.groups = groups_of(spec["groups"].as<nb::list>());
+    def.commands = commands_of(spec["commands"].as<nb::list>());
+    if (!spec["grid"].is_none()) def.grid = grid_of(spec["grid"].table());
+    spec.read("lead_ticks", def.lead_ticks);
+    def.light = light_of(spec["light"].table());
+    spec.read("battery_h", def.battery_h);
+    spec.read("temperature", def.temperature);
+    spec.read("sample_ticks", def.sample_ticks);
+    if (!spec["black_box"].is_none()) def.black_box = spec["black_box"].as<std::string>();
+    spec.read("run_ahead", def.run_ahead);
+    spec.end();
     return def;
 }
 

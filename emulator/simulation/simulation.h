@@ -38,39 +38,40 @@
 
 namespace kilotwin {
 
-/// Everything that makes a run. Resolved and checked by the host; what only the engine can find
-/// throws EngineError.
+/// Everything that makes a run. Resolved and checked by the host, whose schema is the only home of
+/// defaults, ranges and meanings (host_tools/kilotwin/experiment/schema.py): no setting has a value
+/// of its own here, so fill in every field. What only the engine can find throws EngineError.
 struct SimulationDef {
     struct Group {
         std::string program;      ///< path of the guest, or of the .hex or .elf for a board
         std::string name;         ///< of the program, in events
-        size_t count = 0;         ///< robots
+        size_t count;             ///< robots
         std::vector<Pose> poses;  ///< empty: placed at random
-        bool on_board = false;    ///< each robot is an ATmega328P; with the Kilobot medium only
+        bool on_board;            ///< each robot is an ATmega328P; with the Kilobot medium only
     };
     using Command = kilotwin::Command;
 
-    uint64_t seed = 0;
-    uint32_t step_ticks = 2;  ///< 1, 2 or 4
+    uint64_t seed;
+    uint32_t step_ticks;  ///< 1, 2 or 4
     Arena arena;
     Profile profile;
-    SolverKind solver = SolverKind::DISCS;
+    SolverKind solver;
     std::optional<VirtualFloor::Settings> floor;
-    double range_m = 0.8;  ///< of the ideal medium
-    bool line_of_sight = true;
+    double range_m;                                          ///< of the ideal medium
+    bool line_of_sight;                                      ///< of the ideal medium
     std::optional<KilobotChannel::Settings> kilobot_medium;  ///< instead of the ideal one
     std::optional<Grid::Settings> grid;                      ///< a Kilogrid below the robots
-    int64_t lead_ticks = 0;  ///< engine time before RUN, for the grid's host; rounded up to 4
+    int64_t lead_ticks;  ///< engine time before RUN, for the grid's host; rounded up to 4
     Light light;
-    double battery_h = 0;       ///< hours of driving that a full battery lasts; 0: it never drains
-    int16_t temperature = 300;  ///< reading
-    double clock_spread = 0;    ///< sd of the robots' oscillators, share
-    double sensitivity_spread = 0;  ///< sd of the robots' receivers, share
+    double battery_h;           ///< hours of driving that a full battery lasts; 0: it never drains
+    int16_t temperature;        ///< reading
+    double clock_spread;        ///< sd of the robots' oscillators, share
+    double sensitivity_spread;  ///< sd of the robots' receivers, share
     std::vector<Group> groups;
     std::vector<Command> commands;
-    uint32_t sample_ticks = 305;  ///< at least step_ticks; taken when the world step is over
-    std::string black_box;        ///< path of a file to map, or empty
-    bool run_ahead = true;        ///< false: tick by tick, for tests
+    uint32_t sample_ticks;  ///< at least step_ticks; taken when the world step is over
+    std::string black_box;  ///< path of a file to map, or empty
+    bool run_ahead;         ///< false: tick by tick, for tests
 };
 
 /// Numbers that a run adds up, from the begin on.

@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 CONFIG_KEYS: dict[str, tuple[int, int, int, int]]  # name: key, default, least, most
-CELL_INFRARED: dict[str, float]  # defaults of spec["grid"]["modules"]
 WIRE: dict[str, int]
 GUEST_ABI: int
 BOX2D_VERSION: str
@@ -110,21 +109,21 @@ class Simulation:
 class BridgeError(OSError): ...
 
 class Bridge:
-    """The buses for programs outside; see emulator/grid/bridge.h."""
+    """The buses for programs outside; kilotwin.can.bridge opens it with its defaults."""
 
     port: int
     clients: int
     def __init__(
         self,
         *,
-        buses: int = 1,
-        port: int = 29536,  # 0: any free one
-        more_ports: int = 15,
-        interfaces: list[str] = ...,  # SocketCAN instead of the server, one for each bus
-        client_bytes: int = ...,
-        client_frames: int = ...,
-        clients: int = ...,
-        settle_s: float = ...,
+        buses: int,
+        port: int,
+        more_ports: int,
+        interfaces: list[str],
+        client_bytes: int,
+        client_frames: int,
+        clients: int,
+        settle_s: float,
     ) -> None: ...
     def publish(self, frames: NDArray[Any]) -> None: ...  # of CAN_RECORD
     def take(self) -> list[tuple[int, int, bytes]]: ...  # bus, id, data
@@ -154,11 +153,11 @@ class DifferentialTest:
         elf: str,
         name: str,
         seed: int,
-        uid: int = 7,
-        before_run: Sequence[bytes] = (),
-        slack_s: float = 0,
-        waits: bool = False,
-        follow: Sequence[int] | None = None,
+        uid: int,
+        before_run: Sequence[bytes],
+        slack_s: float,
+        waits: bool,
+        follow: Sequence[int] | None,
     ) -> None: ...
     def run(self, ticks: int) -> None: ...
     @property

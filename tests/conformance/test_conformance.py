@@ -59,7 +59,10 @@ def both_tiers(path: Path, **settings: Any) -> DifferentialTest:
     """A program on both tiers, built as `kilotwin run` builds it."""
     program = find_program([str(path)], ROOT, [], [])
     guest, image = guest_build.build(program), avr_build.build_image(program)
-    return DifferentialTest(guest=str(guest.file), elf=str(image.elf), name=guest.name, **settings)
+    exactly: Any = {"uid": 7, "before_run": [], "slack_s": 0, "waits": False, "follow": None}
+    return DifferentialTest(
+        guest=str(guest.file), elf=str(image.elf), name=guest.name, **{**exactly, **settings}
+    )
 
 
 def controller(rule: int, seed: int) -> list[bytes]:

@@ -14,6 +14,7 @@ import pytest
 
 from kilotwin._emulator import CAN_RECORD, Bridge
 from kilotwin.can import protocol
+from kilotwin.can.bridge import open_bridge
 
 pytestmark = pytest.mark.socketcan
 
@@ -24,7 +25,7 @@ PATIENCE_S = 30.0
 
 @pytest.fixture
 def bridge() -> Iterator[Bridge]:
-    made = Bridge(buses=4, interfaces=BUSES)
+    made = open_bridge(buses=4, interfaces=BUSES)
     yield made
     made.close()
 
@@ -179,7 +180,7 @@ def test_frames_of_29_bits_and_remote_frames_are_counted_and_not_taken(bridge: B
 
 def test_a_bridge_that_closes_leaves_the_interfaces_to_others(bridge: Bridge) -> None:
     bridge.close()
-    again = Bridge(buses=4, interfaces=BUSES)
+    again = open_bridge(buses=4, interfaces=BUSES)
     subprocess.run(["cansend", "vcan3", "123#11"], check=True)
     assert until(again.take) == [(3, 0x123, b"\x11")]
     again.close()

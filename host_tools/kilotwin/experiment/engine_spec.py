@@ -15,6 +15,16 @@ from kilotwin.units import q16, ticks, ticks_q16
 # The foot-bot's control step is 3 ticks; the floor speaks on change and every 16 ticks at least.
 _FLOOR_STEP_TICKS = 3
 _FLOOR_REPEAT_TICKS = 16
+# Fields of a profile that the engine takes as they are; what can be set comes from [motion].
+_BODY_KEYS = (
+    "radius_m",
+    "straight_left",
+    "straight_right",
+    "turn_left",
+    "turn_right",
+    "push_m_s2",
+    "legs",
+)
 
 
 def engine_spec(
@@ -26,9 +36,9 @@ def engine_spec(
     module_guest: str | None = None,
     lead_ticks: int = 0,
 ) -> dict[str, Any]:
-    """The spec of `_emulator.Simulation`; `guests`: built programs or images, one per group.
+    """The spec of `_emulator.Simulation`, with every key that it has: the engine has no defaults.
 
-    On a grid, `module_guest` is its modules' program, and the world begins `lead_ticks` before 0.
+    `guests`: built programs or images, one per group. On a grid, `module_guest` is its modules' program, and the world begins `lead_ticks` before 0.
     """
     keys = experiment.keys
     profile = PROFILES[keys.swarm.profile]
@@ -75,20 +85,14 @@ def engine_spec(
         "lead_ticks": lead_ticks,
         "sample_ticks": sample_ticks,
         "black_box": black_box,
+        "run_ahead": True,
     }
 
 
 def _profile(profile: Profile, keys: ExperimentSchema) -> dict[str, Any]:
     motion = motion_defaults(profile) if keys.motion is None else keys.motion.model_dump()
     return {
-        "name": profile.name,
-        "radius_m": profile.radius_m,
-        "straight_left": profile.straight_left,
-        "straight_right": profile.straight_right,
-        "turn_left": profile.turn_left,
-        "turn_right": profile.turn_right,
-        "push_m_s2": profile.push_m_s2,
-        "legs": profile.legs,
+        **{key: getattr(profile, key) for key in _BODY_KEYS},
         **motion,
     }
 
@@ -111,7 +115,7 @@ def _grid(experiment: Experiment, module_guest: str | None) -> dict[str, Any]:
         "program": module_guest,
         "name": experiment.modules.program.name,
         "on_board": experiment.modules.on_board,
-        "modules": keys.grid.cells.model_dump(),
+        "cells": keys.grid.cells.model_dump(),
         "faults": [
             {"at_tick": ticks(fault.at_s), "kind": fault.kind, "module": fault.module}
             for fault in keys.faults.module

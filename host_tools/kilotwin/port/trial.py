@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 # A tick and a bit: an interrupt between two lines of loop() may put a decision off until the next.
 _SLACK_S = 0.04
+# Neither 0 nor 1: programs give those a role of their own.
+_UID = 7
 # Between two looks at the stack: what runs on behind a spoilt one means nothing.
 _LOOK_TICKS = 4
 _TAKE_LESS = (
@@ -151,6 +153,8 @@ def run(trial: Trial, guest: Guest, image: Image, code: Disassembly, roles: Role
             elf=str(image.elf),
             name=guest.name,
             seed=trial.seed,
+            uid=_UID,
+            before_run=[],
             slack_s=_SLACK_S,
             waits=waits(code, roles),
             follow=list(entries),

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kilotwin import _emulator
+from kilotwin.can.bridge import open_bridge
 from kilotwin.errors import DeviceError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.grid import frames as wire
@@ -154,10 +155,10 @@ class ServedTable:
 def _open(serving: Serving, buses: int) -> "Bridge":
     try:
         if serving.interfaces:
-            return _emulator.Bridge(buses=buses, interfaces=list(serving.interfaces))
+            return open_bridge(buses=buses, interfaces=serving.interfaces)
         if serving.port is None:
-            return _emulator.Bridge(buses=buses)
-        return _emulator.Bridge(buses=buses, port=serving.port, more_ports=0)
+            return open_bridge(buses=buses)
+        return open_bridge(buses=buses, port=serving.port, more_ports=0)
     except _emulator.BridgeError as error:
         if serving.interfaces:
             remedy = "type: ip link add dev vcan0 type vcan; ip link set vcan0 up"

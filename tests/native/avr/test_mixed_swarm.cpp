@@ -4,10 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../settings.h"
 #include "base/errors.h"
-#include "simulation/simulation.h"
 
 using namespace kilotwin;
+using namespace kilotwin::testing;
 
 namespace {
 
@@ -17,12 +18,11 @@ constexpr uint8_t RUN = 0x88;
 /// Robots `spacing_m` apart in a row, the first `boards` of them on boards; heard without loss or
 /// noise.
 SimulationDef row_of_mates(size_t boards, size_t natives, double spacing_m, uint64_t seed = 1) {
-    SimulationDef def;
+    auto def = definition({{Region::Shape::RECTANGLE, {0, 0}, {3, 3}}, {}});
     def.seed = seed;
-    def.arena.bounds = {Region::Shape::RECTANGLE, {0, 0}, {3, 3}};
-    def.profile = {0.0165, 0.01, 0.785, 0.1, 65, 65, 70, 70};
+    def.profile = small_robot();
     def.profile.legs = true;
-    KilobotChannel::Settings exact;
+    auto exact = infrared_settings();
     exact.range_spread = exact.loss = exact.loss_at_range = exact.gain_noise_lsb = 0;
     def.kilobot_medium = exact;
     def.clock_spread = 0.01;

@@ -5,11 +5,12 @@
 
 #include <cmath>
 
+#include "../settings.h"
 #include "base/message_crc.h"
 #include "infrared/infrared_pulses.h"
-#include "simulation/simulation.h"
 
 using namespace kilotwin;
+using namespace kilotwin::testing;
 
 namespace {
 
@@ -147,11 +148,10 @@ TEST_CASE("while the channel is held busy it retries at random and ticks faster,
 
 TEST_CASE("other runtimes, ours and native robots hear one another") {
     constexpr double DURATION_S = 30, SPACING_M = 0.035;
-    SimulationDef def;
+    auto def = definition({{Region::Shape::RECTANGLE, {0, 0}, {3, 3}}, {}});
     def.seed = 4;
-    def.arena.bounds = {Region::Shape::RECTANGLE, {0, 0}, {3, 3}};
-    def.profile = {0.0165, 0.01, 0.785, 0.1, 65, 65, 70, 70};
-    KilobotChannel::Settings exact;
+    def.profile = small_robot();
+    auto exact = infrared_settings();
     exact.range_spread = exact.loss = exact.loss_at_range = exact.gain_noise_lsb = 0;
     def.kilobot_medium = exact;
     def.clock_spread = 0.01;

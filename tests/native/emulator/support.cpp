@@ -26,8 +26,6 @@ message_t message(uint8_t type, std::initializer_list<uint8_t> data) {
 
 message_t run_message() { return message(RUN); }
 
-Profile foot_bot() { return {0.085, 0.10, 1.43, 1.0, 70, 70, 65, 65}; }
-
 Arena square_hall(double side_m) {
     return {{Region::Shape::RECTANGLE, {0, 0}, {side_m, side_m}}, {}};
 }
@@ -36,23 +34,21 @@ Arena round_hall(double diameter_m) {
     return {{Region::Shape::CIRCLE, {0, 0}, {diameter_m, diameter_m}}, {}};
 }
 
-Scene::Scene(const Arena &arena, uint64_t seed) {
+Scene::Scene(const Arena &arena, uint64_t seed) : def(definition(arena)) {
     def.seed = seed;
-    def.arena = arena;
-    def.profile = foot_bot();
     def.commands.push_back({0, 0, UINT16_MAX, run_message()});
 }
 
 uint32_t Scene::add(const std::string &program, const std::vector<Pose> &poses) {
     uint32_t first = robots;
-    def.groups.push_back({guest(program), program, poses.size(), poses});
+    def.groups.push_back({guest(program), program, poses.size(), poses, false});
     robots += static_cast<uint32_t>(poses.size());
     return first;
 }
 
 uint32_t Scene::add_anywhere(const std::string &program, size_t count) {
     uint32_t first = robots;
-    def.groups.push_back({guest(program), program, count, {}});
+    def.groups.push_back({guest(program), program, count, {}, false});
     robots += static_cast<uint32_t>(count);
     return first;
 }

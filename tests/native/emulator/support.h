@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "../settings.h"
 #include "kilolib.h"  // RGB
 #include "simulation/simulation.h"
 
@@ -34,7 +35,6 @@ message_t run_message();
 
 constexpr Cycles ticks(uint64_t count) { return count * TICK_CYCLES; }
 
-Profile foot_bot();
 Arena square_hall(double side_m);
 Arena round_hall(double diameter_m);
 

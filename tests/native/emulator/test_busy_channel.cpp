@@ -39,9 +39,9 @@ BruteCounts by_brute_force(const Places &places, double range_m, uint64_t seed) 
 
 BruteCounts by_engine(const Places &places, double range_m, uint64_t seed) {
     Scene scene(square_hall(3), seed);
-    scene.def.profile = {0.0165, 0.01, 0.785, 0.1, 65, 65, 70, 70};
+    scene.def.profile = small_robot();
     scene.def.profile.legs = true;
-    KilobotChannel::Settings exact;
+    auto exact = infrared_settings();
     exact.range_spread = exact.loss = exact.loss_at_range = exact.gain_noise_lsb = 0;
     exact.range_m = range_m;
     scene.def.kilobot_medium = exact;

@@ -37,14 +37,11 @@ Scene on_grid(uint32_t columns, uint32_t rows, uint32_t buses, const std::vector
               uint64_t seed = 1) {
     Scene scene({{Region::Shape::RECTANGLE, {0, 0}, {columns * MODULE_M, rows * MODULE_M}}, {}},
                 seed);
-    scene.def.profile = {0.0165, 0.01, 0.785, 0.1, 65, 65, 70, 70};
-    KilobotChannel::Settings exact;
+    scene.def.profile = small_robot();
+    auto exact = infrared_settings();
     exact.range_spread = exact.loss = exact.loss_at_range = exact.gain_noise_lsb = 0;
     scene.def.kilobot_medium = exact;
-    Grid::Settings grid;
-    grid.columns = columns;
-    grid.rows = rows;
-    grid.buses = buses;
+    auto grid = grid_settings(columns, rows, buses);
     grid.program = guest("module_lab");
     grid.name = "module_lab";
     grid.infrared.loss = grid.infrared.weak_share = 0;

@@ -12,9 +12,9 @@ namespace {
 /// Talkers that stand still, heard without loss or noise unless a test asks for it.
 Scene talkers(const std::vector<Eigen::Vector2d> &places, uint64_t seed = 1) {
     Scene scene(square_hall(3), seed);
-    scene.def.profile = {0.0165, 0.01, 0.785, 0.1, 65, 65, 70, 70};
+    scene.def.profile = small_robot();
     scene.def.profile.legs = true;
-    KilobotChannel::Settings exact;
+    auto exact = infrared_settings();
     exact.range_spread = exact.loss = exact.loss_at_range = exact.gain_noise_lsb = 0;
     scene.def.kilobot_medium = exact;
     scene.def.clock_spread = 0.01;
@@ -120,12 +120,13 @@ TEST_CASE("losses by chance are as many as the settings say") {
 
 TEST_CASE("a Kilobot's world is the same run ahead and step by step, with all noise on") {
     Scene scene(square_hall(1), 7);
-    scene.def.profile = {0.0165, 0.013, 0.785, 0.1, 65, 65, 70, 70};
+    scene.def.profile = small_robot();
+    scene.def.profile.speed_m_s = 0.013;
     scene.def.profile.legs = true;
     scene.def.profile.speed_spread = 0.08;
     scene.def.profile.bias_spread = 0.2;
     scene.def.profile.motor_noise = 0.2;
-    scene.def.kilobot_medium = KilobotChannel::Settings{};
+    scene.def.kilobot_medium = infrared_settings();
     scene.def.clock_spread = 0.005;
     scene.add_anywhere("wanderer", 40);
     uint64_t hashes[2];

@@ -20,7 +20,7 @@ Drive wheels(const Profile &profile, uint8_t left, uint8_t right) {
 }
 
 Profile kilobot() {
-    Profile profile = {0.0165, 0.01, 0.785, 0.1, 65, 65, 70, 70};
+    Profile profile = small_robot();
     profile.legs = true;
     return profile;
 }

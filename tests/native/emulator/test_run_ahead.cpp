@@ -94,7 +94,7 @@ TEST_CASE("sparse worlds: run ahead, tick by tick and in chunks give the same") 
         CAPTURE(seed);
         Scene scene(with_sites(round_hall(20)), seed);
         scene.def.step_ticks = seed == 3 ? 1 : seed == 4 ? 4 : 2;
-        if (seed % 2) scene.def.floor = VirtualFloor::Settings{};
+        if (seed % 2) scene.def.floor = floor_settings();
         scene.def.line_of_sight = seed != 2;
         scene.def.sample_ticks = 101;
         scene.add_anywhere("wanderer", 25);
@@ -107,7 +107,7 @@ TEST_CASE("dense worlds: run ahead, tick by tick and in chunks give the same") {
         CAPTURE(seed);
         Scene scene(with_sites(seed % 2 ? round_hall(2.5) : square_hall(2.2)), seed);
         scene.def.step_ticks = seed == 13 ? 1 : seed == 14 ? 4 : 2;
-        if (seed != 12) scene.def.floor = VirtualFloor::Settings{};
+        if (seed != 12) scene.def.floor = floor_settings();
         scene.def.sample_ticks = 77;
         scene.add_anywhere("wanderer", 40);
         check_all_ways(scene, 1500);
@@ -118,7 +118,7 @@ TEST_CASE("the Kilobot medium: run ahead, tick by tick and in chunks give the sa
     for (uint64_t seed = 31; seed <= 34; seed++) {
         CAPTURE(seed);
         Scene scene(square_hall(seed % 2 ? 1.8 : 6), seed);
-        scene.def.kilobot_medium = KilobotChannel::Settings{};
+        scene.def.kilobot_medium = infrared_settings();
         scene.def.kilobot_medium->range_m = 0.6;
         scene.def.step_ticks = seed == 33 ? 1 : 4;
         scene.def.sample_ticks = 77;
@@ -136,7 +136,7 @@ TEST_CASE("under a lamp: run ahead, tick by tick and in chunks give the same") {
     for (uint64_t seed = 41; seed <= 43; seed++) {
         CAPTURE(seed);
         Scene scene(square_hall(4), seed);
-        if (seed != 43) scene.def.kilobot_medium = KilobotChannel::Settings{};
+        if (seed != 43) scene.def.kilobot_medium = infrared_settings();
         scene.def.light.sources = {{{0.5, 0.2}, 900, 0.5}};
         scene.def.step_ticks = seed == 42 ? 4 : 2;
         scene.add_anywhere("light_watcher", 6);
@@ -156,7 +156,7 @@ TEST_CASE("callbacks that wait: run ahead, tick by tick and in chunks give the s
 
 TEST_CASE("programs with delay(), waiting and failing ones among them: the same") {
     Scene scene(round_hall(5), 21);
-    scene.def.floor = VirtualFloor::Settings{};
+    scene.def.floor = floor_settings();
     scene.add_anywhere("wanderer", 10);
     scene.add_anywhere("timing", 3);
     scene.add_anywhere("callbacks", 3);
@@ -191,7 +191,7 @@ TEST_CASE("the paper's firmware: run ahead, tick by tick and in chunks give the 
                        {Region::Shape::CIRCLE, {1.5, 0}, {diameter, diameter}}};
         if (seed == 32) arena.sites[1].centre.x() = 3;
         Scene scene(arena, seed);
-        scene.def.floor = VirtualFloor::Settings{};
+        scene.def.floor = floor_settings();
         scene.add_anywhere("aggregation", 30);
         check_all_ways(scene, DURATION_TICKS);
     }
@@ -299,16 +299,14 @@ TEST_CASE("a grid: run ahead, module by module and in chunks give the same") {
     for (uint64_t seed = 41; seed <= 44; seed++) {
         CAPTURE(seed);
         Scene scene({{Region::Shape::RECTANGLE, {0, 0}, {0.8, 0.6}}, {}}, seed);
-        scene.def.profile = {0.0165, 0.013, 0.785, 0.1, 65, 65, 70, 70};
-        if (seed != 43) scene.def.kilobot_medium = KilobotChannel::Settings{};
+        scene.def.profile = small_robot();
+        scene.def.profile.speed_m_s = 0.013;
+        if (seed != 43) scene.def.kilobot_medium = infrared_settings();
         scene.def.range_m = 0.1;
         scene.def.clock_spread = 0.005;
         scene.def.step_ticks = seed == 42 ? 1 : seed == 44 ? 4 : 2;
         scene.def.sample_ticks = 101;
-        Grid::Settings grid;
-        grid.columns = 8;
-        grid.rows = 6;
-        grid.buses = 2;
+        auto grid = grid_settings(8, 6, 2);
         // The second one speaks whenever it likes.
         grid.program = guest(seed == 44 ? "module_alone" : "module_lab");
         grid.name = "module";

@@ -23,7 +23,7 @@ struct Told {
 /// A scene with a floor; robots say what they hear.
 Scene floor_scene(const Arena &arena, uint32_t step_ticks) {
     Scene scene(arena);
-    scene.def.floor = VirtualFloor::Settings{};
+    scene.def.floor = floor_settings();
     scene.def.step_ticks = step_ticks;
     scene.tell_all(-1, message(SAY, {1}));
     return scene;

@@ -5,11 +5,12 @@
 #include <cstdio>
 #include <string>
 
+#include "../settings.h"
 #include "aggregation/wire.h"
 #include "physics/contact/box2d_solver.h"
-#include "simulation/simulation.h"
 
 using namespace kilotwin;
+using namespace kilotwin::testing;
 
 namespace {
 
@@ -31,16 +32,14 @@ message_t run() {
 
 std::string guest(const char *name) { return std::string(GUESTS) + "/" + name + ".so"; }
 
-SimulationDef definition() {
-    SimulationDef def;
+SimulationDef crowd_definition() {
+    auto def = definition({{Region::Shape::CIRCLE, {0, 0}, {5, 5}},
+                           {{Region::Shape::CIRCLE, {-1.2, 0}, {1.6, 1.6}},
+                            {Region::Shape::RECTANGLE, {1.2, 0}, {1, 1.4}}}});
     def.seed = 20240229;
-    def.arena = {{Region::Shape::CIRCLE, {0, 0}, {5, 5}},
-                 {{Region::Shape::CIRCLE, {-1.2, 0}, {1.6, 1.6}},
-                  {Region::Shape::RECTANGLE, {1.2, 0}, {1, 1.4}}}};
-    def.profile = {0.085, 0.10, 1.43, 1.0, 70, 70, 65, 65};
-    def.floor = VirtualFloor::Settings{};
-    def.groups = {{guest("aggregation"), "aggregation", 50, {}},
-                  {guest("wanderer"), "wanderer", 10, {}}};
+    def.floor = floor_settings();
+    def.groups = {{guest("aggregation"), "aggregation", 50, {}, false},
+                  {guest("wanderer"), "wanderer", 10, {}, false}};
     // CONFIG of a foot-bot: rests where it is pushed to; turns take 0.70 s a radian; legs of 5 s,
     // entry 10 s, leave test 2 s.
     def.commands = {{-7, 0, 50, config(WIRE_KEY_PUSHED_OFF, 0)},
@@ -54,24 +53,21 @@ SimulationDef definition() {
 }
 
 SimulationDef grid_definition() {
-    SimulationDef def;
+    auto def = definition({{Region::Shape::RECTANGLE, {0, 0}, {0.6, 0.4}}, {}});
     def.seed = 20240301;
-    def.arena = {{Region::Shape::RECTANGLE, {0, 0}, {0.6, 0.4}}, {}};
-    def.profile = {0.0165, 0.013, 0.785, 0.1, 65, 65, 70, 70};
+    def.profile = small_robot();
+    def.profile.speed_m_s = 0.013;
     def.profile.legs = def.profile.kick_needed = true;
     def.profile.motor_noise = 0.2;
-    def.kilobot_medium = KilobotChannel::Settings{};
+    def.kilobot_medium = infrared_settings();
     def.clock_spread = def.sensitivity_spread = 0.005;
-    Grid::Settings grid;
-    grid.columns = 6;
-    grid.rows = 4;
-    grid.buses = 2;
+    auto grid = grid_settings(6, 4, 2);
     grid.program = guest("module_lab");
     grid.name = "module_lab";
     grid.error_share = 0.05;
     def.grid = grid;
     def.lead_ticks = 128;
-    def.groups = {{guest("wanderer"), "wanderer", 15, {}}};
+    def.groups = {{guest("wanderer"), "wanderer", 15, {}, false}};
     def.commands = {{0, 0, ALL, run()}};
     return def;
 }
@@ -102,7 +98,7 @@ uint64_t grid_hash() {
 }  // namespace
 
 int main() {
-    Simulation simulation(definition());
+    Simulation simulation(crowd_definition());
     simulation.advance(DURATION_TICKS);
     const auto &statistics = simulation.statistics();
     std::printf("%016llx box2d %s, %llu frames heard, %llu solver steps, %llu contacts\n",

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from kilotwin._emulator import CAN_RECORD, Bridge, BridgeError
+from kilotwin.can.bridge import open_bridge
 
 RECORD = np.dtype(CAN_RECORD)
 PATIENCE_S = 20.0
@@ -56,7 +57,7 @@ def taken_from(bridge: Bridge, count: int) -> list[tuple[int, int, bytes]]:
 
 @pytest.fixture
 def bridge() -> Iterator[Bridge]:
-    made = Bridge(buses=4, port=0, settle_s=0.02)
+    made = open_bridge(buses=4, port=0, settle_s=0.02)
     yield made
     made.close()
 
@@ -228,7 +229,7 @@ def test_garbage_is_counted_and_harms_nobody(bridge: Bridge) -> None:
 
 
 def test_a_client_that_never_reads_is_dropped_and_the_others_lose_nothing() -> None:
-    bridge = Bridge(buses=1, port=0, settle_s=0.01, client_bytes=100_000)
+    bridge = open_bridge(buses=1, port=0, settle_s=0.01, client_bytes=100_000)
     sleeper = Raw(bridge, small=True).listen()
     with client_of(bridge) as bus:
         got: list[int] = []
@@ -259,7 +260,7 @@ def test_a_client_that_vanishes_is_forgotten(bridge: Bridge) -> None:
 
 
 def test_a_client_that_floods_waits_until_its_frames_are_taken() -> None:
-    bridge = Bridge(buses=1, port=0, client_frames=100)
+    bridge = open_bridge(buses=1, port=0, client_frames=100)
     flooder, calm = Raw(bridge).listen(), Raw(bridge).listen()
     flooder.socket.setblocking(False)
     command, sent = b"< send 100 2 11 22 >" * 500, 0
@@ -281,7 +282,7 @@ def test_a_client_that_floods_waits_until_its_frames_are_taken() -> None:
 
 
 def test_a_client_too_many_is_turned_away() -> None:
-    bridge = Bridge(buses=1, port=0, clients=2)
+    bridge = open_bridge(buses=1, port=0, clients=2)
     first, second = Raw(bridge), Raw(bridge)
     with pytest.raises(ConnectionError):
         Raw(bridge)
@@ -291,11 +292,11 @@ def test_a_client_too_many_is_turned_away() -> None:
 
 
 def test_a_port_in_use_gives_the_next_one() -> None:
-    first = Bridge(buses=1, port=0)
-    second = Bridge(buses=1, port=first.port)
+    first = open_bridge(buses=1, port=0)
+    second = open_bridge(buses=1, port=first.port)
     assert first.port < second.port <= first.port + 15
     with pytest.raises(BridgeError, match=f"no port from {first.port}"):
-        Bridge(buses=1, port=first.port, more_ports=0)
+        open_bridge(buses=1, port=first.port, more_ports=0)
     first.close()
     second.close()
 
@@ -308,7 +309,7 @@ def test_only_this_machine_can_connect(bridge: Bridge) -> None:
 
 
 def test_publishing_never_waits_whatever_clients_do() -> None:
-    bridge = Bridge(buses=1, port=0, client_bytes=100_000)
+    bridge = open_bridge(buses=1, port=0, client_bytes=100_000)
     sleepers = [Raw(bridge, small=True).listen() for _ in range(10)]
     batch = frames(2000)
     longest = 0.0
@@ -324,7 +325,7 @@ def test_publishing_never_waits_whatever_clients_do() -> None:
 
 
 def test_a_closed_bridge_says_so_and_its_clients_are_disconnected(bridge: Bridge) -> None:
-    other = Bridge(buses=1, port=0)
+    other = open_bridge(buses=1, port=0)
     client = Raw(other)
     other.close()
     with pytest.raises(ConnectionError):
@@ -348,6 +349,6 @@ def test_a_frame_of_a_bus_that_is_not_there_is_counted_as_lost(bridge: Bridge) -
 
 def test_interfaces_that_are_not_there_are_errors() -> None:
     with pytest.raises(BridgeError, match=r"SocketCAN|no interface"):
-        Bridge(buses=1, interfaces=["no-such-can"])
+        open_bridge(buses=1, interfaces=["no-such-can"])
     with pytest.raises(BridgeError, match="for each bus: 2, not 1"):
-        Bridge(buses=2, interfaces=["vcan0"])
+        open_bridge(buses=2, interfaces=["vcan0"])

@@ -6,7 +6,7 @@ from contextlib import closing
 
 import pytest
 
-from kilotwin._emulator import Bridge
+from kilotwin.can.bridge import open_bridge
 from kilotwin.can.buses import BusName, name_all, open_all, parse_bus
 from kilotwin.errors import DeviceError, InputError
 from kilotwin.experiment.overhead import WAKEUP
@@ -74,7 +74,7 @@ def test_what_is_not_there_is_a_missing_device_with_what_to_type() -> None:
 
 
 def test_a_table_with_fewer_buses_is_told_from_one_that_is_not_there() -> None:
-    with closing(Bridge(buses=2)) as bridge:
+    with closing(open_bridge(buses=2)) as bridge:
         server = f"socketcand:127.0.0.1:{bridge.port}"
         with pytest.raises(
             DeviceError, match=rf"{server}/can2: .*the table there has no can2"

@@ -78,10 +78,6 @@ def test_the_bounds_are_those_of_the_real_logs() -> None:
     assert "OUTSIDE" in kilogrid_uplink.report_text(comparison(rate=0.3))
 
 
-def test_the_schema_and_the_engine_have_the_same_defaults() -> None:
-    assert GridCells().model_dump() == _emulator.CELL_INFRARED
-
-
 def uplink(folder: Path, seed: int, robots: int, duration_s: float) -> kilogrid_uplink.Comparison:
     settings = [
         Setting((key,), value, f"{key}={value}")

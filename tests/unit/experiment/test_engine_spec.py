@@ -147,3 +147,35 @@ def simulate(experiment: Experiment, chunks: list[int]) -> _emulator.Simulation:
     for chunk in chunks:
         simulation.advance(min(chunk, sum(chunks) - simulation.tick))
     return simulation
+
+
+def small_spec(load: Load) -> dict[str, Any]:
+    experiment = load(f"{SMALL}\n[controller]\n", "swarm.program=firmware/aggregation")
+    guests = [str(build(group.program).file) for group in experiment.groups]
+    return engine_spec(experiment, guests, sample_ticks=305, black_box=None)
+
+
+def test_the_engine_has_no_default_for_any_key(load: Load) -> None:
+    spec = small_spec(load)
+    tables = {"": spec, **{f"{key}.": spec[key] for key in ("profile", "floor", "medium", "light")}}
+    for path, table in tables.items():
+        for key in list(table):
+            value = table.pop(key)
+            with pytest.raises(_emulator.EngineError, match=f"lacks {path}{key}$"):
+                _emulator.Simulation(spec)
+            table[key] = value
+    _emulator.Simulation(spec)
+
+
+def test_the_engine_names_a_key_that_it_does_not_know(load: Load) -> None:
+    spec = small_spec(load)
+    spec["medium"]["lost"] = 0.1
+    with pytest.raises(_emulator.EngineError, match=r"unknown medium\.lost"):
+        _emulator.Simulation(spec)
+
+
+def test_the_engine_names_a_value_of_a_wrong_type(load: Load) -> None:
+    spec = small_spec(load)
+    spec["profile"]["radius_m"] = "wide"
+    with pytest.raises(_emulator.EngineError, match=r"wrong profile\.radius_m"):
+        _emulator.Simulation(spec)

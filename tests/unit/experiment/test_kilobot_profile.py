@@ -29,7 +29,6 @@ def test_the_engine_is_told_all_of_it(load: Load) -> None:
     text += "[[light.source]]\nat_m = [1, 0]\npeak = 800\nhalf_m = 0.2\n"
     spec = spec_of(load(text, "medium.carrier_sense=false", "temperature=280"))
     assert spec["profile"] == {
-        "name": "kilobot",
         "radius_m": 0.0165,
         "speed_m_s": 0.0135,
         "turn_rad_s": 0.785,

@@ -1,0 +1,81 @@
+/// Reads one table of the host's specification strictly: a key that is missing, and one that the
+/// engine does not know, is an error that names it.
+///
+/// `.loss = medium["loss"]` takes the type from the field. There are no defaults here: the host's
+/// schema has resolved all (host_tools/kilotwin/experiment/schema.py). Needs the interpreter's lock.
+#ifndef KILOTWIN_PYTHON_TABLE_H
+#define KILOTWIN_PYTHON_TABLE_H
+
+#include <nanobind/nanobind.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include <set>
+#include <string>
+#include <utility>
+
+#include "base/errors.h"
+
+namespace kilotwin {
+
+class Table {
+  public:
+    /// What a key holds; EngineError if its type is another than the one that is asked for.
+    class Value {
+      public:
+        Value(nanobind::handle held, std::string path) : held_(held), path_(std::move(path)) {}
+
+        template <typename T> T as() const {
+            try {
+                return nanobind::cast<T>(held_);
+            } catch (const nanobind::cast_error &) {
+                throw EngineError("the run's specification has a wrong " + path_);
+            }
+        }
+        template <typename T> operator T() const { return as<T>(); }
+
+        bool is_none() const { return held_.is_none(); }
+        nanobind::handle held() const { return held_; }
+        Table table() const { return Table(as<nanobind::dict>(), path_ + "."); }
+
+      private:
+        nanobind::handle held_;
+        std::string path_;
+    };
+
+    /// `path` stands before the keys' names in errors: "" or "medium.".
+    explicit Table(nanobind::dict values, std::string path = "")
+        : values_(std::move(values)),
+          path_(std::move(path)) {}
+
+    /// EngineError without the key.
+    Value operator[](const char *key) {
+        if (!values_.contains(key))
+            throw EngineError("the run's specification lacks " + path_ + key);
+        read_.insert(key);
+        return {values_[key], path_ + key};
+    }
+
+    /// Puts what the key holds into a field. EngineError without the key.
+    template <typename T> void read(const char *key, T &field) {
+        field = (*this)[key].template as<T>();
+    }
+
+    /// All keys have been read. EngineError if there is another one.
+    void end() const {
+        for (auto [key, value] : values_) {
+            const auto name = nanobind::cast<std::string>(key);
+            if (read_.count(name) == 0)
+                throw EngineError("the run's specification has an unknown " + path_ + name);
+        }
+    }
+
+  private:
+    nanobind::dict values_;
+    std::string path_;
+    std::set<std::string> read_;
+};
+
+}  // namespace kilotwin
+
+#endif
