@@ -23,11 +23,12 @@
 #include "base/can_frame.h"
 #include "base/chance.h"
 #include "base/clock.h"
+#include "dimensions.h"
 #include "grid/can_coding.h"
 
 namespace kilotwin {
 
-constexpr Cycles CAN_BIT_CYCLES = 32;  ///< 4 us
+constexpr Cycles CAN_BIT_CYCLES = CYCLES_PER_SECOND / KILOGRID_CAN_BIT_RATE;  ///< 4 us
 /// An error frame: error flag, the other nodes' flags behind it, delimiter.
 constexpr Cycles CAN_ERROR_FRAME_BITS = 6 + 6 + 8;
 constexpr Cycles CAN_INTERMISSION_BITS = 3;

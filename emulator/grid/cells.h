@@ -16,20 +16,22 @@
 #include <cstdint>
 #include <optional>
 
+#include "dimensions.h"
+
 namespace kilotwin {
 
-constexpr double CELL_M = 0.05;          ///< width and height
-constexpr double MODULE_M = 2 * CELL_M;  ///< likewise
+constexpr double CELL_M = KILOGRID_CELL_MM / 1000.0;  ///< width and height
+constexpr double MODULE_M = 2 * CELL_M;               ///< likewise
 
 /// Immutable; every conversion is O(1).
 class GridLayout {
   public:
     /// Cells of a module.
-    static constexpr uint32_t MODULE_CELLS = 4;
+    static constexpr uint32_t MODULE_CELLS = KILOGRID_MODULE_CELLS;
     /// Limits of the addresses: five bits each, of which one value means all (hardware.md 3.2).
-    static constexpr uint32_t MOST_COLUMNS = 31, MOST_ROWS = 31;
+    static constexpr uint32_t MOST_COLUMNS = KILOGRID_MOST_COLUMNS, MOST_ROWS = KILOGRID_MOST_ROWS;
     /// Limit of the dispatcher (hardware.md 3.1).
-    static constexpr uint32_t MOST_MODULES_PER_BUS = 112;
+    static constexpr uint32_t MOST_MODULES_PER_BUS = KILOGRID_MOST_MODULES_PER_BUS;
 
     /// Throws EngineError for a grid that cannot be wired: no modules, more than 31 x 31, no bus,
     /// more buses than rows, more than 112 modules on a bus.

@@ -46,6 +46,7 @@ SolverKind solver_of(const std::string &name) {
     throw EngineError("the solver of contacts is discs or box2d, not " + name);
 }
 
+// The table `profile`: the robot's body, and what [motion] says of it.
 Profile profile_of(Table from) {
     const Profile profile = {.radius_m = from["radius_m"],
                              .speed_m_s = from["speed_m_s"],
@@ -134,6 +135,7 @@ Grid::Fault fault_of(Table from) {
     return fault;
 }
 
+// The table `grid.cells`, as [grid.cells] of an experiment has it.
 CellInfrared cell_infrared_of(Table from) {
     const CellInfrared infrared = {.cell_range_m = from["cell_range_m"],
                                    .robot_range_m = from["robot_range_m"],
@@ -164,6 +166,7 @@ Grid::Settings grid_of(Table from) {
 }
 
 /// Robots of one program each; a group without poses is placed at random.
+// A list of tables; a group's `poses` are None where its robots are placed at random.
 std::vector<SimulationDef::Group> groups_of(const nb::list &from) {
     std::vector<SimulationDef::Group> groups;
     for (nb::handle item : from) {
@@ -209,6 +212,7 @@ Arena arena_of(Table &spec) {
     return arena;
 }
 
+// The table `floor`; None where robots have no virtual floor.
 VirtualFloor::Settings floor_of(Table from) {
     const VirtualFloor::Settings floor = {.obstacle_m = from["obstacle_m"],
                                           .step_ticks = from["step_ticks"],
@@ -245,6 +249,7 @@ SimulationDef definition_of(const nb::dict &from) {
     def.arena = arena_of(spec);
     def.profile = profile_of(spec["profile"].table());
     def.solver = solver_of(spec["contact_solver"]);
+    // None: the run lacks the thing. All other keys have a value.
     if (!spec["floor"].is_none()) def.floor = floor_of(spec["floor"].table());
     set_medium(def, spec["medium"].table());
     def.groups = groups_of(spec["groups"].as<nb::list>());

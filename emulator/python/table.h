@@ -2,7 +2,11 @@
 /// engine does not know, is an error that names it.
 ///
 /// `.loss = medium["loss"]` takes the type from the field. There are no defaults here: the host's
-/// schema has resolved all (host_tools/kilotwin/experiment/schema.py). Needs the interpreter's lock.
+/// schema has resolved all; a wrong specification is a mistake of the host, not of a user, who
+/// never reads these errors. Only the types of the fields are checked here, not ranges.
+///
+/// Cost: a look-up in a dictionary for each key, once a run.
+/// The schema: host_tools/kilotwin/experiment/schema.py. Needs the interpreter's lock.
 #ifndef KILOTWIN_PYTHON_TABLE_H
 #define KILOTWIN_PYTHON_TABLE_H
 
@@ -18,6 +22,8 @@
 
 namespace kilotwin {
 
+/// Cheap to copy; copies count the keys that are read each for itself. Not kept beyond the call
+/// that reads the specification.
 class Table {
   public:
     /// What a key holds; EngineError if its type is another than the one that is asked for.
@@ -25,6 +31,7 @@ class Table {
       public:
         Value(nanobind::handle held, std::string path) : held_(held), path_(std::move(path)) {}
 
+        /// The value as a T; a whole number serves as a double.
         template <typename T> T as() const {
             try {
                 return nanobind::cast<T>(held_);
@@ -32,10 +39,14 @@ class Table {
                 throw EngineError("the run's specification has a wrong " + path_);
             }
         }
+        /// The same, with the type of the field that is initialised by it.
         template <typename T> operator T() const { return as<T>(); }
 
+        /// None stands for a thing that a run does not have.
         bool is_none() const { return held_.is_none(); }
+        /// The Python object, for what is no plain value.
         nanobind::handle held() const { return held_; }
+        /// The table under this key, which adds its name to the path.
         Table table() const { return Table(as<nanobind::dict>(), path_ + "."); }
 
       private:
@@ -48,6 +59,7 @@ class Table {
         : values_(std::move(values)),
           path_(std::move(path)) {}
 
+    /// What the key holds, to be converted at once. Marks the key as read.
     /// EngineError without the key.
     Value operator[](const char *key) {
         if (!values_.contains(key))
@@ -61,6 +73,9 @@ class Table {
         field = (*this)[key].template as<T>();
     }
 
+    /// To be called when all keys of the table have been read; nested tables are ended by
+    /// themselves.
+    ///
     /// All keys have been read. EngineError if there is another one.
     void end() const {
         for (auto [key, value] : values_) {
@@ -73,7 +88,7 @@ class Table {
   private:
     nanobind::dict values_;
     std::string path_;
-    std::set<std::string> read_;
+    std::set<std::string> read_;  ///< keys that were asked for
 };
 
 }  // namespace kilotwin

@@ -2,7 +2,8 @@
 
 import pytest
 
-from kilotwin.units import q16, seconds, ticks, ticks_q16
+from kilotwin.files.headers import number_of
+from kilotwin.units import CYCLES_PER_S, TICK_CYCLES, q16, seconds, ticks, ticks_q16
 
 
 @pytest.mark.parametrize(
@@ -23,3 +24,10 @@ def test_reals_become_q16() -> None:
 
 def test_a_kilobots_turn_time_is_the_firmwares_default() -> None:
     assert ticks_q16(1.27) == 2_540_000
+
+
+def test_a_tick_is_the_chips() -> None:
+    timer = "firmware/kilolib/core/timer.h"
+    counts, cycles = number_of(timer, "TICK_COUNTS"), number_of(timer, "COUNT_CYCLES")
+    assert counts * cycles == TICK_CYCLES
+    assert 1000 * number_of(timer, "CYCLES_PER_MS") == CYCLES_PER_S

@@ -207,9 +207,9 @@ class _Builder:
         extra = shlex.split(os.environ.get("KILOTWIN_CFLAGS", ""))
         unknown = _UNKNOWN_TO_CLANG if "clang" in version else ()
         dialect = [word for word in avr_words("AVR_DIALECT") if word not in unknown]
-        flags = [*dialect, *_FLAGS]
+        flags = [*dialect, clock_define(), *_FLAGS]
         defines = [f"-D{define}" for define in program.defines]
-        counted = [*_PROGRAM_FLAGS, clock_define(), *_ROBOT_MACROS]
+        counted = [*_PROGRAM_FLAGS, *_ROBOT_MACROS]
         counted += ["-include", str(self._guest / "avr_assembly.h")]
         if "clang" in version:
             counted += _CLANG_PROGRAM_FLAGS

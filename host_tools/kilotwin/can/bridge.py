@@ -6,7 +6,7 @@ from kilotwin import _emulator
 from kilotwin.can.buses import SOCKETCAND_PORT
 
 
-def open_bridge(  # noqa: PLR0913 - the bridge's settings, one each
+def open_bridge(
     *,
     buses: int,
     port: int = SOCKETCAND_PORT,

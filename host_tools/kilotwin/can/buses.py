@@ -16,8 +16,8 @@ from typing import Any
 import can
 
 from kilotwin.errors import DeviceError, InputError
+from kilotwin.files.headers import CAN_BIT_RATE
 
-BITRATE = 250_000
 SOCKETCAND_PORT = 29536
 
 # A vcan loses nothing, but the socket's own buffer does when the host is busy for a moment.
@@ -118,7 +118,7 @@ def _open(name: BusName) -> OpenBus:
         bus = can.Bus(interface="socketcan", channel=name.channel, receive_own_messages=True)
         _widen(bus)
         return OpenBus(bus, name.channel, echoes=True)
-    more: dict[str, Any] = {} if name.interface == "virtual" else {"bitrate": BITRATE}
+    more: dict[str, Any] = {} if name.interface == "virtual" else {"bitrate": CAN_BIT_RATE}
     if name.interface == "slcan":
         more["sleep_after_open"] = 0
     bus = can.Bus(interface=name.interface, channel=name.channel, **more)
@@ -148,7 +148,7 @@ def _remedy(name: BusName, reason: str) -> str:
         return f"is `kilotwin run EXP.toml --serve` running there{where}? It prints what to type"
     if name.interface == "socketcan":
         return (
-            f"type: ip link set {name.channel} up type can bitrate {BITRATE} restart-ms 100; "
+            f"type: ip link set {name.channel} up type can bitrate {CAN_BIT_RATE} restart-ms 100; "
             "`kilotwin doctor` lists what is there"
         )
     return "is the adapter plugged in, and may you use it? `kilotwin doctor` lists what is there"

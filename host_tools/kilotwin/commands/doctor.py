@@ -18,6 +18,7 @@ from kilotwin.build.guest import cache_folder, compiler_version, find_compiler
 from kilotwin.can.buses import interfaces
 from kilotwin.commands.options import Json, command_app
 from kilotwin.errors import KilotwinError
+from kilotwin.files.headers import CAN_BIT_RATE
 
 try:
     from kilotwin import _emulator
@@ -27,9 +28,6 @@ except ImportError as error:
     _NO_ENGINE = str(error)
 
 app = command_app()
-
-# Of a Kilogrid's buses.
-_BITRATE = 250_000
 
 
 @dataclass(frozen=True)
@@ -132,7 +130,7 @@ def _socketcan() -> Finding:
         return Finding(what, found, "modprobe can_raw, on a kernel that has it", needed=False)
     names = interfaces()
     if not names:
-        remedy = f"ip link set can0 up type can bitrate {_BITRATE}, with an adapter plugged in"
+        remedy = f"ip link set can0 up type can bitrate {CAN_BIT_RATE}, with an adapter plugged in"
         return Finding(what, "in this kernel, no interface", remedy, needed=False)
     return Finding(what, f"interfaces {', '.join(names)}", needed=False)
 

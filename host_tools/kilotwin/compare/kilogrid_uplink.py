@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 
 from kilotwin.errors import InputError
 from kilotwin.runs.reader import Run
+from kilotwin.units import TICK_S
 
 Floats = NDArray[np.float64]
 
-_LOG_SECOND_S = 32 * 0.032768
+_LOG_SECOND_S = 32 * TICK_S
 # Two records of a robot so near to one another are one frame, received at two modules: the robot's
 # next attempt comes 2 s later, and modules keep records for less than this before they are polled.
 _SAME_FRAME_S = 1.0

@@ -12,12 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kilotwin.errors import InputError
+from kilotwin.files.headers import CELL_M
 from kilotwin.runs.reader import Run
+from kilotwin.units import TICK_S
 
 Floats = NDArray[np.float64]
 
-_CELL_M = 0.05
-_LOG_SECOND_S = 32 * 0.032768
+_LOG_SECOND_S = 32 * TICK_S
 _ATTEMPT_S = 2.0
 # Of the real attempts 0.55 were received, and of all records 12.6 % were the second of one frame.
 # Two cells that receive independently, the one below the robot and the nearest other, give both:
@@ -127,9 +128,9 @@ def records(time_s: Floats, track: Floats, size: Floats, chance: np.random.Gener
 
 def cells(place: Floats, size: Floats) -> tuple[Floats, Floats]:
     """The centres of the cell below each place and of the nearest other cell."""
-    last = np.round(size / _CELL_M) - 1
-    index = np.clip(np.floor((place + size / 2) / _CELL_M), 0, last)
-    centre = (index + 0.5) * _CELL_M - size / 2
+    last = np.round(size / CELL_M) - 1
+    index = np.clip(np.floor((place + size / 2) / CELL_M), 0, last)
+    centre = (index + 0.5) * CELL_M - size / 2
     away = place - centre
     nearer = np.abs(away).argmax(axis=1)
     rows = np.arange(len(place))
@@ -138,7 +139,7 @@ def cells(place: Floats, size: Floats) -> tuple[Floats, Floats]:
     neighbour[rows, nearer] += step
     outside = (neighbour < 0) | (neighbour > last)
     neighbour[outside] -= 2 * np.broadcast_to(step[:, None], index.shape)[outside]
-    return centre, (neighbour + 0.5) * _CELL_M - size / 2
+    return centre, (neighbour + 0.5) * CELL_M - size / 2
 
 
 def displacements_cm(seen: Floats, lag: int) -> Floats:
@@ -191,7 +192,7 @@ def report_text(comparison: Comparison) -> str:
         f"sd {comparison.robot_sd_cm:.2f} (real {low} to {high}), "
         f"range {comparison.robot_least_cm:.1f} to {comparison.robot_most_cm:.1f} (real 4 to 13)",
         f"Lags in log seconds of {_LOG_SECOND_S:.4f} s. Tracks as the grid sees them: cells of "
-        f"{100 * _CELL_M:.0f} cm, an attempt each {_ATTEMPT_S:.0f} s, 55 % heard.",
+        f"{100 * CELL_M:.0f} cm, an attempt each {_ATTEMPT_S:.0f} s, 55 % heard.",
         "within bounds" if comparison.within_bounds else "OUTSIDE the bounds: rms 10 %, sd 25 %",
     ]
     return "\n".join(lines)

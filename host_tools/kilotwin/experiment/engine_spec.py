@@ -38,7 +38,8 @@ def engine_spec(
 ) -> dict[str, Any]:
     """The spec of `_emulator.Simulation`, with every key that it has: the engine has no defaults.
 
-    `guests`: built programs or images, one per group. On a grid, `module_guest` is its modules' program, and the world begins `lead_ticks` before 0.
+    `guests`: built programs or images, one per group. On a grid, `module_guest` is its modules'
+    program, and the world begins `lead_ticks` before 0.
     """
     keys = experiment.keys
     profile = PROFILES[keys.swarm.profile]

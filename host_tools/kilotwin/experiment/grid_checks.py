@@ -4,10 +4,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from kilotwin.experiment.areas import Area, area_of, lies_inside
-from kilotwin.experiment.schema import MODULE_M, ExperimentSchema, Grid, GridChange
+from kilotwin.experiment.schema import ExperimentSchema, Grid, GridChange
 from kilotwin.experiment.toml_lines import KeyPath
+from kilotwin.files.headers import MODULE_M, MOST_PER_BUS
 
-MOST_PER_BUS = 112
 _MOST_SITES = 14  # different codes of a cell
 _MID_RUN = ("pause", "wakeup", "run")
 

@@ -12,12 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kilotwin.experiment.areas import area_of
-from kilotwin.experiment.schema import MODULE_M, ExperimentSchema, Site
-
-CELL_M = MODULE_M / 2
-CELLS_PER_MODULE = 4
-MOST_PER_BUS = 112
-"""Modules on one bus."""
+from kilotwin.experiment.schema import ExperimentSchema, Site
+from kilotwin.files.headers import CELL_M, CELLS_PER_MODULE
 
 Module = tuple[int, int]
 Cells = NDArray[np.uint8]

@@ -1,13 +1,16 @@
 """Cell codes: how the host configures `kilogrid_modules/sites`."""
 
+from typing import get_args
+
 import numpy as np
 from numpy.typing import NDArray
 
 from kilotwin.experiment.grid_layout import Cells, Layout, Module, of_module
+from kilotwin.experiment.schema import CellColour
 
 MOST_SITES = 14
 # The 3-bit colours of a module's lights, in the order of their numbers.
-LIGHTS = ("off", "red", "green", "yellow", "blue", "magenta", "cyan", "white")
+LIGHTS = get_args(CellColour)
 _WALL_LIGHT = "red"
 _SITE_LIGHTS = ("green", "blue", "yellow", "magenta", "cyan", "white")
 

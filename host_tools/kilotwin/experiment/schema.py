@@ -17,6 +17,7 @@ from kilotwin.experiment.profiles import (
     READING_DEFAULTS,
     motion_defaults,
 )
+from kilotwin.files.headers import MODULE_M, MOST_COLUMNS, MOST_PER_BUS
 from kilotwin.units import TICK_S
 
 Text = Annotated[str, Field(min_length=1, max_length=200)]
@@ -26,8 +27,10 @@ Point = Annotated[list[Coordinate], Field(min_length=2, max_length=2)]
 Pose = Annotated[list[Coordinate], Field(min_length=3, max_length=3)]
 Share = Annotated[float, Field(ge=0, le=1)]
 # Of a Kilogrid's modules: five bits of a CAN identifier, less the one that means all.
-Modules = Annotated[int, Field(ge=1, le=31)]
-Module = Annotated[list[Annotated[int, Field(ge=0, le=30)]], Field(min_length=2, max_length=2)]
+Modules = Annotated[int, Field(ge=1, le=MOST_COLUMNS)]
+Module = Annotated[
+    list[Annotated[int, Field(ge=0, le=MOST_COLUMNS - 1)]], Field(min_length=2, max_length=2)
+]
 Rectangle = Annotated[list[Coordinate], Field(min_length=4, max_length=4)]
 # A standard deviation, as a share of the value that it spreads.
 Spread = Annotated[float, Field(ge=0, le=0.3)]
@@ -41,9 +44,6 @@ Real = Annotated[float, Field(ge=0, le=65535)]
 Period = Annotated[float, Field(ge=TICK_S, le=2147)]
 Pause = Annotated[float, Field(ge=0, le=2147)]
 Window = Annotated[float, Field(ge=TICK_S, le=1048)]
-
-MODULE_M = 0.1
-"""How wide a Kilogrid's module is."""
 
 ProfileName = Literal["foot-bot", "kilobot"]
 Shape = Literal["circle", "rectangle"]
@@ -425,11 +425,11 @@ class Grid(Section):
     """Macros for the compiler: "NAME" or "NAME=value"."""
     configuration: Text | None = None
     """A `.kconf` file for the modules, in place of what [[site]] and `wall_cells` make."""
-    wall_cells: Annotated[int, Field(ge=0, le=31)] = 1
+    wall_cells: Annotated[int, Field(ge=0, le=MOST_COLUMNS)] = 1
     """How wide the ring of wall cells is along the edge."""
     poll_s: Annotated[float, Field(ge=0.05, le=60)] = 0.8
     """Between two polls of a module."""
-    poll_window: Annotated[int, Field(ge=1, le=112)] = 16
+    poll_window: Annotated[int, Field(ge=1, le=MOST_PER_BUS)] = 16
     """How many modules of a bus may owe an answer at a time."""
     poll_timeout_s: Annotated[float, Field(ge=0.02, le=10)] = 0.4
     """After how long an answer is late. With `poll_s` it is to be 1.2 s at most: that long a module

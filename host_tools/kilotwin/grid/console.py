@@ -13,9 +13,10 @@ from kilotwin.errors import DeviceError, InputError
 from kilotwin.experiment import kconf
 from kilotwin.experiment.engine_spec import config_differences
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.experiment.grid_layout import MOST_PER_BUS, Layout, Module
+from kilotwin.experiment.grid_layout import Layout, Module
 from kilotwin.experiment.grid_plan import Settings
 from kilotwin.experiment.overhead import COMMANDS, DATA_BYTES, message
+from kilotwin.files.headers import MOST_PER_BUS
 from kilotwin.grid.can_links import CanLinks
 from kilotwin.grid.controller import Controller
 from kilotwin.grid.poller import Reports

@@ -17,7 +17,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from kilotwin.experiment.grid_layout import CELLS_PER_MODULE, Layout, Module
+from kilotwin.experiment.grid_layout import Layout, Module
+from kilotwin.files.headers import CELLS_PER_MODULE
 from kilotwin.grid import frames as wire
 from kilotwin.grid.cover import Group
 from kilotwin.grid.links import Frames, Links

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from kilotwin.experiment.engine_spec import config_differences
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.experiment.grid_layout import MOST_PER_BUS
+from kilotwin.files.headers import MOST_PER_BUS
 from kilotwin.grid.conductor import Conductor, set_up_s
 from kilotwin.grid.emulated_links import EmulatedLinks
 from kilotwin.runs.grid_record import GridEvents, GridRecord

@@ -5,12 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kilotwin import _emulator
 from kilotwin.commands.terminal import Silent
 from kilotwin.compare import kilogrid_uplink
 from kilotwin.errors import InputError
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.experiment.schema import GridCells
 from kilotwin.experiment.text import Setting
 from kilotwin.files.resources import path
 from kilotwin.runs import run

@@ -6,11 +6,8 @@
 
 #include "delay_basic.h"
 
-/// A program that defines another clock than the robot's 8 MHz waits too long or too short, as
-/// there.
-#ifndef F_CPU
-#define F_CPU 8000000UL
-#endif
+// F_CPU is defined on the command line, as for the chip. A program that defines another clock waits
+// too long or too short, as there.
 
 static inline __attribute__((unused)) void _delay_ms(double ms) {
     kt_delay((double)(F_CPU) / 1e3 * ms);
