@@ -27,12 +27,13 @@ class PrefetchedSwarm {
 uint64_t hash_with(size_t prefetched_from, bool kilobot_medium) {
     const PrefetchedSwarm guard(prefetched_from);
     Scene scene(square_hall(1), 7);
-    scene.def.profile = {0.0165, 0.013, 0.785, 0.1, 65, 65, 70, 70};
+    scene.def.profile = small_robot();
+    scene.def.profile.speed_m_s = 0.013;
     scene.def.profile.legs = true;
     scene.def.profile.speed_spread = 0.08;
     scene.def.profile.motor_noise = 0.2;
     scene.def.range_m = 0.1;
-    if (kilobot_medium) scene.def.kilobot_medium = KilobotChannel::Settings{};
+    if (kilobot_medium) scene.def.kilobot_medium = infrared_settings();
     scene.add_anywhere("wanderer", 200);
     Simulation simulation(scene.def);
     simulation.advance(800);
