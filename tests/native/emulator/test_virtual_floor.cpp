@@ -51,7 +51,7 @@ bool sensed_at(int64_t tick, int64_t step) {
 
 TEST_CASE("control steps of 3 ticks are sensed at the world step they fall into") {
     for (uint32_t step : {1u, 2u, 4u}) {
-        VirtualFloor floor({}, ticks(64), ticks(step), 1);
+        VirtualFloor floor(floor_settings(), ticks(64), ticks(step), 1);
         for (uint64_t tick = 0; tick < 200; tick += step) {
             CAPTURE(tick);
             CHECK(floor.senses_at(ticks(64 + tick)) == sensed_at(static_cast<int64_t>(tick), step));
