@@ -93,7 +93,7 @@ def test_a_trial_measures_calls_and_ticks() -> None:
     assert on_message.ms == pytest.approx(100, rel=0.05)
     # Three ticks come due in 100 ms, of which one waits.
     assert 0.9 * 2 * on_message.calls <= trial.ticks_lost <= 3 * on_message.calls
-    assert trial.room_bytes == 2048 - 57 - trial.stack_bytes
+    assert trial.room_bytes == 2048 - 58 - trial.stack_bytes
 
 
 def advice(program: str, name: str) -> str:

@@ -88,6 +88,9 @@ def test_another_kilolib_is_built_from_its_sources_but_not_their_programs(
 ) -> None:
     other = tmp_path / "kilolib"
     shutil.copytree(FIRMWARE / "kilolib" / "avr", other)
+    core = shutil.copytree(FIRMWARE / "kilolib" / "core", tmp_path / "core")
+    for source in core.glob("*.c"):
+        (other / f"core_{source.name}").write_text(f'#include "../core/{source.name}"\n')
     for header in (FIRMWARE / "kilolib" / "include").glob("*.h"):
         shutil.copy(header, other)
     (other / "loader.c").write_text("int main(void) { for (;;) {} }\n")

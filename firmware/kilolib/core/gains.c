@@ -17,9 +17,9 @@ static distance_t distance_of(const uint16_t *table, int16_t gain) {
     while (i + 1 < GAIN_ENTRIES && gain < (int16_t)table[i]) i++;
     const int16_t fall = (int16_t)(table[i - 1] - table[i]);
     const int16_t divisor = fall < 1 ? 1 : fall;
-    const int16_t above = GAIN_SPACING_MM * (int16_t)((int16_t)table[i - 1] - gain);
-    int16_t whole = above / divisor;
-    int16_t part = above % divisor;
+    const int16_t above = (int16_t)(GAIN_SPACING_MM * ((int16_t)table[i - 1] - gain));
+    int16_t whole = (int16_t)(above / divisor);
+    int16_t part = (int16_t)(above % divisor);
     if (part < 0) {
         part = (int16_t)(part + divisor);
         whole--;

@@ -13,6 +13,9 @@ COORDINATE_MAX = 30
 
 MODULE_MASK = 0x7FF
 
+SOCKETCAND_PORT = 29536
+"""TCP port of a socketcand server, unless another is named."""
+
 _TO_HOST = 0x001
 _X_SHIFT, _Y_SHIFT, _FIELD = 1, 6, 0x1F
 

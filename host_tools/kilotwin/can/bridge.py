@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from kilotwin import _emulator
-from kilotwin.can.buses import SOCKETCAND_PORT
+from kilotwin.can.address import SOCKETCAND_PORT
 
 
 def open_bridge(
@@ -16,7 +16,7 @@ def open_bridge(
     client_frames: int = 1024,
     clients: int = 64,
     settle_s: float = 0.2,
-) -> _emulator.Bridge:
+) -> "_emulator.Bridge":
     """Buses can0 to can{buses - 1} on 127.0.0.1, as emulator/grid/bridge.h says; BridgeError.
 
     `port` 0: any free one; in use: one of the `more_ports` behind it. `interfaces`: real SocketCAN

@@ -15,10 +15,9 @@ from typing import Any
 
 import can
 
+from kilotwin.can.address import SOCKETCAND_PORT
 from kilotwin.errors import DeviceError, InputError
 from kilotwin.files.headers import CAN_BIT_RATE
-
-SOCKETCAND_PORT = 29536
 
 # A vcan loses nothing, but the socket's own buffer does when the host is busy for a moment.
 _RECEIVE_BYTES = 8 << 20
