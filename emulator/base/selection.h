@@ -25,6 +25,13 @@ template <typename Wanted> void choose(std::vector<uint32_t> &chosen, size_t cou
     chosen.resize(n);
 }
 
+/// Sorts a list whose first `sorted` items are sorted. In time O(list), where few follow them.
+template <typename T> void sort_tail(std::vector<T> &list, size_t sorted) {
+    const auto tail = list.begin() + static_cast<ptrdiff_t>(sorted);
+    std::sort(tail, list.end());
+    std::inplace_merge(list.begin(), tail, list.end());
+}
+
 /// Sorts events of one world step by time: a counting sort into short spans, which orders nearly
 /// all, then an insertion sort. Linear in mean; its lists are kept from step to step.
 template <typename T> class StepSorter {

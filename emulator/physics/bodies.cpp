@@ -199,9 +199,13 @@ void Bodies::find_contacts() {
         prefetch_ahead(i);
         if (may_touch(near_contact_[i])) include(near_contact_[i]);
     }
-    for (size_t i = 0; i < touching_.size(); i++) add_touched(touching_[i]);  // which grows
-    std::sort(touching_.begin(), touching_.end());
-    std::sort(pairs_.begin(), pairs_.end());
+    // Robots found up to here are ascending, and so are their pairs.
+    const size_t found = touching_.size();
+    for (size_t i = 0; i < found; i++) add_touched(touching_[i]);
+    const size_t found_pairs = pairs_.size();
+    for (size_t i = found; i < touching_.size(); i++) add_touched(touching_[i]);  // which grows
+    sort_tail(touching_, found);
+    sort_tail(pairs_, found_pairs);
 }
 
 void Bodies::add_touching(uint32_t robot) {

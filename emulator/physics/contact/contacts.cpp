@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/selection.h"
 #include "physics/contact/box2d_solver.h"
 #include "physics/contact/disc_solver.h"
 
@@ -35,6 +36,7 @@ void Contacts::add(uint32_t robot, const Trajectory &trajectory, Cycles at) {
     driven.wanted = driven.velocity;
     held_[robot] = true;
     robots_.push_back(robot);
+    added_++;
 }
 
 void Contacts::remove(uint32_t robot) { held_[robot] = false; }
@@ -42,7 +44,8 @@ void Contacts::remove(uint32_t robot) { held_[robot] = false; }
 // Sorted, so that results do not depend on the order in which robots came near something.
 void Contacts::update() {
     auto gone = [this](uint32_t robot) { return !held_[robot]; };
-    std::sort(robots_.begin(), robots_.end());
+    sort_tail(robots_, robots_.size() - added_);
+    added_ = 0;
     robots_.erase(std::remove_if(robots_.begin(), robots_.end(), gone), robots_.end());
 }
 

@@ -31,6 +31,20 @@ TEST_CASE("those are chosen for which the condition holds, in ascending order") 
     CHECK(chosen.empty());
 }
 
+TEST_CASE("a list that is sorted up to its tail is sorted, whatever the tail") {
+    for (uint64_t seed = 1; seed <= 300; seed++) {
+        Dice dice(seed);
+        std::vector<uint32_t> list;
+        for (uint32_t count = dice.below(60); list.size() < count;) list.push_back(dice.below(40));
+        const size_t head = dice.below(static_cast<uint32_t>(list.size()) + 1);
+        std::sort(list.begin(), list.begin() + static_cast<ptrdiff_t>(head));
+        auto sorted = list;
+        std::sort(sorted.begin(), sorted.end());
+        sort_tail(list, head);
+        CHECK(list == sorted);
+    }
+}
+
 TEST_CASE("what happens within a step is sorted by time, then by name, however it is spread") {
     StepSorter<Item> sorter;
     for (uint64_t seed = 1; seed <= 300; seed++) {
