@@ -256,7 +256,10 @@ inline void Robot::ask_for_message(const kt_table_t &table) {
 
 void Robot::send(const message_t &message, bool granted) {
     if (granted) {
-        context_.emissions.push_back({now_, index_, message});
+        Emission &emission = context_.emissions.emplace_back();
+        emission.at = now_;
+        emission.robot = index_;
+        emission.message = message;
         if (arbitrated_) until_ = std::max(until_, granted_until_);
     } else {
         outgoing_ = message;

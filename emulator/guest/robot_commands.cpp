@@ -25,7 +25,10 @@ void Robot::receive(Cycles at, const message_t &message, distance_measurement_t 
     } else if (at < inbox_.back().at) {
         return receive_before_others(at, message, distance);
     }
-    inbox_.push_back({at, message, distance});
+    Reception &last = inbox_.emplace_back();
+    last.at = at;
+    last.message = message;
+    last.distance = distance;
 }
 
 void Robot::receive_before_others(Cycles at, const message_t &message,

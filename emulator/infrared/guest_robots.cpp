@@ -166,7 +166,9 @@ void GuestRobots::plan_frames(uint32_t index) {
         auto &planned = planned_at(emission.at);
         if (emission.at < channel_.end())
             schedule({emission.at, What::BEGIN, static_cast<uint32_t>(planned.size())});
-        planned.push_back({emission, next});
+        PlannedFrame &frame = planned.emplace_back();
+        frame.emission = emission;
+        frame.next = next;
     }
 }
 

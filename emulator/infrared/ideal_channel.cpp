@@ -68,7 +68,9 @@ void IdealChannel::plan_frames(uint32_t robot) {
         next_begin_[robot] = emissions.empty() ? sender.next_request : emissions.front().at;
     for (size_t i = 0; i < emissions.size(); i++) {
         const Cycles next = i + 1 < emissions.size() ? emissions[i + 1].at : sender.next_request;
-        frames_.at(emissions[i].at, context_.step).push_back({emissions[i], next});
+        PlannedFrame &planned = frames_.at(emissions[i].at, context_.step).emplace_back();
+        planned.emission = emissions[i];
+        planned.next = next;
         sender.planned++;
     }
 }
