@@ -9,17 +9,6 @@ namespace kilotwin {
 
 namespace {
 
-/// Coefficients of two polynomials, highest power first.
-template <size_t TERMS> using TwoSeries = std::array<std::array<double, 2>, TERMS>;
-
-/// Both polynomials at x, as an array of two: the compiler takes them side by side.
-template <size_t TERMS> Eigen::Array2d series(const TwoSeries<TERMS> &coefficients, double x) {
-    using Two = Eigen::Map<const Eigen::Array2d>;
-    Eigen::Array2d value = Two(coefficients[0].data());
-    for (size_t i = 1; i < TERMS; i++) value = value * x + Two(coefficients[i].data());
-    return value;
-}
-
 // Taylor series in x^2; what is left out is below 1e-17.
 // For |x| <= pi/4: sin(x) / x - 1 and cos(x) - 1, but for the last factor x^2.
 constexpr TwoSeries<8> SINE_COSINE = {{{1.0 / 355687428096000, 1.0 / 20922789888000},
@@ -30,15 +19,6 @@ constexpr TwoSeries<8> SINE_COSINE = {{{1.0 / 355687428096000, 1.0 / 20922789888
                                        {-1.0 / 5040, -1.0 / 720},
                                        {1.0 / 120, 1.0 / 24},
                                        {-1.0 / 6, -1.0 / 2}}};
-constexpr double SHORT_ARC = 0.5;  // rad
-// For |x| <= SHORT_ARC: both components of an arc, but for the last factor x of the second.
-constexpr TwoSeries<7> SHORT_ARC_SERIES = {{{1.0 / 6227020800, 1.0 / 87178291200},
-                                            {-1.0 / 39916800, -1.0 / 479001600},
-                                            {1.0 / 362880, 1.0 / 3628800},
-                                            {-1.0 / 5040, -1.0 / 40320},
-                                            {1.0 / 120, 1.0 / 720},
-                                            {-1.0 / 6, -1.0 / 24},
-                                            {1.0, 1.0 / 2}}};
 // Cosine and sine of an angle in each quarter, from those of what is left of it in the first.
 constexpr double OF_COSINE[][2] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}};
 constexpr double OF_SINE[][2] = {{0, 1}, {-1, 0}, {0, -1}, {1, 0}};
@@ -67,13 +47,9 @@ Eigen::Vector2d direction(double angle) {
     return c * Pair(OF_COSINE[quarter]) + s * Pair(OF_SINE[quarter]);
 }
 
-Arc arc(double angle) {
-    if (std::abs(angle) > SHORT_ARC) {
-        const Eigen::Vector2d end = direction(angle);
-        return {end.y() / angle, (1 - end.x()) / angle};
-    }
-    const Eigen::Array2d both = series(SHORT_ARC_SERIES, angle * angle);
-    return {both[0], both[1] * angle};
+Arc long_arc(double angle) {
+    const Eigen::Vector2d end = direction(angle);
+    return {end.y() / angle, (1 - end.x()) / angle};
 }
 
 double wrapped(double angle) {

@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "base/clock.h"
+#include "base/trigonometry.h"
 
 namespace kilotwin {
 
@@ -62,6 +63,21 @@ class Trajectory {
     double heading_ = 0;                          ///< then
     double since_ = 0;                            ///< cycles; exact below 2^53
 };
+
+// Straight on, or along a circle: the velocity turns with the robot, and its integral is exact.
+inline Eigen::Vector2d Trajectory::position_after(double time) const {
+    if (drive_.stands()) return origin_;
+    const Arc way = arc(drive_.turn * time);
+    const double forward = drive_.velocity.x() * time, left = drive_.velocity.y() * time;
+    const double x = forward * way.straight - left * way.aside;
+    const double y = forward * way.aside + left * way.straight;
+    return {origin_.x() + (ahead_.x() * x - ahead_.y() * y),
+            origin_.y() + (ahead_.y() * x + ahead_.x() * y)};
+}
+
+inline Eigen::Vector2d Trajectory::position(Cycles at) const {
+    return position_after(driven_for(at));
+}
 
 }  // namespace kilotwin
 
