@@ -69,12 +69,18 @@ class Chance {
         return (static_cast<double>(sum) - MEAN_OF_EIGHT) * SCALE;
     }
 
-  private:
-    // Standardise the sum of eight uniform numbers of 16 bits: subtract their mean, scale to sd 1.
+    /// As given.
+    uint64_t seed() const { return seed_; }
+
+    // How normal() standardises its sum of eight uniform numbers of 16 bits: it subtracts their
+    // mean, then scales to a standard deviation of 1.
     static constexpr double MEAN_OF_EIGHT = 4 * 0xFFFF;
     static constexpr double SCALE = 1.224744871391589 * 0x1p-16;  // sqrt(12 / 8)
 
-    r123::Philox4x32::ctr_type block(uint32_t robot, Purpose purpose, uint64_t n) const {
+  private:
+    // Inlined always: out of line its result would go through memory.
+    [[gnu::always_inline]] r123::Philox4x32::ctr_type block(uint32_t robot, Purpose purpose,
+                                                            uint64_t n) const {
         const r123::Philox4x32::ctr_type counter = {{static_cast<uint32_t>(n),
                                                      static_cast<uint32_t>(n >> 32), robot,
                                                      static_cast<uint32_t>(purpose)}};

@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/large_pages.h"
+
 namespace kilotwin {
 
 /// 64 bytes that begin where a cache line does. Guests' state is allocated in these, so that two
@@ -27,7 +29,7 @@ template <typename T, size_t N> using Few = boost::container::small_vector<T, N>
 
 /// Records of all robots, by index. They never grow during a run, so that references into them stay
 /// valid.
-template <typename T> using Swarm = std::vector<T>;
+template <typename T> using Swarm = std::vector<T, LargePages<T>>;
 
 }  // namespace kilotwin
 

@@ -7,6 +7,7 @@
 
 #include "base/chance.h"
 #include "base/memory.h"
+#include "base/normal_pairs.h"
 #include "guest/robot.h"
 #include "infrared/frames_in_flight.h"
 
@@ -26,6 +27,7 @@ class RobotReceiver {
     RobotReceiver(const Settings &settings, const Chance &chance, const Swarm<Robot> &robots)
         : settings_(settings),
           chance_(chance),
+          pairs_(chance),
           robots_(robots) {}
 
     /// Whether chance loses a frame at a robot. `draw` is the robot's own count of frames.
@@ -38,18 +40,18 @@ class RobotReceiver {
 
     /// The readings of a robot's converter for the frame's leader, noise included.
     distance_measurement_t measure(const Reached &reached, uint64_t draw) const {
-        auto noise = [&](Purpose purpose) {
-            if (settings_.gain_noise_lsb == 0) return 0.0;
-            return settings_.gain_noise_lsb * chance_.normal(reached.station, purpose, draw);
-        };
-        const auto &gains = robots_[reached.station].calibration().gains;
-        return gains.measure(reached.distance_mm, noise(Purpose::LOW_GAIN),
-                             noise(Purpose::HIGH_GAIN));
+        std::array<double, 2> noise = {0, 0};
+        if (settings_.gain_noise_lsb > 0)
+            noise = pairs_.draw(reached.station, {Purpose::LOW_GAIN, Purpose::HIGH_GAIN}, draw);
+        return robots_[reached.station].calibration().gains.measure(
+            reached.distance_mm, settings_.gain_noise_lsb * noise[0],
+            settings_.gain_noise_lsb * noise[1]);
     }
 
   private:
     Settings settings_;
     const Chance &chance_;
+    NormalPairs pairs_;
     const Swarm<Robot> &robots_;
 };
 

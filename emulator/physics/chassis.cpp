@@ -24,7 +24,7 @@ double limited(double normal) { return std::clamp(normal, -SPREAD_LIMIT, SPREAD_
 
 Chassis::Chassis(const Profile &profile, const Chance &chance, size_t robots)
     : profile_(profile),
-      chance_(chance),
+      pairs_(chance),
       fastest_share_(FASTER_THAN_CALIBRATED),
       fastest_m_s_(profile.speed_m_s),
       // Straight on, each turns the robot half as fast about its leg as would move it by itself.
@@ -56,11 +56,12 @@ Chassis::Chassis(const Profile &profile, const Chance &chance, size_t robots)
 void Chassis::draw_noise(uint32_t robot) {
     if (profile_.motor_noise == 0) return;
     auto &motors = motors_[robot];
-    auto wobble = [&](Purpose purpose) {
-        const double normal = chance_.normal(robot, purpose, motors.noise_draws);
+    const auto normals =
+        pairs_.draw(robot, {Purpose::LEFT_NOISE, Purpose::RIGHT_NOISE}, motors.noise_draws);
+    auto wobble = [&](double normal) {
         return static_cast<float>(1 + profile_.motor_noise * limited(normal));
     };
-    motors.wobble = {wobble(Purpose::LEFT_NOISE), wobble(Purpose::RIGHT_NOISE)};
+    motors.wobble = {wobble(normals[LEFT]), wobble(normals[RIGHT])};
 }
 
 bool Chassis::starts(const Motors &motors, size_t side, Cycles at, uint8_t duty) const {

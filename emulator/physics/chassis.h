@@ -10,6 +10,7 @@
 #include "base/chance.h"
 #include "base/clock.h"
 #include "base/memory.h"
+#include "base/normal_pairs.h"
 #include "base/prefetch.h"
 #include "physics/motion.h"
 
@@ -79,7 +80,7 @@ class Chassis {
     void draw_noise(uint32_t robot);
 
     Profile profile_;
-    const Chance &chance_;
+    NormalPairs pairs_;
     double fastest_share_;  ///< limit of a motor, share of its calibrated speed
     double fastest_m_s_;
     std::array<Calibration, 2> calibrations_;  ///< one motor alone; both together

@@ -1,0 +1,42 @@
+/// An allocator that lays long arrays on large pages: with swarms of 10,000 robots and more the
+/// processor's table of pages is too small for 4 KB ones. Brings 5 % or more of `walk` there
+/// (docs/performance.md). std::allocator is its plain twin: results do not depend on it.
+#ifndef KILOTWIN_BASE_LARGE_PAGES_H
+#define KILOTWIN_BASE_LARGE_PAGES_H
+
+#include <sys/mman.h>
+
+#include <cstddef>
+#include <new>
+
+namespace kilotwin {
+
+/// Arrays of a large page (2 MB) or more begin on one, and the kernel is asked for large pages; it
+/// may refuse, and nothing is lost. Shorter arrays are allocated as usual.
+template <typename T> struct LargePages {
+    using value_type = T;
+
+    LargePages() = default;
+    template <typename U> LargePages(const LargePages<U> &) {}
+
+    T *allocate(size_t count) {
+        const size_t bytes = count * sizeof(T);
+        void *memory = ::operator new(bytes, alignment(bytes));
+        if (bytes >= PAGE) madvise(memory, bytes / PAGE * PAGE, MADV_HUGEPAGE);
+        return static_cast<T *>(memory);
+    }
+    void deallocate(T *memory, size_t count) {
+        ::operator delete(memory, alignment(count * sizeof(T)));
+    }
+    bool operator==(const LargePages &) const { return true; }
+
+  private:
+    static constexpr size_t PAGE = 2 << 20;
+    static constexpr std::align_val_t alignment(size_t bytes) {
+        return std::align_val_t(bytes >= PAGE ? PAGE : alignof(T));
+    }
+};
+
+}  // namespace kilotwin
+
+#endif
