@@ -26,8 +26,7 @@ class Stations {
     Stations(const Stations &) = delete;
     Stations &operator=(const Stations &) = delete;
 
-    // --- Time: for kinds that execute by themselves. Robots as guests are executed by the loop.
-    // ---
+    // --- Time: for kinds that execute by themselves; the loop executes robots that are guests. ---
 
     /// Executes everything before `until`, while there is no light anywhere. Called once.
     virtual void boot(Cycles /*until*/) {}
