@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "base/clock.h"
 #include "guest/infrared_gains.h"
@@ -21,6 +22,10 @@ struct Calibration {
     uint8_t turn_left, turn_right, straight_left, straight_right;
     InfraredGains gains;
 };
+
+/// The byte of the gain tables at `address`; none elsewhere. Robots and modules keep them at the
+/// same addresses, each gain's upper byte first.
+std::optional<uint8_t> gain_byte(const InfraredGains &gains, uint16_t address);
 
 /// The byte that calibration leaves at an address, 0..1023: uid, duties, gain tables, the IR LED on
 /// PB0. OSCCAL and all else is erased, 0xFF.

@@ -205,14 +205,7 @@ CellLight Module::light(uint8_t cell, Cycles at) const {
 uint8_t Module::eeprom(uint16_t address) const {
     address %= EEPROM_BYTES;
     if (eeprom_) return (*eeprom_)[address];
-    constexpr uint16_t TABLE_BYTES = 2 * GAIN_ENTRIES;
-    auto word = [address](uint16_t base, uint16_t value) {
-        return static_cast<uint8_t>((address - base) % 2 == 0 ? value >> 8 : value);
-    };
-    if (address >= EEPROM_LOW_GAIN && address < EEPROM_LOW_GAIN + TABLE_BYTES)
-        return word(EEPROM_LOW_GAIN, gains_.low((address - EEPROM_LOW_GAIN) / 2));
-    if (address >= EEPROM_HIGH_GAIN && address < EEPROM_HIGH_GAIN + TABLE_BYTES)
-        return word(EEPROM_HIGH_GAIN, gains_.high((address - EEPROM_HIGH_GAIN) / 2));
+    if (const auto gain = gain_byte(gains_, address)) return *gain;
     if (address == EEPROM_X) return x_;
     if (address == EEPROM_Y) return y_;
     return 0xFF;  // erased
