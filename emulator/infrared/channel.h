@@ -21,12 +21,12 @@ namespace kilotwin {
 
 class Stations;
 
-/// A robot's part in what became of frames.
+/// Frames of one robot.
 struct FrameCounts {
     uint32_t sent = 0, received = 0;
 };
 
-/// What became of frames, over all robots.
+/// Fates of frames, over all robots.
 struct ChannelCounts {
     uint64_t sent = 0, received = 0;  ///< received: at a robot
     uint64_t wrong_crc = 0;           ///< sent, but no robot takes them
@@ -36,7 +36,7 @@ struct ChannelCounts {
     uint64_t lost = 0;                ///< lost at a receiver by chance
 };
 
-/// What a channel shares with the simulation; all of it must live on.
+/// Shared by a channel and the simulation; all of it must live on.
 struct ChannelContext {
     const Chance &chance;
     Swarm<Robot> &robots;
@@ -96,6 +96,22 @@ class Channel {
 
   protected:
     void begin_step(Cycles begin, Cycles end);
+
+    /// When light of another robot may first fall on `robot`, at most `limit`: not before the other
+    /// may begin a frame (`begin_of`), nor before it can be within `range_of`, in m. Two robots
+    /// approach each other by twice the speed of the fastest.
+    template <typename Range, typename Begin>
+    Cycles first_light(uint32_t robot, Cycles limit, Range range_of, Begin begin_of) const {
+        const Bodies &bodies = context_.bodies;
+        const double s_per_m = 1 / (2 * bodies.fastest_m_s());
+        const Eigen::Vector2d here = bodies.position(robot);
+        for (uint32_t other : bodies.lists().of(robot)) {  // no branch: it could not be predicted
+            const double way_m = (bodies.position(other) - here).norm() - range_of(other);
+            const Cycles in_reach = now_ + whole_steps(way_m * s_per_m, context_.step);
+            limit = std::min(limit, std::max(begin_of(other), in_reach));
+        }
+        return limit;
+    }
 
     ChannelContext context_;
     std::vector<Stations *> others_;  ///< kinds that execute by themselves

@@ -33,19 +33,14 @@ void IdealChannel::run(Cycles begin, Cycles end, Cycles /*limit*/) { begin_step(
 Cycles IdealChannel::lookahead(uint32_t robot, Cycles limit) {
     const Cycles step = context_.step;
     if (!has_lookahead_) return end_;
-    const Bodies &bodies = context_.bodies;
-    const double s_per_m = 1 / (2 * bodies.fastest_m_s());
-    const Cycles until = std::min(
-        {limit, bodies.lists_hold_until() + step, now_ + (PlannedFrames::STEPS - 1) * step});
+    const Cycles until = std::min({limit, context_.bodies.lists_hold_until() + step,
+                                   now_ + (PlannedFrames::STEPS - 1) * step});
     if (until <= end_) return end_;
-    Cycles matters = end_of_step(until - step, step);  // senders that begin before
-    const Eigen::Vector2d here = bodies.position(robot);
-    for (uint32_t other : bodies.lists().of(robot)) {  // no branch: it could not be predicted
-        const double way_m = (bodies.position(other) - here).norm() - range_m_;
-        const Cycles in_reach = now_ + whole_steps(way_m * s_per_m, step);
-        matters = std::min(matters, std::max(begin_of_step(next_begin_[other], step), in_reach));
-    }
-    return std::min(until, matters + step);
+    // All have one range, and a frame counts from the step on in which it begins.
+    auto range_of = [this](uint32_t) { return range_m_; };
+    auto begin_of = [&](uint32_t other) { return begin_of_step(next_begin_[other], step); };
+    return std::min(until,
+                    first_light(robot, end_of_step(until - step, step), range_of, begin_of) + step);
 }
 
 // Tick by tick is the oracle of run ahead: the same result in smaller pieces.
@@ -66,6 +61,7 @@ void IdealChannel::plan_frames(uint32_t robot) {
     sender.next_request = context_.robots[robot].next_ask();
     if (sender.planned == 0)
         next_begin_[robot] = emissions.empty() ? sender.next_request : emissions.front().at;
+    // Filled where they stand: a copy of a frame that was just written would wait for its parts.
     for (size_t i = 0; i < emissions.size(); i++) {
         const Cycles next = i + 1 < emissions.size() ? emissions[i + 1].at : sender.next_request;
         PlannedFrame &planned = frames_.at(emissions[i].at, context_.step).emplace_back();
