@@ -69,9 +69,9 @@ check-firmware: apt
 	@echo "== firmware: warnings of gcc, clang and avr-gcc, clang-tidy"
 	@$(MAKE) -C firmware check
 	@$(MAKE) -C kilogrid_modules check
-	@mkdir -p build; clang-tidy --quiet $(shell find firmware kilogrid_modules/protocol \
+	@mkdir -p build; clang-tidy --quiet $(shell find firmware kilogrid_modules/protocol kilogrid_modules/runtime/core \
 	    -name '*.c' ! -name kilogrid_can.c -not -path '*/avr/*' -not -path '*/kilogrid/*') -- -std=gnu11 \
-	    -Ifirmware/kilolib/include 2> build/clang-tidy.log || { cat build/clang-tidy.log; exit 1; }
+	    -Ifirmware/kilolib/include -Ikilogrid_modules/protocol 2> build/clang-tidy.log || { cat build/clang-tidy.log; exit 1; }
 	@clang-tidy --quiet firmware/kilogrid/*.c -- -std=gnu99 -O2 --target=avr $(AVR_CHIP) \
 	    -isystem /usr/lib/avr/include -Ifirmware/kilogrid/include \
 	    -Ifirmware/kilolib/include > build/clang-tidy-grid.log 2>&1 || { cat build/clang-tidy-grid.log; exit 1; }

@@ -18,8 +18,8 @@ using Cycles = uint64_t;
 
 /// Later than any moment: of what does not happen.
 constexpr Cycles NEVER = std::numeric_limits<Cycles>::max();
-/// Of a chip without oscillator error.
-constexpr Cycles CYCLES_PER_SECOND = 8'000'000;
+/// Those of a chip without oscillator error: 8,000,000.
+constexpr Cycles CYCLES_PER_SECOND = 1000 * CYCLES_PER_MS;
 /// 32.768 ms, nominal (hardware.md 1.6).
 constexpr Cycles TICK_CYCLES = TICK_COUNTS * COUNT_CYCLES;
 /// One infrared frame with its last slot, 4.371 ms (hardware.md 1.6).

@@ -11,8 +11,8 @@
 
 namespace kilotwin {
 
-/// A millisecond, 8,000 cycles.
-constexpr Cycles MS = CYCLES_PER_SECOND / 1000;
+/// A millisecond.
+constexpr Cycles MS = CYCLES_PER_MS;
 
 /// Dwell of the receiver on a cell.
 constexpr Cycles DWELL_CYCLES = TURNS_DWELL_UNITS * COUNT_CYCLES;
