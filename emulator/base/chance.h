@@ -13,7 +13,7 @@
 
 namespace kilotwin {
 
-/// What a draw is for. Numbers are part of "same seed, same result": never change or reuse one.
+/// Purpose of a draw. Numbers are part of "same seed, same result": never change or reuse one.
 /// 1 to 31 robots, 32 to 39 chips on boards, 40 to 63 modules and cells, 64 CAN, 72 twins.
 enum class Purpose : uint32_t {
     PLACE = 1,         ///< where a robot without a pose starts: x, y, and again while it overlaps
@@ -69,7 +69,7 @@ class Chance {
         return (static_cast<double>(sum) - MEAN_OF_EIGHT) * SCALE;
     }
 
-    /// As given.
+    /// As given. With it others draw the same numbers (base/normal_pairs.h).
     uint64_t seed() const { return seed_; }
 
     // How normal() standardises its sum of eight uniform numbers of 16 bits: it subtracts their
@@ -78,7 +78,8 @@ class Chance {
     static constexpr double SCALE = 1.224744871391589 * 0x1p-16;  // sqrt(12 / 8)
 
   private:
-    // Inlined always: out of line its result would go through memory.
+    // Inlined always: out of line its result would go through memory. Ten rounds of Philox, after
+    // Salmon et al., "Parallel random numbers: as easy as 1, 2, 3" (2011), by Random123.
     [[gnu::always_inline]] r123::Philox4x32::ctr_type block(uint32_t robot, Purpose purpose,
                                                             uint64_t n) const {
         const r123::Philox4x32::ctr_type counter = {{static_cast<uint32_t>(n),

@@ -18,7 +18,8 @@ struct alignas(64) CacheLine {
     uint8_t bytes[64];
 };
 
-/// The number of cache lines that hold `bytes`; 0 for none.
+/// The number of cache lines that hold `bytes`; 0 for none. For allocations in CacheLine and for
+/// prefetching.
 constexpr size_t cache_lines(size_t bytes) {
     return (bytes + sizeof(CacheLine) - 1) / sizeof(CacheLine);
 }
@@ -27,8 +28,8 @@ constexpr size_t cache_lines(size_t bytes) {
 /// robot has, and that are mostly short.
 template <typename T, size_t N> using Few = boost::container::small_vector<T, N>;
 
-/// Records of all robots, by index. They never grow during a run, so that references into them stay
-/// valid.
+/// Records of all robots, by index, on large pages where there are many. They never grow during a
+/// run, so that references into them stay valid.
 template <typename T> using Swarm = std::vector<T, LargePages<T>>;
 
 }  // namespace kilotwin

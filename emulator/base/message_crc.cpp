@@ -6,7 +6,7 @@ namespace kilotwin {
 
 namespace {
 
-// What a byte makes of the low half of the CRC; the polynomial is 0x8408.
+// The change of the CRC by each value of its low half; the polynomial is 0x8408.
 constexpr std::array<uint16_t, 256> TABLE = [] {
     std::array<uint16_t, 256> table{};
     for (uint32_t i = 0; i < 256; i++) {

@@ -9,23 +9,24 @@
 
 #include "base/chance.h"
 
-#ifdef __SSE2__
-#include <emmintrin.h>
-#endif
-
 namespace kilotwin {
 
-/// Draws of one seed. Without state, as Chance; 320 bytes with SSE2.
+/// Draws of one seed. Without state, as Chance, so that any number of users may share one object.
+/// 320 bytes where the processor has SSE2, as each x86-64 has; elsewhere it calls Chance twice.
 class NormalPairs {
   public:
+    /// Draws of the same seed as `chance`, which need not live on. Computes the keys of all rounds
+    /// once.
     explicit NormalPairs(const Chance &chance);
 
-    /// Chance::normal() for two purposes, bit for bit.
+    /// Chance::normal() of `robot` for both purposes, bit for bit: mean 0, variance 1, within
+    /// +-4.9. n from 0, the same for both. The two may be equal. Costs little more than one draw.
     std::array<double, 2> draw(uint32_t robot, std::array<Purpose, 2> purposes, uint64_t n) const;
 
   private:
 #ifdef __SSE2__
-    /// The keys of one of Philox' rounds. A word is the lower half of a lane.
+    /// The keys of one of Philox' ten rounds, twice each: one for each lane. A word is the lower
+    /// half of its lane, which the product of two words needs whole.
     struct alignas(16) RoundKeys {
         uint64_t a[2], b[2];
     };
@@ -34,59 +35,6 @@ class NormalPairs {
     Chance chance_;
 #endif
 };
-
-#ifdef __SSE2__
-
-inline NormalPairs::NormalPairs(const Chance &chance) {
-    auto a = static_cast<uint32_t>(chance.seed()), b = static_cast<uint32_t>(chance.seed() >> 32);
-    for (RoundKeys &keys : round_keys_) {
-        keys = {{a, a}, {b, b}};
-        a += PHILOX_W32_0;
-        b += PHILOX_W32_1;
-    }
-}
-
-inline std::array<double, 2> NormalPairs::draw(uint32_t robot, std::array<Purpose, 2> purposes,
-                                               uint64_t n) const {
-    auto both = [](uint64_t word) { return _mm_set1_epi64x(static_cast<int64_t>(word)); };
-    auto upper = [](__m128i lanes) { return _mm_shuffle_epi32(lanes, _MM_SHUFFLE(3, 3, 1, 1)); };
-    auto key = [](const uint64_t(&lanes)[2]) {
-        return _mm_load_si128(reinterpret_cast<const __m128i *>(lanes));
-    };
-    const __m128i first = both(PHILOX_M4x32_0), second = both(PHILOX_M4x32_1);
-    __m128i a = both(n), b = both(n >> 32), c = both(robot);
-    __m128i d =
-        _mm_set_epi64x(static_cast<uint32_t>(purposes[1]), static_cast<uint32_t>(purposes[0]));
-    for (const RoundKeys &keys : round_keys_) {
-        const __m128i one = _mm_mul_epu32(a, first), other = _mm_mul_epu32(c, second);
-        a = _mm_xor_si128(_mm_xor_si128(upper(other), b), key(keys.a));
-        c = _mm_xor_si128(_mm_xor_si128(upper(one), d), key(keys.b));
-        b = other;  // upper halves of lanes are left as they are: no product reads them
-        d = one;
-    }
-    const __m128i half = _mm_set1_epi32(0xFFFF);
-    __m128i sums = _mm_setzero_si128();
-    for (const __m128i word : {a, b, c, d})
-        sums =
-            _mm_add_epi32(sums, _mm_add_epi32(_mm_and_si128(word, half), _mm_srli_epi32(word, 16)));
-    const __m128i lower = _mm_shuffle_epi32(sums, _MM_SHUFFLE(3, 1, 2, 0));
-    std::array<double, 2> normals;
-    _mm_storeu_pd(normals.data(),
-                  _mm_mul_pd(_mm_sub_pd(_mm_cvtepi32_pd(lower), _mm_set1_pd(Chance::MEAN_OF_EIGHT)),
-                             _mm_set1_pd(Chance::SCALE)));
-    return normals;
-}
-
-#else
-
-inline NormalPairs::NormalPairs(const Chance &chance) : chance_(chance) {}
-
-inline std::array<double, 2> NormalPairs::draw(uint32_t robot, std::array<Purpose, 2> purposes,
-                                               uint64_t n) const {
-    return {chance_.normal(robot, purposes[0], n), chance_.normal(robot, purposes[1], n)};
-}
-
-#endif
 
 }  // namespace kilotwin
 

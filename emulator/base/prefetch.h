@@ -28,7 +28,7 @@ inline void prefetch_line(const void *byte) {
     asm volatile("");
 }
 
-/// The same for `bytes` from `memory` on, which begins a cache line.
+/// The same for all lines of `bytes` from `memory` on, which begins a cache line.
 inline void prefetch_bytes(const void *memory, size_t bytes) {
     const auto *begin = static_cast<const CacheLine *>(memory);
     for (size_t i = 0; i < cache_lines(bytes); i++) prefetch_line(begin + i);

@@ -25,7 +25,9 @@ template <typename Wanted> void choose(std::vector<uint32_t> &chosen, size_t cou
     chosen.resize(n);
 }
 
-/// Sorts a list whose first `sorted` items are sorted. In time O(list), where few follow them.
+/// Sorts a list whose first `sorted` items are in order already: sorts the tail, then merges. In
+/// time O(list), where few follow them. For lists that a world step only adds to:
+/// robots near a contact, and their pairs. Equal items may come in any order.
 template <typename T> void sort_tail(std::vector<T> &list, size_t sorted) {
     const auto tail = list.begin() + static_cast<ptrdiff_t>(sorted);
     std::sort(tail, list.end());

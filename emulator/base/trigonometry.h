@@ -16,6 +16,7 @@ constexpr double PI = 3.14159265358979323846;
 /// (cos, sin) of an angle in radians, |angle| <= 1e6. Absolute error below 1e-15 within one turn.
 Eigen::Vector2d direction(double angle);
 
+/// The displacement along a path that turns steadily, as a robot with both motors on drives.
 /// Where a path of length 1 that turns on the way ends, in the frame of its begin.
 struct Arc {
     double straight, aside;  ///< ahead, and to the left
@@ -24,7 +25,8 @@ struct Arc {
 /// Coefficients of two polynomials, highest power first.
 template <size_t TERMS> using TwoSeries = std::array<std::array<double, 2>, TERMS>;
 
-/// Both polynomials at x, as an array of two: the compiler takes them side by side.
+/// Both polynomials at x by Horner's rule, as an array of two: the compiler takes them side by
+/// side. Inline, as arc() is: each robot is placed by one at each world step.
 template <size_t TERMS> Eigen::Array2d series(const TwoSeries<TERMS> &coefficients, double x) {
     using Two = Eigen::Map<const Eigen::Array2d>;
     Eigen::Array2d value = Two(coefficients[0].data());
@@ -32,7 +34,8 @@ template <size_t TERMS> Eigen::Array2d series(const TwoSeries<TERMS> &coefficien
     return value;
 }
 
-/// Up to this angle arc() takes a series: no call and no table. In rad.
+/// The limit between arc()'s two ways, in rad. Up to this angle it takes a series: no call and no
+/// table.
 constexpr double SHORT_ARC = 0.5;
 
 /// Taylor series in x^2; what is left out is below 1e-17.
@@ -45,7 +48,7 @@ constexpr TwoSeries<7> SHORT_ARC_SERIES = {{{1.0 / 6227020800, 1.0 / 87178291200
                                             {-1.0 / 6, -1.0 / 24},
                                             {1.0, 1.0 / 2}}};
 
-/// arc() beyond SHORT_ARC.
+/// arc() beyond SHORT_ARC, from direction(): several times as expensive.
 Arc long_arc(double angle);
 
 /// The arc that turns by `angle` (rad): sin(angle) / angle, (1 - cos(angle)) / angle. Absolute

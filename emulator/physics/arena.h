@@ -25,7 +25,7 @@ struct Region {
     double distance_to_edge(const Eigen::Vector2d &point) const;
 };
 
-/// What the floor of a run is like. Read by bodies (walls), the virtual floor and the recorder
+/// Shape, sites and walls of a run. Read by bodies (walls), the virtual floor and the recorder
 /// (sites).
 struct Arena {
     Region bounds;              ///< what the walls enclose

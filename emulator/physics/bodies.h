@@ -170,7 +170,7 @@ class Bodies {
     void add_touching(uint32_t robot);
     void add_touched(uint32_t robot);
 
-    // What follows it: touching_ to contacts_, and their poses back.
+    // After it: touching_ to contacts_, and their poses back.
     void update_contacts();
     void step_contacts();
     /// A body goes on from where the contact left it.
@@ -207,7 +207,7 @@ class Bodies {
     Swarm<Candidates> candidates_;
     Swarm<FreeMotion> free_motions_;
 
-    // Of one step; kept for their memory.
+    // Lists of one step; kept for their memory.
     std::vector<uint32_t> changing_;      ///< robots whose drive changes
     std::vector<uint32_t> near_contact_;  ///< robots to be examined by the broad phase
     std::vector<uint32_t> touching_;      ///< robots that may touch something, ascending

@@ -80,7 +80,7 @@ class Chassis {
     void draw_noise(uint32_t robot);
 
     Profile profile_;
-    NormalPairs pairs_;
+    NormalPairs pairs_;     ///< noise of both motors is drawn at once
     double fastest_share_;  ///< limit of a motor, share of its calibrated speed
     double fastest_m_s_;
     std::array<Calibration, 2> calibrations_;  ///< one motor alone; both together

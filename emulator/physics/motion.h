@@ -30,10 +30,12 @@ struct Drive {
     }
 };
 
-/// A pose and a drive at one moment, and what follows from them.
+/// A pose and a drive at one moment, and what follows from them. A robot in contact is restarted at
+/// each world step; any other only where its drive changes. Two cache lines; bodies keep one for
+/// each robot (physics/bodies.h), and a copy of those that change their drive within a step.
 class Trajectory {
   public:
-    /// At the origin, at rest, from time 0.
+    /// At the origin, at rest, from time 0: until restart() it has no meaning.
     Trajectory() = default;
     Trajectory(Cycles at, const Pose &pose) { restart(at, pose); }
 
@@ -49,7 +51,7 @@ class Trajectory {
     double heading(Cycles at) const;            ///< rad, [-pi, pi)
     Eigen::Vector2d ahead(Cycles at) const;     ///< unit vector of its heading
 
-    /// The present drive.
+    /// The present drive, as change() set it; restart() keeps it. At rest until then.
     const Drive &drive() const { return drive_; }
 
   private:
@@ -65,6 +67,7 @@ class Trajectory {
 };
 
 // Straight on, or along a circle: the velocity turns with the robot, and its integral is exact.
+// Inline since each world step places all robots.
 inline Eigen::Vector2d Trajectory::position_after(double time) const {
     if (drive_.stands()) return origin_;
     const Arc way = arc(drive_.turn * time);

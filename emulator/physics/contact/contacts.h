@@ -23,7 +23,7 @@ namespace kilotwin {
 
 /// A robot near a contact, for one step. In the order of Contacts::robots().
 struct ContactBody {
-    /// What it may touch within the step.
+    /// The contacts that it may have within the step.
     enum class Kind : uint8_t { NONE, WALL, ROBOT, ISLAND };
 
     Pose pose;         ///< when the step begins
@@ -53,9 +53,11 @@ class Contacts {
     /// Robots held, ascending; as of the last update().
     const std::vector<uint32_t> &robots() const { return robots_; }
 
-    /// Takes a robot in that is not held, with the velocity that it has at `at`.
+    /// Takes a robot in that is not held, with the velocity that it has at `at`. It is listed from
+    /// the next update() on, in its place by index, so that results do not depend on the order of
+    /// calls.
     void add(uint32_t robot, const Trajectory &trajectory, Cycles at);
-    /// Lets a held robot go.
+    /// Lets a held robot go; it is listed until the next update().
     void remove(uint32_t robot);
 
     /// To be called after add() and remove(), before robots() and step(). Linear in robots held.

@@ -26,7 +26,7 @@ struct Shift {
     }
 };
 
-/// What all robots of a run have in common.
+/// Common to all robots of a run.
 struct Mechanics {
     double radius_m;
     double push_m_s2;    ///< force of the drive over the robot's mass
