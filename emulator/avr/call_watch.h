@@ -33,7 +33,7 @@ class CallWatch : public Microcontroller::Follower {
         uint64_t longest = 0;  ///< cycles, interrupts included, of calls that have returned
         uint32_t tick = 0;     ///< when the longest began, see RobotBoard::tick()
     };
-    /// Of each watched function, in the order of watch().
+    /// Results of the watched functions, in the order of watch().
     const std::vector<Call> &calls() const { return calls_; }
 
     /// Whether the function at `entry`, one of those watched, or one that it has called, is

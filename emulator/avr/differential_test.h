@@ -54,7 +54,7 @@ class DifferentialTest {
         uint32_t tick;               ///< since power-up
         Cycles at;                   ///< world time
         std::vector<uint8_t> value;  ///< RGB(); left, right; data, type and CRC
-        /// What was decided, for people: "motors 70 and 0".
+        /// The decision, for people: "motors 70 and 0".
         std::string text(Kind kind) const;
     };
 
@@ -82,7 +82,7 @@ class DifferentialTest {
     uint64_t compared() const { return compared_; }  ///< pairs of decisions that agreed
     uint64_t received() const { return received_; }  ///< messages given to both
 
-    // Of pairs that agreed, the pair farthest apart: time, and ticks.
+    // The farthest apart of the pairs that agreed: time, and ticks.
     Cycles worst_lag() const { return worst_lag_; }
     uint32_t ticks_apart() const { return ticks_apart_; }
 

@@ -86,7 +86,7 @@ class Bridge {
     /// Clients connected now.
     size_t clients() const;
 
-    /// What happened to clients since the last call, a line each for people.
+    /// News of clients since the last call, a line each for people.
     std::vector<std::string> notes();
 
   private:

@@ -10,7 +10,7 @@
 /// their data differ, and then destroy each other's frames; here the lower node index goes first.
 /// The Kilogrid's identifiers to the host hold the sender's address, so it does not happen there.
 ///
-/// Times are cycles of 125 ns since power-up of the grid, and never go back: whoever owns the bus
+/// Times are cycles of 125 ns since power-up of the grid, and never go back: the owner of the bus
 /// calls run(), then queue() and the faults for moments from there on. An idle bus costs nothing. A
 /// frame costs O(log n) for n nodes, and O(n) after an error, which every node counts.
 #ifndef KILOTWIN_GRID_CAN_BUS_H

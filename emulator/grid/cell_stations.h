@@ -22,7 +22,7 @@
 
 namespace kilotwin {
 
-/// What all cells have in common: the grid is executed in the order of time, whatever its modules
+/// Common to all cells: the grid is executed in the order of time, whatever its modules
 /// are, and may begin a frame at any time.
 class CellStations : public Stations {
   public:
@@ -128,7 +128,7 @@ class GuestCells final : public KilobotCells {
     void hold_receivers(const Frame &frame, Cycles begin, Cycles end) override;
 
   private:
-    /// What a module's one transmitter and one receiver are busy with.
+    /// Occupation of a module's one transmitter and one receiver.
     struct Transceiver {
         Cycles sending_until = 0;    ///< deaf before
         Cycles receiving_until = 0;  ///< does not send before

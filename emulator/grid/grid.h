@@ -90,14 +90,14 @@ class ModuleBoards {
     virtual bool module_stopped(uint32_t module) const = 0;     ///< it crashed
     virtual uint32_t module_ticks(uint32_t module) const = 0;   ///< since power-up
     virtual uint32_t frames_missed(uint32_t module) const = 0;  ///< its buffers were full
-    /// What they printed, and how they failed, since the last call; `robot` is the module's index.
+    /// Prints and failures of modules since the last call; `robot` is the module's index.
     virtual Events take_module_events() = 0;
 };
 
 /// One per run with a `[grid]`.
 class Grid {
   public:
-    /// What befalls a module at a time.
+    /// A fault of a module, and its time.
     struct Fault {
         enum class Kind : uint8_t {
             DEAD,     ///< power gone
@@ -182,7 +182,7 @@ class Grid {
     /// answer().
     std::optional<uint32_t> run(Cycles until);
 
-    /// What became of what `module` was about to send at `asked`; without meaning if it lost its
+    /// Fate of the frame that `module` was about to send at `asked`; without meaning if it lost its
     /// power since.
     void answer(uint32_t module, Cycles asked, Module::Answer answer);
 
@@ -202,7 +202,7 @@ class Grid {
     void receive_ir(Cycles at, uint32_t cell, const message_t &message,
                     distance_measurement_t distance, bool crc_error);
 
-    /// What the LEDs of a cell show at `at`, up to which everything has been executed.
+    /// Colour of a cell at `at`, up to which everything has been executed.
     CellLight light(uint32_t cell, Cycles at);
 
     /// How a module is. What one on a board makes of itself, only its answers by CAN tell.
@@ -221,7 +221,7 @@ class Grid {
     Events take_events();
     /// A bus, by index; the lowest rows are on bus 0.
     const CanBus &bus(uint32_t index) const { return buses_[index]; }
-    /// Of a module on its bus; the host is node 0 of each.
+    /// Node of a module on its bus; the host is node 0 of each.
     uint32_t node(uint32_t module) const { return node_[module]; }
 
     Counts counts;

@@ -37,7 +37,7 @@ namespace kilotwin {
 
 constexpr uint8_t CELLS_PER_MODULE = N_CELLS;
 
-/// What all modules of a grid share. Outlives them.
+/// Shared by all modules of a grid. Outlives them.
 struct ModuleContext {
     const Chance &chance;
     Events &events;            ///< their prints and failures; `robot` is the module's index
@@ -263,7 +263,7 @@ class Module {
 
     // module_can.cpp: orders, answers.
     void take_can();  ///< the controller's interrupt
-    /// What the core leaves to the driver.
+    /// Orders that the core leaves to the driver.
     void carry_out(order_t order, const CanFrame &frame);
     void configure();  ///< copies the configuration into the program's
     void forward();    ///< an infrared message of the host to the cells

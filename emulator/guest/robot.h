@@ -57,7 +57,7 @@ struct BlackBox {
     uint32_t tick;   ///< its kilo_ticks at the last tick
 };
 
-/// What all robots of a simulation share.
+/// Shared by all robots of a simulation.
 struct RobotContext {
     const Chance &chance;
     Events &events;
@@ -96,7 +96,7 @@ class alignas(64) Robot {
         if (!on_board()) prefetch_bytes(image_, program_->state_bytes());
     }
 
-    /// What receive() needs, and what disturb() and the gains need as well.
+    /// Prefetch the fields of receive(), and those of disturb() and the gains as well.
     void prefetch_receiver() const {
         prefetch_line(&next_message_);
         prefetch_line(&inbox_);
@@ -298,7 +298,7 @@ class alignas(64) Robot {
     bool answer_ = false;  ///< of the channel
 
   public:
-    /// What the light sensor reads from now on, 0..1023; set from outside.
+    /// Reading of the light sensor from now on, 0..1023; set from outside.
     int16_t light = 0;
 
   private:

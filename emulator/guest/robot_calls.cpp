@@ -1,4 +1,4 @@
-// What a robot's program calls: the engine's side of the Kilobot API (kt_host_t, abi.h). All of it
+// Calls of a robot's program: the engine's side of the Kilobot API (kt_host_t, abi.h). All of it
 // acts on the robot that is running.
 #include <algorithm>
 

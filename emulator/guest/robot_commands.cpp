@@ -1,4 +1,4 @@
-// What reaches a robot: messages, light on its receiver, commands and the states that they lead to.
+// Inputs of a robot: messages, light on its receiver, commands and the states that they lead to.
 #include <algorithm>
 #include <cstring>
 
@@ -116,7 +116,7 @@ void Robot::start_again() {
 }
 
 void Robot::restart_from_zero() {
-    note(JUMPS_TO_ZERO, "it jumped to address 0, as who calls a NULL pointer does; as on "
+    note(JUMPS_TO_ZERO, "it jumped to address 0, as by a call through a NULL pointer; as on "
                         "the robot, it starts again with main() and waits for RUN");
     start_again();
     now_ += RESTART_CYCLES;

@@ -1,4 +1,4 @@
-// What a robot shows: motors, LED, the battery they drain, and events.
+// Outputs of a robot: motors, LED, the battery they drain, and events.
 #include <algorithm>
 #include <cstring>
 
@@ -9,7 +9,7 @@
 
 namespace kilotwin {
 
-// What the registers make of motors and LED: hardware.md 1.8.
+// Motors and LED by the registers: hardware.md 1.8.
 void Robot::take_outputs(uint64_t seen) {
     outputs_seen_ = seen;
     kt_outputs_t registers;

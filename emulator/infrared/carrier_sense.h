@@ -25,7 +25,7 @@ class CarrierSense {
           held_busy_(held_busy),
           frames_(frames) {}
 
-    /// What the attempt `frame` found, when its window is over. Light on the receiver while it
+    /// Result of the attempt `frame`, when its window is over. Light on the receiver while it
     /// polled: the start pulse of a frame begun meanwhile, or the leader's stop pulse of one that
     /// began too shortly before its own to be noticed. Time O(frames audible).
     bool finds_busy(const Frame &frame) const;

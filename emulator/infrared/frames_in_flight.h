@@ -17,7 +17,7 @@
 
 namespace kilotwin {
 
-/// What becomes of a frame at one receiver.
+/// Fate of a frame at one receiver.
 enum class Fate : uint8_t {
     CLEAR,      ///< it will be received
     COLLIDED,   ///< another frame overlaps it there
@@ -51,7 +51,7 @@ class FramesInFlight {
     static constexpr uint32_t NONE = UINT32_MAX;
     using Indices = Few<uint32_t, 4>;  ///< of frames, see operator[]
 
-    /// What is known of a station: one cache line.
+    /// State of a station: one cache line.
     struct alignas(64) Station {
         Indices audible;        ///< frames whose light falls on it
         uint64_t draws = 0;     ///< so many numbers were drawn for what it receives

@@ -150,7 +150,7 @@ Cycles GuestRobots::next_request(const Robot &robot) {
     return robot.question() != Robot::Question::NONE ? robot.now() : robot.next_ask();
 }
 
-/// What a robot sends at its request begins now; later frames begin in their time.
+/// A frame that a robot sends at its request begins now; later ones begin in their time.
 void GuestRobots::plan_frames(uint32_t index) {
     const auto &emissions = context_.emissions;
     auto &station = channel_.in_flight().station(index);
@@ -166,7 +166,7 @@ void GuestRobots::plan_frames(uint32_t index) {
         auto &planned = planned_at(emission.at);
         if (emission.at < channel_.end())
             schedule({emission.at, What::BEGIN, static_cast<uint32_t>(planned.size())});
-        PlannedFrame &frame = planned.emplace_back();
+        PlannedFrame &frame = planned.emplace_back();  // filled where it stands
         frame.emission = emission;
         frame.next = next;
     }

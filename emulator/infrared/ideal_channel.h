@@ -52,7 +52,7 @@ class IdealChannel final : public Channel {
     void deliver(uint32_t robot, Cycles begin, const message_t &message, int16_t distance_mm);
 
   private:
-    /// What a robot sends: half a line of the cache.
+    /// A robot as sender: half a line of the cache.
     struct alignas(32) Sender {
         Cycles next_request = 0;      ///< the earliest begin of a frame after the planned ones
         Cycles receivers_at = NEVER;  ///< when the kept receivers were found; NEVER: do not hold

@@ -64,7 +64,7 @@ class KilobotChannel final : public Channel {
 
     // --- For the kinds of stations ---
 
-    // What kinds share: settings, receivers, windows, frames, counts.
+    // Shared by kinds: settings, receivers, windows, frames, counts.
     const Settings &settings() const { return settings_; }
     const RobotReceiver &receiver() const { return receiver_; }
     const CarrierSense &carrier_sense() const { return carrier_sense_; }

@@ -52,7 +52,7 @@ class ReceiversInRange {
         return receivers;
     }
 
-    /// What find() last found for `sender` with `keep`.
+    /// Result of the last find() for `sender` with `keep`.
     const std::vector<Receiver> &kept(uint32_t sender) const { return kept_[sender]; }
 
   private:

@@ -1,4 +1,4 @@
-/// What robots' receivers make of a frame that nothing spoils: lost by chance, or received with two
+/// Reception by robots of a frame that nothing spoils: lost by chance, or received with two
 /// gains that tell the distance (hardware.md 1.10).
 #ifndef KILOTWIN_INFRARED_ROBOT_RECEIVER_H
 #define KILOTWIN_INFRARED_ROBOT_RECEIVER_H

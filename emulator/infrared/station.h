@@ -3,8 +3,8 @@
 /// A Stations object speaks for all stations of one kind: robots as guests, robots on boards, cells
 /// of a grid. Stations are numbered through: the robots first, whatever their kind, then the cells.
 /// The channel decides what light does on the air (range, carrier sense, collisions, half duplex);
-/// a kind decides who of its own is in reach, and what its receivers make of a frame. A new kind of
-/// station is a new class here; no channel tests what kind one is.
+/// a kind decides which of its own are in reach, and what its receivers make of a frame. A new kind
+/// of station is a new class here; no channel tests what kind one is.
 ///
 /// Kinds are called per frame, receiver or event, not per tick. Calls that a kind has no use for
 /// have empty defaults. All times are the world's, in cycles.

@@ -2,7 +2,7 @@
 /// message what it stands on and whether something is close ahead (design.md 5.3). Outside the
 /// medium: it is lossless and takes no air time.
 ///
-/// What a control step senses between two world steps is sensed at the next one. A message goes out
+/// A control step that senses between two world steps does so at the next one. A message goes out
 /// when what it says changes, and at least every `repeat_ticks`.
 #ifndef KILOTWIN_INFRARED_VIRTUAL_FLOOR_H
 #define KILOTWIN_INFRARED_VIRTUAL_FLOOR_H

@@ -7,7 +7,7 @@
 
 namespace kilotwin {
 
-/// What numpy.dtype() makes CanRecord from: (name, type) of each member, in order.
+/// Argument of numpy.dtype() for CanRecord: (name, type) of each member, in order.
 nanobind::list can_record_fields();
 
 /// Adds the classes Bridge and BridgeError, and CAN_RECORD, to the module.

@@ -2,7 +2,7 @@
 /// engine does not know, is an error that names it.
 ///
 /// `.loss = medium["loss"]` takes the type from the field. There are no defaults here: the host's
-/// schema has resolved all; a wrong specification is a mistake of the host, not of a user, who
+/// schema has resolved all; a wrong specification is a mistake of the host, not of a user, which
 /// never reads these errors. Only the types of the fields are checked here, not ranges.
 ///
 /// Cost: a look-up in a dictionary for each key, once a run.
@@ -26,7 +26,7 @@ namespace kilotwin {
 /// that reads the specification.
 class Table {
   public:
-    /// What a key holds; EngineError if its type is another than the one that is asked for.
+    /// Value of a key; EngineError if its type is another than the one that is asked for.
     class Value {
       public:
         Value(nanobind::handle held, std::string path) : held_(held), path_(std::move(path)) {}
@@ -59,7 +59,7 @@ class Table {
         : values_(std::move(values)),
           path_(std::move(path)) {}
 
-    /// What the key holds, to be converted at once. Marks the key as read.
+    /// Value of the key, to be converted at once. Marks the key as read.
     /// EngineError without the key.
     Value operator[](const char *key) {
         if (!values_.contains(key))
@@ -73,10 +73,10 @@ class Table {
         field = (*this)[key].template as<T>();
     }
 
-    /// To be called when all keys of the table have been read; nested tables are ended by
-    /// themselves.
-    ///
-    /// All keys have been read. EngineError if there is another one.
+    /// Ends the reading: EngineError names a key that was not read. The engine knows nothing of it,
+    /// and a setting without effect would be a lie. To be called when all keys have been read;
+    /// nested tables are ended by themselves, each with its own path in the text of the error.
+    /// Calling it twice does no harm.
     void end() const {
         for (auto [key, value] : values_) {
             const auto name = nanobind::cast<std::string>(key);

@@ -1,4 +1,4 @@
-/// What the firmware's messages look like, as Python has it: firmware/aggregation/wire.h owns the
+/// Layout of the firmware's messages for Python: firmware/aggregation/wire.h owns the
 /// bytes, and the host takes them from here.
 #ifndef KILOTWIN_PYTHON_WIRE_H
 #define KILOTWIN_PYTHON_WIRE_H

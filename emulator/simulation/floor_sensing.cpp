@@ -27,7 +27,7 @@ void FloorSensing::end_step(Cycles now) {
     for (uint32_t robot : bodies_.pushed()) look_again_around(robot, begin_of_step(now, step_));
 }
 
-// What one robot senses depends on itself and on those in its list.
+// A robot's sensing depends on itself and on those in its list.
 void FloorSensing::look_again_around(uint32_t robot, Cycles at) {
     auto look_again = [&](uint32_t other) {
         Cycles &again = surroundings_[other].look_again;

@@ -1,4 +1,4 @@
-/// What the virtual floor tells robots: the site below each and whether an obstacle is ahead,
+/// Messages of the virtual floor to robots: the site below each and whether an obstacle is ahead,
 /// looked up again only when it may have changed.
 ///
 /// How long a robot's surroundings stay as they are is bounded by the fastest that any robot moves.
@@ -58,7 +58,7 @@ class FloorSensing {
     void end_step(Cycles now);
 
   private:
-    /// What the floor told a robot when it last looked around, and how long that holds.
+    /// Message of the floor when a robot last looked around, and how long it holds.
     struct Surroundings {
         Cycles look_again = 0;       ///< before this nothing in it can change
         Cycles unchanged_until = 0;  ///< nor before this, whichever robots begin to move

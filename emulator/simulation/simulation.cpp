@@ -64,7 +64,7 @@ void Simulation::give(const Command &command, Cycles at) {
     }
 }
 
-/// What the sensors of robots on boards read in this step, and what the floor tells them.
+/// Sets readings and floor messages of robots on boards for this step.
 void Simulation::sense_on_boards() {
     for (uint32_t robot : boards_.robots()) {
         robots_[robot].light = def_.light.at(bodies_->position(robot));
@@ -127,7 +127,7 @@ void Simulation::prefetch_due_after(size_t i) const {
     }
 }
 
-// What it shows
+// Results
 
 Grid &Simulation::grid() {
     if (!grid_) throw EngineError("this run has no grid");

@@ -142,7 +142,7 @@ class Simulation {
   private:
     // Creation, in creation.cpp, in this order; one of the two channels.
     void create_robots();
-    /// What differs from robot to robot: oscillator, receiver, uid.
+    /// Differences from robot to robot: oscillator, receiver, uid.
     Calibration calibrate(uint32_t robot) const;
     void create_bodies(const std::vector<Pose> &poses);
     void create_kilobot_channel();

@@ -74,7 +74,7 @@ int main(void) {
     hello.type = TYPE_HELLO;
     hello.data[0] = (uint8_t)kilo_uid;
     hello.data[1] = (uint8_t)(kilo_uid >> 8);
-    hello.crc = message_crc(&hello);  // always last; without it nobody listens
+    hello.crc = message_crc(&hello);  // always last; without it robots ignore the message
 
     kilo_start(setup, loop);
     return 0;

@@ -8,7 +8,7 @@
 uint8_t rand_hard(void);
 
 #define PI 3.14159265358979323846
-// What random() returns at most, on the robot and in the emulator.
+// Largest value of random(), on the robot and in the emulator.
 #define RANDOM_MOST 0x7FFFFFFF
 
 void g_ran_set_seed_uint32(uint32_t seed) {

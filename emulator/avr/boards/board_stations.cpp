@@ -97,7 +97,7 @@ bool BoardCells::run(Cycles turn, Cycles next) {
     return false;
 }
 
-/// What becomes of the frame is counted by what the module does when it begins.
+/// The frame is counted by what the module does when it begins.
 void BoardCells::shine_on_cell(Frame &frame, uint32_t cell, double distance_m) {
     FramesInFlight &in_flight = channel_.in_flight();
     const uint32_t station = station_of(cell), module = GridLayout::module_of(cell);

@@ -381,7 +381,7 @@ void Mcp2515::accept(const CanFrame &frame) {
     }
 }
 
-/// What of a buffer's control is the program's own stays; the rest tells of the frame.
+/// Bits of a buffer's control that are the program's own stay; the others describe the frame.
 void Mcp2515::store(unsigned buffer, unsigned filter, const CanFrame &frame) {
     uint8_t *bytes = &registers_[receive_buffer(buffer)];
     const unsigned kept = bytes[CONTROL] & (RXM | (buffer == 0 ? BUKT : 0));

@@ -2,7 +2,7 @@
 /// board, revision A (hardware.md 3.1, kilogrid_modules/runtime/avr/board.h): CAN controller, LED
 /// driver, and one infrared transmitter and one receiver, both multiplexed to the four cells.
 ///
-/// All times are world time. A board belongs to one thread; whoever runs it carries light and
+/// All times are world time. A board belongs to one thread; its owner carries light and
 /// frames between it and the rest of the grid.
 #ifndef KILOTWIN_AVR_BOARDS_MODULE_BOARD_H
 #define KILOTWIN_AVR_BOARDS_MODULE_BOARD_H
@@ -69,7 +69,7 @@ class ModuleBoard : private Microcontroller::Board {
     uint8_t listening_cell() const { return cell_; }
     /// Light of a cell's LEDs, as the LED driver dims them.
     CellLight light(uint8_t cell) const;
-    /// What the program has made of the EEPROM by now.
+    /// The EEPROM as the program has left it by now.
     EepromImage eeprom() const { return chip_.eeprom(); }
     uint8_t read(uint16_t address) const { return chip_.read(address); }  ///< SRAM or a register
     /// Why the program cannot go on; empty while it can.

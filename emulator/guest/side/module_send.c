@@ -1,5 +1,5 @@
-// What a module program sends by itself. Only programs that do so link it: of all others the engine
-// knows when they may next be heard.
+// Frames that a module program sends by itself. Only programs that do so link it: for all others
+// the engine knows when their next frame may begin.
 #include "CAN.h"
 #include "abi.h"
 #include "moduleIR.h"

@@ -18,7 +18,7 @@ bool kilolib_infrared_send_frame(const message_t *message, uint8_t pins) {
     uint8_t wait = LEADER_WAIT;
     uint8_t polls = LEADER_POLLS;
     uint8_t bytes = FRAME_BYTES;
-    // What is left of a byte in these, the next slot lowest: at first the leader's stop.
+    // Slots left of a byte, the next one lowest: at first the leader's stop.
     uint8_t slots = 1;
     uint8_t low = 1, high = 0;
     __asm__ volatile(

@@ -34,7 +34,7 @@ extern "C" {
 /// Without a byte's end for so long after its start the frame is over.
 #define BYTE_TIMEOUT (11 * SLOT_CYCLES)
 
-/// What an edge of the comparator's output was.
+/// Meaning of an edge of the comparator's output.
 typedef enum {
     EDGE_OF_FRAME,     ///< a bit, or the start or stop of a byte: the frame goes on
     EDGE_BEGINS,       ///< the leader's start

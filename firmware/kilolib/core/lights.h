@@ -1,4 +1,4 @@
-/// What a robot's LED shows while its program does not decide (hardware.md 1.3): blinking in IDLE
+/// Colours of a robot's LED while its program does not decide (hardware.md 1.3): blinking in IDLE
 /// and CHARGING, the battery's colour, the looks round of a sleeping robot.
 ///
 /// The chip blinks by waiting in its main loop; a driver that has no main loop computes the light

@@ -3,7 +3,7 @@
 
 #define TRIES_PER_BIT 128
 
-// Of two bits that differ the first is 0 as often as 1, however often each bit alone is 1.
+// Two bits that differ begin with 0 as often as with 1, however often each bit alone is 1.
 static uint8_t fair_bit(void) {
     for (uint8_t tries = 0; tries < TRIES_PER_BIT; tries++) {
         const uint8_t first = kilolib_random_noise_bit();

@@ -43,7 +43,7 @@ typedef struct {
     transmit_clock_t transmit;  ///< when the program is asked for a message
 } robot_core_t;
 
-/// What a command makes the driver do. Stopping the motors makes both pins inputs, starting them
+/// Actions of the driver for a command. Stopping the motors makes both pins inputs, starting them
 /// makes both outputs; either sets both duties to 0.
 typedef enum {
     ACTION_NONE,          ///< what the state says is all
@@ -78,7 +78,7 @@ static inline void robot_core_init(robot_core_t *robot) {
 robot_action_t robot_obey(robot_core_t *robot, const message_t *message, uint16_t uid,
                           uint8_t turn_left);
 
-/// Of SETUP: whether setup() is to be called now. True once.
+/// In SETUP: whether setup() is to be called now. True once.
 static inline bool robot_begins_setup(robot_core_t *robot) {
     const bool first = !robot->is_set_up;
     robot->is_set_up = true;
@@ -91,7 +91,7 @@ static inline void robot_end_setup(robot_core_t *robot) {
     if (robot->state == ROBOT_SETUP) robot->state = ROBOT_RUNNING;
 }
 
-/// Of MOVING: whether there is a new motion. The driver then drives with robot_kick() of
+/// In MOVING: whether there is a new motion. The driver then drives with robot_kick() of
 /// robot->motion, waits KICK_MS, and drives with the motion itself if robot_keeps_motion(). True
 /// once for each. Interrupts have to be off.
 static inline bool robot_takes_motion(robot_core_t *robot) {

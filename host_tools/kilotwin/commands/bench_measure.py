@@ -137,7 +137,7 @@ def _avr(settings: list[Setting]) -> Iterator[Case]:
     yield Case("avr", _experiment("avr", tables, settings))
 
 
-# A workload is one entry here and one of cli.Workload.
+# A workload is one entry here and one of bench.Workload.
 _WORKLOADS: dict[str, Callable[[list[Setting]], Iterator[Case]]] = {
     "paper": _paper,
     "walk": _walk,
