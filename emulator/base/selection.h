@@ -25,11 +25,11 @@ template <typename Wanted> void choose(std::vector<uint32_t> &chosen, size_t cou
     chosen.resize(n);
 }
 
-/// Sorts a list whose first `sorted` items are in order already: sorts the tail, then merges. In
-/// time O(list), where few follow them. For lists that a world step only adds to:
-/// robots near a contact, and their pairs. Equal items may come in any order.
-template <typename T> void sort_tail(std::vector<T> &list, size_t sorted) {
-    const auto tail = list.begin() + static_cast<ptrdiff_t>(sorted);
+/// Sorts a list of which all but a tail is in order already: sorts the tail, then merges. In time
+/// O(list), where the tail is short. For lists that a world step adds a few items to: robots near a
+/// contact, and their pairs.
+template <typename T> void sort_tail(std::vector<T> &list) {
+    const auto tail = std::is_sorted_until(list.begin(), list.end());
     std::sort(tail, list.end());
     std::inplace_merge(list.begin(), tail, list.end());
 }

@@ -200,12 +200,9 @@ void Bodies::find_contacts() {
         if (may_touch(near_contact_[i])) include(near_contact_[i]);
     }
     // Robots found up to here are ascending, and so are their pairs.
-    const size_t found = touching_.size();
-    for (size_t i = 0; i < found; i++) add_touched(touching_[i]);
-    const size_t found_pairs = pairs_.size();
-    for (size_t i = found; i < touching_.size(); i++) add_touched(touching_[i]);  // which grows
-    sort_tail(touching_, found);
-    sort_tail(pairs_, found_pairs);
+    for (size_t i = 0; i < touching_.size(); i++) add_touched(touching_[i]);  // which grows
+    sort_tail(touching_);
+    sort_tail(pairs_);
 }
 
 void Bodies::add_touching(uint32_t robot) {

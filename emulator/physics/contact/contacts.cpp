@@ -36,7 +36,6 @@ void Contacts::add(uint32_t robot, const Trajectory &trajectory, Cycles at) {
     driven.wanted = driven.velocity;
     held_[robot] = true;
     robots_.push_back(robot);
-    added_++;
 }
 
 void Contacts::remove(uint32_t robot) { held_[robot] = false; }
@@ -44,8 +43,7 @@ void Contacts::remove(uint32_t robot) { held_[robot] = false; }
 // Sorted, so that results do not depend on the order in which robots came near something.
 void Contacts::update() {
     auto gone = [this](uint32_t robot) { return !held_[robot]; };
-    sort_tail(robots_, robots_.size() - added_);
-    added_ = 0;
+    sort_tail(robots_);
     robots_.erase(std::remove_if(robots_.begin(), robots_.end(), gone), robots_.end());
 }
 

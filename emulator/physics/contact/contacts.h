@@ -77,8 +77,7 @@ class Contacts {
 
     std::vector<DrivenBody> driven_;  ///< by robot
     std::vector<uint8_t> held_;       ///< by robot: whether it is in robots_
-    std::vector<uint32_t> robots_;    ///< held and removed ones, ascending but for added_
-    size_t added_ = 0;                ///< at the end of robots_, since the last update()
+    std::vector<uint32_t> robots_;    ///< held and removed ones, ascending but for those just added
     bool gives_way_;
     ClosedForm closed_form_;
     Mechanics::Change force_{};  ///< of this step
