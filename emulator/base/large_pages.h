@@ -1,6 +1,7 @@
 /// An allocator that lays long arrays on large pages: with swarms of 10,000 robots and more the
-/// processor's table of pages is too small for 4 KB ones. Brings 5 % or more of `walk` there
-/// (docs/performance.md). std::allocator is its plain twin: results do not depend on it.
+/// processor's translation buffer (TLB) is too small for pages of 4 KB. Brings 5 % or more of
+/// `walk` there (docs/performance.md). std::allocator is its plain twin: results do not depend on
+/// it.
 #ifndef KILOTWIN_BASE_LARGE_PAGES_H
 #define KILOTWIN_BASE_LARGE_PAGES_H
 
@@ -38,7 +39,7 @@ template <typename T> struct LargePages {
     bool operator==(const LargePages &) const { return true; }
 
   private:
-    /// A large page of x86-64, 2 MB. On processors with others arrays begin where they need not.
+    /// A large page of x86-64, 2 MB. With pages of another size only the alignment is in vain.
     static constexpr size_t PAGE = 2 << 20;
     /// Where an array of so many bytes begins: on a page of its own, or as usual.
     static constexpr std::align_val_t alignment(size_t bytes) {

@@ -26,7 +26,7 @@ class NormalPairs {
   private:
 #ifdef __SSE2__
     /// The keys of one of Philox' ten rounds, twice each: one for each lane. A word is the lower
-    /// half of its lane, which the product of two words needs whole.
+    /// half of its lane: the product of two words takes the whole lane.
     struct alignas(16) RoundKeys {
         uint64_t a[2], b[2];
     };

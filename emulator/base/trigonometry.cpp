@@ -1,8 +1,6 @@
 #include "base/trigonometry.h"
 
-#include <array>
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
 
 namespace kilotwin {

@@ -16,8 +16,8 @@ constexpr double PI = 3.14159265358979323846;
 /// (cos, sin) of an angle in radians, |angle| <= 1e6. Absolute error below 1e-15 within one turn.
 Eigen::Vector2d direction(double angle);
 
-/// The displacement along a path that turns steadily, as a robot with both motors on drives.
-/// Where a path of length 1 that turns on the way ends, in the frame of its begin.
+/// End of a path of length 1 that turns steadily, as a robot with both motors on drives, in the
+/// frame of its begin.
 struct Arc {
     double straight, aside;  ///< ahead, and to the left
 };

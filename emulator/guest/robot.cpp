@@ -256,7 +256,7 @@ inline void Robot::ask_for_message(const kt_table_t &table) {
 
 void Robot::send(const message_t &message, bool granted) {
     if (granted) {
-        Emission &emission = context_.emissions.emplace_back();
+        Emission &emission = context_.emissions.emplace_back();  // filled where it stands
         emission.at = now_;
         emission.robot = index_;
         emission.message = message;

@@ -25,7 +25,7 @@ void Robot::receive(Cycles at, const message_t &message, distance_measurement_t 
     } else if (at < inbox_.back().at) {
         return receive_before_others(at, message, distance);
     }
-    Reception &last = inbox_.emplace_back();
+    Reception &last = inbox_.emplace_back();  // filled where it stands, as frames are
     last.at = at;
     last.message = message;
     last.distance = distance;

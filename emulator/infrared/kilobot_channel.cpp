@@ -147,8 +147,8 @@ Frame &KilobotChannel::begin_light(uint32_t sender, Cycles at, const message_t &
     return frame;
 }
 
-// Receivers are found as robots stand at the begin of the step: within one they move 1.3 mm at
-// most, of a range of 10 cm.
+// Receivers are found as robots stand at the begin of the step: within one they move by a small
+// part of their range.
 void KilobotChannel::shine_around_robot(Frame &frame) {
     const Bodies &bodies = context_.bodies;
     const Eigen::Vector2d here = bodies.position(frame.sender);

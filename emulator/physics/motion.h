@@ -31,11 +31,11 @@ struct Drive {
 };
 
 /// A pose and a drive at one moment, and what follows from them. A robot in contact is restarted at
-/// each world step; any other only where its drive changes. Two cache lines; bodies keep one for
-/// each robot (physics/bodies.h), and a copy of those that change their drive within a step.
+/// each world step; any other only where its drive changes. 80 bytes; bodies keep one for each
+/// robot (physics/bodies.h), and a copy of those that change their drive within a step.
 class Trajectory {
   public:
-    /// At the origin, at rest, from time 0: until restart() it has no meaning.
+    /// At the origin, at rest, from time 0.
     Trajectory() = default;
     Trajectory(Cycles at, const Pose &pose) { restart(at, pose); }
 

@@ -2,7 +2,7 @@
 /// engine does not know, is an error that names it.
 ///
 /// `.loss = medium["loss"]` takes the type from the field. There are no defaults here: the host's
-/// schema has resolved all; a wrong specification is a mistake of the host, not of a user, which
+/// schema has resolved all; a wrong specification is a mistake of the host, not of a user, who
 /// never reads these errors. Only the types of the fields are checked here, not ranges.
 ///
 /// Cost: a look-up in a dictionary for each key, once a run.
@@ -73,10 +73,10 @@ class Table {
         field = (*this)[key].template as<T>();
     }
 
-    /// Ends the reading: EngineError names a key that was not read. The engine knows nothing of it,
-    /// and a setting without effect would be a lie. To be called when all keys have been read;
-    /// nested tables are ended by themselves, each with its own path in the text of the error.
-    /// Calling it twice does no harm.
+    /// Ends the reading: EngineError names a key that was not read, since it would have no effect.
+    /// To be called when all keys have been read; nested tables are ended by themselves, each with
+    /// its own path in the text of the error. Linear in the number of keys; keys that were not
+    /// written are no error here, since reading them was one.
     void end() const {
         for (auto [key, value] : values_) {
             const auto name = nanobind::cast<std::string>(key);
