@@ -55,7 +55,7 @@ _AVR_ROBOTS = 20
 _AVR_S = 200
 # A whole Kilogrid of 200 modules below walkers that report every two seconds. The host asks every
 # module often enough that none of the ten records that it keeps is lost.
-_GRID_ROBOTS, _GRID_S, _GRID_POLL_S = 50, 2_000, 10.0
+_GRID_ROBOTS, _GRID_S, _GRID_POLL_S = 50, 10_000, 10.0
 _GRID_PROGRAM = "experiments/kilogrid/random_walk.c"
 
 Note = Callable[[str], None]
