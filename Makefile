@@ -49,10 +49,10 @@ test: native
 
 ## check: format, lint, types, and builds with warnings as errors (gcc and clang)
 .PHONY: check
-check: check-format check-python check-firmware check-gcc check-clang
+check: check-format check-python check-firmware check-gcc check-clang check-tidy
 	@echo "make check: all clean"
 
-.PHONY: check-format check-python check-firmware check-gcc check-clang
+.PHONY: check-format check-python check-firmware check-gcc check-clang check-tidy
 check-format:
 	@echo "== clang-format"
 	@clang-format --dry-run -Werror $(C_FILES)
@@ -66,18 +66,9 @@ check-python: setup
 	@$(VENV)/bin/mypy --no-error-summary
 
 check-firmware: apt
-	@echo "== firmware: warnings of gcc, clang and avr-gcc, clang-tidy"
+	@echo "== firmware: warnings of gcc, clang and avr-gcc"
 	@$(MAKE) -C firmware check
 	@$(MAKE) -C kilogrid_modules check
-	@mkdir -p build; clang-tidy --quiet $(shell find firmware kilogrid_modules/protocol kilogrid_modules/runtime/core \
-	    -name '*.c' ! -name kilogrid_can.c -not -path '*/avr/*' -not -path '*/kilogrid/*') -- -std=gnu11 \
-	    -Ifirmware/kilolib/include -Ikilogrid_modules/protocol 2> build/clang-tidy.log || { cat build/clang-tidy.log; exit 1; }
-	@clang-tidy --quiet firmware/kilogrid/*.c -- -std=gnu99 -O2 --target=avr $(AVR_CHIP) \
-	    -isystem /usr/lib/avr/include -Ifirmware/kilogrid/include \
-	    -Ifirmware/kilolib/include > build/clang-tidy-grid.log 2>&1 || { cat build/clang-tidy-grid.log; exit 1; }
-	@clang-tidy --quiet firmware/kilolib/avr/*.c -- -std=gnu99 -O2 --target=avr $(AVR_CHIP) \
-	    -isystem /usr/lib/avr/include -Ifirmware/kilolib/include \
-	    > build/clang-tidy-avr.log 2>&1 || { cat build/clang-tidy-avr.log; exit 1; }
 
 check-gcc: CXX_NAME := g++
 check-clang: CXX_NAME := clang++
@@ -86,6 +77,29 @@ check-gcc check-clang: check-%: setup
 	@mkdir -p build
 	@{ CC=$* CXX=$(CXX_NAME) cmake -S . -B build/check-$* $(CMAKE_FLAGS) -DKILOTWIN_WERROR=ON && \
 	    cmake --build build/check-$* -- --quiet; } > build/check-$*.log || { cat build/check-$*.log; exit 1; }
+
+# The compile commands of the clang build; a file is looked at again when it or any header changed.
+TIDY    := $(VENV)/bin/clang-tidy --quiet
+AVR_C   := -std=gnu99 -O2 --target=avr $(AVR_CHIP) -isystem /usr/lib/avr/include
+TIDY_PC := $(shell find firmware kilogrid_modules/protocol kilogrid_modules/runtime/core -name '*.c' \
+             ! -name kilogrid_can.c -not -path '*/avr/*' -not -path '*/kilogrid/*')
+CPP_FILES := $(shell find emulator -name '*.cpp')
+CPP_CONFIG := .clang-tidy emulator/.clang-tidy $(shell find emulator -name '*.h')
+TIDIED  := $(CPP_FILES:%.cpp=build/tidy/%.ok)
+
+check-tidy: check-clang
+	@echo "== clang-tidy: the firmware's C, the emulator's C++ (minutes where headers changed)"
+	@mkdir -p build/tidy
+	@$(TIDY) $(TIDY_PC) -- -std=gnu11 -Ifirmware/kilolib/include -Ikilogrid_modules/protocol \
+	    > build/tidy/pc.log 2>&1 || { cat build/tidy/pc.log; exit 1; }
+	@$(TIDY) firmware/kilogrid/*.c firmware/kilolib/avr/*.c -- $(AVR_C) -Ifirmware/kilogrid/include \
+	    -Ifirmware/kilolib/include > build/tidy/avr.log 2>&1 || { cat build/tidy/avr.log; exit 1; }
+	@$(MAKE) --jobs $(shell nproc) --output-sync $(TIDIED)
+
+$(TIDIED): build/tidy/%.ok: %.cpp $(CPP_CONFIG)
+	@mkdir -p $(@D)
+	@$(TIDY) -p build/check-clang $< > $(@:.ok=.log) 2>&1 || { cat $(@:.ok=.log); exit 1; }
+	@touch $@
 
 ## check-long: the tests that take many minutes
 .PHONY: check-long

@@ -7,7 +7,7 @@
 /// no time. A robot is run ahead up to a moment before which nothing from outside can reach it; its
 /// outputs are a list with their times, the same however far it is run at once.
 ///
-/// Sources: robot.cpp (running: ticks, interrupts, loop()), robot_commands.cpp (what reaches it),
+/// Sources: robot.cpp (running: ticks, interrupts, loop()), robot_inputs.cpp (what reaches it),
 /// robot_calls.cpp (what its program calls), robot_outputs.cpp (what it shows).
 #ifndef KILOTWIN_GUEST_ROBOT_H
 #define KILOTWIN_GUEST_ROBOT_H
@@ -32,7 +32,7 @@
 #include "guest/program.h"
 #include "guest/stack.h"
 #include "guest/timer.h"
-#include "kilolib/core/states.h"
+#include "kilolib/core/robot_commands.h"
 
 namespace kilotwin {
 
@@ -235,7 +235,7 @@ class alignas(64) Robot {
     }
     void look_at_outputs(const volatile kt_outputs_t &outputs, void (*settle)());
     /// Notes what has changed of motors and LED, with its time.
-    void take_outputs(uint64_t registers);
+    void take_outputs(uint64_t seen);
     void switch_motors(bool on);
     void set_duties(motion_t duties);
     void switch_led_off();

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "guest/battery.h"
 #include "guest/robot.h"
 #include "kilolib/core/lights.h"
 #include "kilolib/core/pins.h"
@@ -51,15 +52,9 @@ void Robot::switch_led_off() {
     look_at_outputs();
 }
 
-// Falls evenly with the charge used; a robot at rest uses a tenth of what a driving one needs.
 int16_t Robot::voltage(Cycles at) const {
-    constexpr double FULL = 720, EMPTY = 580, AT_REST = 0.1;
-    if (context_.battery == 0) return static_cast<int16_t>(FULL);
-    Cycles driven = driven_ + (driving_since_ < at ? at - driving_since_ : 0);
-    double age = at > power_up_ ? static_cast<double>(at - power_up_) : 0;
-    double used = (static_cast<double>(driven) * (1 - AT_REST) + age * AT_REST) /
-                  static_cast<double>(context_.battery);
-    return static_cast<int16_t>(std::max(FULL - (FULL - EMPTY) * used, EMPTY));
+    const Cycles driven = driven_ + (driving_since_ < at ? at - driving_since_ : 0);
+    return battery_reading(driven, at > power_up_ ? at - power_up_ : 0, context_.battery);
 }
 
 // In SETUP, RUNNING and MOVING the LED is what the registers make of it. In CHARGING the charger is

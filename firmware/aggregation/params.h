@@ -1,4 +1,4 @@
-/// The parameters of the program. wire.h lists them: names, keys, meanings, units, ranges.
+/// The parameters of the program. default_params.h lists them: names, keys, meanings, units, ranges.
 #ifndef AGGREGATION_PARAMS_H
 #define AGGREGATION_PARAMS_H
 

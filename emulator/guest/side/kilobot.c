@@ -6,7 +6,7 @@
 #include "../../../firmware/kilolib/core/calibration.h"
 #include "../../../firmware/kilolib/core/pins.h"
 #include "../../../firmware/kilolib/core/random.h"
-#include "../../../firmware/kilolib/core/states.h"
+#include "../../../firmware/kilolib/core/robot_commands.h"
 #include "abi.h"
 #include "kilolib.h"
 #include "side.h"

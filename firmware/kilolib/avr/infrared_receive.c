@@ -4,7 +4,7 @@
 #include <stdint.h>
 
 #include "../core/infrared_frame.h"
-#include "../core/states.h"
+#include "../core/robot_commands.h"
 #include "board.h"
 #include "commands.h"
 #include "converter.h"

@@ -1,7 +1,7 @@
 #include "motors.h"
 
 #include "../core/pins.h"
-#include "../core/states.h"
+#include "../core/robot_commands.h"
 #include "board.h"
 #include "kilolib.h"
 

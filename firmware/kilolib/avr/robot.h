@@ -2,7 +2,7 @@
 #ifndef KILOLIB_AVR_ROBOT_H
 #define KILOLIB_AVR_ROBOT_H
 
-#include "../core/states.h"
+#include "../core/robot_commands.h"
 
 /// Written with interrupts off only.
 extern robot_core_t kilolib_robot;

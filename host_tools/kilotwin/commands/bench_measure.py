@@ -14,7 +14,7 @@ from typing import Any
 from kilotwin.commands.terminal import Silent
 from kilotwin.errors import InterruptError
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.experiment.profiles import PROFILES
+from kilotwin.experiment.profile_defaults import PROFILES
 from kilotwin.experiment.text import ExperimentText, Setting
 from kilotwin.files import resources
 from kilotwin.runs import run

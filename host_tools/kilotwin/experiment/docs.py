@@ -12,7 +12,7 @@ from typing import Any, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from kilotwin.experiment.profiles import (
+from kilotwin.experiment.profile_defaults import (
     CONTROLLER_DEFAULTS,
     KILOBOT_MEDIUM,
     PROFILES,

@@ -7,7 +7,7 @@ from kilotwin.experiment.areas import area_of
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.informed import informed_ranges
 from kilotwin.experiment.overhead import ALL_ROBOTS, RUN, TimedMessage, timed
-from kilotwin.experiment.profiles import PROFILES, Profile, motion_defaults
+from kilotwin.experiment.profile_defaults import PROFILES, Profile, motion_defaults
 from kilotwin.experiment.schema import Arena, Controller, ExperimentSchema, Reading, Section, Site
 from kilotwin.experiment.start_poses import starts
 from kilotwin.units import q16, ticks, ticks_q16
@@ -179,7 +179,7 @@ def config_differences(keys: ExperimentSchema) -> list[bytes]:
 def config_values(
     controller: Controller, reading: Reading, report_s: float = 0.0
 ) -> dict[str, int]:
-    """The value of every key of wire.h but INFORMED_SITE, in the firmware's units."""
+    """The value of every key of default_params.h but INFORMED_SITE, in the firmware's units."""
     return {
         "RULE": _choice(controller, "rule"),
         "ALPHA": q16(controller.alpha),
@@ -213,6 +213,6 @@ def config_values(
 
 
 def _choice(section: Section, key: str) -> int:
-    """The place of the chosen word among the schema's choices: wire.h numbers them so."""
+    """The place of the chosen word among the schema's choices: default_params.h numbers them so."""
     choices = get_args(type(section).model_fields[key].annotation)
     return choices.index(getattr(section, key))

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import get_args
 
-from kilotwin.experiment.profiles import Profile
+from kilotwin.experiment.profile_defaults import Profile
 from kilotwin.experiment.schema import Command, Sent
 from kilotwin.units import ticks
 

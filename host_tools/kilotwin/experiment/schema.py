@@ -2,7 +2,7 @@
 says so: `docs/experiments.md` is made from here.
 
 Units are in the keys. Shares are 0 to 1. What only makes sense together with other keys is checked
-in `experiment_checks`. Defaults that depend on the robot come from `profiles`.
+in `checks`. Defaults that depend on the robot come from `profile_defaults`.
 """
 
 from typing import Annotated, Any, Literal
@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 from kilotwin.experiment.colours import LED_COLOURS, led_triple, site_colour
-from kilotwin.experiment.profiles import (
+from kilotwin.experiment.profile_defaults import (
     CONTROLLER_DEFAULTS,
     KILOBOT_MEDIUM,
     PROFILES,

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.experiment.profiles import PROFILES
+from kilotwin.experiment.profile_defaults import PROFILES
 
 # Between two robots, so that none begins in contact.
 _GAP_M = 0.001

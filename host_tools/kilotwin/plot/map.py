@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from kilotwin.errors import InputError
 from kilotwin.experiment.areas import area_of
 from kilotwin.experiment.informed import informed_ranges
-from kilotwin.experiment.profiles import PROFILES
+from kilotwin.experiment.profile_defaults import PROFILES
 from kilotwin.experiment.schema import Arena, ExperimentSchema, Site
 from kilotwin.experiment.states import States
 from kilotwin.plot.style import (

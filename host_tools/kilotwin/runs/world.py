@@ -33,7 +33,7 @@ from kilotwin.experiment.overhead import (
     region,
     uids,
 )
-from kilotwin.experiment.profiles import PROFILES
+from kilotwin.experiment.profile_defaults import PROFILES
 from kilotwin.experiment.programs import key_of
 from kilotwin.experiment.schema import Byte, Pose, Robots, Section, one_or_more
 from kilotwin.experiment.states import States

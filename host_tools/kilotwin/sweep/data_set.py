@@ -29,7 +29,7 @@ import pyarrow.parquet as pq
 
 from kilotwin import __version__
 from kilotwin.errors import InputError, RunError
-from kilotwin.experiment.profiles import READING_DEFAULTS
+from kilotwin.experiment.profile_defaults import READING_DEFAULTS
 from kilotwin.experiment.schema import ExperimentSchema, Reading
 from kilotwin.files.drafts import draft_name, draft_of
 from kilotwin.sweep import parts

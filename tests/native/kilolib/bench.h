@@ -12,7 +12,7 @@
 
 #include "avr/boards/robot_board.h"
 #include "base/chance.h"
-#include "kilolib/core/states.h"
+#include "kilolib/core/robot_commands.h"
 #include "message.h"
 
 namespace kilotwin {

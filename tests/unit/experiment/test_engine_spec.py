@@ -9,7 +9,7 @@ from kilotwin import _emulator
 from kilotwin.build.guest import build
 from kilotwin.experiment.engine_spec import commands, config_messages, config_values, engine_spec
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.experiment.profiles import CONTROLLER_DEFAULTS, READING_DEFAULTS
+from kilotwin.experiment.profile_defaults import CONTROLLER_DEFAULTS, READING_DEFAULTS
 from kilotwin.experiment.schema import Controller, Reading
 
 from ..conftest import INFORMED, SMALL, Load

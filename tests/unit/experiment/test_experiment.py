@@ -8,7 +8,7 @@ import pytest
 
 from kilotwin.errors import InputError
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.experiment.profiles import CONTROLLER_DEFAULTS, PROFILES
+from kilotwin.experiment.profile_defaults import CONTROLLER_DEFAULTS, PROFILES
 from kilotwin.experiment.schema import ProfileName
 from kilotwin.experiment.text import parse_setting
 

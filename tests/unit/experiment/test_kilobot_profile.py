@@ -4,7 +4,7 @@ import pytest
 
 from kilotwin.experiment.engine_spec import engine_spec
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.experiment.profiles import KILOBOT_MEDIUM, PROFILES, motion_defaults
+from kilotwin.experiment.profile_defaults import KILOBOT_MEDIUM, PROFILES, motion_defaults
 
 from ..conftest import SMALL, Load
 

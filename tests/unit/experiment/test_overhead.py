@@ -6,7 +6,7 @@ import pytest
 
 from kilotwin.experiment.engine_spec import commands
 from kilotwin.experiment.overhead import message_of, region, timed, uids
-from kilotwin.experiment.profiles import PROFILES
+from kilotwin.experiment.profile_defaults import PROFILES
 from kilotwin.experiment.schema import Command
 
 from ..conftest import SMALL, Kilotwin, Load

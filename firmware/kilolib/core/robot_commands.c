@@ -1,4 +1,4 @@
-#include "states.h"
+#include "robot_commands.h"
 
 #include "calibration.h"
 

@@ -6,8 +6,8 @@
 ///
 /// On the chip commands come in by an interrupt: the main loop reads `state` once a pass, as one
 /// byte, and all else of a robot_core_t with interrupts off.
-#ifndef KILOLIB_CORE_STATES_H
-#define KILOLIB_CORE_STATES_H
+#ifndef KILOLIB_CORE_ROBOT_COMMANDS_H
+#define KILOLIB_CORE_ROBOT_COMMANDS_H
 
 #include <stdbool.h>
 #include <stdint.h>

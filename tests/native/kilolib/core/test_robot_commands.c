@@ -3,7 +3,7 @@
 
 #include "../../firmware/support.h"
 #include "kilolib/core/calibration.h"
-#include "kilolib/core/states.h"
+#include "kilolib/core/robot_commands.h"
 
 #define UID 0x8005
 #define TURN_LEFT 61

@@ -124,7 +124,7 @@ CONTROLLER_DEFAULTS: Mapping[str, ControllerDefaults] = {
         "wall_ignore_s": 0.0,
         "leave_turn": False,
     },
-    # paper.md 5: times by 1.25; the firmware's own defaults (wire.h) are these.
+    # paper.md 5: times by 1.25; the firmware's own defaults (default_params.h) are these.
     "kilobot": {
         **_PAPER,
         "update_s": 2.5,
