@@ -114,7 +114,7 @@ class DifferentialTest {
     /// Runs the chip to the first tick of kilo_init(), which gives base_.
     void find_first_tick();
     void run_tick();
-    void give(const message_t &message, distance_measurement_t strength);
+    void give(const message_t &content, distance_measurement_t strength);
     /// The message that begins in this tick, if one does.
     std::optional<message_t> next_message();
     uint64_t draw() { return chance_.bits(0, Purpose::DIFFERENTIAL_INPUT, draws_++); }

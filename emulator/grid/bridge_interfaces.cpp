@@ -62,7 +62,6 @@ void Bridge::Loop::distribute_to_interface(const Outgoing &outgoing) {
     }
     std::lock_guard lock(mutex_);
     counts_.lost_outgoing++;
-    return;
 }
 
 /// Takes all frames in from an interface, and the kernel's count of those it dropped.

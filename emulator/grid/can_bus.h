@@ -81,7 +81,7 @@ class CanBus {
 
     /// Queues `frame` at `node`, to be sent from `at` on; `at` is not before the end of the last
     /// run(). False, and counted as lost, if the queue is full or the node bus-off or dead.
-    bool queue(uint32_t node, Cycles at, const CanFrame &frame);
+    bool queue(uint32_t index, Cycles at, const CanFrame &frame);
 
     /// The earliest moment at which a frame can reach its end, with what is queued now; NEVER if
     /// none waits or no second node lives to acknowledge it. O(1).
@@ -157,15 +157,15 @@ class CanBus {
     void free_bus(Cycles end, Cycles recessive_from);
     void add_head(uint32_t node, Cycles not_before);
     void remove_head(uint32_t node);
-    void drop_queue(uint32_t node, uint64_t &lost);
-    void leave(uint32_t node, State state, Cycles at, uint64_t &lost);
+    void drop_queue(uint32_t index, uint64_t &lost);
+    void leave(uint32_t index, State state, Cycles at, uint64_t &lost);
     void go_bus_off(uint32_t node, Cycles at);
     void revive(uint32_t node, Cycles at);
     void recover_until(Cycles until, bool gap_ends);
-    void count_transmit_error(uint32_t node, uint32_t by);
+    void count_transmit_error(uint32_t index, uint32_t by);
     void count_receive_errors(uint32_t sender);
     void count_receptions(uint32_t sender);
-    void update_state(uint32_t node);
+    void update_state(uint32_t index);
     bool lives(uint32_t node) const { return nodes_[node].state <= State::ERROR_PASSIVE; }
     const std::vector<uint32_t> &accepting(uint16_t id);
     const std::vector<uint32_t> *receivers(const CanFrame &frame);

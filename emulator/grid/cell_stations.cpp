@@ -1,6 +1,7 @@
 #include "grid/cell_stations.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace kilotwin {
 
@@ -10,7 +11,7 @@ namespace {
 // that might come near if done often.
 constexpr Cycles LOOK_AROUND = 16 * TICK_CYCLES;
 
-int16_t whole_mm(double distance_m) { return static_cast<int16_t>(distance_m * 1000 + 0.5); }
+int16_t whole_mm(double distance_m) { return static_cast<int16_t>(std::lround(distance_m * 1000)); }
 
 }  // namespace
 

@@ -136,7 +136,7 @@ class GuestCells final : public KilobotCells {
     };
 
     /// A module sends what it was about to, or finds that it cannot.
-    void begin_frame(uint32_t module);
+    void begin_frame(uint32_t index);
     bool is_channel_free(uint32_t cell, Cycles at) const;
     void shine_on_cell(Frame &frame, uint32_t cell, double distance_m) override;
 

@@ -1,6 +1,7 @@
 #include "grid/grid.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "address.h"
@@ -64,7 +65,7 @@ void Grid::create_modules(const Settings &settings, Cycles power_up) {
         const double tick = static_cast<double>(TICK_CYCLES) * (1 + infrared_.clock_spread * luck);
         const auto x = static_cast<uint8_t>(layout_.x(index)),
                    y = static_cast<uint8_t>(layout_.y(index));
-        const auto own_tick = static_cast<Cycles>(tick + 0.5);
+        const auto own_tick = static_cast<Cycles>(std::llround(tick));
         const auto on_at = static_cast<Cycles>(when * static_cast<double>(power_up));
         if (on_board()) {
             boards_->add_module(settings.program, x, y, own_tick, on_at);

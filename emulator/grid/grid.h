@@ -182,9 +182,9 @@ class Grid {
     /// answer().
     std::optional<uint32_t> run(Cycles until);
 
-    /// Fate of the frame that `module` was about to send at `asked`; without meaning if it lost its
+    /// Fate of the frame that a module was about to send at `asked`; without meaning if it lost its
     /// power since.
-    void answer(uint32_t module, Cycles asked, Module::Answer answer);
+    void answer(uint32_t index, Cycles asked, Module::Answer answer);
 
     /// Its modules run on boards; then there is no module() of them.
     bool on_board() const { return boards_ != nullptr; }
@@ -213,7 +213,7 @@ class Grid {
         uint64_t frames_refused;  ///< by its transfers
         uint64_t frames_missed;   ///< its buffers were full
     };
-    About about(uint32_t module) const;
+    About about(uint32_t index) const;
 
     /// Frames that ended on any bus since the last call, in order of time.
     std::vector<LoggedFrame> take_frames();
@@ -234,13 +234,13 @@ class Grid {
     /// Whether nothing can reach it: no robot near, no frame of the host in flight to it.
     bool has_lookahead(uint32_t module) const;
     /// Executes a module that is due; true if it is about to send near a robot.
-    bool attend(uint32_t module, Cycles at);
+    bool attend(uint32_t index, Cycles at);
     /// Queues what its program has sent at its node.
-    void send_frames(uint32_t module);
+    void send_frames(uint32_t index);
     void queue_frames_of_boards();
     /// Finds anew when it is due.
-    void schedule(uint32_t module, Cycles not_before = 0);
-    void run_bus(uint32_t bus, Cycles until);
+    void schedule(uint32_t index, Cycles not_before = 0);
+    void run_bus(uint32_t index, Cycles until);
     void schedule_bus(uint32_t bus);
     /// A frame has ended: hands it to the modules and to the log.
     void deliver(uint32_t bus, const CanBus::Delivery &delivery);

@@ -19,8 +19,7 @@ constexpr Cycles LOADER_BLINK = 200 * MS;  // hardware.md 3.7
 
 CellLight light_of(uint8_t color, uint8_t brightness) {
     CellLight light;
-    for (uint8_t part = 0; part < light.rgb.size(); part++)
-        light.rgb[part] = color_part(color, brightness, part);
+    for (uint8_t part = 0; part < 3; part++) light.rgb[part] = color_part(color, brightness, part);
     return light;
 }
 

@@ -16,7 +16,7 @@ namespace {
 constexpr uintptr_t PAGE = 4096;
 
 // Whole pages only: the rest of the guard, at most two pages, stays accessible.
-void forbid_access(uint8_t *begin) {
+void forbid_access(const uint8_t *begin) {
     auto first = (reinterpret_cast<uintptr_t>(begin) + PAGE - 1) / PAGE * PAGE;
     auto last = (reinterpret_cast<uintptr_t>(begin) + KT_GUARD_BYTES) / PAGE * PAGE;
     if (mprotect(reinterpret_cast<void *>(first), last - first, PROT_NONE) != 0)

@@ -80,10 +80,10 @@ class GuestRobots final : public Stations {
     void prefetch_after(size_t next);
     uint32_t robot_of(const Event &event);
     bool is_in_range(uint32_t sender, uint32_t other) const;
-    void take_request(uint32_t robot, Cycles at);
-    bool is_channel_free(uint32_t robot, Cycles at) const;
-    void run_on(uint32_t robot, Cycles until);
-    void plan_frames(uint32_t robot);
+    void take_request(uint32_t index, Cycles at);
+    bool is_channel_free(uint32_t index, Cycles at) const;
+    void run_on(uint32_t index, Cycles until);
+    void plan_frames(uint32_t index);
     static Cycles next_request(const Robot &robot);
     std::vector<PlannedFrame> &planned_at(Cycles at) { return planned_.at(at, context_.step); }
 

@@ -35,7 +35,7 @@ class IdealChannel final : public Channel {
     void lists_changed() override;
     void run(Cycles begin, Cycles end, Cycles limit) override;
     Cycles lookahead(uint32_t robot, Cycles limit) override;
-    void run_robot(uint32_t robot, Cycles until) override;
+    void run_robot(uint32_t index, Cycles until) override;
 
     /// Other stations are executed through the step; then its frames, in order of time, reach their
     /// receivers. Time O(frames log frames + receivers).

@@ -53,6 +53,7 @@ void KilobotChannel::boot(Cycles now) {
 // Robots only: cells are counted by the grid.
 std::vector<FrameCounts> KilobotChannel::frames() const {
     std::vector<FrameCounts> counts;
+    counts.reserve(context_.robots.size());
     for (uint32_t robot = 0; robot < context_.robots.size(); robot++)
         counts.push_back(in_flight_.station(robot).counts);
     return counts;

@@ -135,7 +135,7 @@ Calibration Simulation::calibrate(uint32_t index) const {
     const auto &p = def_.profile;
     const double tick =
         static_cast<double>(TICK_CYCLES) * spread(Purpose::CLOCK, def_.clock_spread);
-    return {static_cast<Cycles>(tick + 0.5),
+    return {static_cast<Cycles>(std::llround(tick)),
             static_cast<uint16_t>(index + 1),
             p.turn_left,
             p.turn_right,

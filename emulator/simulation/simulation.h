@@ -143,7 +143,7 @@ class Simulation {
     // Creation, in creation.cpp, in this order; one of the two channels.
     void create_robots();
     /// Differences from robot to robot: oscillator, receiver, uid.
-    Calibration calibrate(uint32_t robot) const;
+    Calibration calibrate(uint32_t index) const;
     void create_bodies(const std::vector<Pose> &poses);
     void create_kilobot_channel();
     void create_ideal_channel();
@@ -162,7 +162,7 @@ class Simulation {
     void run_on(uint32_t robot, Cycles limit);
     void ran_ahead(uint32_t robot, Cycles until);
     /// Hands what a robot has ordered of its motors to the bodies and the floor.
-    void take_motor_commands(uint32_t robot);
+    void take_motor_commands(uint32_t index);
     bool light_changes() const { return !def_.light.sources.empty(); }
     /// Not where light depends on the place: how long a robot will stay where it is is not known.
     bool may_run_ahead() const { return def_.run_ahead && !light_changes(); }

@@ -71,7 +71,7 @@ class Boards : public ModuleBoards {
     // The modules.
     void add_module(const std::string &program, uint8_t x, uint8_t y, Cycles tick,
                     Cycles power_up) override;
-    void set_power(uint32_t module, Cycles at, bool on) override;
+    void set_power(uint32_t index, Cycles at, bool on) override;
     std::vector<QueuedFrame> take_queued_frames() override;
     void frame_sent(uint32_t module, Cycles at) override;
     void frame_lost(uint32_t module) override;

@@ -51,7 +51,7 @@ struct Box2DSolver::Box2D {
                 corners.push_back(to_units(radius * direction(-2 * half * i)));
         } else {
             Eigen::Vector2d half = arena.bounds.size / 2;
-            for (auto sign : {Eigen::Vector2d(-1, -1), Eigen::Vector2d(-1, 1),
+            for (const auto &sign : {Eigen::Vector2d(-1, -1), Eigen::Vector2d(-1, 1),
                               Eigen::Vector2d(1, 1), Eigen::Vector2d(1, -1)})
                 corners.push_back(to_units(half.cwiseProduct(sign)));
         }
@@ -86,6 +86,7 @@ struct Box2DSolver::Box2D {
     /// Enables the bodies of this step, and disables the others.
     void update_enabled(const Islands &islands) {
         std::vector<uint32_t> robots;
+        robots.reserve(islands.bodies.size());
         for (const auto &body : islands.bodies) robots.push_back(body.robot);
         for (uint32_t robot : enabled)
             if (!std::binary_search(robots.begin(), robots.end(), robot))
