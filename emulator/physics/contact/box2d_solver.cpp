@@ -52,7 +52,7 @@ struct Box2DSolver::Box2D {
         } else {
             Eigen::Vector2d half = arena.bounds.size / 2;
             for (const auto &sign : {Eigen::Vector2d(-1, -1), Eigen::Vector2d(-1, 1),
-                              Eigen::Vector2d(1, 1), Eigen::Vector2d(1, -1)})
+                                     Eigen::Vector2d(1, 1), Eigen::Vector2d(1, -1)})
                 corners.push_back(to_units(half.cwiseProduct(sign)));
         }
         b2BodyDef ground = b2DefaultBodyDef();
