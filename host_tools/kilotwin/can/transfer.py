@@ -9,11 +9,10 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from kilotwin.can.protocol import FrameError, to_module
+from kilotwin.files.headers import PAGE_BYTES, PAGES
 
 CONFIG_BYTES = 48
 CHUNK_BYTES = 6
-PAGE_BYTES = 128
-PAGES = 220
 IR_BYTES = 9
 
 # Gaps of the original dispatcher (hardware.md 3.7); a module handles a frame in less.

@@ -7,6 +7,7 @@ from kilotwin.errors import KilotwinError
 from kilotwin.files import resources
 
 _DIMENSIONS = "kilogrid_modules/protocol/dimensions.h"
+_TRANSFER = "kilogrid_modules/protocol/transfer.h"
 
 
 @cache
@@ -35,3 +36,9 @@ MOST_PER_BUS = number_of(_DIMENSIONS, "KILOGRID_MOST_MODULES_PER_BUS")
 
 CAN_BIT_RATE = number_of(_DIMENSIONS, "KILOGRID_CAN_BIT_RATE")
 """Of a Kilogrid's buses, 1/s."""
+
+PAGE_BYTES = number_of(_TRANSFER, "TRANSFER_PAGE_BYTES")
+"""A page of the chip's flash, which is erased and written at once."""
+
+PAGES = number_of(_TRANSFER, "TRANSFER_PAGES")
+"""Of a program at most: what lies below the boot section."""

@@ -19,6 +19,7 @@ from kilotwin.experiment.grid_layout import Layout, Module
 from kilotwin.experiment.grid_plan import Settings
 from kilotwin.experiment.kconf import MOST_BYTES
 from kilotwin.experiment.overhead import RESET, RUN, WAKEUP
+from kilotwin.files.message_crc import message_crc
 from kilotwin.grid import frames as wire
 from kilotwin.grid.cover import ALL_MODULES, Group, cover
 from kilotwin.grid.links import Frames, Links
@@ -336,7 +337,7 @@ class Controller:
     def _is_right(self, module: Module, answer: Health) -> bool:
         wanted = self.configuration.get(module)
         return wanted is None or (
-            answer.config_size == len(wanted) and answer.config_crc == wire.checksum(wanted)
+            answer.config_size == len(wanted) and answer.config_crc == message_crc(wanted)
         )
 
     # Scripts.

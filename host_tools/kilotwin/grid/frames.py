@@ -5,7 +5,6 @@ has too many frames to have each of them decoded.
 """
 
 import functools
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 from kilotwin.can import address, protocol, transfer
@@ -99,13 +98,3 @@ def forward(message: bytes) -> list[Paced]:
 def configuration(data: bytes) -> list[Paced]:
     """The frames of a module's configuration, 1 to 48 bytes."""
     return transfer.configuration(data)
-
-
-def checksum(data: Iterable[int]) -> int:
-    """CRC-16/MCRF4XX, by which a module reports what configuration it holds."""
-    crc = 0xFFFF
-    for byte in data:
-        crc ^= byte
-        for _ in range(8):
-            crc = crc >> 1 ^ 0x8408 if crc & 1 else crc >> 1
-    return crc
