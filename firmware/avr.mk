@@ -5,8 +5,14 @@
 
 AVR_CHIP    := -mmcu=atmega328p -DF_CPU=8000000UL
 AVR_DIALECT := -std=gnu99 -O2 -funsigned-char -funsigned-bitfields -fpack-struct -fshort-enums
+# Each function of the runtimes and helpers has a section, which the linker leaves out if unused.
+AVR_LIBRARY := -ffunction-sections
+# Source lines in the .elf, for avr-gdb and `kilotwin port`; no byte of an image changes by it.
+AVR_DEBUG   := -gdwarf-2
 # The boot section begins at 0x7000 and stays free.
 AVR_LINK    := -Wl,--gc-sections -Wl,--relax
+# Sections of an .elf that are no part of the flash; the .hex comes without them.
+AVR_NOT_FLASHED := .eeprom .fuse .lock .signature .user_signatures
 
 # Sources of kilolib/avr that are part of the modules' runtime as well, beside all of kilolib/core.
 AVR_SHARED  := frame_sender.c gains_read.c

@@ -1,5 +1,6 @@
-# Reads `avr-size -A` of programs and says what they take of the robot: flash, RAM at the start
-# (what is left is the stack), and the budget that `budget` names. A program beyond its budget, or
+# Reads `avr-size -A` of programs and says what they take of the robot: flash (code, the values that
+# variables begin with, and the build id: all that the .hex has), RAM at the start (what is left is
+# the stack), and the budget that `budget` names. A program beyond its budget, or
 # beyond the robot, is marked, and makes the exit code 1; with `strict`, a missing budget does too.
 
 BEGIN {
@@ -19,8 +20,10 @@ BEGIN {
     sub(/.*\//, "", program)
     names[++programs] = program
 }
-$1 == ".text" || $1 == ".data" { flash[program] += $2 }
+# Variables lie from 0x800000 on, and the values that .data begins with in flash.
+$1 == ".text" || $1 == ".data" || ($3 > 0 && $3 < 8388608) { flash[program] += $2 }
 $1 == ".data" || $1 == ".bss" || $1 == ".noinit" { ram[program] += $2 }
+$1 == ".eeprom" { eeprom[program] = $2 }
 
 END {
     printf "  %-22s %6s %6s   %s\n", "bytes", "flash", "RAM", "budget"
@@ -35,6 +38,7 @@ END {
             if (strict) printf "   no budget"
             if (strict) failed = 1
         }
+        if (eeprom[program]) printf "   %d bytes of .eeprom are left out", eeprom[program]
         print over ? "   TOO LARGE" : ""
         if (over) failed = 1
     }

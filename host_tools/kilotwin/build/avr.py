@@ -1,7 +1,8 @@
 """Builds a robot's or a module's program for the ATmega328P, linked with its runtime.
 
 A robot's is firmware/kilolib/core and avr; a module's is kilogrid_modules/runtime/core and avr,
-with the parts that robots have as well. Flags and those parts stand in firmware/avr.mk.
+with the parts that robots have as well. Flags and those parts stand in firmware/avr.mk, and the
+steps are those of firmware/image.mk: `make firmware` gives the same bytes, and a test compares.
 
 As with guests, results are kept under the hash of everything that went in, and appear in one step.
 """
@@ -15,6 +16,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import kilotwin
 from kilotwin.build.apis import APIS, wanted_helpers
 from kilotwin.build.avr_flags import avr_words
 from kilotwin.build.guest import (
@@ -29,20 +31,25 @@ from kilotwin.build.linking import ENGLISH, check_main, explained
 from kilotwin.errors import InputError, RunError
 from kilotwin.experiment.programs import Program
 from kilotwin.files import resources
+from kilotwin.files.build_id import BuildId, build_id
 
-# Besides those of firmware/avr.mk: what `kilotwin port` reads of an image.
-_REPORT_FLAGS = ["-gdwarf-2", "-fstack-usage"]
+_FLAGS = ("AVR_CHIP", "AVR_DIALECT", "AVR_DEBUG")
+# Besides those of firmware/avr.mk: `kilotwin port` reads how deep the stack of a function is.
+_REPORT_FLAGS = ["-fstack-usage"]
 _MODULE_RUNTIME = ["runtime/core", "runtime/avr", "protocol"]
+_BUILD_ID, _BUILD_ID_SCRIPT = "firmware/build_id.c", "firmware/build_id.ld"
+_TOOLS = ("avr-gcc", "avr-nm", "avr-ar", "avr-objcopy")
 
 
 @dataclass(frozen=True)
 class Image:
-    """A program for the robot. `folder` also holds its objects, with stack usage as .su files."""
+    """A linked program. `folder` also holds its objects, with stack usage as .su files."""
 
     name: str
     folder: Path
     key: str
     compiler: str
+    build_id: BuildId
 
     @property
     def elf(self) -> Path:
@@ -61,18 +68,27 @@ class Image:
 
 def avr_gcc() -> str:
     """The path of avr-gcc; RunError with the command that installs it if it is not there."""
-    found = shutil.which("avr-gcc")
-    if found is None:
-        raise RunError("avr-gcc is not here; type: apt-get install gcc-avr avr-libc binutils-avr")
-    return found
+    found = {tool: shutil.which(tool) for tool in _TOOLS}
+    for tool, path in found.items():
+        if path is None:
+            raise RunError(
+                f"{tool} is not here; type: apt-get install gcc-avr avr-libc binutils-avr"
+            )
+    return str(found["avr-gcc"])
 
 
 def _flags() -> list[str]:
-    return [*avr_words("AVR_CHIP"), *avr_words("AVR_DIALECT"), *_REPORT_FLAGS]
+    words = [word for name in _FLAGS for word in avr_words(name)]
+    return [*words, *_REPORT_FLAGS]
 
 
 def _link_flags() -> list[str]:
-    return [*avr_words("AVR_CHIP"), *avr_words("AVR_LINK")]
+    script = resources.path(_BUILD_ID_SCRIPT)
+    return [*avr_words("AVR_CHIP"), *avr_words("AVR_LINK"), f"-Wl,-T,{script}"]
+
+
+def _build_id_flags(written: BuildId) -> list[str]:
+    return [*_flags(), f'-DBUILD_ID="{written}"']
 
 
 def program_flags(program: Program) -> list[str]:
@@ -93,8 +109,9 @@ def build_image(program: Program, notify: Notify = lambda _: None) -> Image:
     compiler = avr_gcc()
     version = compiler_version(compiler)
     runtime = _runtime_of(program)
-    key = _key(program, compiler, version, runtime)
-    image = Image(program.name, cache_folder() / f"{key}-avr", key, version)
+    written = build_id(program.target, program.name, version, kilotwin.__version__)
+    key = _key(program, compiler, written, runtime)
+    image = Image(program.name, cache_folder() / f"{key}-avr", key, version, written)
     if not image.folder.exists():
         with building(f"compiling {program.written} for the ATmega328P", image.folder, notify):
             _build(program, compiler, runtime, image)
@@ -129,12 +146,19 @@ def _link(command: list[str], program: Program, objects: Sequence[Path]) -> None
         raise explained(error, program, "avr-nm", objects) from None
 
 
-def _key(program: Program, compiler: str, version: str, runtime: Sequence[Path]) -> str:
+def _key(program: Program, compiler: str, written: BuildId, runtime: Sequence[Path]) -> str:
     own, kilolib, helped = program_flags(program), _runtime_flags(program), _helper_flags(program)
-    words = [version, *own, *kilolib, *helped, *_link_flags()]
+    words = [str(written), *own, *kilolib, *helped, *_link_flags()]
     digest = hashlib.sha256("\0".join(words).encode())
+    digest.update(resources.path(_BUILD_ID_SCRIPT).read_bytes())
     helpers = APIS[program.api].helper_sources()
-    for sources, flags in ((program.sources, own), (runtime, kilolib), (helpers, helped)):
+    id_source = [resources.path(_BUILD_ID)]
+    for sources, flags in (
+        (program.sources, own),
+        (runtime, kilolib),
+        (helpers, helped),
+        (id_source, _build_id_flags(written)),
+    ):
         if not sources:
             continue
         rules = run_tool([compiler, *flags, "-w", "-MM", *map(str, sources)], _failure(program))
@@ -145,7 +169,7 @@ def _key(program: Program, compiler: str, version: str, runtime: Sequence[Path])
 
 
 def _runtime_flags(program: Program) -> list[str]:
-    flags = [*_flags(), "-ffunction-sections"]
+    flags = [*_flags(), *avr_words("AVR_LIBRARY")]
     if program.api != "module":
         return [*flags, f"-I{resources.path('firmware/kilolib/include')}"]
     modules = resources.path("kilogrid_modules")
@@ -153,7 +177,7 @@ def _runtime_flags(program: Program) -> list[str]:
 
 
 def _helper_flags(program: Program) -> list[str]:
-    return [*_flags(), "-ffunction-sections", *APIS[program.api].includes()]
+    return [*_flags(), *avr_words("AVR_LIBRARY"), *APIS[program.api].includes()]
 
 
 def _build(program: Program, compiler: str, runtime: Sequence[Path], image: Image) -> None:
@@ -165,6 +189,7 @@ def _build(program: Program, compiler: str, runtime: Sequence[Path], image: Imag
             ("program", program.sources, [*program_flags(program), "-w"]),
             ("kilolib", runtime, _runtime_flags(program)),
             ("helpers", APIS[program.api].helper_sources(), _helper_flags(program)),
+            ("build_id", [resources.path(_BUILD_ID)], _build_id_flags(image.build_id)),
         )
         objects: dict[str, list[str]] = {}
         for part, sources, flags in parts:
@@ -176,13 +201,18 @@ def _build(program: Program, compiler: str, runtime: Sequence[Path], image: Imag
                 objects[part].append(target)
         own = list(map(Path, objects["program"]))
         check_main(program, "avr-nm", own)
-        library, elf = str(draft / "libkilolib.a"), str(draft / f"{image.name}.elf")
         helpers = wanted_helpers("avr-nm", own, list(map(Path, objects["helpers"])))
-        run_tool(["avr-ar", "rcs", library, *map(str, helpers), *objects["kilolib"]], failure)
-        link = [compiler, *_link_flags(), *objects["program"], library, "-lm", "-o", elf]
-        _link(link, program, own)
+        libraries = []
+        for name, members in (("helpers", [*map(str, helpers)]), ("kilolib", objects["kilolib"])):
+            if members:
+                libraries.append(str(draft / f"lib{name}.a"))
+                run_tool(["avr-ar", "rcs", libraries[-1], *members], failure)
+        elf = str(draft / f"{image.name}.elf")
+        linked = [*objects["program"], *objects["build_id"], *libraries, "-lm"]
+        _link([compiler, *_link_flags(), *linked, "-o", elf], program, own)
+        left_out = [word for name in avr_words("AVR_NOT_FLASHED") for word in ("-R", name)]
         target = str(draft / f"{image.name}.hex")
-        run_tool(["avr-objcopy", "-O", "ihex", "-R", ".eeprom", elf, target], failure)
+        run_tool(["avr-objcopy", "-O", "ihex", *left_out, elf, target], failure)
         # Another process may have been faster; its result is the same.
         with contextlib.suppress(FileExistsError, OSError):
             draft.replace(image.folder)

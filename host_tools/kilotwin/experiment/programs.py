@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Literal
 
 from kilotwin.files import resources
+from kilotwin.files.build_id import Target
 
 # What only Kilogrid programs have: the grid's name of the message, or one of its headers.
 _KILOGRID_WORDS = re.compile(
@@ -20,8 +21,13 @@ _KILOGRID_WORDS = re.compile(
 
 Api = Literal["kilobot", "kilogrid", "module"]
 """What a program is written against: kilolib, the Kilogrid's flavour of it, or the module API."""
-
 _IMAGES = (".hex", ".ihex", ".ihx", ".elf")
+
+# How main() of a program for each target ends.
+_STARTS: dict[Target, re.Pattern[bytes]] = {
+    "robot": re.compile(rb"\bkilo_start\s*\("),
+    "module": re.compile(rb"\bmodule_start\s*\("),
+}
 
 
 class ProgramError(ValueError):
@@ -53,6 +59,19 @@ class Program:
     def written(self) -> str:
         """For messages."""
         return " ".join(self.parts)
+
+    @property
+    def target(self) -> Target:
+        """What it is to be built for."""
+        return "module" if self.api == "module" else "robot"
+
+    @property
+    def looks_like(self) -> Target | None:
+        """What its sources are written for, as far as they say it: by kilo_start() or
+        module_start()."""
+        texts = [source.read_bytes() for source in self.sources]
+        found = [target for target, start in _STARTS.items() if any(map(start.search, texts))]
+        return found[0] if len(found) == 1 else None
 
 
 def find_program(

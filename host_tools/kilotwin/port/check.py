@@ -8,13 +8,13 @@ from typing import Any
 from kilotwin.build.avr import build_image
 from kilotwin.build.guest import Notify
 from kilotwin.build.guest import build as build_guest
+from kilotwin.build.image_size import FLASH_BYTES, RAM_BYTES
 from kilotwin.errors import InputError
 from kilotwin.experiment.programs import ProgramError, find_program
 from kilotwin.port import machine_code, retrial, source_text
 from kilotwin.port import trial as trials
 from kilotwin.port.disassembly import Disassembly
 from kilotwin.port.findings import Finding, Weight
-from kilotwin.port.machine_code import FLASH_BYTES, RAM_BYTES
 from kilotwin.port.retrial import Tried
 from kilotwin.port.roles import find_roles, own_lines
 from kilotwin.port.stack import StackBound, bound

@@ -15,6 +15,7 @@ from elftools.elf.sections import Symbol, SymbolTableSection
 
 from kilotwin.build.avr import Image
 from kilotwin.build.guest import run_tool
+from kilotwin.build.image_size import size_of
 
 _FUNCTION = re.compile(r"^([0-9a-f]{8}) <([^>]+)>:$")
 _INSTRUCTION = re.compile(r"^ +([0-9a-f]+):\t(?:[0-9a-f]{2} )+\s*\t?(\S+)(?:\t([^;]*))?(?:;(.*))?$")
@@ -183,7 +184,6 @@ class Disassembly:
         text = run_tool(["avr-objdump", "-d", "-l", str(image.elf)], f"{image.elf}: not readable")
         with image.elf.open("rb") as file:
             elf = ELFFile(file)
-            sizes = {section.name: section["sh_size"] for section in elf.iter_sections()}
             variables = {
                 symbol["st_value"] - _DATA_BASE: Variable(
                     symbol.name, symbol["st_value"] - _DATA_BASE, symbol["st_size"]
@@ -191,13 +191,13 @@ class Disassembly:
                 for symbol in _symbols(elf)
                 if symbol["st_info"]["type"] == "STT_OBJECT" and symbol["st_value"] >= _DATA_BASE
             }
-        data = sizes.get(".data", 0)
+        size = size_of(image.elf)
         program, runtime = image.objects("program"), image.objects("kilolib")
         return Disassembly(
             parse(text),
             variables,
-            sizes[".text"] + data,
-            data + sizes.get(".bss", 0) + sizes.get(".noinit", 0),
+            size.flash,
+            size.ram,
             frozenset(_address_taken(program)),
             frozenset(_address_taken(file for file in runtime if not _uses_streams(file))),
             frozenset(_address_taken(filter(_uses_streams, [*program, *runtime]))),

@@ -2,13 +2,12 @@
 
 from collections.abc import Iterator
 
+from kilotwin.build.image_size import FLASH_BYTES, RAM_BYTES
 from kilotwin.port.disassembly import Disassembly, Function, Instruction, Place, Variable
 from kilotwin.port.findings import Finding, Weight
 from kilotwin.port.roles import Roles
 from kilotwin.port.stack import StackBound
 
-FLASH_BYTES = 28_160  # below the boot section: 220 pages
-RAM_BYTES = 2048
 STACK_RESERVE = 64  # for what the static bound cannot know, as an interrupt's first pushes
 
 # Floating point on the AVR: hundreds to thousands of cycles each.

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 from kilotwin import _emulator
 from kilotwin.build.avr import Image
 from kilotwin.build.guest import Guest
+from kilotwin.build.image_size import RAM_BYTES
 from kilotwin.errors import InputError
 from kilotwin.port.disassembly import Disassembly, Place
 from kilotwin.port.findings import Finding, Weight
-from kilotwin.port.machine_code import RAM_BYTES, STACK_RESERVE
+from kilotwin.port.machine_code import STACK_RESERVE
 from kilotwin.port.roles import Roles
 from kilotwin.units import CYCLES_PER_S, TICK_CYCLES, TICK_S, ticks
 
