@@ -1,4 +1,4 @@
-"""Errors of programs that cannot be linked: in their own terms, not in those of our builds."""
+"""Errors of programs that cannot be built: in their own terms, not in those of our builds."""
 
 import re
 from collections.abc import Sequence
@@ -7,6 +7,9 @@ from pathlib import Path
 from kilotwin.build.apis import APIS, defined_symbols, missing_symbols
 from kilotwin.errors import InputError
 from kilotwin.experiment.programs import Program
+
+TARGETS = {"robot": "a robot", "module": "a Kilogrid module"}
+"""What programs are built for, in messages."""
 
 ENGLISH = {"LC_ALL": "C"}
 """Environment of the linker, whose messages are parsed here."""
@@ -60,4 +63,16 @@ def explained(error: InputError, program: Program, nm: str, objects: Sequence[Pa
         f"{program.written}: neither the program nor the API has {', '.join(names)}; write what is "
         "missing, or add the file that has it",
         detail="\n".join(places),
+    )
+
+
+def wrong_target(program: Program) -> InputError | None:
+    """Of a program that cannot be built: that it is one for the other target, if it looks so."""
+    target = program.looks_like
+    if target is None or target == program.target:
+        return None
+    add = "add --for module" if target == "module" else "leave out --for module"
+    return InputError(
+        f"{program.written}: is a program for {TARGETS[target]}, not for "
+        f"{TARGETS[program.target]}; {add}"
     )

@@ -1,30 +1,23 @@
-"""`kilotwin build`: a guest of any program, and how large it is."""
+"""`kilotwin build` without --hex: a guest of any program, and how large it is."""
 
 import shutil
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from kilotwin.build.guest import Notify, build
 from kilotwin.build.guest_symbols import GuestSymbols
+from kilotwin.build.linking import wrong_target
 from kilotwin.errors import InputError
-from kilotwin.experiment.programs import ProgramError, find_program
+from kilotwin.experiment.programs import Program
 from kilotwin.files.drafts import draft_of
 
 
-def build_program(
-    program: Sequence[str],
-    include: Sequence[str],
-    define: Sequence[str],
-    output: Path | None,
-    notify: Notify,
-) -> dict[str, Any]:
+def build_program(program: Program, output: Path | None, notify: Notify) -> dict[str, Any]:
     """What --json prints. The guest stays in the cache; `output` gets a copy."""
     try:
-        found = find_program(program, Path.cwd(), include, define)
-    except ProgramError as error:
-        raise InputError(str(error)) from None
-    guest = build(found, notify)
+        guest = build(program, notify)
+    except InputError as error:
+        raise wrong_target(program) or error from None
     size = GuestSymbols(guest.file).size
     file = guest.file
     if output is not None:
@@ -37,7 +30,8 @@ def build_program(
             raise InputError(f"-o {output}: {reason}; name another file") from None
     return {
         "program": guest.name,
-        "sources": [str(source) for source in found.sources],
+        "for": program.target,
+        "sources": [str(source) for source in program.sources],
         "file": str(file),
         "state_bytes": size.state,
         "text_bytes": size.text,
@@ -50,6 +44,7 @@ def report_text(report: dict[str, Any]) -> str:
     """The same in three lines."""
     return (
         f"{report['program']}: {report['file']}\n"
-        f"  state {report['state_bytes']:7,} bytes per robot (variables, with those of the API)\n"
+        f"  state {report['state_bytes']:7,} bytes per {report['for']} "
+        "(variables, with those of the API)\n"
         f"  text  {report['text_bytes']:7,} bytes of code for this PC"
     )

@@ -23,7 +23,7 @@ COMMANDS = {
     "sweep": "Run an experiment many times, varied, into one data set. Goes on where it was "
     "stopped.",
     "plot": "Draw a figure of a run or a sweep.",
-    "build": "Build a robot program into a guest and say how large it is.",
+    "build": "Build a program into an image to flash, or a guest, and say how large it is.",
     "port": "Say what of a program would go wrong on the robot. 1 if something fails there.",
     "compare": "Compare with what others measured. 1 if it is outside the bounds, in every "
     "reading.",
