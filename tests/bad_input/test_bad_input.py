@@ -1,7 +1,8 @@
 """Bad input ends with one line that says cause, place and remedy, with 2, and leaves nothing.
 
 Each cases/SUBJECT/NAME.toml has what is expected of it beside it, in NAME.expected; {cases} is the
-folder `cases`, where the command is run.
+folder `cases`, where the command is run: `kilotwin run`. The .hex files of cases/hex are for
+`kilotwin build --show`.
 """
 
 import os
@@ -51,16 +52,19 @@ def clean_environment(monkeypatch: pytest.MonkeyPatch, guest_cache: Path) -> Non
 def refuse(
     monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str], tmp_path: Path
 ) -> Refuse:
-    """`kilotwin run ...` must be refused; gives what it says. Nothing may appear anywhere."""
+    """`kilotwin run ...` must be refused; gives what it says. Nothing may appear anywhere.
 
-    def run(*words: str, folder: Path = CASES) -> str:
+    `command` is another one of kilotwin, `code` another exit code.
+    """
+
+    def run(*words: str, folder: Path = CASES, command: str = "run", code: int = 2) -> str:
         before = contents(folder), contents(tmp_path)
         monkeypatch.chdir(folder)
-        monkeypatch.setattr(sys, "argv", ["kilotwin", "run", *words])
+        monkeypatch.setattr(sys, "argv", ["kilotwin", command, *words])
         with pytest.raises(SystemExit) as caught:
             cli.main()
         output, errors = capfd.readouterr()
-        assert caught.value.code == 2, errors
+        assert caught.value.code == code, errors
         assert output == ""
         assert "Traceback" not in errors
         assert (contents(folder), contents(tmp_path)) == before
@@ -87,8 +91,50 @@ def test_a_bad_experiment_is_refused_in_one_line(
 
 def test_every_expectation_has_its_case() -> None:
     assert [
-        path.name for path in CASES.glob("*/*.expected") if not path.with_suffix(".toml").exists()
+        path.name
+        for path in CASES.glob("*/*.expected")
+        if not any(path.with_suffix(suffix).exists() for suffix in (".toml", ".hex"))
     ] == []
+
+
+@pytest.mark.parametrize("case", sorted(CASES.glob("hex/*.hex")), ids=lambda case: case.stem)
+def test_a_bad_hex_file_is_refused_in_one_line(case: Path, refuse: Refuse) -> None:
+    said = refuse("--show", str(case.relative_to(CASES)), command="build")
+    assert said == f"kilotwin: {case.with_suffix('.expected').read_text()}"
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["programs/broken.c"], r"\S*/programs/broken.c: does not compile for the robot; mend .*"),
+        (
+            ["programs/nowhere.c"],
+            "program 'programs/nowhere.c' is not there; name a .*",
+        ),
+        (
+            ["programs/empty"],
+            "program 'programs/empty' has no .c file in it; name .*",
+        ),
+        (["programs/hello.py"], "program 'programs/hello.py' is not C source; name a folder or .*"),
+        (["programs/blink.c", "-D", "3"], "'3' defines no macro; write NAME or NAME=value"),
+        (["programs/cell.c"], r"\S*/cell.c: is a program for a Kilogrid module, .* --for module"),
+        (["programs/blink.c", "--for", "module"], r"\S*/blink.c: is a program for a robot, not .*"),
+    ],
+)
+def test_a_bad_program_becomes_no_hex_file(
+    words: list[str], said: str, refuse: Refuse, tmp_path: Path
+) -> None:
+    output = str(tmp_path / "out.hex")
+    first, *others = refuse(*words, "--hex", output, "--quiet", command="build").splitlines()
+    assert re.fullmatch(f"kilotwin: {said}", first)
+    # Only a compiler has more to say.
+    assert bool(others) == ("does not compile" in first)
+
+
+def test_a_program_beyond_the_flash_becomes_no_hex_file(refuse: Refuse, tmp_path: Path) -> None:
+    words = ["programs/too_large.c", "--hex", str(tmp_path / "out.hex"), "--quiet"]
+    (line,) = refuse(*words, command="build", code=1).splitlines()
+    assert "bytes of flash, an image has at most 28,160 (220 pages); leave out" in line
 
 
 def test_the_compilers_words_are_shown_as_they_are(refuse: Refuse) -> None:
@@ -129,6 +175,23 @@ def good(folder: Path, *, diameter_m: float = 4.0, size: int = 10) -> str:
     text = GOOD.format(diameter_m=diameter_m, program=program, size=size)
     (folder / "good.toml").write_text(text)
     return "good.toml"
+
+
+@pytest.mark.parametrize(
+    ("output", "said"),
+    [
+        ("no/out.hex", "no such file or directory; name another file"),
+        ("/dev/null/out.hex", "not a directory; name another file"),
+        ("good.c", "not the name of a .hex file; write good.c.hex"),
+    ],
+)
+def test_a_hex_file_that_cannot_be_written_is_refused(
+    output: str, said: str, refuse: Refuse, tmp_path: Path
+) -> None:
+    program = str(CASES / "programs" / "blink.c")
+    words = [program, "--hex", output, "--quiet"]
+    (line,) = refuse(*words, folder=tmp_path, command="build").splitlines()
+    assert line == f"kilotwin: --hex {output}: {said}"
 
 
 @pytest.mark.parametrize("out", ["/proc/run", "/dev/null/run", "good.toml", "good.toml/run"])

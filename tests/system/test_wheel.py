@@ -35,6 +35,10 @@ def test_an_installed_wheel_runs_a_program(environment: dict[str, str], tmp_path
     done = python(command, "run", "my.toml", "--out", "run", "--json")
     assert done.returncode == 0, done.stderr
     assert '"robots": 10' in done.stdout
+    # So does an image for the robot, with what its linker needs.
+    done = python(command, "build", "my.c", "--hex", "my.hex", "--json")
+    assert done.returncode == 0, done.stderr
+    assert '"build_id": "robot my avr-gcc-' in done.stdout
     # The CAN frames' description is not Python either.
     frame = "from kilotwin.can import protocol; print(protocol.to_module('MODULE_RUN').hex())"
     done = python(frame)
