@@ -90,7 +90,7 @@ TIDIED  := $(CPP_FILES:%.cpp=build/tidy/%.ok)
 check-tidy: check-clang
 	@echo "== clang-tidy: the firmware's C, the emulator's C++ (minutes where headers changed)"
 	@mkdir -p build/tidy
-	@$(TIDY) $(TIDY_PC) -- -std=gnu11 -Ifirmware/kilolib/include -Ikilogrid_modules/protocol \
+	@$(TIDY) $(TIDY_PC) -- -std=gnu11 -DBUILD_ID='"id"' -Ifirmware/kilolib/include -Ikilogrid_modules/protocol \
 	    > build/tidy/pc.log 2>&1 || { cat build/tidy/pc.log; exit 1; }
 	@$(TIDY) firmware/kilogrid/*.c firmware/kilolib/avr/*.c -- $(AVR_C) -Ifirmware/kilogrid/include \
 	    -Ifirmware/kilolib/include > build/tidy/avr.log 2>&1 || { cat build/tidy/avr.log; exit 1; }
