@@ -17,13 +17,15 @@ static void setup(void) { set_motors(duty, duty); }
 static void loop(void) {}
 int main(void) { kilo_init(); kilo_start(setup, loop); return 0; }
 """
-# Brings one helper of its own and takes others from us.
+# Brings one helper of its own, and its header, and takes others from us.
 LAB = """
 #include <kilolib.h>
+#include <utils.h>
 #include <kilob_random_walk.h>
 #include <kilob_tracking.h>
 message_rx_t utils_message_rx;
-void move_straight(void) { set_motors(kilo_straight_left, kilo_straight_right); }
+static volatile uint8_t duty = OWN_DUTY;
+void move_straight(void) { set_motors(duty, duty); }
 void turn_left(void) { set_motors(kilo_turn_left, 0); }
 void turn_right(void) { set_motors(0, kilo_turn_right); }
 void stop(void) { set_motors(0, 0); }
@@ -59,8 +61,9 @@ def programs(tmp_path: Path) -> Path:
     folder.mkdir()
     (folder / "main.c").write_text(WALKER)
     (folder / "speed.h").write_text("#define SPEED 70\n")
-    (tmp_path / "my lab.c").write_text("wrong")  # other programs lie beside it
-    (tmp_path / "lab.c").write_text(LAB)
+    (tmp_path / "lab").mkdir()
+    (tmp_path / "lab" / "lab.c").write_text(LAB)
+    (tmp_path / "lab" / "utils.h").write_text("#define OWN_DUTY 66\n")
     (tmp_path / "cell.c").write_text(CELL)
     return tmp_path
 
@@ -69,7 +72,7 @@ def programs(tmp_path: Path) -> Path:
     ("folder", "program", "words"),
     [
         ("firmware", "walk.v2", []),
-        ("firmware", "lab.c", ["FLAVOUR=kilogrid"]),
+        ("firmware", "lab", ["FLAVOUR=kilogrid"]),
         ("firmware", str(ROOT / "firmware/aggregation"), []),
         ("kilogrid_modules", "cell.c", []),
         ("kilogrid_modules", str(ROOT / "kilogrid_modules/sites"), []),
