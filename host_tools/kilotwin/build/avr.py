@@ -129,7 +129,9 @@ def _runtime_of(program: Program) -> list[Path]:
 
 
 def _failure(program: Program) -> str:
-    return f"{program.written}: does not compile for the robot; mend what the compiler says"
+    return (
+        f"{program.written}: does not compile for the {program.target}; mend what the compiler says"
+    )
 
 
 def _link(command: list[str], program: Program, objects: Sequence[Path]) -> None:

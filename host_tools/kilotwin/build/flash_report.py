@@ -38,6 +38,7 @@ def build_hex(program: Program, output: Path, notify: Notify) -> dict[str, Any]:
             f"{program.written}: takes {size.flash:,} bytes of flash, an image has at most "
             f"{FLASH_BYTES:,} ({PAGES} pages); leave out floating point, printf or tables"
         )
+    content = _content(image.hex)
     _copy(image, output, elf)
     return {
         "program": program.name,
@@ -48,7 +49,7 @@ def build_hex(program: Program, output: Path, notify: Notify) -> dict[str, Any]:
         "ram_bytes": size.ram,
         "ram_budget_bytes": RAM_BYTES,
         "left_out_bytes": size.left_out,
-        **_content(image.hex),
+        **content,
         "key": image.key,
         "compiler": image.compiler,
     }
@@ -122,5 +123,5 @@ def _id_lines(report: dict[str, Any]) -> Sequence[str]:
 def _left_out(section: str, count: int) -> str:
     what = "a .hex has flash only"
     if section == ".eeprom":
-        what += ", and a robot's EEPROM holds its calibration: write it from the program"
+        what += ", and the EEPROM holds the calibration: write it from the program"
     return f"  {count} bytes of {section} are left out: {what}"

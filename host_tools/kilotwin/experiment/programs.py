@@ -67,8 +67,7 @@ class Program:
 
     @property
     def looks_like(self) -> Target | None:
-        """What its sources are written for, as far as they say it: by kilo_start() or
-        module_start()."""
+        """What its sources are for, if they have either kilo_start() or module_start()."""
         texts = [source.read_bytes() for source in self.sources]
         found = [target for target, start in _STARTS.items() if any(map(start.search, texts))]
         return found[0] if len(found) == 1 else None
