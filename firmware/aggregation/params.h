@@ -1,4 +1,4 @@
-/// The parameters of the program. default_params.h lists them: names, keys, meanings, units, ranges.
+/// The parameters of the program; names, keys, meanings, units and ranges are in default_params.h.
 #ifndef AGGREGATION_PARAMS_H
 #define AGGREGATION_PARAMS_H
 
