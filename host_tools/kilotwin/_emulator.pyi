@@ -133,6 +133,19 @@ class Bridge:
 
 def config_message(uid_first: int, uid_last: int, key: int, value: int) -> bytes: ...
 
+class Programmer:
+    """An STK500v2 in front of an erased ATmega328P."""
+
+    flash: bytes
+    eeprom: bytes
+    fuses: bytes  # low, high, extended
+    lock_bits: int
+    signature: bytes
+    @property
+    def programming(self) -> bool: ...
+    def receive(self, bytes: bytes) -> bytes: ...
+    def hang_up(self) -> None: ...
+
 class Difference(TypedDict):
     tick: int
     kind: str

@@ -17,10 +17,10 @@ def _text(header: str) -> str:
 
 def number_of(header: str, macro: str) -> int:
     """The value of `#define macro` in a header of ours; KilotwinError if there is none."""
-    found = re.search(rf"^#define {macro} (\d+)U?L?\b", _text(header), re.MULTILINE)
+    found = re.search(rf"^#define {macro} (\d+|0x[0-9A-Fa-f]+)U?L?\b", _text(header), re.MULTILINE)
     if found is None:
         raise KilotwinError(f"{header} has no number {macro}; install kilotwin again")
-    return int(found.group(1))
+    return int(found.group(1), 0)
 
 
 CELL_M = number_of(_DIMENSIONS, "KILOGRID_CELL_MM") / 1000

@@ -1,0 +1,20 @@
+"""`kilotwin flash ...`: programs into robots. Each verb has a module of its own."""
+
+import typer
+
+from kilotwin.commands import flash_robot
+
+app = typer.Typer(
+    help="Writes programs into robots and reads back that they are there.",
+    epilog="FILE is a .hex, or a program's .c or folder, which is built first. What flashed "
+    "robots need to know stands in docs/lab.md.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+app.command("robot", epilog=flash_robot.EXAMPLES)(flash_robot.robot)
+
+
+@app.callback()
+def verbs() -> None:
+    """Keeps the verb in the command, although there is one."""

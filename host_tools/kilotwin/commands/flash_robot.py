@@ -1,0 +1,172 @@
+"""`kilotwin flash robot`: one robot, by a programmer."""
+
+import json
+import sys
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from kilotwin.build.avr import build_image
+from kilotwin.commands import terminal
+from kilotwin.commands.options import Define, Include, Json, Quiet
+from kilotwin.errors import InputError, RunError
+from kilotwin.experiment.programs import ProgramError, find_program
+from kilotwin.flash import eeprom_files, loader
+from kilotwin.flash.avrdude import Wiring, program_path
+from kilotwin.flash.chip import EEPROM_BYTES
+from kilotwin.flash.image import application_of
+from kilotwin.flash.robot import Job, RobotFlasher
+from kilotwin.port.check import check
+from kilotwin.port.trial import Trial
+from kilotwin.ports.holders import reserved
+
+EXAMPLES = (
+    "Examples:\n\n"
+    "  kilotwin flash robot my.c --via isp\n\n"
+    "  kilotwin flash robot my.hex --via isp -c stk500v2 -P /dev/ttyUSB0 --dry-run"
+)
+
+
+class Via(StrEnum):
+    """How one robot is reached."""
+
+    ISP = "isp"
+
+
+File = Annotated[
+    Path, typer.Argument(metavar="FILE", help="A .hex; or a .c or a folder, to be built first.")
+]
+ViaOption = Annotated[
+    Via, typer.Option(envvar="KILOTWIN_VIA", help="How: isp is a programmer on the robot's pins.")
+]
+Programmer = Annotated[
+    str, typer.Option("-c", envvar="KILOTWIN_PROGRAMMER", help="Its kind, as avrdude names it.")
+]
+Port = Annotated[
+    str, typer.Option("-P", envvar="KILOTWIN_PROGRAMMER_PORT", help="Where it is plugged in.")
+]
+BitClock = Annotated[
+    float | None,
+    typer.Option("-B", min=0.1, envvar="KILOTWIN_BIT_CLOCK_US", help="Go slower: us per bit."),
+]
+BaudRate = Annotated[
+    int | None,
+    typer.Option("-b", min=1, envvar="KILOTWIN_BAUD", help="Of the programmer's serial line."),
+]
+LoaderOption = Annotated[
+    str | None,
+    typer.Option(
+        "--loader",
+        metavar="FILE|keep|none",
+        envvar="KILOTWIN_LOADER",
+        help="The boot loader: ours if it is built, else the one in the chip.",
+    ),
+]
+Eeprom = Annotated[
+    Path | None,
+    typer.Option(envvar="KILOTWIN_EEPROM", help="Write this EEPROM in place of the chip's."),
+]
+Keep = Annotated[
+    Path, typer.Option(envvar="KILOTWIN_KEEP", help="The folder where EEPROMs are kept.")
+]
+DryRun = Annotated[
+    bool, typer.Option("--dry-run", envvar="KILOTWIN_DRY_RUN", help="Read the chip, write nothing.")
+]
+Force = Annotated[
+    bool,
+    typer.Option(
+        "--force", envvar="KILOTWIN_FORCE", help="Also what `kilotwin port` says would fail."
+    ),
+]
+
+
+def robot(
+    file: File,
+    *,
+    via: ViaOption,
+    programmer: Programmer = "avrispmkII",
+    port: Port = "usb",
+    bit_clock: BitClock = None,
+    baud_rate: BaudRate = None,
+    loader_file: LoaderOption = None,
+    eeprom: Eeprom = None,
+    keep: Keep = Path("eeprom"),
+    include: Include = None,
+    define: Define = None,
+    force: Force = False,
+    dry_run: DryRun = False,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Write a program and the boot loader into one robot by a programmer, and verify them.
+
+    Chip, fuses and lock bits are looked at first; calibration and uid in the EEPROM stay.
+    """
+    assert via is Via.ISP
+    program_path()
+    application = application_of(_hex_of(file, include, define, force=force, quiet=quiet))
+    if eeprom is not None:
+        eeprom_files.read(eeprom, b"\xff" * EEPROM_BYTES)
+    job = Job(
+        wiring=Wiring(programmer, port, _options(bit_clock, baud_rate)),
+        application=application,
+        loader=loader.choose(loader_file, application),
+        eeprom=eeprom,
+        keep=keep,
+        again=["kilotwin", *sys.argv[1:]],
+    )
+    outcome = None
+    display = terminal.step_display(quiet)
+    try:
+        with reserved(port):
+            flasher = RobotFlasher(job, display)
+            outcome = flasher.look()
+            display.stop()
+            if not as_json:
+                typer.echo(outcome.chip.text())
+            for warning in outcome.warnings:
+                display.note(f"note: {warning}")
+            flasher.check(outcome)
+            if not dry_run:
+                flasher.write(outcome)
+    finally:
+        display.stop()
+        if as_json and outcome is not None:
+            typer.echo(json.dumps(outcome.as_dict()))
+    if not as_json:
+        typer.echo(outcome.text())
+
+
+def _options(bit_clock: float | None, baud_rate: int | None) -> tuple[str, ...]:
+    clock = () if bit_clock is None else ("-B", f"{bit_clock:g}")
+    return clock if baud_rate is None else (*clock, "-b", str(baud_rate))
+
+
+def _hex_of(
+    file: Path,
+    include: list[str] | None,
+    define: list[str] | None,
+    *,
+    force: bool,
+    quiet: bool,
+) -> Path:
+    """The file itself, or what is built of it when `kilotwin port` finds nothing that fails."""
+    if file.suffix.lower() in (".hex", ".ihex", ".ihx"):
+        if include or define:
+            raise InputError(f"{file} is built already; -I and -D are for a .c or a folder")
+        return file
+    note = terminal.note(quiet)
+    if not force:
+        report = check([str(file)], include or [], define or [], Trial(), note)
+        if report.fails:
+            raise RunError(
+                f"{file} would fail on the robot; mend it, or type --force. Nothing was written",
+                detail=report.text(),
+            )
+    try:
+        program = find_program([str(file)], Path.cwd(), include or [], define or [])
+    except ProgramError as error:
+        raise InputError(str(error)) from None
+    return build_image(program, note).hex

@@ -1,0 +1,64 @@
+"""The boot loader that goes into a robot beside its program."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from kilotwin.errors import InputError
+from kilotwin.files import resources
+from kilotwin.flash.image import FLASH_BYTES, LOADER_BEGIN, Segments, has_loader, read_hex
+
+KEEP, NONE = "keep", "none"
+"""In place of a file: the one that is in the chip, or none at all."""
+
+_BUILT = "build/firmware/bootloader.hex"
+
+
+def built_loader() -> Path | None:
+    """Kilotwin's own boot loader, as `make firmware` leaves it; None if it is not built."""
+    return resources.find(_BUILT)
+
+
+@dataclass(frozen=True)
+class Loader:
+    """What goes into the boot section; `from_chip`: what is there already, written anew."""
+
+    name: str
+    segments: Segments = field(default_factory=dict)
+    from_chip: bool = False
+
+
+def choose(written: str | None, application: Segments) -> Loader:
+    """The loader that is wanted: `--loader`'s word or file, else ours, else the chip's own.
+
+    InputError if the file is no loader, or the application brings one as well.
+    """
+    if has_loader(application):
+        if written is not None:
+            raise InputError(
+                f"--loader {written}: the program's file brings a boot loader of its own; leave "
+                "--loader out, or name a program alone"
+            )
+        return Loader("the file's own")
+    if written == NONE:
+        return Loader("none")
+    path = built_loader() if written is None else Path(written)
+    if written == KEEP or path is None:
+        return Loader("the one in the chip", from_chip=True)
+    return Loader(str(path), _read(path))
+
+
+def loader_in(flash: bytes) -> Segments:
+    """What is in the boot section of a chip; nothing if that is erased."""
+    section = flash[LOADER_BEGIN:]
+    return {LOADER_BEGIN: section} if section.strip(b"\xff") else {}
+
+
+def _read(path: Path) -> Segments:
+    segments = read_hex(path)
+    for begin, data in segments.items():
+        if begin < LOADER_BEGIN or begin + len(data) > FLASH_BYTES:
+            raise InputError(
+                f"--loader {path}: bytes at 0x{begin:04X} lie outside of the boot section, 0x7000 "
+                "to 0x7FFF; name a boot loader alone"
+            )
+    return segments
