@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from kilotwin.build.avr import build_image
-from kilotwin.commands import terminal
+from kilotwin.commands import lazy, steps
 from kilotwin.commands.options import Define, Include, Json, Quiet
 from kilotwin.errors import InputError, RunError
 from kilotwin.experiment.programs import ProgramError, find_program
@@ -18,8 +18,6 @@ from kilotwin.flash.avrdude import Wiring, program_path
 from kilotwin.flash.chip import EEPROM_BYTES
 from kilotwin.flash.image import application_of
 from kilotwin.flash.robot import Job, RobotFlasher
-from kilotwin.port.check import check
-from kilotwin.port.trial import Trial
 from kilotwin.ports.holders import reserved
 
 EXAMPLES = (
@@ -27,6 +25,9 @@ EXAMPLES = (
     "  kilotwin flash robot my.c --via isp\n\n"
     "  kilotwin flash robot my.hex --via isp -c stk500v2 -P /dev/ttyUSB0 --dry-run"
 )
+
+
+Display = steps.Lines | steps.Bar
 
 
 class Via(StrEnum):
@@ -106,34 +107,41 @@ def robot(
     """
     assert via is Via.ISP
     program_path()
-    application = application_of(_hex_of(file, include, define, force=force, quiet=quiet))
-    if eeprom is not None:
-        eeprom_files.read(eeprom, b"\xff" * EEPROM_BYTES)
-    job = Job(
-        wiring=Wiring(programmer, port, _options(bit_clock, baud_rate)),
-        application=application,
-        loader=loader.choose(loader_file, application),
-        eeprom=eeprom,
-        keep=keep,
-        again=["kilotwin", *sys.argv[1:]],
-    )
-    outcome = None
-    display = terminal.step_display(quiet)
+    display = steps.display(quiet)
     try:
+        application = application_of(_hex_of(file, include, define, force, display))
+        if eeprom is not None:
+            eeprom_files.read(eeprom, b"\xff" * EEPROM_BYTES)
+        job = Job(
+            wiring=Wiring(programmer, port, _options(bit_clock, baud_rate)),
+            application=application,
+            loader=loader.choose(loader_file, application),
+            eeprom=eeprom,
+            keep=keep,
+            again=["kilotwin", *sys.argv[1:]],
+        )
         with reserved(port):
-            flasher = RobotFlasher(job, display)
-            outcome = flasher.look()
-            display.stop()
-            if not as_json:
-                typer.echo(outcome.chip.text())
-            for warning in outcome.warnings:
-                display.note(f"note: {warning}")
-            flasher.check(outcome)
-            if not dry_run:
-                flasher.write(outcome)
+            _flash(job, display, dry_run=dry_run, as_json=as_json)
     finally:
         display.stop()
-        if as_json and outcome is not None:
+
+
+def _flash(job: Job, display: Display, *, dry_run: bool, as_json: bool) -> None:
+    """Prints the chip before it is written; JSON at the end, also of a chip that was refused."""
+    flasher = RobotFlasher(job, display)
+    outcome = flasher.look()
+    display.stop()
+    if not as_json:
+        typer.echo(outcome.chip.text())
+    for warning in outcome.warnings:
+        display.note(f"note: {warning}")
+    try:
+        flasher.check(outcome)
+        if not dry_run:
+            flasher.write(outcome)
+    finally:
+        display.stop()
+        if as_json:
             typer.echo(json.dumps(outcome.as_dict()))
     if not as_json:
         typer.echo(outcome.text())
@@ -148,18 +156,19 @@ def _hex_of(
     file: Path,
     include: list[str] | None,
     define: list[str] | None,
-    *,
     force: bool,
-    quiet: bool,
+    display: Display,
 ) -> Path:
     """The file itself, or what is built of it when `kilotwin port` finds nothing that fails."""
     if file.suffix.lower() in (".hex", ".ihex", ".ihx"):
         if include or define:
             raise InputError(f"{file} is built already; -I and -D are for a .c or a folder")
         return file
-    note = terminal.note(quiet)
     if not force:
-        report = check([str(file)], include or [], define or [], Trial(), note)
+        trial = lazy.load("port.trial").Trial()
+        report = lazy.load("port.check").check(
+            [str(file)], include or [], define or [], trial, display.step
+        )
         if report.fails:
             raise RunError(
                 f"{file} would fail on the robot; mend it, or type --force. Nothing was written",
@@ -169,4 +178,4 @@ def _hex_of(
         program = find_program([str(file)], Path.cwd(), include or [], define or [])
     except ProgramError as error:
         raise InputError(str(error)) from None
-    return build_image(program, note).hex
+    return build_image(program, display.step).hex

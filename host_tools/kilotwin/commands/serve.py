@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from kilotwin.commands import terminal
+from kilotwin.commands import steps
 from kilotwin.commands.options import Json, Quiet
 from kilotwin.flash.served_programmer import ServedProgrammer
 from kilotwin.runs.interrupts import heeding_interrupts
@@ -55,7 +55,7 @@ def programmer(
         ended = True
 
     with heeding_interrupts(end):
-        served = ServedProgrammer(chip, link, terminal.note(quiet))
+        served = ServedProgrammer(chip, link, steps.display(quiet).step)
         try:
             port = served.terminal.shown
             shown = {"port": served.terminal.port, "link": str(link) if link else None}

@@ -196,58 +196,6 @@ class SweepSilent(SweepLines):
         """Nothing."""
 
 
-class StepLines:
-    """Steps of a short job: a line when each begins."""
-
-    def step(self, text: str) -> None:
-        """A line."""
-        self.note(text)
-
-    def part(self, share: float) -> None:
-        """Nothing: a step is over soon."""
-
-    def note(self, text: str) -> None:
-        """One line."""
-        typer.echo(text, err=True)
-
-    def stop(self) -> None:
-        """Nothing to tidy up."""
-
-
-class StepSilent(StepLines):
-    """Shows nothing."""
-
-    def step(self, text: str) -> None:
-        """Nothing."""
-
-
-class StepBar(_Live):
-    """A bar for the step that is going on, with the time that it still takes."""
-
-    def __init__(self) -> None:
-        super().__init__(TextColumn("left"), TimeRemainingColumn())
-        self._begun = False
-
-    def step(self, text: str) -> None:
-        """The bar begins anew."""
-        if self._begun:
-            self._bar.remove_task(self._task)
-        self._task = self._bar.add_task(text, total=1.0)
-        self._bar.start()
-        self._begun = True
-
-    def part(self, share: float) -> None:
-        """Moves the bar."""
-        self._bar.update(self._task, completed=share)
-
-
-def step_display(quiet: bool) -> StepLines | StepBar:
-    """A live bar on a terminal, a line per step elsewhere, only warnings if `quiet`."""
-    if quiet:
-        return StepSilent()
-    return StepBar() if sys.stderr.isatty() else StepLines()
-
-
 def sweep_display(quiet: bool) -> SweepLines | SweepBar:
     """A live bar on a terminal, a line now and then elsewhere, nothing if `quiet`."""
     if quiet:

@@ -14,8 +14,7 @@ from typing import Protocol
 from kilotwin.errors import DeviceError, InputError, InterruptError, KilotwinError, RunError
 from kilotwin.runs.interrupts import heeding_interrupts
 
-# A programmer that does not answer is given up with the second time-out of 2 s; avrdude goes on for
-# a minute.
+# avrdude tries for a minute, with time-outs of 5 s. One that has answered may answer again.
 _MOST_TIMEOUTS = 2
 _LOOK_EVERY_MS = 500
 _READ_BYTES = 256
@@ -69,7 +68,7 @@ class SignsOfLife:
     @property
     def hopeless(self) -> bool:
         """Whether it can be ended now."""
-        return self._timeouts >= _MOST_TIMEOUTS
+        return self._timeouts >= (_MOST_TIMEOUTS if self.began else 1)
 
     def take(self, text: str) -> float | None:
         """More of its output; the share of the current bar, if there is one."""

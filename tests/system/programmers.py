@@ -1,0 +1,94 @@
+"""Programmers for the tests: the served one, and one that is unplugged at the worst time."""
+
+import contextlib
+import json
+import subprocess
+import threading
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from kilotwin.flash import chip_file
+from kilotwin.flash.image import write_hex
+from kilotwin.ports.pseudo_terminal import PseudoTerminal
+
+from .conftest import KILOTWIN
+
+# uid 12 with its duties, as kilolib keeps them (hardware.md 1.9); all else is told by its address.
+CALIBRATION = {0x05: 70, 0x09: 71, 0x0C: 72, 0x14: 73, 0xB0: 12, 0xB1: 0}
+KEEPS_EEPROM, LOSES_EEPROM = 0xD1, 0xD9
+SMALL_BOOT_SECTION = 0xD7
+PROGRAM_FLASH = b"\x0e\x13"  # the token of STK500 version 2, and the command
+
+
+def eeprom_of_a_robot() -> bytes:
+    return bytes(CALIBRATION.get(address, address * 7 & 0xFF) for address in range(1024))
+
+
+def make_chip(
+    file: Path,
+    *,
+    high_fuse: int = KEEPS_EEPROM,
+    lock_bits: int = 0xFF,
+    signature: str = "1e950f",
+    loader: bytes = b"",
+) -> Path:
+    """A robot that has been used: calibrated, an old program in it, perhaps a boot loader."""
+    segments = {
+        0: b"\x0c\x94\x00\x00" * 64,
+        chip_file.EEPROM_BASE: eeprom_of_a_robot(),
+        chip_file.FUSE_BASE: bytes([0xE2, high_fuse, 0xFD]),
+        chip_file.LOCK_BASE: bytes([lock_bits]),
+        chip_file.SIGNATURE_BASE: bytes.fromhex(signature)[::-1],
+    }
+    write_hex(file, segments | ({0x7000: loader} if loader else {}))
+    return file
+
+
+@contextlib.contextmanager
+def serving(chip: Path, environment: Mapping[str, str]) -> Iterator[str]:
+    """`kilotwin serve programmer --chip FILE`; gives the port. Ended as by Ctrl-C."""
+    with subprocess.Popen(
+        [KILOTWIN, "serve", "programmer", "--chip", chip, "--json"],
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        assert process.stdout is not None
+        yield json.loads(process.stdout.readline())["port"]
+        process.terminate()
+        _, errors = process.communicate(timeout=30)
+        assert process.returncode == 0, errors
+
+
+class Unplugged:
+    """A programmer whose cable is pulled in the middle of its n-th page of flash."""
+
+    def __init__(self, chip: Path, page: int) -> None:
+        self._chip, self._page = chip, page
+        self._programmer = chip_file.plug_in(chip)
+        self._terminal = PseudoTerminal()
+        self.port = self._terminal.port
+        self._thread = threading.Thread(target=self._serve)
+
+    def __enter__(self) -> str:
+        self._thread.start()
+        return self.port
+
+    def __exit__(self, *_: object) -> None:
+        self._thread.join(30)
+        assert not self._thread.is_alive(), "no page was written"
+        chip_file.save(self._chip, self._programmer)
+
+    def _serve(self) -> None:
+        begun = 0
+        while True:
+            data = self._terminal.read(0.1)
+            if not data:
+                continue
+            begun += data.count(PROGRAM_FLASH)
+            if begun >= self._page:
+                break
+            self._terminal.write(self._programmer.receive(data))
+        self._programmer.receive(data[: len(data) // 2])
+        self._terminal.close()
