@@ -31,10 +31,11 @@ def make_chip(
     lock_bits: int = 0xFF,
     signature: str = "1e950f",
     loader: bytes = b"",
+    first: bytes = b"\x0c\x94\x00\x00",
 ) -> Path:
     """A robot that has been used: calibrated, an old program in it, perhaps a boot loader."""
     segments = {
-        0: b"\x0c\x94\x00\x00" * 64,
+        0: first + bytes(252),
         chip_file.EEPROM_BASE: eeprom_of_a_robot(),
         chip_file.FUSE_BASE: bytes([0xE2, high_fuse, 0xFD]),
         chip_file.LOCK_BASE: bytes([lock_bits]),

@@ -16,6 +16,7 @@ from intelhex import IntelHex
 from kilotwin import _emulator
 from kilotwin.build.avr import build_image
 from kilotwin.experiment.programs import find_program
+from kilotwin.files.message_crc import message_crc
 from kilotwin.flash import chip_file
 
 from .conftest import KILOTWIN, Kilotwin
@@ -172,6 +173,21 @@ def test_the_loader_in_the_chip_stays_unless_another_one_is_given_or_none(
             assert report["verified"]
             memory = flash_of(chip)[0x7000:]
             assert memory.rstrip(b"\xff") == boot.rstrip(b"\xff"), report["loader"]
+
+
+def test_a_loader_of_ours_in_the_chip_gets_its_image_record(
+    image: Path, kilotwin: Kilotwin, environment: dict[str, str], tmp_path: Path
+) -> None:
+    chip = make_chip(tmp_path / "chip.hex", loader=LOADER, first=b"\x0c\x94\x02\x38")
+    with serving(chip, environment) as port:
+        kilotwin("flash", "robot", image, *VIA, "-P", port)
+    flash, program = flash_of(chip), IntelHex(str(image)).tobinstr()
+    assert flash[:4] == b"\x0c\x94\x02\x38"  # jmp 0x7004
+    assert flash[4 : len(program)] == program[4:]
+    record = flash[0x6F80:0x6F90]
+    assert record[10:14] == program[:4]
+    assert message_crc(record) == 0
+    assert flash[0x7000 : 0x7000 + len(LOADER)] == LOADER
 
 
 def test_a_dry_run_reads_and_writes_nothing(

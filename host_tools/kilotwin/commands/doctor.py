@@ -59,6 +59,7 @@ def examine() -> list[Finding]:
         _run_folders,
         _cores,
         _avr_compiler,
+        _avrdude,
         _socketcan,
     ]
     return [look() for look in looks]
@@ -119,6 +120,13 @@ def _avr_compiler() -> Finding:
         [compiler, "-dumpversion"], capture_output=True, text=True, check=False
     )
     return Finding(what, f"{version.stdout.strip()} ({compiler})", needed=False)
+
+
+def _avrdude() -> Finding:
+    what = "avrdude, to flash a robot by wire"
+    found = shutil.which("avrdude")
+    remedy = "" if found else "apt-get install avrdude"
+    return Finding(what, found or "not here", remedy, needed=False)
 
 
 def _socketcan() -> Finding:

@@ -5,17 +5,21 @@ an address space of its own. `[[robots]] hex = "FILE"` runs the chip that it des
 """
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from kilotwin import _emulator
 from kilotwin.errors import InputError
 from kilotwin.flash.image import Segments, read_hex, write_hex
+
+if TYPE_CHECKING:
+    from kilotwin._emulator import Programmer
 
 # The signature's bytes stand in the file with the last one first, as avr-libc lays them.
 EEPROM_BASE, FUSE_BASE, LOCK_BASE, SIGNATURE_BASE = 0x810000, 0x820000, 0x830000, 0x840000
 _SPACE = 0x10000
 
 
-def plug_in(path: Path | None) -> _emulator.Programmer:
+def plug_in(path: Path | None) -> "Programmer":
     """A programmer in front of the chip in the file; a new one if there is none.
 
     What the file does not give is as in a new chip: erased, with a Kilobot's fuses. InputError if
@@ -39,7 +43,7 @@ def plug_in(path: Path | None) -> _emulator.Programmer:
     return programmer
 
 
-def contents(programmer: _emulator.Programmer) -> Segments:
+def contents(programmer: "Programmer") -> Segments:
     """All that the chip keeps without power, by address; erased pages of flash are left out."""
     return {
         **_written(programmer.flash),
@@ -50,7 +54,7 @@ def contents(programmer: _emulator.Programmer) -> Segments:
     }
 
 
-def save(path: Path, programmer: _emulator.Programmer) -> None:
+def save(path: Path, programmer: "Programmer") -> None:
     """Writes the file anew, whole; InputError if it cannot."""
     try:
         write_hex(path, contents(programmer))

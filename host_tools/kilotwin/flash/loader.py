@@ -25,6 +25,8 @@ class Loader:
     name: str
     segments: Segments = field(default_factory=dict)
     from_chip: bool = False
+    ours: bool = False
+    """Whether it starts what an image record describes (image_record.py)."""
 
 
 def choose(written: str | None, application: Segments) -> Loader:
@@ -44,7 +46,7 @@ def choose(written: str | None, application: Segments) -> Loader:
     path = built_loader() if written is None else Path(written)
     if written == KEEP or path is None:
         return Loader("the one in the chip", from_chip=True)
-    return Loader(str(path), _read(path))
+    return Loader(str(path), _read(path), ours=path == built_loader())
 
 
 def loader_in(flash: bytes) -> Segments:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from kilotwin.errors import KilotwinError, RunError
-from kilotwin.flash import avrdude, eeprom_files
+from kilotwin.flash import avrdude, eeprom_files, image_record
 from kilotwin.flash.avrdude import Progress, SignsOfLife, Wiring
 from kilotwin.flash.chip import AVRDUDE_PARTS, EEPROM_BYTES, Chip
 from kilotwin.flash.image import FLASH_BYTES, Segments, has_loader, pages_of, write_hex
@@ -106,11 +106,14 @@ class RobotFlasher:
 
     def _plan(self, chip: Chip, flash: bytes) -> Outcome:
         job = self._job
-        boot, name = job.loader.segments, job.loader.name
+        boot, name, ours = job.loader.segments, job.loader.name, job.loader.ours
         if job.loader.from_chip:
-            boot = loader_in(flash)
+            boot, ours = loader_in(flash), image_record.is_recorded(flash)
             name = "the one in the chip" if boot else "none"
-        self._image = {**job.application, **boot}
+        application = job.application
+        if boot and ours:
+            application = image_record.recorded(application)
+        self._image = {**application, **boot}
         outcome = Outcome(chip, pages_of(job.application), name, chip.warnings())
         with_loader = has_loader(self._image)
         outcome.obstacle = chip.obstacle(job.wiring.shown(self._part), loader=with_loader)

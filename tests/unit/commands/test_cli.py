@@ -20,7 +20,11 @@ from kilotwin.runs import run
 from ..conftest import Kilotwin
 
 COMMANDS = ["doctor", "run", "sweep", "plot", "build", "port", "compare", "bench", "record"]
-GRID_COMMANDS = ["ls", "health", "setup", "run", "pause", "idle", "send"]
+GROUPS = {
+    "grid": ["ls", "health", "setup", "run", "pause", "idle", "send"],
+    "flash": ["robot"],
+    "serve": ["programmer"],
+}
 
 
 def test_the_version_is_told(kilotwin: Kilotwin) -> None:
@@ -33,18 +37,23 @@ def test_every_command_helps_with_an_example(command: str, kilotwin: Kilotwin) -
     assert f"kilotwin {command}" in shown.split("Example")[1]
 
 
-@pytest.mark.parametrize("command", GRID_COMMANDS)
-def test_every_command_for_a_grid_helps_with_an_example(command: str, kilotwin: Kilotwin) -> None:
-    shown = kilotwin("grid", command, "--help").stdout
-    assert f"kilotwin grid {command}" in shown.split("Example")[1]
+@pytest.mark.parametrize(
+    ("group", "command"), [(group, command) for group in GROUPS for command in GROUPS[group]]
+)
+def test_every_command_of_a_group_helps_with_an_example(
+    group: str, command: str, kilotwin: Kilotwin
+) -> None:
+    shown = kilotwin(group, command, "--help").stdout
+    assert f"kilotwin {group} {command}" in shown.split("Example")[1]
 
 
 def test_every_option_has_an_environment_variable() -> None:
     commands: dict[str, Any] = {name: cli.load(name) for name in cli.COMMANDS}
-    grid = commands.pop("grid").commands
+    groups = {name: commands.pop(name).commands for name in GROUPS}
     assert set(commands) == set(COMMANDS)
-    assert set(grid) == set(GRID_COMMANDS)
-    for command in (*commands.values(), *grid.values()):
+    assert {name: list(group) for name, group in groups.items()} == GROUPS
+    verbs = [command for group in groups.values() for command in group.values()]
+    for command in (*commands.values(), *verbs):
         for option in command.params:
             if option.param_type_name == "option" and option.name != "help":
                 assert str(option.envvar).startswith("KILOTWIN_"), (command.name, option.name)
