@@ -63,10 +63,15 @@ def serving(chip: Path, environment: Mapping[str, str]) -> Iterator[str]:
 
 
 class Unplugged:
-    """A programmer whose cable is pulled in the middle of its n-th page of flash."""
+    """A programmer whose cable is pulled in the middle of its n-th page of flash.
 
-    def __init__(self, chip: Path, page: int) -> None:
-        self._chip, self._page = chip, page
+    Or, with `hangs`, one that does not answer any more; its cable is pulled at the end.
+    """
+
+    def __init__(self, chip: Path, page: int, *, hangs: bool = False) -> None:
+        self._chip, self._page, self._hangs = chip, page, hangs
+        self.failed = threading.Event()
+        """When it came to that page."""
         self._programmer = chip_file.plug_in(chip)
         self._terminal = PseudoTerminal()
         self.port = self._terminal.port
@@ -79,6 +84,8 @@ class Unplugged:
     def __exit__(self, *_: object) -> None:
         self._thread.join(30)
         assert not self._thread.is_alive(), "no page was written"
+        if self._hangs:
+            self._terminal.close()
         chip_file.save(self._chip, self._programmer)
 
     def _serve(self) -> None:
@@ -92,4 +99,6 @@ class Unplugged:
                 break
             self._terminal.write(self._programmer.receive(data))
         self._programmer.receive(data[: len(data) // 2])
-        self._terminal.close()
+        if not self._hangs:
+            self._terminal.close()
+        self.failed.set()

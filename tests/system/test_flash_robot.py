@@ -361,6 +361,34 @@ def test_ctrl_c_while_it_reads_leaves_the_chip_as_it_was(
     assert process.returncode == 130
 
 
+def test_ctrl_c_while_it_writes_must_be_meant(
+    image: Path, environment: dict[str, str], tmp_path: Path
+) -> None:
+    chip = make_chip(tmp_path / "chip.hex", high_fuse=LOSES_EEPROM)
+    programmer = Unplugged(chip, page=3, hangs=True)
+    with (
+        programmer as port,
+        subprocess.Popen(
+            [KILOTWIN, "flash", "robot", image, *VIA, "-P", port],
+            env=environment,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
+        ) as process,
+    ):
+        assert process.stderr is not None
+        assert programmer.failed.wait(30)
+        process.send_signal(signal.SIGINT)
+        lines = iter(process.stderr.readline, "")
+        assert "the chip is being written; Ctrl-C again leaves it half written\n" in lines
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=30)
+    (file,) = kept(tmp_path)
+    assert errors.startswith("kilotwin: interrupted; the chip is erased and half written")
+    assert errors.endswith(f"--eeprom {file}\n")
+    assert process.returncode == 130
+
+
 def test_plain_avrdude_writes_fuses_and_lock_bits_of_a_new_chip(
     environment: dict[str, str], tmp_path: Path
 ) -> None:

@@ -55,7 +55,7 @@ def programmer(
         ended = True
 
     with heeding_interrupts(end):
-        served = ServedProgrammer(chip, link, steps.display(quiet).step)
+        served = ServedProgrammer(chip, link, steps.note(quiet))
         try:
             port = served.terminal.shown
             shown = {"port": served.terminal.port, "link": str(link) if link else None}

@@ -1,6 +1,7 @@
 """Progress of short jobs on stderr, step by step. Loads no experiments, so it starts at once."""
 
 import sys
+from collections.abc import Callable
 
 import typer
 from rich.console import Console
@@ -73,3 +74,8 @@ def display(quiet: bool) -> Lines | Bar:
     if quiet:
         return Silent()
     return Bar() if sys.stderr.isatty() else Lines()
+
+
+def note(quiet: bool) -> Callable[[str], None]:
+    """Prints a line on stderr, or nothing if `quiet`."""
+    return (lambda _: None) if quiet else Lines().note

@@ -16,6 +16,7 @@ from kilotwin.flash.avrdude import Progress, SignsOfLife, Wiring
 from kilotwin.flash.chip import AVRDUDE_PARTS, EEPROM_BYTES, Chip
 from kilotwin.flash.image import FLASH_BYTES, Segments, has_loader, pages_of, write_hex
 from kilotwin.flash.loader import Loader, loader_in
+from kilotwin.runs.interrupts import heeding_interrupts
 
 _ANY_PART = "m328p"
 _MEMORIES = ("signature", "lfuse", "hfuse", "efuse", "lock", "eeprom")
@@ -140,7 +141,9 @@ class RobotFlasher:
             outcome.eeprom_file = eeprom_files.keep(self._job.keep, wanted, chip.uid)
         if self._job.eeprom is not None:
             wanted = eeprom_files.read(self._job.eeprom, wanted)
-        with tempfile.TemporaryDirectory(prefix="kilotwin-") as folder:
+        # Ctrl-C between two sessions would leave the EEPROM erased.
+        unheeded = heeding_interrupts(lambda *_: self._progress.note("it is nearly done"))
+        with tempfile.TemporaryDirectory(prefix="kilotwin-") as folder, unheeded:
             after = self._write_flash(outcome, Path(folder))
             if after != wanted:
                 self._write_eeprom(outcome, wanted, Path(folder))
