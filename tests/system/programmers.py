@@ -18,6 +18,7 @@ CALIBRATION = {0x05: 70, 0x09: 71, 0x0C: 72, 0x14: 73, 0xB0: 12, 0xB1: 0}
 KEEPS_EEPROM, LOSES_EEPROM = 0xD1, 0xD9
 SMALL_BOOT_SECTION = 0xD7
 PROGRAM_FLASH = b"\x0e\x13"  # the token of STK500 version 2, and the command
+READ_FLASH = b"\x0e\x14"
 
 
 def eeprom_of_a_robot() -> bytes:
@@ -62,43 +63,72 @@ def serving(chip: Path, environment: Mapping[str, str]) -> Iterator[str]:
         assert process.returncode == 0, errors
 
 
-class Unplugged:
-    """A programmer whose cable is pulled in the middle of its n-th page of flash.
+class BadProgrammer:
+    """A programmer in a thread of the test; what goes wrong with it is in disturb()."""
 
-    Or, with `hangs`, one that does not answer any more; its cable is pulled at the end.
-    """
-
-    def __init__(self, chip: Path, page: int, *, hangs: bool = False) -> None:
-        self._chip, self._page, self._hangs = chip, page, hangs
-        self.failed = threading.Event()
-        """When it came to that page."""
+    def __init__(self, chip: Path) -> None:
+        self._chip = chip
         self._programmer = chip_file.plug_in(chip)
         self._terminal = PseudoTerminal()
-        self.port = self._terminal.port
         self._thread = threading.Thread(target=self._serve)
+        self._ended = threading.Event()
+        self._pages = 0
+        self.failed = threading.Event()
+        """When it went wrong."""
 
     def __enter__(self) -> str:
         self._thread.start()
-        return self.port
+        return self._terminal.port
 
     def __exit__(self, *_: object) -> None:
+        self._ended.set()
         self._thread.join(30)
-        assert not self._thread.is_alive(), "no page was written"
-        if self._hangs:
-            self._terminal.close()
+        self._terminal.close()
+        assert self.failed.is_set(), "nothing went wrong"
         chip_file.save(self._chip, self._programmer)
 
     def _serve(self) -> None:
-        begun = 0
-        while True:
+        while not self._ended.is_set():
             data = self._terminal.read(0.1)
             if not data:
                 continue
-            begun += data.count(PROGRAM_FLASH)
-            if begun >= self._page:
-                break
-            self._terminal.write(self._programmer.receive(data))
+            self._pages += data.count(PROGRAM_FLASH)
+            if not self.disturb(data):
+                self._terminal.write(self._programmer.receive(data))
+
+    def disturb(self, data: bytes) -> bool:
+        """Called with what comes in; whether it is lost then."""
+        raise NotImplementedError
+
+
+class Unplugged(BadProgrammer):
+    """One whose cable is pulled in the middle of its n-th page of flash.
+
+    Or, with `hangs`, one that does not answer any more.
+    """
+
+    def __init__(self, chip: Path, page: int, *, hangs: bool = False) -> None:
+        super().__init__(chip)
+        self._page, self._hangs = page, hangs
+
+    def disturb(self, data: bytes) -> bool:
+        if self._pages < self._page or self.failed.is_set():
+            return self.failed.is_set()
         self._programmer.receive(data[: len(data) // 2])
         if not self._hangs:
             self._terminal.close()
+            self._ended.set()
         self.failed.set()
+        return True
+
+
+class WornChip(BadProgrammer):
+    """One with a chip that loses a bit after it was written."""
+
+    def disturb(self, data: bytes) -> bool:
+        if self._pages and READ_FLASH in data and not self.failed.is_set():
+            flash = bytearray(self._programmer.flash)
+            flash[8] ^= 0x10
+            self._programmer.flash = bytes(flash)
+            self.failed.set()
+        return False

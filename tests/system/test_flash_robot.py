@@ -25,6 +25,7 @@ from .programmers import (
     LOSES_EEPROM,
     SMALL_BOOT_SECTION,
     Unplugged,
+    WornChip,
     eeprom_of_a_robot,
     make_chip,
     serving,
@@ -316,6 +317,20 @@ def test_a_programmer_unplugged_in_mid_page_is_said_and_mended_by_what_is_said(
     assert chip_file.plug_in(chip).eeprom == eeprom_of_a_robot()
 
 
+def test_a_chip_that_does_not_hold_what_was_written_is_no_success(
+    image: Path, kilotwin: Kilotwin, environment: dict[str, str], tmp_path: Path
+) -> None:
+    chip = make_chip(tmp_path / "chip.hex")
+    with WornChip(chip) as port:
+        done = kilotwin("flash", "robot", image, *VIA, "-P", port, "--json", expect=1)
+    line = refused(done)
+    assert "what was read back is not what was written; look at the plug and the battery" in line
+    assert "the chip is erased and half written" in line
+    report = json.loads(done.stdout)
+    assert not report["written"]
+    assert not report["verified"]
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [
@@ -336,6 +351,23 @@ def test_a_hex_that_cannot_be_flashed_is_refused_before_the_chip_is_asked(
     bad.write_text(change(image.read_text()))
     done = kilotwin("flash", "robot", bad, *VIA, "-P", "/dev/nowhere", expect=2)
     assert re.search(said, refused(done)), done.stderr
+
+
+def test_files_that_do_not_go_with_the_options_are_refused(
+    image: Path, kilotwin: Kilotwin, tmp_path: Path
+) -> None:
+    words = ("flash", "robot", image, "--via", "isp")
+    (tmp_path / "eeprom.hex").write_text(image.read_text())
+    (tmp_path / "notes.txt").write_text("")
+    for options, said in (
+        (["-D", "N=3"], r"is built already; -I and -D are for a \.c or a folder"),
+        (["--loader", image], r"lie outside of the boot section"),
+        (["--loader", tmp_path / "no.hex"], r"no\.hex: no such file or directory"),
+        (["--eeprom", tmp_path / "eeprom.hex"], r"are not in the EEPROM of 1 KB"),
+    ):
+        assert re.search(said, refused(kilotwin(*words, *options, expect=2)))
+    odd = kilotwin("flash", "robot", tmp_path / "notes.txt", "--via", "isp", "--force", expect=2)
+    assert "is not C source; name a folder or a .c file, or a .hex" in refused(odd)
 
 
 def test_ctrl_c_while_it_reads_leaves_the_chip_as_it_was(

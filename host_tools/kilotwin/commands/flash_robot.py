@@ -1,5 +1,6 @@
 """`kilotwin flash robot`: one robot, by a programmer."""
 
+import contextlib
 import json
 import sys
 from enum import StrEnum
@@ -28,6 +29,9 @@ EXAMPLES = (
 
 
 Display = steps.Lines | steps.Bar
+
+
+_BUILT = (".hex", ".ihex", ".ihx")
 
 
 class Via(StrEnum):
@@ -108,8 +112,15 @@ def robot(
     assert via is Via.ISP
     program_path()
     display = steps.display(quiet)
-    try:
-        application = application_of(_hex_of(file, include, define, force, display))
+    built = file.suffix.lower() in _BUILT
+    if built and (include or define):
+        raise InputError(f"{file} is built already; -I and -D are for a .c or a folder")
+    with contextlib.ExitStack() as ending:
+        ending.callback(display.stop)
+        if not built:
+            ending.enter_context(reserved(port))  # building takes a while
+        image = file if built else _build(file, include or [], define or [], force, display)
+        application = application_of(image)
         if eeprom is not None:
             eeprom_files.read(eeprom, b"\xff" * EEPROM_BYTES)
         job = Job(
@@ -120,10 +131,9 @@ def robot(
             keep=keep,
             again=["kilotwin", *sys.argv[1:]],
         )
-        with reserved(port):
-            _flash(job, display, dry_run=dry_run, as_json=as_json)
-    finally:
-        display.stop()
+        if built:
+            ending.enter_context(reserved(port))
+        _flash(job, display, dry_run=dry_run, as_json=as_json)
 
 
 def _flash(job: Job, display: Display, *, dry_run: bool, as_json: bool) -> None:
@@ -152,30 +162,20 @@ def _options(bit_clock: float | None, baud_rate: int | None) -> tuple[str, ...]:
     return clock if baud_rate is None else (*clock, "-b", str(baud_rate))
 
 
-def _hex_of(
-    file: Path,
-    include: list[str] | None,
-    define: list[str] | None,
-    force: bool,
-    display: Display,
+def _build(
+    file: Path, include: list[str], define: list[str], force: bool, display: Display
 ) -> Path:
-    """The file itself, or what is built of it when `kilotwin port` finds nothing that fails."""
-    if file.suffix.lower() in (".hex", ".ihex", ".ihx"):
-        if include or define:
-            raise InputError(f"{file} is built already; -I and -D are for a .c or a folder")
-        return file
+    """The .hex of a program, if `kilotwin port` finds nothing that fails on the robot."""
     if not force:
         trial = lazy.load("port.trial").Trial()
-        report = lazy.load("port.check").check(
-            [str(file)], include or [], define or [], trial, display.step
-        )
+        report = lazy.load("port.check").check([str(file)], include, define, trial, display.step)
         if report.fails:
             raise RunError(
                 f"{file} would fail on the robot; mend it, or type --force. Nothing was written",
                 detail=report.text(),
             )
     try:
-        program = find_program([str(file)], Path.cwd(), include or [], define or [])
+        program = find_program([str(file)], Path.cwd(), include, define)
     except ProgramError as error:
-        raise InputError(str(error)) from None
+        raise InputError(f"{error}, or a .hex") from None
     return build_image(program, display.step).hex

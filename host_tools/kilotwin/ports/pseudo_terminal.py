@@ -67,8 +67,11 @@ class PseudoTerminal:
                 return
 
     def close(self) -> None:
-        """Unplugs the port: a program that has it open gets an error."""
+        """Unplugs the port: a program that has it open gets an error. Once is enough."""
+        if self._ours < 0:
+            return
         os.close(self._ours)
+        self._ours = -1
         with contextlib.suppress(OSError):  # somebody removed it
             if self._link is not None and str(self._link.readlink()) == self.port:
                 self._link.unlink()
