@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from kilotwin.flash import chip_file
-from kilotwin.flash.image import write_hex
+from kilotwin.flash.memories import write_memories
 from kilotwin.ports.pseudo_terminal import PseudoTerminal
 
 from .conftest import KILOTWIN
@@ -42,7 +42,7 @@ def make_chip(
         chip_file.LOCK_BASE: bytes([lock_bits]),
         chip_file.SIGNATURE_BASE: bytes.fromhex(signature)[::-1],
     }
-    write_hex(file, segments | ({0x7000: loader} if loader else {}))
+    write_memories(file, segments | ({0x7000: loader} if loader else {}))
     return file
 
 

@@ -334,13 +334,16 @@ def test_a_chip_that_does_not_hold_what_was_written_is_no_success(
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (lambda text: text[: len(text) // 2], r"cut off"),
-        (lambda text: "\n".join(text.splitlines()[:20]) + "\n", r"cut off"),
+        (lambda text: text[: len(text) // 2], r"is cut off or damaged|end record is missing"),
+        (lambda text: "\n".join(text.splitlines()[:20]) + "\n", r"half a hex file"),
         (lambda text: text.replace("0", "1", 5), r":1: "),
-        (lambda text: "", r"cut off"),
+        (lambda text: "", r"has no bytes to flash"),
         (lambda text: ":10700000" + "00" * 16 + "80\n:00000001FF\n", r"boot loader alone"),
         (lambda text: ":016E0000FF92\n:00000001FF\n", r"221 pages .* 220 at most"),
-        (lambda text: ":020000040001F9\n:01000000AA55\n:00000001FF\n", r"not in the .* flash"),
+        (
+            lambda text: ":020000040001F9\n:01000000AA55\n:00000001FF\n",
+            r"a byte at 0x10000; it goes from 0x0000 to 0x7FFF",
+        ),
     ],
 )
 def test_a_hex_that_cannot_be_flashed_is_refused_before_the_chip_is_asked(
@@ -361,7 +364,7 @@ def test_files_that_do_not_go_with_the_options_are_refused(
     (tmp_path / "notes.txt").write_text("")
     for options, said in (
         (["-D", "N=3"], r"is built already; -I and -D are for a \.c or a folder"),
-        (["--loader", image], r"lie outside of the boot section"),
+        (["--loader", image], r"it goes from 0x7000 to 0x7FFF"),
         (["--loader", tmp_path / "no.hex"], r"no\.hex: no such file or directory"),
         (["--eeprom", tmp_path / "eeprom.hex"], r"are not in the EEPROM of 1 KB"),
     ):

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 from kilotwin import _emulator
 from kilotwin.errors import InputError
-from kilotwin.flash.image import Segments, read_hex, write_hex
+from kilotwin.flash.image import Segments
+from kilotwin.flash.memories import read_memories, write_memories
 
 if TYPE_CHECKING:
     from kilotwin._emulator import Programmer
@@ -28,7 +29,7 @@ def plug_in(path: Path | None) -> "Programmer":
     programmer = _emulator.Programmer()
     if path is None or not path.exists():
         return programmer
-    rest = read_hex(path)
+    rest = read_memories(path)
     programmer.flash = _laid(path, rest, 0, programmer.flash)
     programmer.eeprom = _laid(path, rest, EEPROM_BASE, programmer.eeprom)
     programmer.fuses = _laid(path, rest, FUSE_BASE, programmer.fuses)
@@ -57,7 +58,7 @@ def contents(programmer: "Programmer") -> Segments:
 def save(path: Path, programmer: "Programmer") -> None:
     """Writes the file anew, whole; InputError if it cannot."""
     try:
-        write_hex(path, contents(programmer))
+        write_memories(path, contents(programmer))
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise InputError(f"--chip {path}: {reason}; name another file") from None

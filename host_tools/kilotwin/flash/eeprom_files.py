@@ -6,7 +6,7 @@ from pathlib import Path
 from kilotwin.errors import InputError
 from kilotwin.flash.chip import EEPROM_BYTES
 from kilotwin.flash.chip_file import EEPROM_BASE
-from kilotwin.flash.image import read_hex, write_hex
+from kilotwin.flash.memories import read_memories, write_memories
 
 
 def keep(folder: Path, eeprom: bytes, uid: int) -> Path:
@@ -18,7 +18,7 @@ def keep(folder: Path, eeprom: bytes, uid: int) -> Path:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         if not file.exists():
-            write_hex(file, {0: eeprom})
+            write_memories(file, {0: eeprom})
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise InputError(f"--keep {folder}: {reason}; name another folder") from None
@@ -28,7 +28,7 @@ def keep(folder: Path, eeprom: bytes, uid: int) -> Path:
 def read(path: Path, eeprom: bytes) -> bytes:
     """`eeprom` with the bytes of a file that was kept, or of one from avr-objcopy, laid over it."""
     laid = bytearray(eeprom)
-    for address, data in read_hex(path).items():
+    for address, data in read_memories(path).items():
         at = address - EEPROM_BASE if address >= EEPROM_BASE else address
         if at + len(data) > EEPROM_BYTES:
             raise InputError(

@@ -9,8 +9,9 @@ import struct
 import zlib
 
 from kilotwin.errors import InputError
+from kilotwin.files.headers import PAGE_BYTES
 from kilotwin.files.message_crc import message_crc
-from kilotwin.flash.image import LOADER_BEGIN, PAGE_BYTES, Segments, pages_of
+from kilotwin.flash.image import LOADER_BEGIN, Segments, pages_of
 
 RECORD_BEGIN = 0x6F80
 """Byte address of the record's page, the last one below the boot section."""
@@ -31,10 +32,7 @@ def recorded(application: Segments) -> Segments:
     InputError if it does not begin with a jump to a place in itself: no loader could start it.
     """
     pages = pages_of(application)
-    laid = bytearray(b"\xff" * (pages * PAGE_BYTES))
-    for begin, data in application.items():
-        laid[begin : begin + len(data)] = data
-    image = bytes(laid)
+    image = application[0].ljust(pages * PAGE_BYTES, b"\xff")
     vector = image[: len(_LOADERS_VECTOR)]
     if not 2 <= _target(vector) < len(image) // 2:
         raise InputError(

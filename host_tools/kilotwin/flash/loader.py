@@ -5,7 +5,7 @@ from pathlib import Path
 
 from kilotwin.errors import InputError
 from kilotwin.files import resources
-from kilotwin.flash.image import FLASH_BYTES, LOADER_BEGIN, Segments, has_loader, read_hex
+from kilotwin.flash.image import LOADER_BEGIN, Segments, has_loader, loader_of
 
 KEEP, NONE = "keep", "none"
 """In place of a file: the one that is in the chip, or none at all."""
@@ -46,21 +46,10 @@ def choose(written: str | None, application: Segments) -> Loader:
     path = built_loader() if written is None else Path(written)
     if written == KEEP or path is None:
         return Loader("the one in the chip", from_chip=True)
-    return Loader(str(path), _read(path), ours=path == built_loader())
+    return Loader(str(path), loader_of(path), ours=path == built_loader())
 
 
 def loader_in(flash: bytes) -> Segments:
     """What is in the boot section of a chip; nothing if that is erased."""
     section = flash[LOADER_BEGIN:]
     return {LOADER_BEGIN: section} if section.strip(b"\xff") else {}
-
-
-def _read(path: Path) -> Segments:
-    segments = read_hex(path)
-    for begin, data in segments.items():
-        if begin < LOADER_BEGIN or begin + len(data) > FLASH_BYTES:
-            raise InputError(
-                f"--loader {path}: bytes at 0x{begin:04X} lie outside of the boot section, 0x7000 "
-                "to 0x7FFF; name a boot loader alone"
-            )
-    return segments

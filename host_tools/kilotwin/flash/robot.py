@@ -14,8 +14,9 @@ from kilotwin.errors import KilotwinError, RunError
 from kilotwin.flash import avrdude, eeprom_files, image_record
 from kilotwin.flash.avrdude import Progress, SignsOfLife, Wiring
 from kilotwin.flash.chip import AVRDUDE_PARTS, EEPROM_BYTES, Chip
-from kilotwin.flash.image import FLASH_BYTES, Segments, has_loader, pages_of, write_hex
+from kilotwin.flash.image import FLASH_BYTES, Segments, has_loader, pages_of
 from kilotwin.flash.loader import Loader, loader_in
+from kilotwin.flash.memories import write_memories
 from kilotwin.runs.interrupts import heeding_interrupts
 
 _ANY_PART = "m328p"
@@ -152,7 +153,7 @@ class RobotFlasher:
     def _write_flash(self, outcome: Outcome, folder: Path) -> bytes:
         """Erases the chip and writes it; returns what the EEPROM then holds."""
         image, eeprom = folder / "image.hex", folder / "eeprom"
-        write_hex(image, self._image)
+        write_memories(image, self._image)
         self._progress.step(f"writing {outcome.pages} pages and the boot loader, and reading back")
         signs = SignsOfLife()
         operations = ["-U", f"flash:w:{image}:i", "-U", f"eeprom:r:{eeprom}:r"]
@@ -164,7 +165,7 @@ class RobotFlasher:
 
     def _write_eeprom(self, outcome: Outcome, wanted: bytes, folder: Path) -> None:
         file = folder / "eeprom.hex"
-        write_hex(file, {0: wanted})
+        write_memories(file, {0: wanted})
         self._progress.step("writing the EEPROM, and reading it back")
         signs = SignsOfLife()
         signs.erased = signs.verified = True

@@ -6,7 +6,8 @@ import pytest
 
 from kilotwin.errors import InputError
 from kilotwin.flash import chip_file, eeprom_files, loader
-from kilotwin.flash.image import LOADER_BEGIN, write_hex
+from kilotwin.flash.image import LOADER_BEGIN
+from kilotwin.flash.memories import write_memories
 
 PROGRAM = {0: b"\x01\x02"}
 LOADER = {LOADER_BEGIN: b"\x03\x04"}
@@ -18,7 +19,7 @@ def test_ours_is_taken_if_it_is_built_else_the_chips_own(
     monkeypatch.setattr(loader, "built_loader", lambda: None)
     assert loader.choose(None, PROGRAM).from_chip
     file = tmp_path / "ours.hex"
-    write_hex(file, LOADER)
+    write_memories(file, LOADER)
     monkeypatch.setattr(loader, "built_loader", lambda: file)
     assert loader.choose(None, PROGRAM) == loader.Loader(str(file), LOADER, ours=True)
     assert loader.choose("keep", PROGRAM).from_chip
@@ -28,11 +29,11 @@ def test_ours_is_taken_if_it_is_built_else_the_chips_own(
 
 def test_a_loader_that_is_none_or_one_too_many_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "l.hex"
-    write_hex(file, PROGRAM)
-    with pytest.raises(InputError, match="bytes at 0x0000 lie outside of the boot section"):
+    write_memories(file, PROGRAM)
+    with pytest.raises(InputError, match="a byte at 0x0000; it goes from 0x7000 to 0x7FFF"):
         loader.choose(str(file), PROGRAM)
-    write_hex(file, {0x7FFF: b"\x00\x00"})
-    with pytest.raises(InputError, match="bytes at 0x7FFF lie outside"):
+    write_memories(file, {0x7FFF: b"\x00\x00"})
+    with pytest.raises(InputError, match="a byte at 0x8000; it goes from 0x7000"):
         loader.choose(str(file), PROGRAM)
     with pytest.raises(InputError, match="brings a boot loader of its own"):
         loader.choose("none", {**PROGRAM, **LOADER})
@@ -57,9 +58,9 @@ def test_kept_eeproms_never_overwrite_one_another(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("base", [0, 0x810000])
 def test_an_eeprom_file_is_laid_over_what_is_there(base: int, tmp_path: Path) -> None:
-    write_hex(tmp_path / "e.hex", {base + 4: b"\x09"})
+    write_memories(tmp_path / "e.hex", {base + 4: b"\x09"})
     assert eeprom_files.read(tmp_path / "e.hex", b"\x01" * 1024)[3:6] == b"\x01\x09\x01"
-    write_hex(tmp_path / "e.hex", {base + 1023: b"\x09\x09"})
+    write_memories(tmp_path / "e.hex", {base + 1023: b"\x09\x09"})
     with pytest.raises(InputError, match="are not in the EEPROM of 1 KB"):
         eeprom_files.read(tmp_path / "e.hex", b"\x01" * 1024)
 
@@ -90,6 +91,6 @@ def test_a_chip_is_in_its_file_whole(tmp_path: Path) -> None:
 def test_a_file_that_is_no_chips_is_refused(
     content: dict[int, bytes], said: str, tmp_path: Path
 ) -> None:
-    write_hex(tmp_path / "odd.hex", content)
+    write_memories(tmp_path / "odd.hex", content)
     with pytest.raises(InputError, match=said):
         chip_file.plug_in(tmp_path / "odd.hex")

@@ -29,9 +29,10 @@ def test_the_reset_vector_leads_to_the_loader_and_the_record_keeps_the_programs_
     assert set(image) == {0, 0x6F80}
 
 
-def test_gaps_are_erased_and_parts_are_laid_in_place() -> None:
-    image = recorded({0: b"\x2f\xc0", 0x80: b"\x01"})[0]  # rjmp 0x0060
-    assert image == b"\x0c\x94\x02\x38" + b"\xff" * 124 + b"\x01" + b"\xff" * 127
+def test_a_relative_jump_is_a_first_instruction_too() -> None:
+    image = recorded({0: b"\x2f\xc0" + bytes(200)})  # rjmp 0x0060
+    assert image[0] == b"\x0c\x94\x02\x38" + bytes(198) + b"\xff" * 54
+    assert image[0x6F80][10:14] == b"\x2f\xc0\x00\x00"
 
 
 @pytest.mark.parametrize(
