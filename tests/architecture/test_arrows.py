@@ -27,9 +27,10 @@ PUBLIC_HEADERS = (
 )
 ALLOWED = {
     "firmware": (),
-    # A module's runtime shares frames and distances with a robot's.
+    # A module's runtime shares frames and distances with a robot's, its boot loader the store.
     "kilogrid_modules": (
         *PUBLIC_HEADERS,
+        "firmware/bootloader/core/",
         "firmware/kilolib/core/",
         "firmware/kilolib/avr/frame_sender.h",
         "firmware/kilolib/avr/gains_read.h",

@@ -1,0 +1,62 @@
+/// The infrared messages of a robot's boot loader (boot_loaders.md 5): what they do to the image
+/// store, and the robot's answers.
+///
+/// Pure: messages in, orders and messages out. All are of kilolib's size and CRC; those of types
+/// beyond CALIB are ours, and original loaders and kilolib ignore them.
+#ifndef BOOTLOADER_CORE_BOOT_MESSAGES_H
+#define BOOTLOADER_CORE_BOOT_MESSAGES_H
+
+#include <stdint.h>
+
+#include "image_store.h"
+#include "message.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// Types of messages between a host of ours and the loader, beside BOOTPGM_PAGE and BOOTPGM_SIZE.
+enum {
+    BOOTPGM_CRC = 0x8B,     ///< the CRCs of four pages
+    BOOTPGM_QUERY = 0x8C,   ///< asks which pages are missing, or for the image's id
+    BOOTPGM_REPORT = 0x8D,  ///< the answer
+    BOOTPGM_START = 0x8E,   ///< start the application
+};
+
+/// A query's uid for all robots.
+#define BOOT_QUERY_ALL 0xFFFF
+/// The most slots of a query: 2 to this power. More are taken as so many.
+#define BOOT_QUERY_MOST_SLOTS 8
+/// From slot to slot: a frame of 4.37 ms, what decides on sending it, and a guard.
+#define BOOT_SLOT_MS 15
+
+/// What the loader has to do about a message.
+typedef enum {
+    BOOT_ORDER_NONE,
+    BOOT_ORDER_ANSWER,  ///< `query` is filled in
+    BOOT_ORDER_LEAVE,   ///< start the application if there is one, else stay
+} boot_order_t;
+
+/// A query that is to be answered.
+typedef struct {
+    uint8_t first;  ///< of BOOT_REPORT_PAGES pages, or BOOT_QUERY_IDENTITY
+    uint8_t slot;   ///< begins so many BOOT_SLOT_MS after the query
+} boot_query_t;
+
+/// Takes a message with a right CRC. `uid` is the robot's.
+boot_order_t boot_message_take(image_store_t *store, const message_t *message, uint16_t uid,
+                               boot_query_t *query);
+
+/// Makes the answer to a query for `first`, CRC included, from how things stand now.
+void boot_message_report(const image_store_t *store, uint8_t first, uint16_t uid,
+                         message_t *message);
+
+/// The slot, 0 to 2^power - 1, of a robot's answer; `power` up to BOOT_QUERY_MOST_SLOTS. For a pair
+/// of robots, at most 2 of 2^power nonces put both into one slot, on average.
+uint8_t boot_message_slot(uint16_t uid, uint8_t nonce, uint8_t power);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,254 @@
+#include "image_store.h"
+
+#include <string.h>
+
+#define LAST_FRAGMENT (BOOT_FRAGMENTS - 1)
+#define LAST_FRAGMENT_BYTES (BOOT_PAGE_BYTES - LAST_FRAGMENT * BOOT_FRAGMENT_BYTES)
+// Of the third byte of a page's fragments.
+#define UNUSED_BITS ((uint8_t)(0xFF << (BOOT_FRAGMENTS - 16)))
+
+static uint8_t flash_byte(uint8_t page, uint8_t offset) {
+    return boot_flash_read((uint16_t)(page * BOOT_PAGE_BYTES + offset));
+}
+
+// The page in flash has these bytes; NULL: it is blank.
+static bool page_has(uint8_t page, const uint8_t *bytes) {
+    for (uint8_t i = 0; i < BOOT_PAGE_BYTES; i++)
+        if (flash_byte(page, i) != (bytes != NULL ? bytes[i] : BOOT_BLANK)) return false;
+    return true;
+}
+
+// The next two answer whether a page is as they make it. So an operation is verified by the same
+// call once more.
+static bool make_blank(uint8_t page) {
+    if (page_has(page, NULL)) return true;
+    boot_flash_erase(page);
+    return false;
+}
+
+static bool make_page(uint8_t page, const uint8_t *bytes) {
+    if (page_has(page, bytes)) return true;
+    if (make_blank(page)) boot_flash_write(page, bytes);
+    return false;
+}
+
+// Fragments: where one begins in its page, and its bit among those of eight.
+static uint8_t offset_of(uint8_t fragment) { return (uint8_t)(fragment * BOOT_FRAGMENT_BYTES); }
+
+static uint8_t mask_of(uint8_t number) { return (uint8_t)(1 << (number & 7)); }
+
+static bool is_complete(const image_store_t *store, uint8_t page) {
+    const uint8_t *bits = store->received[page];
+    return (bits[0] & bits[1] & (bits[2] | UNUSED_BITS)) == 0xFF;
+}
+
+// A byte of the image as it was sent.
+static uint8_t sent_byte(const image_store_t *store, uint8_t page, uint8_t offset) {
+    if (page == store->page) return store->bytes[offset];
+    if (page == 0 && offset < BOOT_VECTOR_BYTES) return store->vector[offset];
+    return flash_byte(page, offset);
+}
+
+static crc16_t add_page(const image_store_t *store, uint8_t page, crc16_t crc) {
+    for (uint8_t i = 0; i < BOOT_PAGE_BYTES; i++) crc16_add(&crc, sent_byte(store, page, i));
+    return crc;
+}
+
+// All that came is forgotten. What is in flash stays until it is erased.
+static void forget(image_store_t *store, store_state_t state) {
+    store->state = (uint8_t)state;
+    store->page = BOOT_NO_PAGE;
+    store->stored = 0;
+    store->cursor = 0;
+    memset(store->vector, BOOT_BLANK, BOOT_VECTOR_BYTES);
+    memset(store->received, 0, sizeof store->received);
+}
+
+static void check_image(image_store_t *store) {
+    store->state = STORE_CHECKING;
+    store->cursor = 0;
+    store->crc = crc16_start();
+}
+
+void image_store_init(image_store_t *store) { forget(store, STORE_EMPTY); }
+
+// What the record says is not believed before the flash was read.
+void image_store_announce(image_store_t *store, const image_t *image) {
+    image_record_t record;
+    if (image->pages == 0 || image->pages > BOOT_PAGES) return;
+    if (store->state != STORE_EMPTY && memcmp(&store->image, image, sizeof *image) == 0) return;
+    forget(store, STORE_ANNOUNCED);
+    store->image = *image;
+    const bool installed = image_record_read(&record);
+    if (!installed || memcmp(&record.image, image, sizeof *image) != 0) return;
+    memcpy(store->vector, record.vector, BOOT_VECTOR_BYTES);
+    memset(store->received, 0xFF, sizeof store->received);
+    check_image(store);
+}
+
+// Page 0 cannot be erased while others are there: power-up would slide through it into the middle
+// of the program.
+static void drop_page(image_store_t *store, uint8_t page) {
+    if (page == 0) {
+        forget(store, STORE_ERASING);
+        return;
+    }
+    boot_flash_erase(page);
+    memset(store->received[page], 0, sizeof store->received[page]);
+}
+
+// Bytes that are not known yet are blank, and written when the page has its next turn. A page that
+// does not read as it was written has to come again.
+static void write_page(image_store_t *store) {
+    const uint8_t page = store->page;
+    store->page = BOOT_NO_PAGE;
+    if (page == 0) {
+        memcpy(store->vector, store->bytes, BOOT_VECTOR_BYTES);
+        image_put_loaders_vector(store->bytes);
+    }
+    boot_flash_write(page, store->bytes);
+    if (!page_has(page, store->bytes)) {
+        drop_page(store, page);
+        return;
+    }
+    if (!is_complete(store, page)) return;
+    if (++store->stored == store->image.pages) check_image(store);
+}
+
+// Of a page that was written in part, what is known is read back.
+static void open_page(image_store_t *store, uint8_t page) {
+    for (uint8_t i = 0; i < BOOT_PAGE_BYTES; i++) store->bytes[i] = sent_byte(store, page, i);
+    store->page = page;
+}
+
+// Takes a fragment that is new.
+static void put_fragment(image_store_t *store, uint8_t page, uint8_t fragment, const uint8_t *bytes,
+                         uint8_t count) {
+    if (store->page != page) {
+        if (store->page != BOOT_NO_PAGE) write_page(store);
+        if (store->state != STORE_LOADING) return;
+        open_page(store, page);
+    }
+    memcpy(store->bytes + offset_of(fragment), bytes, count);
+    store->received[page][fragment >> 3] |= mask_of(fragment);
+    if (is_complete(store, page)) write_page(store);
+}
+
+// Bytes beyond the page, in the last fragment, do not count.
+static bool differs(const image_store_t *store, uint8_t page, uint8_t fragment,
+                    const uint8_t *bytes, uint8_t count) {
+    uint8_t offset = offset_of(fragment);
+    while (count-- > 0)
+        if (*bytes++ != sent_byte(store, page, offset++)) return true;
+    return false;
+}
+
+void image_store_fragment(image_store_t *store, uint8_t page, uint8_t fragment,
+                          const uint8_t *bytes) {
+    if (page >= store->image.pages || fragment > LAST_FRAGMENT) return;
+    if (store->state == STORE_ANNOUNCED) store->state = STORE_ERASING;
+    if (store->state < STORE_LOADING || store->state == STORE_COMPLETE) return;
+    const uint8_t count = fragment < LAST_FRAGMENT ? BOOT_FRAGMENT_BYTES : LAST_FRAGMENT_BYTES;
+    if ((store->received[page][fragment >> 3] & mask_of(fragment)) == 0) {
+        put_fragment(store, page, fragment, bytes, count);
+    } else if (!store->image.checked && differs(store, page, fragment, bytes, count)) {
+        forget(store, STORE_ERASING);
+    }
+}
+
+void image_store_check_page(image_store_t *store, uint8_t page, uint16_t crc) {
+    if (store->state != STORE_LOADING && store->state != STORE_WRONG) return;
+    if (page >= store->image.pages || !is_complete(store, page)) return;
+    if (crc16_value(add_page(store, page, crc16_start())) == crc) return;
+    store->stored--;
+    store->state = STORE_LOADING;
+    drop_page(store, page);
+}
+
+// First the record, without which nothing is started; then page 0, if power-up does not come by the
+// loader yet; then all others, while page 0 leads to the loader; then page 0.
+static void erase_next(image_store_t *store) {
+    bool done = false;
+    memset(store->bytes, BOOT_BLANK, BOOT_PAGE_BYTES);
+    image_put_loaders_vector(store->bytes);
+    if (store->cursor == 0) {
+        done = make_blank(BOOT_RECORD_PAGE);
+    } else if (!image_vector_is_loaders()) {
+        make_page(0, store->bytes);
+    } else if (store->cursor < BOOT_RECORD_PAGE) {
+        done = make_blank(store->cursor);
+    } else if (make_page(0, store->bytes)) {
+        store->state = STORE_LOADING;
+    }
+    if (done) store->cursor++;
+}
+
+// The image is right: the record is left. The next call finds it written, or writes it again.
+static void make_valid(image_store_t *store) {
+    image_record_t record;
+    record.image = store->image;
+    record.image.crc = crc16_value(store->crc);
+    memcpy(record.vector, store->vector, BOOT_VECTOR_BYTES);
+    image_record_seal(&record);
+    memset(store->bytes, BOOT_BLANK, BOOT_PAGE_BYTES);
+    memcpy(store->bytes, &record, sizeof record);
+    if (make_page(BOOT_RECORD_PAGE, store->bytes)) store->state = STORE_COMPLETE;
+}
+
+// A program that was found in flash and is damaged is loaded like any other.
+static void refuse(image_store_t *store) {
+    image_record_t record;
+    store->state = STORE_WRONG;
+    if (image_record_read(&record)) forget(store, STORE_ANNOUNCED);
+}
+
+// A page at a time, so that messages do not wait.
+static void check_next(image_store_t *store) {
+    if (store->cursor < store->image.pages) {
+        store->crc = add_page(store, store->cursor++, store->crc);
+        return;
+    }
+    const bool right = !store->image.checked || crc16_value(store->crc) == store->image.crc;
+    if (right && image_entry(store->vector, store->image.pages) != IMAGE_NO_ENTRY) {
+        make_valid(store);
+    } else {
+        refuse(store);
+    }
+}
+
+bool image_store_work(image_store_t *store) {
+    if (store->state == STORE_ERASING) {
+        erase_next(store);
+    } else if (store->state == STORE_CHECKING) {
+        check_next(store);
+    } else {
+        return false;
+    }
+    return true;
+}
+
+static uint8_t report_state(const image_store_t *store, bool installed) {
+    switch (store->state) {
+    case STORE_EMPTY: return installed ? BOOT_REPORT_COMPLETE : BOOT_REPORT_NOTHING;
+    case STORE_COMPLETE: return BOOT_REPORT_COMPLETE;
+    case STORE_WRONG: return BOOT_REPORT_WRONG;
+    default: return BOOT_REPORT_LOADING;
+    }
+}
+
+static void report_missing(const image_store_t *store, uint8_t first, uint8_t *report) {
+    memset(report, 0, BOOT_REPORT_PAGES / 8);
+    for (uint8_t i = 0; i < BOOT_REPORT_PAGES && i + first < store->image.pages; i++)
+        if (!is_complete(store, (uint8_t)(first + i))) report[i >> 3] |= mask_of(i);
+}
+
+void image_store_report(const image_store_t *store, uint8_t first, uint8_t *report) {
+    image_record_t record;
+    const bool installed = image_record_read(&record);
+    const bool empty = store->state == STORE_EMPTY;
+    const uint8_t *id = empty ? record.image.id : store->image.id;
+    memcpy(report, id, IMAGE_ID_BYTES);
+    if (first != BOOT_QUERY_IDENTITY) report_missing(store, first, report);
+    report[4] = report_state(store, installed);
+    report[5] = id[0];
+}
