@@ -48,7 +48,7 @@ WALLS = [
     (re.compile(r"box2d/"), re.compile(r"emulator/physics/contact/box2d_solver\.cpp"), "Box2D"),
     (
         re.compile(r"simavr/"),
-        re.compile(r"emulator/avr/chip/(microcontroller|idle_loop)\.cpp"),
+        re.compile(r"emulator/avr/chip/(microcontroller|idle_loop|self_programming)\.cpp"),
         "simavr",
     ),
     (re.compile(r"nanobind/|Python\.h"), re.compile(r"emulator/python/.*"), "Python"),

@@ -86,9 +86,14 @@ class RobotBoard : private Microcontroller::Board {
     uint8_t read(uint16_t address) const { return chip_.read(address); }
     void write(uint16_t address, uint8_t value) { chip_.write(address, value); }
     uint8_t flash(uint16_t address) const { return chip_.flash(address); }
+    const std::array<uint8_t, FlashImage::BYTES> &flash_content() const {
+        return chip_.flash_content();
+    }
+    uint32_t flash_operations() const { return chip_.flash_operations(); }
     EepromImage eeprom() const { return chip_.eeprom(); }
 
     // For tests and profiles; see Microcontroller.
+    void start_at_boot_section() { chip_.start_at_boot_section(); }
     /// Executes waits instruction by instruction: slower, with the same result.
     void skip_nothing() { chip_.skip_nothing(); }
     /// Calls `follower` around each instruction; it must live on.

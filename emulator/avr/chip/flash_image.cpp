@@ -7,6 +7,7 @@
 #include <fstream>
 #include <iterator>
 #include <sstream>
+#include <utility>
 #include <vector>
 
 #include "base/errors.h"
@@ -86,16 +87,38 @@ T at_offset(const std::string &content, size_t offset, const std::string &path) 
 }  // namespace
 
 std::shared_ptr<const FlashImage> FlashImage::load(const std::string &path) {
+    return load_together({path});
+}
+
+std::shared_ptr<const FlashImage> FlashImage::load_together(const std::vector<std::string> &paths) {
     std::shared_ptr<FlashImage> image(new FlashImage);
+    for (const std::string &path : paths) image->add(path);
+    image->name_ = paths.front().substr(paths.front().find_last_of('/') + 1);
+    return image;
+}
+
+std::shared_ptr<const FlashImage> FlashImage::of(const std::array<uint8_t, BYTES> &content,
+                                                 const std::string &name) {
+    std::shared_ptr<FlashImage> image(new FlashImage);
+    image->bytes_ = content;
+    image->name_ = name;
+    for (size_t i = 0; i < BYTES; i++) {
+        image->programmed_[i] = content[i] != 0xFF;
+        if (image->programmed_[i]) image->end_ = i + 1;
+    }
+    return image;
+}
+
+void FlashImage::add(const std::string &path) {
     const std::string content = content_of(path);
-    image->name_ = path.substr(path.find_last_of('/') + 1);
+    const size_t end_before = std::exchange(end_, 0);
     if (content.empty()) throw EngineError(path + " is empty");
     if (content.compare(0, SELFMAG, ELFMAG) == 0)
-        image->read_elf(path, content);
+        read_elf(path, content);
     else
-        image->read_hex(path, content);
-    if (image->end_ == 0) throw EngineError(path + " holds no program");
-    return image;
+        read_hex(path, content);
+    if (end_ == 0) throw EngineError(path + " holds no program");
+    end_ = std::max(end_, end_before);
 }
 
 std::optional<uint16_t> FlashImage::symbol(const std::string &name) const {

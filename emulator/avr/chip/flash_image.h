@@ -11,6 +11,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace kilotwin {
 
@@ -22,6 +23,14 @@ class FlashImage {
     /// decide. Throws EngineError, with the file and the line, if it cannot be flashed: damaged,
     /// empty, for another processor, or too large.
     static std::shared_ptr<const FlashImage> load(const std::string &path);
+
+    /// The same with several files in one flash, such as an application and a boot loader. A byte
+    /// that two of them give differently is an error, too.
+    static std::shared_ptr<const FlashImage> load_together(const std::vector<std::string> &paths);
+
+    /// The content of a chip: bytes of 0xFF count as not programmed.
+    static std::shared_ptr<const FlashImage> of(const std::array<uint8_t, BYTES> &content,
+                                                const std::string &name);
 
     /// The whole flash; bytes that the file does not give are erased, 0xFF.
     const std::array<uint8_t, BYTES> &bytes() const { return bytes_; }
@@ -38,7 +47,7 @@ class FlashImage {
     /// One beyond the last byte of the flash that the file programs; at least 1.
     size_t end() const { return end_; }
 
-    /// The file's name without its folders.
+    /// The first file's name without its folders.
     const std::string &name() const { return name_; }
 
     /// Address of a variable in SRAM, or byte address of a function. Only ELF files have symbols.
@@ -46,6 +55,7 @@ class FlashImage {
 
   private:
     FlashImage() { bytes_.fill(0xFF); }
+    void add(const std::string &path);
     void read_hex(const std::string &path, const std::string &text);
     void read_elf(const std::string &path, const std::string &content);
     void load_bytes(uint32_t address, const uint8_t *data, size_t count, const std::string &where);

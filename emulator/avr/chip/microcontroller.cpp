@@ -3,6 +3,7 @@
 #include <simavr/avr_acomp.h>
 #include <simavr/avr_eeprom.h>
 #include <simavr/avr_extint.h>
+#include <simavr/avr_flash.h>
 #include <simavr/avr_ioport.h>
 #include <simavr/avr_spi.h>
 #include <simavr/avr_timer.h>
@@ -80,6 +81,13 @@ struct Microcontroller::Hooks {
 
     // Replaces simavr's sleep, which lets the computer sleep as long as the chip.
     static void sleep(avr_t *avr, avr_cycle_count_t for_cycles) { of(avr).dozed_ = for_cycles; }
+
+    // Replaces that of simavr's part, which SPM calls.
+    static int program(avr_io_t *part, uint32_t request, void *) {
+        if (request != AVR_IOCTL_FLASH_SPM) return -1;
+        of(part->avr).programming_->execute();
+        return 0;
+    }
 
     static avr_cycle_count_t alarm(avr_t *, avr_cycle_count_t, void *clock) {
         auto &fired = *static_cast<Clock *>(clock);
@@ -170,6 +178,10 @@ Microcontroller::Microcontroller(Board &board, const FlashImage &flash, const Ee
     spare_simavr_work(avr_);
     auto code = flash.bytes();
     avr_loadcode(avr_, code.data(), static_cast<uint32_t>(code.size()), 0);
+    programming_ = std::make_unique<SelfProgramming>(avr_, boot_section_);
+    for (avr_io_t *part = avr_->io_port; part != nullptr; part = part->next)
+        if (std::strcmp(part->kind, "flash") == 0) part->ioctl = Hooks::program;
+    avr_->data[MCUSR] = MCUSR_PORF;
     auto bytes = eeprom;
     for (const auto &[address, byte] : flash.eeprom()) bytes[address] = byte;
     avr_eeprom_desc_t content = {bytes.data(), 0, static_cast<uint32_t>(bytes.size())};
@@ -322,6 +334,7 @@ void Microcontroller::recover(int state) {
     if (was_reset_) {
         // A reset clears all of simavr's timers, and the level at the comparator.
         was_reset_ = false;
+        programming_->was_reset();
         for (auto &clock : clocks_) arm(clock);
         board_.was_reset();
     }
@@ -362,7 +375,12 @@ void Microcontroller::write(uint16_t address, uint8_t value) {
     if (idle_) idle_->forget();
 }
 
-uint8_t Microcontroller::flash(uint16_t address) const { return avr_->flash[address]; }
+uint8_t Microcontroller::flash(uint16_t address) const { return programming_->content(address); }
+
+void Microcontroller::start_at_boot_section() {
+    avr_->reset_pc = boot_section_;
+    avr_->pc = boot_section_;
+}
 
 void Microcontroller::watch_register(uint16_t address, Watch watch) {
     auto &handler = avr_->io[AVR_DATA_TO_IO(address)].w;

@@ -1,9 +1,9 @@
 /// An ATmega328P at 8 MHz, executed by simavr instruction by instruction.
 ///
 /// Adds what simavr 1.6 lacks and a Kilobot's firmware needs: interrupt vectors moved to the boot
-/// section, the program counter's wrap at 16 K words, timers that stand still in power-down,
-/// pending interrupts that are enabled later, the UART's rate, and the reason why a program cannot
-/// go on.
+/// section, self-programming that takes its time, the program counter's wrap at 16 K words, timers
+/// that stand still in power-down, pending interrupts that are enabled later, the UART's rate, and
+/// the reason why a program cannot go on.
 ///
 /// Time is the chip's own: cycles of 125 ns since power-up, by its own oscillator. A chip is driven
 /// by its board and belongs to one thread. Cost: that of the instructions executed; time in which
@@ -19,6 +19,7 @@
 
 #include "avr/chip/flash_image.h"
 #include "avr/chip/idle_loop.h"
+#include "avr/chip/self_programming.h"
 #include "guest/eeprom.h"
 
 struct avr_t;
@@ -77,6 +78,17 @@ class Microcontroller {
     /// Executes every instruction from now on, also where the program only waits: the plain twin
     /// that tests compare with.
     void skip_nothing() { idle_.reset(); }
+
+    /// Programs the fuse BOOTRST: the chip starts at its boot section, now and after every reset.
+    /// To be called before it is run. A Kilobot's is not programmed.
+    void start_at_boot_section();
+
+    /// Erases and writes of flash pages that the program has done.
+    uint32_t flash_operations() const { return programming_->operations(); }
+    /// The whole flash as it is now; see also flash().
+    const std::array<uint8_t, FlashImage::BYTES> &flash_content() const {
+        return programming_->content();
+    }
 
     /// Calls `follower` after every instruction from now on; implies skip_nothing(). It must live
     /// on.
@@ -159,6 +171,7 @@ class Microcontroller {
     Board &board_;
     avr_t *avr_;
     std::unique_ptr<IdleLoop> idle_;
+    std::unique_ptr<SelfProgramming> programming_;
     std::deque<Read> reads_;
     std::array<Clock, ALARMS> clocks_;
     std::deque<Watched> watched_;

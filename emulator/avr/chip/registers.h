@@ -15,6 +15,13 @@ constexpr uint16_t SMCR = 0x53;
 constexpr uint8_t SMCR_SM = 7 << 1, SLEEP_IDLE = 0 << 1, SLEEP_NOISE_REDUCTION = 1 << 1;
 constexpr uint16_t MCUCR = 0x55;
 constexpr uint8_t MCUCR_IVSEL = 1 << 1;  ///< the vectors are in the boot section
+// Cause of the last reset.
+constexpr uint16_t MCUSR = 0x54;
+constexpr uint8_t MCUSR_PORF = 1 << 0;  ///< power-up
+// Self-programming.
+constexpr uint16_t SPMCSR = 0x57;
+constexpr uint8_t SPMCSR_RWWSB = 1 << 6, SPMCSR_RWWSRE = 1 << 4, SPMCSR_PGWRT = 1 << 2,
+                  SPMCSR_PGERS = 1 << 1, SPMCSR_SPMEN = 1 << 0;
 
 // Analog comparator: ACI is its interrupt flag, cleared by writing a one.
 constexpr uint16_t ACSR = 0x50;
