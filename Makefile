@@ -80,7 +80,8 @@ check-gcc check-clang: check-%: setup
 
 # The compile commands of the clang build; a file is looked at again when it or any header changed.
 TIDY    := $(VENV)/bin/clang-tidy --quiet
-AVR_C   := -std=gnu99 -O2 --target=avr $(AVR_CHIP) -isystem /usr/lib/avr/include
+# Freestanding: avr-libc has no limits.h of its own.
+AVR_C   := -std=gnu99 -O2 --target=avr -ffreestanding $(AVR_CHIP) -isystem /usr/lib/avr/include
 TIDY_PC := $(shell find firmware kilogrid_modules/protocol kilogrid_modules/runtime/core -name '*.c' \
              ! -name kilogrid_can.c -not -path '*/avr/*' -not -path '*/kilogrid/*')
 CPP_FILES := $(shell find emulator -name '*.cpp')
@@ -92,8 +93,8 @@ check-tidy: check-clang
 	@mkdir -p build/tidy
 	@$(TIDY) $(TIDY_PC) -- -std=gnu11 -DBUILD_ID='"id"' -Ifirmware/kilolib/include -Ikilogrid_modules/protocol \
 	    > build/tidy/pc.log 2>&1 || { cat build/tidy/pc.log; exit 1; }
-	@$(TIDY) firmware/kilogrid/*.c firmware/kilolib/avr/*.c -- $(AVR_C) -Ifirmware/kilogrid/include \
-	    -Ifirmware/kilolib/include > build/tidy/avr.log 2>&1 || { cat build/tidy/avr.log; exit 1; }
+	@$(TIDY) firmware/kilogrid/*.c firmware/kilolib/avr/*.c firmware/bootloader/avr/*.c -- $(AVR_C) \
+	    -Ifirmware/kilogrid/include -Ifirmware/kilolib/include > build/tidy/avr.log 2>&1 || { cat build/tidy/avr.log; exit 1; }
 	@$(MAKE) --jobs $(shell nproc) --output-sync $(TIDIED)
 
 $(TIDIED): build/tidy/%.ok: %.cpp $(CPP_CONFIG)

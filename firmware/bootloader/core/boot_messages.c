@@ -1,8 +1,7 @@
 #include "boot_messages.h"
 
+#include <stddef.h>
 #include <string.h>
-
-#include "message_crc.h"
 
 #define WORDS_OF_FRAGMENT (BOOT_FRAGMENT_BYTES / 2)
 #define CRCS_OF_MESSAGE 4
@@ -93,7 +92,7 @@ void boot_message_report(const image_store_t *store, uint8_t first, uint16_t uid
     data[REPORT_FIRST] = first;
     image_store_report(store, first, data + REPORT_BYTES);
     message->type = BOOTPGM_REPORT;
-    message->crc = message_crc(message);
+    message->crc = image_crc(message, offsetof(message_t, crc));
 }
 
 // Multiply-shift hashing, whose multiplier comes from the nonce: two robots of one slot part with

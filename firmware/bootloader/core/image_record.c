@@ -3,8 +3,6 @@
 #include <stddef.h>
 #include <string.h>
 
-#include "../../kilolib/core/crc16.h"
-
 #define OPCODE_JMP 0x940C
 #define OPCODE_RJMP 0xC000
 #define RJMP_MASK 0xF800  // also the sign of its offset: forwards
@@ -29,10 +27,12 @@ static uint16_t flash_word(uint16_t address) {
     return (uint16_t)(low | boot_flash_read((uint16_t)(address + 1)) << 8);
 }
 
-static uint16_t crc_of(const image_record_t *record, uint8_t count) {
-    const uint8_t *bytes = (const uint8_t *)record;
+void image_crc_add(crc16_t *crc, uint8_t byte) { crc16_add(crc, byte); }
+
+uint16_t image_crc(const void *bytes, uint8_t count) {
+    const uint8_t *byte = bytes;
     crc16_t crc = crc16_start();
-    while (count-- > 0) crc16_add(&crc, *bytes++);
+    while (count-- > 0) image_crc_add(&crc, *byte++);
     return crc16_value(crc);
 }
 
@@ -47,15 +47,14 @@ bool image_vector_is_loaders(void) {
 
 void image_record_seal(image_record_t *record) {
     record->slide = SLIDE;
-    record->record_crc = crc_of(record, offsetof(image_record_t, record_crc));
+    record->record_crc = image_crc(record, offsetof(image_record_t, record_crc));
 }
 
-// The CRC over bytes and their CRC is 0.
 bool image_record_read(image_record_t *record) {
     uint8_t *bytes = (uint8_t *)record;
     for (uint8_t i = 0; i < (uint8_t)sizeof *record; i++)
         bytes[i] = boot_flash_read((uint16_t)(RECORD_ADDRESS + i));
-    return crc_of(record, sizeof *record) == 0 && image_vector_is_loaders() &&
+    return image_crc(record, sizeof *record) == 0 && image_vector_is_loaders() &&
            image_entry(record->vector, record->image.pages) != IMAGE_NO_ENTRY;
 }
 

@@ -11,6 +11,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "../../kilolib/core/crc16.h"
 #include "boot_flash.h"
 
 #ifdef __cplusplus
@@ -37,6 +38,12 @@ typedef struct {
     uint8_t vector[BOOT_VECTOR_BYTES];  ///< the application's own first bytes
     uint16_t record_crc;                ///< CRC-16 of what is before it
 } image_record_t;
+
+/// crc16_add(), as a function: a loader has no room for copies of it.
+void image_crc_add(crc16_t *crc, uint8_t byte);
+
+/// The CRC-16 of some bytes, 0 of bytes that end with their own.
+uint16_t image_crc(const void *bytes, uint8_t count);
 
 /// Reads the record. False if it is not valid: erased, damaged, or of an application whose page 0
 /// does not lead to the loader. `record` is what is in flash in any case.

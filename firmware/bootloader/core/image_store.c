@@ -50,7 +50,7 @@ static uint8_t sent_byte(const image_store_t *store, uint8_t page, uint8_t offse
 }
 
 static crc16_t add_page(const image_store_t *store, uint8_t page, crc16_t crc) {
-    for (uint8_t i = 0; i < BOOT_PAGE_BYTES; i++) crc16_add(&crc, sent_byte(store, page, i));
+    for (uint8_t i = 0; i < BOOT_PAGE_BYTES; i++) image_crc_add(&crc, sent_byte(store, page, i));
     return crc;
 }
 

@@ -15,7 +15,6 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "../../kilolib/core/crc16.h"
 #include "boot_flash.h"
 #include "image_record.h"
 

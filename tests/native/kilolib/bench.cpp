@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstring>
+#include <utility>
 
 namespace kilotwin {
 
@@ -76,7 +77,10 @@ std::vector<Frame> frames_of(const std::vector<BoardOutputs::Light> &light) {
 }
 
 Bench::Bench(const std::string &program, uint16_t uid, Cycles power_up)
-    : flash(load(program)),
+    : Bench(load(program), uid, power_up) {}
+
+Bench::Bench(std::shared_ptr<const FlashImage> image, uint16_t uid, Cycles power_up)
+    : flash(std::move(image)),
       calibration{TICK_CYCLES, uid, 61, 62, 63, 64, InfraredGains()},
       board(*flash, 0, calibration, power_up, chance) {}
 

@@ -52,6 +52,7 @@ class Bench {
   public:
     /// `program` is a path, or the name of one built for these tests.
     explicit Bench(const std::string &program, uint16_t uid = 7, Cycles power_up = 0);
+    explicit Bench(std::shared_ptr<const FlashImage> image, uint16_t uid = 7, Cycles power_up = 0);
 
     void run_ms(double ms) { board.run(board.now() + static_cast<Cycles>(ms * double(MS))); }
 

@@ -1,0 +1,310 @@
+// The robots' boot loader on its chip: entered by applications, fed by light, its flash rewritten.
+#include <cstdlib>
+
+#include "robot.h"
+
+using namespace kilotwin;
+
+namespace {
+
+constexpr uint8_t PAGE_CRCS = 0x8B, REPORT = 0x8D, START = 0x8E, IDENTITY = 0xE0;
+enum : uint8_t { NOTHING, LOADING, COMPLETE, WRONG };
+
+const Image &older() {
+    static const Image image(PROGRAMS "/older.elf");
+    return image;
+}
+
+const Image &newer() {
+    static const Image image(PROGRAMS "/newer.elf");
+    return image;
+}
+
+message_t size_of(const Image &image) { return make_message(BOOTPGM_SIZE, {image.pages()}); }
+
+message_t size_and_crc_of(const Image &image) {
+    std::vector<uint8_t> data = {image.pages(), 'K', 'T', static_cast<uint8_t>(image.crc()),
+                                 static_cast<uint8_t>(image.crc() >> 8)};
+    data.insert(data.end(), image.id.begin(), image.id.end());
+    return make_message(BOOTPGM_SIZE, data);
+}
+
+// KiloGUI and an overhead controller (hardware.md 1.11): a packet each 130 ms, BOOT and the size
+// repeated until the next one, the frames of a page back to back. Round and round; returns laps.
+int upload_as_kilogui(FlashedRobot &robot, const Image &image, int most_laps) {
+    robot.repeat(make_message(BOOT), 500);
+    for (int lap = 1; lap <= most_laps; lap++) {
+        robot.repeat(size_of(image), 130);
+        for (uint8_t page = 0; page < image.pages(); page++) {
+            const Cycles next = robot.bench.board.now() + PACKET;
+            robot.send_page(image, page, BACK_TO_BACK);
+            robot.run_ms(double(next - robot.bench.board.now()) / double(MS));
+        }
+        if (!robot.in_loader()) return lap;
+    }
+    return most_laps + 1;
+}
+
+// A sender of ours: announces with a CRC, lets the robot erase, sends what it says is missing.
+// Returns the laps.
+int upload_as_kilotwin(FlashedRobot &robot, const Image &image, int most_laps) {
+    robot.repeat(make_message(BOOT), 100);
+    robot.repeat(size_and_crc_of(image), 50);
+    robot.send_page(image, 0, BACK_TO_BACK);
+    robot.run_ms(1000);
+    for (int lap = 1; lap <= most_laps; lap++) {
+        robot.send(size_and_crc_of(image), BACK_TO_BACK);
+        for (uint8_t first = 0; first < image.pages(); first = static_cast<uint8_t>(first + 32)) {
+            const auto answer = robot.ask(first);
+            if (!answer) continue;
+            CHECK(answer->type == REPORT);
+            CHECK((answer->data[0] | answer->data[1] << 8) == UID);
+            for (uint8_t i = 0; i < 32; i++)
+                if ((answer->data[3 + i / 8] >> i % 8 & 1) != 0)
+                    robot.send_page(image, static_cast<uint8_t>(first + i), BACK_TO_BACK);
+        }
+        robot.run_ms(200);
+        const auto answer = robot.ask(IDENTITY);
+        if (answer && answer->data[7] == COMPLETE) return lap;
+    }
+    return most_laps + 1;
+}
+
+// What power-up makes of this flash.
+void check_whole(const Flash &flash, const Image *old_image, const Image &new_image) {
+    FlashedRobot robot(flash);
+    robot.run_ms(100);
+    if (robot.in_loader()) return;
+    CHECK(robot.bench.board.failure() == "");
+    const bool is_old = old_image != nullptr && robot.has(*old_image);
+    CHECK((is_old || robot.has(new_image)));
+    CHECK(robot.color_after_run() == (is_old ? RED : YELLOW));
+}
+
+}  // namespace
+
+TEST_CASE(
+    "the loader and the erased flash alone wait in the loader, by either setting of BOOTRST") {
+    for (bool bootrst : {false, true}) {
+        FlashedRobot robot(FlashImage::load(LOADER)->bytes());
+        if (bootrst) robot.bench.board.start_at_boot_section();
+        robot.run_ms(100);
+        CHECK(robot.in_loader());
+        CHECK(robot.bench.board.failure() == "");
+        const auto answer = robot.ask(IDENTITY);
+        REQUIRE(answer);
+        CHECK(answer->data[2] == IDENTITY);
+        CHECK(answer->data[7] == NOTHING);
+    }
+}
+
+TEST_CASE("a stored program starts at power-up, by either setting of BOOTRST") {
+    for (bool bootrst : {false, true}) {
+        FlashedRobot robot(flash_with_record(older()));
+        if (bootrst) robot.bench.board.start_at_boot_section();
+        robot.run_ms(100);
+        CHECK_FALSE(robot.in_loader());
+        CHECK(robot.color_after_run() == RED);
+        robot.send(make_message(RESET), BACK_TO_BACK);
+        robot.run_ms(20);
+        CHECK_FALSE(robot.in_loader());
+        CHECK(robot.color_after_run() == RED);
+        CHECK(robot.bench.board.failure() == "");
+    }
+}
+
+TEST_CASE("a stray BOOT and size cost nothing: commands start the program again") {
+    for (uint8_t command : {RUN, RESET, WAKEUP, SLEEP, CALIB}) {
+        for (bool with_record : {false, true}) {
+            FlashedRobot robot(with_record ? flash_with_record(older())
+                                           : flash_of(PROGRAMS "/older.elf"));
+            robot.run_ms(50);
+            robot.repeat(make_message(BOOT), 50);
+            robot.send(size_of(newer()), BACK_TO_BACK);
+            CHECK(robot.in_loader());
+            robot.send(make_message(0x05), BACK_TO_BACK);  // a neighbour's
+            CHECK(robot.in_loader());
+            robot.send(make_message(command), BACK_TO_BACK);
+            robot.run_ms(50);
+            CHECK_FALSE(robot.in_loader());
+            CHECK(robot.color_after_run() == RED);
+            CHECK(robot.bench.board.flash_operations() == 0);
+        }
+    }
+}
+
+TEST_CASE("an application whose call wraps to 0x6000 slides into the loader over the record") {
+    for (bool with_record : {false, true}) {
+        const Image original(ORIGINAL);
+        FlashedRobot robot(with_record ? flash_with_record(original) : flash_of(ORIGINAL));
+        robot.run_ms(100);
+        CHECK_FALSE(robot.in_loader());
+        robot.repeat(make_message(BOOT), 50);
+        CHECK(robot.in_loader());
+        CHECK(upload_as_kilogui(robot, newer(), 3) <= 2);
+        CHECK(robot.has(newer()));
+        CHECK(robot.color_after_run() == YELLOW);
+    }
+}
+
+TEST_CASE("KiloGUI's laps store a program and start it") {
+    for (bool with_record : {false, true}) {
+        FlashedRobot robot(with_record ? flash_with_record(older())
+                                       : flash_of(PROGRAMS "/older.elf"));
+        robot.run_ms(50);
+        const int laps = upload_as_kilogui(robot, newer(), 4);
+        MESSAGE("laps: ", laps);
+        CHECK(laps <= 2);
+        CHECK(robot.has(newer()));
+        CHECK(robot.color_after_run() == YELLOW);
+        CHECK(robot.bench.board.failure() == "");
+        // It starts at power-up, too.
+        check_whole(robot.bench.board.flash_content(), nullptr, newer());
+    }
+}
+
+TEST_CASE("KiloGUI's laps make up for a fifth of the frames that is lost") {
+    FlashedRobot robot(flash_with_record(older()));
+    uint32_t seed = 1;
+    robot.run_ms(50);
+    robot.is_lost = [&seed] {
+        seed = seed * 1664525u + 1013904223u;
+        return seed >> 16 < 65536 / 5;
+    };
+    const int laps = upload_as_kilogui(robot, newer(), 12);
+    MESSAGE("laps: ", laps);
+    CHECK(laps <= 8);
+    CHECK(robot.has(newer()));
+    robot.is_lost = [] { return false; };
+    CHECK(robot.color_after_run() == YELLOW);
+}
+
+TEST_CASE("a sender of ours stores a program in a lap, and starts it") {
+    FlashedRobot robot(flash_with_record(older()));
+    robot.run_ms(50);
+    CHECK(upload_as_kilotwin(robot, newer(), 3) == 1);
+    CHECK(robot.in_loader());
+    CHECK(robot.bench.board.color() == GREEN);
+    const auto answer = robot.ask(IDENTITY);
+    REQUIRE(answer);
+    CHECK(std::equal(newer().id.begin(), newer().id.end(), answer->data + 3));
+    CHECK(answer->data[7] == COMPLETE);
+    CHECK(answer->data[8] == newer().id[0]);
+    robot.send(make_message(START), BACK_TO_BACK);
+    robot.run_ms(50);
+    CHECK_FALSE(robot.in_loader());
+    CHECK(robot.has(newer()));
+    CHECK(robot.color_after_run() == YELLOW);
+    // Called again, it says at once that it has the program, without a fragment.
+    const auto operations = robot.bench.board.flash_operations();
+    robot.repeat(make_message(BOOT), 50);
+    robot.repeat(size_and_crc_of(newer()), 50);
+    robot.run_ms(200);
+    const auto again = robot.ask(0);
+    REQUIRE(again);
+    CHECK(again->data[7] == COMPLETE);
+    CHECK(robot.bench.board.flash_operations() == operations);
+}
+
+TEST_CASE("with a fifth of the frames lost a sender of ours needs at most three laps more") {
+    FlashedRobot robot(flash_with_record(older()));
+    uint32_t seed = 2;
+    robot.run_ms(50);
+    robot.is_lost = [&seed] {
+        seed = seed * 1664525u + 1013904223u;
+        return seed >> 16 < 65536 / 5;
+    };
+    const int laps = upload_as_kilotwin(robot, newer(), 8);
+    MESSAGE("laps: ", laps);
+    CHECK(laps <= 6);
+    robot.is_lost = [] { return false; };
+    robot.send(make_message(START), BACK_TO_BACK);
+    robot.run_ms(50);
+    CHECK(robot.has(newer()));
+    CHECK(robot.color_after_run() == YELLOW);
+}
+
+TEST_CASE("a page whose CRC differs comes again") {
+    FlashedRobot robot(flash_with_record(older()));
+    robot.run_ms(50);
+    robot.repeat(make_message(BOOT), 50);
+    robot.repeat(size_and_crc_of(newer()), 50);
+    robot.send_page(newer(), 0, BACK_TO_BACK);
+    robot.run_ms(1000);
+    Image damaged = newer();
+    damaged.bytes[5 * 128 + 70] ^= 0x10;
+    for (uint8_t page = 0; page < newer().pages(); page++)
+        robot.send_page(damaged, page, BACK_TO_BACK);
+    robot.run_ms(300);
+    auto answer = robot.ask(0);
+    REQUIRE(answer);
+    CHECK(answer->data[7] == WRONG);
+    for (uint8_t page = 0; page < newer().pages(); page = static_cast<uint8_t>(page + 4)) {
+        std::vector<uint8_t> data = {page};
+        for (uint8_t i = page; i < page + 4; i++) {
+            const uint16_t crc = i < newer().pages() ? newer().page_crc(i) : 0;
+            data.push_back(static_cast<uint8_t>(crc));
+            data.push_back(static_cast<uint8_t>(crc >> 8));
+        }
+        robot.send(make_message(PAGE_CRCS, data), BACK_TO_BACK);
+    }
+    robot.run_ms(50);
+    answer = robot.ask(0);
+    REQUIRE(answer);
+    CHECK(answer->data[3] == 1 << 5);
+    CHECK(answer->data[7] == LOADING);
+    robot.send_page(newer(), 5, BACK_TO_BACK);
+    robot.run_ms(300);
+    answer = robot.ask(0);
+    REQUIRE(answer);
+    CHECK(answer->data[7] == COMPLETE);
+}
+
+TEST_CASE("a complete program that nobody starts starts by itself after ten minutes of silence") {
+    FlashedRobot robot(flash_with_record(older()));
+    robot.run_ms(50);
+    REQUIRE(upload_as_kilotwin(robot, newer(), 3) == 1);
+    // Ten minutes would take one here: its count of seconds is set ahead.
+    const auto seconds = FlashImage::load(LOADER_ELF)->symbol("seconds_in_silence");
+    REQUIRE(seconds);
+    robot.run_ms(3'500);
+    const int counted = robot.bench.board.read(*seconds);
+    CHECK((counted == 3 || counted == 4));
+    robot.bench.board.write(*seconds, 597 & 0xFF);
+    robot.bench.board.write(static_cast<uint16_t>(*seconds + 1), 597 >> 8);
+    CHECK(robot.in_loader());
+    robot.run_ms(3'000);
+    CHECK_FALSE(robot.in_loader());
+    CHECK(robot.color_after_run() == YELLOW);
+}
+
+// The power goes after each erase and write of page or record; with KILOTWIN_LONG, what starts then
+// gets the program once more.
+TEST_CASE(
+    "a power cut after any flash operation leaves the old program, the new one or the loader") {
+    for (bool checked : {false, true}) {
+        FlashedRobot robot(flash_with_record(older()));
+        robot.run_ms(50);
+        uint32_t seen = 0, cuts = 0;
+        robot.watch = [&] {
+            const auto operations = robot.bench.board.flash_operations();
+            if (operations == seen) return;
+            CHECK(operations == seen + 1);
+            seen = operations;
+            cuts++;
+            const Flash &flash = robot.bench.board.flash_content();
+            check_whole(flash, &older(), newer());
+            if (std::getenv("KILOTWIN_LONG") == nullptr && cuts % 16 != 1) return;
+            FlashedRobot again(flash);
+            again.run_ms(50);
+            CHECK(upload_as_kilogui(again, newer(), 3) <= 2);
+            CHECK(again.has(newer()));
+        };
+        if (checked)
+            CHECK(upload_as_kilotwin(robot, newer(), 2) == 1);
+        else
+            CHECK(upload_as_kilogui(robot, newer(), 3) <= 2);
+        MESSAGE("power cuts: ", cuts);
+        CHECK(cuts >= uint32_t{newer().pages()} + older().pages());
+    }
+}
