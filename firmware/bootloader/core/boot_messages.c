@@ -98,7 +98,7 @@ void boot_message_report(const image_store_t *store, uint8_t first, uint16_t uid
 // Multiply-shift hashing, whose multiplier comes from the nonce: two robots of one slot part with
 // another nonce, which a CRC of both would not achieve.
 uint8_t boot_message_slot(uint16_t uid, uint8_t nonce, uint8_t power) {
-    const uint16_t multiplier = (uint16_t)(0x9E37U * (nonce * 2U + 1));
+    const uint16_t multiplier = (uint16_t)(0x9E37U + nonce * 0x6D2AU);
     uint16_t hash = (uint16_t)(uid * (uint32_t)multiplier);
     uint8_t slot = 0;
     if (power > BOOT_QUERY_MOST_SLOTS) power = BOOT_QUERY_MOST_SLOTS;

@@ -194,7 +194,7 @@ TEST(robots_that_share_a_slot_part_with_another_nonce) {
                       boot_message_slot(two, (uint8_t)nonce, 6);
         if (shared > worst) worst = shared;
     }
-    assert_true(worst <= 128);
+    assert_true(worst <= 64);
 }
 
 int main(void) {

@@ -224,6 +224,31 @@ TEST_CASE("with a fifth of the frames lost a sender of ours needs at most three 
     CHECK(robot.color_after_run() == YELLOW);
 }
 
+TEST_CASE(
+    "answers come in the slot that uid and nonce give, and in the next one if light is there") {
+    constexpr Cycles SLOT_TIME = 15 * MS, EARLY = MS / 2, LATE = MS;
+    for (uint8_t nonce = 1; nonce < 6; nonce++) {
+        for (bool disturbed : {false, true}) {
+            FlashedRobot robot(flash_with_record(older()));
+            robot.run_ms(50);
+            robot.repeat(make_message(BOOT), 50);
+            robot.bench.board.outputs.clear();
+            // The slot's number by the document's rule, of 8.
+            const auto hash = static_cast<uint16_t>(UID * (0x9E37u + nonce * 0x6D2Au));
+            const Cycles asked = robot.bench.board.now() + 100 + FRAME;
+            robot.send(make_message(0x8C, {0, 3, nonce, 0xFF, 0xFF}), BACK_TO_BACK);
+            const Cycles slot = asked + (hash >> 13) * SLOT_TIME;
+            if (disturbed) robot.bench.shine_frame(slot - MS, make_message(0x05), {300, 600});
+            robot.run_ms(200);
+            const auto frames = frames_of(robot.bench.board.outputs.light);
+            REQUIRE(frames.size() == 1);
+            const Cycles due = slot + (disturbed ? SLOT_TIME : 0);
+            CHECK(frames[0].begin + EARLY > due);
+            CHECK(frames[0].begin < due + LATE);
+        }
+    }
+}
+
 TEST_CASE("a page whose CRC differs comes again") {
     FlashedRobot robot(flash_with_record(older()));
     robot.run_ms(50);
