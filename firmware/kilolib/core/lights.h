@@ -22,7 +22,7 @@
 
 /// Whether a blinking LED is on, so long after the state was entered.
 static inline bool blink_is_on(uint64_t cycles_in_state) {
-    return cycles_in_state % BLINK_PERIOD_CYCLES < BLINK_ON_MS * CYCLES_PER_MS;
+    return cycles_in_state % BLINK_PERIOD_CYCLES < (uint64_t)BLINK_ON_MS * CYCLES_PER_MS;
 }
 
 /// Colour for a reading of the battery's voltage, 0..1023: green, blue, yellow, red from full to

@@ -37,7 +37,8 @@ static inline bool sleep_rhythm_receives(uint64_t asleep_since, uint64_t *down_s
     const uint64_t phase = since % SLEEP_PERIOD_CYCLES;
     if (phase < SLEEP_DOWN_CYCLES) return false;
     if (phase >= SLEEP_LISTEN_FROM)
-        *down_since += since - phase + SLEEP_PERIOD_CYCLES + SLEEP_LISTEN_ON_MS * CYCLES_PER_MS;
+        *down_since +=
+            since - phase + SLEEP_PERIOD_CYCLES + (uint64_t)SLEEP_LISTEN_ON_MS * CYCLES_PER_MS;
     return true;
 }
 
