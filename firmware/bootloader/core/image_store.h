@@ -1,6 +1,6 @@
 /// The image store: takes a program's pages in fragments, writes them to flash, and makes the
 /// program valid when it is whole (boot_loaders.md 3, boot_loaders.md 4). Robots get fragments by
-/// infrared light, modules by CAN; both loaders feed this store.
+/// infrared light; the frames of CAN have the same geometry.
 ///
 /// A page is BOOT_FRAGMENTS fragments. Each counts once, in any order and in any lap, so what is
 /// lost is made up for frame by frame. A power cut between any two flash operations leaves the old
