@@ -11,7 +11,7 @@ constexpr double FASTER_THAN_CALIBRATED = 1.2;  // limit above the calibrated du
 constexpr double FASTEST = 1.8;                 // limit of a motor that varies
 constexpr Cycles NOISE_PERIOD = CYCLES_PER_SECOND;
 constexpr size_t LEFT = 0, RIGHT = 1;
-constexpr uint8_t KICK_DUTY = 200;
+constexpr uint8_t LEAST_KICK_DUTY = 200;
 constexpr Cycles KICK_CYCLES = CYCLES_PER_SECOND * 12 / 1000;  // 15 ms, less what is lost around it
 
 // The rear legs, in radii of the robot: 12.5 mm to the side and 9.2 mm behind the centre of a
@@ -66,10 +66,10 @@ void Chassis::draw_noise(uint32_t robot) {
 
 bool Chassis::starts(const Motors &motors, size_t side, Cycles at, uint8_t duty) const {
     if (duty == 0) return false;
-    if (!profile_.legs || !profile_.kick_needed || duty >= KICK_DUTY) return true;
+    if (!profile_.legs || !profile_.kick_needed || duty >= LEAST_KICK_DUTY) return true;
     // It keeps turning unless its kick was too short.
     return motors.turns[side] &&
-           (motors.duty[side] < KICK_DUTY || at - motors.since[side] >= KICK_CYCLES);
+           (motors.duty[side] < LEAST_KICK_DUTY || at - motors.since[side] >= KICK_CYCLES);
 }
 
 // Each motor has a register of its own: on a chip the two change one after the other.

@@ -9,7 +9,8 @@ namespace {
 
 constexpr uint8_t MESSAGE_START = 0x1B, MESSAGE_TOKEN = 0x0E;
 
-enum Command : uint8_t {
+namespace command {
+enum : uint8_t {
     SIGN_ON = 0x01,
     SET_PARAMETER = 0x02,
     GET_PARAMETER = 0x03,
@@ -30,6 +31,7 @@ enum Command : uint8_t {
     SPI_MULTI = 0x1D,
     WRONG_CHECKSUM = 0xB0  // as an answer only
 };
+}  // namespace command
 enum Status : uint8_t {
     OK = 0x00,
     TIME_OUT = 0x80,
@@ -56,24 +58,24 @@ constexpr size_t DATA_AT = 10, READ_BODY = 4;  // of the messages that write and
 /// Least length of a command's body; 0: there is no such command.
 size_t least_length(uint8_t command) {
     switch (command) {
-    case SIGN_ON: return 1;
-    case GET_PARAMETER: return 2;
-    case SET_PARAMETER:
-    case LEAVE_PROGRAMMING: return 3;
-    case READ_FLASH:
-    case READ_EEPROM:
-    case SPI_MULTI: return READ_BODY;
-    case LOAD_ADDRESS:
-    case PROGRAM_FUSE:
-    case PROGRAM_LOCK: return 1 + INSTRUCTION_BYTES;
-    case READ_FUSE:
-    case READ_LOCK:
-    case READ_SIGNATURE:
-    case READ_CALIBRATION: return 2 + INSTRUCTION_BYTES;
-    case CHIP_ERASE: return 3 + INSTRUCTION_BYTES;
-    case PROGRAM_FLASH:
-    case PROGRAM_EEPROM: return DATA_AT;
-    case ENTER_PROGRAMMING: return 8 + INSTRUCTION_BYTES;
+    case command::SIGN_ON: return 1;
+    case command::GET_PARAMETER: return 2;
+    case command::SET_PARAMETER:
+    case command::LEAVE_PROGRAMMING: return 3;
+    case command::READ_FLASH:
+    case command::READ_EEPROM:
+    case command::SPI_MULTI: return READ_BODY;
+    case command::LOAD_ADDRESS:
+    case command::PROGRAM_FUSE:
+    case command::PROGRAM_LOCK: return 1 + INSTRUCTION_BYTES;
+    case command::READ_FUSE:
+    case command::READ_LOCK:
+    case command::READ_SIGNATURE:
+    case command::READ_CALIBRATION: return 2 + INSTRUCTION_BYTES;
+    case command::CHIP_ERASE: return 3 + INSTRUCTION_BYTES;
+    case command::PROGRAM_FLASH:
+    case command::PROGRAM_EEPROM: return DATA_AT;
+    case command::ENTER_PROGRAMMING: return 8 + INSTRUCTION_BYTES;
     default: return 0;
     }
 }
@@ -85,7 +87,7 @@ Stk500v2::Message Stk500v2::receive(std::span<const uint8_t> bytes) {
     for (uint8_t byte : bytes) {
         if (!take(byte)) continue;
         const Message framed_answer =
-            framed(checksum_ == 0 ? answer() : Message{WRONG_CHECKSUM, CHECKSUM_ERROR});
+            framed(checksum_ == 0 ? answer() : Message{command::WRONG_CHECKSUM, CHECKSUM_ERROR});
         answers.insert(answers.end(), framed_answer.begin(), framed_answer.end());
     }
     return answers;
@@ -142,20 +144,20 @@ Stk500v2::Message Stk500v2::answer() {
     if (least == 0) return status(UNKNOWN);
     if (body_.size() < least) return status(FAILED);
     switch (body_[0]) {
-    case SIGN_ON: {
-        Message hello = {SIGN_ON, OK, static_cast<uint8_t>(NAME.size())};
+    case command::SIGN_ON: {
+        Message hello = {command::SIGN_ON, OK, static_cast<uint8_t>(NAME.size())};
         hello.insert(hello.end(), NAME.begin(), NAME.end());
         return hello;
     }
-    case SET_PARAMETER: return set_parameter();
-    case GET_PARAMETER: return parameter();
-    case LOAD_ADDRESS:
+    case command::SET_PARAMETER: return set_parameter();
+    case command::GET_PARAMETER: return parameter();
+    case command::LOAD_ADDRESS:
         address_ = 0;
         for (size_t i = 1; i <= INSTRUCTION_BYTES; i++) address_ = address_ << 8 | body_[i];
         return status(OK);
-    case ENTER_PROGRAMMING: return enter();
-    case LEAVE_PROGRAMMING: chip_.reset(); return status(OK);
-    case SPI_MULTI: return exchange();
+    case command::ENTER_PROGRAMMING: return enter();
+    case command::LEAVE_PROGRAMMING: chip_.reset(); return status(OK);
+    case command::SPI_MULTI: return exchange();
     default: return chip_.enabled() ? answer_about_chip() : status(FAILED);
     }
 }
@@ -163,13 +165,13 @@ Stk500v2::Message Stk500v2::answer() {
 /// Commands for a chip that is ready to be programmed.
 Stk500v2::Message Stk500v2::answer_about_chip() {
     switch (body_[0]) {
-    case CHIP_ERASE: shift_from_body(3); return status(OK);
-    case PROGRAM_FLASH: return write_memory(true);
-    case PROGRAM_EEPROM: return write_memory(false);
-    case READ_FLASH: return read_memory(true);
-    case READ_EEPROM: return read_memory(false);
-    case PROGRAM_FUSE:
-    case PROGRAM_LOCK: shift_from_body(1); return {body_[0], OK, OK};
+    case command::CHIP_ERASE: shift_from_body(3); return status(OK);
+    case command::PROGRAM_FLASH: return write_memory(true);
+    case command::PROGRAM_EEPROM: return write_memory(false);
+    case command::READ_FLASH: return read_memory(true);
+    case command::READ_EEPROM: return read_memory(false);
+    case command::PROGRAM_FUSE:
+    case command::PROGRAM_LOCK: shift_from_body(1); return {body_[0], OK, OK};
     default: return read_one();
     }
 }
@@ -182,9 +184,9 @@ Stk500v2::Message Stk500v2::set_parameter() {
 }
 
 Stk500v2::Message Stk500v2::parameter() const {
-    if (body_[1] == CLOCK_DURATION) return {GET_PARAMETER, OK, clock_duration_};
+    if (body_[1] == CLOCK_DURATION) return {command::GET_PARAMETER, OK, clock_duration_};
     for (const auto &[number, value] : PARAMETERS)
-        if (number == body_[1]) return {GET_PARAMETER, OK, value};
+        if (number == body_[1]) return {command::GET_PARAMETER, OK, value};
     return status(FAILED);
 }
 
@@ -247,7 +249,7 @@ Stk500v2::Message Stk500v2::exchange() {
         out.insert(out.end(), bytes.begin(), bytes.end());
     }
     out.resize(std::max(out.size(), first + wanted));
-    Message data = {SPI_MULTI, OK};
+    Message data = {command::SPI_MULTI, OK};
     data.insert(data.end(), out.begin() + static_cast<std::ptrdiff_t>(first),
                 out.begin() + static_cast<std::ptrdiff_t>(first + wanted));
     data.push_back(OK);

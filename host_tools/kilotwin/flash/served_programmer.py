@@ -29,7 +29,11 @@ class ServedProgrammer:
         data = self.terminal.read(_WAIT_S)
         if data:
             self._open = True
-            self.terminal.write(self._programmer.receive(data))
+            answer = self._programmer.receive(data)
+            # The file is whole before the last answer: a host then may read it.
+            if not self._programmer.programming:
+                self._keep()
+            self.terminal.write(answer)
         elif data is None or not self._programmer.programming:
             self._rest(closed=data is None)
 
