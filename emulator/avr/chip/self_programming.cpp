@@ -24,7 +24,7 @@ struct SelfProgramming::Hooks {
         static_cast<SelfProgramming *>(programming)->control_written(value);
     }
 
-    // What was announced did not come.
+    // SPM did not come in time after its announcement.
     static avr_cycle_count_t expire(avr_t *, avr_cycle_count_t, void *programming) {
         auto &expired = *static_cast<SelfProgramming *>(programming);
         expired.control() &= SPMCSR_RWWSB;
@@ -41,7 +41,7 @@ SelfProgramming::SelfProgramming(avr_t *avr, uint32_t boot_section)
     : avr_(avr),
       boot_section_(boot_section) {
     std::copy_n(avr->flash, content_.size(), content_.begin());
-    buffer_.fill(ERASED);
+    clear_buffer();
     auto &handler = avr->io[AVR_DATA_TO_IO(SPMCSR)];
     handler.r = {};
     handler.w.c = Hooks::control;
@@ -71,8 +71,7 @@ void SelfProgramming::execute() {
     if ((what & SPMCSR_RWWSRE) != 0) {
         hide(false);
         control() = 0;
-        buffer_.fill(ERASED);
-        filled_.fill(false);
+        clear_buffer();
     } else if (what == SPMCSR_SPMEN || what == (SPMCSR_SPMEN | SPMCSR_RWWSB)) {
         const uint32_t word = address % PAGE_BYTES / 2;
         if (filled_[word]) return;
@@ -103,10 +102,7 @@ void SelfProgramming::operation_ends() {
         byte = writes_ ? byte & buffer_[i] : ERASED;
         if (page_ >= boot_section_) avr_->flash[page_ + i] = byte;
     }
-    if (writes_) {
-        buffer_.fill(ERASED);
-        filled_.fill(false);
-    }
+    if (writes_) clear_buffer();
     busy_ = false;
     control() &= SPMCSR_RWWSB;
     operations_++;
@@ -123,6 +119,10 @@ void SelfProgramming::hide(bool hidden) {
 void SelfProgramming::was_reset() {
     busy_ = false;
     hide(false);
+    clear_buffer();
+}
+
+void SelfProgramming::clear_buffer() {
     buffer_.fill(ERASED);
     filled_.fill(false);
 }

@@ -23,7 +23,7 @@ namespace kilotwin {
 class SelfProgramming {
   public:
     static constexpr uint32_t PAGE_BYTES = 128;
-    /// Of an erase or a write: 4 ms; the datasheet says 3.7 to 4.5.
+    /// Duration of an erase or a write: 4 ms; the datasheet says 3.7 to 4.5.
     static constexpr uint64_t OPERATION_CYCLES = 32'000;
 
     /// Takes SPMCSR and the SPM instruction over. `avr` must live on, and its flash be loaded.
@@ -48,6 +48,7 @@ class SelfProgramming {
     void begin(uint32_t page, bool writes);
     void operation_ends();
     void hide(bool hidden);
+    void clear_buffer();
     uint8_t &control() const;
 
     avr_t *avr_;
