@@ -10,6 +10,14 @@ namespace {
 constexpr uint8_t PAGE_CRCS = 0x8B, REPORT = 0x8D, START = 0x8E, IDENTITY = 0xE0;
 enum : uint8_t { NOTHING, LOADING, COMPLETE, WRONG };
 
+/// For is_lost: a fifth of all frames, others for each seed.
+std::function<bool()> a_fifth_is_lost(uint32_t seed) {
+    return [seed]() mutable {
+        seed = seed * 1664525u + 1013904223u;
+        return seed >> 16 < 65536 / 5;
+    };
+}
+
 const Image &older() {
     static const Image image(PROGRAMS "/older.elf");
     return image;
@@ -70,7 +78,7 @@ int upload_as_kilotwin(FlashedRobot &robot, const Image &image, int most_laps) {
     return most_laps + 1;
 }
 
-// What power-up makes of this flash.
+// The program that power-up starts with this flash.
 void check_whole(const Flash &flash, const Image *old_image, const Image &new_image) {
     FlashedRobot robot(flash);
     robot.run_ms(100);
@@ -165,12 +173,8 @@ TEST_CASE("KiloGUI's laps store a program and start it") {
 
 TEST_CASE("KiloGUI's laps make up for a fifth of the frames that is lost") {
     FlashedRobot robot(flash_with_record(older()));
-    uint32_t seed = 1;
     robot.run_ms(50);
-    robot.is_lost = [&seed] {
-        seed = seed * 1664525u + 1013904223u;
-        return seed >> 16 < 65536 / 5;
-    };
+    robot.is_lost = a_fifth_is_lost(1);
     const int laps = upload_as_kilogui(robot, newer(), 12);
     MESSAGE("laps: ", laps);
     CHECK(laps <= 8);
@@ -208,12 +212,8 @@ TEST_CASE("a sender of ours stores a program in a lap, and starts it") {
 
 TEST_CASE("with a fifth of the frames lost a sender of ours needs at most three laps more") {
     FlashedRobot robot(flash_with_record(older()));
-    uint32_t seed = 2;
     robot.run_ms(50);
-    robot.is_lost = [&seed] {
-        seed = seed * 1664525u + 1013904223u;
-        return seed >> 16 < 65536 / 5;
-    };
+    robot.is_lost = a_fifth_is_lost(2);
     const int laps = upload_as_kilotwin(robot, newer(), 8);
     MESSAGE("laps: ", laps);
     CHECK(laps <= 6);
