@@ -6,12 +6,11 @@ itself would start as well, but half of it would too when its first replacement 
 """
 
 import struct
-import zlib
 
 from kilotwin.errors import InputError
-from kilotwin.files.headers import PAGE_BYTES
+from kilotwin.files.flash_image import FlashImage
 from kilotwin.files.message_crc import message_crc
-from kilotwin.flash.image import LOADER_BEGIN, Segments, pages_of
+from kilotwin.flash.image import LOADER_BEGIN, Segments
 
 RECORD_BEGIN = 0x6F80
 """Byte address of the record's page, the last one below the boot section."""
@@ -31,17 +30,17 @@ def recorded(application: Segments) -> Segments:
 
     InputError if it does not begin with a jump to a place in itself: no loader could start it.
     """
-    pages = pages_of(application)
-    image = application[0].ljust(pages * PAGE_BYTES, b"\xff")
-    vector = image[: len(_LOADERS_VECTOR)]
-    if not 2 <= _target(vector) < len(image) // 2:
+    image = FlashImage(application[0])
+    padded = image.padded
+    vector = padded[: len(_LOADERS_VECTOR)]
+    if not 2 <= _target(vector) < len(padded) // 2:
         raise InputError(
             "the program does not begin with a jump into itself, so no boot loader can start it; "
             "name a .hex that avr-gcc made, or type --loader none"
         )
-    record = _RECORD.pack(_SLIDE, pages, 1, message_crc(image), zlib.crc32(image), vector)
+    record = _RECORD.pack(_SLIDE, len(image.pages), 1, image.crc16, image.image_id, vector)
     return {
-        0: _LOADERS_VECTOR + image[len(vector) :],
+        0: _LOADERS_VECTOR + padded[len(vector) :],
         RECORD_BEGIN: record + _CRC.pack(message_crc(record)),
     }
 
