@@ -13,20 +13,18 @@ from kilotwin.build.linking import TARGETS, wrong_target
 from kilotwin.errors import InputError, RunError
 from kilotwin.experiment.programs import Program
 from kilotwin.files.drafts import draft_of
-from kilotwin.files.flash_image import read_hex
+from kilotwin.files.flash_image import HEX_SUFFIXES, read_hex
 from kilotwin.files.headers import PAGES
-
-_SUFFIXES = (".hex", ".ihex", ".ihx")
 
 
 def build_hex(program: Program, output: Path, notify: Notify) -> dict[str, Any]:
-    """What --json prints. `output` and the .elf beside it are written, both or none.
+    """The --json object. `output` and the .elf beside it are written, both or none.
 
     InputError for a program that does not compile, that is for the other target, or an `output`
     that cannot be written; RunError if the image does not fit.
     """
     elf = output.with_suffix(".elf")
-    if output.suffix.lower() not in _SUFFIXES:
+    if output.suffix.lower() not in HEX_SUFFIXES:
         raise InputError(f"--hex {output}: not the name of a .hex file; write {output}.hex")
     try:
         image = build_image(program, notify)
@@ -56,7 +54,7 @@ def build_hex(program: Program, output: Path, notify: Notify) -> dict[str, Any]:
 
 
 def show_hex(file: Path) -> dict[str, Any]:
-    """What --json prints of a .hex file that exists, whoever made it."""
+    """The --json object of a .hex file that exists, ours or another one."""
     return {"hex": str(file), **_content(file)}
 
 
@@ -64,7 +62,7 @@ def _copy(image: Image, output: Path, elf: Path) -> None:
     try:
         if output.is_dir() or elf.is_dir():
             raise IsADirectoryError(0, "is a folder")
-        # The .hex comes last: whoever waits for it finds the .elf too.
+        # The .hex comes last: a program that waits for it finds the .elf too.
         with draft_of(output) as hex_draft, draft_of(elf) as elf_draft:
             shutil.copyfile(image.hex, hex_draft)
             shutil.copyfile(image.elf, elf_draft)
@@ -89,7 +87,7 @@ def _content(file: Path) -> dict[str, Any]:
 
 
 def built_text(report: dict[str, Any]) -> str:
-    """What is printed of an image that was built."""
+    """The text for an image that was built."""
     ram, budget = report["ram_bytes"], report["ram_budget_bytes"]
     lines = [
         f"{report['program']}, for {TARGETS[report['for']]}: {report['hex']}, {report['elf']}",
@@ -102,7 +100,7 @@ def built_text(report: dict[str, Any]) -> str:
 
 
 def shown_text(report: dict[str, Any]) -> str:
-    """What is printed of a .hex file."""
+    """The text for a .hex file."""
     return "\n".join([f"{report['hex']}:", _flash_line(report), *_id_lines(report)])
 
 

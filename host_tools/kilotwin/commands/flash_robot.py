@@ -14,6 +14,7 @@ from kilotwin.commands import lazy, steps
 from kilotwin.commands.options import Define, Include, Json, Quiet
 from kilotwin.errors import InputError, RunError
 from kilotwin.experiment.programs import ProgramError, find_program
+from kilotwin.files.flash_image import HEX_SUFFIXES
 from kilotwin.flash import eeprom_files, loader
 from kilotwin.flash.avrdude import Wiring, program_path
 from kilotwin.flash.chip import EEPROM_BYTES
@@ -29,9 +30,6 @@ EXAMPLES = (
 
 
 Display = steps.Lines | steps.Bar
-
-
-_BUILT = (".hex", ".ihex", ".ihx")
 
 
 class Via(StrEnum):
@@ -112,7 +110,7 @@ def robot(
     assert via is Via.ISP
     program_path()
     display = steps.display(quiet)
-    built = file.suffix.lower() in _BUILT
+    built = file.suffix.lower() in HEX_SUFFIXES
     if built and (include or define):
         raise InputError(f"{file} is built already; -I and -D are for a .c or a folder")
     with contextlib.ExitStack() as ending:

@@ -12,6 +12,7 @@ from typing import Literal
 
 from kilotwin.files import resources
 from kilotwin.files.build_id import Target
+from kilotwin.files.flash_image import HEX_SUFFIXES
 
 # What only Kilogrid programs have: the grid's name of the message, or one of its headers.
 _KILOGRID_WORDS = re.compile(
@@ -21,7 +22,7 @@ _KILOGRID_WORDS = re.compile(
 
 Api = Literal["kilobot", "kilogrid", "module"]
 """What a program is written against: kilolib, the Kilogrid's flavour of it, or the module API."""
-_IMAGES = (".hex", ".ihex", ".ihx", ".elf")
+_IMAGES = (*HEX_SUFFIXES, ".elf")
 
 # How main() of a program for each target ends.
 _STARTS: dict[Target, re.Pattern[bytes]] = {
@@ -62,12 +63,12 @@ class Program:
 
     @property
     def target(self) -> Target:
-        """What it is to be built for."""
+        """The target that it is to be built for."""
         return "module" if self.api == "module" else "robot"
 
     @property
     def looks_like(self) -> Target | None:
-        """What its sources are for, if they have either kilo_start() or module_start()."""
+        """The target of its sources, if they have either kilo_start() or module_start()."""
         texts = [source.read_bytes() for source in self.sources]
         found = [target for target, start in _STARTS.items() if any(map(start.search, texts))]
         return found[0] if len(found) == 1 else None

@@ -17,6 +17,9 @@ from kilotwin.files.message_crc import message_crc
 APPLICATION = range(PAGES * PAGE_BYTES)
 """Addresses of a program's flash: 220 pages; the boot section is above (hardware.md 1.11)."""
 
+HEX_SUFFIXES = (".hex", ".ihex", ".ihx")
+"""How names of Intel HEX files end, in small letters."""
+
 _ERASED = b"\xff"
 _AGAIN = "build it again, or get another copy"
 _DAMAGED = f"the file is cut off or damaged: {_AGAIN}"
@@ -68,7 +71,7 @@ class FlashImage:
 
     @property
     def build_id(self) -> BuildId | None:
-        """What it was made of; None in images of others."""
+        """The build id in it; None in images of others."""
         return find_build_id(self.content)
 
 
@@ -159,7 +162,7 @@ class _Reader:
         )
 
     def image(self) -> FlashImage:
-        """What was read, at the end of the file."""
+        """The image, at the end of the file."""
         if self.line and not self.ended:
             what = "half a hex file, its end record is missing"
             raise self.error(f"{what}; {_AGAIN}")
