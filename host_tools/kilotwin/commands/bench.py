@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from kilotwin.commands import bench_against, bench_measure, terminal
+from kilotwin.commands import bench_against, bench_measure, steps
 from kilotwin.commands.options import Json, Quiet, command_app
 from kilotwin.errors import EXIT_INTERRUPTED, InterruptError
 
@@ -58,7 +58,7 @@ def bench(
 ) -> None:
     """Measure robot-seconds per CPU-second on one core."""
     names = [workload.value for workload in workloads or Workload]
-    note = terminal.note(quiet)
+    note = steps.note(quiet)
     results: list[dict[str, Any]] = []
     interrupted = False
     try:

@@ -9,7 +9,7 @@ import typer
 
 from kilotwin.build.flash_report import build_hex, built_text, show_hex, shown_text
 from kilotwin.build.report import build_program, report_text
-from kilotwin.commands import terminal
+from kilotwin.commands import steps
 from kilotwin.commands.options import Define, Include, Json, Quiet, command_app
 from kilotwin.errors import InputError
 from kilotwin.experiment.programs import Api, ProgramError, find_program
@@ -18,7 +18,7 @@ app = command_app()
 
 
 class For(StrEnum):
-    """What a program is built for."""
+    """Targets of a build."""
 
     robot = "robot"
     module = "module"
@@ -86,7 +86,7 @@ def build(
         except ProgramError as error:
             raise InputError(str(error)) from None
         if hex_file is not None:
-            report, text = build_hex(found, hex_file, terminal.note(quiet)), built_text
+            report, text = build_hex(found, hex_file, steps.note(quiet)), built_text
         else:
-            report, text = build_program(found, output, terminal.note(quiet)), report_text
+            report, text = build_program(found, output, steps.note(quiet)), report_text
     typer.echo(json.dumps(report) if as_json else text(report))

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from kilotwin.commands import terminal
+from kilotwin.commands import steps
 from kilotwin.commands.options import Json, Where, command_app
 from kilotwin.compare import kilogrid_uplink, kilogrid_walk, paper_claims
 
@@ -42,7 +42,7 @@ def compare(
 ) -> None:
     """Compare with what others measured. 1 if it is outside the bounds, in every reading."""
     if reference is Reference.paper:
-        readings = paper_claims.check(folder, where or [], terminal.note(quiet=False))
+        readings = paper_claims.check(folder, where or [], steps.note(quiet=False))
         found, text = paper_claims.as_dict(readings), paper_claims.report_text(readings)
         good = any(
             paper_claims.MISSED not in paper_claims.verdicts(findings).values()

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from kilotwin.commands import terminal
+from kilotwin.commands import steps
 from kilotwin.commands.options import Buses, Json, Quiet, Settings, given_settings
 from kilotwin.errors import EXIT_ROBOTS_FAILED
 from kilotwin.experiment.experiment import Experiment
@@ -70,7 +70,7 @@ def setup(
     quiet: Quiet = False,
 ) -> None:
     """Configure the modules; with an experiment the robots too, who start anew."""
-    note = terminal.note(quiet)
+    note = steps.note(quiet)
     if file.suffix == ".kconf":
         with _console(buses, size) as console:
             done = console.configure(file, note)

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from kilotwin.commands import terminal
+from kilotwin.commands import steps
 from kilotwin.commands.options import Define, Include, Json, Quiet, Sources, command_app
 from kilotwin.port.check import check
 from kilotwin.port.trial import Trial
@@ -49,7 +49,7 @@ def port(
     light and random numbers.
     """
     trial = None if no_run else Trial(seconds, seed)
-    report = check(program, include or [], define or [], trial, terminal.note(quiet))
+    report = check(program, include or [], define or [], trial, steps.note(quiet))
     typer.echo(json.dumps(report.as_dict()) if as_json else report.text())
     if report.fails:
         raise typer.Exit(1)

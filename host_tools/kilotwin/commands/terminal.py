@@ -2,7 +2,7 @@
 
 import sys
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -302,8 +302,3 @@ def shown_path(path: Path) -> str:
     """Relative to the current folder where that is shorter."""
     here = Path.cwd()
     return str(path.relative_to(here) if path.is_relative_to(here) else path)
-
-
-def note(quiet: bool) -> Callable[[str], None]:
-    """Prints a line on stderr, or nothing if `quiet`."""
-    return (lambda _: None) if quiet else Lines().note
