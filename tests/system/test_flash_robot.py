@@ -308,7 +308,7 @@ def test_a_programmer_unplugged_in_mid_page_is_said_and_mended_by_what_is_said(
     program = IntelHex(str(image)).tobinstr()
     assert flash_of(chip)[: len(program)] != program
 
-    # What it says to type, at the new port.
+    # The command that it says to type, at the new port.
     words = line.split("type: kilotwin ")[1].replace(port, "{port}").split()
     assert ("--eeprom" in words) == (fuse == LOSES_EEPROM)
     with serving(chip, environment) as port:
@@ -376,7 +376,7 @@ def test_files_that_do_not_go_with_the_options_are_refused(
 def test_ctrl_c_while_it_reads_leaves_the_chip_as_it_was(
     image: Path, environment: dict[str, str], tmp_path: Path
 ) -> None:
-    ours, theirs = os.openpty()  # somebody who answers nothing: avrdude waits
+    ours, theirs = os.openpty()  # a port that answers nothing: avrdude waits
     tty.setraw(theirs)
     port = os.ttyname(theirs)
     os.close(theirs)

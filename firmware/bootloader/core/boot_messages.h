@@ -30,7 +30,7 @@ enum {
 /// From slot to slot: a frame of 4.37 ms, what decides on sending it, and a guard.
 #define BOOT_SLOT_MS 15
 
-/// What the loader has to do about a message.
+/// Orders of a message to the loader.
 typedef enum {
     BOOT_ORDER_NONE,
     BOOT_ORDER_ANSWER,  ///< `query` is filled in

@@ -21,7 +21,7 @@ static void put_word(uint8_t *bytes, uint16_t word) {
 
 static uint16_t word_of(const uint8_t *bytes) { return (uint16_t)(bytes[0] | bytes[1] << 8); }
 
-// Of an address below the loader.
+// A word at an address below the loader.
 static uint16_t flash_word(uint16_t address) {
     const uint8_t low = boot_flash_read(address);
     return (uint16_t)(low | boot_flash_read((uint16_t)(address + 1)) << 8);

@@ -4,7 +4,7 @@
 
 #define LAST_FRAGMENT (BOOT_FRAGMENTS - 1)
 #define LAST_FRAGMENT_BYTES (BOOT_PAGE_BYTES - LAST_FRAGMENT * BOOT_FRAGMENT_BYTES)
-// Of the third byte of a page's fragments.
+// Bits without a fragment in the third byte of a page.
 #define UNUSED_BITS ((uint8_t)(0xFF << (BOOT_FRAGMENTS - 16)))
 
 static uint8_t flash_byte(uint8_t page, uint8_t offset) {
@@ -72,7 +72,7 @@ static void check_image(image_store_t *store) {
 
 void image_store_init(image_store_t *store) { forget(store, STORE_EMPTY); }
 
-// What the record says is not believed before the flash was read.
+// The record is not believed before the flash was read.
 void image_store_announce(image_store_t *store, const image_t *image) {
     image_record_t record;
     if (image->pages == 0 || image->pages > BOOT_PAGES) return;
@@ -115,7 +115,7 @@ static void write_page(image_store_t *store) {
     if (++store->stored == store->image.pages) check_image(store);
 }
 
-// Of a page that was written in part, what is known is read back.
+// Known bytes of a page that was written in part are read back.
 static void open_page(image_store_t *store, uint8_t page) {
     for (uint8_t i = 0; i < BOOT_PAGE_BYTES; i++) store->bytes[i] = sent_byte(store, page, i);
     store->page = page;

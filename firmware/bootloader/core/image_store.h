@@ -37,7 +37,7 @@ typedef enum {
     STORE_WRONG,      ///< all is there, but the CRC is another one, or it cannot be started
 } store_state_t;
 
-/// Of about 820 bytes. `state` and `image` may be read; `checked` says whether the sender starts a
+/// About 820 bytes. `state` and `image` may be read; `checked` says whether the sender starts a
 /// complete image, or the loader by itself.
 typedef struct {
     uint8_t state;  ///< a store_state_t

@@ -1,4 +1,4 @@
-"""What an image takes of the chip: the one number for flash, and the one for RAM."""
+"""Sizes of an image on the chip: the one number for flash, and the one for RAM."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

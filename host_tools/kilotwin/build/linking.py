@@ -9,7 +9,7 @@ from kilotwin.errors import InputError
 from kilotwin.experiment.programs import Program
 
 TARGETS = {"robot": "a robot", "module": "a Kilogrid module"}
-"""What programs are built for, in messages."""
+"""Names of the targets in messages."""
 
 ENGLISH = {"LC_ALL": "C"}
 """Environment of the linker, whose messages are parsed here."""
@@ -67,7 +67,7 @@ def explained(error: InputError, program: Program, nm: str, objects: Sequence[Pa
 
 
 def wrong_target(program: Program) -> InputError | None:
-    """Of a program that cannot be built: that it is one for the other target, if it looks so."""
+    """The error of a program that looks like one for the other target; None if it does not."""
     target = program.looks_like
     if target is None or target == program.target:
         return None

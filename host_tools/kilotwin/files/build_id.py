@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 Target = Literal["robot", "module"]
-"""What an image is for: its runtime drives the circuit of one of them."""
+"""Kinds of board that an image can be for: its runtime drives the circuit of one."""
 
 _MARK = b"KTID"
 _NOT_IN_A_NAME = re.compile(rb"[^A-Za-z0-9._+-]")

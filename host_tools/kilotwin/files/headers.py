@@ -41,4 +41,4 @@ PAGE_BYTES = number_of(_TRANSFER, "TRANSFER_PAGE_BYTES")
 """A page of the chip's flash, which is erased and written at once."""
 
 PAGES = number_of(_TRANSFER, "TRANSFER_PAGES")
-"""Of a program at most: what lies below the boot section."""
+"""Most pages of a program: those below the boot section."""

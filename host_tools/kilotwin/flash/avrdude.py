@@ -23,13 +23,13 @@ _BAR = re.compile(r"^(Reading|Writing|Erasing) \| (#*)")
 
 
 class Progress(Protocol):
-    """Whoever shows what goes on."""
+    """The display that a session reports to."""
 
     def step(self, text: str) -> None:
         """Something begins."""
 
     def part(self, share: float) -> None:
-        """So much of it is done, 0 to 1."""
+        """Share of it that is done, 0 to 1."""
 
     def note(self, text: str) -> None:
         """A line in between."""
@@ -37,7 +37,7 @@ class Progress(Protocol):
 
 @dataclass(frozen=True)
 class Wiring:
-    """The programmer, as avrdude is told: -c, -P, and further options."""
+    """The programmer in avrdude's options: -c, -P, and further ones."""
 
     kind: str
     port: str
@@ -53,7 +53,7 @@ class Wiring:
 
 
 class SignsOfLife:
-    """What avrdude has said so far: how far it came, and why it fails."""
+    """Output of avrdude so far: how far it came, and why it fails."""
 
     def __init__(self) -> None:
         self.text = ""

@@ -26,12 +26,12 @@ _BROWN_OUT = 0x07
 _LB, _BLB0, _BLB1 = 0x03, 0x0C, 0x30
 
 LOADER_SECTION_BYTES = 4096
-"""What a loader needs of boot section."""
+"""Size of the boot section that a loader needs."""
 
 
 @dataclass(frozen=True)
 class Chip:
-    """What was read, before anything is written."""
+    """A chip as it was read, before anything is written."""
 
     signature: bytes
     low: int
@@ -138,7 +138,7 @@ class Chip:
         return None
 
     def warnings(self) -> list[str]:
-        """What is odd about it, but does not hinder."""
+        """Oddities that do not hinder."""
         found = []
         if not self.keeps_eeprom:
             found.append("erasing loses the EEPROM (fuse EESAVE is off); it is written back")

@@ -1,4 +1,4 @@
-"""What goes into a robot's flash: an application, a boot loader, by address."""
+"""Content of a robot's flash: an application, a boot loader, by address."""
 
 from pathlib import Path
 

@@ -20,7 +20,7 @@ def built_loader() -> Path | None:
 
 @dataclass(frozen=True)
 class Loader:
-    """What goes into the boot section; `from_chip`: what is there already, written anew."""
+    """Content of the boot section; `from_chip`: the one that is there already, written anew."""
 
     name: str
     segments: Segments = field(default_factory=dict)
@@ -50,6 +50,6 @@ def choose(written: str | None, application: Segments) -> Loader:
 
 
 def loader_in(flash: bytes) -> Segments:
-    """What is in the boot section of a chip; nothing if that is erased."""
+    """Content of a chip's boot section; nothing if that is erased."""
     section = flash[LOADER_BEGIN:]
     return {LOADER_BEGIN: section} if section.strip(b"\xff") else {}

@@ -25,7 +25,7 @@ _MEMORIES = ("signature", "lfuse", "hfuse", "efuse", "lock", "eeprom")
 
 @dataclass(frozen=True)
 class Job:
-    """What is to be done to a robot."""
+    """A flash that is wanted: the robot's programmer, and what to write."""
 
     wiring: Wiring
     application: Segments
@@ -51,7 +51,7 @@ class Outcome:
     written: bool = False
 
     def as_dict(self) -> dict[str, Any]:
-        """What --json prints."""
+        """The --json object."""
         return {
             **self.chip.as_dict(),
             "warnings": self.warnings,
@@ -176,7 +176,7 @@ class RobotFlasher:
         outcome.eeprom_written = True
 
     def _state(self, outcome: Outcome, signs: SignsOfLife) -> str:
-        """What the chip holds when a session has broken off, and what to type."""
+        """State of the chip when a session has broken off, and the command to type."""
         if not signs.erased:
             return "nothing was written; type the same again"
         words = list(self._job.again)

@@ -30,7 +30,7 @@ class ServedProgrammer:
         if data:
             self._open = True
             answer = self._programmer.receive(data)
-            # The file is whole before the last answer: a host then may read it.
+            # The file is whole before the last answer, after which a host may read it.
             if not self._programmer.programming:
                 self._keep()
             self.terminal.write(answer)

@@ -1,1 +1,1 @@
-"""Serial ports: who has one open, and pseudo terminals that stand for one."""
+"""Serial ports: the processes that have one open, and pseudo terminals that stand for one."""

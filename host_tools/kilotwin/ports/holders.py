@@ -1,4 +1,4 @@
-"""Who has a port open: two programs on one serial line spoil each other's bytes."""
+"""Processes that have a port open: two programs on one serial line spoil each other's bytes."""
 
 import contextlib
 import fcntl

@@ -72,7 +72,7 @@ class PseudoTerminal:
             return
         os.close(self._ours)
         self._ours = -1
-        with contextlib.suppress(OSError):  # somebody removed it
+        with contextlib.suppress(OSError):  # it was removed already
             if self._link is not None and str(self._link.readlink()) == self.port:
                 self._link.unlink()
 

@@ -133,7 +133,7 @@ void send_fragment(image_store_t *store, const program_t *program, uint8_t page,
     uint8_t bytes[BOOT_FRAGMENT_BYTES];
     for (int i = 0; i < BOOT_FRAGMENT_BYTES; i++) {
         const int offset = fragment * BOOT_FRAGMENT_BYTES + i;
-        // What lies beyond the page is somebody's garbage.
+        // Bytes beyond the page are garbage of the overhead controller.
         bytes[i] =
             offset < BOOT_PAGE_BYTES ? program->bytes[page * BOOT_PAGE_BYTES + offset] : 0xA5;
     }

@@ -9,7 +9,7 @@
 #define FLASH_BYTES BOOT_LOADER_ADDRESS
 #define IMAGE_BYTES (BOOT_PAGES * BOOT_PAGE_BYTES)
 
-/// What is below the loader. Tests may write it.
+/// The flash below the loader. Tests may write it.
 extern uint8_t flash[FLASH_BYTES];
 
 /// Erases and writes since flash_erase_chip().
@@ -42,7 +42,7 @@ uint16_t plain_crc(const uint8_t *bytes, uint32_t count);
 /// record, as avrdude alone does.
 void flash_install(const program_t *program, bool with_record);
 
-/// What power-up starts.
+/// The program that power-up starts.
 typedef enum { STARTS_LOADER, STARTS_OLD, STARTS_NEW, STARTS_HALF } starts_t;
 
 /// Follows power-up by the flash's words, with BOOTRST unprogrammed or programmed, to the loader or

@@ -7,7 +7,7 @@ namespace kilotwin {
 namespace {
 
 constexpr size_t APPLICATION_BYTES = 220 * 128, RECORD = 0x6F80;
-// What may be between two looks at the robot: less than an erase or a write takes.
+// Time between two looks at the robot: less than an erase or a write takes.
 constexpr Cycles LOOK = 2 * MS;
 
 void put_word(uint8_t *bytes, uint16_t word) {

@@ -309,7 +309,7 @@ TEST(an_image_that_is_there_and_damaged_is_loaded) {
     assert_runs(&program);
 }
 
-// Of bytes that both a blank page and the program disagree with.
+// Bytes that differ from both a blank page and the program.
 static int32_t byte_with_low_bit_clear(uint8_t page) {
     int32_t at = page * BOOT_PAGE_BYTES + BOOT_VECTOR_BYTES;
     while ((program.bytes[at] & 1) != 0) at++;

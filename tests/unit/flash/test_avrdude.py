@@ -1,4 +1,4 @@
-"""What avrdude says, understood: how far it came, and why it failed."""
+"""The output of avrdude, understood: how far it came, and why it failed."""
 
 from pathlib import Path
 

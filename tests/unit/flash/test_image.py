@@ -15,7 +15,7 @@ END = ":00000001FF\n"
 
 
 def refusal(path: Path, segments: dict[int, bytes]) -> str:
-    """What application_of() says to such a file, without the file's name."""
+    """The error of application_of() for such a file, without the file's name."""
     write_memories(path, segments)
     with pytest.raises(InputError) as caught:
         application_of(path)

@@ -14,7 +14,7 @@ from kilotwin.ports.pseudo_terminal import PseudoTerminal
 
 @pytest.fixture
 def port() -> str:
-    """A port that nobody has open; it stays until the process ends."""
+    """A port that no program has open; it stays until the process ends."""
     _, theirs = os.openpty()
     tty.setraw(theirs)
     name = os.ttyname(theirs)
@@ -24,7 +24,7 @@ def port() -> str:
 
 def test_bytes_pass_both_ways_as_they_are() -> None:
     terminal = PseudoTerminal()
-    assert terminal.read(0.0) is None  # nobody has it open
+    assert terminal.read(0.0) is None  # no program has it open
     other = os.open(terminal.port, os.O_RDWR | os.O_NOCTTY)
     every = bytes(range(256))
     os.write(other, every)
