@@ -1,0 +1,1 @@
+"""Ways to robots by infrared: a Kilogrid, an overhead controller, a dispatcher."""

@@ -1,0 +1,54 @@
+"""The clock that a link lives by: the wall's, or that of an emulated world in this process."""
+
+import time
+from typing import TYPE_CHECKING, Protocol
+
+from kilotwin.units import TICK_S
+
+if TYPE_CHECKING:
+    from kilotwin._emulator import Simulation
+
+
+class Clock(Protocol):
+    """Time, in seconds from any moment on."""
+
+    def now_s(self) -> float:
+        """The present moment; it never goes back."""
+
+    def sleep(self, seconds: float) -> None:
+        """Returns so much later; at once for 0 or less."""
+
+
+class WallClock:
+    """Real time."""
+
+    def now_s(self) -> float:
+        """Since the machine was started."""
+        return time.monotonic()
+
+    def sleep(self, seconds: float) -> None:
+        """Lets real time pass."""
+        if seconds > 0:
+            time.sleep(seconds)
+
+
+class SimulatedClock:
+    """The time of an engine, which advances while somebody sleeps.
+
+    It is finer than the engine's ticks: the engine lags behind by less than one.
+    """
+
+    def __init__(self, simulation: "Simulation") -> None:
+        self._simulation = simulation
+        self._now_s = simulation.tick * TICK_S
+
+    def now_s(self) -> float:
+        """Since the world's time 0."""
+        return self._now_s
+
+    def sleep(self, seconds: float) -> None:
+        """Advances the engine by the whole ticks that have come to their end."""
+        self._now_s += max(0.0, seconds)
+        behind = int(self._now_s / TICK_S + 1e-9) - self._simulation.tick
+        if behind > 0:
+            self._simulation.advance(behind)

@@ -1,0 +1,151 @@
+"""Interface between what is done to robots and the device that reaches them by infrared light.
+
+Implemented by `grid_robots.GridRobots` for a Kilogrid. `via.open_link` opens what a user names.
+"""
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Protocol
+
+from kilotwin.files.flash_image import FlashImage
+
+ALL_ROBOTS = 0xFFFF
+"""The uid of a question to all robots; also that of a robot which was never given one."""
+IDENTITY = 0xE0
+"""In place of the first page of a question: the id of the image (boot_loaders.md 5.1)."""
+VITALS = 0xE1
+"""The same: battery and state. Applications answer this one only."""
+MOST_SLOTS_LOG2 = 8
+PAGES_PER_REPORT = 32
+"""Pages that one answer is about, from the asked one on."""
+CRCS_PER_MESSAGE = 4
+
+_APPLICATION = 0x10
+_NO_VOLTAGE = 0xFFFF
+
+
+class MessageType(IntEnum):
+    """Infrared messages between a host and boot loaders (boot_loaders.md 5.1)."""
+
+    BOOT = 0x80
+    PAGE = 0x81
+    SIZE = 0x82
+    CRC = 0x8B
+    QUERY = 0x8C
+    REPORT = 0x8D
+    START = 0x8E
+
+
+class LoaderState(IntEnum):
+    """What a boot loader says of its image."""
+
+    NOTHING = 0
+    LOADING = 1
+    COMPLETE = 2
+    WRONG = 3
+
+
+class RobotState(IntEnum):
+    """What an application's runtime does (hardware.md 1.3)."""
+
+    SLEEPING = 0
+    IDLE = 1
+    BATTERY = 2
+    SETUP = 3
+    RUNNING = 4
+    CHARGING = 5
+    MOVING = 6
+
+
+@dataclass(frozen=True)
+class Report:
+    """A robot's answer to a question; `first` is what was asked."""
+
+    uid: int
+    first: int
+    content: bytes
+    """Four bytes. Bit i: page `first` + i is missing; for IDENTITY the id, for VITALS the voltage.
+    """
+    state: int
+    """Below 16 a LoaderState, else 16 more than a RobotState."""
+    module: tuple[int, int] | None = None
+    """Column and row of the module that heard it, and its cell below; None: no grid."""
+    cell: int | None = None
+
+    @property
+    def in_loader(self) -> bool:
+        """Whether the robot is in its boot loader."""
+        return self.state < _APPLICATION
+
+    @property
+    def loader_state(self) -> LoaderState | None:
+        """Of a robot in its boot loader; None of others, and of one that says nonsense."""
+        return LoaderState(self.state) if self.state in tuple(LoaderState) else None
+
+    @property
+    def robot_state(self) -> RobotState | None:
+        """Of a robot whose application runs."""
+        number = self.state - _APPLICATION
+        return RobotState(number) if number in tuple(RobotState) else None
+
+    @property
+    def missing(self) -> frozenset[int]:
+        """The pages that it lacks, of those asked for. Not of IDENTITY and VITALS."""
+        bits = int.from_bytes(self.content, "little")
+        return frozenset(self.first + i for i in range(PAGES_PER_REPORT) if bits >> i & 1)
+
+    @property
+    def image_id(self) -> int:
+        """Answer to IDENTITY; 0xFFFFFFFF: not known."""
+        return int.from_bytes(self.content, "little")
+
+    @property
+    def voltage(self) -> int | None:
+        """Answer to VITALS: get_voltage()'s reading, 0 to 1023; None if it is not known."""
+        reading = int.from_bytes(self.content[:2], "little")
+        return None if self.in_loader or reading == _NO_VOLTAGE else reading
+
+
+def slot_of(uid: int, nonce: int, slots_log2: int) -> int:
+    """The slot in which a robot answers, 0 to 2^slots_log2 - 1.
+
+    As boot_message_slot() of firmware/bootloader/core/boot_messages.h.
+    """
+    multiplier = (0x9E37 + nonce * 0x6D2A) & 0xFFFF
+    hashed = uid * multiplier & 0xFFFF
+    return hashed >> (16 - slots_log2) if slots_log2 else 0
+
+
+class RobotLink(Protocol):
+    """A way to robots by infrared. Calls return when the thing is done.
+
+    DeviceError if the device is gone or does not answer. Times are those of the link's clock
+    (links/clock.py): real time, or that of an emulated world.
+    """
+
+    name: str
+    """As the user named it: "ohc:/dev/ttyUSB0", "grid"."""
+    verifies: bool
+    """Whether robots' answers come back: by a grid of our modules, not by an overhead controller.
+    """
+    laps_per_place: int
+    """Laps until a page has been sent everywhere: 1; 4 for a grid, which sends one by the first
+    cell of each module, the next one by the second."""
+
+    def repeat(self, message: bytes, hold_s: float) -> None:
+        """Sends a message, 9 data bytes and its type, again and again for so long; then silence."""
+
+    def announce(self, image: FlashImage) -> None:
+        """Says which image the pages to come are of, with its CRC and id where that is possible."""
+
+    def send_page(self, page: int, data: bytes) -> None:
+        """Sends page `page`, 128 bytes, once. Returns when robots have had it."""
+
+    def ask(self, first: int, slots_log2: int, nonce: int, uid: int = ALL_ROBOTS) -> list[Report]:
+        """All answers to one question, when the last slot is over; [] if it does not verify.
+
+        A robot that several modules hear is in it several times. `slots_log2`: 0 to 8.
+        """
+
+    def close(self) -> None:
+        """Releases the device."""

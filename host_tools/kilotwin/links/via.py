@@ -1,0 +1,58 @@
+"""How a user names a way to robots: `--via grid` with --can and --size, `--via KIND:PORT`."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from kilotwin.errors import InputError
+from kilotwin.links.robot_link import RobotLink
+
+
+@dataclass(frozen=True)
+class Via:
+    """A way to robots, as it was named."""
+
+    kind: str
+    port: str = ""
+    buses: Sequence[str] = ()
+    """Of a grid, as --can names them."""
+    size: str | None = None
+    """Of a grid, "COLUMNSxROWS"."""
+
+    def __str__(self) -> str:
+        return f"{self.kind}:{self.port}" if self.port else self.kind
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of device: what stands behind its colon, and how it is opened."""
+
+    port: str
+    """What the port is, for people; "" if the kind has none."""
+    open: Callable[[Via], RobotLink]
+
+
+KINDS: dict[str, Kind] = {}
+"""By the word before the colon."""
+
+
+def forms() -> str:
+    """All forms that --via may have, for people."""
+    return ", ".join(
+        f"{kind}:{entry.port}" if entry.port else kind for kind, entry in KINDS.items()
+    )
+
+
+def parse_via(text: str, buses: Sequence[str] = (), size: str | None = None) -> Via:
+    """What --via names, with --can and --size; InputError says which forms there are."""
+    kind, colon, port = text.partition(":")
+    entry = KINDS.get(kind)
+    if entry is None or bool(colon) != bool(entry.port) or bool(port) != bool(entry.port):
+        raise InputError(f"--via {text}: allowed: {forms()}")
+    if kind != "grid" and (buses or size is not None):
+        raise InputError(f"--via {text}: --can and --size are for --via grid; leave them out")
+    return Via(kind, port, tuple(buses), size)
+
+
+def open_link(via: Via) -> RobotLink:
+    """The device, ready for use; DeviceError if it is not there or taken."""
+    return KINDS[via.kind].open(via)
