@@ -50,8 +50,24 @@ static inline uint8_t pack_left_shift_u16(
     return (uint8_t)((uint8_t)(value << shift) & mask);
 }
 
+static inline uint8_t pack_left_shift_u32(
+    uint32_t value,
+    uint8_t shift,
+    uint8_t mask)
+{
+    return (uint8_t)((uint8_t)(value << shift) & mask);
+}
+
 static inline uint8_t pack_right_shift_u16(
     uint16_t value,
+    uint8_t shift,
+    uint8_t mask)
+{
+    return (uint8_t)((uint8_t)(value >> shift) & mask);
+}
+
+static inline uint8_t pack_right_shift_u32(
+    uint32_t value,
     uint8_t shift,
     uint8_t mask)
 {
@@ -64,6 +80,14 @@ static inline uint16_t unpack_left_shift_u16(
     uint8_t mask)
 {
     return (uint16_t)((uint16_t)(value & mask) << shift);
+}
+
+static inline uint32_t unpack_left_shift_u32(
+    uint8_t value,
+    uint8_t shift,
+    uint8_t mask)
+{
+    return (uint32_t)((uint32_t)(value & mask) << shift);
 }
 
 static inline uint8_t unpack_right_shift_u8(
@@ -80,6 +104,14 @@ static inline uint16_t unpack_right_shift_u16(
     uint8_t mask)
 {
     return (uint16_t)((uint16_t)(value & mask) >> shift);
+}
+
+static inline uint32_t unpack_right_shift_u32(
+    uint8_t value,
+    uint8_t shift,
+    uint8_t mask)
+{
+    return (uint32_t)((uint32_t)(value & mask) >> shift);
 }
 
 int kilogrid_can_to_module_pack(
@@ -147,7 +179,26 @@ int kilogrid_can_to_module_pack(
         break;
 
     case 4:
-        dst_p[2] |= pack_left_shift_u8(src_p->pages, 0u, 0xffu);
+        dst_p[1] |= pack_left_shift_u8(src_p->size_part, 0u, 0xffu);
+
+        switch (src_p->size_part) {
+
+        case 0:
+            dst_p[2] |= pack_left_shift_u8(src_p->pages, 0u, 0xffu);
+            break;
+
+        case 1:
+            dst_p[2] |= pack_left_shift_u16(src_p->image_crc, 0u, 0xffu);
+            dst_p[3] |= pack_right_shift_u16(src_p->image_crc, 8u, 0xffu);
+            dst_p[4] |= pack_left_shift_u32(src_p->image_id, 0u, 0xffu);
+            dst_p[5] |= pack_right_shift_u32(src_p->image_id, 8u, 0xffu);
+            dst_p[6] |= pack_right_shift_u32(src_p->image_id, 16u, 0xffu);
+            dst_p[7] |= pack_right_shift_u32(src_p->image_id, 24u, 0xffu);
+            break;
+
+        default:
+            break;
+        }
         break;
 
     case 5:
@@ -168,7 +219,26 @@ int kilogrid_can_to_module_pack(
         break;
 
     case 8:
-        dst_p[2] |= pack_left_shift_u8(src_p->pages, 0u, 0xffu);
+        dst_p[1] |= pack_left_shift_u8(src_p->size_part, 0u, 0xffu);
+
+        switch (src_p->size_part) {
+
+        case 0:
+            dst_p[2] |= pack_left_shift_u8(src_p->pages, 0u, 0xffu);
+            break;
+
+        case 1:
+            dst_p[2] |= pack_left_shift_u16(src_p->image_crc, 0u, 0xffu);
+            dst_p[3] |= pack_right_shift_u16(src_p->image_crc, 8u, 0xffu);
+            dst_p[4] |= pack_left_shift_u32(src_p->image_id, 0u, 0xffu);
+            dst_p[5] |= pack_right_shift_u32(src_p->image_id, 8u, 0xffu);
+            dst_p[6] |= pack_right_shift_u32(src_p->image_id, 16u, 0xffu);
+            dst_p[7] |= pack_right_shift_u32(src_p->image_id, 24u, 0xffu);
+            break;
+
+        default:
+            break;
+        }
         break;
 
     case 9:
@@ -221,6 +291,28 @@ int kilogrid_can_to_module_pack(
     case 21:
         break;
 
+    case 22:
+        dst_p[1] |= pack_left_shift_u8(src_p->first, 0u, 0xffu);
+        dst_p[2] |= pack_left_shift_u16(src_p->page_crc0, 0u, 0xffu);
+        dst_p[3] |= pack_right_shift_u16(src_p->page_crc0, 8u, 0xffu);
+        dst_p[4] |= pack_left_shift_u16(src_p->page_crc1, 0u, 0xffu);
+        dst_p[5] |= pack_right_shift_u16(src_p->page_crc1, 8u, 0xffu);
+        dst_p[6] |= pack_left_shift_u16(src_p->page_crc2, 0u, 0xffu);
+        dst_p[7] |= pack_right_shift_u16(src_p->page_crc2, 8u, 0xffu);
+        break;
+
+    case 23:
+        dst_p[1] |= pack_left_shift_u8(src_p->first, 0u, 0xffu);
+        break;
+
+    case 25:
+        dst_p[1] |= pack_left_shift_u8(src_p->first, 0u, 0xffu);
+        dst_p[2] |= pack_left_shift_u8(src_p->slots_log2, 0u, 0xffu);
+        dst_p[3] |= pack_left_shift_u8(src_p->nonce, 0u, 0xffu);
+        dst_p[4] |= pack_left_shift_u16(src_p->uid, 0u, 0xffu);
+        dst_p[5] |= pack_right_shift_u16(src_p->uid, 8u, 0xffu);
+        break;
+
     case 166:
         dst_p[1] |= pack_left_shift_u8(src_p->sequence, 0u, 0xffu);
         dst_p[2] |= pack_left_shift_u8(src_p->byte0, 0u, 0xffu);
@@ -232,7 +324,26 @@ int kilogrid_can_to_module_pack(
         break;
 
     case 167:
-        dst_p[2] |= pack_left_shift_u8(src_p->pages, 0u, 0xffu);
+        dst_p[1] |= pack_left_shift_u8(src_p->size_part, 0u, 0xffu);
+
+        switch (src_p->size_part) {
+
+        case 0:
+            dst_p[2] |= pack_left_shift_u8(src_p->pages, 0u, 0xffu);
+            break;
+
+        case 1:
+            dst_p[2] |= pack_left_shift_u16(src_p->image_crc, 0u, 0xffu);
+            dst_p[3] |= pack_right_shift_u16(src_p->image_crc, 8u, 0xffu);
+            dst_p[4] |= pack_left_shift_u32(src_p->image_id, 0u, 0xffu);
+            dst_p[5] |= pack_right_shift_u32(src_p->image_id, 8u, 0xffu);
+            dst_p[6] |= pack_right_shift_u32(src_p->image_id, 16u, 0xffu);
+            dst_p[7] |= pack_right_shift_u32(src_p->image_id, 24u, 0xffu);
+            break;
+
+        default:
+            break;
+        }
         break;
 
     case 168:
@@ -312,7 +423,26 @@ int kilogrid_can_to_module_unpack(
         break;
 
     case 4:
-        dst_p->pages = unpack_right_shift_u8(src_p[2], 0u, 0xffu);
+        dst_p->size_part = unpack_right_shift_u8(src_p[1], 0u, 0xffu);
+
+        switch (dst_p->size_part) {
+
+        case 0:
+            dst_p->pages = unpack_right_shift_u8(src_p[2], 0u, 0xffu);
+            break;
+
+        case 1:
+            dst_p->image_crc = unpack_right_shift_u16(src_p[2], 0u, 0xffu);
+            dst_p->image_crc |= unpack_left_shift_u16(src_p[3], 8u, 0xffu);
+            dst_p->image_id = unpack_right_shift_u32(src_p[4], 0u, 0xffu);
+            dst_p->image_id |= unpack_left_shift_u32(src_p[5], 8u, 0xffu);
+            dst_p->image_id |= unpack_left_shift_u32(src_p[6], 16u, 0xffu);
+            dst_p->image_id |= unpack_left_shift_u32(src_p[7], 24u, 0xffu);
+            break;
+
+        default:
+            break;
+        }
         break;
 
     case 5:
@@ -333,7 +463,26 @@ int kilogrid_can_to_module_unpack(
         break;
 
     case 8:
-        dst_p->pages = unpack_right_shift_u8(src_p[2], 0u, 0xffu);
+        dst_p->size_part = unpack_right_shift_u8(src_p[1], 0u, 0xffu);
+
+        switch (dst_p->size_part) {
+
+        case 0:
+            dst_p->pages = unpack_right_shift_u8(src_p[2], 0u, 0xffu);
+            break;
+
+        case 1:
+            dst_p->image_crc = unpack_right_shift_u16(src_p[2], 0u, 0xffu);
+            dst_p->image_crc |= unpack_left_shift_u16(src_p[3], 8u, 0xffu);
+            dst_p->image_id = unpack_right_shift_u32(src_p[4], 0u, 0xffu);
+            dst_p->image_id |= unpack_left_shift_u32(src_p[5], 8u, 0xffu);
+            dst_p->image_id |= unpack_left_shift_u32(src_p[6], 16u, 0xffu);
+            dst_p->image_id |= unpack_left_shift_u32(src_p[7], 24u, 0xffu);
+            break;
+
+        default:
+            break;
+        }
         break;
 
     case 9:
@@ -386,6 +535,28 @@ int kilogrid_can_to_module_unpack(
     case 21:
         break;
 
+    case 22:
+        dst_p->first = unpack_right_shift_u8(src_p[1], 0u, 0xffu);
+        dst_p->page_crc0 = unpack_right_shift_u16(src_p[2], 0u, 0xffu);
+        dst_p->page_crc0 |= unpack_left_shift_u16(src_p[3], 8u, 0xffu);
+        dst_p->page_crc1 = unpack_right_shift_u16(src_p[4], 0u, 0xffu);
+        dst_p->page_crc1 |= unpack_left_shift_u16(src_p[5], 8u, 0xffu);
+        dst_p->page_crc2 = unpack_right_shift_u16(src_p[6], 0u, 0xffu);
+        dst_p->page_crc2 |= unpack_left_shift_u16(src_p[7], 8u, 0xffu);
+        break;
+
+    case 23:
+        dst_p->first = unpack_right_shift_u8(src_p[1], 0u, 0xffu);
+        break;
+
+    case 25:
+        dst_p->first = unpack_right_shift_u8(src_p[1], 0u, 0xffu);
+        dst_p->slots_log2 = unpack_right_shift_u8(src_p[2], 0u, 0xffu);
+        dst_p->nonce = unpack_right_shift_u8(src_p[3], 0u, 0xffu);
+        dst_p->uid = unpack_right_shift_u16(src_p[4], 0u, 0xffu);
+        dst_p->uid |= unpack_left_shift_u16(src_p[5], 8u, 0xffu);
+        break;
+
     case 166:
         dst_p->sequence = unpack_right_shift_u8(src_p[1], 0u, 0xffu);
         dst_p->byte0 = unpack_right_shift_u8(src_p[2], 0u, 0xffu);
@@ -397,7 +568,26 @@ int kilogrid_can_to_module_unpack(
         break;
 
     case 167:
-        dst_p->pages = unpack_right_shift_u8(src_p[2], 0u, 0xffu);
+        dst_p->size_part = unpack_right_shift_u8(src_p[1], 0u, 0xffu);
+
+        switch (dst_p->size_part) {
+
+        case 0:
+            dst_p->pages = unpack_right_shift_u8(src_p[2], 0u, 0xffu);
+            break;
+
+        case 1:
+            dst_p->image_crc = unpack_right_shift_u16(src_p[2], 0u, 0xffu);
+            dst_p->image_crc |= unpack_left_shift_u16(src_p[3], 8u, 0xffu);
+            dst_p->image_id = unpack_right_shift_u32(src_p[4], 0u, 0xffu);
+            dst_p->image_id |= unpack_left_shift_u32(src_p[5], 8u, 0xffu);
+            dst_p->image_id |= unpack_left_shift_u32(src_p[6], 16u, 0xffu);
+            dst_p->image_id |= unpack_left_shift_u32(src_p[7], 24u, 0xffu);
+            break;
+
+        default:
+            break;
+        }
         break;
 
     case 168:
@@ -457,6 +647,16 @@ bool kilogrid_can_to_module_ir_part_is_in_phys_range(double value)
     return ((value >= 0.0) && (value <= 1.0));
 }
 
+bool kilogrid_can_to_module_size_part_is_in_range(uint8_t value)
+{
+    return (value <= 1u);
+}
+
+bool kilogrid_can_to_module_size_part_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 1.0));
+}
+
 bool kilogrid_can_to_module_health_part_is_in_range(uint8_t value)
 {
     return (value <= 1u);
@@ -465,6 +665,18 @@ bool kilogrid_can_to_module_health_part_is_in_range(uint8_t value)
 bool kilogrid_can_to_module_health_part_is_in_phys_range(double value)
 {
     return ((value >= 0.0) && (value <= 1.0));
+}
+
+bool kilogrid_can_to_module_first_is_in_range(uint8_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool kilogrid_can_to_module_first_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 255.0));
 }
 
 bool kilogrid_can_to_module_byte0_is_in_range(uint8_t value)
@@ -513,6 +725,18 @@ bool kilogrid_can_to_module_pages_is_in_phys_range(double value)
     return ((value >= 0.0) && (value <= 220.0));
 }
 
+bool kilogrid_can_to_module_image_crc_is_in_range(uint16_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool kilogrid_can_to_module_image_crc_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 65535.0));
+}
+
 bool kilogrid_can_to_module_page_is_in_range(uint8_t value)
 {
     return (value <= 219u);
@@ -531,6 +755,30 @@ bool kilogrid_can_to_module_config_size_is_in_range(uint8_t value)
 bool kilogrid_can_to_module_config_size_is_in_phys_range(double value)
 {
     return ((value >= 0.0) && (value <= 48.0));
+}
+
+bool kilogrid_can_to_module_page_crc0_is_in_range(uint16_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool kilogrid_can_to_module_page_crc0_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 65535.0));
+}
+
+bool kilogrid_can_to_module_slots_log2_is_in_range(uint8_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool kilogrid_can_to_module_slots_log2_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 255.0));
 }
 
 bool kilogrid_can_to_module_byte1_is_in_range(uint8_t value)
@@ -569,6 +817,18 @@ bool kilogrid_can_to_module_ir_data7_is_in_phys_range(double value)
     return ((value >= 0.0) && (value <= 255.0));
 }
 
+bool kilogrid_can_to_module_nonce_is_in_range(uint8_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool kilogrid_can_to_module_nonce_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 255.0));
+}
+
 bool kilogrid_can_to_module_byte2_is_in_range(uint8_t value)
 {
     (void)value;
@@ -603,6 +863,42 @@ bool kilogrid_can_to_module_ir_data8_is_in_range(uint8_t value)
 bool kilogrid_can_to_module_ir_data8_is_in_phys_range(double value)
 {
     return ((value >= 0.0) && (value <= 255.0));
+}
+
+bool kilogrid_can_to_module_image_id_is_in_range(uint32_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool kilogrid_can_to_module_image_id_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 4294967295.0));
+}
+
+bool kilogrid_can_to_module_page_crc1_is_in_range(uint16_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool kilogrid_can_to_module_page_crc1_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 65535.0));
+}
+
+bool kilogrid_can_to_module_uid_is_in_range(uint16_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool kilogrid_can_to_module_uid_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 65535.0));
 }
 
 bool kilogrid_can_to_module_byte3_is_in_range(uint8_t value)
@@ -663,6 +959,18 @@ bool kilogrid_can_to_module_ir_data4_is_in_range(uint8_t value)
 bool kilogrid_can_to_module_ir_data4_is_in_phys_range(double value)
 {
     return ((value >= 0.0) && (value <= 255.0));
+}
+
+bool kilogrid_can_to_module_page_crc2_is_in_range(uint16_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool kilogrid_can_to_module_page_crc2_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 65535.0));
 }
 
 bool kilogrid_can_to_module_byte5_is_in_range(uint8_t value)
@@ -766,6 +1074,27 @@ int kilogrid_can_to_host_pack(
         dst_p[1] |= pack_left_shift_u8(src_p->records, 0u, 0xffu);
         break;
 
+    case 24:
+        dst_p[1] |= pack_left_shift_u8(src_p->first, 0u, 0xffu);
+        dst_p[2] |= pack_left_shift_u32(src_p->missing, 0u, 0xffu);
+        dst_p[3] |= pack_right_shift_u32(src_p->missing, 8u, 0xffu);
+        dst_p[4] |= pack_right_shift_u32(src_p->missing, 16u, 0xffu);
+        dst_p[5] |= pack_right_shift_u32(src_p->missing, 24u, 0xffu);
+        dst_p[6] |= pack_left_shift_u8(src_p->loader_state, 0u, 0xffu);
+        dst_p[7] |= pack_left_shift_u8(src_p->id_low, 0u, 0xffu);
+        break;
+
+    case 26:
+        dst_p[0] |= pack_left_shift_u8(src_p->cell, 6u, 0xc0u);
+        dst_p[1] |= pack_left_shift_u16(src_p->uid, 0u, 0xffu);
+        dst_p[2] |= pack_right_shift_u16(src_p->uid, 8u, 0xffu);
+        dst_p[3] |= pack_left_shift_u32(src_p->answer, 0u, 0xffu);
+        dst_p[4] |= pack_right_shift_u32(src_p->answer, 8u, 0xffu);
+        dst_p[5] |= pack_right_shift_u32(src_p->answer, 16u, 0xffu);
+        dst_p[6] |= pack_right_shift_u32(src_p->answer, 24u, 0xffu);
+        dst_p[7] |= pack_left_shift_u8(src_p->robot_state, 0u, 0xffu);
+        break;
+
     default:
         break;
     }
@@ -848,6 +1177,27 @@ int kilogrid_can_to_host_unpack(
         dst_p->records = unpack_right_shift_u8(src_p[1], 0u, 0xffu);
         break;
 
+    case 24:
+        dst_p->first = unpack_right_shift_u8(src_p[1], 0u, 0xffu);
+        dst_p->missing = unpack_right_shift_u32(src_p[2], 0u, 0xffu);
+        dst_p->missing |= unpack_left_shift_u32(src_p[3], 8u, 0xffu);
+        dst_p->missing |= unpack_left_shift_u32(src_p[4], 16u, 0xffu);
+        dst_p->missing |= unpack_left_shift_u32(src_p[5], 24u, 0xffu);
+        dst_p->loader_state = unpack_right_shift_u8(src_p[6], 0u, 0xffu);
+        dst_p->id_low = unpack_right_shift_u8(src_p[7], 0u, 0xffu);
+        break;
+
+    case 26:
+        dst_p->cell = unpack_right_shift_u8(src_p[0], 6u, 0xc0u);
+        dst_p->uid = unpack_right_shift_u16(src_p[1], 0u, 0xffu);
+        dst_p->uid |= unpack_left_shift_u16(src_p[2], 8u, 0xffu);
+        dst_p->answer = unpack_right_shift_u32(src_p[3], 0u, 0xffu);
+        dst_p->answer |= unpack_left_shift_u32(src_p[4], 8u, 0xffu);
+        dst_p->answer |= unpack_left_shift_u32(src_p[5], 16u, 0xffu);
+        dst_p->answer |= unpack_left_shift_u32(src_p[6], 24u, 0xffu);
+        dst_p->robot_state = unpack_right_shift_u8(src_p[7], 0u, 0xffu);
+        break;
+
     default:
         break;
     }
@@ -928,6 +1278,30 @@ bool kilogrid_can_to_host_health_part_is_in_phys_range(double value)
     return ((value >= 0.0) && (value <= 1.0));
 }
 
+bool kilogrid_can_to_host_first_is_in_range(uint8_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool kilogrid_can_to_host_first_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 255.0));
+}
+
+bool kilogrid_can_to_host_uid_is_in_range(uint16_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool kilogrid_can_to_host_uid_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 65535.0));
+}
+
 bool kilogrid_can_to_host_user_data1_is_in_range(uint8_t value)
 {
     (void)value;
@@ -974,6 +1348,18 @@ bool kilogrid_can_to_host_transmit_errors_is_in_phys_range(double value)
     return ((value >= 0.0) && (value <= 255.0));
 }
 
+bool kilogrid_can_to_host_missing_is_in_range(uint32_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool kilogrid_can_to_host_missing_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 4294967295.0));
+}
+
 bool kilogrid_can_to_host_user_data2_is_in_range(uint8_t value)
 {
     (void)value;
@@ -1018,6 +1404,18 @@ bool kilogrid_can_to_host_receive_errors_is_in_range(uint8_t value)
 bool kilogrid_can_to_host_receive_errors_is_in_phys_range(double value)
 {
     return ((value >= 0.0) && (value <= 255.0));
+}
+
+bool kilogrid_can_to_host_answer_is_in_range(uint32_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool kilogrid_can_to_host_answer_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 4294967295.0));
 }
 
 bool kilogrid_can_to_host_user_data3_is_in_range(uint8_t value)
@@ -1140,6 +1538,18 @@ bool kilogrid_can_to_host_version_is_in_phys_range(double value)
     return ((value >= 0.0) && (value <= 255.0));
 }
 
+bool kilogrid_can_to_host_loader_state_is_in_range(uint8_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool kilogrid_can_to_host_loader_state_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 255.0));
+}
+
 bool kilogrid_can_to_host_user_data6_is_in_range(uint8_t value)
 {
     (void)value;
@@ -1172,6 +1582,30 @@ bool kilogrid_can_to_host_refused_frames_is_in_range(uint8_t value)
 }
 
 bool kilogrid_can_to_host_refused_frames_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 255.0));
+}
+
+bool kilogrid_can_to_host_id_low_is_in_range(uint8_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool kilogrid_can_to_host_id_low_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 255.0));
+}
+
+bool kilogrid_can_to_host_robot_state_is_in_range(uint8_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool kilogrid_can_to_host_robot_state_is_in_phys_range(double value)
 {
     return ((value >= 0.0) && (value <= 255.0));
 }

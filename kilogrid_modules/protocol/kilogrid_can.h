@@ -81,6 +81,9 @@ extern "C" {
 #define KILOGRID_CAN_TO_MODULE_TYPE_KILOBOT_DATA_CHOICE (18u)
 #define KILOGRID_CAN_TO_MODULE_TYPE_MODULE_DATA_CHOICE (19u)
 #define KILOGRID_CAN_TO_MODULE_TYPE_TRACKING_REQ_CHOICE (21u)
+#define KILOGRID_CAN_TO_MODULE_TYPE_MODULE_BOOTPAGE_CRC_CHOICE (22u)
+#define KILOGRID_CAN_TO_MODULE_TYPE_MODULE_BOOT_QUERY_CHOICE (23u)
+#define KILOGRID_CAN_TO_MODULE_TYPE_ROBOT_QUERY_CHOICE (25u)
 #define KILOGRID_CAN_TO_MODULE_TYPE_OLD_MODULE_BOOTPAGE_CHOICE (166u)
 #define KILOGRID_CAN_TO_MODULE_TYPE_OLD_MODULE_BOOTPAGE_SIZE_CHOICE (167u)
 #define KILOGRID_CAN_TO_MODULE_TYPE_OLD_MODULE_BOOTPAGE_NUMBER_CHOICE (168u)
@@ -91,6 +94,8 @@ extern "C" {
 #define KILOGRID_CAN_TO_HOST_TYPE_KILOBOT_DATA_CHOICE (18u)
 #define KILOGRID_CAN_TO_HOST_TYPE_MODULE_DATA_CHOICE (19u)
 #define KILOGRID_CAN_TO_HOST_TYPE_TRACKING_KILOBOT_START_CHOICE (20u)
+#define KILOGRID_CAN_TO_HOST_TYPE_MODULE_BOOT_REPORT_CHOICE (24u)
+#define KILOGRID_CAN_TO_HOST_TYPE_ROBOT_REPORT_CHOICE (26u)
 
 #define KILOGRID_CAN_TO_HOST_STATE_INIT_CHOICE (0u)
 #define KILOGRID_CAN_TO_HOST_STATE_IDLE_CHOICE (1u)
@@ -110,24 +115,34 @@ extern "C" {
 #define KILOGRID_CAN_TO_MODULE_TYPE_NAME "Type"
 #define KILOGRID_CAN_TO_MODULE_SEQUENCE_NAME "Sequence"
 #define KILOGRID_CAN_TO_MODULE_IR_PART_NAME "IrPart"
+#define KILOGRID_CAN_TO_MODULE_SIZE_PART_NAME "SizePart"
 #define KILOGRID_CAN_TO_MODULE_HEALTH_PART_NAME "HealthPart"
+#define KILOGRID_CAN_TO_MODULE_FIRST_NAME "First"
 #define KILOGRID_CAN_TO_MODULE_BYTE0_NAME "Byte0"
 #define KILOGRID_CAN_TO_MODULE_IR_DATA0_NAME "IrData0"
 #define KILOGRID_CAN_TO_MODULE_IR_DATA6_NAME "IrData6"
 #define KILOGRID_CAN_TO_MODULE_PAGES_NAME "Pages"
+#define KILOGRID_CAN_TO_MODULE_IMAGE_CRC_NAME "ImageCrc"
 #define KILOGRID_CAN_TO_MODULE_PAGE_NAME "Page"
 #define KILOGRID_CAN_TO_MODULE_CONFIG_SIZE_NAME "ConfigSize"
+#define KILOGRID_CAN_TO_MODULE_PAGE_CRC0_NAME "PageCrc0"
+#define KILOGRID_CAN_TO_MODULE_SLOTS_LOG2_NAME "SlotsLog2"
 #define KILOGRID_CAN_TO_MODULE_BYTE1_NAME "Byte1"
 #define KILOGRID_CAN_TO_MODULE_IR_DATA1_NAME "IrData1"
 #define KILOGRID_CAN_TO_MODULE_IR_DATA7_NAME "IrData7"
+#define KILOGRID_CAN_TO_MODULE_NONCE_NAME "Nonce"
 #define KILOGRID_CAN_TO_MODULE_BYTE2_NAME "Byte2"
 #define KILOGRID_CAN_TO_MODULE_IR_DATA2_NAME "IrData2"
 #define KILOGRID_CAN_TO_MODULE_IR_DATA8_NAME "IrData8"
+#define KILOGRID_CAN_TO_MODULE_IMAGE_ID_NAME "ImageId"
+#define KILOGRID_CAN_TO_MODULE_PAGE_CRC1_NAME "PageCrc1"
+#define KILOGRID_CAN_TO_MODULE_UID_NAME "Uid"
 #define KILOGRID_CAN_TO_MODULE_BYTE3_NAME "Byte3"
 #define KILOGRID_CAN_TO_MODULE_IR_DATA3_NAME "IrData3"
 #define KILOGRID_CAN_TO_MODULE_IR_TYPE_NAME "IrType"
 #define KILOGRID_CAN_TO_MODULE_BYTE4_NAME "Byte4"
 #define KILOGRID_CAN_TO_MODULE_IR_DATA4_NAME "IrData4"
+#define KILOGRID_CAN_TO_MODULE_PAGE_CRC2_NAME "PageCrc2"
 #define KILOGRID_CAN_TO_MODULE_BYTE5_NAME "Byte5"
 #define KILOGRID_CAN_TO_MODULE_IR_DATA5_NAME "IrData5"
 #define KILOGRID_CAN_TO_HOST_TYPE_NAME "Type"
@@ -136,14 +151,18 @@ extern "C" {
 #define KILOGRID_CAN_TO_HOST_RECORDS_NAME "Records"
 #define KILOGRID_CAN_TO_HOST_SEQUENCE_NAME "Sequence"
 #define KILOGRID_CAN_TO_HOST_HEALTH_PART_NAME "HealthPart"
+#define KILOGRID_CAN_TO_HOST_FIRST_NAME "First"
+#define KILOGRID_CAN_TO_HOST_UID_NAME "Uid"
 #define KILOGRID_CAN_TO_HOST_USER_DATA1_NAME "UserData1"
 #define KILOGRID_CAN_TO_HOST_BYTE0_NAME "Byte0"
 #define KILOGRID_CAN_TO_HOST_STATE_NAME "State"
 #define KILOGRID_CAN_TO_HOST_TRANSMIT_ERRORS_NAME "TransmitErrors"
+#define KILOGRID_CAN_TO_HOST_MISSING_NAME "Missing"
 #define KILOGRID_CAN_TO_HOST_USER_DATA2_NAME "UserData2"
 #define KILOGRID_CAN_TO_HOST_BYTE1_NAME "Byte1"
 #define KILOGRID_CAN_TO_HOST_CONFIG_SIZE_NAME "ConfigSize"
 #define KILOGRID_CAN_TO_HOST_RECEIVE_ERRORS_NAME "ReceiveErrors"
+#define KILOGRID_CAN_TO_HOST_ANSWER_NAME "Answer"
 #define KILOGRID_CAN_TO_HOST_USER_DATA3_NAME "UserData3"
 #define KILOGRID_CAN_TO_HOST_BYTE2_NAME "Byte2"
 #define KILOGRID_CAN_TO_HOST_CONFIG_CRC_NAME "ConfigCrc"
@@ -154,9 +173,12 @@ extern "C" {
 #define KILOGRID_CAN_TO_HOST_BYTE4_NAME "Byte4"
 #define KILOGRID_CAN_TO_HOST_LOST_RECORDS_NAME "LostRecords"
 #define KILOGRID_CAN_TO_HOST_VERSION_NAME "Version"
+#define KILOGRID_CAN_TO_HOST_LOADER_STATE_NAME "LoaderState"
 #define KILOGRID_CAN_TO_HOST_USER_DATA6_NAME "UserData6"
 #define KILOGRID_CAN_TO_HOST_BYTE5_NAME "Byte5"
 #define KILOGRID_CAN_TO_HOST_REFUSED_FRAMES_NAME "RefusedFrames"
+#define KILOGRID_CAN_TO_HOST_ID_LOW_NAME "IdLow"
+#define KILOGRID_CAN_TO_HOST_ROBOT_STATE_NAME "RobotState"
 
 /**
  * Signals in message ToModule.
@@ -194,6 +216,15 @@ struct kilogrid_can_to_module_t {
     uint8_t ir_part;
 
     /**
+     * Part 0 announces a program. Part 1 before it is Kilotwin's own: what the program is checked by. An original module takes part 1 for a number of pages, which part 0 puts right.
+     *
+     * Range: 0..1 (0..1 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t size_part;
+
+    /**
      * Kilotwin's own: asks for this part of the health. An original module hands the frame to its program and does not answer.
      *
      * Range: 0..1 (0..1 -)
@@ -201,6 +232,15 @@ struct kilogrid_can_to_module_t {
      * Offset: 0
      */
     uint8_t health_part;
+
+    /**
+     * MODULE_BOOTPAGE_CRC: a page, a multiple of 3. MODULE_BOOT_QUERY: the first of the 32 pages that are asked for, or 224 for the image's id. ROBOT_QUERY: as that, or 225 for a robot's voltage.
+     *
+     * Range: 0..255 (0..255 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t first;
 
     /**
      * Bytes 6 * Sequence .. 6 * Sequence + 5 of what is transferred: a configuration, a page of 128 bytes (its 22nd chunk holds the last 2, the rest is 0). For MODULE_USER and KILOBOT_DATA whatever the module program makes of it.
@@ -237,6 +277,15 @@ struct kilogrid_can_to_module_t {
     uint8_t pages;
 
     /**
+     * CRC-16/MCRF4XX of all bytes of the program's pages.
+     *
+     * Range: 0..65535 (0..65535 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint16_t image_crc;
+
+    /**
      * The page, from 0, whose 22 chunks come next.
      *
      * Range: 0..219 (0..219 -)
@@ -253,6 +302,24 @@ struct kilogrid_can_to_module_t {
      * Offset: 0
      */
     uint8_t config_size;
+
+    /**
+     * CRC-16/MCRF4XX of the 128 bytes of page First; those of the two pages behind it follow.
+     *
+     * Range: 0..65535 (0..65535 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint16_t page_crc0;
+
+    /**
+     * 2 to this power time slots, 256 at most, over which the robots' answers are spread.
+     *
+     * Range: 0..255 (0..255 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t slots_log2;
 
     /**
      * Range: 0..255 (0..255 -)
@@ -276,6 +343,15 @@ struct kilogrid_can_to_module_t {
     uint8_t ir_data7;
 
     /**
+     * Changes which robots share a slot.
+     *
+     * Range: 0..255 (0..255 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t nonce;
+
+    /**
      * Range: 0..255 (0..255 -)
      * Scale: 1
      * Offset: 0
@@ -295,6 +371,31 @@ struct kilogrid_can_to_module_t {
      * Offset: 0
      */
     uint8_t ir_data8;
+
+    /**
+     * CRC-32 of the same bytes.
+     *
+     * Range: 0..4294967295 (0..4294967295 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint32_t image_id;
+
+    /**
+     * Range: 0..65535 (0..65535 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint16_t page_crc1;
+
+    /**
+     * The robot that is to answer; 65535: all.
+     *
+     * Range: 0..65535 (0..65535 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint16_t uid;
 
     /**
      * Range: 0..255 (0..255 -)
@@ -332,6 +433,13 @@ struct kilogrid_can_to_module_t {
      * Offset: 0
      */
     uint8_t ir_data4;
+
+    /**
+     * Range: 0..65535 (0..65535 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint16_t page_crc2;
 
     /**
      * Range: 0..255 (0..255 -)
@@ -411,6 +519,24 @@ struct kilogrid_can_to_host_t {
     uint8_t health_part;
 
     /**
+     * As in the MODULE_BOOT_QUERY that this answers.
+     *
+     * Range: 0..255 (0..255 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t first;
+
+    /**
+     * The robot.
+     *
+     * Range: 0..65535 (0..65535 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint16_t uid;
+
+    /**
      * Range: 0..255 (0..255 -)
      * Scale: 1
      * Offset: 0
@@ -445,6 +571,15 @@ struct kilogrid_can_to_host_t {
     uint8_t transmit_errors;
 
     /**
+     * Bit i: page First + i of the module's program is missing. For First 224 the image's id.
+     *
+     * Range: 0..4294967295 (0..4294967295 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint32_t missing;
+
+    /**
      * Range: 0..255 (0..255 -)
      * Scale: 1
      * Offset: 0
@@ -475,6 +610,15 @@ struct kilogrid_can_to_host_t {
      * Offset: 0
      */
     uint8_t receive_errors;
+
+    /**
+     * As Missing, of the robot's program, or what else was asked for; voltage in its lower 16 bits.
+     *
+     * Range: 0..4294967295 (0..4294967295 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint32_t answer;
 
     /**
      * Range: 0..255 (0..255 -)
@@ -555,6 +699,15 @@ struct kilogrid_can_to_host_t {
     uint8_t version;
 
     /**
+     * 0: no program, 1: loading, 2: complete, 3: complete but wrong.
+     *
+     * Range: 0..255 (0..255 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t loader_state;
+
+    /**
      * Range: 0..255 (0..255 -)
      * Scale: 1
      * Offset: 0
@@ -576,6 +729,24 @@ struct kilogrid_can_to_host_t {
      * Offset: 0
      */
     uint8_t refused_frames;
+
+    /**
+     * The lowest byte of the image's id.
+     *
+     * Range: 0..255 (0..255 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t id_low;
+
+    /**
+     * As LoaderState while the robot is in its boot loader; in a program 16 more than its state.
+     *
+     * Range: 0..255 (0..255 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t robot_state;
 };
 
 /**
@@ -688,6 +859,28 @@ bool kilogrid_can_to_module_ir_part_is_in_phys_range(double value);
  *
  * @return true if in range, false otherwise.
  */
+bool kilogrid_can_to_module_size_part_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool kilogrid_can_to_module_size_part_is_in_phys_range(double value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
 bool kilogrid_can_to_module_health_part_is_in_range(uint8_t value);
 
 /**
@@ -702,6 +895,28 @@ bool kilogrid_can_to_module_health_part_is_in_range(uint8_t value);
  * @return true if in range, false otherwise.
  */
 bool kilogrid_can_to_module_health_part_is_in_phys_range(double value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool kilogrid_can_to_module_first_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool kilogrid_can_to_module_first_is_in_phys_range(double value);
 
 /**
  * Check that given signal is in allowed range.
@@ -798,6 +1013,28 @@ bool kilogrid_can_to_module_pages_is_in_phys_range(double value);
  *
  * @return true if in range, false otherwise.
  */
+bool kilogrid_can_to_module_image_crc_is_in_range(uint16_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool kilogrid_can_to_module_image_crc_is_in_phys_range(double value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
 bool kilogrid_can_to_module_page_is_in_range(uint8_t value);
 
 /**
@@ -834,6 +1071,50 @@ bool kilogrid_can_to_module_config_size_is_in_range(uint8_t value);
  * @return true if in range, false otherwise.
  */
 bool kilogrid_can_to_module_config_size_is_in_phys_range(double value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool kilogrid_can_to_module_page_crc0_is_in_range(uint16_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool kilogrid_can_to_module_page_crc0_is_in_phys_range(double value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool kilogrid_can_to_module_slots_log2_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool kilogrid_can_to_module_slots_log2_is_in_phys_range(double value);
 
 /**
  * Check that given signal is in allowed range.
@@ -908,6 +1189,28 @@ bool kilogrid_can_to_module_ir_data7_is_in_phys_range(double value);
  *
  * @return true if in range, false otherwise.
  */
+bool kilogrid_can_to_module_nonce_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool kilogrid_can_to_module_nonce_is_in_phys_range(double value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
 bool kilogrid_can_to_module_byte2_is_in_range(uint8_t value);
 
 /**
@@ -966,6 +1269,72 @@ bool kilogrid_can_to_module_ir_data8_is_in_range(uint8_t value);
  * @return true if in range, false otherwise.
  */
 bool kilogrid_can_to_module_ir_data8_is_in_phys_range(double value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool kilogrid_can_to_module_image_id_is_in_range(uint32_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool kilogrid_can_to_module_image_id_is_in_phys_range(double value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool kilogrid_can_to_module_page_crc1_is_in_range(uint16_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool kilogrid_can_to_module_page_crc1_is_in_phys_range(double value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool kilogrid_can_to_module_uid_is_in_range(uint16_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool kilogrid_can_to_module_uid_is_in_phys_range(double value);
 
 /**
  * Check that given signal is in allowed range.
@@ -1076,6 +1445,28 @@ bool kilogrid_can_to_module_ir_data4_is_in_range(uint8_t value);
  * @return true if in range, false otherwise.
  */
 bool kilogrid_can_to_module_ir_data4_is_in_phys_range(double value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool kilogrid_can_to_module_page_crc2_is_in_range(uint16_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool kilogrid_can_to_module_page_crc2_is_in_phys_range(double value);
 
 /**
  * Check that given signal is in allowed range.
@@ -1297,6 +1688,50 @@ bool kilogrid_can_to_host_health_part_is_in_phys_range(double value);
  *
  * @return true if in range, false otherwise.
  */
+bool kilogrid_can_to_host_first_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool kilogrid_can_to_host_first_is_in_phys_range(double value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool kilogrid_can_to_host_uid_is_in_range(uint16_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool kilogrid_can_to_host_uid_is_in_phys_range(double value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
 bool kilogrid_can_to_host_user_data1_is_in_range(uint8_t value);
 
 /**
@@ -1385,6 +1820,28 @@ bool kilogrid_can_to_host_transmit_errors_is_in_phys_range(double value);
  *
  * @return true if in range, false otherwise.
  */
+bool kilogrid_can_to_host_missing_is_in_range(uint32_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool kilogrid_can_to_host_missing_is_in_phys_range(double value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
 bool kilogrid_can_to_host_user_data2_is_in_range(uint8_t value);
 
 /**
@@ -1465,6 +1922,28 @@ bool kilogrid_can_to_host_receive_errors_is_in_range(uint8_t value);
  * @return true if in range, false otherwise.
  */
 bool kilogrid_can_to_host_receive_errors_is_in_phys_range(double value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool kilogrid_can_to_host_answer_is_in_range(uint32_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool kilogrid_can_to_host_answer_is_in_phys_range(double value);
 
 /**
  * Check that given signal is in allowed range.
@@ -1693,6 +2172,28 @@ bool kilogrid_can_to_host_version_is_in_phys_range(double value);
  *
  * @return true if in range, false otherwise.
  */
+bool kilogrid_can_to_host_loader_state_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool kilogrid_can_to_host_loader_state_is_in_phys_range(double value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
 bool kilogrid_can_to_host_user_data6_is_in_range(uint8_t value);
 
 /**
@@ -1751,6 +2252,50 @@ bool kilogrid_can_to_host_refused_frames_is_in_range(uint8_t value);
  * @return true if in range, false otherwise.
  */
 bool kilogrid_can_to_host_refused_frames_is_in_phys_range(double value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool kilogrid_can_to_host_id_low_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool kilogrid_can_to_host_id_low_is_in_phys_range(double value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool kilogrid_can_to_host_robot_state_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool kilogrid_can_to_host_robot_state_is_in_phys_range(double value);
 
 
 #ifdef __cplusplus

@@ -12,6 +12,9 @@ typedef struct kilogrid_can_to_module_t frame_t;
 // The part of an infrared message that the first of its two frames holds.
 #define IR_FIRST_BYTES TRANSFER_CHUNK_BYTES
 
+// Place of ImageCrc and ImageId, side by side.
+#define CHECK_AT 2
+
 // Counters of what was refused stop at their highest value, so that a wrap never hides a loss.
 static uint16_t one_more(uint16_t count) {
     return count < UINT16_MAX ? (uint16_t)(count + 1) : count;
@@ -100,13 +103,32 @@ static transfer_event_t ir_part(transfer_t *transfer, const frame_t *frame) {
     return TRANSFER_IR_DONE;
 }
 
+// The check is kept as it came, and goes to robots so. It holds for the next number of pages alone:
+// what an original sender announces later has none.
+static transfer_event_t program_check(transfer_page_t *program, const uint8_t *check) {
+    memcpy(program->check, check, sizeof program->check);
+    program->check_due = true;
+    return TRANSFER_GOES_ON;
+}
+
 // The number of pages comes first; then pages in any order, each in order of its chunks.
 static transfer_event_t page_count(transfer_t *transfer, transfer_page_t *program,
                                    const frame_t *frame) {
     if (frame->pages == 0 || frame->pages > TRANSFER_PAGES) return out_of_range(transfer);
     program->pages = frame->pages;
+    program->checked = program->check_due;
+    program->check_due = false;
     program->next = TRANSFER_NOTHING_DUE;
     return TRANSFER_GOES_ON;
+}
+
+// `data` and `length` are the frame's: its part 1 is longer than its type says.
+static transfer_event_t announcement(transfer_t *transfer, transfer_page_t *program,
+                                     const frame_t *frame, const uint8_t *data, uint8_t length) {
+    if (frame->size_part == 0) return page_count(transfer, program, frame);
+    if (frame->size_part > 1) return out_of_range(transfer);
+    if (length < KILOGRID_CAN_TO_MODULE_LENGTH) return too_short(transfer);
+    return program_check(program, data + CHECK_AT);
 }
 
 static transfer_event_t page_number(transfer_t *transfer, transfer_page_t *program,
@@ -177,11 +199,13 @@ transfer_event_t transfer_receive(transfer_t *transfer, const uint8_t *data, uin
     case TO_MODULE(MODULE_CONFIG_SIZE): return config_size(transfer, &frame);
     case TO_MODULE(MODULE_CONFIG_TRANSFER): return config_chunk(transfer, &frame);
     case TO_MODULE(FORWARD_IR_MESSAGE): return ir_part(transfer, &frame);
-    case TO_MODULE(KILO_BOOTPAGE_SIZE): return page_count(transfer, &transfer->kilo, &frame);
+    case TO_MODULE(KILO_BOOTPAGE_SIZE):
+        return announcement(transfer, &transfer->kilo, &frame, bytes, length);
     case TO_MODULE(KILO_BOOTPAGE_NUMBER): return page_number(transfer, &transfer->kilo, &frame);
     case TO_MODULE(KILO_BOOTPAGE): return page_chunk(transfer, &transfer->kilo, &frame);
     case TO_MODULE(MODULE_BOOTPAGE_SIZE):
-    case TO_MODULE(OLD_MODULE_BOOTPAGE_SIZE): return page_count(transfer, &transfer->own, &frame);
+    case TO_MODULE(OLD_MODULE_BOOTPAGE_SIZE):
+        return announcement(transfer, &transfer->own, &frame, bytes, length);
     case TO_MODULE(MODULE_BOOTPAGE_NUMBER):
     case TO_MODULE(OLD_MODULE_BOOTPAGE_NUMBER): {
         const transfer_event_t event = page_number(transfer, &transfer->own, &frame);

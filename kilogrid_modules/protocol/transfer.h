@@ -31,6 +31,7 @@ extern "C" {
 #define TRANSFER_PAGE_CHUNKS 22  ///< the last one holds 2 bytes of the page
 #define TRANSFER_PAGES 220       ///< of a program: what lies below the boot loader
 #define TRANSFER_IR_BYTES 9
+#define TRANSFER_CHECK_BYTES 6  ///< CRC-16 of a program, 2 bytes, and its id, 4; little-endian
 
 /// What a frame did.
 typedef enum {
@@ -67,13 +68,16 @@ typedef struct {
 typedef struct {
     uint8_t pages;  ///< of the whole program; 0: not announced
     uint8_t page;
-    uint8_t next;  ///< as in transfer_config_t
+    uint8_t next;    ///< as in transfer_config_t
+    bool checked;    ///< `check` came with the announcement: senders of ours
+    bool check_due;  ///< `check` has come, and is the next announcement's
+    uint8_t check[TRANSFER_CHECK_BYTES];
     uint8_t data[TRANSFER_PAGE_BYTES];
 } transfer_page_t;
 
 #define TRANSFER_NOTHING_DUE 0xFF
 
-/// All of a module's transfers. 357 bytes there; any member may be read at any time.
+/// All of a module's transfers. 373 bytes there; any member may be read at any time.
 typedef struct {
     transfer_config_t config;
     transfer_ir_t ir;

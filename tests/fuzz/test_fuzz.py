@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from kilotwin.can import transfer
+from kilotwin.files.flash_image import FlashImage
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
@@ -35,6 +36,7 @@ def module_seeds() -> list[bytes]:
     transfers = (
         transfer.configuration(bytes(range(48))),
         transfer.infrared(bytes(range(9)), 0x88),
+        list(transfer.kilobot_program(FlashImage(bytes(range(200))))),
         list(transfer.kilobot_program(bytes(range(200)))),
         list(transfer.module_program(bytes(range(200)))),
         list(transfer.module_program(bytes(range(200)), old_loader=False)),

@@ -20,7 +20,13 @@ FRAME_BYTES = 8
 # Frames that are sent with fewer bytes, and how many a frame to the host must have at least: see
 # kilogrid_modules/protocol/address.c, a test compares.
 _SHORT_TO_MODULE = {"TRACKING_REQ": 1, "MODULE_DATA": 2}
-_LEAST_TO_HOST = {"TRACKING_KILOBOT": 8, "MODULE_DATA": 8, "TRACKING_KILOBOT_START": 2}
+_LEAST_TO_HOST = {
+    "TRACKING_KILOBOT": 8,
+    "MODULE_DATA": 8,
+    "TRACKING_KILOBOT_START": 2,
+    "MODULE_BOOT_REPORT": 8,
+    "ROBOT_REPORT": 8,
+}
 
 _TYPE_TO_HOST_MASK = 0x3F
 
@@ -90,13 +96,39 @@ class BusHealth:
 
 
 @dataclass(frozen=True, slots=True)
+class BootReport:
+    """A module's boot loader about the program that it takes; docs/boot_loaders.md 5.2."""
+
+    first: int
+    """As in the question: a page, or 0xE0 for the image's id."""
+    missing: int
+    """Bit i: page first + i is missing, 32 of them; or the id."""
+    state: int
+    """0 no program, 1 loading, 2 complete, 3 complete but wrong."""
+    id_low: int
+    """The lowest byte of the image's id."""
+
+
+@dataclass(frozen=True, slots=True)
+class RobotReport:
+    """A robot's answer to a question, through a cell; docs/boot_loaders.md 5.1."""
+
+    cell: int
+    uid: int
+    answer: int
+    """32 bits, as asked: pages that are missing, the image's id, or the voltage in the lower 16."""
+    state: int
+    """Below 16 that of its boot loader (as `BootReport.state`), else 16 more than its program's."""
+
+
+@dataclass(frozen=True, slots=True)
 class UserFrame:
     """A frame that a module program sends by itself: all its bytes, the first one its type."""
 
     data: bytes
 
 
-ToHost = Records | Tracking | Health | BusHealth | UserFrame
+ToHost = Records | Tracking | Health | BusHealth | BootReport | RobotReport | UserFrame
 
 
 @functools.cache
@@ -216,6 +248,12 @@ def read_to_host(data: bytes) -> ToHost:
                 return Tracking(signals["Cell"], bytes(data[1:]))
             case "TRACKING_KILOBOT_START":
                 return Records(signals["Records"])
+            case "MODULE_BOOT_REPORT":
+                wanted = ("First", "Missing", "LoaderState", "IdLow")
+                return BootReport(*(signals[key] for key in wanted))
+            case "ROBOT_REPORT":
+                wanted = ("Cell", "Uid", "Answer", "RobotState")
+                return RobotReport(*(signals[key] for key in wanted))
             case _:
                 return _health(signals)
     except (_cantools_error(), KeyError, ValueError) as error:

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from kilotwin.can.protocol import FrameError, to_module
+from kilotwin.files.flash_image import FlashImage
 from kilotwin.files.headers import PAGE_BYTES, PAGES
 
 CONFIG_BYTES = 48
@@ -58,41 +59,60 @@ def infrared(data: bytes, kind: int) -> list[Paced]:
     ]
 
 
-def pages_of(image: bytes) -> list[bytes]:
+def pages_of(program: bytes | FlashImage) -> list[bytes]:
     """A program's image as whole pages of flash; the rest of the last one stays erased."""
-    if not 0 < len(image) <= PAGES * PAGE_BYTES:
-        raise FrameError(f"a program has 1 to {PAGES * PAGE_BYTES} bytes, not {len(image)}")
-    return [
-        image[begin : begin + PAGE_BYTES].ljust(PAGE_BYTES, b"\xff")
-        for begin in range(0, len(image), PAGE_BYTES)
-    ]
+    image = program if isinstance(program, FlashImage) else FlashImage(program)
+    size = len(image.content)
+    if not 0 < size <= PAGES * PAGE_BYTES:
+        raise FrameError(f"a program has 1 to {PAGES * PAGE_BYTES} bytes, not {size}")
+    return image.pages
 
 
-def kilobot_program(image: bytes) -> Iterator[Paced]:
+def _announcement(name: str, program: bytes | FlashImage, pause_s: float) -> Iterator[Paced]:
+    """The frames of one of the three SIZE types that announce a program.
+
+    Of a `FlashImage` also its CRC and id, first: modules and robots of ours check what they got by
+    them. An original takes that frame for a number of pages, and the next one puts it right.
+    """
+    if isinstance(program, FlashImage):
+        check = {"ImageCrc": program.crc16, "ImageId": program.image_id}
+        yield Paced(to_module(name, SizePart=1, **check), pause_s)
+    yield Paced(to_module(name, SizePart=0, Pages=len(pages_of(program))), pause_s)
+
+
+def robots_announcement(program: bytes | FlashImage) -> Iterator[Paced]:
+    """Announces a program for the robots; begins or closes a lap (docs/wire.md)."""
+    return _announcement("KILO_BOOTPAGE_SIZE", program, _NUMBER_PAUSE_S)
+
+
+def robots_page(number: int, page: bytes) -> Iterator[Paced]:
+    """A page of the robots' program, which each module sends on by the cell whose lap it is."""
+    yield Paced(to_module("KILO_BOOTPAGE_NUMBER", Page=number), _NUMBER_PAUSE_S)
+    *chunks, last = _chunks("KILO_BOOTPAGE", page, _CHUNK_PAUSE_S)
+    yield from chunks
+    # The module sends the page to its robots before it can take the next.
+    yield Paced(last.data, _PAGE_PAUSE_S)
+
+
+def kilobot_program(program: bytes | FlashImage) -> Iterator[Paced]:
     """One lap of a program for the robots; four laps serve a module's four cells.
 
     Robots that missed a page pick it up in a later lap, so laps go on until the user stops them.
     """
-    pages = pages_of(image)
-    yield Paced(to_module("KILO_BOOTPAGE_SIZE", Pages=len(pages)), _NUMBER_PAUSE_S)
-    for number, page in enumerate(pages):
-        yield Paced(to_module("KILO_BOOTPAGE_NUMBER", Page=number), _NUMBER_PAUSE_S)
-        *chunks, last = _chunks("KILO_BOOTPAGE", page, _CHUNK_PAUSE_S)
-        yield from chunks
-        # The module sends the page to its robots before it can take the next.
-        yield Paced(last.data, _PAGE_PAUSE_S)
+    yield from robots_announcement(program)
+    for number, page in enumerate(pages_of(program)):
+        yield from robots_page(number, page)
 
 
-def module_program(image: bytes, *, old_loader: bool = True) -> Iterator[Paced]:
+def module_program(program: bytes | FlashImage, *, old_loader: bool = True) -> Iterator[Paced]:
     """A program for the modules themselves, which are in their boot loaders.
 
     The loaders in the field number these frames as the dispatcher does for them, 0x9F higher:
     `old_loader`. One that is to be found again after a lost frame is sent the whole lap again.
     """
     old = "OLD_" if old_loader else ""
-    pages = pages_of(image)
-    yield Paced(to_module(f"{old}MODULE_BOOTPAGE_SIZE", Pages=len(pages)), _CHUNK_PAUSE_S)
-    for number, page in enumerate(pages):
+    yield from _announcement(f"{old}MODULE_BOOTPAGE_SIZE", program, _CHUNK_PAUSE_S)
+    for number, page in enumerate(pages_of(program)):
         yield Paced(to_module(f"{old}MODULE_BOOTPAGE_NUMBER", Page=number), _CHUNK_PAUSE_S)
         # The loader takes three bytes from the last chunk: the third lies beyond the page.
         yield from _chunks(f"{old}MODULE_BOOTPAGE", page, _CHUNK_PAUSE_S)

@@ -49,7 +49,7 @@ typedef enum {
     ORDER_BOOT_LOADER,  ///< jump to the module's boot loader
 } order_t;
 
-/// State and pending work of a module; its fields may be read at any time. 371 bytes on the module.
+/// State and pending work of a module; its fields may be read at any time. 387 bytes on the module.
 typedef struct {
     volatile uint8_t state;          ///< a module_state_t
     volatile bool autostart;         ///< SETUP and RUN follow without the host

@@ -159,6 +159,45 @@ TEST(the_pages_of_a_robots_program_come_round_and_round) {
     assert_counted(&transfer, 0, 0, 6);
 }
 
+// Part 1 of an announcement, whose bytes are 1 to 6.
+static transfer_event_t check(transfer_t *transfer, uint8_t type, uint8_t length) {
+    const uint8_t data[8] = {type, 1, 1, 2, 3, 4, 5, 6};
+    return transfer_receive(transfer, data, length);
+}
+
+TEST(a_check_holds_for_the_next_number_of_pages_and_for_no_other) {
+    const uint8_t types[] = {KILO_SIZE, OWN_SIZE, OWN_SIZE + OLD};
+    for (uint8_t i = 0; i < sizeof types; i++) {
+        transfer_t transfer = fresh();
+        const transfer_page_t *program = types[i] == KILO_SIZE ? &transfer.kilo : &transfer.own;
+        send(&transfer, types[i], 0, 9);
+        assert_false(program->checked);
+        assert_int_equal(check(&transfer, types[i], 8), TRANSFER_GOES_ON);
+        // The program that is on its way stays what it was.
+        assert_false(program->checked);
+        assert_int_equal(program->pages, 9);
+        send(&transfer, types[i], 0, 221);
+        send(&transfer, types[i], 0, 10);
+        assert_true(program->checked);
+        assert_int_equal(program->pages, 10);
+        assert_bytes(program->check, 6);
+        send(&transfer, types[i], 0, 10);
+        assert_false(program->checked);
+    }
+}
+
+TEST(a_part_of_an_announcement_that_cannot_be_is_refused) {
+    transfer_t transfer = fresh();
+    for (uint8_t length = 3; length < 8; length++)
+        assert_int_equal(check(&transfer, KILO_SIZE, length), TRANSFER_REFUSED);
+    for (uint16_t part = 2; part <= 255; part++)
+        assert_int_equal(send(&transfer, KILO_SIZE, (uint8_t)part, 9), TRANSFER_REFUSED);
+    assert_int_equal(transfer.kilo.pages, 0);
+    assert_counted(&transfer, 5, 254, 0);
+    send(&transfer, KILO_SIZE, 0, 9);
+    assert_false(transfer.kilo.checked);
+}
+
 TEST(a_page_that_cannot_be_is_refused_with_its_chunks) {
     transfer_t transfer = fresh();
     assert_int_equal(send(&transfer, KILO_NUMBER, 0, 0), TRANSFER_REFUSED);  // size unknown
@@ -307,6 +346,8 @@ int main(void) {
         cmocka_unit_test(an_infrared_message_comes_in_two_frames),
         cmocka_unit_test(half_an_infrared_message_is_none),
         cmocka_unit_test(the_pages_of_a_robots_program_come_round_and_round),
+        cmocka_unit_test(a_check_holds_for_the_next_number_of_pages_and_for_no_other),
+        cmocka_unit_test(a_part_of_an_announcement_that_cannot_be_is_refused),
         cmocka_unit_test(a_page_that_cannot_be_is_refused_with_its_chunks),
         cmocka_unit_test(a_page_that_loses_repeats_or_swaps_a_chunk_is_dropped),
         cmocka_unit_test(a_first_chunk_in_the_middle_of_a_page_spoils_it),

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 HEADER = Path(__file__).parents[3] / "kilogrid_modules/protocol/kilogrid_can.h"
-C_TYPES = {"uint8_t": ctypes.c_uint8, "uint16_t": ctypes.c_uint16}
+C_TYPES = {"uint8_t": ctypes.c_uint8, "uint16_t": ctypes.c_uint16, "uint32_t": ctypes.c_uint32}
 
 
 def snake(name: str) -> str:
@@ -79,6 +79,9 @@ class Page(ctypes.Structure):
         ("pages", ctypes.c_uint8),
         ("page", ctypes.c_uint8),
         ("next", ctypes.c_uint8),
+        ("checked", ctypes.c_bool),
+        ("check_due", ctypes.c_bool),
+        ("check", ctypes.c_uint8 * 6),
         ("data", ctypes.c_uint8 * 128),
     )
 

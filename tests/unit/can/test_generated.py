@@ -94,9 +94,9 @@ def test_c_and_python_write_every_frame_alike(protocol_c: ctypes.CDLL, message: 
             if name != "Type":
                 signal = dbc.get_signal_by_name(name)
                 signals[name] = draw.draw(st.integers(0, int(signal.maximum or 0)))
-        for name in ("IrPart", "HealthPart"):
+        for name in ("IrPart", "HealthPart", "SizePart"):
             if name in signals:
-                signals[name] = int(any(n in signals for n in ("IrType", "Version")))
+                signals[name] = int(any(n in signals for n in ("IrType", "Version", "ImageId")))
         written = codec.pack(signals)
         assert written == dbc.encode(signals)
         assert codec.unpack(written, list(signals)) == signals

@@ -13,6 +13,8 @@ from .c_protocol import Codec
 CHUNK: dict[str, int] = {"Sequence": 7, **{f"Byte{i}": 0xA0 + i for i in range(6)}}
 IR_FIRST = {"IrPart": 0, **{f"IrData{i}": i + 1 for i in range(6)}}
 IR_SECOND = {"IrPart": 1, "IrData6": 7, "IrData7": 8, "IrData8": 9, "IrType": 0x88}
+SIZE = {"SizePart": 0, "Pages": 220}
+CHECK = {"SizePart": 1, "ImageCrc": 0x1234, "ImageId": 0xDEADBEEF}
 
 # name, signals, the bytes on the wire
 TO_MODULE: list[tuple[str, dict[str, int], str]] = [
@@ -21,11 +23,13 @@ TO_MODULE: list[tuple[str, dict[str, int], str]] = [
     ("FORWARD_IR_MESSAGE", IR_SECOND, "01 01 07 08 09 88 00 00"),
     ("FORWARD_IR_MESSAGE_STOP", {}, "02 00 00 00 00 00 00 00"),
     ("KILO_BOOTPAGE", CHUNK, "03 07 A0 A1 A2 A3 A4 A5"),
-    ("KILO_BOOTPAGE_SIZE", {"Pages": 220}, "04 00 DC 00 00 00 00 00"),
+    ("KILO_BOOTPAGE_SIZE", SIZE, "04 00 DC 00 00 00 00 00"),
+    ("KILO_BOOTPAGE_SIZE", CHECK, "04 01 34 12 EF BE AD DE"),
     ("KILO_BOOTPAGE_NUMBER", {"Page": 219}, "05 00 DB 00 00 00 00 00"),
     ("MODULE_BOOT", {}, "06 00 00 00 00 00 00 00"),
     ("MODULE_BOOTPAGE", CHUNK, "07 07 A0 A1 A2 A3 A4 A5"),
-    ("MODULE_BOOTPAGE_SIZE", {"Pages": 220}, "08 00 DC 00 00 00 00 00"),
+    ("MODULE_BOOTPAGE_SIZE", SIZE, "08 00 DC 00 00 00 00 00"),
+    ("MODULE_BOOTPAGE_SIZE", CHECK, "08 01 34 12 EF BE AD DE"),
     ("MODULE_BOOTPAGE_NUMBER", {"Page": 219}, "09 00 DB 00 00 00 00 00"),
     ("MODULE_KILOBOT_SETUP", {}, "0A 00 00 00 00 00 00 00"),
     ("MODULE_IDLE", {}, "0B 00 00 00 00 00 00 00"),
@@ -37,9 +41,21 @@ TO_MODULE: list[tuple[str, dict[str, int], str]] = [
     ("KILOBOT_DATA", CHUNK, "12 07 A0 A1 A2 A3 A4 A5"),
     ("MODULE_DATA", {"HealthPart": 1}, "13 01"),
     ("TRACKING_REQ", {}, "15"),
+    (
+        "MODULE_BOOTPAGE_CRC",
+        {"First": 219, "PageCrc0": 0x0102, "PageCrc1": 0x0304, "PageCrc2": 0x0506},
+        "16 DB 02 01 04 03 06 05",
+    ),
+    ("MODULE_BOOT_QUERY", {"First": 0xE0}, "17 E0 00 00 00 00 00 00"),
+    (
+        "ROBOT_QUERY",
+        {"First": 0xE1, "SlotsLog2": 5, "Nonce": 7, "Uid": 0xFFFF},
+        "19 E1 05 07 FF FF 00 00",
+    ),
     # What boot loaders in the field want: 0x9F more.
     ("OLD_MODULE_BOOTPAGE", CHUNK, "A6 07 A0 A1 A2 A3 A4 A5"),
-    ("OLD_MODULE_BOOTPAGE_SIZE", {"Pages": 220}, "A7 00 DC 00 00 00 00 00"),
+    ("OLD_MODULE_BOOTPAGE_SIZE", SIZE, "A7 00 DC 00 00 00 00 00"),
+    ("OLD_MODULE_BOOTPAGE_SIZE", CHECK, "A7 01 34 12 EF BE AD DE"),
     ("OLD_MODULE_BOOTPAGE_NUMBER", {"Page": 219}, "A8 00 DB 00 00 00 00 00"),
     ("OLD_MODULE_IDLE", {}, "AA 00 00 00 00 00 00 00"),
 ]
@@ -93,6 +109,18 @@ TO_HOST: list[tuple[str, dict[str, int], str, Any]] = [
     ),
     ("MODULE_DATA", BUS_HEALTH, "13 01 60 7F 02 01 01 00", protocol.BusHealth(96, 127, 0x0102, 1)),
     ("TRACKING_KILOBOT_START", {"Records": 10}, "14 0A", protocol.Records(10)),
+    (
+        "MODULE_BOOT_REPORT",
+        {"First": 32, "Missing": 0x80000001, "LoaderState": 1, "IdLow": 0xEF},
+        "18 20 01 00 00 80 01 EF",
+        protocol.BootReport(32, 0x80000001, 1, 0xEF),
+    ),
+    (
+        "ROBOT_REPORT",
+        {"Cell": 2, "Uid": 0x1234, "Answer": 0xDEADBEEF, "RobotState": 0x14},
+        "9A 34 12 EF BE AD DE 14",
+        protocol.RobotReport(2, 0x1234, 0xDEADBEEF, 0x14),
+    ),
 ]
 
 

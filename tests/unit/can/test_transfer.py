@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from kilotwin.can import transfer
 from kilotwin.can.protocol import FrameError
+from kilotwin.files.flash_image import FlashImage
 
 from .c_protocol import Receiver
 
@@ -65,6 +66,27 @@ def test_a_program_for_the_module_arrives_page_by_page(
             pages.append(bytes(module.state.own.data))
     assert pages == transfer.pages_of(image)
     assert module.own_pages_missing() == 0
+
+
+@given(image=IMAGES)
+def test_an_image_is_announced_with_what_it_is_checked_by(
+    protocol_c: ctypes.CDLL, image: bytes
+) -> None:
+    whole = FlashImage(image)
+    check = whole.crc16.to_bytes(2, "little") + whole.image_id.to_bytes(4, "little")
+    for frames, program in (
+        (transfer.kilobot_program, "kilo"),
+        (transfer.module_program, "own"),
+    ):
+        module = Receiver(protocol_c)
+        first, *rest = [frame.data for frame in frames(whole)]
+        assert rest == [frame.data for frame in frames(image)], "an original takes the rest"
+        send(module, [first, rest[0]])
+        announced = getattr(module.state, program)
+        assert (announced.checked, bytes(announced.check)) == (True, check)
+        assert announced.pages == len(whole.pages)
+        send(module, [rest[0]])
+        assert not announced.checked, "the next announcement is another sender's"
 
 
 def test_the_frames_of_a_configuration_are_these_bytes() -> None:
