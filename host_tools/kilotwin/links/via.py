@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from kilotwin.errors import InputError
+from kilotwin.links.overhead_robots import OverheadRobots
 from kilotwin.links.robot_link import RobotLink
 
 
@@ -31,7 +32,9 @@ class Kind:
     open: Callable[[Via], RobotLink]
 
 
-KINDS: dict[str, Kind] = {}
+KINDS: dict[str, Kind] = {
+    "ohc": Kind("PORT", lambda via: OverheadRobots(via.port)),
+}
 """By the word before the colon."""
 
 

@@ -25,6 +25,14 @@ def holders(port: str) -> list[tuple[int, str]]:
     return found
 
 
+def name_holder(port: str) -> str | None:
+    """Another process that has `port` open, for people: "cat (process 12)"; None if none does."""
+    with contextlib.suppress(OSError):
+        for number, name in holders(port):
+            return f"{name} (process {number})"
+    return None
+
+
 def _has_open(process: Path, device: int) -> bool:
     with contextlib.suppress(OSError):
         for file in (process / "fd").iterdir():
@@ -65,10 +73,10 @@ def reserved(port: str) -> Iterator[None]:
 
 
 def _refuse_if_taken(port: str, file: int) -> None:
-    others = holders(port)
-    if not others:
+    holder = name_holder(port)
+    if holder is None:
         with contextlib.suppress(BlockingIOError):
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             return
-    name = f"{others[0][1]} (process {others[0][0]})" if others else "another program"
-    raise DeviceError(f"{port} is in use by {name}; end that first, then type the same again")
+        holder = "another program"
+    raise DeviceError(f"{port} is in use by {holder}; end that first, then type the same again")
