@@ -1,6 +1,7 @@
 #include "avr/boards/stk500v2.h"
 
 #include <algorithm>
+#include <iterator>
 #include <string_view>
 
 namespace kilotwin {
@@ -131,7 +132,7 @@ bool Stk500v2::take(uint8_t byte) {
 Stk500v2::Message Stk500v2::framed(const Message &body) const {
     Message message = {MESSAGE_START, sequence_, static_cast<uint8_t>(body.size() >> 8),
                        static_cast<uint8_t>(body.size()), MESSAGE_TOKEN};
-    message.insert(message.end(), body.begin(), body.end());
+    std::ranges::copy(body, std::back_inserter(message));
     uint8_t checksum = 0;
     for (uint8_t byte : message) checksum ^= byte;
     message.push_back(checksum);
