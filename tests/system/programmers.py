@@ -7,8 +7,8 @@ import threading
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
+from kilotwin.files.memories import write_memories
 from kilotwin.flash import chip_file
-from kilotwin.flash.memories import write_memories
 from kilotwin.ports.pseudo_terminal import PseudoTerminal
 
 from .conftest import KILOTWIN

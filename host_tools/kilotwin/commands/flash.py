@@ -2,7 +2,7 @@
 
 import typer
 
-from kilotwin.commands import flash_robot
+from kilotwin.commands import flash_robot, flash_robots
 
 app = typer.Typer(
     help="Writes programs into robots and reads back that they are there.",
@@ -13,8 +13,4 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.command("robot", epilog=flash_robot.EXAMPLES)(flash_robot.robot)
-
-
-@app.callback()
-def verbs() -> None:
-    """Keeps the verb in the command, although there is one."""
+app.command("robots", epilog=flash_robots.EXAMPLES)(flash_robots.robots)

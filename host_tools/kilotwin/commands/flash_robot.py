@@ -9,12 +9,9 @@ from typing import Annotated
 
 import typer
 
-from kilotwin.build.avr import build_image
-from kilotwin.commands import lazy, steps
+from kilotwin.commands import steps
+from kilotwin.commands.flash_file import Display, File, Force, build, is_built
 from kilotwin.commands.options import Define, Include, Json, Quiet
-from kilotwin.errors import InputError, RunError
-from kilotwin.experiment.programs import ProgramError, find_program
-from kilotwin.files.flash_image import HEX_SUFFIXES
 from kilotwin.flash import eeprom_files, loader
 from kilotwin.flash.avrdude import Wiring, program_path
 from kilotwin.flash.chip import EEPROM_BYTES
@@ -29,18 +26,12 @@ EXAMPLES = (
 )
 
 
-Display = steps.Lines | steps.Bar
-
-
 class Via(StrEnum):
     """How one robot is reached."""
 
     ISP = "isp"
 
 
-File = Annotated[
-    Path, typer.Argument(metavar="FILE", help="A .hex; or a .c or a folder, to be built first.")
-]
 ViaOption = Annotated[
     Via, typer.Option(envvar="KILOTWIN_VIA", help="How: isp is a programmer on the robot's pins.")
 ]
@@ -77,12 +68,6 @@ Keep = Annotated[
 DryRun = Annotated[
     bool, typer.Option("--dry-run", envvar="KILOTWIN_DRY_RUN", help="Read the chip, write nothing.")
 ]
-Force = Annotated[
-    bool,
-    typer.Option(
-        "--force", envvar="KILOTWIN_FORCE", help="Also what `kilotwin port` says would fail."
-    ),
-]
 
 
 def robot(
@@ -110,14 +95,14 @@ def robot(
     assert via is Via.ISP
     program_path()
     display = steps.display(quiet)
-    built = file.suffix.lower() in HEX_SUFFIXES
-    if built and (include or define):
-        raise InputError(f"{file} is built already; -I and -D are for a .c or a folder")
+    built = is_built(file, include, define)
     with contextlib.ExitStack() as ending:
         ending.callback(display.stop)
         if not built:
             ending.enter_context(reserved(port))  # building takes a while
-        image = file if built else _build(file, include or [], define or [], force, display)
+        image = file
+        if not built:
+            image = build(file, include, define, force=force, display=display)
         application = application_of(image)
         if eeprom is not None:
             eeprom_files.read(eeprom, b"\xff" * EEPROM_BYTES)
@@ -158,22 +143,3 @@ def _flash(job: Job, display: Display, *, dry_run: bool, as_json: bool) -> None:
 def _options(bit_clock: float | None, baud_rate: int | None) -> tuple[str, ...]:
     clock = () if bit_clock is None else ("-B", f"{bit_clock:g}")
     return clock if baud_rate is None else (*clock, "-b", str(baud_rate))
-
-
-def _build(
-    file: Path, include: list[str], define: list[str], force: bool, display: Display
-) -> Path:
-    """The .hex of a program, if `kilotwin port` finds nothing that fails on the robot."""
-    if not force:
-        trial = lazy.load("port.trial").Trial()
-        report = lazy.load("port.check").check([str(file)], include, define, trial, display.step)
-        if report.fails:
-            raise RunError(
-                f"{file} would fail on the robot; mend it, or type --force. Nothing was written",
-                detail=report.text(),
-            )
-    try:
-        program = find_program([str(file)], Path.cwd(), include, define)
-    except ProgramError as error:
-        raise InputError(f"{error}, or a .hex") from None
-    return build_image(program, display.step).hex

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from kilotwin.commands import steps
-from kilotwin.commands.options import Buses, Json, Quiet, Settings, given_settings
+from kilotwin.commands.options import Buses, Json, Quiet, Settings, Size, given_settings
 from kilotwin.errors import EXIT_ROBOTS_FAILED
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.grid.console import Console, message_for_robots
@@ -21,16 +21,6 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-
-Size = Annotated[
-    str | None,
-    typer.Option(
-        "--size",
-        metavar="COLUMNSxROWS",
-        envvar="KILOTWIN_SIZE",
-        help="Of the grid in modules, if no experiment says it; 10x20 if not given.",
-    ),
-]
 
 
 @app.command(epilog="Example: kilotwin grid ls --can socketcand:127.0.0.1")

@@ -74,6 +74,16 @@ Buses = Annotated[
     ),
 ]
 
+Size = Annotated[
+    str | None,
+    typer.Option(
+        "--size",
+        metavar="COLUMNSxROWS",
+        envvar="KILOTWIN_SIZE",
+        help="Of the grid in modules, if no experiment says it; 10x20 if not given.",
+    ),
+]
+
 
 def command_app() -> typer.Typer:
     """What holds the one command of a module; `cli.load` takes it from there."""

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 from kilotwin import _emulator
 from kilotwin.errors import InputError
-from kilotwin.flash.image import Segments
-from kilotwin.flash.memories import read_memories, write_memories
+from kilotwin.files.flash_map import Segments
+from kilotwin.files.memories import read_memories, write_memories
 
 if TYPE_CHECKING:
     from kilotwin._emulator import Programmer

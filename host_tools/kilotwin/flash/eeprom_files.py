@@ -4,9 +4,9 @@ import zlib
 from pathlib import Path
 
 from kilotwin.errors import InputError
+from kilotwin.files.memories import read_memories, write_memories
 from kilotwin.flash.chip import EEPROM_BYTES
 from kilotwin.flash.chip_file import EEPROM_BASE
-from kilotwin.flash.memories import read_memories, write_memories
 
 
 def keep(folder: Path, eeprom: bytes, uid: int) -> Path:

@@ -3,16 +3,10 @@
 from pathlib import Path
 
 from kilotwin.errors import InputError
-from kilotwin.files.flash_image import read_hex
+from kilotwin.files import image_record
+from kilotwin.files.flash_image import FlashImage, read_hex
+from kilotwin.files.flash_map import FLASH_BYTES, LOADER_BEGIN, Segments
 from kilotwin.files.headers import PAGE_BYTES, PAGES
-
-LOADER_BEGIN = 0x7000
-"""Byte address of the boot section; what is below is the application's (hardware.md 1.11)."""
-
-FLASH_BYTES = 0x8000
-
-Segments = dict[int, bytes]
-"""Bytes by the address of the first; those in between are erased."""
 
 _ERASED = b"\xff"
 
@@ -23,8 +17,7 @@ def application_of(path: Path) -> Segments:
     InputError if it is no whole .hex file, is for a module, or the chip lacks room.
     """
     image = read_hex(path, range(FLASH_BYTES))
-    if image.build_id is not None and image.build_id.target != "robot":
-        raise InputError(f"{path} was built for a {image.build_id.target}; name a robot's program")
+    _check_target(path, image)
     application, loader = image.content[:LOADER_BEGIN], image.content[LOADER_BEGIN:]
     if loader:
         application = application.rstrip(_ERASED)
@@ -37,6 +30,27 @@ def application_of(path: Path) -> Segments:
             f"{PAGES} at most, make it smaller"
         )
     return segments
+
+
+def swarm_image(path: Path) -> FlashImage:
+    """A robot's application, to be sent over the air.
+
+    InputError if it is no whole .hex file, is for a module, is larger than 220 pages, or does not
+    begin with a jump into itself: no boot loader could start it.
+    """
+    image = read_hex(path)
+    _check_target(path, image)
+    if not image_record.can_be_started(image):
+        raise InputError(
+            f"{path}: does not begin with a jump into itself, so no boot loader can start it; "
+            "name a .hex that avr-gcc made"
+        )
+    return image
+
+
+def _check_target(path: Path, image: FlashImage) -> None:
+    if image.build_id is not None and image.build_id.target != "robot":
+        raise InputError(f"{path} was built for a {image.build_id.target}; name a robot's program")
 
 
 def loader_of(path: Path) -> Segments:

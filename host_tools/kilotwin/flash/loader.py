@@ -5,7 +5,8 @@ from pathlib import Path
 
 from kilotwin.errors import InputError
 from kilotwin.files import resources
-from kilotwin.flash.image import LOADER_BEGIN, Segments, has_loader, loader_of
+from kilotwin.files.flash_map import LOADER_BEGIN, Segments
+from kilotwin.flash.image import has_loader, loader_of
 
 KEEP, NONE = "keep", "none"
 """In place of a file: the one that is in the chip, or none at all."""

@@ -11,12 +11,14 @@ from pathlib import Path
 from typing import Any
 
 from kilotwin.errors import KilotwinError, RunError
-from kilotwin.flash import avrdude, eeprom_files, image_record
+from kilotwin.files import image_record
+from kilotwin.files.flash_map import FLASH_BYTES, Segments
+from kilotwin.files.memories import write_memories
+from kilotwin.flash import avrdude, eeprom_files
 from kilotwin.flash.avrdude import Progress, SignsOfLife, Wiring
 from kilotwin.flash.chip import AVRDUDE_PARTS, EEPROM_BYTES, Chip
-from kilotwin.flash.image import FLASH_BYTES, Segments, has_loader, pages_of
+from kilotwin.flash.image import has_loader, pages_of
 from kilotwin.flash.loader import Loader, loader_in
-from kilotwin.flash.memories import write_memories
 from kilotwin.runs.interrupts import heeding_interrupts
 
 _ANY_PART = "m328p"

@@ -1,13 +1,12 @@
 """A grid at the end of CAN buses, for one order at a time: what `kilotwin grid` does."""
 
 import re
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Self
 
-from kilotwin.can.buses import OpenBus, name_all, open_all
+from kilotwin.can.buses import BusName, OpenBus, name_all, open_all
 from kilotwin.can.protocol import ModuleState
 from kilotwin.errors import DeviceError, InputError
 from kilotwin.experiment import kconf
@@ -18,6 +17,7 @@ from kilotwin.experiment.grid_plan import Settings
 from kilotwin.experiment.overhead import COMMANDS, DATA_BYTES, message
 from kilotwin.files.headers import MOST_PER_BUS
 from kilotwin.grid.can_links import CanLinks
+from kilotwin.grid.clock import Clock, WallClock
 from kilotwin.grid.controller import Controller
 from kilotwin.grid.poller import Reports
 
@@ -38,35 +38,22 @@ class Console:
         self._note: Note = lambda _: None
         links = CanLinks([b.bus for b in buses], echoes=[b.echoes for b in buses])
         self._controller = Controller(layout, settings, links, self)
-        self._began = time.monotonic()
-        self._controller.step(0.0)
+        self._clock = WallClock()
+        self._controller.step(self._clock.now_s())
 
     @staticmethod
     def open(names: Sequence[str], size: str | None, experiment: Experiment | None) -> "Console":
         """On buses as `--can` names them; InputError or DeviceError if that cannot be."""
-        if experiment is not None:
-            if experiment.plan is None:
-                raise InputError(f"{experiment.origin.source}: no [grid]; add it")
-            layout, settings = experiment.plan.layout, experiment.plan.settings
-            if size is not None and _parse_size(size) != (layout.columns, layout.rows):
-                what = f"{experiment.origin.source} has {layout.columns}x{layout.rows}"
-                raise InputError(f"--size {size}: {what}; leave --size out, or change [grid]")
-            return Console(layout, settings, open_all(name_all(names, layout.buses)))
-        size = size or _DEFAULT_SIZE
-        columns, rows = _parse_size(size)
-        whole = len(names) == 1 and names[0].startswith("socketcand:") and "/" not in names[0]
-        # As many buses as the real table has, or as a smaller one needs.
-        buses = min(4, rows) if whole else len(names)
-        if buses > rows:
-            what = f"{buses} buses are named, but each has whole rows"
-            raise InputError(f"--size {size}: {what}; name {rows} at most, or another size")
-        bus_names = name_all(names, buses)
-        layout = Layout(columns, rows, buses)
-        most = max(len(layout.modules_of(bus)) for bus in range(buses))
-        if most > MOST_PER_BUS:
-            what = f"{most} modules on a bus, but {MOST_PER_BUS} are the most"
-            raise InputError(f"--size {size}: {what}; name more buses, or another size")
-        return Console(layout, Settings(), open_all(bus_names))
+        if experiment is None:
+            layout, bus_names = named_grid(names, size)
+            return Console(layout, Settings(), open_all(bus_names))
+        if experiment.plan is None:
+            raise InputError(f"{experiment.origin.source}: no [grid]; add it")
+        layout, settings = experiment.plan.layout, experiment.plan.settings
+        if size is not None and _parse_size(size) != (layout.columns, layout.rows):
+            what = f"{experiment.origin.source} has {layout.columns}x{layout.rows}"
+            raise InputError(f"--size {size}: {what}; leave --size out, or change [grid]")
+        return Console(layout, settings, open_all(name_all(names, layout.buses)))
 
     def __enter__(self) -> Self:
         return self
@@ -188,17 +175,38 @@ class Console:
         return {"modules": modules, "silent": [list(module) for module in self.silent]}
 
     def _finish(self) -> None:
-        controller = self._controller
-        controller.step(time.monotonic() - self._began)
-        while controller.busy and len(controller.down) < len(self._buses):
-            time.sleep(_STEP_S)
-            controller.step(time.monotonic() - self._began)
-        if controller.down:
-            buses = "; ".join(
-                f"{self._buses[bus].name}: {why}" for bus, why in controller.down.items()
-            )
-            rest = "its modules and robots do what they did; see to the bus, then type this again"
-            raise DeviceError(f"--can {buses}; {rest}")
+        carry_out(self._controller, self._clock, [bus.name for bus in self._buses])
+
+
+def named_grid(names: Sequence[str], size: str | None) -> tuple[Layout, list[BusName]]:
+    """A grid by --can and --size, which is 10x20 if not given; InputError if it cannot be."""
+    size = size or _DEFAULT_SIZE
+    columns, rows = _parse_size(size)
+    whole = len(names) == 1 and names[0].startswith("socketcand:") and "/" not in names[0]
+    # As many buses as the real table has, or as a smaller one needs.
+    buses = min(4, rows) if whole else len(names)
+    if buses > rows:
+        what = f"{buses} buses are named, but each has whole rows"
+        raise InputError(f"--size {size}: {what}; name {rows} at most, or another size")
+    bus_names = name_all(names, buses)
+    layout = Layout(columns, rows, buses)
+    most = max(len(layout.modules_of(bus)) for bus in range(buses))
+    if most > MOST_PER_BUS:
+        what = f"{most} modules on a bus, but {MOST_PER_BUS} are the most"
+        raise InputError(f"--size {size}: {what}; name more buses, or another size")
+    return layout, bus_names
+
+
+def carry_out(controller: Controller, clock: Clock, bus_names: Sequence[str]) -> None:
+    """Steps the controller until its order is done; DeviceError if a bus does not work."""
+    controller.step(clock.now_s())
+    while controller.busy and len(controller.down) < len(bus_names):
+        clock.sleep(_STEP_S)
+        controller.step(clock.now_s())
+    if controller.down:
+        buses = "; ".join(f"{bus_names[bus]}: {why}" for bus, why in controller.down.items())
+        rest = "its modules and robots do what they did; see to the bus, then type this again"
+        raise DeviceError(f"--can {buses}; {rest}")
 
 
 def message_for_robots(name: str, kind: int | None, data: str | None) -> bytes:

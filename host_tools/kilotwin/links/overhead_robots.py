@@ -3,11 +3,11 @@
 An overhead controller never hears robots: its receiver is off. So nothing is verified here.
 """
 
-from kilotwin.experiment.overhead import message
 from kilotwin.files.flash_image import FlashImage
-from kilotwin.links.clock import Clock, WallClock
+from kilotwin.grid.clock import Clock, WallClock
+from kilotwin.links import messages
 from kilotwin.links.packets import PACKET_BYTES, Overhead, encode, encode_page
-from kilotwin.links.robot_link import ALL_ROBOTS, MessageType, Report
+from kilotwin.links.robot_link import ALL_ROBOTS, Report
 from kilotwin.ports.serial_port import SerialPort
 
 BAUD = 38400
@@ -39,9 +39,7 @@ class OverheadRobots:
 
     def announce(self, image: FlashImage) -> None:
         """With CRC and id, which original loaders overlook."""
-        check = image.crc16.to_bytes(2, "little") + image.image_id.to_bytes(4, "little")
-        size = message([len(image.pages), *b"KT", *check], MessageType.SIZE)
-        self.repeat(size, _ANNOUNCE_S)
+        self.repeat(messages.size(image), _ANNOUNCE_S)
 
     def send_page(self, page: int, data: bytes) -> None:
         """22 frames back to back."""

@@ -120,7 +120,7 @@ class RobotLink(Protocol):
     """A way to robots by infrared. Calls return when the thing is done.
 
     DeviceError if the device is gone or does not answer. Times are those of the link's clock
-    (links/clock.py): real time, or that of an emulated world.
+    (grid/clock.py): real time, or that of an emulated world.
     """
 
     name: str

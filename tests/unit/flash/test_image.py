@@ -8,8 +8,9 @@ from hypothesis import strategies as st
 
 from kilotwin.errors import InputError
 from kilotwin.files.build_id import build_id
-from kilotwin.flash.image import LOADER_BEGIN, application_of, has_loader, loader_of, pages_of
-from kilotwin.flash.memories import read_memories, write_memories
+from kilotwin.files.flash_map import LOADER_BEGIN
+from kilotwin.files.memories import read_memories, write_memories
+from kilotwin.flash.image import application_of, has_loader, loader_of, pages_of
 
 END = ":00000001FF\n"
 

@@ -9,8 +9,8 @@ import struct
 
 from kilotwin.errors import InputError
 from kilotwin.files.flash_image import FlashImage
+from kilotwin.files.flash_map import LOADER_BEGIN, Segments
 from kilotwin.files.message_crc import message_crc
-from kilotwin.flash.image import LOADER_BEGIN, Segments
 
 RECORD_BEGIN = 0x6F80
 """Byte address of the record's page, the last one below the boot section."""
@@ -33,7 +33,7 @@ def recorded(application: Segments) -> Segments:
     image = FlashImage(application[0])
     padded = image.padded
     vector = padded[: len(_LOADERS_VECTOR)]
-    if not 2 <= _target(vector) < len(padded) // 2:
+    if not can_be_started(image):
         raise InputError(
             "the program does not begin with a jump into itself, so no boot loader can start it; "
             "name a .hex that avr-gcc made, or type --loader none"
@@ -43,6 +43,12 @@ def recorded(application: Segments) -> Segments:
         0: _LOADERS_VECTOR + padded[len(vector) :],
         RECORD_BEGIN: record + _CRC.pack(message_crc(record)),
     }
+
+
+def can_be_started(image: FlashImage) -> bool:
+    """Whether it begins with a jump to a place in itself, as a boot loader wants it."""
+    padded = image.padded
+    return 2 <= _target(padded[: len(_LOADERS_VECTOR)]) < len(padded) // 2
 
 
 def is_recorded(flash: bytes) -> bool:

@@ -10,7 +10,7 @@ from intelhex import HexReaderError, IntelHex
 
 from kilotwin.errors import InputError
 from kilotwin.files.drafts import draft_of
-from kilotwin.flash.image import Segments
+from kilotwin.files.flash_map import Segments
 
 _END = ":00000001FF"
 

@@ -6,8 +6,8 @@ import zlib
 import pytest
 
 from kilotwin.errors import InputError
+from kilotwin.files.image_record import is_recorded, recorded
 from kilotwin.files.message_crc import message_crc
-from kilotwin.flash.image_record import is_recorded, recorded
 
 JMP_60 = b"\x0c\x94\x30\x00"  # jmp 0x0060
 PROGRAM = JMP_60 + b"\x01\x02\x03" * 50

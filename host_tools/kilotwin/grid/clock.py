@@ -1,4 +1,4 @@
-"""The clock that a link lives by: the wall's, or that of an emulated world in this process."""
+"""The clock that orders live by: the wall's, or that of an emulated world in this process."""
 
 import time
 from typing import TYPE_CHECKING, Protocol

@@ -1,0 +1,438 @@
+"""A program for all robots at once: what to send next, and what robots have of it.
+
+Pure: no device, no clock. `Upload.script()` yields one action after the other; answers to an `Ask`
+are sent back into it. Where answers come back, robots are asked after each lap, and the next one
+has the pages that anybody still lacks. Where none do, laps are counted, and nothing is promised.
+
+A robot counts as verified by one answer that has both the image's id and that it is complete: its
+boot loader says so only when the CRC of its flash is right (boot_loaders.md 2).
+"""
+
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass, field
+
+from kilotwin.experiment import overhead
+from kilotwin.files.flash_image import FlashImage
+from kilotwin.links import messages
+from kilotwin.links.robot_link import (
+    ALL_ROBOTS,
+    IDENTITY,
+    MOST_SLOTS_LOG2,
+    PAGES_PER_REPORT,
+    VITALS,
+    LoaderState,
+    Report,
+    RobotState,
+)
+
+# Robots that send at the moment, and those at the edge of a cell's light, hear one frame of many.
+_BOOT_S, _SIZE_S, _CRC_S, _START_S, _RUN_S = 3.0, 1.5, 0.5, 2.0, 2.0
+# A loader erases for up to 1 s from the first fragment on, and keeps none meanwhile.
+_ERASE_S = 1.2
+# A few robots are asked one by one; all are asked again until so many times brought nobody new.
+_FEW, _TRIES_ALL, _TRIES_ONE = 4, 4, 6
+# Laps that brought nothing, and laps in all, until those that are left are given up.
+_STALLED_LAPS, _MOST_LAPS = 3, 20
+# Lap 2 has each page twice, later ones have it so often.
+_MOST_REPEATS = 3
+_START_TRIES = 3
+_FEWEST_SLOTS, _SLOTS_FOR_UNKNOWN = 8, 64
+_NONCES = 256
+
+
+@dataclass(frozen=True)
+class Repeat:
+    """RobotLink.repeat()."""
+
+    message: bytes
+    hold_s: float
+
+
+@dataclass(frozen=True)
+class Announce:
+    """RobotLink.announce()."""
+
+
+@dataclass(frozen=True)
+class SendPage:
+    """RobotLink.send_page()."""
+
+    page: int
+
+
+@dataclass(frozen=True)
+class Ask:
+    """RobotLink.ask()."""
+
+    first: int
+    slots_log2: int
+    nonce: int
+    uid: int = ALL_ROBOTS
+
+
+@dataclass(frozen=True)
+class Pause:
+    """Silence."""
+
+    seconds: float
+
+
+Action = Repeat | Announce | SendPage | Ask | Pause
+Script = Generator[Action, Sequence[Report], None]
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What is wanted. `uids` and `count`: who is expected; neither: whoever answers at first."""
+
+    image: FlashImage
+    uids: frozenset[int] = frozenset()
+    count: int | None = None
+    laps: int = 3
+    """For robots that do not answer: so often everywhere."""
+    run: bool = False
+
+
+@dataclass
+class Robot:
+    """What is known of one robot."""
+
+    uid: int
+    missing: frozenset[int]
+    """Pages that it lacks as far as is known: all before it said otherwise."""
+    verified: bool = False
+    state: LoaderState | None = None
+    """Of its boot loader; None if it has not been heard from there."""
+    image_id: int | None = None
+    application: RobotState | None = None
+    """What its application did when it was last asked; None in the boot loader."""
+    voltage: int | None = None
+    heard: bool = False
+    module: tuple[int, int] | None = None
+    cell: int | None = None
+
+
+@dataclass
+class Progress:
+    """What goes on: a line, and how far it is, 0 to 1."""
+
+    text: str = ""
+    share: float = 0.0
+
+
+@dataclass
+class Upload:
+    """One image on its way to all robots of a link."""
+
+    wish: Wish
+    verifies: bool
+    """As RobotLink has these two."""
+    laps_per_place: int
+    robots: dict[int, Robot] = field(default_factory=dict)
+    progress: Progress = field(default_factory=Progress)
+    laps: int = 0
+    """Laps that were sent everywhere."""
+    verifiable: bool = True
+    """Whether anything can be said of the robots: somebody answered, or was expected to."""
+    called: bool = False
+    """Whether robots were called into their boot loaders."""
+    started: bool = False
+    """Whether all was there, and robots were told to start it."""
+
+    def __post_init__(self) -> None:
+        self._pages = self.wish.image.pages
+        self._every_page = frozenset(range(len(self._pages)))
+        self._nonce = 0
+        self.verifiable = self.verifies
+        for uid in sorted(self.wish.uids):
+            self.robots[uid] = Robot(uid, self._every_page)
+
+    # What has come of it.
+
+    @property
+    def verified(self) -> list[int]:
+        """The uids of robots that have the image."""
+        return sorted(uid for uid, robot in self.robots.items() if robot.verified)
+
+    @property
+    def failed(self) -> list[int]:
+        """The uids of the others that are expected or have answered."""
+        return sorted(uid for uid, robot in self.robots.items() if not robot.verified)
+
+    @property
+    def unknown(self) -> int:
+        """How many of `count` were never heard."""
+        return max(0, (self.wish.count or 0) - len(self.robots))
+
+    @property
+    def running(self) -> list[int]:
+        """The uids of robots that have said that they run."""
+        states = (RobotState.SETUP, RobotState.RUNNING)
+        return sorted(uid for uid, robot in self.robots.items() if robot.application in states)
+
+    @property
+    def answers_when_running(self) -> bool:
+        """Whether the program was built with our runtime: others do not answer."""
+        return self.wish.image.build_id is not None
+
+    @property
+    def done(self) -> bool:
+        """Whether everybody expected is verified."""
+        return self.verifiable and bool(self.robots) and not self.failed and not self.unknown
+
+    @property
+    def well(self) -> bool:
+        """Whether nobody who can be asked has failed."""
+        if not self.verifiable:
+            return True
+        runs = not self.wish.run or not self.answers_when_running
+        return self.done and (runs or len(self.running) == len(self.robots))
+
+    # The script.
+
+    def script(self) -> Script:
+        """Actions one by one; to be sent the answers of an Ask, anything after others."""
+        if self.verifies:
+            yield from self._find()
+            self.verifiable = bool(self.robots) or self.wish.count is not None
+        if self.verifiable:
+            yield from self._verified_laps()
+        else:
+            yield from self._blind_laps()
+
+    def _find(self) -> Script:
+        """Looks who is there, before they are called into their loaders."""
+        self._tell("looking for robots")
+        everybody = self.wish.uids
+        open_ended = not everybody
+        yield from self._inquire(
+            VITALS,
+            lambda: {uid for uid in everybody if not self.robots[uid].heard},
+            open_ended=lambda: open_ended and (self.wish.count is None or self.unknown > 0),
+        )
+
+    def _verified_laps(self) -> Script:
+        resumed = any(robot.state is LoaderState.LOADING for robot in self.robots.values())
+        yield from self._call()
+        yield from self._inquire(IDENTITY, self._asked, open_ended=lambda: self.unknown > 0)
+        if resumed:
+            yield from self._ask_for_pages(self._every_page)
+        stalled = 0
+        while not self.done and self._is_hopeful() and stalled < _STALLED_LAPS:
+            before = self._lacking()
+            yield from self._lap()
+            stalled = 0 if self._lacking() < before else stalled + 1
+        if self.done:
+            yield from self._start()
+        else:
+            self._tell("looking for those that did not answer")
+            yield from self._inquire(VITALS, lambda: set(self.failed))
+
+    def _blind_laps(self) -> Script:
+        """For robots that do not answer: they start by themselves, or by START, if all came."""
+        yield from self._call()
+        while self.laps < self.wish.laps:
+            self.laps += 1
+            yield from self._send(sorted(self._every_page), erase=self.laps == 1)
+        yield Repeat(messages.START, _START_S)
+        self.started = True
+        if self.wish.run:
+            yield Repeat(overhead.RUN, _RUN_S)
+
+    # Its steps.
+
+    def _call(self) -> Script:
+        """Into the loaders, and which image is to come; who knows that already loses nothing."""
+        self._tell("calling robots into their boot loaders")
+        self.called = True
+        yield Repeat(messages.BOOT, _BOOT_S)
+        yield Repeat(messages.size(self.wish.image), _SIZE_S)
+
+    def _lap(self) -> Script:
+        """Sends what is missing anywhere, then asks what came of it."""
+        self.laps += 1
+        lacking = [self.robots[uid] for uid in self._asked()]
+        if self.laps > 1 and (self.unknown or not all(self._is_announced(r) for r in lacking)):
+            yield from self._call()
+        pages = set[int]().union(*(robot.missing for robot in lacking))
+        if self.unknown and self.laps <= self.wish.laps:
+            pages |= self._every_page
+        fresh = self.unknown > 0 or any(r.missing == self._every_page for r in lacking)
+        if pages:
+            yield from self._send(sorted(pages), erase=fresh)
+        else:
+            yield Pause(_ERASE_S)  # a loader computes its CRC
+        self._tell(f"lap {self.laps}: asking robots what they have")
+        yield from self._inquire(IDENTITY, self._asked, open_ended=lambda: self.unknown > 0)
+        if any(r.state is LoaderState.WRONG for r in self.robots.values()):
+            yield from self._check_pages()
+        else:
+            yield from self._ask_for_pages(frozenset(pages))
+
+    def _send(self, pages: list[int], *, erase: bool) -> Script:
+        """Pages everywhere; `erase`: some have to erase first, which a page makes them do.
+
+        Later laps have few pages, and asking takes longer than sending them more than once.
+        """
+        if erase:
+            for _ in range(self.laps_per_place):
+                yield Announce()
+                yield SendPage(pages[0])
+            yield Pause(_ERASE_S)
+        rounds = self.laps_per_place * (min(self.laps, _MOST_REPEATS) if self.verifiable else 1)
+        total, sent = len(pages) * rounds, 0
+        for _ in range(rounds):
+            yield Announce()
+            for page in pages:
+                self._tell(self._lap_text(len(pages)), sent / total)
+                yield SendPage(page)
+                sent += 1
+
+    def _check_pages(self) -> Script:
+        """Has loaders whose image is wrong forget the pages that are."""
+        for first in range(0, len(self._pages), messages.CRCS_PER_MESSAGE):
+            yield Repeat(messages.page_crcs(self._pages, first), _CRC_S)
+        yield from self._ask_for_pages(self._every_page)
+
+    def _ask_for_pages(self, pages: frozenset[int]) -> Script:
+        """Asks robots that are loading which of these pages they lack."""
+        for first in sorted({page - page % PAGES_PER_REPORT for page in pages}):
+            yield from self._inquire(first, self._loading)
+
+    def _start(self) -> Script:
+        self.started = True
+        self._tell("starting the program")
+        for _ in range(_START_TRIES):
+            yield Repeat(messages.START, _START_S)
+            for robot in self.robots.values():
+                robot.state = None
+            yield from self._inquire(VITALS, self._not_started)
+            if not any(r.state is not None for r in self.robots.values()):
+                break
+        for _ in range(_START_TRIES if self.wish.run else 0):
+            yield Repeat(overhead.RUN, _RUN_S)
+            if not self.answers_when_running:
+                break
+            for robot in self.robots.values():
+                robot.application = None
+            yield from self._inquire(VITALS, self._not_started)
+            if len(self.running) == len(self.robots):
+                break
+
+    # Asking.
+
+    def _inquire(
+        self,
+        first: int,
+        wanted: Callable[[], set[int]],
+        *,
+        open_ended: Callable[[], bool] = lambda: False,
+    ) -> Script:
+        """Asks until those of `wanted` have answered, or it seems to be of no use.
+
+        `open_ended`: asks on for robots that are not known yet.
+        """
+        answered: set[int] = set()
+        tries = 0
+        while tries < _TRIES_ALL:
+            left = wanted() - answered
+            if not open_ended() and len(left) <= _FEW and ALL_ROBOTS not in left:
+                break
+            heard = yield from self._ask(first, self._slots_log2(open_ended()))
+            tries = tries + 1 if heard <= answered else 0
+            answered |= heard
+        left_over = wanted() - answered - {ALL_ROBOTS}
+        for uid in sorted(left_over) if len(left_over) <= _FEW else ():
+            for _ in range(_TRIES_ONE):
+                if uid in (yield from self._ask(first, 0, uid)):
+                    break
+
+    def _ask(
+        self, first: int, slots_log2: int, uid: int = ALL_ROBOTS
+    ) -> Generator[Action, Sequence[Report], set[int]]:
+        """One question; returns who answered."""
+        self._nonce = (self._nonce + 1) % _NONCES
+        reports = yield Ask(first, slots_log2, self._nonce, uid)
+        for report in reports:
+            self._note(report)
+        return {report.uid for report in reports}
+
+    def _note(self, report: Report) -> None:
+        robot = self.robots.setdefault(report.uid, Robot(report.uid, self._every_page))
+        robot.heard = True
+        if report.module is not None:
+            robot.module, robot.cell = report.module, report.cell
+        if report.in_loader:
+            robot.application = None
+            robot.state = report.loader_state
+            self._note_image(robot, report)
+            return
+        robot.state, robot.application = None, report.robot_state
+        robot.voltage = report.voltage
+        if not self.started:
+            robot.verified, robot.missing, robot.image_id = False, self._every_page, None
+
+    def _note_image(self, robot: Robot, report: Report) -> None:
+        if robot.state is not LoaderState.COMPLETE:
+            robot.verified = False
+        if report.first == IDENTITY:
+            robot.image_id = report.image_id
+            if not self._is_announced(robot):
+                robot.verified, robot.missing = False, self._every_page
+            elif robot.state is LoaderState.COMPLETE:
+                robot.verified, robot.missing = True, frozenset()
+        elif report.first != VITALS and self._is_announced(robot):
+            asked = frozenset(range(report.first, report.first + PAGES_PER_REPORT))
+            robot.missing = (robot.missing - asked) | (report.missing & self._every_page)
+
+    # Who is meant.
+
+    def _is_announced(self, robot: Robot) -> bool:
+        """Whether its loader knows of the image, as far as it has said."""
+        known = robot.state is not LoaderState.NOTHING
+        return known and robot.image_id == self.wish.image.image_id
+
+    def _asked(self) -> set[int]:
+        """Those that are not verified; such as were never heard in a loader for some laps only."""
+        patient = self.laps <= self.wish.laps
+        return {uid for uid in self.failed if patient or self.robots[uid].image_id is not None}
+
+    def _is_hopeful(self) -> bool:
+        """Whether another lap may bring somebody anything."""
+        if self.laps >= _MOST_LAPS:
+            return False
+        return self.laps < self.wish.laps or any(
+            self.robots[uid].image_id is not None for uid in self.failed
+        )
+
+    def _loading(self) -> set[int]:
+        return {uid for uid in self.failed if self._is_announced(self.robots[uid])}
+
+    def _not_started(self) -> set[int]:
+        return {uid for uid, robot in self.robots.items() if robot.application is None}
+
+    def _lacking(self) -> int:
+        """A measure of what is left to do."""
+        every = len(self._every_page) + 1
+        left = sum(len(self.robots[uid].missing) + 1 for uid in self.failed)
+        return left + every * self.unknown
+
+    def _slots_log2(self, open_ended: bool) -> int:
+        """Of slots about as many as robots: more than a third of them answers, wherever they are.
+
+        Where they are apart, more do. `open_ended`: twice as many robots may be there as is known.
+        """
+        robots = max(len(self.robots), self.wish.count or 0, _FEWEST_SLOTS)
+        if open_ended:
+            robots = max(2 * len(self.robots), self.wish.count or _SLOTS_FOR_UNKNOWN)
+        return min(MOST_SLOTS_LOG2, (robots - 1).bit_length())
+
+    def _tell(self, text: str, share: float = 0.0) -> None:
+        self.progress.text, self.progress.share = text, share
+
+    def _lap_text(self, pages: int) -> str:
+        times = f", by each of {self.laps_per_place} cells" if self.laps_per_place > 1 else ""
+        have = (
+            f"; {len(self.verified)} of {len(self.robots)} robots have all" if self.robots else ""
+        )
+        return f"lap {self.laps}: {pages} pages{times}{have}"

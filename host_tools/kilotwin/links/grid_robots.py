@@ -1,0 +1,232 @@
+"""Robots on a Kilogrid: reached through its modules' cells, which also forward their answers.
+
+Modules do not read frames while they send by infrared, so nothing is sent to them before they are
+done. All orders go to all modules of all buses.
+"""
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from kilotwin.can import transfer
+from kilotwin.can.address import ALL_MODULES, to_id
+from kilotwin.can.buses import open_all
+from kilotwin.can.protocol import FrameError, RobotReport, read_to_host, to_module, types_to_module
+from kilotwin.can.transfer import Paced
+from kilotwin.errors import DeviceError
+from kilotwin.experiment.grid_layout import Layout
+from kilotwin.experiment.grid_plan import Settings
+from kilotwin.files.flash_image import FlashImage
+from kilotwin.files.headers import CELLS_PER_MODULE
+from kilotwin.grid import frames as wire
+from kilotwin.grid.can_links import CanLinks
+from kilotwin.grid.clock import Clock, WallClock
+from kilotwin.grid.console import carry_out, named_grid
+from kilotwin.grid.controller import Controller
+from kilotwin.grid.links import Frames, Links
+from kilotwin.links.robot_link import ALL_ROBOTS, VITALS, Report
+from kilotwin.units import TICK_S
+
+# A module asks by each of its cells in turn, and puts off while it sees light.
+_ASKING_S = 0.2
+# From slot to slot in a boot loader; an application answers at its ticks (boot_loaders.md 5.1).
+_SLOT_S = 0.015
+_LATE_SLOTS = 4
+"""A robot that sees light in its slot tries so many in all."""
+# Modules that are told to stop end what they do: a round by all cells, a step of 70 ms.
+_SETTLE_S = 0.2
+# A host that runs a table polls it more often than this.
+_LISTEN_S = 0.6
+_STEP_S, _FULL_S = 0.001, 1.0
+# Frames that modules' programs may send to one another.
+_OF_PROGRAMS = ("MODULE_USER", "KILOBOT_DATA")
+
+
+class _Tap:
+    """Buses as another user of theirs has them, who need not know that somebody looks on.
+
+    Keeps robots' answers, and the first frame to modules that this host did not send.
+    """
+
+    def __init__(self, links: Links) -> None:
+        self._links = links
+        self._sent: Counter[tuple[int, int, bytes]] = Counter()
+        types = types_to_module()
+        self._orders = [number for name, number in types.items() if name not in _OF_PROGRAMS]
+        self._names = {number: name for name, number in types.items()}
+        self.answers: list[Frames] = []
+        self.foreign: tuple[int, str] | None = None
+        """Its bus, and the name of its type."""
+
+    def __len__(self) -> int:
+        return len(self._links)
+
+    def send(self, bus: int, identifier: int, data: bytes, now_s: float) -> bool:
+        """As Links has it."""
+        sent = self._links.send(bus, identifier, data, now_s)
+        if sent:
+            self._sent[bus, identifier, bytes(data)] += 1
+        return sent
+
+    def send_all(self, bus: int, identifiers: Sequence[int], data: bytes, now_s: float) -> int:
+        """As Links has it."""
+        count = self._links.send_all(bus, identifiers, data, now_s)
+        self._sent.update((bus, identifier, bytes(data)) for identifier in identifiers[:count])
+        return count
+
+    def trouble(self, bus: int) -> str | None:
+        """As Links has it."""
+        return self._links.trouble(bus)
+
+    def receive(self, now_s: float) -> Frames:
+        """As Links has it."""
+        frames = self._links.receive(now_s)
+        if len(frames):
+            self._look(frames)
+        return frames
+
+    def close(self) -> None:
+        """As Links has it."""
+        self._links.close()
+
+    def _look(self, frames: Frames) -> None:
+        for_host = frames["id"] & 1 == 1
+        self.answers.append(frames[for_host & ~frames["from_host"]])
+        orders = ~for_host & np.isin(frames["data"][:, 0], self._orders)
+        for frame in frames[orders]:
+            data = frame["data"][: frame["dlc"]].tobytes()
+            key = (int(frame["bus"]), int(frame["id"]), data)
+            if frame["from_host"] and self._sent[key] > 0:
+                self._sent[key] -= 1
+            elif self.foreign is None:
+                self.foreign = int(frame["bus"]), self._names[data[0]]
+
+
+class _Nobody:
+    """A listener for whom modules' reports are of no interest."""
+
+    def reports(self, reports: Any) -> None:
+        """Not kept."""
+
+    def event(self, now_s: float, kind: str, text: str, **more: Any) -> None:
+        """Not shown."""
+
+
+class GridRobots:
+    """All robots on a grid; see RobotLink.
+
+    DeviceError if a bus does not work, or another host gives orders on it.
+    """
+
+    name = "grid"
+    verifies = True
+    laps_per_place = CELLS_PER_MODULE
+
+    def __init__(
+        self, layout: Layout, links: Links, clock: Clock, names: Sequence[str] = ()
+    ) -> None:
+        """`names` are those of the buses, for errors."""
+        self._clock = clock
+        self._tap = _Tap(links)
+        self._names = list(names) or [f"can{bus}" for bus in range(layout.buses)]
+        self._controller = Controller(layout, Settings(), self._tap, _Nobody())
+        self._modules = frozenset(layout.modules())
+        # Answers to what was asked before are of no use.
+        self._wait(_LISTEN_S)
+
+    def repeat(self, message: bytes, hold_s: float) -> None:
+        """All cells repeat the message for so long, then modules are idle."""
+        self._controller.send_to_robots(message, hold_s)
+        carry_out(self._controller, self._clock, self._names)
+        self._wait(_SETTLE_S)
+
+    def announce(self, image: FlashImage) -> None:
+        """Begins a lap. Modules say with its first page which image it is."""
+        self._send(transfer.robots_announcement(image))
+
+    def send_page(self, page: int, data: bytes) -> None:
+        """The page by one cell of each module, another one in each lap."""
+        self._send(transfer.robots_page(page, data))
+
+    def ask(self, first: int, slots_log2: int, nonce: int, uid: int = ALL_ROBOTS) -> list[Report]:
+        """All answers that modules heard. A robot between two cells may be heard by both."""
+        self._receive()
+        self._tap.answers.clear()
+        signals = {"First": first, "SlotsLog2": slots_log2, "Nonce": nonce, "Uid": uid}
+        self._send([Paced(to_module("ROBOT_QUERY", **signals), 0.0)])
+        slot_s = TICK_S if first == VITALS else _SLOT_S
+        self._wait(_ASKING_S + (2**slots_log2 + _LATE_SLOTS) * slot_s)
+        answers, self._tap.answers = self._tap.answers, []
+        return [r for frames in answers for r in map(self._report_of(first), frames) if r]
+
+    def close(self) -> None:
+        """Leaves the buses, and modules as they are."""
+        self._tap.close()
+
+    def _send(self, frames: Iterable[Paced]) -> None:
+        """Sends frames to all modules on all buses at the transfer's pace."""
+        for frame in frames:
+            for bus in range(len(self._tap)):
+                self._send_one(bus, frame.data)
+            self._clock.sleep(frame.pause_s)
+        self._receive()
+
+    def _send_one(self, bus: int, data: bytes) -> None:
+        """A full queue is waited for; for how long, the buses know."""
+        identifier = to_id(ALL_MODULES)
+        began_s = self._clock.now_s()
+        while not self._tap.send(bus, identifier, data, self._clock.now_s()):
+            self._receive()
+            if self._clock.now_s() - began_s > _FULL_S:
+                raise DeviceError(
+                    f"--can {self._names[bus]}: its queue stays full; see to the bus, then type "
+                    "this again"
+                )
+            self._clock.sleep(_STEP_S)
+
+    def _wait(self, seconds: float) -> None:
+        """Lets time pass; frames are fetched now and then, so that no queue overflows."""
+        end_s = self._clock.now_s() + seconds
+        while (left_s := end_s - self._clock.now_s()) > 1e-9:
+            self._clock.sleep(min(left_s, 0.05))
+            self._receive()
+
+    def _receive(self) -> None:
+        self._tap.receive(self._clock.now_s())
+        for bus, name in enumerate(self._names):
+            if trouble := self._tap.trouble(bus):
+                raise DeviceError(f"--can {name}: {trouble}; see to the bus, then type this again")
+        if self._tap.foreign is not None:
+            bus, kind = self._tap.foreign
+            raise DeviceError(
+                f"--can {self._names[bus]}: another host gives orders there ({kind}); end that "
+                "program, then type this again"
+            )
+
+    def _report_of(self, first: int) -> "Any":
+        def report(frame: Any) -> Report | None:
+            try:
+                module = wire.module_of_id(int(frame["id"]))
+                answer = read_to_host(frame["data"][: frame["dlc"]].tobytes())
+            except (FrameError, ValueError):
+                return None
+            if not isinstance(answer, RobotReport) or module not in self._modules:
+                return None
+            content = answer.answer.to_bytes(4, "little")
+            return Report(answer.uid, first, content, answer.state, module, answer.cell)
+
+        return report
+
+
+def open_grid(names: Sequence[str], size: str | None) -> GridRobots:
+    """The robots on a grid by --can and --size; InputError or DeviceError if that cannot be."""
+    layout, bus_names = named_grid(names, size)
+    buses = open_all(bus_names)
+    links = CanLinks([b.bus for b in buses], echoes=[b.echoes for b in buses])
+    try:
+        return GridRobots(layout, links, WallClock(), [str(name) for name in bus_names])
+    except BaseException:
+        links.close()
+        raise
