@@ -19,6 +19,7 @@ AVR_SHARED  := frame_sender.c gains_read.c
 
 # The robots' boot loader: small rather than fast, as one unit, at the begin of the boot section, with
 # vectors of its own. It takes these from kilolib/avr and all that it needs of kilolib/core.
-AVR_LOADER      := -Os -flto -mcall-prologues -fno-jump-tables -fno-gcse
+AVR_LOADER_LESS := -fno-jump-tables -fno-gcse -fno-move-loop-invariants -fno-tree-loop-optimize -fno-tree-pre
+AVR_LOADER      := -Os -flto -mcall-prologues -mstrict-X $(AVR_LOADER_LESS)
 AVR_LOADER_LINK := -nostartfiles -Wl,--section-start=.text=0x7000
 AVR_LOADER_SHARED := eeprom.c frame_sender.c infrared_send.c

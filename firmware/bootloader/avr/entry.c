@@ -1,34 +1,15 @@
-#include <avr/io.h>
+#include "entry.h"
+
+#include <avr/eeprom.h>
+#include <avr/interrupt.h>
 #include <stdbool.h>
 
 #include "../../kilolib/avr/watchdog.h"
 #include "../core/image_record.h"
-#include "loader.h"
 
-// The boot section's vectors. Entry "stay" is that of reset, entry "start" that of INT0, which no
-// robot has; the two interrupts of the receiver have their places. T tells the entries apart.
-__attribute__((naked, used, section(".vectors"))) void boot_vectors(void) {
-    __asm__ volatile("clt                     \n"  // 0x7000
-                     "rjmp 1f                 \n"
-                     "set                     \n"  // 0x7004
-                     "1: cli                  \n"
-                     "clr __zero_reg__        \n"
-                     "ldi r24, lo8(%[top])    \n"
-                     "out __SP_L__, r24       \n"
-                     "ldi r24, hi8(%[top])    \n"
-                     "out __SP_H__, r24       \n"
-                     "clr r24                 \n"
-                     "bld r24, 0              \n"
-                     "rjmp boot_begin         \n"
-                     ".org 4 * 11             \n"
-                     "rjmp __vector_11        \n"  // TIMER1_COMPA
-                     ".org 4 * 23             \n"
-                     "rjmp __vector_23        \n"  // ANALOG_COMP
-                     :
-                     : [top] "i"(RAMEND));
-}
-
-void boot_application(uint16_t entry, uint8_t reset_cause) {
+// With the cause of the last reset, as MCUSR had it, in r2. Interrupts have to be off and the
+// vectors where they are after a reset.
+static void __attribute__((noreturn)) start_application(uint16_t entry, uint8_t reset_cause) {
     __asm__ volatile("mov r2, %[cause] \n"
                      "ijmp             \n"
                      :
@@ -50,7 +31,36 @@ __attribute__((used, noreturn)) void boot_begin(bool start) {
     watchdog_stop();
     const uint16_t entry = image_application_entry();
     if (entry != IMAGE_NO_ENTRY && (start || (cause != 0 && entry != 0)))
-        boot_application(entry, cause);
+        start_application(entry, cause);
     __asm__ volatile("rjmp __do_clear_bss");
     __builtin_unreachable();
+}
+
+static void move_vectors(uint8_t place) {
+    MCUCR = _BV(IVCE);
+    MCUCR = place;
+}
+
+void boot_take_interrupts(void) {
+    move_vectors(_BV(IVSEL));
+    sei();
+}
+
+// The application that is left may have had any part of the chip at work. All these registers are 0
+// after a reset; between them and behind them are the oscillator's, and those of bits that are not.
+void boot_silence_chip(void) {
+    eeprom_busy_wait();
+    PRR = 0;
+    for (volatile uint8_t *part = &PINB; part <= &SMCR; part++) *part = 0;
+    for (volatile uint8_t *part = &PCICR; part <= &ASSR; part++) *part = 0;
+    TWCR = UCSR0B = 0;
+}
+
+void boot_leave(void) {
+    const uint16_t entry = image_application_entry();
+    if (entry == IMAGE_NO_ENTRY) return;
+    cli();
+    move_vectors(0);
+    boot_silence_chip();
+    start_application(entry, 0);
 }

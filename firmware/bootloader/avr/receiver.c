@@ -7,8 +7,9 @@
 #include "../../kilolib/avr/board.h"
 #include "../../kilolib/avr/infrared_receive.h"
 #include "../../kilolib/core/infrared_frame.h"
+#include "clock.h"
 
-#define QUEUE_LENGTH 8  // a power of two
+#define QUEUE_LENGTH 16  // a power of two
 
 static infrared_reader_t reader;
 static message_t queue[QUEUE_LENGTH];
@@ -17,18 +18,10 @@ static volatile uint8_t head, tail;
 
 // As kilolib's receiver (kilolib/avr/infrared_receive.c), without the converter.
 void receiver_init(void) {
-    TCCR1A = 0;
     TCCR1B = BIT(ICES1) | BIT(CS10);
     DIDR1 = BIT(AIN0D) | BIT(AIN1D);
     infrared_reader_reset(&reader);
     ACSR = BIT(ACI) | BIT(ACIC) | BIT(ACIE) | BIT(ACIS1) | BIT(ACIS0);
-}
-
-void receiver_stop(void) {
-    ACSR = 0;
-    TIMSK1 = 0;
-    TCCR1B = 0;
-    DIDR1 = 0;
 }
 
 bool receiver_in_frame(void) { return reader.receiving; }
@@ -51,9 +44,9 @@ ISR(ANALOG_COMP_vect) {
     OCR1A = reader.byte_start + BYTE_TIMEOUT;
     if (edge == EDGE_BEGINS) {
         TIFR1 = BIT(OCF1A);
-        TIMSK1 = BIT(OCIE1A);
+        TIMSK1 = BOOT_WAKES | BIT(OCIE1A);
     }
-    if (!reader.receiving) TIMSK1 = 0;
+    if (!reader.receiving) TIMSK1 = BOOT_WAKES;
     if (edge != EDGE_COMPLETES || behind(head) == tail) return;
     queue[head] = reader.message;
     head = behind(head);
@@ -62,5 +55,5 @@ ISR(ANALOG_COMP_vect) {
 // The next edge did not come in time.
 ISR(TIMER1_COMPA_vect) {
     infrared_reader_reset(&reader);
-    TIMSK1 = 0;
+    TIMSK1 = BOOT_WAKES;
 }

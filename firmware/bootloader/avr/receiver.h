@@ -6,14 +6,11 @@
 
 #include "message.h"
 
-/// Switches the comparator on, and timer 1, which times its edges.
+/// Switches the comparator on, and timer 1, which times its edges. Both are as after a reset.
 void receiver_init(void);
 
-/// Puts the registers that it uses back to what they are after a reset.
-void receiver_stop(void);
-
 /// The oldest message, as it came; NULL if there is none. A frame takes 4.4 ms on air, and the
-/// queue has room for seven: what comes while it is full is lost.
+/// queue has room for 15: what comes while it is full is lost.
 const message_t *receiver_oldest(void);
 
 /// Takes the oldest message out of the queue. The pointer to it is not valid any more.

@@ -4,6 +4,8 @@
 
 #define LAST_FRAGMENT (BOOT_FRAGMENTS - 1)
 #define LAST_FRAGMENT_BYTES (BOOT_PAGE_BYTES - LAST_FRAGMENT * BOOT_FRAGMENT_BYTES)
+// Operations that prepare() takes, five at most, and as many again that the flash did not take.
+#define PREPARE_TRIES 10
 // Bits without a fragment in the third byte of a page.
 #define UNUSED_BITS ((uint8_t)(0xFF << (BOOT_FRAGMENTS - 16)))
 
@@ -18,14 +20,15 @@ static bool page_has(uint8_t page, const uint8_t *bytes) {
     return true;
 }
 
-// The next two answer whether a page is as they make it. So an operation is verified by the same
-// call once more.
+// Erases the page if it is not blank. True if it was.
 static bool make_blank(uint8_t page) {
     if (page_has(page, NULL)) return true;
     boot_flash_erase(page);
     return false;
 }
 
+// Does the next operation that makes a page these bytes. True if it has them, so each operation is
+// verified by the next call.
 static bool make_page(uint8_t page, const uint8_t *bytes) {
     if (page_has(page, bytes)) return true;
     if (make_blank(page)) boot_flash_write(page, bytes);
@@ -86,14 +89,32 @@ void image_store_announce(image_store_t *store, const image_t *image) {
     check_image(store);
 }
 
-// Page 0 cannot be erased while others are there: power-up would slide through it into the middle
-// of the program.
-static void drop_page(image_store_t *store, uint8_t page) {
-    if (page == 0) {
-        forget(store, STORE_ERASING);
-        return;
+// The next operation of those that make page 0 lead to the loader and nothing else. The record
+// goes first, without which nothing is started. Page 0 is never blank but with page 1 behind it
+// that leads to the loader, too; where page 0 does not lead there yet, so does none.
+static bool prepare_next(image_store_t *store) {
+    const uint8_t *bytes = store->bytes;
+    if (!make_blank(BOOT_RECORD_PAGE)) return false;
+    if (image_vector_is_loaders() && !page_has(0, bytes) && !make_page(1, bytes)) return false;
+    return make_page(0, bytes);
+}
+
+// False if the flash does not take it.
+static bool prepare(image_store_t *store) {
+    memset(store->bytes, BOOT_BLANK, BOOT_PAGE_BYTES);
+    image_put_loaders_vector(store->bytes);
+    for (uint8_t i = 0; i < PREPARE_TRIES; i++) {
+        if (!prepare_next(store)) continue;
+        store->state = STORE_LOADING;
+        return true;
     }
-    boot_flash_erase(page);
+    return false;
+}
+
+// A page that has to come again is erased then. Page 0 is not erased alone: everything is prepared
+// anew.
+static void drop_page(image_store_t *store, uint8_t page) {
+    if (page == 0) forget(store, STORE_ANNOUNCED);
     memset(store->received[page], 0, sizeof store->received[page]);
 }
 
@@ -115,8 +136,11 @@ static void write_page(image_store_t *store) {
     if (++store->stored == store->image.pages) check_image(store);
 }
 
-// Known bytes of a page that was written in part are read back.
+// A page that nothing has come of holds the old program. Known bytes of one that was written in
+// part are read back.
 static void open_page(image_store_t *store, uint8_t page) {
+    const uint8_t *bits = store->received[page];
+    if (page != 0 && (bits[0] | bits[1] | bits[2]) == 0) (void)make_blank(page);
     for (uint8_t i = 0; i < BOOT_PAGE_BYTES; i++) store->bytes[i] = sent_byte(store, page, i);
     store->page = page;
 }
@@ -145,15 +169,15 @@ static bool differs(const image_store_t *store, uint8_t page, uint8_t fragment,
 
 void image_store_fragment(image_store_t *store, uint8_t page, uint8_t fragment,
                           const uint8_t *bytes) {
+    if (store->state == STORE_EMPTY || store->state == STORE_COMPLETE) return;
     if (page >= store->image.pages || fragment > LAST_FRAGMENT) return;
-    if (store->state == STORE_ANNOUNCED) store->state = STORE_ERASING;
-    if (store->state < STORE_LOADING || store->state == STORE_COMPLETE) return;
     const uint8_t count = fragment < LAST_FRAGMENT ? BOOT_FRAGMENT_BYTES : LAST_FRAGMENT_BYTES;
-    if ((store->received[page][fragment >> 3] & mask_of(fragment)) == 0) {
-        put_fragment(store, page, fragment, bytes, count);
-    } else if (!store->image.checked && differs(store, page, fragment, bytes, count)) {
-        forget(store, STORE_ERASING);
+    if ((store->received[page][fragment >> 3] & mask_of(fragment)) != 0) {
+        if (store->image.checked || !differs(store, page, fragment, bytes, count)) return;
+        forget(store, STORE_ANNOUNCED);
     }
+    if (store->state == STORE_ANNOUNCED && !prepare(store)) return;
+    put_fragment(store, page, fragment, bytes, count);
 }
 
 void image_store_check_page(image_store_t *store, uint8_t page, uint16_t crc) {
@@ -163,24 +187,6 @@ void image_store_check_page(image_store_t *store, uint8_t page, uint16_t crc) {
     store->stored--;
     store->state = STORE_LOADING;
     drop_page(store, page);
-}
-
-// First the record, without which nothing is started; then page 0, if power-up does not come by the
-// loader yet; then all others, while page 0 leads to the loader; then page 0.
-static void erase_next(image_store_t *store) {
-    bool done = false;
-    memset(store->bytes, BOOT_BLANK, BOOT_PAGE_BYTES);
-    image_put_loaders_vector(store->bytes);
-    if (store->cursor == 0) {
-        done = make_blank(BOOT_RECORD_PAGE);
-    } else if (!image_vector_is_loaders()) {
-        make_page(0, store->bytes);
-    } else if (store->cursor < BOOT_RECORD_PAGE) {
-        done = make_blank(store->cursor);
-    } else if (make_page(0, store->bytes)) {
-        store->state = STORE_LOADING;
-    }
-    if (done) store->cursor++;
 }
 
 // The image is right: the record is left. The next call finds it written, or writes it again.
@@ -202,28 +208,28 @@ static void refuse(image_store_t *store) {
     if (image_record_read(&record)) forget(store, STORE_ANNOUNCED);
 }
 
-// A page at a time, so that messages do not wait.
+// The CRC is summed up; then what is left of a longer program is erased, through which code slides
+// into the loader. A page at a time, so that messages do not wait.
 static void check_next(image_store_t *store) {
-    if (store->cursor < store->image.pages) {
-        store->crc = add_page(store, store->cursor++, store->crc);
+    const uint8_t page = store->cursor;
+    if (page < store->image.pages) {
+        store->crc = add_page(store, page, store->crc);
+        store->cursor++;
         return;
     }
     const bool right = !store->image.checked || crc16_value(store->crc) == store->image.crc;
-    if (right && image_entry(store->vector, store->image.pages) != IMAGE_NO_ENTRY) {
-        make_valid(store);
-    } else {
+    if (!right || image_entry(store->vector, store->image.pages) == IMAGE_NO_ENTRY) {
         refuse(store);
+    } else if (page == BOOT_RECORD_PAGE) {
+        make_valid(store);
+    } else if (make_blank(page)) {
+        store->cursor++;
     }
 }
 
 bool image_store_work(image_store_t *store) {
-    if (store->state == STORE_ERASING) {
-        erase_next(store);
-    } else if (store->state == STORE_CHECKING) {
-        check_next(store);
-    } else {
-        return false;
-    }
+    if (store->state != STORE_CHECKING) return false;
+    check_next(store);
     return true;
 }
 

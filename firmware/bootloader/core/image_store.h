@@ -7,8 +7,9 @@
 /// program, the new one, or the waiting loader.
 ///
 /// Pure but for the flash (boot_flash.h): no registers, no clock, nothing allocated. The caller
-/// owns the memory. No call is for an interrupt; none takes longer than two flash operations and
-/// the reading of a page, some 10 ms on the chip, and image_store_work() goes on with what is left.
+/// owns the memory. No call is for an interrupt. The first fragment takes 25 ms on the chip, others
+/// two flash operations and the reading of a page, some 10 ms, at most; image_store_work() goes on
+/// with what is left, and takes no longer.
 #ifndef BOOTLOADER_CORE_IMAGE_STORE_H
 #define BOOTLOADER_CORE_IMAGE_STORE_H
 
@@ -30,9 +31,8 @@ extern "C" {
 typedef enum {
     STORE_EMPTY,      ///< no image is announced
     STORE_ANNOUNCED,  ///< no fragment of it has come, and nothing was erased
-    STORE_ERASING,    ///< one has come; the old program goes, which takes up to 1 s
     STORE_LOADING,    ///< pages are written as they come
-    STORE_CHECKING,   ///< all is there; the CRC is computed, then the record written
+    STORE_CHECKING,   ///< all is there: CRC, what is left over, record
     STORE_COMPLETE,   ///< valid
     STORE_WRONG,      ///< all is there, but the CRC is another one, or it cannot be started
 } store_state_t;
@@ -61,18 +61,18 @@ void image_store_init(image_store_t *store);
 void image_store_announce(image_store_t *store, const image_t *image);
 
 /// Takes fragment 0 to BOOT_FRAGMENTS - 1 of a page. One that is there already, cannot be, or is
-/// not announced, is ignored; so is all that comes while the old program is being erased. In an
-/// image without a CRC, a fragment that differs from what is there belongs to another image with as
-/// many pages: everything begins anew.
+/// not announced, is ignored. In an image without a CRC, a fragment that differs from what is there
+/// belongs to another image with as many pages: everything begins anew, with that fragment. The
+/// old program goes with the first one; where the flash does not take that, it is ignored, too.
 void image_store_fragment(image_store_t *store, uint8_t page, uint8_t fragment,
                           const uint8_t *bytes);
 
-/// Takes the CRC-16 of a page, as sent. A page that is complete and differs is erased and
-/// forgotten; if it is page 0, so is all that came.
+/// Takes the CRC-16 of a page, as sent. A page that is complete and differs is forgotten; if it is
+/// page 0, so is all that came.
 void image_store_check_page(image_store_t *store, uint8_t page, uint16_t crc);
 
-/// Does the next piece of what goes on by itself: erasing, checking, making valid. To be called
-/// whenever nothing waits to be received; false if there is nothing to do.
+/// Does the next piece of what goes on by itself: checking, erasing what is left over, making
+/// valid. To be called whenever nothing waits to be received; false if there is nothing to do.
 bool image_store_work(image_store_t *store);
 
 #define BOOT_REPORT_BYTES 6

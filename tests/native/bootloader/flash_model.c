@@ -96,6 +96,7 @@ void flash_install(const program_t *program, bool with_record) {
 }
 
 static uint16_t word_at(uint32_t word) {
+    if (2 * word + 1 >= FLASH_BYTES) return 0;
     return (uint16_t)(flash[2 * word] | flash[2 * word + 1] << 8);
 }
 
@@ -120,7 +121,7 @@ starts_t flash_starts(const program_t *older, const program_t *newer, bool by_bo
     const uint32_t loader = BOOT_LOADER_ADDRESS / 2;
     if (!by_boot_reset) {
         while (word < loader && word_at(word) == 0xFFFF) word++;
-        const bool to_loader = word == 0 && word_at(0) == JMP && word_at(1) == loader + 2;
+        const bool to_loader = word_at(word) == JMP && word_at(word + 1) == loader + 2;
         const bool over_record =
             word == BOOT_RECORD_PAGE * BOOT_PAGE_BYTES / 2 && word_at(word) == 0xC03F;
         if (word < loader && !to_loader && !over_record)
@@ -155,8 +156,6 @@ void work(image_store_t *store) {
 
 void load(image_store_t *store, const program_t *program) {
     image_store_announce(store, &program->image);
-    work(store);
-    send_fragment(store, program, 0, 0);
     work(store);
     send_lap(store, program);
     work(store);

@@ -61,7 +61,7 @@ void send_lap(image_store_t *store, const program_t *program);
 /// Lets the store work until it has nothing to do; fails the test if that takes for ever.
 void work(image_store_t *store);
 
-/// Announces, sends a fragment, lets the store erase, and sends a lap.
+/// Announces and sends one lap.
 void load(image_store_t *store, const program_t *program);
 
 #endif

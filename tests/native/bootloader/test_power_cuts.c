@@ -27,11 +27,13 @@ static void load_badly(uint32_t seed) {
     work(&store);
 }
 
-// The operations that a replacement takes; with `cut`, the power goes after so many.
-static uint32_t replace(bool with_record, uint32_t seed, uint32_t cut) {
-    flash_erase_chip();
-    flash_install(&older, with_record);
+/// What is in flash before the replacement.
+typedef enum { BLANK_CHIP, OURS, FOREIGN } before_t;
+
+// Loads, and returns the operations that it takes; with `cut`, the power goes after so many.
+static uint32_t load_until(uint32_t seed, uint32_t cut) {
     image_store_init(&store);
+    flash_operations = 0;
     flash_power_goes_after = cut;
     if (setjmp(flash_power) == 0) {
         load_badly(seed);
@@ -39,6 +41,12 @@ static uint32_t replace(bool with_record, uint32_t seed, uint32_t cut) {
     }
     flash_power_goes_after = 0;
     return flash_operations;
+}
+
+static uint32_t replace(before_t before, uint32_t seed, uint32_t cut) {
+    flash_erase_chip();
+    if (before != BLANK_CHIP) flash_install(&older, before == OURS);
+    return load_until(seed, cut);
 }
 
 static starts_t assert_whole(uint32_t cut) {
@@ -58,11 +66,11 @@ static void assert_recovers(uint32_t cut) {
         fail_msg("after operation %u no replacement succeeds", cut);
 }
 
-static void cut_after_each(uint32_t seed) {
-    const uint32_t operations = replace(true, seed, 0);
+static void cut_after_each(before_t before, uint32_t seed) {
+    const uint32_t operations = replace(before, seed, 0);
     starts_t last = STARTS_OLD;
     for (uint32_t cut = 1; cut <= operations; cut++, cuts++) {
-        replace(true, seed, cut);
+        replace(before, seed, cut);
         last = assert_whole(cut);
         // The record goes first and comes last.
         assert_int_equal(last == STARTS_NEW, cut == operations);
@@ -72,17 +80,43 @@ static void cut_after_each(uint32_t seed) {
 }
 
 TEST(after_each_operation_what_starts_is_whole) {
-    const uint8_t sizes[][2] = {{1, 1}, {1, 9}, {9, 1}, {9, 9}, {56, 56}, {220, 30}, {30, 220}};
+    const uint8_t sizes[][2] = {{1, 1}, {1, 9},   {9, 1},    {2, 2},
+                                {9, 9}, {40, 40}, {220, 30}, {30, 220}};
     cuts = 0;
     for (uint8_t i = 0; i < sizeof sizes / 2; i++)
         for (uint32_t seed = 0; seed < (sizes[i][1] < 10 ? 4u : 1u); seed++)
             for (int checked = 0; checked < 2; checked++) {
                 program_make(&older, sizes[i][0], 11 + i, true);
                 program_make(&newer, sizes[i][1], 22 + i, checked != 0);
-                cut_after_each(seed);
+                cut_after_each(OURS, seed);
+                cut_after_each(BLANK_CHIP, seed);
             }
     printf("%u power cuts\n", cuts);
     assert_true(cuts > 1000);
+}
+
+// Whatever a cut leaves, the next replacement begins with that, and is cut itself.
+TEST(after_each_operation_of_a_replacement_that_follows_a_cut_what_starts_is_whole) {
+    static uint8_t left[FLASH_BYTES];
+    const uint8_t sizes[][2] = {{1, 1}, {1, 5}, {5, 1}, {2, 2}, {9, 7}};
+    cuts = 0;
+    for (uint8_t i = 0; i < sizeof sizes / 2; i++) {
+        program_make(&older, sizes[i][0], 11 + i, true);
+        program_make(&newer, sizes[i][1], 22 + i, true);
+        const uint32_t operations = replace(OURS, 0, 0);
+        for (uint32_t first = 1; first < operations; first++) {
+            replace(OURS, 0, first);
+            memcpy(left, flash, sizeof left);
+            const uint32_t more = load_until(0, 0);
+            for (uint32_t cut = 1; cut <= more; cut++, cuts++) {
+                memcpy(flash, left, sizeof left);
+                load_until(0, cut);
+                assert_whole(cut);
+            }
+        }
+    }
+    printf("%u power cuts after a power cut\n", cuts);
+    assert_true(cuts > 500);
 }
 
 TEST(random_replacements_cut_anywhere_leave_something_whole) {
@@ -91,9 +125,9 @@ TEST(random_replacements_cut_anywhere_leave_something_whole) {
         program_make(&older, (uint8_t)(1 + chance(&seed, 40)), seed, chance(&seed, 2) != 0);
         program_make(&newer, (uint8_t)(1 + chance(&seed, 40)), seed + 1, chance(&seed, 2) != 0);
         const uint32_t order = chance(&seed, 3) == 0 ? 0 : 1 + chance(&seed, 1000);
-        const uint32_t operations = replace(true, order, 0);
+        const uint32_t operations = replace(OURS, order, 0);
         const uint32_t cut = 1 + chance(&seed, operations);
-        replace(true, order, cut);
+        replace(OURS, order, cut);
         assert_whole(cut);
         assert_recovers(cut);
     }
@@ -132,10 +166,10 @@ TEST(pages_that_are_dropped_and_come_again_leave_no_window) {
 TEST(a_program_that_avrdude_alone_put_there_has_one_window_and_no_other) {
     program_make(&older, 30, 5, true);
     program_make(&newer, 20, 6, true);
-    const uint32_t operations = replace(false, 0, 0);
+    const uint32_t operations = replace(FOREIGN, 0, 0);
     uint32_t windows = 0;
     for (uint32_t cut = 1; cut <= operations; cut++) {
-        replace(false, 0, cut);
+        replace(FOREIGN, 0, cut);
         const bool half = flash_starts(&older, &newer, false) == STARTS_HALF;
         windows += half;
         assert_int_equal(half, cut == 1);
@@ -170,6 +204,8 @@ TEST(a_record_without_its_program_does_not_start_another_one) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(after_each_operation_what_starts_is_whole),
+        cmocka_unit_test(
+            after_each_operation_of_a_replacement_that_follows_a_cut_what_starts_is_whole),
         cmocka_unit_test(random_replacements_cut_anywhere_leave_something_whole),
         cmocka_unit_test(pages_that_are_dropped_and_come_again_leave_no_window),
         cmocka_unit_test(a_program_that_avrdude_alone_put_there_has_one_window_and_no_other),
