@@ -15,6 +15,7 @@ from intelhex import IntelHex
 
 from kilotwin import _emulator
 from kilotwin.build.avr import build_image
+from kilotwin.build.boot_loader import build_boot_loader
 from kilotwin.experiment.programs import find_program
 from kilotwin.files.message_crc import message_crc
 from kilotwin.flash import chip_file
@@ -91,6 +92,22 @@ def flash_of(chip: Path) -> bytes:
     return chip_file.plug_in(chip).flash
 
 
+def check_recorded(flash: bytes, image: Path) -> None:
+    """The program in a flash, with a loader's vector in front and its own in the record."""
+    program = IntelHex(str(image)).tobinstr()
+    assert flash[:4] == b"\x0c\x94\x02\x38"  # jmp 0x7004
+    assert flash[4 : len(program)] == program[4:]
+    record = flash[0x6F80:0x6F90]
+    assert record[10:14] == program[:4]
+    assert message_crc(record) == 0
+
+
+def is_ours(flash: bytes) -> bool:
+    """Whether the loader in it is Kilotwin's."""
+    loader = IntelHex(str(build_boot_loader())).tobinstr(0x7000)
+    return bool(flash[0x7000 : 0x7000 + len(loader)] == loader)
+
+
 def kept(folder: Path) -> list[Path]:
     return sorted((folder / "kept").glob("*"))
 
@@ -116,8 +133,9 @@ def test_a_robot_is_flashed_verified_and_runs_from_that_memory(
     assert report["written"]
     assert report["verified"]
     assert not report["eeprom_written"]
-    program = IntelHex(str(image))
-    assert flash_of(chip)[: program.maxaddr() + 1] == program.tobinstr()
+    assert report["loader"] == "Kilotwin's"
+    check_recorded(flash_of(chip), image)
+    assert is_ours(flash_of(chip))
     assert chip_file.plug_in(chip).eeprom == eeprom_of_a_robot()
 
     (tmp_path / "run.toml").write_text(EXPERIMENT)
@@ -181,13 +199,9 @@ def test_a_loader_of_ours_in_the_chip_gets_its_image_record(
 ) -> None:
     chip = make_chip(tmp_path / "chip.hex", loader=LOADER, first=b"\x0c\x94\x02\x38")
     with serving(chip, environment) as port:
-        kilotwin("flash", "robot", image, *VIA, "-P", port)
-    flash, program = flash_of(chip), IntelHex(str(image)).tobinstr()
-    assert flash[:4] == b"\x0c\x94\x02\x38"  # jmp 0x7004
-    assert flash[4 : len(program)] == program[4:]
-    record = flash[0x6F80:0x6F90]
-    assert record[10:14] == program[:4]
-    assert message_crc(record) == 0
+        kilotwin("flash", "robot", image, *VIA, "-P", port, "--loader", "keep")
+    flash = flash_of(chip)
+    check_recorded(flash, image)
     assert flash[0x7000 : 0x7000 + len(LOADER)] == LOADER
 
 
@@ -306,14 +320,14 @@ def test_a_programmer_unplugged_in_mid_page_is_said_and_mended_by_what_is_said(
     (file,) = kept(tmp_path)
     assert f"its EEPROM is in {file}; type: kilotwin flash robot {image}" in line
     program = IntelHex(str(image)).tobinstr()
-    assert flash_of(chip)[: len(program)] != program
+    assert flash_of(chip)[4 : len(program)] != program[4:]
 
     # The command that it says to type, at the new port.
     words = line.split("type: kilotwin ")[1].replace(port, "{port}").split()
     assert ("--eeprom" in words) == (fuse == LOSES_EEPROM)
     with serving(chip, environment) as port:
         kilotwin(*(word.format(port=port) for word in words))
-    assert flash_of(chip)[: len(program)] == program
+    check_recorded(flash_of(chip), image)
     assert chip_file.plug_in(chip).eeprom == eeprom_of_a_robot()
 
 

@@ -7,6 +7,8 @@ from typing import Any
 
 import pytest
 
+from kilotwin.build.boot_loader import build_boot_loader
+
 from .conftest import ROOT, Kilotwin
 
 WALKER = """
@@ -104,6 +106,9 @@ def test_our_own_programs_are_made_with_the_same_bytes(tmp_path: Path, kilotwin:
 
     command = ["make", "-s", "-C", str(ROOT / "firmware"), f"BUILD={tmp_path}/robots"]
     subprocess.run(command, capture_output=True, timeout=120, check=True)
+    # And the boot loader, which has flags and vectors of its own.
+    loader = (tmp_path / "robots" / "bootloader.hex").read_bytes()
+    assert build_boot_loader().read_bytes() == loader
     for name, source in (("aggregation", "firmware/aggregation"), ("blank", "firmware/blank.c")):
         kilotwin("build", source, "--hex", output, "--quiet")
         assert output.read_bytes() == (tmp_path / "robots" / f"{name}.hex").read_bytes()

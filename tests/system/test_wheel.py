@@ -39,6 +39,10 @@ def test_an_installed_wheel_runs_a_program(environment: dict[str, str], tmp_path
     done = python(command, "build", "my.c", "--hex", "my.hex", "--json")
     assert done.returncode == 0, done.stderr
     assert '"build_id": "robot my avr-gcc-' in done.stdout
+    # And the boot loader that goes in with it.
+    code = "from kilotwin.build.boot_loader import build_boot_loader as b; print(b().exists())"
+    done = python(code)
+    assert done.stdout.strip() == "True", done.stderr
     # The CAN frames' description is not Python either.
     frame = "from kilotwin.can import protocol; print(protocol.to_module('MODULE_RUN').hex())"
     done = python(frame)

@@ -1,8 +1,11 @@
 """Builds what the robots of a group run: a guest, or an image for their ATmega328P."""
 
 import hashlib
+from dataclasses import replace
+from pathlib import Path
 
 from kilotwin.build.avr import build_image
+from kilotwin.build.boot_loader import with_boot_loader
 from kilotwin.build.guest import Guest, Notify, build
 from kilotwin.experiment.experiment import Group
 
@@ -14,8 +17,16 @@ def build_group(group: Group, notify: Notify = lambda _: None) -> Guest:
     program = group.program
     if not group.on_board:
         return build(program, notify)
-    if not program.sources:
-        key = hashlib.sha256(program.path.read_bytes()).hexdigest()[:_KEY_CHARACTERS]
-        return Guest(program.name, program.path, key, "")
-    image = build_image(program, notify)
-    return Guest(program.name, image.hex, image.key, image.compiler)
+    if program.sources:
+        image = build_image(program, notify)
+        guest = Guest(program.name, image.hex, image.key, image.compiler)
+    else:
+        guest = Guest(program.name, program.path, _key_of(program.path), "")
+    if not group.boot_loader:
+        return guest
+    whole = with_boot_loader(guest.file, notify)
+    return replace(guest, file=whole, key=_key_of(whole))
+
+
+def _key_of(file: Path) -> str:
+    return hashlib.sha256(file.read_bytes()).hexdigest()[:_KEY_CHARACTERS]

@@ -55,7 +55,7 @@ LoaderOption = Annotated[
         "--loader",
         metavar="FILE|keep|none",
         envvar="KILOTWIN_LOADER",
-        help="The boot loader: ours if it is built, else the one in the chip.",
+        help="The boot loader: Kilotwin's if not given.",
     ),
 ]
 Eeprom = Annotated[
@@ -109,7 +109,7 @@ def robot(
         job = Job(
             wiring=Wiring(programmer, port, _options(bit_clock, baud_rate)),
             application=application,
-            loader=loader.choose(loader_file, application),
+            loader=loader.choose(loader_file, application, display.step),
             eeprom=eeprom,
             keep=keep,
             again=["kilotwin", *sys.argv[1:]],

@@ -104,6 +104,9 @@ def _programs(experiment: ExperimentSchema) -> Iterator[Problem]:
             what = "these robots lack 'program', or 'hex'; add one of them"
             yield Problem(what, (("robots", index),))
         yield from _kind(("robots", index), robots, medium, "robots")
+        if robots.boot_loader and robots.hex is None and robots.cpu != "avr":
+            what = 'a boot loader is for an ATmega328P; set cpu to "avr"'
+            yield Problem(what, (("robots", index, "boot_loader"),))
     if experiment.grid is not None:
         yield from _kind(("grid",), experiment.grid, medium, "modules")
 

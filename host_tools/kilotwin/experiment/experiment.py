@@ -40,6 +40,7 @@ class Group:
     count: int
     poses: list[list[float]] | None
     on_board: bool = False  # each of them is an ATmega328P
+    boot_loader: bool = False  # in its flash, besides the program
 
 
 @dataclass(frozen=True)
@@ -159,7 +160,7 @@ def _groups(keys: ExperimentSchema, origin: ExperimentText) -> Iterable[Group]:
                 robots.program, table, origin, robots.include, robots.define, api=robots.flavour
             )
         on_board = robots.hex is not None or robots.cpu == "avr"
-        yield Group(program, robots.count, robots.poses, on_board)
+        yield Group(program, robots.count, robots.poses, on_board, robots.boot_loader)
 
 
 def _modules(grid: Grid, origin: ExperimentText) -> Group:

@@ -160,6 +160,9 @@ class Robots(Section):
     """Instead of `program`: a `.hex` or `.elf` for the ATmega328P, run as it would be flashed."""
     cpu: Literal["native", "avr"] | None = None
     """What runs `program`: this computer, or each robot's ATmega328P (`kilobot` medium only)."""
+    boot_loader: bool = False
+    """Whether their flash also holds Kilotwin's boot loader, so that they can be flashed over the
+    air; ATmega328P only."""
     include: list[Text] = []
     """Folders to look for headers in, besides the program's own."""
     define: list[Text] = []

@@ -3,20 +3,14 @@
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from kilotwin.build.boot_loader import build_boot_loader
+from kilotwin.build.guest import Notify
 from kilotwin.errors import InputError
-from kilotwin.files import resources
 from kilotwin.files.flash_map import LOADER_BEGIN, Segments
 from kilotwin.flash.image import has_loader, loader_of
 
 KEEP, NONE = "keep", "none"
 """In place of a file: the one that is in the chip, or none at all."""
-
-_BUILT = "build/firmware/bootloader.hex"
-
-
-def built_loader() -> Path | None:
-    """Kilotwin's own boot loader, as `make firmware` leaves it; None if it is not built."""
-    return resources.find(_BUILT)
 
 
 @dataclass(frozen=True)
@@ -30,8 +24,8 @@ class Loader:
     """Whether it starts what an image record describes (image_record.py)."""
 
 
-def choose(written: str | None, application: Segments) -> Loader:
-    """The loader that is wanted: `--loader`'s word or file, else ours, else the chip's own.
+def choose(written: str | None, application: Segments, notify: Notify = lambda _: None) -> Loader:
+    """The loader that is wanted: `--loader`'s word or file, else ours, built if it has to be.
 
     InputError if the file is no loader, or the application brings one as well.
     """
@@ -44,10 +38,11 @@ def choose(written: str | None, application: Segments) -> Loader:
         return Loader("the file's own")
     if written == NONE:
         return Loader("none")
-    path = built_loader() if written is None else Path(written)
-    if written == KEEP or path is None:
+    if written == KEEP:
         return Loader("the one in the chip", from_chip=True)
-    return Loader(str(path), loader_of(path), ours=path == built_loader())
+    if written is not None:
+        return Loader(written, loader_of(Path(written)))
+    return Loader("Kilotwin's", loader_of(build_boot_loader(notify)), ours=True)
 
 
 def loader_in(flash: bytes) -> Segments:

@@ -13,15 +13,14 @@ PROGRAM = {0: b"\x01\x02"}
 LOADER = {LOADER_BEGIN: b"\x03\x04"}
 
 
-def test_ours_is_taken_if_it_is_built_else_the_chips_own(
+def test_ours_is_built_and_taken_unless_another_one_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(loader, "built_loader", lambda: None)
-    assert loader.choose(None, PROGRAM).from_chip
     file = tmp_path / "ours.hex"
     write_memories(file, LOADER)
-    monkeypatch.setattr(loader, "built_loader", lambda: file)
-    assert loader.choose(None, PROGRAM) == loader.Loader(str(file), LOADER, ours=True)
+    monkeypatch.setattr(loader, "build_boot_loader", lambda notify: file)
+    assert loader.choose(None, PROGRAM) == loader.Loader("Kilotwin's", LOADER, ours=True)
+    assert loader.choose(str(file), PROGRAM) == loader.Loader(str(file), LOADER)
     assert loader.choose("keep", PROGRAM).from_chip
     assert loader.choose("none", PROGRAM) == loader.Loader("none")
     assert loader.choose(None, {**PROGRAM, **LOADER}) == loader.Loader("the file's own")
