@@ -27,8 +27,8 @@ from kilotwin.links.robot_link import (
 
 # Robots that send at the moment, and those at the edge of a cell's light, hear one frame of many.
 _BOOT_S, _SIZE_S, _CRC_S, _START_S, _RUN_S = 3.0, 1.5, 0.5, 2.0, 2.0
-# A loader erases for up to 1 s from the first fragment on, and keeps none meanwhile.
-_ERASE_S = 1.2
+# A loader that has all of an image computes its CRC, and writes its record.
+_CHECK_S = 1.0
 # A few robots are asked one by one; all are asked again until so many times brought nobody new.
 _FEW, _TRIES_ALL, _TRIES_ONE = 4, 4, 6
 # Laps that brought nothing, and laps in all, until those that are left are given up.
@@ -233,7 +233,7 @@ class Upload:
         yield from self._call()
         while self.laps < self.wish.laps:
             self.laps += 1
-            yield from self._send(sorted(self._every_page), erase=self.laps == 1)
+            yield from self._send(sorted(self._every_page))
         yield Repeat(messages.START, _START_S)
         self.started = True
         if self.wish.run:
@@ -257,11 +257,10 @@ class Upload:
         pages = set[int]().union(*(robot.missing for robot in lacking))
         if self.unknown and self.laps <= self.wish.laps:
             pages |= self._every_page
-        fresh = self.unknown > 0 or any(r.missing == self._every_page for r in lacking)
         if pages:
-            yield from self._send(sorted(pages), erase=fresh)
+            yield from self._send(sorted(pages))
         else:
-            yield Pause(_ERASE_S)  # a loader computes its CRC
+            yield Pause(_CHECK_S)
         self._tell(f"lap {self.laps}: asking robots what they have")
         yield from self._inquire(IDENTITY, self._asked, open_ended=lambda: self.unknown > 0)
         if any(r.state is LoaderState.WRONG for r in self.robots.values()):
@@ -269,16 +268,11 @@ class Upload:
         else:
             yield from self._ask_for_pages(frozenset(pages))
 
-    def _send(self, pages: list[int], *, erase: bool) -> Script:
-        """Pages everywhere; `erase`: some have to erase first, which a page makes them do.
+    def _send(self, pages: list[int]) -> Script:
+        """Pages everywhere.
 
         Later laps have few pages, and asking takes longer than sending them more than once.
         """
-        if erase:
-            for _ in range(self.laps_per_place):
-                yield Announce()
-                yield SendPage(pages[0])
-            yield Pause(_ERASE_S)
         rounds = self.laps_per_place * (min(self.laps, _MOST_REPEATS) if self.verifiable else 1)
         total, sent = len(pages) * rounds, 0
         for _ in range(rounds):

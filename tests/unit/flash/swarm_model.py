@@ -41,8 +41,6 @@ class ModelRobot:
     announced: int | None = None
     pages: int = 0
     flash: dict[int, dict[int, bytes]] = field(default_factory=dict)
-    erasing: bool = False
-    erased: bool = False
     damages: set[int] = field(default_factory=set)
     """Pages that are written wrongly once."""
     starts: int = 0
@@ -53,7 +51,6 @@ class ModelRobot:
     def reset(self) -> None:
         """Forgets what came."""
         self.flash.clear()
-        self.erased = self.erasing = False
 
     def content(self, page: int) -> bytes | None:
         """A page that is complete."""
@@ -116,8 +113,6 @@ class Swarm:
                 return self._answers(action)
             case Pause(seconds):
                 assert seconds >= 1
-                for robot in self.robots:
-                    robot.erasing = False
         return []
 
     def run(self, upload: Upload, before: Callable[[Action], object] = lambda _: None) -> None:
@@ -183,10 +178,6 @@ class Swarm:
         self._size_due = False
 
     def _fragment(self, robot: ModelRobot, page: int, number: int) -> None:
-        if not robot.erased:
-            robot.erased = robot.erasing = True
-        if robot.erasing:
-            return
         data = self.image.pages[page][number * FRAGMENT : (number + 1) * FRAGMENT]
         if page in robot.damages and number == 3:
             robot.damages.discard(page)

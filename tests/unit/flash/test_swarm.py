@@ -10,7 +10,7 @@ from kilotwin.errors import DeviceError, InputError, InterruptError
 from kilotwin.files.flash_image import FlashImage
 from kilotwin.flash import swarm
 from kilotwin.flash.swarm import SwarmFlasher
-from kilotwin.flash.upload import Announce, Ask, Repeat, SendPage, Upload, Wish
+from kilotwin.flash.upload import Announce, Ask, Pause, Repeat, SendPage, Upload, Wish
 from kilotwin.links.robot_link import ALL_ROBOTS, LoaderState, Report, RobotState
 
 from .swarm_model import ModelRobot, Swarm
@@ -62,8 +62,7 @@ class Link:
         return 0.0
 
     def sleep(self, seconds: float) -> None:
-        for robot in self.model.robots:
-            robot.erasing = False
+        self.model.perform(Pause(seconds))
 
 
 class Display:
@@ -208,7 +207,7 @@ def test_all_states_have_words() -> None:
     [
         (1, "0 robots have all of the program, 0 have a part"),
         (7, "0 robots have all of the program, 2 have a part and wait for the rest"),
-        (14, "2 robots have all of the program, 0 have a part"),
+        (13, "2 robots have all of the program, 0 have a part"),
     ],
 )
 def test_what_robots_hold_is_said_when_it_breaks_off(at: int, what: str) -> None:
