@@ -137,6 +137,28 @@ def test_a_program_beyond_the_flash_becomes_no_hex_file(refuse: Refuse, tmp_path
     assert "bytes of flash, an image has at most 28,160 (220 pages); leave out" in line
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["hex/half_a_file.hex"], r"hex/half_a_file.hex:\d+: half a hex file, .*"),
+        (["hex/wrong_checksum.hex"], r"hex/wrong_checksum.hex:\d+: wrong checksum; .*"),
+        (["hex/beyond_220_pages.hex"], r"hex/beyond_220_pages.hex:\d+: .* 220 pages of 128 .*"),
+        (["programs/blink.c"], r"\S*/blink.c: is a program for a robot, not for .*"),
+        (["hex/nothing.hex"], r"hex/nothing.hex: no such file or directory; name a .hex file"),
+        (["x.hex", "--module", "3,7"], r"--module 3: not a module; write column-row, .*: 3-7,4-7"),
+        (["x.hex", "--module", "10-0"], r"--module 10-0: the grid has 10 x 20 modules; columns .*"),
+        (["x.hex", "--size", "0x1"], r"--size 0x1: not COLUMNSxROWS, each 1 to 31; try 10x20"),
+        (["x.hex", "-D", "N=3"], r"x.hex is built already; -I and -D are for a .c or a folder"),
+    ],
+)
+def test_a_bad_order_to_flash_modules_reaches_no_bus(
+    words: list[str], said: str, refuse: Refuse
+) -> None:
+    bus = ["--can", "socketcand:127.0.0.1:1"]
+    first = refuse("modules", *words, *bus, "--quiet", command="flash").splitlines()[0]
+    assert re.fullmatch(f"kilotwin: {said}", first)
+
+
 def test_the_compilers_words_are_shown_as_they_are(refuse: Refuse) -> None:
     said = refuse("build/program_that_does_not_compile.toml")
     assert re.search(r"^\S*/programs/broken\.c:6:13: error: ", said, re.MULTILINE)

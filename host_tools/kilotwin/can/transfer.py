@@ -11,10 +11,15 @@ from typing import NamedTuple
 from kilotwin.can.protocol import FrameError, to_module
 from kilotwin.files.flash_image import FlashImage
 from kilotwin.files.headers import PAGE_BYTES, PAGES
+from kilotwin.files.message_crc import message_crc
 
 CONFIG_BYTES = 48
 CHUNK_BYTES = 6
 IR_BYTES = 9
+CRCS_PER_FRAME = 3
+PAGES_PER_REPORT = 32
+BOOT_IDENTITY = 0xE0
+"""In place of the first page: the image's id."""
 
 # Gaps of the original dispatcher (hardware.md 3.7); a module handles a frame in less.
 _CHUNK_PAUSE_S = 0.001
@@ -23,6 +28,12 @@ _CONFIG_PAUSE_S = 0.005
 _IR_PAUSE_S = 0.005
 _NUMBER_PAUSE_S = 0.010
 _PAGE_PAUSE_S = 0.100
+# A loader reads three pages for the CRCs, and erases those that differ; an answer takes a look at
+# 32 pages.
+_CRC_PAUSE_S = 0.006
+_QUERY_PAUSE_S = 0.002
+
+_OLD = {False: "", True: "OLD_"}
 
 
 class Paced(NamedTuple):
@@ -104,15 +115,40 @@ def kilobot_program(program: bytes | FlashImage) -> Iterator[Paced]:
         yield from robots_page(number, page)
 
 
+def modules_announcement(
+    program: bytes | FlashImage, *, old_loader: bool = False
+) -> Iterator[Paced]:
+    """Announces a program for the modules themselves, which are in their boot loaders."""
+    return _announcement(f"{_OLD[old_loader]}MODULE_BOOTPAGE_SIZE", program, _CHUNK_PAUSE_S)
+
+
+def modules_page(number: int, page: bytes, *, old_loader: bool = False) -> Iterator[Paced]:
+    """A page of the modules' program: its number, then its 22 chunks."""
+    name = f"{_OLD[old_loader]}MODULE_BOOTPAGE"
+    yield Paced(to_module(f"{name}_NUMBER", Page=number), _CHUNK_PAUSE_S)
+    # The loader takes three bytes from the last chunk: the third lies beyond the page.
+    yield from _chunks(name, page, _CHUNK_PAUSE_S)
+
+
+def modules_page_crcs(image: FlashImage, first: int) -> Paced:
+    """The CRCs of pages `first`, a multiple of CRCS_PER_FRAME, and the next two (0 if none)."""
+    pages = image.pages[first : first + CRCS_PER_FRAME]
+    crcs = {f"PageCrc{i}": message_crc(page) for i, page in enumerate(pages)}
+    unused = {f"PageCrc{i}": 0 for i in range(len(pages), CRCS_PER_FRAME)}
+    return Paced(to_module("MODULE_BOOTPAGE_CRC", First=first, **crcs, **unused), _CRC_PAUSE_S)
+
+
+def modules_boot_query(first: int) -> Paced:
+    """Asks a module's loader which of 32 pages it lacks, from `first` on, or BOOT_IDENTITY."""
+    return Paced(to_module("MODULE_BOOT_QUERY", First=first), _QUERY_PAUSE_S)
+
+
 def module_program(program: bytes | FlashImage, *, old_loader: bool = True) -> Iterator[Paced]:
-    """A program for the modules themselves, which are in their boot loaders.
+    """One lap of a program for the modules themselves, which are in their boot loaders.
 
     The loaders in the field number these frames as the dispatcher does for them, 0x9F higher:
     `old_loader`. One that is to be found again after a lost frame is sent the whole lap again.
     """
-    old = "OLD_" if old_loader else ""
-    yield from _announcement(f"{old}MODULE_BOOTPAGE_SIZE", program, _CHUNK_PAUSE_S)
+    yield from modules_announcement(program, old_loader=old_loader)
     for number, page in enumerate(pages_of(program)):
-        yield Paced(to_module(f"{old}MODULE_BOOTPAGE_NUMBER", Page=number), _CHUNK_PAUSE_S)
-        # The loader takes three bytes from the last chunk: the third lies beyond the page.
-        yield from _chunks(f"{old}MODULE_BOOTPAGE", page, _CHUNK_PAUSE_S)
+        yield from modules_page(number, page, old_loader=old_loader)

@@ -30,7 +30,7 @@ COMMANDS = {
     "bench": "Measure robot-seconds per CPU-second on one core.",
     "record": "Run an experiment on a Kilogrid and leave a run folder. Ctrl-C leaves everything "
     "idle.",
-    "flash": "Writes programs into robots and reads back that they are there.",
+    "flash": "Writes programs into robots and modules and reads back that they are there.",
     "serve": "Emulates a device on a serial port, for other programs, until Ctrl-C.",
     "grid": "Talks to the modules of a Kilogrid, and through them to its robots.",
 }

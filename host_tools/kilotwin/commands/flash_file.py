@@ -6,9 +6,10 @@ from typing import Annotated
 import typer
 
 from kilotwin.build.avr import build_image
+from kilotwin.build.linking import wrong_target
 from kilotwin.commands import lazy, steps
 from kilotwin.errors import InputError, RunError
-from kilotwin.experiment.programs import ProgramError, find_program
+from kilotwin.experiment.programs import Api, ProgramError, find_program
 from kilotwin.files.flash_image import HEX_SUFFIXES
 
 File = Annotated[
@@ -38,19 +39,29 @@ def build(
     *,
     force: bool,
     display: Display,
+    api: Api | None = None,
 ) -> Path:
-    """The .hex of a program, if `kilotwin port` finds nothing that fails on the robot."""
+    """The .hex of a program, if `kilotwin port` finds nothing that fails on the robot.
+
+    `api`: that of modules, of whose programs `port` knows the size alone.
+    """
     include, define = include or [], define or []
-    if not force:
-        trial = lazy.load("port.trial").Trial()
-        report = lazy.load("port.check").check([str(file)], include, define, trial, display.step)
-        if report.fails:
-            raise RunError(
-                f"{file} would fail on the robot; mend it, or type --force. Nothing was written",
-                detail=report.text(),
-            )
     try:
-        program = find_program([str(file)], Path.cwd(), include, define)
+        program = find_program([str(file)], Path.cwd(), include, define, api)
     except ProgramError as error:
         raise InputError(f"{error}, or a .hex") from None
-    return build_image(program, display.step).hex
+    try:
+        image = build_image(program, display.step)
+    except InputError as error:
+        raise wrong_target(program) or error from None
+    if not force:
+        trial = None if api == "module" else lazy.load("port.trial").Trial()
+        check = lazy.load("port.check").check
+        report = check([str(file)], include, define, trial, display.step, api=api)
+        if report.fails:
+            where = "module" if api == "module" else "robot"
+            raise RunError(
+                f"{file} would fail on the {where}; mend it, or type --force. Nothing was written",
+                detail=report.text(),
+            )
+    return image.hex

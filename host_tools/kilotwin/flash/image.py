@@ -4,6 +4,7 @@ from pathlib import Path
 
 from kilotwin.errors import InputError
 from kilotwin.files import image_record
+from kilotwin.files.build_id import Target
 from kilotwin.files.flash_image import FlashImage, read_hex
 from kilotwin.files.flash_map import FLASH_BYTES, LOADER_BEGIN, Segments
 from kilotwin.files.headers import PAGE_BYTES, PAGES
@@ -17,7 +18,7 @@ def application_of(path: Path) -> Segments:
     InputError if it is no whole .hex file, is for a module, or the chip lacks room.
     """
     image = read_hex(path, range(FLASH_BYTES))
-    _check_target(path, image)
+    _check_target(path, image, "robot")
     application, loader = image.content[:LOADER_BEGIN], image.content[LOADER_BEGIN:]
     if loader:
         application = application.rstrip(_ERASED)
@@ -38,8 +39,17 @@ def swarm_image(path: Path) -> FlashImage:
     InputError if it is no whole .hex file, is for a module, is larger than 220 pages, or does not
     begin with a jump into itself: no boot loader could start it.
     """
+    return _loadable(path, "robot")
+
+
+def modules_image(path: Path) -> FlashImage:
+    """The same of an application for a Kilogrid's modules."""
+    return _loadable(path, "module")
+
+
+def _loadable(path: Path, target: Target) -> FlashImage:
     image = read_hex(path)
-    _check_target(path, image)
+    _check_target(path, image, target)
     if not image_record.can_be_started(image):
         raise InputError(
             f"{path}: does not begin with a jump into itself, so no boot loader can start it; "
@@ -48,9 +58,10 @@ def swarm_image(path: Path) -> FlashImage:
     return image
 
 
-def _check_target(path: Path, image: FlashImage) -> None:
-    if image.build_id is not None and image.build_id.target != "robot":
-        raise InputError(f"{path} was built for a {image.build_id.target}; name a robot's program")
+def _check_target(path: Path, image: FlashImage, target: Target) -> None:
+    if image.build_id is not None and image.build_id.target != target:
+        what = f"{path} was built for a {image.build_id.target}"
+        raise InputError(f"{what}; name a {target}'s program")
 
 
 def loader_of(path: Path) -> Segments:

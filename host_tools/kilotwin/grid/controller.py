@@ -27,6 +27,8 @@ from kilotwin.grid.poller import SILENT_AFTER, Poller, Reports
 
 Wait = float | Callable[[], bool]
 Script = Generator[Wait, None, None]
+Sending = tuple[Group, wire.Paced]
+"""A frame, and the modules that it is for."""
 
 # Time for modules to carry a frame out: setup() of a program, the end of an infrared frame on each
 # cell, the 70 ms of a step of an idle module.
@@ -124,6 +126,10 @@ class Controller:
         """Requests the health of these modules; see `health`."""
         self._begin(self._requesting_health(list(modules)))
 
+    def transmit(self, frames: Mapping[int, Sequence[Sending]], settle_s: float) -> None:
+        """Sends frames as they are, by bus, each at its own pace; then waits."""
+        self._begin(self._transmitting(frames, settle_s))
+
     def watch(self) -> None:
         """Polls a grid that runs already."""
         self.running = True
@@ -151,6 +157,11 @@ class Controller:
     def down(self) -> Mapping[int, str]:
         """The buses that do not work, and why."""
         return self._down
+
+    @property
+    def queued(self) -> int:
+        """Frames that wait to be sent."""
+        return sum(map(len, self._queues))
 
     @property
     def unsent(self) -> list[int]:
@@ -376,7 +387,7 @@ class Controller:
         yield self._after(_SETTLE_S)
         self.configuration = configuration
         self._configure(configuration)
-        frames = sum(map(len, self._queues))
+        frames = self.queued
         what = f"{len(configuration)} modules are configured by {frames} frames"
         self._event("configure", what, frames=frames)
         yield self._sent
@@ -422,6 +433,15 @@ class Controller:
             self._to(module, *wire.fixed().HEALTH_REQUESTS)
         yield self._sent
         yield self._after(_SETTLE_S)
+
+    def _transmitting(self, frames: Mapping[int, Sequence[Sending]], settle_s: float) -> Script:
+        self.running = False
+        self.poller.end()
+        for bus, sendings in frames.items():
+            for group, frame in sendings:
+                self._queue(bus, group, [frame])
+        yield self._sent
+        yield self._after(settle_s)
 
     def _starting(self) -> Script:
         self._broadcast(wire.fixed().RUN)

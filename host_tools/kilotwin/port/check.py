@@ -10,7 +10,7 @@ from kilotwin.build.guest import Notify
 from kilotwin.build.guest import build as build_guest
 from kilotwin.build.image_size import FLASH_BYTES, RAM_BYTES
 from kilotwin.errors import InputError
-from kilotwin.experiment.programs import ProgramError, find_program
+from kilotwin.experiment.programs import Api, ProgramError, find_program
 from kilotwin.port import machine_code, retrial, source_text
 from kilotwin.port import trial as trials
 from kilotwin.port.disassembly import Disassembly
@@ -79,10 +79,15 @@ def check(
     define: Sequence[str],
     trial: Trial | None,
     notify: Notify,
+    *,
+    api: Api | None = None,
 ) -> Report:
-    """Builds the program for the robot and looks for what goes wrong there, in a `trial` too."""
+    """Builds the program for the robot and looks for what goes wrong there, in a `trial` too.
+
+    Of a module's program (`api`) it knows the size alone.
+    """
     try:
-        program = find_program(written, Path.cwd(), include, define)
+        program = find_program(written, Path.cwd(), include, define, api)
     except ProgramError as error:
         raise InputError(str(error)) from None
     image = build_image(program, notify)
@@ -90,6 +95,9 @@ def check(
     lines = own_lines(program)
     roles = find_roles(lines)
     stack = bound(code, roles)
+    if program.target == "module":
+        found = tuple(machine_code.size(code, stack))
+        return Report(program.name, code.flash_bytes, code.ram_bytes, stack, None, found)
     findings = [
         *machine_code.size(code, stack),
         *machine_code.interrupts(code, roles),

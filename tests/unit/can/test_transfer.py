@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from kilotwin.can import transfer
 from kilotwin.can.protocol import FrameError
 from kilotwin.files.flash_image import FlashImage
+from kilotwin.files.message_crc import message_crc
 
 from .c_protocol import Receiver
 
@@ -105,6 +106,15 @@ def test_the_last_of_22_chunks_holds_two_bytes_of_the_page() -> None:
     assert frames[-1].data == bytes([0x03, 21, 126, 127, 0, 0, 0, 0])
     old = list(transfer.module_program(bytes(128)))
     assert [frame.data[0] for frame in old] == [0xA7, 0xA8, *[0xA6] * 22]
+
+
+def test_checks_of_three_pages_and_questions_are_these_bytes() -> None:
+    image = FlashImage(bytes(3 * 128) + bytes(range(128)) + bytes(5))
+    assert transfer.modules_page_crcs(image, 0).data.hex(" ") == "16 00 0f 50 0f 50 0f 50"
+    fourth, fifth = (f"{message_crc(page):04x}" for page in image.pages[3:])
+    words = " ".join(crc[2:] + " " + crc[:2] for crc in (fourth, fifth))
+    assert transfer.modules_page_crcs(image, 3).data.hex(" ") == f"16 03 {words} 00 00"
+    assert transfer.modules_boot_query(0xE0).data.hex(" ") == "17 e0 00 00 00 00 00 00"
 
 
 def test_frames_are_paced_as_the_original_dispatcher_paces_them() -> None:

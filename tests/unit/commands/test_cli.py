@@ -22,7 +22,7 @@ from ..conftest import Kilotwin
 COMMANDS = ["doctor", "run", "sweep", "plot", "build", "port", "compare", "bench", "record"]
 GROUPS = {
     "grid": ["ls", "health", "setup", "run", "pause", "idle", "send"],
-    "flash": ["robot", "robots"],
+    "flash": ["robot", "robots", "modules"],
     "serve": ["programmer"],
 }
 

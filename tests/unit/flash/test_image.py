@@ -1,5 +1,6 @@
 """Applications and loaders as they go into a chip; files of several memories."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -7,10 +8,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kilotwin.errors import InputError
-from kilotwin.files.build_id import build_id
+from kilotwin.files.build_id import Target, build_id
+from kilotwin.files.flash_image import FlashImage
 from kilotwin.files.flash_map import LOADER_BEGIN
 from kilotwin.files.memories import read_memories, write_memories
-from kilotwin.flash.image import application_of, has_loader, loader_of, pages_of
+from kilotwin.flash.image import (
+    application_of,
+    has_loader,
+    loader_of,
+    modules_image,
+    pages_of,
+    swarm_image,
+)
 
 END = ":00000001FF\n"
 
@@ -60,6 +69,32 @@ def test_a_modules_program_is_refused(tmp_path: Path) -> None:
         else:
             write_memories(tmp_path / "r.hex", program)
             assert application_of(tmp_path / "r.hex") == program
+
+
+@pytest.mark.parametrize(
+    ("read", "target", "other"),
+    [(modules_image, "module", "robot"), (swarm_image, "robot", "module")],
+)
+def test_what_is_sent_to_loaders_is_for_them_and_can_be_started(
+    read: Callable[[Path], FlashImage], target: Target, other: Target, tmp_path: Path
+) -> None:
+    file = tmp_path / "p.hex"
+
+    def said(built_for: Target, begin: bytes) -> str:
+        words = str(build_id(built_for, "p", "avr-gcc 5.4.0", "0.2.0")).encode()
+        write_memories(file, {0: begin + bytes(100) + words + bytes([len(words)]) + b"KTID"})
+        with pytest.raises(InputError) as caught:
+            read(file)
+        return str(caught.value).removeprefix(str(file))
+
+    jump = b"\x0c\x94\x34\x00"
+    assert said(other, jump) == f" was built for a {other}; name a {target}'s program"
+    assert said(target, bytes(4)).startswith(": does not begin with a jump into itself, so no")
+    write_memories(file, {0: jump + bytes(200)})
+    assert read(file).content == jump + bytes(200)
+    write_memories(file, {0: jump + bytes(220 * 128)})
+    with pytest.raises(InputError, match="it goes from 0x0000 to 0x6DFF, 220 pages"):
+        read(file)
 
 
 def test_a_loader_lies_in_the_boot_section(tmp_path: Path) -> None:

@@ -9,12 +9,14 @@ import can
 import pytest
 
 from kilotwin.can.protocol import ModuleState
+from kilotwin.can.transfer import Paced
 from kilotwin.errors import InputError
 from kilotwin.experiment.grid_layout import Layout
 from kilotwin.experiment.grid_plan import Settings
 from kilotwin.experiment.overhead import RESET, RUN, WAKEUP, message
 from kilotwin.grid.can_links import CanLinks
 from kilotwin.grid.controller import Controller
+from kilotwin.grid.cover import ALL_MODULES, Group
 from kilotwin.grid.poller import Reports
 
 from .module_table import Module, ModuleTable
@@ -258,6 +260,23 @@ def test_a_configuration_that_did_not_arrive_is_sent_again(build: Build) -> None
     rig.table._chunk = configure  # type: ignore[method-assign]
     rig.until_done()
     assert module.configuration == b"\1\2\3\4"
+
+
+def test_frames_are_transmitted_as_they_are_and_at_their_own_pace(build: Build) -> None:
+    rig = build()
+    began_s = rig.now_s
+    idle = [(Group(1, 0), Paced(b"\x0c", 0.02)), (Group(1, 0), Paced(b"\x0d", 0.0))]
+    rig.controller.transmit({0: idle, 1: [(ALL_MODULES, Paced(b"\x0c", 0.0))]}, 0.1)
+    assert rig.controller.queued == 0
+    rig.controller.step(rig.now_s)
+    assert rig.controller.queued == 1
+    rig.until_done()
+    assert 0.12 <= rig.now_s - began_s < 0.13
+    states = {place: module.state for place, module in rig.table.modules.items()}
+    assert states[1, 0] == "RUNNING"
+    assert {states[x, y] for x in range(3) for y in (2, 3)} == {"SETUP"}
+    assert states[0, 0] == "IDLE"
+    assert rig.table.modules[1, 0].least_gap_s >= 0.02
 
 
 def test_pause_and_resume_reach_the_robots(build: Build) -> None:
