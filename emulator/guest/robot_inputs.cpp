@@ -71,7 +71,11 @@ void Robot::obey(const message_t &message) {
     switch_motors(action == ACTION_START_MOTORS);
     switch (action) {
     case ACTION_SAVE: save_calibration(message); break;
-    case ACTION_BOOT: core_.state = ROBOT_IDLE; break;
+    case ACTION_BOOT:
+        core_.state = ROBOT_IDLE;
+        note(HAS_NO_LOADER, "it runs natively and has no boot loader, so that BOOT leaves it idle; "
+                            "robots with cpu = \"avr\" can be flashed");
+        break;
     case ACTION_RESTART: start_again(); GuestStack::instance().abandon();
     default: break;
     }

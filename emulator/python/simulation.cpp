@@ -137,7 +137,16 @@ void register_stepping(Class &simulation) {
             },
             nb::arg("message"), nb::arg("uid_first") = 0, nb::arg("uid_last") = 65535,
             nb::arg("region").none() = nb::none(),
-            "Give robots a message now: nine data bytes and a type.");
+            "Give robots a message now: nine data bytes and a type.")
+        .def(
+            "shine",
+            [](PythonSimulation &self, const nb::bytes &frame, double after_s) {
+                if (!(after_s >= 0)) throw EngineError("a frame cannot begin in the past");
+                const auto after = static_cast<Cycles>(after_s * double{CYCLES_PER_SECOND});
+                self.simulation.shine_from_above(frame_of(frame), self.simulation.now() + after);
+            },
+            nb::arg("frame"), nb::arg("after_s"),
+            "An overhead controller's frame begins so much later: 12 bytes, CRC included.");
 }
 
 // samples() and events() hand over what has come since the last call; the others change nothing.

@@ -231,6 +231,14 @@ message_t message_of(const nb::bytes &bytes) {
     return message;
 }
 
+message_t frame_of(const nb::bytes &bytes) {
+    message_t frame = {};
+    if (bytes.size() != sizeof frame)
+        throw EngineError("a frame has nine data bytes, type and CRC");
+    std::memcpy(&frame, bytes.c_str(), sizeof frame);
+    return frame;
+}
+
 SimulationDef::Command command_of(const nb::bytes &message, uint16_t uid_first, uint16_t uid_last,
                                   nb::handle region) {
     SimulationDef::Command command = {0, uid_first, uid_last, message_of(message)};

@@ -19,6 +19,9 @@ SimulationDef definition_of(const nanobind::dict &spec);
 /// A message without its CRC: nine data bytes and the type, no more and no fewer.
 message_t message_of(const nanobind::bytes &bytes);
 
+/// A message with its CRC, 12 bytes.
+message_t frame_of(const nanobind::bytes &bytes);
+
 /// A message from outside the medium to the robots with a uid in the range, both ends included.
 /// `region` is None (everywhere) or (x_m, y_m, radius_m). The command's tick is 0.
 SimulationDef::Command command_of(const nanobind::bytes &message, uint16_t uid_first,

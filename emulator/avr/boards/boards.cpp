@@ -66,12 +66,24 @@ void Boards::take_messages() {
 void Boards::shine_message(Place &place, Cycles begin) {
     message_t message = place.messages.front().message;
     message.crc = crc_of(message);
-    for (Cycles offset : pulses_of(message))
-        place.board.shine({begin + offset, begin + offset + RobotBoard::SEEN_PULSE, FROM_ABOVE});
+    shine_pulses(place, message, begin);
     place.light_free = std::max(place.light_free, begin + FRAME_PERIOD);
     place.shown_until = begin + FRAME_CYCLES;
     place.shows = true;
     place.spoils = false;
+}
+
+void Boards::shine_pulses(Place &place, const message_t &message, Cycles begin) {
+    for (Cycles offset : pulses_of(message))
+        place.board.shine({begin + offset, begin + offset + RobotBoard::SEEN_PULSE, FROM_ABOVE});
+}
+
+void Boards::shine_from_above(const message_t &message, Cycles at) {
+    for (Place &place : places_) {
+        shine_pulses(place, message, at);
+        place.light_free = std::max(place.light_free, at + FRAME_PERIOD);
+        place.spoils = true;
+    }
 }
 
 /// When a message has been shown: it is over, or has to be shown again.

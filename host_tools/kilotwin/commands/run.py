@@ -41,7 +41,8 @@ Serve = Annotated[
     typer.Option(
         "--serve",
         envvar="KILOTWIN_SERVE",
-        help="[grid] only: wait on CAN buses for a host, in real time; see `kilotwin record`.",
+        help="Wait for a host, in real time: on an overhead controller's serial port and, with a "
+        "[grid], on CAN buses; see `kilotwin record`.",
     ),
 ]
 Port = Annotated[
@@ -55,6 +56,15 @@ Interfaces = Annotated[
         metavar="INTERFACE",
         envvar="KILOTWIN_SERVE_CAN",
         help="--serve: on these interfaces of the kernel, one per bus.",
+    ),
+]
+OhcLink = Annotated[
+    Path | None,
+    typer.Option(
+        "--link-ohc",
+        metavar="FILE",
+        envvar="KILOTWIN_LINK_OHC",
+        help="--serve: also give the overhead controller's port this name.",
     ),
 ]
 Fast = Annotated[
@@ -88,7 +98,8 @@ Vcd = Annotated[
     epilog="Examples:\n\n"
     "  kilotwin run experiments/paper/simplified-n100.toml\n\n"
     "  kilotwin run experiments/paper/firat-n50.toml --seed 7 --set swarm.informed=0.5 --json\n\n"
-    "  kilotwin run experiments/kilogrid/paper-n50.toml --serve"
+    "  kilotwin run experiments/kilogrid/paper-n50.toml --serve\n\n"
+    "  kilotwin run experiments/porting/native-and-avr.toml --serve --link-ohc ohc"
 )
 def run(
     experiment: File,
@@ -100,6 +111,7 @@ def run(
     serve: Serve = False,
     port: Port = None,
     can: Interfaces = None,
+    link_ohc: OhcLink = None,
     speed: Speed = 1.0,
     fast: Fast = False,
     gdb: Gdb = None,
@@ -114,7 +126,7 @@ def run(
     if serve:
         # The engine takes frames of the host once in a world step.
         given.insert(0, Setting(("engine", "step_ticks"), 1, "--serve"))
-        serving = Serving(port, tuple(can or ()), math.inf if fast else speed)
+        serving = Serving(port, tuple(can or ()), math.inf if fast else speed, link_ohc)
     loaded = Experiment.load(experiment, given)
     if serving is not None:
         serving.check(loaded)

@@ -35,11 +35,13 @@ def engine_spec(
     black_box: str | None,
     module_guest: str | None = None,
     lead_ticks: int = 0,
+    waits: bool = False,
 ) -> dict[str, Any]:
     """The spec of `_emulator.Simulation`, with every key that it has: the engine has no defaults.
 
     `guests`: built programs or images, one per group. On a grid, `module_guest` is its modules'
-    program, and the world begins `lead_ticks` before 0.
+    program, and the world begins `lead_ticks` before 0. `waits`: robots are not told to run unless
+    a [[command]] does.
     """
     keys = experiment.keys
     profile = PROFILES[keys.swarm.profile]
@@ -81,7 +83,7 @@ def engine_spec(
                 experiment.groups, guests, starts(experiment), strict=True
             )
         ],
-        "commands": commands(keys),
+        "commands": commands(keys, waits=waits),
         "grid": None if keys.grid is None else _grid(experiment, module_guest),
         "lead_ticks": lead_ticks,
         "sample_ticks": sample_ticks,
@@ -130,8 +132,10 @@ def _place(place: Arena | Site) -> dict[str, Any]:
     return {"shape": place.shape, "width_m": area.width, "height_m": area.height}
 
 
-def commands(keys: ExperimentSchema) -> list[TimedMessage]:
+def commands(keys: ExperimentSchema, *, waits: bool = False) -> list[TimedMessage]:
     """CONFIG, one message per tick, the last two ticks before t = 0; then RUN, or [[command]].
+
+    With `waits` there is no RUN but that of a [[command]].
 
     On a grid there is no overhead controller: all of it comes through the modules.
     """
@@ -143,6 +147,8 @@ def commands(keys: ExperimentSchema) -> list[TimedMessage]:
         (first_tick + slot, first_uid, last_uid, message, None)
         for slot, (first_uid, last_uid, message) in enumerate(messages)
     ]
+    if keys.command is None and waits:
+        return configs
     if keys.command is None:
         return [*configs, (0, *ALL_ROBOTS, RUN, None)]
     profile = PROFILES[keys.swarm.profile]

@@ -6,11 +6,9 @@ An overhead controller never hears robots: its receiver is off. So nothing is ve
 from kilotwin.files.flash_image import FlashImage
 from kilotwin.grid.clock import Clock, WallClock
 from kilotwin.links import messages
-from kilotwin.links.packets import PACKET_BYTES, Overhead, encode, encode_page
+from kilotwin.links.packets import OVERHEAD_BAUD, PACKET_BYTES, Overhead, encode, encode_page
 from kilotwin.links.robot_link import ALL_ROBOTS, Report
 from kilotwin.ports.serial_port import SerialPort
-
-BAUD = 38400
 
 # From page to page. KiloGUI waits for 130 ms; the packet takes 34.4 ms on the line, and then the
 # controller, which receives nothing meanwhile, sends 22 frames of 4.45 ms.
@@ -28,7 +26,7 @@ class OverheadRobots:
         """Opens the port for us alone; DeviceError if it is not there or taken."""
         self.name = f"ohc:{port}"
         self._clock = clock or WallClock()
-        self._port = SerialPort(port, BAUD)
+        self._port = SerialPort(port, OVERHEAD_BAUD)
         self._packet_s = PACKET_BYTES * self._port.byte_s
 
     def repeat(self, message: bytes, hold_s: float) -> None:

@@ -13,6 +13,7 @@ from operator import xor
 
 from kilotwin.files.headers import PAGE_BYTES
 
+OVERHEAD_BAUD = 38400
 HEADER = 0x55
 DATA_BYTES = PAGE_BYTES + 1
 PACKET_BYTES = DATA_BYTES + 3

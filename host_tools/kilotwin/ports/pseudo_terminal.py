@@ -18,8 +18,11 @@ class PseudoTerminal:
     Bytes pass as they are, at any speed that the other program sets.
     """
 
-    def __init__(self, link: Path | None = None) -> None:
-        """`link`, if given, becomes a symbolic link to the port; InputError if it cannot."""
+    def __init__(self, link: Path | None = None, option: str = "--link") -> None:
+        """`link`, if given, becomes a symbolic link to the port; InputError if it cannot.
+
+        `option` is where the user names it.
+        """
         self._ours, theirs = os.openpty()
         tty.setraw(theirs)
         self.port = os.ttyname(theirs)
@@ -29,7 +32,7 @@ class PseudoTerminal:
         self._link = link
         if link is not None:
             try:
-                _replace_link(link, self.port)
+                _replace_link(link, self.port, option)
             except InputError:
                 os.close(self._ours)
                 raise
@@ -77,14 +80,14 @@ class PseudoTerminal:
                 self._link.unlink()
 
 
-def _replace_link(link: Path, port: str) -> None:
+def _replace_link(link: Path, port: str, option: str) -> None:
     """A link that an earlier one left is replaced, any other file is not."""
     try:
         if link.is_symlink():
             link.unlink()
         link.symlink_to(port)
     except FileExistsError:
-        raise InputError(f"--link {link}: there is a file of that name; name another") from None
+        raise InputError(f"{option} {link}: there is a file of that name; name another") from None
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
-        raise InputError(f"--link {link}: {reason}; name another") from None
+        raise InputError(f"{option} {link}: {reason}; name another") from None

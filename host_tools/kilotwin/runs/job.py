@@ -19,19 +19,26 @@ class Probes:
 
 @dataclass(frozen=True)
 class Serving:
-    """How a table waits. `interfaces` of the kernel, one per bus, in place of the server.
+    """How robots wait for a host, and a table does. `interfaces` of the kernel, one per bus, are
+    in place of the server.
 
-    `speed`: simulated seconds per second; infinite for as fast as it goes.
+    `speed`: simulated seconds per second; infinite for as fast as it goes. `ohc_link`: a name for
+    the port of the overhead controller.
     """
 
     port: int | None = None
     interfaces: tuple[str, ...] = ()
     speed: float = 1.0
+    ohc_link: Path | None = None
 
     def check(self, experiment: Experiment) -> None:
         """InputError if the experiment has no such table."""
         if experiment.plan is None:
-            raise InputError(f"{experiment.origin.source}: no [grid] to serve; add it")
+            if self.port is not None or self.interfaces:
+                option = "--can" if self.interfaces else "--port"
+                what = f"{experiment.origin.source} has no [grid], so no CAN buses"
+                raise InputError(f"{option}: {what}; leave it out, or add [grid]")
+            return
         buses = experiment.plan.layout.buses
         if self.interfaces and len(self.interfaces) != buses:
             what = f"{len(self.interfaces)} interfaces are named, but the grid has {buses} buses"
@@ -52,5 +59,5 @@ class Job:
     black_box: str | None
     module_guest: str | None = None
     serving: Serving | None = None
-    """A grid that waits for a host, in place of one that has its own."""
+    """Robots wait for a host from outside, as a grid does, in place of one that has its own."""
     probes: Probes = Probes()

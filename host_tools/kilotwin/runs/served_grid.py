@@ -1,11 +1,9 @@
 """An emulated table that waits on CAN buses for a host: `kilotwin run EXP.toml --serve`.
 
-The engine keeps pace with the wall, or goes `speed` times as fast. Frames that end on its buses go
-out by the bridge, and what programs outside send goes onto them. Time 0 of the run folder is the
-host's first RUN.
+Frames that end on its buses go out by the bridge, and what programs outside send goes onto them.
+Time 0 of the run folder is the host's first RUN.
 """
 
-import math
 import time
 from typing import TYPE_CHECKING
 
@@ -34,7 +32,7 @@ _FLUSH_S = 0.5
 
 
 class ServedTable:
-    """The engine's buses for programs outside, and the pace of time."""
+    """The engine's buses for programs outside."""
 
     def __init__(
         self,
@@ -55,29 +53,24 @@ class ServedTable:
         self._log: CanLog | None = None
         if experiment.keys.record.can_log:
             self._log = CanLog(writer.folder / CAN_LOG, names, zero_s=0.0)
-        self._begin_tick = simulation.tick
-        self._began = self._flushed = time.monotonic()
+        self._flushed = time.monotonic()
         # Ticks of the last frame of the host, and of the last one that leaves all idle.
         self._received_at = self._idle_at = simulation.tick
         self.zero_tick: int | None = None
         """The engine's tick at the first RUN."""
 
     @property
-    def port(self) -> int:
-        """Of the server; 0 if there is none."""
-        return self._bridge.port
-
-    @property
-    def ran(self) -> bool:
-        """Whether the whole run is over."""
-        return self.zero_tick is not None and self._run_ticks() >= self._duration
+    def note(self) -> str:
+        """How a host finds it, for people."""
+        interfaces = self._serving.interfaces
+        return "the table waits on " + (", ".join(interfaces) or f"port {self._bridge.port}")
 
     @property
     def over(self) -> bool:
-        """Whether there is nothing more to wait for."""
-        if not self.ran:
+        """Whether there is nothing more to wait for: the run is over, and the host quiet."""
+        if self.zero_tick is None or self._simulation.tick - self.zero_tick < self._duration:
             return False
-        end = self._duration + (self.zero_tick or 0)
+        end = self._duration + self.zero_tick
         waited = self._simulation.tick - max(self._received_at, end)
         return waited >= ticks(_GRACE_S if self._received_at > self._idle_at else _QUIET_S)
 
@@ -97,41 +90,15 @@ class ServedTable:
             self._flushed = time.monotonic()
             self._log.flush()
 
-    def wait(self) -> None:
-        """Until the wall has come to where the engine is."""
-        if math.isinf(self._serving.speed):
-            return
-        simulated_s = seconds(self._simulation.tick - self._begin_tick)
-        ahead_s = simulated_s / self._serving.speed - (time.monotonic() - self._began)
-        if ahead_s > 0:
-            time.sleep(ahead_s)
-
-    def from_zero(self, samples: "Samples") -> "Samples":
-        """Those of the run, their times since its begin."""
-        zero = self.zero_tick
-        if zero is None:
-            zero = 2**62
-        kept = (samples["tick"] >= zero) & (samples["tick"] <= zero + self._duration)
-        cut: Samples = {
-            "tick": samples["tick"][kept] - zero,
-            "x_m": samples["x_m"][kept],
-            "y_m": samples["y_m"][kept],
-            "heading_rad": samples["heading_rad"][kept],
-            "led": samples["led"][kept],
-            "site": samples["site"][kept],
-        }
-        sites_of_cells(cut, self._plan.layout, self._plan.site_maps, TICK_S)
-        return cut
+    def see(self, samples: "Samples") -> None:
+        """Corrects the sites in samples of the run: on a grid they are those of cells."""
+        sites_of_cells(samples, self._plan.layout, self._plan.site_maps, TICK_S)
 
     def close(self) -> None:
         """Closes all connections, and the log."""
         self._bridge.close()
         if self._log is not None:
             self._log.close()
-
-    def _run_ticks(self) -> int:
-        assert self.zero_tick is not None
-        return self._simulation.tick - self.zero_tick
 
     def _watch(self, frames: Frames) -> None:
         """Notices when the run begins, and when the host has left the modules idle after it."""

@@ -33,7 +33,7 @@ from kilotwin.experiment.states import Counts
 from kilotwin.runs.emulated_grid import EmulatedHost, lead_ticks
 from kilotwin.runs.folder import FAILURES, FINISHED, INTERRUPTED, close_manifest
 from kilotwin.runs.job import Job
-from kilotwin.runs.served_grid import ServedTable
+from kilotwin.runs.served_world import ServedWorld
 from kilotwin.runs.writer import RunWriter
 from kilotwin.units import seconds, ticks
 
@@ -124,7 +124,7 @@ class Trial(Generic[WriterT]):
         self._check_probes()
         self.writer = make_writer()
         self._attach_probes()
-        self._host, self._table = self._join_grid()
+        self._host, self._served = self._join_hosts()
         self._events: Counter[str] = Counter()
         self._failed: list[dict[str, Any]] = []
         self._startup_s = 0.0
@@ -156,8 +156,8 @@ class Trial(Generic[WriterT]):
 
     def run(self, stopped: Callable[[], bool]) -> bool:
         """Advances to the end; False if stopped before. The last record is the last moment."""
-        if self._table is not None:
-            return self._serve(self._table, stopped)
+        if self._served is not None:
+            return self._serve(self._served, stopped)
         simulation, end = self._simulation, ticks(self._keys.duration_s)
         chunk = 1
         while simulation.tick < end and not stopped():
@@ -171,14 +171,13 @@ class Trial(Generic[WriterT]):
             self._take(simulation.snapshot())
         return simulation.tick >= end
 
-    def _serve(self, table: ServedTable, stopped: Callable[[], bool]) -> bool:
+    def _serve(self, world: ServedWorld, stopped: Callable[[], bool]) -> bool:
         """Until a host has had its run; False if stopped before."""
-        while not table.over and not stopped():
-            self._simulation.advance(1)
-            table.step()
-            self._take(table.from_zero(self._simulation.samples()))
-            table.wait()
-        return table.ran
+        while not world.over and not stopped():
+            world.step()
+            self._take(world.from_zero(self._simulation.samples()))
+            world.wait()
+        return world.ran
 
     def _advance(self, count: int) -> None:
         """So many ticks, with the grid's host doing in between what is due."""
@@ -221,7 +220,7 @@ class Trial(Generic[WriterT]):
         simulation = self._simulation
         cpu_s = time.process_time() - self._cpu_began
         simulated_s = seconds(simulation.tick - self._zero_tick)
-        last = self._last if self._table is not None else None
+        last = self._last if self._served is not None else None
         if last is None:
             snapshot = simulation.snapshot()
             if self._host is not None:
@@ -253,27 +252,27 @@ class Trial(Generic[WriterT]):
         """Ends what the grid has open; the writer is its maker's."""
         if self._host is not None:
             self._host.finish()
-        if self._table is not None:
-            self._table.close()
+        if self._served is not None:
+            self._served.close()
 
-    def _join_grid(self) -> tuple[EmulatedHost | None, ServedTable | None]:
-        """The grid's host, or the buses on which it waits for one; neither without a grid."""
+    def _join_hosts(self) -> tuple[EmulatedHost | None, ServedWorld | None]:
+        """The grid's host, or what waits for hosts from outside; neither without either."""
         job = self._job
+        writer = self.writer if isinstance(self.writer, RunWriter) else None
+        if job.serving is not None:
+            assert writer is not None
+            world = ServedWorld(self._simulation, job.experiment, job.serving, writer)
+            for note in world.notes():
+                self._report({"type": "note", "text": note})
+            return None, world
         if self._keys.grid is None:
             return None, None
-        writer = self.writer if isinstance(self.writer, RunWriter) else None
-        if job.serving is None:
-            return EmulatedHost(self._simulation, job.experiment, writer), None
-        assert writer is not None
-        table = ServedTable(self._simulation, job.experiment, job.serving, writer)
-        what = "the table waits on " + (", ".join(job.serving.interfaces) or f"port {table.port}")
-        self._report({"type": "note", "text": what, "port": table.port})
-        return None, table
+        return EmulatedHost(self._simulation, job.experiment, writer), None
 
     @property
     def _zero_tick(self) -> int:
         """Of the engine, when the run began."""
-        return 0 if self._table is None else self._table.zero_tick or 0
+        return 0 if self._served is None else self._served.zero_tick or 0
 
     def _place_robots(self) -> _emulator.Simulation:
         job = self._job
@@ -284,6 +283,7 @@ class Trial(Generic[WriterT]):
             black_box=job.black_box,
             module_guest=job.module_guest,
             lead_ticks=self._lead_ticks(),
+            waits=job.serving is not None,
         )
         try:
             return _emulator.Simulation(spec)
