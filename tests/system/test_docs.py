@@ -1,7 +1,10 @@
 """The documents cannot lie: README's example runs as printed, and every link leads somewhere."""
 
+import ast
 import json
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -9,6 +12,9 @@ import pytest
 from .conftest import ROOT, Kilotwin, block
 
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+
+LAB = ROOT / "docs/lab.md"
+HARDWARE = re.compile(r"test_(\d\d)_")
 
 
 def test_the_example_of_the_readme_runs(kilotwin: Kilotwin, tmp_path: Path) -> None:
@@ -48,6 +54,28 @@ def test_the_life_of_a_message_names_functions_of_those_files() -> None:
         names = re.findall(r"`(\w+)(?:\(\))?`", what)
         missing = [name for name in names if not re.search(rf"\b{name}\b", source)]
         assert missing == [], file
+
+
+def test_the_lab_book_lists_every_hardware_test_and_what_it_proves() -> None:
+    proofs = {}
+    for file in sorted((ROOT / "tests/hardware").glob("test_*.py")):
+        for node in ast.walk(ast.parse(file.read_text())):
+            if isinstance(node, ast.FunctionDef) and (number := HARDWARE.match(node.name)):
+                assert number[1] not in proofs, "numbers are given once"
+                proofs[number[1]] = ast.get_docstring(node)
+    rows = re.findall(r"^\| (\d\d) \| (.*?) \| .* \|$", LAB.read_text(), re.MULTILINE)
+    assert dict(rows) == proofs
+
+
+def test_hardware_tests_are_left_out_unless_they_are_wanted() -> None:
+    def collected(*words: str) -> str:
+        command = [sys.executable, "-m", "pytest", "tests/hardware", "--collect-only", "-q", *words]
+        run = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+        return run.stdout.splitlines()[-1]
+
+    tests = len(re.findall(r"^\| \d\d \| ", LAB.read_text(), re.MULTILINE))
+    assert collected().startswith(f"no tests collected ({tests} deselected)")
+    assert collected("--hardware").startswith(f"{tests} tests collected")
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
