@@ -1,7 +1,26 @@
 #include "calibration.h"
 
+#include "crc16.h"
 #include "eeprom_map.h"
 #include "kilolib.h"
+
+#define VALUES 6
+
+// Bytes of a record.
+enum {
+    RECORD_SEQUENCE,                      // one more than the other record's
+    RECORD_VALUES,                        // as CALIB carries them, from CALIB_UID_LOW on
+    RECORD_CRC = RECORD_VALUES + VALUES,  // of what comes before; low half first
+    RECORD_MARK = RECORD_CRC + 2,
+};
+
+// Values of RECORD_MARK. PENDING: the original's places may lag behind. All others count as DONE.
+enum { MARK_DONE = 0x4B, MARK_PENDING = 0xB4 };
+
+// Where the original keeps each of a record's values.
+static const uint8_t PLACES[VALUES] = {EEPROM_UID,           EEPROM_UID + 1,
+                                       EEPROM_TURN_LEFT,     EEPROM_TURN_RIGHT,
+                                       EEPROM_STRAIGHT_LEFT, EEPROM_STRAIGHT_RIGHT};
 
 uint16_t kilo_uid;
 uint8_t kilo_turn_left;
@@ -9,8 +28,27 @@ uint8_t kilo_turn_right;
 uint8_t kilo_straight_left;
 uint8_t kilo_straight_right;
 
+static crc16_t crc_of(uint16_t record, uint8_t bytes) {
+    crc16_t crc = crc16_start();
+    do crc16_add(&crc, kilolib_eeprom_read(record++));
+    while (--bytes > 0);
+    return crc;
+}
+
+// A power cut before the mark says DONE leaves it, and the next start does it again. The CRC over
+// bytes and their own CRC is 0.
+static void finish(uint16_t record) {
+    if (kilolib_eeprom_read(record + RECORD_MARK) != MARK_PENDING) return;
+    if (crc16_value(crc_of(record, RECORD_MARK)) != 0) return;
+    for (uint8_t i = 0; i < VALUES; i++)
+        kilolib_eeprom_update(PLACES[i], kilolib_eeprom_read(record + RECORD_VALUES + i));
+    kilolib_eeprom_update(record + RECORD_MARK, MARK_DONE);
+}
+
 // Places: eeprom_map.h; the uid is little-endian.
 void kilolib_calibration_load(void) {
+    finish(EEPROM_RECORD_1);
+    finish(EEPROM_RECORD_2);
     kilo_uid =
         (uint16_t)(kilolib_eeprom_read(EEPROM_UID) | kilolib_eeprom_read(EEPROM_UID + 1) << 8);
     kilo_turn_left = kilolib_eeprom_read(EEPROM_TURN_LEFT);
@@ -19,13 +57,25 @@ void kilolib_calibration_load(void) {
     kilo_straight_right = kilolib_eeprom_read(EEPROM_STRAIGHT_RIGHT);
 }
 
-// A power cut in between leaves some of the old bytes: the controller saves again.
+// The older record is overwritten: sequence numbers go round, the newer one is less than half a
+// round ahead. While it is, its mark says that there is nothing to be done.
 void kilolib_calibration_save(const uint8_t *data) {
-    kilolib_eeprom_update(EEPROM_UID, data[CALIB_UID_LOW]);
-    kilolib_eeprom_update(EEPROM_UID + 1, data[CALIB_UID_HIGH]);
-    kilolib_eeprom_update(EEPROM_TURN_LEFT, data[CALIB_TURN_LEFT]);
-    kilolib_eeprom_update(EEPROM_TURN_RIGHT, data[CALIB_TURN_RIGHT]);
-    kilolib_eeprom_update(EEPROM_STRAIGHT_LEFT, data[CALIB_STRAIGHT_LEFT]);
-    kilolib_eeprom_update(EEPROM_STRAIGHT_RIGHT, data[CALIB_STRAIGHT_RIGHT]);
+    uint16_t record = EEPROM_RECORD_2;
+    uint8_t byte = kilolib_eeprom_read(EEPROM_RECORD_1 + RECORD_SEQUENCE);
+    const uint8_t second = kilolib_eeprom_read(EEPROM_RECORD_2 + RECORD_SEQUENCE);
+    if ((int8_t)(second - byte) > 0) {
+        record = EEPROM_RECORD_1;
+        byte = second;
+    }
+    byte++;
+    kilolib_eeprom_update(record + RECORD_MARK, MARK_DONE);
+    for (uint8_t i = RECORD_SEQUENCE; i < RECORD_CRC; i++) {
+        kilolib_eeprom_update(record + i, byte);
+        byte = data[CALIB_UID_LOW + i];
+    }
+    const crc16_t crc = crc_of(record, RECORD_CRC);
+    kilolib_eeprom_update(record + RECORD_CRC, crc.low);
+    kilolib_eeprom_update(record + RECORD_CRC + 1, crc.high);
+    kilolib_eeprom_update(record + RECORD_MARK, MARK_PENDING);
     kilolib_calibration_load();
 }

@@ -17,4 +17,9 @@
 #define EEPROM_INFRARED_PINS 0x90  ///< pins of port B that drive the infrared LED
 #define EEPROM_UID 0xB0            ///< little-endian word
 
+// Ours: two records of 10 bytes of what calibration saves (calibration.h). The original leaves this
+// end free.
+#define EEPROM_RECORD_1 0x3E0
+#define EEPROM_RECORD_2 0x3F0
+
 #endif

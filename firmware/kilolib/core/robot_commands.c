@@ -54,6 +54,12 @@ static motion_t trial_motion(const uint8_t *data) {
     return motion;
 }
 
+// Without the mark it is for every robot (calibration.h).
+static bool is_for_another(const uint8_t *data, uint16_t uid) {
+    return data[CALIB_MARK] == CALIB_MARK_LOW && data[CALIB_MARK + 1] == CALIB_MARK_HIGH &&
+           (data[CALIB_UID_LOW] != (uint8_t)uid || data[CALIB_UID_HIGH] != (uint8_t)(uid >> 8));
+}
+
 // Both move the robot, one motion at a time, until another command comes.
 static robot_action_t calibrate_or_show(robot_core_t *robot, const message_t *message, uint16_t uid,
                                         uint8_t turn_left) {
@@ -62,6 +68,7 @@ static robot_action_t calibrate_or_show(robot_core_t *robot, const message_t *me
     if (message->type == READUID) {
         motion = uid_motion(data[0], uid, turn_left);
     } else {
+        if (is_for_another(data, uid)) return ACTION_NONE;
         if (data[CALIB_MODE] == CALIBRATION_SAVE) return save(robot);
         if (data[CALIB_MODE] > CALIBRATION_STRAIGHT) return ACTION_NONE;
         motion = trial_motion(data);

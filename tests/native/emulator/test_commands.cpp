@@ -156,6 +156,21 @@ TEST_CASE("CALIB, repeated, kicks the motors once; what it tries is saved after 
     CHECK(motors(bench.robot(0)) == Motors{{255, 0}, {81, 0}});
 }
 
+TEST_CASE("CALIB with a mark is for the robot of its uid alone") {
+    Bench bench({"paused", "paused"});
+    const auto trial = message(CALIB, {4, 2, 0, 0, 0, 73, 74, 'K', 'T'});
+    const auto save = message(CALIB, {0, 2, 0, 81, 82, 83, 84, 'K', 'T'});
+    for (uint32_t robot : {0, 1}) {
+        bench.tell(ticks(1), robot, message(CALIB, {1}));
+        bench.tell(ticks(2), robot, trial);
+        bench.tell(ticks(4), robot, save);
+        bench.tell(ticks(5), robot, message(READUID, {robot == 0 ? uint8_t{0} : uint8_t{1}}));
+    }
+    bench.run(ticks(7));
+    CHECK(motors(bench.robot(0)) == Motors{{255, 0}, {65, 0}});
+    CHECK(motors(bench.robot(1)) == Motors{{255, 255}, {73, 74}, {0, 0}, {255, 0}, {81, 0}});
+}
+
 TEST_CASE("a command that is not known changes nothing") {
     Bench bench({"paused"});
     bench.tell(ticks(1), 0, run_message());

@@ -7,6 +7,7 @@ using namespace kilotwin;
 
 namespace {
 
+constexpr int RECORD_BYTES = 10;
 constexpr uint8_t GREEN = 0x0C, BLUE = 0x30, RED = 0x03, YELLOW = 0x0F, DIM_RED = 0x01;
 
 message_t calibration(calibration_mode_t mode, uint16_t uid = 0, uint8_t turn_left = 0,
@@ -238,11 +239,43 @@ TEST_CASE("CALIB saves uid and motor values after a trial, and only then") {
     expected[EEPROM_TURN_RIGHT] = 82;
     expected[EEPROM_STRAIGHT_LEFT] = 83;
     expected[EEPROM_STRAIGHT_RIGHT] = 84;
-    CHECK(bench.board.eeprom() == expected);
+    auto after = bench.board.eeprom();
+    for (uint16_t record : {EEPROM_RECORD_1, EEPROM_RECORD_2})
+        std::copy_n(before.begin() + record, RECORD_BYTES, after.begin() + record);
+    CHECK(after == expected);
     CHECK(bench.state() == ROBOT_IDLE);
     CHECK(bench.board.left_duty() == 0);
     CHECK(bench.word("kilo_uid", 2) == 0x1234);
     CHECK(bench.byte("kilo_straight_left") == 83);
+}
+
+TEST_CASE("CALIB with a mark is for the robot of its uid alone") {
+    Bench bench("probe");
+    bench.run_ms(20);
+    const auto uid = static_cast<uint16_t>(bench.word("kilo_uid", 2));
+    auto marked = [](message_t message) {
+        message.data[CALIB_MARK] = CALIB_MARK_LOW;
+        message.data[CALIB_MARK + 1] = CALIB_MARK_HIGH;
+        return make_message(CALIB, {message.data, message.data + sizeof message.data});
+    };
+    auto trial = [&](uint16_t to) {
+        return marked(calibration(CALIBRATION_STRAIGHT, to, 0, 0, 73, 74));
+    };
+    bench.hear(trial(uid + 1));
+    bench.hear(trial(uid ^ 0x100));
+    CHECK(bench.state() == ROBOT_IDLE);
+    bench.hear(trial(uid));
+    bench.run_ms(20);
+    CHECK(bench.board.left_duty() == 73);
+    const auto before = bench.board.eeprom();
+    bench.hear(marked(calibration(CALIBRATION_SAVE, uid + 1, 81, 82, 83, 84)));
+    bench.run_ms(100);
+    CHECK(bench.board.left_duty() == 73);
+    CHECK(bench.board.eeprom() == before);
+    bench.hear(marked(calibration(CALIBRATION_SAVE, uid, 81, 82, 83, 84)));
+    bench.run_ms(100);
+    CHECK(bench.board.eeprom()[EEPROM_TURN_LEFT] == 81);
+    CHECK(bench.word("kilo_uid", 2) == uid);
 }
 
 TEST_CASE("an unknown command changes nothing") {

@@ -172,6 +172,39 @@ TEST(calib_saves_after_a_trial_only) {
     }
 }
 
+TEST(calib_with_the_mark_is_for_the_robot_of_its_uid_alone) {
+    for (int mode = CALIBRATION_SAVE; mode <= CALIBRATION_STRAIGHT; mode++) {
+        for (int other = 0; other < 3; other++) {
+            const uint16_t uid = UID ^ (other == 1 ? 0x0001 : other == 2 ? 0x0100 : 0);
+            robot_core_t robot = robot_in(ROBOT_MOVING);
+            robot.motion = (motion_t){9, 9};
+            const robot_core_t before = robot;
+            message_t message = calibration((uint8_t)mode);
+            message.data[CALIB_UID_LOW] = (uint8_t)uid;
+            message.data[CALIB_UID_HIGH] = (uint8_t)(uid >> 8);
+            memcpy(message.data + CALIB_MARK, "KT", 2);
+            const robot_action_t action = obey(&robot, &message);
+            if (other == 0) {
+                assert_int_equal(action, mode == CALIBRATION_SAVE ? ACTION_SAVE : ACTION_NONE);
+                assert_memory_not_equal(&robot, &before, sizeof robot);
+            } else {
+                assert_int_equal(action, ACTION_NONE);
+                assert_memory_equal(&robot, &before, sizeof robot);
+            }
+        }
+    }
+}
+
+TEST(calib_with_half_the_mark_is_for_every_robot) {
+    static const char *const MARKS[] = {"K", "\0T", "k", "KK"};
+    for (size_t i = 0; i < sizeof MARKS / sizeof *MARKS; i++) {
+        robot_core_t robot = robot_in(ROBOT_IDLE);
+        message_t message = calibration(CALIBRATION_STRAIGHT);
+        memcpy(message.data + CALIB_MARK, MARKS[i], 2);
+        assert_int_equal(obey(&robot, &message), ACTION_START_MOTORS);
+    }
+}
+
 TEST(a_motion_that_is_ordered_again_does_not_kick_again) {
     robot_core_t robot = robot_in(ROBOT_IDLE);
     message_t message = calibration(CALIBRATION_STRAIGHT);
@@ -222,6 +255,8 @@ int main(void) {
         cmocka_unit_test(calib_tries_the_duties_of_its_mode),
         cmocka_unit_test(an_unknown_mode_of_calib_changes_nothing),
         cmocka_unit_test(calib_saves_after_a_trial_only),
+        cmocka_unit_test(calib_with_the_mark_is_for_the_robot_of_its_uid_alone),
+        cmocka_unit_test(calib_with_half_the_mark_is_for_every_robot),
         cmocka_unit_test(a_motion_that_is_ordered_again_does_not_kick_again),
         cmocka_unit_test(a_motion_ends_with_its_state),
         cmocka_unit_test(a_kick_is_for_the_motors_that_are_to_turn),
