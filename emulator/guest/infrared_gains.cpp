@@ -32,6 +32,17 @@ double signal(double at_contact, double distance_mm) {
     return at_contact * FALLEN[whole] * (1 - (entries - static_cast<double>(whole)) * (1 - FALL));
 }
 
+// Linear between entries; beyond the last one it falls as a synthetic one does.
+double measured_signal(const uint16_t *table, double distance_mm) {
+    constexpr double LAST = GAIN_ENTRIES - 1;
+    const double entries = std::max((distance_mm - GAIN_CONTACT_MM) / GAIN_SPACING_MM, 0.0);
+    if (entries >= LAST)
+        return signal(table[GAIN_ENTRIES - 1], distance_mm - LAST * GAIN_SPACING_MM);
+    const auto whole = static_cast<size_t>(entries);
+    const double part = entries - static_cast<double>(whole);
+    return table[whole] * (1 - part) + table[whole + 1] * part;
+}
+
 int16_t converted(double value) {
     return static_cast<int16_t>(std::clamp(std::floor(value + 0.5), 0.0, double(CONVERTER_MOST)));
 }
@@ -49,6 +60,9 @@ InfraredGains::InfraredGains(double sensitivity) {
 
 distance_measurement_t InfraredGains::measure(double distance_mm, double low_noise_lsb,
                                               double high_noise_lsb) const {
+    if (measured_) [[unlikely]]
+        return {converted(measured_signal(tables_.low, distance_mm) + low_noise_lsb),
+                converted(measured_signal(tables_.high, distance_mm) + high_noise_lsb)};
     double low = signal(tables_.low[0], distance_mm);
     return {converted(low + low_noise_lsb), converted(low * HIGH_OVER_LOW + high_noise_lsb)};
 }

@@ -11,11 +11,15 @@ namespace kilotwin {
 
 /// A robot's calibration tables: readings of the two amplifiers, 0..1023, at 14 distances 5 mm
 /// apart from contact (33 mm) on. Synthetic: falls to 1/e in 25 mm, as light reflected by the table
-/// between two robots does, times the robot's own sensitivity. Immutable; 56 bytes.
+/// between two robots does, times the robot's own sensitivity; or those of a lab's robot, between
+/// whose entries its readings then lie. Immutable; 58 bytes.
 class InfraredGains {
   public:
     /// `sensitivity`: of this robot's receiver, relative to the mean; above 0.
     explicit InfraredGains(double sensitivity = 1);
+
+    /// What was measured of a robot; entries up to 1023.
+    explicit InfraredGains(const gain_tables_t &measured) : tables_(measured), measured_(true) {}
 
     /// The converter's readings of a sender at `distance_mm`, centre to centre, with noise added to
     /// each gain before it is clamped to 0..1023.
@@ -33,6 +37,7 @@ class InfraredGains {
 
   private:
     gain_tables_t tables_;
+    bool measured_ = false;  ///< the tables hold what no formula does
 };
 
 }  // namespace kilotwin

@@ -185,6 +185,40 @@ std::vector<SimulationDef::Group> groups_of(const nb::list &from) {
     return groups;
 }
 
+// A table of a lab's robot: 14 readings, the nearest first.
+void read_gains(const nb::handle from, uint16_t (&table)[GAIN_ENTRIES]) {
+    const auto readings = nb::cast<std::vector<uint16_t>>(from);
+    if (readings.size() != GAIN_ENTRIES ||
+        *std::max_element(readings.begin(), readings.end()) > CONVERTER_MOST)
+        throw EngineError("a table of gains has 14 readings of 0 to 1023");
+    std::copy(readings.begin(), readings.end(), table);
+}
+
+// The list `lab`, by index; `low_gain` and `high_gain` of a robot are both None or both lists.
+std::vector<SimulationDef::LabRobot> lab_of(const nb::list &from) {
+    std::vector<SimulationDef::LabRobot> lab;
+    for (nb::handle item : from) {
+        Table table(nb::cast<nb::dict>(item), "lab.");
+        SimulationDef::LabRobot robot = {.uid = table["uid"],
+                                         .turn_left = table["turn_left"],
+                                         .turn_right = table["turn_right"],
+                                         .straight_left = table["straight_left"],
+                                         .straight_right = table["straight_right"],
+                                         .gains = {}};
+        if (table["low_gain"].is_none() != table["high_gain"].is_none())
+            throw EngineError("a robot has both tables of gains, or none");
+        if (!table["low_gain"].is_none()) {
+            gain_tables_t gains;
+            read_gains(table["low_gain"].held(), gains.low);
+            read_gains(table["high_gain"].held(), gains.high);
+            robot.gains = gains;
+        }
+        table.end();
+        lab.push_back(robot);
+    }
+    return lab;
+}
+
 /// Messages of the overhead controller, in any order.
 std::vector<SimulationDef::Command> commands_of(const nb::list &from) {
     std::vector<SimulationDef::Command> commands;
@@ -261,6 +295,7 @@ SimulationDef definition_of(const nb::dict &from) {
     if (!spec["floor"].is_none()) def.floor = floor_of(spec["floor"].table());
     set_medium(def, spec["medium"].table());
     def.groups = groups_of(spec["groups"].as<nb::list>());
+    def.lab = lab_of(spec["lab"].as<nb::list>());
     def.commands = commands_of(spec["commands"].as<nb::list>());
     if (!spec["grid"].is_none()) def.grid = grid_of(spec["grid"].table());
     spec.read("lead_ticks", def.lead_ticks);

@@ -75,6 +75,8 @@ Simulation::Simulation(const SimulationDef &def)
       commands_(def.commands, run_at_),
       wake_(count_robots(def), 0) {
     if (wake_.empty()) throw EngineError("there is no robot");
+    if (!def.lab.empty() && def.lab.size() != wake_.size())
+        throw EngineError("a lab has as many robots as there are, or none");
     create_robots();
     if (def.grid)
         grid_.emplace(*def.grid, chance_, POWER_UP_TICKS * TICK_CYCLES, run_at_,
@@ -132,16 +134,27 @@ Calibration Simulation::calibrate(uint32_t index) const {
     auto spread = [&](Purpose purpose, double sd) {
         return 1 + sd * std::clamp(chance_.normal(index, purpose, 0), -LIMIT, LIMIT);
     };
+    const auto tick = static_cast<Cycles>(
+        std::llround(static_cast<double>(TICK_CYCLES) * spread(Purpose::CLOCK, def_.clock_spread)));
+    const InfraredGains gains(spread(Purpose::SENSITIVITY, def_.sensitivity_spread));
+    if (!def_.lab.empty()) {
+        const auto &of = def_.lab[index];
+        return {tick,
+                of.uid,
+                of.turn_left,
+                of.turn_right,
+                of.straight_left,
+                of.straight_right,
+                of.gains ? InfraredGains(*of.gains) : gains};
+    }
     const auto &p = def_.profile;
-    const double tick =
-        static_cast<double>(TICK_CYCLES) * spread(Purpose::CLOCK, def_.clock_spread);
-    return {static_cast<Cycles>(std::llround(tick)),
+    return {tick,
             static_cast<uint16_t>(index + 1),
             p.turn_left,
             p.turn_right,
             p.straight_left,
             p.straight_right,
-            InfraredGains(spread(Purpose::SENSITIVITY, def_.sensitivity_spread))};
+            gains};
 }
 
 void Simulation::create_bodies(const std::vector<Pose> &poses) {

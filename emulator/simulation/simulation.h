@@ -50,6 +50,12 @@ struct SimulationDef {
         std::vector<Pose> poses;  ///< empty: placed at random
         bool on_board;            ///< each robot is an ATmega328P; with the Kilobot medium only
     };
+    /// What a lab's robot has in its EEPROM.
+    struct LabRobot {
+        uint16_t uid;
+        uint8_t turn_left, turn_right, straight_left, straight_right;
+        std::optional<gain_tables_t> gains;  ///< none: synthetic ones, as other robots have
+    };
     using Command = kilotwin::Command;
 
     uint64_t seed;
@@ -69,6 +75,8 @@ struct SimulationDef {
     double clock_spread;        ///< sd of the robots' oscillators, share
     double sensitivity_spread;  ///< sd of the robots' receivers, share
     std::vector<Group> groups;
+    std::vector<LabRobot>
+        lab;  ///< by index, one for each robot; empty: uid index + 1, the profile's duties
     std::vector<Command> commands;
     uint32_t sample_ticks;  ///< at least step_ticks; taken when the world step is over
     std::string black_box;  ///< path of a file to map, or empty

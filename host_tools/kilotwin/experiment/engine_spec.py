@@ -1,12 +1,14 @@
 """What the engine is told: the experiment in ticks, numbers and messages."""
 
+import itertools
 from typing import Any, get_args
 
 from kilotwin import _emulator
 from kilotwin.experiment.areas import area_of
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.informed import informed_ranges
-from kilotwin.experiment.overhead import ALL_ROBOTS, RUN, TimedMessage, timed
+from kilotwin.experiment.lab_file import TABLES
+from kilotwin.experiment.overhead import ALL_ROBOTS, DUTIES, RUN, TimedMessage, timed
 from kilotwin.experiment.profile_defaults import PROFILES, Profile, motion_defaults
 from kilotwin.experiment.schema import Arena, Controller, ExperimentSchema, Reading, Section, Site
 from kilotwin.experiment.start_poses import starts
@@ -83,7 +85,8 @@ def engine_spec(
                 experiment.groups, guests, starts(experiment), strict=True
             )
         ],
-        "commands": commands(keys, waits=waits),
+        "lab": _lab(experiment, profile),
+        "commands": commands(experiment, waits=waits),
         "grid": None if keys.grid is None else _grid(experiment, module_guest),
         "lead_ticks": lead_ticks,
         "sample_ticks": sample_ticks,
@@ -132,13 +135,26 @@ def _place(place: Arena | Site) -> dict[str, Any]:
     return {"shape": place.shape, "width_m": area.width, "height_m": area.height}
 
 
-def commands(keys: ExperimentSchema, *, waits: bool = False) -> list[TimedMessage]:
+def _lab(experiment: Experiment, profile: Profile) -> list[dict[str, Any]]:
+    """Duties that a lab's file leaves out are the profile's."""
+    robots = []
+    for uid, robot in experiment.lab:
+        duties = {
+            key: getattr(profile, key) if getattr(robot, key) is None else getattr(robot, key)
+            for key in DUTIES
+        }
+        robots.append({"uid": uid, **duties, **{key: getattr(robot, key) for key in TABLES}})
+    return robots
+
+
+def commands(experiment: Experiment, *, waits: bool = False) -> list[TimedMessage]:
     """CONFIG, one message per tick, the last two ticks before t = 0; then RUN, or [[command]].
 
     With `waits` there is no RUN but that of a [[command]].
 
     On a grid there is no overhead controller: all of it comes through the modules.
     """
+    keys = experiment.keys
     if keys.grid is not None:
         return []
     messages = config_messages(keys)
@@ -152,7 +168,8 @@ def commands(keys: ExperimentSchema, *, waits: bool = False) -> list[TimedMessag
     if keys.command is None:
         return [*configs, (0, *ALL_ROBOTS, RUN, None)]
     profile = PROFILES[keys.swarm.profile]
-    return [*configs, *(sent for command in keys.command for sent in timed(command, profile))]
+    orders = [timed(command, profile, experiment.uid_of) for command in keys.command]
+    return [*configs, *itertools.chain.from_iterable(orders)]
 
 
 def config_messages(keys: ExperimentSchema) -> list[tuple[int, int, bytes]]:

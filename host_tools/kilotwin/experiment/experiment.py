@@ -17,7 +17,9 @@ from pydantic import ValidationError
 
 from kilotwin.errors import InputError
 from kilotwin.experiment.checks import first_problem, first_problem_of_command, swarm_size
-from kilotwin.experiment.grid_plan import GridPlan, find_file, plan_of
+from kilotwin.experiment.grid_plan import GridPlan, find_file, plan_of, shown
+from kilotwin.experiment.informed import informed_ranges
+from kilotwin.experiment.lab_file import LabRobot, read_lab
 from kilotwin.experiment.programs import (
     Api,
     Program,
@@ -47,7 +49,8 @@ class Group:
 class Experiment:
     """`keys` are the file's, validated; `origin` knows where a key was written, for late errors.
 
-    `modules` are those of a grid, and `plan` is what its host does; None without.
+    `modules` are those of a grid, and `plan` is what its host does; None without. `lab` has the uid
+    and the calibration of each robot, if it comes from a lab.
     """
 
     keys: ExperimentSchema
@@ -55,6 +58,7 @@ class Experiment:
     origin: ExperimentText
     modules: Group | None = None
     plan: GridPlan | None = None
+    lab: tuple[tuple[int, LabRobot], ...] = ()
 
     @staticmethod
     def load(file: Path, settings: Iterable[Setting] = ()) -> "Experiment":
@@ -71,15 +75,20 @@ class Experiment:
         problem = first_problem(keys, origin.is_set)
         if problem is not None:
             raise InputError(f"{origin.where(*problem.paths)}: {problem.what}")
-        groups = tuple(_groups(keys, origin))
+        groups, lab = tuple(_groups(keys, origin)), _lab(keys, origin)
         if keys.grid is None:
-            return Experiment(keys, groups, origin)
-        return Experiment(keys, groups, origin, _modules(keys.grid, origin), plan_of(keys, origin))
+            return Experiment(keys, groups, origin, lab=lab)
+        modules = _modules(keys.grid, origin)
+        return Experiment(keys, groups, origin, modules, plan_of(keys, origin), lab)
 
     @property
     def size(self) -> int:
         """The number of robots."""
         return swarm_size(self.keys)
+
+    def uid_of(self, robot: int) -> int:
+        """The uid with which the robot with that index begins."""
+        return self.lab[robot][0] if self.lab else robot + 1
 
     def group_of(self, robot: int) -> Group:
         """The group of the robot with that id."""
@@ -100,6 +109,9 @@ class Experiment:
             table[key] = parts if len(parts) > 1 else parts[0]
             if "include" in table:
                 table["include"] = list(group.program.includes)
+        if self.keys.swarm.lab is not None:
+            found = find_file(self.keys.swarm.lab, ("swarm", "lab"), self.origin)
+            tables["swarm"]["lab"] = portable(found)
         if self.modules is not None:
             self._resolve_grid(tables["grid"], self.modules)
         return tables
@@ -161,6 +173,23 @@ def _groups(keys: ExperimentSchema, origin: ExperimentText) -> Iterable[Group]:
             )
         on_board = robots.hex is not None or robots.cpu == "avr"
         yield Group(program, robots.count, robots.poses, on_board, robots.boot_loader)
+
+
+def _lab(keys: ExperimentSchema, origin: ExperimentText) -> tuple[tuple[int, LabRobot], ...]:
+    """The lab's robots with the lowest uids, as many as there are robots."""
+    if keys.swarm.lab is None:
+        return ()
+    path: KeyPath = ("swarm", "lab")
+    lab = read_lab(shown(find_file(keys.swarm.lab, path, origin)))
+    robots = lab.first(swarm_size(keys))
+    if len(robots) < swarm_size(keys):
+        what = f"{lab.source} has {len(robots)} robots, for {swarm_size(keys)}; take fewer robots"
+        raise InputError(f"{origin.where(path)}: {what}")
+    informed = max((first + count for _, first, count in informed_ranges(keys)), default=0)
+    if any(uid != index for index, (uid, _) in enumerate(robots[:informed], 1)):
+        what = f"informed robots need the uids 1 to {informed}, which {lab.source} does not have"
+        raise InputError(f"{origin.where(path)}: {what}; set swarm.informed = 0")
+    return robots
 
 
 def _modules(grid: Grid, origin: ExperimentText) -> Group:

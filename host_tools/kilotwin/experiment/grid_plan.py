@@ -115,6 +115,11 @@ def find_file(written: str, path: KeyPath, origin: ExperimentText) -> Path:
     return found.resolve()
 
 
+def shown(file: Path) -> Path:
+    """A file as messages name it: below the present folder without that folder's path."""
+    return file.relative_to(Path.cwd()) if file.is_relative_to(Path.cwd()) else file
+
+
 def _configuration(
     keys: ExperimentSchema, layout: Layout, cells: Cells, origin: ExperimentText
 ) -> Configuration:
@@ -132,9 +137,8 @@ def is_ours(grid: Grid) -> bool:
 
 
 def _read(written: str, path: KeyPath, layout: Layout, origin: ExperimentText) -> Configuration:
-    file = find_file(written, path, origin)
-    shown = file.relative_to(Path.cwd()) if file.is_relative_to(Path.cwd()) else file
-    return kconf.configurations(kconf.read(shown), layout.columns, layout.rows, str(shown))
+    file = shown(find_file(written, path, origin))
+    return kconf.configurations(kconf.read(file), layout.columns, layout.rows, str(file))
 
 
 def _of_sites(keys: ExperimentSchema, layout: Layout, cells: Cells) -> Configuration:

@@ -1,7 +1,7 @@
 """The overhead controller's messages: what each is on the wire, and which keys go with it."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import get_args
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Literal, get_args
 
 from kilotwin.experiment.profile_defaults import Profile
 from kilotwin.experiment.schema import Command, Sent
@@ -22,14 +22,18 @@ _TYPES: Mapping[str, int] = {
     "readuid": 0x89,
     "calib": 0x8A,
 }
-_CALIB_MODES = ("save", "uid", "turn_left", "turn_right", "straight")
-_DUTIES = ("turn_left", "turn_right", "straight_left", "straight_right")
+CalibMode = Literal["save", "uid", "turn_left", "turn_right", "straight"]
+"""In the order of their numbers."""
+DUTIES = ("turn_left", "turn_right", "straight_left", "straight_right")
+"""The duties of CALIB, in its order."""
+# kilolib/core/calibration.h
+_CALIB_MARK = b"KT"
 
 # A message's own keys: those it cannot do without, and those it may have.
 KEYS: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     **dict.fromkeys(get_args(Sent), ((), ())),
     "readuid": (("bit",), ()),
-    "calib": (("mode",), ("uid", *_DUTIES)),
+    "calib": (("mode",), ("uid", *DUTIES)),
     "user": (("type",), ("data",)),
 }
 
@@ -64,20 +68,30 @@ def message_of(command: Command, profile: Profile) -> bytes:
         data = [command.bit]
     elif command.send == "calib":
         assert command.mode is not None
-        given = [getattr(command, name) for name in _DUTIES]
+        given = [getattr(command, name) for name in DUTIES]
         duties = [
             getattr(profile, name) if duty is None else duty
-            for name, duty in zip(_DUTIES, given, strict=True)
+            for name, duty in zip(DUTIES, given, strict=True)
         ]
-        data = [_CALIB_MODES.index(command.mode), *(command.uid or 0).to_bytes(2, "little")]
-        data += duties
+        return calib(command.mode, command.uid or 0, duties)
     return message(data, _TYPES[command.send])
 
 
-def uids(command: Command) -> tuple[int, int]:
-    """The first and the last uid that a command is for."""
+def calib(mode: CalibMode, uid: int, duties: Sequence[int], *, only: bool = False) -> bytes:
+    """CALIB with the four duties of DUTIES. `only`: for the robot with this uid alone, if its
+    runtime is ours (kilolib/core/calibration.h); else for all, and `uid` is what SAVE writes."""
+    mark = _CALIB_MARK if only else b""
+    data = [get_args(CalibMode).index(mode), *uid.to_bytes(2, "little"), *duties, *mark]
+    return message(data, _TYPES["calib"])
+
+
+def uids(
+    command: Command, uid_of: Callable[[int], int] = lambda index: index + 1
+) -> tuple[int, int]:
+    """The first and the last uid that a command is for; `uid_of` a robot's index."""
     if command.robot is not None:
-        return command.robot + 1, command.robot + 1
+        uid = uid_of(command.robot)
+        return uid, uid
     first, last = ALL_ROBOTS
     return (
         first if command.uid_first is None else command.uid_first,
@@ -93,9 +107,11 @@ def region(command: Command) -> Region | None:
     return float(x), float(y), float(command.within_m)
 
 
-def timed(command: Command, profile: Profile) -> Iterator[TimedMessage]:
+def timed(
+    command: Command, profile: Profile, uid_of: Callable[[int], int]
+) -> Iterator[TimedMessage]:
     """The message as often as it is sent: one a tick for as long as it is repeated."""
     begin = ticks(command.at_s)
     bytes_, where = message_of(command, profile), region(command)
     for tick in range(begin, begin + max(1, ticks(command.repeat_s))):
-        yield (tick, *uids(command), bytes_, where)
+        yield (tick, *uids(command, uid_of), bytes_, where)

@@ -137,6 +137,8 @@ class Swarm(Section):
     """A `.c` file, a folder whose `.c` files are one program, or a list of `.c` files."""
     size: Count | None = None
     """How many robots run it."""
+    lab: Text | None = None
+    """A `lab.toml` whose robots these are, by uid from the lowest on: uids, duties, gains."""
     floor: bool
     """Whether the virtual floor sends robots their site, walls and obstacles (message CELL)."""
     informed: Share = 0.0
@@ -342,7 +344,8 @@ class Command(Section):
     repeat_s: Annotated[float, Field(ge=0, le=3600)] = 0.0
     """For how long it is repeated, once a tick; 0: once. `wakeup` may need 48 s: docs/limits.md."""
     robot: Annotated[int, Field(ge=0, le=65534)] | None = None
-    """Only to the robot of this index, which has the uid index + 1 unless CALIB gave it another."""
+    """Only to the robot of this index, which has the uid index + 1 unless CALIB or `swarm.lab` gave
+    it another."""
     uid_first: Uid | None = None
     """Only to robots from this uid on; 0 if left out."""
     uid_last: Uid | None = None

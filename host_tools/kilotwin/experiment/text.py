@@ -76,7 +76,7 @@ class ExperimentText:
         try:
             raw: dict[str, Any] = tomllib.loads(text)
         except tomllib.TOMLDecodeError as error:
-            raise InputError(_syntax_message(file, text, error)) from None
+            raise InputError(syntax_message(file, text, error)) from None
         read = ExperimentText(str(file), file.parent, raw, locate(text), settings)
         read.raw.setdefault("name", file.stem)
         return read
@@ -118,7 +118,7 @@ def _read(file: Path) -> str:
     return text
 
 
-def _syntax_message(file: Path, text: str, error: tomllib.TOMLDecodeError) -> str:
+def syntax_message(file: Path, text: str, error: tomllib.TOMLDecodeError) -> str:
     """Splits tomllib's `what (at line 3, column 7)` or `what (at end of document)`."""
     what, _, position = str(error).partition(" (at ")
     line = text.count("\n") + (not text.endswith("\n"))

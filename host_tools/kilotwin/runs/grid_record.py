@@ -76,7 +76,7 @@ class GridMemory(GridEvents):
         assert plan is not None
         if self._tracking is None:
             experiment = self._experiment
-            self._tracking = Tracking(experiment.keys, plan.layout, experiment.size, plan.site_maps)
+            self._tracking = Tracking(experiment, plan.layout, plan.site_maps)
         self._rows += self._tracking.add(reports).to_pylist()
 
     def event(self, time_s: float, kind: str, text: str, **more: Any) -> None:
@@ -105,7 +105,7 @@ class GridRecord(GridEvents):
         plan = experiment.plan
         assert plan is not None
         self._writer = writer
-        self.tracking = Tracking(experiment.keys, plan.layout, experiment.size, plan.site_maps)
+        self.tracking = Tracking(experiment, plan.layout, plan.site_maps)
         folder = writer.folder
         self._stream = Stream(folder / f"{TRACKING}.arrows", TRACKING_SCHEMA)
         self._waiting: list[Reports] = []

@@ -7,8 +7,9 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
+from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.grid_layout import Cells, Layout
-from kilotwin.experiment.schema import ExperimentSchema
+from kilotwin.experiment.lab_file import LAST_UID
 from kilotwin.experiment.states import States
 from kilotwin.grid.poller import Reports
 from kilotwin.runs.columns import TRACKING_SCHEMA, WORD
@@ -24,16 +25,20 @@ class Tracking:
 
     def __init__(
         self,
-        keys: ExperimentSchema,
+        experiment: Experiment,
         layout: Layout,
-        robots: int,
         site_maps: Sequence[tuple[float, Cells]],
     ) -> None:
+        keys, robots = experiment.keys, experiment.size
         self._layout = layout
         self._states = States.of(keys)
         self._names = pa.array(self._states.names)
         # A lab's own programs send their number in the first byte, and anything in the others.
         self._ours = keys.controller is not None
+        self._index = np.arange(_NOBODY, LAST_UID, dtype=np.intp)
+        if experiment.lab:
+            self._index[:] = _NOBODY
+            self._index[[uid for uid, _ in experiment.lab]] = np.arange(robots)
         self._maps = site_maps
         self._across, self._up = layout.centres()
         self._x = np.full(robots, np.nan, dtype=np.float32)
@@ -88,8 +93,8 @@ class Tracking:
         """Robots' indices, and their LEDs if the reports have them."""
         if self._ours:
             uid = data[:, 0] + data[:, 1].astype(np.intp) * 256
-            return uid - 1, data[:, 2]
-        return (data[:, 0] & 0x7F).astype(np.intp) - 1, None
+            return self._index[uid], data[:, 2]
+        return self._index[data[:, 0] & 0x7F], None
 
     def _map_at(self, time_s: float) -> Cells:
         return map_at(self._maps, time_s)

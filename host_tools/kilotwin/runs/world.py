@@ -364,7 +364,7 @@ class World:
         Up to nine bytes, filled up with zeros. Types from 0x80 up are system commands.
         """
         given = _checked(data=data, type=type, within=within)
-        to = ALL_ROBOTS if robot is None else (self._robot(robot) + 1,) * 2
+        to = ALL_ROBOTS if robot is None else (self._experiment.uid_of(self._robot(robot)),) * 2
         where: Region | None = None
         if given.within is not None:
             x, y, radius = given.within
@@ -381,7 +381,8 @@ class World:
         origin = _origin({"command": [{"at_s": 0, "send": send, **keys}]}, [])
         command = one_command(origin, self.size)
         profile = PROFILES[self._experiment.keys.swarm.profile]
-        self._simulation.send(message_of(command, profile), *uids(command), region(command))
+        to = uids(command, self._experiment.uid_of)
+        self._simulation.send(message_of(command, profile), *to, region(command))
 
 
 def experiment_of(keys: Mapping[str, Any], settings: list[Setting]) -> Experiment:

@@ -79,8 +79,8 @@ def test_a_kilobot_pushed_off_its_site_walks_a_foot_bot_stays(
 
 
 def test_config_is_one_message_a_tick_and_over_before_run(load: Load) -> None:
-    keys = load(SMALL + INFORMED, "swarm.informed=0.5").keys
-    *configs, run = commands(keys)
+    experiment = load(SMALL + INFORMED, "swarm.informed=0.5")
+    *configs, run = commands(experiment)
     ticks = [tick for tick, *_ in configs]
     assert ticks == list(range(-1 - len(configs), -1))
     assert run == (0, 0, 0xFFFF, bytes(9) + b"\x88", None)
@@ -101,7 +101,7 @@ def test_a_message_is_as_the_wire_says(load: Load) -> None:
 
 
 def test_without_a_controller_robots_hear_only_run(load: Load) -> None:
-    assert [tick for tick, *_ in commands(load().keys)] == [0]
+    assert [tick for tick, *_ in commands(load())] == [0]
 
 
 def test_the_spec_holds_what_the_engine_needs(load: Load) -> None:

@@ -127,7 +127,7 @@ def test_commands_become_orders_of_the_host(load: Load) -> None:
     )
     orders = plan_of(experiment).orders
     assert [(order.at_s, order.kind) for order in orders] == [(30.0, "pause"), (60.0, "resume")]
-    assert commands(experiment.keys) == []
+    assert commands(experiment) == []
 
 
 def test_robots_are_told_what_is_not_their_default(load: Load) -> None:

@@ -68,7 +68,7 @@ def test_it_is_for_all_places_or_one() -> None:
 
 def test_it_is_repeated_once_a_tick() -> None:
     def ticks(**keys: object) -> list[int]:
-        return [tick for tick, *_ in timed(command("run", **keys), KILOBOT)]
+        return [tick for tick, *_ in timed(command("run", **keys), KILOBOT, int)]
 
     assert ticks() == [0]
     assert ticks(at_s=1.0) == [31]
@@ -77,16 +77,16 @@ def test_it_is_repeated_once_a_tick() -> None:
 
 def test_a_command_takes_the_place_of_run(load: Load) -> None:
     text = f'{SMALL}\n[[command]]\nat_s = 2\nsend = "voltage"\n'
-    assert commands(load(text).keys) == [(61, 0, 65535, bytes(9) + b"\x87", None)]
+    assert commands(load(text)) == [(61, 0, 65535, bytes(9) + b"\x87", None)]
 
 
 def test_an_empty_list_leaves_robots_idle(load: Load) -> None:
-    assert commands(load(f"command = []\n{SMALL}").keys) == []
+    assert commands(load(f"command = []\n{SMALL}")) == []
 
 
 def test_commands_come_after_config(load: Load) -> None:
     text = f'{SMALL}\n[controller]\n[[command]]\nat_s = 0\nsend = "run"\n'
-    *configs, run = commands(load(text).keys)
+    *configs, run = commands(load(text))
     assert all(tick < -1 for tick, *_ in configs)
     assert configs
     assert run[0] == 0

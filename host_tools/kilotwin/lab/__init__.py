@@ -1,0 +1,1 @@
+"""A lab's robots measured: tracks over a Kilogrid, duties that lead straight, the lab's file."""
