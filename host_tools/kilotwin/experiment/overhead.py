@@ -26,8 +26,8 @@ CalibMode = Literal["save", "uid", "turn_left", "turn_right", "straight"]
 """In the order of their numbers."""
 DUTIES = ("turn_left", "turn_right", "straight_left", "straight_right")
 """The duties of CALIB, in its order."""
-# kilolib/core/calibration.h
-_CALIB_MARK = b"KT"
+CALIB_MARK = b"KT"
+"""The last bytes of a CALIB that is for one robot alone (kilolib/core/calibration.h)."""
 
 # A message's own keys: those it cannot do without, and those it may have.
 KEYS: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
@@ -80,7 +80,7 @@ def message_of(command: Command, profile: Profile) -> bytes:
 def calib(mode: CalibMode, uid: int, duties: Sequence[int], *, only: bool = False) -> bytes:
     """CALIB with the four duties of DUTIES. `only`: for the robot with this uid alone, if its
     runtime is ours (kilolib/core/calibration.h); else for all, and `uid` is what SAVE writes."""
-    mark = _CALIB_MARK if only else b""
+    mark = CALIB_MARK if only else b""
     data = [get_args(CalibMode).index(mode), *uid.to_bytes(2, "little"), *duties, *mark]
     return message(data, _TYPES["calib"])
 
