@@ -3,6 +3,7 @@
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/string.h>
 
+#include <cmath>
 #include <cstring>
 #include <vector>
 
@@ -17,14 +18,17 @@ namespace kilotwin {
 namespace {
 
 // Data frames only, as on a Kilogrid.
-bool send_can(PythonSimulation &self, uint32_t bus, uint16_t id, const nb::bytes &data) {
+bool send_can(PythonSimulation &self, uint32_t bus, uint16_t id, const nb::bytes &data,
+              double after_s) {
     CanFrame frame;
     if (id > CanFrame::ID_MAX) throw EngineError("an identifier has 11 bits");
     if (data.size() > CanFrame::DATA_MAX) throw EngineError("a CAN frame has 8 bytes at most");
     frame.id = id;
     frame.dlc = static_cast<uint8_t>(data.size());
     std::memcpy(frame.data.data(), data.c_str(), data.size());
-    return self.simulation.send_can(bus, frame);
+    if (!(after_s >= 0 && after_s <= 1)) throw EngineError("a frame waits for 0 to 1 s");
+    const auto after = static_cast<Cycles>(std::llround(after_s * double(CYCLES_PER_SECOND)));
+    return self.simulation.grid().send_can(self.simulation.now() + after, bus, frame);
 }
 
 // One structured array for all frames, not an object each: a full table has 8,000 a second.
@@ -147,7 +151,9 @@ nb::list module_events(PythonSimulation &self) {
 void register_grid(nb::class_<PythonSimulation> &simulation) {
     simulation
         .def("send_can", send_can, nb::arg("bus"), nb::arg("id"), nb::arg("data"),
-             "Queue a frame at the host's node of a bus; False if its queue is full.")
+             nb::arg("after_s") = 0.0,
+             "Queue a frame at the host's node of a bus, to be sent so long after now, 1 s at most; "
+             "False if its queue is full.")
         .def("can_frames", can_frames, "What ended on any bus since the last call.")
         .def("cells", cells_of, "[row, column, 2] of all cells: colour of 3 bits, brightness.")
         .def("modules", modules_of, "One dict per module, row by row from the lower left.")

@@ -31,6 +31,7 @@ COMMANDS = {
     "record": "Run an experiment on a Kilogrid and leave a run folder. Ctrl-C leaves everything "
     "idle.",
     "flash": "Writes programs into robots and modules and reads back that they are there.",
+    "robots": "Gives orders to all robots by infrared light, and asks them how they are.",
     "serve": "Emulates a device on a serial port, for other programs, until Ctrl-C.",
     "grid": "Talks to the modules of a Kilogrid, and through them to its robots.",
 }

@@ -57,16 +57,21 @@ RESET = message((), _TYPES["reset"])
 WAKEUP = message((), _TYPES["wakeup"])
 
 
+def readuid(bit: int) -> bytes:
+    """Has those robots turn left whose uid has this bit, 0 to 15; the others stop."""
+    return message([bit], _TYPES["readuid"])
+
+
 def message_of(command: Command, profile: Profile) -> bytes:
     """What goes on air."""
     if command.send == "user":
         assert command.type is not None
         return message(command.data or (), command.type)
-    data: list[int] = []
     if command.send == "readuid":
         assert command.bit is not None
-        data = [command.bit]
-    elif command.send == "calib":
+        return readuid(command.bit)
+    data: list[int] = []
+    if command.send == "calib":
         assert command.mode is not None
         given = [getattr(command, name) for name in DUTIES]
         duties = [

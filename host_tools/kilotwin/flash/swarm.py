@@ -12,6 +12,7 @@ from kilotwin.flash.avrdude import Progress
 from kilotwin.flash.upload import Action, Announce, Ask, Pause, Repeat, Robot, SendPage, Upload
 from kilotwin.grid.clock import Clock
 from kilotwin.links.robot_link import ALL_ROBOTS, LoaderState, Report, RobotLink, RobotState
+from kilotwin.links.roll_call import aligned
 
 _RUNNING = (RobotState.SETUP, RobotState.RUNNING)
 
@@ -159,14 +160,7 @@ def _table(upload: Upload) -> str:
                 state_of(robot),
             )
         )
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return "\n".join(
-        "  ".join(
-            cell.rjust(width) if i < len(widths) - 1 else cell
-            for i, (cell, width) in enumerate(zip(row, widths, strict=True))
-        )
-        for row in rows
-    )
+    return "\n".join(aligned(rows))
 
 
 def _summary(upload: Upload) -> list[str]:

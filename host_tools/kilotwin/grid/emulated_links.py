@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from kilotwin.grid.links import FrameLog, Frames
+from kilotwin.units import TICK_S
 
 if TYPE_CHECKING:
     from kilotwin._emulator import Simulation
@@ -22,8 +23,12 @@ class EmulatedLinks:
         return self._buses
 
     def send(self, bus: int, identifier: int, data: bytes, now_s: float) -> bool:
-        """Queues a frame at the host's node; False if its queue is full."""
-        return self._simulation.send_can(bus, identifier, data)
+        """Queues a frame at the host's node; False if its queue is full.
+
+        The host's clock may be ahead of the engine's ticks: it is sent when that comes to `now_s`.
+        """
+        after_s = max(0.0, now_s - self._simulation.tick * TICK_S)
+        return self._simulation.send_can(bus, identifier, data, after_s)
 
     def send_all(self, bus: int, identifiers: Sequence[int], data: bytes, now_s: float) -> int:
         """The same bytes to several addresses; how many the queue had room for."""

@@ -23,6 +23,9 @@ COMMANDS = ["doctor", "run", "sweep", "plot", "build", "port", "compare", "bench
 GROUPS = {
     "grid": ["ls", "health", "setup", "run", "pause", "idle", "send"],
     "flash": ["robot", "robots", "modules"],
+    "robots": [
+        *("run", "pause", "reset", "sleep", "wakeup", "charge", "voltage", "uid", "send", "watch")
+    ],
     "serve": ["programmer"],
 }
 
