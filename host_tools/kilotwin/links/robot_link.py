@@ -46,13 +46,16 @@ class LoaderState(IntEnum):
 
 
 class RobotState(IntEnum):
-    """What an application's runtime does (hardware.md 1.3)."""
+    """What an application's runtime does (hardware.md 1.3).
 
-    SLEEPING = 0
-    IDLE = 1
-    BATTERY = 2
-    SETUP = 3
-    RUNNING = 4
+    Numbered as robot_state_t of firmware/kilolib/core/robot_commands.h.
+    """
+
+    IDLE = 0
+    SETUP = 1
+    RUNNING = 2
+    SLEEPING = 3
+    BATTERY = 4
     CHARGING = 5
     MOVING = 6
 

@@ -135,7 +135,7 @@ def test_answers_come_with_the_cell_that_heard_them(robots: GridRobots, buses: B
         asked = to_module("ROBOT_QUERY", First=VITALS, SlotsLog2=3, Nonce=9, Uid=0xFFFF)
         assert data == asked
         content = (683).to_bytes(2, "little") + bytes(2)
-        buses.put(bus, wire.id_from_module((bus, bus)), report(3, 40 + bus, content, 0x14))
+        buses.put(bus, wire.id_from_module((bus, bus)), report(3, 40 + bus, content, 0x12))
 
     buses.on_send = answer
     found = robots.ask(VITALS, 3, 9)

@@ -29,7 +29,7 @@ def test_an_answer_about_the_image_has_its_id() -> None:
 @pytest.mark.parametrize(("reading", "voltage"), [(0, 0), (683, 683), (0xFFFF, None)])
 def test_an_applications_answer_has_voltage_and_state(reading: int, voltage: int | None) -> None:
     content = reading.to_bytes(2, "little") + bytes(2)
-    report = Report(uid=7, first=VITALS, content=content, state=0x14)
+    report = Report(uid=7, first=VITALS, content=content, state=0x12)
     assert not report.in_loader
     assert report.loader_state is None
     assert report.robot_state is RobotState.RUNNING
