@@ -30,12 +30,15 @@ _BOOT_S, _SIZE_S, _CRC_S, _START_S, _RUN_S = 3.0, 1.5, 0.5, 2.0, 2.0
 # A loader that has all of an image computes its CRC, and writes its record.
 _CHECK_S = 1.0
 # A few robots are asked one by one; all are asked again until so many times brought nobody new.
-_FEW, _TRIES_ALL, _TRIES_ONE = 4, 4, 6
+_FEW, _TRIES_ALL, _TRIES_ONE = 2, 8, 10
+# A robot on a grid may hardly be heard for two minutes: it turned its light away.
+_PATIENCE, _LISTEN_S = 36, 5.0
 # Laps that brought nothing, and laps in all, until those that are left are given up.
 _STALLED_LAPS, _MOST_LAPS = 3, 20
 # Lap 2 has each page twice, later ones have it so often.
 _MOST_REPEATS = 3
 _START_TRIES = 3
+_LOOKS = 3
 _FEWEST_SLOTS, _SLOTS_FOR_UNKNOWN = 8, 64
 _NONCES = 256
 
@@ -108,6 +111,8 @@ class Robot:
     """What its application did when it was last asked; None in the boot loader."""
     voltage: int | None = None
     heard: bool = False
+    lap: int = -1
+    """After which it has last said what image it has."""
     module: tuple[int, int] | None = None
     cell: int | None = None
 
@@ -201,15 +206,17 @@ class Upload:
             yield from self._blind_laps()
 
     def _find(self) -> Script:
-        """Looks who is there, before they are called into their loaders."""
+        """Looks who is there, before they are called into their loaders.
+
+        Of robots that are expected it need not hear all: it is to know whether some wait for the
+        rest of an upload.
+        """
         self._tell("looking for robots")
-        everybody = self.wish.uids
-        open_ended = not everybody
-        yield from self._inquire(
-            VITALS,
-            lambda: {uid for uid in everybody if not self.robots[uid].heard},
-            open_ended=lambda: open_ended and (self.wish.count is None or self.unknown > 0),
-        )
+        if self.wish.uids or self.wish.count is not None:
+            for _ in range(_LOOKS):
+                yield from self._ask(VITALS, self._slots_log2(False))
+        else:
+            yield from self._inquire(VITALS, set, open_ended=lambda: True)
 
     def _verified_laps(self) -> Script:
         resumed = any(robot.state is LoaderState.LOADING for robot in self.robots.values())
@@ -251,22 +258,20 @@ class Upload:
     def _lap(self) -> Script:
         """Sends what is missing anywhere, then asks what came of it."""
         self.laps += 1
-        lacking = [self.robots[uid] for uid in self._asked()]
-        if self.laps > 1 and (self.unknown or not all(self._is_announced(r) for r in lacking)):
+        if self.laps > 1 and (self.unknown or any(map(self._is_uncalled, self._asked()))):
             yield from self._call()
-        pages = set[int]().union(*(robot.missing for robot in lacking))
-        if self.unknown and self.laps <= self.wish.laps:
-            pages |= self._every_page
-        if pages:
-            yield from self._send(sorted(pages))
-        else:
-            yield Pause(_CHECK_S)
+        pages = self._pages_lacking() or self._every_page
+        yield from self._send(sorted(pages))
         self._tell(f"lap {self.laps}: asking robots what they have")
-        yield from self._inquire(IDENTITY, self._asked, open_ended=lambda: self.unknown > 0)
+        yield from self._inquire(IDENTITY, self._silent, open_ended=lambda: self.unknown > 0)
+        if not self._loading():
+            self._tell(f"lap {self.laps}: waiting for those that cannot be heard")
+            yield from self._inquire(
+                IDENTITY, self._silent, open_ended=lambda: self.unknown > 0, patience=_PATIENCE
+            )
         if any(r.state is LoaderState.WRONG for r in self.robots.values()):
             yield from self._check_pages()
-        else:
-            yield from self._ask_for_pages(frozenset(pages))
+        yield from self._ask_for_pages(pages)
 
     def _send(self, pages: list[int]) -> Script:
         """Pages everywhere.
@@ -286,7 +291,7 @@ class Upload:
         """Has loaders whose image is wrong forget the pages that are."""
         for first in range(0, len(self._pages), messages.CRCS_PER_MESSAGE):
             yield Repeat(messages.page_crcs(self._pages, first), _CRC_S)
-        yield from self._ask_for_pages(self._every_page)
+        yield Pause(_CHECK_S)
 
     def _ask_for_pages(self, pages: frozenset[int]) -> Script:
         """Asks robots that are loading which of these pages they lack."""
@@ -303,13 +308,13 @@ class Upload:
             yield from self._inquire(VITALS, self._not_started)
             if not any(r.state is not None for r in self.robots.values()):
                 break
-        for _ in range(_START_TRIES if self.wish.run else 0):
+        for patience in (0, 0, _PATIENCE) if self.wish.run else ():
             yield Repeat(overhead.RUN, _RUN_S)
             if not self.answers_when_running:
                 break
-            for robot in self.robots.values():
-                robot.application = None
-            yield from self._inquire(VITALS, self._not_started)
+            for uid in self.robots.keys() - set(self.running):
+                self.robots[uid].application = None
+            yield from self._inquire(VITALS, self._not_started, patience=patience)
             if len(self.running) == len(self.robots):
                 break
 
@@ -321,25 +326,36 @@ class Upload:
         wanted: Callable[[], set[int]],
         *,
         open_ended: Callable[[], bool] = lambda: False,
+        patience: int = 0,
     ) -> Script:
         """Asks until those of `wanted` have answered, or it seems to be of no use.
 
-        `open_ended`: asks on for robots that are not known yet.
+        `open_ended`: asks on for robots that are not known yet. `patience`: after so many pauses it
+        is asked once more, since robots are hardly heard for minutes.
         """
         answered: set[int] = set()
         tries = 0
-        while tries < _TRIES_ALL:
-            left = wanted() - answered
-            if not open_ended() and len(left) <= _FEW and ALL_ROBOTS not in left:
-                break
-            heard = yield from self._ask(first, self._slots_log2(open_ended()))
+        while (left := wanted() - answered) or open_ended():
+            few = len(left) <= _FEW and ALL_ROBOTS not in left and not open_ended()
+            if few:
+                heard = yield from self._ask_one_by_one(first, left)
+            else:
+                heard = yield from self._ask(first, self._slots_log2(open_ended()))
             tries = tries + 1 if heard <= answered else 0
             answered |= heard
-        left_over = wanted() - answered - {ALL_ROBOTS}
-        for uid in sorted(left_over) if len(left_over) <= _FEW else ():
-            for _ in range(_TRIES_ONE):
-                if uid in (yield from self._ask(first, 0, uid)):
-                    break
+            if tries >= (_TRIES_ONE if few else _TRIES_ALL):
+                if patience == 0:
+                    return
+                patience -= 1
+                yield Pause(_LISTEN_S)
+
+    def _ask_one_by_one(
+        self, first: int, uids: set[int]
+    ) -> Generator[Action, Sequence[Report], set[int]]:
+        heard = set[int]()
+        for uid in sorted(uids):
+            heard |= yield from self._ask(first, 0, uid)
+        return heard
 
     def _ask(
         self, first: int, slots_log2: int, uid: int = ALL_ROBOTS
@@ -370,7 +386,7 @@ class Upload:
         if robot.state is not LoaderState.COMPLETE:
             robot.verified = False
         if report.first == IDENTITY:
-            robot.image_id = report.image_id
+            robot.image_id, robot.lap = report.image_id, self.laps
             if not self._is_announced(robot):
                 robot.verified, robot.missing = False, self._every_page
             elif robot.state is LoaderState.COMPLETE:
@@ -391,6 +407,18 @@ class Upload:
         patient = self.laps <= self.wish.laps
         return {uid for uid in self.failed if patient or self.robots[uid].image_id is not None}
 
+    def _silent(self) -> set[int]:
+        """Those of them that have not answered since the last lap."""
+        return {uid for uid in self._asked() if self.robots[uid].lap < self.laps}
+
+    def _is_uncalled(self, uid: int) -> bool:
+        return not self._is_announced(self.robots[uid])
+
+    def _pages_lacking(self) -> frozenset[int]:
+        """What those lack of which it is known. Others have lost pages like they."""
+        known = [self.robots[uid] for uid in self._asked() if self.robots[uid].image_id is not None]
+        return frozenset[int]().union(*(robot.missing for robot in known))
+
     def _is_hopeful(self) -> bool:
         """Whether another lap may bring somebody anything."""
         if self.laps >= _MOST_LAPS:
@@ -400,7 +428,8 @@ class Upload:
         )
 
     def _loading(self) -> set[int]:
-        return {uid for uid in self.failed if self._is_announced(self.robots[uid])}
+        """Those that lack something, as they have said since the last lap."""
+        return {uid for uid in self.failed if self.robots[uid].lap == self.laps}
 
     def _not_started(self) -> set[int]:
         return {uid for uid, robot in self.robots.items() if robot.application is None}
@@ -417,8 +446,8 @@ class Upload:
         Where they are apart, more do. `open_ended`: twice as many robots may be there as is known.
         """
         robots = max(len(self.robots), self.wish.count or 0, _FEWEST_SLOTS)
-        if open_ended:
-            robots = max(2 * len(self.robots), self.wish.count or _SLOTS_FOR_UNKNOWN)
+        if open_ended and self.wish.count is None:
+            robots = max(2 * len(self.robots), _SLOTS_FOR_UNKNOWN)
         return min(MOST_SLOTS_LOG2, (robots - 1).bit_length())
 
     def _tell(self, text: str, share: float = 0.0) -> None:

@@ -35,11 +35,12 @@ class WallClock:
 class SimulatedClock:
     """The time of an engine, which advances while somebody sleeps.
 
-    It is finer than the engine's ticks: the engine lags behind by less than one.
+    It is finer than the engine's steps: the engine lags behind by less than one.
     """
 
-    def __init__(self, simulation: "Simulation") -> None:
-        self._simulation = simulation
+    def __init__(self, simulation: "Simulation", step_ticks: int) -> None:
+        """`step_ticks` are the engine's, as in the experiment."""
+        self._simulation, self._step_ticks = simulation, step_ticks
         self._now_s = simulation.tick * TICK_S
 
     def now_s(self) -> float:
@@ -47,8 +48,8 @@ class SimulatedClock:
         return self._now_s
 
     def sleep(self, seconds: float) -> None:
-        """Advances the engine by the whole ticks that have come to their end."""
+        """Advances the engine by the whole steps that have come to their end."""
         self._now_s += max(0.0, seconds)
         behind = int(self._now_s / TICK_S + 1e-9) - self._simulation.tick
-        if behind > 0:
-            self._simulation.advance(behind)
+        if behind >= self._step_ticks:
+            self._simulation.advance(behind - behind % self._step_ticks)

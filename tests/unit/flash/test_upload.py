@@ -6,7 +6,7 @@ import random
 import pytest
 
 from kilotwin.files.flash_image import FlashImage
-from kilotwin.flash.upload import Action, Announce, Ask, Repeat, SendPage, Upload, Wish
+from kilotwin.flash.upload import Action, Announce, Ask, Pause, Repeat, SendPage, Upload, Wish
 from kilotwin.links import messages
 from kilotwin.links.robot_link import ALL_ROBOTS, LoaderState, MessageType, RobotState
 
@@ -153,6 +153,22 @@ def test_a_robot_more_than_expected_has_to_get_it_as_well() -> None:
     swarm.run(job)
     assert job.done
     assert job.verified == [1, 2, 3, 4, 5, 6]
+
+
+def test_a_robot_that_is_not_heard_for_minutes_is_waited_for() -> None:
+    """And nothing is sent again meanwhile."""
+    there = robots(12)
+    swarm = Swarm(OURS, there)
+    job = upload(run=True)
+
+    def turn_away(action: Action) -> None:
+        pauses = sum(isinstance(action, Pause) for action in swarm.actions)
+        there[1].mute = (job.laps == 1 and pauses < 20) or 25 < pauses < 40
+
+    swarm.run(job, turn_away)
+    assert job.done
+    assert job.laps == 1
+    assert job.running == list(range(1, 13))
 
 
 def test_of_a_count_those_that_were_never_heard_are_counted() -> None:
