@@ -4,13 +4,14 @@ socketcan:can0                  the kernel's
 socketcand:127.0.0.1            an emulated grid, or another machine's buses: all of them
 socketcand:127.0.0.1:29536/can1 one of them
 slcan:/dev/ttyACM0              a serial adapter
+kilogrid:/dev/ttyUSB0           a Kilogrid's dispatcher: one for the whole grid
 """
 
 import contextlib
 import logging
 import socket
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import can
@@ -22,6 +23,7 @@ from kilotwin.files.headers import CAN_BIT_RATE
 # A vcan loses nothing, but the socket's own buffer does when the host is busy for a moment.
 _RECEIVE_BYTES = 8 << 20
 _CONNECT_S = 3.0
+_DISPATCHER = "kilogrid"
 _EXAMPLES = "socketcan:can0, socketcand:127.0.0.1 or slcan:/dev/ttyACM0"
 
 
@@ -33,6 +35,8 @@ class BusName:
     channel: str | None
     host: str = ""
     port: int = 0
+    size: tuple[int, int] | None = None
+    """Of the grid, columns and rows: a dispatcher has to be told."""
 
     def __str__(self) -> str:
         if self.interface != "socketcand":
@@ -42,11 +46,16 @@ class BusName:
 
 @dataclass(frozen=True)
 class OpenBus:
-    """A bus in use. `echoes`: it also hands back what was sent, in its place."""
+    """A bus in use.
+
+    `echoes`: it also hands back what was sent, in its place. `answers`: what modules say comes
+    through; a dispatcher passes on robots' reports only.
+    """
 
     bus: can.BusABC
     name: str
     echoes: bool
+    answers: bool = True
 
 
 def parse_bus(text: str) -> BusName:
@@ -66,21 +75,35 @@ def parse_bus(text: str) -> BusName:
     return BusName(interface, channel or None, host, int(port) if colon else SOCKETCAND_PORT)
 
 
-def name_all(names: Sequence[str], buses: int) -> list[BusName]:
-    """A name for each bus of a grid; InputError if there are too few or too many."""
+def name_all(names: Sequence[str], buses: int, size: tuple[int, int]) -> list[BusName]:
+    """A name for each bus of a grid of `size`; InputError if there are too few or too many.
+
+    One for all buses if it is a dispatcher.
+    """
     if not names:
         raise InputError(f"on which CAN bus? Name it, as in --can {_EXAMPLES}")
     parsed = [parse_bus(name) for name in names]
     if len(parsed) == 1 and parsed[0].interface == "socketcand" and parsed[0].channel is None:
         one = parsed[0]
         return [BusName(one.interface, f"can{n}", one.host, one.port) for n in range(buses)]
+    if len(parsed) == 1 and parsed[0].interface == _DISPATCHER:
+        return [replace(parsed[0], size=size)]
     for name in parsed:
+        if name.interface == _DISPATCHER:
+            raise InputError(f"--can {name}: a dispatcher has all buses; name nothing else")
         if name.channel is None:
             raise InputError(f"--can {name}: which bus? Name it, as in {name}/can0")
     if len(parsed) != buses:
         what = f"{len(parsed)} buses are named, but the grid has {buses}"
         raise InputError(f"--can: {what}; give --can once per bus, the lowest rows first")
     return parsed
+
+
+def need_answers(names: Sequence[BusName], instead: str) -> None:
+    """InputError, with what to do `instead`, if answers do not come through one of these."""
+    for name in names:
+        if name.interface == _DISPATCHER:
+            raise InputError(f"--can {name}: no answers come through a dispatcher; {instead}")
 
 
 def open_all(names: Sequence[BusName]) -> list[OpenBus]:
@@ -117,6 +140,9 @@ def _open(name: BusName) -> OpenBus:
         bus = can.Bus(interface="socketcan", channel=name.channel, receive_own_messages=True)
         _widen(bus)
         return OpenBus(bus, name.channel, echoes=True)
+    if name.interface == _DISPATCHER:
+        bus = can.Bus(interface=_DISPATCHER, channel=name.channel, size=name.size)
+        return OpenBus(bus, name.channel.rpartition("/")[2], echoes=False, answers=False)
     more: dict[str, Any] = {} if name.interface == "virtual" else {"bitrate": CAN_BIT_RATE}
     if name.interface == "slcan":
         more["sleep_after_open"] = 0

@@ -19,6 +19,7 @@ from kilotwin.can.buses import interfaces
 from kilotwin.commands.options import Json, command_app
 from kilotwin.errors import KilotwinError
 from kilotwin.files.headers import CAN_BIT_RATE
+from kilotwin.ports.list_ports import ports
 
 try:
     from kilotwin import _emulator
@@ -61,6 +62,7 @@ def examine() -> list[Finding]:
         _avr_compiler,
         _avrdude,
         _socketcan,
+        _serial_ports,
     ]
     return [look() for look in looks]
 
@@ -141,6 +143,16 @@ def _socketcan() -> Finding:
         remedy = f"ip link set can0 up type can bitrate {CAN_BIT_RATE}, with an adapter plugged in"
         return Finding(what, "in this kernel, no interface", remedy, needed=False)
     return Finding(what, f"interfaces {', '.join(names)}", needed=False)
+
+
+def _serial_ports() -> Finding:
+    what = "serial ports, for overhead controller and dispatcher"
+    found = ports()
+    if not found:
+        return Finding(what, "none", "plug the device in", needed=False)
+    refused = [port.name for port in found if not port.may_open]
+    remedy = "sudo usermod -a -G dialout $USER, then log in again" if refused else ""
+    return Finding(what, "; ".join(map(str, found)), remedy, needed=False)
 
 
 def report_text(findings: list[Finding]) -> str:

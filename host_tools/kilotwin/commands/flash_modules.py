@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from kilotwin.can.buses import BusName, open_all
+from kilotwin.can.buses import BusName, need_answers, open_all
 from kilotwin.commands import steps
 from kilotwin.commands.flash_file import Display, File, Force, build, is_built
 from kilotwin.commands.options import Buses, Define, Include, Json, Quiet, Size
@@ -68,6 +68,7 @@ def modules(
     expected, else those that answer.
     """
     layout, bus_names = named_grid(buses or [], size)
+    need_answers(bus_names, "to flash modules take a CAN adapter")
     wanted = parse_modules(module or [], layout)
     display = steps.display(quiet)
     try:

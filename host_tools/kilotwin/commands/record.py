@@ -55,14 +55,15 @@ def record(
     loaded = Experiment.load(experiment, given_settings(settings, seed))
     if loaded.keys.grid is None:
         raise InputError(f"{experiment}: no [grid]; add it, or use `kilotwin run`")
-    names = name_all(buses or [], loaded.keys.grid.buses)
+    grid = loaded.keys.grid
+    names = name_all(buses or [], grid.buses, (grid.columns, grid.rows))
     outcome = recording.record(
         loaded, names, out, sys.argv, terminal.display(quiet), join=join, speed=speed
     )
     typer.echo(json.dumps(outcome.summary) if as_json else terminal.record_text(outcome.summary))
-    grid = outcome.summary["grid"]
-    bad_modules = terminal.module_troubles_text(grid["modules_failed"])
-    for troubles in filter(None, (bad_modules, terminal.bus_troubles_text(grid))):
+    told = outcome.summary["grid"]
+    bad_modules = terminal.module_troubles_text(told["modules_failed"])
+    for troubles in filter(None, (bad_modules, terminal.bus_troubles_text(told))):
         typer.echo(troubles, err=True)
     if outcome.exit_code == EXIT_INTERRUPTED:
         typer.echo("interrupted; what was recorded is kept", err=True)

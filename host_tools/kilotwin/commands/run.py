@@ -67,6 +67,15 @@ OhcLink = Annotated[
         help="--serve: also give the overhead controller's port this name.",
     ),
 ]
+DispatcherLink = Annotated[
+    Path | None,
+    typer.Option(
+        "--link-dispatcher",
+        metavar="FILE",
+        envvar="KILOTWIN_LINK_DISPATCHER",
+        help="--serve: the same for the dispatcher's port.",
+    ),
+]
 Fast = Annotated[
     bool, typer.Option("--fast", envvar="KILOTWIN_FAST", help="--serve: do not wait at all.")
 ]
@@ -112,6 +121,7 @@ def run(
     port: Port = None,
     can: Interfaces = None,
     link_ohc: OhcLink = None,
+    link_dispatcher: DispatcherLink = None,
     speed: Speed = 1.0,
     fast: Fast = False,
     gdb: Gdb = None,
@@ -126,7 +136,9 @@ def run(
     if serve:
         # The engine takes frames of the host once in a world step.
         given.insert(0, Setting(("engine", "step_ticks"), 1, "--serve"))
-        serving = Serving(port, tuple(can or ()), math.inf if fast else speed, link_ohc)
+        serving = Serving(
+            port, tuple(can or ()), math.inf if fast else speed, link_ohc, link_dispatcher
+        )
     loaded = Experiment.load(experiment, given)
     if serving is not None:
         serving.check(loaded)

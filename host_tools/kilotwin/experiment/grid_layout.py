@@ -6,7 +6,7 @@ upwards; its cells are 0 top left, 1 top right, 2 bottom left, 3 bottom right. A
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,10 @@ class Layout:
         """Of an experiment that has a [grid]."""
         assert keys.grid is not None
         return Layout(keys.grid.columns, keys.grid.rows, keys.grid.buses)
+
+    def on_buses(self, buses: int) -> "Layout":
+        """The same modules on so many buses."""
+        return replace(self, buses=buses)
 
     def rows_of(self, bus: int) -> range:
         """The rows of modules on a bus: whole rows, the lowest first, as equally as can be."""

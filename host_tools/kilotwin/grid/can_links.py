@@ -13,6 +13,8 @@ from kilotwin.grid.links import FRAME, NO_FRAMES, FrameLog, Frames
 _MOST_PER_STEP = 4096
 # A full queue empties in some milliseconds, unless no node acknowledges its frames.
 _FULL_S = 1.0
+# A bus of ours may name a longer time: KilogridBus waits for the dispatcher.
+_FULL_NAME = "full_s"
 
 
 class CanLinks:
@@ -49,7 +51,7 @@ class CanLinks:
                 self._troubles[bus] = _reason(error)
             elif (since_s := self._full_since_s[bus]) is None:
                 self._full_since_s[bus] = now_s
-            elif now_s - since_s > _FULL_S:
+            elif now_s - since_s > getattr(self._buses[bus], _FULL_NAME, _FULL_S):
                 self._troubles[bus] = "nobody acknowledges frames; is it plugged in?"
             return False
         self._troubles[bus] = self._full_since_s[bus] = None

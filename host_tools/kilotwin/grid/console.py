@@ -35,6 +35,7 @@ class Console:
     def __init__(self, layout: Layout, settings: Settings, buses: Sequence[OpenBus]) -> None:
         self._layout = layout
         self._buses = buses
+        self._answers = all(bus.answers for bus in buses)
         self._note: Note = lambda _: None
         links = CanLinks([b.bus for b in buses], echoes=[b.echoes for b in buses])
         self._controller = Controller(layout, settings, links, self)
@@ -53,7 +54,8 @@ class Console:
         if size is not None and _parse_size(size) != (layout.columns, layout.rows):
             what = f"{experiment.origin.source} has {layout.columns}x{layout.rows}"
             raise InputError(f"--size {size}: {what}; leave --size out, or change [grid]")
-        return Console(layout, settings, open_all(name_all(names, layout.buses)))
+        bus_names = name_all(names, layout.buses, (layout.columns, layout.rows))
+        return Console(layout.on_buses(len(bus_names)), settings, open_all(bus_names))
 
     def __enter__(self) -> Self:
         return self
@@ -76,10 +78,17 @@ class Console:
     def presence(self) -> dict[str, Any]:
         """What `look` found."""
         here = [m for m in self._layout.modules() if m not in self.silent]
-        return {"modules": [list(m) for m in here], "silent": [list(m) for m in self.silent]}
+        return {
+            "modules": [list(m) for m in here],
+            "silent": [list(m) for m in self.silent],
+            "known": self._answers,
+        }
 
     def presence_text(self) -> str:
         """What `look` found, as a map: the highest row first."""
+        if not self._answers:
+            count = self._layout.columns * self._layout.rows
+            return f"a dispatcher does not say which modules answer; {count} are taken to be there"
         silent = set(self.silent)
         lines = [
             f"{y:2} " + " ".join("." if (x, y) not in silent else "-" for x in range(columns))
@@ -108,6 +117,8 @@ class Console:
 
     def health_text(self) -> str:
         """The same as text: modules per state, and those that lost or refused something."""
+        if not self._answers:
+            return "health is not known: a dispatcher passes on no answers"
         answers = self._controller.health
         states: dict[str, int] = {}
         for answer in answers.values():
@@ -188,8 +199,10 @@ def named_grid(names: Sequence[str], size: str | None) -> tuple[Layout, list[Bus
     if buses > rows:
         what = f"{buses} buses are named, but each has whole rows"
         raise InputError(f"--size {size}: {what}; name {rows} at most, or another size")
-    bus_names = name_all(names, buses)
+    bus_names = name_all(names, buses, (columns, rows))
     layout = Layout(columns, rows, buses)
+    if bus_names[0].size is not None:
+        return layout, bus_names  # a dispatcher has as many buses as it needs
     most = max(len(layout.modules_of(bus)) for bus in range(buses))
     if most > MOST_PER_BUS:
         what = f"{most} modules on a bus, but {MOST_PER_BUS} are the most"

@@ -12,7 +12,7 @@ import numpy as np
 
 from kilotwin.can import transfer
 from kilotwin.can.address import ALL_MODULES, to_id
-from kilotwin.can.buses import open_all
+from kilotwin.can.buses import need_answers, open_all
 from kilotwin.can.protocol import FrameError, RobotReport, read_to_host, to_module, types_to_module
 from kilotwin.can.transfer import Paced
 from kilotwin.errors import DeviceError
@@ -223,6 +223,7 @@ class GridRobots:
 def open_grid(names: Sequence[str], size: str | None) -> GridRobots:
     """The robots on a grid by --can and --size; InputError or DeviceError if that cannot be."""
     layout, bus_names = named_grid(names, size)
+    need_answers(bus_names, f"use --via dispatcher:{bus_names[0].channel}")
     buses = open_all(bus_names)
     links = CanLinks([b.bus for b in buses], echoes=[b.echoes for b in buses])
     try:

@@ -13,7 +13,10 @@ from operator import xor
 
 from kilotwin.files.headers import PAGE_BYTES
 
-OVERHEAD_BAUD = 38400
+OVERHEAD_BAUD = 38_400
+BIG_BAUD, SMALL_BAUD = 256_000, 38_400
+"""Of dispatchers: of large grids, and of those with up to SMALL_MODULES (hardware.md 3.1)."""
+SMALL_MODULES = 16
 HEADER = 0x55
 DATA_BYTES = PAGE_BYTES + 1
 PACKET_BYTES = DATA_BYTES + 3

@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from kilotwin.errors import InputError
+from kilotwin.links.dispatcher_robots import DispatcherRobots
 from kilotwin.links.grid_robots import open_grid
 from kilotwin.links.overhead_robots import OverheadRobots
 from kilotwin.links.robot_link import RobotLink
@@ -36,6 +37,7 @@ class Kind:
 KINDS: dict[str, Kind] = {
     "grid": Kind("", lambda via: open_grid(via.buses, via.size)),
     "ohc": Kind("PORT", lambda via: OverheadRobots(via.port)),
+    "dispatcher": Kind("PORT[@BAUD]", lambda via: DispatcherRobots(via.port)),
 }
 """By the word before the colon."""
 

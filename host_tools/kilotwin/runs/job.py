@@ -22,20 +22,25 @@ class Serving:
     """How robots wait for a host, and a table does. `interfaces` of the kernel, one per bus, are
     in place of the server.
 
-    `speed`: simulated seconds per second; infinite for as fast as it goes. `ohc_link`: a name for
-    the port of the overhead controller.
+    `speed`: simulated seconds per second; infinite for as fast as it goes. `ohc_link`,
+    `dispatcher_link`: names for the ports of overhead controller and dispatcher.
     """
 
     port: int | None = None
     interfaces: tuple[str, ...] = ()
     speed: float = 1.0
     ohc_link: Path | None = None
+    dispatcher_link: Path | None = None
 
     def check(self, experiment: Experiment) -> None:
         """InputError if the experiment has no such table."""
         if experiment.plan is None:
-            if self.port is not None or self.interfaces:
-                option = "--can" if self.interfaces else "--port"
+            given = {
+                "--can": bool(self.interfaces),
+                "--port": self.port is not None,
+                "--link-dispatcher": self.dispatcher_link is not None,
+            }
+            for option in (name for name, is_given in given.items() if is_given):
                 what = f"{experiment.origin.source} has no [grid], so no CAN buses"
                 raise InputError(f"{option}: {what}; leave it out, or add [grid]")
             return

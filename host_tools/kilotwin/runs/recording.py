@@ -4,6 +4,7 @@ import math
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -93,12 +94,13 @@ class _Recording:
         speed: float,
     ) -> None:
         assert experiment.plan is not None
+        plan = replace(experiment.plan, layout=experiment.plan.layout.on_buses(len(buses)))
         self._experiment = experiment
         self._keys = experiment.keys
         self._names = [str(name) for name in names]
         self._display = display
         messages = config_differences(self._keys)
-        lead_s = 0.0 if join else set_up_s(experiment.plan, len(messages), _STEP_S)
+        lead_s = 0.0 if join else set_up_s(plan, len(messages), _STEP_S)
         self._began = time.monotonic()
         self._lead_s = lead_s
         self._speed = speed
@@ -114,7 +116,7 @@ class _Recording:
             self._writer, experiment, [bus.name for bus in buses], time.time() + lead_s / speed
         )
         self._conductor = Conductor(
-            experiment.plan,
+            plan,
             messages,
             self._keys.duration_s,
             CanLinks(

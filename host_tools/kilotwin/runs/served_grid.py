@@ -5,6 +5,7 @@ Time 0 of the run folder is the host's first RUN.
 """
 
 import time
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,8 +17,10 @@ from kilotwin.experiment.experiment import Experiment
 from kilotwin.grid import frames as wire
 from kilotwin.grid.can_log import CanLog
 from kilotwin.grid.links import Frames
+from kilotwin.links.emulated_dispatcher import OLD
 from kilotwin.runs.folder import CAN_LOG
 from kilotwin.runs.job import Serving
+from kilotwin.runs.served_dispatcher import ServedDispatcher
 from kilotwin.runs.tracking import sites_of_cells
 from kilotwin.runs.writer import RunWriter
 from kilotwin.units import TICK_S, seconds, ticks
@@ -32,7 +35,7 @@ _FLUSH_S = 0.5
 
 
 class ServedTable:
-    """The engine's buses for programs outside."""
+    """The engine's buses for programs outside, and a dispatcher on them."""
 
     def __init__(
         self,
@@ -48,8 +51,14 @@ class ServedTable:
         self._writer = writer
         self._duration = ticks(experiment.keys.duration_s)
         self._serving = serving
-        self._bridge = _open(serving, self._plan.layout.buses)
-        names = serving.interfaces or [f"can{bus}" for bus in range(self._plan.layout.buses)]
+        layout = self._plan.layout
+        self._dispatcher = ServedDispatcher(simulation, layout, serving.dispatcher_link)
+        try:
+            self._bridge = _open(serving, layout.buses)
+        except DeviceError:
+            self._dispatcher.close()
+            raise
+        names = serving.interfaces or [f"can{bus}" for bus in range(layout.buses)]
         self._log: CanLog | None = None
         if experiment.keys.record.can_log:
             self._log = CanLog(writer.folder / CAN_LOG, names, zero_s=0.0)
@@ -59,11 +68,11 @@ class ServedTable:
         self.zero_tick: int | None = None
         """The engine's tick at the first RUN."""
 
-    @property
-    def note(self) -> str:
-        """How a host finds it, for people."""
+    def notes(self) -> Iterator[str]:
+        """How hosts find it, for people."""
         interfaces = self._serving.interfaces
-        return "the table waits on " + (", ".join(interfaces) or f"port {self._bridge.port}")
+        yield "the table waits on " + (", ".join(interfaces) or f"port {self._bridge.port}")
+        yield self._dispatcher.note
 
     @property
     def over(self) -> bool:
@@ -79,11 +88,13 @@ class ServedTable:
         frames = self._simulation.can_frames()
         if len(frames):
             self._bridge.publish(frames)
+            self._dispatcher.hear(frames)
             self._watch(frames)
             if self._log is not None:
                 self._log.add(frames)
         for bus, identifier, data in self._bridge.take():
             self._simulation.send_can(bus, identifier, data)
+        self._dispatcher.step(1)
         for note in self._bridge.notes():
             self._event("bus_client", note)
         if self._log is not None and time.monotonic() - self._flushed > _FLUSH_S:
@@ -96,6 +107,7 @@ class ServedTable:
 
     def close(self) -> None:
         """Closes all connections, and the log."""
+        self._dispatcher.close()
         self._bridge.close()
         if self._log is not None:
             self._log.close()
@@ -110,7 +122,8 @@ class ServedTable:
             self._event("run", "a host has started the modules")
         if len(orders):
             self._received_at = self._simulation.tick
-            if kinds[-1] in (wire.fixed().STOP[0], wire.fixed().IDLE[0]):
+            stop, idle = wire.fixed().STOP[0], wire.fixed().IDLE[0]
+            if kinds[-1] in (stop, idle, idle + OLD):
                 self._idle_at = self._received_at
 
     def _event(self, kind: str, text: str) -> None:

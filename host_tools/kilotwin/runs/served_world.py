@@ -5,6 +5,7 @@ keeps pace with the wall, or goes `speed` times as fast. Time 0 of the run folde
 first RUN; without a grid and with [[command]] it is when the robots were switched on.
 """
 
+import contextlib
 import math
 import time
 from collections.abc import Iterator
@@ -37,18 +38,17 @@ class ServedWorld:
         self._overhead = ServedOverhead(simulation, serving.ohc_link)
         self._table: ServedTable | None = None
         if experiment.plan is not None:
-            try:
+            with contextlib.ExitStack() as opened:
+                opened.callback(self._overhead.close)
                 self._table = ServedTable(simulation, experiment, serving, writer)
-            except BaseException:
-                self._overhead.close()
-                raise
+                opened.pop_all()
         self._begin_tick = simulation.tick
         self._began = time.monotonic()
 
     def notes(self) -> Iterator[str]:
         """How hosts find all of it, for people."""
         if self._table is not None:
-            yield self._table.note
+            yield from self._table.notes()
         yield self._overhead.note
         if math.isinf(self._serving.speed):
             yield "with --fast time goes as it can: what is sent on a serial line comes too slowly"

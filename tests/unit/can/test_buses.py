@@ -45,7 +45,7 @@ def test_names_that_are_none_are_refused(text: str, said: str) -> None:
 
 
 def test_one_server_has_all_buses() -> None:
-    names = name_all(["socketcand:127.0.0.1:4000"], 3)
+    names = name_all(["socketcand:127.0.0.1:4000"], 3, (4, 4))
     assert [str(name) for name in names] == [
         f"socketcand:127.0.0.1:4000/can{bus}" for bus in range(3)
     ]
@@ -61,16 +61,16 @@ def test_one_server_has_all_buses() -> None:
 )
 def test_as_many_buses_as_the_grid_has(names: list[str], said: str) -> None:
     with pytest.raises(InputError) as caught:
-        name_all(names, 2)
+        name_all(names, 2, (4, 4))
     assert said in str(caught.value)
 
 
 def test_what_is_not_there_is_a_missing_device_with_what_to_type() -> None:
     with pytest.raises(DeviceError, match=r"--serve") as caught:
-        open_all(name_all(["socketcand:127.0.0.1:1"], 1))
+        open_all(name_all(["socketcand:127.0.0.1:1"], 1, (4, 4)))
     assert "refused" in str(caught.value)
     with pytest.raises(DeviceError, match=r"ip link set nothing7 up type can bitrate 250000"):
-        open_all(name_all(["socketcan:nothing7"], 1))
+        open_all(name_all(["socketcan:nothing7"], 1, (4, 4)))
 
 
 def test_a_table_with_fewer_buses_is_told_from_one_that_is_not_there() -> None:
@@ -87,7 +87,7 @@ def test_a_table_with_fewer_buses_is_told_from_one_that_is_not_there() -> None:
             del no
             gc.collect()
         names = [word for word in remedy.split() if word != "--can"]
-        for bus in open_all(name_all(names, 2)):
+        for bus in open_all(name_all(names, 2, (4, 4))):
             bus.bus.shutdown()
 
 
