@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from kilotwin.commands import cli
+
 from .conftest import ROOT, Kilotwin, block
 
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -54,6 +56,22 @@ def test_the_life_of_a_message_names_functions_of_those_files() -> None:
         names = re.findall(r"`(\w+)(?:\(\))?`", what)
         missing = [name for name in names if not re.search(rf"\b{name}\b", source)]
         assert missing == [], file
+
+
+def test_commands_of_the_lab_book_exist_with_their_options() -> None:
+    """Where a line begins with `kilotwin`, after a prompt or in backquotes."""
+    text = re.sub(r"\\\n\s*", "", LAB.read_text())
+    lines = re.findall(r"^\s*(?:\$ )?kilotwin (.+)$", text, re.MULTILINE)
+    lines += re.findall(r"`kilotwin ([^`]+)`", text)
+    assert len(lines) > 10
+    for line in lines:
+        words = line.split()
+        command = cli.load(words[0])
+        if hasattr(command, "commands") and len(words) > 1:
+            command = command.commands[words[1]]
+        known = {option for parameter in command.params for option in parameter.opts}
+        given = {word for word in words if re.fullmatch(r"--?[a-zA-Z][\w-]*", word)}
+        assert given <= known, line
 
 
 def test_the_lab_book_lists_every_hardware_test_and_what_it_proves() -> None:
