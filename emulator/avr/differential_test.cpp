@@ -7,6 +7,7 @@
 
 #include "base/errors.h"
 #include "base/message_crc.h"
+#include "kilolib/core/robot_query.h"
 
 namespace kilotwin {
 
@@ -149,6 +150,17 @@ void DifferentialTest::run_tick() {
     if (!difference_ && avr_failure().empty() && !native_->stopped()) compare(end);
 }
 
+/// For vitals, of all robots, with some slots.
+message_t DifferentialTest::question() {
+    message_t message = {};
+    message.type = BOOTPGM_QUERY;
+    message.data[QUERY_FIRST] = ROBOT_QUERY_VITALS;
+    message.data[QUERY_SLOTS] = static_cast<uint8_t>(below(6));
+    message.data[QUERY_NONCE] = static_cast<uint8_t>(draw());
+    message.data[QUERY_UID] = message.data[QUERY_UID + 1] = 0xFF;
+    return message;
+}
+
 std::optional<message_t> DifferentialTest::next_message() {
     if (tick_ < run_at_) return settings_.before_run[tick_ - 1];
     if (tick_ == run_at_) {
@@ -156,6 +168,7 @@ std::optional<message_t> DifferentialTest::next_message() {
         run.type = RUN;
         return run;
     }
+    if (settings_.ask_every != 0 && tick_ % settings_.ask_every == 0) return question();
     // A spell: for 30 to 329 ticks the same density of messages.
     if (tick_ >= spell_until_) {
         constexpr unsigned TALK_OF_256[] = {0, 16, 100, 230};

@@ -46,6 +46,9 @@ class DifferentialTest {
         /// Byte addresses of functions whose calls are measured; the chip is then followed
         /// instruction by instruction from main() on (CallWatch).
         std::optional<std::vector<uint16_t>> follow;
+        /// From tick to tick of a question for vitals, which both answer; 0: there is none. The
+        /// voltage that they tell is the same only if the chip is followed.
+        uint32_t ask_every = 0;
     };
 
     /// Decisions are compared in their order, each kind for itself.
@@ -117,6 +120,7 @@ class DifferentialTest {
     void give(const message_t &content, distance_measurement_t strength);
     /// The message that begins in this tick, if one does.
     std::optional<message_t> next_message();
+    message_t question();
     uint64_t draw() { return chance_.bits(0, Purpose::DIFFERENTIAL_INPUT, draws_++); }
     uint64_t below(uint64_t limit) { return draw() % limit; }
     int16_t noisy_reading(uint8_t channel, int16_t reading);

@@ -91,18 +91,27 @@ void Robot::go_on(Cycles until) {
     running = nullptr;
 }
 
-// setup() may end any time, a callback that waits comes back later, and a program that names its
-// period may shorten it any time.
+// A callback that waits comes back later.
 Cycles Robot::next_ask() const {
-    const bool may_run = core_.state == ROBOT_RUNNING || core_.state == ROBOT_SETUP;
-    if (life_ != Life::ALIVE || !may_run || next_tick_ == NEVER) return NEVER;
-    const Cycles back = next_tick_ + waits_past_tick_;
-    if (program_->table().tx_period != nullptr) return back;
-    const timer_matches_t next = {next_tick_,
-                                  ticks_are_ordinary() ? next_tick_ + tick_length_ : overflow_};
-    return std::max(
-        transmit_clock_next_request(&core_.transmit, PERIOD_NEVER_CHANGED, next, tick_length_),
-        back);
+    if (life_ != Life::ALIVE || next_tick_ == NEVER) return NEVER;
+    return std::max(std::min(next_request(), next_answer()), next_tick_ + waits_past_tick_);
+}
+
+// setup() may end any time, and a program that names its period may shorten it any time.
+Cycles Robot::next_request() const {
+    if (core_.state != ROBOT_RUNNING && core_.state != ROBOT_SETUP) return NEVER;
+    if (program_->table().tx_period != nullptr) return next_tick_;
+    return transmit_clock_next_request(&core_.transmit, PERIOD_NEVER_CHANGED, next_matches(),
+                                       tick_length_);
+}
+
+Cycles Robot::next_answer() const {
+    const uint16_t matches = robot_answer_matches(&core_.answer);
+    return matches == 0 ? NEVER : timer_match(matches, next_matches(), tick_length_);
+}
+
+timer_matches_t Robot::next_matches() const {
+    return {next_tick_, ticks_are_ordinary() ? next_tick_ + tick_length_ : overflow_};
 }
 
 inline const volatile uint16_t &Robot::tx_period(const kt_table_t &table) {
@@ -244,17 +253,33 @@ void Robot::tick() {
     const auto &table = program_->table();
     count_tick(*table.ticks);
     loop_due_ = true;
-    if (core_.state == ROBOT_RUNNING && transmit_clock_is_due(&core_.transmit, tx_period(table)))
+    if (robot_answer_is_due(&core_.answer))
+        interrupt(table, [this, &table] { try_to_answer(table); });
+    else if (core_.state == ROBOT_RUNNING &&
+             transmit_clock_is_due(&core_.transmit, tx_period(table)))
         interrupt(table, [this, &table] { ask_for_message(table); });
 }
 
 inline void Robot::ask_for_message(const kt_table_t &table) {
-    const bool granted = !arbitrated_ || (granted_from_ <= now_ && now_ <= granted_to_);
+    const bool granted = may_send();
     if (!granted && !ask_medium(Question::MAY_ASK)) return;
-    if (const message_t *message = (*table.message_tx)()) send(*message, granted);
+    const message_t *message = (*table.message_tx)();
+    if (message == nullptr) return;
+    if (!put_on_air(*message, granted)) return retry_soon();
+    transmit_clock_sent(&core_.transmit);
+    (*table.message_tx_success)();
 }
 
-void Robot::send(const message_t &message, bool granted) {
+// The runtime's own frame: the program's transmit clock goes on as if there were none.
+void Robot::try_to_answer(const kt_table_t &table) {
+    const bool granted = may_send();
+    if (!granted && !ask_medium(Question::MAY_ASK)) return;
+    message_t answer;
+    robot_answer_fill(&answer, *table.uid, core_.state, voltage(now_));
+    if (put_on_air(answer, granted)) robot_answer_end(&core_.answer);
+}
+
+bool Robot::put_on_air(const message_t &message, bool granted) {
     if (granted) {
         Emission &emission = context_.emissions.emplace_back();  // filled where it stands
         emission.at = now_;
@@ -263,11 +288,13 @@ void Robot::send(const message_t &message, bool granted) {
         if (arbitrated_) until_ = std::max(until_, granted_until_);
     } else {
         outgoing_ = message;
-        if (!ask_medium(Question::IS_CHANNEL_FREE)) return retry_soon();
+        if (!ask_medium(Question::IS_CHANNEL_FREE)) {
+            now_ += SENSE_CYCLES;
+            return false;
+        }
     }
     if (context_.frame > 0) wait_until(now_ + context_.frame);
-    transmit_clock_sent(&core_.transmit);
-    (*program_->table().message_tx_success)();
+    return true;
 }
 
 bool Robot::ask_medium(Question question) {
@@ -278,7 +305,6 @@ bool Robot::ask_medium(Question question) {
 
 // The next match comes soon, counts as a tick and tries again (hardware.md 1.6).
 void Robot::retry_soon() {
-    now_ += SENSE_CYCLES;
     const uint8_t compare = transmit_clock_retry(&core_.transmit, (*program_->table().random)());
     const auto next = timer_matches_after_retry(now_, next_tick_, compare, tick_length_);
     next_tick_ = next.match;

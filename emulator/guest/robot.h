@@ -136,8 +136,8 @@ class alignas(64) Robot {
     /// After IS_CHANNEL_FREE: the message of the attempt.
     const message_t &outgoing() const { return outgoing_; }
 
-    /// Lookahead: the earliest moment at which the program may be requested for a message; NEVER if
-    /// only a command changes that. Constant time.
+    /// Lookahead: the earliest moment at which the program may be requested for a message, or its
+    /// runtime answers a question; NEVER if only a command changes that. Constant time.
     Cycles next_ask() const;
 
     /// Puts a message whose frame ends at `at`, not earlier than the time run up to, into the
@@ -205,18 +205,24 @@ class alignas(64) Robot {
     /// Up to here only ticks happen.
     Cycles quiet_until() const { return std::min(next_message_, until_); }
     bool ticks_are_ordinary() const { return core_.transmit.increment == TICK_MATCH; }
-    /// Whether the timer counts on to an ordinary tick before `until`.
+    /// Whether the timer counts on to an ordinary tick before `until`, and no answer is due.
     bool plain_tick_before(Cycles until) const {
-        return next_tick_ < until && ticks_are_ordinary() && !interrupts_off_;
+        return next_tick_ < until && ticks_are_ordinary() && !interrupts_off_ &&
+               core_.answer.attempts == 0;
     }
     Cycles only_ticks_until(Cycles until) const {
         return plain_tick_before(until) && now_ <= next_tick_ ? until : 0;
     }
     void serve_interrupt();  ///< the one that is due: a message, or a tick
     void tick();             ///< compare match of timer 0
+    bool may_send() const { return !arbitrated_ || (granted_from_ <= now_ && now_ <= granted_to_); }
     void ask_for_message(const kt_table_t &table);
-    /// A frame begins now; without `granted` the channel is asked first.
-    void send(const message_t &message, bool granted);
+    void try_to_answer(const kt_table_t &table);  ///< a question for vitals
+    Cycles next_request() const;                  ///< of the program for a message
+    Cycles next_answer() const;
+    timer_matches_t next_matches() const;
+    /// A frame begins now; without `granted` the channel is asked first. False if that is busy.
+    bool put_on_air(const message_t &message, bool granted);
     bool ask_medium(Question question);
     void retry_soon();    ///< back-off: the timer's next match is at a random count
     void take_message();  ///< the first of the inbox: a command, or the program's
@@ -273,13 +279,12 @@ class alignas(64) Robot {
     robot_core_t core_ = {};
     int16_t stale_conversion_ =
         -1;  ///< of get_voltage(): the next message's high gain is read from its channel
-    Life life_ = Life::OFF;
-    Question question_ = Question::NONE;
+    Life life_ : 2 = Life::OFF;
+    Question question_ : 2 = Question::NONE;
     bool is_suspended_ : 1 = false;    ///< a call waits in suspended_, which only then is looked at
     bool arbitrated_ : 1 = false;      ///< the channel decides, by answer()
     bool in_interrupt_ : 1 = false;    ///< in a callback of the program
     bool interrupts_off_ : 1 = false;  ///< by cli()
-    bool tick_pending_ : 1 = false;    ///< one came meanwhile
     bool loop_due_ = false;            ///< a tick has passed since loop() came back
 
     // ... the next two what comes in and goes out ...
@@ -294,8 +299,9 @@ class alignas(64) Robot {
     // outputs need ...
     SuspendedCall suspended_;  ///< the program in a delay(), or between runs
     Cycles granted_from_ = NEVER, granted_to_ = 0, granted_until_ = 0;
-    message_t outgoing_;   ///< of the attempt
-    bool answer_ = false;  ///< of the channel
+    message_t outgoing_;         ///< of the attempt
+    bool answer_ = false;        ///< of the channel
+    bool tick_pending_ = false;  ///< a tick came while interrupts were off
 
   public:
     /// Reading of the light sensor from now on, 0..1023; set from outside.

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "infrared/kilobot_channel.h"
+#include "kilolib/core/robot_query.h"
 
 namespace kilotwin {
 
@@ -225,8 +226,9 @@ void GuestRobots::received(const Frame &frame, const Reached &reached) {
     Robot &robot = context_.robots[index];
     const Cycles end = frame.begin + FRAME_CYCLES;
     robot.receive(end, frame.message->message(), receiver_.measure(reached, draw));
-    // It may be ordered to run, and then to send, before the others are past that.
-    if (frame.has_orders && robot.next_ask() == NEVER && end < channel_.end())
+    // It may be ordered to run, and then to send, or to answer, before the others are past that.
+    const bool is_asked = frame.message->message().type == BOOTPGM_QUERY;
+    if (frame.has_orders && (robot.next_ask() == NEVER || is_asked) && end < channel_.end())
         schedule({end, What::REQUEST, index});
 }
 

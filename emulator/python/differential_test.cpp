@@ -21,7 +21,7 @@ using Entries = std::optional<std::vector<uint16_t>>;
 // `follow`: addresses of functions to watch on the chip; None watches nothing, which is faster.
 DifferentialTest::Settings settings_of(uint64_t seed, uint16_t uid,
                                        const std::vector<nb::bytes> &before_run, double slack_s,
-                                       bool waits, Entries follow) {
+                                       bool waits, Entries follow, uint32_t ask_every) {
     DifferentialTest::Settings settings;
     settings.seed = seed;
     settings.uid = uid;
@@ -29,6 +29,7 @@ DifferentialTest::Settings settings_of(uint64_t seed, uint16_t uid,
     settings.slack = static_cast<Cycles>(slack_s * static_cast<double>(CYCLES_PER_SECOND));
     settings.waits = waits;
     settings.follow = std::move(follow);
+    settings.ask_every = ask_every;
     return settings;
 }
 
@@ -72,17 +73,17 @@ void register_differential_test(nb::module_ &m) {
             "__init__",
             [](DifferentialTest *self, const std::string &guest, const std::string &elf,
                const std::string &name, uint64_t seed, uint16_t uid,
-               const std::vector<nb::bytes> &before_run, double slack_s, bool waits,
-               Entries follow) {
-                new (self) DifferentialTest(
-                    Program::load(guest, name), FlashImage::load(elf),
-                    settings_of(seed, uid, before_run, slack_s, waits, std::move(follow)));
+               const std::vector<nb::bytes> &before_run, double slack_s, bool waits, Entries follow,
+               uint32_t ask_every) {
+                new (self) DifferentialTest(Program::load(guest, name), FlashImage::load(elf),
+                                            settings_of(seed, uid, before_run, slack_s, waits,
+                                                        std::move(follow), ask_every));
             },
             nb::kw_only(), nb::arg("guest"), nb::arg("elf"), nb::arg("name"), nb::arg("seed"),
             nb::arg("uid"), nb::arg("before_run"), nb::arg("slack_s"), nb::arg("waits"),
-            nb::arg("follow").none(),
+            nb::arg("follow").none(), nb::arg("ask_every") = 0,
             "Built by guest_build and avr_build. `before_run`: messages, nine data bytes and the "
-            "type each.")
+            "type each; `ask_every`: ticks from question to question for vitals, 0 none.")
         .def(
             "run", [](DifferentialTest &self, uint32_t ticks) { self.run(ticks); },
             nb::arg("ticks"), nb::call_guard<nb::gil_scoped_release>(),

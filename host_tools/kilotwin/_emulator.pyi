@@ -172,6 +172,7 @@ class DifferentialTest:
         slack_s: float,
         waits: bool,
         follow: Sequence[int] | None,
+        ask_every: int = 0,
     ) -> None: ...
     def run(self, ticks: int) -> None: ...
     @property

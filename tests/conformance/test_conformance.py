@@ -112,6 +112,17 @@ def test_an_example_decides_the_same(example: str, uid: int, steps: int, share: 
         assert_no_difference(both_tiers(path, seed=seed, uid=uid), share)
 
 
+@pytest.mark.parametrize("example", ["talk_and_listen", "blink"])
+def test_a_robot_answers_for_its_vitals_in_the_same_tick(example: str) -> None:
+    """Beside the program's own messages, and by a program that sends none."""
+    path = ROOT / "firmware/examples" / f"{example}.c"
+    test, silent = (both_tiers(path, seed=1, follow=[], ask_every=every) for every in (40, 0))
+    assert_no_difference(test, SHORT_STEPS // 2)
+    silent.run(SHORT_STEPS // 2)
+    answers = SHORT_STEPS // 2 // 40
+    assert test.compared >= silent.compared + answers * 0.8
+
+
 @pytest.mark.parametrize(
     ("name", "differs_in"), [("int_overflows", "led"), ("double_is_short", "led"), ("waits", "led")]
 )

@@ -12,8 +12,6 @@
 enum { SIZE_PAGES = 0, SIZE_MARK = 1, SIZE_CRC = 3, SIZE_ID = 5 };
 enum { PAGE_NUMBER = 0, PAGE_OFFSET = 1, PAGE_BYTES = 2 };
 enum { CRC_PAGE = 0, CRC_VALUES = 1 };
-enum { QUERY_FIRST = 0, QUERY_SLOTS = 1, QUERY_NONCE = 2, QUERY_UID = 3 };
-enum { REPORT_UID = 0, REPORT_FIRST = 2, REPORT_BYTES = 3 };
 
 static uint16_t word_at(const uint8_t *data) { return (uint16_t)(data[0] | data[1] << 8); }
 
@@ -47,12 +45,10 @@ static void check_pages(image_store_t *store, const uint8_t *data) {
         image_store_check_page(store, (uint8_t)(first + i), word_at(crc));
 }
 
-// For all robots, or for one that is missing an answer.
 static boot_order_t take_query(const uint8_t *data, uint16_t uid, boot_query_t *query) {
-    const uint16_t asked = word_at(data + QUERY_UID);
-    if (asked != uid && asked != BOOT_QUERY_ALL) return BOOT_ORDER_NONE;
+    if (!robot_query_is_for(data, uid)) return BOOT_ORDER_NONE;
     query->first = data[QUERY_FIRST];
-    query->slot = boot_message_slot(uid, data[QUERY_NONCE], data[QUERY_SLOTS]);
+    query->slot = robot_query_slot(uid, data[QUERY_NONCE], data[QUERY_SLOTS]);
     return BOOT_ORDER_ANSWER;
 }
 
@@ -93,16 +89,4 @@ void boot_message_report(const image_store_t *store, uint8_t first, uint16_t uid
     image_store_report(store, first, data + REPORT_BYTES);
     message->type = BOOTPGM_REPORT;
     message->crc = image_crc(message, offsetof(message_t, crc));
-}
-
-// Multiply-shift hashing, whose multiplier comes from the nonce: two robots of one slot part with
-// another nonce, which a CRC of both would not achieve.
-uint8_t boot_message_slot(uint16_t uid, uint8_t nonce, uint8_t power) {
-    const uint16_t multiplier = (uint16_t)(0x9E37U + nonce * 0x6D2AU);
-    uint16_t hash = (uint16_t)(uid * (uint32_t)multiplier);
-    uint8_t slot = 0;
-    if (power > BOOT_QUERY_MOST_SLOTS) power = BOOT_QUERY_MOST_SLOTS;
-    for (; power > 0; power--, hash = (uint16_t)(hash << 1))
-        slot = (uint8_t)((uint8_t)(slot << 1) | (uint8_t)(hash >> 15));
-    return slot;
 }

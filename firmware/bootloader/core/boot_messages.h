@@ -8,6 +8,7 @@
 
 #include <stdint.h>
 
+#include "../../kilolib/core/robot_query.h"
 #include "image_store.h"
 #include "message.h"
 
@@ -15,18 +16,6 @@
 extern "C" {
 #endif
 
-/// Types of messages between a host of ours and the loader, beside BOOTPGM_PAGE and BOOTPGM_SIZE.
-enum {
-    BOOTPGM_CRC = 0x8B,     ///< the CRCs of four pages
-    BOOTPGM_QUERY = 0x8C,   ///< asks which pages are missing, or for the image's id
-    BOOTPGM_REPORT = 0x8D,  ///< the answer
-    BOOTPGM_START = 0x8E,   ///< start the application
-};
-
-/// A query's uid for all robots.
-#define BOOT_QUERY_ALL 0xFFFF
-/// The most slots of a query: 2 to this power. More are taken as so many.
-#define BOOT_QUERY_MOST_SLOTS 8
 /// From slot to slot: a frame of 4.37 ms, what decides on sending it, and a guard.
 #define BOOT_SLOT_MS 15
 
@@ -50,10 +39,6 @@ boot_order_t boot_message_take(image_store_t *store, const message_t *message, u
 /// Makes the answer to a query for `first`, CRC included, from how things stand now.
 void boot_message_report(const image_store_t *store, uint8_t first, uint16_t uid,
                          message_t *message);
-
-/// The slot, 0 to 2^power - 1, of a robot's answer; `power` up to BOOT_QUERY_MOST_SLOTS. For a pair
-/// of robots, at most 2 of 2^power nonces put both into one slot, on average.
-uint8_t boot_message_slot(uint16_t uid, uint8_t nonce, uint8_t power);
 
 #ifdef __cplusplus
 }

@@ -37,12 +37,21 @@ static void try_to_send(void) {
     }
 }
 
+// Apart, so that an ordinary tick need not make room for the message.
+static void __attribute__((noinline)) try_to_answer(void) {
+    message_t answer;
+    robot_answer_fill(&answer, kilo_uid, kilolib_robot.state, get_voltage());
+    if (kilolib_infrared_send(&answer)) robot_answer_end(&kilolib_robot.answer);
+}
+
 ISR(TIMER0_COMPA_vect) {
     transmit_clock_match(&kilolib_robot.transmit);
     OCR0A = TICK_MATCH;
     kilo_ticks++;
-    if (transmit_clock_is_due(&kilolib_robot.transmit, kilo_tx_period) &&
-        kilolib_robot.state == ROBOT_RUNNING && !kilolib_infrared_receiving()) {
+    if (robot_answer_is_due(&kilolib_robot.answer)) {
+        if (!kilolib_infrared_receiving()) try_to_answer();
+    } else if (transmit_clock_is_due(&kilolib_robot.transmit, kilo_tx_period) &&
+               kilolib_robot.state == ROBOT_RUNNING && !kilolib_infrared_receiving()) {
         try_to_send();
     }
 }

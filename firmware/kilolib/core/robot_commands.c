@@ -1,6 +1,7 @@
 #include "robot_commands.h"
 
 #include "calibration.h"
+#include "robot_query.h"
 
 #define UID_BITS 16
 
@@ -76,6 +77,12 @@ static robot_action_t calibrate_or_show(robot_core_t *robot, const message_t *me
     return start_moving(robot, motion);
 }
 
+// A robot that looks round in its sleep goes down again before the slot.
+static robot_action_t take_question(robot_core_t *robot, const message_t *message, uint16_t uid) {
+    if (robot->state != ROBOT_SLEEPING) robot_answer_take(&robot->answer, message->data, uid);
+    return ACTION_NONE;
+}
+
 // Commands that stop the motors do so in any state, also in the one that they lead to.
 robot_action_t robot_obey(robot_core_t *robot, const message_t *message, uint16_t uid,
                           uint8_t turn_left) {
@@ -86,8 +93,12 @@ robot_action_t robot_obey(robot_core_t *robot, const message_t *message, uint16_
     case CALIB: return calibrate_or_show(robot, message, uid, turn_left);
     case RESET: return ACTION_RESTART;
     case BOOT: return ACTION_BOOT;
+    case BOOTPGM_QUERY: return take_question(robot, message, uid);
     case WAKEUP: next = ROBOT_IDLE; break;
-    case SLEEP: next = ROBOT_SLEEPING; break;
+    case SLEEP:
+        robot_answer_end(&robot->answer);
+        next = ROBOT_SLEEPING;
+        break;
     case CHARGE: next = ROBOT_CHARGING; break;
     case VOLTAGE: next = ROBOT_BATTERY; break;
     default: return ACTION_NONE;

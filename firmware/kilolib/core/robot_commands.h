@@ -13,6 +13,7 @@
 #include <stdint.h>
 
 #include "message.h"
+#include "robot_answer.h"
 #include "transmit_clock.h"
 
 #ifdef __cplusplus
@@ -41,6 +42,7 @@ typedef struct {
     bool motion_is_new;         ///< of MOVING: robot_take_motion() has not fetched it yet
     motion_t motion;            ///< of MOVING
     transmit_clock_t transmit;  ///< when the program is asked for a message
+    robot_answer_t answer;      ///< to a question for vitals
 } robot_core_t;
 
 /// Actions of the driver for a command. Stopping the motors makes both pins inputs, starting them
@@ -74,7 +76,8 @@ static inline void robot_core_init(robot_core_t *robot) {
 }
 
 /// Obeys a message with a right crc that is a command; unknown types change nothing. `uid` and
-/// `turn_left` are the API's variables, for READUID and for a CALIB that is for one robot. Constant time; interrupts have to be off.
+/// `turn_left` are the API's variables, for READUID, questions, and a CALIB that is for one robot. A
+/// question only sets `answer`. Constant time; interrupts have to be off.
 robot_action_t robot_obey(robot_core_t *robot, const message_t *message, uint16_t uid,
                           uint8_t turn_left);
 

@@ -85,11 +85,16 @@ static inline uint32_t transmit_clock_matches_to_request(const transmit_clock_t 
     return (uint32_t)(period - next) / TICK_MATCH + 2;
 }
 
-/// The same as a time, given the timer's next matches.
+/// Time of the compare match that comes as the `number`th, from 1 on, given the next ones, if no
+/// attempt fails before.
+static inline uint64_t timer_match(uint32_t number, timer_matches_t next, uint64_t tick_cycles) {
+    return number == 1 ? next.match : next.ordinary + (number - 2) * tick_cycles;
+}
+
+/// transmit_clock_matches_to_request() as a time, given the timer's next matches.
 static inline uint64_t transmit_clock_next_request(const transmit_clock_t *clock, uint16_t period,
                                                    timer_matches_t next, uint64_t tick_cycles) {
-    const uint32_t matches = transmit_clock_matches_to_request(clock, period);
-    return matches == 1 ? next.match : next.ordinary + (matches - 2) * tick_cycles;
+    return timer_match(transmit_clock_matches_to_request(clock, period), next, tick_cycles);
 }
 
 #ifdef __cplusplus

@@ -118,7 +118,7 @@ TEST(a_query_is_answered_by_those_it_asks) {
     assert_int_equal(query.slot, 0);
     assert_int_equal(take(0x8C, "\xE0\x03\x11\x34\x12", 5), BOOT_ORDER_ANSWER);
     assert_int_equal(query.first, BOOT_QUERY_IDENTITY);
-    assert_int_equal(query.slot, boot_message_slot(UID, 0x11, 3));
+    assert_int_equal(query.slot, robot_query_slot(UID, 0x11, 3));
     assert_int_equal(take(0x8C, "\xE0\x03\x11\x35\x12", 5), BOOT_ORDER_NONE);
     assert_int_equal(take(0x8C, "\xE0\x03\x11\xFF\x12", 5), BOOT_ORDER_NONE);
 }
@@ -165,38 +165,6 @@ TEST(boot_forgets_an_image_without_a_crc_as_the_original_does) {
     assert_int_equal(store.stored, 2);
 }
 
-TEST(slots_are_within_their_number) {
-    for (int power = 0; power < 256; power++)
-        for (uint32_t uid = 0; uid < 65536; uid += 37)
-            assert_true(boot_message_slot((uint16_t)uid, 9, (uint8_t)power) < 1u << power ||
-                        power > 7);
-}
-
-// As many robots as slots: by pure chance 1/e of them are alone in theirs, 23.5 of 64.
-TEST(uids_in_a_row_are_spread_as_by_chance) {
-    uint32_t alone = 0;
-    for (int nonce = 0; nonce < 256; nonce++) {
-        uint32_t used[64] = {0};
-        for (uint16_t uid = 1; uid <= 64; uid++) used[boot_message_slot(uid, (uint8_t)nonce, 6)]++;
-        for (int slot = 0; slot < 64; slot++) alone += used[slot] == 1;
-    }
-    assert_true(alone > 256 * 20);
-}
-
-TEST(robots_that_share_a_slot_part_with_another_nonce) {
-    uint32_t seed = 3, worst = 0;
-    for (int pair = 0; pair < 5000; pair++) {
-        const uint16_t one = (uint16_t)chance(&seed, 65536), two = (uint16_t)chance(&seed, 65536);
-        uint32_t shared = 0;
-        if (one == two) continue;
-        for (int nonce = 0; nonce < 256; nonce++)
-            shared += boot_message_slot(one, (uint8_t)nonce, 6) ==
-                      boot_message_slot(two, (uint8_t)nonce, 6);
-        if (shared > worst) worst = shared;
-    }
-    assert_true(worst <= 64);
-}
-
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(an_image_comes_by_messages),
@@ -207,9 +175,6 @@ int main(void) {
         cmocka_unit_test(a_report_is_a_message),
         cmocka_unit_test(commands_leave_and_other_messages_do_not),
         cmocka_unit_test(boot_forgets_an_image_without_a_crc_as_the_original_does),
-        cmocka_unit_test(slots_are_within_their_number),
-        cmocka_unit_test(uids_in_a_row_are_spread_as_by_chance),
-        cmocka_unit_test(robots_that_share_a_slot_part_with_another_nonce),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -4,6 +4,7 @@
 #include "../../firmware/support.h"
 #include "kilolib/core/calibration.h"
 #include "kilolib/core/robot_commands.h"
+#include "kilolib/core/robot_query.h"
 
 #define UID 0x8005
 #define TURN_LEFT 61
@@ -242,6 +243,32 @@ TEST(a_kick_is_for_the_motors_that_are_to_turn) {
     }
 }
 
+static message_t question(void) {
+    message_t message = command(BOOTPGM_QUERY);
+    message.data[QUERY_FIRST] = ROBOT_QUERY_VITALS;
+    message.data[QUERY_UID] = message.data[QUERY_UID + 1] = 0xFF;
+    return message;
+}
+
+TEST(a_question_is_answered_in_every_state_but_sleep_and_changes_nothing_else) {
+    const message_t ask = question();
+    for (size_t s = 0; s < STATE_COUNT; s++) {
+        robot_core_t robot = robot_in(STATES[s]), before = robot;
+        assert_int_equal(obey(&robot, &ask), ACTION_NONE);
+        assert_int_equal(robot_answer_matches(&robot.answer), STATES[s] == ROBOT_SLEEPING ? 0 : 1);
+        before.answer = robot.answer;
+        assert_memory_equal(&robot, &before, sizeof before);
+    }
+}
+
+TEST(sleep_ends_an_answer_that_is_due) {
+    robot_core_t robot = robot_in(ROBOT_RUNNING);
+    const message_t ask = question(), sleep = command(SLEEP);
+    obey(&robot, &ask);
+    obey(&robot, &sleep);
+    assert_int_equal(robot_answer_matches(&robot.answer), 0);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_robot_begins_in_idle_with_setup_to_come),
@@ -260,6 +287,8 @@ int main(void) {
         cmocka_unit_test(a_motion_that_is_ordered_again_does_not_kick_again),
         cmocka_unit_test(a_motion_ends_with_its_state),
         cmocka_unit_test(a_kick_is_for_the_motors_that_are_to_turn),
+        cmocka_unit_test(a_question_is_answered_in_every_state_but_sleep_and_changes_nothing_else),
+        cmocka_unit_test(sleep_ends_an_answer_that_is_due),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,0 +1,28 @@
+#include "robot_answer.h"
+
+#include <string.h>
+
+#include "message_crc.h"
+#include "robot_query.h"
+
+void robot_answer_take(robot_answer_t *answer, const uint8_t *query, uint16_t uid) {
+    if (query[QUERY_FIRST] != ROBOT_QUERY_VITALS || !robot_query_is_for(query, uid)) return;
+    answer->matches = robot_query_slot(uid, query[QUERY_NONCE], query[QUERY_SLOTS]);
+    answer->attempts = ROBOT_ANSWER_ATTEMPTS;
+}
+
+static void put_word(uint8_t *place, uint16_t word) {
+    place[0] = (uint8_t)word;
+    place[1] = (uint8_t)(word >> 8);
+}
+
+void robot_answer_fill(message_t *answer, uint16_t uid, uint8_t state, int16_t voltage) {
+    uint8_t *data = answer->data;
+    memset(answer, 0, sizeof *answer);
+    put_word(data + REPORT_UID, uid);
+    data[REPORT_FIRST] = ROBOT_QUERY_VITALS;
+    put_word(data + REPORT_BYTES, (uint16_t)voltage);
+    data[REPORT_STATE] = (uint8_t)(ROBOT_REPORT_IN_PROGRAM + state);
+    answer->type = BOOTPGM_REPORT;
+    answer->crc = message_crc(answer);
+}
