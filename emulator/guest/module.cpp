@@ -269,8 +269,8 @@ Cycles Module::next_pass() const {
     default: return now_;
     }
     if (!orders_answer_due(&orders_) || orders_.state == STATE_BOOT_LOADER) return NEVER;
-    if (orders_.state != STATE_IDLE) return now_;
-    // It waits for the end of its step.
+    if (orders_.state != STATE_IDLE || orders_.reports.used > 0) return now_;
+    // A request waits for the end of its step.
     return state_since_ + ((now_ - state_since_) / BREATH_STEP + 1) * BREATH_STEP;
 }
 
@@ -288,6 +288,7 @@ void Module::pass() {
         emit_answers(now_);
         can_frames.push_back({now_, broadcast_});
     }
+    forward_reports();
     if (orders_take_poll(&orders_)) answer_poll();
     for (uint8_t part = 0; orders_.health >> part != 0; part++)
         if (orders_take_health(&orders_, part)) answer_health(part);
@@ -301,6 +302,7 @@ void Module::do_job(job_t job) {
         break;
     case JOB_REPEAT:
     case JOB_SEND_PAGE:
+    case JOB_ASK_ROBOTS:
     case JOB_START_ROBOTS: burst_begin(&burst_, &orders_, job); break;
     case JOB_SET_UP: set_up(); break;
     case JOB_LOOP:

@@ -271,6 +271,7 @@ class Module {
     void take_in_boot_loader(const CanFrame &frame);
     [[noreturn]] void restart();
     void hand_over(const CanFrame &frame);
+    void forward_reports();  ///< of robots, to the host
     void answer_poll();
     void answer_health(uint8_t part);
     void queue_answer(const CanFrame &frame, Cycles gap);  ///< `gap` after the one before

@@ -123,6 +123,12 @@ CanFrame Module::frame_to_host() const {
     return frame;
 }
 
+void Module::forward_reports() {
+    CanFrame frame = frame_to_host();
+    frame.dlc = ROBOT_REPORT_BYTES;
+    while (robot_reports_take(&orders_.reports, frame.data.data())) queue_answer(frame, 0);
+}
+
 // All records are taken at once; the chip takes them one by one, a few milliseconds later.
 void Module::answer_poll() {
     auto &records = *program_->table().module->records;

@@ -119,11 +119,14 @@ void Module::keep_busy(Cycles until) {
 }
 
 // The buffer of a cell is the program's until its next message; the distance is one for all.
+// Answers of robots to the host are not the program's.
 void Module::take_cell_message() {
     const CellReception reception = cell_inbox_.front();
     cell_inbox_.erase(cell_inbox_.begin());
     const auto &table = program_->table();
     const uint8_t cell = reception.cell % CELLS_PER_MODULE;
+    if (!reception.crc_error && robot_reports_add(&orders_.reports, &reception.message, cell))
+        return;
     table.rx_message[cell] = reception.message;
     *table.rx_distance = reception.distance;
     const Interrupt interrupt(*this);

@@ -119,7 +119,7 @@ static transfer_event_t page_count(transfer_t *transfer, transfer_page_t *progra
     program->checked = program->check_due;
     program->check_due = false;
     program->next = TRANSFER_NOTHING_DUE;
-    return TRANSFER_GOES_ON;
+    return TRANSFER_ANNOUNCED;
 }
 
 // `data` and `length` are the frame's: its part 1 is longer than its type says.

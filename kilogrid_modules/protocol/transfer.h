@@ -44,6 +44,7 @@ typedef enum {
     TRANSFER_PAGE_BEGUN,     ///< of a program for the robots
     TRANSFER_PAGE_DONE,      ///< kilo.data holds page kilo.page of kilo.pages
     TRANSFER_OWN_PAGE_DONE,  ///< own.data holds page own.page, which was missing until now
+    TRANSFER_ANNOUNCED,      ///< a program for robots or module: pages, checked, check
 } transfer_event_t;
 
 /// Frames that were dropped, by reason; each stays at 65,535.

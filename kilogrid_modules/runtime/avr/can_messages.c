@@ -73,8 +73,21 @@ static void answer_health(uint8_t part) {
     (void)report(runtime_bus_send_to_host(&frame));
 }
 
+static void forward_reports(void) {
+    can_frame_t frame = {.length = ROBOT_REPORT_BYTES};
+    for (;;) {
+        bool due = false;
+        ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
+            due = robot_reports_take(&runtime_orders.reports, frame.data);
+        }
+        if (!due) return;
+        (void)report(runtime_bus_send_to_host(&frame));
+    }
+}
+
 // An interrupt may set further bits meanwhile.
 void runtime_answer_host(void) {
+    forward_reports();
     if (orders_take_poll(&runtime_orders)) answer_poll();
     for (uint8_t part = 0; runtime_orders.health >> part != 0; part++) {
         bool due = false;

@@ -2,7 +2,8 @@
 #ifndef MODULE_AVR_CAN_MESSAGES_H
 #define MODULE_AVR_CAN_MESSAGES_H
 
-/// Sends what the host has requested: tracking records, parts of the health report. From the main
+/// Sends robots' answers, and what the host has requested: tracking records, parts of the health
+/// report. From the main
 /// loop; waits up to 10 ms for the bus at each frame, and gives up at the first that does not get
 /// through.
 void runtime_answer_host(void);

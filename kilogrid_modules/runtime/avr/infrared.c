@@ -8,6 +8,7 @@
 #include "../../../firmware/kilolib/core/infrared_frame.h"
 #include "../core/turns.h"
 #include "board.h"
+#include "commands.h"
 #include "moduleIR.h"
 
 // 1 MHz; a conversion takes 13.5 cycles of it.
@@ -119,10 +120,13 @@ ISR(TIMER1_COMPB_vect) {
     }
 }
 
-// The receiver waits for the next frame before the callback runs, which may take long.
+// The receiver waits for the next frame before the callback runs, which may take long. Answers of
+// robots to the host's questions are not the program's.
 static void take_message(void) {
     const bool wrong = message_crc(&reader.message) != reader.message.crc;
     wait_for_frame();
+    if (!wrong && robot_reports_add(&runtime_orders.reports, &reader.message, listening_cell))
+        return;
     (*module_IR_message_rx)(&reader.message, (cell_num_t)listening_cell, &distance, wrong);
 }
 

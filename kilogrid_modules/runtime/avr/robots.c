@@ -12,7 +12,7 @@ static void show(burst_light_t light) {
         if ((light.cells >> cell & 1) != 0) set_LED((cell_num_t)cell, (color_t)light.color);
 }
 
-// On the stack, 150 bytes for as long as it lasts: no burst runs while the program does.
+// On the stack, 155 bytes for as long as it lasts: no burst runs while the program does.
 void runtime_send_burst(job_t job) {
     burst_t burst;
     burst_frame_t frame;

@@ -67,12 +67,14 @@ void module_enable_autostart(void) { runtime_orders.autostart = true; }
 
 uint16_t get_random(uint16_t low, uint16_t high) { return api_in_range(low, high, rand()); }
 
-// A step of the breathing pattern, cut short by an order. Answers do not wait for its end.
+// A step of the breathing pattern, cut short by an order or a question to robots. Answers do not
+// wait for its end.
 static void breathe(void) {
     static uint8_t step;
     set_all_LEDs_with_brightness(WHITE, (brightness_t)pattern_breath(step));
     step = (uint8_t)((step + 1) % BREATH_STEPS);
-    for (uint8_t ms = 0; ms < BREATH_STEP_MS && runtime_orders.state == STATE_IDLE; ms++) {
+    for (uint8_t ms = 0; ms < BREATH_STEP_MS && main_loop_job(&runtime_orders) == JOB_BREATHE;
+         ms++) {
         runtime_answer_host();
         _delay_ms(1);
     }
@@ -103,6 +105,7 @@ void module_start(void (*setup)(void), void (*loop)(void)) {
         case JOB_BEGIN: begin(); break;
         case JOB_BREATHE: breathe(); break;
         case JOB_REPEAT:
+        case JOB_ASK_ROBOTS:
         case JOB_SEND_PAGE: runtime_send_burst(job); break;
         case JOB_SET_UP: set_up(setup); break;
         case JOB_START_ROBOTS: start_robots(); break;

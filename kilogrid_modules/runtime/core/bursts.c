@@ -19,6 +19,14 @@ static void begin_rounds(burst_t *burst, const transfer_ir_t *ir, uint8_t type, 
     burst->frames = (uint8_t)(rounds * N_CELLS);
 }
 
+// What is not the question's in the message stays 0.
+static void begin_question(burst_t *burst, orders_t *orders) {
+    memcpy(burst->message.data, orders->question, sizeof orders->question);
+    burst->message.type = BOOTPGM_QUERY;
+    burst->frames = N_CELLS;
+    orders->ask = false;
+}
+
 // The page is copied: the next one may come in while this one is being sent.
 static void begin_page(burst_t *burst, orders_t *orders) {
     const transfer_page_t *kilo = &orders->transfer.kilo;
@@ -28,6 +36,8 @@ static void begin_page(burst_t *burst, orders_t *orders) {
     burst->page = kilo->page;
     burst->is_first = orders->page_received == 1;
     burst->is_last = orders->page_received >= kilo->pages;
+    burst->checked = kilo->checked;
+    memcpy(burst->check, kilo->check, sizeof burst->check);
     burst->frames = (uint8_t)(TRANSFER_PAGE_CHUNKS + (burst->is_first ? 1 : 0));
     orders->page = false;
 }
@@ -40,6 +50,8 @@ void burst_begin(burst_t *burst, orders_t *orders, job_t job) {
         begin_page(burst, orders);
     } else if (job == JOB_START_ROBOTS) {
         begin_rounds(burst, ir, RUN, BURST_RUN_ROUNDS);
+    } else if (job == JOB_ASK_ROBOTS) {
+        begin_question(burst, orders);
     } else {
         begin_rounds(burst, ir, ir->type, 1);
     }
@@ -63,16 +75,27 @@ burst_light_t burst_light(const burst_t *burst, const orders_t *orders) {
     const bool over = is_over(burst, orders);
     if (burst->job == JOB_SEND_PAGE) return light_of_page(burst, over);
     if (burst->job == JOB_START_ROBOTS) return burst->sent == 0 ? all(MAGENTA) : NO_CHANGE;
+    if (burst->job == JOB_ASK_ROBOTS) return NO_CHANGE;
     if (!over || orders->state != STATE_SETUP_KILOBOTS) return NO_CHANGE;
     return all(pattern_command_color(burst->message.type));
+}
+
+// Announces the program, with what it is checked by if the host has given that (boot_loaders.md
+// 5.1).
+static void announce(const burst_t *burst, message_t *message) {
+    message->type = BOOTPGM_SIZE;
+    message->data[0] = burst->pages;
+    if (!burst->checked) return;
+    message->data[1] = 'K';
+    message->data[2] = 'T';
+    memcpy(message->data + 3, burst->check, sizeof burst->check);
 }
 
 // The number of pages, then the page chunk by chunk.
 static void next_of_page(const burst_t *burst, message_t *message) {
     memset(message, 0, sizeof *message);
     if (burst->is_first && burst->sent == 0) {
-        message->type = BOOTPGM_SIZE;
-        message->data[0] = burst->pages;
+        announce(burst, message);
         return;
     }
     const uint8_t chunk = (uint8_t)(burst->sent - (burst->is_first ? 1 : 0));

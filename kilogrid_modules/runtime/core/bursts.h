@@ -24,17 +24,20 @@ extern "C" {
 /// RUN goes out so often by each cell before loop() is called.
 #define BURST_RUN_ROUNDS 10
 
-/// A burst on its way; 150 bytes on the module.
+/// A burst on its way; 155 bytes on the module.
 typedef struct {
-    uint8_t job;        ///< JOB_REPEAT, JOB_START_ROBOTS or JOB_SEND_PAGE; JOB_NONE: no burst
-    uint8_t sent;       ///< frames taken by burst_next()
-    uint8_t frames;     ///< of the whole burst
-    uint8_t cell;       ///< that a page goes out by
-    uint8_t pages;      ///< of the robots' program
-    uint8_t page;       ///< number of this page
-    bool is_first;      ///< a first page of a lap follows the number of pages
-    bool is_last;       ///< the lap ends with this page
-    message_t message;  ///< of JOB_REPEAT and JOB_START_ROBOTS; crc 0
+    uint8_t job;     ///< JOB_REPEAT, JOB_START_ROBOTS, JOB_ASK_ROBOTS or JOB_SEND_PAGE;
+                     ///< JOB_NONE: no burst
+    uint8_t sent;    ///< frames taken by burst_next()
+    uint8_t frames;  ///< of the whole burst
+    uint8_t cell;    ///< that a page goes out by
+    uint8_t pages;   ///< of the robots' program
+    uint8_t page;    ///< number of this page
+    bool is_first;   ///< a first page of a lap follows the number of pages
+    bool is_last;    ///< the lap ends with this page
+    bool checked;    ///< `check` goes out with the number of pages
+    uint8_t check[TRANSFER_CHECK_BYTES];
+    message_t message;  ///< of all but JOB_SEND_PAGE; crc 0
     uint8_t bytes[TRANSFER_PAGE_BYTES];
 } burst_t;
 

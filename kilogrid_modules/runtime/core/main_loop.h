@@ -20,11 +20,13 @@ typedef enum {
     JOB_SEND_PAGE,     ///< a burst: the page that came in, by one cell
     JOB_SET_UP,        ///< orders_begin_setup(), perhaps setup(), orders_end_setup()
     JOB_START_ROBOTS,  ///< a burst: RUN by each cell, ten rounds
+    JOB_ASK_ROBOTS,    ///< a burst: a question of the host once by each cell
     JOB_LOOP,          ///< loop()
 } job_t;
 
 /// The job of the next pass. Depends on the orders alone: a handful of comparisons.
 static inline job_t main_loop_job(const orders_t *orders) {
+    if (orders->ask && orders->state != STATE_INIT) return JOB_ASK_ROBOTS;
     switch (orders->state) {
     case STATE_INIT: return JOB_BEGIN;
     case STATE_IDLE: return JOB_BREATHE;

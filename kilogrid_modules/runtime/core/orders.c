@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "../../../firmware/kilolib/include/message.h"
+#include "../include/module_limits.h"
 
 // Short names for the generated ones.
 #define TO_MODULE(name) KILOGRID_CAN_TO_MODULE_TYPE_##name##_CHOICE
@@ -26,9 +27,11 @@ static order_t refuse(orders_t *orders) {
     return ORDER_REFUSED;
 }
 
-// RUN goes to the robots anew after every other state.
+// RUN goes to the robots anew after every other state. A question that has not gone out by then is
+// dropped, as one that comes while they run.
 static void enter(orders_t *orders, module_state_t state) {
     if (state != STATE_RUNNING) orders->started = false;
+    if (state == STATE_RUNNING || state == STATE_BOOT_LOADER) orders->ask = false;
     orders->state = (uint8_t)state;
 }
 
@@ -71,6 +74,16 @@ bool orders_forward(orders_t *orders, uint8_t x, uint8_t y, const calibration_ar
     return true;
 }
 
+// An announcement behind some pages ends their lap, which need not have all of them. Where the lap
+// has ended with its last page, there is nothing to end.
+static order_t end_lap(orders_t *orders) {
+    if (orders->page_received > 0) {
+        orders->page_received = 0;
+        orders->page_cell = (uint8_t)((orders->page_cell + 1) % N_CELLS);
+    }
+    return ORDER_DONE;
+}
+
 // The driver copies the configuration in the same interrupt, before the main loop sees the state.
 static order_t transferred(orders_t *orders, transfer_event_t event) {
     switch (event) {
@@ -88,6 +101,7 @@ static order_t transferred(orders_t *orders, transfer_event_t event) {
         orders->page = true;
         enter(orders, STATE_BOOTLOADING_KILOBOTS);
         return ORDER_DONE;
+    case TRANSFER_ANNOUNCED: return end_lap(orders);
     case TRANSFER_REFUSED: return refuse(orders);
     default: return ORDER_DONE;
     }
@@ -97,6 +111,16 @@ static order_t request_health(orders_t *orders, uint8_t part) {
     if (part >= HEALTH_PARTS) return refuse(orders);
     const uint8_t mask = (uint8_t)(1 << part);
     orders->health |= mask;
+    return ORDER_DONE;
+}
+
+// While the robots run nobody but the program speaks to them. A module that forwards a message stops
+// that: it would not hear the answers.
+static order_t ask_robots(orders_t *orders, const uint8_t *question) {
+    if (orders->state == STATE_RUNNING) return ORDER_DONE;
+    if (orders->state == STATE_SETUP_KILOBOTS) enter(orders, STATE_IDLE);
+    memcpy(orders->question, question, sizeof orders->question);
+    orders->ask = true;
     return ORDER_DONE;
 }
 
@@ -116,6 +140,7 @@ static order_t obey(orders_t *orders, const uint8_t *data) {
     case TO_MODULE(MODULE_PAUSE): return ORDER_DONE;
     case TO_MODULE(TRACKING_REQ): orders->poll = true; return ORDER_DONE;
     case TO_MODULE(MODULE_DATA): return request_health(orders, data[1]);
+    case TO_MODULE(ROBOT_QUERY): return ask_robots(orders, data + 1);
     default: return ORDER_HAND_OVER;
     }
 }

@@ -14,7 +14,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "../../../firmware/kilolib/core/robot_query.h"
 #include "kilogrid_can.h"
+#include "robot_reports.h"
 #include "transfer.h"
 
 #ifdef __cplusplus
@@ -49,19 +51,22 @@ typedef enum {
     ORDER_BOOT_LOADER,  ///< jump to the module's boot loader
 } order_t;
 
-/// State and pending work of a module; its fields may be read at any time. 387 bytes on the module.
+/// State and pending work of a module; its fields may be read at any time. 423 bytes on the module.
 typedef struct {
-    volatile uint8_t state;          ///< a module_state_t
-    volatile bool autostart;         ///< SETUP and RUN follow without the host
-    volatile bool set_up;            ///< setup() has been called since the last configuration
-    volatile bool started;           ///< RUN has been sent to the robots since RUNNING began
-    volatile bool page;              ///< transfer.kilo holds a page that has not gone out
-    volatile bool poll;              ///< the host has requested the tracking records
-    volatile uint8_t health;         ///< and these parts of the health report: bit per part
-    volatile uint8_t page_cell;      ///< the cell by which pages go out, 0..3
-    volatile uint8_t page_received;  ///< pages that came in during this lap
-    volatile uint8_t refused;        ///< frames refused or missed since power-up; stays at 255
-    transfer_t transfer;             ///< what takes more than one frame
+    volatile uint8_t state;               ///< a module_state_t
+    volatile bool autostart;              ///< SETUP and RUN follow without the host
+    volatile bool set_up;                 ///< setup() has been called since the last configuration
+    volatile bool started;                ///< RUN has been sent to the robots since RUNNING began
+    volatile bool page;                   ///< transfer.kilo holds a page that has not gone out
+    volatile bool poll;                   ///< the host has requested the tracking records
+    volatile uint8_t health;              ///< and these parts of the health report: bit per part
+    volatile uint8_t page_cell;           ///< the cell by which pages go out, 0..3
+    volatile uint8_t page_received;       ///< pages that came in during this lap
+    volatile bool ask;                    ///< `question` has not gone out to the robots
+    uint8_t question[ROBOT_QUERY_BYTES];  ///< data of the infrared message
+    volatile uint8_t refused;             ///< frames refused or missed since power-up; stays at 255
+    transfer_t transfer;                  ///< what takes more than one frame
+    robot_reports_t reports;              ///< robots' answers that have not gone out
 } orders_t;
 
 /// Calibration area: where CALIB is forwarded, as it lies in the EEPROM from
@@ -111,9 +116,9 @@ bool orders_take_poll(orders_t *orders);
 /// off.
 bool orders_take_health(orders_t *orders, uint8_t part);
 
-/// Whether the host has requested anything that was not taken.
+/// Whether the host has requested anything that was not taken, or has an answer of a robot to come.
 static inline bool orders_answer_due(const orders_t *orders) {
-    return orders->poll || orders->health != 0;
+    return orders->poll || orders->health != 0 || orders->reports.used != 0;
 }
 
 #ifdef __cplusplus

@@ -21,7 +21,9 @@ enum : uint8_t {
     CONFIG_SIZE = 0x0F,
     CONFIG = 0x10,
     TRACKING_START = 0x14,
-    POLL = 0x15
+    POLL = 0x15,
+    ASK = 0x19,
+    REPORTED = 0x1A
 };
 constexpr uint8_t X = 3, Y = 7;
 constexpr uint16_t OWN = (Y + 1) << 6 | (X + 1) << 1, ROW = (Y + 1) << 6, TO_HOST = OWN | 1;
@@ -152,6 +154,80 @@ TEST_CASE("a robot's report that a listening cell hears goes to the host with th
     CHECK(record.id == TO_HOST);
     CHECK(record.data[0] == (0x11 | 2 << 6));
     for (uint8_t i = 0; i < 7; i++) CHECK(record.data[1 + i] == 11 + i);
+}
+
+TEST_CASE("a question of the host goes out once by each cell") {
+    Bench bench;
+    bench.run_ms(1500);
+    for (uint8_t time = 1; time < 3; time++) {
+        bench.board.lights.clear();
+        bench.tell(OWN, {ASK, 0xE1, 4, time, 0xFF, 0xFF});
+        bench.run_ms(30);
+        for (uint8_t cell = 0; cell < CELLS_PER_MODULE; cell++) {
+            const auto said = said_by(bench.board.lights, cell);
+            REQUIRE(said.size() == 1);
+            CHECK(crc_is_right(said[0]));
+            CHECK(said[0].type == 0x8C);
+            const std::array<uint8_t, 9> data = {0xE1, 4, time, 0xFF, 0xFF, 0, 0, 0, 0};
+            CHECK(std::equal(data.begin(), data.end(), said[0].data));
+        }
+    }
+    bench.start(1, 1, 1, 1);
+    bench.board.lights.clear();
+    bench.tell(OWN, {ASK, 0xE1, 4, 9, 0xFF, 0xFF});
+    bench.run_ms(600);
+    for (uint8_t cell = 0; cell < CELLS_PER_MODULE; cell++)
+        for (const auto &said : said_by(bench.board.lights, cell)) CHECK(said.type != 0x8C);
+}
+
+TEST_CASE("a robot's answer goes to the host without a poll, idle and running") {
+    message_t answer = {{0x34, 0x12, 0xE1, 1, 2, 3, 4, 0x12, 9}, 0x8D, 0};
+    answer.crc = crc_of(answer);
+    for (bool runs : {false, true}) {
+        CAPTURE(runs);
+        Bench bench;
+        if (runs)
+            bench.start(2, 2, 2, 2);
+        else
+            bench.run_ms(1500);
+        for (int i = 0; i < 20 && bench.sent.empty(); i++) {
+            bench.shine(3, answer);
+            bench.run_ms(23);
+        }
+        REQUIRE(bench.sent.size() == 1);
+        const CanFrame &frame = bench.sent[0].frame;
+        CHECK(frame.id == TO_HOST);
+        CHECK(frame.dlc == 8);
+        CHECK(frame.data ==
+              std::array<uint8_t, 8>{REPORTED | 3 << 6, 0x34, 0x12, 1, 2, 3, 4, 0x12});
+        bench.sent.clear();
+        bench.tell(OWN, {POLL});
+        bench.run_ms(100);
+        REQUIRE(bench.sent.size() == 1);  // no record of the program
+        CHECK(bench.sent[0].frame.data[1] == 0);
+    }
+}
+
+TEST_CASE("a program for robots goes out with what it is checked by") {
+    Bench bench;
+    bench.run_ms(1500);
+    // The emulated chip reads a frame in 1.7 ms.
+    auto tell = [&bench](std::initializer_list<uint8_t> data) {
+        bench.tell(OWN, data);
+        bench.run_ms(2);
+    };
+    tell({0x04, 1, 0x34, 0x12, 0xEF, 0xBE, 0xAD, 0xDE});
+    tell({0x04, 0, 9, 0, 0, 0, 0, 0});
+    tell({0x05, 0, 7, 0, 0, 0, 0, 0});
+    bench.board.lights.clear();
+    for (uint8_t part = 0; part < 22; part++) tell({0x03, part, part, 0, 0, 0, 0, 0});
+    bench.run_ms(150);
+    const auto said = said_by(bench.board.lights, 0);
+    REQUIRE(said.size() == 23);
+    const std::array<uint8_t, 9> data = {9, 'K', 'T', 0x34, 0x12, 0xEF, 0xBE, 0xAD, 0xDE};
+    CHECK(said[0].type == 0x82);
+    CHECK(std::equal(data.begin(), data.end(), said[0].data));
+    CHECK(said[22].data[0] == 7);
 }
 
 TEST_CASE("frames that come while the module sends light are kept by its controller") {

@@ -27,6 +27,7 @@ enum {
     CONFIG = 0x10,
     HEALTH = 0x13,
     POLL = 0x15,
+    ASK = 0x19,
     OLD = 0x9F,  // added to the types of the boot loader by the original dispatcher
 };
 
@@ -55,6 +56,12 @@ static inline order_t give_message(orders_t *orders, uint8_t type) {
 static inline void forward(orders_t *orders, uint8_t type) {
     assert_int_equal(give_message(orders, type), ORDER_FORWARD);
     assert_true(orders_forward(orders, 0, 0, &EVERYWHERE));
+}
+
+/// A question for all robots' vitals.
+static inline order_t give_question(orders_t *orders) {
+    const uint8_t data[8] = {ASK, 0xE1, 4, 7, 0xFF, 0xFF};
+    return orders_receive(orders, data, 6, false);
 }
 
 /// Page `page` of the robots' program; its byte i is page + i.

@@ -151,6 +151,72 @@ TEST(the_next_page_may_come_in_while_one_goes_out) {
     assert_int_equal(main_loop_job(&orders), JOB_SEND_PAGE);
 }
 
+TEST(a_checked_program_is_announced_with_its_crc_and_id) {
+    orders_t orders = fresh_orders();
+    const uint8_t check[8] = {KILO_PAGES, 1, 0x34, 0x12, 0xEF, 0xBE, 0xAD, 0xDE};
+    (void)orders_receive(&orders, check, 8, false);
+    (void)give(&orders, KILO_PAGES, 0, 3);
+    give_page(&orders, 1);
+    const played_t played = play(&orders);
+    const uint8_t expected[9] = {3, 'K', 'T', 0x34, 0x12, 0xEF, 0xBE, 0xAD, 0xDE};
+    assert_int_equal(played.frames[0].message.type, 0x82);
+    assert_memory_equal(played.frames[0].message.data, expected, 9);
+    assert_page(played.frames + 1, 1, 0);
+}
+
+TEST(an_unchecked_program_is_announced_by_its_pages_alone) {
+    orders_t orders = fresh_orders();
+    (void)give(&orders, KILO_PAGES, 0, 3);
+    give_page(&orders, 1);
+    const played_t played = play(&orders);
+    const uint8_t expected[9] = {3};
+    assert_memory_equal(played.frames[0].message.data, expected, 9);
+}
+
+TEST(a_lap_of_some_pages_goes_out_by_the_next_cell_once_it_is_announced_again) {
+    orders_t orders = fresh_orders();
+    for (uint8_t lap = 0; lap < 6; lap++) {
+        (void)give(&orders, KILO_PAGES, 0, 3);
+        give_page(&orders, 2);
+        const played_t played = play(&orders);
+        assert_int_equal(played.count, 23);
+        assert_int_equal(played.frames[0].message.type, 0x82);
+        assert_page(played.frames + 1, 2, lap % 4);
+    }
+}
+
+// The host's next lap may be announced before the last page has gone out.
+TEST(an_announcement_during_the_last_page_of_a_lap_ends_it_once) {
+    for (uint8_t pages = 1; pages < 4; pages++) {
+        orders_t orders = fresh_orders();
+        burst_t burst;
+        (void)give(&orders, KILO_PAGES, 0, pages);
+        give_page(&orders, 0);
+        burst_begin(&burst, &orders, JOB_SEND_PAGE);
+        (void)give(&orders, KILO_PAGES, 0, pages);
+        burst_end(&burst, &orders);
+        assert_int_equal(orders.page_cell, 1);
+        assert_int_equal(orders.page_received, 0);
+    }
+}
+
+TEST(a_question_goes_out_once_by_each_cell_and_changes_no_light) {
+    orders_t orders = fresh_orders();
+    forward(&orders, 0x83);
+    (void)give_question(&orders);
+    const played_t played = play(&orders);
+    const uint8_t expected[9] = {0xE1, 4, 7, 0xFF, 0xFF};
+    assert_int_equal(played.count, 4);
+    for (uint8_t i = 0; i < 4; i++) {
+        assert_int_equal(played.frames[i].cell, i);
+        assert_int_equal(played.frames[i].message.type, 0x8C);
+        assert_memory_equal(played.frames[i].message.data, expected, 9);
+        assert_light(played.lights[i], 0, 0);
+    }
+    assert_light(played.lights[4], 0, 0);
+    assert_int_equal(main_loop_job(&orders), JOB_BREATHE);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_forwarded_message_goes_out_once_by_each_cell_then_its_light_is_shown),
@@ -159,6 +225,11 @@ int main(void) {
         cmocka_unit_test(run_stops_between_two_rounds_when_the_state_changes),
         cmocka_unit_test(pages_go_out_by_one_cell_a_lap_and_the_first_one_says_how_many),
         cmocka_unit_test(the_next_page_may_come_in_while_one_goes_out),
+        cmocka_unit_test(a_checked_program_is_announced_with_its_crc_and_id),
+        cmocka_unit_test(an_unchecked_program_is_announced_by_its_pages_alone),
+        cmocka_unit_test(a_lap_of_some_pages_goes_out_by_the_next_cell_once_it_is_announced_again),
+        cmocka_unit_test(an_announcement_during_the_last_page_of_a_lap_ends_it_once),
+        cmocka_unit_test(a_question_goes_out_once_by_each_cell_and_changes_no_light),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

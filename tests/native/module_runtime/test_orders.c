@@ -160,6 +160,70 @@ TEST(boot_begins_the_laps_of_pages_anew) {
     assert_int_equal(orders.page_received, 0);
 }
 
+TEST(an_announcement_behind_some_pages_ends_their_lap) {
+    orders_t orders = fresh_orders();
+    (void)give(&orders, KILO_PAGES, 0, 9);
+    assert_int_equal(orders.page_cell, 0);
+    for (uint8_t lap = 1; lap < 9; lap++) {
+        give_page(&orders, 7);
+        give_page(&orders, 2);
+        assert_int_equal(orders.page_received, 2);
+        assert_int_equal(give(&orders, KILO_PAGES, 0, 9), ORDER_DONE);
+        assert_int_equal(orders.page_received, 0);
+        assert_int_equal(orders.page_cell, lap % 4);
+        assert_int_equal(give(&orders, KILO_PAGES, 0, 9), ORDER_DONE);
+        assert_int_equal(orders.page_cell, lap % 4);
+    }
+    // The check before it, and a number that cannot be, end nothing.
+    give_page(&orders, 7);
+    (void)give(&orders, KILO_PAGES, 1, 9);
+    (void)give(&orders, KILO_PAGES, 0, 221);
+    assert_int_equal(orders.page_received, 1);
+}
+
+TEST(a_question_goes_to_the_robots_in_every_state_but_running) {
+    for (uint8_t state = STATE_INIT; state < STATE_BOOT_LOADER; state++) {
+        orders_t orders = fresh_orders();
+        orders.state = state;
+        assert_int_equal(give_question(&orders), ORDER_DONE);
+        const bool asks = state != STATE_INIT && state != STATE_RUNNING;
+        assert_int_equal(main_loop_job(&orders) == JOB_ASK_ROBOTS, asks);
+        // What it repeats would drown the answers.
+        assert_int_equal(orders.state, state == STATE_SETUP_KILOBOTS ? STATE_IDLE : state);
+        assert_int_equal(orders.refused, 0);
+    }
+}
+
+TEST(a_question_that_came_while_the_lights_were_shown_is_kept) {
+    orders_t orders = fresh_orders();
+    (void)give_question(&orders);
+    orders_begin(&orders);
+    assert_int_equal(main_loop_job(&orders), JOB_ASK_ROBOTS);
+}
+
+TEST(run_and_the_boot_loader_drop_a_question_that_has_not_gone_out) {
+    const uint8_t types[] = {GO_RUN, TO_LOADER};
+    for (uint8_t i = 0; i < 2; i++) {
+        orders_t orders = fresh_orders();
+        orders.state = STATE_IDLE;
+        (void)give_question(&orders);
+        (void)give(&orders, types[i], 0, 0);
+        assert_int_not_equal(main_loop_job(&orders), JOB_ASK_ROBOTS);
+        (void)give(&orders, GO_IDLE, 0, 0);
+        assert_int_equal(main_loop_job(&orders), JOB_BREATHE);
+    }
+}
+
+TEST(an_answer_of_a_robot_is_due_to_the_host_until_it_is_taken) {
+    const message_t answer = {{0}, 0x8D, 0};
+    orders_t orders = fresh_orders();
+    uint8_t frame[ROBOT_REPORT_BYTES];
+    assert_true(robot_reports_add(&orders.reports, &answer, 0));
+    assert_true(orders_answer_due(&orders));
+    assert_true(robot_reports_take(&orders.reports, frame));
+    assert_false(orders_answer_due(&orders));
+}
+
 TEST(polls_and_parts_of_the_health_wait_until_they_are_taken) {
     orders_t orders = fresh_orders();
     const uint8_t poll[1] = {POLL}, second_part[2] = {HEALTH, 1};
@@ -199,7 +263,8 @@ TEST(the_program_gets_every_other_frame_and_the_pages_of_its_successor) {
     for (int type = 0; type < 256; type++) {
         const bool is_own = memchr(OWN, type, sizeof OWN) != NULL;
         assert_int_equal(orders_is_own_program((uint8_t)type), is_own);
-        if (is_own || type == 0x00 || type == 0x0A || type == 0x12 || type > POLL) {
+        const bool is_free = type == 0x00 || type == 0x0A || type == 0x12 || type > POLL;
+        if (is_own || (is_free && type != ASK)) {
             orders_t orders = fresh_orders();
             assert_int_equal(give(&orders, (uint8_t)type, 0, 0), ORDER_HAND_OVER);
             assert_int_equal(orders.state, STATE_INIT);
@@ -232,6 +297,11 @@ int main(void) {
         cmocka_unit_test(calibration_is_forwarded_within_its_area_only),
         cmocka_unit_test(a_page_waits_for_its_chunks_then_goes_out),
         cmocka_unit_test(boot_begins_the_laps_of_pages_anew),
+        cmocka_unit_test(an_announcement_behind_some_pages_ends_their_lap),
+        cmocka_unit_test(a_question_goes_to_the_robots_in_every_state_but_running),
+        cmocka_unit_test(a_question_that_came_while_the_lights_were_shown_is_kept),
+        cmocka_unit_test(run_and_the_boot_loader_drop_a_question_that_has_not_gone_out),
+        cmocka_unit_test(an_answer_of_a_robot_is_due_to_the_host_until_it_is_taken),
         cmocka_unit_test(polls_and_parts_of_the_health_wait_until_they_are_taken),
         cmocka_unit_test(what_is_no_order_is_refused_and_counted_up_to_255),
         cmocka_unit_test(the_program_gets_every_other_frame_and_the_pages_of_its_successor),

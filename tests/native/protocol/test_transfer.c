@@ -147,7 +147,7 @@ static void take_page(transfer_t *transfer, uint8_t offset, transfer_event_t don
 
 TEST(the_pages_of_a_robots_program_come_round_and_round) {
     transfer_t transfer = fresh();
-    assert_int_equal(send(&transfer, KILO_SIZE, 0, 2), TRANSFER_GOES_ON);
+    assert_int_equal(send(&transfer, KILO_SIZE, 0, 2), TRANSFER_ANNOUNCED);
     for (uint8_t lap = 0; lap < 3; lap++)
         for (uint8_t page = 0; page < 2; page++) {
             assert_int_equal(send(&transfer, KILO_NUMBER, 0, page), TRANSFER_PAGE_BEGUN);

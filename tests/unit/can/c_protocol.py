@@ -110,6 +110,7 @@ EVENTS = (
     "PAGE_BEGUN",
     "PAGE_DONE",
     "OWN_PAGE_DONE",
+    "ANNOUNCED",
 )
 
 
