@@ -115,12 +115,11 @@ def test_an_example_decides_the_same(example: str, uid: int, steps: int, share: 
 @pytest.mark.parametrize("example", ["talk_and_listen", "blink"])
 def test_a_robot_answers_for_its_vitals_in_the_same_tick(example: str) -> None:
     """Beside the program's own messages, and by a program that sends none."""
-    path = ROOT / "firmware/examples" / f"{example}.c"
-    test, silent = (both_tiers(path, seed=1, follow=[], ask_every=every) for every in (40, 0))
-    assert_no_difference(test, SHORT_STEPS // 2)
-    silent.run(SHORT_STEPS // 2)
-    answers = SHORT_STEPS // 2 // 40
-    assert test.compared >= silent.compared + answers * 0.8
+    path, steps, every = ROOT / "firmware/examples" / f"{example}.c", 800, 20
+    asked, left_alone = (both_tiers(path, seed=1, follow=[], ask_every=n) for n in (every, 0))
+    assert_no_difference(asked, steps)
+    left_alone.run(steps)
+    assert asked.compared >= left_alone.compared + steps // every * 0.8
 
 
 @pytest.mark.parametrize(

@@ -21,6 +21,8 @@ duration_s = 60
 [grid]
 columns = 1
 rows = 1
+buses = 1
+wall_cells = 0
 cpu = "{modules}"
 
 [swarm]

@@ -112,7 +112,7 @@ class Report:
 def slot_of(uid: int, nonce: int, slots_log2: int) -> int:
     """The slot in which a robot answers, 0 to 2^slots_log2 - 1.
 
-    As boot_message_slot() of firmware/bootloader/core/boot_messages.h.
+    As robot_query_slot() of firmware/kilolib/core/robot_query.h.
     """
     multiplier = (0x9E37 + nonce * 0x6D2A) & 0xFFFF
     hashed = uid * multiplier & 0xFFFF
