@@ -8,6 +8,7 @@ A robot counts as verified by one answer that has both the image's id and that i
 boot loader says so only when the CRC of its flash is right (boot_loaders.md 2).
 """
 
+import functools
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field
 
@@ -35,6 +36,8 @@ _FEW, _TRIES_ALL, _TRIES_ONE = 2, 8, 10
 _PATIENCE, _LISTEN_S = 36, 5.0
 # Laps that brought nothing, and laps in all, until those that are left are given up.
 _STALLED_LAPS, _MOST_LAPS = 3, 20
+# Laps after which it is not asked on once each page is known to be missing somewhere.
+_HASTY_LAPS = 2
 # Lap 2 has each page twice, later ones have it so often.
 _MOST_REPEATS = 3
 _START_TRIES = 3
@@ -112,7 +115,9 @@ class Robot:
     voltage: int | None = None
     heard: bool = False
     lap: int = -1
-    """After which it has last said what image it has."""
+    """After which it has last spoken in its boot loader; -1: it has not."""
+    said: dict[int, int] = field(default_factory=dict)
+    """By the first page of a question, after which lap it last answered that."""
     module: tuple[int, int] | None = None
     cell: int | None = None
 
@@ -221,7 +226,7 @@ class Upload:
     def _verified_laps(self) -> Script:
         resumed = any(robot.state is LoaderState.LOADING for robot in self.robots.values())
         yield from self._call()
-        yield from self._inquire(IDENTITY, self._asked, open_ended=lambda: self.unknown > 0)
+        yield from self._look_who_has_it()
         if resumed:
             yield from self._ask_for_pages(self._every_page)
         stalled = 0
@@ -263,15 +268,20 @@ class Upload:
         pages = self._pages_lacking() or self._every_page
         yield from self._send(sorted(pages))
         self._tell(f"lap {self.laps}: asking robots what they have")
-        yield from self._inquire(IDENTITY, self._silent, open_ended=lambda: self.unknown > 0)
-        if not self._loading():
+        yield from self._ask_for_pages(pages)
+        if all(map(self._all_is_missing, self._groups(pages))):
+            return
+        yield from self._inquire(IDENTITY, self._in_question, open_ended=self._is_short)
+        if not self._lacking_now():
             self._tell(f"lap {self.laps}: waiting for those that cannot be heard")
             yield from self._inquire(
-                IDENTITY, self._silent, open_ended=lambda: self.unknown > 0, patience=_PATIENCE
+                IDENTITY, self._in_question, open_ended=self._is_short, patience=_PATIENCE
             )
         if any(r.state is LoaderState.WRONG for r in self.robots.values()):
             yield from self._check_pages()
-        yield from self._ask_for_pages(pages)
+            for robot in self.robots.values():
+                robot.said.clear()
+            yield from self._ask_for_pages(self._every_page)
 
     def _send(self, pages: list[int]) -> Script:
         """Pages everywhere.
@@ -293,10 +303,24 @@ class Upload:
             yield Repeat(messages.page_crcs(self._pages, first), _CRC_S)
         yield Pause(_CHECK_S)
 
+    def _look_who_has_it(self) -> Script:
+        """Asks all, unless some do not have it: then a lap is due anyway."""
+        for _ in range(_LOOKS):
+            yield from self._ask(IDENTITY, self._slots_log2(False))
+        if not self._lacking_now():
+            yield from self._inquire(IDENTITY, self._in_question, open_ended=self._is_short)
+
     def _ask_for_pages(self, pages: frozenset[int]) -> Script:
-        """Asks robots that are loading which of these pages they lack."""
-        for first in sorted({page - page % PAGES_PER_REPORT for page in pages}):
-            yield from self._inquire(first, self._loading)
+        """Asks robots which of these pages they lack, until all of them lack all of it."""
+        for group in self._groups(pages):
+            first = min(group) // PAGES_PER_REPORT * PAGES_PER_REPORT
+            yield from self._inquire(first, functools.partial(self._unasked, group))
+
+    def _groups(self, pages: frozenset[int]) -> list[frozenset[int]]:
+        """The pages by the reports that they are in."""
+        firsts = range(0, len(self._pages), PAGES_PER_REPORT)
+        groups = [pages & frozenset(range(first, first + PAGES_PER_REPORT)) for first in firsts]
+        return [group for group in groups if group]
 
     def _start(self) -> Script:
         self.started = True
@@ -375,8 +399,11 @@ class Upload:
         if report.in_loader:
             robot.application = None
             robot.state = report.loader_state
-            self._note_image(robot, report)
+            if report.first != VITALS:
+                robot.lap = self.laps
+                self._note_image(robot, report)
             return
+        robot.lap = -1
         robot.state, robot.application = None, report.robot_state
         robot.voltage = report.voltage
         if not self.started:
@@ -386,14 +413,17 @@ class Upload:
         if robot.state is not LoaderState.COMPLETE:
             robot.verified = False
         if report.first == IDENTITY:
-            robot.image_id, robot.lap = report.image_id, self.laps
+            robot.image_id = report.image_id
             if not self._is_announced(robot):
                 robot.verified, robot.missing = False, self._every_page
             elif robot.state is LoaderState.COMPLETE:
                 robot.verified, robot.missing = True, frozenset()
-        elif report.first != VITALS and self._is_announced(robot):
+        elif robot.image_id in (None, self.wish.image.image_id):
+            if robot.state is not LoaderState.LOADING and robot.image_id is None:
+                return  # of another image, for all that is known
             asked = frozenset(range(report.first, report.first + PAGES_PER_REPORT))
             robot.missing = (robot.missing - asked) | (report.missing & self._every_page)
+            robot.said[report.first] = self.laps
 
     # Who is meant.
 
@@ -405,31 +435,54 @@ class Upload:
     def _asked(self) -> set[int]:
         """Those that are not verified; such as were never heard in a loader for some laps only."""
         patient = self.laps <= self.wish.laps
-        return {uid for uid in self.failed if patient or self.robots[uid].image_id is not None}
+        return {uid for uid in self.failed if patient or self.robots[uid].lap >= 0}
 
-    def _silent(self) -> set[int]:
-        """Those of them that have not answered since the last lap."""
-        return {uid for uid in self._asked() if self.robots[uid].lap < self.laps}
+    def _lacking_now(self) -> set[int]:
+        """Those that have said since the last lap that they do not have all."""
+        told = [self.robots[uid] for uid in self.failed if self.robots[uid].lap == self.laps]
+        known = (None, self.wish.image.image_id)
+        return {
+            robot.uid
+            for robot in told
+            if robot.state is not LoaderState.COMPLETE or robot.image_id not in known
+        }
+
+    def _in_question(self) -> set[int]:
+        """Those that have not said it, and may have all."""
+        return self._asked() - self._lacking_now()
+
+    def _unasked(self, pages: frozenset[int]) -> set[int]:
+        """Those to be asked for pages; nobody if all of these are to be sent again anyway."""
+        return set() if self._all_is_missing(pages) else self._asked()
+
+    def _all_is_missing(self, pages: frozenset[int]) -> bool:
+        """Whether each of these pages is missing somewhere, as was said since the last lap.
+
+        They are of one report. Later laps ask on: one robot must not keep others from being heard.
+        """
+        if self.laps > _HASTY_LAPS:
+            return False
+        first = min(pages) // PAGES_PER_REPORT * PAGES_PER_REPORT
+        told = (robot for robot in self.robots.values() if robot.said.get(first) == self.laps)
+        return pages <= frozenset[int]().union(*(robot.missing for robot in told))
+
+    def _is_short(self) -> bool:
+        return self.unknown > 0
 
     def _is_uncalled(self, uid: int) -> bool:
         return not self._is_announced(self.robots[uid])
 
     def _pages_lacking(self) -> frozenset[int]:
         """What those lack of which it is known. Others have lost pages like they."""
-        known = [self.robots[uid] for uid in self._asked() if self.robots[uid].image_id is not None]
+        known = [self.robots[uid] for uid in self._asked() if self.robots[uid].lap >= 0]
         return frozenset[int]().union(*(robot.missing for robot in known))
 
     def _is_hopeful(self) -> bool:
         """Whether another lap may bring somebody anything."""
         if self.laps >= _MOST_LAPS:
             return False
-        return self.laps < self.wish.laps or any(
-            self.robots[uid].image_id is not None for uid in self.failed
-        )
-
-    def _loading(self) -> set[int]:
-        """Those that lack something, as they have said since the last lap."""
-        return {uid for uid in self.failed if self.robots[uid].lap == self.laps}
+        heard = any(self.robots[uid].lap >= 0 for uid in self.failed)
+        return self.laps < self.wish.laps or heard
 
     def _not_started(self) -> set[int]:
         return {uid for uid, robot in self.robots.items() if robot.application is None}

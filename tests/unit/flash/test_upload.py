@@ -212,7 +212,7 @@ def test_pages_that_were_written_wrongly_are_found_by_their_crcs() -> None:
     swarm.run(job)
     assert job.done
     assert swarm.whole() == [1, 2, 3]
-    assert sent_pages(swarm)[-3:] == [5, 7, 33]
+    assert sorted({*sent_pages(swarm)[len(OURS.pages) :]}) == [5, 7, 33]
     assert repeated(swarm, MessageType.CRC) == 10
 
 
