@@ -38,8 +38,9 @@ _PATIENCE, _LISTEN_S = 36, 5.0
 _STALLED_LAPS, _MOST_LAPS = 3, 20
 # Laps after which it is not asked on once each page is known to be missing somewhere.
 _HASTY_LAPS = 2
-# Lap 2 has each page twice, later ones have it so often.
-_MOST_REPEATS = 3
+# How often a lap has each page; later ones as the last. Frames go out back to back, and one that is
+# lost often takes the next one along.
+_REPEATS = (1, 2, 4, 6)
 _START_TRIES = 3
 _LOOKS = 3
 _FEWEST_SLOTS, _SLOTS_FOR_UNKNOWN = 8, 64
@@ -288,7 +289,8 @@ class Upload:
 
         Later laps have few pages, and asking takes longer than sending them more than once.
         """
-        rounds = self.laps_per_place * (min(self.laps, _MOST_REPEATS) if self.verifiable else 1)
+        repeats = _REPEATS[min(self.laps, len(_REPEATS)) - 1] if self.verifiable else 1
+        rounds = self.laps_per_place * repeats
         total, sent = len(pages) * rounds, 0
         for _ in range(rounds):
             yield Announce()
