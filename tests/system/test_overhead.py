@@ -251,6 +251,43 @@ def test_robots_of_any_experiment_wait_for_a_host(
     assert {row["led"] for row in rows if row["time_s"] > 0.5} == {RED}
 
 
+FLASHED = """
+name = "flashed"
+duration_s = 4
+
+[arena]
+diameter_m = 0.5
+
+[swarm]
+profile = "kilobot"
+
+[[robots]]
+hex = "{images}/original.hex"
+count = 3
+
+[record]
+sample_s = 0.1
+"""
+
+
+def test_robots_with_the_published_loader_are_flashed_by_what_a_person_types(
+    images: Path, tmp_path: Path, environment: dict[str, str], kilotwin: Kilotwin
+) -> None:
+    (tmp_path / "served.toml").write_text(FLASHED.format(images=images))
+    with serve(tmp_path, environment) as process:
+        wait_for(tmp_path / "ohc", process)
+        via = ("--via", f"ohc:{tmp_path / 'ohc'}")
+        done = kilotwin("flash", "robots", images / "newer.hex", *via, "--laps", "1", "-q")
+        assert "sent 1 lap of" in done.stdout
+        assert "not verifiable" in done.stdout
+        kilotwin("robots", "run", *via, "-q")
+        _, notes = process.communicate(timeout=60)
+    assert process.returncode == 0, notes
+    rows = Run.open(tmp_path / "out").robots().to_pylist()
+    last_s = max(row["time_s"] for row in rows)
+    assert [row["led"] for row in rows if row["time_s"] == last_s] == [YELLOW] * 3
+
+
 def test_what_does_not_go_with_a_served_world_is_refused(
     tmp_path: Path, kilotwin: Kilotwin
 ) -> None:

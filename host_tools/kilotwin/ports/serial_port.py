@@ -22,6 +22,8 @@ class SerialPort:
 
     def __init__(self, port: str, baud: int) -> None:
         """Opens it, and discards what has come before. DeviceError has what to do, in a line."""
+        # A name without a folder is a file here, which `reserved` would let through.
+        port = port if "/" in port else f"./{port}"
         self.port = port
         self.byte_s = _BITS_PER_BYTE / baud
         """How long a byte takes on the line."""

@@ -3,6 +3,7 @@
 import threading
 import time
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -104,8 +105,16 @@ def test_a_port_unplugged_in_mid_page_is_an_error_that_says_what_to_do() -> None
     link.close()
 
 
-def test_two_hosts_cannot_have_one_controller(terminal: PseudoTerminal) -> None:
+def test_two_hosts_cannot_have_one_controller(
+    terminal: PseudoTerminal, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     link = OverheadRobots(terminal.port)
+    monkeypatch.chdir(tmp_path)
+    Path("ohc").symlink_to(terminal.port)
+    with pytest.raises(DeviceError, match=r"\./ohc is in use by another program"):
+        OverheadRobots("ohc")
+    with pytest.raises(DeviceError, match=r"\./none is not there; plug it in"):
+        OverheadRobots("none")
     with pytest.raises(DeviceError, match=f"{terminal.port} is in use by another program"):
         OverheadRobots(terminal.port)
     link.close()
