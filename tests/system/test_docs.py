@@ -66,12 +66,13 @@ def test_commands_of_the_lab_book_exist_with_their_options() -> None:
     assert len(lines) > 10
     for line in lines:
         words = line.split()
-        command = cli.load(words[0])
-        if hasattr(command, "commands") and len(words) > 1:
-            command = command.commands[words[1]]
-        known = {option for parameter in command.params for option in parameter.opts}
+        commands = [cli.load(words[0])]
+        if hasattr(commands[0], "commands") and len(words) > 1:
+            commands = [commands[0].commands[word] for word in words[1].split("|")]
         given = {word for word in words if re.fullmatch(r"--?[a-zA-Z][\w-]*", word)}
-        assert given <= known, line
+        for command in commands:
+            known = {option for parameter in command.params for option in parameter.opts}
+            assert given <= known, line
 
 
 def test_the_lab_book_lists_every_hardware_test_and_what_it_proves() -> None:
