@@ -82,7 +82,7 @@ check-gcc check-clang: check-%: setup
 TIDY    := $(VENV)/bin/clang-tidy --quiet
 # Freestanding: avr-libc has no limits.h of its own.
 AVR_C   := -std=gnu99 -O2 --target=avr -ffreestanding $(AVR_CHIP) -isystem /usr/lib/avr/include
-TIDY_PC := $(shell find firmware kilogrid_modules/protocol kilogrid_modules/runtime/core -name '*.c' \
+TIDY_PC := $(shell find firmware kilogrid_modules/protocol kilogrid_modules/bootloader kilogrid_modules/runtime/core -name '*.c' \
              ! -name kilogrid_can.c -not -path '*/avr/*' -not -path '*/kilogrid/*')
 CPP_FILES := $(shell find emulator -name '*.cpp')
 CPP_CONFIG := .clang-tidy emulator/.clang-tidy $(shell find emulator -name '*.h')

@@ -17,9 +17,10 @@ AVR_NOT_FLASHED := .eeprom .fuse .lock .signature .user_signatures
 # Sources of kilolib/avr that are part of the modules' runtime as well, beside all of kilolib/core.
 AVR_SHARED  := frame_sender.c gains_read.c
 
-# The robots' boot loader: small rather than fast, as one unit, at the begin of the boot section, with
-# vectors of its own. It takes these from kilolib/avr and all that it needs of kilolib/core.
-AVR_LOADER_LESS := -fno-jump-tables -fno-gcse -fno-move-loop-invariants -fno-tree-loop-optimize -fno-tree-pre
-AVR_LOADER      := -Os -flto -mcall-prologues -mstrict-X $(AVR_LOADER_LESS)
+# The boot loaders of robots and modules: small rather than fast, as one unit, at the begin of the boot
+# section, with vectors of their own. The robots' takes these from kilolib/avr and all that it needs of
+# kilolib/core.
+AVR_LOADER_LESS := -fno-jump-tables -fno-gcse -fno-move-loop-invariants -fno-tree-loop-optimize -fno-tree-pre -fno-ssa-phiopt
+AVR_LOADER      := -Os -flto -mstrict-X $(AVR_LOADER_LESS)
 AVR_LOADER_LINK := -nostartfiles -Wl,--section-start=.text=0x7000
 AVR_LOADER_SHARED := eeprom.c frame_sender.c infrared_send.c

@@ -49,9 +49,10 @@ bool kilogrid_address(uint16_t id, kilogrid_address_t *address) {
 
 bool kilogrid_filters(uint8_t x, uint8_t y, uint16_t ids[KILOGRID_FILTERS]) {
     if (!is_coordinate(x) || !is_coordinate(y)) return false;
-    // All, its row, its column, itself: the address types follow one another in that order.
-    for (uint8_t i = 0; i < KILOGRID_FILTERS; i++)
-        ids[i] = kilogrid_id((kilogrid_address_t){x, y, (uint8_t)(ADDR_BROADCAST + i)});
+    ids[ADDR_BROADCAST] = 0;
+    ids[ADDR_ROW] = y_field(y);
+    ids[ADDR_COLUMN] = x_field(x);
+    ids[ADDR_INDIVIDUAL] = (uint16_t)(ids[ADDR_ROW] | ids[ADDR_COLUMN]);
     return true;
 }
 

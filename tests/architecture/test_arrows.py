@@ -27,9 +27,12 @@ PUBLIC_HEADERS = (
 )
 ALLOWED = {
     "firmware": (),
-    # A module's runtime shares frames and distances with a robot's, its boot loader the store.
+    # A module's runtime shares frames and distances with a robot's, its boot loader the store, the
+    # ways in and out, and the time.
     "kilogrid_modules": (
         *PUBLIC_HEADERS,
+        "firmware/bootloader/avr/clock.h",
+        "firmware/bootloader/avr/entry.h",
         "firmware/bootloader/core/",
         "firmware/kilolib/core/",
         "firmware/kilolib/avr/frame_sender.h",

@@ -72,6 +72,10 @@ class ModuleBoard : private Microcontroller::Board {
     /// The EEPROM as the program has left it by now.
     EepromImage eeprom() const { return chip_.eeprom(); }
     uint8_t read(uint16_t address) const { return chip_.read(address); }  ///< SRAM or a register
+    const std::array<uint8_t, FlashImage::BYTES> &flash_content() const {
+        return chip_.flash_content();
+    }
+    uint32_t flash_operations() const { return chip_.flash_operations(); }  ///< since power-up
     /// Why the program cannot go on; empty while it can.
     const std::string &failure() const { return chip_.failure(); }
     /// Nominal ticks of 262,144 of its cycles since power-up.

@@ -122,11 +122,13 @@ struct Microcontroller::Hooks {
 
     static void enable_written(avr_t *avr, avr_io_addr_t address, uint8_t value, void *parameter) {
         const auto &watched = *static_cast<Watched *>(parameter);
-        const uint8_t before = avr->data[address];
+        const uint8_t before = avr->data[address], status = avr->data[UCSR0A];
         if (watched.write != nullptr)
             watched.write(avr, address, value, watched.parameter);
         else
             avr->data[address] = value;
+        // simavr takes a transmitter that was not enabled for a full one.
+        if (address == UCSR0B) avr->data[UCSR0A] |= status & UCSR0A_UDRE;
         // simavr stores the comparator's flag as written; on the chip a one clears it and a zero
         // leaves it alone.
         if (address == ACSR && (value & ACSR_ACI) == 0) avr->data[ACSR] |= before & ACSR_ACI;
@@ -153,6 +155,20 @@ struct Microcontroller::Hooks {
         if ((avr->data[MCUCR] & MCUCR_IVSEL) != 0 && vector != 0 &&
             avr->pc == vector * VECTOR_BYTES)
             avr->pc += chip->boot_section_;
+    }
+
+    // Puts `write` in place of simavr's own function for a register, which it has to call.
+    static void replace_write(Microcontroller &chip, uint16_t address, avr_io_write_t write) {
+        auto &handler = chip.avr_->io[AVR_DATA_TO_IO(address)].w;
+        chip.watched_.push_back({&chip, Watch::WRITES, handler.c, handler.param});
+        handler.c = write;
+        handler.param = &chip.watched_.back();
+    }
+
+    static void exchange_spi(avr_t *avr, avr_io_addr_t address, uint8_t value, void *parameter) {
+        const auto &watched = *static_cast<Watched *>(parameter);
+        watched.write(avr, address, value, watched.parameter);
+        watched.chip->set_spi_time();
     }
 
     static void send_serial(avr_t *avr, avr_io_addr_t address, uint8_t value, void *parameter) {
@@ -201,10 +217,8 @@ Microcontroller::Microcontroller(Board &board, const FlashImage &flash, const Ee
     watch_reads();
     for (int i = 0; i < avr_->interrupts.vector_count; i++)
         watch_enables(avr_->interrupts.vector[i]->enable.reg);
-    auto &serial = avr_->io[AVR_DATA_TO_IO(UDR0)].w;
-    watched_.push_back({this, Watch::WRITES, serial.c, serial.param});
-    serial.c = Hooks::send_serial;
-    serial.param = &watched_.back();
+    Hooks::replace_write(*this, UDR0, Hooks::send_serial);
+    Hooks::replace_write(*this, SPDR, Hooks::exchange_spi);
     idle_ = std::make_unique<IdleLoop>(avr_);
 }
 
@@ -293,6 +307,11 @@ void Microcontroller::sleep(uint64_t until) {
     // simavr spends a cycle on each call for a chip that sleeps; taken back, or its timers come
     // early.
     avr_->cycle -= dozed_ + 1;
+    // simavr wakes a chip by an interrupt that comes while it sleeps, not by one that waits already.
+    if (!asleep_ && avr_has_pending_interrupts(avr_) != 0) {
+        avr_->state = cpu_Running;
+        return;
+    }
     const uint8_t mode = avr_->data[SMCR] & SMCR_SM;
     const bool deeply = mode != SLEEP_IDLE;
     if (mode == SLEEP_NOISE_REDUCTION && !asleep_) board_.quiet_sleep();
@@ -430,6 +449,23 @@ void Microcontroller::set_comparator(bool light) {
     if (asleep_) return;
     avr_raise_irq(avr_io_getirq(avr_, AVR_IOCTL_ACOMP_GETIRQ, ACOMP_IRQ_AIN0),
                   light ? LIGHT_MV : DARK_MV);
+}
+
+/// A byte on the SPI takes 100 us in simavr; here what the registers give.
+void Microcontroller::set_spi_time() {
+    constexpr uint8_t RATE = 3, DOUBLE_SPEED = 1 << 0;
+    constexpr std::array<uint64_t, 4> CYCLES_PER_BIT = {4, 16, 64, 128};
+    const uint64_t cycles = 8 * CYCLES_PER_BIT[avr_->data[SPCR] & RATE] /
+                            ((avr_->data[SPSR] & DOUBLE_SPEED) != 0 ? 2 : 1);
+    const avr_io_t *part = avr_->io_port;
+    while (part != nullptr && std::strcmp(part->kind, "spi") != 0) part = part->next;
+    auto *slot = avr_->cycle_timers.timer;
+    while (slot != nullptr && slot->param != part) slot = slot->next;
+    if (slot == nullptr) return;  // the SPI is off
+    const auto timer = slot->timer;
+    void *const parameter = slot->param;
+    avr_cycle_timer_cancel(avr_, timer, parameter);
+    avr_cycle_timer_register(avr_, cycles, timer, parameter);
 }
 
 /// simavr counts a parity bit in every byte, which makes the UART too slow: set to what the

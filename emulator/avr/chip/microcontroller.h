@@ -165,6 +165,7 @@ class Microcontroller {
     void arm(Clock &clock);
     void note(const char *format, const char *text);
     void set_serial_rate();
+    void set_spi_time();
     void watch_enables(uint16_t address);
     void review_interrupts(uint16_t address);
 

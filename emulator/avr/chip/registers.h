@@ -37,8 +37,13 @@ constexpr uint8_t ADMUX_MUX = 15, ADMUX_ADLAR = 1 << 5;
 // Timer 2, which drives the motors of a Kilobot.
 constexpr uint16_t TCCR2A = 0xB0, TCCR2B = 0xB1, OCR2A = 0xB3, OCR2B = 0xB4;
 
+// SPI.
+constexpr uint16_t SPCR = 0x4C, SPSR = 0x4D, SPDR = 0x4E;
+
 // UART.
-constexpr uint16_t UCSR0A = 0xC0, UCSR0C = 0xC2, UBRR0L = 0xC4, UBRR0H = 0xC5, UDR0 = 0xC6;
+constexpr uint16_t UCSR0A = 0xC0, UCSR0B = 0xC1, UCSR0C = 0xC2, UBRR0L = 0xC4, UBRR0H = 0xC5,
+                   UDR0 = 0xC6;
+constexpr uint8_t UCSR0A_UDRE = 1 << 5;
 
 // Two-wire interface (I2C).
 constexpr uint16_t TWBR = 0xB8, TWSR = 0xB9, TWDR = 0xBB, TWCR = 0xBC;

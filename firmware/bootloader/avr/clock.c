@@ -1,6 +1,6 @@
 #include "clock.h"
 
-uint16_t boot_now, boot_period_began, boot_periods_in_silence;
+uint16_t boot_now, boot_period_began, boot_patience;
 
 // The sleep mode is idle, in which all parts go on.
 void boot_clock_init(void) {
@@ -10,11 +10,11 @@ void boot_clock_init(void) {
     SMCR = _BV(SE);
 }
 
-void boot_clock_keep(uint16_t period, uint16_t most_periods) {
+void boot_clock_keep(uint16_t period) {
     boot_now = (uint16_t)(boot_now + (uint8_t)(TCNT0 - (uint8_t)boot_now));
     if ((uint16_t)(boot_now - boot_period_began) < period) return;
     boot_period_began = (uint16_t)(boot_period_began + period);
-    if (boot_periods_in_silence < most_periods) boot_periods_in_silence++;
+    if (boot_patience != 0) boot_patience--;
 }
 
 // An interrupt that waits already is let in behind the instruction that follows sei.
@@ -25,7 +25,6 @@ void boot_sleep(uint16_t cycles) {
                          : "memory");
 }
 
-bool boot_starts_by_itself(const image_store_t *store, uint16_t patience) {
-    return store->state == STORE_COMPLETE &&
-           (!store->image.checked || boot_periods_in_silence == patience);
+bool boot_starts_by_itself(const image_store_t *store) {
+    return store->state == STORE_COMPLETE && (!store->image.checked || boot_patience == 0);
 }

@@ -12,9 +12,9 @@
 
 #define BOOT_COUNTS_OF_MS(ms) ((ms)*CYCLES_PER_MS / COUNT_CYCLES)
 
-/// The time; when the present period began; and whole periods since boot_clock_heard(), which stay
-/// at the most that boot_clock_keep() was given.
-extern uint16_t boot_now, boot_period_began, boot_periods_in_silence;
+/// The time; when the present period began; and the periods that are left until a complete image
+/// starts by itself.
+extern uint16_t boot_now, boot_period_began, boot_patience;
 
 /// Bit of TIMSK1 for the interrupt TIMER1_COMPB, which ends a sleep: always set.
 #define BOOT_WAKES _BV(OCIE1B)
@@ -23,17 +23,14 @@ extern uint16_t boot_now, boot_period_began, boot_periods_in_silence;
 void boot_clock_init(void);
 
 /// Reads the time. To be called each 32 ms at least. A period is `period` counts.
-void boot_clock_keep(uint16_t period, uint16_t most_periods);
-
-/// A frame has come.
-static inline void boot_clock_heard(void) { boot_periods_in_silence = 0; }
+void boot_clock_keep(uint16_t period);
 
 /// Sleeps until an interrupt, or for so many cycles, up to 65,000. To be called with interrupts
 /// off, so that what it waits for cannot come just before; they are on afterwards.
 void boot_sleep(uint16_t cycles);
 
-/// Whether a complete image starts by itself: one without a CRC at once, others if nothing was
-/// heard for `patience` periods.
-bool boot_starts_by_itself(const image_store_t *store, uint16_t patience);
+/// Whether a complete image starts by itself: one without a CRC at once, others when boot_patience
+/// has come to its end.
+bool boot_starts_by_itself(const image_store_t *store);
 
 #endif

@@ -47,7 +47,7 @@ static void init(void) {
 }
 
 static void obey(const message_t *message) {
-    boot_clock_heard();
+    boot_patience = PATIENCE_S;
     switch (boot_message_take(&store, message, uid, &query)) {
     case BOOT_ORDER_ANSWER:
         answer_at = (uint16_t)(boot_now + query.slot * SLOT);
@@ -83,13 +83,13 @@ static void show(void) {
 __attribute__((used)) void boot_load(void) {
     init();
     for (;;) {
-        boot_clock_keep(SECOND, PATIENCE_S);
+        boot_clock_keep(SECOND);
         const message_t *message = receiver_oldest();
         if (message != NULL) {
             if (image_crc(message, sizeof *message) == 0) obey(message);
             receiver_drop_oldest();
         } else if (!image_store_work(&store)) {
-            if (boot_starts_by_itself(&store, PATIENCE_S)) boot_leave();
+            if (boot_starts_by_itself(&store)) boot_leave();
             cli();
             if (receiver_oldest() == NULL) boot_sleep(attempts != 0 ? SHORT_NAP : NAP);
             sei();

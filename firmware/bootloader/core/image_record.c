@@ -22,17 +22,20 @@ static void put_word(uint8_t *bytes, uint16_t word) {
 static uint16_t word_of(const uint8_t *bytes) { return (uint16_t)(bytes[0] | bytes[1] << 8); }
 
 // A word at an address below the loader.
-static uint16_t flash_word(uint16_t address) {
+static __attribute__((noinline)) uint16_t flash_word(uint16_t address) {
     const uint8_t low = boot_flash_read(address);
     return (uint16_t)(low | boot_flash_read((uint16_t)(address + 1)) << 8);
 }
 
-void image_crc_add(crc16_t *crc, uint8_t byte) { crc16_add(crc, byte); }
+__attribute__((noinline)) crc16_t image_crc_add(crc16_t crc, uint8_t byte) {
+    crc16_add(&crc, byte);
+    return crc;
+}
 
 uint16_t image_crc(const void *bytes, uint8_t count) {
     const uint8_t *byte = bytes;
     crc16_t crc = crc16_start();
-    while (count-- > 0) image_crc_add(&crc, *byte++);
+    while (count-- > 0) crc = image_crc_add(crc, *byte++);
     return crc16_value(crc);
 }
 

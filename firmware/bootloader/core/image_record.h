@@ -39,8 +39,8 @@ typedef struct {
     uint16_t record_crc;                ///< CRC-16 of what is before it
 } image_record_t;
 
-/// crc16_add(), as a function: a loader has no room for copies of it.
-void image_crc_add(crc16_t *crc, uint8_t byte);
+/// `crc` and one byte more: crc16_add(), of which a loader has no room for copies.
+crc16_t image_crc_add(crc16_t crc, uint8_t byte);
 
 /// The CRC-16 of some bytes, 0 of bytes that end with their own.
 uint16_t image_crc(const void *bytes, uint8_t count);

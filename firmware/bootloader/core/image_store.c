@@ -4,6 +4,8 @@
 
 #define LAST_FRAGMENT (BOOT_FRAGMENTS - 1)
 #define LAST_FRAGMENT_BYTES (BOOT_PAGE_BYTES - LAST_FRAGMENT * BOOT_FRAGMENT_BYTES)
+// Functions that a loader has no room for copies of.
+#define NOT_COPIED __attribute__((noinline))
 // Operations that prepare() takes, five at most, and as many again that the flash did not take.
 #define PREPARE_TRIES 10
 // Bits without a fragment in the third byte of a page.
@@ -40,8 +42,11 @@ static uint8_t offset_of(uint8_t fragment) { return (uint8_t)(fragment * BOOT_FR
 
 static uint8_t mask_of(uint8_t number) { return (uint8_t)(1 << (number & 7)); }
 
+// Where the bits of a page begin.
+static NOT_COPIED uint16_t bits_of(uint8_t page) { return (uint16_t)(page * BOOT_BITS_BYTES); }
+
 static bool is_complete(const image_store_t *store, uint8_t page) {
-    const uint8_t *bits = store->received[page];
+    const uint8_t *bits = store->received + bits_of(page);
     return (bits[0] & bits[1] & (bits[2] | UNUSED_BITS)) == 0xFF;
 }
 
@@ -53,7 +58,8 @@ static uint8_t sent_byte(const image_store_t *store, uint8_t page, uint8_t offse
 }
 
 static crc16_t add_page(const image_store_t *store, uint8_t page, crc16_t crc) {
-    for (uint8_t i = 0; i < BOOT_PAGE_BYTES; i++) image_crc_add(&crc, sent_byte(store, page, i));
+    for (uint8_t i = 0; i < BOOT_PAGE_BYTES; i++)
+        crc = image_crc_add(crc, sent_byte(store, page, i));
     return crc;
 }
 
@@ -113,9 +119,9 @@ static bool prepare(image_store_t *store) {
 
 // A page that has to come again is erased then. Page 0 is not erased alone: everything is prepared
 // anew.
-static void drop_page(image_store_t *store, uint8_t page) {
+static NOT_COPIED void drop_page(image_store_t *store, uint8_t page) {
     if (page == 0) forget(store, STORE_ANNOUNCED);
-    memset(store->received[page], 0, sizeof store->received[page]);
+    memset(store->received + bits_of(page), 0, BOOT_BITS_BYTES);
 }
 
 // Bytes that are not known yet are blank, and written when the page has its next turn. A page that
@@ -139,29 +145,24 @@ static void write_page(image_store_t *store) {
 // A page that nothing has come of holds the old program. Known bytes of one that was written in
 // part are read back.
 static void open_page(image_store_t *store, uint8_t page) {
-    const uint8_t *bits = store->received[page];
+    const uint8_t *bits = store->received + bits_of(page);
     if (page != 0 && (bits[0] | bits[1] | bits[2]) == 0) (void)make_blank(page);
     for (uint8_t i = 0; i < BOOT_PAGE_BYTES; i++) store->bytes[i] = sent_byte(store, page, i);
     store->page = page;
 }
 
-// Takes a fragment that is new.
-static void put_fragment(image_store_t *store, uint8_t page, uint8_t fragment, const uint8_t *bytes,
-                         uint8_t count) {
-    if (store->page != page) {
-        if (store->page != BOOT_NO_PAGE) write_page(store);
-        if (store->state != STORE_LOADING) return;
-        open_page(store, page);
-    }
-    memcpy(store->bytes + offset_of(fragment), bytes, count);
-    store->received[page][fragment >> 3] |= mask_of(fragment);
-    if (is_complete(store, page)) write_page(store);
+// Makes `page` the one in RAM. False if what was there before it spoils everything.
+static bool turn_to(image_store_t *store, uint8_t page) {
+    if (store->page == page) return true;
+    if (store->page != BOOT_NO_PAGE) write_page(store);
+    if (store->state != STORE_LOADING) return false;
+    open_page(store, page);
+    return true;
 }
 
 // Bytes beyond the page, in the last fragment, do not count.
-static bool differs(const image_store_t *store, uint8_t page, uint8_t fragment,
-                    const uint8_t *bytes, uint8_t count) {
-    uint8_t offset = offset_of(fragment);
+static bool differs(const image_store_t *store, uint8_t page, uint8_t offset, const uint8_t *bytes,
+                    uint8_t count) {
     while (count-- > 0)
         if (*bytes++ != sent_byte(store, page, offset++)) return true;
     return false;
@@ -171,13 +172,18 @@ void image_store_fragment(image_store_t *store, uint8_t page, uint8_t fragment,
                           const uint8_t *bytes) {
     if (store->state == STORE_EMPTY || store->state == STORE_COMPLETE) return;
     if (page >= store->image.pages || fragment > LAST_FRAGMENT) return;
+    const uint8_t offset = offset_of(fragment), mask = mask_of(fragment);
     const uint8_t count = fragment < LAST_FRAGMENT ? BOOT_FRAGMENT_BYTES : LAST_FRAGMENT_BYTES;
-    if ((store->received[page][fragment >> 3] & mask_of(fragment)) != 0) {
-        if (store->image.checked || !differs(store, page, fragment, bytes, count)) return;
+    uint8_t *bits = store->received + bits_of(page) + (fragment >> 3);
+    if ((*bits & mask) != 0) {
+        if (store->image.checked || !differs(store, page, offset, bytes, count)) return;
         forget(store, STORE_ANNOUNCED);
     }
     if (store->state == STORE_ANNOUNCED && !prepare(store)) return;
-    put_fragment(store, page, fragment, bytes, count);
+    if (!turn_to(store, page)) return;
+    memcpy(store->bytes + offset, bytes, count);
+    *bits |= mask;
+    if (is_complete(store, page)) write_page(store);
 }
 
 void image_store_check_page(image_store_t *store, uint8_t page, uint16_t crc) {
@@ -242,10 +248,17 @@ static uint8_t report_state(const image_store_t *store, bool installed) {
     }
 }
 
+// Bits from the lowest of each byte on.
 static void report_missing(const image_store_t *store, uint8_t first, uint8_t *report) {
     memset(report, 0, BOOT_REPORT_PAGES / 8);
-    for (uint8_t i = 0; i < BOOT_REPORT_PAGES && i + first < store->image.pages; i++)
-        if (!is_complete(store, (uint8_t)(first + i))) report[i >> 3] |= mask_of(i);
+    uint8_t mask = 1;
+    for (uint8_t i = 0; i < BOOT_REPORT_PAGES && first < store->image.pages; i++, first++) {
+        if (!is_complete(store, first)) *report |= mask;
+        mask = (uint8_t)(mask << 1);
+        if (mask != 0) continue;
+        mask = 1;
+        report++;
+    }
 }
 
 void image_store_report(const image_store_t *store, uint8_t first, uint8_t *report) {

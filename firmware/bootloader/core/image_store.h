@@ -25,6 +25,7 @@ extern "C" {
 
 #define BOOT_FRAGMENTS 22      ///< of a page
 #define BOOT_FRAGMENT_BYTES 6  ///< the last one has 2 bytes of the page, and 4 that do not count
+#define BOOT_BITS_BYTES 3      ///< with a bit for each fragment of a page
 #define BOOT_NO_PAGE 0xFF
 
 /// Where a replacement stands.
@@ -48,7 +49,7 @@ typedef struct {
     crc16_t crc;                        ///< of the pages before it, while checking
     uint8_t vector[BOOT_VECTOR_BYTES];  ///< the image's own, which page 0 in flash lacks
     uint8_t bytes[BOOT_PAGE_BYTES];     ///< a page that is being filled, or the next to be written
-    uint8_t received[BOOT_PAGES][3];    ///< a bit for each fragment
+    uint8_t received[BOOT_PAGES * BOOT_BITS_BYTES];  ///< a bit for each fragment
 } image_store_t;
 
 /// Nothing is announced. Does not touch the flash.

@@ -24,6 +24,8 @@ enum {
     TEC = 0x1C,
     REC = 0x1D,
     CNF3 = 0x28,
+    CNF2 = 0x29,
+    CNF1 = 0x2A,
     CANINTE = 0x2B,
     EFLG = 0x2D,
     RXB0CTRL = 0x60,
@@ -46,8 +48,8 @@ enum {
 enum { CNF1_VALUE = 0x01, CNF2_VALUE = 0x90, CNF3_VALUE = 0x02 };
 
 #define FILTER_REGISTERS 4
-#define FILTERS_OF_BUFFER_0 2
 #define FILTERS_OF_CONTROLLER 6
+#define FILTERS_IN_A_ROW 3
 #define START_UP_TRIES 200
 
 // Each instruction is one selection of the chip.
@@ -60,15 +62,13 @@ static uint8_t read_register(uint8_t address) {
     return value;
 }
 
-static void write_registers(uint8_t address, const uint8_t *values, uint8_t count) {
+static void write_register(uint8_t address, uint8_t value) {
     runtime_spi_select();
     runtime_spi_exchange(WRITE);
     runtime_spi_exchange(address);
-    for (uint8_t i = 0; i < count; i++) runtime_spi_exchange(values[i]);
+    runtime_spi_exchange(value);
     runtime_spi_release();
 }
-
-static void write_register(uint8_t address, uint8_t value) { write_registers(address, &value, 1); }
 
 // BIT MODIFY changes flags without a race: the controller may set others meanwhile.
 static void clear_bits(uint8_t address, uint8_t bits) {
@@ -96,8 +96,10 @@ static void issue(uint8_t instruction) {
 
 // 11 bits, the upper 8 in the first register; extended identifiers are not used.
 static void write_id(uint8_t address, uint16_t id) {
-    const uint8_t registers[FILTER_REGISTERS] = {(uint8_t)(id >> 3), (uint8_t)(id << 5), 0, 0};
-    write_registers(address, registers, sizeof registers);
+    write_register(address, (uint8_t)(id >> 3));
+    write_register((uint8_t)(address + 1), (uint8_t)(id << 5));
+    write_register((uint8_t)(address + 2), 0);
+    write_register((uint8_t)(address + 3), 0);
 }
 
 // A mode is entered once the bus is idle; without a controller it never is.
@@ -112,20 +114,22 @@ static bool reaches(uint8_t mode) {
 static void write_filters(const uint16_t ids[CAN_FILTERS], uint16_t mask) {
     write_id(RXM0SIDH, mask);
     write_id(RXM0SIDH + FILTER_REGISTERS, mask);
+    uint8_t address = RXF0SIDH;
     for (uint8_t i = 0; i < FILTERS_OF_CONTROLLER; i++) {
-        const uint8_t address = i < 3 ? (uint8_t)(RXF0SIDH + FILTER_REGISTERS * i)
-                                      : (uint8_t)(RXF3SIDH + FILTER_REGISTERS * (i - 3));
+        if (i == FILTERS_IN_A_ROW) address = RXF3SIDH;
         write_id(address, ids[i < CAN_FILTERS ? i : CAN_FILTERS - 1]);
+        address = (uint8_t)(address + FILTER_REGISTERS);
     }
 }
 
 bool runtime_can_controller_init(const uint16_t ids[CAN_FILTERS], uint16_t mask) {
-    static const uint8_t bit_timing[] = {CNF3_VALUE, CNF2_VALUE, CNF1_VALUE,
-                                         INTERRUPT_ON_RECEPTION};
     runtime_spi_init();
     issue(RESET);
     if (!reaches(MODE_CONFIGURATION)) return false;
-    write_registers(CNF3, bit_timing, sizeof bit_timing);
+    write_register(CNF3, CNF3_VALUE);
+    write_register(CNF2, CNF2_VALUE);
+    write_register(CNF1, CNF1_VALUE);
+    write_register(CANINTE, INTERRUPT_ON_RECEPTION);
     write_filters(ids, mask);
     write_register(RXB0CTRL, ROLL_OVER);
     write_register(CANCTRL, MODE_NORMAL);

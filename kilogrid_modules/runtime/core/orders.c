@@ -10,6 +10,8 @@
 
 // One frame each.
 #define HEALTH_PARTS 2
+// A bound that was never written.
+#define NO_BOUND 0xFF
 
 void orders_init(orders_t *orders) {
     memset(orders, 0, sizeof *orders);
@@ -67,7 +69,9 @@ bool orders_leaves_boot_loader(uint8_t type) {
 // BOOT begins a lap of pages by the first cell.
 bool orders_forward(orders_t *orders, uint8_t x, uint8_t y, const calibration_area_t *area) {
     const uint8_t type = orders->transfer.ir.type;
-    const bool outside = x < area->x_min || x > area->x_max || y < area->y_min || y > area->y_max;
+    // An erased upper bound is above every place as it is.
+    const bool outside = (area->x_min != NO_BOUND && x < area->x_min) || x > area->x_max ||
+                         (area->y_min != NO_BOUND && y < area->y_min) || y > area->y_max;
     if (type == CALIB && area->restricted == 1 && outside) return false;
     if (type == BOOT) orders->page_cell = orders->page_received = 0;
     (void)enter_by_order(orders, STATE_SETUP_KILOBOTS);

@@ -72,7 +72,7 @@ typedef struct {
 /// Calibration area: where CALIB is forwarded, as it lies in the EEPROM from
 /// EEPROM_CALIB_RESTRICTED on. Robots elsewhere keep their motor values.
 typedef struct {
-    uint8_t restricted;  ///< 1: only within the bounds
+    uint8_t restricted;  ///< 1: only within the bounds that are not erased (0xFF)
     uint8_t x_min, x_max, y_min, y_max;
 } calibration_area_t;
 

@@ -6,54 +6,10 @@ namespace kilotwin {
 
 namespace {
 
-constexpr size_t APPLICATION_BYTES = 220 * 128, RECORD = 0x6F80;
 // Time between two looks at the robot: less than an erase or a write takes.
 constexpr Cycles LOOK = 2 * MS;
 
-void put_word(uint8_t *bytes, uint16_t word) {
-    bytes[0] = static_cast<uint8_t>(word);
-    bytes[1] = static_cast<uint8_t>(word >> 8);
-}
-
 }  // namespace
-
-uint16_t plain_crc(const uint8_t *bytes, size_t count) {
-    uint16_t crc = 0xFFFF;
-    while (count-- > 0) {
-        crc ^= *bytes++;
-        for (int bit = 0; bit < 8; bit++)
-            crc = static_cast<uint16_t>(crc & 1 ? crc >> 1 ^ 0x8408 : crc >> 1);
-    }
-    return crc;
-}
-
-Image::Image(const std::string &program) {
-    const auto file = FlashImage::load(program);
-    const size_t size = (file->end() + 127) / 128 * 128;
-    bytes.assign(file->bytes().begin(), file->bytes().begin() + static_cast<ptrdiff_t>(size));
-}
-
-uint16_t Image::crc() const { return plain_crc(bytes.data(), bytes.size()); }
-uint16_t Image::page_crc(uint8_t page) const { return plain_crc(&bytes[page * size_t{128}], 128); }
-
-Flash flash_of(const std::string &program) {
-    return FlashImage::load_together({program, LOADER})->bytes();
-}
-
-Flash flash_with_record(const Image &image) {
-    Flash flash = FlashImage::load(LOADER)->bytes();
-    std::copy(image.bytes.begin(), image.bytes.end(), flash.begin());
-    put_word(&flash[0], 0x940C);
-    put_word(&flash[2], 0x7004 / 2);
-    put_word(&flash[RECORD], 0xC03F);
-    flash[RECORD + 2] = image.pages();
-    flash[RECORD + 3] = 1;
-    put_word(&flash[RECORD + 4], image.crc());
-    std::copy(image.id.begin(), image.id.end(), &flash[RECORD + 6]);
-    std::copy_n(image.bytes.begin(), 4, &flash[RECORD + 10]);
-    put_word(&flash[RECORD + 14], plain_crc(&flash[RECORD], 14));
-    return flash;
-}
 
 FlashedRobot::FlashedRobot(const Flash &flash) : bench(FlashImage::of(flash, "robot"), UID) {}
 
@@ -121,14 +77,6 @@ uint8_t FlashedRobot::color_after_run() {
     send(make_message(RUN), BACK_TO_BACK);
     run_ms(30);
     return bench.board.color();
-}
-
-bool FlashedRobot::has(const Image &image) const {
-    for (size_t i = 4; i < APPLICATION_BYTES; i++)
-        if (bench.board.flash(static_cast<uint16_t>(i)) !=
-            (i < image.bytes.size() ? image.bytes[i] : 0xFF))
-            return false;
-    return true;
 }
 
 }  // namespace kilotwin

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "../kilolib/bench.h"
+#include "image.h"
 
 namespace kilotwin {
 
@@ -15,27 +16,6 @@ constexpr uint16_t UID = 0x1234;
 constexpr Cycles FRAME = 130 * SLOT, BACK_TO_BACK = FRAME + 2 * SLOT;
 /// From packet to packet of KiloGUI, and from frame to frame of a repeated message.
 constexpr Cycles PACKET = 130 * MS, REPEAT = 10'400 * MS / 1000;
-
-using Flash = std::array<uint8_t, FlashImage::BYTES>;
-
-/// An image as it is sent: whole pages.
-struct Image {
-    explicit Image(const std::string &program);
-    uint8_t pages() const { return static_cast<uint8_t>(bytes.size() / 128); }
-    uint16_t crc() const;
-    uint16_t page_crc(uint8_t page) const;
-
-    std::vector<uint8_t> bytes;
-    std::array<uint8_t, 4> id{0x11, 0x22, 0x33, 0x44};
-};
-
-/// Flash as avrdude alone leaves it, with the loader.
-Flash flash_of(const std::string &program);
-/// Flash as the loader leaves it, or an ISP programmer with kilotwin's help.
-Flash flash_with_record(const Image &image);
-
-/// CRC-16 of some bytes, bit by bit.
-uint16_t plain_crc(const uint8_t *bytes, size_t count);
 
 /// A robot with `flash`, and light that is sent to it. Every frame may be lost on its way.
 class FlashedRobot {
@@ -56,7 +36,7 @@ class FlashedRobot {
     bool in_loader();
     /// Sends RUN and returns the LED's colour then.
     uint8_t color_after_run();
-    bool has(const Image &image) const;
+    bool has(const Image &image) const { return image.is_in(bench.board.flash_content()); }
 
     Bench bench;
     std::function<bool()> is_lost = [] { return false; };

@@ -135,6 +135,25 @@ TEST(calibration_is_forwarded_within_its_area_only) {
         }
 }
 
+TEST(bounds_that_were_never_written_do_not_restrict_calibration) {
+    enum { CALIB = 0x8A };
+    // The published boot loader writes the first byte alone, as its mark of a valid program.
+    static const calibration_area_t AREAS[] = {{1, 0xFF, 0xFF, 0xFF, 0xFF},
+                                               {1, 2, 0xFF, 0xFF, 0xFF},
+                                               {1, 0xFF, 4, 0xFF, 0xFF},
+                                               {1, 0xFF, 0xFF, 5, 0xFF},
+                                               {1, 0xFF, 0xFF, 0xFF, 7}};
+    for (uint8_t x = 0; x < 10; x++)
+        for (uint8_t y = 0; y < 10; y++) {
+            const bool inside[] = {true, x >= 2, x <= 4, y >= 5, y <= 7};
+            for (uint8_t i = 0; i < 5; i++) {
+                orders_t orders = fresh_orders();
+                assert_int_equal(give_message(&orders, CALIB), ORDER_FORWARD);
+                assert_int_equal(orders_forward(&orders, x, y, &AREAS[i]), inside[i]);
+            }
+        }
+}
+
 TEST(a_page_waits_for_its_chunks_then_goes_out) {
     orders_t orders = fresh_orders();
     assert_int_equal(give(&orders, KILO_PAGES, 0, 2), ORDER_DONE);
@@ -295,6 +314,7 @@ int main(void) {
         cmocka_unit_test(robots_are_started_once_until_the_state_was_another_one),
         cmocka_unit_test(a_message_for_robots_is_repeated_until_stop_forgets_it),
         cmocka_unit_test(calibration_is_forwarded_within_its_area_only),
+        cmocka_unit_test(bounds_that_were_never_written_do_not_restrict_calibration),
         cmocka_unit_test(a_page_waits_for_its_chunks_then_goes_out),
         cmocka_unit_test(boot_begins_the_laps_of_pages_anew),
         cmocka_unit_test(an_announcement_behind_some_pages_ends_their_lap),
