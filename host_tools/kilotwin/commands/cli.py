@@ -32,6 +32,7 @@ COMMANDS = {
     "idle.",
     "flash": "Writes programs into robots and modules and reads back that they are there.",
     "robots": "Gives orders to all robots by infrared light, and asks them how they are.",
+    "calibrate": "Sets robots' duties and uids, in their EEPROM and in the lab's file.",
     "serve": "Emulates a device on a serial port, for other programs, until Ctrl-C.",
     "grid": "Talks to the modules of a Kilogrid, and through them to its robots.",
 }

@@ -11,6 +11,7 @@ Times are those of the link's clock.
 """
 
 import heapq
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -22,21 +23,26 @@ from kilotwin.links.robot_link import VITALS, RobotLink, RobotState, slot_of
 from kilotwin.units import TICK_S
 
 CELL_M = 0.05
-ROUNDS = 3
+ROUNDS = 6
+"""At most: a robot that is known well enough stands still in those that follow."""
 DRIVE_S = 150.0
 """How long all drive in a round, once the last has begun."""
 
 # Cells repeat a message every 0.52 s, so that one lost frame does no harm.
 _HOLD_S = 0.8
-# Answers spread over 2^5 ticks, 1 s: of 50 robots a cell hears hardly two.
-_SLOTS_LOG2 = 5
+# Answers spread over 2^3 ticks, 0.26 s: a cell hears hardly two robots.
+_SLOTS_LOG2 = 3
 _ORDERS_BETWEEN_LOOKS = 2
 # Half a turn at 45 degrees a second.
 _TURN_S = 4.0
 # A bend of a radius of some 13 cm.
 _BEND_RAD_S = 0.1
 # So that nearly all have been heard.
-_LOOKS_AFTER_SAVING = 8
+_LOOKS_AFTER_SAVING = 12
+# Of a robot that does not say that it saved: some are hardly heard for two minutes.
+_ATTEMPTS_TO_SAVE = 20
+# A bend is known well enough: motor noise alone turns a robot by 60 degrees in a metre.
+_KNOWN_RAD_M = math.radians(60)
 # After which a robot that was turned back has left the rim.
 _LEAVES_S = 12.0
 # An order is repeated to a robot that stays in one cell for so long: it may have missed it.
@@ -86,6 +92,10 @@ class Robot:
     turned_at_s: float = float("-inf")
     told_at_s: float = float("-inf")
 
+    def bend_sd(self) -> float:
+        """How well is known how far it turns in a metre with its best duties: rad/m."""
+        return self.wheels.turn_sd(self.straight) / self.wheels.speed_m_s(self.straight)
+
 
 @dataclass(frozen=True)
 class Seen:
@@ -113,6 +123,7 @@ class MotorRounds:
         self._table = table
         self._progress = progress
         self._nonce = 0
+        self._driving: dict[int, Robot] = {}
         self._starts: list[int] = []
         self._orders: list[tuple[float, int, CalibMode]] = []
         self.robots = {
@@ -123,20 +134,25 @@ class MotorRounds:
     def run(self, rounds: int = ROUNDS, drive_s: float = DRIVE_S) -> None:
         """All rounds; then every robot that was measured has its new duties in its EEPROM."""
         for number in range(1, rounds + 1):
-            for robot in self.robots.values():
+            self._driving = {
+                uid: robot for uid, robot in self.robots.items() if robot.bend_sd() > _KNOWN_RAD_M
+            }
+            if not self._driving:
+                break
+            for robot in self._driving.values():
                 # Half of them the other way, so that they spread over the table.
                 bend_rad_s = _BEND_RAD_S * (-1) ** (number + robot.uid)
                 speed_m_s = robot.wheels.speed_m_s(robot.straight)
                 robot.trial = robot.wheels.duties(speed_m_s, bend_rad_s)
             self._drive(f"round {number} of {rounds}", drive_s)
             self._stop()
-            for robot in self.robots.values():
+            for robot in self._driving.values():
                 judge(robot)
         self._save()
 
     def _drive(self, text: str, drive_s: float) -> None:
-        self._starts, self._orders = list(self.robots), []
-        for robot in self.robots.values():
+        self._starts, self._orders = list(self._driving), []
+        for robot in self._driving.values():
             robot.legs, robot.drives = [], False
         while self._starts:
             for uid in self._starts[:_ORDERS_BETWEEN_LOOKS]:
@@ -144,7 +160,7 @@ class MotorRounds:
             del self._starts[:_ORDERS_BETWEEN_LOOKS]
             self._next_order()
             self._look()
-            self._progress(f"{text}: they start", 1 - len(self._starts) / len(self.robots))
+            self._progress(f"{text}: they start", 1 - len(self._starts) / len(self._driving))
         begun_s = self._clock.now_s()
         while (passed := self._clock.now_s() - begun_s) < drive_s:
             self._progress(f"{text}: they drive", passed / drive_s)
@@ -173,7 +189,7 @@ class MotorRounds:
 
     def _refresh(self) -> None:
         """A robot that stays in one cell may have missed its order; the same again does no harm."""
-        for robot in self.robots.values():
+        for robot in self._driving.values():
             quiet_s = self._clock.now_s() - robot.told_at_s
             if robot.drives and quiet_s > _REFRESH_S and _stays(robot.legs[-1], _REFRESH_S):
                 robot.told_at_s = self._clock.now_s()
@@ -181,7 +197,7 @@ class MotorRounds:
 
     def _look(self) -> None:
         for seen in self._ask():
-            robot = self.robots.get(seen.uid)
+            robot = self._driving.get(seen.uid)
             if robot is None:
                 continue
             if not self._table.is_rim(seen.point.x_m, seen.point.y_m):
@@ -216,7 +232,7 @@ class MotorRounds:
     def _save(self) -> None:
         """A robot that has saved is idle, which it says."""
         measured = [robot for robot in self.robots.values() if robot.measured]
-        for attempt in range(1, 4):
+        for attempt in range(1, _ATTEMPTS_TO_SAVE + 1):
             left = [robot for robot in measured if not robot.saved]
             for number, robot in enumerate(left):
                 self._progress(f"saving, attempt {attempt}", number / len(left))

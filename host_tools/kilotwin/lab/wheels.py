@@ -18,15 +18,15 @@ from kilotwin.lab.arcs import Drift
 LEG_M = 0.0125
 """From a robot's middle line to a rear leg, about which its other motor turns it."""
 SPEED_M_S = 0.0135
-DUTY = 70
+DUTY = 65
 """A usual robot: this speed at this duty of both motors (hardware.md 2)."""
-MOST_DUTY = 90
-"""Motors wear at more (hardware.md 2)."""
+MOST_DUTY = 80
+"""Motors must stay below 90 (hardware.md 2), and are less proportional near it."""
 LEAST_DUTY = 20
 
 _SPREAD = 0.25
 # Of a strength from one measurement to the next: motors are not proportional.
-_FORGETTING = 0.015
+_FORGETTING = 0.008
 # Duties are whole numbers: so far from the exact ones a better pair may lie.
 _REACH = 4
 # How much a change of speed counts against the same share of straightness.

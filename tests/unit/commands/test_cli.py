@@ -26,6 +26,7 @@ GROUPS = {
     "robots": [
         *("run", "pause", "reset", "sleep", "wakeup", "charge", "voltage", "uid", "send", "watch")
     ],
+    "calibrate": ["motors", "uid"],
     "serve": ["programmer"],
 }
 

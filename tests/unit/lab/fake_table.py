@@ -19,7 +19,7 @@ RADIUS_M = 0.0165
 
 
 class FakeTable:
-    """A RobotLink and its Clock; the robots have the uids 1, 2, 3 ..."""
+    """A RobotLink and its Clock; the robots begin with the uids 1, 2, 3 ..."""
 
     name = "fake"
     verifies = True
@@ -34,6 +34,7 @@ class FakeTable:
         self.noise = noise
         self.hears = 0.4
         self.deaf: set[int] = set()
+        self.uids = list(range(1, robots + 1))
         self.now = 0.0
         self.at = self.rng.uniform(0.08, 1, (robots, 2)) * (self.size - 0.16) + 0.04
         self.heading = self.rng.uniform(0, 2 * np.pi, robots)
@@ -77,16 +78,21 @@ class FakeTable:
             self.now += STEP_S
 
     def repeat(self, message: bytes, hold_s: float) -> None:
+        if message[9] == 0x85:  # WAKEUP
+            self.state[:], self.motors[:] = RobotState.IDLE, 0
+            self.sleep(hold_s)
+            return
         assert message[9] == 0x8A
         mode, duties = message[0], np.frombuffer(message[3:7], np.uint8)
         for index in range(len(self.at)):
             only = message[7:9] == CALIB_MARK
             uid = int.from_bytes(message[1:3], "little")
-            if index + 1 in self.deaf or (only and uid != index + 1):
+            if index + 1 in self.deaf or (only and uid != self.uids[index]):
                 continue
             if mode == 0:
                 if self.state[index] == RobotState.MOVING:
                     self.saved[index] = duties
+                    self.uids[index] = uid
                     self.state[index], self.motors[index] = RobotState.IDLE, 0
                 continue
             self.state[index] = RobotState.MOVING
@@ -112,7 +118,7 @@ class FakeTable:
             column, row = (int(part) for part in self.at[index] // CELL_M)
             answers.append(
                 Report(
-                    index + 1,
+                    self.uids[index],
                     first,
                     bytes(4),
                     16 + self.state[index],

@@ -1,0 +1,315 @@
+"""`kilotwin calibrate motors`: duties by themselves on a grid, by hand, or as they are named."""
+
+import json
+import math
+import re
+import sys
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from kilotwin.commands import keyboard, steps
+from kilotwin.commands.flash_robots import Uids, parse_uids
+from kilotwin.commands.options import Buses, Json, Quiet, Size
+from kilotwin.commands.robots_via import link_to_robots
+from kilotwin.errors import EXIT_ROBOTS_FAILED, DeviceError, InputError
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.lab_file import LAST_UID, Lab
+from kilotwin.experiment.overhead import DUTIES
+from kilotwin.experiment.profile_defaults import PROFILES
+from kilotwin.grid.clock import WallClock
+from kilotwin.grid.console import named_grid
+from kilotwin.lab import by_hand, lab_store, motor_rounds
+from kilotwin.lab.emulated import EmulatedTable, true_bends
+from kilotwin.lab.lab_store import Entry
+from kilotwin.lab.motor_rounds import MotorRounds, Robot, Table
+from kilotwin.links.robot_link import ALL_ROBOTS, RobotLink, RobotState
+from kilotwin.links.roll_call import RollCall
+from kilotwin.links.via import forms
+
+EXAMPLES = (
+    "Examples:\n\n"
+    "  kilotwin calibrate motors --via grid --can socketcan:can0 --size 10x20\n\n"
+    "  kilotwin calibrate motors --via ohc:/dev/ttyUSB0 --uids 12\n\n"
+    "  kilotwin calibrate motors --via ohc:/dev/ttyUSB0 --set 12:turn_left=65\n\n"
+    "  kilotwin calibrate motors --via emulated:experiments/calibration/fifty-robots.toml"
+)
+_EMULATED = "emulated:"
+_QUIET_QUESTIONS = 6
+_SET = re.compile(r"(\d+):(\w+)=(\d+)")
+
+LabFile = Annotated[
+    Path, typer.Option("--lab", envvar="KILOTWIN_LAB", help="The lab's file; made if not there.")
+]
+MotorsVia = Annotated[
+    str,
+    typer.Option(
+        "--via",
+        metavar="KIND[:PORT]",
+        envvar="KILOTWIN_ROBOTS_VIA",
+        help=f"How robots are reached: {forms()}, or emulated:EXPERIMENT for the robots of its "
+        "emulated grid. A grid has --can, and --size.",
+    ),
+]
+SetDuties = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="UID:DUTY=VALUE",
+        envvar="KILOTWIN_SET_DUTIES",
+        help=f"Save this duty, 0 to 255, without a trial: {', '.join(DUTIES)}. Repeatable.",
+    ),
+]
+Rounds = Annotated[
+    int,
+    typer.Option(min=1, max=20, envvar="KILOTWIN_ROUNDS", help="On a grid: how often all drive."),
+]
+DriveS = Annotated[
+    float,
+    typer.Option(
+        min=30, max=3600, envvar="KILOTWIN_DRIVE_S", help="On a grid: for how long in each round."
+    ),
+]
+
+
+def usual_duties() -> dict[str, int]:
+    """Those of a robot that nobody has measured."""
+    return {key: getattr(PROFILES["kilobot"], key) for key in DUTIES}
+
+
+def motors(
+    *,
+    via: MotorsVia,
+    buses: Buses = None,
+    size: Size = None,
+    uids: Uids = None,
+    lab: LabFile = Path("lab.toml"),
+    set_duties: SetDuties = None,
+    rounds: Rounds = motor_rounds.ROUNDS,
+    drive_s: DriveS = motor_rounds.DRIVE_S,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Set the duties of robots' motors, in their EEPROM and in the lab's file. 4 if some failed.
+
+    On a grid of ours all robots are calibrated at once, until they go straight. Elsewhere it is one
+    robot by hand, by keys, or what --set says.
+    """
+    known = lab_store.lab_of(lab)
+    expected = parse_uids(uids) if uids is not None else frozenset[int]()
+    display = steps.display(quiet)
+    try:
+        if via.startswith(_EMULATED):
+            file = Path(via.removeprefix(_EMULATED))
+            result = _emulated(file, lab, rounds, drive_s, display)
+        else:
+            wanted = parse_sets(set_duties or [], known)
+            with link_to_robots(via, buses, size) as link:
+                if wanted:
+                    result = _set(link, lab, wanted, via)
+                elif link.verifies:
+                    layout, _ = named_grid(buses or (), size)
+                    table = Table(layout.columns, layout.rows)
+                    duties = _duties(expected or _all(link, display), known)
+                    work = MotorRounds(link, WallClock(), table, duties, _shown(display))
+                    work.run(rounds, drive_s)
+                    result = _of_grid(work, lab, via)
+                else:
+                    result = _guided(link, lab, known, expected, via)
+    finally:
+        display.stop()
+    typer.echo(json.dumps(result) if as_json else text(result))
+    if result["failed"]:
+        raise typer.Exit(EXIT_ROBOTS_FAILED)
+
+
+def parse_sets(texts: Sequence[str], known: Lab) -> dict[int, dict[str, int]]:
+    """All four duties of each robot that --set names; those that it leaves out are the lab's."""
+    wanted: dict[int, dict[str, int]] = {}
+    for written in texts:
+        found = _SET.fullmatch(written)
+        if not found or found[2] not in DUTIES:
+            raise InputError(
+                f"--set {written}: not of the form 12:turn_left=65; duties are {', '.join(DUTIES)}"
+            )
+        uid, duty = int(found[1]), int(found[3])
+        if uid > LAST_UID or duty > 255:
+            raise InputError(f"--set {written}: uids are 0 to {LAST_UID}, duties 0 to 255")
+        usual = lab_store.duties_of(known.robots.get(uid), usual_duties())
+        wanted.setdefault(uid, usual)[found[2]] = duty
+    return wanted
+
+
+def _all(link: RobotLink, display: steps.Lines | steps.Bar) -> Iterable[int]:
+    """The robots that answer and have a uid of their own."""
+    display.step("asking who is there")
+    roll = RollCall(link)
+    roll.ask_until(_QUIET_QUESTIONS)
+    found = roll.robots.keys() - {ALL_ROBOTS}
+    if not found:
+        raise DeviceError(
+            "no robot answers; robots need Kilotwin's runtime, and modules Kilotwin's firmware: "
+            "`kilotwin robots voltage` shows who answers"
+        )
+    return found
+
+
+def _duties(uids: Iterable[int], known: Lab) -> dict[int, list[int]]:
+    """The four duties with which each robot comes, as far as the lab knows."""
+    return {
+        uid: list(lab_store.duties_of(known.robots.get(uid), usual_duties()).values())
+        for uid in sorted(uids)
+    }
+
+
+def _shown(display: steps.Lines | steps.Bar) -> Callable[[str, float], None]:
+    """Progress as steps: a new one where the text changes."""
+    last = [""]
+
+    def show(what: str, share: float) -> None:
+        if what != last[0]:
+            last[0] = what
+            display.step(what)
+        display.part(share)
+
+    return show
+
+
+def _set(
+    link: RobotLink, lab: Path, wanted: Mapping[int, Mapping[str, int]], via: str
+) -> dict[str, Any]:
+    for uid, duties in wanted.items():
+        by_hand.save(link, uid, list(duties.values()))
+    answers = by_hand.heard(link, wanted) if link.verifies else {}
+    saved = {
+        uid
+        for uid in wanted
+        if not link.verifies or (uid in answers and answers[uid].robot_state == RobotState.IDLE)
+    }
+    entries = [Entry(uid, wanted[uid], "motors", f"as named, {via}") for uid in sorted(saved)]
+    if entries:
+        lab_store.store(lab, entries, datetime.now())
+    told = "saved" if link.verifies else "sent, not verifiable"
+    robots = [
+        {"uid": uid, **duties, "result": told if uid in saved else "not saved"}
+        for uid, duties in wanted.items()
+    ]
+    return {"lab": str(lab), "robots": robots, "failed": sorted(set(wanted) - saved)}
+
+
+def _of_grid(work: MotorRounds, lab: Path, via: str) -> dict[str, Any]:
+    robots = list(work.robots.values())
+    how = f"by itself, {via}"
+    entries = [
+        Entry(robot.uid, dict(zip(DUTIES[2:], robot.straight, strict=True)), "motors", how)
+        for robot in robots
+        if robot.saved
+    ]
+    if entries:
+        lab_store.store(lab, entries, datetime.now())
+    return {
+        "lab": str(lab),
+        "robots": [_as_dict(robot) for robot in robots],
+        "failed": [robot.uid for robot in robots if not robot.saved],
+    }
+
+
+def _as_dict(robot: Robot) -> dict[str, Any]:
+    before = robot.wheels.turn_rad_s(robot.before) / robot.wheels.speed_m_s(robot.before)
+    seen = "saved" if robot.saved else "not saved" if robot.measured else "not seen often enough"
+    return {
+        "uid": robot.uid,
+        **dict(zip(DUTIES, (*robot.turns, *robot.straight), strict=True)),
+        "rounds": robot.measured,
+        "bend_before_deg_m": round(math.degrees(before)),
+        "bend_sd_deg_m": round(math.degrees(robot.bend_sd())),
+        "result": seen,
+    }
+
+
+def _emulated(
+    file: Path, lab: Path, rounds: int, drive_s: float, display: steps.Lines | steps.Bar
+) -> dict[str, Any]:
+    """With what the robots truly do, before and after: each alone on a wide floor."""
+    experiment = Experiment.load(file)
+    uids = [experiment.uid_of(index) for index in range(experiment.size)]
+    known = Lab("", dict(experiment.lab))
+    emulated = EmulatedTable(experiment)
+    try:
+        work = MotorRounds(
+            emulated.link, emulated.clock, emulated.table, _duties(uids, known), _shown(display)
+        )
+        work.run(rounds, drive_s)
+        took_s = emulated.clock.now_s()
+    finally:
+        emulated.close()
+    display.step("measuring what robots truly do")
+    result = _of_grid(work, lab, f"{_EMULATED}{file}")
+    before = np.abs(true_bends(experiment, _duties(uids, known)))
+    saved = {
+        uid: (*robot.turns, *(robot.straight if robot.saved else robot.before))
+        for uid, robot in work.robots.items()
+    }
+    after = np.abs(true_bends(experiment, saved))
+    result["true_bend_deg_m"] = {
+        "before": {"median": float(np.median(before)), "p90": float(np.percentile(before, 90))},
+        "after": {"median": float(np.median(after)), "p90": float(np.percentile(after, 90))},
+    }
+    result["simulated_s"] = round(took_s)
+    return result
+
+
+def _guided(
+    link: RobotLink, lab: Path, known: Lab, expected: frozenset[int], via: str
+) -> dict[str, Any]:
+    """One robot by keys."""
+    if len(expected) != 1:
+        raise InputError("--uids: by hand it is one robot at a time; name it, as in --uids 12")
+    if not sys.stdin.isatty():
+        raise InputError("--set: this is no terminal; say what to save, as in 12:turn_left=65")
+    (uid,) = expected
+    first = _duties(expected, known)[uid]
+    dialog = by_hand.ByHand(link, uid, (first[0], first[1], first[2], first[3]))
+    typer.echo(by_hand.HELP, err=True)
+    saved: dict[str, int] | None = None
+    with keyboard.keys() as keys:
+        while not dialog.over:
+            typer.echo(f"\r{dialog.line()}\x1b[K", err=True, nl=False)
+            dialog.press(next(keys, "x"))
+            if dialog.saved and dialog.duties != saved:
+                saved = dialog.duties
+                lab_store.store(
+                    lab, [Entry(uid, saved, "motors", f"by hand, {via}")], datetime.now()
+                )
+    typer.echo("", err=True)
+    told = "not saved" if saved is None else "saved, not verifiable"
+    robot = {"uid": uid, **(saved or dialog.duties), "result": told}
+    return {"lab": str(lab), "robots": [robot], "failed": [] if saved else [uid]}
+
+
+def text(result: Mapping[str, Any]) -> str:
+    """A table for people, and what emulated robots truly do."""
+    lines = []
+    for robot in result["robots"]:
+        duties = " ".join(f"{robot[key]:>4}" for key in DUTIES)
+        bend = ""
+        if "rounds" in robot:
+            bend = (
+                f"  bent {robot['bend_before_deg_m']:>5} deg/m, known "
+                f"to +- {robot['bend_sd_deg_m']:>3}"
+            )
+        lines.append(f"robot {robot['uid']:>5}: {duties}{bend}  {robot['result']}")
+    if "true_bend_deg_m" in result:
+        for when, of in result["true_bend_deg_m"].items():
+            what = f"true bend {when}: median {of['median']:.0f} deg/m, nine in ten below"
+            lines.append(f"{what} {of['p90']:.0f}")
+        lines.append(f"it took {result['simulated_s']:,} simulated seconds")
+    done = len(result["robots"]) - len(result["failed"])
+    lines.append(f"{done} of {len(result['robots'])} robots are in {result['lab']}")
+    if result["failed"]:
+        lines.append(f"failed: {', '.join(map(str, result['failed']))}")
+    return "\n".join(lines)

@@ -1,0 +1,109 @@
+"""Robots of an experiment's emulated table, calibrated in simulated time, and what that did.
+
+The table is the experiment's, its modules idle. Robots are reached through its modules, as on a
+real table. What they truly do is measured elsewhere: each alone on a wide floor.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kilotwin import _emulator
+from kilotwin.build.group import build_group
+from kilotwin.errors import InputError
+from kilotwin.experiment.engine_spec import engine_spec
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.overhead import CalibMode, calib
+from kilotwin.grid.clock import SimulatedClock
+from kilotwin.grid.emulated_links import EmulatedLinks
+from kilotwin.lab.motor_rounds import Table
+from kilotwin.links.grid_robots import GridRobots
+from kilotwin.runs.world import World
+
+# World samples nothing by itself.
+_NEVER_TICKS = 2**31 - 1
+_WAY_M = 1.0
+_LONGEST_S = 600.0
+_LOOK_S = 1.0
+# No robot gets so far from its begin.
+_APART_M = 2.5
+
+
+class EmulatedTable:
+    """The engine with an experiment's robots and modules, and the way to the robots."""
+
+    def __init__(self, experiment: Experiment) -> None:
+        """InputError for an experiment without a grid."""
+        if experiment.plan is None or experiment.modules is None:
+            what = "there is no grid, by which robots are seen; add [grid] with columns and rows"
+            raise InputError(f"{experiment.origin.source}: {what}")
+        layout = experiment.plan.layout
+        guests = [str(build_group(group).file) for group in experiment.groups]
+        self._engine = _emulator.Simulation(
+            engine_spec(
+                experiment,
+                guests,
+                sample_ticks=_NEVER_TICKS,
+                black_box=None,
+                module_guest=str(build_group(experiment.modules).file),
+            )
+        )
+        self.clock = SimulatedClock(self._engine, experiment.keys.engine.step_ticks)
+        self.link = GridRobots(layout, EmulatedLinks(self._engine, layout.buses), self.clock)
+        self.table = Table(layout.columns, layout.rows)
+
+    def close(self) -> None:
+        """Frees the robots' memory."""
+        self.link.close()
+        del self._engine
+
+
+def true_bends(experiment: Experiment, duties: Mapping[int, Sequence[int]]) -> NDArray[np.float64]:
+    """How far each robot's heading turns while it drives its first metre straight on: deg/m.
+
+    By index; positive is counter-clockwise. `duties` by uid, the four of CALIB. Each robot is alone
+    on a wide floor, with the motors and the motor noise that the experiment's seed gives it. NaN
+    for one that takes more than 600 s.
+    """
+    size = experiment.size
+    across = math.ceil(math.sqrt(size))
+    begins = [
+        [(i % across - (across - 1) / 2) * _APART_M, (i // across - (across - 1) / 2) * _APART_M, 0]
+        for i in range(size)
+    ]
+    keys = experiment.keys
+    with World(
+        program="firmware/blank.c",
+        poses=begins,
+        arena=(across * _APART_M, across * _APART_M),
+        profile=keys.swarm.profile,
+        motion={} if keys.motion is None else keys.motion.model_dump(),
+        seed=keys.seed,
+        command=[],
+    ) as world:
+        world.run(1)
+        for index in range(size):
+            _tell(world, index, "straight", duties[experiment.uid_of(index)])
+        return _bends(world)
+
+
+def _tell(world: World, index: int, mode: CalibMode, duties: Sequence[int]) -> None:
+    message = calib(mode, index + 1, duties, only=True)
+    world.send(message[:9], message[9])
+
+
+def _bends(world: World) -> NDArray[np.float64]:
+    poses = world.poses.astype(np.float64)
+    turned, way = np.zeros(len(poses)), np.zeros(len(poses))
+    bends = np.full(len(poses), np.nan)
+    while np.isnan(bends).any() and world.time_s < _LONGEST_S:
+        world.run(_LOOK_S)
+        now = world.poses.astype(np.float64)
+        turned += (now[:, 2] - poses[:, 2] + np.pi) % (2 * np.pi) - np.pi
+        way += np.hypot(*(now[:, :2] - poses[:, :2]).T)
+        poses = now
+        arrived = np.isnan(bends) & (way >= _WAY_M)
+        bends[arrived] = np.degrees(turned[arrived] / way[arrived])
+    return bends
