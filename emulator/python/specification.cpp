@@ -185,8 +185,8 @@ std::vector<SimulationDef::Group> groups_of(const nb::list &from) {
     return groups;
 }
 
-// A table of a lab's robot: 14 readings, the nearest first. That they fall the host has checked; one
-// that does not would do no harm.
+// A table of a lab's robot: 14 readings, the nearest first. That they fall the host has checked;
+// one that does not would do no harm.
 void read_gains(const nb::handle from, uint16_t (&table)[GAIN_ENTRIES]) {
     const auto readings = nb::cast<std::vector<uint16_t>>(from);
     if (readings.size() != GAIN_ENTRIES ||
@@ -195,8 +195,8 @@ void read_gains(const nb::handle from, uint16_t (&table)[GAIN_ENTRIES]) {
     std::copy(readings.begin(), readings.end(), table);
 }
 
-// The list `lab`, by index; empty without a lab. `low_gain` and `high_gain` of a robot are both None
-// or both lists: without them its readings are made up, as those of other robots are.
+// The list `lab`, by index; empty without a lab. `low_gain` and `high_gain` of a robot are both
+// None or both lists: without them its readings are made up, as those of other robots are.
 std::vector<SimulationDef::LabRobot> lab_of(const nb::list &from) {
     std::vector<SimulationDef::LabRobot> lab;
     for (nb::handle item : from) {

@@ -40,8 +40,8 @@ typedef enum {
 void kilolib_calibration_load(void);
 
 /// Writes uid and duties from the data of a CALIB message into the EEPROM, and loads them. A power
-/// cut at any moment leaves all old or all new values: a record of them with CRC and sequence number
-/// comes first, in turn in one of two places (eeprom_map.h), then a mark that it is pending, the
+/// cut at any moment leaves all old or all new values: a record of them with CRC and a number comes
+/// first, in turn in one of two places (eeprom_map.h), then a mark that it is pending, the
 /// original's places, and the mark that it is done. A record that is done changes nothing: what
 /// other programs write into the original's places holds. On the chip it takes up to 65 ms: 3.4 ms
 /// for each byte that differs, 18 of them and the mark.

@@ -76,8 +76,8 @@ static inline void robot_core_init(robot_core_t *robot) {
 }
 
 /// Obeys a message with a right crc that is a command; unknown types change nothing. `uid` and
-/// `turn_left` are the API's variables, for READUID, questions, and a CALIB that is for one robot. A
-/// question only sets `answer`. Constant time; interrupts have to be off.
+/// `turn_left` are the API's variables, for READUID, questions, and a CALIB that is for one robot.
+/// A question only sets `answer`. Constant time; interrupts have to be off.
 robot_action_t robot_obey(robot_core_t *robot, const message_t *message, uint16_t uid,
                           uint8_t turn_left);
 
