@@ -129,7 +129,7 @@ void Simulation::create_robots() {
 }
 
 // Spreads are cut at three standard deviations, so that no robot is an extreme one. A lab's robot
-// has its own EEPROM; oscillator and motors are drawn all the same, since no file says what they do.
+// has its own EEPROM; oscillator and motors are drawn all the same: no file says what they do.
 Calibration Simulation::calibrate(uint32_t index) const {
     constexpr double LIMIT = 3;
     auto spread = [&](Purpose purpose, double sd) {
