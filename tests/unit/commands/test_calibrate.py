@@ -2,6 +2,10 @@
 
 import contextlib
 import json
+import os
+import sys
+import termios
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -13,6 +17,7 @@ from typer.testing import CliRunner
 from kilotwin.commands import calibrate, calibrate_motors, calibrate_uid
 from kilotwin.errors import DeviceError, InputError
 from kilotwin.experiment.lab_file import read_lab
+from kilotwin.lab.lab_store import lab_of
 
 DEAF = 99
 
@@ -130,6 +135,27 @@ def test_by_hand_it_is_one_robot_on_a_terminal(table: FakeTable, tmp_path: Path)
         call("motors", "--via", "ohc:x", "--lab", lab, "--uids", "1-2")
     with pytest.raises(InputError, match="this is no terminal"):
         call("motors", "--via", "ohc:x", "--lab", lab, "--uids", "1")
+
+
+def test_keys_move_a_robot_and_save_it(
+    table: FakeTable, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    table.verifies = False
+    master, slave = os.openpty()
+    monkeypatch.setattr(sys, "stdin", os.fdopen(slave, "r", closefd=False))
+    typed = threading.Timer(0.5, os.write, (master, b"qqeS3x"))  # what comes before is flushed
+    typed.start()
+    result = calibrate_motors._guided(
+        table, tmp_path / "lab.toml", lab_of(tmp_path / "lab.toml"), frozenset({2}), "ohc:x"
+    )
+    assert result["failed"] == []
+    assert tuple(table.saved[1]) == (72, 70, 66, 65)
+    robot = read_lab(tmp_path / "lab.toml").robots[2]
+    assert (robot.turn_left, robot.straight_left) == (72, 66)
+    assert tuple(table.motors[1]) == (0, 0)
+    assert termios.tcgetattr(slave)[3] & termios.ICANON
+    for end in (master, slave):
+        os.close(end)
 
 
 def test_an_emulated_table_needs_a_grid(tmp_path: Path) -> None:
