@@ -43,6 +43,9 @@ _HASTY_LAPS = 2
 _REPEATS = (1, 2, 4, 6)
 _START_TRIES = 3
 _LOOKS = 3
+# A module listens to its cells in turn, from its question on: a robot that always answered at the
+# same moment after it might never be heard.
+_SLOTS_FOR_ONE_LOG2 = 3
 _FEWEST_SLOTS, _SLOTS_FOR_UNKNOWN = 8, 64
 _NONCES = 256
 
@@ -310,7 +313,11 @@ class Upload:
         for _ in range(_LOOKS):
             yield from self._ask(IDENTITY, self._slots_log2(False))
         if not self._lacking_now():
-            yield from self._inquire(IDENTITY, self._in_question, open_ended=self._is_short)
+            # Where some have it all may, and a lap takes longer than to wait for them.
+            patience = _PATIENCE if self.verified else 0
+            yield from self._inquire(
+                IDENTITY, self._in_question, open_ended=self._is_short, patience=patience
+            )
 
     def _ask_for_pages(self, pages: frozenset[int]) -> Script:
         """Asks robots which of these pages they lack, until all of them lack all of it."""
@@ -380,7 +387,7 @@ class Upload:
     ) -> Generator[Action, Sequence[Report], set[int]]:
         heard = set[int]()
         for uid in sorted(uids):
-            heard |= yield from self._ask(first, 0, uid)
+            heard |= yield from self._ask(first, _SLOTS_FOR_ONE_LOG2, uid)
         return heard
 
     def _ask(

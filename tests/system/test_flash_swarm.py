@@ -1,0 +1,72 @@
+"""Robots on simulated chips on a grid are flashed over the air, verified, and run."""
+
+from pathlib import Path
+
+import pytest
+
+from kilotwin.build.avr import build_image
+from kilotwin.experiment.programs import find_program
+from kilotwin.files.flash_image import FlashImage
+from kilotwin.flash import swarm
+from kilotwin.flash.image import swarm_image
+
+from .emulated_swarm import EmulatedSwarm
+
+# What the robots show when the new program runs, and not before.
+PROGRAM = """
+#include <kilolib.h>
+static void setup(void) { set_color(RGB(3, 0, 3)); }
+static void loop(void) {}
+int main(void) { kilo_init(); kilo_start(setup, loop); return 0; }
+"""
+PURPLE = 0b110011
+# Frames are lost by the share that is set, and by nothing else.
+SAME_CLOCKS = ("medium.clock_spread=0",)
+
+
+@pytest.fixture
+def image(tmp_path: Path, guest_cache: Path, monkeypatch: pytest.MonkeyPatch) -> FlashImage:
+    monkeypatch.setenv("KILOTWIN_CACHE", str(guest_cache))
+    (tmp_path / "show.c").write_text(PROGRAM)
+    return swarm_image(build_image(find_program("show.c", tmp_path)).hex)
+
+
+def test_robots_are_flashed_verified_and_run_the_new_program(
+    image: FlashImage, tmp_path: Path
+) -> None:
+    """With a fifth of the frames lost, in both ways."""
+    settings = ("grid.cells.weak_share=0", *SAME_CLOCKS)
+    table = EmulatedSwarm(tmp_path, 4, loss=0.2, side=2, settings=settings)
+    everybody = frozenset(range(1, 5))
+    upload = table.flash(image, uids=everybody, run=True)
+    assert upload.done, swarm.text(upload)
+    assert upload.well
+    assert upload.running == [1, 2, 3, 4]
+    assert upload.laps <= 5
+    leds = table.simulation.snapshot()["led"][0]
+    assert [int(led) & 0x3F for led in leds] == [PURPLE] * 4
+    # The same again finds that all is there, and sends no page.
+    again = table.flash(image, uids=everybody)
+    assert again.done
+    assert again.laps == 0
+
+
+@pytest.mark.long
+def test_fifty_robots_need_three_laps_more_when_a_fifth_of_the_frames_is_lost(
+    image: FlashImage, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Prints what the book says: run it by `pytest -m long -k fifty_robots -s`."""
+    laps = {}
+    for loss in (0.0, 0.2):
+        folder = tmp_path / str(loss)
+        folder.mkdir()
+        table = EmulatedSwarm(folder, 50, loss=loss, side=4, settings=SAME_CLOCKS)
+        began_s = table.clock.now_s()
+        upload = table.flash(image, count=50, run=True)
+        took_s = table.clock.now_s() - began_s
+        with capsys.disabled():
+            print(f"\n{loss:.0%} of the frames lost: {swarm.text(upload).splitlines()[-2:]}")
+            print(f"{took_s:.0f} s, {upload.laps} laps of {len(image.pages)} pages")
+        assert upload.well
+        laps[loss] = upload.laps
+    assert laps[0.2] <= laps[0.0] + 3
