@@ -1,6 +1,5 @@
 """Experiments on an emulated Kilogrid: what the host records is what the robots did."""
 
-import re
 import signal
 import subprocess
 import time
@@ -22,6 +21,7 @@ from kilotwin.runs.reader import Run
 from kilotwin.runs.worker import simulate
 
 from .conftest import KILOTWIN, ROOT, Kilotwin
+from .served_table import Table
 
 SMALL = "tests/system/grid_small.toml"
 # A cell hears robots this near to its middle, by grid.cells; a robot walks 1.3 cm/s, pushed or not,
@@ -245,39 +245,6 @@ def test_a_host_that_vanishes_and_returns_goes_on(run_small: RunSmall) -> None:
     assert np.abs(places[away][-1] - places[away][0]).max() > 0.01
 
 
-class Table:
-    """`kilotwin run ... --serve` in a process of its own."""
-
-    def __init__(self, folder: Path, environment: dict[str, str], *words: str) -> None:
-        self._said = (folder / "serve.txt").open("w")
-        self.out = folder / "served"
-        self.process = subprocess.Popen(
-            [KILOTWIN, "run", SMALL, "--serve", "--out", self.out, *words],
-            cwd=ROOT,
-            env=environment,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=self._said,
-        )
-        self.bus = f"socketcand:127.0.0.1:{self._port()}"
-
-    def _port(self) -> str:
-        deadline = time.monotonic() + 60
-        while time.monotonic() < deadline:
-            said = Path(self._said.name).read_text()
-            if found := re.search(r"port (\d+)", said):
-                return found[1]
-            assert self.process.poll() is None, said
-            time.sleep(0.05)
-        raise AssertionError("the table does not say its port")
-
-    def close(self) -> None:
-        if self.process.poll() is None:
-            self.process.kill()
-        self.process.wait()
-        self._said.close()
-
-
 @pytest.fixture
 def tables() -> Iterator[list[Table]]:
     opened: list[Table] = []
@@ -290,7 +257,7 @@ def test_a_host_in_another_process_records_what_the_robots_do(
     kilotwin: Kilotwin, environment: dict[str, str], tmp_path: Path, tables: list[Table]
 ) -> None:
     settings = ["--set", "duration_s=25", "--speed", "2"]
-    table = Table(tmp_path, environment, *settings)
+    table = Table(SMALL, tmp_path, environment, *settings)
     tables.append(table)
     kilotwin("record", SMALL, "--can", table.bus, *settings, "--out", tmp_path / "recorded", "-q")
     assert table.process.wait(60) == 0
@@ -320,7 +287,7 @@ def wait_for_run(out: Path) -> None:
 def test_ctrl_c_leaves_robots_and_modules_idle_and_the_log_whole(
     kilotwin: Kilotwin, environment: dict[str, str], tmp_path: Path, tables: list[Table]
 ) -> None:
-    table = Table(tmp_path, environment, "--speed", "2")
+    table = Table(SMALL, tmp_path, environment, "--speed", "2")
     tables.append(table)
     out = tmp_path / "recorded"
     host = subprocess.Popen(
@@ -349,7 +316,7 @@ def test_ctrl_c_leaves_robots_and_modules_idle_and_the_log_whole(
 def test_a_table_that_vanishes_ends_the_record_and_alarms(
     environment: dict[str, str], tmp_path: Path, tables: list[Table]
 ) -> None:
-    table = Table(tmp_path, environment, "--speed", "4")
+    table = Table(SMALL, tmp_path, environment, "--speed", "4")
     tables.append(table)
     out = tmp_path / "recorded"
     words = ["--can", table.bus, "--speed", "4", "--set", "duration_s=1000", "-q"]

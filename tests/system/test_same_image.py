@@ -52,7 +52,7 @@ def made(folder: str, out: Path, *words: str) -> tuple[Path, list[str]]:
     command = ["make", "-s", "-C", str(ROOT / folder), f"BUILD={out}", *words]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr
-    (image,) = out.rglob("*.hex")
+    (image,) = (file for file in out.rglob("*.hex") if file.stem != "bootloader")
     (line,) = [line for line in done.stdout.splitlines() if line.split()[0] == image.stem]
     return image, line.split()
 
@@ -103,6 +103,8 @@ def test_our_own_programs_are_made_with_the_same_bytes(tmp_path: Path, kilotwin:
     report = json.loads(kilotwin(*words).stdout)
     assert output.read_bytes() == image.read_bytes()
     assert int(line[FLASH]) == report["flash_bytes"]
+    loader = (image.parent / "bootloader.hex").read_bytes()
+    assert build_boot_loader("module").read_bytes() == loader
 
     command = ["make", "-s", "-C", str(ROOT / "firmware"), f"BUILD={tmp_path}/robots"]
     subprocess.run(command, capture_output=True, timeout=120, check=True)

@@ -1,6 +1,6 @@
-"""Builds Kilotwin's boot loader for robots, and flash content with it and an application.
+"""Builds Kilotwin's boot loaders, of robots and of modules, and flash with one and an application.
 
-The steps are those of firmware/Makefile: `make firmware` gives the same bytes, and a test compares.
+The steps are those of `make firmware` and `make modules`, with the same bytes; a test compares.
 As with programs, the result is kept under the hash of everything that went in.
 """
 
@@ -8,6 +8,7 @@ import contextlib
 import hashlib
 import shutil
 import tempfile
+from dataclasses import dataclass
 from pathlib import Path
 
 from kilotwin.build.avr import avr_gcc
@@ -21,19 +22,49 @@ from kilotwin.build.guest import (
     run_tool,
 )
 from kilotwin.files import image_record, resources
+from kilotwin.files.build_id import Target
 from kilotwin.files.flash_image import read_hex
 from kilotwin.files.flash_map import FLASH_BYTES, LOADER_BEGIN
 from kilotwin.files.memories import write_memories
 
 NAME = "bootloader.hex"
-_SHARED = "firmware/kilolib/avr"
 _FAILURE = "Kilotwin's boot loader cannot be built; install kilotwin again"
+_FIRMWARE, _MODULES = "firmware", "kilogrid_modules"
+# Sources in the order in which make links them: a folder of the tree, its loader's own folders, and
+# the list in firmware/avr.mk of what else that folder gives, which lies below the last one.
+_PARTS: dict[Target, tuple[tuple[str, tuple[str, ...], str, str], ...]] = {
+    "robot": (
+        (_FIRMWARE, ("bootloader/core", "bootloader/avr"), "AVR_LOADER_SHARED", "kilolib/avr/"),
+    ),
+    "module": (
+        (_MODULES, ("bootloader/avr", "bootloader/core"), "AVR_MODULE_LOADER", ""),
+        (_FIRMWARE, (), "AVR_MODULE_LOADER_SHARED", ""),
+    ),
+}
+_INCLUDES = {
+    _FIRMWARE: ("-Ifirmware/kilolib/include",),
+    _MODULES: (
+        "-Ikilogrid_modules/runtime/include",
+        "-Ifirmware/kilogrid/include",
+        "-Ifirmware/kilolib/include",
+        "-Ikilogrid_modules/protocol",
+        "-iquotekilogrid_modules/runtime/avr",
+    ),
+}
 
 
-def build_boot_loader(notify: Notify = lambda _: None) -> Path:
+@dataclass(frozen=True)
+class _Source:
+    """A file, and the flags that it is compiled with."""
+
+    file: Path
+    flags: tuple[str, ...]
+
+
+def build_boot_loader(target: Target = "robot", notify: Notify = lambda _: None) -> Path:
     """The loader's .hex, from the cache if it is there; `notify` gets a line if it takes time."""
     compiler = avr_gcc()
-    sources = _sources()
+    sources = _sources(target)
     folder = cache_folder() / f"{_key(compiler, sources)}-loader"
     if not folder.exists():
         with building("compiling the boot loader", folder, notify):
@@ -41,12 +72,14 @@ def build_boot_loader(notify: Notify = lambda _: None) -> Path:
     return folder / NAME
 
 
-def with_boot_loader(application: Path, notify: Notify = lambda _: None) -> Path:
+def with_boot_loader(
+    application: Path, target: Target = "robot", notify: Notify = lambda _: None
+) -> Path:
     """A .hex of a whole flash: the application in `application`, its image record, the loader.
 
     InputError if no loader could start the application.
     """
-    loader = build_boot_loader(notify)
+    loader = build_boot_loader(target, notify)
     content = application.read_bytes()
     key = hashlib.sha256(loader.read_bytes() + b"\0" + content).hexdigest()[:32]
     whole = cache_folder() / f"{key}-flash" / application.name
@@ -59,13 +92,13 @@ def with_boot_loader(application: Path, notify: Notify = lambda _: None) -> Path
     return whole
 
 
-def _sources() -> list[Path]:
-    shared = resources.path(_SHARED)
-    return [
-        *resources.files("firmware/bootloader/core/*.c"),
-        *resources.files("firmware/bootloader/avr/*.c"),
-        *(shared / name for name in avr_words("AVR_LOADER_SHARED")),
-    ]
+def _sources(target: Target) -> list[_Source]:
+    found = []
+    for tree, folders, more, below in _PARTS[target]:
+        files = [file for folder in folders for file in resources.files(f"{tree}/{folder}/*.c")]
+        files += [resources.path(f"{tree}/{below}{name}") for name in avr_words(more)]
+        found += [_Source(file, (*_flags(), *_include_flags(tree))) for file in files]
+    return found
 
 
 def _flags() -> list[str]:
@@ -73,32 +106,39 @@ def _flags() -> list[str]:
     return [word for name in names for word in avr_words(name)]
 
 
-def _compile_flags() -> list[str]:
-    return [*_flags(), f"-I{resources.path('firmware/kilolib/include')}"]
+def _include_flags(tree: str) -> list[str]:
+    """As _INCLUDES has them, with the folders where they are."""
+    words = []
+    for word in _INCLUDES[tree]:
+        option = "-iquote" if word.startswith("-iquote") else "-I"
+        words.append(f"{option}{resources.path(word.removeprefix(option))}")
+    return words
 
 
 def _link_flags() -> list[str]:
     return [*_flags(), *avr_words("AVR_LINK"), *avr_words("AVR_LOADER_LINK")]
 
 
-def _key(compiler: str, sources: list[Path]) -> str:
-    words = [compiler_version(compiler), *_compile_flags(), *_link_flags()]
-    digest = hashlib.sha256("\0".join(words).encode())
-    rules = run_tool([compiler, *_compile_flags(), "-MM", *map(str, sources)], _FAILURE)
-    for name in dict.fromkeys(prerequisites(rules)):
-        digest.update(f"\0{name}\0".encode())
-        digest.update(Path(name).read_bytes())
+def _key(compiler: str, sources: list[_Source]) -> str:
+    digest = hashlib.sha256("\0".join([compiler_version(compiler), *_link_flags()]).encode())
+    for source in sources:
+        command = [compiler, *source.flags, "-MM", str(source.file)]
+        digest.update("\0".join(source.flags).encode())
+        for name in dict.fromkeys(prerequisites(run_tool(command, _FAILURE))):
+            digest.update(f"\0{name}\0".encode())
+            digest.update(Path(name).read_bytes())
     return digest.hexdigest()[:32]
 
 
-def _build(compiler: str, sources: list[Path], folder: Path) -> None:
+def _build(compiler: str, sources: list[_Source], folder: Path) -> None:
     folder.parent.mkdir(parents=True, exist_ok=True)
     draft = Path(tempfile.mkdtemp(dir=folder.parent, prefix=f".{folder.name}-"))
     try:
         objects = []
         for number, source in enumerate(sources):
-            objects.append(str(draft / f"{number:03}-{source.stem}.o"))
-            run_tool([compiler, *_compile_flags(), "-c", str(source), "-o", objects[-1]], _FAILURE)
+            objects.append(str(draft / f"{number:03}-{source.file.stem}.o"))
+            command = [compiler, *source.flags, "-c", str(source.file), "-o", objects[-1]]
+            run_tool(command, _FAILURE)
         elf = str(draft / "bootloader.elf")
         run_tool([compiler, *_link_flags(), *objects, "-o", elf], _FAILURE)
         left_out = [word for name in avr_words("AVR_NOT_FLASHED") for word in ("-R", name)]

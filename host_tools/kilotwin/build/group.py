@@ -22,9 +22,9 @@ def build_group(group: Group, notify: Notify = lambda _: None) -> Guest:
         guest = Guest(program.name, image.hex, image.key, image.compiler)
     else:
         guest = Guest(program.name, program.path, _key_of(program.path), "")
-    if not group.boot_loader:
+    if group.boot_loader is None:
         return guest
-    whole = with_boot_loader(guest.file, notify)
+    whole = with_boot_loader(guest.file, group.boot_loader, notify)
     return replace(guest, file=whole, key=_key_of(whole))
 
 

@@ -104,9 +104,6 @@ def _programs(experiment: ExperimentSchema) -> Iterator[Problem]:
             what = "these robots lack 'program', or 'hex'; add one of them"
             yield Problem(what, (("robots", index),))
         yield from _kind(("robots", index), robots, medium, "robots")
-        if robots.boot_loader and robots.hex is None and robots.cpu != "avr":
-            what = 'a boot loader is for an ATmega328P; set cpu to "avr"'
-            yield Problem(what, (("robots", index, "boot_loader"),))
     if experiment.grid is not None:
         yield from _kind(("grid",), experiment.grid, medium, "modules")
 
@@ -119,6 +116,9 @@ def _kind(table: KeyPath, run: Robots | Grid, medium: str, what_runs: str) -> It
         if run.cpu == "native":
             what = "a 'hex' runs on an ATmega328P; leave cpu out"
             yield Problem(what, ((*table, "cpu"),))
+    if run.boot_loader and run.hex is None and run.cpu != "avr":
+        what = 'a boot loader is for an ATmega328P; set cpu to "avr"'
+        yield Problem(what, ((*table, "boot_loader"),))
     if (run.hex is not None or run.cpu == "avr") and medium == "ideal":
         key = "cpu" if run.hex is None else "hex"
         what = f'{what_runs} on an ATmega328P send pulses, which medium.kind = "ideal" has not;'

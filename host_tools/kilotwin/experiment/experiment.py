@@ -32,6 +32,7 @@ from kilotwin.experiment.schema import Command, ExperimentSchema, Grid
 from kilotwin.experiment.text import ExperimentText, Setting
 from kilotwin.experiment.toml_lines import KeyPath
 from kilotwin.experiment.validation_errors import input_error
+from kilotwin.files.build_id import Target
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,7 @@ class Group:
     count: int
     poses: list[list[float]] | None
     on_board: bool = False  # each of them is an ATmega328P
-    boot_loader: bool = False  # in its flash, besides the program
+    boot_loader: Target | None = None  # whose loader is in its flash, besides the program
 
 
 @dataclass(frozen=True)
@@ -172,7 +173,8 @@ def _groups(keys: ExperimentSchema, origin: ExperimentText) -> Iterable[Group]:
                 robots.program, table, origin, robots.include, robots.define, api=robots.flavour
             )
         on_board = robots.hex is not None or robots.cpu == "avr"
-        yield Group(program, robots.count, robots.poses, on_board, robots.boot_loader)
+        loader: Target | None = "robot" if robots.boot_loader else None
+        yield Group(program, robots.count, robots.poses, on_board, loader)
 
 
 def _lab(keys: ExperimentSchema, origin: ExperimentText) -> tuple[tuple[int, LabRobot], ...]:
@@ -199,7 +201,8 @@ def _modules(grid: Grid, origin: ExperimentText) -> Group:
     else:
         program = _program(grid.program, table, origin, grid.include, grid.define, api="module")
     on_board = grid.hex is not None or grid.cpu == "avr"
-    return Group(program, grid.columns * grid.rows, None, on_board)
+    loader: Target | None = "module" if grid.boot_loader else None
+    return Group(program, grid.columns * grid.rows, None, on_board, loader)
 
 
 def _image(written: str, table: KeyPath, origin: ExperimentText) -> Program:

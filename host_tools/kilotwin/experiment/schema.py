@@ -425,6 +425,9 @@ class Grid(Section):
     """Instead of `program`: a `.hex` or `.elf` for the modules' ATmega328P, as it is flashed."""
     cpu: Literal["native", "avr"] | None = None
     """What runs `program`: this computer, or each module's ATmega328P (`kilobot` medium only)."""
+    boot_loader: bool = False
+    """Whether their flash also holds Kilotwin's boot loader, so that they can be flashed over CAN;
+    ATmega328P only."""
     include: list[Text] = []
     """Folders to look for headers in, besides the program's own."""
     define: list[Text] = []

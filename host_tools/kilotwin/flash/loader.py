@@ -42,7 +42,7 @@ def choose(written: str | None, application: Segments, notify: Notify = lambda _
         return Loader("the one in the chip", from_chip=True)
     if written is not None:
         return Loader(written, loader_of(Path(written)))
-    return Loader("Kilotwin's", loader_of(build_boot_loader(notify)), ours=True)
+    return Loader("Kilotwin's", loader_of(build_boot_loader(notify=notify)), ours=True)
 
 
 def loader_in(flash: bytes) -> Segments:

@@ -203,6 +203,7 @@ class ModulesFlasher:
         wanted = set(job.modules or self._layout.modules())
         self._spared = [m for m in self._layout.modules() if m not in wanted]
         self._laps = ModuleLaps(job.image, self._layout, sorted(wanted), self._spared)
+        self._told = ""
         self._interrupts = 0
         self._delicate = False
 
@@ -315,7 +316,9 @@ class ModulesFlasher:
     def _send(self, round_: Round) -> None:
         """Carries a round out, and hands the reports over."""
         left = f", {duration_text(round_.duration_s)}" if round_.duration_s >= _SHOWN_S else ""
-        self._progress.step(f"{round_.text}{left}")
+        if round_.text != self._told:
+            self._told = round_.text
+            self._progress.step(f"{round_.text}{left}")
         controller = self._table.controller
         controller.transmit(round_.frames, round_.settle_s)
         self._wait(frames=sum(map(len, round_.frames.values())))

@@ -16,6 +16,7 @@ from kilotwin.build.guest import Guest, Notify
 from kilotwin.errors import EXIT_INTERRUPTED, KilotwinError, RunError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.programs import Program
+from kilotwin.files.build_id import Target
 from kilotwin.runs.folder import EXPERIMENT, slug, utc_now
 from kilotwin.runs.interrupts import heeding_interrupts
 from kilotwin.sweep.data_set import DataSet, failure_line, trial_key
@@ -103,7 +104,7 @@ class Sweep:
     def prepare(plan: Plan, folder: Path, notify: Notify) -> "Sweep":
         """Builds the programs, looks what is in the folder, and writes nothing into it."""
         data = DataSet.at(folder, engine_sha256())
-        guests: dict[tuple[Program, bool, bool], Guest] = {}
+        guests: dict[tuple[Program, bool, Target | None], Guest] = {}
         keys = []
         for trial in plan.trials:
             parts = list(trial.experiment.groups)

@@ -97,18 +97,6 @@ def test_losses_are_made_up_for_by_laps_of_what_is_missing(loss: float, seed: in
     assert rig.laps.pages_sent < 40 * rig.laps.laps
 
 
-@pytest.mark.long
-def test_200_modules_of_which_each_loses_1_percent_take_at_most_3_laps_more() -> None:
-    rig = Rig(pages=220, layout=Layout(10, 20, 4), loss=0.01)
-    began_s = rig.now_s
-    rig.run()
-    assert rig.fates() == {Fate.VERIFIED}
-    assert rig.modules.programs() == {rig.image.padded}
-    laps = rig.laps.pages_sent / 220
-    print(f"{rig.laps.laps} laps, {laps:.2f} in pages; {rig.now_s - began_s:.1f} s")
-    assert rig.laps.laps <= 4
-
-
 def test_modules_that_have_the_program_are_sent_nothing() -> None:
     rig = Rig()
     for module in rig.modules.of.values():
