@@ -104,6 +104,28 @@ TEST_CASE(
     }
 }
 
+TEST_CASE("pages full of ones arrive back to back from a sender whose clock is off by 4 per cent") {
+    constexpr uint8_t PAGES = 8;
+    for (Cycles slot : {SLOT - 11, SLOT - 3, SLOT, SLOT + 11}) {
+        FlashedRobot robot(FlashImage::load(LOADER)->bytes());
+        robot.run_ms(100);
+        robot.send(make_message(BOOTPGM_SIZE, {PAGES}), BACK_TO_BACK);
+        Cycles at = robot.bench.board.now() + 100;
+        for (uint8_t i = 0; i < PAGES * 22; i++, at += 131 * slot) {
+            const uint8_t page = i / 22, word = static_cast<uint8_t>(i % 22 * 3);
+            const message_t ones =
+                make_message(BOOTPGM_PAGE, {page, word, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF});
+            robot.bench.shine_frame(at, ones, {300, 600}, slot);
+            robot.bench.board.run(at);
+        }
+        robot.run_ms(100);
+        const auto answer = robot.ask(0);
+        REQUIRE(answer);
+        CAPTURE(slot);
+        CHECK(answer->data[3] == 0);
+    }
+}
+
 TEST_CASE("a stored program starts at power-up, by either setting of BOOTRST") {
     for (bool bootrst : {false, true}) {
         FlashedRobot robot(flash_with_record(older()));
