@@ -1,11 +1,11 @@
 // expect: stack
 #include <kilolib.h>
 
-static uint16_t history[990];
+static uint16_t history[980];
 static uint16_t n;
 
 static void setup(void) {}
-static void loop(void) { history[n++ % 990] = rand_soft() + history[n % 7]; }
+static void loop(void) { history[n++ % 980] = rand_soft() + history[n % 7]; }
 
 int main(void) {
     kilo_init();
