@@ -23,7 +23,7 @@ enum {
 
 /// An addition to the original: with this mark, CALIB is for the robot alone whose kilo_uid is the
 /// message's uid, trials and SAVE alike, so that many robots are calibrated at once. The original's
-/// senders leave the bytes 0 and address everybody; there the uid of SAVE is the new one.
+/// senders leave the bytes 0 and address all robots; there the uid of SAVE is the new one.
 enum { CALIB_MARK_LOW = 'K', CALIB_MARK_HIGH = 'T' };
 
 /// CALIB_MODE; other values change nothing.

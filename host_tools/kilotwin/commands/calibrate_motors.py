@@ -77,7 +77,7 @@ DriveS = Annotated[
 
 
 def usual_duties() -> dict[str, int]:
-    """Those of a robot that nobody has measured."""
+    """Those of a robot that was never measured."""
     return {key: getattr(PROFILES["kilobot"], key) for key in DUTIES}
 
 
@@ -146,14 +146,14 @@ def parse_sets(texts: Sequence[str], known: Lab) -> dict[int, dict[str, int]]:
 
 def _all(link: RobotLink, display: steps.Lines | steps.Bar) -> Iterable[int]:
     """The robots that answer and have a uid of their own."""
-    display.step("asking who is there")
+    display.step("asking which robots are there")
     roll = RollCall(link)
     roll.ask_until(_QUIET_QUESTIONS)
     found = roll.robots.keys() - {ALL_ROBOTS}
     if not found:
         raise DeviceError(
             "no robot answers; robots need Kilotwin's runtime, and modules Kilotwin's firmware: "
-            "`kilotwin robots voltage` shows who answers"
+            "`kilotwin robots voltage` shows which answer"
         )
     return found
 

@@ -152,7 +152,7 @@ def voltage(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Ask robots for their battery's voltage, or have them show it. 4 if nobody answers.
+    """Ask robots for their battery's voltage, or have them show it. 4 if none answers.
 
     Where answers come back there is a table, and robots go on with what they do.
     """
@@ -185,7 +185,7 @@ def uid(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Ask robots for their uids, or have them show them bit by bit. 4 if nobody answers.
+    """Ask robots for their uids, or have them show them bit by bit. 4 if none answers.
 
     Where no answers come back, robots turn left while a bit is shown that their uid has.
     """
@@ -267,7 +267,7 @@ def _must_answer(link: RobotLink, verb: str) -> None:
 
 
 def _table(link: RobotLink, as_json: bool, quiet: bool) -> None:
-    """All that robots say; 4 if nobody does."""
+    """All that robots say; 4 if none does."""
     display = steps.display(quiet)
     roll_call = RollCall(link)
     try:

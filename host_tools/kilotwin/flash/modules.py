@@ -223,7 +223,7 @@ class ModulesFlasher:
             after = self._start_verified()
             if original:
                 self._send_old(original)
-                after = self._answering("seeing who answers again")
+                after = self._answering("seeing which answer again")
             return self._outcome(expected, after, original, refused)
 
     def _expected(self, before: Collection[Module]) -> list[Module]:
@@ -251,18 +251,18 @@ class ModulesFlasher:
             return [], []
         if self._job.old_loader:
             self._send(call("calling the boot loaders", self._layout, candidates))
-        running = set(self._answering("looking who runs its program still"))
+        running = set(self._answering("looking which run their programs still"))
         refused = [module for module in candidates if module in running]
         return [module for module in candidates if module not in running], refused
 
     def _start_verified(self) -> list[Module]:
-        """Starts the program in modules that have it; returns who answers then."""
+        """Starts the program in modules that have it; returns those that answer then."""
         answering: list[Module] = []
         for _ in range(_STARTS):
             if not set(self._laps.verified) - set(answering):
                 break
             self._send(self._laps.start())
-            answering = self._answering("seeing who answers again", after_s=_START_S)
+            answering = self._answering("seeing which answer again", after_s=_START_S)
         return answering
 
     def _send_old(self, modules: Sequence[Module]) -> None:

@@ -2,7 +2,8 @@
 
 Pure: no device, no clock. `Upload.script()` yields one action after the other; answers to an `Ask`
 are sent back into it. Where answers come back, robots are asked after each lap, and the next one
-has the pages that anybody still lacks. Where none do, laps are counted, and nothing is promised.
+has the pages that any robot still lacks. Where none come, laps are counted, and nothing is
+promised.
 
 A robot counts as verified by one answer that has both the image's id and that it is complete: its
 boot loader says so only when the CRC of its flash is right (boot_loaders.md 2).
@@ -30,7 +31,7 @@ from kilotwin.links.robot_link import (
 _BOOT_S, _SIZE_S, _CRC_S, _START_S, _RUN_S = 3.0, 1.5, 0.5, 2.0, 2.0
 # A loader that has all of an image computes its CRC, and writes its record.
 _CHECK_S = 1.0
-# A few robots are asked one by one; all are asked again until so many times brought nobody new.
+# A few robots are asked one by one; all are asked again until so many times brought no new one.
 _FEW, _TRIES_ALL, _TRIES_ONE = 2, 8, 10
 # A robot on a grid may hardly be heard for two minutes: it turned its light away.
 _PATIENCE, _LISTEN_S = 36, 5.0
@@ -93,7 +94,7 @@ Script = Generator[Action, Sequence[Report], None]
 
 @dataclass(frozen=True)
 class Wish:
-    """What is wanted. `uids` and `count`: who is expected; neither: whoever answers at first."""
+    """What is wanted. `uids`, `count`: robots expected; neither: those that answer at first."""
 
     image: FlashImage
     uids: frozenset[int] = frozenset()
@@ -147,7 +148,7 @@ class Upload:
     laps: int = 0
     """Laps that were sent everywhere."""
     verifiable: bool = True
-    """Whether anything can be said of the robots: somebody answered, or was expected to."""
+    """Whether anything can be said of the robots: one answered, or was expected to."""
     called: bool = False
     """Whether robots were called into their boot loaders."""
     started: bool = False
@@ -161,7 +162,7 @@ class Upload:
         for uid in sorted(self.wish.uids):
             self.robots[uid] = Robot(uid, self._every_page)
 
-    # What has come of it.
+    # Results.
 
     @property
     def verified(self) -> list[int]:
@@ -191,12 +192,12 @@ class Upload:
 
     @property
     def done(self) -> bool:
-        """Whether everybody expected is verified."""
+        """Whether all that are expected are verified."""
         return self.verifiable and bool(self.robots) and not self.failed and not self.unknown
 
     @property
     def well(self) -> bool:
-        """Whether nobody who can be asked has failed."""
+        """Whether none that can be asked has failed."""
         if not self.verifiable:
             return True
         runs = not self.wish.run or not self.answers_when_running
@@ -215,7 +216,7 @@ class Upload:
             yield from self._blind_laps()
 
     def _find(self) -> Script:
-        """Looks who is there, before they are called into their loaders.
+        """Looks which robots are there, before they are called into their loaders.
 
         Of robots that are expected it need not hear all: it is to know whether some wait for the
         rest of an upload.
@@ -258,7 +259,7 @@ class Upload:
     # Its steps.
 
     def _call(self) -> Script:
-        """Into the loaders, and which image is to come; who knows that already loses nothing."""
+        """Into the loaders, and which image is to come; one that knows it already loses nothing."""
         self._tell("calling robots into their boot loaders")
         self.called = True
         yield Repeat(messages.BOOT, _BOOT_S)
@@ -393,7 +394,7 @@ class Upload:
     def _ask(
         self, first: int, slots_log2: int, uid: int = ALL_ROBOTS
     ) -> Generator[Action, Sequence[Report], set[int]]:
-        """One question; returns who answered."""
+        """One question; returns the uids that answered."""
         self._nonce = (self._nonce + 1) % _NONCES
         reports = yield Ask(first, slots_log2, self._nonce, uid)
         for report in reports:
@@ -434,7 +435,7 @@ class Upload:
             robot.missing = (robot.missing - asked) | (report.missing & self._every_page)
             robot.said[report.first] = self.laps
 
-    # Who is meant.
+    # Robots that are meant.
 
     def _is_announced(self, robot: Robot) -> bool:
         """Whether its loader knows of the image, as far as it has said."""
@@ -461,7 +462,7 @@ class Upload:
         return self._asked() - self._lacking_now()
 
     def _unasked(self, pages: frozenset[int]) -> set[int]:
-        """Those to be asked for pages; nobody if all of these are to be sent again anyway."""
+        """Those to be asked for pages; none if all of these are to be sent again anyway."""
         return set() if self._all_is_missing(pages) else self._asked()
 
     def _all_is_missing(self, pages: frozenset[int]) -> bool:
@@ -487,7 +488,7 @@ class Upload:
         return frozenset[int]().union(*(robot.missing for robot in known))
 
     def _is_hopeful(self) -> bool:
-        """Whether another lap may bring somebody anything."""
+        """Whether another lap may bring any robot anything."""
         if self.laps >= _MOST_LAPS:
             return False
         heard = any(self.robots[uid].lap >= 0 for uid in self.failed)

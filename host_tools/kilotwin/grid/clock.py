@@ -33,7 +33,7 @@ class WallClock:
 
 
 class SimulatedClock:
-    """The time of an engine, which advances while somebody sleeps.
+    """The time of an engine, which advances while its user sleeps.
 
     It is finer than the engine's steps: the engine lags behind by less than one.
     """

@@ -2,7 +2,7 @@
 
 A round: each robot is told by CALIB, for it alone, to drive in a wide bend, so that most stay on
 the table; to the left in one round, to the right in the next, so that what is not proportional in
-its motors cancels. While all drive, the modules ask who is there again and again, and forward which
+its motors cancels. While all drive, the modules ask again and again, and forward which
 cell heard which robot. One that comes to the table's rim is turned back. Then all stand still, the
 tracks say how fast each turned (arcs.py), and that which duties would have led straight
 (wheels.py).

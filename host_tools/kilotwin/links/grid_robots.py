@@ -45,7 +45,7 @@ _OF_PROGRAMS = ("MODULE_USER", "KILOBOT_DATA")
 
 
 class _Tap:
-    """Buses as another user of theirs has them, who need not know that somebody looks on.
+    """Buses as another user of theirs has them, which need not know of it.
 
     Keeps robots' answers, and the first frame to modules that this host did not send.
     """
@@ -104,7 +104,7 @@ class _Tap:
                 self.foreign = int(frame["bus"]), self._names[data[0]]
 
 
-class _Nobody:
+class _NoListener:
     """A listener for whom modules' reports are of no interest."""
 
     def reports(self, reports: Any) -> None:
@@ -131,7 +131,7 @@ class GridRobots:
         self._clock = clock
         self._tap = _Tap(links)
         self._names = list(names) or [f"can{bus}" for bus in range(layout.buses)]
-        self._controller = Controller(layout, Settings(), self._tap, _Nobody())
+        self._controller = Controller(layout, Settings(), self._tap, _NoListener())
         self._modules = frozenset(layout.modules())
         # Answers to what was asked before are of no use.
         self._wait(_LISTEN_S)

@@ -297,7 +297,7 @@ class KilogridBus(can.BusABC):
             self._say(identifier, bytes([kind]) + record.data)
 
     def _answer_all(self) -> None:
-        """The last reports come when the dispatcher's run is over, and nobody polls any more."""
+        """The last reports come when the run is over, and it is not polled any more."""
         while self._records:
             self._answer(next(iter(self._records)))
 

@@ -45,7 +45,7 @@ class OverheadRobots:
         self._clock.sleep(_PAGE_S)
 
     def ask(self, first: int, slots_log2: int, nonce: int, uid: int = ALL_ROBOTS) -> list[Report]:
-        """Nothing: robots are not asked, as nobody would hear their answers."""
+        """Nothing: robots are not asked, as their answers would not be heard."""
         return []
 
     def close(self) -> None:

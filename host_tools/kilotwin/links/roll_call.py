@@ -45,7 +45,7 @@ class RollCall:
         return len(self.robots) - before
 
     def ask_until(self, quiet: int, expected: int | None = None) -> None:
-        """Asks until `quiet` questions in a row brought nobody new, or all expected are there."""
+        """Asks until `quiet` questions in a row brought no new robot, or all expected are there."""
         left = quiet
         while left > 0 and (expected is None or len(self.robots) < expected):
             left = quiet if self.ask() else left - 1

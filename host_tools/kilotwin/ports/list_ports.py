@@ -19,7 +19,7 @@ class Port:
 
     name: str
     what: str
-    """What is at it, for people; "" if nobody knows."""
+    """What is at it, for people; "" if it is not known."""
     holder: str | None
     """The process that has it open, "cat (process 12)"; None: free, or not to be seen by us."""
     may_open: bool

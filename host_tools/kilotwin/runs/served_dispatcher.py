@@ -54,7 +54,7 @@ class ServedDispatcher:
         self._terminal.close()
 
     def _send(self, frame: ToModules) -> None:
-        """To the buses that modules of the address are on. Nobody is told of a full queue."""
+        """To the buses that modules of the address are on. A full queue is not reported."""
         address = frame.address
         for bus in range(self._layout.buses):
             one_row = address.type in (AddressType.ROW, AddressType.INDIVIDUAL)

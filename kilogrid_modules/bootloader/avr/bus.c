@@ -35,7 +35,7 @@ void boot_bus_init(void) {
     (void)kilogrid_filters(kilolib_eeprom_read(EEPROM_X), kilolib_eeprom_read(EEPROM_Y), ids);
     PCMSK2 = CAN_INTERRUPT;
     PCICR = BIT(PCIE2);
-    // A controller without a clock does not answer; without it nobody can reach the module.
+    // A controller without a clock does not answer; without it the module cannot be reached.
     while (!runtime_can_controller_init(ids, KILOGRID_MODULE_MASK)) {
     }
 }

@@ -118,7 +118,7 @@ static order_t request_health(orders_t *orders, uint8_t part) {
     return ORDER_DONE;
 }
 
-// While the robots run nobody but the program speaks to them. A module that forwards a message stops
+// While the robots run only the program speaks to them. A module that forwards a message stops
 // that: it would not hear the answers.
 static order_t ask_robots(orders_t *orders, const uint8_t *question) {
     if (orders->state == STATE_RUNNING) return ORDER_DONE;

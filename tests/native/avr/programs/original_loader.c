@@ -1,6 +1,6 @@
 // A robot's boot loader as the published ones behave (hardware.md 1.11), written from that: no CRC
 // but a frame's, a page is written when 128 bytes of it have been counted, the last page starts the
-// program, and nobody is answered. Linked to 0x7000.
+// program, and nothing is answered. Linked to 0x7000.
 #define F_CPU 8000000UL
 #include <avr/boot.h>
 #include <avr/interrupt.h>
