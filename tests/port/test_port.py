@@ -26,8 +26,9 @@ BAD_RUN = sorted((Path(__file__).parent / "programs_run").glob("*.c"))
 # Programs with a stack that is hard to bound from the machine code.
 DEEP = sorted((Path(__file__).parent / "programs_stack").glob("*.c"))
 TRIAL_S = 8
-# An interrupt may come where the stack is deep, and need less than the deepest one.
-LOOSE_BYTES = 40
+# An interrupt may come where the stack is deep, and need less than the deepest one, that of a CALIB
+# which saves: no trial sends it.
+LOOSE_BYTES = 48
 FAILING = {"flash", "stack", "no-kick", "no-crc"}
 # May do, for all that the code says.
 BOUNDLESS = {"recursion_has_no_end", "array_has_no_fixed_length"}
@@ -93,7 +94,7 @@ def test_a_trial_measures_calls_and_ticks() -> None:
     assert on_message.ms == pytest.approx(100, rel=0.05)
     # Three ticks come due in 100 ms, of which one waits.
     assert 0.9 * 2 * on_message.calls <= trial.ticks_lost <= 3 * on_message.calls
-    assert trial.room_bytes == 2048 - 58 - trial.stack_bytes
+    assert trial.room_bytes == 2048 - 66 - trial.stack_bytes
 
 
 def advice(program: str, name: str) -> str:
