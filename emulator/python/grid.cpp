@@ -150,10 +150,11 @@ nb::list module_events(PythonSimulation &self) {
 
 void register_grid(nb::class_<PythonSimulation> &simulation) {
     simulation
-        .def("send_can", send_can, nb::arg("bus"), nb::arg("id"), nb::arg("data"),
-             nb::arg("after_s") = 0.0,
-             "Queue a frame at the host's node of a bus, to be sent so long after now, 1 s at most; "
-             "False if its queue is full.")
+        .def(
+            "send_can", send_can, nb::arg("bus"), nb::arg("id"), nb::arg("data"),
+            nb::arg("after_s") = 0.0,
+            "Queue a frame at the host's node of a bus, to be sent so long after now, 1 s at most; "
+            "False if its queue is full.")
         .def("can_frames", can_frames, "What ended on any bus since the last call.")
         .def("cells", cells_of, "[row, column, 2] of all cells: colour of 3 bits, brightness.")
         .def("modules", modules_of, "One dict per module, row by row from the lower left.")

@@ -307,7 +307,7 @@ void Microcontroller::sleep(uint64_t until) {
     // simavr spends a cycle on each call for a chip that sleeps; taken back, or its timers come
     // early.
     avr_->cycle -= dozed_ + 1;
-    // simavr wakes a chip by an interrupt that comes while it sleeps, not by one that waits already.
+    // simavr wakes a chip by an interrupt that comes in its sleep, not by one that waits already.
     if (!asleep_ && avr_has_pending_interrupts(avr_) != 0) {
         avr_->state = cpu_Running;
         return;

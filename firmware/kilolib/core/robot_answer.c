@@ -5,8 +5,8 @@
 #include "message_crc.h"
 #include "robot_query.h"
 
-// Questions for pages are the boot loader's. A question that cells repeat, or several modules ask, is
-// answered once if the slot comes after the last of them.
+// Questions for pages are the boot loader's. A question that cells repeat, or several modules ask,
+// is answered once if the slot comes after the last of them.
 void robot_answer_take(robot_answer_t *answer, const uint8_t *query, uint16_t uid) {
     if (query[QUERY_FIRST] != ROBOT_QUERY_VITALS || !robot_query_is_for(query, uid)) return;
     answer->matches = robot_query_slot(uid, query[QUERY_NONCE], query[QUERY_SLOTS]);

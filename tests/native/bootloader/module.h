@@ -16,7 +16,8 @@ constexpr uint8_t X = 3, Y = 7;
 constexpr uint16_t ALL = 0, ROW = (Y + 1) << 6, COLUMN = (X + 1) << 1, OWN = ROW | COLUMN;
 constexpr uint8_t BLUE = 4, GREEN = 2;
 
-/// Types of hardware.md 3.2; deployed boot loaders have those of pages, and MODULE_IDLE, OLDER higher.
+/// Types of hardware.md 3.2; deployed boot loaders have those of pages, and MODULE_IDLE, OLDER
+/// higher.
 enum : uint8_t {
     MODULE_BOOT = 0x06,
     MODULE_BOOTPAGE,

@@ -104,8 +104,8 @@ TEST(a_lap_over_an_old_program_is_enough_and_takes_two_operations_a_page_and_fiv
             flash_install(&other, true);
             load(&store, &program);
             assert_int_equal(store.state, STORE_COMPLETE);
-            // Record; page 1, perhaps blank, written; page 0 erased and written. Then a write a page,
-            // an erase where the old program or page 1 was, and the record.
+            // Record; page 1, perhaps blank, written; page 0 erased and written. Then a write a
+            // page, an erase where the old program or page 1 was, and the record.
             const uint8_t old = old_pages > 1 ? old_pages : 2;
             assert_int_equal(flash_operations,
                              1u + (old_pages > 1) + 1 + 2 + pages + (old - 1) + 1);
