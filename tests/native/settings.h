@@ -96,6 +96,7 @@ inline SimulationDef definition(const Arena &arena) {
             .clock_spread = 0,
             .sensitivity_spread = 0,
             .groups = {},
+            .lab = {},
             .commands = {},
             .sample_ticks = 305,
             .black_box = "",
