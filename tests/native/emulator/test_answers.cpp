@@ -38,7 +38,8 @@ TEST_CASE("a robot answers in its slot, counted in ticks, in every state but sle
     const std::pair<uint8_t, uint8_t> states[] = {
         {NORMAL, ROBOT_IDLE},     {RUN, ROBOT_RUNNING},    {VOLTAGE, ROBOT_BATTERY},
         {CHARGE, ROBOT_CHARGING}, {READUID, ROBOT_MOVING}, {WAKEUP, ROBOT_IDLE}};
-    for (const auto &[type, state] : states) {
+    for (const auto &each : states) {
+        const uint8_t type = each.first, state = each.second;
         CAPTURE(type);
         Bench bench({"paused"});
         bench.tell(ticks(3), 0, message(type));

@@ -28,7 +28,8 @@ TEST_CASE("a robot answers in its slot with voltage and state, and counts its ti
                                                         {VOLTAGE, ROBOT_BATTERY},
                                                         {CHARGE, ROBOT_CHARGING},
                                                         {READUID, ROBOT_MOVING}};
-    for (const auto &[command, state] : states) {
+    for (const auto &each : states) {
+        const uint8_t command = each.first, state = each.second;
         CAPTURE(command);
         Bench bench("probe", UID);
         bench.board.noise = [](uint8_t, int16_t reading) { return reading; };
