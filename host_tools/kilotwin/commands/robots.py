@@ -48,94 +48,54 @@ def _examples(*lines: str) -> str:
     return "Example:\n\n" + "\n\n".join(f"  kilotwin robots {line}" for line in lines)
 
 
-@app.command(epilog=_examples("run --via grid --can socketcan:can0 --size 10x5"))
-def run(
-    *,
-    via: RobotsVia,
-    buses: Buses = None,
-    size: Size = None,
-    hold_s: Hold = 3.0,
-    as_json: Json = False,
-    quiet: Quiet = False,
-) -> None:
-    """Have robots run their program, from its setup() or where they paused."""
-    with link_to_robots(via, buses, size) as link:
-        _order(link, "run", hold_s, as_json, quiet)
+def _add_order(name: str, says: str, example: str, usual_s: float = 3.0) -> None:
+    """Adds a verb for an order that is nothing but its type."""
+
+    @app.command(name, help=says, epilog=_examples(example))
+    def order(
+        *,
+        via: RobotsVia,
+        buses: Buses = None,
+        size: Size = None,
+        hold_s: Hold = usual_s,
+        as_json: Json = False,
+        quiet: Quiet = False,
+    ) -> None:
+        with link_to_robots(via, buses, size) as link:
+            _order(link, name, hold_s, as_json, quiet)
 
 
-@app.command(epilog=_examples("pause --via ohc:/dev/ttyUSB0"))
-def pause(
-    *,
-    via: RobotsVia,
-    buses: Buses = None,
-    size: Size = None,
-    hold_s: Hold = 3.0,
-    as_json: Json = False,
-    quiet: Quiet = False,
-) -> None:
-    """Stop robots where they are; `run` lets them go on."""
-    with link_to_robots(via, buses, size) as link:
-        _order(link, "pause", hold_s, as_json, quiet)
-
-
-@app.command(epilog=_examples("reset --via grid --can socketcand:127.0.0.1"))
-def reset(
-    *,
-    via: RobotsVia,
-    buses: Buses = None,
-    size: Size = None,
-    hold_s: Hold = 3.0,
-    as_json: Json = False,
-    quiet: Quiet = False,
-) -> None:
-    """Start programs anew: all that they knew is gone, and they wait for RUN."""
-    with link_to_robots(via, buses, size) as link:
-        _order(link, "reset", hold_s, as_json, quiet)
-
-
-@app.command(epilog=_examples("sleep --via ohc:/dev/ttyUSB0"))
-def sleep(
-    *,
-    via: RobotsVia,
-    buses: Buses = None,
-    size: Size = None,
-    hold_s: Hold = 3.0,
-    as_json: Json = False,
-    quiet: Quiet = False,
-) -> None:
-    """Send robots to sleep. `wakeup` takes 50 s: sleeping they look round each 8 s only."""
-    with link_to_robots(via, buses, size) as link:
-        _order(link, "sleep", hold_s, as_json, quiet)
-
-
-@app.command(epilog=_examples("wakeup --via ohc:/dev/ttyUSB0"))
-def wakeup(
-    *,
-    via: RobotsVia,
-    buses: Buses = None,
-    size: Size = None,
-    hold_s: Hold = _WAKE_S,
-    as_json: Json = False,
-    quiet: Quiet = False,
-) -> None:
-    """Wake robots, which then are idle. Repeated for 50 s: each 8 s they look round for 10 ms."""
-    with link_to_robots(via, buses, size) as link:
-        _order(link, "wakeup", hold_s, as_json, quiet)
-
-
-@app.command(epilog=_examples("charge --via ohc:/dev/ttyUSB0"))
-def charge(
-    *,
-    via: RobotsVia,
-    buses: Buses = None,
-    size: Size = None,
-    hold_s: Hold = 3.0,
-    as_json: Json = False,
-    quiet: Quiet = False,
-) -> None:
-    """Have robots show whether they charge: they blink red while they do."""
-    with link_to_robots(via, buses, size) as link:
-        _order(link, "charge", hold_s, as_json, quiet)
+_add_order(
+    "run",
+    "Have robots run their program, from its setup() or where they paused.",
+    "run --via grid --can socketcan:can0 --size 10x5",
+)
+_add_order(
+    "pause",
+    "Stop robots where they are; `run` lets them go on.",
+    "pause --via ohc:/dev/ttyUSB0",
+)
+_add_order(
+    "reset",
+    "Start programs anew: all that they knew is gone, and they wait for RUN.",
+    "reset --via grid --can socketcand:127.0.0.1",
+)
+_add_order(
+    "sleep",
+    "Send robots to sleep. `wakeup` takes 50 s: sleeping they look round each 8 s only.",
+    "sleep --via ohc:/dev/ttyUSB0",
+)
+_add_order(
+    "wakeup",
+    "Wake robots, which then are idle. Repeated for 50 s: each 8 s they look round for 10 ms.",
+    "wakeup --via ohc:/dev/ttyUSB0",
+    _WAKE_S,
+)
+_add_order(
+    "charge",
+    "Have robots show whether they charge: they blink red while they do.",
+    "charge --via ohc:/dev/ttyUSB0",
+)
 
 
 @app.command(
