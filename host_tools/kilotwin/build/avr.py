@@ -7,11 +7,9 @@ steps are those of firmware/image.mk: `make firmware` gives the same bytes, and 
 As with guests, results are kept under the hash of everything that went in, and appear in one step.
 """
 
-import contextlib
 import hashlib
 import re
 import shutil
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,6 +30,7 @@ from kilotwin.errors import InputError, RunError
 from kilotwin.experiment.programs import Program
 from kilotwin.files import resources
 from kilotwin.files.build_id import BuildId, build_id
+from kilotwin.files.drafts import folder_draft_of
 
 _FLAGS = ("AVR_CHIP", "AVR_DIALECT", "AVR_DEBUG")
 # Besides those of firmware/avr.mk: `kilotwin port` reads how deep the stack of a function is.
@@ -183,10 +182,8 @@ def _helper_flags(program: Program) -> list[str]:
 
 
 def _build(program: Program, compiler: str, runtime: Sequence[Path], image: Image) -> None:
-    image.folder.parent.mkdir(parents=True, exist_ok=True)
-    draft = Path(tempfile.mkdtemp(dir=image.folder.parent, prefix=f".{image.folder.name}-"))
     failure = _failure(program)
-    try:
+    with folder_draft_of(image.folder) as draft:
         parts = (
             ("program", program.sources, [*program_flags(program), "-w"]),
             ("kilolib", runtime, _runtime_flags(program)),
@@ -209,14 +206,13 @@ def _build(program: Program, compiler: str, runtime: Sequence[Path], image: Imag
             if members:
                 libraries.append(str(draft / f"lib{name}.a"))
                 run_tool(["avr-ar", "rcs", libraries[-1], *members], failure)
-        elf = str(draft / f"{image.name}.elf")
+        elf = draft / f"{image.name}.elf"
         linked = [*objects["program"], *objects["build_id"], *libraries, "-lm"]
-        _link([compiler, *_link_flags(), *linked, "-o", elf], program, own)
-        left_out = [word for name in avr_words("AVR_NOT_FLASHED") for word in ("-R", name)]
-        target = str(draft / f"{image.name}.hex")
-        run_tool(["avr-objcopy", "-O", "ihex", *left_out, elf, target], failure)
-        # Another process may have been faster; its result is the same.
-        with contextlib.suppress(FileExistsError, OSError):
-            draft.replace(image.folder)
-    finally:
-        shutil.rmtree(draft, ignore_errors=True)
+        _link([compiler, *_link_flags(), *linked, "-o", str(elf)], program, own)
+        make_hex(elf, draft / f"{image.name}.hex", failure)
+
+
+def make_hex(elf: Path, target: Path, failure: str) -> None:
+    """What is flashed of a linked program; `failure` is the error's text if that cannot be."""
+    left_out = [word for name in avr_words("AVR_NOT_FLASHED") for word in ("-R", name)]
+    run_tool(["avr-objcopy", "-O", "ihex", *left_out, str(elf), str(target)], failure)

@@ -4,14 +4,11 @@ The steps are those of `make firmware` and `make modules`, with the same bytes; 
 As with programs, the result is kept under the hash of everything that went in.
 """
 
-import contextlib
 import hashlib
-import shutil
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from kilotwin.build.avr import avr_gcc
+from kilotwin.build.avr import avr_gcc, make_hex
 from kilotwin.build.avr_flags import avr_words
 from kilotwin.build.guest import (
     Notify,
@@ -23,6 +20,7 @@ from kilotwin.build.guest import (
 )
 from kilotwin.files import image_record, resources
 from kilotwin.files.build_id import Target
+from kilotwin.files.drafts import folder_draft_of
 from kilotwin.files.flash_image import read_hex
 from kilotwin.files.flash_map import FLASH_BYTES, LOADER_BEGIN
 from kilotwin.files.memories import write_memories
@@ -131,21 +129,12 @@ def _key(compiler: str, sources: list[_Source]) -> str:
 
 
 def _build(compiler: str, sources: list[_Source], folder: Path) -> None:
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    draft = Path(tempfile.mkdtemp(dir=folder.parent, prefix=f".{folder.name}-"))
-    try:
+    with folder_draft_of(folder) as draft:
         objects = []
         for number, source in enumerate(sources):
             objects.append(str(draft / f"{number:03}-{source.file.stem}.o"))
             command = [compiler, *source.flags, "-c", str(source.file), "-o", objects[-1]]
             run_tool(command, _FAILURE)
-        elf = str(draft / "bootloader.elf")
-        run_tool([compiler, *_link_flags(), *objects, "-o", elf], _FAILURE)
-        left_out = [word for name in avr_words("AVR_NOT_FLASHED") for word in ("-R", name)]
-        command = ["avr-objcopy", "-O", "ihex", *left_out, elf, str(draft / NAME)]
-        run_tool(command, _FAILURE)
-        # Another process may have been faster; its result is the same.
-        with contextlib.suppress(FileExistsError, OSError):
-            draft.replace(folder)
-    finally:
-        shutil.rmtree(draft, ignore_errors=True)
+        elf = draft / "bootloader.elf"
+        run_tool([compiler, *_link_flags(), *objects, "-o", str(elf)], _FAILURE)
+        make_hex(elf, draft / NAME, _FAILURE)
