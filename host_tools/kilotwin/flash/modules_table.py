@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from kilotwin.can.protocol import BootReport, read_to_host, types_to_host, types_to_module
+from kilotwin.can.protocol import BootReport, types_to_host, types_to_module
 from kilotwin.experiment.grid_layout import Layout, Module
 from kilotwin.experiment.grid_plan import Settings
 from kilotwin.grid import frames as wire
@@ -32,13 +32,9 @@ class Inbox:
             self.stranger |= bool((~to_host & ~frames["from_host"] & (kinds == kind)).any())
         reports = to_host & (kinds & wire.fixed().TYPE_MASK == self._report)
         for frame in frames[reports]:
-            try:
-                module = wire.module_of_id(int(frame["id"]))
-                report = read_to_host(frame["data"][: frame["dlc"]].tobytes())
-            except ValueError:
-                continue
-            if isinstance(report, BootReport):
-                self.reports.append((module, report))
+            match wire.read_answer(frame):
+                case module, BootReport() as report:
+                    self.reports.append((module, report))
 
 
 class ModulesTable:

@@ -13,7 +13,7 @@ from collections import deque
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from typing import Any, Protocol
 
-from kilotwin.can.protocol import BusHealth, Health, ModuleState, read_to_host
+from kilotwin.can.protocol import BusHealth, Health, ModuleState
 from kilotwin.errors import InputError
 from kilotwin.experiment.grid_layout import Layout, Module
 from kilotwin.experiment.grid_plan import Settings
@@ -302,12 +302,11 @@ class Controller:
     def _take_health(self, frames: Frames) -> None:
         ours = (frames["id"] & 1 == 1) & (frames["data"][:, 0] == wire.fixed().MODULE_DATA)
         for frame in frames[ours & ~frames["from_host"]]:
-            try:
-                module = wire.module_of_id(int(frame["id"]))
-                answer = read_to_host(frame["data"][: frame["dlc"]].tobytes())
-            except ValueError:
+            sound = wire.read_answer(frame)
+            if sound is None:
                 self.poller.counts.bad_frames += 1
                 continue
+            module, answer = sound
             if module in self.poller.index and isinstance(answer, Health):
                 self._health[module] = answer
             elif module in self.poller.index and isinstance(answer, BusHealth):

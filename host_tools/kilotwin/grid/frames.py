@@ -7,8 +7,10 @@ has too many frames to have each of them decoded.
 import functools
 from dataclasses import dataclass
 
+import numpy as np
+
 from kilotwin.can import address, protocol, transfer
-from kilotwin.can.protocol import HealthPart
+from kilotwin.can.protocol import HealthPart, ToHost
 from kilotwin.experiment.grid_layout import Module
 from kilotwin.experiment.overhead import DATA_BYTES
 from kilotwin.grid.cover import Group
@@ -88,6 +90,15 @@ def module_of_id(identifier: int) -> Module:
     """The module that sends frames with this identifier; ValueError if none does."""
     sender = address.from_id(identifier)
     return sender.x, sender.y
+
+
+def read_answer(frame: np.void) -> tuple[Module, ToHost] | None:
+    """A frame to the host, one of FRAME: its module, and what it says; None for nonsense."""
+    try:
+        said = protocol.read_to_host(frame["data"][: frame["dlc"]].tobytes())
+        return module_of_id(int(frame["id"])), said
+    except ValueError:
+        return None
 
 
 def forward(message: bytes) -> list[Paced]:
