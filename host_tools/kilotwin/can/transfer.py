@@ -17,9 +17,6 @@ CONFIG_BYTES = 48
 CHUNK_BYTES = 6
 IR_BYTES = 9
 CRCS_PER_FRAME = 3
-PAGES_PER_REPORT = 32
-BOOT_IDENTITY = 0xE0
-"""In place of the first page: the image's id."""
 
 # Gaps of the original dispatcher (hardware.md 3.7); a module handles a frame in less.
 _CHUNK_PAUSE_S = 0.001

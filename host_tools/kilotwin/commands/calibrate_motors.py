@@ -21,13 +21,14 @@ from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.lab_file import LAST_UID, Lab
 from kilotwin.experiment.overhead import DUTIES
 from kilotwin.experiment.profile_defaults import PROFILES
+from kilotwin.files.headers import ALL_ROBOTS
 from kilotwin.grid.clock import WallClock
 from kilotwin.grid.console import named_grid
 from kilotwin.lab import by_hand, lab_store, motor_rounds
 from kilotwin.lab.emulated import EmulatedTable, true_bends
 from kilotwin.lab.lab_store import Entry
 from kilotwin.lab.motor_rounds import MotorRounds, Robot, Table
-from kilotwin.links.robot_link import ALL_ROBOTS, RobotLink, RobotState
+from kilotwin.links.robot_link import RobotLink, RobotState
 from kilotwin.links.roll_call import RollCall
 from kilotwin.links.via import forms
 

@@ -8,6 +8,8 @@ from kilotwin.files import resources
 
 _DIMENSIONS = "kilogrid_modules/protocol/dimensions.h"
 _TRANSFER = "kilogrid_modules/protocol/transfer.h"
+_IMAGE_STORE = "firmware/bootloader/core/image_store.h"
+_ROBOT_QUERY = "firmware/kilolib/core/robot_query.h"
 
 
 @cache
@@ -42,3 +44,29 @@ PAGE_BYTES = number_of(_TRANSFER, "TRANSFER_PAGE_BYTES")
 
 PAGES = number_of(_TRANSFER, "TRANSFER_PAGES")
 """Most pages of a program: those below the boot section."""
+
+BOOT_IDENTITY = number_of(_IMAGE_STORE, "BOOT_QUERY_IDENTITY")
+"""In place of the first page of a question to boot loaders: the id of the image."""
+
+PAGES_PER_REPORT = number_of(_IMAGE_STORE, "BOOT_REPORT_PAGES")
+"""Pages that one answer is about, from the asked one on."""
+
+FRAGMENT_BYTES = number_of(_IMAGE_STORE, "BOOT_FRAGMENT_BYTES")
+"""Of a page, in one frame."""
+
+ALL_ROBOTS = number_of(_ROBOT_QUERY, "ROBOT_QUERY_ALL")
+"""The uid of a question to all robots; also that of a robot which was never given one."""
+
+VITALS = number_of(_ROBOT_QUERY, "ROBOT_QUERY_VITALS")
+"""In place of the first page: battery and state. Applications answer this one only."""
+
+MOST_SLOTS_LOG2 = number_of(_ROBOT_QUERY, "ROBOT_QUERY_MOST_SLOTS")
+"""Slots of a question are 2 to this power at most."""
+
+IN_PROGRAM = number_of(_ROBOT_QUERY, "ROBOT_REPORT_IN_PROGRAM")
+"""States of an answer from here on are those of an application, so much more."""
+
+QUERY_TYPES = {
+    name: number_of(_ROBOT_QUERY, f"BOOTPGM_{name}") for name in ("CRC", "QUERY", "REPORT", "START")
+}
+"""Types of the infrared messages between host and boot loaders that are ours."""

@@ -15,9 +15,10 @@ from enum import StrEnum
 
 from kilotwin.can import transfer
 from kilotwin.can.protocol import BootReport, to_module
-from kilotwin.can.transfer import BOOT_IDENTITY, CRCS_PER_FRAME, PAGES_PER_REPORT, Paced
+from kilotwin.can.transfer import CRCS_PER_FRAME, Paced
 from kilotwin.experiment.grid_layout import Layout, Module
 from kilotwin.files.flash_image import FlashImage
+from kilotwin.files.headers import BOOT_IDENTITY, PAGES_PER_REPORT
 from kilotwin.flash.module_rounds import CHECK_S, ORDER_PAUSE_S, Round, call, groups, to_modules
 from kilotwin.grid.controller import Sending
 from kilotwin.links.robot_link import LoaderState

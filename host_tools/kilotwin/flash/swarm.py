@@ -8,10 +8,11 @@ from collections.abc import Sequence
 from typing import Any
 
 from kilotwin.errors import DeviceError, InterruptError
+from kilotwin.files.headers import ALL_ROBOTS
 from kilotwin.flash.avrdude import Progress
 from kilotwin.flash.upload import Action, Announce, Ask, Pause, Repeat, Robot, SendPage, Upload
 from kilotwin.grid.clock import Clock
-from kilotwin.links.robot_link import ALL_ROBOTS, LoaderState, Report, RobotLink, RobotState
+from kilotwin.links.robot_link import LoaderState, Report, RobotLink, RobotState
 from kilotwin.links.roll_call import aligned
 
 _RUNNING = (RobotState.SETUP, RobotState.RUNNING)

@@ -15,17 +15,15 @@ from dataclasses import dataclass, field
 
 from kilotwin.experiment import overhead
 from kilotwin.files.flash_image import FlashImage
-from kilotwin.links import messages
-from kilotwin.links.robot_link import (
+from kilotwin.files.headers import (
     ALL_ROBOTS,
-    IDENTITY,
+    BOOT_IDENTITY,
     MOST_SLOTS_LOG2,
     PAGES_PER_REPORT,
     VITALS,
-    LoaderState,
-    Report,
-    RobotState,
 )
+from kilotwin.links import messages
+from kilotwin.links.robot_link import LoaderState, Report, RobotState
 
 # Robots that send at the moment, and those at the edge of a cell's light, hear one frame of many.
 _BOOT_S, _SIZE_S, _CRC_S, _START_S, _RUN_S = 3.0, 1.5, 0.5, 2.0, 2.0
@@ -276,11 +274,11 @@ class Upload:
         yield from self._ask_for_pages(pages)
         if all(map(self._all_is_missing, self._groups(pages))):
             return
-        yield from self._inquire(IDENTITY, self._in_question, open_ended=self._is_short)
+        yield from self._inquire(BOOT_IDENTITY, self._in_question, open_ended=self._is_short)
         if not self._lacking_now():
             self._tell(f"lap {self.laps}: waiting for those that cannot be heard")
             yield from self._inquire(
-                IDENTITY, self._in_question, open_ended=self._is_short, patience=_PATIENCE
+                BOOT_IDENTITY, self._in_question, open_ended=self._is_short, patience=_PATIENCE
             )
         if any(r.state is LoaderState.WRONG for r in self.robots.values()):
             yield from self._check_pages()
@@ -312,12 +310,12 @@ class Upload:
     def _look_who_has_it(self) -> Script:
         """Asks all, unless some do not have it: then a lap is due anyway."""
         for _ in range(_LOOKS):
-            yield from self._ask(IDENTITY, self._slots_log2(False))
+            yield from self._ask(BOOT_IDENTITY, self._slots_log2(False))
         if not self._lacking_now():
             # Where some have it all may, and a lap takes longer than to wait for them.
             patience = _PATIENCE if self.verified else 0
             yield from self._inquire(
-                IDENTITY, self._in_question, open_ended=self._is_short, patience=patience
+                BOOT_IDENTITY, self._in_question, open_ended=self._is_short, patience=patience
             )
 
     def _ask_for_pages(self, pages: frozenset[int]) -> Script:
@@ -422,7 +420,7 @@ class Upload:
     def _note_image(self, robot: Robot, report: Report) -> None:
         if robot.state is not LoaderState.COMPLETE:
             robot.verified = False
-        if report.first == IDENTITY:
+        if report.first == BOOT_IDENTITY:
             robot.image_id = report.image_id
             if not self._is_announced(robot):
                 robot.verified, robot.missing = False, self._every_page

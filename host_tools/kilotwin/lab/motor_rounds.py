@@ -15,11 +15,12 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from kilotwin.experiment.overhead import DUTIES, CalibMode, calib
+from kilotwin.experiment.overhead import CalibMode, calib
+from kilotwin.files.headers import VITALS
 from kilotwin.grid.clock import Clock
 from kilotwin.lab.arcs import Point, drift_of
 from kilotwin.lab.wheels import Duties, Wheels
-from kilotwin.links.robot_link import VITALS, RobotLink, RobotState, slot_of
+from kilotwin.links.robot_link import RobotLink, RobotState, slot_of
 from kilotwin.units import TICK_S
 
 CELL_M = 0.05
@@ -266,7 +267,3 @@ def judge(robot: Robot) -> None:
     robot.measured += 1
     robot.wheels = robot.wheels.after(robot.trial, drift)
     robot.straight = robot.wheels.duties(robot.wheels.speed_m_s(robot.before))
-
-
-DUTY_KEYS = DUTIES[2:]
-"""The keys of the duties that are bettered: turns are too small for cells of 5 cm."""

@@ -6,7 +6,7 @@ a program when it has sent the last one; modules send a lap by one cell after th
 
 from kilotwin.errors import DeviceError, InputError
 from kilotwin.files.flash_image import FlashImage
-from kilotwin.files.headers import CELLS_PER_MODULE
+from kilotwin.files.headers import ALL_ROBOTS, CELLS_PER_MODULE
 from kilotwin.grid.clock import Clock, WallClock
 from kilotwin.links.packets import (
     BIG_BAUD,
@@ -18,7 +18,7 @@ from kilotwin.links.packets import (
     encode,
     encode_page,
 )
-from kilotwin.links.robot_link import ALL_ROBOTS, Report
+from kilotwin.links.robot_link import Report
 from kilotwin.ports.serial_port import SerialPort
 
 # From a packet to the next one: modules come to the end of what they send by infrared.

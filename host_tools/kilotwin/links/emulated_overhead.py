@@ -9,7 +9,7 @@ from collections import deque
 from collections.abc import Iterator
 
 from kilotwin.experiment.overhead import message
-from kilotwin.files.headers import PAGE_BYTES
+from kilotwin.files.headers import FRAGMENT_BYTES, PAGE_BYTES
 from kilotwin.files.message_crc import message_crc
 from kilotwin.links.packets import (
     MESSAGE_BYTES,
@@ -29,7 +29,6 @@ _BACK_TO_BACK_S = _FRAME_S + 80e-6
 _REPEAT_S = 0.0104
 # After a page it blinks for 20 ms.
 _AFTER_PAGE_S = 0.020
-_FRAGMENT_BYTES = 6
 _GPS_TYPE, _GPS_BYTES = 1, 8
 
 Frame = tuple[float, bytes]
@@ -106,9 +105,9 @@ def _with_crc(message_: bytes) -> bytes:
 
 
 def _fragments(page: int, content: bytes) -> Iterator[bytes]:
-    for begin in range(0, PAGE_BYTES, _FRAGMENT_BYTES):
+    for begin in range(0, PAGE_BYTES, FRAGMENT_BYTES):
         # What lies behind a page's last bytes is the packet's checksum; here zeros.
-        fragment = content[begin : begin + _FRAGMENT_BYTES]
+        fragment = content[begin : begin + FRAGMENT_BYTES]
         yield _with_crc(message([page, begin // 2, *fragment], MessageType.PAGE))
 
 

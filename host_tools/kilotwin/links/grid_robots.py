@@ -13,20 +13,20 @@ import numpy as np
 from kilotwin.can import transfer
 from kilotwin.can.address import ALL_MODULES, to_id
 from kilotwin.can.buses import need_answers, open_all
-from kilotwin.can.protocol import FrameError, RobotReport, read_to_host, to_module, types_to_module
+from kilotwin.can.protocol import RobotReport, to_module, types_to_module
 from kilotwin.can.transfer import Paced
 from kilotwin.errors import DeviceError
 from kilotwin.experiment.grid_layout import Layout
 from kilotwin.experiment.grid_plan import Settings
 from kilotwin.files.flash_image import FlashImage
-from kilotwin.files.headers import CELLS_PER_MODULE
+from kilotwin.files.headers import ALL_ROBOTS, CELLS_PER_MODULE, VITALS
 from kilotwin.grid import frames as wire
 from kilotwin.grid.can_links import CanLinks
 from kilotwin.grid.clock import Clock, WallClock
 from kilotwin.grid.console import carry_out, named_grid
 from kilotwin.grid.controller import Controller
 from kilotwin.grid.links import Frames, Links
-from kilotwin.links.robot_link import ALL_ROBOTS, VITALS, Report
+from kilotwin.links.robot_link import Report
 from kilotwin.units import TICK_S
 
 # A module asks by each of its cells in turn, and puts off while it sees light.
@@ -159,7 +159,8 @@ class GridRobots:
         slot_s = TICK_S if first == VITALS else _SLOT_S
         self._wait(_ASKING_S + (2**slots_log2 + _LATE_SLOTS) * slot_s)
         answers, self._tap.answers = self._tap.answers, []
-        return [r for frames in answers for r in map(self._report_of(first), frames) if r]
+        found = (self._report_of(frame, first) for frames in answers for frame in frames)
+        return [report for report in found if report]
 
     def close(self) -> None:
         """Leaves the buses, and modules as they are."""
@@ -205,19 +206,12 @@ class GridRobots:
                 "program, then type this again"
             )
 
-    def _report_of(self, first: int) -> "Any":
-        def report(frame: Any) -> Report | None:
-            try:
-                module = wire.module_of_id(int(frame["id"]))
-                answer = read_to_host(frame["data"][: frame["dlc"]].tobytes())
-            except (FrameError, ValueError):
-                return None
-            if not isinstance(answer, RobotReport) or module not in self._modules:
-                return None
-            content = answer.answer.to_bytes(4, "little")
-            return Report(answer.uid, first, content, answer.state, module, answer.cell)
-
-        return report
+    def _report_of(self, frame: Any, first: int) -> Report | None:
+        match wire.read_answer(frame):
+            case module, RobotReport() as said if module in self._modules:
+                content = said.answer.to_bytes(4, "little")
+                return Report(said.uid, first, content, said.state, module, said.cell)
+        return None
 
 
 def open_grid(names: Sequence[str], size: str | None) -> GridRobots:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from kilotwin.experiment.overhead import message
 from kilotwin.files.flash_image import FlashImage
 from kilotwin.files.message_crc import message_crc
-from kilotwin.links.robot_link import ALL_ROBOTS, MessageType
+from kilotwin.links.robot_link import MessageType
 
 CRCS_PER_MESSAGE = 4
 
@@ -26,8 +26,3 @@ def page_crcs(pages: Sequence[bytes], first: int) -> bytes:
     crcs = [message_crc(page) for page in pages[first : first + CRCS_PER_MESSAGE]]
     crcs += [0] * (CRCS_PER_MESSAGE - len(crcs))
     return message([first, *b"".join(crc.to_bytes(2, "little") for crc in crcs)], MessageType.CRC)
-
-
-def query(first: int, slots_log2: int, nonce: int, uid: int = ALL_ROBOTS) -> bytes:
-    """Asks for reports, as RobotLink.ask() does."""
-    return message([first, slots_log2, nonce, *uid.to_bytes(2, "little")], MessageType.QUERY)

@@ -4,10 +4,11 @@ An overhead controller never hears robots: its receiver is off. So nothing is ve
 """
 
 from kilotwin.files.flash_image import FlashImage
+from kilotwin.files.headers import ALL_ROBOTS
 from kilotwin.grid.clock import Clock, WallClock
 from kilotwin.links import messages
 from kilotwin.links.packets import OVERHEAD_BAUD, PACKET_BYTES, Overhead, encode, encode_page
-from kilotwin.links.robot_link import ALL_ROBOTS, Report
+from kilotwin.links.robot_link import Report
 from kilotwin.ports.serial_port import SerialPort
 
 # From page to page. KiloGUI waits for 130 ms; the packet takes 34.4 ms on the line, and then the

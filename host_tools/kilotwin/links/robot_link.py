@@ -8,19 +8,8 @@ from enum import IntEnum
 from typing import Protocol
 
 from kilotwin.files.flash_image import FlashImage
+from kilotwin.files.headers import ALL_ROBOTS, IN_PROGRAM, PAGES_PER_REPORT, QUERY_TYPES
 
-ALL_ROBOTS = 0xFFFF
-"""The uid of a question to all robots; also that of a robot which was never given one."""
-IDENTITY = 0xE0
-"""In place of the first page of a question: the id of the image (boot_loaders.md 5.1)."""
-VITALS = 0xE1
-"""The same: battery and state. Applications answer this one only."""
-MOST_SLOTS_LOG2 = 8
-PAGES_PER_REPORT = 32
-"""Pages that one answer is about, from the asked one on."""
-CRCS_PER_MESSAGE = 4
-
-_APPLICATION = 0x10
 _NO_VOLTAGE = 0xFFFF
 
 
@@ -30,10 +19,10 @@ class MessageType(IntEnum):
     BOOT = 0x80
     PAGE = 0x81
     SIZE = 0x82
-    CRC = 0x8B
-    QUERY = 0x8C
-    REPORT = 0x8D
-    START = 0x8E
+    CRC = QUERY_TYPES["CRC"]
+    QUERY = QUERY_TYPES["QUERY"]
+    REPORT = QUERY_TYPES["REPORT"]
+    START = QUERY_TYPES["START"]
 
 
 class LoaderState(IntEnum):
@@ -78,7 +67,7 @@ class Report:
     @property
     def in_loader(self) -> bool:
         """Whether the robot is in its boot loader."""
-        return self.state < _APPLICATION
+        return self.state < IN_PROGRAM
 
     @property
     def loader_state(self) -> LoaderState | None:
@@ -88,7 +77,7 @@ class Report:
     @property
     def robot_state(self) -> RobotState | None:
         """Of a robot whose application runs."""
-        number = self.state - _APPLICATION
+        number = self.state - IN_PROGRAM
         return RobotState(number) if number in tuple(RobotState) else None
 
     @property

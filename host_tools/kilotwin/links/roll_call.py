@@ -3,14 +3,8 @@
 from collections.abc import Iterable
 from typing import Any
 
-from kilotwin.links.robot_link import (
-    ALL_ROBOTS,
-    MOST_SLOTS_LOG2,
-    VITALS,
-    LoaderState,
-    Report,
-    RobotLink,
-)
+from kilotwin.files.headers import ALL_ROBOTS, MOST_SLOTS_LOG2, VITALS
+from kilotwin.links.robot_link import LoaderState, Report, RobotLink
 
 # Slots of the first question; as many as twice the robots that are known, later.
 _FIRST_SLOTS_LOG2 = 6

@@ -10,7 +10,8 @@ from typer.testing import CliRunner, Result
 from kilotwin.commands import robots
 from kilotwin.errors import InputError
 from kilotwin.experiment.overhead import COMMANDS, readuid
-from kilotwin.links.robot_link import ALL_ROBOTS, VITALS, Report
+from kilotwin.files.headers import ALL_ROBOTS, VITALS
+from kilotwin.links.robot_link import Report
 
 
 class Link:

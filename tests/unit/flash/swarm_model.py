@@ -6,19 +6,11 @@ from dataclasses import dataclass, field
 
 from kilotwin.experiment import overhead
 from kilotwin.files.flash_image import FlashImage
+from kilotwin.files.headers import ALL_ROBOTS, BOOT_IDENTITY, VITALS
 from kilotwin.files.message_crc import message_crc
 from kilotwin.flash.upload import Action, Announce, Ask, Pause, Repeat, SendPage, Upload
 from kilotwin.links import messages
-from kilotwin.links.robot_link import (
-    ALL_ROBOTS,
-    IDENTITY,
-    VITALS,
-    LoaderState,
-    MessageType,
-    Report,
-    RobotState,
-    slot_of,
-)
+from kilotwin.links.robot_link import LoaderState, MessageType, Report, RobotState, slot_of
 
 FRAGMENTS = 22
 FRAGMENT = 6
@@ -197,7 +189,7 @@ class Swarm:
     def _report(self, robot: ModelRobot, first: int) -> Report:
         state = robot.state(self.image) if robot.in_loader else 0x10 + robot.application
         number = 0
-        if first == IDENTITY:
+        if first == BOOT_IDENTITY:
             number = robot.old_id if robot.announced is None else robot.announced
         elif first == VITALS:
             number = 0 if robot.in_loader else 700

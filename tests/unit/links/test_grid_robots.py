@@ -10,11 +10,12 @@ from kilotwin.errors import DeviceError, InputError
 from kilotwin.experiment.grid_layout import Layout
 from kilotwin.experiment.overhead import RUN
 from kilotwin.files.flash_image import FlashImage
+from kilotwin.files.headers import BOOT_IDENTITY, VITALS
 from kilotwin.grid import frames as wire
 from kilotwin.grid.cover import Group
 from kilotwin.grid.links import FRAME, NO_FRAMES, Frames
 from kilotwin.links.grid_robots import GridRobots, open_grid
-from kilotwin.links.robot_link import IDENTITY, VITALS, RobotState
+from kilotwin.links.robot_link import RobotState
 
 LAYOUT = Layout(2, 2, 2)
 
@@ -146,7 +147,7 @@ def test_answers_come_with_the_cell_that_heard_them(robots: GridRobots, buses: B
 
 def test_the_question_is_waited_for_up_to_its_last_slot(robots: GridRobots, clock: Clock) -> None:
     began_s = clock.time_s
-    assert robots.ask(IDENTITY, 6, 1) == []
+    assert robots.ask(BOOT_IDENTITY, 6, 1) == []
     assert clock.time_s - began_s >= 64 * 0.015
     middle_s = clock.time_s
     robots.ask(VITALS, 6, 1)

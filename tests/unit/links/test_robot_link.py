@@ -2,14 +2,8 @@
 
 import pytest
 
-from kilotwin.links.robot_link import (
-    IDENTITY,
-    VITALS,
-    LoaderState,
-    Report,
-    RobotState,
-    slot_of,
-)
+from kilotwin.files.headers import BOOT_IDENTITY, VITALS
+from kilotwin.links.robot_link import LoaderState, Report, RobotState, slot_of
 
 
 def test_a_loaders_answer_names_the_pages_that_it_lacks() -> None:
@@ -21,7 +15,7 @@ def test_a_loaders_answer_names_the_pages_that_it_lacks() -> None:
 
 
 def test_an_answer_about_the_image_has_its_id() -> None:
-    report = Report(uid=7, first=IDENTITY, content=bytes([1, 2, 3, 4]), state=2)
+    report = Report(uid=7, first=BOOT_IDENTITY, content=bytes([1, 2, 3, 4]), state=2)
     assert report.image_id == 0x04030201
     assert report.voltage is None
 

@@ -5,7 +5,8 @@ from collections.abc import Sequence
 import pytest
 
 from kilotwin.files.flash_image import FlashImage
-from kilotwin.links.robot_link import ALL_ROBOTS, VITALS, Report
+from kilotwin.files.headers import ALL_ROBOTS, VITALS
+from kilotwin.links.robot_link import Report
 from kilotwin.links.roll_call import RollCall, colour_of, colours, state_of, volts
 
 
