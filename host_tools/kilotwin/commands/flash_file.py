@@ -32,7 +32,7 @@ def is_built(file: Path, include: list[str] | None, define: list[str] | None) ->
     return built
 
 
-def build(
+def hex_of(
     file: Path,
     include: list[str] | None,
     define: list[str] | None,
@@ -41,11 +41,25 @@ def build(
     display: Display,
     api: Api | None = None,
 ) -> Path:
-    """The .hex of a program, if `kilotwin port` finds nothing that fails on the robot.
+    """FILE itself if it is a .hex, else that of the program, if `kilotwin port` lets it pass.
 
-    `api`: that of modules, of whose programs `port` knows the size alone.
+    `api`: that of modules, of whose programs `port` knows the size alone. InputError if options for
+    building go with a .hex.
     """
-    include, define = include or [], define or []
+    if is_built(file, include, define):
+        return file
+    return _build(file, include or [], define or [], force=force, display=display, api=api)
+
+
+def _build(
+    file: Path,
+    include: list[str],
+    define: list[str],
+    *,
+    force: bool,
+    display: Display,
+    api: Api | None,
+) -> Path:
     try:
         program = find_program([str(file)], Path.cwd(), include, define, api)
     except ProgramError as error:

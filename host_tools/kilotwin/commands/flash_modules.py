@@ -3,7 +3,6 @@
 import contextlib
 import json
 import re
-import sys
 from collections.abc import Iterator, Sequence
 from typing import Annotated
 
@@ -11,8 +10,8 @@ import typer
 
 from kilotwin.can.buses import BusName, need_answers, open_all
 from kilotwin.commands import steps
-from kilotwin.commands.flash_file import Display, File, Force, build, is_built
-from kilotwin.commands.options import Buses, Define, Include, Json, Quiet, Size
+from kilotwin.commands.flash_file import Display, File, Force, hex_of
+from kilotwin.commands.options import Buses, Define, Include, Json, Quiet, Size, typed_command
 from kilotwin.errors import EXIT_ROBOTS_FAILED, InputError
 from kilotwin.experiment.grid_layout import Layout, Module
 from kilotwin.flash.image import modules_image
@@ -72,16 +71,14 @@ def modules(
     wanted = parse_modules(module or [], layout)
     display = steps.display(quiet)
     try:
-        path = file
-        if not is_built(file, include, define):
-            path = build(file, include, define, force=force, display=display, api="module")
+        path = hex_of(file, include, define, force=force, display=display, api="module")
         job = Job(
             image=modules_image(path),
             name=file.name,
             modules=wanted,
             expect_all=size is not None,
             old_loader=old_loader,
-            again=["kilotwin", *sys.argv[1:]],
+            again=typed_command(),
         )
         with _table(layout, bus_names, display) as table:
             outcome = ModulesFlasher(job, table, display).flash()

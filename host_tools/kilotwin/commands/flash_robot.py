@@ -2,7 +2,6 @@
 
 import contextlib
 import json
-import sys
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -10,8 +9,8 @@ from typing import Annotated
 import typer
 
 from kilotwin.commands import steps
-from kilotwin.commands.flash_file import Display, File, Force, build, is_built
-from kilotwin.commands.options import Define, Include, Json, Quiet
+from kilotwin.commands.flash_file import Display, File, Force, hex_of, is_built
+from kilotwin.commands.options import Define, Include, Json, Quiet, typed_command
 from kilotwin.flash import eeprom_files, loader
 from kilotwin.flash.avrdude import Wiring, program_path
 from kilotwin.flash.chip import EEPROM_BYTES
@@ -100,10 +99,7 @@ def robot(
         ending.callback(display.stop)
         if not built:
             ending.enter_context(reserved(port))  # building takes a while
-        image = file
-        if not built:
-            image = build(file, include, define, force=force, display=display)
-        application = application_of(image)
+        application = application_of(hex_of(file, include, define, force=force, display=display))
         if eeprom is not None:
             eeprom_files.read(eeprom, b"\xff" * EEPROM_BYTES)
         job = Job(
@@ -112,7 +108,7 @@ def robot(
             loader=loader.choose(loader_file, application, display.step),
             eeprom=eeprom,
             keep=keep,
-            again=["kilotwin", *sys.argv[1:]],
+            again=typed_command(),
         )
         if built:
             ending.enter_context(reserved(port))

@@ -2,21 +2,20 @@
 
 import json
 import re
-import sys
 from typing import Annotated
 
 import typer
 
 from kilotwin.commands import steps
-from kilotwin.commands.flash_file import File, Force, build, is_built
-from kilotwin.commands.options import Buses, Define, Include, Json, Quiet, Size
+from kilotwin.commands.flash_file import File, Force, hex_of
+from kilotwin.commands.options import Buses, Define, Include, Json, Quiet, Size, typed_command
 from kilotwin.commands.robots_via import RobotsVia, link_to_robots
 from kilotwin.errors import EXIT_ROBOTS_FAILED, InputError
+from kilotwin.files.headers import ALL_ROBOTS
 from kilotwin.flash import swarm
 from kilotwin.flash.image import swarm_image
 from kilotwin.flash.upload import Upload, Wish
 from kilotwin.grid.clock import WallClock
-from kilotwin.links.robot_link import ALL_ROBOTS
 from kilotwin.links.via import parse_via
 
 EXAMPLES = (
@@ -83,15 +82,12 @@ def robots(
     parse_via(via, buses or (), size)
     display = steps.display(quiet)
     try:
-        path = file
-        if not is_built(file, include, define):
-            path = build(file, include, define, force=force, display=display)
+        path = hex_of(file, include, define, force=force, display=display)
         wish = Wish(swarm_image(path), expected, count, laps, run)
         with link_to_robots(via, buses, size) as link:
             upload = Upload(wish, link.verifies, link.laps_per_place)
             display.note(_what(wish))
-            again = ["kilotwin", *sys.argv[1:]]
-            swarm.SwarmFlasher(upload, link, WallClock(), display, again).run()
+            swarm.SwarmFlasher(upload, link, WallClock(), display, typed_command()).run()
     finally:
         display.stop()
     typer.echo(json.dumps(swarm.as_dict(upload)) if as_json else swarm.text(upload))

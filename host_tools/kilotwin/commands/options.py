@@ -1,5 +1,6 @@
 """Options that several commands have: each is declared once, and means the same everywhere."""
 
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -90,6 +91,11 @@ def command_app() -> typer.Typer:
     return typer.Typer(
         add_completion=False, pretty_exceptions_enable=False, rich_markup_mode="rich"
     )
+
+
+def typed_command() -> list[str]:
+    """The words that were typed, to be named again when something breaks off."""
+    return ["kilotwin", *sys.argv[1:]]
 
 
 def given_settings(settings: list[str] | None, seed: int | None) -> list[Setting]:
