@@ -52,17 +52,11 @@ static boot_order_t take_query(const uint8_t *data, uint16_t uid, boot_query_t *
     return BOOT_ORDER_ANSWER;
 }
 
-// The original forgets what it has got. A sender of ours repeats BOOT for robots that missed it,
-// which must not cost the others anything.
-static void restart(image_store_t *store) {
-    if (!store->image.checked) image_store_init(store);
-}
-
 boot_order_t boot_message_take(image_store_t *store, const message_t *message, uint16_t uid,
                                boot_query_t *query) {
     const uint8_t *data = message->data;
     switch (message->type) {
-    case BOOT: restart(store); return BOOT_ORDER_NONE;
+    case BOOT: image_store_restart(store); return BOOT_ORDER_NONE;
     case BOOTPGM_SIZE: announce(store, data); return BOOT_ORDER_NONE;
     case BOOTPGM_PAGE: take_fragment(store, data); return BOOT_ORDER_NONE;
     case BOOTPGM_CRC: check_pages(store, data); return BOOT_ORDER_NONE;

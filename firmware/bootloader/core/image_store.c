@@ -81,6 +81,10 @@ static void check_image(image_store_t *store) {
 
 void image_store_init(image_store_t *store) { forget(store, STORE_EMPTY); }
 
+void image_store_restart(image_store_t *store) {
+    if (!store->image.checked) image_store_init(store);
+}
+
 // The record is not believed before the flash was read.
 void image_store_announce(image_store_t *store, const image_t *image) {
     image_record_t record;

@@ -55,6 +55,11 @@ typedef struct {
 /// Nothing is announced. Does not touch the flash.
 void image_store_init(image_store_t *store);
 
+/// The host calls robots or modules into their loaders, again perhaps. The original forgets what it
+/// has got. A sender of ours repeats the call for those that missed it, which must not cost the
+/// others anything: an image with a CRC stays.
+void image_store_restart(image_store_t *store);
+
 /// Takes an announcement. The same image again changes nothing, whatever has come of it. Another
 /// one begins anew; the old program stays valid until a fragment comes. One that is in flash
 /// already, by its record, is complete as soon as image_store_work() has found its CRC right. One

@@ -63,16 +63,11 @@ static void check_pages(image_store_t *store, const uint8_t *data) {
         image_store_check_page(store, (uint8_t)(data[FIRST] + i), word_at(crc));
 }
 
-// As the robots' loader: a sender of ours repeats MODULE_BOOT for modules that missed it.
-static void restart(image_store_t *store) {
-    if (!store->image.checked) image_store_init(store);
-}
-
 bool boot_frames_take(boot_frames_t *frames, image_store_t *store, const uint8_t *data,
                       uint8_t length) {
     if (length == 0) return false;
     switch (data[TYPE]) {
-    case TO_MODULE(MODULE_BOOT): restart(store); return false;
+    case TO_MODULE(MODULE_BOOT): image_store_restart(store); return false;
     case TO_MODULE(MODULE_IDLE):
     case TO_MODULE(OLD_MODULE_IDLE):
     case TO_MODULE(MODULE_SETUP):
