@@ -13,7 +13,7 @@ from kilotwin.flash.avrdude import Progress
 from kilotwin.flash.upload import Action, Announce, Ask, Pause, Repeat, Robot, SendPage, Upload
 from kilotwin.grid.clock import Clock
 from kilotwin.links.robot_link import LoaderState, Report, RobotLink, RobotState
-from kilotwin.links.roll_call import aligned
+from kilotwin.links.roll_call import WITHOUT_UID, aligned, place
 
 _RUNNING = (RobotState.SETUP, RobotState.RUNNING)
 
@@ -154,8 +154,7 @@ def _table(upload: Upload) -> str:
         rows.append(
             (
                 str(robot.uid),
-                f"{robot.module[0]}-{robot.module[1]}" if robot.module else "",
-                "" if robot.cell is None else str(robot.cell),
+                *place(robot.module, robot.cell),
                 str(len(robot.missing)) if robot.heard else "?",
                 "" if robot.image_id is None else f"{robot.image_id:08X}",
                 state_of(robot),
@@ -181,7 +180,7 @@ def _summary(upload: Upload) -> list[str]:
     if upload.wish.run:
         lines.append(_running(upload))
     if ALL_ROBOTS in upload.robots:
-        lines.append("robots without a uid answer as 65535, and cannot be told apart")
+        lines.append(WITHOUT_UID)
     return lines
 
 

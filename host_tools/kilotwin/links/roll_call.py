@@ -20,6 +20,9 @@ _LOADER_STATES = {
     LoaderState.WRONG: "boot loader, CRC wrong",
 }
 
+WITHOUT_UID = f"robots without a uid answer as {ALL_ROBOTS}, and cannot be told apart"
+"""For tables that have such a robot."""
+
 
 class RollCall:
     """The last answer of each robot on a link whose robots answer."""
@@ -64,7 +67,7 @@ class RollCall:
         rows += [_row(robot) for _, robot in sorted(self.robots.items())]
         lines = [*aligned(rows), f"{len(self.robots)} robots answer"]
         if ALL_ROBOTS in self.robots:
-            lines.append("robots without a uid answer as 65535, and cannot be told apart")
+            lines.append(WITHOUT_UID)
         return "\n".join(lines)
 
 
@@ -93,6 +96,11 @@ def state_of(robot: Report) -> str:
     return f"unknown state {robot.state}"
 
 
+def place(module: tuple[int, int] | None, cell: int | None) -> tuple[str, str]:
+    """Two columns of a table: the module and the cell that heard a robot; empty for none."""
+    return f"{module[0]}-{module[1]}" if module else "", "" if cell is None else str(cell)
+
+
 def aligned(rows: Iterable[tuple[str, ...]]) -> list[str]:
     """Rows as lines: columns to the right, but the last one."""
     rows = list(rows)
@@ -108,8 +116,7 @@ def _row(robot: Report) -> tuple[str, ...]:
     reading = robot.voltage
     return (
         str(robot.uid),
-        f"{robot.module[0]}-{robot.module[1]}" if robot.module else "",
-        "" if robot.cell is None else str(robot.cell),
+        *place(robot.module, robot.cell),
         "" if reading is None else f"{volts(reading):.2f}",
         "" if reading is None else str(reading),
         state_of(robot) + ("" if reading is None else f", {colour_of(reading)}"),
