@@ -4,7 +4,7 @@ import json
 import math
 import re
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Any
@@ -22,6 +22,7 @@ from kilotwin.experiment.lab_file import LAST_UID, Lab
 from kilotwin.experiment.overhead import DUTIES
 from kilotwin.experiment.profile_defaults import PROFILES
 from kilotwin.files.headers import ALL_ROBOTS
+from kilotwin.flash.progress import stepwise
 from kilotwin.grid.clock import WallClock
 from kilotwin.grid.console import named_grid
 from kilotwin.lab import by_hand, lab_store, motor_rounds
@@ -116,7 +117,7 @@ def motors(
                     layout, _ = named_grid(buses or (), size)
                     table = Table(layout.columns, layout.rows)
                     duties = _duties(expected or _all(link, display), known)
-                    work = MotorRounds(link, WallClock(), table, duties, _shown(display))
+                    work = MotorRounds(link, WallClock(), table, duties, stepwise(display))
                     work.run(rounds, drive_s)
                     result = _of_grid(work, lab, via)
                 else:
@@ -165,19 +166,6 @@ def _duties(uids: Iterable[int], known: Lab) -> dict[int, list[int]]:
         uid: list(lab_store.duties_of(known.robots.get(uid), usual_duties()).values())
         for uid in sorted(uids)
     }
-
-
-def _shown(display: steps.Lines | steps.Bar) -> Callable[[str, float], None]:
-    """Progress as steps: a new one where the text changes."""
-    last = [""]
-
-    def show(what: str, share: float) -> None:
-        if what != last[0]:
-            last[0] = what
-            display.step(what)
-        display.part(share)
-
-    return show
 
 
 def _set(
@@ -242,7 +230,7 @@ def _emulated(
     emulated = EmulatedTable(experiment)
     try:
         work = MotorRounds(
-            emulated.link, emulated.clock, emulated.table, _duties(uids, known), _shown(display)
+            emulated.link, emulated.clock, emulated.table, _duties(uids, known), stepwise(display)
         )
         work.run(rounds, drive_s)
         took_s = emulated.clock.now_s()

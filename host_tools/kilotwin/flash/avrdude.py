@@ -9,9 +9,9 @@ import subprocess
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
 
 from kilotwin.errors import DeviceError, InputError, InterruptError, KilotwinError, RunError
+from kilotwin.flash.progress import Progress
 from kilotwin.runs.interrupts import heeding_interrupts
 
 # avrdude tries for a minute, with time-outs of 5 s. One that has answered may answer again.
@@ -20,19 +20,6 @@ _LOOK_EVERY_MS = 500
 _READ_BYTES = 256
 _BAR_MARKS = 50
 _BAR = re.compile(r"^(Reading|Writing|Erasing) \| (#*)")
-
-
-class Progress(Protocol):
-    """The display that a session reports to."""
-
-    def step(self, text: str) -> None:
-        """Something begins."""
-
-    def part(self, share: float) -> None:
-        """Share of it that is done, 0 to 1."""
-
-    def note(self, text: str) -> None:
-        """A line in between."""
 
 
 @dataclass(frozen=True)

@@ -12,10 +12,10 @@ from typing import Any
 from kilotwin.errors import DeviceError, InterruptError, RunError
 from kilotwin.experiment.grid_layout import Layout, Module
 from kilotwin.files.flash_image import FlashImage
-from kilotwin.flash.avrdude import Progress
 from kilotwin.flash.module_laps import ModuleLaps
 from kilotwin.flash.module_rounds import Round, call, old_lap
 from kilotwin.flash.modules_table import ModulesTable
+from kilotwin.flash.progress import Progress
 from kilotwin.runs.interrupts import heeding_interrupts
 from kilotwin.units import duration_text
 
@@ -26,7 +26,7 @@ _SHOWN_S = 2.0
 
 
 class Result(StrEnum):
-    """What became of a module; the first five as `Fate` has them."""
+    """Result of a module; the first five as `Fate` has them."""
 
     VERIFIED = "verified"
     INCOMPLETE = "incomplete"
@@ -56,7 +56,7 @@ class Job:
 
     image: FlashImage
     name: str
-    """Of the program, for people."""
+    """The program's, for people."""
     modules: Sequence[Module] = ()
     """Those to flash; none: all that are found."""
     expect_all: bool = False
@@ -244,7 +244,7 @@ class ModulesFlasher:
     def _find_originals(
         self, before: Collection[Module], expected: Sequence[Module]
     ) -> tuple[list[Module], list[Module]]:
-        """Of the modules that did not report: those with original loaders, those in no loader."""
+        """Modules that did not report: those with original loaders, those in no loader."""
         mute = set(self._laps.mute)
         candidates = [module for module in expected if module in mute]
         if not candidates:

@@ -15,10 +15,11 @@ from kilotwin.files import image_record
 from kilotwin.files.flash_map import FLASH_BYTES, Segments
 from kilotwin.files.memories import write_memories
 from kilotwin.flash import avrdude, eeprom_files
-from kilotwin.flash.avrdude import Progress, SignsOfLife, Wiring
+from kilotwin.flash.avrdude import SignsOfLife, Wiring
 from kilotwin.flash.chip import AVRDUDE_PARTS, EEPROM_BYTES, Chip
 from kilotwin.flash.image import has_loader, pages_of
 from kilotwin.flash.loader import Loader, loader_in
+from kilotwin.flash.progress import Progress
 from kilotwin.runs.interrupts import heeding_interrupts
 
 _ANY_PART = "m328p"

@@ -9,7 +9,7 @@ from typing import Any
 
 from kilotwin.errors import DeviceError, InterruptError
 from kilotwin.files.headers import ALL_ROBOTS
-from kilotwin.flash.avrdude import Progress
+from kilotwin.flash.progress import Progress, stepwise
 from kilotwin.flash.upload import Action, Announce, Ask, Pause, Repeat, Robot, SendPage, Upload
 from kilotwin.grid.clock import Clock
 from kilotwin.links.robot_link import LoaderState, Report, RobotLink, RobotState
@@ -31,9 +31,8 @@ class SwarmFlasher:
     ) -> None:
         """`again`: the command that was typed."""
         self._upload, self._link, self._clock = upload, link, clock
-        self._progress = progress
         self._again = again
-        self._told = ""
+        self._show = stepwise(progress)
 
     def run(self) -> None:
         """All of it. Ctrl-C is an InterruptError, a device that is gone a DeviceError."""
@@ -43,7 +42,7 @@ class SwarmFlasher:
             while True:
                 answers = self._perform(action)
                 action = script.send(answers)
-                self._show()
+                self._show(self._upload.progress.text, self._upload.progress.share)
         except StopIteration:
             return
         except DeviceError as error:
@@ -52,7 +51,7 @@ class SwarmFlasher:
             raise InterruptError(f"broken off; {self.state()}") from None
 
     def state(self) -> str:
-        """What robots hold, and how to go on."""
+        """Programs that robots hold, and how to go on."""
         upload = self._upload
         again = f"type the same again: {shlex.join(self._again)}" if self._again else ""
         if not upload.called:
@@ -78,13 +77,6 @@ class SwarmFlasher:
             case Ask(first, slots_log2, nonce, uid):
                 return self._link.ask(first, slots_log2, nonce, uid)
         return ()
-
-    def _show(self) -> None:
-        progress = self._upload.progress
-        if progress.text != self._told:
-            self._told = progress.text
-            self._progress.step(progress.text)
-        self._progress.part(progress.share)
 
 
 def as_dict(upload: Upload) -> dict[str, Any]:
@@ -114,7 +106,7 @@ def text(upload: Upload) -> str:
 
 
 def state_of(robot: Robot) -> str:
-    """What can be said of a robot, in a few words."""
+    """A robot's state, in a few words."""
     if robot.verified:
         if robot.application is None:
             return "verified" if robot.state is None else "verified, waits in its boot loader"

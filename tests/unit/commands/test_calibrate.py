@@ -20,11 +20,12 @@ from kilotwin.experiment.lab_file import read_lab
 from kilotwin.lab.lab_store import lab_of
 
 DEAF = 99
+ON_GRID = ("--via", "grid", "--can", "virtual:a", "--size", "4x6")
 
 
 @pytest.fixture
 def table(monkeypatch: pytest.MonkeyPatch) -> FakeTable:
-    """What --via names: robots 1 to 3."""
+    """The link that --via names: robots 1 to 3."""
     table = FakeTable(4, 6, 3)
     table.hears = 1.0
 
@@ -94,38 +95,16 @@ def test_a_setting_that_cannot_be_is_refused(
 
 def test_on_a_grid_all_that_answer_are_calibrated(table: FakeTable, tmp_path: Path) -> None:
     lab = tmp_path / "lab.toml"
-    done = call(
-        "motors",
-        "--via",
-        "grid",
-        "--can",
-        "virtual:a",
-        "--size",
-        "4x6",
-        "--lab",
-        lab,
-        "--rounds",
-        "2",
-    )
+    done = call("motors", *ON_GRID, "--lab", lab, "--rounds", "2")
     assert "robots are in" in done.stdout
     assert set(read_lab(lab).robots) <= {1, 2, 3}
     assert len(read_lab(lab).robots) >= 2
 
 
-def test_a_grid_on_which_nobody_answers_is_an_error(table: FakeTable, tmp_path: Path) -> None:
+def test_a_grid_on_which_no_robot_answers_is_an_error(table: FakeTable, tmp_path: Path) -> None:
     table.hears = 0.0
     with pytest.raises(DeviceError, match="no robot answers"):
-        call(
-            "motors",
-            "--via",
-            "grid",
-            "--can",
-            "virtual:a",
-            "--size",
-            "4x6",
-            "--lab",
-            tmp_path / "lab.toml",
-        )
+        call("motors", *ON_GRID, "--lab", tmp_path / "lab.toml")
 
 
 def test_by_hand_it_is_one_robot_on_a_terminal(table: FakeTable, tmp_path: Path) -> None:
