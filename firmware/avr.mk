@@ -24,7 +24,7 @@ AVR_LOADER_LESS := -fno-jump-tables -fno-gcse -fno-move-loop-invariants -fno-tre
 AVR_LOADER      := -Os -flto -mstrict-X $(AVR_LOADER_LESS)
 AVR_LOADER_LINK := -nostartfiles -Wl,--section-start=.text=0x7000
 AVR_LOADER_SHARED := eeprom.c frame_sender.c infrared_send.c
-# What the modules' takes from kilogrid_modules, and from here.
+# Sources of the modules' loader in kilogrid_modules, and here.
 AVR_MODULE_LOADER := runtime/avr/can_controller.c runtime/avr/i2c.c runtime/avr/spi.c protocol/address.c
 AVR_LOADER_STORE  := bootloader/core/image_record.c bootloader/core/image_store.c kilolib/avr/eeprom.c
 AVR_MODULE_LOADER_SHARED := bootloader/avr/clock.c bootloader/avr/entry.c bootloader/avr/flash.c $(AVR_LOADER_STORE)

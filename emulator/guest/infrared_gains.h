@@ -18,7 +18,7 @@ class InfraredGains {
     /// `sensitivity`: of this robot's receiver, relative to the mean; above 0.
     explicit InfraredGains(double sensitivity = 1);
 
-    /// What was measured of a robot; entries up to 1023.
+    /// A robot's measured tables; entries up to 1023.
     explicit InfraredGains(const gain_tables_t &measured) : tables_(measured), measured_(true) {}
 
     /// The converter's readings of a sender at `distance_mm`, centre to centre, with noise added to

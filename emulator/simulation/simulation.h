@@ -50,7 +50,7 @@ struct SimulationDef {
         std::vector<Pose> poses;  ///< empty: placed at random
         bool on_board;            ///< each robot is an ATmega328P; with the Kilobot medium only
     };
-    /// What a lab's robot has in its EEPROM.
+    /// EEPROM of a lab's robot.
     struct LabRobot {
         uint16_t uid;
         uint8_t turn_left, turn_right, straight_left, straight_right;

@@ -49,7 +49,7 @@ MODULE = """
 static void nothing(void) {}
 int main(void) { module_init(); module_start(nothing, nothing); }
 """
-# What modules need to be ready after power-up.
+# Modules are ready so long after power-up.
 _BEGIN_TICKS = 60
 
 

@@ -12,7 +12,7 @@ from kilotwin.flash.image import swarm_image
 
 from .emulated_swarm import EmulatedSwarm
 
-# What the robots show when the new program runs, and not before.
+# Robots show it when the new program runs, and not before.
 PROGRAM = """
 #include <kilolib.h>
 static void setup(void) { set_color(RGB(3, 0, 3)); }
@@ -37,8 +37,8 @@ def test_robots_are_flashed_verified_and_run_the_new_program(
     """With a fifth of the frames lost, in both ways."""
     settings = ("grid.cells.weak_share=0", *SAME_CLOCKS)
     table = EmulatedSwarm(tmp_path, 4, loss=0.2, side=2, settings=settings)
-    everybody = frozenset(range(1, 5))
-    upload = table.flash(image, uids=everybody, run=True)
+    expected = frozenset(range(1, 5))
+    upload = table.flash(image, uids=expected, run=True)
     assert upload.done, swarm.text(upload)
     assert upload.well
     assert upload.running == [1, 2, 3, 4]
@@ -46,7 +46,7 @@ def test_robots_are_flashed_verified_and_run_the_new_program(
     leds = table.simulation.snapshot()["led"][0]
     assert [int(led) & 0x3F for led in leds] == [PURPLE] * 4
     # The same again finds that all is there, and sends no page.
-    again = table.flash(image, uids=everybody)
+    again = table.flash(image, uids=expected)
     assert again.done
     assert again.laps == 0
 

@@ -213,6 +213,6 @@ def _build(program: Program, compiler: str, runtime: Sequence[Path], image: Imag
 
 
 def make_hex(elf: Path, target: Path, failure: str) -> None:
-    """What is flashed of a linked program; `failure` is the error's text if that cannot be."""
+    """Writes the .hex of a linked program; `failure` is the error's text."""
     left_out = [word for name in avr_words("AVR_NOT_FLASHED") for word in ("-R", name)]
     run_tool(["avr-objcopy", "-O", "ihex", *left_out, str(elf), str(target)], failure)

@@ -36,7 +36,7 @@ class BusName:
     host: str = ""
     port: int = 0
     size: tuple[int, int] | None = None
-    """Of the grid, columns and rows: a dispatcher has to be told."""
+    """Columns and rows of the grid: a dispatcher has to be told."""
 
     def __str__(self) -> str:
         if self.interface != "socketcand":

@@ -46,7 +46,7 @@ class Measured(Section):
 
 
 class LabRobot(Section):
-    """What is known of a robot. Duties left out are those of its kind."""
+    """One robot as measured. Duties left out are those of its kind."""
 
     turn_left: Byte | None = None
     """Duty of the left motor in a left turn."""
@@ -61,9 +61,9 @@ class LabRobot(Section):
     high_gain: _Gains | None = None
     """The same of the high gain."""
     motors: Measured | None = None
-    """Of the duties."""
+    """How and when the duties were measured."""
     ranging: Measured | None = None
-    """Of the gains."""
+    """How and when the gains were measured."""
 
 
 class LabSchema(Section):

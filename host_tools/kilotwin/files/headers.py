@@ -52,7 +52,7 @@ PAGES_PER_REPORT = number_of(_IMAGE_STORE, "BOOT_REPORT_PAGES")
 """Pages that one answer is about, from the asked one on."""
 
 FRAGMENT_BYTES = number_of(_IMAGE_STORE, "BOOT_FRAGMENT_BYTES")
-"""Of a page, in one frame."""
+"""Bytes of a page in one infrared frame."""
 
 ALL_ROBOTS = number_of(_ROBOT_QUERY, "ROBOT_QUERY_ALL")
 """The uid of a question to all robots; also that of a robot which was never given one."""

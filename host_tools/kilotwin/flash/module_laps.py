@@ -36,7 +36,7 @@ _ANSWER_S = 0.15
 
 
 class Fate(StrEnum):
-    """What became of a module."""
+    """Result of a module."""
 
     VERIFIED = "verified"
     INCOMPLETE = "incomplete"
@@ -92,7 +92,7 @@ class ModuleLaps:
         """Pages in all of them, on the bus that had most."""
 
     def next_round(self) -> Round | None:
-        """What to send next; None: there is nothing more to do."""
+        """The round to send next; None: there is nothing more to do."""
         return next(self._rounds, None)
 
     def take(self, module: Module, report: BootReport) -> None:
@@ -131,7 +131,7 @@ class ModuleLaps:
         return 0 if self._is_verified(loader) else loader.missing.bit_count()
 
     def fate(self, module: Module) -> Fate:
-        """What became of a module, or would if it ended here."""
+        """Result of a module, as if it ended here."""
         loader = self._loaders[module]
         if self._is_verified(loader):
             return Fate.VERIFIED

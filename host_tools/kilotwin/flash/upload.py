@@ -92,7 +92,7 @@ Script = Generator[Action, Sequence[Report], None]
 
 @dataclass(frozen=True)
 class Wish:
-    """What is wanted. `uids`, `count`: robots expected; neither: those that answer at first."""
+    """A wanted upload. `uids`, `count`: robots expected; neither: those that answer at first."""
 
     image: FlashImage
     uids: frozenset[int] = frozenset()
@@ -104,17 +104,17 @@ class Wish:
 
 @dataclass
 class Robot:
-    """What is known of one robot."""
+    """One robot, as far as is known."""
 
     uid: int
     missing: frozenset[int]
     """Pages that it lacks as far as is known: all before it said otherwise."""
     verified: bool = False
     state: LoaderState | None = None
-    """Of its boot loader; None if it has not been heard from there."""
+    """Its boot loader's; None if it has not been heard from there."""
     image_id: int | None = None
     application: RobotState | None = None
-    """What its application did when it was last asked; None in the boot loader."""
+    """State of its application when it was last asked; None in the boot loader."""
     voltage: int | None = None
     heard: bool = False
     lap: int = -1
@@ -127,7 +127,7 @@ class Robot:
 
 @dataclass
 class Progress:
-    """What goes on: a line, and how far it is, 0 to 1."""
+    """A line on what goes on, and how far it is, 0 to 1."""
 
     text: str = ""
     share: float = 0.0
@@ -481,7 +481,7 @@ class Upload:
         return not self._is_announced(self.robots[uid])
 
     def _pages_lacking(self) -> frozenset[int]:
-        """What those lack of which it is known. Others have lost pages like they."""
+        """Pages that robots lack, of those that have said it. Others have lost pages like them."""
         known = [self.robots[uid] for uid in self._asked() if self.robots[uid].lap >= 0]
         return frozenset[int]().union(*(robot.missing for robot in known))
 
@@ -502,7 +502,7 @@ class Upload:
         return left + every * self.unknown
 
     def _slots_log2(self, open_ended: bool) -> int:
-        """Of slots about as many as robots: more than a third of them answers, wherever they are.
+        """About as many slots as robots: more than a third of them answers, wherever they are.
 
         Where they are apart, more do. `open_ended`: twice as many robots may be there as is known.
         """

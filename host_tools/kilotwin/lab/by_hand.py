@@ -9,7 +9,7 @@ from kilotwin.experiment.overhead import DUTIES, WAKEUP, CalibMode, calib
 from kilotwin.links.robot_link import Report, RobotLink
 from kilotwin.links.roll_call import RollCall
 
-# Of the four duties in the order of CALIB: more above less, as they lie on the keyboard.
+# Keys of the four duties in the order of CALIB: more above less, as they lie on the keyboard.
 _CHANGES: Mapping[str, tuple[int, int]] = {
     **{"q": (0, 1), "a": (0, -1), "w": (1, 1), "s": (1, -1)},
     **{"e": (2, 1), "d": (2, -1), "r": (3, 1), "f": (3, -1)},

@@ -16,7 +16,7 @@ from kilotwin.files.drafts import draft_of
 
 @dataclass(frozen=True)
 class Entry:
-    """What was measured of a robot: keys of [robot.N], the key that says how, and how."""
+    """A robot as measured: keys of [robot.N], the key that says how, and how."""
 
     uid: int
     values: Mapping[str, int | Sequence[int]]

@@ -40,7 +40,7 @@ _TURN_S = 4.0
 _BEND_RAD_S = 0.1
 # So that nearly all have been heard.
 _LOOKS_AFTER_SAVING = 12
-# Of a robot that does not say that it saved: some are hardly heard for two minutes.
+# For a robot that does not say that it saved: some are hardly heard for two minutes.
 _ATTEMPTS_TO_SAVE = 20
 # A bend is known well enough: motor noise alone turns a robot by 60 degrees in a metre.
 _KNOWN_RAD_M = math.radians(60)
@@ -60,7 +60,7 @@ class Table:
     rows: int
 
     def middle(self, module: tuple[int, int], cell: int) -> tuple[float, float]:
-        """Of a cell, in m: cell 0 is top left, 3 bottom right, and y goes up (hardware.md 3.1)."""
+        """A cell's middle, in m: 0 is top left, 3 bottom right, y goes up (hardware.md 3.1)."""
         column, row = 2 * module[0] + cell % 2, 2 * module[1] + (cell < 2)
         return (column + 0.5) * CELL_M, (row + 0.5) * CELL_M
 
@@ -80,7 +80,7 @@ class Robot:
     straight: Duties
     """The best known; at first those that it came with."""
     trial: Duties = (0, 0)
-    """Of the round that goes on."""
+    """Duties of the round that goes on."""
     wheels: Wheels = field(default_factory=Wheels.unknown)
     measured: int = 0
     """Rounds in which it was seen well enough."""
@@ -259,7 +259,7 @@ def _stays(leg: Sequence[Point], for_s: float) -> bool:
 
 
 def judge(robot: Robot) -> None:
-    """What its track says of its motors, and which duties follow."""
+    """Judges its motors by its track, and chooses the next duties."""
     sd = max(robot.wheels.speed_sd(robot.trial), _SPEED_SD_M_S)
     drift = drift_of(robot.legs, robot.wheels.speed_m_s(robot.trial), sd)
     if drift is None:

@@ -25,7 +25,7 @@ MOST_DUTY = 80
 LEAST_DUTY = 20
 
 _SPREAD = 0.25
-# Of a strength from one measurement to the next: motors are not proportional.
+# Change of a strength from one measurement to the next: motors are not proportional.
 _FORGETTING = 0.008
 # Duties are whole numbers: so far from the exact ones a better pair may lie.
 _REACH = 4
@@ -37,7 +37,7 @@ Duties = tuple[int, int]
 
 @dataclass(frozen=True)
 class Wheels:
-    """What is known of a robot's motors."""
+    """A robot's motors, as far as is known."""
 
     strength: NDArray[np.float64]
     covariance: NDArray[np.float64]
@@ -49,7 +49,7 @@ class Wheels:
         return Wheels(np.full(2, usual), np.eye(2) * (_SPREAD * usual) ** 2)
 
     def after(self, duties: Duties, drift: Drift) -> "Wheels":
-        """What is known after it drove with these duties."""
+        """The motors as known after it drove with these duties."""
         left, right = duties
         rows = np.array([[left, -right], [LEG_M * left, LEG_M * right]], dtype=float)
         seen = np.array([drift.turn_rad_s, drift.speed_m_s])

@@ -86,7 +86,7 @@ class DispatcherRobots:
             if self._announced is not None:
                 self._send(encode(Dispatched.KILOGRID_COMMAND, bytes([GridCommand.STOP_IR])))
         except DeviceError:
-            pass  # it is gone, and whoever used it knows
+            pass  # it is gone, and its user knows
         finally:
             self._port.close()
 

@@ -92,7 +92,7 @@ class EmulatedDispatcher:
                 self._owe(sender, self._owed.get(sender, 1) - 1, now_s)
 
     def step(self, begin_s: float, end_s: float) -> tuple[list[ToModules], bytes]:
-        """What goes to modules and to the PC in [begin_s, end_s), which follows on the last step.
+        """Frames to modules, bytes to the PC in [begin_s, end_s), which follows on the last step.
 
         All that modules sent before must have been heard.
         """

@@ -106,7 +106,7 @@ def _with_crc(message_: bytes) -> bytes:
 
 def _fragments(page: int, content: bytes) -> Iterator[bytes]:
     for begin in range(0, PAGE_BYTES, FRAGMENT_BYTES):
-        # What lies behind a page's last bytes is the packet's checksum; here zeros.
+        # Behind a page's last bytes lies the packet's checksum; here zeros.
         fragment = content[begin : begin + FRAGMENT_BYTES]
         yield _with_crc(message([page, begin // 2, *fragment], MessageType.PAGE))
 

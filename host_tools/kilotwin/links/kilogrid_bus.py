@@ -143,7 +143,7 @@ class KilogridBus(can.BusABC):
             return self._forward(data[1], payload)
         if kind in _COMMANDS:
             command = _COMMANDS[kind]
-            # What it leaves modules in is the same, and it ends the polling, too.
+            # It leaves modules in the same state, and ends the polling, too.
             if command == GridCommand.STOP_IR and self.running:
                 command = GridCommand.IDLE
             self._queue(Dispatched.KILOGRID_COMMAND, bytes([command]))

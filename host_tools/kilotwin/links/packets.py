@@ -15,7 +15,7 @@ from kilotwin.files.headers import PAGE_BYTES
 
 OVERHEAD_BAUD = 38_400
 BIG_BAUD, SMALL_BAUD = 256_000, 38_400
-"""Of dispatchers: of large grids, and of those with up to SMALL_MODULES (hardware.md 3.1)."""
+"""Dispatchers of large grids, and of those with up to SMALL_MODULES (hardware.md 3.1)."""
 SMALL_MODULES = 16
 HEADER = 0x55
 DATA_BYTES = PAGE_BYTES + 1
@@ -183,7 +183,7 @@ class _Stream:
             yield packet
 
     def _length(self) -> int | None:
-        """Of the packet that begins here; 0 if more has to come, None if there is none."""
+        """Bytes of the packet that begins here; 0 if more has to come, None if there is none."""
         raise NotImplementedError
 
     def _is_whole(self, packet: bytes) -> bool:

@@ -26,7 +26,7 @@ class MessageType(IntEnum):
 
 
 class LoaderState(IntEnum):
-    """What a boot loader says of its image."""
+    """State of an image, as the boot loader reports it."""
 
     NOTHING = 0
     LOADING = 1
@@ -35,7 +35,7 @@ class LoaderState(IntEnum):
 
 
 class RobotState(IntEnum):
-    """What an application's runtime does (hardware.md 1.3).
+    """State of an application's runtime (hardware.md 1.3).
 
     Numbered as robot_state_t of firmware/kilolib/core/robot_commands.h.
     """
@@ -71,12 +71,12 @@ class Report:
 
     @property
     def loader_state(self) -> LoaderState | None:
-        """Of a robot in its boot loader; None of others, and of one that says nonsense."""
+        """The image's, of a robot in its boot loader; None of others, and for nonsense."""
         return LoaderState(self.state) if self.state in tuple(LoaderState) else None
 
     @property
     def robot_state(self) -> RobotState | None:
-        """Of a robot whose application runs."""
+        """The runtime's, of a robot whose application runs; else None."""
         number = self.state - IN_PROGRAM
         return RobotState(number) if number in tuple(RobotState) else None
 

@@ -82,13 +82,13 @@ def colour_of(reading: int) -> str:
 
 
 def colours() -> str:
-    """What the colours after VOLTAGE say, in a line."""
+    """Meaning of the colours after VOLTAGE, in a line."""
     parts = [f"{colour} above {volts(above):.1f} V" for above, colour in _COLOURS]
     return f"{', '.join(parts)}, red: charge it"
 
 
 def state_of(robot: Report) -> str:
-    """What a robot does, in a word or three."""
+    """A robot's state, in a word or three."""
     if robot.loader_state is not None:
         return _LOADER_STATES[robot.loader_state]
     if robot.robot_state is not None:

@@ -17,9 +17,9 @@ class Via:
     kind: str
     port: str = ""
     buses: Sequence[str] = ()
-    """Of a grid, as --can names them."""
+    """A grid's, as --can names them."""
     size: str | None = None
-    """Of a grid, "COLUMNSxROWS"."""
+    """A grid's, "COLUMNSxROWS"."""
 
     def __str__(self) -> str:
         return f"{self.kind}:{self.port}" if self.port else self.kind
@@ -30,7 +30,7 @@ class Kind:
     """A kind of device: what stands behind its colon, and how it is opened."""
 
     port: str
-    """What the port is, for people; "" if the kind has none."""
+    """Description of the port, for people; "" if the kind has none."""
     open: Callable[[Via], RobotLink]
 
 
@@ -50,7 +50,7 @@ def forms() -> str:
 
 
 def parse_via(text: str, buses: Sequence[str] = (), size: str | None = None) -> Via:
-    """What --via names, with --can and --size; InputError says which forms there are."""
+    """The link that --via names, with --can and --size; InputError has the forms."""
     kind, colon, port = text.partition(":")
     entry = KINDS.get(kind)
     if entry is None or bool(colon) != bool(entry.port) or bool(port) != bool(entry.port):

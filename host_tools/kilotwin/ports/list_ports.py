@@ -1,4 +1,4 @@
-"""The serial ports of this machine, with what may be at each and who has it open."""
+"""The serial ports of this machine, with what may be at each and which program has it open."""
 
 import os
 from collections.abc import Iterable
@@ -19,7 +19,7 @@ class Port:
 
     name: str
     what: str
-    """What is at it, for people; "" if it is not known."""
+    """The device at it, for people; "" if it is not known."""
     holder: str | None
     """The process that has it open, "cat (process 12)"; None: free, or not to be seen by us."""
     may_open: bool

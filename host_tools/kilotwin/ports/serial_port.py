@@ -12,7 +12,7 @@ from kilotwin.ports.holders import reserved
 _BITS_PER_BYTE = 10  # 8N1
 # A device that takes nothing for so long hangs.
 _WRITE_S = 2.0
-# What pyserial raises for a port that goes while it is used; its own errors are OSErrors.
+# Errors of pyserial for a port that goes while it is used; its own are OSErrors.
 _ERRORS = (OSError, TypeError, termios.error)
 _UNPLUG = "plug the device in again, then type this again"
 
@@ -48,7 +48,7 @@ class SerialPort:
             raise self._gone(error) from None
 
     def read(self) -> bytes:
-        """What has come since the last call, maybe nothing."""
+        """Bytes that have come since the last call, maybe none."""
         try:
             data = self._serial.read(max(1, self._serial.in_waiting))
         except _ERRORS as error:

@@ -19,7 +19,7 @@ enum { PART_PAGES = 0, PART_CHECK = 1 };
 
 static uint16_t word_at(const uint8_t *data) { return (uint16_t)(data[0] | data[1] << 8); }
 
-// What is known of an image that only its pages are said of.
+// An image of which only the number of pages is known.
 static __attribute__((noinline)) void expect_no_check(boot_frames_t *frames) {
     memset(&frames->next, 0xFF, sizeof frames->next);
     frames->next.checked = 0;

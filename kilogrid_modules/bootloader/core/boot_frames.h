@@ -18,7 +18,7 @@ extern "C" {
 /// In place of the first page that is asked for.
 #define BOOT_NOTHING_ASKED 0xFF
 
-/// What is kept from frame to frame, beside the store; may be read.
+/// State from frame to frame, beside the store; may be read.
 typedef struct {
     image_t next;      ///< what the next number of pages announces: CRC and id have come before
     uint8_t page;      ///< that fragments belong to, or BOOT_NO_PAGE

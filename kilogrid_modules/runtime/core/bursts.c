@@ -19,7 +19,7 @@ static void begin_rounds(burst_t *burst, const transfer_ir_t *ir, uint8_t type, 
     burst->frames = (uint8_t)(rounds * N_CELLS);
 }
 
-// What is not the question's in the message stays 0.
+// Bytes of the message behind the question stay 0.
 static void begin_question(burst_t *burst, orders_t *orders) {
     memcpy(burst->message.data, orders->question, sizeof orders->question);
     burst->message.type = BOOTPGM_QUERY;

@@ -47,7 +47,7 @@ TEST_CASE("seven frames back to back within a tick reach chips and guests") {
     }
 }
 
-TEST_CASE("a frame with a wrong CRC is taken by nobody") {
+TEST_CASE("a frame with a wrong CRC is taken by no robot") {
     Simulation simulation(chip_and_guest());
     simulation.shine_from_above(frame(RUN), simulation.now());
     simulation.advance(4);

@@ -48,7 +48,7 @@ class FlashedModule {
     std::optional<std::array<uint8_t, 8>> ask(uint8_t first, uint16_t id = OWN);
 
     void run_ms(double ms) { advance(board.now() + static_cast<Cycles>(ms * double(MS))); }
-    /// What it says on its serial line within 30 ms; 0: nothing.
+    /// Its byte on the serial line within 30 ms; 0: none.
     char says();
     bool has(const Image &image) const { return image.is_in(board.flash_content()); }
 

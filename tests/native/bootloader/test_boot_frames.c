@@ -6,7 +6,7 @@
 #include "flash_model.h"
 
 enum { BOOT = 0x06, PAGE, SIZE, NUMBER, IDLE = 0x0B, SETUP, RUN, CRCS = 0x16, QUERY, REPORT };
-// What deployed boot loaders know, higher than the types of the document by this.
+// Types that deployed boot loaders know are higher than those of the document by this.
 #define OLDER 0x9F
 
 static image_store_t store;

@@ -34,7 +34,7 @@ bool waits_in_loader(FlashedModule &module) {
     return answer && (*answer)[0] == BOOT_REPORT;
 }
 
-/// What a dispatcher or an original host does (hardware.md 3.7): one lap of frames 1 ms apart.
+/// As a dispatcher or an original host (hardware.md 3.7): one lap of frames 1 ms apart.
 void send_as_published(FlashedModule &module, const Image &image, uint8_t older_by,
                        Cycles spacing = MS) {
     module.announce(image, false, older_by);

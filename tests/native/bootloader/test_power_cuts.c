@@ -27,7 +27,7 @@ static void load_badly(uint32_t seed) {
     work(&store);
 }
 
-/// What is in flash before the replacement.
+/// Flash before the replacement.
 typedef enum { BLANK_CHIP, OURS, FOREIGN } before_t;
 
 // Loads, and returns the operations that it takes; with `cut`, the power goes after so many.

@@ -304,7 +304,7 @@ TEST_CASE("a page whose CRC differs comes again") {
     CHECK(answer->data[7] == COMPLETE);
 }
 
-TEST_CASE("a complete program that nobody starts starts by itself after ten minutes of silence") {
+TEST_CASE("a complete program that waits for START starts by itself after ten minutes of silence") {
     FlashedRobot robot(flash_with_record(older()));
     robot.run_ms(50);
     REQUIRE(upload_as_kilotwin(robot, newer(), 3) == 1);

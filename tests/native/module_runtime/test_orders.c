@@ -207,7 +207,7 @@ TEST(a_question_goes_to_the_robots_in_every_state_but_running) {
         assert_int_equal(give_question(&orders), ORDER_DONE);
         const bool asks = state != STATE_INIT && state != STATE_RUNNING;
         assert_int_equal(main_loop_job(&orders) == JOB_ASK_ROBOTS, asks);
-        // What it repeats would drown the answers.
+        // A message that it repeats would drown the answers.
         assert_int_equal(orders.state, state == STATE_SETUP_KILOBOTS ? STATE_IDLE : state);
         assert_int_equal(orders.refused, 0);
     }

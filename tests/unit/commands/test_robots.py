@@ -100,7 +100,7 @@ def test_answers_come_as_numbers_and_robots_are_told_nothing(verb: str, link: Li
     assert link.repeated == []
 
 
-def test_nobody_who_answers_is_a_failure(link: Link) -> None:
+def test_no_answer_is_a_failure(link: Link) -> None:
     link.verifies = True
     done = typed("voltage", "--json", "--quiet")
     assert done.exit_code == 4

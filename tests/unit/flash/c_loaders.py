@@ -67,7 +67,7 @@ class Loaders:
         return answers
 
     def flash(self, place: Module) -> bytes:
-        """What a module's chip holds below its boot section."""
+        """Content of a module's chip below its boot section."""
         return bytes(self._library.loader_flash(self._at(self._number[place]))[:FLASH_BYTES])
 
     def _at(self, number: int) -> ctypes.c_void_p:

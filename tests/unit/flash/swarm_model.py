@@ -1,4 +1,4 @@
-"""A model of robots with boot loaders, of frames that get lost, and of who hears whom."""
+"""A model of robots with boot loaders, of frames that get lost, and of reach."""
 
 import random
 from collections.abc import Callable, Sequence
@@ -89,7 +89,7 @@ class Swarm:
         self.actions: list[Action] = []
 
     def perform(self, action: Action) -> list[Report]:
-        """What the devices and the robots make of an action."""
+        """An action carried out by devices and robots."""
         self.actions.append(action)
         match action:
             case Repeat(message, hold_s):

@@ -58,7 +58,7 @@ class Rig:
         self.now_s = began + round_.duration_s
 
     def receive(self, bus: int, group: Group, data: bytes) -> list[tuple[tuple[int, int], bytes]]:
-        """What the modules of one bus answer."""
+        """Answers of the modules of one bus."""
         if group.y is not None:
             return self.modules.receive(wire.id_of_group(group), data, self.now_s)
         answers = []
@@ -205,7 +205,7 @@ def test_modules_that_never_report_are_mute_and_keep_their_program() -> None:
     assert {rig.modules.of[place].program for place in rig.laps.mute} == {b"old"}
 
 
-def test_nobody_is_sent_pages_if_nobody_reports() -> None:
+def test_no_pages_are_sent_if_no_module_reports() -> None:
     rig = Rig()
     for module in rig.modules.of.values():
         module.dead = True

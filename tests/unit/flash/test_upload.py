@@ -1,4 +1,4 @@
-"""An upload over a model of robots: who gets the program, and what is said of the others."""
+"""An upload over a model of robots: which get the program, and what is said of the others."""
 
 import itertools
 import random
@@ -60,7 +60,7 @@ def test_with_a_fifth_of_the_frames_lost_four_laps_are_enough_for_fifty(seed: in
     assert swarm.whole() == job.verified == list(range(1, 51))
 
 
-def test_later_laps_have_only_what_somebody_lacks() -> None:
+def test_later_laps_have_only_what_some_robot_lacks() -> None:
     swarm = Swarm(OURS, robots(5), loss=0.02, seed=3)
     job = upload()
     swarm.run(job)
@@ -131,7 +131,7 @@ def test_a_link_without_answers_is_not_asked() -> None:
     assert [robot.application for robot in swarm.robots] == [RobotState.RUNNING] * 2
 
 
-def test_of_expected_robots_those_that_do_not_answer_fail_and_nobody_is_started() -> None:
+def test_of_expected_robots_those_that_do_not_answer_fail_and_none_is_started() -> None:
     there = robots(10)
     there[4].mute = there[7].deaf = True
     swarm = Swarm(OURS, there)
@@ -182,7 +182,7 @@ def test_of_a_count_those_that_were_never_heard_are_counted() -> None:
     assert job.verified == [1, 2, 3]
 
 
-def test_of_a_count_of_which_nobody_is_there_nothing_is_done() -> None:
+def test_of_a_count_of_which_none_is_there_nothing_is_done() -> None:
     swarm = Swarm(OURS, [])
     job = upload(count=2)
     swarm.run(job)

@@ -12,7 +12,7 @@ USUAL = SPEED_M_S / (2 * LEG_M * DUTY)
 
 
 def drive(strength: tuple[float, float], duties: tuple[int, int], sd: float = 0.005) -> Drift:
-    """What a robot with these shares of the usual strength does, as it is measured."""
+    """Drive of a robot with these shares of the usual strength, as it is measured."""
     left, right = (USUAL * share * duty for share, duty in zip(strength, duties, strict=True))
     return Drift(left - right, sd, LEG_M * (left + right), 0.001, 3, 0)
 

@@ -13,7 +13,7 @@ STEP_S = 0.032768
 
 
 def frames_of(controller: EmulatedOverhead, seconds: float, begin_s: float = 0.0) -> list[Frame]:
-    """What begins within so many seconds, asked for step by step."""
+    """Frames that begin within so many seconds, asked for step by step."""
     found = []
     for step in range(round(seconds / STEP_S)):
         at = begin_s + step * STEP_S

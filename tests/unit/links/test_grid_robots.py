@@ -21,7 +21,7 @@ LAYOUT = Layout(2, 2, 2)
 
 
 class Clock:
-    """Time that passes when somebody sleeps."""
+    """Time that passes when its user sleeps."""
 
     def __init__(self) -> None:
         self.time_s = 100.0

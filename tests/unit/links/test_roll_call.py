@@ -1,4 +1,4 @@
-"""What robots say of themselves, and the table of it."""
+"""Robots' answers, and the table of them."""
 
 from collections.abc import Sequence
 
@@ -41,7 +41,7 @@ class Link:
         pass
 
 
-def test_robots_are_asked_until_nobody_new_answers() -> None:
+def test_robots_are_asked_until_no_new_one_answers() -> None:
     link = Link([[vitals(2)], [], [vitals(1), vitals(2)], [], []])
     roll_call = RollCall(link)
     roll_call.ask_until(2)

@@ -65,7 +65,7 @@ static void save(const values_t *values) {
     kilolib_calibration_save(data);
 }
 
-// What the original and its controllers read.
+// Places that the original and its controllers read.
 static values_t in_the_originals_places(void) {
     const values_t values = {{(uint16_t)(eeprom[0xB0] | eeprom[0xB1] << 8), eeprom[0x05],
                               eeprom[0x09], eeprom[0x0C], eeprom[0x14]}};
