@@ -6,9 +6,10 @@ from collections.abc import Callable, Iterator
 
 from kilotwin.experiment.areas import Area, area_of, lies_inside, overlap
 from kilotwin.experiment.grid_checks import Problem, grid_problems, within_the_run
+from kilotwin.experiment.grid_schema import Grid
 from kilotwin.experiment.overhead import KEYS, uids
 from kilotwin.experiment.profile_defaults import KILOBOT_MEDIUM, PROFILES, motion_defaults
-from kilotwin.experiment.schema import Arena, Command, ExperimentSchema, Grid, Robots, Site
+from kilotwin.experiment.schema import Arena, Command, ExperimentSchema, Robots, Site
 from kilotwin.experiment.toml_lines import KeyPath
 
 # Robots placed one after the other at random stop fitting somewhere above half of the area.

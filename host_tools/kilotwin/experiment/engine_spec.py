@@ -10,7 +10,8 @@ from kilotwin.experiment.informed import informed_ranges
 from kilotwin.experiment.lab_file import TABLES
 from kilotwin.experiment.overhead import ALL_ROBOTS, DUTIES, RUN, TimedMessage, timed
 from kilotwin.experiment.profile_defaults import PROFILES, Profile, motion_defaults
-from kilotwin.experiment.schema import Arena, Controller, ExperimentSchema, Reading, Section, Site
+from kilotwin.experiment.schema import Arena, Controller, ExperimentSchema, Reading, Site
+from kilotwin.experiment.section import Section
 from kilotwin.experiment.start_poses import starts
 from kilotwin.units import q16, ticks, ticks_q16
 

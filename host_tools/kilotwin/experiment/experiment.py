@@ -18,6 +18,7 @@ from pydantic import ValidationError
 from kilotwin.errors import InputError
 from kilotwin.experiment.checks import first_problem, first_problem_of_command, swarm_size
 from kilotwin.experiment.grid_plan import GridPlan, find_file, plan_of, shown
+from kilotwin.experiment.grid_schema import Grid
 from kilotwin.experiment.informed import informed_ranges
 from kilotwin.experiment.lab_file import LabRobot, read_lab
 from kilotwin.experiment.programs import (
@@ -28,7 +29,7 @@ from kilotwin.experiment.programs import (
     find_program,
     portable,
 )
-from kilotwin.experiment.schema import Command, ExperimentSchema, Grid
+from kilotwin.experiment.schema import Command, ExperimentSchema
 from kilotwin.experiment.text import ExperimentText, Setting
 from kilotwin.experiment.toml_lines import KeyPath
 from kilotwin.experiment.validation_errors import input_error

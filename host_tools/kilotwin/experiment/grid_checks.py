@@ -4,7 +4,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from kilotwin.experiment.areas import Area, area_of, lies_inside
-from kilotwin.experiment.schema import ExperimentSchema, Grid, GridChange
+from kilotwin.experiment.grid_schema import Grid, GridChange
+from kilotwin.experiment.schema import ExperimentSchema
 from kilotwin.experiment.toml_lines import KeyPath
 from kilotwin.files.headers import MODULE_M, MOST_PER_BUS
 

@@ -14,7 +14,8 @@ from kilotwin.errors import InputError
 from kilotwin.experiment import grid_sites as sites
 from kilotwin.experiment import kconf
 from kilotwin.experiment.grid_layout import Cells, Layout, Module, sites_on_cells, walls_on_cells
-from kilotwin.experiment.schema import ExperimentSchema, Grid, GridChange
+from kilotwin.experiment.grid_schema import Grid, GridChange
+from kilotwin.experiment.schema import ExperimentSchema
 from kilotwin.experiment.serials import read_serials
 from kilotwin.experiment.text import ExperimentText
 from kilotwin.experiment.toml_lines import KeyPath

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kilotwin.experiment.grid_layout import Cells, Layout, Module, of_module
-from kilotwin.experiment.schema import CellColour
+from kilotwin.experiment.grid_schema import CellColour
 
 MOST_SITES = 14
 # The 3-bit colours of a module's lights, in the order of their numbers.

@@ -23,7 +23,7 @@ from typing import Annotated, Any
 from pydantic import Field, ValidationError
 
 from kilotwin.errors import InputError
-from kilotwin.experiment.schema import Byte, Section, Text
+from kilotwin.experiment.section import Byte, Section, Text
 from kilotwin.experiment.text import ExperimentText, syntax_message
 from kilotwin.experiment.toml_lines import KeyPath, locate
 from kilotwin.experiment.validation_errors import input_error

@@ -35,7 +35,8 @@ from kilotwin.experiment.overhead import (
 )
 from kilotwin.experiment.profile_defaults import PROFILES
 from kilotwin.experiment.programs import key_of
-from kilotwin.experiment.schema import Byte, Pose, Robots, Section, one_or_more
+from kilotwin.experiment.schema import Robots
+from kilotwin.experiment.section import Byte, Pose, Section, one_or_more
 from kilotwin.experiment.states import States
 from kilotwin.experiment.text import ExperimentText, Setting, parse_setting
 from kilotwin.experiment.validation_errors import input_error

@@ -1,0 +1,50 @@
+"""Types of values with their ranges, and the rules that hold for every table of an experiment."""
+
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from kilotwin.files.headers import MOST_COLUMNS
+from kilotwin.units import TICK_S
+
+Text = Annotated[str, Field(min_length=1, max_length=200)]
+Length = Annotated[float, Field(gt=0, le=1000)]
+Coordinate = Annotated[float, Field(ge=-1000, le=1000)]
+Point = Annotated[list[Coordinate], Field(min_length=2, max_length=2)]
+Pose = Annotated[list[Coordinate], Field(min_length=3, max_length=3)]
+Share = Annotated[float, Field(ge=0, le=1)]
+# Of a Kilogrid's modules: five bits of a CAN identifier, less the one that means all.
+Modules = Annotated[int, Field(ge=1, le=MOST_COLUMNS)]
+Module = Annotated[
+    list[Annotated[int, Field(ge=0, le=MOST_COLUMNS - 1)]], Field(min_length=2, max_length=2)
+]
+Rectangle = Annotated[list[Coordinate], Field(min_length=4, max_length=4)]
+# A standard deviation, as a share of the value that it spreads.
+Spread = Annotated[float, Field(ge=0, le=0.3)]
+Count = Annotated[int, Field(ge=1, le=1_000_000)]
+Uid = Annotated[int, Field(ge=0, le=65535)]
+Byte = Annotated[int, Field(ge=0, le=255)]
+# Of an analog-to-digital converter.
+Reading10 = Annotated[float, Field(ge=0, le=1023)]
+# CONFIG carries reals as 32 bits of Q16 and most periods as 16 bits of ticks (wire.h).
+Real = Annotated[float, Field(ge=0, le=65535)]
+Period = Annotated[float, Field(ge=TICK_S, le=2147)]
+Pause = Annotated[float, Field(ge=0, le=2147)]
+Window = Annotated[float, Field(ge=TICK_S, le=1048)]
+
+
+def one_or_more(value: Any) -> Any:
+    """A list of one where a single text was written."""
+    return [value] if isinstance(value, str) else value
+
+
+class Section(BaseModel):
+    """A table of the file: no unknown keys, no text for numbers, no NaN."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+        strict=True,
+        allow_inf_nan=False,
+        frozen=True,
+        use_attribute_docstrings=True,
+    )
