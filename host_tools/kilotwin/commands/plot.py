@@ -21,6 +21,7 @@ class Figure(StrEnum):
     iqr = "iqr"
     symmetry = "symmetry"
     error = "error"
+    series = "series"
 
 
 @app.command(
@@ -28,7 +29,8 @@ class Figure(StrEnum):
     "  kilotwin plot map runs/my-run -o map.png\n\n"
     "  kilotwin plot timeline runs/my-run -o timeline.pdf\n\n"
     "  kilotwin plot median runs/sweep-paper-grid -o median.pdf\n\n"
-    "  kilotwin plot symmetry runs/my-sweep --where controller.beta=1.5 -o symmetry.pdf"
+    "  kilotwin plot symmetry runs/my-sweep --where controller.beta=1.5 -o symmetry.pdf\n\n"
+    "  kilotwin plot series runs/my-sweep --column state_past -o past.png"
 )
 def plot(
     figure: Annotated[Figure, typer.Argument(help="Which figure.")],
@@ -36,7 +38,7 @@ def plot(
         Path,
         typer.Argument(
             metavar="RUN|SWEEP",
-            help="A run folder (timeline, map) or a sweep's (median, iqr, symmetry, error).",
+            help="A run folder (timeline, map) or a sweep's (the others).",
         ),
     ],
     output: Annotated[
@@ -46,6 +48,12 @@ def plot(
         ),
     ],
     where: Where = None,
+    column: Annotated[
+        str | None,
+        typer.Option(
+            envvar="KILOTWIN_COLUMN", help="series: which column of series.parquet, over time."
+        ),
+    ] = None,
 ) -> None:
     """Draw a figure of a run or a sweep."""
-    lazy.load("plot.figures").write_figure(figure.value, folder, output, where or [])
+    lazy.load("plot.figures").write_figure(figure.value, folder, output, where or [], column)

@@ -88,7 +88,7 @@ class Conditions:
     def by_reading(folder: Path, where: Sequence[str] = ()) -> "dict[str, Conditions]":
         """The same for each reading of what the paper leaves open, in the order of the data set."""
         table = _read(folder)
-        rows = _chosen(folder, table, where)
+        rows = chosen(folder, table, where)
         sites = _sites(table)
         name, progress = about(folder, "name"), _progress(folder, table.num_rows)
         varied = _varied(table)
@@ -228,7 +228,8 @@ def _varied(table: pa.Table) -> list[str]:
     return ["base", *(key for key in keys if not key.startswith(_SAID_OTHERWISE))]
 
 
-def _chosen(folder: Path, table: pa.Table, where: Sequence[str]) -> list[Row]:
+def chosen(folder: Path, table: pa.Table, where: Sequence[str]) -> list[Row]:
+    """The rows of trials.parquet that meet all texts such as controller.beta=1.5."""
     rows: list[Row] = table.to_pylist()
     for text in where:
         column, equals, value = text.partition("=")
