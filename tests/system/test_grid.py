@@ -202,7 +202,8 @@ def test_a_dead_module_is_reported_and_nothing_else_is_lost(run_small: RunSmall)
 def test_a_module_that_is_reset_is_configured_again(run_small: RunSmall, health: str) -> None:
     run = run_small(FAULT.format(kind="reset"), f"grid.health={health}")
     (again,) = of_module(run, "module_configured_again")
-    assert 20 < again["time_s"] < 24
+    # Without its health it has to answer four polls as an idle one does.
+    assert 20 < again["time_s"] < (24 if health == "true" else 27)
     assert [e["module"] for e in run.events() if "module" in e] == [[1, 1]]
     heard = [
         r["time_s"] for r in run.tracking().to_pylist() if (r["module_x"], r["module_y"]) == (1, 1)

@@ -4,6 +4,7 @@ import itertools
 from typing import Any, get_args
 
 from kilotwin import _emulator
+from kilotwin.experiment.aggregation import runs_aggregation
 from kilotwin.experiment.areas import area_of
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.informed import informed_ranges
@@ -175,19 +176,27 @@ def commands(experiment: Experiment, *, waits: bool = False) -> list[TimedMessag
 
 def config_messages(keys: ExperimentSchema) -> list[tuple[int, int, bytes]]:
     """(first uid, last uid, message): every parameter for all, then each site's informed robots."""
-    if keys.controller is None:
-        return []
     report_s = 0.0 if keys.grid is None else keys.grid.report_s
+    if keys.controller is None:
+        # Robots that run the firmware with its own parameters report too.
+        reports = keys.grid is not None and runs_aggregation(keys)
+        return [_for_all("TRACKING_TICKS", ticks(report_s))] if reports else []
     settings = [
         (*ALL_ROBOTS, name, value)
         for name, value in config_values(keys.controller, keys.reading, report_s).items()
     ]
     for site, first_id, count in informed_ranges(keys):
         settings.append((first_id + 1, first_id + count, "INFORMED_SITE", site))
-    return [
-        (first, last, _emulator.config_message(first, last, _emulator.CONFIG_KEYS[name][0], value))
-        for first, last, name, value in settings
-    ]
+    return [_config(*setting) for setting in settings]
+
+
+def _for_all(name: str, value: int) -> tuple[int, int, bytes]:
+    return _config(*ALL_ROBOTS, name, value)
+
+
+def _config(first: int, last: int, name: str, value: int) -> tuple[int, int, bytes]:
+    key = _emulator.CONFIG_KEYS[name][0]
+    return first, last, _emulator.config_message(first, last, key, value)
 
 
 def config_differences(keys: ExperimentSchema) -> list[bytes]:

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from kilotwin.experiment.aggregation import runs_aggregation
 from kilotwin.experiment.areas import Area, area_of, lies_inside
 from kilotwin.experiment.grid_schema import Grid, GridChange
 from kilotwin.experiment.schema import ExperimentSchema
@@ -41,6 +42,7 @@ def grid_problems(experiment: ExperimentSchema) -> Iterator[Problem]:
         return
     yield from _buses(experiment.grid)
     yield from _robots(experiment)
+    yield from _reports(experiment, experiment.grid)
     for index, change in enumerate(experiment.grid.change):
         yield from _change(("grid", "change", index), experiment, change)
     yield from _commands(experiment)
@@ -87,6 +89,15 @@ def _robots(experiment: ExperimentSchema) -> Iterator[Problem]:
     if len(experiment.site) > _MOST_SITES:
         what = f"a cell tells {_MOST_SITES} sites apart; take fewer"
         yield Problem(what, (("site",), ("grid",)))
+
+
+def _reports(experiment: ExperimentSchema, grid: Grid) -> Iterator[Problem]:
+    if grid.report_s != Grid.model_fields["report_s"].default and not runs_aggregation(experiment):
+        what = (
+            "only robots that run firmware/aggregation obey 'report_s'; remove it: other programs "
+            "report when they send a message of type TRACKING"
+        )
+        yield Problem(what, (("grid", "report_s"), ("swarm",)))
 
 
 def _change(path: KeyPath, experiment: ExperimentSchema, change: GridChange) -> Iterator[Problem]:

@@ -21,7 +21,8 @@ from kilotwin.experiment.text import ExperimentText
 from kilotwin.experiment.toml_lines import KeyPath
 from kilotwin.files import resources
 
-Configuration = dict[Module, bytes]
+Configuration = Mapping[Module, kconf.Content]
+"""Bytes that a module is to have, or the configurations that a `.kconf` file sends it in turn."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,7 @@ class GridPlan:
     configuration: Configuration
     orders: tuple[Order, ...]
     site_maps: tuple[tuple[float, Cells], ...]
-    serials: Mapping[int, int]
+    serials: Mapping[int, str]
 
 
 def plan_of(keys: ExperimentSchema, origin: ExperimentText) -> GridPlan | None:
@@ -70,7 +71,7 @@ def plan_of(keys: ExperimentSchema, origin: ExperimentText) -> GridPlan | None:
     site_maps = [(0.0, now)]
     configuration = _configuration(keys, layout, now, origin)
     orders = [Order(c.at_s, "pause" if c.send != "run" else "resume") for c in keys.command or []]
-    current = dict(configuration)
+    current: dict[Module, kconf.Content] = dict(configuration)
     for index, change in sorted(enumerate(keys.grid.change), key=lambda item: item[1].at_s):
         if change.swap is not None:
             now = _swapped(keys, now, change)
@@ -165,7 +166,7 @@ def _swapped(keys: ExperimentSchema, cells: Cells, change: GridChange) -> Cells:
     return swapped
 
 
-def _serials(grid: Grid, origin: ExperimentText) -> Mapping[int, int]:
+def _serials(grid: Grid, origin: ExperimentText) -> Mapping[int, str]:
     if grid.kilobot_ids is None:
         return {}
     return read_serials(find_file(grid.kilobot_ids, ("grid", "kilobot_ids"), origin))

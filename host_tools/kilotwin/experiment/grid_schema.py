@@ -93,16 +93,17 @@ class Grid(Section):
     pace_s: Annotated[float, Field(ge=0.0005, le=0.1)] = 0.001
     """Between two frames of the host on a bus that may be for the same module."""
     report_s: Annotated[float, Field(ge=0, le=2147)] = 2.0
-    """Between two reports of a robot through its cell, by `firmware/aggregation`; 0: none."""
+    """Between two reports of a robot with `firmware/aggregation`, 0: none. No other obeys."""
     hold_s: Annotated[float, Field(ge=0.1, le=60)] = 2.0
     """How long modules repeat each message for robots before the run."""
     rounds: Annotated[int, Field(ge=1, le=10)] = 2
     """How many times all these messages are sent."""
     health: bool = False
     """Whether a module's health is requested after the set-up and when it was late. Ours answer;
-    original ones do not, and get their configuration anew in any case."""
+    original ones are judged by their answers to polls."""
     kilobot_ids: Text | None = None
-    """A file with a serial and an id per robot, for the `.kilodat`."""
+    """A file with a serial and an id per robot, for the `.kilodat`; the first line may be a header.
+    """
     cells: GridCells = GridCells()
     change: list[GridChange] = []
 

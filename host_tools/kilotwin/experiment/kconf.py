@@ -14,11 +14,13 @@ and one hex byte per line, up to 48. `#` begins a comment; empty lines mean noth
     0x02
     2
 
-Where blocks name a module twice the later one counts, as on the table, which gets them in turn.
+Where blocks name a module twice it is sent both, one after the other, as the lab's tool does it:
+its program sees each, and keeps the last one unless it notes them. A file without a block is
+allowed: then modules get no configuration.
 """
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
@@ -31,6 +33,11 @@ LAST = 30
 
 Module = tuple[int, int]
 """(x, y): column and row."""
+
+InTurn = tuple[bytes, ...]
+"""Configurations of one module, the first to be sent first."""
+Content = bytes | InTurn
+"""Bytes that a module is to have in the end, or those that it is sent in turn."""
 
 _FORMS = "module:x-y, x:columns or y:rows (lists with commas, ranges as 3-7)"
 _NUMBER = re.compile(r"\d{1,3}")
@@ -60,18 +67,14 @@ class Block:
 
 
 def read(file: Path) -> list[Block]:
-    """The blocks of a file, at least one; InputError names the file and the line."""
+    """The blocks of a file; InputError names the file and the line."""
     try:
-        blocks = parse(file.read_bytes().decode(), str(file))
+        return parse(file.read_bytes().decode(), str(file))
     except UnicodeDecodeError:
         raise InputError(f"{file}: not UTF-8 text; name a .kconf file") from None
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise InputError(f"{file}: {reason}; name a .kconf file") from None
-    if not blocks:
-        what = f"a line 'address', lines such as {_FORMS}, a line 'data', and bytes"
-        raise InputError(f"{file}: it names no module; a block is {what}")
-    return blocks
 
 
 def parse(text: str, source: str = ".kconf") -> list[Block]:
@@ -91,12 +94,12 @@ def to_text(blocks: Iterable[Block]) -> str:
 
 def configurations(
     blocks: Iterable[Block], columns: int, rows: int, source: str = ".kconf"
-) -> dict[Module, bytes]:
-    """What each module of a grid ends up with; modules that no block names are left out.
+) -> dict[Module, InTurn]:
+    """What each module of a grid is sent, in the file's order; without those that no block names.
 
     InputError for blocks that name a module outside the grid.
     """
-    found: dict[Module, bytes] = {}
+    found: dict[Module, InTurn] = {}
     for block in blocks:
         for target in block.targets:
             if not _inside(target, columns, rows):
@@ -107,11 +110,11 @@ def configurations(
                 )
             for y in range(rows) if target.y is None else (target.y,):
                 for x in range(columns) if target.x is None else (target.x,):
-                    found[x, y] = block.data
+                    found[x, y] = (*found.get((x, y), ()), block.data)
     return found
 
 
-def blocks_of(configuration: dict[Module, bytes]) -> list[Block]:
+def blocks_of(configuration: Mapping[Module, bytes]) -> list[Block]:
     """One block per distinct content, in the order of the first module that has it."""
     modules: dict[bytes, list[Module]] = {}
     for module in sorted(configuration, key=lambda place: (place[1], place[0])):

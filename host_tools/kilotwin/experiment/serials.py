@@ -1,13 +1,19 @@
 """Lists of robots' serial numbers: `grid.kilobot_ids` of an experiment."""
 
+import re
 from pathlib import Path
 
 from kilotwin.errors import InputError
 
 
-def read_serials(file: Path) -> dict[int, int]:
-    """A `kilobot_ids` file: a serial and an id per line; serials by the id's low 7 bits."""
-    serials: dict[int, int] = {}
+def read_serials(file: Path) -> dict[int, str]:
+    """A `kilobot_ids` file: a serial and an id per line; serials by the id's low 7 bits.
+
+    A serial is any word, as 2066/3 or 01087. The lab's file begins with a header, a line without a
+    number.
+    """
+    serials: dict[int, str] = {}
+    begun = False
     try:
         lines = file.read_text().splitlines()
     except (OSError, UnicodeDecodeError) as error:
@@ -15,8 +21,13 @@ def read_serials(file: Path) -> dict[int, int]:
     for number, line in enumerate(lines, 1):
         if not line.strip() or line.lstrip().startswith("#"):
             continue
+        header = not begun and not re.search(r"(?<!\w)\d", line)
+        begun = True
+        if header:
+            continue
         try:
-            serial, robot = (int(word) for word in line.split())
+            serial, written = line.split()
+            robot = int(written)
         except ValueError:
             what = f"'{line}' is not a serial and an id, with a tab between them"
             raise InputError(f"{file}:{number}: {what}") from None

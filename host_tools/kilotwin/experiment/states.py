@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from kilotwin.experiment.aggregation import runs_aggregation
 from kilotwin.experiment.colours import LED_COLOURS, LED_VALUES, led_byte, led_rgb
 from kilotwin.experiment.schema import ExperimentSchema
 
@@ -34,11 +35,11 @@ class States:
 
     @staticmethod
     def of(experiment: ExperimentSchema) -> "States":
-        """The experiment's own [states], else those of aggregation where it is configured."""
+        """The experiment's own [states], else those of aggregation where robots run it."""
         if experiment.states is not None:
             named = {name: (r, g, b) for name, (r, g, b) in experiment.states.items()}
         else:
-            named = AGGREGATION if experiment.controller else {}
+            named = AGGREGATION if runs_aggregation(experiment) else {}
         index_of = {led_byte(*colour): index for index, colour in enumerate(named.values())}
         names = list(named)
         for led in range(LED_VALUES):

@@ -11,7 +11,8 @@ from dataclasses import replace
 from typing import Any, Literal, Protocol
 
 from kilotwin.experiment.grid_plan import GridPlan, Order
-from kilotwin.grid.controller import Controller
+from kilotwin.grid.controller import SETTLE_S, Controller
+from kilotwin.grid.in_turn import rounds_of
 from kilotwin.grid.links import Links
 from kilotwin.grid.poller import Reports
 
@@ -168,11 +169,13 @@ def set_up_s(plan: GridPlan, messages: int, step_s: float) -> float:
     settings = plan.settings
     repeated = 1 + settings.rounds * messages
     modules = math.ceil(plan.layout.rows / plan.layout.buses) * plan.layout.columns
-    frames = 9 * modules if plan.configuration else 3
+    rounds = rounds_of(plan.configuration.values())
+    frames = 9 * modules * rounds or 3
     if settings.health:
         frames += 2 * modules
     return (
         repeated * (settings.hold_s + _BETWEEN_S + 4 * step_s)
         + frames * max(settings.pace_s, 0.005, step_s)
+        + max(rounds - 1, 0) * (SETTLE_S + 2 * step_s)
         + _VERIFY_S
     )

@@ -17,22 +17,26 @@ from kilotwin.can.protocol import BusHealth, Health, ModuleState
 from kilotwin.errors import InputError
 from kilotwin.experiment.grid_layout import Layout, Module
 from kilotwin.experiment.grid_plan import Settings
-from kilotwin.experiment.kconf import MOST_BYTES
+from kilotwin.experiment.kconf import MOST_BYTES, Content
 from kilotwin.experiment.overhead import RESET, RUN, WAKEUP
 from kilotwin.files.message_crc import message_crc
 from kilotwin.grid import frames as wire
-from kilotwin.grid.cover import ALL_MODULES, Group, cover
+from kilotwin.grid.cover import ALL_MODULES, Group
+from kilotwin.grid.in_turn import behind, in_turn, last, rounds, rounds_of
 from kilotwin.grid.links import Frames, Links
-from kilotwin.grid.poller import SILENT_AFTER, Poller, Reports
+from kilotwin.grid.poller import SILENT_AFTER, Answer, Poller, Reports
+from kilotwin.grid.resets import ResetWatch, Verdict
 
 Wait = float | Callable[[], bool]
 Script = Generator[Wait, None, None]
 Sending = tuple[Group, wire.Paced]
 """A frame, and the modules that it is for."""
+Transfer = tuple[int, Group, list[wire.Paced]]
+"""The frames of a configuration, the bus, and the modules that they are for."""
 
-# Time for modules to carry a frame out: setup() of a program, the end of an infrared frame on each
-# cell, the 70 ms of a step of an idle module.
-_SETTLE_S = 0.3
+# Besides setup() the end of an infrared frame on each cell, the 70 ms of a step of an idle module.
+SETTLE_S = 0.3
+"""How long modules need to carry a frame out, setup() of a program with it."""
 # A module that begins to run first sends 40 frames by infrared, and answers nothing meanwhile.
 _START_S = 0.6
 # Between frames to modules that send by infrared: longer than a frame of theirs.
@@ -81,16 +85,17 @@ class Controller:
         self._bus_health: dict[Module, BusHealth] = {}
         self._down: dict[int, str] = {}
         self._left_out: set[int] = set()
-        self.configuration: dict[Module, bytes] = {}
+        self._resets = ResetWatch()
+        self.configuration: dict[Module, Content] = {}
         self.running = False
 
     # Orders. Each replaces what is under way. InputError: modules or bytes that cannot be.
 
-    def set_up(self, configuration: Mapping[Module, bytes], messages: Sequence[bytes]) -> None:
+    def set_up(self, configuration: Mapping[Module, Content], messages: Sequence[bytes]) -> None:
         """Resets robots and sends them the messages; configures modules."""
         self._begin(self._setting_up(self._checked(configuration), list(messages)))
 
-    def configure(self, configuration: Mapping[Module, bytes]) -> None:
+    def configure(self, configuration: Mapping[Module, Content]) -> None:
         """Configures modules, which then are ready to run; robots are left alone."""
         self._begin(self._configuring(self._checked(configuration)))
 
@@ -106,7 +111,7 @@ class Controller:
         """Robots go on where they stopped."""
         self._begin(self._resuming())
 
-    def change(self, configuration: Mapping[Module, bytes]) -> None:
+    def change(self, configuration: Mapping[Module, Content]) -> None:
         """Configures these modules anew while the others run on."""
         self._begin(self._changing(self._checked(configuration)), at_once=False)
 
@@ -135,7 +140,7 @@ class Controller:
         self.running = True
         self.poller.begin(self._now_s)
 
-    def _checked(self, configuration: Mapping[Module, bytes]) -> dict[Module, bytes]:
+    def _checked(self, configuration: Mapping[Module, Content]) -> dict[Module, Content]:
         if not isinstance(configuration, Mapping):
             raise InputError(f"{configuration!r} is no configuration; write {{(x, y): bytes, ...}}")
         for module, content in configuration.items():
@@ -143,7 +148,10 @@ class Controller:
                 columns, rows = self.layout.columns, self.layout.rows
                 what = f"there is no module {module} on a grid of {columns} x {rows}"
                 raise InputError(f"{what}; write (x, y), counted from 0")
-            if not isinstance(content, bytes) or not 1 <= len(content) <= MOST_BYTES:
+            several = in_turn(content) if isinstance(content, bytes | tuple) else ()
+            if not several or not all(
+                isinstance(one, bytes) and 1 <= len(one) <= MOST_BYTES for one in several
+            ):
                 what = f"module {module} is to be {content!r}"
                 raise InputError(f"{what}; a configuration is bytes, 1 to {MOST_BYTES} of them")
         return dict(configuration)
@@ -229,6 +237,7 @@ class Controller:
         if at_once:
             self._later.clear()
             self._left_out.clear()
+            self._resets.forget()
             for queue in self._queues:
                 queue.clear()
         self._script = script
@@ -276,27 +285,52 @@ class Controller:
     def _to(self, module: Module, *frames: bytes | wire.Paced) -> None:
         self._queue(self.layout.bus_of(module), Group(*module), frames)
 
-    def _configure(self, wanted: Mapping[Module, bytes]) -> None:
-        """Queues the fewest transfers that leave each of these modules with its bytes."""
+    def _transfers(self, wanted: Mapping[Module, Content]) -> list[list[Transfer]]:
+        """The frames of each round that leaves these modules with their configurations, by bus."""
+        of_bus = []
         for bus in range(self.layout.buses):
             modules = self.layout.modules_of(bus)
             here = {module: wanted[module] for module in modules if module in wanted}
-            for message in cover(here, modules):
-                self._queue(bus, message.group, wire.configuration(message.content))
+            of_bus.append(rounds(here, modules))
+        return [
+            [
+                (bus, message.group, wire.configuration(message.content))
+                for bus, messages in enumerate(of_bus)
+                for message in (messages[number] if number < len(messages) else ())
+            ]
+            for number in range(rounds_of(wanted.values()))
+        ]
+
+    def _configure(self, transfers: list[list[Transfer]]) -> Script:
+        """Sends them; after each round modules have the time to run setup()."""
+        for round_ in transfers:
+            for bus, group, frames in round_:
+                self._queue(bus, group, frames)
+            yield self._sent
+            yield self._after(SETTLE_S)
+
+    def _send_again(self, module: Module) -> float:
+        """Queues all configurations of one module; returns how long setup() needs in all."""
+        contents = in_turn(self.configuration[module])
+        for content in contents:
+            *frames, final = wire.configuration(content)
+            self._to(module, *frames, final._replace(pause_s=SETTLE_S))
+        return len(contents) * SETTLE_S
 
     # Receiving.
 
     def _take(self, frames: Frames) -> None:
         if not len(frames):
             return
-        reports, returned = self.poller.take(frames, self._now_s)
+        reports, answers = self.poller.take(frames, self._now_s)
         if reports is not None:
             self._listener.reports(reports)
-        for module, missed in returned:
-            if missed >= SILENT_AFTER:
+        for answer in answers:
+            module = answer.module
+            if answer.missed >= SILENT_AFTER:
                 self._event("module_back", f"module {module[0]}-{module[1]} answers again", module)
             if self.running:
-                self._restore(module)
+                self._judge(answer)
         self._take_health(frames)
 
     def _take_health(self, frames: Frames) -> None:
@@ -312,31 +346,51 @@ class Controller:
             elif module in self.poller.index and isinstance(answer, BusHealth):
                 self._bus_health[module] = answer
 
-    def _restore(self, module: Module) -> None:
-        """Configures a module that answers again, since it may have been reset.
+    def _judge(self, answer: Answer) -> None:
+        """Configures a module again that was reset, as far as its answers show it.
 
-        Modules with our firmware report first whether they were (`grid.health`).
+        Modules with our firmware are asked too, since they know (`grid.health`).
         """
-        if self.settings.health:
+        module = answer.module
+        if answer.missed and self.settings.health:
             self._health.pop(module, None)
             self._to(module, *wire.fixed().HEALTH_REQUESTS)
-            self._at(_SETTLE_S, lambda: self._restore_unless_running(module))
-        else:
+            self._at(SETTLE_S, lambda: self._configure_unless_running(module))
+        pausing = self._resets.pausing
+        verdict = self._resets.take(answer)
+        self.poller.watch(module, on=verdict is Verdict.WATCH)
+        if verdict is Verdict.RESET:
             self._configure_again(module)
+        if self._resets.pausing > pausing == 0:
+            what = (
+                f"module {module[0]}-{module[1]} answers late though it was not reset: its program "
+                "pauses. A module that is reset is configured again some seconds later now"
+            )
+            self._event("module_pauses", what, module)
 
-    def _restore_unless_running(self, module: Module) -> None:
+    def _configure_unless_running(self, module: Module) -> None:
+        """A module that has not answered yet is judged by its answers to polls."""
         answer = self._health.get(module)
-        right = answer is not None and self._is_right(module, answer)
-        if answer is None or not right or answer.state != ModuleState.RUNNING:
+        if answer is None:
+            return
+        if answer.state != ModuleState.RUNNING or not self._is_right(module, answer):
             self._configure_again(module)
+        else:
+            self._leave_alone(module)
+
+    def _leave_alone(self, module: Module) -> None:
+        self._resets.forget(module)
+        self.poller.watch(module, on=False)
 
     def _configure_again(self, module: Module) -> None:
-        self.poller.excuse([module], self._now_s + _SETTLE_S + _START_S)
+        self._leave_alone(module)
+        settle_s = SETTLE_S
         if module in self.configuration:
-            self._to(module, *wire.configuration(self.configuration[module]))
+            settle_s = self._send_again(module)
         else:
             self._to(module, wire.fixed().SETUP)
-        self._at(_SETTLE_S, lambda: self._to(module, wire.fixed().RUN))
+        self.poller.excuse([module], self._now_s + settle_s + _START_S)
+        self._at(settle_s, lambda: self._to(module, wire.fixed().RUN))
         self._event(
             "module_configured_again", f"module {module[0]}-{module[1]} is set up again", module
         )
@@ -345,10 +399,10 @@ class Controller:
         self._later.append((self._now_s + after_s, what))
 
     def _is_right(self, module: Module, answer: Health) -> bool:
-        wanted = self.configuration.get(module)
-        return wanted is None or (
-            answer.config_size == len(wanted) and answer.config_crc == message_crc(wanted)
-        )
+        if module not in self.configuration:
+            return True
+        wanted = last(self.configuration[module])
+        return answer.config_size == len(wanted) and answer.config_crc == message_crc(wanted)
 
     # Scripts.
 
@@ -361,14 +415,14 @@ class Controller:
         self.poller.end()
         self._broadcast(wire.fixed().STOP)
         yield self._sent
-        yield self._after(_SETTLE_S)
+        yield self._after(SETTLE_S)
         self._broadcast(*wire.forward(message))
         yield self._sent
         yield self._after(hold_s)
         self._broadcast(wire.fixed().STOP)
         yield self._sent
 
-    def _setting_up(self, configuration: dict[Module, bytes], messages: list[bytes]) -> Script:
+    def _setting_up(self, configuration: dict[Module, Content], messages: list[bytes]) -> Script:
         settings = self.settings
         yield self._after(_BOOT_S)
         self._event("set_up", f"robots are told {len(messages)} settings, {settings.rounds} times")
@@ -378,23 +432,24 @@ class Controller:
                 yield from self._repeating(message, settings.hold_s)
         yield from self._configuring(configuration)
 
-    def _configuring(self, configuration: dict[Module, bytes]) -> Script:
+    def _configuring(self, configuration: dict[Module, Content]) -> Script:
         """Configures modules. STOP first: one that sends by infrared has no time for transfers."""
         self.running = False
         self._broadcast(wire.fixed().STOP)
         yield self._sent
-        yield self._after(_SETTLE_S)
+        yield self._after(SETTLE_S)
         self.configuration = configuration
-        self._configure(configuration)
-        frames = self.queued
+        transfers = self._transfers(configuration)
+        frames = sum(len(frames) for round_ in transfers for _, _, frames in round_)
         what = f"{len(configuration)} modules are configured by {frames} frames"
+        if len(transfers) > 1:
+            what += f", one after the other where a module has several ({len(transfers)} at most)"
         self._event("configure", what, frames=frames)
-        yield self._sent
-        yield self._after(_SETTLE_S)
+        yield from self._configure(transfers)
         if len(configuration) < len(self.poller.modules):
             self._broadcast(wire.fixed().SETUP)
             yield self._sent
-            yield self._after(_SETTLE_S)
+            yield self._after(SETTLE_S)
         yield from self._verifying()
 
     def _verifying(self) -> Script:
@@ -410,12 +465,12 @@ class Controller:
                 return
             for module in wrong:
                 if attempt < _ATTEMPTS - 1:
-                    self._to(module, *wire.configuration(self.configuration[module]))
+                    self._send_again(module)
                 else:
                     what = f"module {module[0]}-{module[1]} has another configuration"
                     self._event("module_wrong", what, module)
             yield self._sent
-            yield self._after(_SETTLE_S)
+            yield self._after(SETTLE_S)
 
     def _looking(self) -> Script:
         """Sweeps until each module has answered or counts as silent."""
@@ -431,7 +486,7 @@ class Controller:
             self._bus_health.pop(module, None)
             self._to(module, *wire.fixed().HEALTH_REQUESTS)
         yield self._sent
-        yield self._after(_SETTLE_S)
+        yield self._after(SETTLE_S)
 
     def _transmitting(self, frames: Mapping[int, Sequence[Sending]], settle_s: float) -> Script:
         self.running = False
@@ -468,13 +523,14 @@ class Controller:
         yield self._after(_REPEAT_S)
         yield from self._starting()
 
-    def _changing(self, configuration: dict[Module, bytes]) -> Script:
-        self.configuration.update(configuration)
-        self.poller.excuse(list(configuration), self._after(_SETTLE_S + _START_S))
-        self._configure(configuration)
+    def _changing(self, configuration: dict[Module, Content]) -> Script:
+        for module, content in configuration.items():
+            self.configuration[module] = behind(self.configuration.get(module), content)
+        transfers = self._transfers(configuration)
+        settle_s = SETTLE_S * len(transfers)
+        self.poller.excuse(list(configuration), self._after(settle_s + _START_S))
         self._event("change", f"{len(configuration)} modules get another configuration")
-        yield self._sent
-        yield self._after(_SETTLE_S)
+        yield from self._configure(transfers)
         self.poller.excuse(list(configuration), self._after(_START_S))
         # Modules that run already ignore it.
         self._broadcast(wire.fixed().RUN)

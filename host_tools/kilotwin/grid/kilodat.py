@@ -1,13 +1,13 @@
 """`.kilodat` files: what a Kilogrid's robots reported, as the lab's own tool writes it.
 
 Tab-separated text, a header, a row per report. Times are in units of 32 ticks (1.0486 s), rounded
-down. A robot's number is its serial, looked up by the low 7 bits of the first byte; without a list
+down. A robot's serial, any word, is looked up by the low 7 bits of the first byte; without a list
 of serials those 7 bits are written.
 """
 
+import lzma
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from datetime import datetime
 from pathlib import Path
 from typing import TextIO
 
@@ -40,7 +40,7 @@ class Report:
     y: int
     cell: int
     timestamp: int
-    serial: int
+    serial: str
     data: bytes
 
     @property
@@ -49,15 +49,10 @@ class Report:
         return self.timestamp * UNIT_S
 
 
-def file_name(begin: datetime) -> str:
-    """What the lab's tool calls the file of a run that began then."""
-    return f"exp_data_{begin:%m_%d_%Y_%Hh%M_%S}s.kilodat"
-
-
 class Writer:
     """Appends to a file; what was added before a `flush` is kept whenever the writer is killed."""
 
-    def __init__(self, file: Path, serials: Mapping[int, int] | None = None) -> None:
+    def __init__(self, file: Path, serials: Mapping[int, str] | None = None) -> None:
         """Begins the file. `serials`: by the low 7 bits of a report's first byte."""
         self._serials = serials or {}
         self._file: TextIO = file.open("w", newline="")
@@ -66,11 +61,15 @@ class Writer:
     def add(self, reports: Reports) -> None:
         """Adds reports, at times since the begin of the run."""
         short = reports.data[:, 0] & 0x7F
-        serials = [self._serials.get(number, number) for number in short.tolist()]
+        serials = [self._serials.get(number, str(number)) for number in short.tolist()]
         times = np.floor(np.maximum(reports.at_s, 0.0) / UNIT_S).astype(np.int64)
-        head = (reports.x, reports.y, reports.cell, times, np.array(serials, dtype=np.int64))
-        rows = np.column_stack((*head, reports.data)).tolist()
-        self._file.write("".join("\t".join(map(str, row)) + "\n" for row in rows))
+        where = np.column_stack((reports.x, reports.y, reports.cell, times)).tolist()
+        rows = zip(where, serials, reports.data.tolist(), strict=True)
+        self._file.write(
+            "".join(
+                "\t".join(map(str, (*place, serial, *data))) + "\n" for place, serial, data in rows
+            )
+        )
 
     def flush(self) -> None:
         """Hands all rows to the system."""
@@ -82,10 +81,12 @@ class Writer:
 
 
 def read(file: Path) -> list[Report]:
-    """All reports of a file; InputError names the line that is none."""
+    """All reports of a file, packed by xz or not; InputError names the line that is none."""
     try:
-        lines = file.read_text().splitlines()
-    except (OSError, UnicodeDecodeError) as error:
+        packed = file.read_bytes()
+        text = lzma.decompress(packed) if file.suffix == ".xz" else packed
+        lines = text.decode().splitlines()
+    except (OSError, UnicodeDecodeError, lzma.LZMAError) as error:
         raise InputError(f"{file}: cannot be read ({error}); name a .kilodat file") from None
     return list(_reports(lines, str(file)))
 
@@ -96,10 +97,10 @@ def _reports(lines: Iterable[str], source: str) -> Iterator[Report]:
         if not words or words[0] == _HEADER[0]:
             continue
         try:
-            numbers = [int(word) for word in words]
-            if len(numbers) < _LEAST_COLUMNS:
+            if len(words) < _LEAST_COLUMNS:
                 raise ValueError
-            x, y, cell, stamp, serial, *data = numbers
+            serial = words.pop(_HEADER.index("kilobot_sn"))
+            x, y, cell, stamp, *data = map(int, words)
             yield Report(x, y, cell, stamp, serial, bytes(data[:DATA_BYTES]))
         except ValueError:
             what = f"'{line}' is no report; allowed: {' '.join(_HEADER)}"

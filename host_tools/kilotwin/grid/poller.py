@@ -29,8 +29,20 @@ _SILENT_SWEEPS = 10  # a silent module is polled in one sweep of so many
 
 _REST, _POLLED, _ANSWERING = 0, 1, 2
 
-Returned = list[tuple[Module, int]]
-"""Modules that answer again, and how many answers in a row they had missed."""
+
+@dataclass(frozen=True)
+class Answer:
+    """An answer of a module that had missed some, or that is watched."""
+
+    module: Module
+    missed: int
+    """How many answers in a row it had missed."""
+    late_s: float
+    """Since it was polled last."""
+    silent_s: float
+    """Since its answer before."""
+    records: int
+    """How many reports it has."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +106,9 @@ class Poller:
         self._since = np.zeros(count)
         self._left = np.zeros(count, dtype=np.int64)
         self._missed = np.zeros(count, dtype=np.int64)
+        self._answered_s = np.full(count, -np.inf)
         self._excused_until = np.full(count, -np.inf)
+        self._watched = np.zeros(count, dtype=bool)
         self._due: list[list[int]] = [[] for _ in self._buses]  # per bus, the next one last
         self._sweep = 0
         self._next_sweep_s = -np.inf
@@ -133,6 +147,7 @@ class Poller:
     def forget(self) -> None:
         """Expects no answers: the host was away, or its polls may be lost."""
         self._state[:] = _REST
+        self._watched[:] = False
         self._due = [[] for _ in self._buses]
 
     def excuse(self, modules: Sequence[Module], until_s: float) -> None:
@@ -141,6 +156,10 @@ class Poller:
             number = self.index[module]
             self._excused_until[number] = until_s
             self._state[number] = _REST
+
+    def watch(self, module: Module, *, on: bool) -> None:
+        """Whether each answer of a module is handed on, not only those after missed ones."""
+        self._watched[self.index[module]] = on
 
     def sweep(self, now_s: float, *, all_modules: bool = False) -> None:
         """Begins a sweep now; with silent modules if it is their turn, or with `all_modules`."""
@@ -153,8 +172,8 @@ class Poller:
         self._sweep += 1
         self._next_sweep_s = max(self._next_sweep_s + self._every_s, now_s)
 
-    def take(self, frames: Frames, now_s: float) -> tuple[Reports | None, Returned]:
-        """The reports in frames from modules, and modules that answer after they did not."""
+    def take(self, frames: Frames, now_s: float) -> tuple[Reports | None, list[Answer]]:
+        """The reports in frames from modules, and the answers that the controller is to know."""
         incoming = frames[(frames["id"] & 1 == 1) & ~frames["from_host"]]
         if not len(incoming):
             return None, []
@@ -167,30 +186,41 @@ class Poller:
         reports = known & (kind == fixed.TRACKING) & (incoming["dlc"] == fixed.TRACKING_BYTES)
         others = known & (kind != fixed.START) & (kind != fixed.TRACKING)
         self.counts.bad_frames += int(len(incoming) - np.count_nonzero(starts | reports | others))
-        returned = self._take_starts(number[starts], incoming[starts], now_s)
+        answers = self._take_starts(number[starts], incoming[starts], now_s)
         if not reports.any():
-            return None, returned
-        return self._take_reports(number[reports], incoming[reports], now_s), returned
+            return None, answers
+        return self._take_reports(number[reports], incoming[reports], now_s), answers
 
-    def _take_starts(self, number: NDArray[np.intp], incoming: Frames, now_s: float) -> Returned:
+    def _take_starts(
+        self, number: NDArray[np.intp], incoming: Frames, now_s: float
+    ) -> list[Answer]:
         if not len(number):
             return []
         announced = incoming["data"][:, 1]
         # With long steps late answers come together with those in time.
-        late = (self._state[number] == _POLLED) & (
-            incoming["at_s"] - self._since[number] > self._timeout_s
-        )
-        self._missed[number[late]] += 1
+        polled = self._state[number] == _POLLED
+        late_s = incoming["at_s"] - self._since[number]
+        self._missed[number[polled & (late_s > self._timeout_s)]] += 1
+        # Of several answers in one step only the first is one to the last poll.
+        one, first = np.unique(number, return_index=True)
+        told = (self._missed[one] > 0) | (self._watched[one] & polled[first])
+        answers = [
+            Answer(
+                self.modules[module],
+                int(self._missed[module]),
+                float(late_s[index]),
+                float(incoming["at_s"][index] - self._answered_s[module]),
+                int(announced[index]),
+            )
+            for module, index in zip(one[told], first[told], strict=True)
+        ]
+        self._answered_s[number] = incoming["at_s"]
         self.counts.answered += len(number)
         self._left[number] = announced
         self._state[number] = np.where(announced > 0, _ANSWERING, _REST)
         self._since[number] = now_s
-        returned = [
-            (self.modules[one], int(self._missed[one]))
-            for one in np.unique(number[self._missed[number] > 0])
-        ]
         self._missed[number] = 0
-        return returned
+        return answers
 
     def _take_reports(self, number: NDArray[np.intp], incoming: Frames, now_s: float) -> Reports:
         self.counts.reports += len(number)

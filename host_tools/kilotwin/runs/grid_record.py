@@ -2,14 +2,13 @@
 
 tracking.arrows   a row per report of a robot that the host fetched   (Arrow IPC stream)
 can.log           every CAN frame, as candump -L writes them
-*.kilodat         the reports as the lab's own tool writes them, beside the run folder
+RUN.kilodat       the reports as the lab's own tool writes them, beside the run folder RUN
 
 Events go to events.jsonl with the robots'.
 """
 
 import time
 from collections.abc import Mapping, Sequence
-from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -111,7 +110,8 @@ class GridRecord(GridEvents):
         self._waiting: list[Reports] = []
         if experiment.keys.record.can_log:
             self.log = CanLog(folder / CAN_LOG, buses, zero_s=zero_s)
-        file = _free(folder.parent / kilodat.file_name(datetime.now()))
+        # What an earlier run of that name left beside its folder is not lost.
+        file = _free(folder.with_name(f"{folder.name}.kilodat"))
         self._kilodat = kilodat.Writer(file, plan.serials)
         self.kilodat = file
         self._flushed_at = time.monotonic()
@@ -155,7 +155,7 @@ class GridRecord(GridEvents):
 
 
 def _free(file: Path) -> Path:
-    """That name, or one like it if two runs began in the same second."""
+    """That name, or one like it if there is such a file."""
     copy = 1
     free = file
     while free.exists():

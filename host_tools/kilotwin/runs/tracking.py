@@ -7,6 +7,7 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
+from kilotwin.experiment.aggregation import runs_aggregation
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.grid_layout import Cells, Layout
 from kilotwin.experiment.lab_file import LAST_UID
@@ -34,7 +35,7 @@ class Tracking:
         self._states = States.of(keys)
         self._names = pa.array(self._states.names)
         # A lab's own programs send their number in the first byte, and anything in the others.
-        self._ours = keys.controller is not None
+        self._ours = runs_aggregation(keys)
         self._index = np.arange(_NOBODY, LAST_UID, dtype=np.intp)
         if experiment.lab:
             self._index[:] = _NOBODY

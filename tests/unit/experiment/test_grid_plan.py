@@ -16,6 +16,7 @@ from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.grid_layout import Layout, place_of, walls_on_cells
 from kilotwin.experiment.grid_plan import GridPlan
 from kilotwin.experiment.start_poses import starts
+from kilotwin.grid.in_turn import last
 
 from ..conftest import GRID, Load
 
@@ -78,28 +79,29 @@ def test_the_ring_of_walls_is_as_wide_as_it_says() -> None:
 def test_codes_say_site_light_and_wall(load: Load) -> None:
     """kilogrid_modules/sites/README.md."""
     plan = plan_of(load(ours(), "site.0.light=off", "site.1.light=white"))
-    assert plan.configuration[0, 0] == bytes([0x9F, 0x80, 0x9F, 0x9F])
-    assert plan.configuration[1, 2] == bytes([0x81, 0x80, 0x81, 0x80])
-    assert (
-        plan.configuration[2, 2]
-        == bytes([0x80, 0xF2, 0x80, 0x80])[:1]
-        + bytes([plan.configuration[2, 2][1]])
-        + plan.configuration[2, 2][2:]
-    )
-    assert {code for data in plan.configuration.values() for code in data} == {
+    codes = {module: last(content) for module, content in plan.configuration.items()}
+    assert codes[0, 0] == bytes([0x9F, 0x80, 0x9F, 0x9F])
+    assert codes[1, 2] == bytes([0x81, 0x80, 0x81, 0x80])
+    assert codes[2, 2] == bytes([0x80, codes[2, 2][1], 0x80, 0x80])
+    assert {code for data in codes.values() for code in data} == {
         0x9F,
         0x80,
         0x81,
         0xF2,
     }
-    assert len(plan.configuration) == 24
+    assert len(codes) == 24
 
 
 def test_a_labs_own_program_is_told_only_what_its_file_says(load: Load, folder: Path) -> None:
     assert plan_of(load(GRID)).configuration == {}
     (folder / "arena.kconf").write_text("address\ny:0\ndata\n0x01\n0x02\n")
     plan = plan_of(load(GRID, "grid.configuration=arena.kconf"))
-    assert plan.configuration == {(x, 0): b"\1\2" for x in range(4)}
+    assert plan.configuration == {(x, 0): (b"\1\2",) for x in range(4)}
+
+
+def test_a_labs_file_without_a_block_configures_no_module(load: Load, folder: Path) -> None:
+    (folder / "empty.kconf").write_text("# the program needs none\n")
+    assert plan_of(load(GRID, "grid.configuration=empty.kconf")).configuration == {}
 
 
 def test_an_error_in_a_file_of_the_experiment_names_its_line(load: Load, folder: Path) -> None:
@@ -136,6 +138,20 @@ def test_robots_are_told_what_is_not_their_default(load: Load) -> None:
     assert int.from_bytes(message[5:9], "little") == round(1.5 * 65536)
     assert message in [sent for _, _, sent in config_messages(experiment.keys)]
     assert len(config_differences(load(ours()).keys)) == 1  # that they report
+
+
+def test_robots_of_ours_without_controller_are_told_how_often_to_report(load: Load) -> None:
+    text, program = GRID.replace("[controller]", ""), 'swarm.program="firmware/aggregation"'
+    (message,) = config_differences(load(text, program, "grid.report_s=5").keys)
+    assert int.from_bytes(message[5:9], "little") == round(5 / 0.032768)
+    assert config_differences(load(text, program, "grid.report_s=0").keys) == []
+    assert config_differences(load(text).keys) == []
+
+
+def test_other_robots_cannot_be_told_how_often_to_report(load: Load) -> None:
+    said = r"only robots that run firmware/aggregation obey 'report_s'; remove it"
+    with pytest.raises(InputError, match=said):
+        load(GRID.replace("[controller]", ""), "grid.report_s=5")
 
 
 def test_the_engine_gets_the_grid_and_its_faults(load: Load) -> None:

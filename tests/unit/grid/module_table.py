@@ -24,6 +24,9 @@ class FakeModule:
     y: int
     state: str = "IDLE"
     configuration: bytes = b""
+    configurations: list[bytes] = field(default_factory=list)
+    pause_s: float = 0.0
+    """How long loop() takes, which answers wait for."""
     size: int = 0
     next_chunk: int = 0
     faulty: bool = False
@@ -70,7 +73,7 @@ class ModuleTable:
     def reset(self, module: Module, now_s: float) -> None:
         old = self.modules[module]
         fresh = FakeModule(*module, deaf_until_s=now_s + BOOT_S, boots=old.boots + 1)
-        fresh.forwarded = old.forwarded
+        fresh.forwarded, fresh.pause_s = old.forwarded, old.pause_s
         old.__dict__.update(fresh.__dict__)
 
     def robot_says(self, module: Module, cell: int, data: bytes) -> None:
@@ -121,7 +124,10 @@ class ModuleTable:
             self._chunk(fake, data)
         elif kind == 0x15:
             fake.asked += 1
-            self._answer(bus, fake, IDLE_S if fake.state == "IDLE" else 0.001, now_s)
+            after_s = IDLE_S if fake.state == "IDLE" else 0.001
+            if fake.state == "RUNNING" and fake.pause_s:
+                after_s += fake.pause_s - (now_s + 0.1 * fake.x) % fake.pause_s
+            self._answer(bus, fake, after_s, now_s)
         elif kind == 0x13 and self.ours:
             self._health(bus, fake, data[1], now_s)
 
@@ -141,6 +147,7 @@ class ModuleTable:
         fake.pending.append(data[2:8])
         if fake.next_chunk == -(-fake.size // 6):
             fake.configuration = b"".join(fake.pending)[: fake.size]
+            fake.configurations.append(fake.configuration)
             fake.set_up = False
             self._enter_setup(fake)
 

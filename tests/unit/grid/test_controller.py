@@ -212,13 +212,71 @@ def test_a_module_that_was_reset_is_configured_again(
     rig.start({(1, 1): b"\7\6\5\4"})
     rig.pass_time(2 + phase)
     rig.table.reset((1, 1), rig.now_s)
-    rig.pass_time(4)
+    # 1.2 s silent, polled within 0.8 s; an original one is watched for four more polls.
+    rig.pass_time(4 if ours else 6.5)
     module = rig.table.modules[1, 1]
     assert module.state == "RUNNING"
     assert module.configuration == b"\7\6\5\4"
     assert rig.kinds().count("module_configured_again") == 1
     others = [m for place, m in rig.table.modules.items() if place != (1, 1)]
     assert all(other.runs == 1 for other in others)
+
+
+@pytest.mark.parametrize("ours", [True, False])
+@pytest.mark.parametrize("pause_s", [0.5, 0.7, 1.0, 1.7, 3.0])
+def test_modules_whose_programs_pause_are_not_configured_again(
+    build: Build, ours: bool, pause_s: float
+) -> None:
+    rig = build(ours=ours, health=ours)
+    for module in rig.table.modules.values():
+        module.pause_s = pause_s
+    rig.start()
+    rig.pass_time(60)
+    assert rig.controller.poller.counts.missed > 60
+    assert rig.kinds().count("module_configured_again") == 0
+    assert rig.kinds().count("module_pauses") <= 1
+    assert all(module.runs == 1 for module in rig.table.modules.values())
+
+
+def test_a_module_that_was_reset_among_those_that_pause_is_configured_again(build: Build) -> None:
+    rig = build(ours=False)
+    for module in rig.table.modules.values():
+        module.pause_s = 0.7
+    rig.start({(1, 1): b"\7\6\5\4"})
+    rig.pass_time(10)
+    rig.table.reset((1, 1), rig.now_s)
+    rig.pass_time(2 + 33 * 0.8)
+    again = [more["module"] for _, kind, more in rig.events if kind == "module_configured_again"]
+    assert again == [[1, 1]]
+    assert rig.table.modules[1, 1].state == "RUNNING"
+    assert rig.table.modules[1, 1].configuration == b"\7\6\5\4"
+
+
+def test_configurations_of_one_module_are_sent_in_turn(build: Build) -> None:
+    rig = build()
+    line = (b"\1\1\1\1",)
+    wanted: dict[Module, tuple[bytes, ...]] = {(x, y): line for x in range(3) for y in range(4)}
+    wanted[1, 1] = (*line, bytes(range(9)), b"\3\3\3\3")
+    wanted[2, 1] = (*line, b"\4")
+    del wanted[0, 3]
+    rig.controller.step(0)
+    rig.controller.set_up(wanted, [])
+    rig.until_done()
+    sent = {place: tuple(module.configurations) for place, module in rig.table.modules.items()}
+    assert sent == {**wanted, (0, 3): ()}
+    assert {module.state for module in rig.table.modules.values()} == {"SETUP"}
+    rig.controller.run()
+    rig.until_done()
+    rig.controller.change({(1, 1): (b"\5",), (0, 0): (b"\6", b"\7")})
+    rig.until_done()
+    assert rig.table.modules[1, 1].configurations[3:] == [b"\5"]
+    assert rig.table.modules[0, 0].configurations[1:] == [b"\6", b"\7"]
+    rig.pass_time(2)
+    rig.table.reset((1, 1), rig.now_s)
+    rig.table.modules[1, 1].configurations.clear()
+    rig.pass_time(8)
+    assert rig.table.modules[1, 1].configurations == [*wanted[1, 1], b"\5"]
+    assert rig.table.states() == {"RUNNING"}
 
 
 def test_a_module_of_ours_that_was_only_late_is_left_alone(build: Build) -> None:
@@ -321,6 +379,8 @@ def test_a_change_reaches_those_it_is_for_and_they_run_on(build: Build) -> None:
         ({0: b"\1"}, "there is no module 0 on a grid of "),
         ({(0, 0): b""}, r"module \(0, 0\) is to be b''; a configuration is bytes, 1 to 48 of them"),
         ({(0, 0): bytes(49)}, "a configuration is bytes, 1 to 48 of them"),
+        ({(0, 0): ()}, "a configuration is bytes, 1 to 48 of them"),
+        ({(0, 0): (b"\1", b"")}, "a configuration is bytes, 1 to 48 of them"),
         ({(0, 0): "red"}, r"module \(0, 0\) is to be 'red'; a configuration is bytes"),
         ([(0, 0)], "is no configuration; write"),
     ],

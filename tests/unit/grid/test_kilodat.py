@@ -1,6 +1,5 @@
 """`.kilodat`: what is written is read again, and a lab's file is understood."""
 
-from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -34,19 +33,18 @@ def test_what_is_written_is_read_again(
     tmp_path: Path, written: list[tuple[int, int, int, float, bytes]]
 ) -> None:
     file = tmp_path / "a.kilodat"
-    writer = kilodat.Writer(file, {7: 1234})
+    writer = kilodat.Writer(file, {7: "2066/3"})
     for part in (written[:7], written[7:]):
         writer.add(reports_of(part))
     writer.close()
     for (x, y, cell, time_s, data), report in zip(written, kilodat.read(file), strict=True):
         assert (report.x, report.y, report.cell, report.data) == (x, y, cell, data)
-        assert report.serial == (1234 if data[0] & 0x7F == 7 else data[0] & 0x7F)
+        assert report.serial == ("2066/3" if data[0] & 0x7F == 7 else str(data[0] & 0x7F))
         assert 0 <= time_s - report.time_s < kilodat.UNIT_S + 1e-6
 
 
 def test_the_file_is_the_labs(tmp_path: Path) -> None:
-    file = tmp_path / kilodat.file_name(datetime(2020, 1, 7, 16, 29, 35, tzinfo=UTC))
-    assert file.name == "exp_data_01_07_2020_16h29_35s.kilodat"
+    file = tmp_path / "a.kilodat"
     writer = kilodat.Writer(file)
     writer.add(reports_of([(3, 14, 2, 10.5, bytes([0x85, 1, 2, 3, 4, 5, 6]))]))
     writer.flush()
@@ -67,9 +65,14 @@ def test_a_line_that_is_no_report_is_named(tmp_path: Path) -> None:
 def test_serials_are_looked_up_by_the_low_bits_of_the_id(tmp_path: Path) -> None:
     file = tmp_path / "kilobot_ids"
     file.write_text("# serial, id\n9001\t129\n9002\t2\n")
-    assert read_serials(file) == {1: 9001, 2: 9002}
+    assert read_serials(file) == {1: "9001", 2: "9002"}
     file.write_text("9001\t129\n9002\t1\n")
     with pytest.raises(InputError, match=":2: id 1 has the low 7 bits of another"):
+        read_serials(file)
+    file.write_text("kilobot_sn\tkilobot_id\n2066/3\t48\n01087\t6\n")
+    assert read_serials(file) == {48: "2066/3", 6: "01087"}
+    file.write_text("2066/3\t48\nkilobot_sn\tkilobot_id\n")
+    with pytest.raises(InputError, match=":2: 'kilobot_sn\tkilobot_id' is not a serial and an id"):
         read_serials(file)
     file.write_text("9001 x\n")
     with pytest.raises(InputError, match=":1: '9001 x' is not a serial and an id"):
