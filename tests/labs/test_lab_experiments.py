@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from kilotwin import World
 from kilotwin.errors import InputError, RunError
+from kilotwin.files import resources
 from kilotwin.sweep.plan import read_plan
 from kilotwin.sweep.runner import Sweep
 
@@ -147,3 +148,37 @@ def test_a_sweep_runs_a_trial_again_when_the_modules_program_has_changed(tmp_pat
     module = tmp_path / "ModuleMain.c"
     module.write_text(module.read_text().replace("DEPOSIT 16", "DEPOSIT 17"))
     assert keys("b") != before
+
+
+def test_robots_of_collective_perception_agree_on_a_colour_that_there_is() -> None:
+    """With short times, on a few modules of option 0 or 1; which one so few agree on is chance."""
+    folder = "experiments/kilogrid/collective-perception"
+    with World(
+        program=resources.path(f"{folder}/robot.c"),
+        define=["EXPLORATION_MEAN_S=15.0f", "DISSEMINATION_MEAN_S=40.0f"],
+        count=12,
+        grid={
+            "columns": 3,
+            "rows": 3,
+            "buses": 1,
+            "hold_s": 0.2,
+            "program": str(resources.path(f"{folder}/cell.c")),
+            "configuration": str(HERE / "opinions" / "mostly_red.kconf"),
+            "cells": {"weak_share": 0.0},
+        },
+    ) as world:
+        world.run(20)
+        shown = world.cells[..., 0]
+        assert np.count_nonzero(shown == RED) == 4 * 7
+        assert np.count_nonzero(shown == BLUE) == 4 * 2
+        world.run(220)
+        reports = world.reports
+    opinion, state, action = (
+        np.array([report["data"][byte] for report in reports]) for byte in (1, 2, 3)
+    )
+    time_s = np.array([report["time_s"] for report in reports])
+    assert set(opinion[time_s < 10]) >= {0, 1, 2}
+    assert np.bincount(opinion[time_s > 200])[:2].max() > 0.8 * np.count_nonzero(time_s > 200)
+    # A disseminating robot's queue is full of opinions: few of its reports get in.
+    assert 0 < np.mean(state == 2) < 0.3
+    assert {1, 2} <= set(action) <= {0, 1, 2}
