@@ -1,5 +1,8 @@
 """The one tree of errors that are for people: a line that says the cause, where, and what to do."""
 
+import os
+import re
+
 
 class KilotwinError(Exception):
     """Base of all. `detail` is shown below the line exactly as it is (a compiler's own words)."""
@@ -38,3 +41,11 @@ class InterruptError(KilotwinError):
     """The user wanted it to end before it could give a result."""
 
     exit_code = EXIT_INTERRUPTED
+
+
+def cause_of(error: OSError) -> str:
+    """The system's words for it: `no space left on device`. Arrow's errors have no errno."""
+    number = error.errno
+    if number is None and (found := re.search(r"\[errno (\d+)\]", str(error))):
+        number = int(found[1])
+    return (str(error) if number is None else os.strerror(number)).lower()

@@ -22,6 +22,7 @@ from kilotwin.build.guest import (
     building,
     cache_folder,
     compiler_version,
+    is_built,
     prerequisites,
     run_tool,
 )
@@ -111,7 +112,7 @@ def build_image(program: Program, notify: Notify = lambda _: None) -> Image:
     written = build_id(program.target, program.name, version, kilotwin.__version__)
     key = _key(program, compiler, written, runtime)
     image = Image(program.name, cache_folder() / f"{key}-avr", key, version, written)
-    if not image.folder.exists():
+    if not is_built(image.folder):
         with building(f"compiling {program.written} for the ATmega328P", image.folder, notify):
             _build(program, compiler, runtime, image)
     return image

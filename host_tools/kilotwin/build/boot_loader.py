@@ -15,6 +15,7 @@ from kilotwin.build.guest import (
     building,
     cache_folder,
     compiler_version,
+    is_built,
     prerequisites,
     run_tool,
 )
@@ -64,7 +65,7 @@ def build_boot_loader(target: Target = "robot", notify: Notify = lambda _: None)
     compiler = avr_gcc()
     sources = _sources(target)
     folder = cache_folder() / f"{_key(compiler, sources)}-loader"
-    if not folder.exists():
+    if not is_built(folder):
         with building("compiling the boot loader", folder, notify):
             _build(compiler, sources, folder)
     return folder / NAME
@@ -81,7 +82,7 @@ def with_boot_loader(
     content = application.read_bytes()
     key = hashlib.sha256(loader.read_bytes() + b"\0" + content).hexdigest()[:32]
     whole = cache_folder() / f"{key}-flash" / application.name
-    if not whole.exists():
+    if not is_built(whole):
         section = read_hex(loader, range(LOADER_BEGIN, FLASH_BYTES)).content
         recorded = image_record.recorded({0: read_hex(application).content})
         with building("laying out the flash", whole.parent, notify):

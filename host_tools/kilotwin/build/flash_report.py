@@ -10,7 +10,7 @@ from kilotwin.build.avr import Image, build_image
 from kilotwin.build.guest import Notify
 from kilotwin.build.image_size import FLASH_BYTES, RAM_BYTES, size_of
 from kilotwin.build.linking import TARGETS, wrong_target
-from kilotwin.errors import InputError, RunError
+from kilotwin.errors import InputError, RunError, cause_of
 from kilotwin.experiment.programs import Program
 from kilotwin.files.drafts import draft_of
 from kilotwin.files.flash_image import HEX_SUFFIXES, read_hex
@@ -67,7 +67,7 @@ def _copy(image: Image, output: Path, elf: Path) -> None:
             shutil.copyfile(image.hex, hex_draft)
             shutil.copyfile(image.elf, elf_draft)
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
+        reason = cause_of(error)
         raise InputError(f"--hex {output}: {reason}; name another file") from None
 
 

@@ -10,6 +10,7 @@ by side.
 """
 
 import contextlib
+import errno
 import hashlib
 import os
 import re
@@ -28,7 +29,7 @@ from kilotwin.build.avr_flags import avr_words, clock_define
 from kilotwin.build.linking import ENGLISH, check_main, explained
 from kilotwin.build.robot_assembly import without_assembly
 from kilotwin.build.robot_widths import with_robots_widths
-from kilotwin.errors import InputError, RunError
+from kilotwin.errors import InputError, RunError, cause_of
 from kilotwin.experiment.programs import Program
 from kilotwin.files import resources
 
@@ -125,7 +126,7 @@ def build(program: Program, notify: Notify = lambda _: None) -> Guest:
     builder = _Builder(program, compiler, version)
     key = builder.key(version)
     file = cache_folder() / key / f"{program.name}.so"
-    if not file.exists():
+    if not is_built(file):
         with building(f"compiling {program.written}", file.parent, notify):
             file.parent.mkdir(parents=True, exist_ok=True)
             builder.build(file)
@@ -143,12 +144,24 @@ def building(what: str, folder: Path, notify: Notify) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise RunError(
-            f"{folder}: cannot keep compiled programs ({error.strerror}); "
-            "set KILOTWIN_CACHE to a folder that can be written"
-        ) from None
+        raise _cannot_keep(folder, error) from None
     finally:
         slow.cancel()
+
+
+def is_built(file: Path) -> bool:
+    """Whether it is in the cache. RunError if the cache may not be looked into."""
+    try:
+        return file.exists()
+    except OSError as error:
+        raise _cannot_keep(file.parent, error) from None
+
+
+def _cannot_keep(folder: Path, error: OSError) -> RunError:
+    return RunError(
+        f"{folder}: cannot keep compiled programs ({cause_of(error)}); "
+        "set KILOTWIN_CACHE to a folder that can be written"
+    )
 
 
 def cache_folder() -> Path:
@@ -307,18 +320,13 @@ class _Builder:
             merge += ["-T", str(self._guest / "merge.ld")]
             self._tool([self._compiler, *merge, "-o", merged, *objects, library])
             version_script = f"-Wl,--version-script={self._guest / 'guest.map'}"
-            with tempfile.NamedTemporaryFile(
-                dir=target.parent, prefix=f".{target.stem}-", delete=False
-            ) as draft:
-                pass
+            linked = work / "linked.so"
             try:
                 link = [self._compiler, *_SHARED_FLAGS, version_script]
-                self._tool([*link, "-o", draft.name, merged, "-lm"], ENGLISH)
-                Path(draft.name).replace(target)
+                self._tool([*link, "-o", linked, merged, "-lm"], ENGLISH)
             except InputError as error:
                 raise explained(error, self._program, "nm", objects) from None
-            finally:
-                Path(draft.name).unlink(missing_ok=True)
+            _keep(linked, target)
 
     def _changed(
         self, sources: Sequence[Path], changes: Sequence[_Change], folder: Path
@@ -362,6 +370,20 @@ class _Builder:
         )
 
 
+def _keep(built: Path, target: Path) -> None:
+    """Copies into the cache in one step; another process may do so too. OSError leaves nothing."""
+    with tempfile.NamedTemporaryFile(
+        dir=target.parent, prefix=f".{target.stem}-", delete=False
+    ) as draft:
+        pass
+    try:
+        shutil.copyfile(built, draft.name)
+        Path(draft.name).chmod(0o755)
+        Path(draft.name).replace(target)
+    finally:
+        Path(draft.name).unlink(missing_ok=True)
+
+
 def prerequisites(make_rules: str) -> list[str]:
     """The names after each colon of make rules as `cc -M` writes them.
 
@@ -388,6 +410,11 @@ def run_tool(command: list[str], failure: str, environment: Mapping[str, str] | 
         check=False,
         errors="replace",
     )
-    if done.returncode != 0:
-        raise InputError(failure, detail=done.stderr.rstrip())
-    return done.stdout
+    if done.returncode == 0:
+        return done.stdout
+    if os.strerror(errno.ENOSPC) in done.stderr:
+        raise RunError(
+            f"{tempfile.gettempdir()}: no space left on device to compile in; make room, or set "
+            "TMPDIR to another folder"
+        )
+    raise InputError(failure, detail=done.stderr.rstrip())

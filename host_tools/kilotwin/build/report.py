@@ -7,7 +7,7 @@ from typing import Any
 from kilotwin.build.guest import Notify, build
 from kilotwin.build.guest_symbols import GuestSymbols
 from kilotwin.build.linking import wrong_target
-from kilotwin.errors import InputError
+from kilotwin.errors import InputError, cause_of
 from kilotwin.experiment.programs import Program
 from kilotwin.files.drafts import draft_of
 
@@ -26,7 +26,7 @@ def build_program(program: Program, output: Path | None, notify: Notify) -> dict
                 shutil.copyfile(guest.file, draft)
             file = output
         except OSError as error:
-            reason = (error.strerror or str(error)).lower()
+            reason = cause_of(error)
             raise InputError(f"-o {output}: {reason}; name another file") from None
     return {
         "program": guest.name,

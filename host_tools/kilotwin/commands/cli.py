@@ -4,9 +4,11 @@ To add a command, add a module with an `app` that holds it, and a line to COMMAN
 an environment variable too.
 """
 
+import contextlib
 import os
 import signal
 import sys
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -15,7 +17,7 @@ import typer.main
 
 import kilotwin
 from kilotwin.commands import lazy
-from kilotwin.errors import InterruptError, KilotwinError
+from kilotwin.errors import InputError, InterruptError, KilotwinError, RunError, cause_of
 
 COMMANDS = {
     "doctor": "Say what is here, what is missing, and what to type.",
@@ -73,14 +75,39 @@ def main() -> None:
     # Threads of numpy's linear algebra, of which we have none, would only spin beside the engine.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
-        app(prog_name="kilotwin")
+        _check_working_folder()
+        try:
+            app(prog_name="kilotwin")
+        finally:
+            sys.stdout.flush()
     except KilotwinError as error:
         if isinstance(error, InterruptError):
             signal.signal(signal.SIGINT, signal.SIG_IGN)  # one more has nothing left to end
-        typer.echo(f"kilotwin: {error}", err=True)
-        if error.detail:
-            typer.echo(error.detail, err=True)
+        _show(str(error), error.detail)
         sys.exit(error.exit_code)
+    except OSError as error:
+        _discard_output()
+        _show(f"{error.filename or 'output'}: {cause_of(error)}; see to the disk")
+        sys.exit(RunError.exit_code)
+
+
+def _check_working_folder() -> None:
+    try:
+        Path.cwd()
+    except FileNotFoundError:
+        raise InputError("the folder that you are in has been deleted; change to another") from None
+
+
+def _show(line: str, detail: str = "") -> None:
+    with contextlib.suppress(OSError):
+        typer.echo(f"kilotwin: {line}", err=True)
+        if detail:
+            typer.echo(detail, err=True)
+
+
+def _discard_output() -> None:
+    """What is left in the buffer cannot be written: Python would try again at its end."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _print_version(wanted: bool) -> None:

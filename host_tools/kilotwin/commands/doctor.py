@@ -17,7 +17,7 @@ import typer
 from kilotwin.build.guest import cache_folder, compiler_version, find_compiler
 from kilotwin.can.buses import interfaces
 from kilotwin.commands.options import Json, command_app
-from kilotwin.errors import KilotwinError
+from kilotwin.errors import KilotwinError, cause_of
 from kilotwin.files.headers import CAN_BIT_RATE
 from kilotwin.ports.list_ports import ports
 
@@ -136,7 +136,7 @@ def _socketcan() -> Finding:
     try:
         socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW).close()
     except OSError as error:
-        found = f"not in this kernel ({error.strerror})"
+        found = f"not in this kernel ({cause_of(error)})"
         return Finding(what, found, "modprobe can_raw, on a kernel that has it", needed=False)
     names = interfaces()
     if not names:

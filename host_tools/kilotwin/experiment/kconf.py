@@ -25,7 +25,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from kilotwin.errors import InputError
+from kilotwin.errors import InputError, cause_of
 
 MOST_BYTES = 48
 LAST = 30
@@ -73,7 +73,7 @@ def read(file: Path) -> list[Block]:
     except UnicodeDecodeError:
         raise InputError(f"{file}: not UTF-8 text; name a .kconf file") from None
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
+        reason = cause_of(error)
         raise InputError(f"{file}: {reason}; name a .kconf file") from None
 
 

@@ -13,18 +13,17 @@ Written by `lab/lab_store.py`.
 """
 
 import itertools
-import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import date, datetime
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import Field, ValidationError
 
 from kilotwin.errors import InputError
 from kilotwin.experiment.section import Byte, Section, Text
-from kilotwin.experiment.text import ExperimentText, syntax_message
+from kilotwin.experiment.text import ExperimentText, parse_toml
 from kilotwin.experiment.toml_lines import KeyPath, locate
 from kilotwin.experiment.validation_errors import input_error
 
@@ -96,10 +95,7 @@ def read_lab(file: Path) -> Lab:
 
 def parse_lab(text: str, file: Path) -> Lab:
     """The same, of a text that stands or will stand in `file`."""
-    try:
-        raw: dict[str, Any] = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(syntax_message(file, text, error)) from None
+    raw = parse_toml(file, text)
     origin = ExperimentText(str(file), file.parent, raw, locate(text), [])
     try:
         keys = LabSchema.model_validate(raw)

@@ -1,13 +1,16 @@
 """An experiment as it was written: the TOML file, `--set` on top, and where each key stands."""
 
+import re
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from kilotwin.errors import InputError
+from kilotwin.errors import InputError, cause_of
 from kilotwin.experiment.programs import key_of
 from kilotwin.experiment.toml_lines import KeyPath, line_of, locate
+
+_TOO_LONG = re.compile(r"[0-9_]{4301}")
 
 
 @dataclass(frozen=True)
@@ -32,7 +35,7 @@ def parse_setting(text: str) -> Setting:
 def _parse_keys(text: str) -> tuple[str, ...]:
     try:
         table: Any = tomllib.loads(f"{text} = 0") if "\n" not in text else 0
-    except tomllib.TOMLDecodeError:
+    except (ValueError, RecursionError):
         return ()
     keys: list[str] = []
     while isinstance(table, dict) and len(table) == 1:
@@ -44,7 +47,7 @@ def _parse_keys(text: str) -> tuple[str, ...]:
 def _parse_value(text: str) -> Any:
     try:
         parsed = tomllib.loads(f"value = {text}")
-    except tomllib.TOMLDecodeError:
+    except (ValueError, RecursionError):
         return text
     return parsed["value"] if len(parsed) == 1 else text
 
@@ -73,10 +76,7 @@ class ExperimentText:
     def read(file: Path, settings: list[Setting]) -> "ExperimentText":
         """Reads `file`; an unreadable or malformed one is an InputError with its line."""
         text = _read(file)
-        try:
-            raw: dict[str, Any] = tomllib.loads(text)
-        except tomllib.TOMLDecodeError as error:
-            raise InputError(syntax_message(file, text, error)) from None
+        raw = parse_toml(file, text)
         read = ExperimentText(str(file), file.parent, raw, locate(text), settings)
         read.raw.setdefault("name", file.stem)
         return read
@@ -108,7 +108,7 @@ def _read(file: Path) -> str:
     except IsADirectoryError:
         raise InputError(f"{file}: a folder; name an experiment's TOML file") from None
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
+        reason = cause_of(error)
         raise InputError(f"{file}: {reason}; name an experiment's TOML file") from None
     if text.startswith("\ufeff"):
         raise InputError(
@@ -118,7 +118,22 @@ def _read(file: Path) -> str:
     return text
 
 
-def syntax_message(file: Path, text: str, error: tomllib.TOMLDecodeError) -> str:
+def parse_toml(file: Path, text: str) -> dict[str, Any]:
+    """The tables of `text`, which was read from `file`; InputError names the line."""
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(_syntax_message(file, text, error)) from None
+    except RecursionError:
+        raise InputError(f"{file}: nested too deep; tables have three levels") from None
+    except ValueError:  # of int(), which takes 4,300 digits
+        lines = enumerate(text.splitlines(), 1)
+        line = next(number for number, line in lines if _TOO_LONG.search(line))
+        what = "a number of more than 4,300 digits; write a shorter one"
+        raise InputError(f"{file}:{line}: {what}") from None
+
+
+def _syntax_message(file: Path, text: str, error: tomllib.TOMLDecodeError) -> str:
     """Splits tomllib's `what (at line 3, column 7)` or `what (at end of document)`."""
     what, _, position = str(error).partition(" (at ")
     line = text.count("\n") + (not text.endswith("\n"))

@@ -9,13 +9,17 @@ from pathlib import Path
 
 
 @contextlib.contextmanager
-def draft_of(target: Path) -> Iterator[Path]:
-    """A file to write that then becomes `target`, whole and on the disk; or `target` stays."""
+def draft_of(target: Path, *, sync: bool = True) -> Iterator[Path]:
+    """A file to write that then becomes `target`, whole and on the disk; or `target` stays.
+
+    Without `sync` that holds for a kill, not for a machine that goes down: it costs no time.
+    """
     draft = draft_name(target)
     try:
         yield draft
-        with draft.open("rb") as file:
-            os.fsync(file.fileno())
+        if sync:
+            with draft.open("rb") as file:
+                os.fsync(file.fileno())
         draft.replace(target)
     finally:
         draft.unlink(missing_ok=True)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 from pathlib import Path
 
-from kilotwin.errors import InputError
+from kilotwin.errors import InputError, cause_of
 from kilotwin.files.build_id import BuildId, find_build_id
 from kilotwin.files.headers import PAGE_BYTES, PAGES
 from kilotwin.files.message_crc import message_crc
@@ -84,7 +84,7 @@ def read_hex(file: Path, memory: range = APPLICATION) -> FlashImage:
     try:
         text = file.read_text(encoding="ascii", errors="replace")
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
+        reason = cause_of(error)
         raise InputError(f"{file}: {reason}; name a .hex file") from None
     reader = _Reader(str(file), memory)
     for number, line in enumerate(text.splitlines(), 1):

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from intelhex import HexReaderError, IntelHex
 
-from kilotwin.errors import InputError
+from kilotwin.errors import InputError, cause_of
 from kilotwin.files.drafts import draft_of
 from kilotwin.files.flash_map import Segments
 
@@ -20,7 +20,7 @@ def read_memories(path: Path) -> Segments:
     try:
         text = path.read_text(encoding="ascii", errors="replace")
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
+        reason = cause_of(error)
         raise InputError(f"{path}: {reason}; name a .hex file") from None
     content = IntelHex()
     try:

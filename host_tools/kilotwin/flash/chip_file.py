@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from kilotwin import _emulator
-from kilotwin.errors import InputError
+from kilotwin.errors import InputError, cause_of
 from kilotwin.files.flash_map import Segments
 from kilotwin.files.memories import read_memories, write_memories
 
@@ -60,7 +60,7 @@ def save(path: Path, programmer: "Programmer") -> None:
     try:
         write_memories(path, contents(programmer))
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
+        reason = cause_of(error)
         raise InputError(f"--chip {path}: {reason}; name another file") from None
 
 

@@ -3,7 +3,7 @@
 import zlib
 from pathlib import Path
 
-from kilotwin.errors import InputError
+from kilotwin.errors import InputError, cause_of
 from kilotwin.files.memories import read_memories, write_memories
 from kilotwin.flash.chip import EEPROM_BYTES
 from kilotwin.flash.chip_file import EEPROM_BASE
@@ -20,7 +20,7 @@ def keep(folder: Path, eeprom: bytes, uid: int) -> Path:
         if not file.exists():
             write_memories(file, {0: eeprom})
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
+        reason = cause_of(error)
         raise InputError(f"--keep {folder}: {reason}; name another folder") from None
     return file
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import tomlkit
 from tomlkit.items import AbstractTable
 
-from kilotwin.errors import InputError
+from kilotwin.errors import InputError, cause_of
 from kilotwin.experiment.lab_file import Lab, LabRobot, parse_lab, read_lab
 from kilotwin.experiment.toml_lines import line_of, locate
 from kilotwin.files.drafts import draft_of
@@ -74,7 +74,7 @@ def _write(file: Path, text: str) -> Lab:
         with draft_of(file) as draft:
             draft.write_text(text)
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
+        reason = cause_of(error)
         raise InputError(f"{file}: {reason}; name a lab's file that can be written") from None
     return lab
 

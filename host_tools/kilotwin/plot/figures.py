@@ -6,7 +6,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from kilotwin.errors import InputError
+from kilotwin.errors import InputError, cause_of
 from kilotwin.plot import style
 from kilotwin.plot.map import draw_map
 from kilotwin.plot.series import draw_series
@@ -50,5 +50,5 @@ def write_figure(
         target.parent.mkdir(parents=True, exist_ok=True)
         style.save(drawn, target)
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
+        reason = cause_of(error)
         raise InputError(f"-o {target}: cannot be written ({reason}); name another file") from None

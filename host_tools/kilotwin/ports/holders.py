@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
-from kilotwin.errors import DeviceError
+from kilotwin.errors import DeviceError, cause_of
 
 _PROCESSES = Path("/proc")
 
@@ -61,7 +61,7 @@ def reserved(port: str) -> Iterator[None]:
             "again"
         ) from None
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
+        reason = cause_of(error)
         raise DeviceError(f"{port} cannot be opened: {reason}; name another port") from None
     try:
         if not os.isatty(file):

@@ -7,7 +7,7 @@ import time
 import tty
 from pathlib import Path
 
-from kilotwin.errors import InputError
+from kilotwin.errors import InputError, cause_of
 
 _READ_BYTES = 4096
 
@@ -89,5 +89,5 @@ def _replace_link(link: Path, port: str, option: str) -> None:
     except FileExistsError:
         raise InputError(f"{option} {link}: there is a file of that name; name another") from None
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
+        reason = cause_of(error)
         raise InputError(f"{option} {link}: {reason}; name another") from None

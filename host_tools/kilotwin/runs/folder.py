@@ -15,14 +15,16 @@ can.log           a line per CAN frame, as candump -L writes it
 """
 
 import json
+import os
 import re
 import tempfile
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from kilotwin.errors import InputError
+from kilotwin.errors import InputError, cause_of
 from kilotwin.experiment.experiment import Experiment
+from kilotwin.files.drafts import draft_of
 
 MANIFEST = "manifest.json"
 EXPERIMENT = "experiment.toml"
@@ -39,6 +41,30 @@ RUNNING = "running"
 FINISHED = "finished"
 INTERRUPTED = "interrupted"
 FAILED = "failed"
+
+
+# More than a manifest takes that names a thousand failed robots.
+_RESERVED_BYTES = 256 * 1024
+
+
+class Reserve:
+    """Room on the disk for a last manifest, should the run fill the disk.
+
+    A file without a name: its room is free again when it is released or its process has ended.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        """OSError where there is no such room."""
+        self._file = tempfile.TemporaryFile(dir=folder)  # noqa: SIM115
+        try:
+            os.posix_fallocate(self._file.fileno(), 0, _RESERVED_BYTES)
+        except OSError:
+            self.release()
+            raise
+
+    def release(self) -> None:
+        """Gives the room back."""
+        self._file.close()
 
 
 def utc_now() -> str:
@@ -65,16 +91,21 @@ def default_folder(experiment: Experiment) -> Path:
 
 def check_free(folder: Path) -> None:
     """InputError unless a run folder can be made there. Leaves nothing behind."""
-    existing = next(place for place in (folder, *folder.absolute().parents) if place.exists())
-    if not existing.is_dir():
-        raise InputError(f"--out {folder}: {existing} is a file; name a new folder")
     try:
+        str(folder).encode()
+    except UnicodeEncodeError:
+        raise InputError(f"--out {str(folder)!a}: not UTF-8; name another folder") from None
+    existing = folder
+    try:
+        existing = next(place for place in (folder, *folder.absolute().parents) if place.exists())
+        if not existing.is_dir():
+            raise InputError(f"--out {folder}: {existing} is a file; name a new folder")
         if folder.is_dir() and any(folder.iterdir()):
             raise InputError(f"--out {folder}: the folder is not empty; name a new one")
         with tempfile.TemporaryDirectory(dir=existing, prefix=".kilotwin-"):
             pass
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
+        reason = cause_of(error)
         raise InputError(
             f"--out {folder}: cannot write in {existing} ({reason}); name another folder"
         ) from None
@@ -82,9 +113,8 @@ def check_free(folder: Path) -> None:
 
 def write_manifest(folder: Path, manifest: dict[str, Any]) -> None:
     """Writes or replaces the manifest in one step."""
-    draft = folder / f".{MANIFEST}.new"
-    draft.write_text(json.dumps(manifest, indent=2) + "\n")
-    draft.replace(folder / MANIFEST)
+    with draft_of(folder / MANIFEST, sync=False) as draft:
+        draft.write_text(json.dumps(manifest, indent=2) + "\n")
 
 
 def close_manifest(folder: Path, status: str, exit_code: int, **more: Any) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from kilotwin.errors import InputError
+from kilotwin.errors import InputError, cause_of
 from kilotwin.experiment.checks import swarm_size
 from kilotwin.experiment.schema import ExperimentSchema
 from kilotwin.runs.columns import TRACKING_SCHEMA, Records
@@ -48,7 +48,7 @@ class Run:
                 f"{folder}: not a run folder (no {missing}); name one that `kilotwin run` made"
             ) from None
         except OSError as error:
-            reason = (error.strerror or str(error)).lower()
+            reason = cause_of(error)
             raise InputError(
                 f"{error.filename}: {reason}; name a run folder that you may read"
             ) from None
@@ -79,6 +79,17 @@ class Run:
         return [json.loads(line) for line in lines if line.endswith("\n")]
 
     def _table(self, name: str, schema: pa.Schema) -> pa.Table:
+        table = self._read(name, schema)
+        other = [wanted for wanted in schema if not _has(table.schema, wanted)]
+        if other:
+            made_by = self.manifest.get("kilotwin", "another program")
+            what = f"column {other[0].name} is missing, or not {other[0].type}"
+            raise InputError(
+                f"{self.folder}/{name}.arrows: {what}; kilotwin {made_by} made this run, repeat it"
+            )
+        return table
+
+    def _read(self, name: str, schema: pa.Schema) -> pa.Table:
         batches = []
         try:
             with (
@@ -100,6 +111,11 @@ class Run:
             return read_parquet(self.folder / name)
         except (pa.ArrowException, OSError):
             raise _damaged(self.folder, why) from None
+
+
+def _has(schema: pa.Schema, wanted: pa.Field) -> bool:
+    place = schema.get_field_index(wanted.name)  # -1 also if it is there twice
+    return place >= 0 and bool(schema.field(place).type == wanted.type)
 
 
 def _damaged(folder: Path, why: str) -> InputError:

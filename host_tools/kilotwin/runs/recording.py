@@ -10,7 +10,7 @@ from types import FrameType
 from typing import Any
 
 from kilotwin.can.buses import BusName, OpenBus, open_all
-from kilotwin.errors import EXIT_INTERRUPTED, EXIT_ROBOTS_FAILED, InputError, RunError
+from kilotwin.errors import EXIT_INTERRUPTED, EXIT_ROBOTS_FAILED, InputError, RunError, cause_of
 from kilotwin.experiment.engine_spec import config_differences
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.informed import informed_for
@@ -111,7 +111,7 @@ class _Recording:
         try:
             self._writer = RunWriter(folder, experiment, manifest)
         except OSError as error:
-            raise InputError(f"--out {folder}: {error.strerror}; name another folder") from None
+            raise InputError(f"--out {folder}: {cause_of(error)}; name another folder") from None
         self._record = GridRecord(
             self._writer, experiment, [bus.name for bus in buses], time.time() + lead_s / speed
         )

@@ -26,6 +26,7 @@ from kilotwin.errors import (
     InputError,
     KilotwinError,
     RunError,
+    cause_of,
 )
 from kilotwin.experiment.engine_spec import engine_spec
 from kilotwin.experiment.informed import informed_for
@@ -83,7 +84,7 @@ def simulate(job: Job, report: Report, stopped: Callable[[], bool]) -> None:
         exit_code = _exit_code(summary)
         close_manifest(job.folder, summary["status"], exit_code, summary=summary)
     except OSError as error:
-        raise RunError(f"{job.folder}: cannot write ({error.strerror}); see to the disk") from None
+        raise RunError(f"{job.folder}: cannot write ({cause_of(error)}); see to the disk") from None
     report({"type": "done", "exit_code": exit_code, "summary": summary})
 
 
@@ -309,7 +310,7 @@ def _make_folder(job: Job) -> RunWriter:
     try:
         return RunWriter(job.folder, job.experiment, {**job.manifest, "engine": engine})
     except OSError as error:
-        raise InputError(f"--out {job.folder}: {error.strerror}; name another folder") from None
+        raise InputError(f"--out {job.folder}: {cause_of(error)}; name another folder") from None
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ that what was written stays readable whenever the writer is killed: a stream the
 whole batch.
 """
 
+import contextlib
 import json
 import os
 import shutil
@@ -17,8 +18,9 @@ import pyarrow.parquet as pq
 from kilotwin import __version__
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.states import Counts, States, count
+from kilotwin.files.drafts import draft_of
 from kilotwin.runs.columns import Records
-from kilotwin.runs.folder import EVENTS, EXPERIMENT, PRINTS, write_manifest
+from kilotwin.runs.folder import EVENTS, EXPERIMENT, PRINTS, Reserve, write_manifest
 from kilotwin.runs.prints import Prints
 from kilotwin.units import seconds
 
@@ -38,7 +40,7 @@ class RunWriter:
         self._site_count = len(experiment.keys.site)
         about = {"kilotwin": __version__, "experiment": experiment.to_toml()}
         self._records = Records.of(experiment.keys, about)
-        _make_folder(folder, experiment, manifest)
+        self._reserve = _make_folder(folder, experiment, manifest)
         self._robots = Stream(folder / "robots.arrows", self._records.robots_schema)
         self._sites = Stream(folder / "sites.arrows", self._records.sites_schema)
         self._events = (folder / EVENTS).open("w", buffering=1)
@@ -65,25 +67,33 @@ class RunWriter:
             self._prints.add(event["robot"], event["tick"], event["text"])
 
     def close(self, *, clean: bool) -> None:
-        """Ends the streams; after a clean end the tables are written as Parquet too."""
-        for stream in (self._robots, self._sites, self._events):
-            stream.close()
-        if clean:
-            for stream_file in sorted(self.folder.glob("*.arrows")):
-                _to_parquet(stream_file, stream_file.with_suffix(".parquet"))
+        """Ends the streams; after a clean end the tables are written as Parquet too.
+
+        OSError of a full disk leaves room for a manifest that says so.
+        """
+        try:
+            for stream in (self._robots, self._sites, self._events):
+                stream.close()
+            if clean:
+                for stream_file in sorted(self.folder.glob("*.arrows")):
+                    _to_parquet(stream_file, stream_file.with_suffix(".parquet"))
+        finally:
+            self._reserve.release()
 
 
-def _make_folder(folder: Path, experiment: Experiment, manifest: dict[str, Any]) -> None:
+def _make_folder(folder: Path, experiment: Experiment, manifest: dict[str, Any]) -> Reserve:
     folder.parent.mkdir(parents=True, exist_ok=True)
-    draft = folder.parent / f".{folder.name}.{os.getpid()}"
+    draft = folder.parent / f".kilotwin-{os.getpid()}"
     draft.mkdir()
-    try:
+    with contextlib.ExitStack() as undo:
+        undo.callback(shutil.rmtree, draft)
+        reserve = Reserve(draft)
+        undo.callback(reserve.release)
         write_manifest(draft, manifest)
         (draft / EXPERIMENT).write_text(experiment.to_toml())
         draft.replace(folder)
-    except OSError:
-        shutil.rmtree(draft)
-        raise
+        undo.pop_all()
+    return reserve
 
 
 class Stream:
@@ -106,8 +116,8 @@ class Stream:
 
 def _to_parquet(stream: Path, target: Path) -> None:
     """Copies a whole stream, some million rows at a time, and shows the result when it is done."""
-    draft = target.with_name(f".{target.name}.new")
     with (
+        draft_of(target, sync=False) as draft,
         pa.ipc.open_stream(stream) as reader,
         pq.ParquetWriter(draft, reader.schema, compression="zstd") as writer,
     ):
@@ -119,4 +129,3 @@ def _to_parquet(stream: Path, target: Path) -> None:
                 waiting = []
         if waiting:
             writer.write_table(pa.Table.from_batches(waiting))
-    draft.replace(target)

@@ -28,7 +28,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from kilotwin import __version__
-from kilotwin.errors import InputError, RunError
+from kilotwin.errors import InputError, RunError, cause_of
 from kilotwin.experiment.profile_defaults import READING_DEFAULTS
 from kilotwin.experiment.schema import ExperimentSchema, Reading
 from kilotwin.files.drafts import draft_name, draft_of
@@ -89,7 +89,7 @@ class DataSet:
             elif folder.exists():
                 raise InputError(f"--out {folder}: a file; name a folder")
         except OSError as error:
-            raise InputError(f"--out {folder}: {error.strerror}; name another folder") from None
+            raise InputError(f"--out {folder}: {cause_of(error)}; name another folder") from None
         return DataSet(folder, engine_sha256)
 
     @contextlib.contextmanager
@@ -140,7 +140,7 @@ class DataSet:
 
     def _unusable(self, error: OSError) -> InputError:
         return InputError(
-            f"--out {self.folder}: {error.strerror}; see to the disk, or name another folder"
+            f"--out {self.folder}: {cause_of(error)}; see to the disk, or name another folder"
         )
 
     def part(self, key: str) -> Path:
@@ -224,7 +224,7 @@ class DataSet:
             yield
         except OSError as error:
             raise RunError(
-                f"{self.folder}: cannot write ({error.strerror or error}); make room or see to the "
+                f"{self.folder}: cannot write ({cause_of(error)}); make room or see to the "
                 "disk, then give the same command again"
             ) from None
 

@@ -146,7 +146,7 @@ def test_a_file_is_no_folder(plan: Plan, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("mine")
     with pytest.raises(InputError, match="file: a file; name a folder"):
         DataSet.at(tmp_path / "file", "engine")
-    with pytest.raises(InputError, match=r"Not a directory; see to the disk, or name another"):
+    with pytest.raises(InputError, match=r"not a directory; see to the disk, or name another"):
         data_set(tmp_path / "file" / "out", plan)
 
 
@@ -261,7 +261,7 @@ def test_a_full_disk_is_an_error_and_leaves_all_as_it_was(
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(os, "fsync", full)
-    with pytest.raises(RunError, match=r"cannot write \(No space left on device\); make room"):
+    with pytest.raises(RunError, match=r"cannot write \(no space left on device\); make room"):
         data.add(measured(plan, 1))
     with pytest.raises(RunError, match="then give the same command again"):
         data.assemble(plan, keys(plan))
