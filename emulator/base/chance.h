@@ -14,24 +14,26 @@
 namespace kilotwin {
 
 /// Purpose of a draw. Numbers are part of "same seed, same result": never change or reuse one.
-/// 1 to 31 robots, 32 to 39 chips on boards, 40 to 63 modules and cells, 64 CAN, 72 twins.
+/// 1 to 31 robots, 32 to 39 chips on boards, 40 to 63 modules and cells, 64 CAN, 72 twins,
+/// 80 to 95 the host: cameras and virtual environments.
 enum class Purpose : uint32_t {
-    PLACE = 1,         ///< where a robot without a pose starts: x, y, and again while it overlaps
-    HEADING = 2,       ///< which way it looks there
-    POWER_UP = 3,      ///< its time zero
-    RAND_HARD = 4,     ///< bytes of rand_hard()
-    CLOCK = 5,         ///< its oscillator error
-    RANGE = 6,         ///< how far it is received
-    SENSITIVITY = 7,   ///< its receiver, compared with others
-    FRAME_LOSS = 8,    ///< whether a frame is lost at it
-    LOW_GAIN = 9,      ///< noise of the low-gain reading
-    HIGH_GAIN = 10,    ///< noise of the high-gain reading
-    SPEED = 11,        ///< its speed, compared with others
-    LEFT_BIAS = 12,    ///< its left motor, for the whole run
-    RIGHT_BIAS = 13,   ///< likewise
-    LEFT_NOISE = 14,   ///< its left motor, from second to second
-    RIGHT_NOISE = 15,  ///< likewise
-    LIGHT = 16,        ///< not drawn now
+    PLACE = 1,           ///< where a robot without a pose starts: x, y, and again while it overlaps
+    HEADING = 2,         ///< which way it looks there
+    POWER_UP = 3,        ///< its time zero
+    RAND_HARD = 4,       ///< bytes of rand_hard()
+    CLOCK = 5,           ///< its oscillator error
+    RANGE = 6,           ///< how far it is received
+    SENSITIVITY = 7,     ///< its receiver, compared with others
+    FRAME_LOSS = 8,      ///< whether a frame is lost at it
+    LOW_GAIN = 9,        ///< noise of the low-gain reading
+    HIGH_GAIN = 10,      ///< noise of the high-gain reading
+    SPEED = 11,          ///< its speed, compared with others
+    LEFT_BIAS = 12,      ///< its left motor, for the whole run
+    RIGHT_BIAS = 13,     ///< likewise
+    LEFT_NOISE = 14,     ///< its left motor, from second to second
+    RIGHT_NOISE = 15,    ///< likewise
+    LIGHT = 16,          ///< not drawn now
+    OVERHEAD_LOSS = 17,  ///< whether an overhead controller's frame is lost at it
     CONVERTER_NOISE = 32,         ///< lowest bit of a conversion
     LOST_PULSE = 33,              ///< which pulse of a lost frame is not seen
     MODULE_RAND_HARD = 40,        ///< bytes of rand_hard()
@@ -42,6 +44,11 @@ enum class Purpose : uint32_t {
     CELL_LOSS = 51,               ///< whether a frame is lost at a cell
     CAN_ERROR = 64,               ///< whether an error destroys a frame
     DIFFERENTIAL_INPUT = 72,      ///< inputs of a differential test
+    CAMERA_MISS = 80,             ///< whether a camera does not see a robot in a picture
+    CAMERA_X = 81,                ///< error of the place that it sees
+    CAMERA_Y = 82,                ///< likewise
+    CAMERA_HEADING = 83,          ///< error of the heading
+    ENVIRONMENT = 84,             ///< a virtual environment's own
 };
 
 /// See above. 8 bytes; all calls are const and may come from any thread.

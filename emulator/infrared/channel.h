@@ -34,6 +34,8 @@ struct ChannelCounts {
     uint64_t collided = 0;            ///< lost at a receiver to another frame
     uint64_t deaf = 0;                ///< lost at a receiver that was sending itself
     uint64_t lost = 0;                ///< lost at a receiver by chance
+    uint64_t above_sent = 0;          ///< by an overhead controller; in none of those before
+    uint64_t above_received = 0;      ///< of these, at robots
 };
 
 /// Shared by a channel and the simulation; all of it must live on.
@@ -70,6 +72,14 @@ class Channel {
     virtual void order(uint32_t robot, Cycles at) {
         next_begin_[robot] = std::min(next_begin_[robot], at);
     }
+
+    /// A frame of an overhead controller begins at `at`, not before the current step: light on all
+    /// robots. It yields to nobody, and does not overlap its own frames.
+    virtual void shine_from_above(const message_t &message, Cycles at) = 0;
+
+    /// When the next of these frames may first matter to a robot; NEVER without one. No robot is to
+    /// be run beyond the begin of that step.
+    virtual Cycles next_from_above() const = 0;
 
     /// Executes what needs the order of time among all stations: everything from `begin` to before
     /// `end`, the current step. No robot is run beyond `limit`.

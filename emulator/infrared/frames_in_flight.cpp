@@ -18,6 +18,7 @@ Frame &FramesInFlight::put_on_air(uint32_t sender, Cycles at, double range_m,
     frame.range_m = range_m;
     frame.sender = frame.listener = sender;
     frame.granted = frame.has_orders = false;
+    frame.above = 0;
     frame.message = &messages_[sender];
     frame.reached.clear();
     messages_[sender].say(message);

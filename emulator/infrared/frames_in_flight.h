@@ -40,7 +40,8 @@ struct Frame {
     uint32_t sender;    ///< station
     uint32_t listener;  ///< station at whose receiver the sender listens before it sends
     bool granted;       ///< carrier sense is known to find the channel free
-    bool has_orders;    ///< a module sends it: it may order a robot to run, and so to send
+    bool has_orders;    ///< it may order a robot to run, and so to send: a module's, or from above
+    uint64_t above;     ///< number of an overhead controller's frame, from 1; 0: it is none
     const CheckedMessage *message;  ///< of the sender; of a chip, known when the frame ends
     Few<Reached, 5> reached;        ///< receivers, in the order in which light reached them
 };

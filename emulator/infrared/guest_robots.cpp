@@ -210,22 +210,24 @@ void GuestRobots::light_begins(const Frame &frame, Reached &reached) {
 void GuestRobots::received(const Frame &frame, const Reached &reached) {
     if (!frame.message->crc_is_right()) return;
     ChannelCounts &tally = channel_.tally();
+    const bool from_above = frame.above > 0;
     if (reached.fate != Fate::CLEAR) {
+        if (from_above) return;
         (reached.fate == Fate::COLLIDED ? tally.collided : tally.deaf)++;
         return;
     }
     const uint32_t index = reached.station;
     auto &station = channel_.in_flight().station(index);
-    const uint64_t draw = station.draws++;
+    const uint64_t draw = from_above ? 0 : station.draws++;
     if (receiver_.is_lost(frame, reached, draw)) {
-        tally.lost++;
+        tally.lost += !from_above;
         return;
     }
-    tally.received++;
+    (from_above ? tally.above_received : tally.received)++;
     station.counts.received++;
     Robot &robot = context_.robots[index];
     const Cycles end = frame.begin + FRAME_CYCLES;
-    robot.receive(end, frame.message->message(), receiver_.measure(reached, draw));
+    robot.receive(end, frame.message->message(), receiver_.measure(frame, reached, draw));
     // It may be ordered to run, and then to send, or to answer, before the others are past that.
     const bool is_asked = frame.message->message().type == BOOTPGM_QUERY;
     if (frame.has_orders && (robot.next_ask() == NEVER || is_asked) && end < channel_.end())

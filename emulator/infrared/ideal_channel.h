@@ -8,6 +8,7 @@
 #ifndef KILOTWIN_INFRARED_IDEAL_CHANNEL_H
 #define KILOTWIN_INFRARED_IDEAL_CHANNEL_H
 
+#include <deque>
 #include <vector>
 
 #include "base/memory.h"
@@ -33,6 +34,9 @@ class IdealChannel final : public Channel {
 
     void boot(Cycles now) override;
     void lists_changed() override;
+    /// Received by all robots when it ends, as their own frames are. Dropped if its CRC is wrong.
+    void shine_from_above(const message_t &message, Cycles at) override;
+    Cycles next_from_above() const override;
     void run(Cycles begin, Cycles end, Cycles limit) override;
     Cycles lookahead(uint32_t robot, Cycles limit) override;
     void run_robot(uint32_t index, Cycles until) override;
@@ -69,10 +73,11 @@ class IdealChannel final : public Channel {
     bool receivers_hold(uint32_t robot) const;
 
     double range_m_;
-    Swarm<Sender> senders_;            ///< by robot
-    ReceiversInRange in_range_;        ///< finds and keeps receivers
-    PlannedFrames frames_;             ///< sent, not yet received
-    StepSorter<PlannedFrame> sorter_;  ///< of the frames of a step
+    Swarm<Sender> senders_;             ///< by robot
+    ReceiversInRange in_range_;         ///< finds and keeps receivers
+    PlannedFrames frames_;              ///< sent, not yet received
+    StepSorter<PlannedFrame> sorter_;   ///< of the frames of a step
+    std::deque<Reception> from_above_;  ///< frames that end later, in order of time
 };
 
 }  // namespace kilotwin

@@ -17,9 +17,10 @@ KilobotChannel::KilobotChannel(const Settings &settings, const ChannelContext &c
     : Channel(context),
       settings_(settings),
       receiver_(settings, context.chance, context.robots),
-      in_flight_(context.robots.size() + cells),
+      in_flight_(context.robots.size() + cells + 1),
       carrier_sense_(settings.carrier_sense, settings.held_busy, in_flight_),
-      guests_(*this, context, receiver_, runs_past_requests, std::move(ran_ahead)) {
+      guests_(*this, context, receiver_, runs_past_requests, std::move(ran_ahead)),
+      above_(*this, static_cast<uint32_t>(context.robots.size()) + cells) {
     const auto robots = static_cast<uint32_t>(context.robots.size());
     for (uint32_t robot = 0; robot < robots; robot++) {
         const double spread =
@@ -28,6 +29,7 @@ KilobotChannel::KilobotChannel(const Settings &settings, const ChannelContext &c
             static_cast<float>(settings.range_m * (1 + spread * settings.range_spread)));
     }
     assign(guests_, 0, robots);
+    assign(above_, robots + cells, 1);
 }
 
 double KilobotChannel::reach_m(const Settings &settings) {
@@ -80,8 +82,8 @@ void KilobotChannel::run(Cycles begin, Cycles end, Cycles limit) {
     for (;;) {
         // At the same time frames end first, then windows, then frames begin.
         const Cycles ends = frame_ends_.next(), windows = window_ends_.next(),
-                     guests = guests_.next_event();
-        const Cycles next = std::min({ends, windows, guests, end});
+                     above = above_.next(), guests = guests_.next_event();
+        const Cycles next = std::min({ends, windows, above, guests, end});
         if (!others_.empty() && run_others(next)) continue;
         if (next == end) break;
         if (ends == next) {
@@ -90,6 +92,8 @@ void KilobotChannel::run(Cycles begin, Cycles end, Cycles limit) {
             end_frame(sender);
         } else if (windows == next) {
             end_window();
+        } else if (above == next) {
+            above_.begin_next();
         } else {
             guests_.take_event();
         }
@@ -121,7 +125,8 @@ Cycles KilobotChannel::lookahead(uint32_t robot, Cycles limit) {
 }
 
 bool KilobotChannel::others_begin_near(uint32_t robot, Cycles until) const {
-    return std::any_of(others_.begin(), others_.end(),
+    return above_.next() <= until ||
+           std::any_of(others_.begin(), others_.end(),
                        [&](const Stations *kind) { return kind->begins_near(robot, until); });
 }
 

@@ -14,7 +14,8 @@
 /// The cells of a Kilogrid are stations too (hardware.md 3.4): robots near a cell receive its
 /// frames, and a module receives from robots near the one cell that it listens to. A module listens
 /// before it sends, is deaf while it sends, and its cells do not receive one another
-/// (grid/cell_stations.h).
+/// (grid/cell_stations.h). So is an overhead controller, which listens to nobody
+/// (infrared/light_from_above.h).
 #ifndef KILOTWIN_INFRARED_KILOBOT_CHANNEL_H
 #define KILOTWIN_INFRARED_KILOBOT_CHANNEL_H
 
@@ -25,6 +26,7 @@
 #include "infrared/channel.h"
 #include "infrared/frames_in_flight.h"
 #include "infrared/guest_robots.h"
+#include "infrared/light_from_above.h"
 #include "infrared/robot_receiver.h"
 #include "infrared/station.h"
 
@@ -55,6 +57,8 @@ class KilobotChannel final : public Channel {
     void assign(Stations &kind, uint32_t first, uint32_t count);
 
     void boot(Cycles now) override;
+    void shine_from_above(const message_t &message, Cycles at) override { above_.add(message, at); }
+    Cycles next_from_above() const override { return above_.next(); }
     void run(Cycles begin, Cycles end, Cycles limit) override;
     Cycles lookahead(uint32_t robot, Cycles limit) override;
     void run_robot(uint32_t robot, Cycles until) override { guests_.run_robot(robot, until); }
@@ -71,6 +75,7 @@ class KilobotChannel final : public Channel {
     FramesInFlight &in_flight() { return in_flight_; }
     const FramesInFlight &in_flight() const { return in_flight_; }
     ChannelCounts &tally() { return counts_; }
+    uint32_t robots() const { return static_cast<uint32_t>(context_.robots.size()); }
     Cycles now() const { return now_; }      ///< begin of the current step
     Cycles end() const { return end_; }      ///< of the current step
     Cycles limit() const { return limit_; }  ///< no robot is run beyond
@@ -147,6 +152,7 @@ class KilobotChannel final : public Channel {
     std::array<Stations *, KINDS> kinds_{};  ///< by FramesInFlight::Station::kind
     size_t kind_count_ = 0;
     GuestRobots guests_;
+    LightFromAbove above_;
     std::vector<float> ranges_m_;  ///< of robots
     Ends window_ends_;             ///< of attempts whose carrier sense is not over
     Ends frame_ends_;              ///< of frames that go on to their end

@@ -21,7 +21,11 @@ class RobotReceiver {
         double loss;            ///< share of frames lost near the sender ...
         double loss_at_range;   ///< ... and at its range; grows with the distance's 4th power
         double gain_noise_lsb;  ///< sd of each converter reading
+        double overhead_loss;   ///< share of an overhead controller's frames lost
     };
+
+    /// Readings of an overhead controller's light: strong, and from everywhere. A guess.
+    static constexpr distance_measurement_t FROM_ABOVE = {400, 800};
 
     /// `chance` and `robots` must live on.
     RobotReceiver(const Settings &settings, const Chance &chance, const Swarm<Robot> &robots)
@@ -30,8 +34,12 @@ class RobotReceiver {
           pairs_(chance),
           robots_(robots) {}
 
-    /// Whether chance loses a frame at a robot. `draw` is the robot's own count of frames.
+    /// Whether chance loses a frame at a robot. `draw` is the robot's own count of frames, of which
+    /// those from above are none: they have numbers of their own.
     bool is_lost(const Frame &frame, const Reached &reached, uint64_t draw) const {
+        if (frame.above > 0)
+            return chance_.uniform(reached.station, Purpose::OVERHEAD_LOSS, frame.above) <
+                   settings_.overhead_loss;
         const double share = reached.distance_mm / 1000 / frame.range_m;
         const double loss = settings_.loss + (settings_.loss_at_range - settings_.loss) * share *
                                                  share * share * share;
@@ -39,7 +47,9 @@ class RobotReceiver {
     }
 
     /// The readings of a robot's converter for the frame's leader, noise included.
-    distance_measurement_t measure(const Reached &reached, uint64_t draw) const {
+    distance_measurement_t measure(const Frame &frame, const Reached &reached,
+                                   uint64_t draw) const {
+        if (frame.above > 0) return FROM_ABOVE;
         std::array<double, 2> noise = {0, 0};
         if (settings_.gain_noise_lsb > 0)
             noise = pairs_.draw(reached.station, {Purpose::LOW_GAIN, Purpose::HIGH_GAIN}, draw);

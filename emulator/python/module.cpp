@@ -7,6 +7,7 @@
 #include "guest/abi.h"
 #include "physics/contact/box2d_solver.h"
 #include "python/bridge.h"
+#include "python/chance.h"
 #include "python/differential_test.h"
 #include "python/programmer.h"
 #include "python/simulation.h"
@@ -25,6 +26,7 @@ NB_MODULE(_emulator, m) {
     nb::exception<EngineError>(m, "EngineError", PyExc_ValueError);
     register_wire(m);
     register_bridge(m);
+    register_chance(m);
     register_differential_test(m);
     register_programmer(m);
     register_simulation(m);

@@ -58,6 +58,8 @@ nb::dict to_python(const Statistics &statistics, double diameter_m) {
     out["frames_collided"] = statistics.medium.collided;
     out["frames_deaf"] = statistics.medium.deaf;
     out["frames_lost"] = statistics.medium.lost;
+    out["frames_from_above"] = statistics.medium.above_sent;
+    out["received_from_above"] = statistics.medium.above_received;
     out["solver_steps"] = statistics.solver_steps;
     out["list_rebuilds"] = statistics.list_rebuilds;
     out["contacts"] = statistics.overlaps.contacts();

@@ -76,6 +76,7 @@ void set_medium(SimulationDef &def, Table from) {
         KilobotChannel::Settings settings;
         from.read("loss", settings.loss);
         from.read("loss_at_range", settings.loss_at_range);
+        from.read("overhead_loss", settings.overhead_loss);
         from.read("gain_noise_lsb", settings.gain_noise_lsb);
         from.read("range_m", settings.range_m);
         from.read("range_spread", settings.range_spread);

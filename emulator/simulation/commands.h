@@ -1,4 +1,4 @@
-/// Messages from outside the channel, in order of time: what the overhead controller sends.
+/// Messages from outside the channel, in order of time: [[command]] and the orders of tests.
 #ifndef KILOTWIN_SIMULATION_COMMANDS_H
 #define KILOTWIN_SIMULATION_COMMANDS_H
 

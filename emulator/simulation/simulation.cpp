@@ -4,9 +4,7 @@
 #include <utility>
 
 #include "base/errors.h"
-#include "base/message_crc.h"
 #include "base/selection.h"
-#include "guest/inbox.h"
 
 namespace kilotwin {
 
@@ -32,9 +30,8 @@ void Simulation::advance(int64_t ticks) {
 void Simulation::step(Cycles limit) {
     const Cycles end = now_ + step_;
     give_commands(end);
-    end_frames_from_above(end);
-    limit = std::min(limit, std::max(end, begin_of_step(commands_.next_at(), step_)));
-    if (!from_above_.empty()) limit = std::min(limit, begin_of_step(from_above_.front().at, step_));
+    const Cycles told = std::min(commands_.next_at(), channel_->next_from_above());
+    limit = std::min(limit, std::max(end, begin_of_step(told, step_)));
     if (bodies_->refresh_lists()) channel_->lists_changed();
     floor_->begin_step(now_);
     sense_on_boards();
@@ -55,7 +52,7 @@ void Simulation::give_commands(Cycles until) {
         until, [this](const Command &command, Cycles at) { give(command, std::max(at, now_)); });
 }
 
-/// The overhead controller is strong: its messages are not lost, whatever is on air.
+/// Not light on the channel: no message is lost, whatever is on air.
 void Simulation::give(const Command &command, Cycles at) {
     for (auto &robot : robots_) {
         const uint32_t index = robot.index();
@@ -65,23 +62,6 @@ void Simulation::give(const Command &command, Cycles at) {
             continue;
         robot.receive(at, command.message, {});
         channel_->order(index, at);
-    }
-}
-
-void Simulation::shine_from_above(const message_t &message, Cycles at) {
-    at = std::max(at, now_);
-    boards_.shine_from_above(message, at);
-    if (crc_is_right(message)) insert_by_time(from_above_, {at + FRAME_CYCLES, message, {}});
-}
-
-void Simulation::end_frames_from_above(Cycles until) {
-    for (; !from_above_.empty() && from_above_.front().at < until; from_above_.pop_front()) {
-        const Reception &frame = from_above_.front();
-        for (auto &robot : robots_) {
-            if (robot.on_board()) continue;  // it has seen the pulses
-            robot.receive(frame.at, frame.message, {});
-            channel_->order(robot.index(), frame.at);
-        }
     }
 }
 

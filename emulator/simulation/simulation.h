@@ -11,7 +11,7 @@
 #ifndef KILOTWIN_SIMULATION_SIMULATION_H
 #define KILOTWIN_SIMULATION_SIMULATION_H
 
-#include <deque>
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <string>
@@ -119,9 +119,11 @@ class Simulation {
     void send(const Command &command) { give(command, now_); }
 
     /// A frame of an overhead controller begins at `at`, or now if that is over: light on all
-    /// robots, whatever else is on air. Robots as guests receive it without loss, if its CRC is
-    /// right; chips see its pulses. The cells of a grid do not see it.
-    void shine_from_above(const message_t &message, Cycles at);
+    /// robots. On the Kilobot medium it meets their own (infrared/light_from_above.h), with the
+    /// ideal one all robots receive it if its CRC is right.
+    void shine_from_above(const message_t &message, Cycles at) {
+        channel_->shine_from_above(message, std::max(at, now_));
+    }
 
     /// Queues a frame at the host's node of a bus now; false if its queue is full. EngineError
     /// without a grid, or such a bus.
@@ -169,8 +171,6 @@ class Simulation {
     void give_commands(Cycles until);
     /// Delivers a command at `at`, not earlier than now_, to the robots it is for.
     void give(const Command &command, Cycles at);
-    /// Hands out the overhead controller's frames that end before `until`.
-    void end_frames_from_above(Cycles until);
     void sense_on_boards();
     void run_due_robots(Cycles limit);
     void prefetch_due_after(size_t i) const;
@@ -202,7 +202,6 @@ class Simulation {
     Swarm<Robot> robots_;                              ///< by index; those on boards too
     Boards boards_;                                    ///< empty without chips
     Commands commands_;                                ///< of the definition, those to come
-    std::deque<Reception> from_above_;                 ///< frames that end later, in order of time
     std::optional<Bodies> bodies_;                     ///< always there once created
     std::optional<FloorSensing> floor_;                ///< likewise; may sense nothing
     std::optional<Grid> grid_;                         ///< only with a Kilogrid

@@ -15,6 +15,9 @@ BUILD: str
 TICK_S: float
 CAN_RECORD: list[tuple[Any, ...]]  # fields of numpy.dtype() for a frame that ended on a bus
 
+def uniform(seed: int, purpose: str, robot: int, n: int) -> float: ...  # see base/chance.h
+def normal(seed: int, purpose: str, robot: int, n: int) -> float: ...
+
 class EngineError(ValueError): ...
 
 class Samples(TypedDict):

@@ -98,7 +98,10 @@ class Lab:
 
     def __init__(self, robots: list[dict[str, object]]) -> None:
         engine = {"step_ticks": 1}  # as with --serve
-        self.world = World(robots=robots, command=NEVER, arena=(1, 1), engine=engine)
+        sees_all = {"overhead_loss": 0}  # where one lap is to do
+        self.world = World(
+            robots=robots, command=NEVER, arena=(1, 1), engine=engine, medium=sees_all
+        )
         self.world.run(1)
         self.clock = EngineClock(self.world)
         # The port is said as it is to people.
@@ -260,6 +263,9 @@ diameter_m = 0.5
 
 [swarm]
 profile = "kilobot"
+
+[medium]
+overhead_loss = 0
 
 [[robots]]
 hex = "{images}/original.hex"

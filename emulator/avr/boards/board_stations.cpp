@@ -62,16 +62,26 @@ void BoardRobots::sent(const Frame &frame) {
 }
 
 void BoardRobots::light_begins(const Frame &frame, Reached &reached) {
-    const uint64_t draw = channel_.in_flight().station(reached.station).draws++;
+    const bool from_above = frame.above > 0;
+    const uint64_t draw =
+        from_above ? frame.above : channel_.in_flight().station(reached.station).draws++;
     const bool lost = channel_.receiver().is_lost(frame, reached, draw);
     if (lost && reached.fate == Fate::CLEAR) reached.fate = Fate::LOST;
-    boards_.reach(frame.sender, reached.station, channel_.receiver().measure(reached, draw), lost,
-                  chance_.bits(reached.station, Purpose::LOST_PULSE, draw));
+    boards_.reach(frame.sender, reached.station, channel_.receiver().measure(frame, reached, draw),
+                  lost,
+                  chance_.bits(reached.station,
+                               from_above ? Purpose::OVERHEAD_LOSS : Purpose::LOST_PULSE, draw));
 }
 
 void BoardRobots::received(const Frame &frame, const Reached &reached) {
     if (!frame.message->crc_is_right()) return;
     ChannelCounts &tally = channel_.tally();
+    auto &counts = channel_.in_flight().station(reached.station).counts;
+    if (frame.above > 0) {
+        tally.above_received += reached.fate == Fate::CLEAR;
+        counts.received += reached.fate == Fate::CLEAR;
+        return;
+    }
     switch (reached.fate) {
     case Fate::COLLIDED: tally.collided++; return;
     case Fate::DEAF: tally.deaf++; return;
@@ -79,7 +89,7 @@ void BoardRobots::received(const Frame &frame, const Reached &reached) {
     default: break;
     }
     tally.received++;
-    channel_.in_flight().station(reached.station).counts.received++;
+    counts.received++;
 }
 
 // Cells

@@ -5,14 +5,13 @@
 
 #include "base/errors.h"
 #include "base/message_crc.h"
+#include "infrared/robot_receiver.h"
 
 namespace kilotwin {
 
 namespace {
 
-// The overhead controller is strong and its light comes from everywhere.
-constexpr distance_measurement_t FROM_ABOVE = {400, 800};
-// From one of its frames to the next (hardware.md 1.11).
+// From one of an overhead controller's frames to the next (hardware.md 1.11).
 constexpr Cycles FRAME_PERIOD = 83'200;
 // A message is shown so often in vain until it is given up.
 constexpr unsigned MOST_SPOILT = 20;
@@ -66,24 +65,13 @@ void Boards::take_messages() {
 void Boards::shine_message(Place &place, Cycles begin) {
     message_t message = place.messages.front().message;
     message.crc = crc_of(message);
-    shine_pulses(place, message, begin);
+    for (Cycles offset : pulses_of(message))
+        place.board.shine(
+            {begin + offset, begin + offset + RobotBoard::SEEN_PULSE, RobotReceiver::FROM_ABOVE});
     place.light_free = std::max(place.light_free, begin + FRAME_PERIOD);
     place.shown_until = begin + FRAME_CYCLES;
     place.shows = true;
     place.spoils = false;
-}
-
-void Boards::shine_pulses(Place &place, const message_t &message, Cycles begin) {
-    for (Cycles offset : pulses_of(message))
-        place.board.shine({begin + offset, begin + offset + RobotBoard::SEEN_PULSE, FROM_ABOVE});
-}
-
-void Boards::shine_from_above(const message_t &message, Cycles at) {
-    for (Place &place : places_) {
-        shine_pulses(place, message, at);
-        place.light_free = std::max(place.light_free, at + FRAME_PERIOD);
-        place.spoils = true;
-    }
 }
 
 /// When a message has been shown: it is over, or has to be shown again.
@@ -219,10 +207,10 @@ void Boards::other_pulses(uint32_t station, Cycles at, const message_t &message)
 
 void Boards::hold_busy() {
     constexpr Cycles FOR_EVER = Cycles{1} << 60;
-    for (Place &place : places_) place.board.shine({0, FOR_EVER, FROM_ABOVE});
+    for (Place &place : places_) place.board.shine({0, FOR_EVER, RobotReceiver::FROM_ABOVE});
     for (ModulePlace &module : modules_)
         for (uint8_t cell = 0; cell < CELLS_PER_MODULE; cell++)
-            module.board->shine(cell, {0, FOR_EVER, FROM_ABOVE});
+            module.board->shine(cell, {0, FOR_EVER, RobotReceiver::FROM_ABOVE});
 }
 
 // Modules

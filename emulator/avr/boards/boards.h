@@ -130,10 +130,6 @@ class Boards : public ModuleBoards {
     void first_pulse(uint32_t station, Cycles at);
     void other_pulses(uint32_t station, Cycles at, const message_t &message);
 
-    /// A frame of an overhead controller that begins at `at`, not earlier than boards have been
-    /// executed: all robots see its pulses. Messages from outside the channel wait for its end.
-    void shine_from_above(const message_t &message, Cycles at);
-
     /// Light that never goes out falls on every board.
     void hold_busy();
 
@@ -206,7 +202,6 @@ class Boards : public ModuleBoards {
     void take_messages();
     /// Shows a message as light, and finds whether it was spoilt.
     void shine_message(Place &place, Cycles begin);
-    static void shine_pulses(Place &place, const message_t &message, Cycles begin);
     void end_message(Place &place);
     /// Hands on what a board has put out: light, LED, motors, bytes of its UART.
     void take_outputs(Place &place, Cycles until);

@@ -1,8 +1,9 @@
-"""`kilotwin record`: an experiment on a Kilogrid, real or emulated on a bus."""
+"""`kilotwin record`: an experiment on a Kilogrid, or a virtual environment by camera and light."""
 
 import json
 import sys
-from typing import Annotated
+from collections.abc import Callable
+from typing import Annotated, Any, NoReturn
 
 import typer
 
@@ -20,9 +21,12 @@ from kilotwin.commands.options import (
     command_app,
     given_settings,
 )
+from kilotwin.environment.poses import parse_address
 from kilotwin.errors import EXIT_INTERRUPTED, InputError
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.runs import recording
+from kilotwin.links.via import parse_via
+from kilotwin.runs import overhead_recording, recording
+from kilotwin.runs.run import Outcome
 
 app = command_app()
 
@@ -30,7 +34,9 @@ app = command_app()
 @app.command(
     epilog="Examples:\n\n"
     "  kilotwin record experiments/kilogrid/paper-n50.toml --can socketcand:127.0.0.1\n\n"
-    "  kilotwin record my.toml --can socketcan:can0 --can socketcan:can1"
+    "  kilotwin record my.toml --can socketcan:can0 --can socketcan:can1\n\n"
+    "  kilotwin record experiments/environment/wall.toml --via ohc:/dev/ttyUSB0 "
+    "--poses udp:0.0.0.0:5005"
 )
 def record(
     experiment: File,
@@ -47,12 +53,38 @@ def record(
             help="Take over a grid that runs already: no set-up, t = 0 is now.",
         ),
     ] = False,
+    via: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ohc:PORT",
+            envvar="KILOTWIN_VIA",
+            help="Without a grid: play the [environment] by this overhead controller.",
+        ),
+    ] = None,
+    poses: Annotated[
+        str | None,
+        typer.Option(
+            metavar="udp:HOST:PORT",
+            envvar="KILOTWIN_POSES",
+            help="--via: a tracker's poses come to this address, as lines of JSON.",
+        ),
+    ] = None,
     speed: Speed = 1.0,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Run an experiment on a Kilogrid and leave a run folder. Ctrl-C leaves everything idle."""
+    """Run an experiment on a table and leave a run folder. Ctrl-C leaves everything idle."""
     loaded = Experiment.load(experiment, given_settings(settings, seed))
+    if via is not None or poses is not None:
+        if buses or join:
+            raise InputError("--via: --can and --join are a grid's; leave them out")
+        table = _table(via, poses, speed)
+        shown = terminal.display(quiet)
+        played = overhead_recording.record(loaded, table, out, sys.argv, shown)
+        _end(played, terminal.environment_record_text, as_json=as_json)
+    if loaded.keys.environment is not None:
+        what = "an [environment] goes by --via ohc:PORT and --poses udp:HOST:PORT; add both"
+        raise InputError(f"{experiment}: {what}")
     if loaded.keys.grid is None:
         raise InputError(f"{experiment}: no [grid]; add it, or use `kilotwin run`")
     grid = loaded.keys.grid
@@ -60,11 +92,28 @@ def record(
     outcome = recording.record(
         loaded, names, out, sys.argv, terminal.display(quiet), join=join, speed=speed
     )
-    typer.echo(json.dumps(outcome.summary) if as_json else terminal.record_text(outcome.summary))
     told = outcome.summary["grid"]
     bad_modules = terminal.module_troubles_text(told["modules_failed"])
     for troubles in filter(None, (bad_modules, terminal.bus_troubles_text(told))):
         typer.echo(troubles, err=True)
+    _end(outcome, terminal.record_text, as_json=as_json)
+
+
+def _table(via: str | None, poses: str | None, speed: float) -> overhead_recording.Table:
+    """The table that --via and --poses name."""
+    if via is None:
+        raise InputError("--poses needs --via ohc:PORT; add it")
+    named = parse_via(via)
+    if named.kind != "ohc":
+        raise InputError(f"--via {via}: allowed: ohc:PORT; a grid is named by --can")
+    if poses is None:
+        raise InputError(f"--via {via} needs --poses udp:HOST:PORT; add it")
+    return overhead_recording.Table(named.port, parse_address(poses), speed)
+
+
+def _end(outcome: Outcome, text_of: Callable[[dict[str, Any]], str], *, as_json: bool) -> NoReturn:
+    """Says how it ended."""
+    typer.echo(json.dumps(outcome.summary) if as_json else text_of(outcome.summary))
     if outcome.exit_code == EXIT_INTERRUPTED:
         typer.echo("interrupted; what was recorded is kept", err=True)
     raise typer.Exit(outcome.exit_code)

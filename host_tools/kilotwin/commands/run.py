@@ -20,6 +20,7 @@ from kilotwin.commands.options import (
     command_app,
     given_settings,
 )
+from kilotwin.environment.poses import parse_address
 from kilotwin.errors import EXIT_INTERRUPTED
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.text import Setting
@@ -76,6 +77,14 @@ DispatcherLink = Annotated[
         help="--serve: the same for the dispatcher's port.",
     ),
 ]
+Poses = Annotated[
+    str | None,
+    typer.Option(
+        metavar="udp:HOST:PORT",
+        envvar="KILOTWIN_POSES",
+        help="--serve: a camera above the robots sends their poses there, as lines of JSON.",
+    ),
+]
 Fast = Annotated[
     bool, typer.Option("--fast", envvar="KILOTWIN_FAST", help="--serve: do not wait at all.")
 ]
@@ -108,7 +117,8 @@ Vcd = Annotated[
     "  kilotwin run experiments/paper/simplified-n100.toml\n\n"
     "  kilotwin run experiments/paper/firat-n50.toml --seed 7 --set swarm.informed=0.5 --json\n\n"
     "  kilotwin run experiments/kilogrid/paper-n50.toml --serve\n\n"
-    "  kilotwin run experiments/porting/native-and-avr.toml --serve --link-ohc ohc"
+    "  kilotwin run experiments/porting/native-and-avr.toml --serve --link-ohc ohc\n\n"
+    "  kilotwin run experiments/environment/wall.toml --serve --poses udp:127.0.0.1:5005"
 )
 def run(
     experiment: File,
@@ -122,6 +132,7 @@ def run(
     can: Interfaces = None,
     link_ohc: OhcLink = None,
     link_dispatcher: DispatcherLink = None,
+    poses: Poses = None,
     speed: Speed = 1.0,
     fast: Fast = False,
     gdb: Gdb = None,
@@ -137,7 +148,12 @@ def run(
         # The engine takes frames of the host once in a world step.
         given.insert(0, Setting(("engine", "step_ticks"), 1, "--serve"))
         serving = Serving(
-            port, tuple(can or ()), math.inf if fast else speed, link_ohc, link_dispatcher
+            port,
+            tuple(can or ()),
+            math.inf if fast else speed,
+            link_ohc,
+            link_dispatcher,
+            None if poses is None else parse_address(poses),
         )
     loaded = Experiment.load(experiment, given)
     if serving is not None:

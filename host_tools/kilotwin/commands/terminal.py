@@ -216,7 +216,6 @@ def robots_now(resting: dict[str, int], not_resting: int) -> str:
 
 def summary_text(summary: dict[str, Any]) -> str:
     """The end of `kilotwin run` in a few lines."""
-    width = max(len("result hash"), *(len(f"resting on {name}") for name in summary["resting"]), 0)
     lines = [
         f"{summary['experiment']}, seed {summary['seed']}: "
         f"{summary['simulated_s']:,.0f} s simulated in {summary['wall_s']:.1f} s "
@@ -228,10 +227,43 @@ def summary_text(summary: dict[str, Any]) -> str:
         note = f"   ({informed} robots are informed for it)" if informed else ""
         rows.append((f"resting on {name}", f"{count:5d}{note}"))
     rows.append(("not resting", f"{summary['not_resting']:5d}"))
+    rows += _environment_rows(summary)
     rows.append(("result hash", summary["result_hash"]))
     rows.append(("run folder", shown_path(Path(summary["run_folder"]))))
+    width = max(len(label) for label, _ in rows)
     lines += [f"  {label:<{width}}  {value}" for label, value in rows]
     return "\n".join(lines)
+
+
+def _environment_rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
+    """What an environment has told robots, if there is one, and how late."""
+    told = summary.get("environment")
+    if told is None:
+        return []
+    rows = [("words sent", f"{told['sent']:,} of {told['asked']:,}, {told['replaced']:,} replaced")]
+    if late := told["latency_s"]:
+        rows.append(("latency", f"{late['mean']:.2f} s, 95 % within {late['p95']:.2f} s"))
+    if told.get("heard") is not None:
+        rows.append(("frames heard", f"{100 * told['heard']:.1f} %"))
+    return rows
+
+
+def environment_record_text(summary: dict[str, Any]) -> str:
+    """The end of `kilotwin record --via` in a few lines."""
+    poses = summary["poses"]
+    seen = summary["robots"] - len(poses["never_seen"])
+    lines = [
+        f"{summary['experiment']}: {summary['recorded_s']:,.0f} s recorded, "
+        f"{seen} of {summary['robots']} robots seen"
+    ]
+    rows = [("lines of poses", f"{poses['lines']:,}, {poses['bad_lines']:,} of no use")]
+    rows += _environment_rows(summary)
+    if poses["never_seen"]:
+        uids = ", ".join(map(str, poses["never_seen"][:_LISTED]))
+        rows.append(("never seen", f"{uids}{' ...' * (len(poses['never_seen']) > _LISTED)}"))
+    rows.append(("run folder", shown_path(Path(summary["run_folder"]))))
+    width = max(len(label) for label, _ in rows)
+    return "\n".join([*lines, *(f"  {label:<{width}}  {value}" for label, value in rows)])
 
 
 def record_text(summary: dict[str, Any]) -> str:

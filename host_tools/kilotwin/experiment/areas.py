@@ -47,6 +47,13 @@ def lies_inside(inner: Area, outer: Area) -> bool:
     return math.hypot(reach_x, reach_y) <= outer.width / 2 + _TOUCH_M
 
 
+def contains(area: Area, x: float, y: float) -> bool:
+    """Whether a point is in it."""
+    if area.circle:
+        return math.hypot(x - area.x, y - area.y) <= area.width / 2
+    return abs(x - area.x) <= area.width / 2 and abs(y - area.y) <= area.height / 2
+
+
 def overlap(one: Area, other: Area) -> bool:
     """Whether they have more than a border in common."""
     if one.circle and not other.circle:

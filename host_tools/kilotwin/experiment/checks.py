@@ -5,6 +5,7 @@ import math
 from collections.abc import Callable, Iterator
 
 from kilotwin.experiment.areas import Area, area_of, lies_inside, overlap
+from kilotwin.experiment.ark import MOST_UID
 from kilotwin.experiment.grid_checks import Problem, grid_problems, within_the_run
 from kilotwin.experiment.grid_schema import Grid
 from kilotwin.experiment.overhead import KEYS, uids
@@ -55,6 +56,7 @@ def _problems(experiment: ExperimentSchema) -> Iterator[Problem]:
     yield from _motion(experiment)
     yield from _medium(experiment)
     yield from _start(experiment)
+    yield from _environment(experiment)
     yield from grid_problems(experiment)
     for index, command in enumerate(experiment.command or []):
         yield from _command(("command", index), command, swarm_size(experiment))
@@ -227,6 +229,17 @@ def _motion(experiment: ExperimentSchema) -> Iterator[Problem]:
         if getattr(experiment.motion, key) != fixed:
             what = f"the motion of a {profile.name} is fixed; remove '{key}', or take a kilobot"
             yield Problem(what, (("motion", key), ("swarm", "profile")))
+
+
+def _environment(experiment: ExperimentSchema) -> Iterator[Problem]:
+    if experiment.environment is None:
+        return
+    if experiment.grid is not None:
+        what = "a grid's cells do what camera and overhead controller would; remove one of them"
+        yield Problem(what, (("environment",), ("grid",)))
+    if swarm_size(experiment) > MOST_UID:
+        what = f"words reach robots 1 to {MOST_UID}; take fewer robots, or remove [environment]"
+        yield Problem(what, (("environment",),))
 
 
 def _start(experiment: ExperimentSchema) -> Iterator[Problem]:

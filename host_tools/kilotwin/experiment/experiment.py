@@ -17,6 +17,7 @@ from pydantic import ValidationError
 
 from kilotwin.errors import InputError
 from kilotwin.experiment.checks import first_problem, first_problem_of_command, swarm_size
+from kilotwin.experiment.environment_class import EnvironmentClass, environment_class
 from kilotwin.experiment.grid_plan import GridPlan, find_file, plan_of, shown
 from kilotwin.experiment.grid_schema import Grid
 from kilotwin.experiment.informed import informed_ranges
@@ -52,7 +53,8 @@ class Experiment:
     """`keys` are the file's, validated; `origin` knows where a key was written, for late errors.
 
     `modules` are those of a grid, and `plan` is what its host does; None without. `lab` has the uid
-    and the calibration of each robot, if it comes from a lab.
+    and the calibration of each robot, if it comes from a lab. `environment` is the program of an
+    [environment].
     """
 
     keys: ExperimentSchema
@@ -61,6 +63,7 @@ class Experiment:
     modules: Group | None = None
     plan: GridPlan | None = None
     lab: tuple[tuple[int, LabRobot], ...] = ()
+    environment: EnvironmentClass | None = None
 
     @staticmethod
     def load(file: Path, settings: Iterable[Setting] = ()) -> "Experiment":
@@ -79,7 +82,8 @@ class Experiment:
             raise InputError(f"{origin.where(*problem.paths)}: {problem.what}")
         groups, lab = tuple(_groups(keys, origin)), _lab(keys, origin)
         if keys.grid is None:
-            return Experiment(keys, groups, origin, lab=lab)
+            environment = environment_class(keys.environment, origin)
+            return Experiment(keys, groups, origin, lab=lab, environment=environment)
         modules = _modules(keys.grid, origin)
         return Experiment(keys, groups, origin, modules, plan_of(keys, origin), lab)
 
@@ -114,6 +118,9 @@ class Experiment:
         if self.keys.swarm.lab is not None:
             found = find_file(self.keys.swarm.lab, ("swarm", "lab"), self.origin)
             tables["swarm"]["lab"] = portable(found)
+        if self.environment is not None:
+            file, class_name = portable(self.environment.file), self.environment.class_name
+            tables["environment"]["program"] = f"{file}:{class_name}"
         if self.modules is not None:
             self._resolve_grid(tables["grid"], self.modules)
         return tables

@@ -90,6 +90,7 @@ KILOBOT_MEDIUM: Defaults = {
     "range_spread": 0.05,
     "loss": 0.02,
     "loss_at_range": 0.2,
+    "overhead_loss": 0.02,
     "gain_noise_lsb": 2.0,
     "carrier_sense": True,
     "collisions": True,

@@ -1,5 +1,6 @@
 """Every key an experiment file may have, with its range, default and meaning. The only place that
-says so, with the tables beside it (`grid_schema`): `docs/experiments.md` is made from here.
+says so, with the tables beside it (`grid_schema`, `environment_schema`): `docs/experiments.md` is
+made from here.
 
 Units are in the keys. Shares are 0 to 1. What only makes sense together with other keys is checked
 in `checks`. Defaults that depend on the robot come from `profile_defaults`.
@@ -10,6 +11,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from kilotwin.experiment.colours import LED_COLOURS, led_triple, site_colour
+from kilotwin.experiment.environment_schema import EnvironmentTable
 from kilotwin.experiment.grid_schema import CellColour, Faults, Grid, grid_size_m
 from kilotwin.experiment.profile_defaults import (
     CONTROLLER_DEFAULTS,
@@ -261,6 +263,8 @@ class Medium(Section):
     """Share of the frames lost to nothing in particular, near the sender."""
     loss_at_range: Share | None = None
     """The same at the end of the range; in between it grows with the distance's 4th power."""
+    overhead_loss: Share | None = None
+    """Share of an overhead controller's frames lost to nothing in particular. Default: a guess."""
     gain_noise_lsb: Annotated[float, Field(ge=0, le=100)] | None = None
     """Noise of the two readings that a distance is estimated from: standard deviation."""
     carrier_sense: bool | None = None
@@ -388,6 +392,7 @@ class ExperimentSchema(Section):
     light: Light = Light()
     battery: Battery = Battery()
     command: list[Command] | None = None
+    environment: EnvironmentTable | None = None
     grid: Grid | None = None
     faults: Faults = Faults()
     record: Record = Record()

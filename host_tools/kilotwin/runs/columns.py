@@ -117,3 +117,15 @@ TRACKING_SCHEMA = pa.schema(
     ]
 )
 """`tracking`: a row per report of a robot, as the host of a grid had it."""
+
+SENT_SCHEMA = pa.schema(
+    [
+        field("time_s", pa.float64(), "s, when the overhead controller had it"),
+        field("asked_s", pa.float64(), "s, when the environment wanted it"),
+        field("uid", pa.uint16(), "the robot's; 65535 for all robots"),
+        field("type", pa.uint8(), "of the word; of the message for all robots"),
+        field("value", pa.uint16(), "the word's, null in a message for all"),
+        field("data", pa.binary(9), "a message for all, null in a word"),
+    ]
+)
+"""`sent`: a row per word that an environment has told a robot, and per message for all."""

@@ -9,6 +9,9 @@ prints/           robot-7.log: what robot 7 printed, if it did; each line with i
 robots.parquet    as the streams, after a clean end only
 sites.parquet
 
+With a virtual environment also, see runs/environment_record.py:
+sent.arrows       a row per word for a robot     (Arrow IPC stream; and sent.parquet)
+
 On a Kilogrid also, see grid/grid_record.py:
 tracking.arrows   a row per report of a robot    (Arrow IPC stream; and tracking.parquet)
 can.log           a line per CAN frame, as candump -L writes it
@@ -32,6 +35,7 @@ EVENTS = "events.jsonl"
 PRINTS = "prints"
 TRACKING = "tracking"
 CAN_LOG = "can.log"
+SENT = "sent"
 
 # Events after which a robot, or a module, takes no part any more.
 FAILURES = {"crash", "endless", "stack_overflow"}

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from kilotwin.environment.poses import Address
 from kilotwin.errors import InputError
 from kilotwin.experiment.experiment import Experiment
 
@@ -23,7 +24,8 @@ class Serving:
     in place of the server.
 
     `speed`: simulated seconds per second; infinite for as fast as it goes. `ohc_link`,
-    `dispatcher_link`: names for the ports of overhead controller and dispatcher.
+    `dispatcher_link`: names for the ports of overhead controller and dispatcher. `poses`: where a
+    camera above the robots tells their poses.
     """
 
     port: int | None = None
@@ -31,6 +33,7 @@ class Serving:
     speed: float = 1.0
     ohc_link: Path | None = None
     dispatcher_link: Path | None = None
+    poses: Address | None = None
 
     def check(self, experiment: Experiment) -> None:
         """InputError if the experiment has no such table."""

@@ -12,8 +12,8 @@ import pyarrow.parquet as pq
 from kilotwin.errors import InputError, cause_of
 from kilotwin.experiment.checks import swarm_size
 from kilotwin.experiment.schema import ExperimentSchema
-from kilotwin.runs.columns import TRACKING_SCHEMA, Records
-from kilotwin.runs.folder import EVENTS, EXPERIMENT, FINISHED, MANIFEST, TRACKING
+from kilotwin.runs.columns import SENT_SCHEMA, TRACKING_SCHEMA, Records
+from kilotwin.runs.folder import EVENTS, EXPERIMENT, FINISHED, MANIFEST, SENT, TRACKING
 
 
 def read_parquet(path: Path) -> pa.Table:
@@ -66,6 +66,10 @@ class Run:
     def tracking(self) -> pa.Table:
         """A row per report that the host of a grid fetched; none without a grid."""
         return self._table(TRACKING, TRACKING_SCHEMA)
+
+    def sent(self) -> pa.Table:
+        """A row per word that an environment told a robot; none without an environment."""
+        return self._table(SENT, SENT_SCHEMA)
 
     @property
     def robots_number(self) -> int:

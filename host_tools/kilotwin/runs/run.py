@@ -117,10 +117,19 @@ def new_manifest(
         "experiment_sha256": experiment.identity(),
         "seed": experiment.keys.seed,
         "programs": [{**asdict(guest), "file": guest.file.name} for guest in guests],
+        **_environment(experiment),
         "python": platform.python_version(),
         "machine": platform.platform(),
         "started_utc": utc_now(),
     }
+
+
+def _environment(experiment: Experiment) -> dict[str, Any]:
+    """Which program an environment has, if there is one."""
+    if experiment.environment is None:
+        return {}
+    named = experiment.environment
+    return {"environment": {"file": named.file.name, "sha256": named.sha256()}}
 
 
 class _Child:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.runs.job import Serving
+from kilotwin.runs.served_camera import ServedCamera
 from kilotwin.runs.served_grid import ServedTable
 from kilotwin.runs.served_overhead import ServedOverhead
 from kilotwin.runs.writer import RunWriter
@@ -36,12 +37,16 @@ class ServedWorld:
         self._duration = ticks(experiment.keys.duration_s)
         self._begins_at_once = experiment.keys.grid is None and bool(experiment.keys.command)
         self._overhead = ServedOverhead(simulation, serving.ohc_link)
+        self._camera: ServedCamera | None = None
         self._table: ServedTable | None = None
-        if experiment.plan is not None:
-            with contextlib.ExitStack() as opened:
-                opened.callback(self._overhead.close)
+        with contextlib.ExitStack() as opened:
+            opened.callback(self._overhead.close)
+            if serving.poses is not None:
+                self._camera = ServedCamera(simulation, experiment, serving.poses)
+                opened.callback(self._camera.close)
+            if experiment.plan is not None:
                 self._table = ServedTable(simulation, experiment, serving, writer)
-                opened.pop_all()
+            opened.pop_all()
         self._begin_tick = simulation.tick
         self._began = time.monotonic()
 
@@ -50,6 +55,8 @@ class ServedWorld:
         if self._table is not None:
             yield from self._table.notes()
         yield self._overhead.note
+        if self._camera is not None:
+            yield self._camera.note
         if math.isinf(self._serving.speed):
             yield "with --fast time goes as it can: what is sent on a serial line comes too slowly"
 
@@ -74,6 +81,8 @@ class ServedWorld:
     def step(self) -> None:
         """Goes on by a tick, and hands over what has come both ways."""
         self._overhead.step(1)
+        if self._camera is not None:
+            self._camera.step()
         self._simulation.advance(1)
         if self._table is not None:
             self._table.step()
@@ -106,5 +115,7 @@ class ServedWorld:
     def close(self) -> None:
         """Closes all connections, and the log."""
         self._overhead.close()
+        if self._camera is not None:
+            self._camera.close()
         if self._table is not None:
             self._table.close()

@@ -31,7 +31,9 @@ from kilotwin.errors import (
 from kilotwin.experiment.engine_spec import engine_spec
 from kilotwin.experiment.informed import informed_for
 from kilotwin.experiment.states import Counts
+from kilotwin.runs.emulated_environment import EmulatedEnvironment
 from kilotwin.runs.emulated_grid import EmulatedHost, lead_ticks
+from kilotwin.runs.environment_record import EnvironmentEvents, EnvironmentRecord
 from kilotwin.runs.folder import FAILURES, FINISHED, INTERRUPTED, close_manifest
 from kilotwin.runs.job import Job
 from kilotwin.runs.served_world import ServedWorld
@@ -123,8 +125,10 @@ class Trial(Generic[WriterT]):
         self._keys = job.experiment.keys
         self._simulation = self._place_robots()
         self._check_probes()
+        self._environment = self._make_environment()
         self.writer = make_writer()
         self._attach_probes()
+        self._keep_environment()
         self._host, self._served = self._join_hosts()
         self._events: Counter[str] = Counter()
         self._failed: list[dict[str, Any]] = []
@@ -181,14 +185,17 @@ class Trial(Generic[WriterT]):
         return world.ran
 
     def _advance(self, count: int) -> None:
-        """So many ticks, with the grid's host doing in between what is due."""
-        if self._host is None:
-            self._simulation.advance(count)
-            return
-        end = self._simulation.tick + count
-        while self._simulation.tick < end:
-            self._host.step()
-            self._simulation.advance(min(self._host.ticks_until_due(), end - self._simulation.tick))
+        """So many ticks, with the grid's host or the environment doing in between what is due."""
+        simulation, end = self._simulation, self._simulation.tick + count
+        while simulation.tick < end:
+            ahead = end - simulation.tick
+            if self._host is not None:
+                self._host.step()
+                ahead = min(ahead, self._host.ticks_until_due())
+            if self._environment is not None:
+                self._environment.step(simulation)
+                ahead = min(ahead, self._environment.ticks_until_due(simulation))
+            simulation.advance(ahead)
 
     def _take(self, samples: "Samples") -> None:
         if self._host is not None:
@@ -246,15 +253,35 @@ class Trial(Generic[WriterT]):
             "events": dict(self._events),
             "robots_failed": self._failed,
             "stats": simulation.stats(),
+            **self._environment_summary(),
             **({} if self._host is None else {"grid": self._host.summary()}),
         }
 
     def close(self) -> None:
         """Ends what the grid has open; the writer is its maker's."""
+        if self._environment is not None:
+            self._environment.close()
         if self._host is not None:
             self._host.finish()
         if self._served is not None:
             self._served.close()
+
+    def _make_environment(self) -> EmulatedEnvironment | None:
+        """Before there is a folder: its program may refuse. A served world's is outside."""
+        if self._keys.environment is None or self._job.serving is not None:
+            return None
+        return EmulatedEnvironment(self._job.experiment)
+
+    def _keep_environment(self) -> None:
+        if self._environment is not None:
+            writer = self.writer if isinstance(self.writer, RunWriter) else None
+            self._environment.keep(EnvironmentRecord(writer) if writer else EnvironmentEvents())
+
+    def _environment_summary(self) -> dict[str, Any]:
+        if self._environment is None:
+            return {}
+        simulation = self._simulation
+        return {"environment": self._environment.summary(simulation.stats(), simulation.robots)}
 
     def _join_hosts(self) -> tuple[EmulatedHost | None, ServedWorld | None]:
         """The grid's host, or what waits for hosts from outside; neither without either."""

@@ -41,7 +41,9 @@ from kilotwin.experiment.states import States
 from kilotwin.experiment.text import ExperimentText, Setting, parse_setting
 from kilotwin.experiment.validation_errors import input_error
 from kilotwin.grid.controller import Controller
+from kilotwin.runs.emulated_environment import EmulatedEnvironment
 from kilotwin.runs.emulated_grid import EmulatedHost, lead_ticks
+from kilotwin.runs.environment_record import EnvironmentMemory
 from kilotwin.runs.grid_record import GridMemory
 from kilotwin.units import seconds, ticks
 
@@ -151,6 +153,11 @@ class World:
             self._engine: _emulator.Simulation | None = _emulator.Simulation(spec)
         except _emulator.EngineError as error:
             raise InputError(f"{self._experiment.origin.source}: {error}") from None
+        self._environment: EmulatedEnvironment | None = None
+        self._told = EnvironmentMemory()
+        if self._experiment.environment is not None:
+            self._environment = EmulatedEnvironment(self._experiment)
+            self._environment.keep(self._told)
         self._host: EmulatedHost | None = None
         self._heard = GridMemory(self._experiment)
         if modules is not None:
@@ -200,6 +207,9 @@ class World:
             if self._host is not None:
                 self._host.step()
                 ahead = min(ahead, self._host.ticks_until_due())
+            if self._environment is not None:
+                self._environment.step(simulation)
+                ahead = min(ahead, self._environment.ticks_until_due(simulation))
             simulation.advance(ahead)
             took_s = time.perf_counter() - began
             chunk = max(1, min(4 * chunk, round(ahead * _CHUNK_S / max(took_s, 1e-6))))
@@ -349,6 +359,22 @@ class World:
         if self._host is None:
             raise RunError(_CLOSED)
         return self._host
+
+    # A virtual environment, if the experiment has one.
+
+    @property
+    def environment(self) -> Any:
+        """The object of the class that `[environment] program` names, for a look at it."""
+        if self._environment is None:
+            what = 'environment={"program": "pheromone.py:Pheromone"}'
+            raise InputError(f"there is no environment; give World an [environment]: {what}")
+        return self._environment.play.program.object
+
+    @property
+    def sent(self) -> list[dict[str, Any]]:
+        """What the environment has told robots so far, a dict per word: `time_s` when the overhead
+        controller had it, `asked_s`, `uid`, `type`, `value`; `data` in a message for all."""
+        return list(self._told.rows)
 
     # Talking, from outside the robots' own infrared.
 

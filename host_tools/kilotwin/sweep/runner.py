@@ -116,7 +116,10 @@ class Sweep:
             for what, group in groups:
                 if what not in guests:
                     guests[what] = build_group(group, notify)
-            keys.append(trial_key(trial, [guests[what].key for what, _ in groups]))
+            programs = [guests[what].key for what, _ in groups]
+            if trial.experiment.environment is not None:
+                programs.append(trial.experiment.environment.sha256())
+            keys.append(trial_key(trial, programs))
         there = {key for key in keys if data.has(key)}
         damaged = [key for key in keys if key not in there and data.part(key).exists()]
         if damaged:
