@@ -120,10 +120,11 @@ class _Recording:
         self._experiment, self._keys = experiment, experiment.keys
         self._table, self._port, self._listener = table, port, listener
         self._display = display
-        self._play = Play(experiment, self)
-        self._robots = SeenRobots(experiment)
         self._record: EnvironmentRecord | None = None
         self._notes: list[tuple[float, str]] = []
+        """What the program notes before there is a record."""
+        self._play = Play(experiment, self)
+        self._robots = SeenRobots(experiment)
         self._interrupted = False
         self._next_sample = 0
         self._shown_at = self._told_at = -math.inf

@@ -1,6 +1,6 @@
 """An emulated camera: what it sees, what it misses, and how wrong it is."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -13,10 +13,10 @@ if TYPE_CHECKING:
     from kilotwin._emulator import Samples
 
 ROBOTS = 400
-EXACT = {"position_noise_m": 0.0, "heading_noise_rad": 0.0, "missed": 0.0}
+EXACT: dict[str, Any] = {"position_noise_m": 0.0, "heading_noise_rad": 0.0, "missed": 0.0}
 
 
-def camera(seed: int = 1, **keys: float) -> EmulatedCamera:
+def camera(seed: int = 1, **keys: Any) -> EmulatedCamera:
     table = EnvironmentTable.model_validate({"program": "a.py:A", **keys})
     return EmulatedCamera(table, seed, lambda robot: ROBOTS - robot)
 

@@ -1,6 +1,6 @@
 class Picky:
-    def __init__(self, arena, settings):
+    def __init__(self, arena: object, settings: object) -> None:
         pass
 
-    def step(self, seen, send):
+    def step(self, seen: object, send: object) -> None:
         pass
