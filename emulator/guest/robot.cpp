@@ -274,8 +274,14 @@ inline void Robot::ask_for_message(const kt_table_t &table) {
 void Robot::try_to_answer(const kt_table_t &table) {
     const bool granted = may_send();
     if (!granted && !ask_medium(Question::MAY_ASK)) return;
+    const robot_heard_t heard = rare_ ? rare_->heard : robot_heard_t{};
+    uint8_t content[REPORT_CONTENT];
+    if (core_.answer.first == ROBOT_QUERY_VITALS)
+        robot_answer_vitals(&heard, voltage(now_), content);
+    else
+        gains_saved(core_.answer.first, content);
     message_t answer;
-    robot_answer_fill(&answer, *table.uid, core_.state, voltage(now_));
+    robot_answer_fill(&core_.answer, &answer, *table.uid, core_.state, content);
     if (put_on_air(answer, granted)) robot_answer_end(&core_.answer);
 }
 
@@ -316,7 +322,11 @@ void Robot::take_message() {
     inbox_changed();
     now_ = std::max(now_, reception.at);
     if (!receives(reception)) return;
-    if (message_is_command(&reception.message)) return obey(reception.message);
+    if (message_is_command(&reception.message)) {
+        if (robot_answer_is_heard(&reception.message))
+            robot_answer_hear(&written().heard, &reception.message, &reception.distance);
+        return obey(reception.message);
+    }
     const auto &table = program_->table();
     *table.rx_message = reception.message;
     *table.rx_distance = reception.distance;

@@ -16,6 +16,7 @@
 #include <cstdint>
 #include <cstring>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -183,6 +184,14 @@ class alignas(64) Robot {
     /// STOPPED: its program crashed or never came back; it stays where it is.
     enum class Life : uint8_t { OFF, BOOTING, ALIVE, STOPPED };
 
+    /// State of a robot whose EEPROM was written to, or that heard others answer a host.
+    struct Rare {
+        EepromImage eeprom;
+        std::optional<gain_tables_t> gains;  ///< found by the program when it started; none:
+                                             ///< those of its calibration
+        robot_heard_t heard;
+    };
+
     static constexpr size_t OFTEN_USED_BYTES = 6 * sizeof(CacheLine);
     static const kt_host_t HOST;
     struct HostCalls;
@@ -217,7 +226,7 @@ class alignas(64) Robot {
     void tick();             ///< compare match of timer 0
     bool may_send() const { return !arbitrated_ || (granted_from_ <= now_ && now_ <= granted_to_); }
     void ask_for_message(const kt_table_t &table);
-    void try_to_answer(const kt_table_t &table);  ///< a question for vitals
+    void try_to_answer(const kt_table_t &table);  ///< a question to the runtime
     Cycles next_request() const;                  ///< of the program for a message
     Cycles next_answer() const;
     timer_matches_t next_matches() const;
@@ -231,6 +240,8 @@ class alignas(64) Robot {
     void start_motion();
     void enter_state(robot_state_t before);
     void save_calibration(const message_t &message);
+    void gains_saved(uint8_t which, uint8_t *content) const;  ///< as the answer tells them
+    void read_gains();                                        ///< as a program that starts does
     void start_again();
     void restart_from_zero();
     /// Calls the program as an interrupt would: interrupts off, a budget of its own.
@@ -251,6 +262,7 @@ class alignas(64) Robot {
     bool disturbed() const;
     uint8_t eeprom(uint16_t address) const;
     void set_eeprom(uint16_t address, uint8_t value);
+    Rare &written();  ///< made when it is needed for the first time
     void stop(EventKind kind, std::string text);
     void report(EventKind kind, std::string text);
     void note(uint8_t mistake, std::string text);  ///< once each
@@ -317,10 +329,10 @@ class alignas(64) Robot {
     uint8_t noted_ = 0;             ///< Mistakes
 
     // ... and what changes rarely.
-    std::unique_ptr<EepromImage> eeprom_;  ///< once it differs from the calibration
-    Cycles overflow_ = NEVER;  ///< after a retry: when the timer's next ordinary match comes
-    Cycles state_since_;       ///< for the light of states
-    Cycles down_since_ = 0;    ///< of SLEEPING: sleep_rhythm.h
+    std::unique_ptr<Rare> rare_;  ///< by written()
+    Cycles overflow_ = NEVER;     ///< after a retry: when the timer's next ordinary match comes
+    Cycles state_since_;          ///< for the light of states
+    Cycles down_since_ = 0;       ///< of SLEEPING: sleep_rhythm.h
     Cycles power_up_;
     void (*setup_)(void) = nullptr;
     const std::string *name_;  ///< of its program

@@ -16,6 +16,7 @@ struct Robot::HostCalls {
         *table.ticks = robot.last_tick_ = 0;
         if (table.tx_period != nullptr) *table.tx_period = TX_PERIOD_DEFAULT;
         robot_core_init(&robot.core_);
+        robot.read_gains();
         robot.next_tick_ = robot.now_ + robot.tick_length_;
         robot.interrupts_off_ = false;
         robot.only_ticks_until_ = 0;
@@ -59,7 +60,10 @@ struct Robot::HostCalls {
     static uint8_t distance_mm(int16_t low_gain, int16_t high_gain) {
         if (running->context_.gains_are_mm)
             return static_cast<uint8_t>(std::clamp<int16_t>(high_gain, 0, UINT8_MAX));
-        return running->calibration_.gains.estimate_mm({low_gain, high_gain});
+        const distance_measurement_t measured = {low_gain, high_gain};
+        const auto &rare = running->rare_;
+        return rare && rare->gains ? kilolib_gains_distance(&*rare->gains, &measured)
+                                   : running->calibration_.gains.estimate_mm(measured);
     }
 
     static uint8_t eeprom_read(uint16_t address) { return running->eeprom(address); }
@@ -143,12 +147,16 @@ void Robot::budget_spent(const uint8_t *frame) {
 
 uint8_t Robot::eeprom(uint16_t address) const {
     address %= EEPROM_BYTES;
-    return eeprom_ ? (*eeprom_)[address] : calibrated_byte(calibration_, address);
+    return rare_ ? rare_->eeprom[address] : calibrated_byte(calibration_, address);
 }
 
 void Robot::set_eeprom(uint16_t address, uint8_t value) {
-    if (!eeprom_) eeprom_ = std::make_unique<EepromImage>(eeprom_of(calibration_));
-    (*eeprom_)[address % EEPROM_BYTES] = value;
+    written().eeprom[address % EEPROM_BYTES] = value;
+}
+
+Robot::Rare &Robot::written() {
+    if (!rare_) rare_ = std::make_unique<Rare>(Rare{eeprom_of(calibration_), std::nullopt, {}});
+    return *rare_;
 }
 
 }  // namespace kilotwin

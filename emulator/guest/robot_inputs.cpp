@@ -107,6 +107,28 @@ void Robot::save_calibration(const message_t &message) {
     calibration_.uid = *program_->table().uid;
 }
 
+// kilolib_calibration_gains() of what the EEPROM holds, which is the engine's here.
+void Robot::gains_saved(uint8_t which, uint8_t *content) const {
+    for (uint8_t byte = 0; byte < REPORT_CONTENT; byte++)
+        content[byte] =
+            eeprom(eeprom_gain_place(static_cast<uint8_t>(which - CALIBRATION_GAINS), byte));
+}
+
+// As firmware/kilolib/avr/gains_read.c. What was saved since does not change a running program.
+void Robot::read_gains() {
+    if (!rare_) return;
+    auto &tables = rare_->gains.emplace();
+    auto word = [this](uint8_t entry, uint8_t upper) {
+        const int value = eeprom(eeprom_gain_place(entry, upper)) << 8 |
+                          eeprom(eeprom_gain_place(entry, static_cast<uint8_t>(upper + 1)));
+        return static_cast<uint16_t>(std::min(value, CONVERTER_MOST));
+    };
+    for (uint8_t entry = 0; entry < GAIN_ENTRIES; entry++) {
+        tables.low[entry] = word(entry, 0);
+        tables.high[entry] = word(entry, 2);
+    }
+}
+
 // A jump to address 0: memory as after power-up, main() again, the stack forgotten.
 void Robot::start_again() {
     std::memcpy(program_->table().state_begin, program_->initial_state(), program_->state_bytes());

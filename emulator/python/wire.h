@@ -1,5 +1,5 @@
-/// Layout of the firmware's messages for Python: firmware/aggregation/wire.h owns the
-/// bytes, and the host takes them from here.
+/// What the host takes from the firmware's C: the layout of messages, which
+/// firmware/aggregation/wire.h owns, and how robots estimate distances (kilolib/core/gains.h).
 #ifndef KILOTWIN_PYTHON_WIRE_H
 #define KILOTWIN_PYTHON_WIRE_H
 
@@ -8,7 +8,7 @@
 namespace kilotwin {
 
 /// Adds to the module: WIRE (message types and flags of a cell message by name), CONFIG_KEYS
-/// (name: key, preset, least and greatest value) and config_message().
+/// (name: key, preset, least and greatest value), config_message() and estimate_distances().
 void register_wire(nanobind::module_ &m);
 
 }  // namespace kilotwin

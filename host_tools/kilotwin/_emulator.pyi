@@ -136,6 +136,9 @@ class Bridge:
     def close(self) -> None: ...
 
 def config_message(uid_first: int, uid_last: int, key: int, value: int) -> bytes: ...
+def estimate_distances(
+    low_gain: Sequence[int], high_gain: Sequence[int], readings: Sequence[tuple[int, int]]
+) -> list[int]: ...
 
 class Programmer:
     """An STK500v2 in front of an erased ATmega328P."""

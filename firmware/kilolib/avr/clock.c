@@ -4,6 +4,7 @@
 #include <avr/io.h>
 #include <stdlib.h>
 
+#include "../core/calibration.h"
 #include "board.h"
 #include "infrared_receive.h"
 #include "infrared_send.h"
@@ -39,9 +40,15 @@ static void try_to_send(void) {
 
 // Apart, so that an ordinary tick need not make room for the message.
 static void __attribute__((noinline)) try_to_answer(void) {
-    message_t answer;
-    robot_answer_fill(&answer, kilo_uid, kilolib_robot.state, get_voltage());
-    if (kilolib_infrared_send(&answer)) robot_answer_end(&kilolib_robot.answer);
+    message_t message;
+    uint8_t content[REPORT_CONTENT];
+    robot_answer_t *const answer = &kilolib_robot.answer;
+    if (answer->first == ROBOT_QUERY_VITALS)
+        robot_answer_vitals(&kilolib_heard, get_voltage(), content);
+    else
+        kilolib_calibration_gains(answer->first, content);
+    robot_answer_fill(answer, &message, kilo_uid, kilolib_robot.state, content);
+    if (kilolib_infrared_send(&message)) robot_answer_end(answer);
 }
 
 ISR(TIMER0_COMPA_vect) {

@@ -4,11 +4,11 @@
 #include <stdint.h>
 
 #include "../core/infrared_frame.h"
-#include "../core/robot_commands.h"
 #include "board.h"
 #include "commands.h"
 #include "converter.h"
 #include "kilolib.h"
+#include "robot.h"
 
 static infrared_reader_t reader;
 static volatile bool frame_began;
@@ -70,6 +70,7 @@ static void take_message(message_t *message) {
     wait_for_frame();
     if (message_crc(message) != message->crc) return;
     if (message_is_command(message)) {
+        robot_answer_hear(&kilolib_heard, message, &distance);
         kilolib_command_obey(message);
     } else {
         (*kilo_message_rx)(message, &distance);

@@ -11,6 +11,7 @@
 #define STEP_MS 10
 
 robot_core_t kilolib_robot;
+robot_heard_t kilolib_heard;
 
 // Ends early when a command comes.
 static void stay(robot_state_t state) {

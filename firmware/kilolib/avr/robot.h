@@ -6,6 +6,7 @@
 
 /// Written with interrupts off only.
 extern robot_core_t kilolib_robot;
+extern robot_heard_t kilolib_heard;
 
 /// The state at present: each call reads it anew.
 static inline robot_state_t kilolib_state(void) {

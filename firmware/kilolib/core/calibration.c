@@ -1,7 +1,10 @@
 #include "calibration.h"
 
+#include <stdbool.h>
+
 #include "crc16.h"
 #include "eeprom_map.h"
+#include "gains.h"
 #include "kilolib.h"
 
 #define VALUES 6
@@ -14,7 +17,8 @@ enum {
     RECORD_MARK = RECORD_CRC + 2,
 };
 
-// Values of RECORD_MARK. PENDING: the original's places may lag behind. All others count as DONE.
+// Values of RECORD_MARK. PENDING: the original's places may lag behind; so may they with the modes
+// that write an entry of the gain tables. All others count as DONE.
 enum { MARK_DONE = 0x4B, MARK_PENDING = 0xB4 };
 
 // Where the original keeps each of a record's values.
@@ -28,6 +32,16 @@ uint8_t kilo_turn_right;
 uint8_t kilo_straight_left;
 uint8_t kilo_straight_right;
 
+static bool is_gains(uint8_t mode) {
+    return mode >= CALIBRATION_GAINS && mode < CALIBRATION_GAINS + GAIN_ENTRIES;
+}
+
+// Of a value of a record; the uid comes first in all of them.
+static uint8_t place_of(uint8_t mark, uint8_t value) {
+    if (mark == MARK_PENDING || value < 2) return PLACES[value];
+    return eeprom_gain_place((uint8_t)(mark - CALIBRATION_GAINS), (uint8_t)(value - 2));
+}
+
 static crc16_t crc_of(uint16_t record, uint8_t bytes) {
     crc16_t crc = crc16_start();
     do crc16_add(&crc, kilolib_eeprom_read(record++));
@@ -38,10 +52,11 @@ static crc16_t crc_of(uint16_t record, uint8_t bytes) {
 // A power cut before the mark says DONE leaves it, and the next start does it again. The CRC over
 // bytes and their own CRC is 0.
 static void finish(uint16_t record) {
-    if (kilolib_eeprom_read(record + RECORD_MARK) != MARK_PENDING) return;
+    const uint8_t mark = kilolib_eeprom_read(record + RECORD_MARK);
+    if (mark != MARK_PENDING && !is_gains(mark)) return;
     if (crc16_value(crc_of(record, RECORD_MARK)) != 0) return;
     for (uint8_t i = 0; i < VALUES; i++)
-        kilolib_eeprom_update(PLACES[i], kilolib_eeprom_read(record + RECORD_VALUES + i));
+        kilolib_eeprom_update(place_of(mark, i), kilolib_eeprom_read(record + RECORD_VALUES + i));
     kilolib_eeprom_update(record + RECORD_MARK, MARK_DONE);
 }
 
@@ -76,6 +91,12 @@ void kilolib_calibration_save(const uint8_t *data) {
     const crc16_t crc = crc_of(record, RECORD_CRC);
     kilolib_eeprom_update(record + RECORD_CRC, crc.low);
     kilolib_eeprom_update(record + RECORD_CRC + 1, crc.high);
-    kilolib_eeprom_update(record + RECORD_MARK, MARK_PENDING);
+    const uint8_t mode = data[CALIB_MODE];
+    kilolib_eeprom_update(record + RECORD_MARK, mode == CALIBRATION_SAVE ? MARK_PENDING : mode);
     kilolib_calibration_load();
+}
+
+void kilolib_calibration_gains(uint8_t mode, uint8_t *bytes) {
+    for (uint8_t i = 0; i < REPORT_CONTENT; i++)
+        *bytes++ = kilolib_eeprom_read(place_of(mode, (uint8_t)(i + 2)));
 }

@@ -5,6 +5,8 @@
 #ifndef KILOLIB_CORE_EEPROM_MAP_H
 #define KILOLIB_CORE_EEPROM_MAP_H
 
+#include <stdint.h>
+
 #define EEPROM_BYTES 1024
 
 #define EEPROM_OSCCAL 0x01  ///< of the oscillator; erased: keep the factory's
@@ -21,5 +23,12 @@
 // end free.
 #define EEPROM_RECORD_1 0x3E0
 #define EEPROM_RECORD_2 0x3F0
+
+/// Place of one of the four bytes of an entry of both gain tables: 0 and 1 are the low gain's upper
+/// and lower byte, 2 and 3 the high gain's.
+static inline uint8_t eeprom_gain_place(uint8_t entry, uint8_t byte) {
+    const uint8_t table = byte < 2 ? EEPROM_LOW_GAIN : EEPROM_HIGH_GAIN - 2;
+    return (uint8_t)(table + 2 * entry + byte);
+}
 
 #endif

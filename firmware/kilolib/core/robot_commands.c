@@ -1,7 +1,7 @@
 #include "robot_commands.h"
 
 #include "calibration.h"
-#include "robot_query.h"
+#include "gains.h"
 
 #define UID_BITS 16
 
@@ -56,9 +56,19 @@ static motion_t trial_motion(const uint8_t *data) {
 }
 
 // Without the mark it is for every robot (calibration.h).
-static bool is_for_another(const uint8_t *data, uint16_t uid) {
-    return data[CALIB_MARK] == CALIB_MARK_LOW && data[CALIB_MARK + 1] == CALIB_MARK_HIGH &&
-           (data[CALIB_UID_LOW] != (uint8_t)uid || data[CALIB_UID_HIGH] != (uint8_t)(uid >> 8));
+static bool is_marked(const uint8_t *data) {
+    return data[CALIB_MARK] == CALIB_MARK_LOW && data[CALIB_MARK + 1] == CALIB_MARK_HIGH;
+}
+
+static bool is_of(const uint8_t *data, uint16_t uid) {
+    return data[CALIB_UID_LOW] == (uint8_t)uid && data[CALIB_UID_HIGH] == (uint8_t)(uid >> 8);
+}
+
+// A program that runs is not held up for as long as writing takes, nor is a robot woken.
+static robot_action_t save_gains(robot_core_t *robot) {
+    if (robot->state != ROBOT_IDLE && robot->state != ROBOT_MOVING) return ACTION_NONE;
+    robot->state = ROBOT_IDLE;
+    return ACTION_SAVE;
 }
 
 // Both move the robot, one motion at a time, until another command comes.
@@ -69,9 +79,15 @@ static robot_action_t calibrate_or_show(robot_core_t *robot, const message_t *me
     if (message->type == READUID) {
         motion = uid_motion(data[0], uid, turn_left);
     } else {
-        if (is_for_another(data, uid)) return ACTION_NONE;
-        if (data[CALIB_MODE] == CALIBRATION_SAVE) return save(robot);
-        if (data[CALIB_MODE] > CALIBRATION_STRAIGHT) return ACTION_NONE;
+        const uint8_t mode = data[CALIB_MODE];
+        const bool is_for_all = !is_marked(data);
+        if (!is_for_all && !is_of(data, uid)) return ACTION_NONE;
+        if (mode == CALIBRATION_SAVE) return save(robot);
+        if (mode > CALIBRATION_STRAIGHT) {
+            if (is_for_all || mode < CALIBRATION_GAINS || mode >= CALIBRATION_GAINS + GAIN_ENTRIES)
+                return ACTION_NONE;
+            return save_gains(robot);
+        }
         motion = trial_motion(data);
     }
     return start_moving(robot, motion);

@@ -41,8 +41,8 @@ typedef struct {
     bool is_set_up;             ///< setup() has been called
     bool motion_is_new;         ///< of MOVING: robot_take_motion() has not fetched it yet
     motion_t motion;            ///< of MOVING
+    robot_answer_t answer;      ///< to a question
     transmit_clock_t transmit;  ///< when the program is asked for a message
-    robot_answer_t answer;      ///< to a question for vitals
 } robot_core_t;
 
 /// Actions of the driver for a command. Stopping the motors makes both pins inputs, starting them

@@ -20,14 +20,34 @@ extern "C" {
 #define ROBOT_QUERY_BYTES 5       ///< of a question's data that count, the rest is 0
 #define ROBOT_QUERY_ALL 0xFFFF    ///< uid of a question to all robots
 #define ROBOT_QUERY_MOST_SLOTS 8  ///< slots are 2 to this power at most; more are taken as so many
-#define ROBOT_QUERY_VITALS 0xE1   ///< in place of a page: voltage, and how the robot is
-#define ROBOT_REPORT_IN_PROGRAM 16  ///< states from here on are those of a program, so much more
+#define ROBOT_QUERY_VITALS 0xE1   ///< in place of a page: how the robot is, and what it reads
+#define ROBOT_QUERY_GAINS 0xE2    ///< an entry of its gain tables, the first of GAIN_ENTRIES
+#define ROBOT_REPORT_IN_PROGRAM 16  ///< states from here on are those of a program
 
 /// Places in the data of a question; QUERY_UID has two bytes, low one first.
 enum { QUERY_FIRST, QUERY_SLOTS, QUERY_NONCE, QUERY_UID };
 
 /// Places in the data of an answer: uid, 2 bytes; as asked; 4 bytes; state; lowest byte of the id.
 enum { REPORT_UID = 0, REPORT_FIRST = 2, REPORT_BYTES = 3, REPORT_STATE = 7, REPORT_ID_LOW = 8 };
+#define REPORT_CONTENT 4  ///< bytes from REPORT_BYTES on
+
+/// The content of an answer to VITALS: a voltage as get_voltage() gives it, 1023 where it is not
+/// known; both gains of the last such answer of another robot that it heard, and a count of those,
+/// modulo 4. All but the highest two bits of each number have a byte of their own.
+enum { VITALS_VOLTAGE, VITALS_LOW_GAIN, VITALS_HIGH_GAIN, VITALS_HIGHEST };
+/// Places of those bits, and of the count, in VITALS_HIGHEST.
+enum {
+    VITALS_LOW_GAIN_BIT = 0,
+    VITALS_HIGH_GAIN_BIT = 2,
+    VITALS_COUNT_BIT = 4,
+    VITALS_VOLTAGE_BIT = 6
+};
+
+/// The state in a program's answer: a robot_state_t, and above it what was asked for, so that an
+/// answer that comes late is not taken for another one.
+static inline uint8_t robot_report_state(uint8_t first, uint8_t state) {
+    return (uint8_t)((uint8_t)(first << 4) + state);
+}
 
 /// Whether a question, its data, is for the robot: for all, or for one that is missing an answer.
 static inline bool robot_query_is_for(const uint8_t *data, uint16_t uid) {

@@ -10,6 +10,7 @@ _DIMENSIONS = "kilogrid_modules/protocol/dimensions.h"
 _TRANSFER = "kilogrid_modules/protocol/transfer.h"
 _IMAGE_STORE = "firmware/bootloader/core/image_store.h"
 _ROBOT_QUERY = "firmware/kilolib/core/robot_query.h"
+_GAINS = "firmware/kilolib/core/gains.h"
 
 
 @cache
@@ -58,7 +59,18 @@ ALL_ROBOTS = number_of(_ROBOT_QUERY, "ROBOT_QUERY_ALL")
 """The uid of a question to all robots; also that of a robot which was never given one."""
 
 VITALS = number_of(_ROBOT_QUERY, "ROBOT_QUERY_VITALS")
-"""In place of the first page: battery and state. Applications answer this one only."""
+"""In place of the first page: battery, state, and how strongly another robot was heard."""
+
+GAINS = number_of(_ROBOT_QUERY, "ROBOT_QUERY_GAINS")
+"""In place of the first page: an entry of a robot's gain tables, the first of them. Applications
+answer questions for VITALS and GAINS only."""
+
+GAIN_ENTRIES = number_of(_GAINS, "GAIN_ENTRIES")
+CONTACT_MM = number_of(_GAINS, "GAIN_CONTACT_MM")
+"""Distance of a gain table's first entry, centre to centre: robots touch."""
+GAIN_SPACING_MM = number_of(_GAINS, "GAIN_SPACING_MM")
+MOST_READING = number_of(_GAINS, "CONVERTER_MOST")
+"""The highest reading of a chip's converter."""
 
 MOST_SLOTS_LOG2 = number_of(_ROBOT_QUERY, "ROBOT_QUERY_MOST_SLOTS")
 """Slots of a question are 2 to this power at most."""

@@ -19,14 +19,14 @@ from kilotwin.errors import DeviceError
 from kilotwin.experiment.grid_layout import Layout
 from kilotwin.experiment.grid_plan import Settings
 from kilotwin.files.flash_image import FlashImage
-from kilotwin.files.headers import ALL_ROBOTS, CELLS_PER_MODULE, VITALS
+from kilotwin.files.headers import ALL_ROBOTS, CELLS_PER_MODULE
 from kilotwin.grid import frames as wire
 from kilotwin.grid.can_links import CanLinks
 from kilotwin.grid.clock import Clock, WallClock
 from kilotwin.grid.console import carry_out, named_grid
 from kilotwin.grid.controller import Controller
 from kilotwin.grid.links import Frames, Links
-from kilotwin.links.robot_link import Report
+from kilotwin.links.robot_link import Report, is_of_program
 from kilotwin.units import TICK_S
 
 # A module asks by each of its cells in turn, and puts off while it sees light.
@@ -156,7 +156,7 @@ class GridRobots:
         self._tap.answers.clear()
         signals = {"First": first, "SlotsLog2": slots_log2, "Nonce": nonce, "Uid": uid}
         self._send([Paced(to_module("ROBOT_QUERY", **signals), 0.0)])
-        slot_s = TICK_S if first == VITALS else _SLOT_S
+        slot_s = TICK_S if is_of_program(first) else _SLOT_S
         self._wait(_ASKING_S + (2**slots_log2 + _LATE_SLOTS) * slot_s)
         answers, self._tap.answers = self._tap.answers, []
         found = (self._report_of(frame, first) for frames in answers for frame in frames)
@@ -210,7 +210,8 @@ class GridRobots:
         match wire.read_answer(frame):
             case module, RobotReport() as said if module in self._modules:
                 content = said.answer.to_bytes(4, "little")
-                return Report(said.uid, first, content, said.state, module, said.cell)
+                report = Report(said.uid, first, content, said.state, module, said.cell)
+                return None if report.is_late else report
         return None
 
 

@@ -8,9 +8,23 @@ from enum import IntEnum
 from typing import Protocol
 
 from kilotwin.files.flash_image import FlashImage
-from kilotwin.files.headers import ALL_ROBOTS, IN_PROGRAM, PAGES_PER_REPORT, QUERY_TYPES
+from kilotwin.files.headers import (
+    ALL_ROBOTS,
+    GAIN_ENTRIES,
+    GAINS,
+    IN_PROGRAM,
+    MOST_READING,
+    PAGES_PER_REPORT,
+    QUERY_TYPES,
+    VITALS,
+)
 
-_NO_VOLTAGE = 0xFFFF
+# What a voltage is where it is not known.
+_NO_VOLTAGE = MOST_READING
+# Places of the upper two bits of three readings, and of the count, in the last byte of VITALS.
+_LOW_GAIN_BIT, _HIGH_GAIN_BIT, _COUNT_BIT, _VOLTAGE_BIT = 0, 2, 4, 6
+# Of a program's answer the state is the lower half, and what was asked for the upper one.
+_STATE_BITS = 4
 
 
 class MessageType(IntEnum):
@@ -49,6 +63,27 @@ class RobotState(IntEnum):
     MOVING = 6
 
 
+def is_of_program(first: int) -> bool:
+    """Whether it is a question that applications answer, each at a tick of its own."""
+    return VITALS <= first < GAINS + GAIN_ENTRIES
+
+
+@dataclass(frozen=True)
+class Gains:
+    """Readings of a robot's two amplifiers, 0 to 1023, as a message of another robot came in."""
+
+    low: int
+    high: int
+
+
+@dataclass(frozen=True)
+class Heard:
+    """The last answer to VITALS that a robot heard of another, and their number modulo 4."""
+
+    gains: Gains
+    count: int
+
+
 @dataclass(frozen=True)
 class Report:
     """A robot's answer to a question; `first` is what was asked."""
@@ -56,10 +91,11 @@ class Report:
     uid: int
     first: int
     content: bytes
-    """Four bytes. Bit i: page `first` + i is missing; for IDENTITY the id, for VITALS the voltage.
+    """Four bytes. Bit i: page `first` + i is missing; for IDENTITY the id, for VITALS the voltage
+    and what was heard, for GAINS and more an entry of the gain tables.
     """
     state: int
-    """Below 16 a LoaderState, else 16 more than a RobotState."""
+    """Below 16 a LoaderState, else a RobotState, and the lower half of `first` above it."""
     module: tuple[int, int] | None = None
     """Column and row of the module that heard it, and its cell below; None: no grid."""
     cell: int | None = None
@@ -77,8 +113,14 @@ class Report:
     @property
     def robot_state(self) -> RobotState | None:
         """The runtime's, of a robot whose application runs; else None."""
-        number = self.state - IN_PROGRAM
-        return RobotState(number) if number in tuple(RobotState) else None
+        number = self.state % IN_PROGRAM
+        is_state = not self.in_loader and number in tuple(RobotState)
+        return RobotState(number) if is_state else None
+
+    @property
+    def is_late(self) -> bool:
+        """Whether it is a program's answer to something that was asked for before."""
+        return not self.in_loader and self.state >> _STATE_BITS != self.first % IN_PROGRAM
 
     @property
     def missing(self) -> frozenset[int]:
@@ -93,9 +135,25 @@ class Report:
 
     @property
     def voltage(self) -> int | None:
-        """Answer to VITALS: get_voltage()'s reading, 0 to 1023; None if it is not known."""
-        reading = int.from_bytes(self.content[:2], "little")
+        """Answer to VITALS: get_voltage()'s reading; None if it is not known."""
+        reading = self._number(self.content[0], _VOLTAGE_BIT)
         return None if self.in_loader or reading == _NO_VOLTAGE else reading
+
+    @property
+    def heard(self) -> Heard:
+        """Answer to VITALS: what the robot's receiver read; zeros if it never heard one."""
+        low = self._number(self.content[1], _LOW_GAIN_BIT)
+        high = self._number(self.content[2], _HIGH_GAIN_BIT)
+        return Heard(Gains(low, high), self.content[3] >> _COUNT_BIT & 3)
+
+    @property
+    def entry(self) -> Gains:
+        """Answer to GAINS and more: the entry as it stands in the EEPROM; 65535: erased."""
+        low, high = self.content[:2], self.content[2:]
+        return Gains(int.from_bytes(low, "big"), int.from_bytes(high, "big"))
+
+    def _number(self, lowest: int, highest_bit: int) -> int:
+        return lowest | (self.content[3] >> highest_bit & 3) << 8
 
 
 def slot_of(uid: int, nonce: int, slots_log2: int) -> int:

@@ -1,6 +1,7 @@
 // Questions for vitals, which a robot's runtime answers beside its program.
 #include <doctest/doctest.h>
 
+#include "kilolib/core/calibration.h"
 #include "kilolib/core/robot_query.h"
 #include "support.h"
 
@@ -51,7 +52,7 @@ TEST_CASE("a robot answers in its slot, counted in ticks, in every state but sle
         CHECK(told[0].at == ticks(11 + robot_query_slot(uid, 9, 8)));
         const auto *data = told[0].message.data;
         CHECK((data[0] | data[1] << 8) == uid);
-        CHECK((data[3] | data[4] << 8) == bench.robot(0).voltage(told[0].at));
+        CHECK((data[3] | data[6] >> 6 << 8) == bench.robot(0).voltage(told[0].at));
         CHECK(state_told(told[0]) == ROBOT_REPORT_IN_PROGRAM + state);
     }
     Bench bench({"paused"});
@@ -59,6 +60,46 @@ TEST_CASE("a robot answers in its slot, counted in ticks, in every state but sle
     for (uint64_t at = 4; at < 600; at++) bench.tell(ticks(at), 0, question(0));
     bench.run(ticks(700));
     CHECK(answers(bench).empty());
+}
+
+TEST_CASE("a robot tells how strongly it last heard another's vitals") {
+    Bench bench({"paused"});
+    message_t vitals = message(BOOTPGM_REPORT, {99, 0, ROBOT_QUERY_VITALS});
+    for (int count = 1; count <= 5; count++) {
+        const auto at = static_cast<uint64_t>(100 * count);
+        bench.tell(ticks(at), 0, vitals, static_cast<int16_t>(700 + count));
+        bench.tell(ticks(at + 50), 0, question(0));
+    }
+    bench.run(ticks(700));
+    const auto told = answers(bench);
+    REQUIRE(told.size() == 5);
+    for (int count = 1; count <= 5; count++) {
+        const auto *data = told[static_cast<size_t>(count - 1)].message.data;
+        CHECK((data[4] | (data[6] & 3) << 8) == 700 + count);
+        CHECK((data[5] | (data[6] >> 2 & 3) << 8) == 700 + count);
+        CHECK((data[6] >> 4 & 3) == count % 4);
+    }
+}
+
+TEST_CASE("an entry of the gain tables is saved, told, and used from the next start on") {
+    Bench bench({"paused"});
+    auto entry_3 = message(BOOTPGM_QUERY, {ROBOT_QUERY_GAINS + 3, 0, 0, 0xFF, 0xFF});
+    const uint16_t uid = bench.robot(0).uid();
+    auto save = message(CALIB, {CALIBRATION_GAINS + 3, static_cast<uint8_t>(uid),
+                                static_cast<uint8_t>(uid >> 8), 0x01, 0x2C, 0x02, 0x9B, 'K', 'T'});
+    bench.tell(ticks(10), 0, entry_3);
+    bench.tell(ticks(20), 0, save);
+    bench.tell(ticks(30), 0, entry_3);
+    bench.run(ticks(50));
+    const auto told = answers(bench);
+    REQUIRE(told.size() == 2);
+    const InfraredGains &gains = bench.robot(0).calibration().gains;
+    const auto *before = told[0].message.data, *after = told[1].message.data;
+    CHECK((before[3] << 8 | before[4]) == gains.low(3));
+    CHECK((before[5] << 8 | before[6]) == gains.high(3));
+    CHECK((after[3] << 8 | after[4]) == 0x012C);
+    CHECK((after[5] << 8 | after[6]) == 0x029B);
+    CHECK(state_told(told[1]) == robot_report_state(ROBOT_QUERY_GAINS + 3, ROBOT_IDLE));
 }
 
 TEST_CASE("SLEEP ends an answer that is due, and a question for another robot is none") {

@@ -1,5 +1,7 @@
 /// Answers to questions for vitals on the chip (boot_loaders.md 5.1).
 #include "bench.h"
+#include "kilolib/core/calibration.h"
+#include "kilolib/core/gains.h"
 #include "kilolib/core/robot_query.h"
 
 using namespace kilotwin;
@@ -53,11 +55,46 @@ TEST_CASE("a robot answers in its slot with voltage and state, and counts its ti
         const uint8_t *data = answers[0].message.data;
         CHECK((data[0] | data[1] << 8) == UID);
         CHECK(data[2] == ROBOT_QUERY_VITALS);
-        if (voltage >= 0) CHECK((data[3] | data[4] << 8) == voltage);
-        CHECK((data[3] | data[4] << 8) > 500);
+        const int told = data[3] | data[6] >> 6 << 8;
+        if (voltage >= 0) CHECK(told == voltage);
+        CHECK(told > 500);
         CHECK(data[7] == ROBOT_REPORT_IN_PROGRAM + state);
         const auto passed = static_cast<double>(bench.board.now() - since) / double(TICK);
         CHECK(double(bench.ticks() - ticks) == doctest::Approx(passed).epsilon(0.06));
+    }
+}
+
+TEST_CASE("a chip tells how strongly it last heard another's vitals, and keeps entries of tables") {
+    Bench bench("probe", UID);
+    bench.board.noise = [](uint8_t, int16_t reading) { return reading; };
+    bench.run_ms(100);
+    auto answer_to = [&bench](uint8_t first) {
+        bench.board.outputs.light.clear();
+        bench.hear(make_message(BOOTPGM_QUERY, {first, 0, 0, 0xFF, 0xFF}));
+        bench.run_ms(60);
+        const auto answers = answers_of(bench);
+        REQUIRE(answers.size() == 1);
+        return answers[0].message;
+    };
+    for (int count = 1; count <= 5; count++) {
+        const distance_measurement_t gains = {static_cast<int16_t>(300 + count), 900};
+        bench.hear(make_message(BOOTPGM_REPORT, {99, 0, ROBOT_QUERY_VITALS}), gains);
+        const auto told = answer_to(ROBOT_QUERY_VITALS);
+        CHECK((told.data[4] | (told.data[6] & 3) << 8) == 300 + count);
+        CHECK((told.data[5] | (told.data[6] >> 2 & 3) << 8) == 900);
+        CHECK((told.data[6] >> 4 & 3) == count % 4);
+    }
+    for (uint8_t entry = 0; entry < GAIN_ENTRIES; entry++) {
+        const auto mode = static_cast<uint8_t>(ROBOT_QUERY_GAINS + entry);
+        bench.hear(make_message(CALIB, {mode, UID, 0, 0x01, entry, 0x02, entry, 'K', 'T'}));
+        bench.run_ms(100);
+    }
+    for (uint8_t entry = 0; entry < GAIN_ENTRIES; entry++) {
+        const auto told = answer_to(static_cast<uint8_t>(ROBOT_QUERY_GAINS + entry));
+        CHECK((told.data[3] << 8 | told.data[4]) == (0x100 | entry));
+        CHECK((told.data[5] << 8 | told.data[6]) == (0x200 | entry));
+        CHECK(told.data[REPORT_STATE] ==
+              robot_report_state(static_cast<uint8_t>(ROBOT_QUERY_GAINS + entry), ROBOT_IDLE));
     }
 }
 

@@ -53,7 +53,7 @@ def typed(*words: str) -> Result:
 
 
 def vitals(uid: int) -> Report:
-    return Report(uid, VITALS, bytes([0xBC, 0x02, 0, 0]), 0x12, module=(0, 1), cell=2)
+    return Report(uid, VITALS, bytes([0xBC, 0, 0, 0x80]), 0x12, module=(0, 1), cell=2)
 
 
 @pytest.mark.parametrize("name", ["run", "pause", "reset", "sleep", "charge"])

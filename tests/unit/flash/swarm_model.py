@@ -192,7 +192,7 @@ class Swarm:
         if first == BOOT_IDENTITY:
             number = robot.old_id if robot.announced is None else robot.announced
         elif first == VITALS:
-            number = 0 if robot.in_loader else 700
+            number = 0 if robot.in_loader else 700 & 255 | 700 >> 8 << 30
         else:
             number = robot.missing(first)
         content = number.to_bytes(4, "little")

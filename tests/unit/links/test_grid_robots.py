@@ -135,7 +135,7 @@ def test_answers_come_with_the_cell_that_heard_them(robots: GridRobots, buses: B
     def answer(bus: int, data: bytes) -> None:
         asked = to_module("ROBOT_QUERY", First=VITALS, SlotsLog2=3, Nonce=9, Uid=0xFFFF)
         assert data == asked
-        content = (683).to_bytes(2, "little") + bytes(2)
+        content = bytes([683 & 255, 0, 0, 683 >> 8 << 6])
         buses.put(bus, wire.id_from_module((bus, bus)), report(3, 40 + bus, content, 0x12))
 
     buses.on_send = answer

@@ -2,8 +2,8 @@
 
 import pytest
 
-from kilotwin.files.headers import BOOT_IDENTITY, VITALS
-from kilotwin.links.robot_link import LoaderState, Report, RobotState, slot_of
+from kilotwin.files.headers import BOOT_IDENTITY, GAINS, VITALS
+from kilotwin.links.robot_link import Gains, Heard, LoaderState, Report, RobotState, slot_of
 
 
 def test_a_loaders_answer_names_the_pages_that_it_lacks() -> None:
@@ -20,17 +20,30 @@ def test_an_answer_about_the_image_has_its_id() -> None:
     assert report.voltage is None
 
 
-@pytest.mark.parametrize(("reading", "voltage"), [(0, 0), (683, 683), (0xFFFF, None)])
+@pytest.mark.parametrize(("reading", "voltage"), [(0, 0), (683, 683), (1023, None)])
 def test_an_applications_answer_has_voltage_and_state(reading: int, voltage: int | None) -> None:
-    content = reading.to_bytes(2, "little") + bytes(2)
+    content = bytes([reading & 255, 0x22, 0xD6, reading >> 8 << 6 | 0x2D])
     report = Report(uid=7, first=VITALS, content=content, state=0x12)
     assert not report.in_loader
     assert report.loader_state is None
     assert report.robot_state is RobotState.RUNNING
     assert report.voltage == voltage
+    assert report.heard == Heard(Gains(0x122, 0x3D6), 2)
 
 
-@pytest.mark.parametrize("state", [4, 15, 0x17, 255])
+def test_an_answer_about_tables_has_an_entry() -> None:
+    report = Report(uid=7, first=GAINS + 3, content=bytes([0x01, 0x2C, 0x02, 0x9B]), state=0x56)
+    assert report.entry == Gains(0x012C, 0x029B)
+    assert report.robot_state is RobotState.MOVING
+    assert not report.is_late
+
+
+def test_an_answer_to_another_question_is_late() -> None:
+    for state, late in ((0x16, True), (0x26, False), (0x36, True), (0x02, False)):
+        assert Report(uid=7, first=GAINS, content=bytes(4), state=state).is_late == late
+
+
+@pytest.mark.parametrize("state", [4, 15, 0x17, 0x2F])
 def test_a_state_that_is_none_is_read_as_none(state: int) -> None:
     report = Report(uid=7, first=VITALS, content=bytes(4), state=state)
     assert report.loader_state is None

@@ -11,7 +11,7 @@ from kilotwin.links.roll_call import RollCall, colour_of, colours, state_of, vol
 
 
 def vitals(uid: int, reading: int = 700, state: int = 0x12) -> Report:
-    content = reading.to_bytes(2, "little") + bytes(2)
+    content = bytes([reading & 255, 0, 0, reading >> 8 << 6])
     return Report(uid, VITALS, content, state, module=(3, 4), cell=1)
 
 
@@ -64,7 +64,7 @@ def test_more_robots_get_more_slots() -> None:
 
 
 def test_the_table_has_volts_and_the_reading_they_come_from() -> None:
-    link = Link([[vitals(12, 683), vitals(3, 0xFFFF), vitals(ALL_ROBOTS, 600, 0x10)]])
+    link = Link([[vitals(12, 683), vitals(3, 0x3FF), vitals(ALL_ROBOTS, 600, 0x10)]])
     roll_call = RollCall(link)
     roll_call.ask()
     assert roll_call.text().splitlines() == [

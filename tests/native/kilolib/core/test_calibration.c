@@ -7,6 +7,7 @@
 #include "../../firmware/support.h"
 #include "kilolib.h"
 #include "kilolib/core/eeprom_map.h"
+#include "kilolib/core/gains.h"
 
 static uint8_t eeprom[EEPROM_BYTES];
 static int written;          // bytes that differed, so far
@@ -195,6 +196,76 @@ TEST(the_values_before_the_last_ones_stay_in_the_other_record) {
     assert_int_equal(eeprom[EEPROM_RECORD_1 + 3], NEW.of[1]);
 }
 
+// An entry of the gain tables, as CALIB carries it: low gain, high gain, upper bytes first.
+typedef struct {
+    uint8_t bytes[4];
+} entry_t;
+
+static const entry_t OLD_ENTRY = {{0x03, 0x84, 0x03, 0xFF}}, NEW_ENTRY = {{0x01, 0x2C, 0x02, 0x9B}};
+
+static void save_entry(int entry, const entry_t *to) {
+    uint8_t data[9] = {(uint8_t)(CALIBRATION_GAINS + entry), 0x34, 0x12};
+    memcpy(data + CALIB_TURN_LEFT, to->bytes, sizeof to->bytes);
+    kilolib_calibration_save(data);
+}
+
+// By the original's places.
+static entry_t entry_at(int entry) {
+    entry_t found;
+    memcpy(found.bytes, eeprom + 0x20 + 2 * entry, 2);
+    memcpy(found.bytes + 2, eeprom + 0x50 + 2 * entry, 2);
+    return found;
+}
+
+static bool is_entry(int entry, const entry_t *expected) {
+    const entry_t found = entry_at(entry);
+    return memcmp(&found, expected, sizeof found) == 0;
+}
+
+static void start_with_tables(void) {
+    start_with(&OLD, 3);
+    for (int entry = 0; entry < GAIN_ENTRIES; entry++) save_entry(entry, &OLD_ENTRY);
+}
+
+TEST(saving_an_entry_of_the_tables_changes_nothing_else) {
+    for (int entry = 0; entry < GAIN_ENTRIES; entry++) {
+        start_with_tables();
+        save_entry(entry, &NEW_ENTRY);
+        for (int other = 0; other < GAIN_ENTRIES; other++)
+            assert_true(is_entry(other, other == entry ? &NEW_ENTRY : &OLD_ENTRY));
+        assert_true(same(in_the_variables(), &OLD));
+        assert_true(same(in_the_originals_places(), &OLD));
+        entry_t told;
+        kilolib_calibration_gains((uint8_t)(CALIBRATION_GAINS + entry), told.bytes);
+        assert_memory_equal(&told, &NEW_ENTRY, sizeof told);
+    }
+}
+
+TEST(a_power_cut_at_any_byte_leaves_the_old_or_the_new_entry) {
+    for (int tears = 0; tears < 2; tears++) {
+        int cuts = 0, old = 0;
+        for (bool over = false; !over; cuts++) {
+            start_with_tables();
+            written = 0;
+            power_ends = cuts;
+            tears_last = tears != 0;
+            if (setjmp(power_cut) == 0) {
+                save_entry(5, &NEW_ENTRY);
+                over = true;
+            }
+            power_ends = -1;
+            kilolib_calibration_load();
+            assert_true(is_entry(5, &OLD_ENTRY) || is_entry(5, &NEW_ENTRY));
+            old += is_entry(5, &OLD_ENTRY);
+            for (int other = 0; other < GAIN_ENTRIES; other++)
+                assert_true(other == 5 || is_entry(other, &OLD_ENTRY));
+            assert_true(same(in_the_variables(), &OLD));
+        }
+        assert_true(cuts > 10);
+        assert_true(old > 4 && old < cuts - 4);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_variables_are_what_the_eeprom_holds),
@@ -206,6 +277,8 @@ int main(void) {
         cmocka_unit_test(what_another_program_has_changed_since_holds),
         cmocka_unit_test(records_that_are_no_records_change_nothing),
         cmocka_unit_test(the_values_before_the_last_ones_stay_in_the_other_record),
+        cmocka_unit_test(saving_an_entry_of_the_tables_changes_nothing_else),
+        cmocka_unit_test(a_power_cut_at_any_byte_leaves_the_old_or_the_new_entry),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

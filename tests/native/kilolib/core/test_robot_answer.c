@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "../../firmware/support.h"
+#include "kilolib/core/gains.h"
 #include "kilolib/core/robot_query.h"
 #include "message_crc.h"
 
@@ -12,7 +13,7 @@
 static const uint8_t VITALS[ROBOT_QUERY_BYTES] = {0xE1, 6, 17, 0xFF, 0xFF};
 
 static robot_answer_t asked(const uint8_t *query) {
-    robot_answer_t answer = {0, 0};
+    robot_answer_t answer = {0};
     robot_answer_take(&answer, query, UID);
     return answer;
 }
@@ -36,8 +37,9 @@ TEST(an_answer_is_due_in_its_slot) {
 
 TEST(other_questions_and_those_to_others_change_nothing) {
     const uint8_t identity[] = {0xE0, 0, 0, 0xFF, 0xFF}, other[] = {0xE1, 0, 0, 0x35, 0x12};
-    const uint8_t *queries[] = {identity, other};
-    for (int i = 0; i < 2; i++) {
+    const uint8_t beyond[] = {0xE2 + GAIN_ENTRIES, 0, 0, 0xFF, 0xFF};
+    const uint8_t *queries[] = {identity, other, beyond};
+    for (int i = 0; i < 3; i++) {
         robot_answer_t answer = asked(queries[i]);
         assert_int_equal(robot_answer_matches(&answer), 0);
         assert_int_equal(first_attempt(&answer, 300), 0);
@@ -76,21 +78,64 @@ TEST(a_question_anew_before_the_answer_takes_the_place_of_the_first) {
     assert_int_equal(attempts, ROBOT_ANSWER_ATTEMPTS);
 }
 
+// Of a robot that was asked by `query`, and heard `count` others before.
+static message_t answer_of(const uint8_t *query, uint8_t state, int16_t voltage, int count) {
+    const robot_answer_t answer = asked(query);
+    robot_heard_t heard = {{0}};
+    message_t other = {.data = {0x99, 0x98, 0xE1}, .type = BOOTPGM_REPORT};
+    for (int i = 0; i < count; i++)
+        robot_answer_hear(&heard, &other, &(distance_measurement_t){0x123 + (int16_t)i, 0x3D6});
+    uint8_t content[REPORT_CONTENT] = {1, 2, 3, 4};
+    if (answer.first == ROBOT_QUERY_VITALS) robot_answer_vitals(&heard, voltage, content);
+    message_t message;
+    memset(&message, 0xA5, sizeof message);
+    robot_answer_fill(&answer, &message, UID, state, content);
+    assert_int_equal(message.type, 0x8D);
+    assert_int_equal(message.crc, message_crc(&message));
+    return message;
+}
+
 TEST(an_answer_tells_voltage_and_state) {
-    message_t answer;
-    memset(&answer, 0xA5, sizeof answer);
-    robot_answer_fill(&answer, UID, 2, 0x2C7);
-    const uint8_t data[] = {0x34, 0x12, 0xE1, 0xC7, 0x02, 0, 0, 0x12, 0};
+    const message_t answer = answer_of(VITALS, 2, 0x2C7, 0);
+    const uint8_t data[] = {0x34, 0x12, 0xE1, 0xC7, 0, 0, 0x80, 0x12, 0};
     assert_memory_equal(answer.data, data, sizeof data);
-    assert_int_equal(answer.type, 0x8D);
-    assert_int_equal(answer.crc, message_crc(&answer));
 }
 
 TEST(a_voltage_that_is_not_known_is_all_ones) {
-    message_t answer;
-    robot_answer_fill(&answer, UID, 0, -1);
-    const uint8_t data[] = {0x34, 0x12, 0xE1, 0xFF, 0xFF, 0, 0, 0x10, 0};
+    const message_t answer = answer_of(VITALS, 0, -1, 0);
+    const uint8_t data[] = {0x34, 0x12, 0xE1, 0xFF, 0, 0, 0xC0, 0x10, 0};
     assert_memory_equal(answer.data, data, sizeof data);
+}
+
+TEST(an_answer_tells_the_gains_of_the_last_vitals_that_came_in_and_counts_them) {
+    for (int count = 1; count < 9; count++) {
+        const message_t answer = answer_of(VITALS, 0, 0x2C7, count);
+        const uint8_t data[] = {
+            0x34, 0x12, 0xE1, 0xC7, (uint8_t)(0x22 + count), 0xD6, (uint8_t)(0x8D | count % 4 << 4),
+            0x10, 0};
+        assert_memory_equal(answer.data, data, sizeof data);
+    }
+}
+
+TEST(other_messages_that_come_in_are_not_measured) {
+    robot_heard_t heard = {{0}}, before = heard;
+    message_t other = {.data = {0x99, 0x98, 0xE1}, .type = BOOTPGM_QUERY};
+    const distance_measurement_t measured = {300, 900};
+    robot_answer_hear(&heard, &other, &measured);
+    other.type = BOOTPGM_REPORT;
+    other.data[REPORT_FIRST] = ROBOT_QUERY_GAINS;
+    robot_answer_hear(&heard, &other, &measured);
+    assert_memory_equal(&heard, &before, sizeof before);
+}
+
+TEST(an_answer_about_tables_tells_which_entry_in_its_state) {
+    for (uint8_t entry = 0; entry < GAIN_ENTRIES; entry++) {
+        const uint8_t query[] = {(uint8_t)(0xE2 + entry), 0, 0, 0x34, 0x12};
+        const message_t answer = answer_of(query, 6, 0x2C7, 2);
+        const uint8_t data[] = {0x34, 0x12, query[0], 1, 2, 3, 4, (uint8_t)(0x26 + 16 * entry), 0};
+        assert_memory_equal(answer.data, data, sizeof data);
+        assert_true(data[REPORT_STATE] >= ROBOT_REPORT_IN_PROGRAM);
+    }
 }
 
 int main(void) {
@@ -102,6 +147,9 @@ int main(void) {
         cmocka_unit_test(a_question_anew_before_the_answer_takes_the_place_of_the_first),
         cmocka_unit_test(an_answer_tells_voltage_and_state),
         cmocka_unit_test(a_voltage_that_is_not_known_is_all_ones),
+        cmocka_unit_test(an_answer_tells_the_gains_of_the_last_vitals_that_came_in_and_counts_them),
+        cmocka_unit_test(other_messages_that_come_in_are_not_measured),
+        cmocka_unit_test(an_answer_about_tables_tells_which_entry_in_its_state),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -3,6 +3,7 @@
 
 #include "../../firmware/support.h"
 #include "kilolib/core/calibration.h"
+#include "kilolib/core/gains.h"
 #include "kilolib/core/robot_commands.h"
 #include "kilolib/core/robot_query.h"
 
@@ -196,6 +197,30 @@ TEST(calib_with_the_mark_is_for_the_robot_of_its_uid_alone) {
     }
 }
 
+// One for each entry, and one beyond.
+TEST(an_entry_of_the_tables_is_saved_by_the_robot_of_the_uid_alone_and_not_while_it_runs) {
+    for (int entry = 0; entry <= GAIN_ENTRIES; entry++) {
+        for (size_t s = 0; s < STATE_COUNT; s++) {
+            for (int fault = 0; fault < 3; fault++) {
+                robot_core_t robot = robot_in(STATES[s]), before = robot;
+                message_t message = calibration((uint8_t)(CALIBRATION_GAINS + entry));
+                message.data[CALIB_UID_LOW] = (uint8_t)(UID ^ (fault == 1));
+                message.data[CALIB_UID_HIGH] = UID >> 8;
+                if (fault != 2) memcpy(message.data + CALIB_MARK, "KT", 2);
+                const robot_action_t action = obey(&robot, &message);
+                const bool waits = STATES[s] == ROBOT_IDLE || STATES[s] == ROBOT_MOVING;
+                if (waits && fault == 0 && entry < GAIN_ENTRIES) {
+                    assert_int_equal(action, ACTION_SAVE);
+                    before.state = ROBOT_IDLE;
+                } else {
+                    assert_int_equal(action, ACTION_NONE);
+                }
+                assert_memory_equal(&robot, &before, sizeof robot);
+            }
+        }
+    }
+}
+
 TEST(calib_with_half_the_mark_is_for_every_robot) {
     static const char *const MARKS[] = {"K", "\0T", "k", "KK"};
     for (size_t i = 0; i < sizeof MARKS / sizeof *MARKS; i++) {
@@ -283,6 +308,8 @@ int main(void) {
         cmocka_unit_test(an_unknown_mode_of_calib_changes_nothing),
         cmocka_unit_test(calib_saves_after_a_trial_only),
         cmocka_unit_test(calib_with_the_mark_is_for_the_robot_of_its_uid_alone),
+        cmocka_unit_test(
+            an_entry_of_the_tables_is_saved_by_the_robot_of_the_uid_alone_and_not_while_it_runs),
         cmocka_unit_test(calib_with_half_the_mark_is_for_every_robot),
         cmocka_unit_test(a_motion_that_is_ordered_again_does_not_kick_again),
         cmocka_unit_test(a_motion_ends_with_its_state),
