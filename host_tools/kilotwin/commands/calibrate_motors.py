@@ -11,6 +11,7 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
+from numpy.typing import NDArray
 
 from kilotwin.commands import keyboard, steps
 from kilotwin.commands.flash_robots import Uids, parse_uids
@@ -26,7 +27,7 @@ from kilotwin.flash.progress import stepwise
 from kilotwin.grid.clock import WallClock
 from kilotwin.grid.console import named_grid
 from kilotwin.lab import by_hand, lab_store, motor_rounds
-from kilotwin.lab.emulated import EmulatedTable, true_bends
+from kilotwin.lab.emulated import EmulatedTable, true_bends, true_turns
 from kilotwin.lab.lab_store import Entry
 from kilotwin.lab.motor_rounds import MotorRounds, Robot, Table
 from kilotwin.links.robot_link import RobotLink, RobotState
@@ -40,7 +41,8 @@ EXAMPLES = (
     "  kilotwin calibrate motors --via ohc:/dev/ttyUSB0 --set 12:turn_left=65\n\n"
     "  kilotwin calibrate motors --via emulated:experiments/calibration/fifty-robots.toml"
 )
-_EMULATED = "emulated:"
+EMULATED = "emulated:"
+"""What --via begins with for an experiment's robots."""
 _QUIET_QUESTIONS = 6
 _SET = re.compile(r"(\d+):(\w+)=(\d+)")
 
@@ -78,6 +80,16 @@ DriveS = Annotated[
 ]
 
 
+Turns = Annotated[
+    bool,
+    typer.Option(
+        "--turns/--no-turns",
+        envvar="KILOTWIN_TURNS",
+        help="On a grid: whether duties of turns are set, too. Without, they stay.",
+    ),
+]
+
+
 def usual_duties() -> dict[str, int]:
     """Those of a robot that was never measured."""
     return {key: getattr(PROFILES["kilobot"], key) for key in DUTIES}
@@ -93,21 +105,22 @@ def motors(
     set_duties: SetDuties = None,
     rounds: Rounds = motor_rounds.ROUNDS,
     drive_s: DriveS = motor_rounds.DRIVE_S,
+    turns: Turns = True,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
     """Set the duties of robots' motors, in their EEPROM and in the lab's file. 4 if some failed.
 
-    On a grid of ours all robots are calibrated at once, until they go straight. Elsewhere it is one
-    robot by hand, by keys, or what --set says.
+    On a grid of ours all robots are calibrated at once, until they go straight and turn alike.
+    Elsewhere it is one robot by hand, by keys, or what --set says.
     """
     known = lab_store.lab_of(lab)
     expected = parse_uids(uids) if uids is not None else frozenset[int]()
     display = steps.display(quiet)
     try:
-        if via.startswith(_EMULATED):
-            file = Path(via.removeprefix(_EMULATED))
-            result = _emulated(file, lab, rounds, drive_s, display)
+        if via.startswith(EMULATED):
+            file = Path(via.removeprefix(EMULATED))
+            result = _emulated(file, lab, (rounds, drive_s, turns), display)
         else:
             wanted = parse_sets(set_duties or [], known)
             with link_to_robots(via, buses, size) as link:
@@ -118,7 +131,7 @@ def motors(
                     table = Table(layout.columns, layout.rows)
                     duties = _duties(expected or _all(link, display), known)
                     work = MotorRounds(link, WallClock(), table, duties, stepwise(display))
-                    work.run(rounds, drive_s)
+                    work.run(rounds, drive_s, turns=turns)
                     result = _of_grid(work, lab, via)
                 else:
                     result = _guided(link, lab, known, expected, via)
@@ -193,11 +206,7 @@ def _set(
 def _of_grid(work: MotorRounds, lab: Path, via: str) -> dict[str, Any]:
     robots = list(work.robots.values())
     how = f"by itself, {via}"
-    entries = [
-        Entry(robot.uid, dict(zip(DUTIES[2:], robot.straight, strict=True)), "motors", how)
-        for robot in robots
-        if robot.saved
-    ]
+    entries = [Entry(robot.uid, _measured(robot), "motors", how) for robot in robots if robot.saved]
     if entries:
         lab_store.store(lab, entries, datetime.now())
     return {
@@ -205,6 +214,12 @@ def _of_grid(work: MotorRounds, lab: Path, via: str) -> dict[str, Any]:
         "robots": [_as_dict(robot) for robot in robots],
         "failed": [robot.uid for robot in robots if not robot.saved],
     }
+
+
+def _measured(robot: Robot) -> dict[str, int]:
+    """The duties that were set; those of turns only if they were."""
+    duties = dict(zip(DUTIES, (*robot.turns, *robot.straight), strict=True))
+    return duties if robot.turns != robot.turns_before else {key: duties[key] for key in DUTIES[2:]}
 
 
 def _as_dict(robot: Robot) -> dict[str, Any]:
@@ -216,12 +231,15 @@ def _as_dict(robot: Robot) -> dict[str, Any]:
         "rounds": robot.measured,
         "bend_before_deg_m": round(math.degrees(before)),
         "bend_sd_deg_m": round(math.degrees(robot.bend_sd())),
+        "turn_before_share": [
+            round(share, 2) for share in robot.wheels.turn_shares(robot.turns_before)
+        ],
         "result": seen,
     }
 
 
 def _emulated(
-    file: Path, lab: Path, rounds: int, drive_s: float, display: steps.Lines | steps.Bar
+    file: Path, lab: Path, how: tuple[int, float, bool], display: steps.Lines | steps.Bar
 ) -> dict[str, Any]:
     """With what the robots truly do, before and after: each alone on a wide floor."""
     experiment = Experiment.load(file)
@@ -232,24 +250,46 @@ def _emulated(
         work = MotorRounds(
             emulated.link, emulated.clock, emulated.table, _duties(uids, known), stepwise(display)
         )
-        work.run(rounds, drive_s)
+        rounds, drive_s, turns = how
+        work.run(rounds, drive_s, turns=turns)
         took_s = emulated.clock.now_s()
     finally:
         emulated.close()
     display.step("measuring what robots truly do")
-    result = _of_grid(work, lab, f"{_EMULATED}{file}")
-    before = np.abs(true_bends(experiment, _duties(uids, known)))
-    saved = {
-        uid: (*robot.turns, *(robot.straight if robot.saved else robot.before))
+    result = _of_grid(work, lab, f"{EMULATED}{file}")
+    before = _duties(uids, known)
+    after = {
+        uid: (*robot.turns, *robot.straight)
+        if robot.saved
+        else (*robot.turns_before, *robot.before)
         for uid, robot in work.robots.items()
     }
-    after = np.abs(true_bends(experiment, saved))
     result["true_bend_deg_m"] = {
-        "before": {"median": float(np.median(before)), "p90": float(np.percentile(before, 90))},
-        "after": {"median": float(np.median(after)), "p90": float(np.percentile(after, 90))},
+        when: _bend(np.abs(true_bends(experiment, duties)))
+        for when, duties in (("before", before), ("after", after))
     }
+    if turns:
+        result["true_turn_deg_s"] = {
+            when: _turning(true_turns(experiment, duties))
+            for when, duties in (("before", before), ("after", after))
+        }
     result["simulated_s"] = round(took_s)
     return result
+
+
+def _bend(deg_m: NDArray[np.float64]) -> dict[str, float]:
+    return {"median": float(np.median(deg_m)), "p90": float(np.percentile(deg_m, 90))}
+
+
+def _turning(deg_s: NDArray[np.float64]) -> dict[str, float]:
+    """Of both directions together; `uneven`: how much left and right of a robot differ."""
+    uneven = np.abs(np.log(deg_s[0] / deg_s[1]))
+    return {
+        "mean": float(deg_s.mean()),
+        "sd": float(deg_s.std()),
+        "uneven_median": float(np.median(uneven)),
+        "uneven_p90": float(np.percentile(uneven, 90)),
+    }
 
 
 def _guided(
@@ -296,6 +336,12 @@ def text(result: Mapping[str, Any]) -> str:
         for when, of in result["true_bend_deg_m"].items():
             what = f"true bend {when}: median {of['median']:.0f} deg/m, nine in ten below"
             lines.append(f"{what} {of['p90']:.0f}")
+        for when, of in result.get("true_turn_deg_s", {}).items():
+            lines.append(
+                f"true turns {when}: {of['mean']:.1f} +- {of['sd']:.1f} deg/s; left and right of a "
+                f"robot differ by {of['uneven_median']:.0%} (median), nine in ten below "
+                f"{of['uneven_p90']:.0%}"
+            )
         lines.append(f"it took {result['simulated_s']:,} simulated seconds")
     done = len(result["robots"]) - len(result["failed"])
     lines.append(f"{done} of {len(result['robots'])} robots are in {result['lab']}")

@@ -6,6 +6,7 @@ real table. What they truly do is measured elsewhere: each alone on a wide floor
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,7 @@ _NEVER_TICKS = 2**31 - 1
 _WAY_M = 1.0
 _LONGEST_S = 600.0
 _LOOK_S = 1.0
+_TURNING_S = 60.0
 # No robot gets so far from its begin.
 _APART_M = 2.5
 
@@ -34,22 +36,21 @@ _APART_M = 2.5
 class EmulatedTable:
     """The engine with an experiment's robots and modules, and the way to the robots."""
 
-    def __init__(self, experiment: Experiment) -> None:
-        """InputError for an experiment without a grid."""
+    def __init__(self, experiment: Experiment, changes: Mapping[str, Any] | None = None) -> None:
+        """InputError for an experiment without a grid. `changes` of what the engine is given."""
         if experiment.plan is None or experiment.modules is None:
             what = "there is no grid, by which robots are seen; add [grid] with columns and rows"
             raise InputError(f"{experiment.origin.source}: {what}")
         layout = experiment.plan.layout
         guests = [str(build_group(group).file) for group in experiment.groups]
-        self._engine = _emulator.Simulation(
-            engine_spec(
-                experiment,
-                guests,
-                sample_ticks=_NEVER_TICKS,
-                black_box=None,
-                module_guest=str(build_group(experiment.modules).file),
-            )
+        spec = engine_spec(
+            experiment,
+            guests,
+            sample_ticks=_NEVER_TICKS,
+            black_box=None,
+            module_guest=str(build_group(experiment.modules).file),
         )
+        self._engine = _emulator.Simulation({**spec, **(changes or {})})
         self.clock = SimulatedClock(self._engine, experiment.keys.engine.step_ticks)
         self.link = GridRobots(layout, EmulatedLinks(self._engine, layout.buses), self.clock)
         self.table = Table(layout.columns, layout.rows)
@@ -67,6 +68,14 @@ def true_bends(experiment: Experiment, duties: Mapping[int, Sequence[int]]) -> N
     on a wide floor, with the motors and the motor noise that the experiment's seed gives it. NaN
     for one that takes more than 600 s.
     """
+    with _wide_floor(experiment) as world:
+        for index in range(experiment.size):
+            _tell(world, index, "straight", duties[experiment.uid_of(index)])
+        return _bends(world)
+
+
+def _wide_floor(experiment: Experiment) -> World:
+    """The experiment's robots, each by itself, after their first second."""
     size = experiment.size
     across = math.ceil(math.sqrt(size))
     begins = [
@@ -74,7 +83,7 @@ def true_bends(experiment: Experiment, duties: Mapping[int, Sequence[int]]) -> N
         for i in range(size)
     ]
     keys = experiment.keys
-    with World(
+    world = World(
         program="firmware/blank.c",
         poses=begins,
         arena=(across * _APART_M, across * _APART_M),
@@ -82,11 +91,31 @@ def true_bends(experiment: Experiment, duties: Mapping[int, Sequence[int]]) -> N
         motion={} if keys.motion is None else keys.motion.model_dump(),
         seed=keys.seed,
         command=[],
-    ) as world:
-        world.run(1)
-        for index in range(size):
-            _tell(world, index, "straight", duties[experiment.uid_of(index)])
-        return _bends(world)
+    )
+    world.run(1)
+    return world
+
+
+def true_turns(experiment: Experiment, duties: Mapping[int, Sequence[int]]) -> NDArray[np.float64]:
+    """How fast each robot turns on the spot in a minute, deg/s: [left, right] by index.
+
+    As true_bends() has it otherwise.
+    """
+    rates = []
+    for mode in ("turn_left", "turn_right"):
+        with _wide_floor(experiment) as world:
+            for index in range(experiment.size):
+                _tell(world, index, mode, duties[experiment.uid_of(index)])
+            world.run(_LOOK_S)
+            turned, begun_s = np.zeros(experiment.size), world.time_s
+            headings = world.poses[:, 2].astype(np.float64)
+            while world.time_s < begun_s + _TURNING_S:
+                world.run(_LOOK_S)
+                now = world.poses[:, 2].astype(np.float64)
+                turned += (now - headings + np.pi) % (2 * np.pi) - np.pi
+                headings = now
+            rates.append(np.abs(np.degrees(turned)) / (world.time_s - begun_s))
+    return np.array(rates)
 
 
 def _tell(world: World, index: int, mode: CalibMode, duties: Sequence[int]) -> None:

@@ -5,7 +5,8 @@ the table; to the left in one round, to the right in the next, so that what is n
 its motors cancels. While all drive, the modules ask again and again, and forward which
 cell heard which robot. One that comes to the table's rim is turned back. Then all stand still, the
 tracks say how fast each turned (arcs.py), and that which duties would have led straight
-(wheels.py).
+(wheels.py). How fast it drove on its way besides says how strong each of its motors is, and so how
+fast it turns on the spot by one of them, which cells cannot see: its middle moves by less than one.
 
 Times are those of the link's clock.
 """
@@ -15,11 +16,13 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from kilotwin.experiment.overhead import CalibMode, calib
 from kilotwin.files.headers import VITALS
 from kilotwin.grid.clock import Clock
 from kilotwin.lab.arcs import Point, drift_of
-from kilotwin.lab.wheels import Duties, Wheels
+from kilotwin.lab.wheels import USUAL_STRENGTH, Duties, Wheels
 from kilotwin.links.robot_link import RobotLink, RobotState, slot_of
 from kilotwin.units import TICK_S
 
@@ -48,6 +51,8 @@ _KNOWN_RAD_M = math.radians(60)
 _LEAVES_S = 12.0
 # An order is repeated to a robot that stays in one cell for so long: it may have missed it.
 _REFRESH_S = 20.0
+# Robots whose middle one stands for a usual one.
+_MANY = 8
 # A robot that is seen less often is not measured.
 _SPEED_SD_M_S = 0.002
 
@@ -76,7 +81,7 @@ class Robot:
 
     uid: int
     turns: Duties
-    """Duties of its turns, left and right."""
+    """The best known duties of its turns, left and right; those that it came with, if they stay."""
     straight: Duties
     """The best known; at first those that it came with."""
     trial: Duties = (0, 0)
@@ -87,6 +92,8 @@ class Robot:
     saved: bool = False
     before: Duties = (0, 0)
     """Those that it came with."""
+    turns_before: Duties = (0, 0)
+    """The same of its turns."""
     legs: list[list[Point]] = field(default_factory=list)
     drives: bool = False
     rim_seen: int = 0
@@ -128,12 +135,21 @@ class MotorRounds:
         self._starts: list[int] = []
         self._orders: list[tuple[float, int, CalibMode]] = []
         self.robots = {
-            uid: Robot(uid, (four[0], four[1]), (four[2], four[3]), before=(four[2], four[3]))
+            uid: Robot(
+                uid,
+                turns=(four[0], four[1]),
+                straight=(four[2], four[3]),
+                before=(four[2], four[3]),
+                turns_before=(four[0], four[1]),
+            )
             for uid, four in duties.items()
         }
 
-    def run(self, rounds: int = ROUNDS, drive_s: float = DRIVE_S) -> None:
-        """All rounds; then every robot that was measured has its new duties in its EEPROM."""
+    def run(self, rounds: int = ROUNDS, drive_s: float = DRIVE_S, *, turns: bool = True) -> None:
+        """All rounds; then every robot that was measured has its new duties in its EEPROM.
+
+        Without `turns` those keep their duties.
+        """
         for number in range(1, rounds + 1):
             self._driving = {
                 uid: robot for uid, robot in self.robots.items() if robot.bend_sd() > _KNOWN_RAD_M
@@ -149,6 +165,8 @@ class MotorRounds:
             self._stop()
             for robot in self._driving.values():
                 judge(robot)
+        if turns:
+            choose_turns([robot for robot in self.robots.values() if robot.measured])
         self._save()
 
     def _drive(self, text: str, drive_s: float) -> None:
@@ -256,6 +274,19 @@ def _stays(leg: Sequence[Point], for_s: float) -> bool:
     same = [point for point in leg if point.at_s >= leg[-1].at_s - for_s]
     cells = {(point.x_m, point.y_m) for point in same}
     return len(cells) == 1 and len(same) > 1 and leg[-1].at_s - same[0].at_s > for_s / 2
+
+
+def choose_turns(robots: Sequence[Robot]) -> None:
+    """Duties by which robots that were measured turn alike: as the middle one of many does.
+
+    Speeds of all come out somewhat low where robots stray from their arcs, and that cancels. With
+    few it is a usual robot.
+    """
+    many = len(robots) >= _MANY
+    strengths = [robot.wheels.strength for robot in robots] if many else [USUAL_STRENGTH]
+    middle = float(np.median(strengths))
+    for robot in robots:
+        robot.turns = robot.wheels.turn_duties(middle)
 
 
 def judge(robot: Robot) -> None:

@@ -23,6 +23,13 @@ DUTY = 65
 MOST_DUTY = 80
 """Motors must stay below 90 (hardware.md 2), and are less proportional near it."""
 LEAST_DUTY = 20
+TURN_DUTY = 70
+"""Of one motor, with which a usual robot turns by 45 degrees a second (hardware.md 2)."""
+MOST_TURN_DUTY = 85
+"""Of one motor alone: below 90, too."""
+
+USUAL_STRENGTH = SPEED_M_S / (2 * LEG_M * DUTY)
+"""Of a usual robot's motors."""
 
 _SPREAD = 0.25
 # Change of a strength from one measurement to the next: motors are not proportional.
@@ -45,8 +52,7 @@ class Wheels:
     @staticmethod
     def unknown() -> "Wheels":
         """A robot that has not been seen driving."""
-        usual = SPEED_M_S / (2 * LEG_M * DUTY)
-        return Wheels(np.full(2, usual), np.eye(2) * (_SPREAD * usual) ** 2)
+        return Wheels(np.full(2, USUAL_STRENGTH), np.eye(2) * (_SPREAD * USUAL_STRENGTH) ** 2)
 
     def after(self, duties: Duties, drift: Drift) -> "Wheels":
         """The motors as known after it drove with these duties."""
@@ -57,8 +63,9 @@ class Wheels:
         before = self.covariance + np.diag((_FORGETTING * self.strength) ** 2)
         gain = before @ rows.T @ np.linalg.inv(rows @ before @ rows.T + noise)
         strength = self.strength + gain @ (seen - rows @ self.strength)
-        floor = 0.2 * SPEED_M_S / (2 * LEG_M * DUTY)
-        return Wheels(np.maximum(strength, floor), (np.eye(2) - gain @ rows) @ before)
+        return Wheels(
+            np.maximum(strength, 0.2 * USUAL_STRENGTH), (np.eye(2) - gain @ rows) @ before
+        )
 
     def turn_rad_s(self, duties: Duties) -> float:
         """How fast it turns when both motors run."""
@@ -92,6 +99,25 @@ class Wheels:
             return float(turn + _SPEED_COUNTS * slower)
 
         return min(pairs, key=cost)
+
+    def turn_duties(self, middle: float = USUAL_STRENGTH) -> Duties:
+        """Duties with which it turns, left and right by one motor alone, as a motor of strength
+        `middle` does at TURN_DUTY.
+
+        The motor that turns it on the spot is the one that was seen on its way: its rate goes by
+        its strength.
+        """
+        left, right = (TURN_DUTY * middle / strength for strength in self.strength)
+        return _turn(left), _turn(right)
+
+    def turn_shares(self, duties: Duties) -> tuple[float, float]:
+        """How fast it turns on the spot, left and right, as shares of a usual robot's rate."""
+        left, right = np.array(duties) * self.strength / (TURN_DUTY * USUAL_STRENGTH)
+        return float(left), float(right)
+
+
+def _turn(duty: float) -> int:
+    return min(max(round(duty), LEAST_DUTY), MOST_TURN_DUTY)
 
 
 def _near(duty: float) -> range:

@@ -4,16 +4,17 @@ import numpy as np
 import pytest
 
 from kilotwin.lab.motor_rounds import MotorRounds, Table
+from kilotwin.lab.wheels import LEAST_DUTY, MOST_TURN_DUTY
 
 from .fake_table import FakeTable
 
 
-def calibrate(table: FakeTable, rounds: int = 3) -> MotorRounds:
+def calibrate(table: FakeTable, rounds: int = 3, *, turns: bool = True) -> MotorRounds:
     """All robots of the table, which come with the usual duties."""
     columns = round(float(table.size[0]) / 0.1)
     duties = dict.fromkeys(range(1, len(table.at) + 1), (65, 66, 70, 70))
     work = MotorRounds(table, table, Table(columns, table.rows), duties)
-    work.run(rounds)
+    work.run(rounds, turns=turns)
     return work
 
 
@@ -32,7 +33,21 @@ def test_fifty_robots_get_straighter_by_far() -> None:
     before, after = bends(table, work, saved)
     assert after < before / 5
     for uid in saved:
-        assert tuple(table.saved[uid - 1]) == (65, 66, *work.robots[uid].straight)
+        robot = work.robots[uid]
+        assert tuple(table.saved[uid - 1]) == (*robot.turns, *robot.straight)
+
+
+def test_fifty_robots_turn_alike_by_far() -> None:
+    """By the strength of their motors, which their ways show; those that can be fast enough."""
+    table = FakeTable(10, 20, 50)
+    work = calibrate(table)
+    measured = [robot for robot in work.robots.values() if robot.measured]
+    strength = np.array([table.strength[robot.uid - 1] for robot in measured])
+    turns = np.array([robot.turns for robot in measured])
+    before, after = strength, strength * turns
+    free = (turns > LEAST_DUTY) & (turns < MOST_TURN_DUTY)
+    assert free.mean() > 0.6
+    assert after[free].std() / after[free].mean() < before.std() / before.mean() / 2.5
 
 
 def test_a_robot_that_is_not_seen_keeps_its_duties() -> None:
@@ -42,12 +57,13 @@ def test_a_robot_that_is_not_seen_keeps_its_duties() -> None:
     assert work.robots[3].measured == 0
     assert not work.robots[3].saved
     assert work.robots[3].straight == (70, 70)
+    assert work.robots[3].turns == (65, 66)
     assert all(robot.saved for robot in work.robots.values() if robot.measured)
     assert sum(robot.measured for robot in work.robots.values()) >= 2
 
 
-def test_turns_keep_their_duties() -> None:
-    work = calibrate(FakeTable(4, 6, 3), rounds=1)
+def test_turns_keep_their_duties_if_they_are_to() -> None:
+    work = calibrate(FakeTable(4, 6, 3), rounds=1, turns=False)
     assert {robot.turns for robot in work.robots.values()} == {(65, 66)}
 
 

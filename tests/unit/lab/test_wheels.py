@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 
 from kilotwin.lab.arcs import Drift
-from kilotwin.lab.wheels import DUTY, LEAST_DUTY, LEG_M, MOST_DUTY, SPEED_M_S, Wheels
+from kilotwin.lab.wheels import (
+    DUTY,
+    LEAST_DUTY,
+    LEG_M,
+    MOST_DUTY,
+    MOST_TURN_DUTY,
+    SPEED_M_S,
+    TURN_DUTY,
+    Wheels,
+)
 
 USUAL = SPEED_M_S / (2 * LEG_M * DUTY)
 
@@ -68,3 +77,14 @@ def test_what_is_known_grows_by_measuring() -> None:
     after = wheels.after((DUTY, DUTY), drive((1, 1), (DUTY, DUTY)))
     assert after.turn_sd((DUTY, DUTY)) < 0.2 * wheels.turn_sd((DUTY, DUTY))
     assert after.speed_sd((DUTY, DUTY)) < wheels.speed_sd((DUTY, DUTY))
+
+
+def test_a_weak_motor_gets_more_duty_for_its_turns() -> None:
+    usual = Wheels.unknown()
+    assert usual.turn_duties() == (TURN_DUTY, TURN_DUTY)
+    assert usual.turn_shares((TURN_DUTY, 35)) == pytest.approx((1, 0.5))
+    uneven = Wheels(usual.strength * np.array([0.9, 1.2]), usual.covariance)
+    assert uneven.turn_duties() == (78, 58)
+    assert uneven.turn_shares(uneven.turn_duties()) == pytest.approx((1, 1), abs=0.01)
+    weak = Wheels(usual.strength * np.array([0.5, 9]), usual.covariance)
+    assert weak.turn_duties() == (MOST_TURN_DUTY, LEAST_DUTY)
