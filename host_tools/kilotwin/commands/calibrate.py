@@ -1,15 +1,16 @@
-"""`kilotwin calibrate ...`: robots' duties and uids. Each verb has a module of its own."""
+"""`kilotwin calibrate ...`: duties, gain tables, uids. Each verb has a module of its own."""
 
 import typer
 
-from kilotwin.commands import calibrate_motors, calibrate_uid
+from kilotwin.commands import calibrate_motors, calibrate_ranging, calibrate_uid
 
 app = typer.Typer(
-    help="Sets robots' duties and uids, in their EEPROM and in the lab's file.",
+    help="Sets robots' duties, gain tables and uids, in their EEPROM and in the lab's file.",
     epilog="What it does and what it needs stands in docs/lab.md.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
 )
 app.command("motors", epilog=calibrate_motors.EXAMPLES)(calibrate_motors.motors)
+app.command("ranging", epilog=calibrate_ranging.EXAMPLES)(calibrate_ranging.ranging)
 app.command("uid", epilog=calibrate_uid.EXAMPLES)(calibrate_uid.uid)

@@ -5,6 +5,7 @@ from typing import Literal, get_args
 
 from kilotwin.experiment.profile_defaults import Profile
 from kilotwin.experiment.schema import Command, Sent
+from kilotwin.files.headers import GAINS
 from kilotwin.units import ticks
 
 ALL_ROBOTS = (0, 0xFFFF)
@@ -87,6 +88,16 @@ def calib(mode: CalibMode, uid: int, duties: Sequence[int], *, only: bool = Fals
     runtime is ours (kilolib/core/calibration.h); else for all, and `uid` is what SAVE writes."""
     mark = CALIB_MARK if only else b""
     data = [get_args(CalibMode).index(mode), *uid.to_bytes(2, "little"), *duties, *mark]
+    return message(data, _TYPES["calib"])
+
+
+def calib_gains(uid: int, entry: int, low_gain: int, high_gain: int) -> bytes:
+    """CALIB that has the robot with this uid write one entry of its gain tables, 0 to 13.
+
+    Its runtime has to be ours (kilolib/core/calibration.h).
+    """
+    words = low_gain.to_bytes(2, "big") + high_gain.to_bytes(2, "big")
+    data = [GAINS + entry, *uid.to_bytes(2, "little"), *words, *CALIB_MARK]
     return message(data, _TYPES["calib"])
 
 
