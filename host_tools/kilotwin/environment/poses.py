@@ -15,7 +15,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from kilotwin.environment.protocol import SeenRobot
-from kilotwin.errors import DeviceError, InputError
+from kilotwin.errors import DeviceError, InputError, cause_of
 
 # Below what a network passes on in one piece.
 _DATAGRAM_BYTES = 1400
@@ -121,9 +121,8 @@ class PoseListener:
         except OSError as error:
             self._socket.close()
             where = f"udp:{address[0]}:{address[1]}"
-            what = (error.strerror or str(error)).lower()
             raise DeviceError(
-                f"--poses {where}: {what}; end what listens there, or name another port"
+                f"--poses {where}: {cause_of(error)}; end what listens there, or name another port"
             ) from None
 
     @property
@@ -165,8 +164,8 @@ class PoseSender:
         try:
             found = socket.getaddrinfo(*address, type=socket.SOCK_DGRAM)
         except OSError as error:
-            what = (error.strerror or str(error)).lower()
-            raise InputError(f"--poses udp:{address[0]}:{address[1]}: {what}") from None
+            where = f"udp:{address[0]}:{address[1]}"
+            raise InputError(f"--poses {where}: {error.strerror}; name another host") from None
         family, kind, protocol, _, to = found[0]
         self._to: Any = to
         self._socket = socket.socket(family, kind, protocol)

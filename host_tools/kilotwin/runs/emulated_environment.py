@@ -12,6 +12,7 @@ from kilotwin.environment.camera import EmulatedCamera
 from kilotwin.environment.outbox import Sending
 from kilotwin.environment.play import Play
 from kilotwin.environment.protocol import Seen
+from kilotwin.errors import RunError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.links.emulated_overhead import EmulatedOverhead
 from kilotwin.runs.environment_record import EnvironmentEvents, EnvironmentMemory
@@ -68,8 +69,16 @@ class EmulatedEnvironment:
             self._developing.append((shown, seen))
             self._pictures += 1
         while self._developing and self._developing[0][0] <= tick:
-            self.play.show(self._developing.popleft()[1], now_s)
+            self._show(self._developing.popleft()[1], now_s)
         self._shine(simulation, self._due_tick(tick))
+
+    def _show(self, seen: Seen, now_s: float) -> None:
+        """What was sent until a mistake of the program is kept."""
+        try:
+            self.play.show(seen, now_s)
+        except RunError:
+            self.close()
+            raise
 
     def ticks_until_due(self, simulation: "Simulation") -> int:
         """How far the engine may advance before the next step()."""

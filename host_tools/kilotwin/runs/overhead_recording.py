@@ -22,6 +22,7 @@ from kilotwin.errors import (
     InputError,
     KilotwinError,
     RunError,
+    cause_of,
 )
 from kilotwin.experiment.engine_spec import config_messages
 from kilotwin.experiment.experiment import Experiment
@@ -170,7 +171,7 @@ class _Recording:
         try:
             writer = RunWriter(folder, self._experiment, manifest)
         except OSError as error:
-            raise InputError(f"--out {folder}: {error.strerror}; name another folder") from None
+            raise InputError(f"--out {folder}: {cause_of(error)}; name another folder") from None
         self._record = record = EnvironmentRecord(writer)
         for time_s, text in self._notes:
             record.note(time_s, text)

@@ -38,6 +38,7 @@ class ServedWorld:
         self._begins_at_once = experiment.keys.grid is None and bool(experiment.keys.command)
         self._overhead = ServedOverhead(simulation, serving.ohc_link)
         self._camera: ServedCamera | None = None
+        self._plays_outside = experiment.environment is not None
         self._table: ServedTable | None = None
         with contextlib.ExitStack() as opened:
             opened.callback(self._overhead.close)
@@ -57,6 +58,8 @@ class ServedWorld:
         yield self._overhead.note
         if self._camera is not None:
             yield self._camera.note
+        elif self._plays_outside:
+            yield "the [environment] is played by `kilotwin record --via`, which needs --poses here"
         if math.isinf(self._serving.speed):
             yield "with --fast time goes as it can: what is sent on a serial line comes too slowly"
 
