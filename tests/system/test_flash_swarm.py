@@ -20,8 +20,6 @@ static void loop(void) {}
 int main(void) { kilo_init(); kilo_start(setup, loop); return 0; }
 """
 PURPLE = 0b110011
-# Frames are lost by the share that is set, and by nothing else.
-SAME_CLOCKS = ("medium.clock_spread=0",)
 
 
 @pytest.fixture
@@ -35,8 +33,7 @@ def test_robots_are_flashed_verified_and_run_the_new_program(
     image: FlashImage, tmp_path: Path
 ) -> None:
     """With a fifth of the frames lost, in both ways."""
-    settings = ("grid.cells.weak_share=0", *SAME_CLOCKS)
-    table = EmulatedSwarm(tmp_path, 4, loss=0.2, side=2, settings=settings)
+    table = EmulatedSwarm(tmp_path, 4, loss=0.2, side=2, settings=("grid.cells.weak_share=0",))
     expected = frozenset(range(1, 5))
     upload = table.flash(image, uids=expected, run=True)
     assert upload.done, swarm.text(upload)
@@ -60,7 +57,7 @@ def test_fifty_robots_need_three_laps_more_when_a_fifth_of_the_frames_is_lost(
     for loss in (0.0, 0.2):
         folder = tmp_path / str(loss)
         folder.mkdir()
-        table = EmulatedSwarm(folder, 50, loss=loss, side=4, settings=SAME_CLOCKS)
+        table = EmulatedSwarm(folder, 50, loss=loss, side=4)
         began_s = table.clock.now_s()
         upload = table.flash(image, count=50, run=True)
         took_s = table.clock.now_s() - began_s

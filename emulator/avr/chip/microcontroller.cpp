@@ -187,7 +187,8 @@ Microcontroller::Microcontroller(Board &board, const FlashImage &flash, const Ee
     avr_init(avr_);
     avr_->custom.data = this;
     avr_->frequency = CYCLES_PER_SECOND;
-    avr_->run_cycle_limit = CYCLES_PER_SECOND;
+    // Else simavr runs on behind an instruction that sets a timer, up to that timer.
+    avr_->run_cycle_limit = 1;
     avr_->sleep = Hooks::sleep;
     core_reset_ = avr_->reset;
     avr_->reset = Hooks::reset;
@@ -289,7 +290,6 @@ void Microcontroller::run(uint64_t until) {
 void Microcontroller::follow(Follower &follower) {
     skip_nothing();
     follower_ = &follower;
-    avr_->run_cycle_limit = 1;  // else simavr runs on behind an instruction that sets a timer
     core_run_ = avr_->run;
     avr_->run = Hooks::run_followed;
 }

@@ -1,4 +1,5 @@
 // The robots' boot loader on its chip: entered by applications, fed by light, its flash rewritten.
+#include <algorithm>
 #include <cstdlib>
 
 #include "robot.h"
@@ -124,6 +125,23 @@ TEST_CASE("pages full of ones arrive back to back from a sender whose clock is o
         CAPTURE(slot);
         CHECK(answer->data[3] == 0);
     }
+}
+
+// What is shone next may begin at that moment: a pulse that a board is past already would be lost.
+TEST_CASE("a board stops where it is told, also behind an instruction that sets a timer") {
+    constexpr Cycles QUANTUM = 1024, INSTRUCTION = 8;
+    FlashedRobot robot(FlashImage::load(LOADER)->bytes());
+    robot.run_ms(100);
+    robot.send(size_of(newer()), BACK_TO_BACK);
+    Cycles at = robot.bench.board.now() + 100, latest = 0;
+    for (uint8_t i = 0; i < 22; i++, at += FRAME) {
+        robot.bench.shine_frame(at, make_message(BOOTPGM_PAGE, {0, uint8_t(3 * i)}), {300, 600});
+        for (Cycles told = robot.bench.board.now(); told < at; told += QUANTUM) {
+            robot.bench.board.run(told);
+            latest = std::max(latest, std::max(told, robot.bench.board.now()) - told);
+        }
+    }
+    CHECK(latest <= INSTRUCTION);
 }
 
 TEST_CASE("a stored program starts at power-up, by either setting of BOOTRST") {
