@@ -258,7 +258,7 @@ void Module::live() {
 
 /// The next pass of the main loop that does something; now_ if that is due.
 Cycles Module::next_pass() const {
-    if (burst_.job != JOB_NONE) return now_;
+    if (burst_.job != JOB_NONE) return std::max(now_, burst_at_);
     switch (main_loop_job(&orders_)) {
     case JOB_NONE:
     case JOB_BREATHE: break;  // light() works it out

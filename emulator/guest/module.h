@@ -312,6 +312,7 @@ class Module {
     Cycles wake_ = NEVER;       ///< when the suspended program goes on
     Cycles state_since_ = 0;    ///< for its lights
     Cycles repeat_at_ = 0;      ///< the next round of a forwarded message
+    Cycles burst_at_ = 0;       ///< the next frame of a burst that is on its way
     Cycles dwell_end_;          ///< when the receiver goes to the next cell
     Cycles held_from_ = 0, held_until_ = 0;  ///< a frame holds the receiver
     // Program and outputs.

@@ -86,7 +86,11 @@ void Module::settle() {
     const Asking why = answered_;
     answered_ = Asking::NOTHING;
     if (answer_ != Answer::SENT && why == Asking::AT_ONCE) now_ += SENSE_CYCLES;
-    if (why == Asking::AT_ONCE || answer_ == Answer::RECEIVING) return;
+    if (why == Asking::AT_ONCE) {
+        burst_at_ = now_ + (burst_pauses(&burst_) ? BURST_GAP_CYCLES : 0);
+        return;
+    }
+    if (answer_ == Answer::RECEIVING) return;
     const auto &table = program_->table();
     if (answer_ == Answer::SENT) {
         turns_passed(&turns_);

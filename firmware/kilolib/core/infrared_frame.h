@@ -14,7 +14,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "message.h"
+#include "../include/message.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -121,6 +121,10 @@ bool burst_next(burst_t *burst, const orders_t *orders, burst_frame_t *frame) {
     return true;
 }
 
+bool burst_pauses(const burst_t *burst) {
+    return burst->job == JOB_SEND_PAGE && burst->sent < burst->frames;
+}
+
 // A page that came in during the last one of a lap is forgotten with the count: the host sends the
 // laps without end.
 void burst_end(burst_t *burst, orders_t *orders) {

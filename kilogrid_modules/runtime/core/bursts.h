@@ -6,7 +6,7 @@
 ///
 ///     burst_begin(&burst, &orders, job);           // interrupts off
 ///     do show(burst_light(&burst, &orders));
-///     while (burst_next(&burst, &orders, &frame) && send(frame));
+///     while (burst_next(&burst, &orders, &frame) && send(frame)) wait if (burst_pauses(&burst));
 ///     burst_end(&burst, &orders);                  // interrupts off
 #ifndef MODULE_CORE_BURSTS_H
 #define MODULE_CORE_BURSTS_H
@@ -14,6 +14,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "../../../firmware/kilolib/core/infrared_frame.h"
 #include "../../../firmware/kilolib/include/message.h"
 #include "main_loop.h"
 
@@ -23,6 +24,11 @@ extern "C" {
 
 /// RUN goes out so often by each cell before loop() is called.
 #define BURST_RUN_ROUNDS 10
+/// Darkness between the frames of a page, 0.37 ms: a receiver that lost its place in a frame waits
+/// for a leader again, and loses that frame only. Its timeout runs from the last pulse, a slot
+/// before the frame's end, which leaves 9 % for its clock. With the number of pages a page takes
+/// 109 ms; an original dispatcher sends the next one's chunks 110 ms later (hardware.md 3.7).
+#define BURST_GAP_CYCLES BYTE_TIMEOUT
 
 /// A burst on its way; 155 bytes on the module.
 typedef struct {
@@ -62,6 +68,10 @@ burst_light_t burst_light(const burst_t *burst, const orders_t *orders);
 /// Takes the next frame; false: the burst is over. RUN stops between two rounds once the state is
 /// no longer RUNNING; the others go to their end.
 bool burst_next(burst_t *burst, const orders_t *orders, burst_frame_t *frame);
+
+/// Whether there is to be darkness for BURST_GAP_CYCLES before the next frame: between those of a
+/// page, which come by one cell. Other frames go round the cells without a gap.
+bool burst_pauses(const burst_t *burst);
 
 /// Ends the burst: the robots count as started if the state is RUNNING still; after the last page
 /// of a lap the next cell has its turn. Interrupts off.

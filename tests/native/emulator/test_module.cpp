@@ -270,6 +270,9 @@ TEST_CASE("a robot's page goes out through one cell, and the next lap through th
                 CHECK(emission.message.data[7] ==
                       (part < 21 ? static_cast<uint8_t>(part * 6 + 5 + page) : 0));
                 CHECK(crc_is_right(emission.message));
+                if (part == 0) continue;
+                const Cycles before = bench.sent[frames - 23 + part].at;
+                CHECK(emission.at == before + FRAME_CYCLES + BURST_GAP_CYCLES);
             }
             if (page == 0) CHECK(bench.module.light(lap % 4, bench.now).color() == 4);
             bench.sent.clear();

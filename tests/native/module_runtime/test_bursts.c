@@ -135,6 +135,25 @@ TEST(pages_go_out_by_one_cell_a_lap_and_the_first_one_says_how_many) {
     }
 }
 
+// A receiver that lost its place in a frame is lost to all that follow it without a gap.
+TEST(it_is_dark_between_the_frames_of_a_page_and_of_no_other_burst) {
+    orders_t orders = fresh_orders();
+    burst_t burst;
+    burst_frame_t frame;
+    (void)give(&orders, KILO_PAGES, 0, 3);
+    give_page(&orders, 0);
+    burst_begin(&burst, &orders, JOB_SEND_PAGE);
+    for (uint8_t i = 0; i < 23; i++) {
+        assert_true(burst_next(&burst, &orders, &frame));
+        assert_int_equal(burst_pauses(&burst), i < 22);
+    }
+    burst_end(&burst, &orders);
+    assert_false(burst_pauses(&burst));
+    (void)give_question(&orders);
+    burst_begin(&burst, &orders, JOB_ASK_ROBOTS);
+    while (burst_next(&burst, &orders, &frame)) assert_false(burst_pauses(&burst));
+}
+
 TEST(the_next_page_may_come_in_while_one_goes_out) {
     orders_t orders = fresh_orders();
     burst_t burst;
@@ -224,6 +243,7 @@ int main(void) {
         cmocka_unit_test(run_goes_out_ten_times_by_each_cell_and_the_robots_count_as_started),
         cmocka_unit_test(run_stops_between_two_rounds_when_the_state_changes),
         cmocka_unit_test(pages_go_out_by_one_cell_a_lap_and_the_first_one_says_how_many),
+        cmocka_unit_test(it_is_dark_between_the_frames_of_a_page_and_of_no_other_burst),
         cmocka_unit_test(the_next_page_may_come_in_while_one_goes_out),
         cmocka_unit_test(a_checked_program_is_announced_with_its_crc_and_id),
         cmocka_unit_test(an_unchecked_program_is_announced_by_its_pages_alone),
