@@ -184,7 +184,7 @@ void Bridge::Loop::enqueue(uint32_t bus, Origin origin, const CanFrame &frame) {
         counts_.lost_incoming++;
         return;
     }
-    incoming_.push_back({bus, frame});
+    incoming_.push_back({bus, frame, std::chrono::steady_clock::now()});
     pending_[origin]++;
     auto &echoes = echoes_[bus];
     echoes.push_back({frame, origin});

@@ -15,6 +15,7 @@
 #ifndef KILOTWIN_GRID_BRIDGE_H
 #define KILOTWIN_GRID_BRIDGE_H
 
+#include <chrono>
 #include <memory>
 #include <span>
 #include <stdexcept>
@@ -63,6 +64,7 @@ class Bridge {
     struct Request {
         uint32_t bus;
         CanFrame frame;
+        std::chrono::steady_clock::time_point came;
     };
 
     /// Starts the thread. Throws BridgeError.

@@ -3,6 +3,7 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <chrono>
 #include <cstring>
 #include <memory>
 
@@ -37,11 +38,14 @@ std::vector<CanRecord> records_of(nb::handle array) {
     return records;
 }
 
-// (bus, id, data) each, in the order in which they came.
+// (bus, id, data, how many seconds ago) each, in the order in which they came.
 nb::list to_python(const std::vector<Bridge::Request> &requests) {
+    const auto now = std::chrono::steady_clock::now();
     nb::list out;
-    for (const auto &[bus, frame] : requests)
-        out.append(nb::make_tuple(bus, frame.id, nb::bytes(frame.data.data(), frame.dlc)));
+    for (const auto &[bus, frame, came] : requests) {
+        const double age_s = std::chrono::duration<double>(now - came).count();
+        out.append(nb::make_tuple(bus, frame.id, nb::bytes(frame.data.data(), frame.dlc), age_s));
+    }
     return out;
 }
 

@@ -60,7 +60,7 @@ def taken_from(bridge: Bridge, count: int) -> list[tuple[int, int, bytes]]:
     taken: list[tuple[int, int, bytes]] = []
 
     def enough() -> bool:
-        taken.extend(bridge.take())
+        taken.extend(frame[:3] for frame in bridge.take())
         return len(taken) >= count
 
     until(enough)

@@ -1,18 +1,24 @@
 """Robots on simulated chips on an emulated grid, reached as a real one is, in simulated time."""
 
+import contextlib
 from pathlib import Path
 
 from kilotwin import _emulator
 from kilotwin.build.group import build_group
 from kilotwin.experiment.engine_spec import engine_spec
 from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.grid_layout import Layout
 from kilotwin.experiment.text import parse_setting
 from kilotwin.files.flash_image import FlashImage
 from kilotwin.flash.swarm import SwarmFlasher
 from kilotwin.flash.upload import Upload, Wish
-from kilotwin.grid.clock import SimulatedClock
+from kilotwin.grid.clock import Clock, SimulatedClock
 from kilotwin.grid.emulated_links import EmulatedLinks
+from kilotwin.links.dispatcher_robots import DispatcherRobots
 from kilotwin.links.grid_robots import GridRobots
+from kilotwin.links.robot_link import RobotLink
+from kilotwin.runs.served_dispatcher import ServedDispatcher
+from kilotwin.units import TICK_S
 
 EXPERIMENT = """
 name = "robots to flash"
@@ -70,6 +76,29 @@ class Quiet:
         raise AssertionError(text)
 
 
+class DispatcherClock:
+    """The time of a table with a dispatcher, which is served tick by tick as by `--serve`."""
+
+    def __init__(self, simulation: _emulator.Simulation, layout: Layout) -> None:
+        self._simulation = simulation
+        self._dispatcher = ServedDispatcher(simulation, layout, None)
+        self._now_s = simulation.tick * TICK_S
+        self.port = self._dispatcher.note.rpartition(":")[2]
+
+    def now_s(self) -> float:
+        return self._now_s
+
+    def sleep(self, seconds: float) -> None:
+        self._now_s += seconds
+        while self._simulation.tick < round(self._now_s / TICK_S):
+            self._dispatcher.hear(self._simulation.can_frames())
+            self._dispatcher.step(1)
+            self._simulation.advance(1)
+
+    def close(self) -> None:
+        self._dispatcher.close()
+
+
 class EmulatedSwarm:
     """`count` robots with the blank program and the boot loader; frames lost by `loss`."""
 
@@ -93,13 +122,32 @@ class EmulatedSwarm:
         self.simulation = _emulator.Simulation(spec)
         self.simulation.advance(_BEGIN_TICKS)
         self.clock = SimulatedClock(self.simulation, experiment.keys.engine.step_ticks)
-        layout = experiment.plan.layout
-        links = EmulatedLinks(self.simulation, layout.buses)
-        self.robots = GridRobots(layout, links, self.clock)
+        self._layout = experiment.plan.layout
+        links = EmulatedLinks(self.simulation, self._layout.buses)
+        self.robots = GridRobots(self._layout, links, self.clock)
         self.display = Quiet(self.clock)
 
     def flash(self, image: FlashImage, **wish: object) -> Upload:
         """All of an upload."""
-        upload = Upload(Wish(image, **wish), True, self.robots.laps_per_place)  # type: ignore[arg-type]
-        SwarmFlasher(upload, self.robots, self.clock, self.display).run()
+        return self._flash(image, self.robots, self.clock, wish)
+
+    def flash_by_dispatcher(self, image: FlashImage, **wish: object) -> Upload:
+        """The same, by packets to an emulated dispatcher's port. Then it waits a second."""
+        clock = DispatcherClock(self.simulation, self._layout)
+        with contextlib.closing(clock):
+            robots = DispatcherRobots(clock.port, clock)
+            with contextlib.closing(robots):
+                upload = self._flash(image, robots, clock, wish)
+            clock.sleep(1)
+        return upload
+
+    def colors(self) -> list[int]:
+        """Of the robots' LEDs, as set_color() has them."""
+        return [int(led) & 0x3F for led in self.simulation.snapshot()["led"][0]]
+
+    def _flash(
+        self, image: FlashImage, link: RobotLink, clock: Clock, wish: dict[str, object]
+    ) -> Upload:
+        upload = Upload(Wish(image, **wish), link.verifies, link.laps_per_place)  # type: ignore[arg-type]
+        SwarmFlasher(upload, link, clock, self.display).run()
         return upload

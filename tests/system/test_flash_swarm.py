@@ -40,12 +40,22 @@ def test_robots_are_flashed_verified_and_run_the_new_program(
     assert upload.well
     assert upload.running == [1, 2, 3, 4]
     assert upload.laps <= 5
-    leds = table.simulation.snapshot()["led"][0]
-    assert [int(led) & 0x3F for led in leds] == [PURPLE] * 4
+    assert table.colors() == [PURPLE] * 4
     # The same again finds that all is there, and sends no page.
     again = table.flash(image, uids=expected)
     assert again.done
     assert again.laps == 0
+
+
+def test_a_dispatcher_flashes_robots_that_one_cell_reaches_in_one_lap(
+    image: FlashImage, tmp_path: Path
+) -> None:
+    """It cannot verify them: their lights say that they run it."""
+    table = EmulatedSwarm(tmp_path, 2, loss=0.0, side=1)
+    upload = table.flash_by_dispatcher(image, laps=1, run=True)
+    assert not upload.verifiable
+    assert upload.laps == 1
+    assert table.colors() == [PURPLE] * 2
 
 
 @pytest.mark.long

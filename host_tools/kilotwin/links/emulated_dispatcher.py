@@ -91,10 +91,11 @@ class EmulatedDispatcher:
                     self.lost += 1
                 self._owe(sender, self._owed.get(sender, 1) - 1, now_s)
 
-    def step(self, begin_s: float, end_s: float) -> tuple[list[ToModules], bytes]:
+    def step(self, begin_s: float, end_s: float) -> tuple[list[tuple[float, ToModules]], bytes]:
         """Frames to modules, bytes to the PC in [begin_s, end_s), which follows on the last step.
 
-        All that modules sent before must have been heard.
+        Frames come with their times: modules take those of a page for robots only if they come
+        when the last page has gone out. All that modules sent before must have been heard.
         """
         self._free_s = max(self._free_s, begin_s)
         answered = not self._owed
@@ -108,7 +109,7 @@ class EmulatedDispatcher:
                 break
         frames = []
         while self._to_modules and self._to_modules[0][0] < end_s:
-            frames.append(self._to_modules.popleft()[1])
+            frames.append(self._to_modules.popleft())
         said = b""
         while self._to_pc and self._to_pc[0][0] < end_s:
             said += self._to_pc.popleft()[1]

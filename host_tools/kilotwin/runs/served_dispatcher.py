@@ -44,8 +44,8 @@ class ServedDispatcher:
             self._dispatcher.take(data)
         now_s = self._now_s
         frames, said = self._dispatcher.step(now_s, now_s + ticks * TICK_S)
-        for frame in frames:
-            self._send(frame)
+        for at_s, frame in frames:
+            self._send(frame, max(0.0, at_s - now_s))
         if said:
             self._terminal.write(said)
 
@@ -53,13 +53,13 @@ class ServedDispatcher:
         """Unplugs it."""
         self._terminal.close()
 
-    def _send(self, frame: ToModules) -> None:
+    def _send(self, frame: ToModules, after_s: float) -> None:
         """To the buses that modules of the address are on. A full queue is not reported."""
         address = frame.address
         for bus in range(self._layout.buses):
             one_row = address.type in (AddressType.ROW, AddressType.INDIVIDUAL)
             if not one_row or address.y in self._layout.rows_of(bus):
-                self._simulation.send_can(bus, to_id(address), frame.data)
+                self._simulation.send_can(bus, to_id(address), frame.data, after_s)
 
     @property
     def _now_s(self) -> float:

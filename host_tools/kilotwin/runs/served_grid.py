@@ -62,7 +62,7 @@ class ServedTable:
         self._log: CanLog | None = None
         if experiment.keys.record.can_log:
             self._log = CanLog(writer.folder / CAN_LOG, names, zero_s=0.0)
-        self._flushed = time.monotonic()
+        self._flushed = self._taken = time.monotonic()
         # Ticks of the last frame of the host, and of the last one that leaves all idle.
         self._received_at = self._idle_at = simulation.tick
         self.zero_tick: int | None = None
@@ -92,14 +92,21 @@ class ServedTable:
             self._watch(frames)
             if self._log is not None:
                 self._log.add(frames)
-        for bus, identifier, data in self._bridge.take():
-            self._simulation.send_can(bus, identifier, data)
+        self._pass_on()
         self._dispatcher.step(1)
         for note in self._bridge.notes():
             self._event("bus_client", note)
         if self._log is not None and time.monotonic() - self._flushed > _FLUSH_S:
             self._flushed = time.monotonic()
             self._log.flush()
+
+    def _pass_on(self) -> None:
+        """Frames from outside, a step later each, as they came: pauses between them stay pauses."""
+        before, self._taken = self._taken, time.monotonic()
+        lasted_s = max(self._taken - before, 1e-6)
+        for bus, identifier, data, age_s in self._bridge.take():
+            after_s = TICK_S * min(max(0.0, 1 - age_s / lasted_s), 1.0)
+            self._simulation.send_can(bus, identifier, data, after_s)
 
     def see(self, samples: "Samples") -> None:
         """Corrects the sites in samples of the run: on a grid they are those of cells."""

@@ -48,7 +48,7 @@ def taken_from(bridge: Bridge, count: int) -> list[tuple[int, int, bytes]]:
     taken: list[tuple[int, int, bytes]] = []
 
     def enough() -> bool:
-        taken.extend(bridge.take())
+        taken.extend(frame[:3] for frame in bridge.take())
         return len(taken) >= count
 
     until(enough)
@@ -160,11 +160,22 @@ def test_each_client_hears_its_own_bus(bridge: Bridge) -> None:
         assert [number_of(m) for m in received(second, 3)] == [0, 1, 9]
 
 
+def test_it_is_known_how_long_ago_a_frame_came(bridge: Bridge) -> None:
+    """So that a table can keep the pauses between frames."""
+    with client_of(bridge) as sender:
+        for number in range(2):
+            sender.send(can.Message(arbitration_id=number, is_extended_id=False))
+            time.sleep(0.1)
+    (*_, first_s), (*_, second_s) = bridge.take()
+    assert first_s - second_s >= 0.09
+    assert second_s >= 0.09
+
+
 def test_a_clients_frame_comes_back_to_the_others_and_not_to_itself(bridge: Bridge) -> None:
     with client_of(bridge) as sender, client_of(bridge) as other:
         message = can.Message(arbitration_id=0x43, data=bytes(8), is_extended_id=False)
         sender.send(message)
-        assert until(bridge.take) == [(0, 0x43, bytes(8))]
+        assert taken_from(bridge, 1) == [(0, 0x43, bytes(8))]
         bridge.publish(frames(1, from_host=True))
         # From the host as well, but no client sent it: all receive it.
         bridge.publish(frames(1, from_host=True, first=5))

@@ -36,10 +36,10 @@ class Table:
     def step(self, count: int = 1) -> None:
         for _ in range(count):
             frames, said = self.device.step(self.now_s, self.now_s + STEP_S)
-            self.frames += [(self.now_s, frame) for frame in frames]
+            self.frames += frames
             self.said += [(self.now_s, packet) for packet in self._stream.take(said)]
             self.now_s += STEP_S
-            for frame in frames:
+            for _, frame in frames:
                 if frame.data == to_module("TRACKING_REQ"):
                     self._answer((frame.address.x, frame.address.y))
 
@@ -176,7 +176,7 @@ def test_modules_are_polled_one_after_the_other_row_by_row(table: Table) -> None
     sweep = [(x, y) for y in range(2) for x in range(3)]
     assert table.polled()[:18] == sweep * 3
     # In a step as many as it has time for.
-    steps = [at_s for at_s, _ in frames[1:]]
+    steps = [int(at_s / STEP_S + 1e-9) for at_s, _ in frames[1:]]
     assert max(steps.count(at_s) for at_s in steps) == 9
 
 

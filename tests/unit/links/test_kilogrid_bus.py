@@ -60,7 +60,7 @@ class Device:
             frames, said = self.device.step(now_s, now_s + STEP_S)
             self.terminal.write(said)
             now_s += STEP_S
-            for frame in frames:
+            for _, frame in frames:
                 if frame.data == POLL:
                     self.polls += 1
                     self._answer((frame.address.x, frame.address.y), now_s)
