@@ -84,11 +84,6 @@ def to_id(address: Address) -> int:
     return identifier | (_TO_HOST if kind == AddressType.DISPATCHER else 0)
 
 
-def is_for_host(identifier: int) -> bool:
-    """Whether modules send it to the host, or the host to modules."""
-    return identifier & _TO_HOST != 0
-
-
 @functools.cache
 def from_id(identifier: int) -> Address:
     """The address of an 11-bit `identifier`.

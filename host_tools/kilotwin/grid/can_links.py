@@ -1,12 +1,12 @@
 """Buses of python-can as the controller sees them: any interface that python-can knows."""
 
 import errno
+from collections import Counter
 from collections.abc import Sequence
 
 import can
 import numpy as np
 
-from kilotwin.can.address import is_for_host
 from kilotwin.grid.links import FRAME, NO_FRAMES, FrameLog, Frames
 
 # python-can hands over one message at a time; a step must come to an end on a bus that never rests.
@@ -37,6 +37,7 @@ class CanLinks:
         self._full_since_s: list[float | None] = [None] * len(self._buses)
         self._echoes = list(echoes) or [False] * len(self._buses)
         self._sent: list[Frames] = []
+        self._to_come = [Counter[tuple[int, bytes]]() for _ in self._buses]
 
     def __len__(self) -> int:
         return len(self._buses)
@@ -55,7 +56,9 @@ class CanLinks:
                 self._troubles[bus] = "nobody acknowledges frames; is it plugged in?"
             return False
         self._troubles[bus] = self._full_since_s[bus] = None
-        if not self._echoes[bus]:
+        if self._echoes[bus]:
+            self._to_come[bus][identifier, bytes(data)] += 1
+        else:
             self._sent.append(_row(now_s, bus, message, from_host=True))
         return True
 
@@ -86,14 +89,23 @@ class CanLinks:
                     if message is None:
                         break
                     if is_data_frame(message):
-                        # The kernel marks what any program of this machine sent, an emulated
-                        # table's frames too: those are for the host.
-                        local = self._echoes[number] and not message.is_rx
-                        own = local and not is_for_host(message.arbitration_id)
+                        own = self._is_echo(number, message)
                         rows.append(_row(now_s, number, message, from_host=own))
             except (can.CanError, OSError) as error:
                 self._troubles[number] = _reason(error)
         return np.concatenate(rows) if rows else NO_FRAMES
+
+    def _is_echo(self, bus: int, message: can.Message) -> bool:
+        """Whether it was sent from here, and comes back.
+
+        The kernel tells what its own socket sent, python-can only what any program of this machine
+        did, another host among them: so frames on their way back are counted.
+        """
+        key = message.arbitration_id, bytes(message.data)
+        if message.is_rx or self._to_come[bus][key] == 0:
+            return False
+        self._to_come[bus][key] -= 1
+        return True
 
     def close(self) -> None:
         """Shuts the buses down."""

@@ -14,6 +14,7 @@ from kilotwin.errors import InputError
 from kilotwin.experiment.grid_layout import Layout
 from kilotwin.experiment.grid_plan import Settings
 from kilotwin.experiment.overhead import RESET, RUN, WAKEUP, message
+from kilotwin.flash.modules_table import Inbox
 from kilotwin.grid.can_links import CanLinks
 from kilotwin.grid.controller import Controller
 from kilotwin.grid.cover import ALL_MODULES, Group
@@ -541,3 +542,21 @@ def test_an_emulated_table_on_the_same_machine_is_heard_and_our_own_frames_are_o
     links.close()
     told = [(int(frame["id"]), bool(frame["from_host"])) for frame in frames]
     assert told == [(0x043, False), (0x042, True)]
+
+
+def test_another_host_on_the_same_machine_is_not_taken_for_us() -> None:
+    """Also where it sends the very frame that we do."""
+
+    def foreign(page: int) -> can.Message:
+        return can.Message(arbitration_id=0, data=[9, 0, page], is_extended_id=False, is_rx=False)
+
+    inbox = Inbox()
+    links = CanLinks([LocalBus([foreign(1), foreign(2)])], inbox, echoes=[True])
+    for data in (b"\x09\x00\x02", b"\x09\x00\x03"):
+        assert links.send(0, 0, data, 0.0)
+    told = [(int(frame["data"][2]), bool(frame["from_host"])) for frame in links.receive(1.0)]
+    assert told == [(1, False), (2, True), (2, False), (3, True)]
+    assert inbox.stranger
+    assert links.send(0, 0, b"\x09\x00\x02", 1.0)
+    assert links.receive(2.0)["from_host"].all()
+    links.close()
