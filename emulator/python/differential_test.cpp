@@ -62,6 +62,13 @@ nb::object watched(const DifferentialTest &test) {
     return out;
 }
 
+nb::list native_prints(const DifferentialTest &self) {
+    nb::list out;
+    for (const Event &event : self.native_events())
+        if (event.kind == EventKind::PRINT) out.append(nb::make_tuple(event.tick, event.text));
+    return out;
+}
+
 }  // namespace
 
 // Both programs are built by the host: the same source for the PC and for the robot.
@@ -98,6 +105,8 @@ void register_differential_test(nb::module_ &m) {
                      [](const DifferentialTest &self) { return to_python(self.difference()); })
         .def_prop_ro("avr_failure", &DifferentialTest::avr_failure)
         .def_prop_ro("native_failure", &DifferentialTest::native_failure)
+        .def_prop_ro("native_prints", native_prints,
+                     "Texts that the native robot printed, and the tick of each.")
         .def_prop_ro("watched", watched,
                      "Stack and calls on the chip; None unless it is followed.");
 }

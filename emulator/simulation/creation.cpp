@@ -104,6 +104,11 @@ void Simulation::create_robots() {
     uint32_t index = 0;
     for (const auto &group : def_.groups) {
         const auto flash = group.on_board ? FlashImage::load(group.program) : nullptr;
+        if (flash && flash->is_overhead_controllers())
+            throw EngineError(
+                group.program +
+                ": an overhead controller's program, which listens to the serial line "
+                "and not to infrared; name a robot's");
         Program *program = group.on_board ? nullptr : &Program::load(group.program, group.name);
         const size_t lines = program != nullptr ? cache_lines(program->state_bytes()) : 0;
         images_.emplace_back(lines * group.count);

@@ -11,7 +11,7 @@ import pytest
 
 from kilotwin.port.check import Report, check
 from kilotwin.port.disassembly import Function, Instruction, Place, parse
-from kilotwin.port.findings import Weight
+from kilotwin.port.findings import Finding, Weight, in_order
 from kilotwin.port.roles import Line, find_roles
 from kilotwin.port.trial import Trial
 
@@ -83,6 +83,44 @@ def test_the_stack_is_never_deeper_than_its_bound_and_not_much_less(program: Pat
     assert report.stack.bytes is not None
     assert report.trial.stack_bytes <= report.stack.bytes
     assert report.stack.bytes <= report.trial.stack_bytes + LOOSE_BYTES
+
+
+def test_what_is_the_same_at_several_places_is_one_finding() -> None:
+    (path,) = [path for path in BAD if path.stem == "ticks_are_read_in_many_places"]
+    (finding,) = checked(str(path)).findings
+    assert [place.line for place in finding.more] == [10, 11]
+    assert "; so also at line 10, line 11 [torn-access]" in finding.text()
+    assert finding.as_dict()["more"][1]["line"] == 11
+
+
+def test_the_worst_comes_first() -> None:
+    def found(check: str, weight: Weight, line: int) -> Finding:
+        return Finding(check, weight, check, "", Place("a.c", line))
+
+    several = [
+        found("torn-access", Weight.WARNS, 1),
+        found("differs-in-time", Weight.WARNS, 2),
+        found("array-bounds", Weight.WARNS, 9),
+        found("no-crc", Weight.FAILS, 8),
+        found("stack", Weight.FAILS, 9),
+        found("stack", Weight.WARNS, 3),
+    ]
+    assert [finding.place.line for finding in in_order(several) if finding.place] == [
+        *(9, 8),
+        *(3, 9, 1, 2),
+    ]
+
+
+def test_a_difference_by_passes_of_loop_is_told_as_that() -> None:
+    said = advice("passes_are_counted", "differs-in-passes")
+    assert "it counts passes of loop()" in said
+    assert "where loop() runs once a tick on both, it decides the same" in said
+    assert "count kilo_ticks" in said
+
+
+def test_an_index_beyond_its_array_is_told_with_its_value() -> None:
+    said = advice("index_is_beyond_its_array", "array-bounds")
+    assert "an index of 7 into 'uint8_t [4]'" in said
 
 
 def test_a_trial_measures_calls_and_ticks() -> None:

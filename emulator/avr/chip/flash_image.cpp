@@ -21,6 +21,8 @@ constexpr uint16_t ELF_MACHINE_AVR = 83;
 // avr-gcc's address spaces in one: SRAM and EEPROM lie far above the flash in ELF files, and the
 // EEPROM also in hex files made of them by objcopy. Fuses, lock bits and signature follow.
 constexpr uint32_t SRAM_BASE = 0x800000, EEPROM_BASE = 0x810000, FUSE_BASE = 0x820000;
+// The ATmega328P's interrupt vectors, two words each, from address 0 on.
+constexpr size_t VECTORS = 26, VECTOR_BYTES = 4, SERIAL_RECEIVE_VECTOR = 18, COMPARATOR_VECTOR = 23;
 constexpr uint32_t BOOT_SECTIONS[] = {0x7000, 0x7800, 0x7C00, 0x7E00};
 
 enum HexRecord : uint8_t {
@@ -195,6 +197,34 @@ void FlashImage::read_hex(const std::string &path, const std::string &text) {
     }
     if (!ended)
         throw EngineError(path + ": the end-of-file record is missing; is the file cut off?");
+    check_middle(path);
+}
+
+/// A program that a compiler made has no holes, but for its vectors and the boot section's loader.
+void FlashImage::check_middle(const std::string &path) const {
+    constexpr ptrdiff_t LINE = 16;  // bytes that a record holds, as most tools write them
+    const auto vectors_end = programmed_.begin() + VECTORS * VECTOR_BYTES;
+    const auto end = programmed_.begin() + boot_section();
+    const auto hole = std::find(vectors_end, end, false), after = std::find(hole, end, true);
+    if (!programmed_[0] || after == end || after - hole < LINE) return;
+    throw EngineError(path + ": bytes from " +
+                      in_hex(static_cast<uint32_t>(hole - programmed_.begin())) + " to " +
+                      in_hex(static_cast<uint32_t>(after - programmed_.begin() - 1)) +
+                      " are missing; is a piece cut out of the file?");
+}
+
+// Vectors without a handler all lead to the same place.
+bool FlashImage::is_overhead_controllers() const {
+    const auto jump = [this](size_t vector) {
+        std::array<uint8_t, VECTOR_BYTES> bytes;
+        std::copy_n(bytes_.begin() + static_cast<ptrdiff_t>(vector * VECTOR_BYTES), VECTOR_BYTES,
+                    bytes.begin());
+        return bytes;
+    };
+    const auto unused = jump(COMPARATOR_VECTOR);
+    size_t alike = 0;
+    for (size_t vector = 1; vector < VECTORS; vector++) alike += jump(vector) == unused;
+    return alike > VECTORS / 2 && unused != jump(0) && jump(SERIAL_RECEIVE_VECTOR) != unused;
 }
 
 void FlashImage::read_elf(const std::string &path, const std::string &content) {

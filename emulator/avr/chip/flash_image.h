@@ -21,7 +21,7 @@ class FlashImage {
 
     /// Reads Intel HEX (records 00 to 05) or an ELF executable for AVR; the file's first bytes
     /// decide. Throws EngineError, with the file and the line, if it cannot be flashed: damaged,
-    /// empty, for another processor, or too large.
+    /// empty, for another processor, too large, or without a piece in its middle.
     static std::shared_ptr<const FlashImage> load(const std::string &path);
 
     /// The same with several files in one flash, such as an application and a boot loader. A byte
@@ -44,6 +44,10 @@ class FlashImage {
     /// programs none.
     uint32_t boot_section() const;
 
+    /// Whether interrupts lead where an overhead controller's program has them: it receives by the
+    /// serial line and not by the comparator, which hears robots' infrared.
+    bool is_overhead_controllers() const;
+
     /// One beyond the last byte of the flash that the file programs; at least 1.
     size_t end() const { return end_; }
 
@@ -57,6 +61,7 @@ class FlashImage {
     FlashImage() { bytes_.fill(0xFF); }
     void add(const std::string &path);
     void read_hex(const std::string &path, const std::string &text);
+    void check_middle(const std::string &path) const;
     void read_elf(const std::string &path, const std::string &content);
     void load_bytes(uint32_t address, const uint8_t *data, size_t count, const std::string &where);
     void program(uint32_t address, const uint8_t *data, size_t count, const std::string &where);

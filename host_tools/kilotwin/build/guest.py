@@ -116,14 +116,16 @@ class Guest:
     compiler: str
 
 
-def build(program: Program, notify: Notify = lambda _: None) -> Guest:
+def build(program: Program, notify: Notify = lambda _: None, flags: Sequence[str] = ()) -> Guest:
     """The guest of `program`, from the cache if it is there; `notify` gets a line if not.
+
+    `flags` are further ones of the compiler, for the program's own sources.
 
     A program that does not compile is an InputError that carries the compiler's words.
     """
     compiler = find_compiler()
     version = compiler_version(compiler)
-    builder = _Builder(program, compiler, version)
+    builder = _Builder(program, compiler, version, flags)
     key = builder.key(version)
     file = cache_folder() / key / f"{program.name}.so"
     if not is_built(file):
@@ -199,7 +201,9 @@ def _major(version: str) -> int:
 class _Builder:
     """Paths and flags of one build."""
 
-    def __init__(self, program: Program, compiler: str, version: str) -> None:
+    def __init__(
+        self, program: Program, compiler: str, version: str, more: Sequence[str] = ()
+    ) -> None:
         self._program = program
         self._compiler = compiler
         self._guest = resources.path("emulator/guest")
@@ -234,6 +238,7 @@ class _Builder:
             *api.includes(program.include_folders, libc, beside),
             *counted,
             *defines,
+            *more,
             *extra,
         ]
         # Ours, by our own headers, whatever the program brings.

@@ -77,7 +77,7 @@ class Grid(Section):
     include: list[Text] = []
     """Folders to look for headers in, besides the program's own."""
     define: list[Text] = []
-    """Macros for the compiler: "NAME" or "NAME=value"."""
+    """Macros for the compiler: "NAME", "NAME=value" or "NAME(a,b)=value"."""
     configuration: Text | None = None
     """A `.kconf` file for the modules, in place of what [[site]] and `wall_cells` make."""
     wall_cells: Annotated[int, Field(ge=0, le=MOST_COLUMNS)] = 1

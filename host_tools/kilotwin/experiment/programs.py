@@ -24,6 +24,12 @@ Api = Literal["kilobot", "kilogrid", "module"]
 """What a program is written against: kilolib, the Kilogrid's flavour of it, or the module API."""
 _IMAGES = (*HEX_SUFFIXES, ".elf")
 
+# A macro with its parameters, if it has some, and what it stands for.
+_NAME = r"[A-Za-z_]\w*"
+_MACRO = re.compile(
+    rf"{_NAME}(\( *((({_NAME} *, *)*({_NAME}|\.\.\.))? *)\))?(=.*)?", re.ASCII | re.DOTALL
+)
+
 # How main() of a program for each target ends.
 _STARTS: dict[Target, re.Pattern[bytes]] = {
     "robot": re.compile(rb"\bkilo_start\s*\("),
@@ -151,9 +157,9 @@ def _find(written: str, beside: Path, key: str, wanted: str) -> Path:
 
 
 def _check_define(define: str) -> None:
-    name = define.partition("=")[0]
-    if not name.isidentifier() or not name.isascii():
-        raise ProgramError(f"'{define}' defines no macro; write NAME or NAME=value", "define")
+    if not _MACRO.fullmatch(define):
+        what = f"'{define}' defines no macro; write NAME, NAME=value or NAME(a,b)=value"
+        raise ProgramError(what, "define")
 
 
 def portable(path: Path) -> str:

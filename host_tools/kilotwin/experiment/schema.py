@@ -144,7 +144,7 @@ class Robots(Section):
     include: list[Text] = []
     """Folders to look for headers in, besides the program's own."""
     define: list[Text] = []
-    """Macros for the compiler: "NAME" or "NAME=value"."""
+    """Macros for the compiler: "NAME", "NAME=value" or "NAME(a,b)=value"."""
     flavour: Literal["kilobot", "kilogrid"] | None = None
     """What it is written for: kilolib, or the Kilogrid's flavour of it with its helpers; as its
     `.c` files look (`IR_message_t`, `kilogrid.h`, `kilob_*.h`) if left out."""

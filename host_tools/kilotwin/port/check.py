@@ -11,10 +11,10 @@ from kilotwin.build.guest import build as build_guest
 from kilotwin.build.image_size import FLASH_BYTES, RAM_BYTES
 from kilotwin.errors import InputError
 from kilotwin.experiment.programs import Api, ProgramError, find_program
-from kilotwin.port import machine_code, retrial, source_text
+from kilotwin.port import bounds, callbacks, machine_code, retrial, source_text
 from kilotwin.port import trial as trials
 from kilotwin.port.disassembly import Disassembly
-from kilotwin.port.findings import Finding, Weight
+from kilotwin.port.findings import Finding, Weight, in_order
 from kilotwin.port.retrial import Tried
 from kilotwin.port.roles import find_roles, own_lines
 from kilotwin.port.stack import StackBound, bound
@@ -25,7 +25,7 @@ _SHOWN_CHAIN = 120
 
 @dataclass(frozen=True)
 class Report:
-    """The findings on one program, in the order of weight, then of place."""
+    """The findings on one program, the worst first."""
 
     program: str
     flash_bytes: int
@@ -102,28 +102,22 @@ def check(
         *machine_code.size(code, stack),
         *machine_code.interrupts(code, roles),
         *machine_code.torn(code, roles),
+        *callbacks.before_setup(code, roles),
+        *callbacks.messages(code, roles, lines),
         *source_text.ticks(lines),
         *source_text.motors(lines),
         *source_text.checksum(lines, roles),
         *source_text.widths(program),
+        *source_text.shifts(lines),
     ]
     # The API's own code is not the program's to mend.
     own = {line.place.file for line in lines}
     theirs = [found for found in findings if found.place is None or found.place.file in own]
     outcome = None
     if trial is not None:
-        guest = build_guest(program, notify)
+        guest = build_guest(bounds.watched(program), notify, flags=bounds.FLAGS)
         notify(f"running {program.written} for {trial.seconds:g} s on an ATmega328P and here")
         outcome = trials.run(trial, guest, image, code, roles)
         theirs += trials.findings(outcome)
         theirs += retrial.findings(Tried(program, code, roles, trial), outcome, notify)
-    return Report(program.name, code.flash_bytes, code.ram_bytes, stack, outcome, _in_order(theirs))
-
-
-def _in_order(findings: Sequence[Finding]) -> tuple[Finding, ...]:
-    def order(finding: Finding) -> tuple[bool, str, int, str]:
-        place = finding.place
-        where = (place.file, place.line) if place else ("", 0)
-        return finding.weight is not Weight.FAILS, *where, finding.check
-
-    return tuple(sorted(dict.fromkeys(findings), key=order))
+    return Report(program.name, code.flash_bytes, code.ram_bytes, stack, outcome, in_order(theirs))

@@ -177,6 +177,8 @@ class Disassembly:
     """What interrupts call as long as the program has not set a callback of its own."""
     stream_functions: frozenset[str]
     """What fputc() may call, the program's and the runtime's."""
+    bss_begin: int = 0
+    """From this address on variables are 0 at the start."""
 
     @staticmethod
     def of(image: Image) -> "Disassembly":
@@ -191,6 +193,11 @@ class Disassembly:
                 for symbol in _symbols(elf)
                 if symbol["st_info"]["type"] == "STT_OBJECT" and symbol["st_value"] >= _DATA_BASE
             }
+            begins = [
+                symbol["st_value"] - _DATA_BASE
+                for symbol in _symbols(elf)
+                if symbol.name == "__bss_start"
+            ]
         size = size_of(image.elf)
         program, runtime = image.objects("program"), image.objects("kilolib")
         return Disassembly(
@@ -201,6 +208,7 @@ class Disassembly:
             frozenset(_address_taken(program)),
             frozenset(_address_taken(file for file in runtime if not _uses_streams(file))),
             frozenset(_address_taken(filter(_uses_streams, [*program, *runtime]))),
+            begins[0],
         )
 
     @cached_property

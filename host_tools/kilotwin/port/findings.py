@@ -1,7 +1,9 @@
 """Findings of `kilotwin port` on a program."""
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from enum import StrEnum
+from pathlib import Path
 from typing import Any
 
 from kilotwin.port.disassembly import Place
@@ -16,6 +18,26 @@ class Weight(StrEnum):
     """It works now and then, or not as it does here."""
 
 
+# What comes of a finding, the worst first; of one kind those that fail come before.
+_CONSEQUENCES = (
+    # The robot does not take the program, or does not go on.
+    ("flash", "stack", "stops", "stack-meets-data", "fails-here"),
+    # It does something else.
+    ("differs-in-passes", "differs", "no-kick", "no-crc"),
+    # Variables get values that nobody gave them.
+    ("array-bounds", "int-width"),
+    # What is to happen once happens often, or not at all.
+    ("tick-modulo", "tick-equal"),
+    # Now and then a value is wrong, or a message is lost.
+    ("before-setup", "message-race", "torn-access"),
+    # Ticks and messages are lost.
+    ("long-callback", "ticks-lost", "slow-interrupt", "float-in-interrupt"),
+    # It does the same, later.
+    ("differs-in-time",),
+)
+_SHOWN_PLACES = 8
+
+
 @dataclass(frozen=True)
 class Finding:
     """`check` is the check's short name; `place` None where no line is to blame."""
@@ -25,11 +47,33 @@ class Finding:
     what: str
     do: str
     place: Place | None = None
+    more: tuple[Place, ...] = ()
+    """Other places of the same."""
+
+    @property
+    def rank(self) -> tuple[bool, int]:
+        """Lower: more comes of it."""
+        kinds = [number for number, kind in enumerate(_CONSEQUENCES) if self.check in kind]
+        return self.weight is not Weight.FAILS, kinds[0]
 
     def text(self) -> str:
-        """file:line: fails: what; do."""
+        """file:line: fails: what; where else; do."""
         where = f"{self.place.file}:{self.place.line}: " if self.place else ""
-        return f"{where}{self.weight}: {self.what} [{self.check}]\n    {self.do}"
+        return f"{where}{self.weight}: {self.what}{self._others()} [{self.check}]\n    {self.do}"
+
+    def _others(self) -> str:
+        """Where else: lines of the same file by their numbers."""
+        if not self.more or self.place is None:
+            return ""
+        shown = [
+            f"line {place.line}"
+            if place.file == self.place.file
+            else f"{Path(place.file).name}:{place.line}"
+            for place in self.more[:_SHOWN_PLACES]
+        ]
+        if len(self.more) > _SHOWN_PLACES:
+            shown.append(f"{len(self.more) - _SHOWN_PLACES} more")
+        return f"; so also at {', '.join(shown)}"
 
     def as_dict(self) -> dict[str, Any]:
         """For --json."""
@@ -40,4 +84,28 @@ class Finding:
             "line": self.place.line if self.place else None,
             "what": self.what,
             "do": self.do,
+            "more": [{"file": place.file, "line": place.line} for place in self.more],
         }
+
+
+def in_order(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """The worst first; what is the same at several places becomes one finding."""
+    places: dict[Finding, list[Place]] = {}
+    for finding in findings:
+        of_kind = places.setdefault(replace(finding, place=None), [])
+        if finding.place is not None and finding.place not in of_kind:
+            of_kind.append(finding.place)
+
+    def where(place: Place) -> tuple[str, int]:
+        return place.file, place.line
+
+    found = []
+    for finding, unsorted in places.items():
+        ordered = sorted(unsorted, key=where)
+        place = ordered[0] if ordered else None
+        found.append(replace(finding, place=place, more=tuple(ordered[1:])))
+
+    def order(finding: Finding) -> tuple[tuple[bool, int], tuple[str, int], str]:
+        return finding.rank, where(finding.place) if finding.place else ("", 0), finding.check
+
+    return tuple(sorted(found, key=order))

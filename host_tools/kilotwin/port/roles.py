@@ -14,7 +14,10 @@ from kilotwin.experiment.programs import Program
 from kilotwin.port.disassembly import Place
 
 _MARK = re.compile(r'^# (\d+) "([^"]*)"')
-_CALLBACK = re.compile(r"\bkilo_message_(rx|tx|tx_success)\s*=\s*(?:\([\w\s*]+\)\s*)?&?\s*(\w+)")
+# The second name is that of the Kilogrid's helpers.
+_CALLBACK = re.compile(
+    r"\b(?:kilo|utils)_message_(rx|tx|tx_success)\s*=\s*(?:\([\w\s*]+\)\s*)?&?\s*(\w+)"
+)
 _START = re.compile(
     r"\bkilo_start\s*\(\s*(?:\([\w\s*]+\)\s*)?&?\s*(\w+)\s*,\s*"
     r"(?:\([\w\s*]+\)\s*)?&?\s*(\w+)\s*\)"

@@ -23,6 +23,13 @@ _KICK = re.compile(
     r"OCR2[AB]\s*=\s*(255|0xFF|0xff)\b"
 )
 _NO_DUTY = re.compile(r"^\s*(?:\([\w\s]+\)\s*)?0\s*,\s*(?:\([\w\s]+\)\s*)?0\s*$")
+# A 1 that is shifted by something that is no number, and is not cast to something wider before.
+_SHIFT = re.compile(r"(?<![\w.)])(?<!\) )\(?\s*1\s*\)?\s*<<\s*\(*\s*(?![\s(]*\d+\b)[A-Za-z_]")
+# Names of variables and functions with more than 16 bits.
+_WIDE = re.compile(
+    r"\b(?:u?int(?:32|64)_t|(?:unsigned\s+|signed\s+)?long(?:\s+long)?(?:\s+int)?)\s+(\w+)"
+    r"(?:[^;(){}=,]*,\s*(\w+))?"
+)
 _WARNING = re.compile(
     r"^([^:\n]+):(\d+):(?:\d+:)? warning: (.*?) \[-W([\w-]+)=?\d*\]$", re.MULTILINE
 )
@@ -53,6 +60,21 @@ def ticks(lines: Sequence[Line]) -> Iterator[Finding]:
                 "kilo_ticks may go by this very value while a callback or delay() takes its time, "
                 "and keeps it for thousands of rounds of loop()",
                 "ask for >= and note that it is done",
+                line.place,
+            )
+
+
+def shifts(lines: Sequence[Line]) -> Iterator[Finding]:
+    """`1 << k` where 32 bits are wanted: an int has 16 on the robot, and the bit is lost."""
+    wide = {name for line in lines for names in _WIDE.findall(line.text) for name in names}
+    for line in lines:
+        words = set(re.findall(r"[A-Za-z_]\w*", line.text))
+        if _SHIFT.search(line.text) and words & wide:
+            yield Finding(
+                "int-width",
+                Weight.WARNS,
+                "1 << k is an int: with k of 16 and more it is 0 on the robot, and of 15 negative",
+                "write 1UL << k",
                 line.place,
             )
 

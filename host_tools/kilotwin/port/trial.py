@@ -9,6 +9,7 @@ from kilotwin.build.avr import Image
 from kilotwin.build.guest import Guest
 from kilotwin.build.image_size import RAM_BYTES
 from kilotwin.errors import InputError
+from kilotwin.port import bounds
 from kilotwin.port.disassembly import Disassembly, Place
 from kilotwin.port.findings import Finding, Weight
 from kilotwin.port.machine_code import STACK_RESERVE
@@ -96,6 +97,8 @@ class Outcome:
     """The first: its tick, and what here and what on the robot."""
     avr_failure: str
     native_failure: str
+    prints: tuple[tuple[int, str], ...] = ()
+    """What it printed here: tick and text."""
 
     def as_dict(self) -> dict[str, Any]:
         """For --json."""
@@ -214,6 +217,7 @@ def _outcome(
         (difference["tick"], difference["text"]) if difference else None,
         test.avr_failure,
         test.native_failure,
+        tuple(test.native_prints),
     )
 
 
@@ -221,6 +225,7 @@ def findings(outcome: Outcome) -> Iterator[Finding]:
     """What of it is bad, but for a difference: see retrial."""
     yield from _memory(outcome)
     yield from _time(outcome)
+    yield from bounds.findings(outcome.prints)
     if outcome.native_failure:
         yield Finding(
             "fails-here",

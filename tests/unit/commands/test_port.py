@@ -35,6 +35,24 @@ def test_what_would_fail_on_the_robot_ends_with_1_and_its_line(
     assert (finding["check"], finding["line"]) == ("no-kick", 4)
 
 
+ARGOS = """\
+#include <kilolib.h>
+#include <debug.h>
+static void setup(void) {}
+static void loop(void) {
+    debug_info_set(commitment, kilo_ticks);
+    set_color(SHADE(1, 2));
+}
+int main(void) { kilo_init(); debug_info_create(); kilo_start(setup, loop); return 0; }
+"""
+
+
+def test_macros_of_argos_and_macros_with_parameters_build(kilotwin: Kilotwin, folder: Path) -> None:
+    (folder / "argos.c").write_text(ARGOS)
+    done = kilotwin("port", "argos.c", "-D", "SHADE(a,b)=RGB(a, b, 0)", "--no-run", "--json")
+    assert json.loads(done.stdout)["findings"] == []
+
+
 def test_a_program_that_is_not_there_is_bad_input(kilotwin: Kilotwin) -> None:
     assert "nothing.c" in kilotwin("port", "nothing.c", expect=2).stderr
 

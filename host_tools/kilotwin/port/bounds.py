@@ -1,0 +1,39 @@
+"""Arrays that a program indexes beyond their bounds while it runs here.
+
+The compiler checks each index and calls a handler of ours, bounds.c, which prints where it was.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from kilotwin.experiment.programs import Program
+from kilotwin.port.disassembly import Place
+from kilotwin.port.findings import Finding, Weight
+
+FLAGS = ("-fsanitize=bounds",)
+"""For the program's own sources."""
+
+_HANDLER = Path(__file__).with_name("bounds.c")
+_MARK = "\1"  # how what the handler prints begins
+
+
+def watched(program: Program) -> Program:
+    """The program with the handler; to be built with FLAGS."""
+    return replace(program, sources=(*program.sources, _HANDLER))
+
+
+def findings(prints: Sequence[tuple[int, str]]) -> Iterator[Finding]:
+    """What the handler told, among all that the program printed: tick and text."""
+    for tick, text in prints:
+        if not text.startswith(_MARK):
+            continue
+        file, line, index, array = text[len(_MARK) :].rstrip("\n").split("\t")
+        yield Finding(
+            "array-bounds",
+            Weight.WARNS,
+            f"an index of {index} into {array}, at tick {tick:,}: on the robot that is another "
+            "variable, or the stack",
+            "make the array larger, or test the index before it is used",
+            Place(str(Path(file).resolve()), int(line)),
+        )
