@@ -2,6 +2,7 @@
 
 import shutil
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -182,3 +183,39 @@ def test_robots_of_collective_perception_agree_on_a_colour_that_there_is() -> No
     # A disseminating robot's queue is full of opinions: few of its reports get in.
     assert 0 < np.mean(state == 2) < 0.3
     assert {1, 2} <= set(action) <= {0, 1, 2}
+
+
+def turns(world_s: float, pause_ms: int, **grid: Any) -> tuple[NDArray[np.uint8], list[str]]:
+    """The cells' lights and what happened, of modules that add up their configurations."""
+    with World(
+        program=HERE / "pheromone" / "ant.c",
+        count=1,
+        grid={
+            "columns": 2,
+            "rows": 2,
+            "buses": 1,
+            "hold_s": 0.2,
+            "program": str(HERE / "turns" / "steps.c"),
+            "define": [f"PAUSE_MS={pause_ms}"],
+            **grid,
+        },
+    ) as world:
+        world.run(world_s)
+        return world.cells, [event["kind"] for event in world.grid_events]
+
+
+def test_modules_see_each_configuration_that_a_file_has_for_them() -> None:
+    cells, _ = turns(2, 0, configuration=str(HERE / "turns" / "several.kconf"))
+    shown = cells[..., 1]
+    # Rows from the bottom; cell 0 is the upper left one of its module, cell 1 beside it.
+    assert shown[1, 0] == shown[3, 0] == 1
+    assert shown[1, 2] == 0x11
+    assert shown[3, 2] == 0x11 + 2 * 0x40
+    assert [shown[row, 3] for row in (1, 3)] == [2, 4]
+
+
+def test_modules_that_pause_run_on_as_they_were_configured_once(tmp_path: Path) -> None:
+    (tmp_path / "empty.kconf").write_text("")
+    cells, happened = turns(40, 700, configuration=str(tmp_path / "empty.kconf"))
+    assert "module_configured_again" not in happened
+    assert (cells[1::2, 1::2, 1] == 1).all()
