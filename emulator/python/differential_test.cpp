@@ -62,6 +62,7 @@ nb::object watched(const DifferentialTest &test) {
     return out;
 }
 
+// Mistakes and failures are told by native_failure().
 nb::list native_prints(const DifferentialTest &self) {
     nb::list out;
     for (const Event &event : self.native_events())

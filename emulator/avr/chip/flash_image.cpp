@@ -21,6 +21,7 @@ constexpr uint16_t ELF_MACHINE_AVR = 83;
 // avr-gcc's address spaces in one: SRAM and EEPROM lie far above the flash in ELF files, and the
 // EEPROM also in hex files made of them by objcopy. Fuses, lock bits and signature follow.
 constexpr uint32_t SRAM_BASE = 0x800000, EEPROM_BASE = 0x810000, FUSE_BASE = 0x820000;
+constexpr ptrdiff_t APPLICATION_BYTES = 220 * 128;  // pages that a robot takes (hardware.md 1.11)
 // The ATmega328P's interrupt vectors, two words each, from address 0 on.
 constexpr size_t VECTORS = 26, VECTOR_BYTES = 4, SERIAL_RECEIVE_VECTOR = 18, COMPARATOR_VECTOR = 23;
 constexpr uint32_t BOOT_SECTIONS[] = {0x7000, 0x7800, 0x7C00, 0x7E00};
@@ -200,11 +201,12 @@ void FlashImage::read_hex(const std::string &path, const std::string &text) {
     check_middle(path);
 }
 
-/// A program that a compiler made has no holes, but for its vectors and the boot section's loader.
+/// A program that a compiler made has no holes, but for its vectors. Above it may lie a loader of
+/// the boot section, and the image record below that.
 void FlashImage::check_middle(const std::string &path) const {
     constexpr ptrdiff_t LINE = 16;  // bytes that a record holds, as most tools write them
     const auto vectors_end = programmed_.begin() + VECTORS * VECTOR_BYTES;
-    const auto end = programmed_.begin() + boot_section();
+    const auto end = programmed_.begin() + APPLICATION_BYTES;
     const auto hole = std::find(vectors_end, end, false), after = std::find(hole, end, true);
     if (!programmed_[0] || after == end || after - hole < LINE) return;
     throw EngineError(path + ": bytes from " +
