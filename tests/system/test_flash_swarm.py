@@ -51,11 +51,11 @@ def test_a_dispatcher_flashes_robots_that_one_cell_reaches_in_one_lap(
     image: FlashImage, tmp_path: Path
 ) -> None:
     """It cannot verify them: their lights say that they run it."""
-    table = EmulatedSwarm(tmp_path, 2, loss=0.0, side=1)
+    table = EmulatedSwarm(tmp_path, 8, loss=0.0, side=2)
     upload = table.flash_by_dispatcher(image, laps=1, run=True)
     assert not upload.verifiable
     assert upload.laps == 1
-    assert table.colors() == [PURPLE] * 2
+    assert table.colors() == [PURPLE] * 8
 
 
 @pytest.mark.long
