@@ -30,11 +30,11 @@ COMMANDS = {
     "compare": "Compare with what others measured. 1 if it is outside the bounds, in every "
     "reading.",
     "bench": "Measure robot-seconds per CPU-second on one core.",
-    "record": "Run an experiment on a Kilogrid and leave a run folder. Ctrl-C leaves everything "
-    "idle.",
+    "record": "Run an experiment on a table and leave a run folder. Ctrl-C leaves everything idle.",
     "flash": "Writes programs into robots and modules and reads back that they are there.",
     "robots": "Gives orders to all robots by infrared light, and asks them how they are.",
-    "calibrate": "Sets robots' duties and uids, in their EEPROM and in the lab's file.",
+    "calibrate": "Sets robots' duties, gain tables and uids, in their EEPROM and in the lab's "
+    "file.",
     "serve": "Emulates a device on a serial port, for other programs, until Ctrl-C.",
     "grid": "Talks to the modules of a Kilogrid, and through them to its robots.",
 }

@@ -14,7 +14,7 @@ from kilotwin.commands import cli, plot
 from kilotwin.commands.doctor import Finding, examine, report_text
 from kilotwin.errors import EXIT_INTERRUPTED
 from kilotwin.files import resources
-from kilotwin.plot.figures import RUN_FIGURES, SWEEP_FIGURES
+from kilotwin.plot.figures import RUN_FIGURES, SERIES_FIGURE, SWEEP_FIGURES
 from kilotwin.runs import run
 
 from ..conftest import Kilotwin
@@ -26,7 +26,7 @@ GROUPS = {
     "robots": [
         *("run", "pause", "reset", "sleep", "wakeup", "charge", "voltage", "uid", "send", "watch")
     ],
-    "calibrate": ["motors", "uid"],
+    "calibrate": ["motors", "ranging", "uid"],
     "serve": ["programmer"],
 }
 
@@ -69,7 +69,7 @@ def test_the_list_of_commands_has_the_first_line_of_their_help(command: str) -> 
 
 
 def test_plot_has_every_figure() -> None:
-    assert {figure.value for figure in plot.Figure} == {*RUN_FIGURES, *SWEEP_FIGURES}
+    assert {figure.value for figure in plot.Figure} == {*RUN_FIGURES, *SWEEP_FIGURES, SERIES_FIGURE}
 
 
 def test_help_does_not_wait_for_the_heavy_libraries() -> None:
