@@ -48,4 +48,4 @@ def cause_of(error: OSError) -> str:
     number = error.errno
     if number is None and (found := re.search(r"\[errno (\d+)\]", str(error))):
         number = int(found[1])
-    return (str(error) if number is None else os.strerror(number)).lower()
+    return (os.strerror(number) if number else error.strerror or str(error)).lower()

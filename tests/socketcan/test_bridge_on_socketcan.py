@@ -174,7 +174,7 @@ def test_frames_of_29_bits_and_remote_frames_are_counted_and_not_taken(bridge: B
     for strange in ("12345678#11", "123#R"):
         subprocess.run(["cansend", "vcan0", strange], check=True)
     subprocess.run(["cansend", "vcan0", "123#11"], check=True)
-    assert until(bridge.take) == [(0, 0x123, b"\x11")]
+    assert taken_from(bridge, 1) == [(0, 0x123, b"\x11")]
     assert bridge.counts()["malformed"] == 2
 
 
@@ -182,5 +182,5 @@ def test_a_bridge_that_closes_leaves_the_interfaces_to_others(bridge: Bridge) ->
     bridge.close()
     again = open_bridge(buses=4, interfaces=BUSES)
     subprocess.run(["cansend", "vcan3", "123#11"], check=True)
-    assert until(again.take) == [(3, 0x123, b"\x11")]
+    assert taken_from(again, 1) == [(3, 0x123, b"\x11")]
     again.close()

@@ -94,6 +94,7 @@ def test_another_kilolib_is_built_from_its_sources_but_not_their_programs(
         (other / f"core_{source.name}").write_text(f'#include "../core/{source.name}"\n')
     for header in (FIRMWARE / "kilolib" / "include").glob("*.h"):
         shutil.copy(header, other)
+    shutil.copytree(FIRMWARE / "kilolib" / "include", tmp_path / "include")
     (other / "loader.c").write_text("int main(void) { for (;;) {} }\n")
     with (other / "led.c").open("a") as led:
         led.write(PADDING)

@@ -147,7 +147,7 @@ def test_a_full_disk_and_a_damaged_part_cost_nothing_but_time(
     limited = ["bash", "-c", 'ulimit -f 1; exec "$@"', "bash", str(KILOTWIN), *words]
     done = subprocess.run(limited, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 1, done.stderr
-    assert "cannot write (File too large); make room" in done.stderr
+    assert "cannot write (file too large); make room" in done.stderr
     kilotwin(*words)
     assert tables(out) == reference
     part = next(out.glob("parts/*.arrows"))

@@ -3,6 +3,7 @@
 #include <elf.h>
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <fstream>
 #include <iterator>
@@ -10,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "avr/chip/registers.h"
 #include "base/errors.h"
 #include "kilolib/core/eeprom_map.h"
 
@@ -22,8 +24,8 @@ constexpr uint16_t ELF_MACHINE_AVR = 83;
 // EEPROM also in hex files made of them by objcopy. Fuses, lock bits and signature follow.
 constexpr uint32_t SRAM_BASE = 0x800000, EEPROM_BASE = 0x810000, FUSE_BASE = 0x820000;
 constexpr ptrdiff_t APPLICATION_BYTES = 220 * 128;  // pages that a robot takes (hardware.md 1.11)
-// The ATmega328P's interrupt vectors, two words each, from address 0 on.
-constexpr size_t VECTORS = 26, VECTOR_BYTES = 4, SERIAL_RECEIVE_VECTOR = 18, COMPARATOR_VECTOR = 23;
+// The ATmega328P's interrupt vectors, from address 0 on.
+constexpr size_t VECTORS = 26, SERIAL_RECEIVE_VECTOR = 18;
 constexpr uint32_t BOOT_SECTIONS[] = {0x7000, 0x7800, 0x7C00, 0x7E00};
 
 enum HexRecord : uint8_t {
@@ -205,7 +207,7 @@ void FlashImage::read_hex(const std::string &path, const std::string &text) {
 /// the boot section, and the image record below that.
 void FlashImage::check_middle(const std::string &path) const {
     constexpr ptrdiff_t LINE = 16;  // bytes that a record holds, as most tools write them
-    const auto vectors_end = programmed_.begin() + VECTORS * VECTOR_BYTES;
+    const auto vectors_end = programmed_.begin() + VECTORS * atmega328p::VECTOR_BYTES;
     const auto end = programmed_.begin() + APPLICATION_BYTES;
     const auto hole = std::find(vectors_end, end, false), after = std::find(hole, end, true);
     if (!programmed_[0] || after == end || after - hole < LINE) return;
@@ -218,12 +220,12 @@ void FlashImage::check_middle(const std::string &path) const {
 // Vectors without a handler all lead to the same place.
 bool FlashImage::is_overhead_controllers() const {
     const auto jump = [this](size_t vector) {
-        std::array<uint8_t, VECTOR_BYTES> bytes;
-        std::copy_n(bytes_.begin() + static_cast<ptrdiff_t>(vector * VECTOR_BYTES), VECTOR_BYTES,
-                    bytes.begin());
+        std::array<uint8_t, atmega328p::VECTOR_BYTES> bytes;
+        std::copy_n(bytes_.begin() + static_cast<ptrdiff_t>(vector * atmega328p::VECTOR_BYTES),
+                    atmega328p::VECTOR_BYTES, bytes.begin());
         return bytes;
     };
-    const auto unused = jump(COMPARATOR_VECTOR);
+    const auto unused = jump(atmega328p::VECTOR_COMPARATOR);
     size_t alike = 0;
     for (size_t vector = 1; vector < VECTORS; vector++) alike += jump(vector) == unused;
     return alike > VECTORS / 2 && unused != jump(0) && jump(SERIAL_RECEIVE_VECTOR) != unused;

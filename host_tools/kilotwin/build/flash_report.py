@@ -61,7 +61,7 @@ def show_hex(file: Path) -> dict[str, Any]:
 def _copy(image: Image, output: Path, elf: Path) -> None:
     try:
         if output.is_dir() or elf.is_dir():
-            raise IsADirectoryError(0, "is a folder")
+            raise IsADirectoryError("is a folder")
         # The .hex comes last: a program that waits for it finds the .elf too.
         with draft_of(output) as hex_draft, draft_of(elf) as elf_draft:
             shutil.copyfile(image.hex, hex_draft)

@@ -151,11 +151,19 @@ TEST(calib_tries_the_duties_of_its_mode) {
 
 TEST(an_unknown_mode_of_calib_changes_nothing) {
     for (int mode = CALIBRATION_STRAIGHT + 1; mode <= 0xFF; mode++) {
-        robot_core_t robot = robot_in(ROBOT_MOVING);
-        const robot_core_t before = robot;
-        const message_t message = calibration((uint8_t)mode);
-        assert_int_equal(obey(&robot, &message), ACTION_NONE);
-        assert_memory_equal(&robot, &before, sizeof robot);
+        for (int is_marked = 0; is_marked <= 1; is_marked++) {
+            const bool is_entry =
+                mode >= CALIBRATION_GAINS && mode < CALIBRATION_GAINS + GAIN_ENTRIES;
+            if (is_marked && is_entry) continue;
+            robot_core_t robot = robot_in(ROBOT_MOVING);
+            const robot_core_t before = robot;
+            message_t message = calibration((uint8_t)mode);
+            message.data[CALIB_UID_LOW] = (uint8_t)UID;
+            message.data[CALIB_UID_HIGH] = UID >> 8;
+            if (is_marked) memcpy(message.data + CALIB_MARK, "KT", 2);
+            assert_int_equal(obey(&robot, &message), ACTION_NONE);
+            assert_memory_equal(&robot, &before, sizeof robot);
+        }
     }
 }
 
