@@ -22,8 +22,8 @@ struct FaultReport {
 /// Describes a fault of `program`, after GuestStack::Outcome::FAULT.
 FaultReport explain(const GuestStack::Fault &fault, const Program &program);
 
-/// What is noted of a robot once, as bits: mistakes that its program survives, and an order that
-/// cannot be obeyed here.
+/// Faults that are noted once per robot, as bits: mistakes that its program survives, and an order
+/// that cannot be obeyed here.
 enum Mistakes : uint8_t {
     DIVIDES_BY_ZERO = 1,
     LOST_POINTER = 2,      ///< an address in the robot's RAM that this program does not have

@@ -1,4 +1,4 @@
-/// What the host takes from the firmware's C: the layout of messages, which
+/// Facts that the host takes from the firmware's C: the layout of messages, which
 /// firmware/aggregation/wire.h owns, and how robots estimate distances (kilolib/core/gains.h).
 #ifndef KILOTWIN_PYTHON_WIRE_H
 #define KILOTWIN_PYTHON_WIRE_H

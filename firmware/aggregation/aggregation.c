@@ -29,7 +29,7 @@ static volatile bool signalling;
 static volatile bool report_due;      // report_message is whole, and not sent yet
 static volatile bool report_offered;  // what was asked for last is the report
 
-// What the hardware does at present.
+// The present state of LED and motors.
 static uint8_t left_motor;
 static uint8_t right_motor;
 static uint8_t colour = NO_COLOUR;
@@ -47,7 +47,7 @@ static bool is_mine(wire_config_t config) {
     return config.uid_first <= kilo_uid && kilo_uid <= config.uid_last;
 }
 
-// What the floor says holds until it says something else, however long that takes.
+// The floor's last word holds until the next one, however long that takes.
 static void on_message(message_t *message, distance_measurement_t *distance) {
     (void)distance;
     if (message->type == WIRE_TYPE_SIGNAL) {

@@ -1,4 +1,4 @@
-/// Who was heard lately: a table of distinct senders and when each was heard last.
+/// Neighbours heard lately: a table of distinct senders and when each was heard last.
 ///
 /// Made for one writer that interrupts one reader: neighbours_heard() is called by the message
 /// callback, neighbours_count() by loop(), and the count is right although messages come in

@@ -7,7 +7,7 @@
 
 #include "wire.h"
 
-/// What the values of the parameters that choose mean.
+/// Values of the parameters that choose between readings.
 enum { RULE_SIMPLIFIED, RULE_FIRAT };
 enum { SIGNAL_FROM_REST, SIGNAL_FROM_CROSSING };
 enum { FIRST_LEAVE_NEXT_STEP, FIRST_LEAVE_FULL_PERIOD };

@@ -61,7 +61,7 @@
 
 typedef enum { PFSM_WALK, PFSM_ENTER, PFSM_REST, PFSM_LEAVE } pfsm_state_t;
 
-/// What the floor said last: site and flags of the CELL message, flags = PFSM_FLOOR_UNKNOWN and
+/// The floor's last word: site and flags of the CELL message, flags = PFSM_FLOOR_UNKNOWN and
 /// site = 0 before the first one.
 typedef struct {
     uint8_t site;

@@ -21,7 +21,7 @@ class RunError(KilotwinError):
 
 
 class InputError(KilotwinError):
-    """What the user gave cannot be used. Nothing has been written."""
+    """Input that cannot be used. Nothing has been written."""
 
     exit_code = 2
 

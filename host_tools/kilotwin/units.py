@@ -1,7 +1,7 @@
 """Units: seconds and ticks, the firmware's Q16, durations as text."""
 
 CYCLES_PER_S = 8_000_000
-"""Of the robots' processor."""
+"""Clock of the robots' processor."""
 
 TICK_CYCLES = 262_144
 """A robot's nominal tick, in those cycles."""

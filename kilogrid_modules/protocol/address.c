@@ -56,7 +56,7 @@ bool kilogrid_filters(uint8_t x, uint8_t y, uint16_t ids[KILOGRID_FILTERS]) {
     return true;
 }
 
-// What is sent: eight bytes, as the original's host does, but for the short requests.
+// Data bytes sent: eight, as the original's host does, but for the short requests.
 uint8_t kilogrid_dlc_to_module(uint8_t type) {
     switch (type) {
     case KILOGRID_CAN_TO_MODULE_TYPE_TRACKING_REQ_CHOICE: return 1;
@@ -71,7 +71,7 @@ uint8_t kilogrid_dlc_to_host(uint8_t type) {
                : KILOGRID_CAN_TO_HOST_LENGTH;
 }
 
-// What a module needs to act: every byte that its handler reads.
+// Data bytes that a module needs to act: every one that its handler reads.
 uint8_t kilogrid_least_dlc_to_module(uint8_t type) {
     switch (type) {
     case KILOGRID_CAN_TO_MODULE_TYPE_FORWARD_IR_MESSAGE_CHOICE:

@@ -1,4 +1,4 @@
-/// Who a CAN frame is for: the 11-bit identifier is an address in the grid.
+/// Addresses of CAN frames: the 11-bit identifier is an address in the grid.
 ///
 /// Identifier, most significant bit first: [y + 1 : 5][x + 1 : 5][to host : 1]. A coordinate field
 /// of zero means "all", so 0x000 reaches every module, (y + 1) << 6 a row, (x + 1) << 1 a column. A
@@ -19,7 +19,7 @@ extern "C" {
 
 /// Coordinates are 0 to 30: the fields have 5 bits and 0 means "all".
 #define KILOGRID_COORDINATE_MAX 30
-/// What no identifier is: an address that cannot be written as one.
+/// No identifier: an address that cannot be written as one.
 #define KILOGRID_NO_ID 0xFFFF
 /// Identifiers of modules' filters are compared in all 11 bits, those of the host's in the lowest.
 #define KILOGRID_MODULE_MASK 0x7FF

@@ -3,8 +3,8 @@
 ///
 /// Chunks must come in order; one that is missing, repeated or out of its turn spoils the transfer,
 /// whose later chunks are dropped until it is begun anew (the size, the page's number, part 0).
-/// What is too short or out of range is refused, and does not touch what was received before; a
-/// refused beginning ends the transfer before it. Either is counted.
+/// A frame that is too short or out of range is refused, and does not touch what was received
+/// before; a refused beginning ends the transfer before it. Either is counted.
 ///
 /// Pure: no I/O, no clock. The caller owns the memory, hands in the data bytes of every frame that
 /// the module's filters let through, and does what the returned event says. Not to be called from
@@ -33,7 +33,7 @@ extern "C" {
 #define TRANSFER_IR_BYTES 9
 #define TRANSFER_CHECK_BYTES 6  ///< CRC-16 of a program, 2 bytes, and its id, 4; little-endian
 
-/// What a frame did.
+/// Effect of a frame.
 typedef enum {
     TRANSFER_NOT_MINE,  ///< no frame of a transfer; the caller handles it
     TRANSFER_GOES_ON,   ///< taken, nothing to do yet

@@ -1,4 +1,4 @@
-/// What a cell shows and sends, from the module's configuration. Pure: no input or output, no
+/// Colour and messages of a cell, from the module's configuration. Pure: no input or output, no
 /// state.
 ///
 /// The configuration, at most 48 bytes, begins with one code per cell: 0 top left, 1 top right, 2

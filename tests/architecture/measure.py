@@ -86,7 +86,7 @@ class _Scope:
 
 
 def _kind(head: str, inside: _Scope | None) -> str:
-    """What the brace behind `head` opens."""
+    """Kind of block that the brace behind `head` opens."""
     if inside is not None and inside.kind != "scope":
         return "block"
     head = ATTRIBUTE.sub("", head)

@@ -13,13 +13,13 @@ import pytest
 
 from .tree import C_SUFFIXES, NOT_SOURCES, ROOT, imports, includes, owners_of, plant, sources, texts
 
-# What firmware may find besides its own files: the C library as avr-libc has it.
+# Headers that firmware may find besides its own files: the C library as avr-libc has it.
 AVR_LIBC = re.compile(
     r"(std(int|bool|def|lib|io|arg)|string|ctype|limits|inttypes|math|float|assert|errno)\.h"
     r"|(avr|util)/\w+\.h"
 )
 
-# Who may include what of the repository, besides the folder itself.
+# Folders that a folder may include from, besides itself.
 PUBLIC_HEADERS = (
     "firmware/kilolib/include/",
     "firmware/kilogrid/include/",

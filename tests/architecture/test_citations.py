@@ -18,7 +18,7 @@ PAGE = re.compile(
 LINK = re.compile(r"\]\(([^()\s#]*)(#[^()\s]*)?\)")
 HEADING = re.compile(r"^#+ +(.*?)\s*$", re.MULTILINE)
 CODE = re.compile(r"^```.*?^```", re.MULTILINE | re.DOTALL)
-# What goes before the text of a comment's next line.
+# Marks before the text of a comment's next line.
 CONTINUED = re.compile(r"\n[ \t]*(?:///?<?|#+|\*(?!/))?[ \t]*")
 
 
@@ -40,7 +40,7 @@ def sections(text: str) -> set[str]:
 
 
 def anchors(text: str) -> set[str]:
-    """What a link may name behind its hash."""
+    """Anchors that a link may name behind its hash."""
     found: set[str] = set()
     for heading in headings(text):
         anchor = re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")

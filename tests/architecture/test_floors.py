@@ -61,7 +61,7 @@ def circles(root: Path) -> Iterator[str]:
     }
     above = {file: {other for other in files if file in below[other]} for file in files}
     left = set(files)
-    # What includes nothing that is left, or is included by nothing that is left, is in no circle.
+    # A folder that includes none of those left, or is included by none of them, is in no circle.
     while free := {f for f in left if not below[f] & left or not above[f] & left}:
         left -= free
     yield from (f"{file}: part of a circle of includes" for file in sorted(left))

@@ -36,7 +36,7 @@ def part_of(parts: Table, file: str) -> str | None:
 
 
 def included(root: Path, parts: Table) -> Iterator[tuple[str, list[str]]]:
-    """Of every C or C++ file the parts that an include of it can mean."""
+    """Parts that an include of each C or C++ file can mean."""
     files = [path.as_posix() for path in sources(root, C_SUFFIXES)]
     for file in files:
         if file.startswith(FOLDERS):
@@ -47,7 +47,7 @@ def included(root: Path, parts: Table) -> Iterator[tuple[str, list[str]]]:
 
 
 def imported(root: Path) -> Iterator[tuple[str, str]]:
-    """Of every Python file of the package the files or folders that it imports."""
+    """Files or folders that each Python file of the package imports."""
     for path in sources(root, {".py"}):
         if not path.as_posix().startswith(f"{PACKAGE}/"):
             continue
@@ -77,7 +77,7 @@ def actual(root: Path) -> Table:
             found.setdefault(part, set()).add(owners[0])
         else:
             doubtful[part].append(owners)
-    # Of two headers of one name, the one of a part that is included anyway; the robots' API else.
+    # Among headers of one name, the one of a part that is included anyway; else the robots' API.
     for part, several in doubtful.items():
         for owners in several:
             if not found.setdefault(part, set()) & set(owners):

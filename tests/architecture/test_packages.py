@@ -31,7 +31,7 @@ def modules(root: Path) -> Iterator[tuple[Path, ast.Module]]:
 
 
 def own_imports(tree: ast.AST) -> Iterator[str]:
-    """What is imported of kilotwin anywhere in `tree`, without the `kilotwin.`"""
+    """Imports of kilotwin anywhere in `tree`, without the `kilotwin.`"""
     for node in ast.walk(tree):
         names: list[str] = []
         if isinstance(node, ast.Import):

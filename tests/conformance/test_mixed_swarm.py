@@ -20,7 +20,7 @@ STEP_TICKS = 4
 DIVISIONS = 20_000
 OUTSIDE = 0.001
 
-# What a robot does, one number each.
+# Behaviour of a robot, one number each.
 STATISTICS = [
     *(
         f"share of time {state}"

@@ -8,7 +8,7 @@
 #include "kilogrid_can.h"
 #include "transfer.h"
 
-// What was received, kept in the plainest way: all chunks since the beginning of the transfer.
+// Received bytes, kept in the plainest way: all chunks since the beginning of the transfer.
 typedef struct {
     uint8_t size, chunks;
     uint8_t bytes[TRANSFER_PAGE_CHUNKS * TRANSFER_CHUNK_BYTES];

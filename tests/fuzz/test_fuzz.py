@@ -1,4 +1,4 @@
-"""What a module and the bridge hear from outside, under libFuzzer with ASan and UBSan."""
+"""Input of a module and the bridge from outside, under libFuzzer with ASan and UBSan."""
 
 import os
 import shutil

@@ -1,4 +1,4 @@
-// What is written to UDR0 is printed: "serial 0123456789" as one line, then "A" from a straight
+// Bytes written to UDR0 are printed: "serial 0123456789" as one line, then "A" from a straight
 // piece of code that never looks whether it is out.
 #define F_CPU 8000000UL
 #define BAUD 38400

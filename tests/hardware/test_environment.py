@@ -57,7 +57,7 @@ program = "caller.py:Caller"
 
 
 def send_poses(address: tuple[str, int], robots: int, over: threading.Event) -> None:
-    """What a tracker would send, of robots that nobody looks at."""
+    """Lines that a tracker would send of robots that no camera looks at."""
     where = {"x_m": 0, "y_m": 0, "heading_rad": 0}
     line = json.dumps({"robots": [{"uid": uid + 1, **where} for uid in range(robots)]})
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as tracker:

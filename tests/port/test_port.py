@@ -21,7 +21,7 @@ GOOD = [
     "firmware/aggregation",
     *(f"firmware/examples/{p.name}" for p in sorted((ROOT / "firmware/examples").glob("*.c"))),
 ]
-# What shows only when they run.
+# Findings that show only when programs run.
 BAD_RUN = sorted((Path(__file__).parent / "programs_run").glob("*.c"))
 # Programs with a stack that is hard to bound from the machine code.
 DEEP = sorted((Path(__file__).parent / "programs_stack").glob("*.c"))

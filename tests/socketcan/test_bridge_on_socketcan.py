@@ -56,7 +56,7 @@ def until(done: Callable[[], Any]) -> Any:
 
 
 def taken_from(bridge: Bridge, count: int) -> list[tuple[int, int, bytes]]:
-    """What comes in, until it is so many frames or more."""
+    """Frames that come in, until they are `count` or more."""
     taken: list[tuple[int, int, bytes]] = []
 
     def enough() -> bool:

@@ -1,4 +1,4 @@
-"""What the system tests share: they type the commands a person types and look at what comes out."""
+"""Shared by the system tests: they type the commands a person types and look at what comes out."""
 
 import json
 import os

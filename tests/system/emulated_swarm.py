@@ -142,7 +142,7 @@ class EmulatedSwarm:
         return upload
 
     def colors(self) -> list[int]:
-        """Of the robots' LEDs, as set_color() has them."""
+        """Colours of the robots' LEDs, as set_color() has them."""
         return [int(led) & 0x3F for led in self.simulation.snapshot()["led"][0]]
 
     def _flash(

@@ -108,7 +108,7 @@ def test_a_hex_and_the_program_it_was_built_of_live_the_same_run(
         experiment(folder, f"[[robots]]\n{kind}\ncount = 4", f"{number}.toml")
         for number, kind in enumerate(kinds)
     ]
-    # What a run folder says runs again, too.
+    # The experiment of a run folder runs again, too.
     files.append(folder / "run-0" / "experiment.toml")
     for number, file in enumerate(files):
         out = folder / f"run-{number}"

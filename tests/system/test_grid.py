@@ -72,7 +72,7 @@ def tracks(run: Run) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 
 def farthest_m(truth: Run, recorded: Run, late_s: float = UPLINK_S) -> float:
-    """Of all reports, how far a robot was from the cell at best in the time before."""
+    """Largest distance in all reports of a robot from the cell, at best in the time before."""
     times, places = tracks(truth)
     reports = recorded.tracking().to_pylist()
     assert len(reports) > 30
@@ -156,7 +156,7 @@ def test_sites_that_swap_swap_for_robots_and_records(run_small: RunSmall) -> Non
             continue
         left = "black" if row["time_s"] < 30 else "white"
         assert row["site"] == (left if row["x_m"] < 0 else {"black": "white"}.get(left, "black"))
-    # What robots say they stand on, some seconds after the cells have changed.
+    # The site that robots say they stand on, some seconds after the cells have changed.
     said = [r for r in run.tracking().to_pylist() if r["time_s"] > 36 and r["data"][3]]
     assert said
     wrong = sum((r["x_m"] < 0) != (r["data"][3] == 2) for r in said)

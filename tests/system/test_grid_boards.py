@@ -103,7 +103,7 @@ def frames(run: Run) -> list[can.Message]:
 
 
 def said_by_host(run: Run) -> list[tuple[str, int, bytes]]:
-    """What set the modules up, by bus, in order: polls come by the clock."""
+    """Frames that set the modules up, by bus, in order: polls come by the clock."""
     orders = [
         (str(frame.channel), frame.arbitration_id, bytes(frame.data))
         for frame in frames(run)

@@ -1,4 +1,4 @@
-"""What the unit tests share: a small experiment, and the command with a fake engine."""
+"""Shared by the unit tests: a small experiment, and the command with a fake engine."""
 
 import os
 import subprocess

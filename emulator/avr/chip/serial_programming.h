@@ -1,5 +1,6 @@
-/// What an ATmega328P keeps without power, and how a programmer reads and writes it through the
-/// chip's SPI while reset is held low ("serial programming" in its data sheet, DS40002061, 27.8).
+/// The memories that an ATmega328P keeps without power, and how a programmer reads and writes them
+/// through the chip's SPI while reset is held low ("serial programming" in its data sheet,
+/// DS40002061, 27.8).
 #ifndef KILOTWIN_AVR_CHIP_SERIAL_PROGRAMMING_H
 #define KILOTWIN_AVR_CHIP_SERIAL_PROGRAMMING_H
 

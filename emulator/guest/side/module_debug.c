@@ -1,4 +1,4 @@
-// What a module program prints. Only programs that do so link it.
+// Printing by module programs. Linked into those that print only.
 #include <stdio.h>
 
 #include "debug.h"

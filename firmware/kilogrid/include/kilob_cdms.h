@@ -57,7 +57,7 @@ opinion_t kilob_cdms_voter_model(opinion_t self);
 /// The same, and that neighbour's id (this robot's own if there is none).
 opinion_t kilob_cdms_voter_model_with_kilouid(opinion_t self, uint8_t *choosen_kilouid);
 
-/// What all neighbours think, if they agree; else `self`.
+/// The opinion of all neighbours if they agree; else `self`.
 opinion_t kilob_cdms_unanimity_rule(opinion_t self);
 
 /// The opinion of the neighbour with the highest quality above `quality`; else `self`.

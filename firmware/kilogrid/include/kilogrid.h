@@ -1,10 +1,10 @@
-/// What robots, modules and the host say of the grid.
+/// Messages of robots, modules and the host about the grid.
 #ifndef __KILOGRID_H__
 #define __KILOGRID_H__  // NOLINT(bugprone-reserved-identifier): programs know it
 
 #include <stdint.h>
 
-/// Who a CAN message is for; one byte.
+/// Addressees of a CAN message; one byte.
 typedef enum __attribute__((__packed__)) {
     ADDR_BROADCAST = 0,      ///< every module
     ADDR_ROW = 1,            ///< the modules of row y

@@ -10,7 +10,7 @@ void kilolib_converter_stop(void);
 /// From now on each edge of the comparator starts a conversion of this channel.
 void kilolib_converter_sample_on_edge(uint8_t channel);
 
-/// What the last edge's conversion yields, 0..1023. Waits for its end, up to 14 us. 1023 if the
+/// Result of the conversion at the last edge, 0..1023. Waits for its end, up to 14 us. 1023 if the
 /// converter was taken by kilolib_converter_read() at that time.
 int16_t kilolib_converter_sampled(void);
 

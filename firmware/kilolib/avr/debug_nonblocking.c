@@ -16,7 +16,7 @@ static volatile uint8_t end;    // written by put()
 
 static uint8_t after(uint8_t index) { return (uint8_t)(index + 1) & (QUEUE_SIZE - 1); }
 
-// What does not fit any more is lost.
+// Bytes that do not fit any more are lost.
 static int put(char character, FILE *stream) {
     (void)stream;
     const uint8_t next = after(end);

@@ -36,7 +36,7 @@ static bool is_gains(uint8_t mode) {
     return mode >= CALIBRATION_GAINS && mode < CALIBRATION_GAINS + GAIN_ENTRIES;
 }
 
-// Of a value of a record; the uid comes first in all of them. Apart: inlined twice it takes more.
+// Place of a record's value; the uid comes first in all records. Not inlined: it takes more flash.
 static uint8_t __attribute__((noinline)) place_of(uint8_t mark, uint8_t value) {
     if (mark == MARK_PENDING || value < 2) return PLACES[value];
     return eeprom_gain_place((uint8_t)(mark - CALIBRATION_GAINS), (uint8_t)(value - 2));

@@ -45,7 +45,7 @@ void robot_answer_vitals(const robot_heard_t *heard, int16_t voltage, uint8_t *c
     content[VITALS_HIGHEST] |= (uint8_t)(upper(voltage) << VITALS_VOLTAGE_BIT);
 }
 
-// What stands behind the state is 0.
+// Bytes behind the state are 0.
 void robot_answer_fill(const robot_answer_t *answer, message_t *message, uint16_t uid,
                        uint8_t state, const uint8_t *content) {
     uint8_t *data = message->data;

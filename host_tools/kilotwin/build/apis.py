@@ -1,4 +1,4 @@
-"""What programs are written against, and what is compiled with them: headers and helpers."""
+"""APIs that programs are written against, and sources compiled with them: headers, helpers."""
 
 import subprocess
 from collections.abc import Sequence
@@ -78,12 +78,12 @@ def wanted_helpers(nm: str, objects: Sequence[Path], helpers: Sequence[Path]) ->
 
 
 def defined_symbols(nm: str, objects: Sequence[Path]) -> set[str]:
-    """What others can use of compiled `objects`."""
+    """Symbols that compiled `objects` define for others."""
     return _symbols([nm, "-g", "--defined-only"], objects)
 
 
 def missing_symbols(nm: str, objects: Sequence[Path]) -> set[str]:
-    """What compiled `objects` want from others."""
+    """Symbols that compiled `objects` want from others."""
     return _symbols([nm, "-u"], objects)
 
 

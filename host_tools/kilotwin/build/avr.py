@@ -62,7 +62,7 @@ class Image:
         return self.folder / f"{self.name}.hex"
 
     def objects(self, part: str) -> list[Path]:
-        """Of `program`, in the order of its sources, or of `kilolib`."""
+        """Object files of `program`, in the order of its sources, or of `kilolib`."""
         return sorted((self.folder / part).glob("*.o"))
 
 

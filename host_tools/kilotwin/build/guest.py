@@ -55,7 +55,7 @@ _CLANG_PROGRAM_FLAGS = [
 _GCC_PROGRAM_FLAGS = ["-mno-red-zone", "-fcf-protection=none"]
 # An older one would warn of it beneath a program's own errors.
 _GCC_14_PROGRAM_FLAGS = ["-Wno-return-mismatch"]
-# What avr-gcc defines for the robot's processor, and what only a PC's compiler defines.
+# Macros that avr-gcc defines for the robot's processor, and those only a PC's compiler defines.
 _ROBOT_MACROS = [
     "-DAVR=1",
     "-D__AVR=1",
@@ -94,7 +94,7 @@ _SLOW_S = 0.5
 
 Notify = Callable[[str], None]
 
-# Of a program's preprocessed text; with the folders of headers that are not the program's.
+# A change of a program's preprocessed text; gets the folders of headers that are not the program's.
 _Change = Callable[[str, Sequence[str]], str]
 
 

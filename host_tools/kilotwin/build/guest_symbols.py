@@ -195,7 +195,7 @@ def _located(member: DIE) -> bool:
 
 
 def _first_bit(member: DIE) -> int:
-    """Of a bit field, from the structure's first; some compilers count from a unit's end."""
+    """First bit of a bit field, from the structure's; some compilers count from a unit's end."""
     attributes = member.attributes
     if "DW_AT_bit_offset" not in attributes:
         return attributes["DW_AT_data_bit_offset"].value if _bit_counted(member) else 0

@@ -13,7 +13,7 @@ from kilotwin.files.drafts import draft_of
 
 
 def build_program(program: Program, output: Path | None, notify: Notify) -> dict[str, Any]:
-    """What --json prints. The guest stays in the cache; `output` gets a copy."""
+    """The --json object. The guest stays in the cache; `output` gets a copy."""
     try:
         guest = build(program, notify)
     except InputError as error:

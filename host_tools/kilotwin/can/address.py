@@ -105,7 +105,7 @@ def from_id(identifier: int) -> Address:
 
 
 def module_filters(x: int, y: int) -> tuple[int, int, int, int]:
-    """What module (x, y) listens to, under MODULE_MASK: broadcast, row, column, its own."""
+    """Addresses that module (x, y) takes, under MODULE_MASK: broadcast, row, column, its own."""
     addresses = (ALL_MODULES, row(y), column(x), module(x, y))
     first, second, third, fourth = map(to_id, addresses)
     return first, second, third, fourth

@@ -15,7 +15,7 @@ app = command_app()
 
 
 class Workload(StrEnum):
-    """What `bench` can measure."""
+    """Workloads of `bench`."""
 
     paper = "paper"
     walk = "walk"

@@ -42,7 +42,7 @@ EXAMPLES = (
     "  kilotwin calibrate motors --via emulated:experiments/calibration/fifty-robots.toml"
 )
 EMULATED = "emulated:"
-"""What --via begins with for an experiment's robots."""
+"""Beginning of --via for an experiment's robots."""
 _QUIET_QUESTIONS = 6
 _SET = re.compile(r"(\d+):(\w+)=(\d+)")
 
@@ -282,7 +282,7 @@ def _bend(deg_m: NDArray[np.float64]) -> dict[str, float]:
 
 
 def _turning(deg_s: NDArray[np.float64]) -> dict[str, float]:
-    """Of both directions together; `uneven`: how much left and right of a robot differ."""
+    """Figures of both directions together; `uneven`: how much a robot's left and right differ."""
     uneven = np.abs(np.log(deg_s[0] / deg_s[1]))
     return {
         "mean": float(deg_s.mean()),

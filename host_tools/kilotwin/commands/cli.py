@@ -106,7 +106,7 @@ def _show(line: str, detail: str = "") -> None:
 
 
 def _discard_output() -> None:
-    """What is left in the buffer cannot be written: Python would try again at its end."""
+    """Drops the buffer, which cannot be written: Python would try again at its end."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 

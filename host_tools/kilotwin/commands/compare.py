@@ -16,7 +16,7 @@ app = command_app()
 
 
 class Reference(StrEnum):
-    """What `compare` can compare with."""
+    """References of `compare`."""
 
     kilogrid_walk = "kilogrid-walk"
     paper = "paper"

@@ -1,4 +1,4 @@
-"""What Kilotwin needs of this machine: what is here, what is missing, and what to type."""
+"""`doctor`: Kilotwin's needs of this machine, which of them are met, and what to type."""
 
 import json
 import os

@@ -87,7 +87,7 @@ Size = Annotated[
 
 
 def command_app() -> typer.Typer:
-    """What holds the one command of a module; `cli.load` takes it from there."""
+    """Holder of the one command of a module; `cli.load` takes it from there."""
     return typer.Typer(
         add_completion=False, pretty_exceptions_enable=False, rich_markup_mode="rich"
     )

@@ -236,7 +236,7 @@ def summary_text(summary: dict[str, Any]) -> str:
 
 
 def _environment_rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
-    """What an environment has told robots, if there is one, and how late."""
+    """Words that an environment has told robots, if there is one, and how late."""
     told = summary.get("environment")
     if told is None:
         return []

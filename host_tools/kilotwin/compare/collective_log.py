@@ -106,7 +106,7 @@ def _of_run(folder: Path) -> Log:
 def _log(
     path: Path, table: Ints, data: NDArray[Any], robots: int | None, seconds: int | None
 ) -> Log:
-    """Of second, module and cell [n, 4] and the bytes [n, 7] of reports."""
+    """Log of second, module and cell [n, 4] and the bytes [n, 7] of reports."""
     if not len(table):
         raise InputError(f"{path}: holds no reports of robots; name a run on a grid")
     robot, state = data[:, 0], data[:, _STATE]

@@ -48,7 +48,7 @@ class Comparison:
 
     @property
     def ratio(self) -> float:
-        """Of each peak of the gaps to the one before: the geometric mean."""
+        """Ratio of each peak of the gaps to the one before: the geometric mean."""
         first, *_, last = self.gaps.values()
         return float((last / first) ** (1 / (len(self.gaps) - 1))) if first else float("nan")
 

@@ -82,7 +82,7 @@ def verdicts(findings: Iterable[Finding]) -> dict[str, str]:
 
 
 def as_dict(readings: Mapping[str, Findings]) -> dict[str, Any]:
-    """What --json prints: of one reading its verdicts and findings, of several these by reading."""
+    """The --json object: verdicts and findings of one reading, or of several by reading."""
     several = {
         reading: {
             "verdicts": verdicts(findings),
@@ -301,7 +301,7 @@ def _endings(cells: dict[Condition, list[Ending]]) -> list[Ending]:
 def _pairs(
     trials: Conditions, robots: int, inside: Callable[[float, float], bool]
 ) -> list[tuple[tuple[Condition, list[Ending]], tuple[Condition, list[Ending]]]]:
-    """Of each cell in the region: Firat's trials, and those of simplified."""
+    """Trials of each cell in the region: Firat's, and those of simplified."""
     firat = _informed(trials, rule="firat", robots=robots)
     simplified = _informed(trials, rule="simplified", robots=robots)
     pairs = []

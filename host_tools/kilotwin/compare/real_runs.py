@@ -244,7 +244,7 @@ def _number(value: float) -> str:
 
 
 def figures(source: str, logs: Sequence[Path]) -> dict[str, Any]:
-    """What real_runs.json holds: the measures of each log, five digits."""
+    """Contents of real_runs.json: the measures of each log, five digits."""
     runs: dict[str, Figures] = {}
     for file in logs:
         found: Measures = measure(read(file))

@@ -26,7 +26,7 @@ class EmulatedCamera:
         return math.ceil(number / self._keys.picture_hz / TICK_S - 1e-9)
 
     def picture(self, number: int, time_s: float, samples: "Samples") -> Seen:
-        """What it sees in a sample of one moment."""
+        """Robots that it sees in a sample of one moment."""
         robots = [
             self._sighting(robot, number, samples)
             for robot in range(samples["led"].shape[1])

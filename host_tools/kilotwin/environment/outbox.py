@@ -1,4 +1,4 @@
-"""What an environment wants to tell robots, and the order and the pace in which it is told.
+"""Words that an environment wants to tell robots, and the order and pace in which they go out.
 
 The overhead controller repeats a message, frame by frame, until the next packet comes on its
 serial line (hardware.md 1.11). A packet takes 34 ms there, so this is the pace: not a frame, but a
@@ -119,7 +119,7 @@ class Outbox:
             at_s = self._free_s
 
     def _next(self) -> tuple[bytes, tuple[Wanted, ...]]:
-        """What goes out next."""
+        """The packet that goes out next."""
         if self._for_all:
             _, wanted = self._for_all.popitem(last=False)
             return encode(Overhead.FORWARDMSG, wanted.message), (wanted,)

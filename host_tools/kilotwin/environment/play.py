@@ -19,7 +19,7 @@ _FRAME_S = 130 * 33.625e-6
 
 
 class Listener(Protocol):
-    """Who keeps what happens."""
+    """Keeper of all that happens."""
 
     def sent(self, sending: Sending) -> None:
         """A packet has gone out."""

@@ -110,9 +110,9 @@ class PoseListener:
         self.lines = 0
         """So many came."""
         self.bad_lines = 0
-        """Of these, so many were of no use."""
+        """Number of these that were of no use."""
         self.trouble: str | None = None
-        """What was wrong with the last of them."""
+        """The fault of the last of them."""
         family = socket.AF_INET6 if ":" in address[0] else socket.AF_INET
         self._socket = socket.socket(family, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
@@ -172,7 +172,7 @@ class PoseSender:
         self._socket.setblocking(False)
 
     def send(self, datagram: bytes) -> None:
-        """What the network does not take is lost, as datagrams are."""
+        """Datagrams that the network does not take are lost."""
         with contextlib.suppress(OSError):
             self._socket.sendto(datagram, self._to)
 

@@ -1,4 +1,4 @@
-"""What a virtual environment's program gets, and what it has to have: no more than a lab can give.
+"""Interface of a virtual environment's program: it gets no more than a lab can give.
 
     class Pheromone:
         def __init__(self, arena, settings): ...

@@ -1,1 +1,1 @@
-"""What an experiment file means: schema, checks, profiles, and what the engine gets."""
+"""Meaning of an experiment file: schema, checks, profiles, and the engine's input."""

@@ -19,7 +19,7 @@ _MESSAGE_TYPE = 0
 
 @dataclass(frozen=True, slots=True)
 class Word:
-    """What one robot is told."""
+    """The word that one robot is told."""
 
     uid: int
     type: int

@@ -23,7 +23,7 @@ _LAST_UID = 65535
 def first_problem(
     experiment: ExperimentSchema, is_set: Callable[[KeyPath], bool]
 ) -> Problem | None:
-    """What to mend first, if anything. `is_set`: whether a key was set for this run alone."""
+    """The problem to mend first, if any. `is_set`: whether a key was set for this run alone."""
     for problem in _problems(experiment):
         if problem.unless_set is None or not is_set(problem.unless_set):
             return problem
@@ -158,7 +158,7 @@ def _poses(path: KeyPath, kind: Robots, arena: Area, radius: float) -> Iterator[
 
 
 def _apart(experiment: ExperimentSchema, diameter: float) -> Iterator[Problem]:
-    """Of robots that are given their poses, no two stand in the same place."""
+    """No two robots that are given their poses stand in the same place."""
     least = (1 - _TOUCHING) * diameter
     stand: dict[tuple[int, int], list[tuple[KeyPath, float, float]]] = {}  # by squares
     for group, kind in enumerate(experiment.robots or []):
@@ -280,7 +280,7 @@ def _command(path: KeyPath, command: Command, robots: int) -> Iterator[Problem]:
 
 
 def _own_keys(path: KeyPath, command: Command) -> Iterator[Problem]:
-    """What goes with the message, and what a robot would take from it."""
+    """Bytes that go with the message, and those that a robot would take from it."""
     needed, more = KEYS[command.send]
     for send, (others, others_more) in KEYS.items():
         for key in (*others, *others_more):

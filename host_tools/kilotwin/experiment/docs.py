@@ -95,7 +95,7 @@ def _allowed(field: FieldInfo) -> str:
 
 
 def _default(prefix: str, name: str, field: FieldInfo) -> str:
-    """What holds if the key is left out; by robot where that decides."""
+    """The default of the key; by robot where that decides."""
     by_robot: dict[str, Any] = {}
     for profile in PROFILES.values():
         own: dict[str, dict[str, Any]] = {

@@ -1,4 +1,4 @@
-"""What the engine is told: the experiment in ticks, numbers and messages."""
+"""The engine's input: the experiment in ticks, numbers and messages."""
 
 import itertools
 from typing import Any, get_args

@@ -23,7 +23,7 @@ class EnvironmentClass:
     class_name: str
 
     def sha256(self) -> str:
-        """Of its file and of the modules beside it, which it may import."""
+        """Digest of its file and of the modules beside it, which it may import."""
         digest = hashlib.sha256()
         for module in sorted({self.file, *self.file.parent.glob("*.py")}):
             digest.update(hashlib.sha256(module.read_bytes()).digest())
@@ -33,8 +33,9 @@ class EnvironmentClass:
 def environment_class(
     table: EnvironmentTable | None, origin: ExperimentText
 ) -> EnvironmentClass | None:
-    """What `program` names, if there is an [environment]. InputError unless the file is there, is
-    Python, and binds such a name."""
+    """The class that `program` names, if there is an [environment].
+
+    InputError unless the file is there, is Python, and binds such a name."""
     if table is None:
         return None
     written, colon, class_name = table.program.rpartition(":")

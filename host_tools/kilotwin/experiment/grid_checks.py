@@ -21,7 +21,7 @@ class Problem:
     what: str
     paths: tuple[KeyPath, ...]
     unless_set: KeyPath | None = None
-    """Whoever sets this key for one run, as to make it short, takes that into account."""
+    """Skipped for a key that is set for one run, as to make it short."""
 
 
 def within_the_run(path: KeyPath, at_s: float, experiment: ExperimentSchema) -> Iterator[Problem]:
@@ -36,7 +36,7 @@ def within_the_run(path: KeyPath, at_s: float, experiment: ExperimentSchema) -> 
 
 
 def grid_problems(experiment: ExperimentSchema) -> Iterator[Problem]:
-    """Of [grid], and of [faults], which need one."""
+    """Problems of [grid], and of [faults], which need one."""
     if experiment.grid is None:
         yield from _faults_without_a_grid(experiment)
         return

@@ -32,7 +32,7 @@ class Layout:
 
     @staticmethod
     def of(keys: ExperimentSchema) -> "Layout":
-        """Of an experiment that has a [grid]."""
+        """Layout of an experiment that has a [grid]."""
         assert keys.grid is not None
         return Layout(keys.grid.columns, keys.grid.rows, keys.grid.buses)
 

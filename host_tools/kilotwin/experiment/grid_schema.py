@@ -70,7 +70,7 @@ class Grid(Section):
     hex: Text | None = None
     """Instead of `program`: a `.hex` or `.elf` for the modules' ATmega328P, as it is flashed."""
     cpu: Literal["native", "avr"] | None = None
-    """What runs `program`: this computer, or each module's ATmega328P (`kilobot` medium only)."""
+    """Processor of `program`: this computer, or modules' ATmega328P (`kilobot` medium only)."""
     boot_loader: bool = False
     """Whether their flash also holds Kilotwin's boot loader, so that they can be flashed over CAN;
     ATmega328P only."""
@@ -109,7 +109,7 @@ class Grid(Section):
 
 
 class ModuleFault(Section):
-    """What happens to a module."""
+    """The fault of a module."""
 
     at_s: Annotated[float, Field(ge=0, le=1e9)]
     """When, in seconds from the begin of the run; before its end, unless `--set` put that earlier.
@@ -130,7 +130,7 @@ class HostFault(Section):
 
 
 class Faults(Section):
-    """What goes wrong on an emulated grid."""
+    """Faults of an emulated grid."""
 
     error_share: Annotated[float, Field(ge=0, le=0.5)] = 0.0
     """Share of the CAN frames that an error hits; they are sent again."""

@@ -95,7 +95,7 @@ def to_text(blocks: Iterable[Block]) -> str:
 def configurations(
     blocks: Iterable[Block], columns: int, rows: int, source: str = ".kconf"
 ) -> dict[Module, InTurn]:
-    """What each module of a grid is sent, in the file's order; without those that no block names.
+    """Configurations of each module, in the file's order; without modules that no block names.
 
     InputError for blocks that name a module outside the grid.
     """

@@ -64,7 +64,7 @@ def readuid(bit: int) -> bytes:
 
 
 def message_of(command: Command, profile: Profile) -> bytes:
-    """What goes on air."""
+    """The message that goes on air."""
     if command.send == "user":
         assert command.type is not None
         return message(command.data or (), command.type)

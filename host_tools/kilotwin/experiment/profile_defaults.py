@@ -67,7 +67,7 @@ PROFILES = {
     ]
 }
 
-# Of [motion], besides speed and turn rate; a robot without legs has none of it.
+# Keys of [motion], besides speed and turn rate; a robot without legs has none of it.
 MOTION_DEFAULTS: Mapping[str, Defaults] = {
     "foot-bot": {
         "kick_needed": False,
@@ -85,7 +85,7 @@ MOTION_DEFAULTS: Mapping[str, Defaults] = {
     },
 }
 
-# Of [medium] with kind = "kilobot".
+# Keys of [medium] with kind = "kilobot".
 KILOBOT_MEDIUM: Defaults = {
     "range_spread": 0.05,
     "loss": 0.02,
@@ -100,7 +100,7 @@ KILOBOT_MEDIUM: Defaults = {
     "sensitivity_spread": 0.05,
 }
 
-# What the paper fixes, for every robot.
+# Values that the paper fixes, for every robot.
 _PAPER: ControllerDefaults = {
     "rule": "simplified",
     "alpha": 0.5,

@@ -14,14 +14,14 @@ from kilotwin.files import resources
 from kilotwin.files.build_id import Target
 from kilotwin.files.flash_image import HEX_SUFFIXES
 
-# What only Kilogrid programs have: the grid's name of the message, or one of its headers.
+# Marks of Kilogrid programs: the grid's name of the message, or one of its headers.
 _KILOGRID_WORDS = re.compile(
     rb"\bIR_message_t\b|^[ \t]*#[ \t]*include[ \t]*[<\"](kilogrid|kilob_\w+)\.h[>\"]", re.MULTILINE
 )
 
 
 Api = Literal["kilobot", "kilogrid", "module"]
-"""What a program is written against: kilolib, the Kilogrid's flavour of it, or the module API."""
+"""API that a program is written for: kilolib, the Kilogrid's flavour of it, or the module API."""
 _IMAGES = (*HEX_SUFFIXES, ".elf")
 
 # A macro with its parameters, if it has some, and what it stands for.
@@ -59,7 +59,7 @@ class Program:
 
     @property
     def name(self) -> str:
-        """What people call it: the folder's or the first file's name."""
+        """Its usual name: the folder's or the first file's."""
         return self.path.stem if self.path.is_file() else self.path.name
 
     @property
@@ -133,7 +133,7 @@ def find_image(written: str, beside: Path) -> Program:
 
 
 def key_of(file: Path) -> str | None:
-    """Of `[[robots]]`, the one that names such a file; None if it is no program by its name."""
+    """The key of `[[robots]]` that names such a file; None if it is no program by its name."""
     if file.suffix == ".c":
         return "program"
     return "hex" if file.suffix.lower() in _IMAGES else None

@@ -74,28 +74,28 @@ class Arena(Section):
     shape: Shape = "circle"
     """The wall's shape."""
     diameter_m: Length | None = None
-    """Of a circle."""
+    """Diameter of a circle."""
     width_m: Length | None = None
-    """Of a rectangle, along x."""
+    """Size of a rectangle along x."""
     height_m: Length | None = None
-    """Of a rectangle, along y."""
+    """Size of a rectangle along y."""
 
 
 class Site(Section):
     """A spot on the floor. Robots know it by its number: its place in the file, from 1."""
 
     name: Text
-    """What tables and figures call it."""
+    """Its name in tables and figures."""
     shape: Shape = "circle"
     """Its shape."""
     centre_m: Point
     """Where its middle is, [x, y]."""
     diameter_m: Length | None = None
-    """Of a circle."""
+    """Diameter of a circle."""
     width_m: Length | None = None
-    """Of a rectangle, along x."""
+    """Size of a rectangle along x."""
     height_m: Length | None = None
-    """Of a rectangle, along y."""
+    """Size of a rectangle along y."""
     colour: Annotated[str, AfterValidator(_named_colour)] | None = None
     """In pictures: a colour's name or #rrggbb."""
     light: CellColour | None = None
@@ -137,7 +137,7 @@ class Robots(Section):
     hex: Text | None = None
     """Instead of `program`: a `.hex` or `.elf` for the ATmega328P, run as it would be flashed."""
     cpu: Literal["native", "avr"] | None = None
-    """What runs `program`: this computer, or each robot's ATmega328P (`kilobot` medium only)."""
+    """Processor of `program`: this computer, or each robot's ATmega328P (`kilobot` medium only)."""
     boot_loader: bool = False
     """Whether their flash also holds Kilotwin's boot loader, so that they can be flashed over the
     air; ATmega328P only."""
@@ -146,7 +146,7 @@ class Robots(Section):
     define: list[Text] = []
     """Macros for the compiler: "NAME", "NAME=value" or "NAME(a,b)=value"."""
     flavour: Literal["kilobot", "kilogrid"] | None = None
-    """What it is written for: kilolib, or the Kilogrid's flavour of it with its helpers; as its
+    """API that it is written for: kilolib, or the Kilogrid's flavour of it with its helpers; as its
     `.c` files look (`IR_message_t`, `kilogrid.h`, `kilob_*.h`) if left out."""
     count: Count
     """How many robots run it."""
@@ -197,7 +197,7 @@ class Controller(Section):
 
 
 class Reading(Section):
-    """What the paper leaves open. The first of the choices is the default: reading A.
+    """Questions that the paper leaves open. The first of the choices is the default: reading A.
 
     `pushed_off` depends on the robot.
     """
@@ -207,9 +207,9 @@ class Reading(Section):
     first_leave: Literal["next_step", "full_period"] = "next_step"
     """When it first tests whether to leave."""
     walk_out: Literal["walk", "rest"] = "walk"
-    """What becomes of one that walks off the site while it enters."""
+    """Action of one that walks off the site while it enters."""
     entry_obstacle: Literal["turn", "rest", "pause"] = "turn"
-    """What it does about an obstacle while it enters."""
+    """Action of one that meets an obstacle while it enters."""
     line_of_sight: bool = True
     """Whether other robots block a message; `ideal` medium only."""
     obstacle_m: Annotated[float, Field(ge=0.02, le=0.10)] = 0.05
@@ -221,11 +221,11 @@ class Reading(Section):
     firat_signal_from: Literal["crossing", "rest"] = "crossing"
     """`firat`: when an informed robot begins to signal."""
     start_on_site: Literal["entered", "must_leave"] = "entered"
-    """What a robot is that begins on a site."""
+    """First state of a robot that begins on a site."""
     update_clock: Literal["own", "common"] = "own"
     """Whether update periods begin with each robot's rest or at common times."""
     pushed_off: Literal["stay", "walk"]
-    """What a robot at rest does when it is pushed off its site; foot-bots never are."""
+    """Action of a robot at rest when it is pushed off its site; foot-bots never are."""
 
 
 class Motion(Section):
@@ -287,13 +287,13 @@ class Source(Section):
     at_m: Point
     """The point below it, [x, y]."""
     peak: Reading10
-    """What it adds to the reading there."""
+    """Its addition to the reading there."""
     half_m: Length
     """How far from there half of that is left."""
 
 
 class Light(Section):
-    """What `get_ambientlight()` reads, 0 to 1023."""
+    """Reading of `get_ambientlight()`, 0 to 1023."""
 
     ambient: Reading10 = 0.0
     """The reading without any lamp."""
@@ -302,7 +302,7 @@ class Light(Section):
 
 
 class Battery(Section):
-    """What `get_voltage()` reads."""
+    """Reading of `get_voltage()`."""
 
     hours: Annotated[float, Field(ge=0, le=1000)] = 0.0
     """How long a full battery lasts a robot that drives; 0: it never drains."""
@@ -367,20 +367,20 @@ class Engine(Section):
     step_ticks: Literal[1, 2, 4]
     """The world's step, in ticks of 32.768 ms."""
     contact_solver: Literal["discs", "box2d"] = "discs"
-    """What solves three and more robots in contact: Kilotwin's own solver, or Box2D, slower."""
+    """Solver of three and more robots in contact: Kilotwin's own solver, or Box2D, slower."""
 
 
 class ExperimentSchema(Section):
     """A whole experiment file."""
 
     name: Text
-    """What figures and run folders call it; the file's name if left out."""
+    """Its name in figures and run folders; the file's name if left out."""
     seed: Annotated[int, Field(ge=0, le=2**63 - 1)] = 1
     """All chance comes from it: same seed, same run."""
     duration_s: Annotated[float, Field(ge=TICK_S, le=1e9)]
     """Simulated time."""
     temperature: Annotated[int, Field(ge=0, le=1023)] = 300
-    """What `get_temperature()` reads, 0 to 1023."""
+    """Reading of `get_temperature()`, 0 to 1023."""
     arena: Arena
     site: Annotated[list[Site], Field(max_length=255)] = []
     swarm: Swarm

@@ -13,7 +13,7 @@ Coordinate = Annotated[float, Field(ge=-1000, le=1000)]
 Point = Annotated[list[Coordinate], Field(min_length=2, max_length=2)]
 Pose = Annotated[list[Coordinate], Field(min_length=3, max_length=3)]
 Share = Annotated[float, Field(ge=0, le=1)]
-# Of a Kilogrid's modules: five bits of a CAN identifier, less the one that means all.
+# Columns or rows of modules: five bits of a CAN identifier, less the one that means all.
 Modules = Annotated[int, Field(ge=1, le=MOST_COLUMNS)]
 Module = Annotated[
     list[Annotated[int, Field(ge=0, le=MOST_COLUMNS - 1)]], Field(min_length=2, max_length=2)
@@ -24,7 +24,7 @@ Spread = Annotated[float, Field(ge=0, le=0.3)]
 Count = Annotated[int, Field(ge=1, le=1_000_000)]
 Uid = Annotated[int, Field(ge=0, le=65535)]
 Byte = Annotated[int, Field(ge=0, le=255)]
-# Of an analog-to-digital converter.
+# A reading of an analog-to-digital converter.
 Reading10 = Annotated[float, Field(ge=0, le=1023)]
 # CONFIG carries reals as 32 bits of Q16 and most periods as 16 bits of ticks (wire.h).
 Real = Annotated[float, Field(ge=0, le=65535)]

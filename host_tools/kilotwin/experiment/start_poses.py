@@ -30,7 +30,7 @@ def starts(experiment: Experiment) -> list[Poses | None]:
         return given
     radius = PROFILES[keys.swarm.profile].radius_m
     left, bottom, right, top = keys.swarm.start_in_m
-    # Of Python's generator only random() is the same for ever.
+    # Only random() of Python's generator is the same for ever.
     chance = random.Random(f"starts {keys.seed}").random
     taken = [(x, y) for poses in given if poses is not None for x, y, _ in poses]
     placed: list[Poses | None] = []

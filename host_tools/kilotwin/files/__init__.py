@@ -1,1 +1,1 @@
-"""What lies in files: those that come with Kilotwin, and those written whole or not at all."""
+"""Contents of files: those that come with Kilotwin, and those written whole or not at all."""

@@ -38,7 +38,7 @@ MOST_PER_BUS = number_of(_DIMENSIONS, "KILOGRID_MOST_MODULES_PER_BUS")
 """Modules on one bus."""
 
 CAN_BIT_RATE = number_of(_DIMENSIONS, "KILOGRID_CAN_BIT_RATE")
-"""Of a Kilogrid's buses, 1/s."""
+"""Bit rate of a Kilogrid's buses, 1/s."""
 
 PAGE_BYTES = number_of(_TRANSFER, "TRANSFER_PAGE_BYTES")
 """A page of the chip's flash, which is erased and written at once."""

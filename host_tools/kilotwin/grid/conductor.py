@@ -18,7 +18,7 @@ from kilotwin.grid.poller import Reports
 
 Phase = Literal["set-up", "ready", "running", "ending", "done"]
 
-# What set-up takes besides repeating messages: settling, sweeps, a frame of each transfer.
+# Time that set-up takes besides repeating messages: settling, sweeps, a frame of each transfer.
 _BETWEEN_S = 0.6
 _VERIFY_S = 4.5
 # It takes about 4 s to leave robots and modules idle.
@@ -152,7 +152,7 @@ class Conductor:
             elif order.configuration:
                 self.controller.change(order.configuration)
 
-    # What the controller reports, by the caller's clock.
+    # Reports of the controller, by the caller's clock.
 
     def reports(self, reports: Reports) -> None:
         """Passes reports on."""

@@ -76,7 +76,7 @@ class Console:
         return self.silent
 
     def presence(self) -> dict[str, Any]:
-        """What `look` found."""
+        """Findings of `look`."""
         here = [m for m in self._layout.modules() if m not in self.silent]
         return {
             "modules": [list(m) for m in here],
@@ -85,7 +85,7 @@ class Console:
         }
 
     def presence_text(self) -> str:
-        """What `look` found, as a map: the highest row first."""
+        """Findings of `look` as a map: the highest row first."""
         if not self._answers:
             count = self._layout.columns * self._layout.rows
             return f"a dispatcher does not say which modules answer; {count} are taken to be there"

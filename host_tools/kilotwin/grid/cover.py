@@ -52,7 +52,7 @@ def cover(wanted: Mapping[Module, bytes], modules: Iterable[Module]) -> list[Mes
 
 
 def apply(messages: Sequence[Message], modules: Iterable[Module]) -> dict[Module, bytes]:
-    """What each module has after these messages; those that none reached are left out."""
+    """Configuration of each module after these messages; those that none reached are left out."""
     everywhere = list(modules)
     return {
         module: message.content

@@ -36,7 +36,7 @@ class Fixed:
     TRACKING: int
     MODULE_DATA: int
     TYPE_MASK: int
-    """Of a frame's first byte."""
+    """Mask of the type in a frame's first byte."""
     CELL_SHIFT: int
     """How far left a cell's number lies in the first byte of a report."""
     MOST_RECORDS: int

@@ -19,12 +19,12 @@ def in_turn(content: Content) -> InTurn:
 
 
 def last(content: Content) -> bytes:
-    """What a module has in the end."""
+    """The configuration that a module has in the end."""
     return in_turn(content)[-1]
 
 
 def behind(before: Content | None, content: Content) -> Content:
-    """What to send a module that lost all: bytes take the place of `before`, turns follow it."""
+    """Messages for a module that lost all: bytes take the place of `before`, turns follow it."""
     if before is None or isinstance(content, bytes):
         return content
     return (*in_turn(before), *content)

@@ -201,7 +201,7 @@ class Poller:
         polled = self._state[number] == _POLLED
         late_s = incoming["at_s"] - self._since[number]
         self._missed[number[polled & (late_s > self._timeout_s)]] += 1
-        # Of several answers in one step only the first is one to the last poll.
+        # Only the first of several answers in one step is one to the last poll.
         one, first = np.unique(number, return_index=True)
         told = (self._missed[one] > 0) | (self._watched[one] & polled[first])
         answers = [

@@ -22,7 +22,7 @@ _FEWEST, _MOST = 4, 32
 
 
 class Verdict(Enum):
-    """What an answer says of its module."""
+    """Facts that an answer tells of its module."""
 
     RUNS = "runs"
     WATCH = "watch"
@@ -58,7 +58,7 @@ class ResetWatch:
         """Judges a module by an answer; all of a module that is watched are to come here."""
         module = answer.module
         if answer.records:
-            # What it had from robots is lost in a reset, and an idle module takes none.
+            # Reports that it had from robots are lost in a reset, and an idle module takes none.
             self._prompt.pop(module, None)
             return Verdict.RUNS
         if module not in self._prompt:

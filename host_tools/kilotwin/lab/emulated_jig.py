@@ -17,9 +17,9 @@ from kilotwin.lab.gain_tables import DISTANCES_MM
 from kilotwin.links.robot_link import RobotLink
 from kilotwin.runs.world import experiment_of
 
-# What distinguishes robots, and how they receive.
+# Sections that distinguish robots, and say how they receive.
 _OF_ROBOTS = ("seed", "profile", "medium", "lab")
-# Of the spread of ranges.
+# Limit of a range, in spreads.
 _RANGE_LIMIT = 3
 _FREE_M = 0.01
 # Chance goes by how many frames a robot has received: with so many more before each distance no
@@ -49,7 +49,7 @@ class EmulatedJig:
 
     @property
     def simulated_s(self) -> float:
-        """Of all tables so far."""
+        """Simulated time of all tables so far, s."""
         return self._passed_s + (self._table.clock.now_s() if self._table else 0.0)
 
     def place(self, mm: int) -> RobotLink:

@@ -16,7 +16,7 @@ from kilotwin.files.headers import CONTACT_MM, GAIN_ENTRIES, GAIN_SPACING_MM, MO
 from kilotwin.links.robot_link import Gains
 
 DISTANCES_MM = tuple(CONTACT_MM + GAIN_SPACING_MM * entry for entry in range(GAIN_ENTRIES))
-"""Of the entries: centre to centre, from contact on."""
+"""Distances of the entries: centre to centre, from contact on."""
 LEAST_REACH_MM = 78
 """Tables that are measured up to here tell how both gains fall."""
 

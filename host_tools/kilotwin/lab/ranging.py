@@ -16,7 +16,7 @@ from kilotwin.lab.gain_tables import DISTANCES_MM, GainTables, fitted, tables_of
 from kilotwin.links.robot_link import Gains, Heard, Report, RobotLink
 
 READINGS = 8
-"""Of each robot at each distance."""
+"""Readings of each robot at each distance."""
 ALL_ENTRIES = range(GAIN_ENTRIES)
 
 # Answers spread over 2 or 4 ticks, in turn: two of a pair seldom meet, and no beat goes on for long
@@ -54,7 +54,7 @@ class RangedRobot:
     uid: int
     partner: int
     came_with: GainTables | None = None
-    """What its EEPROM held; None: erased, or it did not tell."""
+    """Contents of its EEPROM; None: erased, or it did not tell."""
     readings: dict[int, list[Gains]] = field(default_factory=dict)
     """By distance in mm, those of the tables."""
     checks: dict[int, list[Gains]] = field(default_factory=dict)
@@ -67,7 +67,7 @@ class RangedRobot:
 
 @dataclass
 class _Told:
-    """What a robot told at one distance."""
+    """Readings that a robot told at one distance."""
 
     gains: list[Gains] = field(default_factory=list)
     last: Heard | None = None
@@ -135,7 +135,7 @@ class Ranging:
         return [report for report in reports if report.uid in self.robots and not report.in_loader]
 
     def _measure(self, link: RobotLink, text: str) -> dict[int, list[Gains]]:
-        """What each robot told; [] of a robot that told too few."""
+        """Readings that each robot told; [] of a robot that told too few."""
         told = {uid: _Told() for uid in self.robots}
         left, quiet = dict(told), 0
         while left and quiet < _PATIENCE:

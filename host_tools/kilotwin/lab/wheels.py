@@ -24,12 +24,12 @@ MOST_DUTY = 80
 """Motors must stay below 90 (hardware.md 2), and are less proportional near it."""
 LEAST_DUTY = 20
 TURN_DUTY = 70
-"""Of one motor, with which a usual robot turns by 45 degrees a second (hardware.md 2)."""
+"""Duty of one motor, with which a usual robot turns by 45 degrees a second (hardware.md 2)."""
 MOST_TURN_DUTY = 85
-"""Of one motor alone: below 90, too."""
+"""Highest duty of one motor alone: below 90, too."""
 
 USUAL_STRENGTH = SPEED_M_S / (2 * LEG_M * DUTY)
-"""Of a usual robot's motors."""
+"""Strength of a usual robot's motors."""
 
 _SPREAD = 0.25
 # Change of a strength from one measurement to the next: motors are not proportional.

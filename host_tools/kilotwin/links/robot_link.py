@@ -19,11 +19,11 @@ from kilotwin.files.headers import (
     VITALS,
 )
 
-# What a voltage is where it is not known.
+# A voltage that is not known.
 _NO_VOLTAGE = MOST_READING
 # Places of the upper two bits of three readings, and of the count, in the last byte of VITALS.
 _LOW_GAIN_BIT, _HIGH_GAIN_BIT, _COUNT_BIT, _VOLTAGE_BIT = 0, 2, 4, 6
-# Of a program's answer the state is the lower half, and what was asked for the upper one.
+# The state is the lower half of a program's answer, the question the upper one.
 _STATE_BITS = 4
 
 

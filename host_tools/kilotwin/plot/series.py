@@ -30,7 +30,7 @@ _RESULTS = ("resting_", "share_", "result_hash")
 
 
 def draw_series(folder: Path, where: Sequence[str], column: str) -> Figure:
-    """Of a column of series.parquet; `where` chooses trials as for the other figures."""
+    """Curves of a column of series.parquet; `where` chooses trials as for the other figures."""
     trials, series = _table(folder, TRIALS), _table(folder, SERIES)
     columns = [name for name in series.column_names if name not in _NOT_COUNTED]
     if column not in columns:

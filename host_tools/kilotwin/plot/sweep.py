@@ -293,7 +293,7 @@ def _heat_maps(
 
 
 _Column = tuple[str, tuple[str, ...], str]
-"""Of heat maps: the rule, the sites, and which of them it is about."""
+"""A column of heat maps: the rule, the sites, and which of them it is about."""
 
 
 def _map_columns(trials: Conditions, informed: Iterable[Condition]) -> list[_Column]:
@@ -392,7 +392,7 @@ def _draw_map(
 
 
 def _site_looks(trials: Conditions, groups: Iterable[Condition]) -> dict[str, Patch]:
-    """Of each site, as the legend shows it."""
+    """Look of each site, as the legend shows it."""
     names = [name for name in trials.sites if any(name in group.sites for group in groups)]
     fills = [name_fill(name, trials.sites.index(name)) for name in names]
     return {

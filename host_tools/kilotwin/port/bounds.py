@@ -24,7 +24,7 @@ def watched(program: Program) -> Program:
 
 
 def findings(prints: Sequence[tuple[int, str]]) -> Iterator[Finding]:
-    """What the handler told, among all that the program printed: tick and text."""
+    """Lines of the handler, among all that the program printed: tick and text."""
     for tick, text in prints:
         if not text.startswith(_MARK):
             continue

@@ -1,4 +1,4 @@
-"""What callbacks share with setup() and loop(): messages in the making, variables not set yet."""
+"""Data that callbacks share with setup() and loop(): messages in the making, variables not set."""
 
 import re
 from collections.abc import Iterator, Sequence

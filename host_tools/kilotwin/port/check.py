@@ -41,7 +41,7 @@ class Report:
         return any(finding.weight is Weight.FAILS for finding in self.findings)
 
     def as_dict(self) -> dict[str, Any]:
-        """What --json prints."""
+        """The --json object."""
         return {
             "program": self.program,
             "fails": self.fails,

@@ -54,13 +54,13 @@ class Instruction:
 
     @cached_property
     def data_address(self) -> int | None:
-        """What `lds` and `sts` read or write, in the data space."""
+        """Address that `lds` or `sts` reads or writes, in the data space."""
         found = _DATA.search(self.comment) if self.name in ("lds", "sts") else None
         return int(found[1], 16) if found else None
 
     @cached_property
     def target(self) -> tuple[int, str, bool] | None:
-        """Of a call or jump: address, symbol, and whether it is the symbol's own address."""
+        """Target of a call or jump: address, symbol, and whether it is the symbol's own address."""
         found = _TARGET.search(self.comment)
         return (int(found[1], 16), found[2], found[3] is None) if found else None
 
@@ -174,9 +174,9 @@ class Disassembly:
     address_taken: frozenset[str]
     """Functions of the program that a pointer may lead to."""
     runtime_callbacks: frozenset[str]
-    """What interrupts call as long as the program has not set a callback of its own."""
+    """Functions that interrupts call until the program sets a callback of its own."""
     stream_functions: frozenset[str]
-    """What fputc() may call, the program's and the runtime's."""
+    """Functions that fputc() may call, the program's and the runtime's."""
     bss_begin: int = 0
     """From this address on variables are 0 at the start."""
 

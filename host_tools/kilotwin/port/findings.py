@@ -18,7 +18,7 @@ class Weight(StrEnum):
     """It works now and then, or not as it does here."""
 
 
-# What comes of a finding, the worst first; of one kind those that fail come before.
+# Consequences of a finding, the worst first; of one kind those that fail come before.
 _CONSEQUENCES = (
     # The robot does not take the program, or does not go on.
     ("flash", "stack", "stops", "stack-meets-data", "fails-here"),
@@ -26,7 +26,7 @@ _CONSEQUENCES = (
     ("differs-in-passes", "differs", "no-kick", "no-crc"),
     # Variables get values that nobody gave them.
     ("array-bounds", "int-width"),
-    # What is to happen once happens often, or not at all.
+    # An action meant to happen once happens often, or not at all.
     ("tick-modulo", "tick-equal"),
     # Now and then a value is wrong, or a message is lost.
     ("before-setup", "message-race", "torn-access"),

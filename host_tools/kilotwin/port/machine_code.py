@@ -54,7 +54,7 @@ def size(program: Disassembly, stack: StackBound) -> Iterator[Finding]:
 
 
 def interrupts(program: Disassembly, roles: Roles) -> Iterator[Finding]:
-    """What callbacks must not do: they run with interrupts off, and the clock stands meanwhile."""
+    """Calls that callbacks must not make: interrupts are off, and the clock stands meanwhile."""
     reached = program.reached_from(roles.in_interrupts)
     for name in sorted(reached):
         for instruction, callee in program.functions[name].calls:

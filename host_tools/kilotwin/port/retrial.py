@@ -22,13 +22,13 @@ from kilotwin.port.trial import Outcome, Trial
 
 @dataclass(frozen=True)
 class Cause:
-    """Of a difference that is none of numbers. `uses`: a function that such a program calls."""
+    """Cause of a difference that is none of numbers. `uses`: a function that the program calls."""
 
     uses: str
     define: str
     """A macro that does away with it."""
     sources: tuple[Path, ...]
-    """What that macro needs."""
+    """Includes that the macro needs."""
     what: str
     without: str
     """How the program was run then."""
@@ -74,7 +74,7 @@ class Tried:
 
 
 def findings(tried: Tried, outcome: Outcome, notify: Notify) -> Iterator[Finding]:
-    """What of `outcome`'s first difference, if it has one that means anything."""
+    """`outcome`'s first difference, if it has one that means anything."""
     # Behind a spoilt stack or a failure nothing else is to be expected.
     if not outcome.difference or outcome.room_bytes < 0 or outcome.avr_failure:
         return
@@ -124,7 +124,7 @@ def _attempts(causes: Sequence[Cause]) -> list[Sequence[Cause]]:
 
 
 def _where_to_look(causes: Sequence[Cause], tried: Tried) -> str:
-    """What may be the reason in this program."""
+    """Causes that are possible in this program."""
     may_be = [cause.what for cause in causes if cause is not PASSES]
     if tried.roles.callbacks["rx"] and trials.waits(tried.code, tried.roles):
         may_be.append(

@@ -33,11 +33,11 @@ _WIDE = re.compile(
 _WARNING = re.compile(
     r"^([^:\n]+):(\d+):(?:\d+:)? warning: (.*?) \[-W([\w-]+)=?\d*\]$", re.MULTILINE
 )
-# Of all conversions only those to an int, or what is computed in ints.
+# Only conversions to an int, or of numbers computed in ints.
 _WIDTH = re.compile(
     r"conversion to .(unsigned )?int. |overflow|shift|always (true|false)|truncated"
 )
-# What only a 16-bit int brings about: the PC's compiler does not say it of the same line.
+# Warnings that only a 16-bit int brings about: the PC's compiler does not say it of the same line.
 _WIDTH_FLAGS = ["-Wconversion", "-Woverflow", "-Wshift-count-overflow", "-Wtype-limits"]
 
 

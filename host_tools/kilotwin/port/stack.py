@@ -27,7 +27,7 @@ class StackBound:
     why: str
     do: str = ""
     place: Place | None = None
-    """Of what makes it boundless, where it is known."""
+    """Place that makes it boundless, where it is known."""
 
 
 class _BoundlessError(Exception):
@@ -54,7 +54,7 @@ def bound(program: Disassembly, roles: Roles) -> StackBound:
 
 @dataclass(frozen=True)
 class _Call:
-    """Of a function: bytes from its return address on, and how it gets there."""
+    """Depth of a function: bytes from its return address on, and how it gets there."""
 
     bytes: int
     chain: tuple[str, ...]
@@ -69,12 +69,12 @@ class _Chains:
         self._open: list[int] = []
 
     def deepest_of(self, name: str) -> _Call:
-        """Of the function `name`; _BoundlessError."""
+        """Deepest call of the function `name`; _BoundlessError."""
         calls = [self.deepest(entry) for entry in self._entries(name)]
         return max(calls, key=lambda call: call.bytes, default=_Call(0, ()))
 
     def deepest(self, entry: int) -> _Call:
-        """Of the function that begins at the address `entry`; _BoundlessError."""
+        """Deepest call of the function at the address `entry`; _BoundlessError."""
         if entry in self._known:
             return self._known[entry]
         if entry in self._open:
@@ -124,7 +124,7 @@ class _Way:
         self._returns = False
 
     def call(self) -> _Call:
-        """What it takes; _BoundlessError."""
+        """Bytes that it takes; _BoundlessError."""
         self._reach(self._entry, State(_RETURN_ADDRESS))
         while self._waiting or self._reach_cases():
             self._pass(self._waiting.pop())

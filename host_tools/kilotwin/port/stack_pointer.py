@@ -25,7 +25,7 @@ _KEEPS_CARRY = {"mov", "movw", "ldi", "in", "cli", "push", "nop", *_LOADS}
 
 
 class Half(Enum):
-    """Of an address."""
+    """Half of an address."""
 
     LOW = 0
     HIGH = 1
@@ -46,7 +46,7 @@ class _Stored(Enum):
 STORED = _Stored.STORED
 
 Value = int | Below | _Stored
-"""Of a register, where it is known."""
+"""Value of a register, where it is known."""
 
 
 class UnknownStackPointerError(Exception):
@@ -62,12 +62,12 @@ class State:
     restored: bool = False
     """The stack pointer has been read from memory, as by longjmp(): it is a caller's by now."""
     _carry: tuple[int, int, int] | None = None
-    """Of a LOW half that has changed: which, the number, and whether it was added or taken off."""
+    """Change of a LOW half: which, the number, and whether it was added or taken off."""
     _high: Value | None = None
-    """What was written to SPH: SPL follows."""
+    """The value written to SPH: SPL follows."""
 
     def after(self, instruction: Instruction) -> "State":
-        """What it leaves behind, calls aside; UnknownStackPointerError."""
+        """Bytes that it leaves behind, calls aside; UnknownStackPointerError."""
         name, operands = instruction.name, instruction.operands.split(", ")
         if name == "push":
             return replace(self, depth=self.depth + 1)
@@ -93,7 +93,7 @@ class State:
         return replace(self, depth=self.depth - (name == "pop"), registers=registers, _carry=carry)
 
     def after_call(self) -> "State":
-        """What a function leaves behind that keeps to the rules for calls."""
+        """Registers after a function that keeps to the rules for calls."""
         kept = {
             register: value
             for register, value in self.registers.items()
@@ -102,7 +102,7 @@ class State:
         return replace(self, registers=kept | {_ZERO: 0}, _carry=None)
 
     def joined(self, other: "State") -> "State":
-        """What is known where both may be, the deeper one's depth."""
+        """Knowledge where either may be, with the deeper one's depth."""
         return State(
             max(self.depth, other.depth),
             {
@@ -125,7 +125,7 @@ class State:
         return int(operand, 16) if operand.startswith("0x") else self.registers.get(operand)
 
     def _plain(self, name: str, operands: list[str]) -> Value | None:
-        """What an instruction without arithmetic puts into its first operand."""
+        """Value that an instruction without arithmetic puts into its first operand."""
         if name == "in" and operands[1] in (_SPL, _SPH):
             low = operands[1] == _SPL
             return Below(Half.LOW, self.depth % 256) if low else Below(Half.HIGH, self.depth)
@@ -186,7 +186,7 @@ class State:
 
 
 def _together(low: Value | None, high: Value | None) -> int | None:
-    """Of both halves of one stack pointer: bytes below that before the call."""
+    """Depth from both halves of one stack pointer: bytes below that before the call."""
     if not isinstance(low, Below) or not isinstance(high, Below):
         return None
     halves = low.half is Half.LOW and high.half is Half.HIGH
@@ -217,5 +217,5 @@ def _put(registers: dict[str, Value], register: str, value: Value | None) -> Non
 
 
 def _signed(number: int) -> int:
-    """Of 16 bits."""
+    """A number of 16 bits with its sign."""
     return (number + 0x8000) % 0x10000 - 0x8000

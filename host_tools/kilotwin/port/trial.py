@@ -41,7 +41,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class LongestCall:
-    """Of one function; `cycles` 0: it never came back. Interrupts in between count."""
+    """Longest call of one function; `cycles` 0: it never came back. Interrupts in between count."""
 
     function: str
     place: Place | None
@@ -89,7 +89,7 @@ class Outcome:
     room_bytes: int
     """Left between variables, or heap, and stack; below 0: they overlap."""
     heap_bytes: int
-    """What malloc() had taken by then."""
+    """Bytes that malloc() had taken by then."""
     loops: tuple[LongestCall, ...]
     callbacks: tuple[LongestCall, ...]
     ticks_lost: int
@@ -98,7 +98,7 @@ class Outcome:
     avr_failure: str
     native_failure: str
     prints: tuple[tuple[int, str], ...] = ()
-    """What it printed here: tick and text."""
+    """Its prints here: tick and text."""
 
     def as_dict(self) -> dict[str, Any]:
         """For --json."""
@@ -222,7 +222,7 @@ def _outcome(
 
 
 def findings(outcome: Outcome) -> Iterator[Finding]:
-    """What of it is bad, but for a difference: see retrial."""
+    """Findings of it, but for a difference: see retrial."""
     yield from _memory(outcome)
     yield from _time(outcome)
     yield from bounds.findings(outcome.prints)

@@ -43,7 +43,7 @@ class PseudoTerminal:
         return self.port if self._link is None else str(self._link)
 
     def read(self, timeout_s: float) -> bytes | None:
-        """What has come within `timeout_s`, or nothing; None while no program has the port open."""
+        """Bytes that come within `timeout_s`, if any; None while no program has the port open."""
         poll = select.poll()
         poll.register(self._ours, select.POLLIN)
         events = poll.poll(timeout_s * 1000)

@@ -73,7 +73,7 @@ class EmulatedEnvironment:
         self._shine(simulation, self._due_tick(tick))
 
     def _show(self, seen: Seen, now_s: float) -> None:
-        """What was sent until a mistake of the program is kept."""
+        """Keeps all that was sent until a mistake of the program."""
         try:
             self.play.show(seen, now_s)
         except RunError:

@@ -1,4 +1,4 @@
-"""What an environment tells robots, kept: sent.arrows in a run folder, or in memory for `World`.
+"""Words that an environment tells robots: sent.arrows in a run folder, or in memory for `World`.
 
 A row per word or message for all; what the program notes goes to events.jsonl.
 """

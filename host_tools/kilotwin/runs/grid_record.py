@@ -39,7 +39,7 @@ class GridEvents:
         """Takes reports of robots."""
 
     def event(self, time_s: float, kind: str, text: str, **more: Any) -> None:
-        """What happened."""
+        """Events."""
 
     def module_event(self, event: Mapping[str, Any]) -> None:
         """Takes an event of a module's program: a print, or a failure."""
@@ -110,7 +110,7 @@ class GridRecord(GridEvents):
         self._waiting: list[Reports] = []
         if experiment.keys.record.can_log:
             self.log = CanLog(folder / CAN_LOG, buses, zero_s=zero_s)
-        # What an earlier run of that name left beside its folder is not lost.
+        # Files that an earlier run of that name left beside its folder are not lost.
         file = _free(folder.with_name(f"{folder.name}.kilodat"))
         self._kilodat = kilodat.Writer(file, plan.serials)
         self.kilodat = file

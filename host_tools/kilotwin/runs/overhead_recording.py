@@ -123,7 +123,7 @@ class _Recording:
         self._display = display
         self._record: EnvironmentRecord | None = None
         self._notes: list[tuple[float, str]] = []
-        """What the program notes before there is a record."""
+        """Notes of the program before there is a record."""
         self._play = Play(experiment, self)
         self._robots = SeenRobots(experiment)
         self._interrupted = False

@@ -1,4 +1,4 @@
-"""What robots print, in a file each: `prints/robot-7.log` in the run folder.
+"""Prints of robots, in a file each: `prints/robot-7.log` in the run folder.
 
 Every line begins with the world's time and tick when it began. A robot may print a line in parts.
 """

@@ -77,7 +77,7 @@ class Run:
         return swarm_size(self.experiment)
 
     def events(self) -> list[dict[str, Any]]:
-        """What happened to robots; a line cut short by a kill is left out."""
+        """Events of robots; a line cut short by a kill is left out."""
         file = self.folder / EVENTS
         lines = file.read_text().splitlines(keepends=True) if file.exists() else []
         return [json.loads(line) for line in lines if line.endswith("\n")]

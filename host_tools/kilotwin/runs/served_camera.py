@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from kilotwin._emulator import Simulation
 
 _NO_PROGRAM = EnvironmentTable(program="none:none")
-"""Of an experiment without an [environment]: the camera as it is by default."""
+"""The camera as it is by default, for experiments without an [environment]."""
 
 
 class ServedCamera:

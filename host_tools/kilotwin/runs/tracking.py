@@ -1,4 +1,4 @@
-"""What robots report through cells, as positions and states: a robot is where its cell is."""
+"""Reports of robots through cells, as positions and states: a robot is where its cell is."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING

@@ -224,7 +224,7 @@ class Trial(Generic[WriterT]):
         }
 
     def summary(self, interrupted: bool) -> dict[str, Any]:
-        """What `kilotwin run --json` prints."""
+        """The object that `kilotwin run --json` prints."""
         simulation = self._simulation
         cpu_s = time.process_time() - self._cpu_began
         simulated_s = seconds(simulation.tick - self._zero_tick)
@@ -299,7 +299,7 @@ class Trial(Generic[WriterT]):
 
     @property
     def _zero_tick(self) -> int:
-        """Of the engine, when the run began."""
+        """Tick of the engine when the run began."""
         return 0 if self._served is None else self._served.zero_tick or 0
 
     def _place_robots(self) -> _emulator.Simulation:

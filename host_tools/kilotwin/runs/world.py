@@ -321,7 +321,7 @@ class World:
 
     @property
     def reports(self) -> list[dict[str, Any]]:
-        """What robots reported through cells so far and the host has fetched, a dict per report.
+        """Reports of robots through cells that the host has fetched so far, a dict per report.
 
         `time_s` is the host's; `robot` is -1 for one that is not in the experiment; `module_x`,
         `module_y`, `cell` are where; `data` are the seven bytes.
@@ -335,7 +335,7 @@ class World:
 
     @property
     def cells(self) -> NDArray[np.uint8]:
-        """What cells show, lower left first: [2 * rows, 2 * columns, 2], colour and brightness.
+        """Lights of cells, lower left first: [2 * rows, 2 * columns, 2], colour and brightness.
 
         A colour is 1 for red, 2 for green, 4 for blue, or their sum.
         """
@@ -372,7 +372,7 @@ class World:
 
     @property
     def sent(self) -> list[dict[str, Any]]:
-        """What the environment has told robots so far, a dict per word: `time_s` when the overhead
+        """Words that the environment told robots so far, a dict each: `time_s` when the overhead
         controller had it, `asked_s`, `uid`, `type`, `value`; `data` in a message for all."""
         return list(self._told.rows)
 

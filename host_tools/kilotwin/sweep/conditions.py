@@ -184,7 +184,7 @@ def _check_columns(folder: Path, table: pa.Table) -> None:
 
 
 def _wrong_in(row: Row, sites: Sequence[str]) -> str:
-    """What of a trial cannot be; "" if nothing."""
+    """The fault of an impossible trial; "" if it is possible."""
     own = [
         site
         for site in sites

@@ -279,7 +279,7 @@ def _reading_name(experiment: ExperimentSchema) -> str:
 
 def _write_rows(draft: Path, rows: Sequence[Mapping[str, Any]], plan: Plan) -> None:
     names = list(dict.fromkeys(name for row in rows for name in row))
-    # What varies may be text, numbers or lists; a column has one type, so the rest becomes text.
+    # A varied value is text, a number or a list; a column has one type, so the rest becomes text.
     columns = {name: _column([row.get(name) for row in rows]) for name in names}
     about = {"sweep": plan.keys.name, "kilotwin": __version__}
     pq.write_table(pa.table(columns).replace_schema_metadata(about), draft, compression="zstd")

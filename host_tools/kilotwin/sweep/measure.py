@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 RESULT = b"result"
 """Under which the metadata of a part's schema has the trial's result."""
 
-# What of a run's summary is the trial's result: the same on every machine.
+# Keys of a run's summary that are the trial's result: the same on every machine.
 RESULT_KEYS = ("robots", "resting", "not_resting", "result_hash")
 
 

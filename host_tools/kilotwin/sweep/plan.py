@@ -115,7 +115,7 @@ class Block(Section):
 
 
 class SlurmOptions(Section):
-    """What dask-jobqueue's SLURMCluster takes (queue, account, ...), and how many jobs."""
+    """Arguments of dask-jobqueue's SLURMCluster (queue, account, ...), and the number of jobs."""
 
     model_config = ConfigDict(extra="allow")
 
@@ -124,14 +124,14 @@ class SlurmOptions(Section):
     walltime: Annotated[Text, AfterValidator(_walltime)] = "24:00:00"
     """How long a job may take."""
     memory: Annotated[Text, AfterValidator(_memory)] = "2GB"
-    """Of one job."""
+    """Memory of one job."""
 
 
 class SweepSchema(Section):
     """A whole sweep file: one block in it, or several as [[block]]."""
 
     name: Text
-    """What folders and figures call it; the file's name if left out."""
+    """Its name in folders and figures; the file's name if left out."""
     base: Annotated[list[Text], BeforeValidator(one_or_more)] | None = None
     """As in a block; without [[block]] the file is one block itself."""
     seeds: Seeds = 1
@@ -330,7 +330,7 @@ def _check_keys(
                     "says how many there are; vary keys below it, as robots.0.program"
                 )
             for other, others, is_set in before:
-                # What is set may be gone through one by one, or completed by a key below it.
+                # A set value may be gone through one by one, or completed by a key below it.
                 completes = is_set and (table[-1] == "each" or len(other) < len(key))
                 if _overlap(key, other) and not completes:
                     raise InputError(
@@ -390,7 +390,7 @@ def _file(base: _Written, text: ExperimentText) -> Path:
 
 
 def _base_names(blocks: Iterable[Block], text: ExperimentText) -> dict[str, str]:
-    """What each base is called: its file's name, or as the sweep writes it where two have that."""
+    """Name of each base: its file's name, or as the sweep writes it where two have that."""
     written: dict[str, str] = {}
     for block in blocks:
         for base in block.base:

@@ -200,7 +200,7 @@ class Sweep:
                 shutil.rmtree(file.parent, ignore_errors=True)
 
     def summary(self, finished: int) -> dict[str, Any]:
-        """What --json prints."""
+        """The --json object."""
         return {
             "sweep": self.plan.keys.name,
             "status": "interrupted" if self.interrupted else "finished",
@@ -258,7 +258,7 @@ def _answers(attempts: Sequence[_Try], place: Place) -> Iterator[tuple[_Try, Ans
         running: dict[Future[Answer], _Try] = {}
         with place.open() as executor, contextlib.suppress(BrokenExecutor):
             yield from _drain(executor, place, waiting, running)
-        # Whoever of these broke it does so in a process of its own the next time.
+        # A trial that broke it does so in a process of its own the next time.
         lost = [attempt.again() or attempt for attempt in running.values()]
         waiting += [_clean(attempt) for attempt in lost]
         if not waiting:

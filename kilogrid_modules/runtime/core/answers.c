@@ -7,7 +7,7 @@
 // Short names for the generated ones.
 #define TO_HOST(name) KILOGRID_CAN_TO_HOST_TYPE_##name##_CHOICE
 
-// Of the layout in kilogrid.dbc, not of the module.
+// Version of the layout in kilogrid.dbc, not of the module.
 #define HEALTH_VERSION 1
 
 uint8_t answers_poll(uint8_t waiting, uint8_t data[ANSWERS_BYTES]) {

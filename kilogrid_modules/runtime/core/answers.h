@@ -20,7 +20,7 @@ extern "C" {
 /// Data bytes of a CAN frame.
 #define ANSWERS_BYTES 8
 
-/// What a health report tells beside the orders.
+/// Contents of a health report beside the orders.
 typedef struct {
     uint16_t config_crc;      ///< CRC-16/MCRF4XX of answers_configured() bytes; of none 0xFFFF
     uint16_t uptime_s;        ///< stays at 65,535

@@ -39,7 +39,7 @@ typedef enum {
     STATE_BOOT_LOADER = KILOGRID_CAN_TO_HOST_STATE_BOOTLOADER_CHOICE,  ///< the module's own
 } module_state_t;
 
-/// What the driver has to do about a frame.
+/// Actions that a frame wants of the driver.
 typedef enum {
     ORDER_DONE,         ///< nothing: `state` and the flags say it all
     ORDER_REFUSED,      ///< nothing: the frame changed nothing and was counted

@@ -27,7 +27,7 @@ struct TemporaryFile {
     std::string path;
 };
 
-/// What loading says, without the file's name.
+/// The error of loading, without the file's name.
 std::string refusal(const std::string &content) {
     TemporaryFile file(content);
     try {

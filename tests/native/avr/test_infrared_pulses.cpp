@@ -18,7 +18,7 @@ message_t message_of(uint8_t first) {
     return message;
 }
 
-/// What the reader says to the last of the pulses.
+/// The reader's result at the last of the pulses.
 Found read(PulseReader &reader, const std::vector<Cycles> &pulses, Cycles from) {
     Found found = Found::NOTHING;
     for (Cycles pulse : pulses) found = reader.pulse(from + pulse);

@@ -127,7 +127,7 @@ TEST_CASE("pages full of ones arrive back to back from a sender whose clock is o
     }
 }
 
-// What is shone next may begin at that moment: a pulse that a board is past already would be lost.
+// The next pulse may begin at that moment: a pulse that a board is past already would be lost.
 TEST_CASE("a board stops where it is told, also behind an instruction that sets a timer") {
     constexpr Cycles QUANTUM = 1024, INSTRUCTION = 8;
     FlashedRobot robot(FlashImage::load(LOADER)->bytes());

@@ -1,4 +1,4 @@
-/// What the engine's tests share: scenes to put robots into, and a bench for robots without a
+/// Shared by the engine's tests: scenes to put robots into, and a bench for robots without a
 /// world.
 #ifndef KILOTWIN_TESTS_SUPPORT_H
 #define KILOTWIN_TESTS_SUPPORT_H
@@ -86,7 +86,7 @@ class Bench {
     void tell(Cycles at, uint32_t robot, const message_t &what, int16_t distance_mm = 0);
     void run(Cycles until, Cycles slice = ticks(64));
 
-    /// What a robot printed, and when; other events are in `events`.
+    /// Prints of a robot, with times; other events are in `events`.
     std::vector<Event> prints(uint32_t robot) const;
     std::vector<std::string> said(uint32_t robot) const;
     std::vector<Event> others(uint32_t robot) const;
@@ -112,7 +112,7 @@ std::vector<std::string> texts(const Events &events, uint32_t robot,
 
 }  // namespace kilotwin::testing
 
-/// What a failed comparison of lists shows.
+/// Text that a failed comparison of lists shows.
 template <typename T> struct doctest::StringMaker<std::vector<T>> {
     static String convert(const std::vector<T> &list) {
         String out = "{";

@@ -51,7 +51,7 @@ TEST_CASE("uniform draws lie in [0, 1), evenly") {
 
 namespace {
 
-/// What each robot of a world drew first (`roll_call` prints four rand_hard draws), and where it
+/// First draws of each robot of a world (`roll_call` prints four rand_hard draws), and where it
 /// started.
 struct Start {
     std::map<uint32_t, std::vector<std::string>> draws;

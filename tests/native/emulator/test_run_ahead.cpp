@@ -199,7 +199,7 @@ TEST_CASE("the paper's firmware: run ahead, tick by tick and in chunks give the 
 
 namespace {
 
-/// What can be known of a grid, beside its robots.
+/// Everything that can be known of a grid, beside its robots.
 struct GridOutcome {
     Outcome robots;
     std::vector<std::tuple<Cycles, uint32_t, uint16_t, std::array<uint8_t, 8>>> frames;

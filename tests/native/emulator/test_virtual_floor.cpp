@@ -1,4 +1,4 @@
-// What robots are told by CELL messages: on change, at least every 16 ticks, each control step of
+// CELL messages tell robots of the floor: on change, at least every 16 ticks, each control step of
 // 3 ticks.
 #include "infrared/virtual_floor.h"
 

@@ -21,7 +21,7 @@ def clear(build_dir: Path) -> int:
 
 
 def gcov_files(build_dir: Path) -> list[dict[str, Any]]:
-    """What gcov says of each source file of each object."""
+    """gcov's report of each source file of each object."""
     files: list[dict[str, Any]] = []
     for counts in sorted(build_dir.rglob("*.gcda")):
         command = ["gcov", "--branch-probabilities", "--json-format", "--stdout", str(counts)]

@@ -1,4 +1,4 @@
-/// What every test of the firmware needs: CMocka, and statistics with limits that follow from the
+/// Shared by all tests of the firmware: CMocka, and statistics with limits that follow from the
 /// sample size.
 #ifndef FIRMWARE_TESTS_SUPPORT_H
 #define FIRMWARE_TESTS_SUPPORT_H

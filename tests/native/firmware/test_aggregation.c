@@ -251,7 +251,7 @@ TEST(ticks_may_be_missed) {
     assert_true(fake.set_motors_calls > 1);
 }
 
-// What the robot would send now, if the medium took it.
+// The message that the robot would send now, if the medium took it.
 static message_t *ask(void) { return kilo_message_tx(); }
 
 static wire_tracking_t report_in(const message_t *message) {

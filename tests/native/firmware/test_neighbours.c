@@ -173,7 +173,7 @@ TEST(the_table_agrees_with_a_plain_list_over_every_wrap) {
     }
 }
 
-// What makes the hot path short: in a settled crowd each sender is found where it is looked for.
+// The hot path is short because in a settled crowd each sender is found where it is looked for.
 TEST(a_newcomer_is_put_where_it_is_heard_and_those_who_go_leave_no_gap) {
     neighbours_t table = table_of(100, TIMEOUT);
     const uint16_t first[] = {10, 30, 20};

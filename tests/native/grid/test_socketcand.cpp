@@ -16,7 +16,7 @@ struct Heard {
     bool operator==(const Heard &) const = default;
 };
 
-/// What a session makes of `text` if it comes in pieces of at most `piece` bytes.
+/// Replies of a session to `text` if it comes in pieces of at most `piece` bytes.
 Heard tell(std::string_view text, size_t piece) {
     SocketcandSession session(4);
     Heard heard;

@@ -20,7 +20,7 @@ namespace kilotwin {
 constexpr Cycles MS = CYCLES_PER_SECOND / 1000;
 constexpr Cycles SLOT = 269;
 
-/// What programs/probe.c can be asked for.
+/// Questions to programs/probe.c.
 enum Request : uint8_t {
     RAND_SOFT = 1,
     RAND_SEED,
@@ -77,7 +77,7 @@ class Bench {
     robot_state_t state() const { return static_cast<robot_state_t>(byte("kilolib_robot")); }
     uint32_t ticks() const { return word("kilo_ticks", 4); }
 
-    /// What the probe's callback got last.
+    /// The message that the probe's callback got last.
     uint32_t low_gain() const { return word("last_distance", 2); }
     uint32_t high_gain() const { return word("last_distance", 4) >> 16; }
 

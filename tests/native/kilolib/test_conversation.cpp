@@ -5,7 +5,7 @@ using namespace kilotwin;
 
 namespace {
 
-/// What one sends, the other sees a moment later.
+/// Pulses that one sends, the other sees a moment later.
 void pass_light(Bench &from, Bench &to, distance_measurement_t strength, Cycles lag) {
     for (const auto &light : from.board.outputs.light)
         if (light.on)

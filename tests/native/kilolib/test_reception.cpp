@@ -1,4 +1,4 @@
-/// What comes in by infrared light, and what the converter makes of it (hardware.md 1.6, 1.8).
+/// Reception of infrared light, and the converter's readings of it (hardware.md 1.6, 1.8).
 #include <cstring>
 
 #include "bench.h"

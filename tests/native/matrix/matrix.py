@@ -10,7 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from itertools import product
 from pathlib import Path
 
-# Of matrix_run.cpp. It changes with anything that changes results, in the engine or in firmware.
+# Hash of matrix_run.cpp. It changes with all that changes results, in the engine or in firmware.
 # Put the new one here when such a change is meant.
 GOLDEN = "eb909df9cca5b56b"
 

@@ -1,5 +1,5 @@
 // expect: torn-access 19
-// What ATOMIC_BLOCK reads is whole, what is read after it is not.
+// A count read inside ATOMIC_BLOCK is whole, one read after it is not.
 #include <kilolib.h>
 #include <util/atomic.h>
 

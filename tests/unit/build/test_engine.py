@@ -1,4 +1,4 @@
-"""What the compiler made of the engine."""
+"""The engine as the compiler made it."""
 
 import platform
 import subprocess

@@ -36,7 +36,7 @@ auto break case char const continue default do double else enum extern float for
 long register restrict return short signed sizeof static struct switch typedef typeof union unsigned
 void volatile while asm main F_CPU AVR
 """
-# Of stdint.h and of this test; the last one makes a program one for the Kilogrid.
+# Names of stdint.h and of this test; the last one makes a program one for the Kilogrid.
 OTHERS = re.compile(r"u?int\w+_t$|U?INT\w*_(MIN|MAX|C)$|KILOTWIN_|kt_|KT_|own_|IR_message_t$")
 OWN = """
 static uint16_t own_heard;

@@ -34,7 +34,7 @@ def number_of(message: can.Message) -> int:
 
 
 def until(done: Callable[[], Any]) -> Any:
-    """What `done` gives as soon as it is true."""
+    """Result of `done` as soon as it is true."""
     end = time.monotonic() + PATIENCE_S
     while time.monotonic() < end:
         if result := done():
@@ -44,7 +44,7 @@ def until(done: Callable[[], Any]) -> Any:
 
 
 def taken_from(bridge: Bridge, count: int) -> list[tuple[int, int, bytes]]:
-    """What comes in, until it is so many frames or more."""
+    """Frames that come in, until they are `count` or more."""
     taken: list[tuple[int, int, bytes]] = []
 
     def enough() -> bool:

@@ -52,7 +52,7 @@ TO_MODULE: list[tuple[str, dict[str, int], str]] = [
         {"First": 0xE1, "SlotsLog2": 5, "Nonce": 7, "Uid": 0xFFFF},
         "19 E1 05 07 FF FF 00 00",
     ),
-    # What boot loaders in the field want: 0x9F more.
+    # Boot loaders in the field want 0x9F more.
     ("OLD_MODULE_BOOTPAGE", CHUNK, "A6 07 A0 A1 A2 A3 A4 A5"),
     ("OLD_MODULE_BOOTPAGE_SIZE", SIZE, "A7 00 DC 00 00 00 00 00"),
     ("OLD_MODULE_BOOTPAGE_SIZE", CHECK, "A7 01 34 12 EF BE AD DE"),

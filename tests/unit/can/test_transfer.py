@@ -1,5 +1,5 @@
-"""What the host sends, a module takes: whole transfers between Python and C, with loss, repetition
-and reordering in between."""
+"""A module takes all that the host sends: whole transfers between Python and C, with loss,
+repetition and reordering in between."""
 
 import ctypes
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""What the engine is told, and that CONFIG says what wire.h says."""
+"""The engine's input, and that CONFIG says what wire.h says."""
 
 from typing import Any, get_args
 

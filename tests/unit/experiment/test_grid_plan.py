@@ -1,4 +1,4 @@
-"""What an experiment means for a grid: cells, codes, orders; and what does not go together."""
+"""Meaning of an experiment for a grid: cells, codes, orders; and what does not go together."""
 
 from pathlib import Path
 

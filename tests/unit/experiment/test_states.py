@@ -1,4 +1,4 @@
-"""What an LED means, and which robots count as resting on a site."""
+"""Meaning of an LED, and which robots count as resting on a site."""
 
 import numpy as np
 import pytest

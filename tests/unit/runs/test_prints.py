@@ -1,4 +1,4 @@
-"""What robots print, in a file each."""
+"""Prints of robots, in a file each."""
 
 from pathlib import Path
 

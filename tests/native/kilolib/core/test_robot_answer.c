@@ -78,7 +78,7 @@ TEST(a_question_anew_before_the_answer_takes_the_place_of_the_first) {
     assert_int_equal(attempts, ROBOT_ANSWER_ATTEMPTS);
 }
 
-// Of a robot that was asked by `query`, and heard `count` others before.
+// The answer of a robot that was asked by `query`, and heard `count` others before.
 static message_t answer_of(const uint8_t *query, uint8_t state, int16_t voltage, int count) {
     const robot_answer_t answer = asked(query);
     robot_heard_t heard = {{0}};
