@@ -131,13 +131,13 @@ nb::dict cell_stats(const PythonSimulation &self) {
 
 // As Simulation.events(), with a module's column and row in place of a robot.
 nb::list module_events(PythonSimulation &self) {
-    Grid &grid = self.simulation.grid();
+    const GridLayout &layout = self.simulation.grid().layout();
     nb::list out;
-    for (const auto &event : grid.take_events()) {
+    for (const auto &event : self.simulation.take_module_events()) {
         nb::dict row;
         row["tick"] = self.simulation.tick_of(event.at);
         row["module_tick"] = event.tick;
-        row["module"] = nb::make_tuple(grid.layout().x(event.robot), grid.layout().y(event.robot));
+        row["module"] = nb::make_tuple(layout.x(event.robot), layout.y(event.robot));
         row["program"] = event.program;
         row["kind"] = name_of(event.kind);
         row["text"] = text_of(event);

@@ -70,11 +70,11 @@ nb::dict to_python(const Statistics &statistics, double diameter_m) {
     return out;
 }
 
-// 16 hexadecimal digits over poses and LEDs as they are now.
-std::string hash_of(const PythonSimulation &self) {
+// A hash as 16 hexadecimal digits, the form in which manifests and tables keep it: JSON has no
+// whole numbers of 64 bits.
+std::string digits_of(uint64_t hash) {
     char text[17];
-    std::snprintf(text, sizeof text, "%016llx",
-                  static_cast<unsigned long long>(result_hash(self.simulation.snapshot())));
+    std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));
     return text;
 }
 
@@ -168,7 +168,16 @@ void register_results(Class &simulation) {
              [](PythonSimulation &self) {
                  return to_python(self.simulation, self.simulation.take_events());
              })
-        .def("result_hash", hash_of)
+        .def(
+            "result_hash",
+            [](PythonSimulation &self) { return digits_of(self.simulation.result_hash()); },
+            "16 hex digits over every sample, prints, failures and counts of frames up to now.")
+        .def(
+            "final_hash",
+            [](const PythonSimulation &self) {
+                return digits_of(final_hash(self.simulation.snapshot()));
+            },
+            "16 hex digits over poses and LEDs as they are now.")
         .def("stats", [](const PythonSimulation &self) {
             return to_python(self.simulation.statistics(), 2 * self.def.profile.radius_m);
         });

@@ -20,9 +20,6 @@ struct Samples {
     void add_robot(const Pose &pose, uint8_t color, uint8_t site_under);
 };
 
-/// FNV-1a over final float32 poses and LEDs in robot order: what "same result" means.
-uint64_t result_hash(const Samples &now);
-
 }  // namespace kilotwin
 
 #endif

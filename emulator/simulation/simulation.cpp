@@ -145,6 +145,7 @@ Statistics Simulation::statistics() const {
 void Simulation::sample_if_due() {
     if (now_ < next_sample_) return;
     sample_into(samples_);
+    result_.take(samples_, robots_.size());
     samples_due_++;
     next_sample_ = end_of_step(run_at_ + samples_due_ * def_.sample_ticks * TICK_CYCLES, step_);
 }
@@ -170,7 +171,27 @@ Events Simulation::take_events() {
     std::stable_sort(events_.begin(), events_.end(), [](const Event &a, const Event &b) {
         return a.at != b.at ? a.at < b.at : a.robot < b.robot;
     });
+    result_.take(events_, run_at_);
     return std::exchange(events_, {});
+}
+
+Events Simulation::take_module_events() {
+    fetch_module_events();
+    return std::exchange(module_events_, {});
+}
+
+// Boards and native modules keep theirs until they are asked; the hash wants all of them.
+void Simulation::fetch_module_events() {
+    const Events events = grid().take_events();
+    result_.take(events, run_at_);
+    module_events_.insert(module_events_.end(), events.begin(), events.end());
+}
+
+uint64_t Simulation::result_hash() {
+    if (grid_) fetch_module_events();
+    ResultHash result = result_;
+    result.take(events_, run_at_);
+    return result.value(snapshot(), channel_->counts(), channel_->frames());
 }
 
 }  // namespace kilotwin

@@ -36,6 +36,7 @@
 #include "simulation/commands.h"
 #include "simulation/floor_sensing.h"
 #include "simulation/recorder.h"
+#include "simulation/result_hash.h"
 
 namespace kilotwin {
 
@@ -149,8 +150,12 @@ class Simulation {
     Samples take_samples();
     /// One sample of this moment; those that take_samples() returns do not change.
     Samples snapshot() const;
-    Events take_events();  ///< in order of time
+    Events take_events();         ///< in order of time
+    Events take_module_events();  ///< of a grid's modules; EngineError without one
     Statistics statistics() const;
+
+    /// Of all that was sampled, printed, sent and failed up to now, fetched or not.
+    uint64_t result_hash();
 
     /// Frames of each robot; empty with the ideal medium.
     std::vector<FrameCounts> frames() const { return channel_->frames(); }
@@ -185,6 +190,7 @@ class Simulation {
     /// Takes a sample if the step that has begun is the first not before its time.
     void sample_if_due();
     void sample_into(Samples &samples) const;
+    void fetch_module_events();
 
     SimulationDef def_;
     Chance chance_;
@@ -195,6 +201,7 @@ class Simulation {
     uint64_t samples_due_ = 0;         ///< so many were taken
     Cycles next_sample_;               ///< when the next is due, a begin of a step
     Events events_;                    ///< since the last take_events(), in order of execution
+    Events module_events_;             ///< fetched from the grid, and not taken yet
     std::vector<Emission> emissions_;  ///< of the robot executed last; the channel takes them
     BlackBox *black_box_ = nullptr;    ///< mapped file that tells which robot runs, or null
     RobotContext context_;             ///< what all robots share
@@ -211,6 +218,7 @@ class Simulation {
     std::vector<Cycles> wake_;   ///< by robot: the begin of the step in which it next is due
     std::vector<uint32_t> due_;  ///< robots to be executed in this step
     Samples samples_;            ///< since the last take_samples()
+    ResultHash result_;          ///< of all samples, and of events that were taken
     uint64_t steps_ = 0;         ///< world steps so far
 };
 

@@ -52,4 +52,4 @@ def test_what_is_recorded_does_not_change_the_result(
     first: dict[str, Any], run_json: RunJson
 ) -> None:
     got = run_json(SIMPLIFIED, *SETTINGS, "record.sample_s=1", seed=11)
-    assert got["result_hash"] == first["result_hash"]
+    assert got["final_hash"] == first["final_hash"]

@@ -86,11 +86,16 @@ def _measure_one(
         "robot_s_per_cpu_s": round(median(new, "robot_s_per_cpu_s")),
         "against_robot_s_per_cpu_s": round(median(old, "robot_s_per_cpu_s")),
         "memory_ratio": round(median(new, "peak_bytes") / max(median(old, "peak_bytes"), 1), 3),
-        "same_results": len({summary["result_hash"] for summary in [*new, *old]}) == 1,
+        "same_results": len({_final_hash(summary) for summary in [*new, *old]}) == 1,
         "against": other.name,
         "rounds": rounds,
         "machine": machine(),
     }
+
+
+def _final_hash(summary: dict[str, Any]) -> str:
+    """Robots at the end; earlier engines called this hash their result's."""
+    return str(summary.get("final_hash", summary["result_hash"]))
 
 
 def _run(engine: _Engine, experiment: Experiment) -> dict[str, Any]:

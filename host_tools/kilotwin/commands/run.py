@@ -4,7 +4,7 @@ import json
 import math
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
@@ -21,11 +21,14 @@ from kilotwin.commands.options import (
     given_settings,
 )
 from kilotwin.environment.poses import parse_address
-from kilotwin.errors import EXIT_INTERRUPTED
+from kilotwin.errors import EXIT_INTERRUPTED, InputError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.text import Setting
 from kilotwin.runs.job import Probes, Serving
 from kilotwin.runs.run import run as run_experiment
+
+if TYPE_CHECKING:
+    from kilotwin.runs.verify import Verdict
 
 app = command_app()
 
@@ -101,6 +104,15 @@ GdbPort = Annotated[
     int,
     typer.Option(min=1024, max=65535, envvar="KILOTWIN_GDB_PORT", help="Where gdb connects."),
 ]
+Verify = Annotated[
+    bool,
+    typer.Option(
+        "--verify",
+        envvar="KILOTWIN_VERIFY",
+        help="Repeat the run of a run folder, or of its manifest.json, and name the first sample "
+        "that differs; exit 1 if one does.",
+    ),
+]
 Vcd = Annotated[
     list[int] | None,
     typer.Option(
@@ -118,7 +130,8 @@ Vcd = Annotated[
     "  kilotwin run experiments/paper/firat-n50.toml --seed 7 --set swarm.informed=0.5 --json\n\n"
     "  kilotwin run experiments/kilogrid/paper-n50.toml --serve\n\n"
     "  kilotwin run experiments/porting/native-and-avr.toml --serve --link-ohc ohc\n\n"
-    "  kilotwin run experiments/environment/wall.toml --serve --poses udp:127.0.0.1:5005"
+    "  kilotwin run experiments/environment/wall.toml --serve --poses udp:127.0.0.1:5005\n\n"
+    "  kilotwin run --verify runs/my-run/manifest.json"
 )
 def run(
     experiment: File,
@@ -138,11 +151,17 @@ def run(
     gdb: Gdb = None,
     gdb_port: GdbPort = 1234,
     vcd: Vcd = None,
+    verify: Verify = False,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
     """Run an experiment and leave a run folder."""
     given = given_settings(settings, seed)
+    if verify:
+        others = (given, serve, plots, gdb, vcd)
+        if any(option not in (None, False, []) for option in others):
+            raise InputError("--verify repeats a run as it was; give --out, --json or --quiet")
+        _verify(experiment, out, as_json, quiet)
     serving = None
     if serve:
         # The engine takes frames of the host once in a world step.
@@ -171,6 +190,22 @@ def run(
     if outcome.exit_code == EXIT_INTERRUPTED:
         typer.echo("interrupted; what was recorded is kept", err=True)
     raise typer.Exit(outcome.exit_code)
+
+
+def _verify(recorded: Path, out: Path | None, as_json: bool, quiet: bool) -> NoReturn:
+    display = terminal.display(quiet)
+    verdict = lazy.load("runs.verify").verify(recorded, out, sys.argv, display)
+    typer.echo(json.dumps(verdict.as_dict()) if as_json else _verdict_text(verdict))
+    raise typer.Exit(1 if verdict.difference else 0)
+
+
+def _verdict_text(verdict: "Verdict") -> str:
+    """Two lines and more: whether it is the same, and what has changed in between."""
+    said = verdict.difference or "the same result"
+    rows = f"{verdict.compared:,} rows of robots.arrows compared"
+    hashes = "" if verdict.hashes is None else f", result hash {verdict.hashes[1]}"
+    lines = [f"{verdict.folder}: {said}", f"  {rows}{hashes}"]
+    return "\n".join([*lines, *(f"  changed since: {change}" for change in verdict.changed)])
 
 
 def _plot_both(folder: Path) -> None:

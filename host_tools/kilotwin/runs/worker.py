@@ -249,6 +249,7 @@ class Trial(Generic[WriterT]):
             "peak_bytes": 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss,
             "robot_s_per_cpu_s": round(simulation.robots * simulated_s / max(cpu_s, 1e-9)),
             "result_hash": simulation.result_hash(),
+            "final_hash": simulation.final_hash(),
             "run_folder": str(self._job.folder),
             "events": dict(self._events),
             "robots_failed": self._failed,

@@ -281,8 +281,13 @@ class World:
 
     @property
     def result_hash(self) -> str:
-        """16 hex digits: equal for worlds that have come to the same."""
+        """16 hex digits: equal for worlds that did the same at every sample, print and frame."""
         return self._simulation.result_hash()
+
+    @property
+    def final_hash(self) -> str:
+        """16 hex digits: equal for worlds whose robots stand and shine alike now."""
+        return self._simulation.final_hash()
 
     def variable(self, robot: Whole, name: str) -> Any:
         """The value of a global or static variable of a robot's program. For tests.

@@ -101,7 +101,7 @@ TEST_CASE("the same mixed swarm twice is the same, bit for bit") {
     auto hash = [] {
         Simulation simulation(row_of_mates(3, 3, 0.04, 5));
         simulation.advance(300);
-        return result_hash(simulation.snapshot());
+        return final_hash(simulation.snapshot());
     };
     CHECK(hash() == hash());
 }

@@ -39,7 +39,7 @@ uint64_t hash_with(size_t prefetched_from, bool kilobot_medium) {
     simulation.advance(800);
     CHECK(simulation.statistics().solver_steps > 0);
     CHECK(simulation.statistics().medium.received > 0);
-    return result_hash(simulation.snapshot());
+    return final_hash(simulation.snapshot());
 }
 
 }  // namespace

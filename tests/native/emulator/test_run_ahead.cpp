@@ -28,7 +28,7 @@ void note(Outcome &outcome, Simulation &simulation) {
         Samples one;
         for (uint32_t robot = 0; robot < robots; robot++)
             one.add_robot(pose_of(samples, robot, row), samples.led[row * robots + robot], 0);
-        outcome.sample_hashes.push_back(result_hash(one));
+        outcome.sample_hashes.push_back(final_hash(one));
     }
 }
 
@@ -41,7 +41,7 @@ Outcome outcome_of(SimulationDef def, bool run_ahead, int64_t duration_ticks,
         simulation.advance(std::min(chunks[i % chunks.size()], duration_ticks - simulation.tick()));
         note(outcome, simulation);
     }
-    outcome.hash = result_hash(simulation.snapshot());
+    outcome.hash = final_hash(simulation.snapshot());
     outcome.statistics = simulation.statistics();
     return outcome;
 }
@@ -261,7 +261,7 @@ GridOutcome grid_outcome_of(SimulationDef def, bool run_ahead, int64_t duration_
                 outcome.events.emplace_back(event.at, event.robot, event.text);
         }
     }
-    outcome.robots.hash = result_hash(simulation.snapshot());
+    outcome.robots.hash = final_hash(simulation.snapshot());
     outcome.robots.statistics = simulation.statistics();
     for (uint32_t cell = 0; cell < grid.layout().cells(); cell++) {
         const CellLight light = grid.light(cell, simulation.now());

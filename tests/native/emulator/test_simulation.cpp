@@ -165,7 +165,7 @@ TEST_CASE("equal definitions give equal runs, other seeds others") {
         scene.add_anywhere("wanderer", 20);
         Simulation simulation(scene.def);
         simulation.advance(2000);
-        return result_hash(simulation.snapshot());
+        return final_hash(simulation.snapshot());
     };
     CHECK(hash_of(1) == hash_of(1));
     CHECK(hash_of(1) != hash_of(2));
@@ -184,5 +184,5 @@ TEST_CASE("two runs in one process do not disturb each other") {
         first.advance(10);
         second.advance(10);
     }
-    CHECK(result_hash(first.snapshot()) == result_hash(alone.snapshot()));
+    CHECK(final_hash(first.snapshot()) == final_hash(alone.snapshot()));
 }

@@ -92,7 +92,7 @@ uint64_t grid_hash() {
         for (const auto &logged : simulation.grid().take_frames())
             hash = (hash ^ logged.at ^ logged.frame.id) * 0x100000001B3u;
     }
-    return hash ^ result_hash(simulation.snapshot());
+    return hash ^ final_hash(simulation.snapshot());
 }
 
 }  // namespace
@@ -102,7 +102,7 @@ int main() {
     simulation.advance(DURATION_TICKS);
     const auto &statistics = simulation.statistics();
     std::printf("%016llx box2d %s, %llu frames heard, %llu solver steps, %llu contacts\n",
-                static_cast<unsigned long long>(result_hash(simulation.snapshot()) ^ grid_hash()),
+                static_cast<unsigned long long>(final_hash(simulation.snapshot()) ^ grid_hash()),
                 box2d_version().c_str(),
                 static_cast<unsigned long long>(statistics.medium.received),
                 static_cast<unsigned long long>(statistics.solver_steps),
