@@ -8,6 +8,7 @@
 #include "physics/contact/box2d_solver.h"
 #include "python/bridge.h"
 #include "python/chance.h"
+#include "python/chip.h"
 #include "python/differential_test.h"
 #include "python/programmer.h"
 #include "python/simulation.h"
@@ -27,6 +28,7 @@ NB_MODULE(_emulator, m) {
     register_wire(m);
     register_bridge(m);
     register_chance(m);
+    register_chip(m);
     register_differential_test(m);
     register_programmer(m);
     register_simulation(m);

@@ -17,8 +17,21 @@ CAN_RECORD: list[tuple[Any, ...]]  # fields of numpy.dtype() for a frame that en
 
 def uniform(seed: int, purpose: str, robot: int, n: int) -> float: ...  # see base/chance.h
 def normal(seed: int, purpose: str, robot: int, n: int) -> float: ...
+def flash_image(path: str) -> tuple[bytes, dict[int, int]]: ...  # flash; EEPROM by address
 
 class EngineError(ValueError): ...
+
+class RobotChip:
+    """See emulator/python/chip.cpp."""
+
+    def __init__(self, path: str, *, seed: int, skips: bool, boots: bool = ...) -> None: ...
+    def run(self, until: int) -> None: ...
+    def show(self, message: bytes, at: int) -> None: ...
+    def digest(self, begin: int, end: int) -> int: ...
+    cycle: int
+    flash_operations: int
+    failure: str
+    outputs: tuple[int, int, int, int]  # LED, motors, edges of infrared, bytes
 
 class Samples(TypedDict):
     """k samples of N robots."""

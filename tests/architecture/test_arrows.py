@@ -51,7 +51,9 @@ WALLS = [
     (re.compile(r"box2d/"), re.compile(r"emulator/physics/contact/box2d_solver\.cpp"), "Box2D"),
     (
         re.compile(r"simavr/"),
-        re.compile(r"emulator/avr/chip/(microcontroller|idle_loop|self_programming)\.cpp"),
+        re.compile(
+            r"emulator/avr/chip/(microcontroller|idle_loop|self_programming|translated_core)\.cpp"
+        ),
         "simavr",
     ),
     (re.compile(r"nanobind/|Python\.h"), re.compile(r"emulator/python/.*"), "Python"),

@@ -8,10 +8,12 @@
 #include <fstream>
 #include <iterator>
 #include <sstream>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "avr/chip/registers.h"
+#include "avr/chip/translated_core.h"
 #include "base/errors.h"
 #include "kilolib/core/eeprom_map.h"
 
@@ -26,6 +28,8 @@ constexpr uint32_t SRAM_BASE = 0x800000, EEPROM_BASE = 0x810000, FUSE_BASE = 0x8
 constexpr ptrdiff_t APPLICATION_BYTES = 220 * 128;  // pages that a robot takes (hardware.md 1.11)
 // The ATmega328P's interrupt vectors, from address 0 on.
 constexpr size_t VECTORS = 26, SERIAL_RECEIVE_VECTOR = 18;
+constexpr uint8_t ERASED = 0xFF;
+constexpr std::string_view TRANSLATION_SUFFIX = ".so";
 constexpr uint32_t BOOT_SECTIONS[] = {0x7000, 0x7800, 0x7C00, 0x7E00};
 
 enum HexRecord : uint8_t {
@@ -99,6 +103,9 @@ std::shared_ptr<const FlashImage> FlashImage::load_together(const std::vector<st
     std::shared_ptr<FlashImage> image(new FlashImage);
     for (const std::string &path : paths) image->add(path);
     image->name_ = paths.front().substr(paths.front().find_last_of('/') + 1);
+    if (image->translation_ != nullptr)
+        image->name_.resize(image->name_.size() - TRANSLATION_SUFFIX.size());
+    if (paths.size() > 1) image->translation_ = nullptr;  // of one of them alone
     return image;
 }
 
@@ -108,7 +115,7 @@ std::shared_ptr<const FlashImage> FlashImage::of(const std::array<uint8_t, BYTES
     image->bytes_ = content;
     image->name_ = name;
     for (size_t i = 0; i < BYTES; i++) {
-        image->programmed_[i] = content[i] != 0xFF;
+        image->programmed_[i] = content[i] != ERASED;
         if (image->programmed_[i]) image->end_ = i + 1;
     }
     return image;
@@ -118,7 +125,9 @@ void FlashImage::add(const std::string &path) {
     const std::string content = content_of(path);
     const size_t end_before = std::exchange(end_, 0);
     if (content.empty()) throw EngineError(path + " is empty");
-    if (content.compare(0, SELFMAG, ELFMAG) == 0)
+    if (path.ends_with(TRANSLATION_SUFFIX))
+        read_translation(path);
+    else if (content.compare(0, SELFMAG, ELFMAG) == 0)
         read_elf(path, content);
     else
         read_hex(path, content);
@@ -134,7 +143,7 @@ std::optional<uint16_t> FlashImage::symbol(const std::string &name) const {
 
 uint32_t FlashImage::boot_section() const {
     for (uint32_t start : BOOT_SECTIONS)
-        if (programmed_[start]) return start;
+        if (bytes_[start] != ERASED) return start;
     return BOOT_SECTIONS[0];
 }
 
@@ -264,6 +273,15 @@ void FlashImage::read_elf(const std::string &path, const std::string &content) {
             symbols_.emplace(content.c_str() + name, static_cast<uint16_t>(symbol.st_value - base));
         }
     }
+}
+
+/// Takes an image from its translation.
+void FlashImage::read_translation(const std::string &path) {
+    translation_ = &load_translation(path);
+    for (uint32_t i = 0; i < BYTES; i++)
+        if (translation_->flash[i] != ERASED) program(i, translation_->flash + i, 1, path);
+    for (uint32_t i = 0; i < translation_->eeprom_bytes; i++)
+        eeprom_[translation_->eeprom[i][0]] = static_cast<uint8_t>(translation_->eeprom[i][1]);
 }
 
 }  // namespace kilotwin

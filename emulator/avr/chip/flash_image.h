@@ -13,14 +13,17 @@
 #include <string>
 #include <vector>
 
+#include "guest/translated_code.h"
+
 namespace kilotwin {
 
 class FlashImage {
   public:
     static constexpr size_t BYTES = 32 * 1024;
 
-    /// Reads Intel HEX (records 00 to 05) or an ELF executable for AVR; the file's first bytes
-    /// decide. Throws EngineError, with the file and the line, if it cannot be flashed: damaged,
+    /// Reads Intel HEX (records 00 to 05), an ELF executable for AVR, or what the host has made of
+    /// one for this computer (avr/chip/translated_core.h): NAME.so, where the image was NAME. Of the
+    /// others the first bytes decide. Throws EngineError, with the file and the line, if it cannot be flashed: damaged,
     /// empty, for another processor, too large, or without a piece in its middle.
     static std::shared_ptr<const FlashImage> load(const std::string &path);
 
@@ -31,6 +34,10 @@ class FlashImage {
     /// The content of a chip: bytes of 0xFF count as not programmed.
     static std::shared_ptr<const FlashImage> of(const std::array<uint8_t, BYTES> &content,
                                                 const std::string &name);
+
+    /// Code of this computer, if the file was that; null: the chip interprets. It lives as long as
+    /// the process.
+    const translation_t *translation() const { return translation_; }
 
     /// The whole flash; bytes that the file does not give are erased, 0xFF.
     const std::array<uint8_t, BYTES> &bytes() const { return bytes_; }
@@ -62,6 +69,7 @@ class FlashImage {
     void add(const std::string &path);
     void read_hex(const std::string &path, const std::string &text);
     void check_middle(const std::string &path) const;
+    void read_translation(const std::string &path);
     void read_elf(const std::string &path, const std::string &content);
     void load_bytes(uint32_t address, const uint8_t *data, size_t count, const std::string &where);
     void program(uint32_t address, const uint8_t *data, size_t count, const std::string &where);
@@ -72,6 +80,7 @@ class FlashImage {
     size_t end_ = 0;                        ///< 0: nothing is programmed
     std::string name_;
     std::map<std::string, uint16_t> symbols_;
+    const translation_t *translation_ = nullptr;
 };
 
 }  // namespace kilotwin

@@ -75,9 +75,11 @@ struct Microcontroller::Hooks {
             chip.core_run_(avr);
             const auto sp = static_cast<uint16_t>(avr->data[R_SPL] | avr->data[R_SPH] << 8);
             chip.follower_->executed(from, avr->pc, sp);
-        } while (avr->state == cpu_Running && avr->cycle < until && !chip.crashed_ &&
-                 !chip.was_reset_ && chip.failure_.empty());
+        } while (avr->cycle < until && chip.goes_on());
     }
+
+    // Replaces simavr's run: as many cycles, translated where that can be.
+    static void run_translated(avr_t *avr) { of(avr).run_translated(); }
 
     // Replaces simavr's sleep, which lets the computer sleep as long as the chip.
     static void sleep(avr_t *avr, avr_cycle_count_t for_cycles) { of(avr).dozed_ = for_cycles; }
@@ -221,6 +223,10 @@ Microcontroller::Microcontroller(Board &board, const FlashImage &flash, const Ee
     Hooks::replace_write(*this, UDR0, Hooks::send_serial);
     Hooks::replace_write(*this, SPDR, Hooks::exchange_spi);
     idle_ = std::make_unique<IdleLoop>(avr_);
+    core_run_ = avr_->run;
+    if (flash.translation() == nullptr) return;
+    translated_ = std::make_unique<TranslatedCore>(avr_, *flash.translation());
+    avr_->run = Hooks::run_translated;
 }
 
 /// Reads of counters and flags, which change by themselves, count as activity: such a loop must be
@@ -290,8 +296,35 @@ void Microcontroller::run(uint64_t until) {
 void Microcontroller::follow(Follower &follower) {
     skip_nothing();
     follower_ = &follower;
-    core_run_ = avr_->run;
     avr_->run = Hooks::run_followed;
+}
+
+/// Whether the chip can execute a further instruction, as far as nothing is to be done before.
+bool Microcontroller::goes_on() const {
+    return avr_->state == cpu_Running && !crashed_ && !was_reset_ && failure_.empty();
+}
+
+/// As simavr's own run: timers and interrupts are looked at behind each instruction that may have
+/// set them, and behind the last.
+void Microcontroller::run_translated() {
+    if (avr_->run_cycle_count <= 1) return core_run_(avr_);
+    const uint64_t until = avr_->cycle + avr_->run_cycle_count;
+    do {
+        if (flash_seen_ != programming_->changes()) {
+            flash_seen_ = programming_->changes();
+            translated_->compare_flash();
+        }
+        const auto *timer = avr_->cycle_timers.timer;
+        const uint64_t stop = timer != nullptr ? std::min<uint64_t>(timer->when, until) : until;
+        const bool may_run = avr_->interrupt_state == 0 && stop > avr_->cycle;
+        avr_->run_cycle_count = may_run ? translated_->run(stop) : 1;
+        if (avr_->run_cycle_count != 0) {
+            core_run_(avr_);
+        } else {
+            avr_cycle_timer_process(avr_);
+            if (avr_->interrupt_state != 0) avr_service_interrupts(avr_);
+        }
+    } while (avr_->cycle < until && goes_on());
 }
 
 bool Microcontroller::wakes_from_power_down(const void *timer_owner) const {
@@ -406,6 +439,7 @@ void Microcontroller::watch_register(uint16_t address, Watch watch) {
     watched_.push_back({this, watch, handler.c, handler.param});
     handler.c = Hooks::write;
     handler.param = &watched_.back();
+    if (translated_) translated_->find_effects();
 }
 
 void Microcontroller::watch_interrupt(uint8_t vector) {
@@ -420,6 +454,7 @@ void Microcontroller::take_over(uint16_t address) {
     const bool enables = handler.c == Hooks::enable_written;
     handler = {};
     if (enables) watch_enables(address);
+    if (translated_) translated_->find_effects();
 }
 
 void Microcontroller::raise_interrupt(uint8_t vector) {

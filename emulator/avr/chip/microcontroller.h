@@ -20,6 +20,7 @@
 #include "avr/chip/flash_image.h"
 #include "avr/chip/idle_loop.h"
 #include "avr/chip/self_programming.h"
+#include "avr/chip/translated_core.h"
 #include "guest/eeprom.h"
 
 struct avr_t;
@@ -63,7 +64,8 @@ class Microcontroller {
     };
 
     /// Powers the chip up at cycle 0 with `flash` programmed and `eeprom`, which the flash image's
-    /// own EEPROM bytes override. `board` must live on; the images are copied.
+    /// own EEPROM bytes override. `board` must live on; the images are copied. Code runs translated
+    /// if the flash image brings its translation.
     Microcontroller(Board &board, const FlashImage &flash, const EepromImage &eeprom);
     ~Microcontroller();
     Microcontroller(const Microcontroller &) = delete;
@@ -90,8 +92,8 @@ class Microcontroller {
         return programming_->content();
     }
 
-    /// Calls `follower` after every instruction from now on; implies skip_nothing(). It must live
-    /// on.
+    /// Calls `follower` after every instruction from now on; implies skip_nothing(), and code is
+    /// interpreted. It must live on.
     void follow(Follower &follower);
 
     /// Why the program cannot go on, with the program counter; empty: it can. After a failure run()
@@ -168,11 +170,15 @@ class Microcontroller {
     void set_spi_time();
     void watch_enables(uint16_t address);
     void review_interrupts(uint16_t address);
+    void run_translated();
+    bool goes_on() const;
 
     Board &board_;
     avr_t *avr_;
     std::unique_ptr<IdleLoop> idle_;
     std::unique_ptr<SelfProgramming> programming_;
+    std::unique_ptr<TranslatedCore> translated_;  ///< null: code is interpreted
+    uint32_t flash_seen_ = 0;                     ///< changes of the flash that translated_ knows
     std::deque<Read> reads_;
     std::array<Clock, ALARMS> clocks_;
     std::deque<Watched> watched_;

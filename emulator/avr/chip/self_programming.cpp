@@ -106,9 +106,11 @@ void SelfProgramming::operation_ends() {
     busy_ = false;
     control() &= SPMCSR_RWWSB;
     operations_++;
+    changes_++;
 }
 
 void SelfProgramming::hide(bool hidden) {
+    changes_++;
     if (hidden)
         std::fill_n(avr_->flash, boot_section_, ERASED);
     else

@@ -39,6 +39,9 @@ class SelfProgramming {
     uint8_t content(uint16_t address) const { return content_[address]; }
     const std::array<uint8_t, atmega328p::FLASH_BYTES> &content() const { return content_; }
 
+    /// Counts the changes of what the program can read and execute.
+    uint32_t changes() const { return changes_; }
+
     /// Erases and writes that are done, since power-up.
     uint32_t operations() const { return operations_; }
 
@@ -59,7 +62,7 @@ class SelfProgramming {
     uint64_t announced_until_ = 0;               ///< SPM counts up to this cycle
     uint32_t page_ = 0;                          ///< address of the one that is programmed
     bool busy_ = false, writes_ = false;
-    uint32_t operations_ = 0;
+    uint32_t operations_ = 0, changes_ = 0;
 };
 
 }  // namespace kilotwin

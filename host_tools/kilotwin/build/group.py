@@ -7,16 +7,26 @@ from pathlib import Path
 from kilotwin.build.avr import build_image
 from kilotwin.build.boot_loader import with_boot_loader
 from kilotwin.build.guest import Guest, Notify, build
+from kilotwin.build.translation import translated
 from kilotwin.experiment.experiment import Group
 
 _KEY_CHARACTERS = 32
 
 
 def build_group(group: Group, notify: Notify = lambda _: None) -> Guest:
-    """The file that the engine loads. An image that came built is taken as it is."""
-    program = group.program
+    """The file that the engine loads. An image that came built is taken as it is.
+
+    Of an image, that is its translation unless the group is interpreted, or cannot be translated.
+    """
     if not group.on_board:
-        return build(program, notify)
+        return build(group.program, notify)
+    guest = _image_of(group, notify)
+    code = None if group.interpreted else translated(guest.file, notify)
+    return guest if code is None else replace(guest, file=code)
+
+
+def _image_of(group: Group, notify: Notify) -> Guest:
+    program = group.program
     if program.sources:
         image = build_image(program, notify)
         guest = Guest(program.name, image.hex, image.key, image.compiler)

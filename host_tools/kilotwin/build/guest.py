@@ -331,7 +331,7 @@ class _Builder:
                 self._tool([*link, "-o", linked, merged, "-lm"], ENGLISH)
             except InputError as error:
                 raise explained(error, self._program, "nm", objects) from None
-            _keep(linked, target)
+            keep(linked, target)
 
     def _changed(
         self, sources: Sequence[Path], changes: Sequence[_Change], folder: Path
@@ -375,7 +375,7 @@ class _Builder:
         )
 
 
-def _keep(built: Path, target: Path) -> None:
+def keep(built: Path, target: Path) -> None:
     """Copies into the cache in one step; another process may do so too. OSError leaves nothing."""
     with tempfile.NamedTemporaryFile(
         dir=target.parent, prefix=f".{target.stem}-", delete=False

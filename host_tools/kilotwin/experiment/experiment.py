@@ -46,6 +46,7 @@ class Group:
     poses: list[list[float]] | None
     on_board: bool = False  # each of them is an ATmega328P
     boot_loader: Target | None = None  # whose loader is in its flash, besides the program
+    interpreted: bool = False  # on board, code is not translated
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,7 @@ class Experiment:
         if keys.grid is None:
             environment = environment_class(keys.environment, origin)
             return Experiment(keys, groups, origin, lab=lab, environment=environment)
-        modules = _modules(keys.grid, origin)
+        modules = _modules(keys.grid, origin, interpreted=_interprets(keys))
         return Experiment(keys, groups, origin, modules, plan_of(keys, origin), lab)
 
     @property
@@ -182,7 +183,11 @@ def _groups(keys: ExperimentSchema, origin: ExperimentText) -> Iterable[Group]:
             )
         on_board = robots.hex is not None or robots.cpu == "avr"
         loader: Target | None = "robot" if robots.boot_loader else None
-        yield Group(program, robots.count, robots.poses, on_board, loader)
+        yield Group(program, robots.count, robots.poses, on_board, loader, _interprets(keys))
+
+
+def _interprets(keys: ExperimentSchema) -> bool:
+    return keys.engine.avr_core == "interpreted"
 
 
 def _lab(keys: ExperimentSchema, origin: ExperimentText) -> tuple[tuple[int, LabRobot], ...]:
@@ -202,7 +207,7 @@ def _lab(keys: ExperimentSchema, origin: ExperimentText) -> tuple[tuple[int, Lab
     return robots
 
 
-def _modules(grid: Grid, origin: ExperimentText) -> Group:
+def _modules(grid: Grid, origin: ExperimentText, *, interpreted: bool) -> Group:
     table = ("grid",)
     if grid.hex is not None:
         program = _image(grid.hex, table, origin)
@@ -210,7 +215,7 @@ def _modules(grid: Grid, origin: ExperimentText) -> Group:
         program = _program(grid.program, table, origin, grid.include, grid.define, api="module")
     on_board = grid.hex is not None or grid.cpu == "avr"
     loader: Target | None = "module" if grid.boot_loader else None
-    return Group(program, grid.columns * grid.rows, None, on_board, loader)
+    return Group(program, grid.columns * grid.rows, None, on_board, loader, interpreted)
 
 
 def _image(written: str, table: KeyPath, origin: ExperimentText) -> Program:

@@ -368,6 +368,9 @@ class Engine(Section):
     """The world's step, in ticks of 32.768 ms."""
     contact_solver: Literal["discs", "box2d"] = "discs"
     """Solver of three and more robots in contact: Kilotwin's own solver, or Box2D, slower."""
+    avr_core: Literal["translated", "interpreted"] = "translated"
+    """How an ATmega328P's code is executed: translated to this computer's if it has a C compiler,
+    or interpreted; the result is the same."""
 
 
 class ExperimentSchema(Section):

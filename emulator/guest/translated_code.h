@@ -1,0 +1,291 @@
+/// What C code made from a chip's machine code is written in: one macro for each instruction, and
+/// the table by which the emulator finds the code (host_tools/kilotwin/build/translator.py writes
+/// it, emulator/avr/chip/translated_core.h runs it).
+///
+/// The code is cut into regions, a function each. A region is entered at the begin of one of its
+/// blocks and goes on until it leaves its region, until the cycles that it may use are spent, or
+/// until an instruction has an effect outside of registers, flags, SRAM and registers that are plain
+/// memory; that instruction it leaves to the interpreter. Within a region registers and flags are
+/// locals; M is the data space.
+///
+/// Flags are kept as what they follow from: Z is set if zr is 0, N, V and S are bit 7 of nr, vr and
+/// sr, H is bit 4 of hr; cf, tf and inf are C, T and I, 0 or 1.
+#ifndef KILOTWIN_GUEST_TRANSLATED_CODE_H
+#define KILOTWIN_GUEST_TRANSLATED_CODE_H
+
+#include <stdint.h>
+
+/// Changes with every change of the two structures; the emulator takes no other.
+#define TRANSLATION_VERSION 1
+
+/// State of a chip, for the time of a call.
+typedef struct {
+    uint8_t *data;           ///< data space: registers, I/O, SRAM, 0x900 bytes
+    uint8_t *flags;          ///< C Z N V S H T I, 0 or 1 each
+    const uint8_t *flash;    ///< 32 KB as the program can read them now
+    const uint8_t *effects;  ///< by data address below 0x100: READ_EFFECT, WRITE_EFFECT
+    int64_t left;            ///< cycles: an instruction begins only while this is above 0
+    uint32_t pc;             ///< byte address of the next instruction
+} translated_chip_t;
+
+/// An access to this register does more than reading or writing a byte.
+enum { READ_EFFECT = 1, WRITE_EFFECT = 2 };
+
+/// Why a region has come to an end.
+typedef enum {
+    GO_ON,          ///< what is at pc is another region's
+    INTERPRET_ONE,  ///< the instruction at pc is the interpreter's
+    INTERPRET_REST  ///< from pc on cycles do not suffice for a block
+} translated_end_t;
+
+typedef translated_end_t (*translated_region_t)(translated_chip_t *chip);
+
+/// An image and all its regions, which a shared object exports as `translation`.
+typedef struct {
+    uint32_t version;                 ///< TRANSLATION_VERSION
+    uint32_t regions;                 ///< how many
+    const translated_region_t *code;  ///< by number of the region
+    const uint16_t (*extent)[2];      ///< byte addresses: the first, one behind the last
+    const uint16_t *region_of;        ///< by word address: 1 + number if it may be entered there
+    const uint8_t *flash;             ///< the 32 KB that the code was made from
+    uint32_t eeprom_bytes;            ///< how many bytes of the EEPROM come with it
+    const uint16_t (*eeprom)[2];      ///< address and byte
+} translation_t;
+
+// What follows is for regions alone. Such a function is
+//
+//   a switch that goes to the block at pc,
+//   blocks, each of them: BLOCK, instructions, and a jump to another block or a STOP,
+//   the label `out`, behind which registers and flags go back.
+//
+// Cycles are counted where a block is left, by a constant for each way out of it. A block is entered
+// only if all its instructions begin within the cycles that are left, so that the interpreter stops at
+// the same instruction. What is computed for a flag that is set anew before anybody looks, the compiler
+// leaves out.
+#ifdef TRANSLATED_CODE
+
+/// At a region's begin: flags and the stack pointer become locals.
+#define ENTER                                                                 \
+    uint8_t *const M = chip->data;                                            \
+    uint8_t *const F = chip->flags;                                           \
+    const uint8_t *const flash = chip->flash;                                 \
+    const uint8_t *const effects = chip->effects;                             \
+    translated_end_t end = GO_ON;                                             \
+    int64_t left = chip->left;                                                \
+    uint32_t pc = chip->pc;                                                   \
+    uint16_t sp = (uint16_t)(M[0x5D] | M[0x5E] << 8);                         \
+    unsigned cf = F[0], tf = F[6], inf = F[7];                                \
+    uint8_t zr = !F[1], nr = (uint8_t)(F[2] << 7), vr = (uint8_t)(F[3] << 7), \
+            sr = (uint8_t)(F[4] << 7), hr = (uint8_t)(F[5] << 4);             \
+    (void)flash, (void)effects;
+
+/// At its end they go back.
+#define LEAVE                                                                           \
+    M[0x5D] = (uint8_t)sp, M[0x5E] = (uint8_t)(sp >> 8);                                \
+    F[0] = (uint8_t)cf, F[1] = zr == 0, F[2] = nr >> 7, F[3] = vr >> 7, F[4] = sr >> 7; \
+    F[5] = hr >> 4 & 1, F[6] = (uint8_t)tf, F[7] = (uint8_t)inf;                        \
+    chip->left = left, chip->pc = pc;                                                   \
+    return end;
+
+/// Leaves the region with `at` as the next instruction, `spent` cycles after the block's begin.
+#define STOP(at, spent, why)                     \
+    do {                                         \
+        left -= (spent), pc = (at), end = (why); \
+        goto out;                                \
+    } while (0)
+/// An instruction `at` that is `offset` cycles into its block is not for this code.
+#define HAND_OVER(at, offset) STOP(at, offset, INTERPRET_ONE)
+/// A block, of which the last instruction begins `last` cycles after the first.
+#define BLOCK(at, last) \
+    block_##at : if (__builtin_expect(left <= (last), 0)) STOP(at, 0, INTERPRET_REST);
+
+/// Addresses below are registers, and there is nothing above.
+#define IN_SRAM(address) ((uint16_t)((address)-0x100) < 0x800)
+/// Two registers as one number, as the pointers X, Y and Z are, adiw's and sbiw's operands, and the
+/// word that movw copies.
+#define PAIR(low, high) ((uint16_t)((low) | (high) << 8))
+/// The low byte first, as pairs lie in the registers.
+#define SET_PAIR(low, high, value)                        \
+    do {                                                  \
+        const uint16_t p_ = (uint16_t)(value);            \
+        (low) = (uint8_t)p_, (high) = (uint8_t)(p_ >> 8); \
+    } while (0)
+/// All eight flags in the status register's order.
+#define SREG                                                                      \
+    ((uint8_t)(cf | (zr == 0) << 1 | nr >> 7 << 2 | vr >> 7 << 3 | sr >> 7 << 4 | \
+               (hr >> 4 & 1) << 5 | tf << 6 | inf << 7))
+
+/// d + r + carry with all flags, to d.
+#define ADD(d, r, carry)                                             \
+    do {                                                             \
+        const uint8_t a_ = (d), b_ = (r);                            \
+        const unsigned t_ = a_ + b_ + (carry);                       \
+        const uint8_t x_ = (uint8_t)t_;                              \
+        cf = t_ >> 8, hr = a_ ^ b_ ^ x_, vr = (a_ ^ x_) & (b_ ^ x_); \
+        nr = zr = x_, sr = nr ^ vr, (d) = x_;                        \
+    } while (0)
+/// The flags of a - b - carry, where `keep` bits keep Z cleared: of numbers of several bytes Z says
+/// whether all bytes are 0. `store` may take the result, x_.
+#define COMPARE_(a, b, carry, keep, store)                               \
+    do {                                                                 \
+        const uint8_t a_ = (a), b_ = (b);                                \
+        const unsigned t_ = (unsigned)a_ - b_ - (carry);                 \
+        const uint8_t x_ = (uint8_t)t_;                                  \
+        cf = t_ >> 8 & 1, hr = a_ ^ b_ ^ x_, vr = (a_ ^ b_) & (a_ ^ x_); \
+        nr = x_, zr = (keep) | x_, sr = nr ^ vr;                         \
+        store;                                                           \
+    } while (0)
+/// Comparisons, and differences to d: without a carry and with it.
+#define CP(a, b) COMPARE_(a, b, 0u, 0, (void)x_)
+#define CPC(a, b) COMPARE_(a, b, cf, zr, (void)x_)
+#define SUB(d, b) COMPARE_(d, b, 0u, 0, (d) = x_)
+#define SBC(d, b) COMPARE_(d, b, cf, zr, (d) = x_)
+/// The flags of bitwise operations and their result.
+#define LOGIC(d, value) (nr = zr = sr = (d) = (uint8_t)(value), vr = 0)
+/// All bits the other way round.
+#define COM(d) (LOGIC(d, ~(d)), cf = 1)
+/// 0 - d: C is set unless that is 0.
+#define NEG(d)                                                                      \
+    do {                                                                            \
+        const uint8_t b_ = (d), x_ = (uint8_t)-b_;                                  \
+        cf = x_ != 0, hr = b_ ^ x_, vr = b_ & x_, nr = zr = (d) = x_, sr = nr ^ vr; \
+    } while (0)
+/// Counting leaves C and H as they are, so that loops over numbers of several bytes can count with
+/// these.
+#define INC(d)                                           \
+    do {                                                 \
+        const uint8_t a_ = (d), x_ = (uint8_t)(a_ + 1);  \
+        vr = ~a_ & x_, nr = zr = (d) = x_, sr = nr ^ vr; \
+    } while (0)
+#define DEC(d)                                           \
+    do {                                                 \
+        const uint8_t a_ = (d), x_ = (uint8_t)(a_ - 1);  \
+        vr = a_ & ~x_, nr = zr = (d) = x_, sr = nr ^ vr; \
+    } while (0)
+/// One place to the right, `top` (0 or 0x80) coming in: lsr, asr and ror. To the left an addition
+/// shifts.
+#define SHIFT(d, top)                                                           \
+    do {                                                                        \
+        const uint8_t a_ = (d), x_ = (uint8_t)(a_ >> 1 | (top));                \
+        cf = a_ & 1, nr = zr = (d) = x_, sr = (uint8_t)(cf << 7), vr = nr ^ sr; \
+    } while (0)
+/// Halves of a register change places; no flag changes.
+#define SWAP(d) ((d) = (uint8_t)((d) << 4 | (d) >> 4))
+/// A product to r0 and r1, shifted by 0 or 1: C is the bit that a fraction would shift out, also if
+/// nothing is shifted.
+#define MUL(product, shift)                                                      \
+    do {                                                                         \
+        const uint16_t t_ = (uint16_t)(product), x_ = (uint16_t)(t_ << (shift)); \
+        cf = t_ >> 15, zr = (uint8_t)(x_ | x_ >> 8);                             \
+        SET_PAIR(r0, r1, x_);                                                    \
+    } while (0)
+/// Registers in pairs and a constant; H stays.
+#define ADIW(low, high, k)                                                   \
+    do {                                                                     \
+        const uint16_t a_ = PAIR(low, high), x_ = (uint16_t)(a_ + (k));      \
+        vr = (uint8_t)((~a_ & x_) >> 8), cf = (uint16_t)(a_ & ~x_) >> 15;    \
+        nr = (uint8_t)(x_ >> 8), zr = (uint8_t)(x_ | x_ >> 8), sr = nr ^ vr; \
+        SET_PAIR(low, high, x_);                                             \
+    } while (0)
+#define SBIW(low, high, k)                                                   \
+    do {                                                                     \
+        const uint16_t a_ = PAIR(low, high), x_ = (uint16_t)(a_ - (k));      \
+        vr = (uint8_t)((a_ & ~x_) >> 8), cf = (uint16_t)(~a_ & x_) >> 15;    \
+        nr = (uint8_t)(x_ >> 8), zr = (uint8_t)(x_ | x_ >> 8), sr = nr ^ vr; \
+        SET_PAIR(low, high, x_);                                             \
+    } while (0)
+/// T from a bit of a register, and back to a bit of the same or of another one; no other flag
+/// changes.
+#define BST(d, bit) (tf = (d) >> (bit)&1u)
+#define BLD(d, bit) ((d) = (uint8_t)(((d) & ~(1u << (bit))) | tf << (bit)))
+
+// Accesses. `at` and `offset` are those of the instruction, for HAND_OVER(), and nothing has changed
+// when that is called: the interpreter executes the whole instruction.
+/// From SRAM to d, and from r to SRAM. Elsewhere are registers, which have effects, or nothing,
+/// which is a program's failure.
+#define LOAD(at, offset, d, address)                                  \
+    do {                                                              \
+        const uint16_t m_ = (uint16_t)(address);                      \
+        if (__builtin_expect(!IN_SRAM(m_), 0)) HAND_OVER(at, offset); \
+        (d) = M[m_];                                                  \
+    } while (0)
+#define STORE(at, offset, address, r)                                 \
+    do {                                                              \
+        const uint16_t m_ = (uint16_t)(address);                      \
+        if (__builtin_expect(!IN_SRAM(m_), 0)) HAND_OVER(at, offset); \
+        M[m_] = (r);                                                  \
+    } while (0)
+/// Before an access to a register below 0x100 that may have one of the effects.
+#define FOR_EFFECT(at, offset, address, which) \
+    if (__builtin_expect(effects[address] & (which), 0)) HAND_OVER(at, offset)
+/// A register below 0x100; three of them are locals, and the status register is put together.
+#define IN(at, offset, d, address)                     \
+    do {                                               \
+        FOR_EFFECT(at, offset, address, READ_EFFECT);  \
+        (d) = (address) == 0x5D   ? (uint8_t)sp        \
+              : (address) == 0x5E ? (uint8_t)(sp >> 8) \
+              : (address) == 0x5F ? (M[0x5F] = SREG)   \
+                                  : M[address];        \
+    } while (0)
+/// Letting interrupts through is the interpreter's, since the next instruction is still before them.
+#define OUT(at, offset, address, r)                                                             \
+    do {                                                                                        \
+        const uint8_t o_ = (r);                                                                 \
+        FOR_EFFECT(at, offset, address, WRITE_EFFECT);                                          \
+        if ((address) == 0x5D) {                                                                \
+            sp = (uint16_t)((sp & 0xFF00) | o_);                                                \
+        } else if ((address) == 0x5E) {                                                         \
+            sp = (uint16_t)((sp & 0xFF) | o_ << 8);                                             \
+        } else if ((address) == 0x5F) {                                                         \
+            if (o_ >> 7 > inf) HAND_OVER(at, offset);                                           \
+            M[0x5F] = o_;                                                                       \
+            cf = o_ & 1u, zr = ~o_ & 2, nr = (uint8_t)(o_ << 5), vr = (uint8_t)(o_ << 4);       \
+            sr = (uint8_t)(o_ << 3), hr = (uint8_t)(o_ >> 1), tf = o_ >> 6 & 1u, inf = o_ >> 7; \
+        } else {                                                                                \
+            M[address] = o_;                                                                    \
+        }                                                                                       \
+    } while (0)
+/// The stack grows downwards; its pointer is to the next free byte.
+#define PUSH(at, offset, r)                                           \
+    do {                                                              \
+        if (__builtin_expect(!IN_SRAM(sp), 0)) HAND_OVER(at, offset); \
+        M[sp--] = (r);                                                \
+    } while (0)
+/// The byte last pushed, to d. It stays in SRAM, as on the chip.
+#define POP(at, offset, d)                                                \
+    do {                                                                  \
+        if (__builtin_expect(!IN_SRAM(sp + 1), 0)) HAND_OVER(at, offset); \
+        (d) = M[++sp];                                                    \
+    } while (0)
+/// The word address behind a call, low byte first, as the chip has it.
+#define PUSH_RETURN(at, offset, to)                                                       \
+    do {                                                                                  \
+        if (__builtin_expect(!IN_SRAM(sp) || !IN_SRAM(sp - 1), 0)) HAND_OVER(at, offset); \
+        M[sp] = (uint8_t)((to) / 2), M[sp - 1] = (uint8_t)((to) / 2 >> 8);                \
+        sp = (uint16_t)(sp - 2);                                                          \
+    } while (0)
+/// Leaves the region, `cycles` after the block's begin, for where the stack says.
+#define RETURN(at, offset, cycles)                                                            \
+    do {                                                                                      \
+        if (__builtin_expect(!IN_SRAM(sp + 1) || !IN_SRAM(sp + 2), 0)) HAND_OVER(at, offset); \
+        sp = (uint16_t)(sp + 2);                                                              \
+        STOP((uint32_t)(M[sp - 1] << 8 | M[sp]) * 2, cycles, GO_ON);                          \
+    } while (0)
+/// From the flash as the program can read it at the moment.
+#define LPM(at, offset, d, address)                                   \
+    do {                                                              \
+        const uint16_t m_ = (uint16_t)(address);                      \
+        if (__builtin_expect(m_ >= 0x8000, 0)) HAND_OVER(at, offset); \
+        (d) = flash[m_];                                              \
+    } while (0)
+/// Z is increased last, so that lpm r30, Z+ has no effect on r30.
+#define LPM_NEXT(d, value)                                     \
+    do {                                                       \
+        const uint16_t next_ = (uint16_t)(PAIR(r30, r31) + 1); \
+        (d) = (value);                                         \
+        SET_PAIR(r30, r31, next_);                             \
+    } while (0)
+
+#endif
+
+#endif

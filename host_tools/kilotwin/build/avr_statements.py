@@ -1,0 +1,175 @@
+"""What an instruction of an ATmega328P does, as C by the macros of translated_code.h, and what it
+costs."""
+
+from kilotwin.build.avr_instructions import Instruction
+
+_CYCLES = {
+    **dict.fromkeys(["mul", "muls", "mulsu", "fmul", "fmuls", "fmulsu", "adiw", "sbiw"], 2),
+    **dict.fromkeys(["ld", "ld+", "-ld", "ldd", "st", "st+", "-st", "std", "lds", "sts"], 2),
+    **dict.fromkeys(["push", "pop", "cbi", "sbi", "rjmp", "ijmp"], 2),
+    **dict.fromkeys(["lpm", "lpm+", "lpm_r0", "jmp", "rcall", "icall"], 3),
+    **dict.fromkeys(["call", "ret", "reti"], 4),
+}
+
+SKIPS = {
+    "cpse": "{d} == {r}",
+    "sbrc": "!({d} >> {k} & 1)",
+    "sbrs": "{d} >> {k} & 1",
+    "sbic": "!(M[{a}] >> {k} & 1)",
+    "sbis": "M[{a}] >> {k} & 1",
+}
+"""When an instruction skips the next one."""
+
+_FLAGS = ["cf", "zr", "nr >> 7", "vr >> 7", "sr >> 7", "hr >> 4 & 1", "tf", "inf"]
+_Z, _I = 1, 7
+_SET = ["cf = 1", "zr = 0", "nr = 0x80", "vr = 0x80", "sr = 0x80", "hr = 0x10", "tf = 1"]
+_CLEAR = ["cf = 0", "zr = 1", "nr = 0", "vr = 0", "sr = 0", "hr = 0", "tf = 0", "inf = 0"]
+
+_OPERATIONS = {
+    "nop": "",
+    "mov": "{d} = {r};",
+    "movw": "{d} = {r}, {d1} = {r1};",
+    "ldi": "{d} = {k};",
+    "add": "ADD({d}, {r}, 0u);",
+    "adc": "ADD({d}, {r}, cf);",
+    "sub": "SUB({d}, {r});",
+    "subi": "SUB({d}, {k});",
+    "sbc": "SBC({d}, {r});",
+    "sbci": "SBC({d}, {k});",
+    "cp": "CP({d}, {r});",
+    "cpi": "CP({d}, {k});",
+    "cpc": "CPC({d}, {r});",
+    "and": "LOGIC({d}, {d} & {r});",
+    "andi": "LOGIC({d}, {d} & {k});",
+    "or": "LOGIC({d}, {d} | {r});",
+    "ori": "LOGIC({d}, {d} | {k});",
+    "eor": "LOGIC({d}, {d} ^ {r});",
+    "com": "COM({d});",
+    "neg": "NEG({d});",
+    "inc": "INC({d});",
+    "dec": "DEC({d});",
+    "swap": "SWAP({d});",
+    "lsr": "SHIFT({d}, 0);",
+    "asr": "SHIFT({d}, {d} & 0x80);",
+    "ror": "SHIFT({d}, cf << 7);",
+    "mul": "MUL({d} * {r}, 0);",
+    "muls": "MUL((int8_t){d} * (int8_t){r}, 0);",
+    "mulsu": "MUL((int8_t){d} * {r}, 0);",
+    "fmul": "MUL({d} * {r}, 1);",
+    "fmuls": "MUL((int8_t){d} * (int8_t){r}, 1);",
+    "fmulsu": "MUL((int8_t){d} * {r}, 1);",
+    "adiw": "ADIW({d}, {d1}, {k});",
+    "sbiw": "SBIW({d}, {d1}, {k});",
+    "bst": "BST({d}, {k});",
+    "bld": "BLD({d}, {k});",
+    "ld": "LOAD({here}, {d}, {pair});",
+    "ldd": "LOAD({here}, {d}, {pair} + {k});",
+    "st": "STORE({here}, {pair}, {d});",
+    "std": "STORE({here}, {pair} + {k}, {d});",
+    "ld+": "LOAD({here}, value, {pair}); {next} {d} = value;",
+    "st+": "STORE({here}, {pair}, {d}); {next}",
+    "-ld": "LOAD({here}, value, {pair} - 1); {previous} {d} = value;",
+    "-st": "STORE({here}, {pair} - 1, {d}); {previous}",
+    "in": "IN({here}, {d}, {k});",
+    "out": "OUT({here}, {k}, {d});",
+    "push": "PUSH({here}, {d});",
+    "pop": "POP({here}, {d});",
+    "lpm_r0": "LPM({here}, r0, PAIR(r30, r31));",
+    "lpm": "LPM({here}, {d}, PAIR(r30, r31));",
+    "lpm+": "LPM({here}, value, {pair}); LPM_NEXT({d}, value);",
+    "sbi": "FOR_EFFECT({here}, {a}, READ_EFFECT | WRITE_EFFECT); M[{a}] |= 1 << {k};",
+    "cbi": "FOR_EFFECT({here}, {a}, READ_EFFECT | WRITE_EFFECT); M[{a}] &= ~(1 << {k});",
+}
+"""Instructions that go on with the next one; {here} are address and offset."""
+
+# By address: where `in` and `out` lead, and SRAM.
+_LOW = {"lds": _OPERATIONS["in"], "sts": _OPERATIONS["out"]}
+_HIGH = {"lds": "LOAD({here}, {d}, {k});", "sts": "STORE({here}, {k}, {d});"}
+
+_REGISTERS, _IO_END, _SRAM_END = 0x20, 0x100, 0x900
+_SPL, _SPH, _SREG = 0x5D, 0x5E, 0x5F
+
+
+def cycles(instruction: Instruction) -> int:
+    """Of an instruction that does not skip or branch; of a branch that is not taken."""
+    return _CYCLES.get(instruction.name, 1)
+
+
+def is_interpreted(instruction: Instruction) -> bool:
+    """Whether the interpreter executes it, always."""
+    if instruction.name in ("lds", "sts"):
+        return not _REGISTERS <= instruction.k < _SRAM_END
+    if instruction.name in ("bset", "bclr"):
+        return False
+    return instruction.name in ("sleep", "break", "wdr", "spm", "reti", "invalid")
+
+
+def is_often_interpreted(instruction: Instruction) -> bool:
+    """Whether the interpreter executes it, sometimes at least, where a program does no harm."""
+    name = instruction.name
+    if name in ("in", "out", "lds", "sts"):
+        own = (_SPL, _SPH, _SREG) if name in ("in", "lds") else (_SPL, _SPH)
+        return instruction.k < _IO_END and instruction.k not in own
+    if name == "bset":
+        return instruction.k == _I
+    return name in ("sbi", "cbi", "sbic", "sbis") or is_interpreted(instruction)
+
+
+def registers(instruction: Instruction) -> set[int]:
+    """Those that its C names, or more."""
+    name = instruction.name
+    if is_interpreted(instruction):
+        return set()
+    used = {instruction.d, instruction.d + 1, instruction.r, instruction.r + 1}
+    if name.startswith(("mul", "fmul", "lpm")):
+        used |= {0, 1}
+    if name.startswith("lpm") or name in ("ijmp", "icall"):
+        used |= {30, 31}
+    return {number for number in used if number < _REGISTERS}
+
+
+def statement(instruction: Instruction, offset: int) -> str:
+    """C of an instruction that goes on with the next one, `offset` cycles into its block."""
+    at = f"0x{instruction.address:x}"
+    if is_interpreted(instruction):
+        return f"HAND_OVER({at}, {offset});"
+    name = instruction.name
+    if name in ("bset", "bclr"):
+        return _flag_statement(instruction, f"{at}, {offset}")
+    if name in ("lds", "sts"):
+        pattern = (_LOW if instruction.k < _IO_END else _HIGH)[name]
+    else:
+        pattern = _OPERATIONS[name]
+    low, high = f"r{instruction.r}", f"r{instruction.r + 1}"
+    return pattern.format(
+        d=f"r{instruction.d}",
+        d1=f"r{instruction.d + 1}",
+        r=low,
+        r1=high,
+        k=instruction.k,
+        a=instruction.r,
+        here=f"{at}, {offset}",
+        pair=f"PAIR({low}, {high})",
+        next=f"SET_PAIR({low}, {high}, PAIR({low}, {high}) + 1);",
+        previous=f"SET_PAIR({low}, {high}, PAIR({low}, {high}) - 1);",
+    )
+
+
+def condition(instruction: Instruction) -> str:
+    """When a branch is taken, or a skip skips."""
+    if instruction.name in SKIPS:
+        return SKIPS[instruction.name].format(
+            d=f"r{instruction.d}", r=f"r{instruction.r}", k=instruction.k, a=instruction.r
+        )
+    if instruction.k == _Z:
+        return "zr == 0" if instruction.name == "brbs" else "zr != 0"
+    flag = _FLAGS[instruction.k]
+    return flag if instruction.name == "brbs" else f"!({flag})"
+
+
+def _flag_statement(instruction: Instruction, here: str) -> str:
+    if instruction.name == "bclr":
+        return _CLEAR[instruction.k] + ";"
+    if instruction.k == _I:
+        return f"if (!inf) HAND_OVER({here});"
+    return _SET[instruction.k] + ";"

@@ -1,0 +1,85 @@
+"""An image for the ATmega328P as code of this computer, which the engine runs in its place.
+
+The engine reads the image, the translator makes C of it, and the compiler that builds guests makes
+a shared object of that. As with guests, results are kept under the hash of everything that went in,
+and appear in one step.
+"""
+
+import hashlib
+import os
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from kilotwin import _emulator
+from kilotwin.build import avr_instructions, avr_statements, translator
+from kilotwin.build.guest import (
+    Notify,
+    building,
+    cache_folder,
+    compiler_version,
+    find_compiler,
+    is_built,
+    keep,
+    run_tool,
+)
+from kilotwin.errors import RunError
+from kilotwin.files import resources
+
+# What an image is translated with; the program in it is optimised already.
+_FLAGS = ["-O1", "-w", "-fPIC", "-fvisibility=hidden"]
+_LINK_FLAGS = ["-shared", "-Wl,-z,now", "-Wl,-z,defs"]
+_HEADER = "emulator/guest/translated_code.h"
+_MAKERS = (avr_instructions, avr_statements, translator)
+_KEY_CHARACTERS = 32
+
+
+def translated(image: Path, notify: Notify = lambda _: None) -> Path | None:
+    """The translation of a .hex or .elf file, from the cache if it is there; `notify` gets a line
+    if not.
+
+    None if there is no C compiler, or if the file is none that a robot or module could run: the
+    engine says why when it loads it.
+    """
+    try:
+        compiler = find_compiler()
+        flash, eeprom = _emulator.flash_image(str(image))
+    except (RunError, _emulator.EngineError):
+        return None
+    version = compiler_version(compiler)
+    key = _key(version, flash, eeprom)
+    file = cache_folder() / f"{key}-translation" / f"{image.name}.so"
+    if not is_built(file):
+        with building(f"translating {image.name} for this computer", file.parent, notify):
+            file.parent.mkdir(parents=True, exist_ok=True)
+            _build(compiler, translator.translate(flash, eeprom), file)
+    return file
+
+
+def _key(version: str, flash: bytes, eeprom: dict[int, int]) -> str:
+    digest = hashlib.sha256("\0".join([version, *_FLAGS, *_LINK_FLAGS]).encode())
+    makers = [Path(maker.__file__) for maker in _MAKERS if maker.__file__]
+    for file in [resources.path(_HEADER), *makers]:
+        digest.update(file.read_bytes())
+    digest.update(flash)
+    digest.update(repr(sorted(eeprom.items())).encode())
+    return digest.hexdigest()[:_KEY_CHARACTERS]
+
+
+def _build(compiler: str, texts: list[str], target: Path) -> None:
+    include = f"-I{resources.path(_HEADER).parent}"
+    failure = "the translation of machine code does not compile; this is a mistake of Kilotwin"
+    with tempfile.TemporaryDirectory(prefix="kilotwin-") as scratch:
+
+        def compile_one(number: int, text: str) -> str:
+            source = Path(scratch) / f"{number}.c"
+            source.write_text(text)
+            made = str(source.with_suffix(".o"))
+            run_tool([compiler, *_FLAGS, include, "-c", str(source), "-o", made], failure)
+            return made
+
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            objects = list(pool.map(compile_one, range(len(texts)), texts))
+        linked = Path(scratch) / "linked.so"
+        run_tool([compiler, *_LINK_FLAGS, "-o", str(linked), *objects], failure)
+        keep(linked, target)

@@ -1,0 +1,295 @@
+"""Machine code of an ATmega328P to C that does the same, cycle by cycle.
+
+Code is found from the interrupt vectors on along jumps, calls, branches and skips; what is left of
+the flash is read from its begin on, since code reached by pointers is there too (and tables,
+which do no harm). It is cut into blocks, and may be entered where a block begins: where a direct
+jump leads, behind a call, behind an end, and where a word of a table or a pair of `ldi` may point
+to. The blocks from one called address to the next make a region, a function of C. Where the
+translation cannot be entered the emulator interprets.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+from kilotwin.build.avr_instructions import Instruction, decode, is_long
+from kilotwin.build.avr_statements import (
+    SKIPS,
+    condition,
+    cycles,
+    is_interpreted,
+    is_often_interpreted,
+    registers,
+    statement,
+)
+from kilotwin.files.flash_map import FLASH_BYTES
+
+_VECTORS, _VECTOR_BYTES = 26, 4
+_BOOT_SECTIONS = (0x7000, 0x7800, 0x7C00, 0x7E00)
+_ERASED = b"\xff\xff"
+_CALLS = {"call", "rcall"}
+_JUMPS = {"jmp", "rjmp"}
+_BRANCHES = {"brbs", "brbc"}
+_NOWHERE = {"ret", "reti", "ijmp", "invalid"}
+_LEAVES = {*_CALLS, *_JUMPS, "ret", "ijmp", "icall", *_BRANCHES, *SKIPS}
+_MOST_OF_A_REGION = 400  # instructions; of a file, too: several are compiled at once
+_MOST_OF_A_FILE = 1500
+_HEAD = """\
+#define TRANSLATED_CODE
+#include "translated_code.h"
+"""
+_TABLE = """\
+{declarations}
+static const translated_region_t code[] = {{{code}}};
+static const uint16_t extent[][2] = {{{extent}}};
+static const uint16_t region_of[] = {{{region_of}}};
+static const uint8_t flash[] = {{{flash}}};
+static const uint16_t eeprom[][2] = {{{eeprom}}};
+__attribute__((visibility("default"))) const translation_t translation = {{
+    TRANSLATION_VERSION, {count}, code, extent, region_of, flash, {eeprom_bytes}, eeprom}};
+"""
+_REGION = """\
+translated_end_t region_{number}(translated_chip_t *const chip) {{
+ENTER
+uint8_t value; (void)value;
+{load}
+switch (pc) {{
+{entries}
+default: STOP(pc, 0, INTERPRET_ONE);
+}}
+{blocks}
+out:
+{store}
+LEAVE
+}}
+"""
+
+
+def translate(flash: bytes, eeprom: Mapping[int, int]) -> list[str]:
+    """C files for a whole image: flash, 32 KB as the chip has them, and the EEPROM's bytes by
+    address that come with it.
+
+    The same image gives the same text. Costs some tenths of a second.
+    """
+    code = _Code(flash)
+    regions = list(code.regions())
+    files = [""]
+    size = 0
+    for number, region in enumerate(regions):
+        if size > _MOST_OF_A_FILE:
+            files.append("")
+            size = 0
+        files[-1] += _region_text(number, region, code)
+        size += sum(map(len, region))
+    return [_HEAD + text for text in [*files, _table(regions, flash, eeprom)]]
+
+
+def _table(regions: "list[_Region]", flash: bytes, eeprom: Mapping[int, int]) -> str:
+    region_of = [0] * (FLASH_BYTES // 2)
+    for number, region in enumerate(regions, 1):
+        for block in region:
+            region_of[block[0].address // 2] = number
+    names = [f"region_{number}" for number in range(len(regions))]
+    extent = (f"{{{region[0][0].address}, {region[-1][-1].end}}}" for region in regions)
+    return _TABLE.format(
+        declarations="\n".join(f"translated_end_t {name}(translated_chip_t *);" for name in names),
+        code=", ".join(names),
+        extent=", ".join(extent),
+        region_of=", ".join(map(str, region_of)),
+        flash=", ".join(map(str, flash)),
+        eeprom=", ".join(f"{{{address}, {byte}}}" for address, byte in sorted(eeprom.items())),
+        eeprom_bytes=len(eeprom),
+        count=len(regions),
+    )
+
+
+_Block = list[Instruction]
+_Region = list[_Block]
+
+
+@dataclass
+class _Code:
+    """What is found in a flash."""
+
+    flash: bytes
+    instructions: dict[int, Instruction] = field(default_factory=dict)
+    """By address; they do not overlap."""
+    entries: set[int] = field(default_factory=set)
+    """Addresses at which blocks begin."""
+    called: set[int] = field(default_factory=set)
+    """Of these, those at which functions begin."""
+    _owners: dict[int, int] = field(default_factory=dict)
+    """By word address, the instruction that the word belongs to."""
+
+    def __post_init__(self) -> None:
+        sections = [0, *(begin for begin in _BOOT_SECTIONS if self._is_programmed(begin))]
+        for begin in sections:
+            for vector in range(_VECTORS):
+                self._follow(begin + vector * _VECTOR_BYTES)
+        reached = set(self.instructions)
+        self._sweep()
+        self._take_pointers(reached)
+        self.entries &= set(self.instructions)
+        self.called &= set(self.instructions)
+
+    def _is_programmed(self, address: int) -> bool:
+        return self.flash[address : address + 2] not in (_ERASED, b"")
+
+    def _follow(self, begin: int) -> None:
+        """Finds code from an entry on."""
+        self.called.add(begin)
+        open_ends = [begin]
+        while open_ends:
+            at = open_ends.pop()
+            self.entries.add(at)
+            while at not in self.instructions and self._take(at):
+                instruction = self.instructions[at]
+                open_ends += self._entries_from(instruction)
+                if instruction.name in (_NOWHERE | _JUMPS):
+                    break
+                at = instruction.end
+
+    def _take(self, at: int) -> bool:
+        """Adds the instruction at an address, if there is one and its words are free."""
+        if at + 2 > FLASH_BYTES or not self._is_programmed(at):
+            return False
+        instruction = decode(self.flash, at)
+        words = range(at // 2, instruction.end // 2)
+        if instruction.end > FLASH_BYTES or any(word in self._owners for word in words):
+            return False
+        self.instructions[at] = instruction
+        self._owners.update(dict.fromkeys(words, at))
+        return True
+
+    def _entries_from(self, instruction: Instruction) -> list[int]:
+        """Where an instruction leads to, but for the next one if it does nothing but go on."""
+        name, end = instruction.name, instruction.end
+        entries = [end] if name in _LEAVES or is_often_interpreted(instruction) else []
+        if name in _CALLS | _JUMPS | _BRANCHES:
+            entries.append(instruction.target)
+        if name in _CALLS:
+            self.called.add(instruction.target)
+        if name in SKIPS:
+            entries.append(self.skipped_to(instruction))
+        self.entries.update(entries)
+        return [] if name in _NOWHERE else entries[name in _JUMPS :]
+
+    def skipped_to(self, skip: Instruction) -> int:
+        """The address behind the instruction that it skips."""
+        word = int.from_bytes(self.flash[skip.end : skip.end + 2].ljust(2, b"\xff"), "little")
+        return skip.end + (4 if is_long(word) else 2)
+
+    def _sweep(self) -> None:
+        """Reads what is left of the flash, as if it were code."""
+        at = 0
+        fresh = True
+        while at < FLASH_BYTES:
+            if at // 2 in self._owners:
+                at, fresh = at + 2, True
+            elif self._take(at):
+                instruction = self.instructions[at]
+                if fresh:
+                    self.entries.add(at)
+                fresh = False
+                self._entries_from(instruction)
+                at = instruction.end
+            else:
+                at, fresh = at + 2, True
+
+    def _take_pointers(self, reached: set[int]) -> None:
+        """Takes what tables, variables and pairs of ldi may point to for entries."""
+        for at in range(0, FLASH_BYTES, 2):
+            if self._owners.get(at // 2) not in reached:
+                self.entries.add(2 * int.from_bytes(self.flash[at : at + 2], "little"))
+        for low in list(self.instructions.values()):
+            high = self.instructions.get(low.end)
+            if high and low.name == high.name == "ldi" and high.d == low.d + 1:
+                self.entries.add(2 * (low.k | high.k << 8))
+
+    def _blocks(self) -> Iterator[_Block]:
+        block: _Block = []
+        for at in sorted(self.instructions):
+            if block and (at in self.entries or at != block[-1].end):
+                yield block
+                block = []
+            block.append(self.instructions[at])
+        if block:
+            yield block
+
+    def regions(self) -> Iterator[_Region]:
+        """All code, in order of addresses."""
+        region: _Region = []
+        size = 0
+        for block in self._blocks():
+            begins = block[0].address in self.called or size > _MOST_OF_A_REGION
+            if region and (begins or block[0].address != region[-1][-1].end):
+                yield region
+                region, size = [], 0
+            region.append(block)
+            size += len(block)
+        if region:
+            yield region
+
+
+def _region_text(number: int, region: _Region, code: _Code) -> str:
+    used: set[int] = set()
+    for block in region:
+        for instruction in block:
+            used |= registers(instruction)
+    inside = {block[0].address for block in region}
+    return _REGION.format(
+        number=number,
+        load=" ".join(f"uint8_t r{register} = M[{register}];" for register in sorted(used)),
+        store=" ".join(f"M[{register}] = r{register};" for register in sorted(used)),
+        entries="\n".join(f"case 0x{at:x}: goto block_0x{at:x};" for at in sorted(inside)),
+        blocks="\n".join(_block_text(block, inside, code) for block in region),
+    )
+
+
+def _block_text(block: _Block, inside: set[int], code: _Code) -> str:
+    offsets = [0]
+    for instruction in block:
+        offsets.append(offsets[-1] + cycles(instruction))
+    lines = [f"BLOCK(0x{block[0].address:x}, {offsets[-2]})"]
+    for instruction, (offset, behind) in zip(block, pairwise(offsets), strict=True):
+        if instruction.name in _LEAVES and not is_interpreted(instruction):
+            lines += _leave(instruction, offset, behind, inside, code)
+        else:
+            lines.append(statement(instruction, offset))
+    if block[-1].name not in _LEAVES:
+        lines.append(_go(block[-1].end, offsets[-1], inside))
+    return "\n".join(lines)
+
+
+def _go(target: int, spent: int, inside: set[int]) -> str:
+    """To a block, in this region or not, `spent` cycles after the begin of the block before."""
+    if target in inside:
+        return f"left -= {spent}; goto block_0x{target:x};"
+    return f"STOP(0x{target:x}, {spent}, GO_ON);"
+
+
+def _leave(
+    instruction: Instruction, offset: int, behind: int, inside: set[int], code: _Code
+) -> list[str]:
+    """The last instruction of a block, which does more than go on with the next."""
+    name, end = instruction.name, instruction.end
+    here = f"0x{instruction.address:x}, {offset}"
+    if name == "ret":
+        return [f"RETURN({here}, {behind});"]
+    lines = []
+    if name in _CALLS or name == "icall":
+        lines.append(f"PUSH_RETURN({here}, 0x{end:x});")
+    if name in ("ijmp", "icall"):
+        return [*lines, f"STOP(PAIR(r30, r31) * 2u, {behind}, GO_ON);"]
+    if name in _CALLS:
+        return [*lines, _go(instruction.target, behind, inside)]
+    if name in _JUMPS:
+        return [_go(instruction.target, behind, inside)]
+    target, more = instruction.target, 1
+    if name in SKIPS:
+        target = code.skipped_to(instruction)
+        more = (target - end) // 2
+        if name in ("sbic", "sbis"):
+            lines.append(f"FOR_EFFECT({here}, {instruction.r}, READ_EFFECT);")
+    taken = _go(target, behind + more, inside)
+    return [*lines, f"if ({condition(instruction)}) {{ {taken} }}", _go(end, behind, inside)]

@@ -1,0 +1,99 @@
+/// Runs single instructions, translated and by simavr, from the same random states, and compares all
+/// that they leave: registers, flags, data space, program counter, cycles.
+///
+/// Usage: instructions STATES SEED < ADDRESSES. Each line of the input is the byte address of one to
+/// test, at which the translation can be entered. Prints for each how often it was translated (the
+/// interpreter is asked for the rest: effects, addresses outside SRAM); ends with 1 at the first
+/// difference.
+#include <simavr/sim_avr.h>
+#include <simavr/sim_core.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "translated_code.h"
+
+extern const translation_t translation;
+
+// Cycles that suffice for any of them and for what follows it in its block.
+enum { DATA = 0x900, FLASH = 0x8000, FLAGS = 8, ENOUGH = 8 };
+
+static uint64_t seed;
+
+static uint64_t draw(void) {
+    seed ^= seed << 13;
+    seed ^= seed >> 7;
+    seed ^= seed << 17;
+    return seed * 0x2545F4914F6CDD1Du >> 11;
+}
+
+static void point(uint8_t *low, unsigned begin, unsigned bytes) {
+    const unsigned address = begin + (unsigned)(draw() % bytes);
+    low[0] = (uint8_t)address;
+    low[1] = (uint8_t)(address >> 8);
+}
+
+/// Pointers lead into SRAM, mostly, so that more than the interpreter is tested.
+static void make_state(avr_t *avr) {
+    for (unsigned i = 0; i < DATA; i++) avr->data[i] = (uint8_t)draw();
+    if (draw() % 4 == 0) avr->data[draw() % 32] = draw() % 2 ? 0 : 0xFF;
+    for (unsigned i = 0; i < FLAGS; i++) avr->sreg[i] = draw() & 1;
+    for (unsigned pair = 26; pair <= 30; pair += 2)
+        if (draw() % 8 != 0) point(avr->data + pair, 0x100, 0x800);
+    if (draw() % 8 != 0) point(avr->data + R_SPL, 0x100, 0x800);
+    avr->state = cpu_Running;
+    avr->interrupt_state = 0;
+    avr->cycle = 1000;
+}
+
+static void fail(const char *what, unsigned address, unsigned translated, unsigned interpreted) {
+    printf("at 0x%04X: %s: translated %u, simavr %u\n", address, what, translated, interpreted);
+    exit(1);
+}
+
+/// True if it was translated.
+static int test(avr_t *avr, unsigned address) {
+    static uint8_t data[DATA], effects[0x100], flags[FLAGS];
+    make_state(avr);
+    memcpy(data, avr->data, DATA);
+    memcpy(flags, avr->sreg, FLAGS);
+    translated_chip_t chip = {data, flags, avr->flash, effects, ENOUGH, address};
+    const int64_t given = chip.left;
+    const unsigned region = translation.region_of[address / 2];
+    if (region == 0) fail("may not be entered", address, 0, 0);
+    translation.code[region - 1](&chip);
+    avr->pc = address;
+    const uint64_t end = avr->cycle + (uint64_t)(given - chip.left);
+    while (avr->cycle < end) {
+        if (avr->interrupt_state != 0) fail("simavr waits", address, 0, 1);
+        avr->run_cycle_count = 1;
+        avr->pc = avr_run_one(avr);
+    }
+    if (avr->cycle != end)
+        fail("cycles", address, (unsigned)(given - chip.left), (unsigned)(avr->cycle - 1000));
+    if (avr->pc != chip.pc) fail("program counter", address, chip.pc, avr->pc);
+    for (unsigned i = 0; i < FLAGS; i++)
+        if (avr->sreg[i] != flags[i]) fail("flag", address, i << 4 | flags[i], avr->sreg[i]);
+    for (unsigned i = 0; i < DATA; i++)
+        if (avr->data[i] != data[i]) fail("data", address, i << 8 | data[i], avr->data[i]);
+    return given != chip.left;
+}
+
+int main(int argc, char **argv) {
+    if (argc != 3) return 2;
+    const unsigned long states = strtoul(argv[1], NULL, 10);
+    seed = strtoull(argv[2], NULL, 10) * 2 + 1;
+    avr_t *avr = avr_make_mcu_by_name("atmega328p");
+    avr_init(avr);
+    avr->log = LOG_NONE;
+    // No register has an effect here; those that have one are the interpreter's.
+    memset(avr->io, 0, sizeof avr->io);
+    memcpy(avr->flash, translation.flash, FLASH);
+    unsigned address;
+    while (scanf("%x", &address) == 1) {
+        unsigned long translated = 0;
+        for (unsigned long i = 0; i < states; i++) translated += (unsigned)test(avr, address);
+        printf("%x %lu\n", address, translated);
+    }
+    return 0;
+}
