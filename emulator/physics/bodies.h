@@ -101,6 +101,8 @@ class Bodies {
     double fastest_m_s() const { return fastest_m_s_; }
 
     uint64_t solver_steps() const { return solver_steps_; }  ///< robots near a contact, times steps
+    /// Those of them that the contact solver moved: robots in islands.
+    uint64_t island_steps() const { return contacts_.island_steps(); }
     /// Overlaps of all contacts of all steps so far.
     const Overlaps &overlaps() const { return overlaps_; }
 

@@ -61,6 +61,7 @@ nb::dict to_python(const Statistics &statistics, double diameter_m) {
     out["frames_from_above"] = statistics.medium.above_sent;
     out["received_from_above"] = statistics.medium.above_received;
     out["solver_steps"] = statistics.solver_steps;
+    out["island_steps"] = statistics.island_steps;
     out["list_rebuilds"] = statistics.list_rebuilds;
     out["contacts"] = statistics.overlaps.contacts();
     out["worst_overlap_fraction"] = statistics.overlaps.worst();

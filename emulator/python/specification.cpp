@@ -41,9 +41,9 @@ Region region_of(Table &from, const Eigen::Vector2d &centre) {
 
 /// `engine.contact_solver` by name.
 SolverKind solver_of(const std::string &name) {
-    if (name == "discs") return SolverKind::DISCS;
     if (name == "box2d") return SolverKind::BOX2D;
-    throw EngineError("the solver of contacts is discs or box2d, not " + name);
+    if (name == "discs") return SolverKind::DISCS;
+    throw EngineError("the solver of contacts is box2d or discs, not " + name);
 }
 
 // The table `profile`: the robot's body, and what [motion] says of it.

@@ -138,7 +138,11 @@ Grid &Simulation::grid() {
 const Grid &Simulation::grid() const { return const_cast<Simulation *>(this)->grid(); }
 
 Statistics Simulation::statistics() const {
-    return {steps_, channel_->counts(), bodies_->solver_steps(), bodies_->list_rebuilds(),
+    return {steps_,
+            channel_->counts(),
+            bodies_->solver_steps(),
+            bodies_->island_steps(),
+            bodies_->list_rebuilds(),
             bodies_->overlaps()};
 }
 

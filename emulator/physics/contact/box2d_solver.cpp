@@ -14,8 +14,15 @@ namespace kilotwin {
 namespace {
 
 constexpr double RADIUS_UNITS = 0.1;
+constexpr double INERTIA = RADIUS_UNITS * RADIUS_UNITS / 2;  // of a disc of mass 1
 constexpr int ROUND_WALL_SEGMENTS = 720;  // a 19.2 m arena differs from a circle by 0.1 mm
-constexpr int SUB_STEPS = 16;
+constexpr int ORACLE_SUB_STEPS = 16;      // a tick
+
+// Sub-steps a tick grow with the mean overlap, in diameters, from the first pair of numbers to the
+// second: a loose crowd needs few; contacts of one that presses are as stiff as their square.
+constexpr double LOOSE_SUB_STEPS = 1.25, LOOSE_OVERLAP = 0.004;
+constexpr double TIGHT_SUB_STEPS = 3, TIGHT_OVERLAP = 0.008;
+
 constexpr double SPECULATIVE_UNITS = 0.018;  // Box2D's margin is 0.02
 
 // Taylor series of asin: Box2D's rotations give the sine exactly, and a step turns a robot by
@@ -25,18 +32,28 @@ double small_angle(double sine) {
     return sine * (1 + square * (1.0 / 6 + square * (3.0 / 40 + square * (15.0 / 336))));
 }
 
+int sub_steps_of(double time_s, double overlap) {
+    const double tight = (overlap - LOOSE_OVERLAP) / (TIGHT_OVERLAP - LOOSE_OVERLAP);
+    const double a_tick =
+        LOOSE_SUB_STEPS + std::clamp(tight, 0.0, 1.0) * (TIGHT_SUB_STEPS - LOOSE_SUB_STEPS);
+    return static_cast<int>(std::ceil(a_tick * time_s / TICK_S));
+}
+
 }  // namespace
 
 struct Box2DSolver::Box2D {
     struct Disc {
         b2BodyId body = b2_nullBodyId;
-        b2Transform now;  ///< while enabled
+        b2Transform now;       ///< while enabled
+        uint64_t enabled = 0;  ///< the count of `calls` in which it was last in an island
+        bool fixed = false;
     };
 
     b2WorldId world;
     double units_per_m;
     std::vector<Disc> discs;        ///< by robot
     std::vector<uint32_t> enabled;  ///< robots of the last step, ascending
+    uint64_t calls = 1;             ///< of update_enabled(), and one
 
     b2Vec2 to_units(const Eigen::Vector2d &v) const {
         return {static_cast<float>(v.x() * units_per_m), static_cast<float>(v.y() * units_per_m)};
@@ -77,26 +94,39 @@ struct Box2DSolver::Box2D {
         return {Eigen::Vector2d(v.x, v.y) / units_per_m, b2Body_GetAngularVelocity(disc.body)};
     }
 
-    /// Makes a disc static, so that nothing pushes it, or dynamic.
-    static void set_fixed(const Disc &disc, bool fixed) {
-        const b2BodyType type = fixed ? b2_staticBody : b2_dynamicBody;
-        if (b2Body_GetType(disc.body) != type) b2Body_SetType(disc.body, type);
+    /// Lets the drive act in each of the next sub-steps of `h_s`, which is less than 1 / rates:
+    /// changes the velocity by rate * h_s of what it lacks. Box2D's damping divides by 1 + d * h_s.
+    void set_drive(const Disc &disc, const Shift &wanted, const DrivenBody::Rates &rates,
+                   double h_s) const {
+        auto damping = [h_s](double rate) { return static_cast<float>(rate / (1 - rate * h_s)); };
+        b2Body_SetLinearDamping(disc.body, damping(rates.by_per_s));
+        b2Body_SetAngularDamping(disc.body, damping(rates.turn_per_s));
+        b2Body_ApplyForceToCenter(disc.body, to_units(rates.by_per_s * wanted.by), false);
+        b2Body_ApplyTorque(disc.body, static_cast<float>(INERTIA * rates.turn_per_s * wanted.turn),
+                           false);
     }
 
-    /// Enables the bodies of this step, and disables the others.
+    /// Makes a disc static, so that nothing pushes it, or dynamic.
+    static void set_fixed(Disc &disc, bool fixed) {
+        if (disc.fixed == fixed) return;
+        b2Body_SetType(disc.body, fixed ? b2_staticBody : b2_dynamicBody);
+        disc.fixed = fixed;
+    }
+
+    /// Enables the bodies of this step, and disables the others. Those that stay keep their
+    /// contacts, and so their impulses.
     void update_enabled(const Islands &islands) {
-        std::vector<uint32_t> robots;
-        robots.reserve(islands.bodies.size());
-        for (const auto &body : islands.bodies) robots.push_back(body.robot);
-        for (uint32_t robot : enabled)
-            if (!std::binary_search(robots.begin(), robots.end(), robot))
-                b2Body_Disable(discs[robot].body);
+        const uint64_t last = calls++;
         for (const auto &body : islands.bodies) {
-            if (!std::binary_search(enabled.begin(), enabled.end(), body.robot))
-                enable(discs[body.robot], body.pose, body.driven.velocity);
-            set_fixed(discs[body.robot], body.fixed);
+            Disc &disc = discs[body.robot];
+            if (disc.enabled != last) enable(disc, body.pose, body.driven.velocity);
+            disc.enabled = calls;
+            set_fixed(disc, body.fixed);
         }
-        enabled.swap(robots);
+        for (uint32_t robot : enabled)
+            if (discs[robot].enabled != calls) b2Body_Disable(discs[robot].body);
+        enabled.clear();
+        for (const auto &body : islands.bodies) enabled.push_back(body.robot);
     }
 
     void enable(Disc &disc, const Pose &pose, const Shift &velocity) {
@@ -126,14 +156,18 @@ struct Box2DSolver::Box2D {
         disc.body = b2CreateBody(world, &def);
         b2ShapeDef shape = b2DefaultShapeDef();
         shape.material.friction = static_cast<float>(FRICTION);
+        shape.enableContactEvents = false;
+        shape.density = static_cast<float>(1 / (PI * RADIUS_UNITS * RADIUS_UNITS));
         b2Circle circle = {{0, 0}, static_cast<float>(RADIUS_UNITS)};
         b2CreateCircleShape(disc.body, &shape, &circle);
     }
 };
 
-Box2DSolver::Box2DSolver(const Arena &arena, const Mechanics &mechanics, size_t robots)
+Box2DSolver::Box2DSolver(const Arena &arena, const Mechanics &mechanics, size_t robots,
+                         Accuracy accuracy)
     : box2d_(std::make_unique<Box2D>()),
-      mechanics_(mechanics) {
+      mechanics_(mechanics),
+      accuracy_(accuracy) {
     auto &b = *box2d_;
     b.units_per_m = RADIUS_UNITS / mechanics.radius_m;
     b2WorldDef def = b2DefaultWorldDef();
@@ -148,17 +182,41 @@ Box2DSolver::Box2DSolver(const Arena &arena, const Mechanics &mechanics, size_t 
 
 Box2DSolver::~Box2DSolver() { b2DestroyWorld(box2d_->world); }
 
-// Box2D finds a contact only when bodies are within the speculative margin as its step begins: a
-// tick is divided so that two robots do not close by more within one.
 void Box2DSolver::solve(Islands &islands, double step_s) {
-    auto &b = *box2d_;
-    b.update_enabled(islands);
+    box2d_->update_enabled(islands);
     if (islands.bodies.empty()) return;
+    if (accuracy_ == Accuracy::ORACLE)
+        step_by_ticks(islands, step_s);
+    else
+        step_once(islands, step_s);
+    for (auto &body : islands.bodies) body.moved = box2d_->find_moved(box2d_->discs[body.robot]);
+}
+
+void Box2DSolver::step_once(Islands &islands, double step_s) {
+    auto &b = *box2d_;
+    const auto [overlap_m, closing_m] = find_gaps(islands);
+    const int rounds = rounds_of(closing_m);
+    const double round_s = step_s / rounds;
+    const int sub_steps = sub_steps_of(round_s, overlap_m / (2 * mechanics_.radius_m));
+    for (auto &body : islands.bodies) {
+        if (body.driven.change_wanted(body.free.velocity(step_s)))
+            b.set_velocity(b.discs[body.robot], body.driven.velocity);
+    }
+    for (int round = 0; round < rounds; round++) {
+        for (auto &body : islands.bodies)
+            b.set_drive(b.discs[body.robot], body.driven.wanted,
+                        body.driven.rates(mechanics_, 1 / TICK_S), round_s / sub_steps);
+        b2World_Step(b.world, static_cast<float>(round_s), sub_steps);
+        for (auto &body : islands.bodies) body.driven.velocity = b.velocity(b.discs[body.robot]);
+    }
+}
+
+void Box2DSolver::step_by_ticks(Islands &islands, double step_s) {
+    auto &b = *box2d_;
     double fastest_m_s = 0;
     for (const auto &body : islands.bodies)
         fastest_m_s = std::max(fastest_m_s, body.free.by.norm() / step_s);
-    const double approach_units = 2 * fastest_m_s * TICK_S * b.units_per_m;
-    const int rounds = std::max(1, static_cast<int>(std::ceil(approach_units / SPECULATIVE_UNITS)));
+    const int rounds = rounds_of(2 * fastest_m_s * TICK_S);
     const auto ticks = std::lround(step_s / TICK_S);
     const auto force = mechanics_.change_in(TICK_S);
     for (int tick = 0; tick < ticks; tick++) {
@@ -167,10 +225,42 @@ void Box2DSolver::solve(Islands &islands, double step_s) {
             b.set_velocity(b.discs[body.robot], body.driven.velocity);
         }
         for (int round = 0; round < rounds; round++)
-            b2World_Step(b.world, static_cast<float>(TICK_S / rounds), SUB_STEPS);
+            b2World_Step(b.world, static_cast<float>(TICK_S / rounds), ORACLE_SUB_STEPS);
         for (auto &body : islands.bodies) body.driven.velocity = b.velocity(b.discs[body.robot]);
     }
-    for (auto &body : islands.bodies) body.moved = b.find_moved(b.discs[body.robot]);
+}
+
+Box2DSolver::Gaps Box2DSolver::find_gaps(const Islands &islands) const {
+    const double touch_m = 2 * mechanics_.radius_m;
+    const double found_m = touch_m + SPECULATIVE_UNITS / box2d_->units_per_m;
+    Gaps gaps;
+    double overlaps_m = 0;
+    int overlapping = 0;
+    for (const auto &body : islands.bodies)
+        if (body.at_wall) gaps.closing_m = std::max(gaps.closing_m, body.free.by.norm());
+    for (const auto &[one, other] : islands.pairs) {
+        const auto &a = islands.bodies[one], &b = islands.bodies[other];
+        const Eigen::Vector2d apart = b.pose.position - a.pose.position;
+        const double square = apart.squaredNorm();
+        if (square > touch_m * touch_m && square <= found_m * found_m) continue;
+        const double distance_m = std::sqrt(square), gap_m = distance_m - touch_m;
+        if (gap_m <= 0) {
+            overlaps_m -= gap_m;
+            overlapping++;
+            continue;
+        }
+        const double closing_m = apart.dot(a.free.by - b.free.by) / distance_m;
+        if (closing_m > gap_m) gaps.closing_m = std::max(gaps.closing_m, closing_m);
+    }
+    if (overlapping > 0) gaps.overlap_m = overlaps_m / overlapping;
+    return gaps;
+}
+
+/// Box2D finds a contact only when bodies are within the speculative margin as its step begins: a
+/// step is divided so that two robots do not close by more within one.
+int Box2DSolver::rounds_of(double closing_m) const {
+    const double closing_units = closing_m * box2d_->units_per_m;
+    return std::max(1, static_cast<int>(std::ceil(closing_units / SPECULATIVE_UNITS)));
 }
 
 std::string box2d_version() {

@@ -13,7 +13,8 @@
 
 namespace kilotwin {
 
-enum class SolverKind : uint8_t { DISCS, BOX2D };
+/// BOX2D_ORACLE is for tests: many times slower, and as exact as Box2D can be.
+enum class SolverKind : uint8_t { BOX2D, BOX2D_ORACLE, DISCS };
 
 /// All islands of one step: bodies that may touch several others, or a wall besides.
 struct Islands {

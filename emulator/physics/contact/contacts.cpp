@@ -12,8 +12,10 @@ namespace {
 
 std::unique_ptr<ContactSolver> make_solver(SolverKind kind, const Arena &arena,
                                            const Mechanics &mechanics, size_t robots) {
-    if (kind == SolverKind::BOX2D) return std::make_unique<Box2DSolver>(arena, mechanics, robots);
-    return std::make_unique<DiscSolver>(arena, mechanics);
+    using Accuracy = Box2DSolver::Accuracy;
+    if (kind == SolverKind::DISCS) return std::make_unique<DiscSolver>(arena, mechanics);
+    const auto accuracy = kind == SolverKind::BOX2D ? Accuracy::NORMAL : Accuracy::ORACLE;
+    return std::make_unique<Box2DSolver>(arena, mechanics, robots, accuracy);
 }
 
 }  // namespace
@@ -68,6 +70,7 @@ void Contacts::step(std::vector<ContactBody> &bodies, const std::vector<Islands:
             islands_.pairs.push_back({bodies[one].member, bodies[other].member});
     }
     solver_->solve(islands_, step_s);
+    island_steps_ += islands_.bodies.size();
 }
 
 /// The body takes part in an island; which one, the solver finds from the pairs.

@@ -68,6 +68,9 @@ class Contacts {
     void step(std::vector<ContactBody> &bodies, const std::vector<Islands::Pair> &pairs,
               double step_s);
 
+    /// Robots that the solver moved, times steps, so far.
+    uint64_t island_steps() const { return island_steps_; }
+
   private:
     bool fixed(const ContactBody &body) const;
     ContactSide drive(size_t i, ContactBody &body, double step_s);
@@ -83,6 +86,7 @@ class Contacts {
     Mechanics::Change force_{};  ///< of this step
     std::unique_ptr<ContactSolver> solver_;
     Islands islands_;
+    uint64_t island_steps_ = 0;
 };
 
 }  // namespace kilotwin

@@ -56,6 +56,21 @@ struct alignas(64) DrivenBody {
 
     /// The same towards the present `wanted`.
     void drive_on(const Mechanics::Change &force);
+
+    // The same in another form, for solvers that integrate over a long step: drive() in each of its
+    // ticks is a force in proportion to what is missing, up to a limit.
+
+    /// Makes `now_wanted` the wanted velocity, and adds what the program changed since the last
+    /// call. Returns whether it changed anything.
+    bool change_wanted(const Shift &now_wanted);
+
+    /// How fast the drive brings the velocity to `wanted`, per second: acceleration over what is
+    /// missing now.
+    struct Rates {
+        double by_per_s, turn_per_s;
+    };
+    /// At most `most_per_s`, and no more than the drive's force allows.
+    Rates rates(const Mechanics &mechanics, double most_per_s) const;
 };
 
 }  // namespace kilotwin

@@ -132,6 +132,7 @@ def test_bench_prints_a_list_of_measurements(kilotwin: Kilotwin) -> None:
         assert result["robots"] in (50, 100)
         assert result["robot_s_per_cpu_s"] > 0
         assert result["worst_overlap_fraction"] == 0.01
+        assert result["box2d_share"] == 0.25
         assert result["startup_s"] > 0
         assert result["bytes_per_robot"] is None
 
@@ -233,7 +234,8 @@ def test_bench_interrupted_keeps_what_is_measured_in_full_and_goes_no_further(
 ) -> None:
     words = ["bench", "paper", "--json", "--repeats", "2", "--duration-s", "10", "--quiet"]
     (whole, *_) = json.loads(kilotwin(*words).stdout)
-    summary = {**whole, "stats": {"worst_overlap_fraction": 0.0}}
+    stats = {"worst_overlap_fraction": 0.0, "steps": 1, "island_steps": 0}
+    summary = {**whole, "stats": stats}
     ends = [(0, False)] * 3 + [end] + [(0, False)] * 2
     outcomes = iter([run.Outcome(summary, code, asked) for code, asked in ends])
     monkeypatch.setattr(run, "run", lambda *_: next(outcomes))

@@ -121,7 +121,12 @@ class Simulation:
     final_hash = result_hash
 
     def stats(self) -> dict[str, int | float]:
-        return {"frames_sent": 0, "worst_overlap_fraction": 0.01}
+        return {
+            "frames_sent": 0,
+            "steps": 100,
+            "island_steps": 25 * self.robots,
+            "worst_overlap_fraction": 0.01,
+        }
 
     def _at(self, taken: list[int]) -> dict[str, Any]:
         shape = (len(taken), self.robots)
