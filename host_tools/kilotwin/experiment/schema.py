@@ -366,8 +366,8 @@ class Engine(Section):
 
     step_ticks: Literal[1, 2, 4]
     """The world's step, in ticks of 32.768 ms."""
-    contact_solver: Literal["discs", "box2d"] = "discs"
-    """Solver of three and more robots in contact: Kilotwin's own solver, or Box2D, slower."""
+    contact_solver: Literal["box2d", "discs"] = "box2d"
+    """Solver of three and more robots in contact: Box2D, or one that knows discs only."""
     avr_core: Literal["translated", "interpreted"] = "translated"
     """How an ATmega328P's code is executed: translated to this computer's if it has a C compiler,
     or interpreted; the result is the same."""

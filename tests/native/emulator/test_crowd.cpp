@@ -15,7 +15,7 @@ namespace {
 
 /// 100 robots that drive straight to `spot` for 300 s, with all their force.
 void drive_into(const std::string &name, const Arena &arena, const Eigen::Vector2d &spot,
-                uint32_t step_ticks, SolverKind solver = SolverKind::DISCS) {
+                uint32_t step_ticks, SolverKind solver = SolverKind::BOX2D) {
     Scene scene(arena, 3);
     scene.def.solver = solver;
     scene.def.step_ticks = step_ticks;
@@ -63,12 +63,12 @@ TEST_CASE("a hundred robots driven against one spot of a round wall overlap by l
     drive_into("round wall", round_hall(8), {4, 0}, 2);
 }
 
-TEST_CASE("a hundred robots that Box2D solves overlap by little") {
-    drive_into("middle, Box2D", round_hall(8), {0, 0}, 4, SolverKind::BOX2D);
-    drive_into("corner, Box2D", square_hall(6), {3, 3}, 2, SolverKind::BOX2D);
+TEST_CASE("a hundred robots that the disc solver moves overlap by little") {
+    drive_into("middle, discs", round_hall(8), {0, 0}, 4, SolverKind::DISCS);
+    drive_into("corner, discs", square_hall(6), {3, 3}, 2, SolverKind::DISCS);
 }
 
-TEST_CASE("a crowd goes its way bit for bit, whoever crowds elsewhere") {
+TEST_CASE("to the disc solver a crowd is the same bit for bit, whoever crowds elsewhere") {
     std::vector<Pose> here, everywhere;
     for (int i = 0; i < 12; i++)
         here.push_back({{-2 + 0.19 * (i % 4), -2 + 0.19 * std::floor(i / 4)}, 0.5 * i});
@@ -79,6 +79,7 @@ TEST_CASE("a crowd goes its way bit for bit, whoever crowds elsewhere") {
     std::vector<Samples> ends;
     for (const auto &poses : {here, everywhere}) {
         Scene scene(square_hall(6));
+        scene.def.solver = SolverKind::DISCS;
         scene.add("puppet", poses);
         scene.tell_all(0, message(MOTORS, {FULL, FULL}));
         Simulation simulation(scene.def);
