@@ -11,7 +11,7 @@ IdealChannel::IdealChannel(const Settings &settings, const ChannelContext &conte
     : Channel(context),
       range_m_(settings.range_m),
       senders_(context.robots.size()),
-      in_range_(settings.range_m, settings.line_of_sight, settings.radius_m,
+      in_range_(settings.range_m, settings.line_of_sight, settings.radius_m, context.bodies.arena(),
                 context.robots.size()) {}
 
 void IdealChannel::boot(Cycles now) {

@@ -159,8 +159,10 @@ void KilobotChannel::shine_around_robot(Frame &frame) {
     const Bodies &bodies = context_.bodies;
     const Eigen::Vector2d here = bodies.position(frame.sender);
     for (uint32_t other : bodies.lists().of(frame.sender)) {
-        const double distance = (bodies.position(other) - here).norm();
-        if (distance <= frame.range_m) shine_on_robot(frame, other, distance);
+        const Eigen::Vector2d &there = bodies.position(other);
+        const double distance = (there - here).norm();
+        if (distance <= frame.range_m && bodies.arena().lets_light_pass(here, there))
+            shine_on_robot(frame, other, distance);
     }
     for (Stations *kind : others_) kind->shine_from_robot(frame, here);
     if (settings_.half_duplex) in_flight_.deafen(frame.sender);

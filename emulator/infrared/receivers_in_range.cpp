@@ -24,9 +24,11 @@ bool ReceiversInRange::hidden(const Eigen::Vector2d &from, size_t receiver, size
 void ReceiversInRange::choose(std::vector<Receiver> &receivers, const Eigen::Vector2d &from,
                               Neighbours::List around, size_t in_range) {
     receivers.clear();
+    const bool walls = !arena_.is_open();
     for (size_t i = 0; i < in_range; i++) {
         const auto [place, distance_squared] = in_range_[i];
         if (line_of_sight_ && hidden(from, place, around.size())) continue;
+        if (walls && !arena_.lets_light_pass(from, places_[place])) continue;
         const double distance_mm = std::min(std::sqrt(distance_squared) * 1000 + 0.5, 65535.0);
         receivers.push_back({around.begin()[place], static_cast<uint16_t>(distance_mm)});
     }

@@ -1,7 +1,7 @@
 /// Robots in range of a sender and, if asked for, in its sight: the receivers of the ideal channel.
 ///
 /// Range and sight go from centre to centre; the discs of other robots hide what is behind them,
-/// walls do not.
+/// and walls that block light hide it in any case.
 #ifndef KILOTWIN_INFRARED_RECEIVERS_IN_RANGE_H
 #define KILOTWIN_INFRARED_RECEIVERS_IN_RANGE_H
 
@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "physics/arena.h"
 #include "physics/neighbours.h"
 
 namespace kilotwin {
@@ -22,11 +23,14 @@ struct Receiver {
 /// One per ideal channel; keeps the receivers of senders that stand.
 class ReceiversInRange {
   public:
-    /// `radius_m`: of the discs that hide others, if `line_of_sight` is needed.
-    ReceiversInRange(double range_m, bool line_of_sight, double radius_m, size_t robots)
+    /// `radius_m`: of the discs that hide others, if `line_of_sight` is needed. `arena` must live
+    /// on.
+    ReceiversInRange(double range_m, bool line_of_sight, double radius_m, const Arena &arena,
+                     size_t robots)
         : range_m_(range_m),
           line_of_sight_(line_of_sight),
           radius_m_(radius_m),
+          arena_(arena),
           kept_(robots) {}
 
     /// The receivers of `sender`: some of those `around`, ascending. `place_of` says where a robot
@@ -70,6 +74,7 @@ class ReceiversInRange {
     double range_m_;
     bool line_of_sight_;
     double radius_m_;
+    const Arena &arena_;
     std::vector<std::vector<Receiver>> kept_;  ///< by sender
     std::vector<Receiver> found_;              ///< that is not kept
     std::vector<Eigen::Vector2d> places_;      ///< of the robots around a sender

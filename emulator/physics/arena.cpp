@@ -1,24 +1,13 @@
 #include "physics/arena.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 namespace kilotwin {
 
-bool Region::contains(const Eigen::Vector2d &point) const {
-    Eigen::Vector2d offset = point - centre;
-    if (shape == Shape::CIRCLE) return offset.squaredNorm() <= size.x() * size.x() / 4;
-    return std::abs(offset.x()) <= size.x() / 2 && std::abs(offset.y()) <= size.y() / 2;
-}
-
-double Region::distance_to_edge(const Eigen::Vector2d &point) const {
-    Eigen::Vector2d offset = point - centre;
-    if (shape == Shape::CIRCLE) return std::abs(offset.norm() - size.x() / 2);
-    // The largest norm of the offset from the edge's box: exact inside and beside it, too small off
-    // its corners.
-    return std::abs(
-        std::max(std::abs(offset.x()) - size.x() / 2, std::abs(offset.y()) - size.y() / 2));
+void Arena::build_walls(bool bounds_block_light, double reach_m) {
+    if (bounds.shape != Region::Shape::POLYGON && obstacles.empty()) return;
+    walls = Walls(bounds, bounds_block_light, obstacles, reach_m);
 }
 
 uint8_t Arena::site_at(const Eigen::Vector2d &point) const {
@@ -34,8 +23,18 @@ double Arena::distance_to_site_edge(const Eigen::Vector2d &point) const {
 }
 
 double Arena::wall_gap(const Eigen::Vector2d &point) const {
+    if (!walls.empty()) return walls.gap(point);
     if (bounds.shape == Region::Shape::CIRCLE) return bounds.size.x() / 2 - point.norm();
     return (bounds.size / 2 - point.cwiseAbs()).minCoeff();
+}
+
+// The nearest wall may be one that another obstacle covers.
+bool Arena::has_room(const Eigen::Vector2d &point, double radius_m) const {
+    if (wall_gap(point) < radius_m) return false;
+    return walls.empty() ||
+           (bounds.contains(point) &&
+            std::none_of(obstacles.begin(), obstacles.end(),
+                         [&](const auto &obstacle) { return obstacle.shape.contains(point); }));
 }
 
 }  // namespace kilotwin

@@ -224,7 +224,7 @@ bool Bodies::may_touch(uint32_t robot) {
     const auto &others = candidates(robot);
     const double wall_gap = arena_.wall_gap(here) - radius_m_;
     next_contact_[robot] = now_ + step_;
-    if (wall_gap <= contact_gap_m_ && would_touch_wall(robot)) return true;
+    if (wall_gap <= contact_gap_m_ && would_touch_wall(robot, wall_gap)) return true;
     const double reach = contact_reach_m();
     double nearest = INFINITY;
     for (uint32_t other : others) {
@@ -263,9 +263,13 @@ bool Bodies::would_touch(uint32_t robot, uint32_t other) {
     return (apart + part * closing).squaredNorm() <= touch * touch;
 }
 
-bool Bodies::would_touch_wall(uint32_t robot) {
+/// `wall_gap_m`: of the robot's rim when the step begins.
+bool Bodies::would_touch_wall(uint32_t robot, double wall_gap_m) {
     const Eigen::Vector2d there = position(robot) + free_path(robot);
-    return arena_.wall_gap(there) <= radius_m_ + margin_m_;
+    const double then_m = arena_.wall_gap(there);
+    if (arena_.is_open()) return then_m <= radius_m_ + margin_m_;
+    // It may come nearer on its way than at either end, by half of what the way is longer.
+    return (wall_gap_m + then_m - radius_m_ - longest_free_m(robot)) / 2 <= margin_m_;
 }
 
 /// Adds all that a robot of touching_ may touch, moving as fast as the fastest of them.
@@ -393,13 +397,14 @@ void Bodies::find_wall_contacts(ContactBody &body) const {
     body.kind = Kind::NONE;
     body.at_wall = false;
     if (arena_.wall_gap(body.pose.position) - radius_m_ > most_m) return;
-    arena_.for_each_wall(body.pose.position, [&](double distance, const Eigen::Vector2d &outward) {
+    auto meet = [&](double distance, const Eigen::Vector2d &outward, uint32_t /*wall*/) {
         if (distance - radius_m_ > most_m) return;
         body.kind = body.kind == Kind::NONE ? Kind::WALL : Kind::ISLAND;
         body.at_wall = true;
         body.normal = outward;
         body.gap_m = distance - radius_m_;
-    });
+    };
+    arena_.for_each_wall(body.pose.position, radius_m_ + most_m, meet);
 }
 
 void Bodies::record_overlap(double gap_m) {

@@ -59,6 +59,9 @@ class Bodies {
     /// Prefetches what position() needs.
     void prefetch_place(uint32_t robot) const { prefetch_line(&places_[robot]); }
 
+    /// Walls, obstacles and sites.
+    const Arena &arena() const { return arena_; }
+
     /// The number of robots.
     size_t size() const { return places_.size(); }
 
@@ -165,7 +168,7 @@ class Bodies {
     void find_contacts();
     bool may_touch(uint32_t robot);
     bool would_touch(uint32_t robot, uint32_t other);
-    bool would_touch_wall(uint32_t robot);
+    bool would_touch_wall(uint32_t robot, double wall_gap_m);
     void include(uint32_t robot) {
         if (!is_touching_[robot]) add_touching(robot);
     }

@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "physics/arena.h"
+
 namespace kilotwin {
 
 /// Constant during a run. Noise is the converter's, drawn where the sensor is read.
@@ -21,12 +23,14 @@ struct Light {
     double ambient;               ///< reading without any source
     std::vector<Source> sources;  ///< lamps add up, in any order
 
-    /// The converter's reading at a place, 0 to 1023, without noise. Linear in sources.
-    int16_t at(const Eigen::Vector2d &place) const {
+    /// The converter's reading at a place of the arena, 0 to 1023, without noise. A lamp behind a
+    /// wall that blocks light adds nothing. Linear in sources.
+    int16_t at(const Eigen::Vector2d &place, const Arena &arena) const {
         double sum = ambient;
         for (const auto &source : sources)
-            sum += source.peak /
-                   (1 + (place - source.at).squaredNorm() / (source.half_m * source.half_m));
+            if (arena.lets_light_pass(source.at, place))
+                sum += source.peak /
+                       (1 + (place - source.at).squaredNorm() / (source.half_m * source.half_m));
         return static_cast<int16_t>(std::clamp(std::floor(sum + 0.5), 0.0, 1023.0));
     }
 };

@@ -57,9 +57,9 @@ void place_uniformly(std::vector<Pose> &poses, size_t count, const Arena &arena,
                                   "larger arena");
             Eigen::Vector2d where(chance.uniform(robot, Purpose::PLACE, 2 * tries) - 0.5,
                                   chance.uniform(robot, Purpose::PLACE, 2 * tries + 1) - 0.5);
-            pose.position = where.cwiseProduct(arena.bounds.size);
+            pose.position = arena.bounds.centre + where.cwiseProduct(arena.bounds.size);
             tries++;
-        } while (arena.wall_gap(pose.position) < radius_m || !occupied.is_free(pose.position));
+        } while (!arena.has_room(pose.position, radius_m) || !occupied.is_free(pose.position));
         pose.heading = wrapped(2 * PI * chance.uniform(robot, Purpose::HEADING, 0));
         occupied.add(pose.position);
         poses.push_back(pose);

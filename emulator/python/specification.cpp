@@ -21,22 +21,30 @@ namespace kilotwin {
 
 namespace {
 
+// Radii of a robot: walls farther from its middle are not looked at, at usual speeds and steps.
+constexpr double WALLS_MATTER = 3;
+
 /// A point as [x_m, y_m].
 Eigen::Vector2d vector_of(const std::vector<double> &xy) {
     if (xy.size() != 2) throw EngineError("a point has two coordinates");
     return {xy[0], xy[1]};
 }
 
-/// `centre` is given apart: the arena has none in its table, it lies around (0, 0).
-Region region_of(Table &from, const Eigen::Vector2d &centre) {
+/// A circle or rectangle by its width and height, a polygon by its corners; all about (0, 0).
+Region region_of(Table &from) {
     const std::string shape = from["shape"];
+    if (shape == "polygon") {
+        std::vector<Eigen::Vector2d> corners;
+        for (const auto &point : from["points_m"].as<std::vector<std::vector<double>>>())
+            corners.push_back(vector_of(point));
+        if (corners.size() < 3) throw EngineError("a polygon has three corners or more");
+        return Region::polygon(std::move(corners));
+    }
     if (shape != "circle" && shape != "rectangle")
-        throw EngineError("shape is circle or rectangle, not " + shape);
-    const Region region = {shape == "circle" ? Region::Shape::CIRCLE : Region::Shape::RECTANGLE,
-                           centre,
-                           {from["width_m"].as<double>(), from["height_m"].as<double>()}};
-    from.end();
-    return region;
+        throw EngineError("shape is circle, rectangle or polygon, not " + shape);
+    return {shape == "circle" ? Region::Shape::CIRCLE : Region::Shape::RECTANGLE,
+            {0, 0},
+            {from["width_m"].as<double>(), from["height_m"].as<double>()}};
 }
 
 /// `engine.contact_solver` by name.
@@ -237,15 +245,38 @@ std::vector<SimulationDef::Command> commands_of(const nb::list &from) {
     return commands;
 }
 
-/// The wall and the sites, which are numbered from 1 in the order of the list.
-Arena arena_of(Table &spec) {
-    Table bounds = spec["arena"].table();
-    Arena arena = {region_of(bounds, {0, 0}), {}};
-    for (nb::handle item : spec["sites"].as<nb::list>()) {
+/// Sites of a list, numbered from 1 in its order.
+std::vector<Region> sites_of(const nb::list &from) {
+    std::vector<Region> sites;
+    for (nb::handle item : from) {
         Table site(nb::cast<nb::dict>(item), "sites.");
         const auto centre = vector_of(site["centre_m"].as<std::vector<double>>());
-        arena.sites.push_back(region_of(site, centre));
+        sites.push_back(region_of(site).placed(centre, 0));
+        site.end();
     }
+    return sites;
+}
+
+/// What stands in the arena.
+std::vector<Obstacle> obstacles_of(const nb::list &from) {
+    std::vector<Obstacle> obstacles;
+    for (nb::handle item : from) {
+        Table obstacle(nb::cast<nb::dict>(item), "obstacles.");
+        const auto centre = vector_of(obstacle["centre_m"].as<std::vector<double>>());
+        obstacles.push_back({region_of(obstacle).placed(centre, obstacle["heading_rad"]),
+                             obstacle["blocks_light"]});
+        obstacle.end();
+    }
+    return obstacles;
+}
+
+/// Walls, obstacles and sites. `reach_m`: how far away walls matter to a robot.
+Arena arena_of(Table &spec, double reach_m) {
+    Table bounds = spec["arena"].table();
+    Arena arena = {region_of(bounds), sites_of(spec["sites"].as<nb::list>()),
+                   obstacles_of(spec["obstacles"].as<nb::list>())};
+    arena.build_walls(bounds["blocks_light"], reach_m);
+    bounds.end();
     return arena;
 }
 
@@ -291,11 +322,12 @@ SimulationDef definition_of(const nb::dict &from) {
     SimulationDef def = {};
     spec.read("seed", def.seed);
     spec.read("step_ticks", def.step_ticks);
-    def.arena = arena_of(spec);
     def.profile = profile_of(spec["profile"].table());
     def.solver = solver_of(spec["contact_solver"]);
     // None: the run lacks the thing. All other keys have a value.
     if (!spec["floor"].is_none()) def.floor = floor_of(spec["floor"].table());
+    def.arena = arena_of(spec, WALLS_MATTER * def.profile.radius_m +
+                                   (def.floor ? def.floor->obstacle_m : 0));
     set_medium(def, spec["medium"].table());
     def.groups = groups_of(spec["groups"].as<nb::list>());
     def.lab = lab_of(spec["lab"].as<nb::list>());

@@ -127,7 +127,7 @@ void Simulation::create_robots() {
                 robots_.emplace_back(context_, *program, index, calibration, power_up,
                                      images_.back()[i * lines].bytes);
             }
-            robots_.back().light = def_.light.at(poses[index].position);
+            robots_.back().light = def_.light.at(poses[index].position, def_.arena);
         }
     }
     create_bodies(poses);

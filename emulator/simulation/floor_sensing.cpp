@@ -69,12 +69,15 @@ void FloorSensing::look_around(uint32_t robot) {
         return std::min(way_m / (2 * bodies_.fastest_m_s()), listed_s);
     };
     const double unchanged_s = away_s(nearest.robot), unmoved_s = away_s(nearest.mover);
-    double wall_gap = INFINITY;
-    arena_.for_each_wall(here, [&](double distance, const Eigen::Vector2d &outward) {
-        const double gap = distance - radius_m_;
-        wall_gap = std::min(wall_gap, gap);
-        if (gap <= obstacle_gap && outward.dot(bodies_.ahead(robot)) > 0) nearest.obstacle = true;
-    });
+    const double wall_gap = arena_.wall_gap(here) - radius_m_;
+    if (wall_gap <= obstacle_gap)
+        arena_.for_each_wall(
+            here, radius_m_ + obstacle_gap,
+            [&](double distance, const Eigen::Vector2d &outward, uint32_t /*wall*/) {
+                const double gap = distance - radius_m_;
+                if (gap <= obstacle_gap && outward.dot(bodies_.ahead(robot)) > 0)
+                    nearest.obstacle = true;
+            });
     // As long as its own way to a wall or to a site's edge takes at least.
     const double still_s =
         std::min(std::max(wall_gap - obstacle_gap, 0.0), arena_.distance_to_site_edge(here)) /

@@ -68,7 +68,7 @@ void Simulation::give(const Command &command, Cycles at) {
 /// Sets readings and floor messages of robots on boards for this step.
 void Simulation::sense_on_boards() {
     for (uint32_t robot : boards_.robots()) {
-        robots_[robot].light = def_.light.at(bodies_->position(robot));
+        robots_[robot].light = def_.light.at(bodies_->position(robot), def_.arena);
         floor_->look(robot, NEVER, false);
         floor_->tell(robots_[robot], now_ + step_);
     }
@@ -85,7 +85,7 @@ void Simulation::run_due_robots(Cycles limit) {
 /// Executes a robot through this step, and on up to its lookahead.
 void Simulation::run_on(uint32_t robot, Cycles limit) {
     const Cycles end = now_ + step_;
-    if (light_changes()) robots_[robot].light = def_.light.at(bodies_->position(robot));
+    if (light_changes()) robots_[robot].light = def_.light.at(bodies_->position(robot), def_.arena);
     limit = floor_->look(robot, limit, !def_.run_ahead);
     Cycles until = end;
     if (limit > end && may_run_ahead()) until = std::max(channel_->lookahead(robot, limit), end);

@@ -59,29 +59,49 @@ struct Box2DSolver::Box2D {
         return {static_cast<float>(v.x() * units_per_m), static_cast<float>(v.y() * units_per_m)};
     }
 
-    void build_walls(const Arena &arena) {
-        std::vector<b2Vec2> corners;
-        if (arena.bounds.shape == Region::Shape::CIRCLE) {
-            double half = PI / ROUND_WALL_SEGMENTS;
-            double radius = arena.bounds.size.x() / 2 / direction(half).x();
-            for (int i = 0; i < ROUND_WALL_SEGMENTS; i++)  // clockwise: solid from within
-                corners.push_back(to_units(radius * direction(-2 * half * i)));
-        } else {
-            Eigen::Vector2d half = arena.bounds.size / 2;
-            for (const auto &sign : {Eigen::Vector2d(-1, -1), Eigen::Vector2d(-1, 1),
-                                     Eigen::Vector2d(1, 1), Eigen::Vector2d(1, -1)})
-                corners.push_back(to_units(half.cwiseProduct(sign)));
-        }
-        b2BodyDef ground = b2DefaultBodyDef();
+    /// One-sided: solid on the right of those who go along it. A loop of at least three corners.
+    void build_chain(b2BodyId ground, const std::vector<Eigen::Vector2d> &corners) const {
+        std::vector<b2Vec2> points;
+        for (const auto &corner : corners) points.push_back(to_units(corner));
+        // Box2D wants four at least.
+        if (points.size() == 3) points.push_back(to_units((corners.front() + corners.back()) / 2));
         b2SurfaceMaterial material = b2DefaultSurfaceMaterial();
         material.friction = static_cast<float>(FRICTION);
         b2ChainDef chain = b2DefaultChainDef();
-        chain.points = corners.data();
-        chain.count = static_cast<int>(corners.size());
+        chain.points = points.data();
+        chain.count = static_cast<int>(points.size());
         chain.materials = &material;
         chain.materialCount = 1;
         chain.isLoop = true;
-        b2CreateChain(b2CreateBody(world, &ground), &chain);
+        b2CreateChain(ground, &chain);
+    }
+
+    void build_walls(const Arena &arena) {
+        const b2BodyDef def = b2DefaultBodyDef();
+        const b2BodyId ground = b2CreateBody(world, &def);
+        std::vector<Eigen::Vector2d> corners = arena.bounds.outline();
+        // Clockwise: solid from within.
+        if (!corners.empty()) std::reverse(corners.begin() + 1, corners.end());
+        if (arena.bounds.shape == Region::Shape::CIRCLE) {
+            double half = PI / ROUND_WALL_SEGMENTS;
+            double radius = arena.bounds.size.x() / 2 / direction(half).x();
+            for (int i = 0; i < ROUND_WALL_SEGMENTS; i++)
+                corners.push_back(radius * direction(-2 * half * i));
+        }
+        build_chain(ground, corners);
+        for (const auto &obstacle : arena.obstacles)
+            if (obstacle.shape.shape == Region::Shape::CIRCLE)
+                build_pillar(ground, obstacle.shape);
+            else
+                build_chain(ground, obstacle.shape.outline());
+    }
+
+    void build_pillar(b2BodyId ground, const Region &shape) const {
+        b2ShapeDef def = b2DefaultShapeDef();
+        def.material.friction = static_cast<float>(FRICTION);
+        const b2Circle circle = {to_units(shape.centre),
+                                 static_cast<float>(shape.size.x() / 2 * units_per_m)};
+        b2CreateCircleShape(ground, &def, &circle);
     }
 
     void set_velocity(const Disc &disc, const Shift &velocity) const {

@@ -11,10 +11,11 @@ namespace kilotwin {
 
 namespace {
 
-constexpr uint32_t WALLS = 4;   // at most; the first discs
-constexpr int ROUNDS = 2;       // of solving velocities, in each tick
-constexpr int SEPARATIONS = 3;  // rounds of separating overlapping discs, in each tick
-constexpr double SLOP = 0.001;  // share of a radius: a smaller overlap is left
+constexpr uint32_t WALLS = 1;              // the first disc stands for all walls: they do not move
+constexpr uint32_t FIRST_WALL = 1U << 31;  // numbers of walls in a key follow those of robots
+constexpr int ROUNDS = 2;                  // of solving velocities, in each tick
+constexpr int SEPARATIONS = 3;             // rounds of separating overlapping discs, in each tick
+constexpr double SLOP = 0.001;             // share of a radius: a smaller overlap is left
 constexpr double TICKS_PER_S = 1 / TICK_S;
 constexpr double TOLERANCE =
     0.005;  // share of the fastest drive's speed: smaller impulses are dropped
@@ -103,17 +104,13 @@ void DiscSolver::list_contacts(const Islands &islands, double step_s) {
 void DiscSolver::list_walls(const Islands::Body &body, uint32_t disc, double step_s) {
     const double reach_m = mechanics_.radius_m + mechanics_.fastest_m_s * step_s;
     const auto &at = body.pose.position;
-    uint32_t wall = 0;
-    arena_.for_each_wall(at, [&](double distance, const Eigen::Vector2d &outward) {
-        if (distance <= reach_m) {
-            listed_.push_back({.one = disc,
-                               .other = wall,
-                               .wall_m = distance + outward.dot(at),
-                               .normal = outward});
-            keys_.push_back({body.robot, UINT32_MAX - WALLS + wall});
-        }
-        wall++;
-    });
+    arena_.for_each_wall(
+        at, reach_m, [&](double distance, const Eigen::Vector2d &outward, uint32_t wall) {
+            if (distance > reach_m) return;
+            listed_.push_back(
+                {.one = disc, .other = 0, .wall_m = distance + outward.dot(at), .normal = outward});
+            keys_.push_back({body.robot, FIRST_WALL + wall});
+        });
 }
 
 /// Contacts of the last step start from its impulses.

@@ -32,7 +32,7 @@ class DiscSolver final : public ContactSolver {
     void solve(Islands &islands, double step_s) override;
 
   private:
-    /// A wall (the first WALLS discs) or a body.
+    /// All walls (the first disc), or a body.
     struct alignas(64) Disc {
         Eigen::Vector2d at{0, 0}, velocity{0, 0};  ///< m, m/s
         double rim = 0;                            ///< speed of the rim, m/s, counter-clockwise

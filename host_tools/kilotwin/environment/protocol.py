@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from kilotwin import _emulator
-from kilotwin.experiment.areas import area_of
+from kilotwin.experiment.areas import area_of, contains
 from kilotwin.experiment.experiment import Experiment
 
 
@@ -79,28 +79,37 @@ class Arena:
     shape: str
     """As in [arena]."""
     width_m: float
-    """Along x; a circle's diameter."""
+    """Along x; a circle's diameter. Of a polygon: of the smallest upright rectangle about (0, 0)
+    that holds it."""
     height_m: float
-    """Along y; a circle's diameter."""
+    """Along y, the same."""
     uids: tuple[int, ...]
     """The robots'."""
     chance: Draws
     """From the experiment's seed."""
     note: Callable[[str], None]
     """Writes a line into the run's events."""
+    is_free: Callable[[float, float], bool]
+    """Whether a place (x_m, y_m) is inside the arena and in no obstacle."""
 
 
 def arena_of(experiment: Experiment, note: Callable[[str], None]) -> Arena:
     """The experiment's. `note` takes what the program has to say."""
     area = area_of(experiment.keys.arena)
     uids = tuple(experiment.uid_of(robot) for robot in range(experiment.size))
+    obstacles = [area_of(obstacle) for obstacle in experiment.keys.obstacle]
+
+    def is_free(x_m: float, y_m: float) -> bool:
+        return contains(area, x_m, y_m) and not any(contains(it, x_m, y_m) for it in obstacles)
+
     return Arena(
         experiment.keys.arena.shape,
-        area.width,
-        area.height,
+        area.width + 2 * abs(area.x),
+        area.height + 2 * abs(area.y),
         uids,
         Draws(experiment.keys.seed),
         note,
+        is_free,
     )
 
 

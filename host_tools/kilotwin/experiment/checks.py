@@ -4,13 +4,19 @@ import itertools
 import math
 from collections.abc import Callable, Iterator
 
-from kilotwin.experiment.areas import Area, area_of, lies_inside, overlap
+from kilotwin.experiment.areas import Area, area_of, lies_inside
+from kilotwin.experiment.arena_checks import (
+    arena_problems,
+    free_square_metres,
+    narrow,
+    pose_problems,
+)
 from kilotwin.experiment.ark import MOST_UID
 from kilotwin.experiment.grid_checks import Problem, grid_problems, within_the_run
 from kilotwin.experiment.grid_schema import Grid
 from kilotwin.experiment.overhead import KEYS, uids
 from kilotwin.experiment.profile_defaults import KILOBOT_MEDIUM, PROFILES, motion_defaults
-from kilotwin.experiment.schema import Arena, Command, ExperimentSchema, Robots, Site
+from kilotwin.experiment.schema import Command, ExperimentSchema, Robots
 from kilotwin.experiment.toml_lines import KeyPath
 
 # Robots placed one after the other at random stop fitting somewhere above half of the area.
@@ -44,10 +50,7 @@ def swarm_size(experiment: ExperimentSchema) -> int:
 
 def _problems(experiment: ExperimentSchema) -> Iterator[Problem]:
     """Most basic first: each check may rely on what those before it found right."""
-    yield from _shape_keys(("arena",), experiment.arena)
-    for index, site in enumerate(experiment.site):
-        yield from _shape_keys(("site", index), site)
-    yield from _sites(experiment)
+    yield from arena_problems(experiment)
     yield from _programs(experiment)
     yield from _room(experiment)
     yield from _informed(experiment)
@@ -61,32 +64,6 @@ def _problems(experiment: ExperimentSchema) -> Iterator[Problem]:
     for index, command in enumerate(experiment.command or []):
         yield from _command(("command", index), command, swarm_size(experiment))
         yield from within_the_run(("command", index, "at_s"), command.at_s, experiment)
-
-
-def _shape_keys(path: KeyPath, place: Arena | Site) -> Iterator[Problem]:
-    needed = ["diameter_m"] if place.shape == "circle" else ["width_m", "height_m"]
-    for key in ("diameter_m", "width_m", "height_m"):
-        given = getattr(place, key) is not None
-        if given and key not in needed:
-            what = f"a {place.shape} has no '{key}'; use {' and '.join(needed)}, or change shape"
-            yield Problem(what, ((*path, key),))
-        if not given and key in needed:
-            yield Problem(f"a {place.shape} needs '{key}'; add {key} = ...", (path,))
-
-
-def _sites(experiment: ExperimentSchema) -> Iterator[Problem]:
-    arena = area_of(experiment.arena)
-    for index, site in enumerate(experiment.site):
-        if not lies_inside(area_of(site), arena):
-            what = f"site '{site.name}' does not lie inside the arena; move it or make it smaller"
-            yield Problem(what, (("site", index), ("arena",)))
-    for (i, one), (j, other) in itertools.combinations(enumerate(experiment.site), 2):
-        if one.name == other.name:
-            what = f"two sites are called '{one.name}'; give each its own name"
-            yield Problem(what, (("site", j, "name"), ("site", i, "name")))
-        if overlap(area_of(one), area_of(other)):
-            what = f"sites '{one.name}' and '{other.name}' overlap; move them apart"
-            yield Problem(what, (("site", j), ("site", i)))
 
 
 def _programs(experiment: ExperimentSchema) -> Iterator[Problem]:
@@ -129,32 +106,32 @@ def _kind(table: KeyPath, run: Robots | Grid, medium: str, what_runs: str) -> It
 
 
 def _room(experiment: ExperimentSchema) -> Iterator[Problem]:
-    arena = area_of(experiment.arena)
     radius = PROFILES[experiment.swarm.profile].radius_m
     for group, kind in enumerate(experiment.robots or []):
-        yield from _poses(("robots", group, "poses"), kind, arena, radius)
+        yield from _poses(("robots", group, "poses"), kind, experiment, radius)
     yield from _apart(experiment, 2 * radius)
-    if not lies_inside(Area(True, 0, 0, 2 * radius, 2 * radius), arena):
+    if narrow(experiment, radius):
         what = f"no robot fits into the arena: it is {2 * radius:g} m wide; take more room"
         yield Problem(what, (("arena",),))
     count = swarm_size(experiment)
-    fit = int(_FULLEST_SHARE * arena.square_metres / (math.pi * radius**2))
+    free = free_square_metres(experiment, area_of(experiment.arena))
+    fit = int(_FULLEST_SHARE * free / (math.pi * radius**2))
     if count > fit:
         key: KeyPath = ("robots",) if experiment.robots else ("swarm", "size")
         what = f"{count} robots do not fit into the arena, about {fit} do; take fewer or more room"
         yield Problem(what, (key, ("arena",)))
 
 
-def _poses(path: KeyPath, kind: Robots, arena: Area, radius: float) -> Iterator[Problem]:
+def _poses(
+    path: KeyPath, kind: Robots, experiment: ExperimentSchema, radius: float
+) -> Iterator[Problem]:
     if kind.poses is None:
         return
     if len(kind.poses) != kind.count:
         what = f"{len(kind.poses)} poses for {kind.count} robots; give one each, or none at all"
         yield Problem(what, (path,))
     for index, (x, y, _) in enumerate(kind.poses):
-        if not lies_inside(Area(True, x, y, 2 * radius, 2 * radius), arena):
-            what = f"a robot at ({x:g}, {y:g}) m does not stand inside the arena; move it"
-            yield Problem(what, ((*path, index), ("arena",)))
+        yield from pose_problems((*path, index), x, y, radius, experiment)
 
 
 def _apart(experiment: ExperimentSchema, diameter: float) -> Iterator[Problem]:
@@ -256,7 +233,7 @@ def _start(experiment: ExperimentSchema) -> Iterator[Problem]:
     if not lies_inside(place, area_of(experiment.arena)):
         what = "that rectangle does not lie inside the arena; move it or make it smaller"
         yield Problem(what, (path, ("arena",)))
-    fit = int(_FULLEST_SHARE * place.square_metres / (math.pi * radius**2))
+    fit = int(_FULLEST_SHARE * free_square_metres(experiment, place) / (math.pi * radius**2))
     count = sum(kind.count for kind in experiment.robots or [] if kind.poses is None)
     count += experiment.swarm.size or 0
     if count > fit:

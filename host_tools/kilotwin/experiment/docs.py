@@ -39,6 +39,8 @@ _ALLOWED = {
     "faults.module.module": "list",
 }
 _DEFAULTS = {
+    "obstacle.blocks_light": "`true` (foot-bot), `false` (kilobot)",
+    "arena.blocks_light": "`true` (foot-bot), `false` (kilobot)",
     "name": "the file's name",
     "controller.neighbour_timeout_s": "as the window",
     "swarm.floor": "`true` (foot-bot), `false` (kilobot, and on a grid)",

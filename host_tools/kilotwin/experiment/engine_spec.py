@@ -5,13 +5,19 @@ from typing import Any, get_args
 
 from kilotwin import _emulator
 from kilotwin.experiment.aggregation import runs_aggregation
-from kilotwin.experiment.areas import area_of
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.informed import informed_ranges
 from kilotwin.experiment.lab_file import TABLES
 from kilotwin.experiment.overhead import ALL_ROBOTS, DUTIES, RUN, TimedMessage, timed
 from kilotwin.experiment.profile_defaults import PROFILES, Profile, motion_defaults
-from kilotwin.experiment.schema import Arena, Controller, ExperimentSchema, Reading, Site
+from kilotwin.experiment.schema import (
+    Arena,
+    Controller,
+    ExperimentSchema,
+    Obstacle,
+    Reading,
+    Site,
+)
 from kilotwin.experiment.section import Section
 from kilotwin.experiment.start_poses import starts
 from kilotwin.units import q16, ticks, ticks_q16
@@ -58,10 +64,16 @@ def engine_spec(
         "seed": keys.seed,
         "step_ticks": keys.engine.step_ticks,
         "contact_solver": keys.engine.contact_solver,
-        "arena": _place(keys.arena),
-        "sites": [
-            {**_place(site), "centre_m": [float(part) for part in site.centre_m]}
-            for site in keys.site
+        "arena": {**_shape(keys.arena), "blocks_light": bool(keys.arena.blocks_light)},
+        "sites": [{**_shape(site), "centre_m": _centre(site)} for site in keys.site],
+        "obstacles": [
+            {
+                **_shape(obstacle),
+                "centre_m": _centre(obstacle),
+                "heading_rad": float(obstacle.heading_rad),
+                "blocks_light": obstacle.blocks_light,
+            }
+            for obstacle in keys.obstacle
         ],
         "profile": _profile(profile, keys),
         "floor": floor if keys.swarm.floor else None,
@@ -132,9 +144,19 @@ def _grid(experiment: Experiment, module_guest: str | None) -> dict[str, Any]:
     }
 
 
-def _place(place: Arena | Site) -> dict[str, Any]:
-    area = area_of(place)
-    return {"shape": place.shape, "width_m": area.width, "height_m": area.height}
+def _shape(place: Arena | Obstacle | Site) -> dict[str, Any]:
+    """About its own (0, 0)."""
+    if place.shape == "circle":
+        return {"shape": "circle", "width_m": place.diameter_m, "height_m": place.diameter_m}
+    if place.shape == "rectangle":
+        return {"shape": "rectangle", "width_m": place.width_m, "height_m": place.height_m}
+    assert place.points_m is not None
+    points = [[float(part) for part in point] for point in place.points_m]
+    return {"shape": "polygon", "points_m": points}
+
+
+def _centre(place: Obstacle | Site) -> list[float]:
+    return [float(part) for part in place.centre_m or (0.0, 0.0)]
 
 
 def _lab(experiment: Experiment, profile: Profile) -> list[dict[str, Any]]:

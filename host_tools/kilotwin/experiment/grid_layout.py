@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from kilotwin.experiment.areas import area_of
-from kilotwin.experiment.schema import ExperimentSchema, Site
+from kilotwin.experiment.areas import area_of, inside
+from kilotwin.experiment.schema import ExperimentSchema
 from kilotwin.files.headers import CELL_M, CELLS_PER_MODULE
 
 Module = tuple[int, int]
@@ -94,7 +94,7 @@ def sites_on_cells(keys: ExperimentSchema, layout: Layout) -> Cells:
     cells = np.zeros((2 * layout.rows, 2 * layout.columns), dtype=np.uint8)
     across, up = np.meshgrid(*layout.centres())
     for number, site in enumerate(keys.site, start=1):
-        cells[_inside(site, across, up)] = number
+        cells[inside(area_of(site), across, up, _ROUNDING_M)] = number
     return cells
 
 
@@ -103,15 +103,3 @@ def walls_on_cells(layout: Layout, width: int) -> NDArray[np.bool_]:
     walls = np.ones((2 * layout.rows, 2 * layout.columns), dtype=bool)
     walls[width : 2 * layout.rows - width, width : 2 * layout.columns - width] = False
     return walls
-
-
-def _inside(site: Site, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
-    area = area_of(site)
-    half_x, half_y = area.width / 2 + _ROUNDING_M, area.height / 2 + _ROUNDING_M
-    away_x, away_y = np.abs(x - area.x), np.abs(y - area.y)
-    inside: NDArray[np.bool_]
-    if area.circle:
-        inside = away_x**2 + away_y**2 <= half_x**2
-    else:
-        inside = (away_x <= half_x) & (away_y <= half_y)
-    return inside

@@ -23,6 +23,7 @@ class Profile:
     range_m: float
     medium: str
     virtual_floor: bool
+    line_of_light: bool  # walls stop its infrared, which is not reflected by the table
     legs: bool
     step_ticks: int
 
@@ -43,6 +44,7 @@ PROFILES = {
             range_m=0.8,
             medium="ideal",
             virtual_floor=True,
+            line_of_light=True,
             legs=False,
             step_ticks=2,
         ),
@@ -61,6 +63,7 @@ PROFILES = {
             range_m=0.10,
             medium="kilobot",
             virtual_floor=False,
+            line_of_light=False,
             legs=True,
             step_ticks=4,  # as far as a foot-bot in 2, measured in radii
         ),

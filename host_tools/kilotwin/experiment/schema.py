@@ -42,7 +42,8 @@ from kilotwin.experiment.section import (
 from kilotwin.units import TICK_S
 
 ProfileName = Literal["foot-bot", "kilobot"]
-Shape = Literal["circle", "rectangle"]
+Shape = Literal["circle", "rectangle", "polygon"]
+Outline = Annotated[list[Point], Field(min_length=3, max_length=2000)]
 # Message types of hardware.md 1.4; `pause` is what people call WAKEUP.
 Sent = Literal[
     "run",
@@ -79,6 +80,32 @@ class Arena(Section):
     """Size of a rectangle along x."""
     height_m: Length | None = None
     """Size of a rectangle along y."""
+    points_m: Outline | None = None
+    """Corners [x, y] of a polygon, one after the other, in either order."""
+    blocks_light: bool | None = None
+    """Whether the walls of a polygon stop light, where one comes between."""
+
+
+class Obstacle(Section):
+    """Something solid that stands in the arena; obstacles may overlap and reach into the wall."""
+
+    shape: Shape = "circle"
+    """Its shape."""
+    centre_m: Point | None = None
+    """Where its middle is, [x, y]; of a polygon, where (0, 0) of its points is: [0, 0], if left
+    out."""
+    heading_rad: Annotated[float, Field(ge=-10, le=10)] = 0.0
+    """Angle by which it is turned about there, counter-clockwise."""
+    diameter_m: Length | None = None
+    """Diameter of a circle."""
+    width_m: Length | None = None
+    """Size of a rectangle along x, before it is turned."""
+    height_m: Length | None = None
+    """Size of a rectangle along y, before it is turned."""
+    points_m: Outline | None = None
+    """Corners [x, y] of a polygon, one after the other, in either order."""
+    blocks_light: bool
+    """Whether infrared messages and the light of lamps stop at it."""
 
 
 class Site(Section):
@@ -88,14 +115,17 @@ class Site(Section):
     """Its name in tables and figures."""
     shape: Shape = "circle"
     """Its shape."""
-    centre_m: Point
-    """Where its middle is, [x, y]."""
+    centre_m: Point | None = None
+    """Where its middle is, [x, y]; of a polygon, where (0, 0) of its points is: [0, 0], if left
+    out."""
     diameter_m: Length | None = None
     """Diameter of a circle."""
     width_m: Length | None = None
     """Size of a rectangle along x."""
     height_m: Length | None = None
     """Size of a rectangle along y."""
+    points_m: Outline | None = None
+    """Corners [x, y] of a polygon, one after the other, in either order."""
     colour: Annotated[str, AfterValidator(_named_colour)] | None = None
     """In pictures: a colour's name or #rrggbb."""
     light: CellColour | None = None
@@ -373,6 +403,20 @@ class Engine(Section):
     or interpreted; the result is the same."""
 
 
+def _light_at_walls(raw: dict[str, Any], blocks: bool) -> dict[str, Any]:
+    """Arena and obstacles, where left out with what the robots' light does at walls."""
+    filled: dict[str, Any] = {}
+    arena, obstacles = raw.get("arena"), raw.get("obstacle")
+    if isinstance(arena, dict) and arena.get("shape") == "polygon":
+        filled["arena"] = {"blocks_light": blocks, **arena}
+    if isinstance(obstacles, list):
+        filled["obstacle"] = [
+            {"blocks_light": blocks, **obstacle} if isinstance(obstacle, dict) else obstacle
+            for obstacle in obstacles
+        ]
+    return filled
+
+
 class ExperimentSchema(Section):
     """A whole experiment file."""
 
@@ -385,6 +429,7 @@ class ExperimentSchema(Section):
     temperature: Annotated[int, Field(ge=0, le=1023)] = 300
     """Reading of `get_temperature()`, 0 to 1023."""
     arena: Arena
+    obstacle: Annotated[list[Obstacle], Field(max_length=1000)] = []
     site: Annotated[list[Site], Field(max_length=255)] = []
     swarm: Swarm
     robots: list[Robots] | None = None
@@ -420,6 +465,7 @@ class ExperimentSchema(Section):
         filled = dict(raw)
         if "arena" not in raw and (size := grid_size_m(raw.get("grid"))):
             filled["arena"] = {"shape": "rectangle", "width_m": size[0], "height_m": size[1]}
+        filled |= _light_at_walls(filled, profile.line_of_light)
         if isinstance(swarm, dict):
             floor = profile.virtual_floor and "grid" not in raw
             filled["swarm"] = {"floor": floor, **swarm}

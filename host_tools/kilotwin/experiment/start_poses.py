@@ -6,6 +6,8 @@ import random
 import numpy as np
 from numpy.typing import NDArray
 
+from kilotwin.experiment.areas import disc
+from kilotwin.experiment.arena_checks import standing_in
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.profile_defaults import PROFILES
 
@@ -43,7 +45,8 @@ def starts(experiment: Experiment) -> list[Poses | None]:
             for _ in range(_TRIES):
                 x = left + radius + chance() * (right - left - 2 * radius)
                 y = bottom + radius + chance() * (top - bottom - 2 * radius)
-                if all(math.hypot(x - a, y - b) >= 2 * radius + _GAP_M for a, b in taken):
+                alone = all(math.hypot(x - a, y - b) >= 2 * radius + _GAP_M for a, b in taken)
+                if alone and standing_in(keys, disc(x, y, 2 * radius)) is None:
                     break
             else:
                 what = f"{group.count} robots find no room in that rectangle; make it larger"

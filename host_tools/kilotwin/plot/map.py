@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import EllipseCollection, LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Circle, Patch, Rectangle
+from matplotlib.patches import Circle, Patch, Polygon
 from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
@@ -19,12 +19,13 @@ from kilotwin.errors import InputError
 from kilotwin.experiment.areas import area_of
 from kilotwin.experiment.informed import informed_ranges
 from kilotwin.experiment.profile_defaults import PROFILES
-from kilotwin.experiment.schema import Arena, ExperimentSchema, Site
+from kilotwin.experiment.schema import Arena, ExperimentSchema, Obstacle, Site
 from kilotwin.experiment.states import States
 from kilotwin.plot.style import (
     FLOOR,
     HATCHES,
     LEGEND_LINE,
+    OBSTACLE,
     OUTLINE,
     legend_columns,
     letters,
@@ -99,9 +100,14 @@ def _draw_floor(axes: Axes, experiment: ExperimentSchema) -> None:
     _draw_place(axes, experiment.arena, facecolor=FLOOR, edgecolor="black", lw=2)
     for site, look in zip(experiment.site, _site_looks(experiment), strict=True):
         _draw_place(axes, site, lw=0.8, **look)
+    for obstacle in experiment.obstacle:
+        _draw_place(axes, obstacle, facecolor=OBSTACLE, edgecolor="black", lw=1)
+    if experiment.obstacle:
+        _draw_place(axes, experiment.arena, facecolor="none", edgecolor="black", lw=2)
     margin = 0.02 * max(arena.width, arena.height)
-    axes.set_xlim(-arena.width / 2 - margin, arena.width / 2 + margin)
-    axes.set_ylim(-arena.height / 2 - margin, arena.height / 2 + margin)
+    half_x, half_y = arena.width / 2 + margin, arena.height / 2 + margin
+    axes.set_xlim(arena.x - half_x, arena.x + half_x)
+    axes.set_ylim(arena.y - half_y, arena.y + half_y)
 
 
 def _room(axes: Axes) -> tuple[float, float]:
@@ -139,15 +145,15 @@ def _draw_legend(axes: Axes, handles: list[Artist]) -> None:
     )
 
 
-def _draw_place(axes: Axes, place: Arena | Site, **look: Any) -> None:
+def _draw_place(axes: Axes, place: Arena | Obstacle | Site, **look: Any) -> Patch:
     area = area_of(place)
     patch: Patch
     if area.circle:
         patch = Circle((area.x, area.y), area.width / 2, **look)
     else:
-        corner = (area.x - area.width / 2, area.y - area.height / 2)
-        patch = Rectangle(corner, area.width, area.height, **look)
+        patch = Polygon(np.array(area.outline), closed=True, **look)
     axes.add_patch(patch)
+    return patch
 
 
 def _draw_robots(

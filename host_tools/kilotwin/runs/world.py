@@ -118,9 +118,9 @@ class World:
         """The world of an experiment file, with `set=["swarm.size=3"]` as `kilotwin run --set` has.
 
         `set` may be a single text too. Without a file the world is made from `keys`: `program`,
-        `count`, `poses` and the other keys of one `[[robots]]`, `arena` = (width, height) in metres
-        or a diameter, `profile`, and any table of an experiment file as a dict, as in
-        `medium={"kind": "ideal"}`.
+        `count`, `poses` and the other keys of one `[[robots]]`, `arena` = (width, height) in m, a
+        diameter or a polygon's corners, `profile`, and any table of an experiment file as a dict,
+        as in `medium={"kind": "ideal"}`, or a list of them, as in `obstacle=[...]`.
         """
         given = _checked(experiment=experiment, set=set)
         settings = [parse_setting(text) for text in given.set]
@@ -445,8 +445,13 @@ def _arena(given: Any) -> Any:
         return {"diameter_m": given}
     if isinstance(given, list) and len(given) == 2:
         return {"shape": "rectangle", "width_m": given[0], "height_m": given[1]}
+    if isinstance(given, list) and len(given) > 2:
+        return {"shape": "polygon", "points_m": given}
     if not isinstance(given, dict):
-        what = "(width, height) in metres, a diameter, or a dict with the keys of [arena]"
+        what = (
+            "(width, height) in metres, a diameter, a polygon's corners, or a dict with the keys "
+            "of [arena]"
+        )
         raise InputError(f"World: arena is {given!r}; it must be {what}")
     return given
 

@@ -14,6 +14,8 @@ namespace {
 
 const Region DISC = {Region::Shape::CIRCLE, {1, 2}, {0.8, 0.8}};
 const Region BOX = {Region::Shape::RECTANGLE, {-1, 0.5}, {2, 1}};
+const Region ELL =
+    Region::polygon({{-3, -3}, {0, -3}, {0, -2.5}, {-2.2, -2.5}, {-2.5, -1}, {-3, -1}});
 
 }  // namespace
 
@@ -33,6 +35,26 @@ TEST_CASE("a rectangle contains what is within its sides, edge included") {
     CHECK_FALSE(BOX.contains({-1, 1.0000001}));
 }
 
+TEST_CASE("a polygon contains what is within its edges") {
+    CHECK(ELL.contains({-2.9, -1.1}));
+    CHECK(ELL.contains({-0.1, -2.6}));
+    CHECK_FALSE(ELL.contains({-1, -1.5}));
+    CHECK_FALSE(ELL.contains({-3.1, -2}));
+    CHECK(ELL.distance_to_edge({-1, -2}) == doctest::Approx(0.5));
+    CHECK(ELL.distance_to_edge({-1, -2.8}) == doctest::Approx(0.2));
+    CHECK(ELL.distance_to_edge({1, -3}) == doctest::Approx(1));
+}
+
+TEST_CASE("a turned rectangle is a polygon, and a turned polygon one of the same size") {
+    const Region turned = Region{Region::Shape::RECTANGLE, {0, 0}, {2, 1}}.placed({3, 4}, PI / 2);
+    CHECK(turned.shape == Region::Shape::POLYGON);
+    CHECK((turned.size - Eigen::Vector2d(1, 2)).norm() < 1e-12);
+    CHECK((turned.centre - Eigen::Vector2d(3, 4)).norm() < 1e-12);
+    const Region back = turned.placed({0, 0}, -PI / 2);
+    CHECK(back.contains({4.9, -2.6}));
+    CHECK_FALSE(back.contains({4.9, -3.6}));
+}
+
 TEST_CASE("distances to an edge have known values on either side") {
     CHECK(DISC.distance_to_edge({1, 2}) == doctest::Approx(0.4));
     CHECK(DISC.distance_to_edge({1.3, 2}) == doctest::Approx(0.1));
@@ -45,7 +67,7 @@ TEST_CASE("distances to an edge have known values on either side") {
 
 TEST_CASE("a distance to an edge never promises more way than there is") {
     Dice dice(1);
-    for (const auto &region : {DISC, BOX})
+    for (const auto &region : {DISC, BOX, ELL})
         for (int i = 0; i < 20'000; i++) {
             Eigen::Vector2d here(dice.between(-4, 4), dice.between(-4, 4));
             double free = region.distance_to_edge(here);
@@ -70,7 +92,7 @@ TEST_CASE("a round wall is one, straight outward") {
     CHECK(arena.wall_gap({0, -1.5}) == doctest::Approx(0.5));
     CHECK(arena.wall_gap({3, 0}) == doctest::Approx(-1));
     int walls = 0;
-    arena.for_each_wall({0, -1.5}, [&](double gap, const Eigen::Vector2d &outward) {
+    arena.for_each_wall({0, -1.5}, 1, [&](double gap, const Eigen::Vector2d &outward, uint32_t) {
         walls++;
         CHECK(gap == doctest::Approx(0.5));
         CHECK((outward - Eigen::Vector2d(0, -1)).norm() < 1e-15);
@@ -85,7 +107,7 @@ TEST_CASE("a rectangle has four walls, the nearest gives the gap") {
     CHECK(arena.wall_gap({0, -1.2}) == doctest::Approx(-0.2));
     Eigen::Vector2d sum(0, 0);
     double gaps = 0;
-    arena.for_each_wall({0.5, 0.25}, [&](double gap, const Eigen::Vector2d &outward) {
+    arena.for_each_wall({0.5, 0.25}, 4, [&](double gap, const Eigen::Vector2d &outward, uint32_t) {
         CHECK(outward.norm() == 1);
         sum += outward;
         gaps += gap;

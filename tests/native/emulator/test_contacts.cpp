@@ -393,3 +393,58 @@ TEST_CASE("robots in a corner agree with a run that has all robots in Box2D") {
     double worst = worst_difference("corner", square_hall(4), poses, drives, 400);
     CHECK(worst < 0.033 * DIAMETER);
 }
+
+namespace {
+
+/// A square hall of 4 m, turned by `angle`, with a pillar of 0.6 m in its middle.
+Arena turned_hall(double angle) {
+    Arena arena = {Region{Region::Shape::RECTANGLE, {0, 0}, {4, 4}}.placed({0, 0}, angle),
+                   {},
+                   {{{Region::Shape::CIRCLE, {0, 0}, {0.6, 0.6}}, false}}};
+    arena.build_walls(false, 3 * RADIUS);
+    return arena;
+}
+
+}  // namespace
+
+TEST_CASE("at walls of any angle, corners that stick out and pillars all go as in Box2D alone") {
+    for (int i = 0; i < 8; i++) {
+        const double angle = 0.1 + 0.37 * i;
+        auto turned = [&](double x, double y) {
+            const Eigen::Vector2d ahead = direction(angle);
+            return Eigen::Vector2d(ahead.x() * x - ahead.y() * y, ahead.y() * x + ahead.x() * y);
+        };
+        // Along a wall, straight on, and past the pillar on either side.
+        const double worst = worst_difference("turned walls", turned_hall(angle),
+                                              {{turned(1.5, -1.5), angle + PI / 4},
+                                               {turned(-1.5, 1.6), angle + PI / 2 + 0.2},
+                                               {turned(-0.7, 0.2), angle},
+                                               {turned(0.7, -0.1), angle + PI}},
+                                              {FORWARD, FORWARD, FORWARD, FORWARD}, 400);
+        CHECK(worst < 0.033 * DIAMETER);
+    }
+}
+
+TEST_CASE("robots go around a corner that sticks out as in Box2D alone") {
+    Arena arena = {Region::polygon({{-2, -2}, {2, -2}, {2, 0}, {0.3, 0.1}, {0.1, 2}, {-2, 2}}), {}};
+    arena.build_walls(false, 3 * RADIUS);
+    const Pose ways[] = {{{1, -0.3}, 2.6},
+                         {{1, -0.3}, 2.8},
+                         {{-0.4, 1}, -1.1},
+                         {{-0.1, 1}, -1.3},
+                         {{-0.3, -0.4}, 0.7}};
+    for (const Pose &way : ways) {
+        const double worst =
+            worst_difference("corner that sticks out", arena, {way}, {FORWARD}, 400);
+        CHECK(worst < 0.033 * DIAMETER);
+    }
+}
+
+TEST_CASE("robots in a nook of 30 degrees agree with a run that has all robots in Box2D") {
+    Arena arena = {Region::polygon({{-2, -0.5}, {2, 0}, {-2, 1.6}}), {}};
+    arena.build_walls(false, 3 * RADIUS);
+    const double worst =
+        worst_difference("nook", arena, {{{0.4, 0.2}, 0}, {{-0.2, 0.2}, 0.1}, {{-0.8, 0.4}, -0.2}},
+                         {FORWARD, FORWARD, FORWARD}, 400);
+    CHECK(worst < 0.05 * DIAMETER);
+}

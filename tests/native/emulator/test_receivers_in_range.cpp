@@ -20,7 +20,8 @@ std::vector<Receiver> audience(const Positions &positions, uint32_t sender,
                                bool line_of_sight = true) {
     Neighbours neighbours(RANGE + RADIUS, 0.3);
     neighbours.rebuild(positions);
-    ReceiversInRange medium(RANGE, line_of_sight, RADIUS, positions.size());
+    const Arena arena = kilotwin::testing::square_hall(10);
+    ReceiversInRange medium(RANGE, line_of_sight, RADIUS, arena, positions.size());
     return medium.find(
         sender, neighbours.of(sender), [&](uint32_t robot) { return positions[robot]; }, false);
 }
@@ -45,7 +46,8 @@ TEST_CASE("the audience last kept stays, whoever is asked for in the meantime") 
     const Positions positions{{0, 0}, {0.3, 0}, {0, 0.5}};
     Neighbours neighbours(RANGE + RADIUS, 0.3);
     neighbours.rebuild(positions);
-    ReceiversInRange medium(RANGE, false, RADIUS, positions.size());
+    const Arena arena = kilotwin::testing::square_hall(10);
+    ReceiversInRange medium(RANGE, false, RADIUS, arena, positions.size());
     auto find = [&](uint32_t sender, const Positions &places, bool keep) {
         return who(medium.find(
             sender, neighbours.of(sender), [&](uint32_t robot) { return places[robot]; }, keep));
@@ -128,5 +130,20 @@ TEST_CASE("random crowds hear what brute force says, and each other") {
                 CHECK(hears == expected);
                 CHECK(hears == heard);
             }
+    }
+}
+
+TEST_CASE("a wall that blocks light hides what is behind it, others do not") {
+    const Positions positions{{0, 0}, {0.4, 0}, {0, 0.4}};
+    Neighbours neighbours(RANGE + RADIUS, 0.3);
+    neighbours.rebuild(positions);
+    for (bool blocks_light : {true, false}) {
+        Arena arena = kilotwin::testing::square_hall(10);
+        arena.obstacles = {{{Region::Shape::RECTANGLE, {0.2, 0}, {0.01, 0.3}}, blocks_light}};
+        arena.build_walls(false, 3 * RADIUS);
+        ReceiversInRange medium(RANGE, false, RADIUS, arena, positions.size());
+        const auto heard = who(medium.find(
+            0, neighbours.of(0), [&](uint32_t robot) { return positions[robot]; }, false));
+        CHECK(heard == (blocks_light ? Who{2} : Who{1, 2}));
     }
 }

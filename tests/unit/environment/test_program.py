@@ -8,7 +8,7 @@ from kilotwin.environment.program import EnvironmentProgram
 from kilotwin.environment.protocol import Arena, Draws, Seen
 from kilotwin.errors import InputError, RunError
 
-ARENA = Arena("circle", 1.0, 1.0, (1, 2), Draws(1), lambda text: None)
+ARENA = Arena("circle", 1.0, 1.0, (1, 2), Draws(1), lambda text: None, lambda x, y: True)
 SEEN = Seen(2.5, ())
 
 

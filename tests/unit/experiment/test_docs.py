@@ -41,4 +41,8 @@ def test_examples_are_taken(example: str, load: Load, folder: Path) -> None:
     text = SMALL
     if "[swarm]" in example:
         text = text[: text.index("[swarm]")]
+    if "[arena]" in example:
+        text = text[: text.index("[arena]")] + text[text.index("[swarm]") :]
+        load(text + example, "swarm.profile=kilobot", "swarm.informed=0")
+        return
     load(text + example)

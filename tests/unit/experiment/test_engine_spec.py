@@ -108,7 +108,8 @@ def test_the_spec_holds_what_the_engine_needs(load: Load) -> None:
     experiment = load(SMALL, "reading.line_of_sight=false", "seed=9")
     spec = engine_spec(experiment, ["/guest.so"], sample_ticks=305, black_box=None)
     assert spec["seed"] == 9
-    assert spec["arena"] == {"shape": "circle", "width_m": 4.0, "height_m": 4.0}
+    round_arena = {"shape": "circle", "width_m": 4.0, "height_m": 4.0, "blocks_light": False}
+    assert spec["arena"] == round_arena
     assert spec["sites"][1] == {
         "shape": "circle",
         "width_m": 1.0,
@@ -179,3 +180,36 @@ def test_the_engine_names_a_value_of_a_wrong_type(load: Load) -> None:
     spec["profile"]["radius_m"] = "wide"
     with pytest.raises(_emulator.EngineError, match=r"wrong profile\.radius_m"):
         _emulator.Simulation(spec)
+
+
+def test_walls_and_obstacles_are_handed_on_as_written(load: Load) -> None:
+    text = SMALL.replace(
+        "diameter_m = 4.0",
+        'shape = "polygon"\npoints_m = [[-2, -2], [2, -2], [2, 2], [-2, 2]]',
+        1,
+    )
+    text += (
+        "\n[[obstacle]]\ncentre_m = [0, 0.5]\ndiameter_m = 0.2\nblocks_light = false\n"
+        '\n[[obstacle]]\nshape = "polygon"\nheading_rad = 1\n'
+        "points_m = [[0, 0], [0.2, 0], [0, 0.2]]\n"
+    )
+    spec = engine_spec(load(text), ["guest.so"], sample_ticks=32, black_box=None)
+    corners = [[-2.0, -2.0], [2.0, -2.0], [2.0, 2.0], [-2.0, 2.0]]
+    assert spec["arena"] == {"shape": "polygon", "points_m": corners, "blocks_light": True}
+    assert spec["obstacles"] == [
+        {
+            "shape": "circle",
+            "width_m": 0.2,
+            "height_m": 0.2,
+            "centre_m": [0.0, 0.5],
+            "heading_rad": 0.0,
+            "blocks_light": False,
+        },
+        {
+            "shape": "polygon",
+            "points_m": [[0.0, 0.0], [0.2, 0.0], [0.0, 0.2]],
+            "centre_m": [0.0, 0.0],
+            "heading_rad": 1.0,
+            "blocks_light": True,
+        },
+    ]

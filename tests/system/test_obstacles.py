@@ -1,0 +1,121 @@
+"""Arenas and obstacles of any shape, with real programs."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from kilotwin import RGB, World
+from kilotwin.errors import InputError
+from kilotwin.experiment.areas import area_of, disc, lies_inside, overlap, polygon_of
+from kilotwin.experiment.schema import Obstacle
+
+CORNERS = [[-0.4, -0.3], [0.4, -0.3], [0.5, 0.3], [0.0, 0.05], [-0.4, 0.3]]
+OBSTACLES: list[dict[str, Any]] = [
+    {"centre_m": [-0.2, -0.05], "diameter_m": 0.1},
+    {
+        "shape": "rectangle",
+        "centre_m": [0.15, -0.15],
+        "width_m": 0.2,
+        "height_m": 0.01,
+        "heading_rad": 0.8,
+    },
+    {"shape": "polygon", "points_m": [[-0.4, -0.3], [-0.3, -0.3], [-0.4, -0.2]]},
+]
+WALKER = """\
+#include <kilolib.h>
+static void setup(void) { rand_seed(rand_hard()); }
+static void loop(void) {
+    uint8_t dice = rand_soft();
+    spinup_motors();
+    set_motors(dice % 4 ? kilo_straight_left : 0, dice % 4 != 1 ? kilo_straight_right : 0);
+    delay(500);
+}
+int main(void) { kilo_init(); kilo_start(setup, loop); return 0; }
+"""
+TALKER = """\
+#include <kilolib.h>
+static message_t out;
+static volatile uint8_t heard;
+static void on_message(message_t *message, distance_measurement_t *distance) {
+    (void)message;
+    (void)distance;
+    heard = 1;
+}
+static message_t *send(void) { return &out; }
+static void setup(void) { out.type = NORMAL; out.crc = message_crc(&out); }
+static void loop(void) {
+    set_color(heard ? RGB(0, 3, 0) : get_ambientlight() > 500 ? RGB(3, 0, 0) : RGB(0, 0, 0));
+}
+int main(void) {
+    kilo_message_rx = on_message;
+    kilo_message_tx = send;
+    kilo_init();
+    kilo_start(setup, loop);
+    return 0;
+}
+"""
+
+
+RADIUS_M = 0.0165
+
+
+@pytest.fixture
+def program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], str]:
+    """The file of a program."""
+    monkeypatch.chdir(tmp_path)
+
+    def write(text: str) -> str:
+        (tmp_path / "program.c").write_text(text)
+        return "program.c"
+
+    return write
+
+
+def test_kilobots_keep_to_the_free_part_of_a_polygon(program: Callable[[str], str]) -> None:
+    keys: dict[str, Any] = {"arena": CORNERS, "obstacle": OBSTACLES, "seed": 3}
+    with World(program=program(WALKER), count=25, **keys) as world:
+        arena = polygon_of(tuple((x, y) for x, y in CORNERS))
+        obstacles = [area_of(Obstacle(blocks_light=False, **obstacle)) for obstacle in OBSTACLES]
+        first = world.poses.copy()
+        for _ in range(20):
+            world.run(10)
+            for x, y, _ in world.poses:
+                body = disc(float(x), float(y), 2 * 0.95 * RADIUS_M)
+                assert lies_inside(body, arena)
+                assert not any(overlap(body, obstacle) for obstacle in obstacles)
+        moved = np.hypot(*(world.poses - first)[:, :2].T)
+    assert np.median(moved) > 3 * RADIUS_M
+
+
+@pytest.mark.parametrize("blocks_light", [False, True])
+def test_light_stops_at_what_blocks_it(
+    program: Callable[[str], str], *, blocks_light: bool
+) -> None:
+    plate = {
+        "shape": "rectangle",
+        "centre_m": [0.0, 0.0],
+        "width_m": 0.005,
+        "height_m": 0.3,
+        "blocks_light": blocks_light,
+    }
+    lamp = {"at_m": [-0.3, 0.0], "peak": 900.0, "half_m": 1.0}
+    with World(
+        program=program(TALKER),
+        poses=[[-0.03, 0.0, 0.0], [0.03, 0.0, 0.0]],
+        arena=[1.0, 1.0],
+        obstacle=[plate],
+        light={"ambient": 100.0, "source": [lamp]},
+    ) as world:
+        world.run(5)
+        heard, lit, dark = RGB(0, 3, 0), RGB(3, 0, 0), RGB(0, 0, 0)
+        expected = [lit, dark] if blocks_light else [heard, heard]
+        assert world.leds.tolist() == expected
+
+
+def test_an_arena_without_room_says_so(program: Callable[[str], str]) -> None:
+    wedge = [[-0.5, -0.015], [0.5, -0.015], [0.5, 0.015], [-0.5, 0.015]]
+    with pytest.raises(InputError, match="robot 1 finds no free place in the arena"):
+        World(program=program(WALKER), count=1, arena=wedge)
