@@ -1,5 +1,7 @@
 """Arenas and obstacles of any shape, with real programs."""
 
+import os
+import subprocess
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -60,6 +62,7 @@ int main(void) {
 
 
 RADIUS_M = 0.0165
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture
@@ -119,3 +122,18 @@ def test_an_arena_without_room_says_so(program: Callable[[str], str]) -> None:
     wedge = [[-0.5, -0.015], [0.5, -0.015], [0.5, 0.015], [-0.5, 0.015]]
     with pytest.raises(InputError, match="robot 1 finds no free place in the arena"):
         World(program=program(WALKER), count=1, arena=wedge)
+
+
+@pytest.mark.long
+def test_nothing_passes_a_wall_in_a_hundred_million_robot_steps() -> None:
+    """The random walks of tests/native/emulator/test_walls.cpp, for longer."""
+    binary = ROOT / "build/native/tests/native/emulator/emulator_tests"
+    done = subprocess.run(
+        [binary, "--test-case=nothing passes a wall*", "--no-version=true"],
+        env={**os.environ, "KILOTWIN_TEST_ROBOT_STEPS": "1e8"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout
+    assert "1 passed" in done.stdout

@@ -114,6 +114,29 @@ TEST_CASE("dense worlds: run ahead, tick by tick and in chunks give the same") {
     }
 }
 
+TEST_CASE("polygons, obstacles and polygons as sites: all ways give the same") {
+    for (uint64_t seed = 61; seed <= 64; seed++) {
+        CAPTURE(seed);
+        Arena arena = {
+            Region::polygon({{-2, -1.5}, {2, -1.2}, {0.6, 0}, {2.2, 1.6}, {-1.8, 1.5}}),
+            {Region::polygon({{-1, -1}, {0.4, -0.9}, {-0.2, -0.4}, {-0.3, 0.6}}),
+             Region{Region::Shape::RECTANGLE, {0, 0}, {0.8, 0.3}}.placed({0.8, 0.9}, 0.6)},
+            {{{Region::Shape::CIRCLE, {-1.2, 0.6}, {0.4, 0.4}}, true},
+             {Region{Region::Shape::RECTANGLE, {0, 0}, {0.8, 0.02}}.placed({0.1, 0.3}, 1), true}}};
+        arena.build_walls(true, seed % 2 ? 0.3 : 0.1);
+        Scene scene(arena, seed);
+        scene.def.step_ticks = seed == 63 ? 1 : seed == 64 ? 4 : 2;
+        if (seed != 62) scene.def.floor = floor_settings();
+        scene.def.sample_ticks = 77;
+        scene.add_anywhere("wanderer", 25);
+        if (seed == 62) {
+            scene.def.light.sources = {{{0.5, 0.8}, 900, 0.5}};
+            scene.add_anywhere("light_watcher", 3);
+        }
+        check_all_ways(scene, 1500);
+    }
+}
+
 TEST_CASE("the Kilobot medium: run ahead, tick by tick and in chunks give the same") {
     for (uint64_t seed = 31; seed <= 34; seed++) {
         CAPTURE(seed);

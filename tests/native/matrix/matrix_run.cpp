@@ -52,6 +52,26 @@ SimulationDef crowd_definition() {
     return def;
 }
 
+/// A hall with sharp corners, and obstacles that block light.
+SimulationDef walls_definition() {
+    auto def = crowd_definition();
+    Arena arena = {
+        Region::polygon({{-2, -1.5}, {2, -1.2}, {0.6, 0}, {2.2, 1.6}, {-1.8, 1.5}}),
+        {Region::polygon({{-1, -1}, {0.4, -0.9}, {-0.2, -0.4}, {-0.3, 0.6}})},
+        {{{Region::Shape::CIRCLE, {-1.2, 0.6}, {0.4, 0.4}}, true},
+         {Region{Region::Shape::RECTANGLE, {0, 0}, {0.8, 0.02}}.placed({0.1, 0.3}, 1), true}}};
+    arena.build_walls(true, 0.3);
+    def.arena = arena;
+    def.groups[0].count = 30;
+    return def;
+}
+
+uint64_t walls_hash() {
+    Simulation simulation(walls_definition());
+    simulation.advance(4000);
+    return final_hash(simulation.snapshot());
+}
+
 SimulationDef grid_definition() {
     auto def = definition({{Region::Shape::RECTANGLE, {0, 0}, {0.6, 0.4}}, {}});
     def.seed = 20240301;
@@ -101,11 +121,13 @@ int main() {
     Simulation simulation(crowd_definition());
     simulation.advance(DURATION_TICKS);
     const auto &statistics = simulation.statistics();
-    std::printf("%016llx box2d %s, %llu frames heard, %llu solver steps, %llu contacts\n",
+    std::printf("%016llx box2d %s, %llu frames heard, %llu solver steps, %llu contacts; "
+                "among walls %016llx\n",
                 static_cast<unsigned long long>(final_hash(simulation.snapshot()) ^ grid_hash()),
                 box2d_version().c_str(),
                 static_cast<unsigned long long>(statistics.medium.received),
                 static_cast<unsigned long long>(statistics.solver_steps),
-                static_cast<unsigned long long>(statistics.overlaps.contacts()));
+                static_cast<unsigned long long>(statistics.overlaps.contacts()),
+                static_cast<unsigned long long>(walls_hash()));
     return 0;
 }
