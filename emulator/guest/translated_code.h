@@ -64,7 +64,9 @@ typedef struct {
 // leaves out.
 #ifdef TRANSLATED_CODE
 
-/// At a region's begin: flags and the stack pointer become locals.
+/// At a region's begin: flags and the stack pointer become locals, so that the compiler keeps them in
+/// this computer's registers and leaves out what nobody looks at. Registers follow, those that the
+/// region uses; others stay where they are.
 #define ENTER                                                                 \
     uint8_t *const M = chip->data;                                            \
     uint8_t *const F = chip->flags;                                           \
@@ -87,7 +89,8 @@ typedef struct {
     chip->left = left, chip->pc = pc;                                                   \
     return end;
 
-/// Leaves the region with `at` as the next instruction, `spent` cycles after the block's begin.
+/// Leaves the region with `at` as the next instruction, `spent` cycles after the block's begin: all
+/// that comes before it in the block has been done.
 #define STOP(at, spent, why)                     \
     do {                                         \
         left -= (spent), pc = (at), end = (why); \
@@ -99,6 +102,21 @@ typedef struct {
 #define BLOCK(at, last) \
     block_##at : if (__builtin_expect(left <= (last), 0)) STOP(at, 0, INTERPRET_REST);
 
+/// A block that counts down to 0: all of its passes but two at once, as far as cycles go. The last two
+/// set the flags as they would be, and the branch of all that are left out is taken. `bits` has
+/// the counter, 0 is as many as it can count; `back` sets it to n_.
+#define COUNT_DOWN(value, bits, cycles, back)                       \
+    do {                                                            \
+        const uint32_t c_ = (value);                                \
+        const uint64_t all_ = c_ != 0 ? c_ : (uint64_t)1 << (bits); \
+        const uint64_t room_ = (uint64_t)left / (cycles);           \
+        const uint64_t do_ = all_ < room_ ? all_ : room_;           \
+        if (do_ > 2) {                                              \
+            const uint64_t n_ = all_ - (do_ - 2);                   \
+            left -= (int64_t)((do_ - 2) * (cycles));                \
+            back                                                    \
+        }                                                           \
+    } while (0);
 /// Addresses below are registers, and there is nothing above.
 #define IN_SRAM(address) ((uint16_t)((address)-0x100) < 0x800)
 /// Two registers as one number, as the pointers X, Y and Z are, adiw's and sbiw's operands, and the
@@ -115,7 +133,8 @@ typedef struct {
     ((uint8_t)(cf | (zr == 0) << 1 | nr >> 7 << 2 | vr >> 7 << 3 | sr >> 7 << 4 | \
                (hr >> 4 & 1) << 5 | tf << 6 | inf << 7))
 
-/// d + r + carry with all flags, to d.
+/// d + r + carry with all flags, to d. H is the carry from bit 3 to bit 4: without it, bit 4 of the
+/// sum would be that of the exclusive or.
 #define ADD(d, r, carry)                                             \
     do {                                                             \
         const uint8_t a_ = (d), b_ = (r);                            \
@@ -140,7 +159,8 @@ typedef struct {
 #define CPC(a, b) COMPARE_(a, b, cf, zr, (void)x_)
 #define SUB(d, b) COMPARE_(d, b, 0u, 0, (d) = x_)
 #define SBC(d, b) COMPARE_(d, b, cf, zr, (d) = x_)
-/// The flags of bitwise operations and their result.
+/// The flags of bitwise operations and their result: V is cleared, so S is as N is; C and H stay.
+/// tst is an `and` of a register with itself, clr an `eor`.
 #define LOGIC(d, value) (nr = zr = sr = (d) = (uint8_t)(value), vr = 0)
 /// All bits the other way round.
 #define COM(d) (LOGIC(d, ~(d)), cf = 1)
@@ -227,6 +247,7 @@ typedef struct {
               : (address) == 0x5F ? (M[0x5F] = SREG)   \
                                   : M[address];        \
     } while (0)
+/// A new stack pointer counts from the next instruction on, half by half as the program writes it.
 /// Letting interrupts through is the interpreter's, since the next instruction is still before them.
 #define OUT(at, offset, address, r)                                                             \
     do {                                                                                        \

@@ -9,6 +9,7 @@ are the same.
 import random
 import re
 import subprocess
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -16,6 +17,7 @@ import pytest
 from kilotwin._emulator import RobotChip
 from kilotwin.build import translation
 from kilotwin.build.avr import build_image
+from kilotwin.build.boot_loader import with_boot_loader
 from kilotwin.experiment.programs import find_program
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -33,9 +35,9 @@ DATA_END, VARIABLES = 0x900, (0x100, 0x700)
 SHORT_TICKS, LONG_TICKS = 400, 1_000_000
 
 
-def run_type() -> int:
+def command(name: str) -> int:
     header = (ROOT / "firmware/kilolib/include/message.h").read_text()
-    found = re.search(r"\bRUN = (0x\w+)", header)
+    found = re.search(rf"\b{name} = (0x\w+)", header)
     assert found
     return int(found[1], 16)
 
@@ -51,18 +53,28 @@ def images(program: Path) -> tuple[Path, Path]:
 class Pair:
     """An interpreted chip and a translated one, which get the same."""
 
-    def __init__(self, image: Path, code: Path, seed: int, *, skips: bool, gets_run: bool = True):
+    def __init__(
+        self,
+        image: Path,
+        code: Path,
+        seed: int,
+        *,
+        skips: bool,
+        gets_run: bool = True,
+        types: Sequence[int] = range(4),
+    ) -> None:
         self.chips = [RobotChip(str(file), seed=seed, skips=skips) for file in (image, code)]
         self._draw = random.Random(seed)
         self._at = 0
         self._next_message = RUN_AT
-        self._commands = [run_type()] if gets_run else []
+        self._commands = [command("RUN")] if gets_run else []
+        self._types = types
 
     def run(self, until: int) -> None:
         while self._next_message < until:
             self._advance(self._next_message - 1)
             content = bytes(self._draw.randrange(256) for _ in range(9))
-            kind = self._commands.pop() if self._commands else self._draw.randrange(4)
+            kind = self._commands.pop() if self._commands else self._draw.choice(self._types)
             for chip in self.chips:
                 chip.show(content + bytes([kind]), self._next_message)
             self._next_message += LEAST_GAP + self._draw.randrange(20 * TICK)
@@ -82,6 +94,18 @@ class Pair:
         assert self.chips[0].outputs == self.chips[1].outputs
 
 
+def check_at_any_moment(pair: Pair, ticks: int) -> None:
+    draw = random.Random(1)
+    at = 0
+    while at < ticks * TICK:
+        at += draw.randrange(1, 2 * TICK)
+        pair.run(at)
+        assert pair.chips[0].cycle == pair.chips[1].cycle
+        interpreted, translated = pair.digests(0, DATA_END)
+        assert interpreted == translated, f"differs at cycle {at}"
+    pair.check_that_program_ran()
+
+
 def outputs_without_run(image: Path, code: Path, seed: int, ticks: int) -> tuple[int, ...]:
     pair = Pair(image, code, seed, skips=True, gets_run=False)
     pair.run(ticks * TICK)
@@ -92,21 +116,25 @@ def outputs_without_run(image: Path, code: Path, seed: int, ticks: int) -> tuple
 def test_a_translated_chip_is_the_interpreted_one_at_any_moment(program: Path) -> None:
     image, code = images(program)
     pair = Pair(image, code, seed=7, skips=False)
-    draw = random.Random(1)
-    at = 0
-    while at < SHORT_TICKS * TICK:
-        at += draw.randrange(1, 2 * TICK)
-        pair.run(at)
-        assert pair.chips[0].cycle == pair.chips[1].cycle
-        interpreted, translated = pair.digests(0, DATA_END)
-        assert interpreted == translated, f"differs at cycle {at}"
-    pair.check_that_program_ran()
+    check_at_any_moment(pair, SHORT_TICKS)
     assert pair.chips[0].outputs != outputs_without_run(image, code, 7, SHORT_TICKS)
 
 
 @pytest.mark.parametrize("program", [PROGRAMS[0], PROGRAMS[-1]], ids=lambda path: path.stem)
 def test_waits_are_passed_over_on_a_translated_chip_too(program: Path) -> None:
     check_outputs(program, SHORT_TICKS)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_sleep_resets_and_a_boot_loader_go_as_on_an_interpreted_chip(seed: int) -> None:
+    """At random: a frame of a program to flash is rubbish, so the loader gives up at some time."""
+    image = with_boot_loader(images(ROOT / "firmware/examples/blink.c")[0], "robot", print)
+    code = translation.translated(image)
+    assert code is not None
+    names = ["RUN", "SLEEP", "WAKEUP", "RESET", "BOOT", "BOOT", "BOOTPGM_PAGE", "BOOTPGM_SIZE"]
+    pair = Pair(image, code, seed, skips=False, types=[command(name) for name in names])
+    check_at_any_moment(pair, SHORT_TICKS)
+    assert pair.chips[0].outputs[0] > 10
 
 
 def test_code_that_the_program_has_overwritten_is_not_what_was_translated(tmp_path: Path) -> None:

@@ -16,7 +16,9 @@ namespace {
 constexpr int FIRST_STRETCH = 32, LONGEST_STRETCH = 512;
 // A search does not pay for fewer cycles than this.
 constexpr uint64_t WORTHWHILE = 256;
-constexpr uint64_t LEAST_PATIENCE = 512, MOST_PATIENCE = 65'536;
+constexpr uint64_t LEAST_PATIENCE = 512, MOST_PATIENCE = 524'288;
+// So many times the last period, something may still go on that is not the wait itself.
+constexpr int MOST_TRIES = 6;
 
 uint16_t word_at(const avr_t *avr, uint32_t pc) {
     pc &= avr->flashend;
@@ -75,7 +77,7 @@ bool IdleLoop::pass(uint64_t until) {
     uint64_t limit = std::min(until, next_event());
     if (period_ == 0) {
         if (avr_->cycle < not_before_ || avr_->cycle + WORTHWHILE > limit) return false;
-        if (!find(until)) {
+        if (!repeats_last(until) && (asleep_ || !find(until))) {
             patience_ = std::clamp(2 * patience_, LEAST_PATIENCE, MOST_PATIENCE);
             not_before_ = avr_->cycle + patience_;
             return false;
@@ -88,6 +90,28 @@ bool IdleLoop::pass(uint64_t until) {
     const uint64_t last = limit == next_event() ? limit - 1 : limit;
     if (avr_->cycle < last) avr_->cycle += (last - avr_->cycle) / period_ * period_;
     return until < next_event();
+}
+
+/// Whether the chip is in a wait of the same length as the one before, which is then its period.
+bool IdleLoop::repeats_last(uint64_t until) {
+    if (last_period_ == 0) return false;
+    for (int tries = 0; tries < MOST_TRIES; tries++) {
+        const uint64_t end = avr_->cycle + last_period_;
+        // Else an event would come in between, or the program would leave the flash.
+        if (end >= std::min(until, next_event()) || avr_->state != cpu_Running ||
+            avr_->interrupt_state != 0 || avr_->pc > avr_->flashend)
+            return false;
+        keep_state();
+        active_ = false;
+        avr_->run_cycle_count = last_period_;
+        const int state = avr_run(avr_);
+        asleep_ = state == cpu_Sleeping;
+        if (state != cpu_Running || avr_has_pending_interrupts(avr_) != 0) return false;
+        if (active_ || avr_->cycle != end || avr_->pc != pc_ || !same_state()) continue;
+        period_ = last_period_;
+        return true;
+    }
+    return false;
 }
 
 /// Executes instructions until a state repeats, which gives the period, or until a countdown
@@ -105,7 +129,7 @@ bool IdleLoop::find(uint64_t until) {
             if (!step() || avr_->cycle >= until) return false;
             if (active_) break;
             if (avr_->pc == pc_ && same_state()) {
-                period_ = avr_->cycle - from;
+                period_ = last_period_ = avr_->cycle - from;
                 return true;
             }
         }

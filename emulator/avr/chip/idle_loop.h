@@ -10,6 +10,7 @@
 
 #include <array>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 struct avr_t;
@@ -29,15 +30,21 @@ class IdleLoop {
     /// executes instructions. True: it idles beyond `until` and need not be run at all; its cycle
     /// may stay up to one period behind. False: the caller executes on from where the chip is now.
     ///
-    /// Costs a few comparisons once a period is known. A search costs up to 1,000 instructions and
-    /// copies of SRAM; after one that failed, the next waits twice as long, up to 65,536 cycles.
+    /// Costs a few comparisons once a period is known. A program mostly waits in one loop, so the
+    /// period found last is tried first, which costs some periods and copies of SRAM; then a search
+    /// costs up to 1,000 instructions one by one. After one that failed, the next waits twice as
+    /// long, up to 524,288 cycles.
     bool pass(uint64_t until);
+
+    /// Whether the program went to sleep within pass(), which the caller has to attend to; once.
+    bool fell_asleep() { return std::exchange(asleep_, false); }
 
     /// To be called after the chip was run, or its registers changed: the period found may not
     /// hold.
     void forget() { period_ = 0; }
 
   private:
+    bool repeats_last(uint64_t until);
     bool find(uint64_t until);
     bool same_state() const;
     void keep_state();
@@ -47,9 +54,11 @@ class IdleLoop {
 
     avr_t *avr_;
     bool active_ = false;
-    uint64_t period_ = 0;      ///< cycles after which the state is the same again; 0: not known
-    uint64_t not_before_ = 0;  ///< cycle before which no search begins
-    uint64_t patience_ = 0;    ///< cycles from a failed search to the next; doubles with each
+    bool asleep_ = false;
+    uint64_t last_period_ = 0;  ///< the one found last; 0: none so far
+    uint64_t period_ = 0;       ///< cycles after which the state is the same again; 0: not known
+    uint64_t not_before_ = 0;   ///< cycle before which no search begins
+    uint64_t patience_ = 0;     ///< cycles from a failed search to the next; doubles with each
 
     // The state that is waited for.
     uint32_t pc_ = 0;

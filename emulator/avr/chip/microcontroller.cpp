@@ -75,7 +75,7 @@ struct Microcontroller::Hooks {
             chip.core_run_(avr);
             const auto sp = static_cast<uint16_t>(avr->data[R_SPL] | avr->data[R_SPH] << 8);
             chip.follower_->executed(from, avr->pc, sp);
-        } while (avr->cycle < until && chip.goes_on());
+        } while (avr->cycle < until && chip.goes_on(run_followed));
     }
 
     // Replaces simavr's run: as many cycles, translated where that can be.
@@ -277,6 +277,10 @@ uint64_t Microcontroller::cycle() const { return avr_->cycle; }
 void Microcontroller::run(uint64_t until) {
     while (avr_->cycle < until && failure_.empty()) {
         if (idle_ && idle_->pass(until)) return;
+        if (idle_ && idle_->fell_asleep()) {
+            sleep(until);
+            continue;
+        }
         if (avr_->cycle >= until) return;
         const auto *timer = avr_->cycle_timers.timer;
         const uint64_t stop = timer != nullptr ? std::min<uint64_t>(timer->when, until) : until;
@@ -300,14 +304,17 @@ void Microcontroller::follow(Follower &follower) {
 }
 
 /// Whether the chip can execute a further instruction, as far as nothing is to be done before.
-bool Microcontroller::goes_on() const {
-    return avr_->state == cpu_Running && !crashed_ && !was_reset_ && failure_.empty();
+/// simavr's watchdog resets the chip by a function that takes the place of `run`.
+bool Microcontroller::goes_on(void (*run)(avr_t *)) const {
+    return avr_->state == cpu_Running && avr_->run == run && !crashed_ && !was_reset_ &&
+           failure_.empty();
 }
 
 /// As simavr's own run: timers and interrupts are looked at behind each instruction that may have
 /// set them, and behind the last.
 void Microcontroller::run_translated() {
-    if (avr_->run_cycle_count <= 1) return core_run_(avr_);
+    // One instruction, or none: the chip sleeps.
+    if (avr_->run_cycle_count <= 1 || avr_->state != cpu_Running) return core_run_(avr_);
     const uint64_t until = avr_->cycle + avr_->run_cycle_count;
     do {
         if (flash_seen_ != programming_->changes()) {
@@ -324,7 +331,7 @@ void Microcontroller::run_translated() {
             avr_cycle_timer_process(avr_);
             if (avr_->interrupt_state != 0) avr_service_interrupts(avr_);
         }
-    } while (avr_->cycle < until && goes_on());
+    } while (avr_->cycle < until && goes_on(Hooks::run_translated));
 }
 
 bool Microcontroller::wakes_from_power_down(const void *timer_owner) const {

@@ -20,8 +20,11 @@ SKIPS = {
 }
 """When an instruction skips the next one."""
 
+Z = 1
+"""The flag's number."""
+
 _FLAGS = ["cf", "zr", "nr >> 7", "vr >> 7", "sr >> 7", "hr >> 4 & 1", "tf", "inf"]
-_Z, _I = 1, 7
+_I = 7
 _SET = ["cf = 1", "zr = 0", "nr = 0x80", "vr = 0x80", "sr = 0x80", "hr = 0x10", "tf = 1"]
 _CLEAR = ["cf = 0", "zr = 1", "nr = 0", "vr = 0", "sr = 0", "hr = 0", "tf = 0", "inf = 0"]
 
@@ -161,7 +164,7 @@ def condition(instruction: Instruction) -> str:
         return SKIPS[instruction.name].format(
             d=f"r{instruction.d}", r=f"r{instruction.r}", k=instruction.k, a=instruction.r
         )
-    if instruction.k == _Z:
+    if instruction.k == Z:
         return "zr == 0" if instruction.name == "brbs" else "zr != 0"
     flag = _FLAGS[instruction.k]
     return flag if instruction.name == "brbs" else f"!({flag})"

@@ -15,6 +15,7 @@ from itertools import pairwise
 from kilotwin.build.avr_instructions import Instruction, decode, is_long
 from kilotwin.build.avr_statements import (
     SKIPS,
+    Z,
     condition,
     cycles,
     is_interpreted,
@@ -34,6 +35,7 @@ _NOWHERE = {"ret", "reti", "ijmp", "invalid"}
 _LEAVES = {*_CALLS, *_JUMPS, "ret", "ijmp", "icall", *_BRANCHES, *SKIPS}
 _MOST_OF_A_REGION = 400  # instructions; of a file, too: several are compiled at once
 _MOST_OF_A_FILE = 1500
+_MOST_BYTES = 4  # of a counter
 _HEAD = """\
 #define TRANSLATED_CODE
 #include "translated_code.h"
@@ -251,6 +253,11 @@ def _block_text(block: _Block, inside: set[int], code: _Code) -> str:
     for instruction in block:
         offsets.append(offsets[-1] + cycles(instruction))
     lines = [f"BLOCK(0x{block[0].address:x}, {offsets[-2]})"]
+    if _is_countdown(block):
+        counter = [f"r{instruction.d}" for instruction in block[:-1]]
+        if block[0].name == "sbiw":
+            counter.append(f"r{block[0].d + 1}")
+        lines.append(_countdown(counter, offsets[-1] + 1))
     for instruction, (offset, behind) in zip(block, pairwise(offsets), strict=True):
         if instruction.name in _LEAVES and not is_interpreted(instruction):
             lines += _leave(instruction, offset, behind, inside, code)
@@ -259,6 +266,24 @@ def _block_text(block: _Block, inside: set[int], code: _Code) -> str:
     if block[-1].name not in _LEAVES:
         lines.append(_go(block[-1].end, offsets[-1], inside))
     return "\n".join(lines)
+
+
+def _is_countdown(block: _Block) -> bool:
+    """Whether a block only counts registers down to 0, as compilers make delays."""
+    first, *others, last = block if len(block) > 1 else [*block, *block]
+    counts = first.name == "dec" or (first.name in ("sbiw", "subi") and first.k == 1)
+    carries = all(
+        other.name == "sbci" and other.k == 0 and first.name == "subi" for other in others
+    )
+    loops = last.name == "brbc" and last.k == Z and last.target == first.address
+    return counts and carries and loops and len(others) < _MOST_BYTES
+
+
+def _countdown(counter: list[str], cycles_a_pass: int) -> str:
+    """Leaves out all passes but the last two, which set the flags."""
+    value = " | ".join(f"(uint32_t){name} << {8 * at}" for at, name in enumerate(counter))
+    back = " ".join(f"{name} = (uint8_t)(n_ >> {8 * at});" for at, name in enumerate(counter))
+    return f"COUNT_DOWN({value}, {8 * len(counter)}, {cycles_a_pass}, {back})"
 
 
 def _go(target: int, spent: int, inside: set[int]) -> str:
