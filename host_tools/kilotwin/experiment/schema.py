@@ -389,6 +389,10 @@ class Record(Section):
     """Seconds from one record to the next. Begin and end are always recorded."""
     can_log: bool = True
     """On a grid: whether every CAN frame is kept in can.log."""
+    prints_per_robot: Annotated[int, Field(ge=0)] = 100_000
+    """Prints of a robot, or of a module, that are kept; how many more there were is said."""
+    prints: Annotated[int, Field(ge=0)] = 1_000_000
+    """Prints of a run that are kept."""
 
 
 class Engine(Section):

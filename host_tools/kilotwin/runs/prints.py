@@ -4,9 +4,42 @@ Every line begins with the world's time and tick when it began. A robot may prin
 """
 
 import re
+from collections.abc import Hashable, Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
+from kilotwin.experiment.schema import Record
 from kilotwin.units import seconds
+
+LEFT_OUT = "left_out"
+
+
+class PrintLimit:
+    """Keeps a program that prints for ever from filling the disk; counts what is left out."""
+
+    def __init__(self, record: Record) -> None:
+        """By the keys prints_per_robot and prints of [record]."""
+        self._per_robot, self._in_all = record.prints_per_robot, record.prints
+        self._kept: dict[Hashable, int] = {}
+        self._left_out: dict[Hashable, tuple[Mapping[str, Any], int]] = {}
+
+    def admits(self, event: Mapping[str, Any]) -> bool:
+        """Whether this print is kept; it is counted."""
+        printer = event.get("robot", event.get("module"))
+        kept = self._kept.get(printer, 0)
+        if kept < self._per_robot and self._in_all > 0:
+            self._kept[printer] = kept + 1
+            self._in_all -= 1
+            return True
+        first, number = self._left_out.get(printer, (event, 0))
+        self._left_out[printer] = (first, number + 1)
+        return False
+
+    def left_out(self) -> Iterator[dict[str, Any]]:
+        """An event for each robot or module that printed more, at the first print left out."""
+        for first, number in self._left_out.values():
+            text = f"{number} more prints are left out; record.prints_per_robot and record.prints"
+            yield {**first, "kind": LEFT_OUT, "text": f"{text} say how many are kept"}
 
 
 class Prints:

@@ -445,7 +445,7 @@ def _arena(given: Any) -> Any:
         return {"diameter_m": given}
     if isinstance(given, list) and len(given) == 2:
         return {"shape": "rectangle", "width_m": given[0], "height_m": given[1]}
-    if isinstance(given, list) and len(given) > 2:
+    if isinstance(given, list) and len(given) > 2 and isinstance(given[0], list):
         return {"shape": "polygon", "points_m": given}
     if not isinstance(given, dict):
         what = (

@@ -21,7 +21,7 @@ from kilotwin.experiment.states import Counts, States, count
 from kilotwin.files.drafts import draft_of
 from kilotwin.runs.columns import Records
 from kilotwin.runs.folder import EVENTS, EXPERIMENT, PRINTS, Reserve, write_manifest
-from kilotwin.runs.prints import Prints
+from kilotwin.runs.prints import PrintLimit, Prints
 from kilotwin.units import seconds
 
 if TYPE_CHECKING:
@@ -45,6 +45,7 @@ class RunWriter:
         self._sites = Stream(folder / "sites.arrows", self._records.sites_schema)
         self._events = (folder / EVENTS).open("w", buffering=1)
         self._prints = Prints(folder / PRINTS)
+        self._print_limit = PrintLimit(experiment.keys.record)
 
     def add(self, samples: "Samples") -> Counts | None:
         """Writes samples of the engine, a batch per table; returns their counts, None for none."""
@@ -60,11 +61,16 @@ class RunWriter:
         return count(self._states, samples["led"], samples["site"], self._site_count)
 
     def add_event(self, event: "Event | dict[str, Any]") -> None:
-        """Writes one event; what a robot prints goes to its own file too."""
-        time_s = round(seconds(event["tick"]), 3)
-        self._events.write(json.dumps({"time_s": time_s, **event}) + "\n")
+        """Writes one event; what a robot prints goes to its own file too, up to a limit."""
+        if event["kind"] == "print" and not self._print_limit.admits(event):
+            return
+        self._write_event(event)
         if event["kind"] == "print" and "robot" in event:
             self._prints.add(event["robot"], event["tick"], event["text"])
+
+    def _write_event(self, event: "Event | dict[str, Any]") -> None:
+        time_s = round(seconds(event["tick"]), 3)
+        self._events.write(json.dumps({"time_s": time_s, **event}) + "\n")
 
     def close(self, *, clean: bool) -> None:
         """Ends the streams; after a clean end the tables are written as Parquet too.
@@ -72,6 +78,8 @@ class RunWriter:
         OSError of a full disk leaves room for a manifest that says so.
         """
         try:
+            for event in self._print_limit.left_out():
+                self._write_event(event)
             for stream in (self._robots, self._sites, self._events):
                 stream.close()
             if clean:

@@ -75,6 +75,16 @@ TEST_CASE("for (;;); stays where it is, warned about, with interrupts served") {
     CHECK_FALSE(bench.Bench::robot(bench.robot).stopped());
 }
 
+TEST_CASE("delay(0) for ever is a loop in which time passes, and is warned about") {
+    Waiting bench(12);
+    bench.tell(ticks(5), bench.robot, message(5));
+    bench.run(ticks(4000));
+    CHECK_FALSE(bench.Bench::robot(bench.robot).stopped());
+    auto others = bench.others(bench.robot);
+    REQUIRE(others.size() == 1);
+    CHECK(others[0].kind == EventKind::BUSY_WAIT);
+}
+
 TEST_CASE("endless computing is stopped after 60 s") {
     for (uint32_t way : {4u, 5u}) {
         CAPTURE(way);

@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from kilotwin.runs.prints import Prints
+from kilotwin.experiment.schema import Record
+from kilotwin.runs.prints import PrintLimit, Prints
 
 
 def test_each_robot_has_its_file_with_times(tmp_path: Path) -> None:
@@ -30,3 +31,26 @@ def test_a_line_in_parts_has_the_time_of_its_begin(tmp_path: Path) -> None:
 def test_without_prints_there_is_no_folder(tmp_path: Path) -> None:
     Prints(tmp_path / "prints")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_prints_beyond_the_limits_are_counted_by_robot_and_module() -> None:
+    limit = PrintLimit(Record(prints_per_robot=2, prints=4))
+    printed = [("robot", 1), ("robot", 1), ("robot", 1), ("robot", 1), ("module", (2, 3))]
+    printed += [("robot", 5), ("robot", 6)]
+    events = [
+        {"kind": "print", "tick": tick, who: number, "text": "x"}
+        for tick, (who, number) in enumerate(printed)
+    ]
+    admitted = [limit.admits(event) for event in events]
+    assert admitted == [True, True, False, False, True, True, False]
+    first, second = limit.left_out()
+    assert (first["robot"], first["tick"], first["kind"]) == (1, 2, "left_out")
+    assert first["text"].startswith("2 more prints are left out")
+    assert (second["robot"], second["tick"]) == (6, 6)
+    assert second["text"].startswith("1 more prints are left out")
+
+
+def test_all_prints_are_kept_within_the_limits() -> None:
+    limit = PrintLimit(Record(prints_per_robot=1, prints=1))
+    assert limit.admits({"kind": "print", "tick": 0, "robot": 0, "text": "x"})
+    assert list(limit.left_out()) == []

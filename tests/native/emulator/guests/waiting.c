@@ -62,6 +62,8 @@ static void loop(void) {
             begin = kilo_ticks + 30;
             set_color(number & 1);
         }
+    case 12:
+        for (;;) delay(0);
     default: delay(1000); return;
     }
     printf("waited %lu until %lu", (unsigned long)(kilo_ticks - begin), (unsigned long)kilo_ticks);
