@@ -1,7 +1,6 @@
 #include "physics/arena.h"
 
 #include <algorithm>
-#include <limits>
 
 namespace kilotwin {
 
@@ -13,11 +12,11 @@ void Arena::build_walls(bool bounds_block_light, double reach_m) {
 uint8_t Arena::site_at(const Eigen::Vector2d &point) const {
     for (size_t i = 0; i < sites.size(); i++)
         if (sites[i].contains(point)) return static_cast<uint8_t>(i + 1);
-    return 0;
+    return floor.at(point);
 }
 
 double Arena::distance_to_site_edge(const Eigen::Vector2d &point) const {
-    double nearest = std::numeric_limits<double>::infinity();
+    double nearest = floor.distance_to_other(point);
     for (const auto &site : sites) nearest = std::min(nearest, site.distance_to_edge(point));
     return nearest;
 }

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "physics/raster.h"
 #include "physics/region.h"
 #include "physics/walls.h"
 
@@ -21,16 +22,19 @@ struct Arena {
     /// Walls of bounds and obstacles; empty, if bounds are round or an upright rectangle, and
     /// nothing stands in them: then bounds are the walls.
     Walls walls = {};
+    /// Numbers of sites, by pixel, with Raster::find_distances() done. Where one of `sites` is, that
+    /// counts.
+    Raster floor = {};
 
     /// Makes `walls` from bounds and obstacles. Those within `reach_m` of a point will be found in
     /// constant time (walls.h).
     void build_walls(bool bounds_block_light, double reach_m);
 
     /// Number of the site at a point: 1 and up in the order of `sites`, 0 for none. Linear in
-    /// sites.
+    /// sites, but for those of the picture.
     uint8_t site_at(const Eigen::Vector2d &point) const;
 
-    /// Smallest distance_to_edge() of all sites; infinite without sites.
+    /// A lower bound of the distance to where site_at() is another; infinite without sites.
     double distance_to_site_edge(const Eigen::Vector2d &point) const;
 
     /// Calls `visit(gap, outward, wall)` for each wall within `reach_m` of `point`, and maybe for

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "physics/arena.h"
+#include "physics/raster.h"
 
 namespace kilotwin {
 
@@ -22,11 +23,16 @@ struct Light {
     };
     double ambient;               ///< reading without any source
     std::vector<Source> sources;  ///< lamps add up, in any order
+    Raster picture = {};          ///< what a projector adds: `white` where it is 255
+    double white = 0;
+
+    /// Whether it is the same everywhere.
+    bool is_even() const { return sources.empty() && picture.empty(); }
 
     /// The converter's reading at a place of the arena, 0 to 1023, without noise. A lamp behind a
     /// wall that blocks light adds nothing. Linear in sources.
     int16_t at(const Eigen::Vector2d &place, const Arena &arena) const {
-        double sum = ambient;
+        double sum = ambient + white * picture.at(place) / 255;
         for (const auto &source : sources)
             if (arena.lets_light_pass(source.at, place))
                 sum += source.peak /

@@ -54,7 +54,7 @@ Region Region::placed(const Eigen::Vector2d &by, double heading_rad) const {
         return Eigen::Vector2d(by.x() + (ahead.x() * point.x() - ahead.y() * point.y()),
                                by.y() + (ahead.y() * point.x() + ahead.x() * point.y()));
     };
-    if (shape == Shape::CIRCLE) return {shape, place(centre), size};
+    if (shape == Shape::CIRCLE || shape == Shape::PICTURE) return {shape, place(centre), size};
     if (shape == Shape::RECTANGLE && heading_rad == 0) return {shape, centre + by, size};
     std::vector<Eigen::Vector2d> moved = shape == Shape::POLYGON ? corners : outline();
     std::transform(moved.begin(), moved.end(), moved.begin(), place);
@@ -62,6 +62,7 @@ Region Region::placed(const Eigen::Vector2d &by, double heading_rad) const {
 }
 
 bool Region::contains(const Eigen::Vector2d &point) const {
+    if (shape == Shape::PICTURE) return false;
     const Eigen::Vector2d offset = point - centre;
     if (shape == Shape::CIRCLE) return offset.squaredNorm() <= size.x() * size.x() / 4;
     const bool in_box =
@@ -81,7 +82,7 @@ double Region::distance_to_edge(const Eigen::Vector2d &point) const {
     if (shape == Shape::RECTANGLE)
         return std::abs(
             std::max(std::abs(offset.x()) - size.x() / 2, std::abs(offset.y()) - size.y() / 2));
-    double nearest = std::numeric_limits<double>::infinity();
+    double nearest = std::numeric_limits<double>::infinity();  // which is a picture's
     for (size_t i = 0; i < corners.size(); i++)
         nearest =
             std::min(nearest, edge_distance(point, corners[i], corners[(i + 1) % corners.size()]));
@@ -89,7 +90,7 @@ double Region::distance_to_edge(const Eigen::Vector2d &point) const {
 }
 
 std::vector<Eigen::Vector2d> Region::outline() const {
-    if (shape == Shape::CIRCLE) return {};
+    if (shape == Shape::CIRCLE || shape == Shape::PICTURE) return {};
     if (shape == Shape::RECTANGLE) {
         std::vector<Eigen::Vector2d> list;
         for (const auto &sign : {Eigen::Vector2d(-1, -1), Eigen::Vector2d(1, -1),

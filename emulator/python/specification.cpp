@@ -40,6 +40,7 @@ Region region_of(Table &from) {
         if (corners.size() < 3) throw EngineError("a polygon has three corners or more");
         return Region::polygon(std::move(corners));
     }
+    if (shape == "picture") return {Region::Shape::PICTURE, {0, 0}, {0, 0}};
     if (shape != "circle" && shape != "rectangle")
         throw EngineError("shape is circle, rectangle or polygon, not " + shape);
     return {shape == "circle" ? Region::Shape::CIRCLE : Region::Shape::RECTANGLE,
@@ -112,6 +113,19 @@ std::vector<Pose> poses_of(nb::handle from) {
     return poses;
 }
 
+/// A picture on the floor: its rows from the lowest up, as bytes.
+Raster raster_of(Table from) {
+    const auto bytes = from["values"].as<nb::bytes>();
+    const auto *values = static_cast<const uint8_t *>(bytes.data());
+    const auto columns = from["columns"].as<size_t>();
+    if (columns == 0 || bytes.size() == 0 || bytes.size() % columns != 0)
+        throw EngineError("a picture has whole rows of pixels");
+    const auto low = vector_of(from["low_m"].as<std::vector<double>>());
+    Raster raster({values, values + bytes.size()}, columns, low, from["pixel_m"]);
+    from.end();
+    return raster;
+}
+
 /// The table `light`: the reading everywhere, and lamps.
 Light light_of(Table from) {
     Light light = {.ambient = from["ambient"], .sources = {}};
@@ -121,6 +135,8 @@ Light light_of(Table from) {
                                  source["peak"], source["half_m"]});
         source.end();
     }
+    if (!from["picture"].is_none()) light.picture = raster_of(from["picture"].table());
+    light.white = from["white"];
     from.end();
     return light;
 }
@@ -276,6 +292,10 @@ Arena arena_of(Table &spec, double reach_m) {
     Arena arena = {region_of(bounds), sites_of(spec["sites"].as<nb::list>()),
                    obstacles_of(spec["obstacles"].as<nb::list>())};
     arena.build_walls(bounds["blocks_light"], reach_m);
+    if (!spec["picture"].is_none()) {
+        arena.floor = raster_of(spec["picture"].table());
+        arena.floor.find_distances();
+    }
     bounds.end();
     return arena;
 }

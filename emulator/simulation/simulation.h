@@ -185,7 +185,7 @@ class Simulation {
     void ran_ahead(uint32_t robot, Cycles until);
     /// Hands what a robot has ordered of its motors to the bodies and the floor.
     void take_motor_commands(uint32_t index);
-    bool light_changes() const { return !def_.light.sources.empty(); }
+    bool light_changes() const { return !def_.light.is_even(); }
     /// Not where light depends on the place: how long a robot will stay where it is is not known.
     bool may_run_ahead() const { return def_.run_ahead && !light_changes(); }
     /// Takes a sample if the step that has begun is the first not before its time.

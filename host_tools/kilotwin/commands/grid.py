@@ -8,7 +8,8 @@ import typer
 
 from kilotwin.commands import steps
 from kilotwin.commands.options import Buses, Json, Quiet, Settings, Size, given_settings
-from kilotwin.errors import EXIT_ROBOTS_FAILED
+from kilotwin.errors import EXIT_ROBOTS_FAILED, InputError
+from kilotwin.experiment import kconf
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.grid.console import Console, message_for_robots
 
@@ -43,6 +44,25 @@ def health(buses: Buses = None, size: Size = None, as_json: Json = False) -> Non
         silent = console.silent
     if silent:
         raise typer.Exit(EXIT_ROBOTS_FAILED)
+
+
+@app.command(
+    "kconf", epilog="Example: kilotwin grid kconf experiments/kilogrid/paper-n50.toml > n50.kconf"
+)
+def write_kconf(
+    experiment: Annotated[Path, typer.Argument(help="An experiment with a [grid].")],
+    *,
+    settings: Settings = None,
+) -> None:
+    """Print the .kconf file that configures modules as an experiment does."""
+    loaded = Experiment.load(experiment, given_settings(settings, None))
+    if loaded.plan is None:
+        raise InputError(f"{experiment}: there is no [grid]; add one with columns and rows")
+    configuration = loaded.plan.configuration
+    if not configuration:
+        what = "modules with a program of yours have no configuration; set grid.configuration"
+        raise InputError(f"{experiment}: {what}")
+    typer.echo(kconf.to_text(kconf.blocks_of(configuration)), nl=False)
 
 
 @app.command(

@@ -10,7 +10,7 @@ from typing import Any
 
 from kilotwin.environment.protocol import Arena, Seen, Sender, Settings
 from kilotwin.errors import InputError, KilotwinError, RunError
-from kilotwin.experiment.grid_plan import shown
+from kilotwin.experiment.files import shown
 
 
 class EnvironmentProgram:

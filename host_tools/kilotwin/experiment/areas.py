@@ -55,12 +55,16 @@ def disc(x: float, y: float, diameter: float) -> Area:
 
 
 def area_of(place: Arena | Obstacle | Site) -> Area:
-    """The area of a site, of an obstacle or of the arena, whose keys are complete."""
+    """The area of a site, of an obstacle or of the arena, whose keys are complete.
+
+    A site that is drawn has none.
+    """
     x, y = (0.0, 0.0) if isinstance(place, Arena) else place.centre_m or (0.0, 0.0)
     heading = place.heading_rad if isinstance(place, Obstacle) else 0.0
     if place.shape == "circle":
         assert place.diameter_m is not None
         return disc(x, y, place.diameter_m)
+    assert place.shape != "picture"
     if place.shape == "polygon":
         assert place.points_m is not None
         return polygon_of(_placed([(px, py) for px, py in place.points_m], x, y, heading))

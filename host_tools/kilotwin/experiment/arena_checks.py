@@ -17,7 +17,9 @@ _SIZES = {
     "circle": ("diameter_m",),
     "rectangle": ("width_m", "height_m"),
     "polygon": ("points_m",),
+    "picture": (),
 }
+_PLACED = ("circle", "rectangle")  # by a centre
 _LEAST_M = 0.001  # between two edges, or two corners
 _ACROSS = 100  # points, either way, at which it is tried what is free
 
@@ -35,13 +37,14 @@ def arena_problems(experiment: ExperimentSchema) -> Iterator[Problem]:
 
 def _shape(path: KeyPath, place: Arena | Obstacle | Site) -> Iterator[Problem]:
     needed = _SIZES[place.shape]
-    if not isinstance(place, Arena) and place.centre_m is None and place.shape != "polygon":
+    if not isinstance(place, Arena) and place.centre_m is None and place.shape in _PLACED:
         table = f"[[{path[0]}]]"
         yield Problem(f"{table} lacks 'centre_m'; add centre_m = [0.0, 0.0]", (path,))
     for key in itertools.chain.from_iterable(_SIZES.values()):
         given = getattr(place, key) is not None
         if given and key not in needed:
-            what = f"a {place.shape} has no '{key}'; use {' and '.join(needed)}, or change shape"
+            instead = f"use {' and '.join(needed)}" if needed else "remove it"
+            what = f"a {place.shape} has no '{key}'; {instead}, or change shape"
             yield Problem(what, ((*path, key),))
         if not given and key in needed:
             example = "[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]" if key == "points_m" else "..."
@@ -87,7 +90,17 @@ def _obstacles(experiment: ExperimentSchema) -> Iterator[Problem]:
 
 def _sites(experiment: ExperimentSchema) -> Iterator[Problem]:
     arena = area_of(experiment.arena)
+    drawn = [] if experiment.floor is None else list(experiment.floor.legend.values())
     for index, site in enumerate(experiment.site):
+        if (site.shape == "picture") != (site.name in drawn):
+            what = (
+                f"site '{site.name}' has a place and is drawn; give one of them another name"
+                if site.name in drawn
+                else f"site '{site.name}' is not drawn; name it in [floor.legend], or change shape"
+            )
+            yield Problem(what, (("site", index),))
+        if site.shape == "picture":
+            continue
         if not lies_inside(area_of(site), arena):
             what = f"site '{site.name}' does not lie inside the arena; move it or make it smaller"
             yield Problem(what, (("site", index), ("arena",)))
@@ -99,6 +112,8 @@ def _sites(experiment: ExperimentSchema) -> Iterator[Problem]:
         if one.name == other.name:
             what = f"two sites are called '{one.name}'; give each its own name"
             yield Problem(what, (("site", j, "name"), ("site", i, "name")))
+        if "picture" in (one.shape, other.shape):
+            continue
         if overlap(area_of(one), area_of(other)):
             what = f"sites '{one.name}' and '{other.name}' overlap; move them apart"
             yield Problem(what, (("site", j), ("site", i)))

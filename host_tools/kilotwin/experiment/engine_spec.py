@@ -75,6 +75,7 @@ def engine_spec(
             }
             for obstacle in keys.obstacle
         ],
+        "picture": None if experiment.floor is None else experiment.floor.spec(),
         "profile": _profile(profile, keys),
         "floor": floor if keys.swarm.floor else None,
         "medium": _medium(keys),
@@ -84,6 +85,8 @@ def engine_spec(
                 {**source.model_dump(), "at_m": [float(part) for part in source.at_m]}
                 for source in keys.light.source
             ],
+            "picture": None if experiment.light is None else experiment.light.spec(),
+            "white": 0.0 if keys.light.picture is None else float(keys.light.picture.white),
         },
         "battery_h": keys.battery.hours,
         "temperature": keys.temperature,
@@ -146,6 +149,8 @@ def _grid(experiment: Experiment, module_guest: str | None) -> dict[str, Any]:
 
 def _shape(place: Arena | Obstacle | Site) -> dict[str, Any]:
     """About its own (0, 0)."""
+    if place.shape == "picture":
+        return {"shape": "picture"}
     if place.shape == "circle":
         return {"shape": "circle", "width_m": place.diameter_m, "height_m": place.diameter_m}
     if place.shape == "rectangle":

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from kilotwin.errors import InputError
 from kilotwin.experiment.environment_schema import EnvironmentTable
-from kilotwin.experiment.grid_plan import find_file, shown
+from kilotwin.experiment.files import find_file, shown
 from kilotwin.experiment.text import ExperimentText
 from kilotwin.experiment.toml_lines import KeyPath
 

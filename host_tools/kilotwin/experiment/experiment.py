@@ -18,10 +18,12 @@ from pydantic import ValidationError
 from kilotwin.errors import InputError
 from kilotwin.experiment.checks import first_problem, first_problem_of_command, swarm_size
 from kilotwin.experiment.environment_class import EnvironmentClass, environment_class
-from kilotwin.experiment.grid_plan import GridPlan, find_file, plan_of, shown
+from kilotwin.experiment.files import find_file, shown
+from kilotwin.experiment.grid_plan import GridPlan, plan_of
 from kilotwin.experiment.grid_schema import Grid
 from kilotwin.experiment.informed import informed_ranges
 from kilotwin.experiment.lab_file import LabRobot, read_lab
+from kilotwin.experiment.pictures import Picture, floor_picture, light_picture
 from kilotwin.experiment.programs import (
     Api,
     Program,
@@ -55,7 +57,7 @@ class Experiment:
 
     `modules` are those of a grid, and `plan` is what its host does; None without. `lab` has the uid
     and the calibration of each robot, if it comes from a lab. `environment` is the program of an
-    [environment].
+    [environment]; `floor` has the numbers of sites that are drawn, `light` what a projector throws.
     """
 
     keys: ExperimentSchema
@@ -65,6 +67,8 @@ class Experiment:
     plan: GridPlan | None = None
     lab: tuple[tuple[int, LabRobot], ...] = ()
     environment: EnvironmentClass | None = None
+    floor: Picture | None = None
+    light: Picture | None = None
 
     @staticmethod
     def load(file: Path, settings: Iterable[Setting] = ()) -> "Experiment":
@@ -82,11 +86,13 @@ class Experiment:
         if problem is not None:
             raise InputError(f"{origin.where(*problem.paths)}: {problem.what}")
         groups, lab = tuple(_groups(keys, origin)), _lab(keys, origin)
+        floor, light = floor_picture(keys, origin), light_picture(keys, origin)
         if keys.grid is None:
             environment = environment_class(keys.environment, origin)
-            return Experiment(keys, groups, origin, lab=lab, environment=environment)
+            return Experiment(keys, groups, origin, None, None, lab, environment, floor, light)
         modules = _modules(keys.grid, origin, interpreted=_interprets(keys))
-        return Experiment(keys, groups, origin, modules, plan_of(keys, origin), lab)
+        plan = plan_of(keys, origin, floor)
+        return Experiment(keys, groups, origin, modules, plan, lab, None, floor, light)
 
     @property
     def size(self) -> int:
@@ -122,6 +128,10 @@ class Experiment:
         if self.environment is not None:
             file, class_name = portable(self.environment.file), self.environment.class_name
             tables["environment"]["program"] = f"{file}:{class_name}"
+        if self.floor is not None:
+            tables["floor"]["image"] = portable(self.floor.file)
+        if self.light is not None:
+            tables["light"]["picture"]["image"] = portable(self.light.file)
         if self.modules is not None:
             self._resolve_grid(tables["grid"], self.modules)
         return tables

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kilotwin.experiment.areas import area_of, inside
+from kilotwin.experiment.pictures import Picture
 from kilotwin.experiment.schema import ExperimentSchema
 from kilotwin.files.headers import CELL_M, CELLS_PER_MODULE
 
@@ -89,12 +90,18 @@ def of_module(cells: Cells, module: Module) -> list[int]:
     return [int(cells[place_of(module, cell)]) for cell in range(CELLS_PER_MODULE)]
 
 
-def sites_on_cells(keys: ExperimentSchema, layout: Layout) -> Cells:
-    """Each cell's site number, 0 for none: a cell is of the site that its middle lies in."""
-    cells = np.zeros((2 * layout.rows, 2 * layout.columns), dtype=np.uint8)
+def sites_on_cells(keys: ExperimentSchema, layout: Layout, picture: Picture | None = None) -> Cells:
+    """Each cell's site number, 0 for none: a cell is of the site that its middle lies in.
+
+    `picture` has the sites that are drawn.
+    """
     across, up = np.meshgrid(*layout.centres())
+    cells: Cells = np.zeros(across.shape, dtype=np.uint8)
+    if picture is not None:
+        cells = picture.at(across, up)
     for number, site in enumerate(keys.site, start=1):
-        cells[inside(area_of(site), across, up, _ROUNDING_M)] = number
+        if site.shape != "picture":
+            cells[inside(area_of(site), across, up, _ROUNDING_M)] = number
     return cells
 
 

@@ -5,21 +5,20 @@ Pure: no bus, no clock.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
-from kilotwin.errors import InputError
 from kilotwin.experiment import grid_sites as sites
 from kilotwin.experiment import kconf
+from kilotwin.experiment.files import find_file, shown
 from kilotwin.experiment.grid_layout import Cells, Layout, Module, sites_on_cells, walls_on_cells
 from kilotwin.experiment.grid_schema import Grid, GridChange
+from kilotwin.experiment.pictures import Picture
 from kilotwin.experiment.schema import ExperimentSchema
 from kilotwin.experiment.serials import read_serials
 from kilotwin.experiment.text import ExperimentText
 from kilotwin.experiment.toml_lines import KeyPath
-from kilotwin.files import resources
 
 Configuration = Mapping[Module, kconf.Content]
 """Bytes that a module is to have, or the configurations that a `.kconf` file sends it in turn."""
@@ -62,12 +61,17 @@ class GridPlan:
     serials: Mapping[int, str]
 
 
-def plan_of(keys: ExperimentSchema, origin: ExperimentText) -> GridPlan | None:
-    """The plan of an experiment with a [grid]; InputError names the key, or the file and line."""
+def plan_of(
+    keys: ExperimentSchema, origin: ExperimentText, picture: Picture | None = None
+) -> GridPlan | None:
+    """The plan of an experiment with a [grid]; InputError names the key, or the file and line.
+
+    `picture` has sites that are drawn.
+    """
     if keys.grid is None:
         return None
     layout = Layout.of(keys)
-    now = sites_on_cells(keys, layout)
+    now = sites_on_cells(keys, layout, picture)
     site_maps = [(0.0, now)]
     configuration = _configuration(keys, layout, now, origin)
     orders = [Order(c.at_s, "pause" if c.send != "run" else "resume") for c in keys.command or []]
@@ -105,21 +109,6 @@ def settings_of(grid: Grid) -> Settings:
         rounds=grid.rounds,
         health=grid.health,
     )
-
-
-def find_file(written: str, path: KeyPath, origin: ExperimentText) -> Path:
-    """A file that a key names: from here, beside the experiment, or one that Kilotwin brings."""
-    name = Path(written).expanduser()
-    places = [Path.cwd() / name, origin.folder / name]
-    found = next((place for place in places if place.is_file()), None) or resources.find(written)
-    if found is None:
-        raise InputError(f"{origin.where(path)}: '{written}' is not there; name a file")
-    return found.resolve()
-
-
-def shown(file: Path) -> Path:
-    """A file as messages name it: below the present folder without that folder's path."""
-    return file.relative_to(Path.cwd()) if file.is_relative_to(Path.cwd()) else file
 
 
 def _configuration(

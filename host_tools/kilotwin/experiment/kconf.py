@@ -114,14 +114,20 @@ def configurations(
     return found
 
 
-def blocks_of(configuration: Mapping[Module, bytes]) -> list[Block]:
-    """One block per distinct content, in the order of the first module that has it."""
-    modules: dict[bytes, list[Module]] = {}
+def blocks_of(configuration: Mapping[Module, Content]) -> list[Block]:
+    """One block per distinct content, in the order of the first module that has it.
+
+    What a module is sent in turn is in as many blocks, in their order.
+    """
+    modules: dict[InTurn, list[Module]] = {}
     for module in sorted(configuration, key=lambda place: (place[1], place[0])):
-        modules.setdefault(configuration[module], []).append(module)
+        content = configuration[module]
+        in_turn = (content,) if isinstance(content, bytes) else content
+        modules.setdefault(in_turn, []).append(module)
     return [
         Block(tuple(Target("module", x, y) for x, y in places), data)
-        for data, places in modules.items()
+        for in_turn, places in modules.items()
+        for data in in_turn
     ]
 
 

@@ -13,6 +13,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 from kilotwin.experiment.colours import LED_COLOURS, led_triple, site_colour
 from kilotwin.experiment.environment_schema import EnvironmentTable
 from kilotwin.experiment.grid_schema import CellColour, Faults, Grid, grid_size_m
+from kilotwin.experiment.picture_schema import FloorTable, LightPicture
 from kilotwin.experiment.profile_defaults import (
     CONTROLLER_DEFAULTS,
     KILOBOT_MEDIUM,
@@ -43,6 +44,7 @@ from kilotwin.units import TICK_S
 
 ProfileName = Literal["foot-bot", "kilobot"]
 Shape = Literal["circle", "rectangle", "polygon"]
+SiteShape = Literal["circle", "rectangle", "polygon", "picture"]
 Outline = Annotated[list[Point], Field(min_length=3, max_length=2000)]
 # Message types of hardware.md 1.4; `pause` is what people call WAKEUP.
 Sent = Literal[
@@ -113,8 +115,8 @@ class Site(Section):
 
     name: Text
     """Its name in tables and figures."""
-    shape: Shape = "circle"
-    """Its shape."""
+    shape: SiteShape = "circle"
+    """Its shape; "picture" for one that `[floor.legend]` names, which needs no [[site]]."""
     centre_m: Point | None = None
     """Where its middle is, [x, y]; of a polygon, where (0, 0) of its points is: [0, 0], if left
     out."""
@@ -329,6 +331,7 @@ class Light(Section):
     """The reading without any lamp."""
     source: list[Source] = []
     """Lamps, as [[light.source]] tables."""
+    picture: LightPicture | None = None
 
 
 class Battery(Section):
@@ -421,6 +424,20 @@ def _light_at_walls(raw: dict[str, Any], blocks: bool) -> dict[str, Any]:
     return filled
 
 
+def _drawn_sites(raw: dict[str, Any]) -> dict[str, Any]:
+    """The sites, and those of the floor's legend that are not among them."""
+    floor, sites = raw.get("floor"), raw.get("site", [])
+    legend = floor.get("legend") if isinstance(floor, dict) else None
+    if not isinstance(legend, dict) or not isinstance(sites, list):
+        return {}
+    known = [site.get("name") for site in sites if isinstance(site, dict)]
+    more: dict[str, dict[str, Any]] = {}
+    for colour, name in legend.items():
+        if isinstance(name, str) and name and name not in known and name not in more:
+            more[name] = {"name": name, "shape": "picture", "colour": colour}
+    return {"site": [*sites, *more.values()]}
+
+
 class ExperimentSchema(Section):
     """A whole experiment file."""
 
@@ -435,6 +452,7 @@ class ExperimentSchema(Section):
     arena: Arena
     obstacle: Annotated[list[Obstacle], Field(max_length=1000)] = []
     site: Annotated[list[Site], Field(max_length=255)] = []
+    floor: FloorTable | None = None
     swarm: Swarm
     robots: list[Robots] | None = None
     controller: Controller | None = None
@@ -470,6 +488,7 @@ class ExperimentSchema(Section):
         if "arena" not in raw and (size := grid_size_m(raw.get("grid"))):
             filled["arena"] = {"shape": "rectangle", "width_m": size[0], "height_m": size[1]}
         filled |= _light_at_walls(filled, profile.line_of_light)
+        filled |= _drawn_sites(raw)
         if isinstance(swarm, dict):
             floor = profile.virtual_floor and "grid" not in raw
             filled["swarm"] = {"floor": floor, **swarm}

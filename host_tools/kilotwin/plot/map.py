@@ -8,6 +8,7 @@ import pyarrow.compute as pc
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import EllipseCollection, LineCollection
+from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch, Polygon
@@ -18,9 +19,11 @@ from numpy.typing import NDArray
 from kilotwin.errors import InputError
 from kilotwin.experiment.areas import area_of
 from kilotwin.experiment.informed import informed_ranges
+from kilotwin.experiment.pictures import Picture, floor_picture
 from kilotwin.experiment.profile_defaults import PROFILES
 from kilotwin.experiment.schema import Arena, ExperimentSchema, Obstacle, Site
 from kilotwin.experiment.states import States
+from kilotwin.experiment.text import ExperimentText
 from kilotwin.plot.style import (
     FLOOR,
     HATCHES,
@@ -53,7 +56,7 @@ def draw_map(run: Run) -> Figure:
 
     figure = Figure(figsize=(10, 7.5))
     axes = figure.add_subplot()
-    _draw_floor(axes, experiment)
+    _draw_floor(axes, experiment, _drawn_floor(run))
     point = 1 / _points_per_metre(axes)
     _draw_informed(axes, centres[informed], diameter, point)
     outline = min(0.5, 0.08 * diameter / point)
@@ -95,14 +98,38 @@ def _informed_ids(experiment: ExperimentSchema) -> list[int]:
     ]
 
 
-def _draw_floor(axes: Axes, experiment: ExperimentSchema) -> None:
+def _drawn_floor(run: Run) -> Picture | None:
+    """Sites that are drawn; None, if the picture is there no more."""
+    try:
+        origin = ExperimentText.read(run.folder / "experiment.toml", [])
+        return floor_picture(run.experiment, origin)
+    except InputError:
+        return None
+
+
+def _draw_picture(axes: Axes, picture: Picture, fills: list[str]) -> None:
+    colours = np.array([(0.0, 0.0, 0.0, 0.0), *(to_rgba(fill) for fill in fills)])
+    (left, low), (width, height) = picture.low_m, picture.size_m
+    axes.imshow(
+        colours[picture.values],
+        extent=(left, left + width, low, low + height),
+        origin="lower",
+        interpolation="nearest",
+        zorder=1,
+    )
+
+
+def _draw_floor(axes: Axes, experiment: ExperimentSchema, picture: Picture | None) -> None:
     arena = area_of(experiment.arena)
     _draw_place(axes, experiment.arena, facecolor=FLOOR, edgecolor="black", lw=2)
+    if picture is not None:
+        _draw_picture(axes, picture, site_fills(experiment))
     for site, look in zip(experiment.site, _site_looks(experiment), strict=True):
-        _draw_place(axes, site, lw=0.8, **look)
+        if site.shape != "picture":
+            _draw_place(axes, site, lw=0.8, **look)
     for obstacle in experiment.obstacle:
         _draw_place(axes, obstacle, facecolor=OBSTACLE, edgecolor="black", lw=1)
-    if experiment.obstacle:
+    if experiment.obstacle or picture is not None:
         _draw_place(axes, experiment.arena, facecolor="none", edgecolor="black", lw=2)
     margin = 0.02 * max(arena.width, arena.height)
     half_x, half_y = arena.width / 2 + margin, arena.height / 2 + margin

@@ -20,7 +20,12 @@ class SeenRobots:
     def __init__(self, experiment: Experiment) -> None:
         robots = experiment.size
         self._index = {experiment.uid_of(robot): robot for robot in range(robots)}
-        self._sites = [area_of(site) for site in experiment.keys.site]
+        self._sites = [
+            (number, area_of(site))
+            for number, site in enumerate(experiment.keys.site, 1)
+            if site.shape != "picture"
+        ]
+        self._floor = experiment.floor
         self._pose = np.full((3, robots), np.nan, dtype=np.float32)
         self._led = np.zeros(robots, dtype=np.uint8)
         self._site = np.zeros(robots, dtype=np.uint8)
@@ -61,5 +66,6 @@ class SeenRobots:
 
     def _site_at(self, x: float, y: float) -> int:
         """The number of the site there, from 1; 0 for none."""
-        found = (number for number, site in enumerate(self._sites, 1) if contains(site, x, y))
-        return next(found, 0)
+        found = (number for number, site in self._sites if contains(site, x, y))
+        drawn = 0 if self._floor is None else int(self._floor.at(np.array(x), np.array(y)))
+        return next(found, drawn)

@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
+from PIL import Image
 
 from kilotwin.experiment.colours import LED_COLOURS
 from kilotwin.experiment.docs import renewed, table
@@ -38,6 +39,11 @@ def test_examples_are_taken(example: str, load: Load, folder: Path) -> None:
     for name in ("main.c", "helpers.c", "seed.c"):
         (folder / name).write_text("int main(void) { return 0; }\n")
     (folder / "headers").mkdir()
+    image = Image.new("RGB", (3, 1), (255, 255, 255))
+    image.putpixel((0, 0), (0, 0, 0))
+    image.putpixel((1, 0), (0xD6, 0x27, 0x28))
+    for name in ("sites.png", "light.png"):
+        image.save(folder / name)
     text = SMALL
     if "[swarm]" in example:
         text = text[: text.index("[swarm]")]

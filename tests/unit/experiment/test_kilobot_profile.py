@@ -48,7 +48,8 @@ def test_the_engine_is_told_all_of_it(load: Load) -> None:
     assert spec["medium"] == medium
     assert spec["floor"] is None
     sources = [{"at_m": [1.0, 0.0], "peak": 800, "half_m": 0.2}]
-    assert spec["light"] == {"ambient": 50, "sources": sources}
+    lamps = {"ambient": 50, "sources": sources, "picture": None, "white": 0.0}
+    assert spec["light"] == lamps
     assert spec["battery_h"] == 2
     assert spec["temperature"] == 280
 
