@@ -15,7 +15,7 @@ namespace kilotwin {
 
 /// Purpose of a draw. Numbers are part of "same seed, same result": never change or reuse one.
 /// 1 to 31 robots, 32 to 39 chips on boards, 40 to 63 modules and cells, 64 CAN, 72 twins,
-/// 80 to 95 the host: cameras and virtual environments.
+/// 80 to 95 the host: cameras and virtual environments, 96 to 99 objects (by object, not robot).
 enum class Purpose : uint32_t {
     PLACE = 1,           ///< where a robot without a pose starts: x, y, and again while it overlaps
     HEADING = 2,         ///< which way it looks there
@@ -49,6 +49,7 @@ enum class Purpose : uint32_t {
     CAMERA_Y = 82,                ///< likewise
     CAMERA_HEADING = 83,          ///< error of the heading
     ENVIRONMENT = 84,             ///< a virtual environment's own
+    OBJECT_PLACE = 96,            ///< where an object without a pose begins, and how it is turned
 };
 
 /// See above. 8 bytes; all calls are const and may come from any thread.

@@ -21,10 +21,17 @@ constexpr uint8_t STEPS_APART_TO_LEAVE = 2;  // then a robot is free again
 // Limit of the speed of a pushed robot, relative to the fastest drive.
 constexpr double PUSHED_SPEED = 1.1;
 
+std::vector<Object> objects_of(const std::vector<PlacedObject> &placed) {
+    std::vector<Object> objects;
+    for (const auto &[object, pose] : placed) objects.push_back(object);
+    return objects;
+}
+
 }  // namespace
 
 Bodies::Bodies(const Arena &arena, const Profile &profile, const Chance &chance, Cycles step,
-               Cycles begin, const std::vector<Pose> &poses, double reach_m, SolverKind solver)
+               Cycles begin, const std::vector<Pose> &poses, double reach_m, SolverKind solver,
+               const std::vector<PlacedObject> &objects)
     : arena_(arena),
       radius_m_(profile.radius_m),
       margin_m_(CONTACT_MARGIN * profile.radius_m),
@@ -35,7 +42,9 @@ Bodies::Bodies(const Arena &arena, const Profile &profile, const Chance &chance,
       contact_gap_m_(2 * fastest_m_s_ * seconds(step) + margin_m_),
       unlisted_for_(whole_steps(
           (std::max(reach_m, contact_reach_m()) - contact_reach_m()) / (2 * fastest_m_s_), step)),
-      contacts_(arena, profile, solver, chassis_.fastest_m_s(), fastest_m_s_, poses.size()),
+      objects_(objects_of(objects)),
+      contacts_(arena, profile, solver, chassis_.fastest_m_s(), fastest_m_s_, poses.size(),
+                objects_),
       lists_(std::max(reach_m, contact_reach_m()),
              std::max(SKIN_SHARE * reach_m, SKIN_STEPS * fastest_m_s_ * seconds(step))),
       lists_due_(begin),
@@ -57,6 +66,10 @@ Bodies::Bodies(const Arena &arena, const Profile &profile, const Chance &chance,
     }
     listed_at_ = places_;
     lists_.rebuild(places_);
+    for (const auto &placed : objects) object_states_.push_back({placed.pose, {}});
+    is_pushed_.resize(objects.size());
+    near_objects_.resize(objects.size());
+    if (!objects.empty()) at_object_.resize(poses.size());
 }
 
 void Bodies::command(uint32_t robot, const MotorCommand &command) {
@@ -200,7 +213,15 @@ void Bodies::find_contacts() {
         if (may_touch(near_contact_[i])) include(near_contact_[i]);
     }
     // Robots found up to here are ascending, and so are their pairs.
-    for (size_t i = 0; i < touching_.size(); i++) add_touched(touching_[i]);  // which grows
+    size_t next = 0;
+    auto add_all_touched = [&] {
+        for (; next < touching_.size(); next++) add_touched(touching_[next]);  // which grows
+    };
+    add_all_touched();
+    if (!objects_.empty()) {
+        find_near_objects();
+        while (include_objects()) add_all_touched();
+    }
     sort_tail(touching_);
     sort_tail(pairs_);
 }
@@ -312,7 +333,8 @@ void Bodies::update_contacts() {
 void Bodies::step_contacts() {
     const std::span<const uint32_t> held = contacts_.robots();
     pushed_.clear();
-    if (held.empty()) {
+    take_pushed_objects();
+    if (held.empty() && pushed_objects_.empty()) {
         longest_shift_m_ = 0;
         return;
     }
@@ -326,9 +348,10 @@ void Bodies::step_contacts() {
         body.pose = {places_[robot], free.heading};
         free.body_slot = i;
         find_wall_contacts(body);
+        if (!at_object_.empty() && at_object_[robot]) body.kind = ContactBody::Kind::ISLAND;
     }
     classify_contacts();
-    contacts_.step(contact_bodies_, body_pairs_, seconds(step_));
+    contacts_.step(contact_bodies_, body_pairs_, pushed_objects_, seconds(step_));
     solver_steps_ += held.size();
     double square = 0;
     for (size_t i = 0; i < held.size(); i++) {
@@ -337,6 +360,11 @@ void Bodies::step_contacts() {
         take_moved(i, now_ + step_);
     }
     longest_shift_m_ = std::sqrt(square);
+    for (const auto &[object, state] : pushed_objects_)
+        longest_shift_m_ =
+            std::max(longest_shift_m_,
+                     seconds(step_) * (state.velocity.by.norm() + std::abs(state.velocity.turn) *
+                                                                      objects_[object].radius_m()));
     const double touch = 2 * radius_m_;
     for (const auto &[one, other, distance_m] : pairs_) {
         const double apart = (places_[other] - places_[one]).squaredNorm();

@@ -26,6 +26,7 @@
 #include "physics/contact/contacts.h"
 #include "physics/motion.h"
 #include "physics/neighbours.h"
+#include "physics/objects.h"
 #include "physics/overlaps.h"
 
 namespace kilotwin {
@@ -36,7 +37,8 @@ class Bodies {
     /// cycles, 1, 2 or 4 ticks. Neighbour lists reach `reach_m` at least, and never less than a
     /// contact does. `arena` and `chance` must outlive this.
     Bodies(const Arena &arena, const Profile &profile, const Chance &chance, Cycles step,
-           Cycles begin, const std::vector<Pose> &poses, double reach_m, SolverKind solver);
+           Cycles begin, const std::vector<Pose> &poses, double reach_m, SolverKind solver,
+           const std::vector<PlacedObject> &objects = {});
 
     /// Orders duties of a robot's motors from `command.at` on. Calls come in order of time for each
     /// robot; a time before the current step acts at its begin.
@@ -88,6 +90,12 @@ class Bodies {
 
     /// The earliest moment since which a robot's centre has stood still; NEVER while it moves.
     Cycles still_since(uint32_t robot) const { return still_since_[robot]; }
+
+    /// The pose of an object, in the frame of its definition.
+    Pose object_pose(uint32_t object) const {
+        return objects_[object].frame_of(object_states_[object].pose);
+    }
+    size_t objects() const { return objects_.size(); }  ///< how many there are
 
     /// Robots that Contacts moved or turned in the last step, ascending.
     const std::vector<uint32_t> &pushed() const { return pushed_; }
@@ -175,6 +183,14 @@ class Bodies {
     void add_touching(uint32_t robot);
     void add_touched(uint32_t robot);
 
+    // Objects take part when they move, or when a robot or an object that takes part is near: a
+    // step costs a look at each robot for each object.
+    void find_near_objects();
+    bool include_objects();
+    bool is_pushed(uint32_t object) const;
+    bool are_near(uint32_t object, uint32_t other) const;
+    void take_pushed_objects();
+
     // After it: touching_ to contacts_, and their poses back.
     void update_contacts();
     void step_contacts();
@@ -192,6 +208,7 @@ class Bodies {
     double fastest_m_s_;
     double contact_gap_m_;  ///< robots farther apart, from rim to rim, cannot touch within a step
     Cycles unlisted_for_;   ///< after lists cease to hold, no unlisted robot can touch for so long
+    std::vector<Object> objects_;
     Contacts contacts_;
     Neighbours lists_;
     std::vector<Eigen::Vector2d> listed_at_;  ///< positions when the lists were made
@@ -212,6 +229,11 @@ class Bodies {
     Swarm<Candidates> candidates_;
     Swarm<FreeMotion> free_motions_;
 
+    // By object.
+    std::vector<ObjectState> object_states_;
+    std::vector<uint8_t> is_pushed_;                   ///< takes part in this step
+    std::vector<std::vector<uint32_t>> near_objects_;  ///< robots that may touch it in this step
+
     // Lists of one step; kept for their memory.
     std::vector<uint32_t> changing_;      ///< robots whose drive changes
     std::vector<uint32_t> near_contact_;  ///< robots to be examined by the broad phase
@@ -221,6 +243,8 @@ class Bodies {
     std::vector<uint32_t> pushed_;
     std::vector<ContactBody> contact_bodies_;  ///< of the robots held by contacts_
     std::vector<Islands::Pair> body_pairs_;    ///< of contact_bodies_
+    std::vector<Islands::PushedObject> pushed_objects_;
+    std::vector<uint8_t> at_object_;  ///< by robot: whether it may touch an object that takes part
     double longest_shift_m_ = 0;  ///< of a robot held by contacts_, in the last step or this one
     uint64_t solver_steps_ = 0;
     Overlaps overlaps_;

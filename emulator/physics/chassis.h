@@ -21,7 +21,8 @@ struct Profile {
     double radius_m;
     double speed_m_s;   ///< both motors at their straight duties
     double turn_rad_s;  ///< one motor at its turn duty
-    double push_m_s2;   ///< the drive's force over the robot's mass; friction when it is off
+    double mass_kg;
+    double push_m_s2;  ///< the drive's force over the robot's mass; friction when it is off
     uint8_t straight_left, straight_right, turn_left, turn_right;  ///< calibrated duties
 
     /// True: legs that shuffle (Kilobot): one motor alone turns the robot about a rear leg, speed

@@ -1,5 +1,6 @@
 #include "physics/placement.h"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <unordered_map>
@@ -43,7 +44,12 @@ class Occupied {
 }  // namespace
 
 void place_uniformly(std::vector<Pose> &poses, size_t count, const Arena &arena, double radius_m,
-                     const Chance &chance) {
+                     const Chance &chance, const std::vector<PlacedObject> &objects) {
+    auto clear_of_objects = [&](const Eigen::Vector2d &point) {
+        return std::none_of(objects.begin(), objects.end(), [&](const PlacedObject &placed) {
+            return placed.object.gap(placed.pose, point) < radius_m;
+        });
+    };
     Occupied occupied(2 * radius_m);
     for (const auto &pose : poses) occupied.add(pose.position);
     for (size_t i = 0; i < count; i++) {
@@ -59,11 +65,65 @@ void place_uniformly(std::vector<Pose> &poses, size_t count, const Arena &arena,
                                   chance.uniform(robot, Purpose::PLACE, 2 * tries + 1) - 0.5);
             pose.position = arena.bounds.centre + where.cwiseProduct(arena.bounds.size);
             tries++;
-        } while (!arena.has_room(pose.position, radius_m) || !occupied.is_free(pose.position));
+        } while (!arena.has_room(pose.position, radius_m) || !occupied.is_free(pose.position) ||
+                 !clear_of_objects(pose.position));
         pose.heading = wrapped(2 * PI * chance.uniform(robot, Purpose::HEADING, 0));
         occupied.add(pose.position);
         poses.push_back(pose);
     }
+}
+
+namespace {
+
+/// Whether an object overlaps nothing where it is; of other objects by their circles.
+bool fits(const PlacedObject &placed, const std::vector<PlacedObject> &others,
+          const std::vector<Pose> &robots, const Arena &arena, double radius_m) {
+    const auto &[object, pose] = placed;
+    for (const auto &other : others) {
+        const double reach_m = object.radius_m() + other.object.radius_m();
+        if ((other.pose.position - pose.position).norm() < reach_m) return false;
+    }
+    for (const Pose &robot : robots)
+        if (object.gap(pose, robot.position) < radius_m) return false;
+    const auto points = object.points(pose);
+    return std::all_of(points.begin(), points.end(),
+                       [&](const Eigen::Vector2d &point) { return arena.has_room(point, 0); });
+}
+
+}  // namespace
+
+std::vector<PlacedObject> place_objects(const std::vector<ObjectDef> &objects,
+                                        const std::vector<Pose> &robots, const Arena &arena,
+                                        double radius_m, const Chance &chance) {
+    std::vector<PlacedObject> placed;
+    for (const ObjectDef &def : objects) {
+        const Object object(def);
+        placed.push_back({object, def.pose ? object.middle_of(*def.pose) : Pose()});
+    }
+    // Those with a pose come first, wherever they are in the list.
+    std::vector<PlacedObject> others;
+    for (size_t i = 0; i < placed.size(); i++)
+        if (objects[i].pose) others.push_back(placed[i]);
+    for (uint32_t i = 0; i < placed.size(); i++) {
+        if (objects[i].pose) continue;
+        auto draw = [&, n = uint64_t{0}]() mutable {
+            return chance.uniform(i, Purpose::OBJECT_PLACE, n++);
+        };
+        Pose &pose = placed[i].pose;
+        uint64_t tries = 0;
+        do {
+            if (tries++ == TRIES)
+                throw EngineError("object " + std::to_string(i + 1) +
+                                  " finds no free place in the arena: make it smaller or the "
+                                  "arena larger");
+            const double x = draw() - 0.5, y = draw() - 0.5;
+            pose.position =
+                arena.bounds.centre + Eigen::Vector2d(x, y).cwiseProduct(arena.bounds.size);
+            pose.heading = wrapped(2 * PI * draw());
+        } while (!fits(placed[i], others, robots, arena, radius_m));
+        others.push_back(placed[i]);
+    }
+    return placed;
 }
 
 }  // namespace kilotwin

@@ -19,8 +19,8 @@ namespace kilotwin {
 
 namespace {
 
-// [samples, robots] arrays, and the tick of each sample. Takes the vectors over: no copy.
-nb::dict to_python(Samples samples, size_t robots) {
+// [samples, robots] and [samples, objects] arrays, and the tick of each sample. Takes the vectors over: no copy.
+nb::dict to_python(Samples samples, size_t robots, size_t objects) {
     nb::dict out;
     out["tick"] = array_of(std::move(samples.tick));
     out["x_m"] = array_of(std::move(samples.x_m), robots);
@@ -28,6 +28,9 @@ nb::dict to_python(Samples samples, size_t robots) {
     out["heading_rad"] = array_of(std::move(samples.heading_rad), robots);
     out["led"] = array_of(std::move(samples.led), robots);
     out["site"] = array_of(std::move(samples.site), robots);
+    out["object_x_m"] = array_of(std::move(samples.object_x_m), objects);
+    out["object_y_m"] = array_of(std::move(samples.object_y_m), objects);
+    out["object_heading_rad"] = array_of(std::move(samples.object_heading_rad), objects);
     return out;
 }
 
@@ -159,11 +162,13 @@ void register_results(Class &simulation) {
         .def_prop_ro("robots", [](const PythonSimulation &self) { return self.simulation.size(); })
         .def("samples",
              [](PythonSimulation &self) {
-                 return to_python(self.simulation.take_samples(), self.simulation.size());
+                 return to_python(self.simulation.take_samples(), self.simulation.size(),
+                                  self.simulation.objects());
              })
         .def("snapshot",
              [](PythonSimulation &self) {
-                 return to_python(self.simulation.snapshot(), self.simulation.size());
+                 return to_python(self.simulation.snapshot(), self.simulation.size(),
+                                  self.simulation.objects());
              })
         .def("events",
              [](PythonSimulation &self) {

@@ -60,6 +60,7 @@ Profile profile_of(Table from) {
     const Profile profile = {.radius_m = from["radius_m"],
                              .speed_m_s = from["speed_m_s"],
                              .turn_rad_s = from["turn_rad_s"],
+                             .mass_kg = from["mass_kg"],
                              .push_m_s2 = from["push_m_s2"],
                              .straight_left = from["straight_left"],
                              .straight_right = from["straight_right"],
@@ -286,6 +287,39 @@ std::vector<Obstacle> obstacles_of(const nb::list &from) {
     return obstacles;
 }
 
+/// A circle has a radius and no corners, a convex polygon corners.
+ObjectPart part_of(Table from) {
+    ObjectPart part = {vector_of(from["centre_m"].as<std::vector<double>>()), from["radius_m"], {}};
+    for (const auto &corner : from["corners_m"].as<std::vector<std::vector<double>>>())
+        part.corners.push_back(vector_of(corner));
+    from.end();
+    return part;
+}
+
+/// What robots push; without a pose it is placed by chance.
+std::vector<ObjectDef> objects_of(const nb::list &from) {
+    std::vector<ObjectDef> objects;
+    for (nb::handle item : from) {
+        Table object(nb::cast<nb::dict>(item), "objects.");
+        ObjectDef def = {{},
+                         {},
+                         object["mass_kg"],
+                         object["friction"],
+                         object["turning_friction"],
+                         object["robot_friction"]};
+        for (nb::handle part : object["parts"].as<nb::list>())
+            def.parts.push_back(part_of(Table(nb::cast<nb::dict>(part), "objects.parts.")));
+        if (!object["pose"].is_none()) {
+            const auto pose = object["pose"].as<std::vector<double>>();
+            if (pose.size() != 3) throw EngineError("a pose is x_m, y_m, heading_rad");
+            def.pose = Pose{{pose[0], pose[1]}, pose[2]};
+        }
+        object.end();
+        objects.push_back(def);
+    }
+    return objects;
+}
+
 /// Walls, obstacles and sites. `reach_m`: how far away walls matter to a robot.
 Arena arena_of(Table &spec, double reach_m) {
     Table bounds = spec["arena"].table();
@@ -349,6 +383,7 @@ SimulationDef definition_of(const nb::dict &from) {
     def.arena = arena_of(spec, WALLS_MATTER * def.profile.radius_m +
                                    (def.floor ? def.floor->obstacle_m : 0));
     set_medium(def, spec["medium"].table());
+    def.objects = objects_of(spec["objects"].as<nb::list>());
     def.groups = groups_of(spec["groups"].as<nb::list>());
     def.lab = lab_of(spec["lab"].as<nb::list>());
     def.commands = commands_of(spec["commands"].as<nb::list>());

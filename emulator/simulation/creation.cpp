@@ -94,10 +94,14 @@ Simulation::~Simulation() {
 
 // Guests of a group share a program; each has an image of its own that begins a cache line.
 void Simulation::create_robots() {
-    std::vector<Pose> poses;
+    std::vector<Pose> given, poses;
+    for (const auto &group : def_.groups)
+        given.insert(given.end(), group.poses.begin(), group.poses.end());
+    const double radius_m = def_.profile.radius_m;
+    const auto objects = place_objects(def_.objects, given, def_.arena, radius_m, chance_);
     for (const auto &group : def_.groups)
         if (group.poses.empty())
-            place_uniformly(poses, group.count, def_.arena, def_.profile.radius_m, chance_);
+            place_uniformly(poses, group.count, def_.arena, radius_m, chance_, objects);
         else
             poses.insert(poses.end(), group.poses.begin(), group.poses.end());
     robots_.reserve(poses.size());
@@ -130,7 +134,7 @@ void Simulation::create_robots() {
             robots_.back().light = def_.light.at(poses[index].position, def_.arena);
         }
     }
-    create_bodies(poses);
+    create_bodies(poses, objects);
 }
 
 // Spreads are cut at three standard deviations, so that no robot is an extreme one. A lab's robot
@@ -163,7 +167,8 @@ Calibration Simulation::calibrate(uint32_t index) const {
             gains};
 }
 
-void Simulation::create_bodies(const std::vector<Pose> &poses) {
+void Simulation::create_bodies(const std::vector<Pose> &poses,
+                               const std::vector<PlacedObject> &objects) {
     const double radius = def_.profile.radius_m;
     const double reach_m =
         def_.kilobot_medium ? KilobotChannel::reach_m(*def_.kilobot_medium) : def_.range_m;
@@ -171,7 +176,7 @@ void Simulation::create_bodies(const std::vector<Pose> &poses) {
     const double hides_m = !def_.kilobot_medium && def_.line_of_sight ? radius : 0;
     const double senses_m = def_.floor ? 2 * radius + def_.floor->obstacle_m : 0;
     bodies_.emplace(def_.arena, def_.profile, chance_, step_, start_, poses,
-                    std::max(reach_m + hides_m, senses_m), def_.solver);
+                    std::max(reach_m + hides_m, senses_m), def_.solver, objects);
     floor_.emplace(def_.floor, run_at_, step_, def_.arena, radius, *bodies_);
 }
 

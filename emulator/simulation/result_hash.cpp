@@ -47,6 +47,11 @@ uint64_t final_hash(const Samples &now) {
         take_bytes(hash, &now.heading_rad[i], sizeof(float));
         take_bytes(hash, &now.led[i], 1);
     }
+    for (size_t i = 0; i < now.object_x_m.size(); i++) {
+        take_bytes(hash, &now.object_x_m[i], sizeof(float));
+        take_bytes(hash, &now.object_y_m[i], sizeof(float));
+        take_bytes(hash, &now.object_heading_rad[i], sizeof(float));
+    }
     return hash;
 }
 
@@ -57,6 +62,12 @@ void ResultHash::take(const Samples &samples, size_t robots) {
                                     std::bit_cast<uint32_t>(samples.y_m[i])));
         take_word(samples_, pair_of(std::bit_cast<uint32_t>(samples.heading_rad[i]),
                                     uint32_t{samples.led[i]} << 8 | samples.site[i]));
+    }
+    const size_t objects = samples.object_x_m.size() / samples.tick.size();
+    for (size_t i = samples.object_x_m.size() - objects; i < samples.object_x_m.size(); i++) {
+        take_word(samples_, pair_of(std::bit_cast<uint32_t>(samples.object_x_m[i]),
+                                    std::bit_cast<uint32_t>(samples.object_y_m[i])));
+        take_word(samples_, std::bit_cast<uint32_t>(samples.object_heading_rad[i]));
     }
 }
 

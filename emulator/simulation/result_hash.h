@@ -11,10 +11,10 @@
 
 namespace kilotwin {
 
-/// FNV-1a over poses as float32 and LEDs of one sample, in robot order: 64 bits.
+/// FNV-1a over poses as float32 and LEDs of one sample, in robot order, and poses of objects.
 uint64_t final_hash(const Samples &now);
 
-/// Adds up a run: every sample (tick, poses, LEDs, sites), prints and failures, and at the end the
+/// Adds up a run: every sample (tick, poses, LEDs, sites, objects), prints and failures, and at the end the
 /// counts of frames. It does not depend on how often samples and events are fetched. Notes and
 /// warnings of waits are left out, since they are about programs and not about what robots did.
 /// Cost: some 5 ns for a robot's sample.

@@ -160,6 +160,8 @@ void Simulation::sample_into(Samples &samples) const {
         const Pose pose = bodies_->pose(robot);
         samples.add_robot(pose, robots_[robot].color(now_), def_.arena.site_at(pose.position));
     }
+    for (uint32_t object = 0; object < bodies_->objects(); object++)
+        samples.add_object(bodies_->object_pose(object));
 }
 
 Samples Simulation::take_samples() { return std::exchange(samples_, {}); }

@@ -75,6 +75,7 @@ struct SimulationDef {
     int16_t temperature;        ///< reading
     double clock_spread;        ///< sd of the robots' oscillators, share
     double sensitivity_spread;  ///< sd of the robots' receivers, share
+    std::vector<ObjectDef> objects = {};  ///< need the solver BOX2D
     std::vector<Group> groups;
     std::vector<LabRobot>
         lab;  ///< by index, one for each robot; empty: uid index + 1, the profile's duties
@@ -136,6 +137,7 @@ class Simulation {
 
     /// How many robots there are, and one of them, by index below that.
     size_t size() const { return robots_.size(); }
+    size_t objects() const { return def_.objects.size(); }  ///< how many there are
     const Robot &robot(size_t index) const { return robots_[index]; }
     const Boards &boards() const { return boards_; }
 
@@ -166,7 +168,7 @@ class Simulation {
     void create_robots();
     /// Differences from robot to robot: oscillator, receiver, uid.
     Calibration calibrate(uint32_t index) const;
-    void create_bodies(const std::vector<Pose> &poses);
+    void create_bodies(const std::vector<Pose> &poses, const std::vector<PlacedObject> &objects);
     void create_kilobot_channel();
     void create_ideal_channel();
     /// From power-up to start_.

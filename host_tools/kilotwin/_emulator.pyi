@@ -1,7 +1,7 @@
 """The compiled engine (emulator/python), as the host tools see it."""
 
 from collections.abc import Sequence
-from typing import Any, TypedDict
+from typing import Any, NotRequired, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,6 +42,10 @@ class Samples(TypedDict):
     heading_rad: NDArray[np.float32]
     led: NDArray[np.uint8]
     site: NDArray[np.uint8]
+    # [k, objects]; empty, or left out by other makers, where there are none.
+    object_x_m: NotRequired[NDArray[np.float32]]
+    object_y_m: NotRequired[NDArray[np.float32]]
+    object_heading_rad: NotRequired[NDArray[np.float32]]
 
 class Event(TypedDict):
     """Something that happened to a robot."""

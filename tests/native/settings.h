@@ -14,6 +14,7 @@ inline Profile foot_bot() {
     return {.radius_m = 0.085,
             .speed_m_s = 0.10,
             .turn_rad_s = 1.43,
+            .mass_kg = 1.8,
             .push_m_s2 = 1.0,
             .straight_left = 70,
             .straight_right = 70,
@@ -33,6 +34,7 @@ inline Profile small_robot() {
     profile.radius_m = 0.0165;
     profile.speed_m_s = 0.01;
     profile.turn_rad_s = 0.785;
+    profile.mass_kg = 0.01;
     profile.push_m_s2 = 0.1;
     profile.straight_left = profile.straight_right = 65;
     profile.turn_left = profile.turn_right = 70;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/clock.h"
+#include "base/errors.h"
 #include "base/trigonometry.h"
 
 namespace kilotwin {
@@ -49,8 +50,17 @@ struct Box2DSolver::Box2D {
         bool fixed = false;
     };
 
+    /// An object.
+    struct Thing {
+        b2BodyId body;
+        b2Transform now;  ///< while enabled
+        double radius_m;  ///< around all of it
+        bool enabled = false;
+    };
+
     b2WorldId world;
     double units_per_m;
+    std::vector<Thing> things;      ///< by object
     std::vector<Disc> discs;        ///< by robot
     std::vector<uint32_t> enabled;  ///< robots of the last step, ascending
     uint64_t calls = 1;             ///< of update_enabled(), and one
@@ -109,9 +119,9 @@ struct Box2DSolver::Box2D {
         b2Body_SetAngularVelocity(disc.body, static_cast<float>(velocity.turn));
     }
 
-    Shift velocity(const Disc &disc) const {
-        const b2Vec2 v = b2Body_GetLinearVelocity(disc.body);
-        return {Eigen::Vector2d(v.x, v.y) / units_per_m, b2Body_GetAngularVelocity(disc.body)};
+    Shift velocity(b2BodyId body) const {
+        const b2Vec2 v = b2Body_GetLinearVelocity(body);
+        return {Eigen::Vector2d(v.x, v.y) / units_per_m, b2Body_GetAngularVelocity(body)};
     }
 
     /// Lets the drive act in each of the next sub-steps of `h_s`, which is less than 1 / rates:
@@ -124,6 +134,81 @@ struct Box2DSolver::Box2D {
         b2Body_ApplyForceToCenter(disc.body, to_units(rates.by_per_s * wanted.by), false);
         b2Body_ApplyTorque(disc.body, static_cast<float>(INERTIA * rates.turn_per_s * wanted.turn),
                            false);
+    }
+
+    /// The table's friction is a joint that wants the velocity to be 0, with a limited force.
+    void create_thing(const Object &object, double robot_kg, b2BodyId table) {
+        b2BodyDef def = b2DefaultBodyDef();
+        def.type = b2_dynamicBody;
+        def.enableSleep = false;
+        Thing thing = {b2CreateBody(world, &def), {}, object.radius_m()};
+        b2ShapeDef shape = b2DefaultShapeDef();
+        // Box2D takes the geometric mean of two shapes' friction.
+        const double own = object.robot_friction() * object.robot_friction() / FRICTION;
+        shape.material.friction = static_cast<float>(own);
+        shape.enableContactEvents = false;
+        const double area_units = object.area_m2() * units_per_m * units_per_m;
+        shape.density = static_cast<float>(object.mass_kg() / robot_kg / area_units);
+        for (const auto &part : object.parts()) add_part(thing.body, shape, part);
+        b2MotorJointDef joint = b2DefaultMotorJointDef();
+        joint.bodyIdA = table;
+        joint.bodyIdB = thing.body;
+        joint.correctionFactor = 0;
+        joint.maxForce = static_cast<float>(object.most_force_n() / robot_kg * units_per_m);
+        joint.maxTorque =
+            static_cast<float>(object.most_torque_nm() / robot_kg * units_per_m * units_per_m);
+        b2CreateMotorJoint(world, &joint);
+        b2Body_Disable(thing.body);
+        things.push_back(thing);
+    }
+
+    void add_part(b2BodyId body, const b2ShapeDef &shape, const ObjectPart &part) const {
+        if (part.corners.empty()) {
+            const b2Circle circle = {to_units(part.centre),
+                                     static_cast<float>(part.radius_m * units_per_m)};
+            b2CreateCircleShape(body, &shape, &circle);
+            return;
+        }
+        std::vector<b2Vec2> corners;
+        for (const auto &corner : part.corners) corners.push_back(to_units(corner));
+        const b2Hull hull = b2ComputeHull(corners.data(), static_cast<int>(corners.size()));
+        if (hull.count == 0) throw EngineError("a part of an object is too thin or too small");
+        const b2Polygon polygon = b2MakePolygon(&hull, 0);
+        b2CreatePolygonShape(body, &shape, &polygon);
+    }
+
+    /// Enables the objects of this step, and disables the others.
+    void update_things(const Islands &islands) {
+        auto next = islands.objects.begin();
+        for (uint32_t i = 0; i < things.size(); i++) {
+            Thing &thing = things[i];
+            const bool pushed = next != islands.objects.end() && next->object == i;
+            if (pushed && !thing.enabled) enable(thing, next->state);
+            if (!pushed && thing.enabled) b2Body_Disable(thing.body);
+            thing.enabled = pushed;
+            if (pushed) ++next;
+        }
+    }
+
+    void enable(Thing &thing, const ObjectState &state) {
+        const Eigen::Vector2d ahead = direction(state.pose.heading);
+        b2Body_SetTransform(thing.body, to_units(state.pose.position),
+                            {static_cast<float>(ahead.x()), static_cast<float>(ahead.y())});
+        thing.now = b2Body_GetTransform(thing.body);
+        b2Body_Enable(thing.body);
+        b2Body_SetLinearVelocity(thing.body, to_units(state.velocity.by));
+        b2Body_SetAngularVelocity(thing.body, static_cast<float>(state.velocity.turn));
+    }
+
+    /// Keeps the rim of what turns below a speed: robots are looked for that far.
+    void limit_turning(const Islands &islands, double most_m_s) const {
+        for (const auto &pushed : islands.objects) {
+            const Thing &thing = things[pushed.object];
+            const auto most = static_cast<float>(most_m_s / thing.radius_m);
+            const float turn = b2Body_GetAngularVelocity(thing.body);
+            if (std::abs(turn) > most)
+                b2Body_SetAngularVelocity(thing.body, turn > 0 ? most : -most);
+        }
     }
 
     /// Makes a disc static, so that nothing pushes it, or dynamic.
@@ -160,9 +245,9 @@ struct Box2DSolver::Box2D {
     }
 
     /// Displacement since the last call, or since enable().
-    Shift find_moved(Disc &disc) const {
-        const auto [p0, q0] = disc.now;
-        const auto [p, q] = disc.now = b2Body_GetTransform(disc.body);
+    template <typename Kind> Shift find_moved(Kind &body) const {
+        const auto [p0, q0] = body.now;
+        const auto [p, q] = body.now = b2Body_GetTransform(body.body);
         const double sine = static_cast<double>(q.s) * q0.c - static_cast<double>(q.c) * q0.s;
         const Eigen::Vector2d by(static_cast<double>(p.x) - p0.x, static_cast<double>(p.y) - p0.y);
         return {by / units_per_m, q.s == q0.s && q.c == q0.c ? 0 : small_angle(sine)};
@@ -184,7 +269,7 @@ struct Box2DSolver::Box2D {
 };
 
 Box2DSolver::Box2DSolver(const Arena &arena, const Mechanics &mechanics, size_t robots,
-                         Accuracy accuracy)
+                         const std::vector<Object> &objects, Accuracy accuracy)
     : box2d_(std::make_unique<Box2D>()),
       mechanics_(mechanics),
       accuracy_(accuracy) {
@@ -198,26 +283,38 @@ Box2DSolver::Box2DSolver(const Arena &arena, const Mechanics &mechanics, size_t 
     b.world = b2CreateWorld(&def);
     b.discs.resize(robots);
     b.build_walls(arena);
+    const b2BodyDef table = b2DefaultBodyDef();
+    const b2BodyId table_id = b2CreateBody(b.world, &table);
+    for (const Object &object : objects) b.create_thing(object, mechanics.mass_kg, table_id);
 }
 
 Box2DSolver::~Box2DSolver() { b2DestroyWorld(box2d_->world); }
 
 void Box2DSolver::solve(Islands &islands, double step_s) {
     box2d_->update_enabled(islands);
-    if (islands.bodies.empty()) return;
+    box2d_->update_things(islands);
+    if (islands.bodies.empty() && islands.objects.empty()) return;
     if (accuracy_ == Accuracy::ORACLE)
         step_by_ticks(islands, step_s);
     else
         step_once(islands, step_s);
     for (auto &body : islands.bodies) body.moved = box2d_->find_moved(box2d_->discs[body.robot]);
+    for (auto &[object, state] : islands.objects) {
+        auto &thing = box2d_->things[object];
+        const Shift moved = box2d_->find_moved(thing);
+        state.pose.position += moved.by;
+        state.pose.heading = wrapped(state.pose.heading + moved.turn);
+        state.velocity = box2d_->velocity(thing.body);
+    }
 }
 
 void Box2DSolver::step_once(Islands &islands, double step_s) {
     auto &b = *box2d_;
-    const auto [overlap_m, closing_m] = find_gaps(islands);
+    const auto [overlap_m, closing_m] = find_gaps(islands, step_s);
     const int rounds = rounds_of(closing_m);
     const double round_s = step_s / rounds;
-    const int sub_steps = sub_steps_of(round_s, overlap_m / (2 * mechanics_.radius_m));
+    const int sub_steps = sub_steps_of(
+        round_s, islands.objects.empty() ? overlap_m / (2 * mechanics_.radius_m) : TIGHT_OVERLAP);
     for (auto &body : islands.bodies) {
         if (body.driven.change_wanted(body.free.velocity(step_s)))
             b.set_velocity(b.discs[body.robot], body.driven.velocity);
@@ -227,7 +324,9 @@ void Box2DSolver::step_once(Islands &islands, double step_s) {
             b.set_drive(b.discs[body.robot], body.driven.wanted,
                         body.driven.rates(mechanics_, 1 / TICK_S), round_s / sub_steps);
         b2World_Step(b.world, static_cast<float>(round_s), sub_steps);
-        for (auto &body : islands.bodies) body.driven.velocity = b.velocity(b.discs[body.robot]);
+        b.limit_turning(islands, mechanics_.fastest_m_s);
+        for (auto &body : islands.bodies)
+            body.driven.velocity = b.velocity(b.discs[body.robot].body);
     }
 }
 
@@ -246,18 +345,26 @@ void Box2DSolver::step_by_ticks(Islands &islands, double step_s) {
         }
         for (int round = 0; round < rounds; round++)
             b2World_Step(b.world, static_cast<float>(TICK_S / rounds), ORACLE_SUB_STEPS);
-        for (auto &body : islands.bodies) body.driven.velocity = b.velocity(b.discs[body.robot]);
+        b.limit_turning(islands, mechanics_.fastest_m_s);
+        for (auto &body : islands.bodies)
+            body.driven.velocity = b.velocity(b.discs[body.robot].body);
     }
 }
 
-Box2DSolver::Gaps Box2DSolver::find_gaps(const Islands &islands) const {
+Box2DSolver::Gaps Box2DSolver::find_gaps(const Islands &islands, double step_s) const {
     const double touch_m = 2 * mechanics_.radius_m;
     const double found_m = touch_m + SPECULATIVE_UNITS / box2d_->units_per_m;
     Gaps gaps;
+    double swept_m = 0;  // by the fastest object
+    for (const auto &[object, state] : islands.objects)
+        swept_m = std::max(
+            swept_m, step_s * (state.velocity.by.norm() +
+                               std::abs(state.velocity.turn) * box2d_->things[object].radius_m));
     double overlaps_m = 0;
     int overlapping = 0;
     for (const auto &body : islands.bodies)
-        if (body.at_wall) gaps.closing_m = std::max(gaps.closing_m, body.free.by.norm());
+        if (body.at_wall || !islands.objects.empty())
+            gaps.closing_m = std::max(gaps.closing_m, body.free.by.norm() + swept_m);
     for (const auto &[one, other] : islands.pairs) {
         const auto &a = islands.bodies[one], &b = islands.bodies[other];
         const Eigen::Vector2d apart = b.pose.position - a.pose.position;

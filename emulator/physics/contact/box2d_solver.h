@@ -19,13 +19,15 @@ class Box2DSolver final : public ContactSolver {
   public:
     enum class Accuracy : uint8_t { NORMAL, ORACLE };
 
-    /// `robots`: their number; `arena` is read here only. A round wall has 720 straight segments.
-    Box2DSolver(const Arena &arena, const Mechanics &mechanics, size_t robots, Accuracy accuracy);
+    /// `robots`: their number; `arena` and `objects` are read here only. A round wall has 720
+    /// straight segments.
+    Box2DSolver(const Arena &arena, const Mechanics &mechanics, size_t robots,
+                const std::vector<Object> &objects, Accuracy accuracy);
     ~Box2DSolver() override;
 
     /// NORMAL: one Box2D step for all islands, of 1.25 sub-steps a tick, and up to 3 when robots
-    /// that overlap do so by more than 0.4 % of a diameter on average; several where they would
-    /// close by more than Box2D looks ahead.
+    /// that overlap do so by more than 0.4 % of a diameter on average, or may touch an object;
+    /// several steps where they would close by more than Box2D looks ahead.
     /// ORACLE: as the drives' law is written, tick by tick, 16 sub-steps each.
     void solve(Islands &islands, double step_s) override;
 
@@ -36,7 +38,7 @@ class Box2DSolver final : public ContactSolver {
         double overlap_m = 0;  ///< mean of those that overlap, as the step begins
         double closing_m = 0;  ///< farthest that robots close in it where Box2D does not look
     };
-    Gaps find_gaps(const Islands &islands) const;
+    Gaps find_gaps(const Islands &islands, double step_s) const;
     int rounds_of(double closing_m) const;
 
     struct Box2D;

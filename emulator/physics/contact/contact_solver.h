@@ -10,6 +10,7 @@
 
 #include "physics/contact/mechanics.h"
 #include "physics/motion.h"
+#include "physics/objects.h"
 
 namespace kilotwin {
 
@@ -31,8 +32,14 @@ struct Islands {
     struct Pair {
         uint32_t one, other;
     };
-    std::vector<Body> bodies;  ///< ascending by robot
-    std::vector<Pair> pairs;   ///< of `bodies`, ascending
+    /// An object that something may touch within the step, or that moves.
+    struct PushedObject {
+        uint32_t object;     ///< index
+        ObjectState &state;  ///< in: when the step begins; out: when it ends
+    };
+    std::vector<Body> bodies;           ///< ascending by robot
+    std::vector<Pair> pairs;            ///< of `bodies`, ascending
+    std::vector<PushedObject> objects;  ///< ascending by object
 };
 
 class ContactSolver {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/errors.h"
 #include "base/selection.h"
 #include "physics/contact/box2d_solver.h"
 #include "physics/contact/disc_solver.h"
@@ -11,22 +12,28 @@ namespace kilotwin {
 namespace {
 
 std::unique_ptr<ContactSolver> make_solver(SolverKind kind, const Arena &arena,
-                                           const Mechanics &mechanics, size_t robots) {
+                                           const Mechanics &mechanics, size_t robots,
+                                           const std::vector<Object> &objects) {
     using Accuracy = Box2DSolver::Accuracy;
-    if (kind == SolverKind::DISCS) return std::make_unique<DiscSolver>(arena, mechanics);
+    if (kind == SolverKind::DISCS) {
+        if (!objects.empty())
+            throw EngineError(
+                "the disc solver knows no objects; set engine.contact_solver to box2d");
+        return std::make_unique<DiscSolver>(arena, mechanics);
+    }
     const auto accuracy = kind == SolverKind::BOX2D ? Accuracy::NORMAL : Accuracy::ORACLE;
-    return std::make_unique<Box2DSolver>(arena, mechanics, robots, accuracy);
+    return std::make_unique<Box2DSolver>(arena, mechanics, robots, objects, accuracy);
 }
 
 }  // namespace
 
 Contacts::Contacts(const Arena &arena, const Profile &profile, SolverKind solver, double drive_m_s,
-                   double fastest_m_s, size_t robots)
+                   double fastest_m_s, size_t robots, const std::vector<Object> &objects)
     : driven_(robots),
       held_(robots, false),
       gives_way_(profile.gives_way),
-      closed_form_{{profile.radius_m, profile.push_m_s2, drive_m_s, fastest_m_s}},
-      solver_(make_solver(solver, arena, closed_form_.mechanics, robots)) {}
+      closed_form_{{profile.radius_m, profile.mass_kg, profile.push_m_s2, drive_m_s, fastest_m_s}},
+      solver_(make_solver(solver, arena, closed_form_.mechanics, robots, objects)) {}
 
 // It goes on as its trajectory did: turned from the robot's frame into the world's.
 void Contacts::add(uint32_t robot, const Trajectory &trajectory, Cycles at) {
@@ -50,11 +57,13 @@ void Contacts::update() {
 }
 
 void Contacts::step(std::vector<ContactBody> &bodies, const std::vector<Islands::Pair> &pairs,
-                    double step_s) {
+                    const std::vector<Islands::PushedObject> &objects, double step_s) {
     using Kind = ContactBody::Kind;
     force_ = closed_form_.mechanics.change_in(step_s);
     islands_.bodies.clear();
     islands_.pairs.clear();
+    islands_.objects.clear();
+    for (const auto &pushed : objects) islands_.objects.push_back(pushed);
     for (size_t i = 0; i < bodies.size(); i++) {
         const auto kind = bodies[i].kind;
         if (kind == Kind::ROBOT) continue;  // below, by pairs

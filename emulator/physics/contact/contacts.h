@@ -40,9 +40,9 @@ struct ContactBody {
 class Contacts {
   public:
     /// `drive_m_s`: speed of the fastest drive; `fastest_m_s`: limit for pushed robots; `robots`:
-    /// their number. `arena` must outlive this.
+    /// their number. `arena` must outlive this. EngineError for objects and the disc solver.
     Contacts(const Arena &arena, const Profile &profile, SolverKind solver, double drive_m_s,
-             double fastest_m_s, size_t robots);
+             double fastest_m_s, size_t robots, const std::vector<Object> &objects = {});
 
     /// Prefetches what step() needs of a robot.
     void prefetch(uint32_t robot) const { prefetch_line(&driven_[robot]); }
@@ -64,9 +64,10 @@ class Contacts {
     void update();
 
     /// Moves all robots held for `step_s`. `bodies`: one for each of robots(), in their order;
-    /// `pairs`: positions of those that may touch each other, ascending.
+    /// `pairs`: positions of those that may touch each other, ascending; `objects`: those that
+    /// bodies of the kind ISLAND may touch, or that move.
     void step(std::vector<ContactBody> &bodies, const std::vector<Islands::Pair> &pairs,
-              double step_s);
+              const std::vector<Islands::PushedObject> &objects, double step_s);
 
     /// Robots that the solver moved, times steps, so far.
     uint64_t island_steps() const { return island_steps_; }

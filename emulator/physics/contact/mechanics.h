@@ -29,6 +29,7 @@ struct Shift {
 /// Common to all robots of a run.
 struct Mechanics {
     double radius_m;
+    double mass_kg;      ///< of a robot
     double push_m_s2;    ///< force of the drive over the robot's mass
     double part_m_s;     ///< speed at which overlapping bodies separate: that of the fastest drive
     double fastest_m_s;  ///< limit of a robot's speed, driven or pushed

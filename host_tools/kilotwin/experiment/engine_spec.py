@@ -32,6 +32,7 @@ _BODY_KEYS = (
     "straight_right",
     "turn_left",
     "turn_right",
+    "mass_kg",
     "push_m_s2",
     "legs",
 )
@@ -76,6 +77,7 @@ def engine_spec(
             for obstacle in keys.obstacle
         ],
         "picture": None if experiment.floor is None else experiment.floor.spec(),
+        "objects": [],
         "profile": _profile(profile, keys),
         "floor": floor if keys.swarm.floor else None,
         "medium": _medium(keys),

@@ -19,6 +19,7 @@ class Profile:
     straight_right: int
     turn_left: int
     turn_right: int
+    mass_kg: float
     push_m_s2: float
     range_m: float
     medium: str
@@ -40,7 +41,8 @@ PROFILES = {
             straight_right=70,
             turn_left=65,
             turn_right=65,
-            push_m_s2=1.0,
+            mass_kg=1.8,  # a guess
+            push_m_s2=1.0,  # a guess
             range_m=0.8,
             medium="ideal",
             virtual_floor=True,
@@ -59,7 +61,8 @@ PROFILES = {
             straight_right=65,
             turn_left=70,
             turn_right=70,
-            push_m_s2=0.1,
+            mass_kg=0.010,  # hardware.md 2
+            push_m_s2=0.1,  # a guess
             range_m=0.10,
             medium="kilobot",
             virtual_floor=False,

@@ -55,7 +55,7 @@ std::vector<Pose> all_in_box2d(const Scene &scene, std::vector<Pose> poses,
     for (int64_t tick = 0; tick < duration_ticks; tick += scene.def.step_ticks) {
         std::vector<ContactBody> bodies;
         for (uint32_t i = 0; i < count; i++) bodies.push_back({poses[i], free(i)});
-        contacts.step(bodies, {}, step_s);
+        contacts.step(bodies, {}, {}, step_s);
         for (uint32_t i = 0; i < count; i++) {
             poses[i].position += bodies[i].moved.by;
             poses[i].heading = wrapped(poses[i].heading + bodies[i].moved.turn);
@@ -373,7 +373,7 @@ TEST_CASE("a robot that leaves an island and joins one again elsewhere goes on f
                 bodies[i].pose.position = {spacing * i, y};
                 bodies[i].kind = kind;
             }
-            contacts.step(bodies, {{0, 1}, {1, 2}}, 2 * TICK_S);
+            contacts.step(bodies, {{0, 1}, {1, 2}}, {}, 2 * TICK_S);
             return bodies[2].moved.by.x() - bodies[0].moved.by.x();
         };
         CHECK(std::abs(step(0, 1.1 * DIAMETER, Kind::ISLAND)) < 1e-6);

@@ -27,7 +27,7 @@ struct Discs {
     double push_m_s2 = 1;
     std::vector<Robot> robots;
     std::vector<Shift> moved = {};
-    DiscSolver solver = {arena, {RADIUS, push_m_s2, SPEED, FASTEST}};
+    DiscSolver solver = {arena, {RADIUS, 1, push_m_s2, SPEED, FASTEST}};
 
     Discs(std::vector<Robot> of, double push = 1) : push_m_s2(push), robots(std::move(of)) {}
 

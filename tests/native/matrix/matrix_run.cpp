@@ -52,7 +52,7 @@ SimulationDef crowd_definition() {
     return def;
 }
 
-/// A hall with sharp corners, and obstacles that block light.
+/// A hall with sharp corners, obstacles that block light, and objects.
 SimulationDef walls_definition() {
     auto def = crowd_definition();
     Arena arena = {
@@ -63,6 +63,10 @@ SimulationDef walls_definition() {
     arena.build_walls(true, 0.3);
     def.arena = arena;
     def.groups[0].count = 30;
+    const ObjectPart disc = {{0, 0}, 0.15, {}};
+    const ObjectPart wedge = {{}, 0, {{-0.1, -0.1}, {0.3, 0}, {-0.1, 0.1}}};
+    def.objects = {{{disc}, Pose{{-1.2, -0.8}, 0}, 1, 0.05, 0.05, 0.3},
+                   {{wedge, disc}, {}, 0.5, 0.02, 0.02, 0.5}};
     return def;
 }
 

@@ -1,0 +1,83 @@
+// Bodies: which objects take part in a step, and which robots may touch them.
+#include <algorithm>
+
+#include "physics/bodies.h"
+
+namespace kilotwin {
+
+namespace {
+
+// An object slower than this, that nothing is near, stands.
+constexpr double STANDS_M_S = 1e-7;
+
+}  // namespace
+
+/// Finds the robots near each object: by the circle around it, then by its outline.
+void Bodies::find_near_objects() {
+    std::fill(is_pushed_.begin(), is_pushed_.end(), false);
+    std::fill(at_object_.begin(), at_object_.end(), false);
+    for (size_t i = 0; i < objects_.size(); i++) {
+        const Object &object = objects_[i];
+        const Pose &pose = object_states_[i].pose;
+        auto &robots = near_objects_[i];
+        robots.clear();
+        const double around_m = object.radius_m() + radius_m_ + contact_gap_m_;
+        for (uint32_t robot = 0; robot < size(); robot++) {
+            if ((places_[robot] - pose.position).squaredNorm() > around_m * around_m) continue;
+            if (object.gap(pose, places_[robot]) <= radius_m_ + contact_gap_m_)
+                robots.push_back(robot);
+        }
+    }
+}
+
+/// Includes robots near objects that take part. Returns whether that added a robot or an object.
+bool Bodies::include_objects() {
+    bool added = false;
+    for (uint32_t i = 0; i < objects_.size(); i++) {
+        if (is_pushed_[i] || !is_pushed(i)) continue;
+        is_pushed_[i] = added = true;
+        for (uint32_t robot : near_objects_[i]) {
+            at_object_[robot] = true;
+            include(robot);
+        }
+    }
+    return added;
+}
+
+/// Whether an object takes part in this step, as far as is known.
+bool Bodies::is_pushed(uint32_t object) const {
+    if (object_states_[object].moves()) return true;
+    for (uint32_t robot : near_objects_[object])
+        if (is_touching_[robot] || contacts_.holds(robot) ||
+            !trajectories_[robot].drive().at_rest() || next_change_[robot] < now_ + step_)
+            return true;
+    for (uint32_t other = 0; other < objects_.size(); other++)
+        if (is_pushed_[other] && are_near(object, other)) return true;
+    return false;
+}
+
+/// Whether two objects may touch within the step, by the circles around them.
+bool Bodies::are_near(uint32_t object, uint32_t other) const {
+    const double reach_m =
+        objects_[object].radius_m() + objects_[other].radius_m() + contact_gap_m_;
+    const Eigen::Vector2d apart =
+        object_states_[other].pose.position - object_states_[object].pose.position;
+    return apart.squaredNorm() <= reach_m * reach_m;
+}
+
+/// Lists the objects of this step. One that has come to a stop takes no part any more.
+void Bodies::take_pushed_objects() {
+    pushed_objects_.clear();
+    for (uint32_t i = 0; i < objects_.size(); i++) {
+        ObjectState &state = object_states_[i];
+        const double speed_m_s =
+            state.velocity.by.norm() + std::abs(state.velocity.turn) * objects_[i].radius_m();
+        if (is_pushed_[i] && near_objects_[i].empty() && speed_m_s < STANDS_M_S) {
+            state.velocity = {};
+            is_pushed_[i] = false;
+        }
+        if (is_pushed_[i]) pushed_objects_.push_back({i, state});
+    }
+}
+
+}  // namespace kilotwin
