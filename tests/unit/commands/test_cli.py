@@ -21,7 +21,7 @@ from ..conftest import Kilotwin
 
 COMMANDS = ["doctor", "run", "sweep", "plot", "build", "port", "compare", "bench", "record"]
 GROUPS = {
-    "grid": ["ls", "health", "setup", "run", "pause", "idle", "send"],
+    "grid": ["ls", "health", "kconf", "setup", "run", "pause", "idle", "send"],
     "flash": ["robot", "robots", "modules"],
     "robots": [
         *("run", "pause", "reset", "sleep", "wakeup", "charge", "voltage", "uid", "send", "watch")
