@@ -5,17 +5,13 @@
 
 #include "base/errors.h"
 #include "base/trigonometry.h"
+#include "physics/region.h"
 
 namespace kilotwin {
 
 namespace {
 
 constexpr double GRAVITY_M_S2 = 9.81;
-
-/// Twice the area of the triangle that two vectors span, above 0 if the second is to the left.
-double cross(const Eigen::Vector2d &a, const Eigen::Vector2d &b) {
-    return a.x() * b.y() - a.y() * b.x();
-}
 
 /// A vector turned counter-clockwise, rad.
 Eigen::Vector2d turned(const Eigen::Vector2d &v, double angle) {

@@ -83,7 +83,12 @@ def bad_includes(root: Path) -> list[str]:
 
 
 # Packages that are not imported under the name they are installed by.
-IMPORTED_AS = {"pyelftools": "elftools", "pyserial": "serial", "python_can": "can"}
+IMPORTED_AS = {
+    "pillow": "PIL",
+    "pyelftools": "elftools",
+    "pyserial": "serial",
+    "python_can": "can",
+}
 
 
 def declared_packages(root: Path) -> set[str]:

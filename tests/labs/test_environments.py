@@ -134,10 +134,10 @@ def test_a_sweep_gives_the_same_and_runs_again_when_the_program_changed(tmp_path
         measured = measure(Task(key, trial.experiment, tmp_path / "failed"))
         assert isinstance(measured, Measured), measured
         part = pa.ipc.open_stream(measured.part)
-        outcomes[key] = json.loads(part.schema.metadata[RESULT])["result_hash"]
+        outcomes[key] = json.loads(part.schema.metadata[RESULT])["final_hash"]
         with World(WALL, set=["duration_s=20", *settings_of(trial)]) as world:
             world.run_ticks(ticks(20))
-            assert world.result_hash == outcomes[key]
+            assert world.final_hash == outcomes[key]
     assert len(set(outcomes.values())) == 2
     program = tmp_path / "wall.py"
     program.write_text(program.read_text().replace("SECTORS = 16", "SECTORS = 16.0"))

@@ -28,7 +28,6 @@ constexpr uint32_t SRAM_BASE = 0x800000, EEPROM_BASE = 0x810000, FUSE_BASE = 0x8
 constexpr ptrdiff_t APPLICATION_BYTES = 220 * 128;  // pages that a robot takes (hardware.md 1.11)
 // The ATmega328P's interrupt vectors, from address 0 on.
 constexpr size_t VECTORS = 26, SERIAL_RECEIVE_VECTOR = 18;
-constexpr uint8_t ERASED = 0xFF;
 constexpr std::string_view TRANSLATION_SUFFIX = ".so";
 constexpr uint32_t BOOT_SECTIONS[] = {0x7000, 0x7800, 0x7C00, 0x7E00};
 
@@ -115,7 +114,7 @@ std::shared_ptr<const FlashImage> FlashImage::of(const std::array<uint8_t, BYTES
     image->bytes_ = content;
     image->name_ = name;
     for (size_t i = 0; i < BYTES; i++) {
-        image->programmed_[i] = content[i] != ERASED;
+        image->programmed_[i] = content[i] != atmega328p::ERASED;
         if (image->programmed_[i]) image->end_ = i + 1;
     }
     return image;
@@ -143,7 +142,7 @@ std::optional<uint16_t> FlashImage::symbol(const std::string &name) const {
 
 uint32_t FlashImage::boot_section() const {
     for (uint32_t start : BOOT_SECTIONS)
-        if (bytes_[start] != ERASED) return start;
+        if (bytes_[start] != atmega328p::ERASED) return start;
     return BOOT_SECTIONS[0];
 }
 
@@ -279,7 +278,8 @@ void FlashImage::read_elf(const std::string &path, const std::string &content) {
 void FlashImage::read_translation(const std::string &path) {
     translation_ = &load_translation(path);
     for (uint32_t i = 0; i < BYTES; i++)
-        if (translation_->flash[i] != ERASED) program(i, translation_->flash + i, 1, path);
+        if (translation_->flash[i] != atmega328p::ERASED)
+            program(i, translation_->flash + i, 1, path);
     for (uint32_t i = 0; i < translation_->eeprom_bytes; i++)
         eeprom_[translation_->eeprom[i][0]] = static_cast<uint8_t>(translation_->eeprom[i][1]);
 }

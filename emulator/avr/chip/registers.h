@@ -59,6 +59,8 @@ constexpr uint8_t VECTOR_TIMER0_COMPA = 14, VECTOR_ADC = 21, VECTOR_COMPARATOR =
 constexpr uint8_t ADC_TRIGGERS[] = {0, 23, 1, 14, 16, 12, 13, 10};
 constexpr uint32_t VECTOR_BYTES = 4;
 
+/// A byte of flash that is erased.
+constexpr uint8_t ERASED = 0xFF;
 /// Size of the flash; addresses wrap there.
 constexpr uint32_t FLASH_BYTES = 32 * 1024;
 

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "avr/chip/registers.h"
+
 namespace kilotwin {
 
 using namespace atmega328p;
@@ -14,7 +16,6 @@ namespace {
 // From the instruction that writes SPMCSR, which takes two cycles, to SPM.
 constexpr uint64_t ANNOUNCED_CYCLES = 6;
 constexpr uint16_t R0 = 0, R1 = 1, ZL = 30, ZH = 31;
-constexpr uint8_t ERASED = 0xFF;
 
 }  // namespace
 
@@ -99,7 +100,7 @@ void SelfProgramming::begin(uint32_t page, bool writes) {
 void SelfProgramming::operation_ends() {
     for (uint32_t i = 0; i < PAGE_BYTES; i++) {
         uint8_t &byte = content_[page_ + i];
-        byte = writes_ ? byte & buffer_[i] : ERASED;
+        byte = writes_ ? byte & buffer_[i] : atmega328p::ERASED;
         if (page_ >= boot_section_) avr_->flash[page_ + i] = byte;
     }
     if (writes_) clear_buffer();
@@ -112,7 +113,7 @@ void SelfProgramming::operation_ends() {
 void SelfProgramming::hide(bool hidden) {
     changes_++;
     if (hidden)
-        std::fill_n(avr_->flash, boot_section_, ERASED);
+        std::fill_n(avr_->flash, boot_section_, atmega328p::ERASED);
     else
         std::copy_n(content_.begin(), boot_section_, avr_->flash);
 }
@@ -125,7 +126,7 @@ void SelfProgramming::was_reset() {
 }
 
 void SelfProgramming::clear_buffer() {
-    buffer_.fill(ERASED);
+    buffer_.fill(atmega328p::ERASED);
     filled_.fill(false);
 }
 

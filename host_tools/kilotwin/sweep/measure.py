@@ -33,7 +33,7 @@ RESULT = b"result"
 """Under which the metadata of a part's schema has the trial's result."""
 
 # Keys of a run's summary that are the trial's result: the same on every machine.
-RESULT_KEYS = ("robots", "resting", "not_resting", "result_hash")
+RESULT_KEYS = ("robots", "resting", "not_resting", "result_hash", "final_hash")
 
 
 @dataclass(frozen=True)

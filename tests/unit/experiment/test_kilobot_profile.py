@@ -37,6 +37,7 @@ def test_the_engine_is_told_all_of_it(load: Load) -> None:
         "turn_left": 70,
         "turn_right": 70,
         "push_m_s2": 0.1,
+        "mass_kg": 0.01,
         "legs": True,
         "kick_needed": True,
         "gives_way": True,

@@ -50,6 +50,7 @@ def measured(plan: Plan, index: int) -> Measured:
         "resting": {"black": index, "white": 0},
         "not_resting": size - index,
         "result_hash": f"{index:016x}",
+        "final_hash": f"{index:016x}",
     }
     return Measured(key(plan, index), part_of(table, result), 1.0, "e", "here")
 
