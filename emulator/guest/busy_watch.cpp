@@ -2,6 +2,8 @@
 
 #include <cstring>
 
+#include "base/fnv.h"
+
 namespace kilotwin {
 
 namespace {
@@ -12,15 +14,14 @@ constexpr int32_t TURNS_WHILE_WAITING = 500;
 constexpr uint16_t PROBES = 512;
 constexpr Cycles ENDLESS_AFTER = 60 * CYCLES_PER_SECOND;
 
-// FNV-1a by words of 8 bytes, with a shift more: it only has to tell states apart.
+// By words of 8 bytes, which is faster: it only has to tell states apart.
 uint64_t fnv(uint64_t hash, const uint8_t *begin, const uint8_t *end) {
     for (; begin + 8 <= end; begin += 8) {
         uint64_t word;
         std::memcpy(&word, begin, 8);
-        hash = (hash ^ word) * 0x100000001B3u;
-        hash ^= hash >> 29;
+        take_word(hash, word);
     }
-    for (; begin < end; begin++) hash = (hash ^ *begin) * 0x100000001B3u;
+    take_bytes(hash, begin, static_cast<size_t>(end - begin));
     return hash;
 }
 
@@ -28,7 +29,7 @@ uint64_t fnv(uint64_t hash, const uint8_t *begin, const uint8_t *end) {
 /// its registers and frames.
 uint64_t memory_fingerprint(const kt_table_t &table, const uint8_t *frame, const uint8_t *top) {
     auto ticks = reinterpret_cast<const uint8_t *>(const_cast<const uint32_t *>(table.ticks));
-    uint64_t hash = fnv(0xCBF29CE484222325u, table.state_begin, ticks);
+    uint64_t hash = fnv(FNV_OFFSET, table.state_begin, ticks);
     hash = fnv(hash, ticks + sizeof *table.ticks, table.state_end);
     return fnv(hash, frame, top);
 }

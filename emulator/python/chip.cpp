@@ -9,6 +9,7 @@
 
 #include "avr/boards/robot_board.h"
 #include "base/errors.h"
+#include "base/fnv.h"
 #include "base/message_crc.h"
 #include "infrared/infrared_pulses.h"
 #include "infrared/robot_receiver.h"
@@ -51,15 +52,15 @@ class RobotChip {
                 {at + offset, at + offset + RobotBoard::SEEN_PULSE, RobotReceiver::FROM_ABOVE});
     }
 
-    /// A number for the data space between two addresses as it is, for flash and EEPROM, and for all
-    /// that it has put out so far, with the times.
+    /// A number for the data space between two addresses as it is, for flash and EEPROM, and for
+    /// all that it has put out so far, with the times.
     uint64_t digest(uint16_t begin, uint16_t end) {
         note_outputs();
         uint64_t sum = outputs_;
         for (unsigned address = begin; address < end; address++)
-            add(sum, board_.read(static_cast<uint16_t>(address)));
-        for (const uint8_t byte : board_.flash_content()) add(sum, byte);
-        for (const uint8_t byte : board_.eeprom()) add(sum, byte);
+            take_word(sum, board_.read(static_cast<uint16_t>(address)));
+        for (const uint8_t byte : board_.flash_content()) take_word(sum, byte);
+        for (const uint8_t byte : board_.eeprom()) take_word(sum, byte);
         return sum;
     }
 
@@ -74,17 +75,14 @@ class RobotChip {
     }
 
   private:
-    // FNV-1a, a word at a time.
-    static void add(uint64_t &sum, uint64_t value) { sum = (sum ^ value) * 0x100000001B3; }
-
     // Takes the board's outputs, so that they do not pile up.
     void note_outputs() {
         auto &out = board_.outputs;
-        for (const auto &light : out.light) add(outputs_, light.at << 1 | light.on);
+        for (const auto &light : out.light) take_word(outputs_, light.at << 1 | light.on);
         for (const auto &motor : out.motors)
-            add(outputs_, motor.at << 16 | motor.left << 8 | motor.right);
-        for (const auto &color : out.colors) add(outputs_, color.at << 8 | color.rgb);
-        for (const auto &serial : out.serial) add(outputs_, serial.at << 8 | serial.byte);
+            take_word(outputs_, motor.at << 16 | motor.left << 8 | motor.right);
+        for (const auto &color : out.colors) take_word(outputs_, color.at << 8 | color.rgb);
+        for (const auto &serial : out.serial) take_word(outputs_, serial.at << 8 | serial.byte);
         colors_ += out.colors.size();
         motors_ += out.motors.size();
         edges_ += out.light.size();
@@ -96,7 +94,7 @@ class RobotChip {
     Chance chance_;
     std::shared_ptr<const FlashImage> image_;
     RobotBoard board_;
-    uint64_t outputs_ = 0xCBF29CE484222325;
+    uint64_t outputs_ = FNV_OFFSET;
     size_t colors_ = 0, motors_ = 0, edges_ = 0, bytes_ = 0;
 };
 

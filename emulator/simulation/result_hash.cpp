@@ -2,23 +2,11 @@
 
 #include <bit>
 
+#include "base/fnv.h"
+
 namespace kilotwin {
 
 namespace {
-
-constexpr uint64_t FNV_OFFSET = 0xCBF29CE484222325u, FNV_PRIME = 0x100000001B3u;
-
-// FNV-1a: each byte into the low end, then a product that spreads it upwards.
-void take_bytes(uint64_t &hash, const void *data, size_t bytes) {
-    for (size_t i = 0; i < bytes; i++)
-        hash = (hash ^ static_cast<const uint8_t *>(data)[i]) * FNV_PRIME;
-}
-
-// Eight bytes at once. The shift lets high bits reach low ones, which a product alone does not.
-void take_word(uint64_t &hash, uint64_t word) {
-    hash = (hash ^ word) * FNV_PRIME;
-    hash ^= hash >> 29;
-}
 
 uint64_t pair_of(uint32_t high, uint32_t low) { return uint64_t{high} << 32 | low; }
 
@@ -55,7 +43,9 @@ uint64_t final_hash(const Samples &now) {
     return hash;
 }
 
-void ResultHash::take(const Samples &samples, size_t robots) {
+void ResultHash::take(const Samples &samples) {
+    const size_t moments = samples.tick.size(), robots = samples.led.size() / moments,
+                 objects = samples.object_x_m.size() / moments;
     take_word(samples_, static_cast<uint64_t>(samples.tick.back()));
     for (size_t i = samples.led.size() - robots; i < samples.led.size(); i++) {
         take_word(samples_, pair_of(std::bit_cast<uint32_t>(samples.x_m[i]),
@@ -63,7 +53,6 @@ void ResultHash::take(const Samples &samples, size_t robots) {
         take_word(samples_, pair_of(std::bit_cast<uint32_t>(samples.heading_rad[i]),
                                     uint32_t{samples.led[i]} << 8 | samples.site[i]));
     }
-    const size_t objects = samples.object_x_m.size() / samples.tick.size();
     for (size_t i = samples.object_x_m.size() - objects; i < samples.object_x_m.size(); i++) {
         take_word(samples_, pair_of(std::bit_cast<uint32_t>(samples.object_x_m[i]),
                                     std::bit_cast<uint32_t>(samples.object_y_m[i])));

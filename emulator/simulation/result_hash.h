@@ -14,14 +14,14 @@ namespace kilotwin {
 /// FNV-1a over poses as float32 and LEDs of one sample, in robot order, and poses of objects.
 uint64_t final_hash(const Samples &now);
 
-/// Adds up a run: every sample (tick, poses, LEDs, sites, objects), prints and failures, and at the end the
-/// counts of frames. It does not depend on how often samples and events are fetched. Notes and
-/// warnings of waits are left out, since they are about programs and not about what robots did.
+/// Adds up a run: every sample (tick, poses, LEDs, sites, objects), prints and failures, and at the
+/// end the counts of frames. It does not depend on how often samples and events are fetched. Notes
+/// and warnings of waits are left out, since they are about programs and not about what robots did.
 /// Cost: some 5 ns for a robot's sample.
 class ResultHash {
   public:
-    /// Takes the last `robots` rows of `samples`, one moment's.
-    void take(const Samples &samples, size_t robots);
+    /// Takes the last moment of `samples`, which has all robots and objects in each.
+    void take(const Samples &samples);
 
     /// Takes events in any order. `zero`: when t = 0 is.
     void take(const Events &events, Cycles zero);

@@ -149,7 +149,7 @@ Statistics Simulation::statistics() const {
 void Simulation::sample_if_due() {
     if (now_ < next_sample_) return;
     sample_into(samples_);
-    result_.take(samples_, robots_.size());
+    result_.take(samples_);
     samples_due_++;
     next_sample_ = end_of_step(run_at_ + samples_due_ * def_.sample_ticks * TICK_CYCLES, step_);
 }

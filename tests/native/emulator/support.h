@@ -110,6 +110,15 @@ inline uint8_t shown(const Robot &robot) { return robot.color(robot.now()); }
 std::vector<std::string> texts(const Events &events, uint32_t robot,
                                EventKind kind = EventKind::PRINT);
 
+/// A sample of two robots, no value of which is like another.
+inline Samples two_robots() {
+    Samples samples;
+    samples.tick.push_back(0);
+    samples.add_robot({{1, 2}, 3}, 0x3F, 0);
+    samples.add_robot({{-0.5, 0.25}, -1}, 0, 2);
+    return samples;
+}
+
 }  // namespace kilotwin::testing
 
 /// Text that a failed comparison of lists shows.

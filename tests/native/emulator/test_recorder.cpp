@@ -2,23 +2,10 @@
 
 #include <doctest/doctest.h>
 
-#include <cmath>
-
 #include "support.h"
 
 using namespace kilotwin;
-
-namespace {
-
-Samples two_robots() {
-    Samples samples;
-    samples.tick.push_back(0);
-    samples.add_robot({{1, 2}, 3}, 0x3F, 0);
-    samples.add_robot({{-0.5, 0.25}, -1}, 0, 2);
-    return samples;
-}
-
-}  // namespace
+using namespace kilotwin::testing;
 
 TEST_CASE("a sample holds poses as float32, LED and site") {
     auto samples = two_robots();

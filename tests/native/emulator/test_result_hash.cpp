@@ -8,22 +8,15 @@
 #include "support.h"
 
 using namespace kilotwin;
+using namespace kilotwin::testing;
 
 namespace {
-
-Samples two_robots() {
-    Samples samples;
-    samples.tick.push_back(0);
-    samples.add_robot({{1, 2}, 3}, 0x3F, 0);
-    samples.add_robot({{-0.5, 0.25}, -1}, 0, 2);
-    return samples;
-}
 
 uint64_t value_of(const ResultHash &hash) { return hash.value(two_robots(), {}, {}); }
 
 uint64_t value_of(const Samples &samples) {
     ResultHash hash;
-    hash.take(samples, 2);
+    hash.take(samples);
     return value_of(hash);
 }
 
@@ -74,18 +67,18 @@ TEST_CASE("the result's hash sees every sample, its tick and its sites") {
 TEST_CASE("samples of one fetch and of several have one hash") {
     ResultHash at_once, one_by_one;
     auto samples = two_robots();
-    at_once.take(samples, 2);
-    one_by_one.take(samples, 2);
+    at_once.take(samples);
+    one_by_one.take(samples);
     auto next = samples;
     next.tick.push_back(30);
     next.add_robot({{1.5, 2}, 3}, 0x3F, 0);
     next.add_robot({{-0.5, 0.5}, -1}, 0, 2);
-    at_once.take(next, 2);
+    at_once.take(next);
     Samples alone;
     alone.tick.push_back(30);
     alone.add_robot({{1.5, 2}, 3}, 0x3F, 0);
     alone.add_robot({{-0.5, 0.5}, -1}, 0, 2);
-    one_by_one.take(alone, 2);
+    one_by_one.take(alone);
     CHECK(value_of(at_once) == value_of(one_by_one));
 }
 
