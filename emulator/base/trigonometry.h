@@ -60,6 +60,12 @@ inline Arc arc(double angle) {
     return {both[0], both[1] * angle};
 }
 
+/// `v` turned counter-clockwise, from the frame whose x axis is the unit vector `ahead` into the
+/// one that `ahead` is given in.
+inline Eigen::Vector2d turned(const Eigen::Vector2d &v, const Eigen::Vector2d &ahead) {
+    return {ahead.x() * v.x() - ahead.y() * v.y(), ahead.y() * v.x() + ahead.x() * v.y()};
+}
+
 /// The same angle in [-pi, pi), rad. For angles of many turns the error grows with their number.
 double wrapped(double angle);
 

@@ -13,12 +13,6 @@ namespace {
 
 constexpr double GRAVITY_M_S2 = 9.81;
 
-/// A vector turned counter-clockwise, rad.
-Eigen::Vector2d turned(const Eigen::Vector2d &v, double angle) {
-    const Eigen::Vector2d ahead = direction(angle);
-    return {ahead.x() * v.x() - ahead.y() * v.y(), ahead.y() * v.x() + ahead.x() * v.y()};
-}
-
 /// Calls `visit(point, area)` for small pieces of a part. Pieces of a triangle are similar to it,
 /// those of a circle are pieces of rings of equal areas.
 template <typename Visit> void for_each_piece(const ObjectPart &part, Visit visit) {
@@ -109,7 +103,7 @@ void Object::find_middle() {
     }
 }
 
-/// Of the area from the middle, as pressure on the table is even.
+/// Mean distance of the area from the middle: pressure on the table is even.
 double Object::mean_distance_m() const {
     double sum = 0;
     for (const auto &part : parts_)
@@ -125,7 +119,7 @@ double Object::most_torque_nm() const {
 }
 
 double Object::gap(const Pose &pose, const Eigen::Vector2d &point) const {
-    const Eigen::Vector2d at = turned(point - pose.position, -pose.heading);
+    const Eigen::Vector2d at = turned(point - pose.position, direction(-pose.heading));
     double gap_m = INFINITY;
     for (const auto &part : parts_) gap_m = std::min(gap_m, part.gap(at));
     return gap_m;
@@ -133,8 +127,9 @@ double Object::gap(const Pose &pose, const Eigen::Vector2d &point) const {
 
 std::vector<Eigen::Vector2d> Object::points(const Pose &pose) const {
     std::vector<Eigen::Vector2d> points;
+    const Eigen::Vector2d ahead = direction(pose.heading);
     auto add = [&](const Eigen::Vector2d &point, double /*area*/ = 0) {
-        points.push_back(pose.position + turned(point, pose.heading));
+        points.push_back(pose.position + turned(point, ahead));
     };
     for (const auto &part : parts_) {
         for_each_piece(part, add);
@@ -146,11 +141,11 @@ std::vector<Eigen::Vector2d> Object::points(const Pose &pose) const {
 }
 
 Pose Object::middle_of(const Pose &frame) const {
-    return {frame.position + turned(middle_, frame.heading), frame.heading};
+    return {frame.position + turned(middle_, direction(frame.heading)), frame.heading};
 }
 
 Pose Object::frame_of(const Pose &middle) const {
-    return {middle.position - turned(middle_, middle.heading), middle.heading};
+    return {middle.position - turned(middle_, direction(middle.heading)), middle.heading};
 }
 
 }  // namespace kilotwin

@@ -40,7 +40,8 @@ struct ObjectDef {
     double robot_friction;    ///< coefficient of friction with robots, walls and other objects
 };
 
-/// What does not change during a run. Its frame has its origin in the middle of the mass.
+/// The parts of an object that do not change during a run. Its frame has its origin in the middle
+/// of the mass.
 class Object {
   public:
     /// EngineError for a part that is no circle, and no convex polygon.

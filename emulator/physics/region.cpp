@@ -50,9 +50,8 @@ Region Region::polygon(std::vector<Eigen::Vector2d> corners) {
 
 Region Region::placed(const Eigen::Vector2d &by, double heading_rad) const {
     const Eigen::Vector2d ahead = direction(heading_rad);
-    auto place = [&](const Eigen::Vector2d &point) {
-        return Eigen::Vector2d(by.x() + (ahead.x() * point.x() - ahead.y() * point.y()),
-                               by.y() + (ahead.y() * point.x() + ahead.x() * point.y()));
+    auto place = [&](const Eigen::Vector2d &point) -> Eigen::Vector2d {
+        return by + turned(point, ahead);
     };
     if (shape == Shape::CIRCLE || shape == Shape::PICTURE) return {shape, place(centre), size};
     if (shape == Shape::RECTANGLE && heading_rad == 0) return {shape, centre + by, size};

@@ -39,9 +39,7 @@ Contacts::Contacts(const Arena &arena, const Profile &profile, SolverKind solver
 void Contacts::add(uint32_t robot, const Trajectory &trajectory, Cycles at) {
     const Eigen::Vector2d ahead = trajectory.ahead(at), v = trajectory.drive().velocity;
     auto &driven = driven_[robot];
-    driven.velocity = {
-        {ahead.x() * v.x() - ahead.y() * v.y(), ahead.y() * v.x() + ahead.x() * v.y()},
-        trajectory.drive().turn};
+    driven.velocity = {turned(v, ahead), trajectory.drive().turn};
     driven.wanted = driven.velocity;
     held_[robot] = true;
     robots_.push_back(robot);
