@@ -104,7 +104,7 @@ std::shared_ptr<const FlashImage> FlashImage::load_together(const std::vector<st
     image->name_ = paths.front().substr(paths.front().find_last_of('/') + 1);
     if (image->translation_ != nullptr)
         image->name_.resize(image->name_.size() - TRANSLATION_SUFFIX.size());
-    if (paths.size() > 1) image->translation_ = nullptr;  // of one of them alone
+    if (paths.size() > 1) image->translation_ = nullptr;  // it would be of one alone
     return image;
 }
 

@@ -22,9 +22,10 @@ class FlashImage {
     static constexpr size_t BYTES = 32 * 1024;
 
     /// Reads Intel HEX (records 00 to 05), an ELF executable for AVR, or what the host has made of
-    /// one for this computer (avr/chip/translated_core.h): NAME.so, where the image was NAME. Of the
-    /// others the first bytes decide. Throws EngineError, with the file and the line, if it cannot be flashed: damaged,
-    /// empty, for another processor, too large, or without a piece in its middle.
+    /// one for this computer (avr/chip/translated_core.h): NAME.so, where the image was NAME. Of
+    /// the others the first bytes decide. Throws EngineError, with the file and the line, if it
+    /// cannot be flashed: damaged, empty, for another processor, too large, or without a piece in
+    /// its middle.
     static std::shared_ptr<const FlashImage> load(const std::string &path);
 
     /// The same with several files in one flash, such as an application and a boot loader. A byte

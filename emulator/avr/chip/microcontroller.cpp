@@ -305,8 +305,8 @@ void Microcontroller::follow(Follower &follower) {
 
 /// Whether the chip can execute a further instruction, as far as nothing is to be done before.
 /// simavr's watchdog resets the chip by a function that takes the place of `run`.
-bool Microcontroller::goes_on(void (*run)(avr_t *)) const {
-    return avr_->state == cpu_Running && avr_->run == run && !crashed_ && !was_reset_ &&
+bool Microcontroller::goes_on(void (*own_run)(avr_t *)) const {
+    return avr_->state == cpu_Running && avr_->run == own_run && !crashed_ && !was_reset_ &&
            failure_.empty();
 }
 

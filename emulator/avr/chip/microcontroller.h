@@ -171,7 +171,7 @@ class Microcontroller {
     void watch_enables(uint16_t address);
     void review_interrupts(uint16_t address);
     void run_translated();
-    bool goes_on(void (*run)(avr_t *)) const;
+    bool goes_on(void (*own_run)(avr_t *)) const;
 
     Board &board_;
     avr_t *avr_;

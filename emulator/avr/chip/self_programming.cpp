@@ -5,8 +5,6 @@
 
 #include <algorithm>
 
-#include "avr/chip/registers.h"
-
 namespace kilotwin {
 
 using namespace atmega328p;
@@ -100,7 +98,7 @@ void SelfProgramming::begin(uint32_t page, bool writes) {
 void SelfProgramming::operation_ends() {
     for (uint32_t i = 0; i < PAGE_BYTES; i++) {
         uint8_t &byte = content_[page_ + i];
-        byte = writes_ ? byte & buffer_[i] : atmega328p::ERASED;
+        byte = writes_ ? byte & buffer_[i] : ERASED;
         if (page_ >= boot_section_) avr_->flash[page_ + i] = byte;
     }
     if (writes_) clear_buffer();
@@ -113,7 +111,7 @@ void SelfProgramming::operation_ends() {
 void SelfProgramming::hide(bool hidden) {
     changes_++;
     if (hidden)
-        std::fill_n(avr_->flash, boot_section_, atmega328p::ERASED);
+        std::fill_n(avr_->flash, boot_section_, ERASED);
     else
         std::copy_n(content_.begin(), boot_section_, avr_->flash);
 }
@@ -126,7 +124,7 @@ void SelfProgramming::was_reset() {
 }
 
 void SelfProgramming::clear_buffer() {
-    buffer_.fill(atmega328p::ERASED);
+    buffer_.fill(ERASED);
     filled_.fill(false);
 }
 

@@ -1,9 +1,9 @@
-/// Executes a chip's machine code as C code that was made from it and compiled, in place of simavr's
-/// interpreter; simavr's peripherals, timers and interrupts stay.
+/// Executes a chip's machine code as C code that was made from it and compiled, in place of
+/// simavr's interpreter; simavr's peripherals, timers and interrupts stay.
 ///
-/// What is not translated is left to the interpreter, instruction by instruction: accesses to
-/// registers that have an effect, what an interrupt's begin and end need, self-programming, and code
-/// that is no longer what was translated.
+/// The rest is left to the interpreter, instruction by instruction: accesses to registers that have
+/// an effect, what an interrupt's begin and end need, self-programming, and code that is no longer
+/// what was translated.
 #ifndef KILOTWIN_AVR_CHIP_TRANSLATED_CORE_H
 #define KILOTWIN_AVR_CHIP_TRANSLATED_CORE_H
 

@@ -14,7 +14,7 @@ using namespace kilotwin::testing;
 
 namespace {
 
-// Of foot_bot(), as the tests' puppets are.
+// Radius of foot_bot(), as the tests' puppets are.
 constexpr double RADIUS = 0.085, DIAMETER = 0.17, SPEED = 0.1, PUSH_M_S2 = 1.0, MASS_KG = 1.8;
 constexpr double PUSH_N = PUSH_M_S2 * MASS_KG;
 constexpr double GRAVITY = 9.81;
@@ -267,7 +267,8 @@ TEST_CASE("objects and robots placed by chance overlap neither one another nor w
     for (uint64_t seed = 1; seed <= 20; seed++) {
         Scene scene(square_hall(2.5), seed);
         ObjectDef round = held(disc(0.3), {}, 1, 1), rod = held(box(0.1, 0.8), {}, 1, 1);
-        round.pose = rod.pose = {};
+        round.pose.reset();
+        rod.pose.reset();
         scene.def.objects = {round, rod};
         scene.add_anywhere("puppet", 30);
         Run run(scene);
