@@ -1,12 +1,12 @@
-/// What C code made from a chip's machine code is written in: one macro for each instruction, and
+/// Language of the C code made from a chip's machine code: one macro for each instruction, and
 /// the table by which the emulator finds the code (host_tools/kilotwin/build/translator.py writes
 /// it, emulator/avr/chip/translated_core.h runs it).
 ///
 /// The code is cut into regions, a function each. A region is entered at the begin of one of its
 /// blocks and goes on until it leaves its region, until the cycles that it may use are spent, or
-/// until an instruction has an effect outside of registers, flags, SRAM and registers that are plain
-/// memory; that instruction it leaves to the interpreter. Within a region registers and flags are
-/// locals; M is the data space.
+/// until an instruction has an effect outside of registers, flags, SRAM and registers that are
+/// plain memory; that instruction it leaves to the interpreter. Within a region registers and flags
+/// are locals; M is the data space.
 ///
 /// Flags are kept as what they follow from: Z is set if zr is 0, N, V and S are bit 7 of nr, vr and
 /// sr, H is bit 4 of hr; cf, tf and inf are C, T and I, 0 or 1.
@@ -52,20 +52,20 @@ typedef struct {
     const uint16_t (*eeprom)[2];      ///< address and byte
 } translation_t;
 
-// What follows is for regions alone. Such a function is
+// Macros from here on are for regions alone. Such a function is
 //
 //   a switch that goes to the block at pc,
 //   blocks, each of them: BLOCK, instructions, and a jump to another block or a STOP,
 //   the label `out`, behind which registers and flags go back.
 //
-// Cycles are counted where a block is left, by a constant for each way out of it. A block is entered
-// only if all its instructions begin within the cycles that are left, so that the interpreter stops at
-// the same instruction. What is computed for a flag that is set anew before anybody looks, the compiler
-// leaves out.
+// Cycles are counted where a block is left, by a constant for each way out of it. A block is
+// entered only if all its instructions begin within the cycles that are left, so that the
+// interpreter stops at the same instruction. Work for a flag that is set anew before it is read,
+// the compiler leaves out.
 #ifdef TRANSLATED_CODE
 
-/// At a region's begin: flags and the stack pointer become locals, so that the compiler keeps them in
-/// this computer's registers and leaves out what nobody looks at. Registers follow, those that the
+/// At a region's begin: flags and the stack pointer become locals, so that the compiler keeps them
+/// in this computer's registers and leaves out what is never read. Registers follow, those that the
 /// region uses; others stay where they are.
 #define ENTER                                                                 \
     uint8_t *const M = chip->data;                                            \
@@ -102,8 +102,8 @@ typedef struct {
 #define BLOCK(at, last) \
     block_##at : if (__builtin_expect(left <= (last), 0)) STOP(at, 0, INTERPRET_REST);
 
-/// A block that counts down to 0: all of its passes but two at once, as far as cycles go. The last two
-/// set the flags as they would be, and the branch of all that are left out is taken. `bits` has
+/// A block that counts down to 0: all of its passes but two at once, as far as cycles go. The last
+/// two set the flags as they would be, and the branch of all that are left out is taken. `bits` has
 /// the counter, 0 is as many as it can count; `back` sets it to n_.
 #define COUNT_DOWN(value, bits, cycles, back)                       \
     do {                                                            \
@@ -219,8 +219,8 @@ typedef struct {
 #define BST(d, bit) (tf = (d) >> (bit)&1u)
 #define BLD(d, bit) ((d) = (uint8_t)(((d) & ~(1u << (bit))) | tf << (bit)))
 
-// Accesses. `at` and `offset` are those of the instruction, for HAND_OVER(), and nothing has changed
-// when that is called: the interpreter executes the whole instruction.
+// Accesses. `at` and `offset` are those of the instruction, for HAND_OVER(), and nothing has
+// changed when that is called: the interpreter executes the whole instruction.
 /// From SRAM to d, and from r to SRAM. Elsewhere are registers, which have effects, or nothing,
 /// which is a program's failure.
 #define LOAD(at, offset, d, address)                                  \
@@ -248,7 +248,8 @@ typedef struct {
                                   : M[address];        \
     } while (0)
 /// A new stack pointer counts from the next instruction on, half by half as the program writes it.
-/// Letting interrupts through is the interpreter's, since the next instruction is still before them.
+/// Letting interrupts through is the interpreter's, since the next instruction is still before
+/// them.
 #define OUT(at, offset, address, r)                                                             \
     do {                                                                                        \
         const uint8_t o_ = (r);                                                                 \

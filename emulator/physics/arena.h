@@ -22,8 +22,8 @@ struct Arena {
     /// Walls of bounds and obstacles; empty, if bounds are round or an upright rectangle, and
     /// nothing stands in them: then bounds are the walls.
     Walls walls = {};
-    /// Numbers of sites, by pixel, with Raster::find_distances() done. Where one of `sites` is, that
-    /// counts.
+    /// Numbers of sites, by pixel, with Raster::find_distances() done. Where one of `sites` is,
+    /// that counts.
     Raster floor = {};
 
     /// Makes `walls` from bounds and obstacles. Those within `reach_m` of a point will be found in

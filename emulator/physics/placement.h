@@ -12,10 +12,10 @@
 namespace kilotwin {
 
 /// Appends the start poses of `count` robots of one radius to `poses`. They overlap neither one
-/// another, nor the robots already there, nor `objects`, nor walls and obstacles. Positions are uniform in what the
-/// arena has free (tries that do not fit are drawn again), headings uniform. Each robot draws by its own
-/// index, so that a further robot moves no other. Throws EngineError if a robot finds no place in
-/// 20,000 tries.
+/// another, nor the robots already there, nor `objects`, nor walls and obstacles. Positions are
+/// uniform in what the arena has free (tries that do not fit are drawn again), headings uniform.
+/// Each robot draws by its own index, so that a further robot moves no other. Throws EngineError if
+/// a robot finds no place in 20,000 tries.
 void place_uniformly(std::vector<Pose> &poses, size_t count, const Arena &arena, double radius_m,
                      const Chance &chance, const std::vector<PlacedObject> &objects = {});
 

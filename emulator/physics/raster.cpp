@@ -42,7 +42,8 @@ bool Raster::is_edge(ptrdiff_t column, ptrdiff_t row) const {
     return false;
 }
 
-// In two passes, each over the half of the neighbours that it has been at: exact for a king's steps.
+// In two passes, each over the half of the neighbours that it has been at: exact for a king's
+// steps.
 void Raster::find_distances() {
     steps_.assign(values_.size(), FARTHEST);
     auto steps = [&](ptrdiff_t x, ptrdiff_t y) -> uint16_t & {

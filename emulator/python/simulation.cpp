@@ -19,7 +19,8 @@ namespace kilotwin {
 
 namespace {
 
-// [samples, robots] and [samples, objects] arrays, and the tick of each sample. Takes the vectors over: no copy.
+// [samples, robots] and [samples, objects] arrays, and the tick of each sample. Takes the vectors
+// over: no copy.
 nb::dict to_python(Samples samples, size_t robots, size_t objects) {
     nb::dict out;
     out["tick"] = array_of(std::move(samples.tick));

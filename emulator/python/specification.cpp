@@ -274,7 +274,7 @@ std::vector<Region> sites_of(const nb::list &from) {
     return sites;
 }
 
-/// What stands in the arena.
+/// Obstacles in the arena.
 std::vector<Obstacle> obstacles_of(const nb::list &from) {
     std::vector<Obstacle> obstacles;
     for (nb::handle item : from) {
@@ -296,7 +296,7 @@ ObjectPart part_of(Table from) {
     return part;
 }
 
-/// What robots push; without a pose it is placed by chance.
+/// Objects that robots push; one without a pose is placed by chance.
 std::vector<ObjectDef> objects_of(const nb::list &from) {
     std::vector<ObjectDef> objects;
     for (nb::handle item : from) {

@@ -157,7 +157,7 @@ class Simulation {
     Events take_module_events();  ///< of a grid's modules; EngineError without one
     Statistics statistics() const;
 
-    /// Of all that was sampled, printed, sent and failed up to now, fetched or not.
+    /// Hash of all that was sampled, printed, sent and failed up to now, fetched or not.
     uint64_t result_hash();
 
     /// Frames of each robot; empty with the ideal medium.

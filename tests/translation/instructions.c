@@ -1,10 +1,10 @@
-/// Runs single instructions, translated and by simavr, from the same random states, and compares all
-/// that they leave: registers, flags, data space, program counter, cycles.
+/// Runs single instructions, translated and by simavr, from the same random states, and compares
+/// all that they leave: registers, flags, data space, program counter, cycles.
 ///
-/// Usage: instructions STATES SEED < ADDRESSES. Each line of the input is the byte address of one to
-/// test, at which the translation can be entered. Prints for each how often it was translated (the
-/// interpreter is asked for the rest: effects, addresses outside SRAM); ends with 1 at the first
-/// difference.
+/// Usage: instructions STATES SEED < ADDRESSES. Each line of the input is the byte address of one
+/// to test, at which the translation can be entered. Prints for each how often it was translated
+/// (the interpreter is asked for the rest: effects, addresses outside SRAM); ends with 1 at the
+/// first difference.
 #include <simavr/sim_avr.h>
 #include <simavr/sim_core.h>
 #include <stdio.h>

@@ -1,10 +1,10 @@
 // Collective perception: robots agree on the commonest colour of the floor
-// (docs/collective_perception.md 1). Written from the facts of that page, to be held against the logs
-// of a hundred real robots that ran the lab's program.
+// (docs/collective_perception.md 1). Written from the facts of that page, to be held against the
+// logs of a hundred real robots that ran the lab's program.
 //
 // A robot walks about and counts how many of the cells that it receives have the colour of its
-// opinion. Then it tells its opinion to others, the longer the better it has found it, and takes that
-// of most of the five robots that it has received last.
+// opinion. Then it tells its opinion to others, the longer the better it has found it, and takes
+// that of most of the five robots that it has received last.
 #include <kilo_rand_lib.h>
 #include <kilob_cdms.h>
 #include <kilob_messaging.h>

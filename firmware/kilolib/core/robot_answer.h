@@ -1,5 +1,6 @@
 /// Answer of a robot's runtime to a question for its vitals or its gain tables (boot_loaders.md
-/// 5.1), in every state in which it hears. The program takes no part in it, and notices no more than a busy channel.
+/// 5.1), in every state in which it hears. The program takes no part in it, and notices no more
+/// than a busy channel.
 ///
 /// Slots are compare matches of timer 0 from the question on. The match of the slot is the answer's
 /// alone: the program is not asked for a message there. An attempt that finds the channel busy is

@@ -15,7 +15,7 @@ class Instruction:
     """One of the machine code. What its operands are depends on its name."""
 
     address: int
-    """Of its first byte."""
+    """Address of its first byte."""
     name: str
     """As the manual has it, in small letters; "invalid" for what the chip does not have."""
     d: int = 0

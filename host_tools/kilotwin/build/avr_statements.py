@@ -1,4 +1,4 @@
-"""What an instruction of an ATmega328P does, as C by the macros of translated_code.h, and what it
+"""Effects of an ATmega328P's instructions, as C by the macros of translated_code.h, and what it
 costs."""
 
 from kilotwin.build.avr_instructions import Instruction
@@ -94,7 +94,7 @@ _SPL, _SPH, _SREG = 0x5D, 0x5E, 0x5F
 
 
 def cycles(instruction: Instruction) -> int:
-    """Of an instruction that does not skip or branch; of a branch that is not taken."""
+    """Cycles of an instruction that does not skip or branch; of a branch that is not taken."""
     return _CYCLES.get(instruction.name, 1)
 
 

@@ -26,7 +26,7 @@ from kilotwin.build.guest import (
 from kilotwin.errors import RunError
 from kilotwin.files import resources
 
-# What an image is translated with; the program in it is optimised already.
+# Options for translations: -O1, since the program in it is optimised already.
 _FLAGS = ["-O1", "-w", "-fPIC", "-fvisibility=hidden"]
 _LINK_FLAGS = ["-shared", "-Wl,-z,now", "-Wl,-z,defs"]
 _HEADER = "emulator/guest/translated_code.h"

@@ -111,7 +111,7 @@ _Region = list[_Block]
 
 @dataclass
 class _Code:
-    """What is found in a flash."""
+    """Code found in a flash."""
 
     flash: bytes
     instructions: dict[int, Instruction] = field(default_factory=dict)
@@ -119,7 +119,7 @@ class _Code:
     entries: set[int] = field(default_factory=set)
     """Addresses at which blocks begin."""
     called: set[int] = field(default_factory=set)
-    """Of these, those at which functions begin."""
+    """Those at which functions begin."""
     _owners: dict[int, int] = field(default_factory=dict)
     """By word address, the instruction that the word belongs to."""
 

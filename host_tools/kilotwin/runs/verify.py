@@ -22,7 +22,7 @@ _BEFORE_THE_HASH = "has no result_hash of every sample; Kilotwin 0.2 and older m
 
 @dataclass(frozen=True)
 class Verdict:
-    """What a repetition showed. `difference`: a sentence, None if there is none.
+    """Outcome of a repetition. `difference`: a sentence, None if there is none.
 
     `changed`: what was not the same from the start: Kilotwin, the engine, a program.
     `compared`: rows of robots.arrows. `hashes`: before and now; None of a run that was not
@@ -113,7 +113,7 @@ def _plain(column: pa.ChunkedArray) -> pa.ChunkedArray:
 
 
 def _beside_samples(before: dict[str, Any], now: dict[str, Any]) -> str:
-    """What differs in the summaries of two runs whose samples are equal."""
+    """The difference in the summaries of two runs whose samples are equal."""
     counts = [
         f"{name} is {now['stats'].get(name)}, and was {was}"
         for name, was in before["stats"].items()

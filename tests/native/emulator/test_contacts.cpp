@@ -34,7 +34,8 @@ Samples run(Scene &scene, int64_t duration_ticks, uint32_t sample_ticks = 8) {
 size_t last_row(const Samples &samples) { return samples.tick.size() - 1; }
 
 /// The same scene with every robot in Box2D at every step, at 16 sub-steps a tick: what the engine
-/// has to agree with, whatever solves its islands. Robots drive from the beginning on as `drives` says.
+/// has to agree with, whatever solves its islands. Robots drive from the beginning on as `drives`
+/// says.
 std::vector<Pose> all_in_box2d(const Scene &scene, std::vector<Pose> poses,
                                const std::vector<Drive> &drives, int64_t duration_ticks) {
     const double speed = scene.def.profile.speed_m_s;

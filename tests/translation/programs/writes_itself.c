@@ -1,5 +1,5 @@
-// A program in the boot section that calls a function below it, puts another one in its place, calls
-// it again, and so on. Each function shows a colour of its own and adds to a sum.
+// A program in the boot section that calls a function below it, puts another one in its place,
+// calls it again, and so on. Each function shows a colour of its own and adds to a sum.
 #include <avr/boot.h>
 #include <avr/io.h>
 #include <avr/pgmspace.h>
@@ -41,7 +41,7 @@ int main(void) {
     for (;;) {
         for (uint8_t i = 0; i < 20; i++) called();
         copy_page(turns++ % 3 == 0 ? FIRST : SECOND);
-        // Of the two that are only copied from, so that they stay in the image.
+        // Addresses of the two that are only copied from, so that they stay in the image.
         if (turns == 0) first(), second();
     }
 }
