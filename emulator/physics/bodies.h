@@ -190,6 +190,8 @@ class Bodies {
     bool is_pushed(uint32_t object) const;
     bool are_near(uint32_t object, uint32_t other) const;
     void take_pushed_objects();
+    bool has_stopped(uint32_t object) const;
+    bool is_near_pushed(uint32_t object) const;
 
     // After it: touching_ to contacts_, and their poses back.
     void update_contacts();
@@ -232,6 +234,7 @@ class Bodies {
     // By object.
     std::vector<ObjectState> object_states_;
     std::vector<uint8_t> is_pushed_;                   ///< takes part in this step
+    std::vector<uint8_t> is_stopped_;                  ///< scratch of take_pushed_objects()
     std::vector<std::vector<uint32_t>> near_objects_;  ///< robots that may touch it in this step
 
     // Lists of one step; kept for their memory.

@@ -65,19 +65,43 @@ bool Bodies::are_near(uint32_t object, uint32_t other) const {
     return apart.squaredNorm() <= reach_m * reach_m;
 }
 
-/// Lists the objects of this step. One that has come to a stop takes no part any more.
+/// Lists the objects of this step. One that has come to a stop takes no part any more, unless
+/// another that does is near, itself or by way of others.
 void Bodies::take_pushed_objects() {
+    for (uint32_t i = 0; i < objects_.size(); i++) is_stopped_[i] = has_stopped(i);
+    for (bool found = true; found;) {
+        found = false;
+        for (uint32_t i = 0; i < objects_.size(); i++)
+            if (is_stopped_[i] && is_near_pushed(i)) {
+                is_stopped_[i] = false;
+                found = true;
+            }
+    }
     pushed_objects_.clear();
     for (uint32_t i = 0; i < objects_.size(); i++) {
         ObjectState &state = object_states_[i];
-        const double speed_m_s =
-            state.velocity.by.norm() + std::abs(state.velocity.turn) * objects_[i].radius_m();
-        if (is_pushed_[i] && near_objects_[i].empty() && speed_m_s < STANDS_M_S) {
+        if (is_stopped_[i]) {
             state.velocity = {};
             is_pushed_[i] = false;
         }
         if (is_pushed_[i]) pushed_objects_.push_back({i, state});
     }
+}
+
+/// Whether an object takes part, though it stands and no robot is near.
+bool Bodies::has_stopped(uint32_t object) const {
+    const Shift &velocity = object_states_[object].velocity;
+    const double speed_m_s =
+        velocity.by.norm() + std::abs(velocity.turn) * objects_[object].radius_m();
+    return is_pushed_[object] && near_objects_[object].empty() && speed_m_s < STANDS_M_S;
+}
+
+/// Whether another object is near that takes part, and is not known to have stopped.
+bool Bodies::is_near_pushed(uint32_t object) const {
+    for (uint32_t other = 0; other < objects_.size(); other++)
+        if (other != object && is_pushed_[other] && !is_stopped_[other] && are_near(object, other))
+            return true;
+    return false;
 }
 
 }  // namespace kilotwin

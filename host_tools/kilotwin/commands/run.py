@@ -202,7 +202,7 @@ def _verify(recorded: Path, out: Path | None, as_json: bool, quiet: bool) -> NoR
 def _verdict_text(verdict: "Verdict") -> str:
     """Two lines and more: whether it is the same, and what has changed in between."""
     said = verdict.difference or "the same result"
-    rows = f"{verdict.compared:,} rows of robots.arrows compared"
+    rows = f"{verdict.compared:,} rows of samples compared"
     hashes = "" if verdict.hashes is None else f", result hash {verdict.hashes[1]}"
     lines = [f"{verdict.folder}: {said}", f"  {rows}{hashes}"]
     return "\n".join([*lines, *(f"  changed since: {change}" for change in verdict.changed)])

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kilotwin.experiment import polygons
+from kilotwin.experiment.object_schema import ObjectPart
 from kilotwin.experiment.polygons import Corner
 from kilotwin.experiment.schema import Arena, Obstacle, Site
 
@@ -54,13 +55,13 @@ def disc(x: float, y: float, diameter: float) -> Area:
     return Area(True, x, y, diameter, diameter)
 
 
-def area_of(place: Arena | Obstacle | Site) -> Area:
-    """The area of a site, of an obstacle or of the arena, whose keys are complete.
+def area_of(place: Arena | Obstacle | ObjectPart | Site) -> Area:
+    """The area of a site, of an obstacle, of a part or of the arena, whose keys are complete.
 
     A site that is drawn has none.
     """
     x, y = (0.0, 0.0) if isinstance(place, Arena) else place.centre_m or (0.0, 0.0)
-    heading = place.heading_rad if isinstance(place, Obstacle) else 0.0
+    heading = place.heading_rad if isinstance(place, Obstacle | ObjectPart) else 0.0
     if place.shape == "circle":
         assert place.diameter_m is not None
         return disc(x, y, place.diameter_m)
@@ -83,6 +84,14 @@ def _placed(
     """Turned about (0, 0), then moved."""
     cos, sin = math.cos(heading), math.sin(heading)
     return tuple((x + cos * px - sin * py, y + sin * px + cos * py) for px, py in corners)
+
+
+def placed(area: Area, x: float, y: float, heading: float) -> Area:
+    """An area of a frame whose (0, 0) is at (x, y), turned by `heading`."""
+    if area.circle:
+        ((middle_x, middle_y),) = _placed([(area.x, area.y)], x, y, heading)
+        return disc(middle_x, middle_y, area.width)
+    return polygon_of(_placed(area.outline, x, y, heading))
 
 
 def lies_inside(inner: Area, outer: Area) -> bool:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from kilotwin.experiment import polygons
 from kilotwin.experiment.areas import Area, area_of, disc, inside, lies_inside, overlap
 from kilotwin.experiment.grid_checks import Problem
+from kilotwin.experiment.object_schema import ObjectPart, PushedObject
 from kilotwin.experiment.schema import Arena, ExperimentSchema, Obstacle, Site
 from kilotwin.experiment.toml_lines import KeyPath
 
@@ -18,6 +19,11 @@ _SIZES = {
     "rectangle": ("width_m", "height_m"),
     "polygon": ("points_m",),
     "picture": (),
+    "joined": ("part",),
+}
+_EXAMPLES = {
+    "points_m": "points_m = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]",
+    "part": "[[object.part]] tables, each with a shape",
 }
 _PLACED = ("circle", "rectangle")  # by a centre
 _LEAST_M = 0.001  # between two edges, or two corners
@@ -26,29 +32,33 @@ _ACROSS = 100  # points, either way, at which it is tried what is free
 
 def arena_problems(experiment: ExperimentSchema) -> Iterator[Problem]:
     """Most basic first."""
-    yield from _shape(("arena",), experiment.arena)
+    yield from shape_problems(("arena",), experiment.arena)
     for index, obstacle in enumerate(experiment.obstacle):
-        yield from _shape(("obstacle", index), obstacle)
+        yield from shape_problems(("obstacle", index), obstacle)
     for index, site in enumerate(experiment.site):
-        yield from _shape(("site", index), site)
+        yield from shape_problems(("site", index), site)
     yield from _obstacles(experiment)
     yield from _sites(experiment)
 
 
-def _shape(path: KeyPath, place: Arena | Obstacle | Site) -> Iterator[Problem]:
+def shape_problems(
+    path: KeyPath, place: Arena | Obstacle | ObjectPart | PushedObject | Site
+) -> Iterator[Problem]:
+    """Keys that a shape lacks or does not have, and corners that make no polygon."""
     needed = _SIZES[place.shape]
-    if not isinstance(place, Arena) and place.centre_m is None and place.shape in _PLACED:
+    shown = "joined object" if place.shape == "joined" else place.shape
+    if isinstance(place, Obstacle | Site) and place.centre_m is None and place.shape in _PLACED:
         table = f"[[{path[0]}]]"
         yield Problem(f"{table} lacks 'centre_m'; add centre_m = [0.0, 0.0]", (path,))
     for key in itertools.chain.from_iterable(_SIZES.values()):
-        given = getattr(place, key) is not None
+        given = getattr(place, key, None) not in (None, [])
         if given and key not in needed:
             instead = f"use {' and '.join(needed)}" if needed else "remove it"
-            what = f"a {place.shape} has no '{key}'; {instead}, or change shape"
+            what = f"a {shown} has no '{key}'; {instead}, or change shape"
             yield Problem(what, ((*path, key),))
         if not given and key in needed:
-            example = "[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]" if key == "points_m" else "..."
-            yield Problem(f"a {place.shape} needs '{key}'; add {key} = {example}", (path,))
+            example = _EXAMPLES.get(key, f"{key} = ...")
+            yield Problem(f"a {shown} needs '{key}'; add {example}", (path,))
     if isinstance(place, Arena) and place.shape != "polygon" and place.blocks_light is not None:
         what = f"nothing is hidden by the wall of a {place.shape}; remove 'blocks_light'"
         yield Problem(what, ((*path, "blocks_light"),))

@@ -14,6 +14,8 @@ from kilotwin.experiment.arena_checks import (
 from kilotwin.experiment.ark import MOST_UID
 from kilotwin.experiment.grid_checks import Problem, grid_problems, within_the_run
 from kilotwin.experiment.grid_schema import Grid
+from kilotwin.experiment.object_checks import object_problems, poses_in_objects
+from kilotwin.experiment.objects import parts_of
 from kilotwin.experiment.overhead import KEYS, uids
 from kilotwin.experiment.profile_defaults import KILOBOT_MEDIUM, PROFILES, motion_defaults
 from kilotwin.experiment.schema import Command, ExperimentSchema, Robots
@@ -51,6 +53,7 @@ def swarm_size(experiment: ExperimentSchema) -> int:
 def _problems(experiment: ExperimentSchema) -> Iterator[Problem]:
     """Most basic first: each check may rely on what those before it found right."""
     yield from arena_problems(experiment)
+    yield from object_problems(experiment)
     yield from _programs(experiment)
     yield from _room(experiment)
     yield from _informed(experiment)
@@ -109,13 +112,15 @@ def _room(experiment: ExperimentSchema) -> Iterator[Problem]:
     radius = PROFILES[experiment.swarm.profile].radius_m
     for group, kind in enumerate(experiment.robots or []):
         yield from _poses(("robots", group, "poses"), kind, experiment, radius)
+    yield from poses_in_objects(experiment)
     yield from _apart(experiment, 2 * radius)
     if narrow(experiment, radius):
         what = f"no robot fits into the arena: it is {2 * radius:g} m wide; take more room"
         yield Problem(what, (("arena",),))
     count = swarm_size(experiment)
     free = free_square_metres(experiment, area_of(experiment.arena))
-    fit = int(_FULLEST_SHARE * free / (math.pi * radius**2))
+    free -= sum(part.square_metres for thing in experiment.object for part in parts_of(thing))
+    fit = max(int(_FULLEST_SHARE * free / (math.pi * radius**2)), 0)
     if count > fit:
         key: KeyPath = ("robots",) if experiment.robots else ("swarm", "size")
         what = f"{count} robots do not fit into the arena, about {fit} do; take fewer or more room"

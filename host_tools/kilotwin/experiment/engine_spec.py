@@ -1,6 +1,7 @@
 """The engine's input: the experiment in ticks, numbers and messages."""
 
 import itertools
+import re
 from typing import Any, get_args
 
 from kilotwin import _emulator
@@ -8,6 +9,7 @@ from kilotwin.experiment.aggregation import runs_aggregation
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.informed import informed_ranges
 from kilotwin.experiment.lab_file import TABLES
+from kilotwin.experiment.objects import object_spec
 from kilotwin.experiment.overhead import ALL_ROBOTS, DUTIES, RUN, TimedMessage, timed
 from kilotwin.experiment.profile_defaults import PROFILES, Profile, motion_defaults
 from kilotwin.experiment.schema import (
@@ -20,11 +22,13 @@ from kilotwin.experiment.schema import (
 )
 from kilotwin.experiment.section import Section
 from kilotwin.experiment.start_poses import starts
+from kilotwin.experiment.toml_lines import KeyPath
 from kilotwin.units import q16, ticks, ticks_q16
 
 # The foot-bot's control step is 3 ticks; the floor speaks on change and every 16 ticks at least.
 _FLOOR_STEP_TICKS = 3
 _FLOOR_REPEAT_TICKS = 16
+_OBJECT_NUMBER = re.compile(r"object (\d+) ")  # of an error; from 1
 # Fields of a profile that the engine takes as they are; what can be set comes from [motion].
 _BODY_KEYS = (
     "radius_m",
@@ -32,8 +36,6 @@ _BODY_KEYS = (
     "straight_right",
     "turn_left",
     "turn_right",
-    "mass_kg",
-    "push_m_s2",
     "legs",
 )
 
@@ -77,7 +79,7 @@ def engine_spec(
             for obstacle in keys.obstacle
         ],
         "picture": None if experiment.floor is None else experiment.floor.spec(),
-        "objects": [],
+        "objects": [object_spec(thing) for thing in keys.object],
         "profile": _profile(profile, keys),
         "floor": floor if keys.swarm.floor else None,
         "medium": _medium(keys),
@@ -114,11 +116,22 @@ def engine_spec(
     }
 
 
+def place_of_error(experiment: Experiment, what: str, module_guest: str | None = None) -> KeyPath:
+    """The table that an error of the engine is about, which did not like its spec."""
+    if module_guest is not None and what.startswith(module_guest):
+        return ("grid",)
+    if found := _OBJECT_NUMBER.match(what):
+        return "object", int(found[1]) - 1
+    return ("robots",) if experiment.keys.robots else ("swarm",)
+
+
 def _profile(profile: Profile, keys: ExperimentSchema) -> dict[str, Any]:
     motion = motion_defaults(profile) if keys.motion is None else keys.motion.model_dump()
+    push_m_s2 = motion.pop("push_n") / motion["mass_kg"]
     return {
         **{key: getattr(profile, key) for key in _BODY_KEYS},
         **motion,
+        "push_m_s2": push_m_s2,
     }
 
 

@@ -19,8 +19,6 @@ class Profile:
     straight_right: int
     turn_left: int
     turn_right: int
-    mass_kg: float
-    push_m_s2: float
     range_m: float
     medium: str
     virtual_floor: bool
@@ -41,8 +39,6 @@ PROFILES = {
             straight_right=70,
             turn_left=65,
             turn_right=65,
-            mass_kg=1.8,  # a guess
-            push_m_s2=1.0,  # a guess
             range_m=0.8,
             medium="ideal",
             virtual_floor=True,
@@ -61,8 +57,6 @@ PROFILES = {
             straight_right=65,
             turn_left=70,
             turn_right=70,
-            mass_kg=0.010,  # hardware.md 2
-            push_m_s2=0.1,  # a guess
             range_m=0.10,
             medium="kilobot",
             virtual_floor=False,
@@ -76,6 +70,8 @@ PROFILES = {
 # Keys of [motion], besides speed and turn rate; a robot without legs has none of it.
 MOTION_DEFAULTS: Mapping[str, Defaults] = {
     "foot-bot": {
+        "mass_kg": 1.8,  # a guess
+        "push_n": 1.8,  # a guess
         "kick_needed": False,
         "gives_way": True,
         "speed_spread": 0.0,
@@ -83,6 +79,8 @@ MOTION_DEFAULTS: Mapping[str, Defaults] = {
         "motor_noise": 0.0,
     },
     "kilobot": {
+        "mass_kg": 0.010,  # hardware.md 2
+        "push_n": 0.001,  # a guess
         "kick_needed": True,
         "gives_way": True,
         "speed_spread": 0.04,

@@ -13,6 +13,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 from kilotwin.experiment.colours import LED_COLOURS, led_triple, site_colour
 from kilotwin.experiment.environment_schema import EnvironmentTable
 from kilotwin.experiment.grid_schema import CellColour, Faults, Grid, grid_size_m
+from kilotwin.experiment.object_schema import PushedObject
 from kilotwin.experiment.picture_schema import FloorTable, LightPicture
 from kilotwin.experiment.profile_defaults import (
     CONTROLLER_DEFAULTS,
@@ -24,7 +25,9 @@ from kilotwin.experiment.profile_defaults import (
 from kilotwin.experiment.section import (
     Byte,
     Count,
+    Heading,
     Length,
+    Outline,
     Pause,
     Period,
     Point,
@@ -33,6 +36,7 @@ from kilotwin.experiment.section import (
     Real,
     Rectangle,
     Section,
+    Shape,
     Share,
     Spread,
     Text,
@@ -43,9 +47,7 @@ from kilotwin.experiment.section import (
 from kilotwin.units import TICK_S
 
 ProfileName = Literal["foot-bot", "kilobot"]
-Shape = Literal["circle", "rectangle", "polygon"]
 SiteShape = Literal["circle", "rectangle", "polygon", "picture"]
-Outline = Annotated[list[Point], Field(min_length=3, max_length=2000)]
 # Message types of hardware.md 1.4; `pause` is what people call WAKEUP.
 Sent = Literal[
     "run",
@@ -96,7 +98,7 @@ class Obstacle(Section):
     centre_m: Point | None = None
     """Where its middle is, [x, y]; of a polygon, where (0, 0) of its points is: [0, 0], if left
     out."""
-    heading_rad: Annotated[float, Field(ge=-10, le=10)] = 0.0
+    heading_rad: Heading = 0.0
     """Angle by which it is turned about there, counter-clockwise."""
     diameter_m: Length | None = None
     """Diameter of a circle."""
@@ -270,6 +272,11 @@ class Motion(Section):
     """Both motors at their straight duties."""
     turn_rad_s: Annotated[float, Field(gt=0, le=5)]
     """One motor at its turn duty."""
+    mass_kg: Annotated[float, Field(ge=0.001, le=100)]
+    """Mass of a robot. 10 g is what others simulate (hardware.md 2); the foot-bot's is a guess."""
+    push_n: Annotated[float, Field(gt=0, le=1000)]
+    """The most that its drive pushes with, or the table's friction brakes with while its motors are
+    off. A guess."""
     kick_needed: bool
     """Whether a motor at rest needs 15 ms at full duty (`spinup_motors()`) to start."""
     gives_way: bool
@@ -451,6 +458,7 @@ class ExperimentSchema(Section):
     """Reading of `get_temperature()`, 0 to 1023."""
     arena: Arena
     obstacle: Annotated[list[Obstacle], Field(max_length=1000)] = []
+    object: Annotated[list[PushedObject], Field(max_length=1000)] = []
     site: Annotated[list[Site], Field(max_length=255)] = []
     floor: FloorTable | None = None
     swarm: Swarm

@@ -1,6 +1,6 @@
 """Types of values with their ranges, and the rules that hold for every table of an experiment."""
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -12,6 +12,9 @@ Length = Annotated[float, Field(gt=0, le=1000)]
 Coordinate = Annotated[float, Field(ge=-1000, le=1000)]
 Point = Annotated[list[Coordinate], Field(min_length=2, max_length=2)]
 Pose = Annotated[list[Coordinate], Field(min_length=3, max_length=3)]
+Heading = Annotated[float, Field(ge=-10, le=10)]
+Shape = Literal["circle", "rectangle", "polygon"]
+Outline = Annotated[list[Point], Field(min_length=3, max_length=2000)]
 Share = Annotated[float, Field(ge=0, le=1)]
 # Columns or rows of modules: five bits of a CAN identifier, less the one that means all.
 Modules = Annotated[int, Field(ge=1, le=MOST_COLUMNS)]

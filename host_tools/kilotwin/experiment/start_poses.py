@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from kilotwin.experiment.areas import disc
 from kilotwin.experiment.arena_checks import standing_in
 from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.object_checks import object_at, placed_objects
 from kilotwin.experiment.profile_defaults import PROFILES
 
 # Between two robots, so that none begins in contact.
@@ -34,6 +35,7 @@ def starts(experiment: Experiment) -> list[Poses | None]:
     left, bottom, right, top = keys.swarm.start_in_m
     # Only random() of Python's generator is the same for ever.
     chance = random.Random(f"starts {keys.seed}").random
+    objects = placed_objects(keys)
     taken = [(x, y) for poses in given if poses is not None for x, y, _ in poses]
     placed: list[Poses | None] = []
     for group, poses in zip(experiment.groups, given, strict=True):
@@ -46,7 +48,8 @@ def starts(experiment: Experiment) -> list[Poses | None]:
                 x = left + radius + chance() * (right - left - 2 * radius)
                 y = bottom + radius + chance() * (top - bottom - 2 * radius)
                 alone = all(math.hypot(x - a, y - b) >= 2 * radius + _GAP_M for a, b in taken)
-                if alone and standing_in(keys, disc(x, y, 2 * radius)) is None:
+                robot = disc(x, y, 2 * radius)
+                if alone and standing_in(keys, robot) is None and object_at(robot, objects) is None:
                     break
             else:
                 what = f"{group.count} robots find no room in that rectangle; make it larger"

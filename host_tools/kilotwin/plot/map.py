@@ -17,8 +17,9 @@ from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
 from kilotwin.errors import InputError
-from kilotwin.experiment.areas import area_of
+from kilotwin.experiment.areas import Area, area_of
 from kilotwin.experiment.informed import informed_ranges
+from kilotwin.experiment.objects import areas_at
 from kilotwin.experiment.pictures import Picture, floor_picture
 from kilotwin.experiment.profile_defaults import PROFILES
 from kilotwin.experiment.schema import Arena, ExperimentSchema, Obstacle, Site
@@ -28,6 +29,7 @@ from kilotwin.plot.style import (
     FLOOR,
     HATCHES,
     LEGEND_LINE,
+    OBJECT,
     OBSTACLE,
     OUTLINE,
     legend_columns,
@@ -57,6 +59,7 @@ def draw_map(run: Run) -> Figure:
     figure = Figure(figsize=(10, 7.5))
     axes = figure.add_subplot()
     _draw_floor(axes, experiment, _drawn_floor(run))
+    things = _draw_objects(axes, run, robots["tick"][0].as_py())
     point = 1 / _points_per_metre(axes)
     _draw_informed(axes, centres[informed], diameter, point)
     outline = min(0.5, 0.08 * diameter / point)
@@ -73,7 +76,7 @@ def draw_map(run: Run) -> Figure:
     if informed:
         label = f"informed ({len(informed)})"
         handles.append(_dot(label, mfc="none", mec=_INFORMED, mew=2.5))
-    handles += _site_handles(experiment)
+    handles += [*_site_handles(experiment), *things]
     _draw_legend(axes, handles)
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MaxNLocator(steps=[1, 2, 5, 10]))
@@ -137,6 +140,19 @@ def _draw_floor(axes: Axes, experiment: ExperimentSchema, picture: Picture | Non
     axes.set_ylim(arena.y - half_y, arena.y + half_y)
 
 
+def _draw_objects(axes: Axes, run: Run, tick: int) -> list[Patch]:
+    """Objects at a tick. Returns their handle, if any were recorded then."""
+    if not run.experiment.object:
+        return []
+    look: dict[str, Any] = {"facecolor": OBJECT, "edgecolor": OUTLINE, "lw": 1}
+    table = run.objects()
+    for row in table.filter(pc.equal(table["tick"], tick)).to_pylist():
+        pose = [row["x_m"], row["y_m"], row["heading_rad"]]
+        for part in areas_at(run.experiment.object[row["object"]], pose):
+            _draw_area(axes, part, **look)
+    return [Patch(label=f"object ({len(run.experiment.object)})", **look)]
+
+
 def _room(axes: Axes) -> tuple[float, float]:
     """Room for the map, inches."""
     figure = axes.get_figure(root=True)
@@ -173,7 +189,10 @@ def _draw_legend(axes: Axes, handles: list[Artist]) -> None:
 
 
 def _draw_place(axes: Axes, place: Arena | Obstacle | Site, **look: Any) -> Patch:
-    area = area_of(place)
+    return _draw_area(axes, area_of(place), **look)
+
+
+def _draw_area(axes: Axes, area: Area, **look: Any) -> Patch:
     patch: Patch
     if area.circle:
         patch = Circle((area.x, area.y), area.width / 2, **look)

@@ -17,6 +17,7 @@ from kilotwin.runs.reader import Run
 FLOOR = "#b9b9b9"
 OUTLINE = "#404040"
 OBSTACLE = "#6e5a4a"
+OBJECT = "#e5d8bd"
 
 # Okabe and Ito's colours; they stand out on black, grey and white alike.
 STATE_COLOURS = {

@@ -1,7 +1,7 @@
 """The tables of a run folder: their columns and units, and the rows made from the engine's samples.
 
-`robots`: a row per robot and sample. `sites`: a row per sample, with columns named after the
-experiment's sites (resting_<site>) and states (state_<name>).
+`robots`: a row per robot and sample. `objects`: a row per [[object]] and sample. `sites`: a row per
+sample, with columns named after the experiment's sites (resting_<site>) and states (state_<name>).
 """
 
 from collections.abc import Mapping
@@ -28,6 +28,7 @@ class Records:
 
     robots_schema: pa.Schema
     sites_schema: pa.Schema
+    objects_schema: pa.Schema
     _states: pa.Array
     _sites: pa.Array
     _table: States
@@ -53,10 +54,18 @@ class Records:
             "not_resting",
             *(f"state_{state}" for state in states.names[: states.known]),
         ]
+        objects = [
+            *when,
+            field("object", pa.uint32(), "index, in the order of the experiment"),
+            field("x_m", pa.float32(), "m, of the object's own (0, 0)"),
+            field("y_m", pa.float32(), "m"),
+            field("heading_rad", pa.float32(), "rad, counter-clockwise from x"),
+        ]
         per_site = [*when, *(field(name, pa.uint32(), "robots") for name in counts)]
         return Records(
             pa.schema(robots, metadata=dict(about)),
             pa.schema(per_site, metadata=dict(about)),
+            pa.schema(objects, metadata=dict(about)),
             pa.array(states.names),
             pa.array(sites, type=pa.string()),
             states,
@@ -81,6 +90,20 @@ class Records:
             pa.DictionaryArray.from_arrays(site_index, self._sites),
         ]
         return pa.record_batch(columns, schema=self.robots_schema)
+
+    def objects(self, samples: "Samples") -> pa.RecordBatch:
+        """k samples of N objects as k * N rows; samples of the engine."""
+        k, n = samples["object_x_m"].shape
+        tick = np.repeat(samples["tick"], n)
+        columns = [
+            tick,
+            tick * TICK_S,
+            np.tile(np.arange(n, dtype=np.uint32), k),
+            samples["object_x_m"].ravel(),
+            samples["object_y_m"].ravel(),
+            samples["object_heading_rad"].ravel(),
+        ]
+        return pa.record_batch(columns, schema=self.objects_schema)
 
     def sites(self, samples: "Samples", counts: Counts) -> pa.RecordBatch:
         """A row per sample."""

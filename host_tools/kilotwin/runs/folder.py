@@ -9,6 +9,9 @@ prints/           robot-7.log: what robot 7 printed, if it did; each line with i
 robots.parquet    as the streams, after a clean end only
 sites.parquet
 
+With objects also, if they are emulated:
+objects.arrows    a row per object and sample    (Arrow IPC stream; and objects.parquet)
+
 With a virtual environment also, see runs/environment_record.py:
 sent.arrows       a row per word for a robot     (Arrow IPC stream; and sent.parquet)
 
@@ -33,6 +36,7 @@ MANIFEST = "manifest.json"
 EXPERIMENT = "experiment.toml"
 EVENTS = "events.jsonl"
 PRINTS = "prints"
+OBJECTS = "objects"
 TRACKING = "tracking"
 CAN_LOG = "can.log"
 SENT = "sent"

@@ -13,7 +13,7 @@ from kilotwin.errors import InputError, cause_of
 from kilotwin.experiment.checks import swarm_size
 from kilotwin.experiment.schema import ExperimentSchema
 from kilotwin.runs.columns import SENT_SCHEMA, TRACKING_SCHEMA, Records
-from kilotwin.runs.folder import EVENTS, EXPERIMENT, FINISHED, MANIFEST, SENT, TRACKING
+from kilotwin.runs.folder import EVENTS, EXPERIMENT, FINISHED, MANIFEST, OBJECTS, SENT, TRACKING
 
 
 def read_parquet(path: Path) -> pa.Table:
@@ -62,6 +62,10 @@ class Run:
     def sites(self) -> pa.Table:
         """A row per sample."""
         return self._table("sites", Records.of(self.experiment, {}).sites_schema)
+
+    def objects(self) -> pa.Table:
+        """A row per object and sample; none without objects."""
+        return self._table(OBJECTS, Records.of(self.experiment, {}).objects_schema)
 
     def tracking(self) -> pa.Table:
         """A row per report that the host of a grid fetched; none without a grid."""

@@ -110,6 +110,9 @@ class ServedWorld:
             "heading_rad": samples["heading_rad"][kept],
             "led": samples["led"][kept],
             "site": samples["site"][kept],
+            "object_x_m": samples["object_x_m"][kept],
+            "object_y_m": samples["object_y_m"][kept],
+            "object_heading_rad": samples["object_heading_rad"][kept],
         }
         if self._table is not None:
             self._table.see(cut)

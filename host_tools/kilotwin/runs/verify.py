@@ -25,8 +25,8 @@ class Verdict:
     """Outcome of a repetition. `difference`: a sentence, None if there is none.
 
     `changed`: what was not the same from the start: Kilotwin, the engine, a program.
-    `compared`: rows of robots.arrows. `hashes`: before and now; None of a run that was not
-    finished, whose samples alone are compared.
+    `compared`: rows of robots.arrows and objects.arrows. `hashes`: before and now; None of a run
+    that was not finished, whose samples alone are compared.
     """
 
     folder: Path
@@ -55,19 +55,26 @@ def verify(recorded: Path, out: Path | None, command_line: list[str], display: D
     InputError for what is no emulated run. Takes as long as the run did.
     """
     before = Run.open(recorded.parent if recorded.name == MANIFEST else recorded)
-    rows = before.robots()
+    rows, things = before.robots(), before.objects() if _has_objects(before) else None
     experiment = _experiment(before, rows)
     with tempfile.TemporaryDirectory(prefix="kilotwin-verify-") as scratch:
         outcome = run(experiment, out or Path(scratch) / "again", command_line, display)
         now = Run.open(Path(outcome.summary["run_folder"]))
-        difference = _first_difference(rows, now.robots())
+        difference = _first_difference(rows, now.robots(), "robot")
+        if difference is None and things is not None:
+            difference = _first_difference(things, now.objects(), "object")
         changed = _changed(before.manifest, now.manifest)
     hashes = None
     if before.manifest["status"] == FINISHED:
         hashes = (before.manifest["summary"]["result_hash"], outcome.summary["result_hash"])
         if difference is None and hashes[0] != hashes[1]:
             difference = _beside_samples(before.manifest["summary"], outcome.summary)
-    return Verdict(before.folder, difference, changed, rows.num_rows, hashes)
+    compared = rows.num_rows + (0 if things is None else things.num_rows)
+    return Verdict(before.folder, difference, changed, compared, hashes)
+
+
+def _has_objects(run: Run) -> bool:
+    return bool(run.experiment.object)
 
 
 def _experiment(before: Run, rows: pa.Table) -> Experiment:
@@ -87,8 +94,9 @@ def _experiment(before: Run, rows: pa.Table) -> Experiment:
     return Experiment.load(folder / EXPERIMENT, [Setting(("duration_s",), recorded_s, "--verify")])
 
 
-def _first_difference(before: pa.Table, now: pa.Table) -> str | None:
-    """The first row that differs, by time, then robot; None if all of `before` is in `now`."""
+def _first_difference(before: pa.Table, now: pa.Table, what: str) -> str | None:
+    """The first row that differs, by time, then robot or object; None if all of `before` is in
+    `now`. `what` is the column of the latter."""
     rows = min(before.num_rows, now.num_rows)
     first, named = rows, ""
     for name in before.column_names:
@@ -97,9 +105,9 @@ def _first_difference(before: pa.Table, now: pa.Table) -> str | None:
         if len(unlike) and unlike[0] < first:
             first, named = int(unlike[0]), name
     if named:
-        time_s, robot = before["time_s"][first].as_py(), before["robot"][first].as_py()
+        time_s, index = before["time_s"][first].as_py(), before[what][first].as_py()
         was, became = before[named][first].as_py(), now[named][first].as_py()
-        return f"at {time_s:.3f} s robot {robot} has {named} {became}, and had {was}"
+        return f"at {time_s:.3f} s {what} {index} has {named} {became}, and had {was}"
     if now.num_rows < before.num_rows:
         return f"at {before['time_s'][rows].as_py():.3f} s there is no sample any more"
     return None

@@ -28,7 +28,7 @@ from kilotwin.errors import (
     RunError,
     cause_of,
 )
-from kilotwin.experiment.engine_spec import engine_spec
+from kilotwin.experiment.engine_spec import engine_spec, place_of_error
 from kilotwin.experiment.informed import informed_for
 from kilotwin.experiment.states import Counts
 from kilotwin.runs.emulated_environment import EmulatedEnvironment
@@ -317,10 +317,8 @@ class Trial(Generic[WriterT]):
         try:
             return _emulator.Simulation(spec)
         except _emulator.EngineError as error:
-            table = "robots" if self._keys.robots else "swarm"
-            if job.module_guest is not None and str(error).startswith(job.module_guest):
-                table = "grid"
-            raise job.experiment.error((table,), str(error)) from None
+            place = place_of_error(job.experiment, str(error), job.module_guest)
+            raise job.experiment.error(place, str(error)) from None
 
     def _lead_ticks(self) -> int:
         if self._keys.grid is None or self._job.serving is not None:

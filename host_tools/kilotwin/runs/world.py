@@ -238,6 +238,13 @@ class World:
         return np.stack([now["x_m"][0], now["y_m"][0], now["heading_rad"][0]], axis=1)
 
     @property
+    def objects(self) -> NDArray[np.float32]:
+        """[objects, 3]: x_m, y_m, heading_rad of each [[object]], in the order of the file."""
+        now = self._simulation.snapshot()
+        columns = now["object_x_m"][0], now["object_y_m"][0], now["object_heading_rad"][0]
+        return np.stack(columns, axis=1)
+
+    @property
     def leds(self) -> NDArray[np.uint8]:
         """[robots] uint8: the LEDs, as RGB(r, g, b) encodes them."""
         led = self._simulation.snapshot()["led"][0]

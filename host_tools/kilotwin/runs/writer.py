@@ -20,7 +20,7 @@ from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.states import Counts, States, count
 from kilotwin.files.drafts import draft_of
 from kilotwin.runs.columns import Records
-from kilotwin.runs.folder import EVENTS, EXPERIMENT, PRINTS, Reserve, write_manifest
+from kilotwin.runs.folder import EVENTS, EXPERIMENT, OBJECTS, PRINTS, Reserve, write_manifest
 from kilotwin.runs.prints import PrintLimit, Prints
 from kilotwin.units import seconds
 
@@ -43,6 +43,9 @@ class RunWriter:
         self._reserve = _make_folder(folder, experiment, manifest)
         self._robots = Stream(folder / "robots.arrows", self._records.robots_schema)
         self._sites = Stream(folder / "sites.arrows", self._records.sites_schema)
+        self._objects: Stream | None = None
+        if experiment.keys.object and "engine" in manifest:
+            self._objects = Stream(folder / f"{OBJECTS}.arrows", self._records.objects_schema)
         self._events = (folder / EVENTS).open("w", buffering=1)
         self._prints = Prints(folder / PRINTS)
         self._print_limit = PrintLimit(experiment.keys.record)
@@ -54,6 +57,8 @@ class RunWriter:
         counts = self.count(samples)
         self._robots.write(self._records.robots(samples))
         self._sites.write(self._records.sites(samples, counts))
+        if self._objects is not None:
+            self._objects.write(self._records.objects(samples))
         return counts
 
     def count(self, samples: "Samples") -> Counts:
@@ -80,8 +85,9 @@ class RunWriter:
         try:
             for event in self._print_limit.left_out():
                 self._write_event(event)
-            for stream in (self._robots, self._sites, self._events):
-                stream.close()
+            for stream in (self._robots, self._sites, self._objects, self._events):
+                if stream is not None:
+                    stream.close()
             if clean:
                 for stream_file in sorted(self.folder.glob("*.arrows")):
                     _to_parquet(stream_file, stream_file.with_suffix(".parquet"))

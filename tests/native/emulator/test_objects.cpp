@@ -221,6 +221,28 @@ TEST_CASE("energy never grows by itself, whatever collides with what") {
     }
 }
 
+TEST_CASE("objects that are pushed push others, none of which a robot is near") {
+    for (uint32_t step : {1u, 4u}) {
+        CAPTURE(step);
+        Scene scene(square_hall(6));
+        scene.def.step_ticks = step;
+        scene.add("puppet", {{{-0.2 - RADIUS, 0}, 0}});
+        scene.motors(0, 0, FULL, FULL);
+        // Three discs in a line, a little apart; the table holds each with a fifth of the push.
+        for (int i = 0; i < 3; i++)
+            scene.def.objects.push_back(held(disc(0.2), {{0.45 * i, 0}, 0}, 2, PUSH_N / 5));
+        Run run(scene);
+        for (int i = 0; i < 40; i++) {
+            run.simulation.advance(16);
+            for (uint32_t k = 0; k < 2; k++)
+                CHECK((run.object(k + 1).position - run.object(k).position).norm() >
+                      0.4 - 0.02 * DIAMETER);
+        }
+        CHECK(run.object(2).position.x() > 0.9 + 0.5);
+        CHECK(run.speed(100) > 0.1 * SPEED);
+    }
+}
+
 TEST_CASE("objects that robots push against walls and into a corner stay inside, and whole") {
     for (uint32_t step : {1u, 4u}) {
         CAPTURE(step);
