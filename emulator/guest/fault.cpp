@@ -6,6 +6,10 @@
 namespace kilotwin {
 
 FaultReport explain(const GuestStack::Fault &fault, const Program &program) {
+    if (fault.stuck)
+        return {EventKind::ENDLESS,
+                "it computed for " + std::to_string(GuestStack::STUCK_CPU_S) +
+                    " s of CPU time in which its clock stood still, in a loop that is not counted"};
     if (fault.stack_overflow)
         return {EventKind::STACK_OVERFLOW,
                 "its stack grew over " + std::to_string(GuestStack::BYTES) + " bytes"};

@@ -282,7 +282,7 @@ class Module {
     uint16_t configuration_crc() const;
 
     // module_calls.cpp: the API.
-    static void attend_stack();
+    void attend_stack();
     void wait_until(Cycles wake);
     void budget_spent(const uint8_t *frame);
     void came_back() { busy_.came_back(*program_->table().budget); }

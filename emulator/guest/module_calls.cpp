@@ -176,7 +176,7 @@ const kt_host_t Module::HOST = {
 
 /// Empty loops and mistakes of the guest that runs next are the module's.
 void Module::attend_stack() {
-    GuestStack::instance().set_handlers(HostCalls::empty_loop, HostCalls::mistake);
+    GuestStack::instance().set_guest(HostCalls::empty_loop, HostCalls::mistake, &now_);
 }
 
 // Lets time pass up to `wake`; interrupts at that moment come before the program goes on. Where

@@ -1,13 +1,16 @@
 #include "guest/program.h"
 
 #include <dlfcn.h>
+#include <link.h>
 #include <sys/mman.h>
 
+#include <algorithm>
 #include <cstring>
 #include <map>
 #include <memory>
 
 #include "base/errors.h"
+#include "guest/stack.h"
 
 namespace kilotwin {
 
@@ -22,6 +25,27 @@ void forbid_access(const uint8_t *begin) {
     if (mprotect(reinterpret_cast<void *>(first), last - first, PROT_NONE) != 0)
         throw EngineError(std::string("cannot guard a program's state: ") + std::strerror(errno));
 }
+
+/// The loaded object that `address` lies in, with its executable parts made known to the stack.
+struct CodeSearch {
+    uintptr_t address;
+
+    static int look(dl_phdr_info *info, size_t, void *search) {
+        const uintptr_t wanted = static_cast<CodeSearch *>(search)->address;
+        const auto parts = info->dlpi_phdr, end = parts + info->dlpi_phnum;
+        const auto begin_of = [&](const ElfW(Phdr) & part) {
+            return info->dlpi_addr + part.p_vaddr;
+        };
+        const auto holds = [&](const ElfW(Phdr) & part) {
+            return part.p_type == PT_LOAD && wanted - begin_of(part) < part.p_memsz;
+        };
+        if (std::none_of(parts, end, holds)) return 0;
+        for (auto part = parts; part < end; part++)
+            if (part->p_type == PT_LOAD && (part->p_flags & PF_X) != 0)
+                GuestStack::instance().add_code(begin_of(*part), begin_of(*part) + part->p_memsz);
+        return 1;
+    }
+};
 
 }  // namespace
 
@@ -46,6 +70,8 @@ Program::Program(const std::string &path, std::string name) : name_(std::move(na
     initial_.assign(table_->state_begin, table_->state_end);
     forbid_access(table_->guard_low);
     forbid_access(table_->guard_high);
+    CodeSearch search = {reinterpret_cast<uintptr_t>(table_)};
+    dl_iterate_phdr(CodeSearch::look, &search);
 }
 
 /// The names lie one after the other, each ended by a zero.

@@ -198,7 +198,7 @@ class alignas(64) Robot {
     static Robot *running;  ///< the one whose program runs; null between runs
 
     static void body(void *robot);
-    static void attend_faults();
+    void attend_faults();
     void go_on(Cycles until);  ///< executes up to there, or to a question
     void live();               ///< on the guest stack: main(), then the main loop
     void set_up();             ///< SETUP: setup(), once

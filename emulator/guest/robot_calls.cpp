@@ -126,7 +126,7 @@ const kt_host_t Robot::HOST = {
 };
 
 void Robot::attend_faults() {
-    GuestStack::instance().set_handlers(HostCalls::empty_loop, HostCalls::mistake);
+    GuestStack::instance().set_guest(HostCalls::empty_loop, HostCalls::mistake, &now_);
 }
 
 // The program took more turns than fit into a tick without giving time back. Nothing happens around

@@ -43,6 +43,7 @@ constexpr size_t GUARD_BYTES = 16 * 4096;
 constexpr int FAULT_SIGNALS[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGTRAP};
 constexpr int TIMER_SIGNAL = SIGVTALRM;
 constexpr long TIMER_NS = 5'000'000;  // of CPU time
+constexpr uint32_t STUCK_TIMES = GuestStack::STUCK_CPU_S * (1'000'000'000 / TIMER_NS);
 constexpr size_t SIGNAL_STACK_BYTES = 64 * 1024;
 constexpr size_t RED_ZONE_BYTES = 128;
 
@@ -108,10 +109,12 @@ void GuestStack::serve_this_thread() { thread_local ThreadSignals signals; }
 
 GuestStack::Outcome GuestStack::call(void (*body)(void *), void *argument,
                                      SuspendedCall &suspended) {
+    calls_++;
     return back(kt_call_on(memory_ + BYTES, &host_, body, argument), suspended);
 }
 
 GuestStack::Outcome GuestStack::resume(SuspendedCall &suspended) {
+    calls_++;
     uint8_t *bottom = memory_ + BYTES - suspended.size();
     std::memcpy(bottom, suspended.data(), suspended.size());
     suspended.clear();
@@ -166,9 +169,26 @@ void GuestStack::on_fault(int signal, void *info, void *context) {
     stack.fault_ = {signal, address,
                     memory_fault && address >= stack.memory_ - GUARD_BYTES &&
                         address < stack.memory_,
-                    registers[REG_RIP] == 0};
+                    registers[REG_RIP] == 0, false};
+    stack.end_call(registers);
+}
+
+/// Lets the interrupted thread go on in leave_after_fault().
+void GuestStack::end_call(greg_t *registers) {
     registers[REG_RIP] = reinterpret_cast<greg_t>(&GuestStack::leave_after_fault);
-    registers[REG_RSP] = reinterpret_cast<greg_t>(stack.memory_ + BYTES - 64 - sizeof(void *));
+    registers[REG_RSP] = reinterpret_cast<greg_t>(memory_ + BYTES - 64 - sizeof(void *));
+}
+
+/// Whether the guest, found at the instruction `at`, is to be ended: its call and its clock have
+/// been the same for too long. In its own code it holds nothing of the engine or of libc; one that
+/// in twice the time was never found there has left it for good.
+bool GuestStack::is_stuck(uintptr_t at) {
+    if (seen_.call != calls_ || seen_.clock != *clock_) seen_ = {calls_, *clock_, 0};
+    if (++seen_.times < STUCK_TIMES) return false;
+    if (seen_.times >= 2 * STUCK_TIMES) return true;
+    for (const auto &code : code_)
+        if (at >= code.begin && at < code.end) return true;
+    return false;
 }
 
 // A jump to itself never ends and changes nothing, so it does not matter when the timer finds it:
@@ -176,10 +196,17 @@ void GuestStack::on_fault(int signal, void *info, void *context) {
 void GuestStack::on_timer(void *context) {
     auto &stack = instance();
     auto &registers = static_cast<ucontext_t *>(context)->uc_mcontext.gregs;
+    if (stack.host_ == nullptr) return;
+    if (stack.is_stuck(static_cast<uintptr_t>(registers[REG_RIP]))) {
+        stack.lost_memory_.settle(registers);
+        stack.fault_ = {};
+        stack.fault_.stuck = true;
+        stack.end_call(registers);
+        return;
+    }
     auto sp = static_cast<uintptr_t>(registers[REG_RSP]);
     auto bottom = reinterpret_cast<uintptr_t>(stack.memory_);
-    bool in_guest = stack.host_ != nullptr && sp >= bottom && sp < bottom + BYTES;
-    if (!in_guest) return;
+    if (sp < bottom || sp >= bottom + BYTES) return;
     constexpr uint8_t JUMP_TO_SELF[] = {0xEB, 0xFE};
     if (std::memcmp(reinterpret_cast<const void *>(registers[REG_RIP]), JUMP_TO_SELF,
                     sizeof JUMP_TO_SELF) != 0)

@@ -4,7 +4,8 @@
 /// part of the stack is copied out and, later, back to the same address, so that pointers into it
 /// stay valid. The stack lies between guard pages; a fault in a guest ends its call and nothing
 /// else. `for (;;);` has no basic block that clang would instrument: a timer of 5 ms CPU time finds
-/// a guest in such a jump to itself.
+/// a guest in such a jump to itself. It also ends a call in which, for 5 s of CPU time, the guest's
+/// clock stands still: loops that nothing counts, made of inline assembly or longjmp().
 ///
 /// There is one per process, and one guest runs at a time.
 #ifndef KILOTWIN_GUEST_STACK_H
@@ -14,6 +15,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/clock.h"
 #include "guest/fixups.h"
 
 namespace kilotwin {
@@ -32,7 +34,12 @@ class GuestStack {
         const void *address = nullptr;  ///< of the memory, as the signal reports it
         bool stack_overflow = false;    ///< it lies in the guard pages below the stack
         bool jump_to_zero = false;      ///< the program counter was 0
+        bool stuck = false;             ///< no fault: it used STUCK_CPU_S in a standing clock
     };
+
+    /// CPU time of one call within which the guest's clock has to advance, or the call to come
+    /// back. What is counted (busy_watch.h) takes milliseconds for a tick.
+    static constexpr int STUCK_CPU_S = 5;
 
     static constexpr size_t BYTES = 64 * 1024;
 
@@ -54,11 +61,16 @@ class GuestStack {
     /// when called again.
     void serve_this_thread();
 
-    /// Sets the handlers for guests that run from now on: robots and modules have their own.
-    void set_handlers(EmptyLoop empty_loop, OnMistake on_mistake) {
+    /// Sets the handlers and the clock (its present moment) of the guest that runs from now on:
+    /// robots and modules have their own.
+    void set_guest(EmptyLoop empty_loop, OnMistake on_mistake, const volatile Cycles *clock) {
         empty_loop_ = empty_loop;
         on_mistake_ = on_mistake;
+        clock_ = clock;
     }
+
+    /// To be called when a guest is loaded: where its code lies.
+    void add_code(uintptr_t begin, uintptr_t end) { code_.push_back({begin, end}); }
 
     /// Runs `body(argument)` from the top of the stack. SUSPENDED: the call was moved into
     /// `suspended`.
@@ -85,6 +97,8 @@ class GuestStack {
     static void on_fault(int signal, void *info, void *context);
     bool survives(int signal, const void *address, greg_t *registers);
     static void on_timer(void *context);
+    bool is_stuck(uintptr_t at);
+    void end_call(greg_t *registers);
     [[noreturn]] static void leave_after_fault();
 
     uint8_t *memory_ = nullptr;
@@ -92,6 +106,21 @@ class GuestStack {
     void *guest_ = nullptr;  ///< stack pointer of the guest that was left
     EmptyLoop empty_loop_ = nullptr;
     OnMistake on_mistake_ = nullptr;
+    const volatile Cycles *clock_ = nullptr;  ///< of the guest that runs
+
+    /// A guest's code, from the lowest address to behind the highest.
+    struct Code {
+        uintptr_t begin, end;
+    };
+    std::vector<Code> code_;
+
+    uint64_t calls_ = 0;  ///< how often a guest was entered
+    /// The call and the clock that the timer saw last, and how often since.
+    struct Seen {
+        uint64_t call;
+        Cycles clock;
+        uint32_t times;
+    } seen_ = {};
     LostMemory lost_memory_;
     Fault fault_;
 

@@ -10,6 +10,7 @@
 #include "python/chance.h"
 #include "python/chip.h"
 #include "python/differential_test.h"
+#include "python/process.h"
 #include "python/programmer.h"
 #include "python/simulation.h"
 #include "python/wire.h"
@@ -30,6 +31,7 @@ NB_MODULE(_emulator, m) {
     register_chance(m);
     register_chip(m);
     register_differential_test(m);
+    register_process(m);
     register_programmer(m);
     register_simulation(m);
 }

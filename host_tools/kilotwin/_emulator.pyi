@@ -18,6 +18,7 @@ CAN_RECORD: list[tuple[Any, ...]]  # fields of numpy.dtype() for a frame that en
 def uniform(seed: int, purpose: str, robot: int, n: int) -> float: ...  # see base/chance.h
 def normal(seed: int, purpose: str, robot: int, n: int) -> float: ...
 def flash_image(path: str) -> tuple[bytes, dict[int, int]]: ...  # flash; EEPROM by address
+def end_with_parent(parent: int, grace_s: float = 0.0) -> None: ...  # see base/parent_death.h
 
 class EngineError(ValueError): ...
 

@@ -20,6 +20,10 @@ class RunError(KilotwinError):
     exit_code = 1
 
 
+class TimeoutRunError(RunError):
+    """A run took longer than it may."""
+
+
 class InputError(KilotwinError):
     """Input that cannot be used. Nothing has been written."""
 

@@ -29,8 +29,11 @@ def wait_for(condition: Callable[[], object], what: str, limit_s: float = 60.0) 
 
 
 def children(pid: int) -> list[int]:
-    tasks = Path(f"/proc/{pid}/task")
-    return [int(pid) for task in tasks.iterdir() for pid in (task / "children").read_text().split()]
+    found: list[int] = []
+    for listing in Path(f"/proc/{pid}/task").glob("*/children"):
+        with contextlib.suppress(FileNotFoundError, ProcessLookupError):
+            found += map(int, listing.read_text().split())
+    return found
 
 
 def alive(pid: int) -> bool:
@@ -90,6 +93,73 @@ def test_a_killed_run_can_be_plotted(
     assert_readable(folder)
     kilotwin("plot", "timeline", folder, "-o", tmp_path / "timeline.png")
     assert (tmp_path / "timeline.png").stat().st_size > 0
+
+
+HANGS = """\
+#include <kilolib.h>
+static void setup(void) {}
+static void loop(void) {
+    if (kilo_uid == 2) __asm__ volatile("nop; .byte 0xeb, 0xfd");  // a loop that nothing counts
+}
+int main(void) { kilo_init(); kilo_start(setup, loop); return 0; }
+"""
+HANGING = """\
+duration_s = 60
+arena.diameter_m = 2.0
+[swarm]
+profile = "kilobot"
+[[robots]]
+program = "hangs.c"
+count = 3
+"""
+
+
+@pytest.fixture
+def hanging(tmp_path: Path) -> Path:
+    """An experiment in which robot 1 hangs at once."""
+    (tmp_path / "hangs.c").write_text(HANGS)
+    file = tmp_path / "hanging.toml"
+    file.write_text(HANGING)
+    return file
+
+
+def descendants(pid: int) -> list[int]:
+    return [each for child in children(pid) for each in (child, *descendants(child))]
+
+
+@pytest.mark.parametrize("command", ["run", "sweep"])
+def test_no_process_is_left_of_a_killed_command_whose_robot_hangs(
+    command: str, hanging: Path, environment: dict[str, str], tmp_path: Path
+) -> None:
+    file = hanging
+    if command == "sweep":
+        file = tmp_path / "sweep.toml"
+        file.write_text('base = "hanging.toml"\n')
+    words = [str(KILOTWIN), command, str(file), "--out", str(tmp_path / "out")]
+    with subprocess.Popen(words, env=environment, stderr=subprocess.DEVNULL) as process:
+        try:
+            wait_for(lambda: any(map(computes, descendants(process.pid))), "a robot that hangs")
+            left = descendants(process.pid)
+        finally:
+            process.kill()
+    wait_for(lambda: not any(map(alive, left)), "all processes to end", 15)
+
+
+def computes(pid: int) -> bool:
+    """Whether it has used more CPU time than a start takes."""
+    with contextlib.suppress(FileNotFoundError):
+        fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+        return int(fields[11]) > 2.5 * os.sysconf("SC_CLK_TCK")
+    return False
+
+
+def test_a_robot_that_hangs_is_named_and_the_others_go_on(
+    hanging: Path, kilotwin: Kilotwin, tmp_path: Path
+) -> None:
+    done = kilotwin("run", hanging, "--out", tmp_path / "run", "--json", expect=4)
+    (failed,) = json.loads(done.stdout)["robots_failed"]
+    assert (failed["robot"], failed["kind"]) == (1, "endless")
+    assert "5 s of CPU time" in done.stderr
 
 
 def test_a_run_whose_engine_dies_is_closed_and_says_so(long_run: Process, tmp_path: Path) -> None:

@@ -134,6 +134,40 @@ def test_a_killed_sweep_goes_on_to_the_same_data_set_and_leaves_no_process(
     assert tables(out) == reference
 
 
+SLOW = """\
+duration_s = {duration_s}
+arena.diameter_m = 2.0
+[swarm]
+profile = "kilobot"
+[[robots]]
+program = "crashes.c"
+define = ["SEED_CRASHES=0"]
+count = 4
+"""
+
+
+def test_a_trial_past_its_time_is_stopped_and_named_and_the_sweep_goes_on(
+    kilotwin: Kilotwin, tmp_path: Path
+) -> None:
+    (tmp_path / "crashes.c").write_text(CRASHES)
+    (tmp_path / "slow.toml").write_text(SLOW.format(duration_s=5))
+    file = tmp_path / "sweep.toml"
+    file.write_text(
+        'base = "slow.toml"\ntrial_timeout_s = 2\n[vary]\nduration_s = [5, 100000000, 6]\n'
+    )
+    words = ("sweep", file, "--out", tmp_path / "out", "-j", "1", "--json")
+    began = time.monotonic()
+    summary = json.loads(kilotwin(*words, expect=1).stdout)
+    assert time.monotonic() - began < 30
+    (failed,) = summary["failed"]
+    assert (summary["finished"], failed["timed_out"]) == (2, True)
+    assert "duration_s 100000000" in failed["trial"]
+    assert "stopped after trial_timeout_s = 2, when" in failed["failed"]
+    done = kilotwin(*words[:-1], "--trial-timeout", "1", expect=1)
+    assert "took too long: slow, duration_s 100000000, seed 1: stopped after" in done.stdout
+    assert "2 of them there already" in done.stderr
+
+
 def test_a_full_disk_and_a_damaged_part_cost_nothing_but_time(
     kilotwin: Kilotwin,
     environment: dict[str, str],

@@ -40,6 +40,16 @@ Seeds = Annotated[
     int | None,
     typer.Option(min=1, envvar="KILOTWIN_SEEDS", help="In place of the file's numbers."),
 ]
+TrialTimeout = Annotated[
+    float | None,
+    typer.Option(
+        metavar="SECONDS",
+        min=0.001,
+        max=1e9,
+        envvar="KILOTWIN_TRIAL_TIMEOUT",
+        help="Stop a trial that takes longer, in place of the file's trial_timeout_s.",
+    ),
+]
 AllSettings = Annotated[
     list[str] | None,
     typer.Option(
@@ -87,6 +97,7 @@ def sweep(
     seeds: Seeds = None,
     settings: AllSettings = None,
     out: DataFolder = None,
+    trial_timeout: TrialTimeout = None,
     listing: Listing = False,
     resume: Resume = True,
     as_json: Json = False,
@@ -96,7 +107,7 @@ def sweep(
     if dask and slurm:
         raise InputError("--dask and --slurm: a sweep runs in one place; name one of them")
     display = terminal.sweep_display(quiet)
-    plan = read_plan(file, given_settings(settings, None), seeds)
+    plan = read_plan(file, given_settings(settings, None), seeds, trial_timeout)
     place = choose_place(plan, processes, dask, slurm)
     prepared = Sweep.prepare(plan, out or default_folder(plan), display.note)
     if listing:

@@ -3,6 +3,7 @@
 import contextlib
 import importlib.util
 import json
+import os
 import pickle
 import platform
 import signal
@@ -20,7 +21,14 @@ from typing import IO, Any
 from kilotwin import __version__
 from kilotwin.build.group import build_group
 from kilotwin.build.guest import Guest
-from kilotwin.errors import DeviceError, InputError, InterruptError, KilotwinError, RunError
+from kilotwin.errors import (
+    DeviceError,
+    InputError,
+    InterruptError,
+    KilotwinError,
+    RunError,
+    TimeoutRunError,
+)
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.runs.display import Display
 from kilotwin.runs.folder import (
@@ -49,12 +57,14 @@ _PATIENCE_S = 10.0
 class Outcome:
     """How a run ended: `summary` is what --json prints.
 
-    `stop_asked`: Ctrl-C or a kill came, be it too late to cut it short.
+    `stop_asked`: Ctrl-C or a kill came, be it too late to cut it short. `timed_out`: the time that
+    it had was over before its end.
     """
 
     summary: dict[str, Any]
     exit_code: int
     stop_asked: bool = False
+    timed_out: bool = False
 
 
 def run(
@@ -65,10 +75,12 @@ def run(
     *,
     serving: Serving | None = None,
     probes: Probes | None = None,
+    timeout_s: float | None = None,
 ) -> Outcome:
     """Builds the programs, runs the experiment, leaves the run folder. Input errors leave none.
 
-    `serving`: the grid waits for a host from outside.
+    `serving`: the grid waits for a host from outside. After `timeout_s` of wall time the run is
+    interrupted.
     """
     if importlib.util.find_spec("kilotwin._emulator") is None:
         raise RunError("the engine is not built; type: make setup")
@@ -101,7 +113,7 @@ def run(
             probes or Probes(),
         )
         try:
-            return _Child(job, display).wait()
+            return _Child(job, display, timeout_s).wait()
         finally:
             display.stop()
 
@@ -135,9 +147,11 @@ def _environment(experiment: Experiment) -> dict[str, Any]:
 class _Child:
     """The worker process of one run."""
 
-    def __init__(self, job: Job, display: Display) -> None:
+    def __init__(self, job: Job, display: Display, timeout_s: float | None) -> None:
         self._job = job
         self._display = display
+        self._timeout_s = timeout_s
+        self._timed_out = False
         self._folder_made = False
         self._interrupts = 0
         self._out_of_patience = False
@@ -157,14 +171,16 @@ class _Child:
                     self._show(last)
                 returncode = process.wait()
                 if last.get("type") == "done":
-                    return Outcome(last["summary"], last["exit_code"], self._interrupts > 0)
+                    summary, code = last["summary"], last["exit_code"]
+                    cut_short = self._timed_out and summary["status"] == INTERRUPTED
+                    return Outcome(summary, code, self._interrupts > 0, cut_short)
                 log.seek(0)
                 raise self._failure(last, returncode, log.read().strip())
 
     def _start(self, log: IO[str]) -> "subprocess.Popen[bytes]":
         # A process group of its own: Ctrl-C reaches only the parent, which then stops the child.
         return subprocess.Popen(
-            [sys.executable, "-P", "-m", "kilotwin.runs.worker"],
+            [sys.executable, "-P", "-m", "kilotwin.runs.worker", str(os.getpid())],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=log,
@@ -199,8 +215,10 @@ class _Child:
             return InterruptError("interrupted twice, and ended at once" + kept)
         ran = self._ran_last()
         if self._out_of_patience:
-            late = f"interrupted; the engine did not stop within {_PATIENCE_S:.0f} s"
-            return InterruptError(f"{late}, and was ended{ran}{kept}")
+            late = f"the engine did not stop within {_PATIENCE_S:.0f} s, and was ended{ran}{kept}"
+            if self._timed_out:
+                return TimeoutRunError(f"it took longer than {self._timeout_s:g} s; {late}")
+            return InterruptError(f"interrupted; {late}")
         cause = f"ended with code {returncode}"
         if returncode < 0:
             cause = f"was ended by {signal.Signals(-returncode).name}"
@@ -225,8 +243,17 @@ class _Child:
             self._out_of_patience = True
             process.kill()
 
+        def time_is_over() -> None:
+            if self._interrupts:
+                return
+            self._timed_out = True
+            if process.stdin is not None:
+                process.stdin.close()
+            patience.start()
+
         patience = threading.Timer(_PATIENCE_S, give_up)
-        patience.daemon = True
+        limit = threading.Timer(self._timeout_s or 0, time_is_over)
+        patience.daemon = limit.daemon = True
 
         def stop(number: int, frame: FrameType | None) -> None:
             self._interrupts += 1
@@ -234,10 +261,14 @@ class _Child:
                 process.kill()
             elif process.stdin is not None:
                 process.stdin.close()
-                patience.start()
+                if not self._timed_out:
+                    patience.start()
 
+        if self._timeout_s is not None:
+            limit.start()
         with heeding_interrupts(stop):
             try:
                 yield
             finally:
+                limit.cancel()
                 patience.cancel()

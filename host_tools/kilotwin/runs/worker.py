@@ -1,9 +1,9 @@
 """The child process of a run: steps the engine, writes the run folder, reports.
 
-`python -m kilotwin.runs.worker` takes a pickled Job on stdin and answers with one JSON object per
-line on stdout: started, progress, then done or error. The parent ends a run early by closing the
-stdin, which its own death does too. Robot programs run in this process; one that brings it down
-leaves the parent to close the folder.
+`python -m kilotwin.runs.worker PARENT` takes a pickled Job on stdin and answers with one JSON
+object per line on stdout: started, progress, then done or error. The parent ends a run early by
+closing the stdin, which its own death does too. Robot programs run in this process; one that brings
+it down leaves the parent to close the folder.
 """
 
 import contextlib
@@ -47,13 +47,16 @@ if TYPE_CHECKING:
 # may have been run ahead, which with 100,000 robots would cost an eighth at a third of this time.
 _CHUNK_S = 0.4
 _PROGRESS_S = 0.2
+# Time to close the folder when the parent has died; a program that never returns has no more.
+_GRACE_S = 10.0
 
 
 Report = Callable[[dict[str, Any]], None]
 
 
 def main() -> None:
-    """Runs the job of stdin."""
+    """Runs the job of stdin, for the parent whose process id is the argument."""
+    _emulator.end_with_parent(int(sys.argv[1]), _GRACE_S)
     # Ctrl-C is for the parent, which then closes our stdin.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     # Output of libraries and programs must not get between the reports.

@@ -304,4 +304,9 @@ def _replace(target: Path, content: str | bytes) -> None:
 def failure_line(failed: Failed) -> dict[str, Any]:
     """How a failure stands in the log and in --json."""
     folder = None if failed.folder is None else str(failed.folder)
-    return {"key": failed.key, "failed": failed.reason, "run_folder": folder}
+    return {
+        "key": failed.key,
+        "failed": failed.reason,
+        "timed_out": failed.timed_out,
+        "run_folder": folder,
+    }

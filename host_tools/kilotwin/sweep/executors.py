@@ -8,14 +8,13 @@ import os
 import re
 import shutil
 import signal
-import threading
-import time
 from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from dataclasses import dataclass
 from multiprocessing import get_context
 from typing import Any, Protocol
 
+from kilotwin import _emulator
 from kilotwin.errors import DeviceError, InputError
 from kilotwin.sweep.plan import Plan, SlurmOptions
 
@@ -71,13 +70,7 @@ class Processes:
 def _serve(parent: int) -> None:
     """In a worker: Ctrl-C is for the parent; when that is gone, so are we."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-    def watch() -> None:
-        while os.getppid() == parent:
-            time.sleep(1)
-        os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()
+    _emulator.end_with_parent(parent)
 
 
 @dataclass(frozen=True)

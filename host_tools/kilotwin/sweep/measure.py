@@ -4,10 +4,14 @@ A trial that fails is run once more as `kilotwin run` would, in a process of its
 folder: so it can bring down nothing else, and leaves something to look at.
 """
 
+import contextlib
 import functools
 import hashlib
 import json
 import platform
+import signal
+import time
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,7 +20,7 @@ import pyarrow as pa
 
 from kilotwin import _emulator
 from kilotwin.build.group import build_group
-from kilotwin.errors import KilotwinError
+from kilotwin.errors import KilotwinError, TimeoutRunError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.states import Counts, States, count
 from kilotwin.runs import run
@@ -32,6 +36,9 @@ if TYPE_CHECKING:
 RESULT = b"result"
 """Under which the metadata of a part's schema has the trial's result."""
 
+# After its time a trial ends within a second, unless the engine hangs.
+_GRACE_S = 10.0
+
 # Keys of a run's summary that are the trial's result: the same on every machine.
 RESULT_KEYS = ("robots", "resting", "not_resting", "result_hash", "final_hash")
 
@@ -43,6 +50,8 @@ class Task:
     key: str
     experiment: Experiment
     folder: Path
+    timeout_s: float | None = None
+    """Wall time that it may take."""
 
 
 @dataclass(frozen=True)
@@ -61,11 +70,15 @@ class Measured:
 
 @dataclass(frozen=True)
 class Failed:
-    """A trial that failed: why, and the run folder it left, if any."""
+    """A trial that failed: why, and the run folder it left, if any.
+
+    `timed_out`: it took too long, and would again.
+    """
 
     key: str
     reason: str
     folder: Path | None
+    timed_out: bool = False
 
 
 @functools.cache
@@ -76,18 +89,28 @@ def engine_sha256() -> str:
 
 
 def measure(task: Task) -> Measured | Failed:
-    """Runs the trial here. What its programs or the engine refuse comes back as Failed."""
+    """Runs the trial here. What its programs or the engine refuse comes back as Failed.
+
+    A trial that cannot be stopped in time, since the engine hangs, ends this process.
+    """
+    with deadline(task.timeout_s) as is_over:
+        return _measure(task, is_over)
+
+
+def _measure(task: Task, is_over: Callable[[], bool]) -> Measured | Failed:
     try:
         guests = [str(build_group(group).file) for group in task.experiment.groups]
         modules = task.experiment.modules
         module_guest = None if modules is None else str(build_group(modules).file)
         job = Job(task.experiment, guests, task.folder, {}, None, module_guest)
         trial = Trial(job, lambda _: None, lambda: _SeriesWriter(task.experiment))
-        trial.run(lambda: False)
+        in_time = trial.run(is_over)
     except KilotwinError as error:
         return Failed(task.key, str(error), None)
-    summary = trial.summary(interrupted=False)
+    summary = trial.summary(interrupted=not in_time)
     trial.close()
+    if not in_time:
+        return Failed(task.key, _too_long(task, summary), None, timed_out=True)
     if summary["robots_failed"]:
         return Failed(task.key, _robots_failed(summary), None)
     return _measured(task, summary, trial.writer.batches)
@@ -96,9 +119,20 @@ def measure(task: Task) -> Measured | Failed:
 def measure_apart(task: Task) -> Measured | Failed:
     """Runs the trial in a process of its own, into `task.folder`."""
     try:
-        outcome = run.run(task.experiment, task.folder, ["kilotwin", "sweep"], NoDisplay())
+        outcome = run.run(
+            task.experiment,
+            task.folder,
+            ["kilotwin", "sweep"],
+            NoDisplay(),
+            timeout_s=task.timeout_s,
+        )
     except KilotwinError as error:
-        return Failed(task.key, str(error), task.folder if task.folder.exists() else None)
+        timed_out = isinstance(error, TimeoutRunError)
+        folder = task.folder if task.folder.exists() else None
+        return Failed(task.key, str(error), folder, timed_out)
+    if outcome.timed_out:
+        reason = _too_long(task, outcome.summary)
+        return Failed(task.key, reason, task.folder, timed_out=True)
     if outcome.exit_code != 0:
         return Failed(task.key, _robots_failed(outcome.summary), task.folder)
     return _measured(task, outcome.summary, Run.open(task.folder).sites().to_batches())
@@ -121,6 +155,27 @@ def part_of(sites: pa.Table, result: dict[str, Any]) -> bytes:
     with pa.ipc.new_stream(sink, table.schema, options=options) as writer:
         writer.write_table(table)
     return bytes(sink.getvalue())
+
+
+@contextlib.contextmanager
+def deadline(timeout_s: float | None) -> Iterator[Callable[[], bool]]:
+    """Whether the time is over, as a function; some seconds later SIGALRM ends the process."""
+    if timeout_s is None:
+        yield lambda: False
+        return
+    end = time.monotonic() + timeout_s
+    signal.setitimer(signal.ITIMER_REAL, timeout_s + _GRACE_S)
+    try:
+        yield lambda: time.monotonic() >= end
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+
+
+def _too_long(task: Task, summary: dict[str, Any]) -> str:
+    return (
+        f"stopped after trial_timeout_s = {task.timeout_s:g}, when {summary['simulated_s']:,.1f} "
+        f"of {summary['duration_s']:,g} s were simulated"
+    )
 
 
 def _robots_failed(summary: dict[str, Any]) -> str:

@@ -136,6 +136,8 @@ class SweepSchema(Section):
     """As in a block; without [[block]] the file is one block itself."""
     seeds: Seeds = 1
     """As in a block, for blocks without it."""
+    trial_timeout_s: Annotated[float, Field(gt=0, le=1e9)] | None = None
+    """Wall time that a trial may take; it is stopped then, and counts as failed."""
     first_seed: Annotated[int, Field(ge=0, le=2**62)] = 1
     """As in a block, for blocks without it."""
     set: Settings = {}
@@ -197,16 +199,24 @@ class Plan:
         return sorted(self.trials, key=lambda trial: (trial.seed, firsts[id(trial)]))
 
 
-def read_plan(file: Path, settings: Iterable[Setting] = (), seeds: int | None = None) -> Plan:
+def read_plan(
+    file: Path,
+    settings: Iterable[Setting] = (),
+    seeds: int | None = None,
+    trial_timeout_s: float | None = None,
+) -> Plan:
     """Reads a sweep file and checks every experiment in it; InputError names the place.
 
-    `settings` go on top of every trial, `seeds` in place of every block's number of seeds.
+    `settings` go on top of every trial, `seeds` in place of every block's number of seeds,
+    `trial_timeout_s` in place of the file's.
     """
     text = ExperimentText.read(file, [])
     try:
         keys = SweepSchema.model_validate(text.raw)
     except ValidationError as error:
         raise input_error(text, error, schema=SweepSchema) from None
+    if trial_timeout_s is not None:
+        keys = keys.model_copy(update={"trial_timeout_s": trial_timeout_s})
     settings = list(settings)
     blocks = [(place, block, _axes(block, place, text)) for place, block in _blocks(keys, text)]
     for place, block, _ in blocks:

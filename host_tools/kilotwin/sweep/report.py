@@ -39,7 +39,8 @@ def summary_text(summary: dict[str, Any]) -> str:
     ]
     for failed in summary["failed"]:
         where = f" ({failed['run_folder']})" if failed["run_folder"] else ""
-        lines.append(f"failed twice: {failed['trial']}: {failed['failed']}{where}")
+        what = "took too long" if failed["timed_out"] else "failed twice"
+        lines.append(f"{what}: {failed['trial']}: {failed['failed']}{where}")
     if summary["damaged"]:
         lines.append(
             f"damaged on the disk since: {summary['damaged']} of the trials; the same command runs "

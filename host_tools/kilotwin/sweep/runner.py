@@ -161,7 +161,14 @@ class Sweep:
         progress = _Progress(display, missing, total)
         first = [
             _Try(
-                trial, Task(key, trial.experiment, self.data.failed_folder(key).absolute()), measure
+                trial,
+                Task(
+                    key,
+                    trial.experiment,
+                    self.data.failed_folder(key).absolute(),
+                    self.plan.keys.trial_timeout_s,
+                ),
+                measure,
             )
             for trial, key in missing
         ]
@@ -281,7 +288,7 @@ def _drain(
             answer = _answer_of(future, running[future])
             attempt = running.pop(future)
             again = attempt.again()
-            if isinstance(answer, Failed) and again is not None:
+            if isinstance(answer, Failed) and not answer.timed_out and again is not None:
                 waiting.append(_clean(again))
             else:
                 yield attempt, answer

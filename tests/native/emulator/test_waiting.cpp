@@ -85,6 +85,19 @@ TEST_CASE("delay(0) for ever is a loop in which time passes, and is warned about
     CHECK(others[0].kind == EventKind::BUSY_WAIT);
 }
 
+TEST_CASE("a loop that nothing counts is stopped after 5 s of CPU time, and named") {
+    Waiting bench(13);
+    bench.tell(ticks(5), 0, run_message());
+    bench.run(ticks(200));
+    CHECK(bench.Bench::robot(bench.robot).stopped());
+    auto others = bench.others(bench.robot);
+    REQUIRE(others.size() == 1);
+    CHECK(others[0].kind == EventKind::ENDLESS);
+    CHECK(others[0].text.starts_with("it computed for 5 s of CPU time"));
+    CHECK(others[0].tick == 2);
+    CHECK(bench.said(0) == Texts{"waited 100 until 105"});
+}
+
 TEST_CASE("endless computing is stopped after 60 s") {
     for (uint32_t way : {4u, 5u}) {
         CAPTURE(way);

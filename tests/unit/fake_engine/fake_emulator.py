@@ -62,6 +62,10 @@ class EngineError(ValueError):
     """Something wrong with a spec."""
 
 
+def end_with_parent(parent: int, grace_s: float) -> None:
+    """Its programs never hang: a closed stdin ends it."""
+
+
 def config_message(uid_first: int, uid_last: int, key: int, value: int) -> bytes:
     """As wire.h says."""
     return struct.pack("<HHBIB", uid_first, uid_last, key, value, WIRE["TYPE_CONFIG"])

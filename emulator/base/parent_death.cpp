@@ -1,0 +1,54 @@
+#include "base/parent_death.h"
+
+#include <signal.h>
+#include <sys/prctl.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <string>
+
+#include "base/errors.h"
+
+namespace kilotwin {
+
+namespace {
+
+constexpr int PARENT_ENDED = SIGUSR2;
+
+timer_t grace_timer;
+itimerspec grace = {};
+
+// The timer sends SIGKILL, which a program cannot hold off.
+void begin_grace(int) { timer_settime(grace_timer, 0, &grace, nullptr); }
+
+void check(bool done, const char *what) {
+    if (!done) throw EngineError(std::string(what) + ": " + std::strerror(errno));
+}
+
+void prepare_grace(double grace_s) {
+    double whole_s = 0;
+    grace.it_value.tv_nsec = static_cast<long>(std::modf(grace_s, &whole_s) * 1e9);
+    grace.it_value.tv_sec = static_cast<time_t>(whole_s);
+    sigevent event = {};
+    event.sigev_notify = SIGEV_SIGNAL;
+    event.sigev_signo = SIGKILL;
+    check(timer_create(CLOCK_MONOTONIC, &event, &grace_timer) == 0, "timer_create");
+    struct sigaction action = {};
+    action.sa_handler = begin_grace;
+    action.sa_flags = SA_RESTART;
+    check(sigaction(PARENT_ENDED, &action, nullptr) == 0, "sigaction");
+}
+
+}  // namespace
+
+void end_with_parent(int parent, double grace_s) {
+    if (grace_s > 0) prepare_grace(grace_s);
+    check(prctl(PR_SET_PDEATHSIG, grace_s > 0 ? PARENT_ENDED : SIGKILL) == 0, "PR_SET_PDEATHSIG");
+    // A parent that ended before the call above sends nothing any more.
+    if (getppid() != parent) _exit(1);
+}
+
+}  // namespace kilotwin

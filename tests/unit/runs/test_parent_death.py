@@ -1,0 +1,71 @@
+"""A worker ends when its parent does, whatever it is doing."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+CHILD = """
+import os, signal, sys, time
+from kilotwin import _emulator
+_emulator.end_with_parent(int(sys.argv[1]), float(sys.argv[2]))
+{ignores}
+print(os.getpid(), flush=True)
+time.sleep(1000)
+"""
+PARENT = """
+import subprocess, sys, os, time
+child = subprocess.Popen([sys.executable, "-c", sys.argv[1], str(os.getpid()), sys.argv[2]])
+time.sleep(1000)
+"""
+
+
+def is_alive(pid: int) -> bool:
+    stat = Path(f"/proc/{pid}/stat")
+    try:
+        return stat.read_text().rsplit(")", 1)[1].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
+
+
+def lives_on_s(grace_s: float, ignores: str = "") -> float:
+    """How long a child lives on when its parent is killed."""
+    script = CHILD.format(ignores=ignores)
+    words = [sys.executable, "-c", PARENT, script, str(grace_s)]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as parent:
+        assert parent.stdout is not None
+        child = int(parent.stdout.readline())
+        parent.kill()
+        parent.wait()
+        began = time.monotonic()
+        try:
+            while is_alive(child):
+                assert time.monotonic() < began + 10, "it lives on"
+                time.sleep(0.01)
+        finally:
+            if is_alive(child):
+                os.kill(child, signal.SIGKILL)
+    return time.monotonic() - began
+
+
+def test_a_worker_is_killed_with_its_parent() -> None:
+    assert lives_on_s(0) < 0.5
+
+
+@pytest.mark.parametrize(
+    "ignores", ["", "signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGALRM, signal.SIGTERM})"]
+)
+def test_a_worker_with_time_to_close_is_killed_after_it(ignores: str) -> None:
+    assert 0.9 < lives_on_s(1, ignores) < 2
+
+
+def test_a_worker_whose_parent_has_gone_already_ends_at_once() -> None:
+    script = CHILD.format(ignores="")
+    done = subprocess.run(
+        [sys.executable, "-c", script, "1", "0"], capture_output=True, check=False, timeout=20
+    )
+    assert (done.returncode, done.stdout) == (1, b"")
