@@ -50,6 +50,7 @@ enum class Purpose : uint32_t {
     CAMERA_HEADING = 83,          ///< error of the heading
     ENVIRONMENT = 84,             ///< a virtual environment's own
     OBJECT_PLACE = 96,            ///< where an object without a pose begins, and how it is turned
+    BEACON = 97,                  ///< when an object's beacon sends first
 };
 
 /// See above. 8 bytes; all calls are const and may come from any thread.

@@ -21,6 +21,12 @@ void Channel::host_silent_until(Cycles until) {
     for (Stations *kind : others_) kind->host_silent_until(until);
 }
 
+Cycles Channel::next_light() const {
+    Cycles next = next_from_above();
+    for (const Stations *kind : others_) next = std::min(next, kind->next_light());
+    return next;
+}
+
 void Channel::begin_step(Cycles begin, Cycles end) {
     now_ = begin;
     end_ = end;

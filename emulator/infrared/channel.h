@@ -77,9 +77,12 @@ class Channel {
     /// robots. It yields to nobody, and does not overlap its own frames.
     virtual void shine_from_above(const message_t &message, Cycles at) = 0;
 
-    /// When the next of these frames may first matter to a robot; NEVER without one. No robot is to
-    /// be run beyond the begin of that step.
+    /// When the next of these frames may first matter to a robot; NEVER without one.
     virtual Cycles next_from_above() const = 0;
+
+    /// When a frame may first matter to a robot that is known to come, from above or of a station
+    /// that is no robot. No robot is to be run beyond the begin of that step.
+    Cycles next_light() const;
 
     /// Executes what needs the order of time among all stations: everything from `begin` to before
     /// `end`, the current step. No robot is run beyond `limit`.

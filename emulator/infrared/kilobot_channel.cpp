@@ -12,15 +12,15 @@ constexpr double RANGE_LIMIT = 3;  // of the spread
 }  // namespace
 
 KilobotChannel::KilobotChannel(const Settings &settings, const ChannelContext &context,
-                               uint32_t cells, bool runs_past_requests,
+                               uint32_t others, bool runs_past_requests,
                                GuestRobots::RanAhead ran_ahead)
     : Channel(context),
       settings_(settings),
       receiver_(settings, context.chance, context.robots),
-      in_flight_(context.robots.size() + cells + 1),
+      in_flight_(context.robots.size() + others + 1),
       carrier_sense_(settings.carrier_sense, settings.held_busy, in_flight_),
       guests_(*this, context, receiver_, runs_past_requests, std::move(ran_ahead)),
-      above_(*this, static_cast<uint32_t>(context.robots.size()) + cells) {
+      above_(*this, static_cast<uint32_t>(context.robots.size()) + others) {
     const auto robots = static_cast<uint32_t>(context.robots.size());
     for (uint32_t robot = 0; robot < robots; robot++) {
         const double spread =
@@ -29,7 +29,7 @@ KilobotChannel::KilobotChannel(const Settings &settings, const ChannelContext &c
             static_cast<float>(settings.range_m * (1 + spread * settings.range_spread)));
     }
     assign(guests_, 0, robots);
-    assign(above_, robots + cells, 1);
+    assign(above_, robots + others, 1);
 }
 
 double KilobotChannel::reach_m(const Settings &settings) {

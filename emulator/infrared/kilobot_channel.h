@@ -14,8 +14,8 @@
 /// The cells of a Kilogrid are stations too (hardware.md 3.4): robots near a cell receive its
 /// frames, and a module receives from robots near the one cell that it listens to. A module listens
 /// before it sends, is deaf while it sends, and its cells do not receive one another
-/// (grid/cell_stations.h). So is an overhead controller, which listens to nobody
-/// (infrared/light_from_above.h).
+/// (grid/cell_stations.h). So are beacons in objects (infrared/beacons.h), and an overhead
+/// controller, which listens to nobody (infrared/light_from_above.h).
 #ifndef KILOTWIN_INFRARED_KILOBOT_CHANNEL_H
 #define KILOTWIN_INFRARED_KILOBOT_CHANNEL_H
 
@@ -45,9 +45,9 @@ class KilobotChannel final : public Channel {
         bool held_busy;       ///< light that never goes out: no attempt succeeds
     };
 
-    /// Robots are guests but for those that assign() gives another kind; `cells` more stations
-    /// follow. `runs_past_requests`, `ran_ahead`: see GuestRobots.
-    KilobotChannel(const Settings &settings, const ChannelContext &context, uint32_t cells,
+    /// Robots are guests but for those that assign() gives another kind; `others` more stations
+    /// follow: beacons and cells. `runs_past_requests`, `ran_ahead`: see GuestRobots.
+    KilobotChannel(const Settings &settings, const ChannelContext &context, uint32_t others,
                    bool runs_past_requests, GuestRobots::RanAhead ran_ahead);
 
     /// The farthest at which any robot is received, m.
@@ -116,7 +116,7 @@ class KilobotChannel final : public Channel {
     void other_pulses(uint32_t sender, Cycles at, const message_t &message);
 
   private:
-    static constexpr size_t KINDS = 4;  ///< of stations, at most
+    static constexpr size_t KINDS = 5;  ///< of stations, at most
 
     /// The end of a window, or of a frame.
     struct End {

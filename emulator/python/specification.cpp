@@ -13,6 +13,7 @@
 
 #include "aggregation/wire.h"
 #include "base/errors.h"
+#include "base/message_crc.h"
 #include "python/table.h"
 
 namespace nb = nanobind;
@@ -296,28 +297,39 @@ ObjectPart part_of(Table from) {
     return part;
 }
 
-/// Objects that robots push; one without a pose is placed by chance.
-std::vector<ObjectDef> objects_of(const nb::list &from) {
-    std::vector<ObjectDef> objects;
+/// A beacon's message has no CRC here.
+BeaconDef beacon_of(uint32_t object, Table from) {
+    BeaconDef beacon = {object, message_of(from["message"].as<nb::bytes>()),
+                        from["period_ticks"].as<int64_t>() * TICK_CYCLES};
+    beacon.message.crc = crc_of(beacon.message);
+    from.end();
+    return beacon;
+}
+
+/// Objects that robots push, with their beacons; one without a pose is placed by chance.
+void read_objects(SimulationDef &def, const nb::list &from) {
+    auto &objects = def.objects;
     for (nb::handle item : from) {
         Table object(nb::cast<nb::dict>(item), "objects.");
-        ObjectDef def = {{},
-                         {},
-                         object["mass_kg"],
-                         object["friction"],
-                         object["turning_friction"],
-                         object["robot_friction"]};
+        ObjectDef read = {{},
+                          {},
+                          object["mass_kg"],
+                          object["friction"],
+                          object["turning_friction"],
+                          object["robot_friction"]};
         for (nb::handle part : object["parts"].as<nb::list>())
-            def.parts.push_back(part_of(Table(nb::cast<nb::dict>(part), "objects.parts.")));
+            read.parts.push_back(part_of(Table(nb::cast<nb::dict>(part), "objects.parts.")));
         if (!object["pose"].is_none()) {
             const auto pose = object["pose"].as<std::vector<double>>();
             if (pose.size() != 3) throw EngineError("a pose is x_m, y_m, heading_rad");
-            def.pose = Pose{{pose[0], pose[1]}, pose[2]};
+            read.pose = Pose{{pose[0], pose[1]}, pose[2]};
         }
+        if (!object["beacon"].is_none())
+            def.beacons.push_back(
+                beacon_of(static_cast<uint32_t>(objects.size()), object["beacon"].table()));
         object.end();
-        objects.push_back(def);
+        objects.push_back(read);
     }
-    return objects;
 }
 
 /// Walls, obstacles and sites. `reach_m`: how far away walls matter to a robot.
@@ -383,7 +395,7 @@ SimulationDef definition_of(const nb::dict &from) {
     def.arena = arena_of(spec, WALLS_MATTER * def.profile.radius_m +
                                    (def.floor ? def.floor->obstacle_m : 0));
     set_medium(def, spec["medium"].table());
-    def.objects = objects_of(spec["objects"].as<nb::list>());
+    read_objects(def, spec["objects"].as<nb::list>());
     def.groups = groups_of(spec["groups"].as<nb::list>());
     def.lab = lab_of(spec["lab"].as<nb::list>());
     def.commands = commands_of(spec["commands"].as<nb::list>());

@@ -184,20 +184,28 @@ void Simulation::create_bodies(const std::vector<Pose> &poses,
 void Simulation::create_kilobot_channel() {
     const auto robots = static_cast<uint32_t>(robots_.size());
     const uint32_t cells = grid_ ? grid_->layout().cells() : 0;
+    const auto beacons = static_cast<uint32_t>(def_.beacons.size());
     auto channel = std::make_unique<KilobotChannel>(
         *def_.kilobot_medium,
-        ChannelContext{chance_, robots_, *bodies_, emissions_, step_, def_.run_ahead}, cells,
-        !floor_->exists() && may_run_ahead(),
+        ChannelContext{chance_, robots_, *bodies_, emissions_, step_, def_.run_ahead},
+        beacons + cells, !floor_->exists() && may_run_ahead(),
         [this](uint32_t robot, Cycles until) { ran_ahead(robot, until); });
     if (!boards_.empty())
         stations_.push_back(std::make_unique<BoardRobots>(boards_, *channel, chance_));
+    // Behind the robots and before the cells, which take all that follows for theirs.
+    if (beacons > 0) {
+        stations_.push_back(std::make_unique<KilobotBeacons>(
+            def_.beacons, def_.kilobot_medium->range_m, *channel, *bodies_, chance_, robots));
+        channel->assign(*stations_.back(), robots, beacons);
+    }
+    const uint32_t first_cell = robots + beacons;
     if (grid_ && grid_->on_board())
         stations_.push_back(
-            std::make_unique<BoardCells>(*grid_, boards_, *channel, *bodies_, chance_, robots));
+            std::make_unique<BoardCells>(*grid_, boards_, *channel, *bodies_, chance_, first_cell));
     else if (grid_)
         stations_.push_back(
-            std::make_unique<GuestCells>(*grid_, *channel, *bodies_, chance_, robots));
-    if (grid_) channel->assign(*stations_.back(), robots, cells);
+            std::make_unique<GuestCells>(*grid_, *channel, *bodies_, chance_, first_cell));
+    if (grid_) channel->assign(*stations_.back(), first_cell, cells);
     for (auto &kind : stations_) channel->add(*kind);
     channel_ = std::move(channel);
 }
@@ -208,6 +216,9 @@ void Simulation::create_ideal_channel() {
     auto channel = std::make_unique<IdealChannel>(
         IdealChannel::Settings{def_.range_m, def_.line_of_sight, def_.profile.radius_m},
         ChannelContext{chance_, robots_, *bodies_, emissions_, step_, def_.run_ahead});
+    if (!def_.beacons.empty())
+        stations_.push_back(
+            std::make_unique<IdealBeacons>(def_.beacons, def_.range_m, *channel, chance_));
     if (grid_) stations_.push_back(std::make_unique<IdealCells>(*grid_, *channel));
     for (auto &kind : stations_) channel->add(*kind);
     channel_ = std::move(channel);

@@ -30,7 +30,7 @@ void Simulation::advance(int64_t ticks) {
 void Simulation::step(Cycles limit) {
     const Cycles end = now_ + step_;
     give_commands(end);
-    const Cycles told = std::min(commands_.next_at(), channel_->next_from_above());
+    const Cycles told = std::min(commands_.next_at(), channel_->next_light());
     limit = std::min(limit, std::max(end, begin_of_step(told, step_)));
     if (bodies_->refresh_lists()) channel_->lists_changed();
     floor_->begin_step(now_);

@@ -25,6 +25,7 @@
 #include "base/prefetch.h"
 #include "grid/grid.h"
 #include "guest/robot.h"
+#include "infrared/beacons.h"
 #include "infrared/channel.h"
 #include "infrared/kilobot_channel.h"
 #include "infrared/station.h"
@@ -76,6 +77,7 @@ struct SimulationDef {
     double clock_spread;        ///< sd of the robots' oscillators, share
     double sensitivity_spread;  ///< sd of the robots' receivers, share
     std::vector<ObjectDef> objects = {};  ///< need the solver BOX2D
+    std::vector<BeaconDef> beacons = {};  ///< of these objects
     std::vector<Group> groups;
     std::vector<LabRobot>
         lab;  ///< by index, one for each robot; empty: uid index + 1, the profile's duties

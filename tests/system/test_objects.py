@@ -80,6 +80,27 @@ start_in_m = [-0.4, -0.4, 0.4, 0.4]
 sample_s = 0.5
 """
 
+LISTENER = """
+#include <kilolib.h>
+static volatile uint16_t heard;
+static volatile uint8_t first, last, type, mm;
+static void on_message(message_t *message, distance_measurement_t *distance) {
+    heard++;
+    first = message->data[0];
+    last = message->data[8];
+    type = message->type;
+    mm = estimate_distance(distance);
+}
+static void setup(void) {}
+static void loop(void) {}
+int main(void) {
+    kilo_message_rx = on_message;
+    kilo_init();
+    kilo_start(setup, loop);
+    return 0;
+}
+"""
+
 Program = Callable[[str], str]
 
 
@@ -280,6 +301,28 @@ def test_an_object_that_finds_no_place_is_named(
         "or the arena larger"
     )
     assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize("medium", ["kilobot", "ideal"])
+def test_robots_in_range_hear_a_beacon_and_how_far_it_is(program: Program, medium: str) -> None:
+    thing = {
+        "diameter_m": 0.06,
+        "mass_kg": 0.002,
+        "pose": [0.0, 0.0, 0.0],
+        "beacon": {"type": 7, "data": [5, 0, 0, 0, 0, 0, 0, 0, 9], "period_s": 0.25},
+    }
+    poses = [[0.05, 0.0, 0.0], [0.0, 0.09, 0.0], [0.2, 0.0, 0.0]]
+    keys: dict[str, Any] = {"medium": {"kind": medium, "range_m": 0.1}, "object": [thing]}
+    with World(program=program(LISTENER), poses=poses, **keys) as world:
+        world.run(60)
+        heard = [world.variable(robot, "heard") for robot in range(3)]
+        # 8 ticks are 0.26 s.
+        assert 220 <= heard[0] <= 230
+        assert (140 if medium == "kilobot" else 220) <= heard[1] <= 230
+        assert heard[2] == 0
+        assert [world.variable(0, name) for name in ("type", "first", "last")] == [7, 5, 9]
+        for robot, mm in ((0, 50), (1, 90)):
+            assert abs(world.variable(robot, "mm") - mm) <= 8
 
 
 @pytest.fixture

@@ -4,7 +4,18 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from kilotwin.experiment.section import Heading, Length, Outline, Point, Pose, Section, Shape
+from kilotwin.experiment.section import (
+    Heading,
+    Length,
+    MessageData,
+    MessageType,
+    Outline,
+    Period,
+    Point,
+    Pose,
+    Section,
+    Shape,
+)
 
 Friction = Annotated[float, Field(ge=0, le=10)]
 Mass = Annotated[float, Field(gt=0, le=1000)]
@@ -27,6 +38,17 @@ class ObjectPart(Section):
     """Size of a rectangle along y, before it is turned."""
     points_m: Outline | None = None
     """Corners [x, y] of a polygon, one after the other, in either order."""
+
+
+class BeaconTable(Section):
+    """A transmitter in an object, at its (0, 0): robots in range receive its message."""
+
+    type: MessageType = 0
+    """The message's type."""
+    data: MessageData = []
+    """The message's bytes, filled up with zeros."""
+    period_s: Period = 0.5
+    """From one message to the next; a robot's is 0.5. It listens before it sends, as robots do."""
 
 
 class PushedObject(Section):
@@ -54,3 +76,4 @@ class PushedObject(Section):
     """The same against turning; as `friction` if left out."""
     robot_friction: Friction = 0.3
     """With robots and walls; between two objects the product of both over 0.3. Default: a guess."""
+    beacon: BeaconTable | None = None

@@ -4,8 +4,10 @@ from typing import Any
 
 from kilotwin.experiment.areas import Area, area_of, placed
 from kilotwin.experiment.convex import convex_pieces
-from kilotwin.experiment.object_schema import ObjectPart, PushedObject
+from kilotwin.experiment.object_schema import BeaconTable, ObjectPart, PushedObject
+from kilotwin.experiment.overhead import message
 from kilotwin.experiment.polygons import Corner
+from kilotwin.units import ticks
 
 
 def parts_of(thing: PushedObject) -> list[Area]:
@@ -45,7 +47,13 @@ def object_spec(thing: PushedObject) -> dict[str, Any]:
         "friction": float(thing.friction),
         "turning_friction": float(turning),
         "robot_friction": float(thing.robot_friction),
+        "beacon": None if thing.beacon is None else _beacon_spec(thing.beacon),
     }
+
+
+def _beacon_spec(beacon: BeaconTable) -> dict[str, Any]:
+    period_ticks = max(1, ticks(beacon.period_s))
+    return {"message": message(beacon.data, beacon.type), "period_ticks": period_ticks}
 
 
 def _part_specs(part: Area) -> list[dict[str, Any]]:

@@ -27,6 +27,8 @@ from kilotwin.experiment.section import (
     Count,
     Heading,
     Length,
+    MessageData,
+    MessageType,
     Outline,
     Pause,
     Period,
@@ -386,9 +388,9 @@ class Command(Section):
     """calib: duty of the left motor straight on."""
     straight_right: Byte | None = None
     """calib: duty of the right motor straight on."""
-    type: Annotated[int, Field(ge=0, le=0x7F)] | None = None
+    type: MessageType | None = None
     """user: the message's type."""
-    data: Annotated[list[Byte], Field(max_length=9)] | None = None
+    data: MessageData | None = None
     """user: the message's bytes, filled up with zeros."""
 
 

@@ -27,6 +27,9 @@ Spread = Annotated[float, Field(ge=0, le=0.3)]
 Count = Annotated[int, Field(ge=1, le=1_000_000)]
 Uid = Annotated[int, Field(ge=0, le=65535)]
 Byte = Annotated[int, Field(ge=0, le=255)]
+# Those of a program; system messages have higher types.
+MessageType = Annotated[int, Field(ge=0, le=0x7F)]
+MessageData = Annotated[list[Byte], Field(max_length=9)]
 # A reading of an analog-to-digital converter.
 Reading10 = Annotated[float, Field(ge=0, le=1023)]
 # CONFIG carries reals as 32 bits of Q16 and most periods as 16 bits of ticks (wire.h).
