@@ -7,6 +7,7 @@
 
 #include <cerrno>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <string>
 
@@ -18,11 +19,12 @@ namespace {
 
 constexpr int PARENT_ENDED = SIGUSR2;
 
-timer_t grace_timer;
+timer_t timer;
+bool has_timer = false;
 itimerspec grace = {};
 
 // The timer sends SIGKILL, which a program cannot hold off.
-void begin_grace(int) { timer_settime(grace_timer, 0, &grace, nullptr); }
+void begin_grace(int) { timer_settime(timer, 0, &grace, nullptr); }
 
 void check(bool done, const char *what) {
     if (!done) throw EngineError(std::string(what) + ": " + std::strerror(errno));
@@ -35,7 +37,8 @@ void prepare_grace(double grace_s) {
     sigevent event = {};
     event.sigev_notify = SIGEV_SIGNAL;
     event.sigev_signo = SIGKILL;
-    check(timer_create(CLOCK_MONOTONIC, &event, &grace_timer) == 0, "timer_create");
+    check(timer_create(CLOCK_MONOTONIC, &event, &timer) == 0, "timer_create");
+    has_timer = true;
     struct sigaction action = {};
     action.sa_handler = begin_grace;
     action.sa_flags = SA_RESTART;
@@ -50,5 +53,8 @@ void end_with_parent(int parent, double grace_s) {
     // A parent that ended before the call above sends nothing any more.
     if (getppid() != parent) _exit(1);
 }
+
+// libc hands out the kernel's number where the timer sends a signal.
+int grace_timer() { return has_timer ? static_cast<int>(reinterpret_cast<intptr_t>(timer)) : -1; }
 
 }  // namespace kilotwin

@@ -13,6 +13,9 @@ namespace kilotwin {
 /// EngineError where the kernel refuses.
 void end_with_parent(int parent, double grace_s);
 
+/// The kernel's number of the timer that ends the time of grace; -1: there is none.
+int grace_timer();
+
 }  // namespace kilotwin
 
 #endif

@@ -1,5 +1,7 @@
 #include "guest/fault.h"
 
+#include "base/confinement.h"
+
 #include <cstdio>
 #include <cstring>
 
@@ -7,9 +9,13 @@ namespace kilotwin {
 
 FaultReport explain(const GuestStack::Fault &fault, const Program &program) {
     if (fault.stuck)
-        return {EventKind::ENDLESS,
-                "it computed for " + std::to_string(GuestStack::STUCK_CPU_S) +
-                    " s of CPU time in which its clock stood still, in a loop that is not counted"};
+        return {EventKind::ENDLESS, "it computed for " + std::to_string(GuestStack::STUCK_CPU_S) +
+                                        " s of CPU time, or slept for " +
+                                        std::to_string(GuestStack::STUCK_WALL_S) +
+                                        " s, while its clock stood still"};
+    if (fault.system_call >= 0)
+        return {EventKind::CRASH, "it made a system call that is not allowed here, " +
+                                      system_call_name(fault.system_call)};
     if (fault.stack_overflow)
         return {EventKind::STACK_OVERFLOW,
                 "its stack grew over " + std::to_string(GuestStack::BYTES) + " bytes"};

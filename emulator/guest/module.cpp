@@ -43,7 +43,10 @@ Module::Module(ModuleContext &context, Program &program, uint32_t index, uint8_t
     switch_off();
 }
 
-Module::~Module() { program_->evict(image_); }
+Module::~Module() {
+    GuestStack::instance().forget(&now_);
+    program_->evict(image_);
+}
 
 void Module::serve_this_thread() { GuestStack::instance().serve_this_thread(); }
 

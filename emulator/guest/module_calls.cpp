@@ -90,6 +90,7 @@ struct Module::HostCalls {
     }
 
     static void print(const char *text, uint32_t bytes) {
+        *running_->program_->table().budget -= TURNS_PER_PRINT;
         running_->report(EventKind::PRINT, {text, bytes});
     }
 

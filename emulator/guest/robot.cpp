@@ -47,6 +47,7 @@ Robot::Robot(RobotContext &context, const std::string &name, uint32_t index,
 void Robot::serve_this_thread() { GuestStack::instance().serve_this_thread(); }
 
 Robot::~Robot() {
+    GuestStack::instance().forget(&now_);
     if (!on_board()) program_->evict(image_);
 }
 

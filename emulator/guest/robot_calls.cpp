@@ -90,6 +90,7 @@ struct Robot::HostCalls {
 
     static void print(const char *text, uint32_t bytes) {
         running->busy_.called();
+        *running->program_->table().budget -= TURNS_PER_PRINT;
         running->report(EventKind::PRINT, {text, bytes});
     }
     static void spent(const uint8_t *frame) { running->budget_spent(frame); }

@@ -6,6 +6,7 @@
 #include <ucontext.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstring>
 #include <new>
 
@@ -20,6 +21,8 @@ GuestStack::Outcome kt_call_on(uint8_t *top, void **host, void (*body)(void *), 
 /// Leaves the present stack, stores its pointer in `from`, and continues on the stack left at `to`,
 /// where the call returns `outcome`.
 GuestStack::Outcome kt_switch_stack(void **from, void *to, GuestStack::Outcome outcome);
+/// In place of an address that a call of the guest returns to: GuestStack::leave_after_fault().
+void kt_leave_after_fault();
 }
 
 // kt_call_on() uses a call and a return, not jumps, so that the processor predicts returns.
@@ -31,11 +34,13 @@ __asm__(".pushsection .text\n"  //
         KT_FUNCTION("kt_call_on") KT_KEEP
         "mov %rsp, (%rsi); mov %rdi, %rsp; push %rsi; push %rsi\n"
         "mov %rcx, %rdi; call *%rdx\n"
-        "pop %rsi; mov (%rsi), %rsp; xor %eax, %eax\n"  // Outcome::RETURNED
-        KT_BACK                                         //
-            KT_FUNCTION("kt_switch_stack") KT_KEEP
-        "mov %rsp, (%rdi); mov %rsi, %rsp; mov %edx, %eax\n"  //
-        KT_BACK ".popsection\n");
+        "cld; pop %rsi; mov (%rsi), %rsp; xor %eax, %eax\n"  // Outcome::RETURNED
+        KT_BACK                                              //
+            KT_FUNCTION("kt_switch_stack") "cld\n" KT_KEEP
+                                           "mov %rsp, (%rdi); mov %rsi, %rsp; mov %edx, %eax\n"  //
+        KT_BACK                                                                                  //
+            KT_FUNCTION("kt_leave_after_fault") "and $-16, %rsp; call kt_leave_now\n"
+                                                ".popsection\n");
 
 namespace {
 
@@ -44,6 +49,9 @@ constexpr int FAULT_SIGNALS[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGTRAP};
 constexpr int TIMER_SIGNAL = SIGVTALRM;
 constexpr long TIMER_NS = 5'000'000;  // of CPU time
 constexpr uint32_t STUCK_TIMES = GuestStack::STUCK_CPU_S * (1'000'000'000 / TIMER_NS);
+constexpr long WALL_TIMER_S = 1;
+// A guest that sleeps is in libc, so that it takes two times STUCK_TIMES.
+constexpr uint32_t WALL_WEIGHT = 2 * STUCK_TIMES * WALL_TIMER_S / GuestStack::STUCK_WALL_S;
 constexpr size_t SIGNAL_STACK_BYTES = 64 * 1024;
 constexpr size_t RED_ZONE_BYTES = 128;
 
@@ -55,25 +63,53 @@ class ThreadSignals {
         alternative.ss_sp = memory_.data();
         alternative.ss_size = memory_.size();
         sigaltstack(&alternative, nullptr);
-        sigevent event = {};
-        event.sigev_notify = SIGEV_THREAD_ID;
-        event.sigev_signo = TIMER_SIGNAL;
-        event._sigev_un._tid = gettid();
-        timer_create(CLOCK_THREAD_CPUTIME_ID, &event, &timer_);
-        itimerspec each = {{0, TIMER_NS}, {0, TIMER_NS}};
-        timer_settime(timer_, 0, &each, nullptr);
+        start(cpu_timer_, CLOCK_THREAD_CPUTIME_ID, 1, {0, TIMER_NS});
+        start(wall_timer_, CLOCK_MONOTONIC, WALL_WEIGHT, {WALL_TIMER_S, 0});
     }
     ~ThreadSignals() {
-        timer_delete(timer_);
+        timer_delete(cpu_timer_);
+        timer_delete(wall_timer_);
         stack_t none = {};
         none.ss_flags = SS_DISABLE;
         sigaltstack(&none, nullptr);
     }
 
   private:
+    static void start(timer_t &timer, clockid_t clock, uint32_t weight, timespec each) {
+        sigevent event = {};
+        event.sigev_notify = SIGEV_THREAD_ID;
+        event.sigev_signo = TIMER_SIGNAL;
+        event.sigev_value.sival_int = static_cast<int>(weight);
+        event._sigev_un._tid = gettid();
+        timer_create(clock, &event, &timer);
+        const itimerspec period = {each, each};
+        timer_settime(timer, 0, &period, nullptr);
+    }
+
     std::vector<uint8_t> memory_;
-    timer_t timer_ = nullptr;
+    timer_t cpu_timer_ = nullptr, wall_timer_ = nullptr;
 };
+
+// Without the flags of what has happened, which every computation sets.
+constexpr uint32_t SSE_CONTROL = 0xFFC0;
+
+GuestStack::FloatControl float_control() {
+    GuestStack::FloatControl control = {};
+    __asm__ volatile("stmxcsr %0; fnstcw %1" : "=m"(control.sse), "=m"(control.x87));
+    control.sse &= SSE_CONTROL;
+    return control;
+}
+
+void set_float_control(const GuestStack::FloatControl &control) {
+    __asm__ volatile("ldmxcsr %0; fldcw %1" : : "m"(control.sse), "m"(control.x87));
+}
+
+/// Whether the register on top is free, as calls leave it.
+bool x87_is_empty() {
+    uint16_t status = 0;
+    __asm__ volatile("fxam; fnstsw %0" : "=a"(status));
+    return (status & 0x4500) == 0x4100;
+}
 
 }  // namespace
 
@@ -81,8 +117,14 @@ struct StackEntry {
     static void handle_fault(int signal, siginfo_t *info, void *context) {
         GuestStack::on_fault(signal, info, context);
     }
-    static void handle_timer(int, siginfo_t *, void *context) { GuestStack::on_timer(context); }
+    [[noreturn]] static void leave() { GuestStack::leave_after_fault(); }
+    static void handle_timer(int, siginfo_t *info, void *context) {
+        GuestStack::on_timer(info, context);
+    }
 };
+
+/// What kt_leave_after_fault() calls.
+extern "C" __attribute__((visibility("hidden"), used)) void kt_leave_now() { StackEntry::leave(); }
 
 GuestStack &GuestStack::instance() {
     static GuestStack stack;
@@ -105,11 +147,22 @@ GuestStack::GuestStack() {
     sigaction(TIMER_SIGNAL, &action, nullptr);
 }
 
-void GuestStack::serve_this_thread() { thread_local ThreadSignals signals; }
+void GuestStack::attend_system_calls() {
+    struct sigaction action = {};
+    action.sa_sigaction = StackEntry::handle_fault;
+    action.sa_flags = SA_SIGINFO | SA_ONSTACK;
+    sigaction(SIGSYS, &action, nullptr);
+}
+
+void GuestStack::serve_this_thread() {
+    thread_local ThreadSignals signals;
+    host_control_ = float_control();
+}
 
 GuestStack::Outcome GuestStack::call(void (*body)(void *), void *argument,
                                      SuspendedCall &suspended) {
     calls_++;
+    give_float_control();
     return back(kt_call_on(memory_ + BYTES, &host_, body, argument), suspended);
 }
 
@@ -118,14 +171,36 @@ GuestStack::Outcome GuestStack::resume(SuspendedCall &suspended) {
     uint8_t *bottom = memory_ + BYTES - suspended.size();
     std::memcpy(bottom, suspended.data(), suspended.size());
     suspended.clear();
+    give_float_control();
     return back(kt_switch_stack(&host_, bottom, Outcome::RETURNED), suspended);
 }
 
 GuestStack::Outcome GuestStack::back(Outcome outcome, SuspendedCall &suspended) {
     host_ = nullptr;
+    take_float_control();
     if (outcome == Outcome::SUSPENDED)
         suspended.assign(static_cast<uint8_t *>(guest_), memory_ + BYTES);
     return outcome;
+}
+
+inline void GuestStack::give_float_control() {
+    if (float_controls_.empty()) [[likely]]
+        return;
+    if (auto own = float_controls_.find(clock_); own != float_controls_.end())
+        set_float_control(own->second);
+}
+
+/// What the guest left in registers of the x87 unit (those of MMX) is no one's.
+inline void GuestStack::take_float_control() {
+    const FloatControl left = float_control();
+    if (left == host_control_ && x87_is_empty()) [[likely]]
+        return;
+    if (left == host_control_)
+        float_controls_.erase(clock_);
+    else
+        float_controls_[clock_] = left;
+    __asm__ volatile("fninit");
+    set_float_control(host_control_);
 }
 
 void GuestStack::suspend() { kt_switch_stack(&guest_, host_, Outcome::SUSPENDED); }
@@ -157,19 +232,28 @@ bool GuestStack::survives(int signal, const void *address, greg_t *registers) {
 // return the kernel restores the signal mask.
 void GuestStack::on_fault(int signal, void *info, void *context) {
     auto &stack = instance();
+    auto *fault = static_cast<siginfo_t *>(info);
+    auto &registers = static_cast<ucontext_t *>(context)->uc_mcontext.gregs;
+    if (signal == SIGSYS && stack.host_ == nullptr) {  // the engine's or Python's own
+        registers[REG_RAX] = -EPERM;
+        return;
+    }
     if (stack.host_ == nullptr) {  // not in a guest: let the default action kill the process
         ::signal(signal, SIG_DFL);
         raise(signal);
         return;
     }
-    auto address = static_cast<const uint8_t *>(static_cast<siginfo_t *>(info)->si_addr);
-    auto &registers = static_cast<ucontext_t *>(context)->uc_mcontext.gregs;
+    if (signal == SIGSYS) return stack.refuse_system_call(registers, info);
+    auto address = static_cast<const uint8_t *>(fault->si_addr);
     if (stack.survives(signal, address, registers)) return;
     bool memory_fault = signal == SIGSEGV || signal == SIGBUS;
-    stack.fault_ = {signal, address,
+    stack.fault_ = {signal,
+                    address,
                     memory_fault && address >= stack.memory_ - GUARD_BYTES &&
                         address < stack.memory_,
-                    registers[REG_RIP] == 0, false};
+                    registers[REG_RIP] == 0,
+                    false,
+                    -1};
     stack.end_call(registers);
 }
 
@@ -182,22 +266,50 @@ void GuestStack::end_call(greg_t *registers) {
 /// Whether the guest, found at the instruction `at`, is to be ended: its call and its clock have
 /// been the same for too long. In its own code it holds nothing of the engine or of libc; one that
 /// in twice the time was never found there has left it for good.
-bool GuestStack::is_stuck(uintptr_t at) {
+bool GuestStack::is_stuck(uintptr_t at, uint32_t weight) {
     if (seen_.call != calls_ || seen_.clock != *clock_) seen_ = {calls_, *clock_, 0};
-    if (++seen_.times < STUCK_TIMES) return false;
+    seen_.times += weight;
+    if (seen_.times < STUCK_TIMES) return false;
     if (seen_.times >= 2 * STUCK_TIMES) return true;
+    return is_guests_code(at);
+}
+
+bool GuestStack::is_guests_code(uintptr_t at) const {
     for (const auto &code : code_)
         if (at >= code.begin && at < code.end) return true;
     return false;
 }
 
+/// Ends the call for a system call that was refused. One that libc made fails first, since libc may
+/// hold locks: whatever it returns to in the guest's code, the call ends there.
+void GuestStack::refuse_system_call(greg_t *registers, const void *info) {
+    fault_ = {};
+    fault_.signal = SIGSYS;
+    fault_.system_call = static_cast<const siginfo_t *>(info)->si_syscall;
+    const auto sp = static_cast<uintptr_t>(registers[REG_RSP]);
+    const auto bottom = reinterpret_cast<uintptr_t>(memory_);
+    bool returns = false;
+    if (!is_guests_code(static_cast<uintptr_t>(registers[REG_RIP])) && sp >= bottom &&
+        sp < bottom + BYTES)
+        for (uintptr_t at = sp / 8 * 8; at < bottom + BYTES; at += 8)
+            if (auto &word = *reinterpret_cast<uintptr_t *>(at); is_guests_code(word)) {
+                word = reinterpret_cast<uintptr_t>(&kt_leave_after_fault);
+                returns = true;
+            }
+    if (returns)
+        registers[REG_RAX] = -EPERM;
+    else
+        end_call(registers);
+}
+
 // A jump to itself never ends and changes nothing, so it does not matter when the timer finds it:
 // the result stays deterministic.
-void GuestStack::on_timer(void *context) {
+void GuestStack::on_timer(void *info, void *context) {
     auto &stack = instance();
     auto &registers = static_cast<ucontext_t *>(context)->uc_mcontext.gregs;
     if (stack.host_ == nullptr) return;
-    if (stack.is_stuck(static_cast<uintptr_t>(registers[REG_RIP]))) {
+    const auto weight = static_cast<uint32_t>(static_cast<siginfo_t *>(info)->si_value.sival_int);
+    if (stack.is_stuck(static_cast<uintptr_t>(registers[REG_RIP]), weight)) {
         stack.lost_memory_.settle(registers);
         stack.fault_ = {};
         stack.fault_.stuck = true;

@@ -13,6 +13,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <vector>
 
 #include "base/clock.h"
@@ -34,12 +35,23 @@ class GuestStack {
         const void *address = nullptr;  ///< of the memory, as the signal reports it
         bool stack_overflow = false;    ///< it lies in the guard pages below the stack
         bool jump_to_zero = false;      ///< the program counter was 0
-        bool stuck = false;             ///< no fault: it used STUCK_CPU_S in a standing clock
+        bool stuck = false;             ///< no fault: its clock stood still for too long
+        int system_call = -1;           ///< which one it made, confined; -1: none
     };
 
     /// CPU time of one call within which the guest's clock has to advance, or the call to come
     /// back. What is counted (busy_watch.h) takes milliseconds for a tick.
     static constexpr int STUCK_CPU_S = 5;
+    /// The same in seconds of the wall, for a guest that sleeps.
+    static constexpr int STUCK_WALL_S = 10;
+
+    /// Rounding, traps and flushing of the floating-point units. A guest that changes them finds
+    /// them so again, and no one else does: they are kept per guest, by its clock.
+    struct FloatControl {
+        uint32_t sse;
+        uint16_t x87;
+        bool operator==(const FloatControl &) const = default;
+    };
 
     static constexpr size_t BYTES = 64 * 1024;
 
@@ -57,9 +69,18 @@ class GuestStack {
     /// The process's stack; the first call installs the signal handlers.
     static GuestStack &instance();
 
-    /// To be called by a thread before it runs guests: gives it a signal stack and the timer. Cheap
+    /// To be called by a thread before it runs guests: gives it a signal stack and the timers. Cheap
     /// when called again.
     void serve_this_thread();
+
+    /// To be called before the process confines itself (base/confinement.h): a system call that is
+    /// refused then ends the call of the guest which makes it, and fails in the engine.
+    void attend_system_calls();
+
+    /// To be called when the guest with this clock is gone.
+    void forget(const volatile Cycles *clock) {
+        if (!float_controls_.empty()) float_controls_.erase(clock);
+    }
 
     /// Sets the handlers and the clock (its present moment) of the guest that runs from now on:
     /// robots and modules have their own.
@@ -96,9 +117,13 @@ class GuestStack {
     Outcome back(Outcome outcome, SuspendedCall &suspended);
     static void on_fault(int signal, void *info, void *context);
     bool survives(int signal, const void *address, greg_t *registers);
-    static void on_timer(void *context);
-    bool is_stuck(uintptr_t at);
+    static void on_timer(void *info, void *context);
+    bool is_stuck(uintptr_t at, uint32_t weight);
+    void take_float_control();
+    void give_float_control();
     void end_call(greg_t *registers);
+    bool is_guests_code(uintptr_t at) const;
+    void refuse_system_call(greg_t *registers, const void *info);
     [[noreturn]] static void leave_after_fault();
 
     uint8_t *memory_ = nullptr;
@@ -115,6 +140,10 @@ class GuestStack {
     std::vector<Code> code_;
 
     uint64_t calls_ = 0;  ///< how often a guest was entered
+    FloatControl host_control_ = {};
+    /// Of guests that changed theirs, by their clocks.
+    std::map<const volatile Cycles *, FloatControl> float_controls_;
+
     /// The call and the clock that the timer saw last, and how often since.
     struct Seen {
         uint64_t call;

@@ -1,14 +1,37 @@
 #include "python/process.h"
 
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include "base/confinement.h"
 #include "base/parent_death.h"
+#include "guest/stack.h"
 
 namespace nb = nanobind;
 
 namespace kilotwin {
 
+namespace {
+
+std::vector<std::string> confine(std::vector<std::string> readable,
+                                 std::vector<std::string> writable, uint64_t memory_bytes,
+                                 bool sockets) {
+    // Its timers and handlers cannot be made later.
+    GuestStack::instance().serve_this_thread();
+    GuestStack::instance().attend_system_calls();
+    return confine_worker({std::move(readable), {}, std::move(writable), memory_bytes, sockets});
+}
+
+}  // namespace
+
 void register_process(nb::module_ &m) {
     m.def("end_with_parent", &end_with_parent, nb::arg("parent"), nb::arg("grace_s") = 0.0,
           "Has this process killed so many seconds after the process `parent`, its parent, ends.");
+    m.def("confine", &confine, nb::kw_only(), nb::arg("readable"), nb::arg("writable"),
+          nb::arg("memory_bytes"), nb::arg("sockets"),
+          "Leaves this process, for good, these files and folders and what it has open; returns "
+          "the layers that the kernel lacks.");
+    m.def("lacking_layers", &lacking_layers, "Layers of confine() that this kernel lacks.");
 }
 
 }  // namespace kilotwin

@@ -6,8 +6,9 @@
 
 namespace kilotwin {
 
-/// end_with_parent() of base/parent_death.h. It acts on the whole process that imported the engine,
-/// so that only workers of ours call it: never a user's own Python.
+/// end_with_parent() of base/parent_death.h, and confine() and lacking_layers() of
+/// base/confinement.h. The first two act on the whole process that imported the engine, so that
+/// only workers of ours call them: never a user's own Python.
 void register_process(nanobind::module_ &m);
 
 }  // namespace kilotwin

@@ -137,7 +137,7 @@ def _failure(program: Program) -> str:
 def _link(command: list[str], program: Program, objects: Sequence[Path]) -> None:
     failure = f"{program.written}: cannot be linked; mend what the linker says"
     try:
-        run_tool(command, failure, ENGLISH)
+        run_tool(command, failure, ENGLISH, confine=True)
     except InputError as error:
         if re.search(r"not within region|overflowed by", error.detail):
             raise RunError(
@@ -163,7 +163,8 @@ def _key(program: Program, compiler: str, written: BuildId, runtime: Sequence[Pa
     ):
         if not sources:
             continue
-        rules = run_tool([compiler, *flags, "-w", "-MM", *map(str, sources)], _failure(program))
+        words = [compiler, *flags, "-w", "-MM", *map(str, sources)]
+        rules = run_tool(words, _failure(program), confine=True)
         for name in dict.fromkeys(prerequisites(rules)):
             digest.update(f"\0{name}\0".encode())
             digest.update(Path(name).read_bytes())
@@ -197,7 +198,8 @@ def _build(program: Program, compiler: str, runtime: Sequence[Path], image: Imag
             objects[part] = []
             for number, source in enumerate(sources):
                 target = str(draft / part / f"{number:03}-{source.stem}.o")
-                run_tool([compiler, *flags, "-c", str(source), "-o", target], failure)
+                words = [compiler, *flags, "-c", str(source), "-o", target]
+                run_tool(words, failure, confine=True)
                 objects[part].append(target)
         own = list(map(Path, objects["program"]))
         check_main(program, "avr-nm", own)

@@ -26,6 +26,7 @@ from pathlib import Path
 
 from kilotwin.build.apis import APIS, wanted_helpers
 from kilotwin.build.avr_flags import avr_words, clock_define
+from kilotwin.build.confined_tools import CANNOT_START, confined, scratch_of
 from kilotwin.build.linking import ENGLISH, check_main, explained
 from kilotwin.build.robot_assembly import without_assembly
 from kilotwin.build.robot_widths import with_robots_widths
@@ -372,6 +373,7 @@ class _Builder:
             [str(word) for word in command],
             f"{self._program.written}: does not compile; mend what the compiler says",
             environment,
+            confine=command[0] == self._compiler,
         )
 
 
@@ -402,14 +404,22 @@ def prerequisites(make_rules: str) -> list[str]:
     return names
 
 
-def run_tool(command: list[str], failure: str, environment: Mapping[str, str] | None = None) -> str:
+def run_tool(
+    command: list[str],
+    failure: str,
+    environment: Mapping[str, str] | None = None,
+    *,
+    confine: bool = False,
+) -> str:
     """Output of a tool; its error becomes an InputError that begins with `failure`.
 
-    `environment` comes on top of ours.
+    `environment` comes on top of ours. `confine`: it is a compiler, which reads the program's
+    folders, our headers and the system's, no other file.
     """
+    own = {"TMPDIR": scratch_of(command)} if confine else {}
     done = subprocess.run(
-        command,
-        env={**os.environ, **(environment or {})},
+        confined(command) if confine else command,
+        env={**os.environ, **own, **(environment or {})},
         capture_output=True,
         text=True,
         check=False,
@@ -422,4 +432,11 @@ def run_tool(command: list[str], failure: str, environment: Mapping[str, str] | 
             f"{tempfile.gettempdir()}: no space left on device to compile in; make room, or set "
             "TMPDIR to another folder"
         )
+    if confine and done.returncode == CANNOT_START:
+        raise RunError(
+            "the compiler cannot be confined; see it yourself, or add --trust",
+            detail=done.stderr.rstrip(),
+        )
+    if confine and os.strerror(errno.EACCES) in done.stderr:
+        failure += "; it may read the program's folders, those of `include`, and the system's"
     raise InputError(failure, detail=done.stderr.rstrip())

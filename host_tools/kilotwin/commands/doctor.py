@@ -58,6 +58,7 @@ def examine() -> list[Finding]:
         _compiler,
         _cache,
         _run_folders,
+        _confinement,
         _cores,
         _avr_compiler,
         _avrdude,
@@ -99,6 +100,17 @@ def _run_folders() -> Finding:
     return _writable(
         "run folders", Path("runs"), "cd to a folder that can be written, or use --out"
     )
+
+
+def _confinement() -> Finding:
+    what = "confinement of robots' programs"
+    if _NO_ENGINE:
+        return Finding(what, "not known without the engine", needed=False)
+    missing = _emulator.lacking_layers()
+    if not missing:
+        return Finding(what, "whole: Landlock, seccomp, limits of memory", needed=False)
+    remedy = "run what you do not trust on Linux 5.13 or newer"
+    return Finding(what, "; ".join(missing), remedy, needed=False)
 
 
 def _writable(what: str, folder: Path, remedy: str) -> Finding:

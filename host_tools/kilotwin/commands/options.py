@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from kilotwin.experiment.text import Setting, parse_setting
+from kilotwin.files.confinement import Confine
 
 Json = Annotated[
     bool, typer.Option("--json", envvar="KILOTWIN_JSON", help="Print JSON on stdout, for programs.")
@@ -66,6 +67,21 @@ Define = Annotated[
         metavar="NAME[=VALUE]",
         envvar="KILOTWIN_DEFINE",
         help="Define a macro, as the compiler's -D.",
+    ),
+]
+ConfineMode = Annotated[
+    Confine | None,
+    typer.Option(
+        "--confine",
+        envvar="KILOTWIN_CONFINE",
+        help="Confine robots' programs and their compiler as far as this kernel can (auto), wholly "
+        "or not at all (require), or not (off).",
+    ),
+]
+Trust = Annotated[
+    bool,
+    typer.Option(
+        "--trust", envvar="KILOTWIN_TRUST", help="The programs are trusted: as --confine=off."
     ),
 ]
 Buses = Annotated[

@@ -10,6 +10,7 @@ import typer
 
 from kilotwin.commands import lazy, terminal
 from kilotwin.commands.options import (
+    ConfineMode,
     File,
     Json,
     Quiet,
@@ -17,6 +18,7 @@ from kilotwin.commands.options import (
     Seed,
     Settings,
     Speed,
+    Trust,
     command_app,
     given_settings,
 )
@@ -24,6 +26,7 @@ from kilotwin.environment.poses import parse_address
 from kilotwin.errors import EXIT_INTERRUPTED, InputError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.text import Setting
+from kilotwin.files import confinement
 from kilotwin.runs.job import Probes, Serving
 from kilotwin.runs.run import run as run_experiment
 
@@ -152,10 +155,13 @@ def run(
     gdb_port: GdbPort = 1234,
     vcd: Vcd = None,
     verify: Verify = False,
+    confine: ConfineMode = None,
+    trust: Trust = False,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
     """Run an experiment and leave a run folder."""
+    confinement.choose(confine, trust)
     given = given_settings(settings, seed)
     if verify:
         others = (given, serve, plots, gdb, vcd)

@@ -7,8 +7,16 @@ from typing import Annotated
 import typer
 
 from kilotwin.commands import terminal
-from kilotwin.commands.options import Json, Quiet, command_app, given_settings
+from kilotwin.commands.options import (
+    ConfineMode,
+    Json,
+    Quiet,
+    Trust,
+    command_app,
+    given_settings,
+)
 from kilotwin.errors import InputError
+from kilotwin.files import confinement
 from kilotwin.sweep.executors import choose_place
 from kilotwin.sweep.plan import read_plan
 from kilotwin.sweep.report import listing_text, summary_text
@@ -98,14 +106,19 @@ def sweep(
     settings: AllSettings = None,
     out: DataFolder = None,
     trial_timeout: TrialTimeout = None,
+    confine: ConfineMode = None,
+    trust: Trust = False,
     listing: Listing = False,
     resume: Resume = True,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
     """Run an experiment many times, varied, into one data set. Goes on where it was stopped."""
+    confinement.choose(confine, trust)
     if dask and slurm:
         raise InputError("--dask and --slurm: a sweep runs in one place; name one of them")
+    if (dask or slurm) and confinement.mode() == "require":
+        raise InputError("--confine=require: workers elsewhere cannot be held to it; leave it out")
     display = terminal.sweep_display(quiet)
     plan = read_plan(file, given_settings(settings, None), seeds, trial_timeout)
     place = choose_place(plan, processes, dask, slurm)

@@ -7,6 +7,9 @@ from kilotwin.errors import KilotwinError
 _PACKAGE = Path(__file__).resolve().parents[1]
 _SOURCE_TREE = _PACKAGE.parents[1]
 
+PARTS = ("firmware", "kilogrid_modules", "emulator/guest", "experiments")
+"""Folders below a root that programs are built from."""
+
 
 def roots() -> list[Path]:
     """Where to look: the source tree (editable install), then the wheel's own copy."""

@@ -57,7 +57,8 @@ def own_lines(program: Program) -> list[Line]:
     folders = [source.parent for source in program.sources] + list(program.include_folders)
     found = []
     for source in program.sources:
-        text = run_tool([compiler, *program_flags(program), "-w", "-E", str(source)], str(source))
+        words = [compiler, *program_flags(program), "-w", "-E", str(source)]
+        text = run_tool(words, str(source), confine=True)
         for line in _marked(text):
             if any(line.place.file.startswith(f"{folder}/") for folder in folders):
                 found.append(line)

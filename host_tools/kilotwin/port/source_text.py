@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from kilotwin.build.avr import avr_gcc, program_flags
+from kilotwin.build.confined_tools import confined
 from kilotwin.build.guest import find_compiler
 from kilotwin.experiment.programs import Program
 from kilotwin.files import resources
@@ -135,7 +136,7 @@ def widths(program: Program) -> Iterator[Finding]:
 
 def _warnings(command: list[str], source: Path) -> list[tuple[str, int, str]]:
     done = subprocess.run(
-        [*command, "-fsyntax-only", str(source)],
+        confined([*command, "-fsyntax-only", str(source)]),
         capture_output=True,
         text=True,
         check=False,

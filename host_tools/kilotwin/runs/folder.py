@@ -125,6 +125,11 @@ def write_manifest(folder: Path, manifest: dict[str, Any]) -> None:
         draft.write_text(json.dumps(manifest, indent=2) + "\n")
 
 
+def add_to_manifest(folder: Path, more: dict[str, Any]) -> None:
+    """Writes what is known of a run after it began."""
+    write_manifest(folder, {**json.loads((folder / MANIFEST).read_text()), **more})
+
+
 def close_manifest(folder: Path, status: str, exit_code: int, **more: Any) -> None:
     """Writes how the run ended; also in place of a writer that died."""
     manifest = json.loads((folder / MANIFEST).read_text())

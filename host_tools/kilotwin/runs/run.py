@@ -30,6 +30,7 @@ from kilotwin.errors import (
     TimeoutRunError,
 )
 from kilotwin.experiment.experiment import Experiment
+from kilotwin.runs.confined_worker import ENVIRONMENT, unconfined_because
 from kilotwin.runs.display import Display
 from kilotwin.runs.folder import (
     FAILED,
@@ -47,6 +48,13 @@ from kilotwin.runs.job import Job, Probes, Serving
 _BLACK_BOX = struct.Struct("=II")
 _NO_ROBOT = 0xFFFFFFFF
 _PAGE_BYTES = 4096
+
+_REPORTS = ("started", "note", "progress", "done", "error")
+_LONGEST_REPORT = 1 << 26
+_GARBLED = (
+    "the engine's process reports what cannot be understood; one of the programs wrote into its "
+    "files, so that what was recorded is spoiled"
+)
 
 # From the first interrupt on: what the engine has under way takes a second or so, unless a program
 # keeps it.
@@ -166,8 +174,9 @@ class _Child:
                 pickle.dump(self._job, process.stdin)
                 process.stdin.flush()
             with self._stop_on_signals(process):
-                for line in process.stdout:
-                    last = json.loads(line)
+                reports = process.stdout
+                for line in iter(lambda: reports.readline(_LONGEST_REPORT), b""):
+                    last = self._understood(line, process)
                     self._show(last)
                 returncode = process.wait()
                 if last.get("type") == "done":
@@ -177,7 +186,19 @@ class _Child:
                 log.seek(0)
                 raise self._failure(last, returncode, log.read().strip())
 
+    def _understood(self, line: bytes, process: "subprocess.Popen[bytes]") -> dict[str, Any]:
+        """A report; a program that writes into the worker's pipe ends its run."""
+        try:
+            message = json.loads(line)
+            if message["type"] not in _REPORTS:
+                raise ValueError
+        except (ValueError, TypeError, KeyError, RecursionError):
+            process.kill()
+            message = {"type": "error", "exit_code": RunError.exit_code, "message": _GARBLED}
+        return dict(message)
+
     def _start(self, log: IO[str]) -> "subprocess.Popen[bytes]":
+        experiment = self._job.experiment
         # A process group of its own: Ctrl-C reaches only the parent, which then stops the child.
         return subprocess.Popen(
             [sys.executable, "-P", "-m", "kilotwin.runs.worker", str(os.getpid())],
@@ -185,6 +206,7 @@ class _Child:
             stdout=subprocess.PIPE,
             stderr=log,
             process_group=0,
+            env={**os.environ, **({} if unconfined_because(experiment) else ENVIRONMENT)},
         )
 
     def _show(self, message: dict[str, Any]) -> None:

@@ -31,10 +31,11 @@ from kilotwin.errors import (
 from kilotwin.experiment.engine_spec import engine_spec, place_of_error
 from kilotwin.experiment.informed import informed_for
 from kilotwin.experiment.states import Counts
+from kilotwin.runs.confined_worker import confine_worker
 from kilotwin.runs.emulated_environment import EmulatedEnvironment
 from kilotwin.runs.emulated_grid import EmulatedHost, lead_ticks
 from kilotwin.runs.environment_record import EnvironmentEvents, EnvironmentRecord
-from kilotwin.runs.folder import FAILURES, FINISHED, INTERRUPTED, close_manifest
+from kilotwin.runs.folder import FAILURES, FINISHED, INTERRUPTED, add_to_manifest, close_manifest
 from kilotwin.runs.job import Job
 from kilotwin.runs.served_world import ServedWorld
 from kilotwin.runs.writer import RunWriter
@@ -81,6 +82,7 @@ def main() -> None:
 def simulate(job: Job, report: Report, stopped: Callable[[], bool]) -> None:
     """Runs the experiment to its end or until `stopped`. A refused one leaves no folder."""
     trial = Trial(job, report, lambda: _make_folder(job))
+    add_to_manifest(job.folder, confine_worker(job))
     try:
         interrupted = not trial.run(stopped)
         summary = trial.summary(interrupted)

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from kilotwin._emulator import Event, Samples
 
 _ROW_GROUP = 1_000_000
+# A run's process starts no threads (docs/security.md).
+_ONE_THREAD = pa.ipc.IpcReadOptions(use_threads=False)
 
 
 class RunWriter:
@@ -115,7 +117,7 @@ class Stream:
 
     def __init__(self, file: Path, schema: pa.Schema) -> None:
         self._file = pa.OSFile(str(file), "wb")
-        options = pa.ipc.IpcWriteOptions(compression="zstd")
+        options = pa.ipc.IpcWriteOptions(compression="zstd", use_threads=False)
         self._writer = pa.ipc.new_stream(self._file, schema, options=options)
 
     def write(self, batch: pa.RecordBatch) -> None:
@@ -132,7 +134,7 @@ def _to_parquet(stream: Path, target: Path) -> None:
     """Copies a whole stream, some million rows at a time, and shows the result when it is done."""
     with (
         draft_of(target, sync=False) as draft,
-        pa.ipc.open_stream(stream) as reader,
+        pa.ipc.open_stream(stream, options=_ONE_THREAD) as reader,
         pq.ParquetWriter(draft, reader.schema, compression="zstd") as writer,
     ):
         waiting: list[pa.RecordBatch] = []

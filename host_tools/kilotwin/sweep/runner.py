@@ -16,6 +16,7 @@ from kilotwin.build.guest import Guest, Notify
 from kilotwin.errors import EXIT_INTERRUPTED, KilotwinError, RunError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.programs import Program
+from kilotwin.files import confinement
 from kilotwin.files.build_id import Target
 from kilotwin.runs.folder import EXPERIMENT, slug, utc_now
 from kilotwin.runs.interrupts import heeding_interrupts
@@ -168,7 +169,7 @@ class Sweep:
                     self.data.failed_folder(key).absolute(),
                     self.plan.keys.trial_timeout_s,
                 ),
-                measure,
+                measure_apart if confinement.mode() == "require" else measure,
             )
             for trial, key in missing
         ]
@@ -243,6 +244,7 @@ class Sweep:
                 )
             self.data.add(answer)
             robot_s = _robot_s(attempt.trial)
+            shutil.rmtree(attempt.task.folder, ignore_errors=True)
             self.data.log(**when, cpu_s=answer.cpu_s, robot_s=robot_s, host=answer.host)
             self.there.add(answer.key)
         progress.add(attempt.trial, failed=isinstance(answer, Failed))

@@ -1,0 +1,70 @@
+#include "base/confinement.h"
+
+#include <sys/prctl.h>
+#include <sys/resource.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+
+#include "base/errors.h"
+#include "base/landlock.h"
+#include "base/system_call_filter.h"
+
+namespace kilotwin {
+
+namespace {
+
+constexpr const char *NO_LANDLOCK =
+    "this kernel has no Landlock: files of the user can be read and written";
+constexpr const char *NO_SECCOMP =
+    "this kernel has no seccomp filters: programs can make any system call";
+
+void check(bool done, const char *what) {
+    if (!done) throw EngineError(std::string("cannot confine: ") + what + ": " + strerror(errno));
+}
+
+/// Private memory of this process now, bytes, as RLIMIT_DATA counts it.
+uint64_t private_bytes() {
+    std::ifstream status("/proc/self/status");
+    for (std::string line; std::getline(status, line);)
+        if (line.starts_with("VmData:")) return std::stoull(line.substr(7)) * 1024;
+    return 0;
+}
+
+void limit(int what, uint64_t most) {
+    rlimit now = {};
+    check(getrlimit(static_cast<__rlimit_resource>(what), &now) == 0, "getrlimit");
+    now.rlim_cur = now.rlim_max = std::min<rlim_t>(most, now.rlim_max);
+    check(setrlimit(static_cast<__rlimit_resource>(what), &now) == 0, "setrlimit");
+}
+
+std::vector<std::string> confine(const Confinement &wanted, const SystemCallFilter &filter) {
+    check(prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0, "PR_SET_NO_NEW_PRIVS");
+    limit(RLIMIT_CORE, 0);
+    if (wanted.memory_bytes > 0) limit(RLIMIT_DATA, private_bytes() + wanted.memory_bytes);
+    const auto missing = lacking_layers();
+    if (landlock_version() > 0)
+        landlock_restrict(wanted.readable, wanted.executable, wanted.writable);
+    if (SystemCallFilter::is_there()) filter.install();
+    return missing;
+}
+
+}  // namespace
+
+std::vector<std::string> confine_worker(const Confinement &wanted) {
+    return confine(wanted, SystemCallFilter::of_worker(wanted.sockets));
+}
+
+std::vector<std::string> confine_compiler(const Confinement &wanted) {
+    return confine(wanted, SystemCallFilter::of_compiler());
+}
+
+std::vector<std::string> lacking_layers() {
+    std::vector<std::string> missing;
+    if (landlock_version() == 0) missing.emplace_back(NO_LANDLOCK);
+    if (!SystemCallFilter::is_there()) missing.emplace_back(NO_SECCOMP);
+    return missing;
+}
+
+}  // namespace kilotwin

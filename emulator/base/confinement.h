@@ -1,0 +1,46 @@
+/// Confinement of a process by the kernel: for workers, in which programs of robots run, and for
+/// the compiler that builds those.
+///
+/// Four layers, each as far as the kernel has it: no new privileges; limits of memory and core
+/// files; Landlock, which leaves the named files and folders; seccomp, which leaves named system
+/// calls. None of them can be taken back, and children have them too.
+#ifndef KILOTWIN_BASE_CONFINEMENT_H
+#define KILOTWIN_BASE_CONFINEMENT_H
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace kilotwin {
+
+/// What a confined process has left beside computing and what it has open. Paths that do not exist
+/// are passed over; of folders it is all that lies below.
+struct Confinement {
+    std::vector<std::string> readable;
+    std::vector<std::string> executable;  ///< readable too
+    std::vector<std::string> writable;    ///< readable too; files may be made and removed there
+    /// Private memory beyond what it has now, bytes; 0: no limit.
+    uint64_t memory_bytes = 0;
+    /// Takes connections, sends and receives by sockets that it has open.
+    bool sockets = false;
+};
+
+/// Confines this process, which must have one thread: threads that it has already keep their files.
+/// A system call that is not left fails with EPERM; made by a guest it ends the guest's call
+/// (guest/stack.h). Takes some milliseconds. Returns the layers that the kernel lacks, each as a
+/// clause; empty: all is as said. EngineError if the kernel has a layer and refuses it.
+std::vector<std::string> confine_worker(const Confinement &wanted);
+
+/// The same for a process that is about to execute a compiler: it may start programs, and is not
+/// kept from system calls but those that reach other processes or the network.
+std::vector<std::string> confine_compiler(const Confinement &wanted);
+
+/// The layers that this kernel lacks, without confining anything.
+std::vector<std::string> lacking_layers();
+
+/// Name of a system call for messages: "fork()", or "system call 999".
+std::string system_call_name(int number);
+
+}  // namespace kilotwin
+
+#endif

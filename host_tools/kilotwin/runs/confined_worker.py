@@ -1,0 +1,64 @@
+"""Confines the process of a run once its programs are loaded and its files are open."""
+
+import sys
+import threading
+from pathlib import Path
+from typing import Any
+
+from kilotwin import _emulator
+from kilotwin.errors import RunError
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.files import confinement, resources
+from kilotwin.runs.job import Job
+
+# What a run may take beside the memory that it has when its robots are placed.
+_MEMORY_BYTES = 640 * 1024 * 1024
+_MEMORY_PER_ROBOT_BYTES = 20 * 1024
+
+ENVIRONMENT = {
+    "OPENBLAS_NUM_THREADS": "1",  # threads that are there already keep their files
+    "OMP_NUM_THREADS": "1",
+    "ARROW_DEFAULT_MEMORY_POOL": "system",  # others take a gigabyte in advance
+}
+"""Of a worker's process, so that it can be confined."""
+
+
+def unconfined_because(experiment: Experiment) -> str:
+    """Why runs of this experiment are not confined unless it is required; "" if they are."""
+    if confinement.mode() == "off":
+        return "programs are trusted (--trust)"
+    if confinement.mode() == "auto" and experiment.environment is not None:
+        return "the environment's Python program runs in the same process"
+    return ""
+
+
+def confine_worker(job: Job) -> dict[str, Any]:
+    """Leaves this process the run folder, and returns the manifest's entry on it.
+
+    RunError if it is required and the kernel cannot.
+    """
+    if why := unconfined_because(job.experiment):
+        return {"confined": False, "not_confined": [why]}
+    required = confinement.mode() == "require"
+    missing = _emulator.lacking_layers()
+    if required and missing:
+        raise RunError(f"--confine=require: {missing[0]}; use a newer kernel, or leave it out")
+    writable = [job.folder]
+    serving = job.serving
+    if serving is not None:
+        writable += [link.parent for link in (serving.ohc_link, serving.dispatcher_link) if link]
+    if threading.active_count() > 1:
+        missing.append("threads that were there before keep their files")
+    _emulator.confine(
+        readable=[str(folder) for folder in _readable()],
+        writable=[str(folder.absolute()) for folder in writable],
+        memory_bytes=_MEMORY_BYTES + _MEMORY_PER_ROBOT_BYTES * job.experiment.size,
+        sockets=serving is not None or job.probes.gdb is not None,
+    )
+    return {"confined": not missing, "not_confined": missing}
+
+
+def _readable() -> list[Path]:
+    """Python, for what it imports late, and our own package."""
+    folders = [Path(entry) for entry in sys.path if entry]
+    return [*folders, *(root / part for root in resources.roots() for part in resources.PARTS)]
