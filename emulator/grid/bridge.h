@@ -43,7 +43,9 @@ class Bridge {
         std::vector<std::string> interfaces;
         size_t client_bytes;   ///< unsent text at which a client is dropped
         size_t client_frames;  ///< waiting for take() at which a client is read no further
-        size_t clients;        ///< at the same time; one more is turned away
+        /// Clients at the same time. One more takes the place of one that has subscribed to no bus;
+        /// if all have, it is turned away.
+        size_t clients;
         /// A client gets no frames for so long after it has subscribed, unless it sends something
         /// first: python-can fails if one arrives together with the answer to its question.
         double settle_s;

@@ -6,6 +6,7 @@
 #include <sys/socket.h>
 
 #include <algorithm>
+#include <string_view>
 
 #include "grid/bridge_loop.h"
 
@@ -14,7 +15,8 @@ namespace kilotwin {
 namespace {
 
 constexpr size_t READ_BYTES = 16 * 1024;
-constexpr int BACKLOG = 16;
+constexpr int BACKLOG = 128;
+constexpr std::string_view TOO_MANY = "< error too many clients >";
 
 /// A socket that listens on 127.0.0.1; owns none if the port is taken.
 Descriptor listen_on(uint16_t port) {
@@ -63,10 +65,12 @@ void Bridge::Loop::accept_clients() {
         {
             std::lock_guard lock(mutex_);
             counts_.clients++;
-            if (clients_.size() >= settings_.clients) counts_.clients_dropped++;
         }
-        if (clients_.size() >= settings_.clients) {
+        if (clients_.size() >= settings_.clients && !make_room()) {
+            ::send(socket.get(), TOO_MANY.data(), TOO_MANY.size(), MSG_NOSIGNAL);
             note(peer + " turned away: there are " + std::to_string(clients_.size()) + " already");
+            std::lock_guard lock(mutex_);
+            counts_.clients_dropped++;
             continue;
         }
         int on = 1;
@@ -83,6 +87,24 @@ void Bridge::Loop::accept_clients() {
         std::lock_guard lock(mutex_);
         connected_++;
     }
+}
+
+/// Drops the client that was connected longest of those that have subscribed to no bus; false: there
+/// is none.
+bool Bridge::Loop::make_room() {
+    auto longest = clients_.end();
+    for (auto at = clients_.begin(); at != clients_.end(); ++at)
+        if (!at->second.session.raw() &&
+            (longest == clients_.end() || at->second.origin < longest->second.origin))
+            longest = at;
+    if (longest == clients_.end()) return false;
+    Client &client = longest->second;
+    ::send(client.socket.get(), TOO_MANY.data(), TOO_MANY.size(), MSG_NOSIGNAL);
+    drop(client, "it had subscribed to no bus, and another client came");
+    clients_.erase(longest);
+    std::lock_guard lock(mutex_);
+    connected_--;
+    return true;
 }
 
 void Bridge::Loop::read(Client &client) {

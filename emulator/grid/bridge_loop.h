@@ -116,6 +116,7 @@ class Bridge::Loop {
     void open_server();
     /// Accepts or turns away all that wait.
     void accept_clients();
+    bool make_room();
     /// Receives and executes commands of a client.
     void read(Client &client);
     void enqueue_frames(Client &client, const std::vector<CanFrame> &frames);

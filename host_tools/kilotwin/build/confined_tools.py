@@ -70,7 +70,8 @@ def _helpers() -> Iterator[Path]:
 
 
 def _prefix(compiler: str) -> Iterator[str]:
-    """The folder that a compiler elsewhere is installed in."""
+    """A compiler's own file, and the folder that one elsewhere is installed in."""
+    yield compiler
     prefix = Path(compiler).resolve().parent.parent
     if len(prefix.parts) > _SHALLOW and not str(prefix).startswith(_SYSTEM):
         yield str(prefix)

@@ -162,6 +162,11 @@ def _widen(bus: can.BusABC) -> None:
 
 
 def _remedy(name: BusName, reason: str) -> str:
+    if name.interface == "socketcand" and "too many clients" in reason:
+        return (
+            f"so many programs watch the table at {name.host}:{name.port} already that it takes no "
+            "more; end some of them, such as candump"
+        )
     if name.interface == "socketcand" and "could not open bus" in reason:
         server = f"--can socketcand:{name.host}:{name.port}"
         return (

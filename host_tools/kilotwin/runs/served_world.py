@@ -103,6 +103,8 @@ class ServedWorld:
         """Those of the run, their times since its begin."""
         zero = _NEVER if self.zero_tick is None else self.zero_tick
         kept = (samples["tick"] >= zero) & (samples["tick"] <= zero + self._duration)
+        # Without objects there are no rows of them.
+        of_objects = kept if len(samples["object_x_m"]) else slice(0)
         cut: Samples = {
             "tick": samples["tick"][kept] - zero,
             "x_m": samples["x_m"][kept],
@@ -110,9 +112,9 @@ class ServedWorld:
             "heading_rad": samples["heading_rad"][kept],
             "led": samples["led"][kept],
             "site": samples["site"][kept],
-            "object_x_m": samples["object_x_m"][kept],
-            "object_y_m": samples["object_y_m"][kept],
-            "object_heading_rad": samples["object_heading_rad"][kept],
+            "object_x_m": samples["object_x_m"][of_objects],
+            "object_y_m": samples["object_y_m"][of_objects],
+            "object_heading_rad": samples["object_heading_rad"][of_objects],
         }
         if self._table is not None:
             self._table.see(cut)

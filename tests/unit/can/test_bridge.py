@@ -4,6 +4,7 @@ import contextlib
 import socket
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,8 @@ import pytest
 
 from kilotwin._emulator import CAN_RECORD, Bridge, BridgeError
 from kilotwin.can.bridge import open_bridge
+from kilotwin.can.buses import open_bus, parse_bus
+from kilotwin.errors import DeviceError
 
 RECORD = np.dtype(CAN_RECORD)
 PATIENCE_S = 20.0
@@ -295,11 +298,35 @@ def test_a_client_that_floods_waits_until_its_frames_are_taken() -> None:
 
 def test_a_client_too_many_is_turned_away() -> None:
     bridge = open_bridge(buses=1, port=0, clients=2)
-    first, second = Raw(bridge), Raw(bridge)
-    with pytest.raises(ConnectionError):
+    first, second = Raw(bridge).listen(), Raw(bridge).listen()
+    with pytest.raises(AssertionError, match="< error too many clients >"):
         Raw(bridge)
     assert first.ask("< echo >") == second.ask("< echo >") == "< echo >"
     assert [note for note in bridge.notes() if "turned away" in note]
+    bridge.close()
+
+
+def test_idle_connections_do_not_keep_a_host_out() -> None:
+    bridge = open_bridge(buses=1, port=0, clients=4)
+    watches = Raw(bridge).listen()
+    idle = [Raw(bridge) for _ in range(20)]
+    host = open_bus(replace(parse_bus(f"socketcand:127.0.0.1:{bridge.port}"), channel="can0"))
+    host.bus.send(can.Message(arbitration_id=0x123, is_extended_id=False))
+    assert taken_from(bridge, 1) == [(0, 0x123, b"")]
+    host.bus.shutdown()
+    assert watches.ask("< echo >") == "< echo >"
+    assert idle[0].reply() == "< error too many clients >"
+    bridge.close()
+
+
+# python-can leaves the socket open.
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_a_host_that_is_turned_away_is_told_why() -> None:
+    bridge = open_bridge(buses=1, port=0, clients=1)
+    watches = Raw(bridge).listen()
+    with pytest.raises(DeviceError, match=r"too many clients.*; so many programs watch the table"):
+        open_bus(replace(parse_bus(f"socketcand:127.0.0.1:{bridge.port}"), channel="can0"))
+    assert watches.ask("< echo >") == "< echo >"
     bridge.close()
 
 
