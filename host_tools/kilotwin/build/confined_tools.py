@@ -4,6 +4,7 @@ What a program may include is what its compiler may read; so a header that names
 the user gives an error, and no part of that file.
 """
 
+import importlib.util
 import itertools
 import re
 import tempfile
@@ -11,7 +12,6 @@ from collections.abc import Iterator, Sequence
 from functools import cache
 from pathlib import Path
 
-from kilotwin import _emulator
 from kilotwin.errors import RunError
 from kilotwin.files import confinement, resources
 
@@ -65,8 +65,9 @@ def _helper() -> str | None:
 def _helpers() -> Iterator[Path]:
     yield HELPER
     # An editable install keeps what is compiled apart from the sources.
-    if _emulator.__file__ is not None:
-        yield Path(_emulator.__file__).with_name(HELPER.name)
+    engine = importlib.util.find_spec("kilotwin._emulator")
+    if engine is not None and engine.origin is not None:
+        yield Path(engine.origin).with_name(HELPER.name)
 
 
 def _prefix(compiler: str) -> Iterator[str]:
