@@ -68,6 +68,7 @@ Bodies::Bodies(const Arena &arena, const Profile &profile, const Chance &chance,
     lists_.rebuild(places_);
     for (const auto &placed : objects) object_states_.push_back({placed.pose, {}});
     is_pushed_.resize(objects.size());
+    surroundings_.resize(objects.size());
     is_stopped_.resize(objects.size());
     near_objects_.resize(objects.size());
     if (!objects.empty()) at_object_.resize(poses.size());

@@ -145,6 +145,12 @@ class Bodies {
         double distance_m;  ///< of their centres, when the step begins
         auto operator<=>(const Pair &) const = default;
     };
+    /// The robots around an object when a list of them was made.
+    struct Surroundings {
+        std::vector<uint32_t> robots;  ///< ascending
+        Eigen::Vector2d from{0, 0};    ///< where the object was
+        Cycles made_at = NEVER;
+    };
     /// The trajectory, when the step began, of a robot whose drive changes within it.
     struct Before {
         uint32_t robot;
@@ -184,8 +190,9 @@ class Bodies {
     void add_touched(uint32_t robot);
 
     // Objects take part when they move, or when a robot or an object that takes part is near: a
-    // step costs a look at each robot for each object.
+    // step costs a look at each robot around each object, and now and then at all robots.
     void find_near_objects();
+    const std::vector<uint32_t> &robots_around(uint32_t object);
     bool include_objects();
     bool is_pushed(uint32_t object) const;
     bool are_near(uint32_t object, uint32_t other) const;
@@ -233,6 +240,7 @@ class Bodies {
 
     // By object.
     std::vector<ObjectState> object_states_;
+    std::vector<Surroundings> surroundings_;
     std::vector<uint8_t> is_pushed_;                   ///< takes part in this step
     std::vector<uint8_t> is_stopped_;                  ///< scratch of take_pushed_objects()
     std::vector<std::vector<uint32_t>> near_objects_;  ///< robots that may touch it in this step

@@ -10,24 +10,49 @@ namespace {
 // An object slower than this, that nothing is near, stands.
 constexpr double STANDS_M_S = 1e-7;
 
+// Of the list of robots around an object: a longer one is made more rarely.
+constexpr double SKIN_RADII = 6;
+
 }  // namespace
 
-/// Finds the robots near each object: by the circle around it, then by its outline.
+/// Finds the robots near each object: of those around it, by its outline.
 void Bodies::find_near_objects() {
     std::fill(is_pushed_.begin(), is_pushed_.end(), false);
     std::fill(at_object_.begin(), at_object_.end(), false);
-    for (size_t i = 0; i < objects_.size(); i++) {
+    for (uint32_t i = 0; i < objects_.size(); i++) {
         const Object &object = objects_[i];
         const Pose &pose = object_states_[i].pose;
         auto &robots = near_objects_[i];
         robots.clear();
         const double around_m = object.radius_m() + radius_m_ + contact_gap_m_;
-        for (uint32_t robot = 0; robot < size(); robot++) {
+        for (uint32_t robot : robots_around(i)) {
             if ((places_[robot] - pose.position).squaredNorm() > around_m * around_m) continue;
             if (object.gap(pose, places_[robot]) <= radius_m_ + contact_gap_m_)
                 robots.push_back(robot);
         }
     }
+}
+
+/// The robots that may be near an object, ascending. The list holds until robots and object may
+/// have come nearer by its skin: then all robots are looked at.
+const std::vector<uint32_t> &Bodies::robots_around(uint32_t object) {
+    Surroundings &around = surroundings_[object];
+    const Eigen::Vector2d &here = object_states_[object].pose.position;
+    const double skin_m = SKIN_RADII * radius_m_;
+    if (around.made_at != NEVER) {
+        // Twice: what overlaps is pushed apart besides.
+        const double moved_m =
+            2 * fastest_m_s_ * seconds(now_ - around.made_at) + (here - around.from).norm();
+        if (moved_m < skin_m) return around.robots;
+    }
+    around.made_at = now_;
+    around.from = here;
+    around.robots.clear();
+    const double reach_m = objects_[object].radius_m() + radius_m_ + contact_gap_m_ + skin_m;
+    for (uint32_t robot = 0; robot < size(); robot++)
+        if ((places_[robot] - here).squaredNorm() <= reach_m * reach_m)
+            around.robots.push_back(robot);
+    return around.robots;
 }
 
 /// Includes robots near objects that take part. Returns whether that added a robot or an object.

@@ -1,6 +1,7 @@
 """The experiments of experiments/objects do what docs/objects.md says."""
 
 import itertools
+import json
 import tomllib
 from pathlib import Path
 
@@ -11,6 +12,8 @@ from numpy.typing import NDArray
 from kilotwin import World
 from kilotwin.experiment.areas import area_of, disc, lies_inside
 from kilotwin.experiment.schema import Arena
+
+from .conftest import Kilotwin
 
 ROOT = Path(__file__).parents[2]
 OBJECTS = ROOT / "experiments" / "objects"
@@ -97,3 +100,10 @@ def test_more_robots_come_through_a_wider_gap_and_none_through_one_that_is_too_n
     assert all(one + 2 < other for one, other in itertools.pairwise(flows)), flows
     # Wide enough for one, a gap lets pass less than half of those that one for two does.
     assert flows[0] < 0.7 * flows[1]
+
+
+def test_bench_tells_how_much_of_a_transport_box2d_solves(kilotwin: Kilotwin) -> None:
+    words = ["bench", "transport", "--json", "--repeats", "1", "--duration-s", "200", "--quiet"]
+    (result,) = json.loads(kilotwin(*words).stdout)
+    assert (result["workload"], result["robots"]) == ("transport", 30)
+    assert 0.1 < result["box2d_share"] < 0.9

@@ -21,6 +21,7 @@ class Workload(StrEnum):
     walk = "walk"
     dense = "dense"
     squeeze = "squeeze"
+    transport = "transport"
     memory = "memory"
     grid = "grid"
     avr = "avr"

@@ -111,6 +111,12 @@ def _squeeze(settings: list[Setting]) -> Iterator[Case]:
     yield Case("squeeze", _experiment("squeeze", tables, settings))
 
 
+def _transport(settings: list[Setting]) -> Iterator[Case]:
+    """Robots that push an object, and are pushed against it: Box2D solves what is near it."""
+    file = resources.path("experiments/objects/transport.toml")
+    yield Case("transport", Experiment.load(file, settings))
+
+
 def _memory(settings: list[Setting]) -> Iterator[Case]:
     many, one = (
         _experiment("memory", _walkers(n, _SPARSE_PER_M2, "kilobot", _MEMORY_S), settings)
@@ -143,6 +149,7 @@ _WORKLOADS: dict[str, Callable[[list[Setting]], Iterator[Case]]] = {
     "walk": _walk,
     "dense": _dense,
     "squeeze": _squeeze,
+    "transport": _transport,
     "memory": _memory,
     "grid": _grid,
     "avr": _avr,
