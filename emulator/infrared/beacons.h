@@ -11,6 +11,7 @@
 #define KILOTWIN_INFRARED_BEACONS_H
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 

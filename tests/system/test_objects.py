@@ -13,6 +13,8 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from matplotlib.colors import to_rgba
+from matplotlib.patches import Circle, Polygon
 
 from kilotwin import World
 from kilotwin.errors import InputError
@@ -20,6 +22,8 @@ from kilotwin.experiment import polygons
 from kilotwin.experiment.areas import disc, lies_inside, overlap, polygon_of
 from kilotwin.experiment.object_schema import PushedObject
 from kilotwin.experiment.objects import areas_at
+from kilotwin.plot.map import draw_map
+from kilotwin.plot.style import OBJECT
 from kilotwin.runs.reader import Run
 from kilotwin.units import TICK_S
 
@@ -351,6 +355,21 @@ def test_a_run_records_its_objects_as_often_as_its_robots(recorded: Path) -> Non
         last = [row["x_m"] for row in objects.to_pylist()[-2:]]
         assert world.objects[:, 0].tolist() == pytest.approx(last, abs=1e-3)
     assert (recorded / "map.png").stat().st_size > 10_000
+
+
+def test_a_map_shows_objects_where_they_are_at_the_end(recorded: Path) -> None:
+    run = Run.open(recorded)
+    (axes,) = draw_map(run).axes
+    drawn = [patch for patch in axes.patches if patch.get_facecolor() == to_rgba(OBJECT)]
+    round_patch, polygon = drawn
+    last = run.objects().to_pylist()[-2:]
+    assert isinstance(round_patch, Circle)
+    assert round_patch.center == pytest.approx((last[0]["x_m"], last[0]["y_m"]))
+    assert isinstance(polygon, Polygon)
+    assert polygon.get_xy()[0] == pytest.approx((last[1]["x_m"], last[1]["y_m"]))
+    legend = axes.get_legend()
+    assert legend is not None
+    assert "object (2)" in [text.get_text() for text in legend.get_texts()]
 
 
 def test_a_repeated_run_is_compared_by_its_objects_too(recorded: Path, kilotwin: Kilotwin) -> None:
