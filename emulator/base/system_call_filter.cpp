@@ -50,9 +50,11 @@ constexpr int WORKER[] = {
     // its end
     SYS_exit, SYS_exit_group};
 
-constexpr int OPEN_SOCKETS[] = {SYS_accept,     SYS_accept4,    SYS_recvfrom,    SYS_recvmsg,
-                                SYS_sendto,     SYS_sendmsg,    SYS_sendmmsg,    SYS_shutdown,
-                                SYS_getsockopt, SYS_setsockopt, SYS_getsockname, SYS_getpeername};
+constexpr int OPEN_SOCKETS[] = {
+    SYS_accept, SYS_accept4, SYS_recvfrom, SYS_recvmsg, SYS_sendto, SYS_sendmsg, SYS_sendmmsg,
+    SYS_shutdown, SYS_getsockopt, SYS_setsockopt, SYS_getsockname, SYS_getpeername,
+    // The bridge's thread ends with signals blocked, and would be killed by SIGSYS.
+    SYS_rt_sigprocmask};
 
 constexpr uint32_t ASKS[] = {TCGETS, FIONREAD, FIONBIO, FIOCLEX, FIONCLEX, TIOCGWINSZ, TIOCGPTN};
 

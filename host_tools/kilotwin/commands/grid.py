@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from kilotwin.commands import steps
-from kilotwin.commands.options import Buses, Json, Quiet, Settings, Size, given_settings
+from kilotwin.commands.options import Buses, Json, Quiet, Settings, Size, Takeover, given_settings
 from kilotwin.errors import EXIT_ROBOTS_FAILED, InputError
 from kilotwin.experiment import kconf
 from kilotwin.experiment.experiment import Experiment
@@ -25,9 +25,11 @@ app = typer.Typer(
 
 
 @app.command(epilog="Example: kilotwin grid ls --can socketcand:127.0.0.1")
-def ls(buses: Buses = None, size: Size = None, as_json: Json = False) -> None:
+def ls(
+    buses: Buses = None, size: Size = None, takeover: Takeover = False, as_json: Json = False
+) -> None:
     """Say which modules answer. 4 if some do not."""
-    with _console(buses, size) as console:
+    with _console(buses, size, takeover) as console:
         silent = console.look()
         typer.echo(json.dumps(console.presence()) if as_json else console.presence_text())
     if silent:
@@ -35,9 +37,11 @@ def ls(buses: Buses = None, size: Size = None, as_json: Json = False) -> None:
 
 
 @app.command(epilog="Example: kilotwin grid health --can can0 --json")
-def health(buses: Buses = None, size: Size = None, as_json: Json = False) -> None:
+def health(
+    buses: Buses = None, size: Size = None, takeover: Takeover = False, as_json: Json = False
+) -> None:
     """Ask modules how they are. Original ones do not know the question; ours answer."""
-    with _console(buses, size) as console:
+    with _console(buses, size, takeover) as console:
         console.look()
         answers = console.health()
         typer.echo(json.dumps(answers) if as_json else console.health_text())
@@ -75,6 +79,7 @@ def setup(
     *,
     buses: Buses = None,
     size: Size = None,
+    takeover: Takeover = False,
     settings: Settings = None,
     as_json: Json = False,
     quiet: Quiet = False,
@@ -82,11 +87,11 @@ def setup(
     """Configure the modules; with an experiment the robots too, who start anew."""
     note = steps.note(quiet)
     if file.suffix == ".kconf":
-        with _console(buses, size) as console:
+        with _console(buses, size, takeover) as console:
             done = console.configure(file, note)
     else:
         loaded = Experiment.load(file, given_settings(settings, None))
-        with _console(buses, size, loaded) as console:
+        with _console(buses, size, takeover, loaded) as console:
             done = console.set_up(loaded, note)
     typer.echo(json.dumps(done) if as_json else f"{done['modules']} modules are set up")
     if done["silent"]:
@@ -95,25 +100,25 @@ def setup(
 
 
 @app.command(epilog="Example: kilotwin grid run --can socketcand:127.0.0.1")
-def run(buses: Buses = None, size: Size = None) -> None:
+def run(buses: Buses = None, size: Size = None, takeover: Takeover = False) -> None:
     """Start the modules, which tell robots to run. Nothing is recorded."""
-    with _console(buses, size) as console:
+    with _console(buses, size, takeover) as console:
         console.run()
     typer.echo("modules and robots run")
 
 
 @app.command(epilog="Example: kilotwin grid pause --can socketcand:127.0.0.1")
-def pause(buses: Buses = None, size: Size = None) -> None:
+def pause(buses: Buses = None, size: Size = None, takeover: Takeover = False) -> None:
     """Stop robots where they are; `grid run` lets them go on."""
-    with _console(buses, size) as console:
+    with _console(buses, size, takeover) as console:
         console.pause()
     typer.echo("robots pause, modules are idle")
 
 
 @app.command(epilog="Example: kilotwin grid idle --can socketcand:127.0.0.1")
-def idle(buses: Buses = None, size: Size = None) -> None:
+def idle(buses: Buses = None, size: Size = None, takeover: Takeover = False) -> None:
     """Leave robots and modules idle, whatever they do."""
-    with _console(buses, size) as console:
+    with _console(buses, size, takeover) as console:
         console.idle()
     typer.echo("robots and modules are idle")
 
@@ -146,15 +151,19 @@ def send(
     ] = 3.0,
     buses: Buses = None,
     size: Size = None,
+    takeover: Takeover = False,
 ) -> None:
     """Have all cells repeat one message for robots, then leave modules idle."""
     bytes_ = message_for_robots(message, kind, data)
-    with _console(buses, size) as console:
+    with _console(buses, size, takeover) as console:
         console.send(bytes_, hold_s)
     typer.echo(f"robots have been told: {message}")
 
 
 def _console(
-    buses: list[str] | None, size: str | None, experiment: Experiment | None = None
+    buses: list[str] | None,
+    size: str | None,
+    takeover: bool,
+    experiment: Experiment | None = None,
 ) -> Console:
-    return Console.open(buses or [], size, experiment)
+    return Console.open(buses or [], size, experiment, takeover=takeover)

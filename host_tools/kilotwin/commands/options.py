@@ -69,6 +69,14 @@ Define = Annotated[
         help="Define a macro, as the compiler's -D.",
     ),
 ]
+Takeover = Annotated[
+    bool,
+    typer.Option(
+        "--takeover",
+        envvar="KILOTWIN_TAKEOVER",
+        help="Give orders to a table though another host does; what that one records is spoiled.",
+    ),
+]
 ConfineMode = Annotated[
     Confine | None,
     typer.Option(

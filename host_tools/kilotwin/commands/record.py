@@ -18,6 +18,7 @@ from kilotwin.commands.options import (
     Seed,
     Settings,
     Speed,
+    Takeover,
     command_app,
     given_settings,
 )
@@ -53,6 +54,7 @@ def record(
             help="Take over a grid that runs already: no set-up, t = 0 is now.",
         ),
     ] = False,
+    takeover: Takeover = False,
     via: Annotated[
         str | None,
         typer.Option(
@@ -90,7 +92,14 @@ def record(
     grid = loaded.keys.grid
     names = name_all(buses or [], grid.buses, (grid.columns, grid.rows))
     outcome = recording.record(
-        loaded, names, out, sys.argv, terminal.display(quiet), join=join, speed=speed
+        loaded,
+        names,
+        out,
+        sys.argv,
+        terminal.display(quiet),
+        join=join,
+        takeover=takeover,
+        speed=speed,
     )
     told = outcome.summary["grid"]
     bad_modules = terminal.module_troubles_text(told["modules_failed"])

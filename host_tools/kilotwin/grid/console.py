@@ -19,6 +19,7 @@ from kilotwin.files.headers import MOST_PER_BUS
 from kilotwin.grid.can_links import CanLinks
 from kilotwin.grid.clock import Clock, WallClock
 from kilotwin.grid.controller import Controller
+from kilotwin.grid.foreign_orders import refuse_another_host
 from kilotwin.grid.poller import Reports
 
 _STEP_S = 0.001
@@ -43,11 +44,20 @@ class Console:
         self._controller.step(self._clock.now_s())
 
     @staticmethod
-    def open(names: Sequence[str], size: str | None, experiment: Experiment | None) -> "Console":
-        """On buses as `--can` names them; InputError or DeviceError if that cannot be."""
+    def open(
+        names: Sequence[str],
+        size: str | None,
+        experiment: Experiment | None,
+        *,
+        takeover: bool = False,
+    ) -> "Console":
+        """On buses as `--can` names them; InputError or DeviceError if that cannot be.
+
+        Not where another host gives orders, unless for `takeover`.
+        """
         if experiment is None:
             layout, bus_names = named_grid(names, size)
-            return Console(layout, Settings(), open_all(bus_names))
+            return Console(layout, Settings(), _alone(bus_names, takeover))
         if experiment.plan is None:
             raise InputError(f"{experiment.origin.source}: no [grid]; add it")
         layout, settings = experiment.plan.layout, experiment.plan.settings
@@ -55,7 +65,7 @@ class Console:
             what = f"{experiment.origin.source} has {layout.columns}x{layout.rows}"
             raise InputError(f"--size {size}: {what}; leave --size out, or change [grid]")
         bus_names = name_all(names, layout.buses, (layout.columns, layout.rows))
-        return Console(layout.on_buses(len(bus_names)), settings, open_all(bus_names))
+        return Console(layout.on_buses(len(bus_names)), settings, _alone(bus_names, takeover))
 
     def __enter__(self) -> Self:
         return self
@@ -187,6 +197,20 @@ class Console:
 
     def _finish(self) -> None:
         carry_out(self._controller, self._clock, [bus.name for bus in self._buses])
+
+
+def _alone(names: Sequence[BusName], takeover: bool) -> list[OpenBus]:
+    """The buses, opened, on which no other host gives orders."""
+    buses = open_all(names)
+    if takeover:
+        return buses
+    links = CanLinks([b.bus for b in buses], echoes=[b.echoes for b in buses])
+    try:
+        refuse_another_host(links, [str(name) for name in names])
+    except BaseException:
+        links.close()
+        raise
+    return buses
 
 
 def named_grid(names: Sequence[str], size: str | None) -> tuple[Layout, list[BusName]]:

@@ -4,16 +4,13 @@ Modules do not read frames while they send by infrared, so nothing is sent to th
 done. All orders go to all modules of all buses.
 """
 
-from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import Any
-
-import numpy as np
 
 from kilotwin.can import transfer
 from kilotwin.can.address import ALL_MODULES, to_id
 from kilotwin.can.buses import need_answers, open_all
-from kilotwin.can.protocol import RobotReport, to_module, types_to_module
+from kilotwin.can.protocol import RobotReport, to_module
 from kilotwin.can.transfer import Paced
 from kilotwin.errors import DeviceError
 from kilotwin.experiment.grid_layout import Layout
@@ -25,6 +22,7 @@ from kilotwin.grid.can_links import CanLinks
 from kilotwin.grid.clock import Clock, WallClock
 from kilotwin.grid.console import carry_out, named_grid
 from kilotwin.grid.controller import Controller
+from kilotwin.grid.foreign_orders import LISTEN_S, WatchedLinks, foreign_order
 from kilotwin.grid.links import Frames, Links
 from kilotwin.links.robot_link import Report, is_of_program
 from kilotwin.units import TICK_S
@@ -37,71 +35,23 @@ _LATE_SLOTS = 4
 """A robot that sees light in its slot tries so many in all."""
 # Modules that are told to stop end what they do: a round by all cells, a step of 70 ms.
 _SETTLE_S = 0.2
-# A host that runs a table polls it more often than this.
-_LISTEN_S = 0.6
 _STEP_S, _FULL_S = 0.001, 1.0
-# Frames that modules' programs may send to one another.
-_OF_PROGRAMS = ("MODULE_USER", "KILOBOT_DATA")
 
 
-class _Tap:
-    """Buses as another user of theirs has them, which need not know of it.
-
-    Keeps robots' answers, and the first frame to modules that this host did not send.
-    """
+class _Tap(WatchedLinks):
+    """Watched buses that keep robots' answers too."""
 
     def __init__(self, links: Links) -> None:
-        self._links = links
-        self._sent: Counter[tuple[int, int, bytes]] = Counter()
-        types = types_to_module()
-        self._orders = [number for name, number in types.items() if name not in _OF_PROGRAMS]
-        self._names = {number: name for name, number in types.items()}
+        super().__init__(links)
         self.answers: list[Frames] = []
-        self.foreign: tuple[int, str] | None = None
-        """Its bus, and the name of its type."""
-
-    def __len__(self) -> int:
-        return len(self._links)
-
-    def send(self, bus: int, identifier: int, data: bytes, now_s: float) -> bool:
-        """As Links has it."""
-        sent = self._links.send(bus, identifier, data, now_s)
-        if sent:
-            self._sent[bus, identifier, bytes(data)] += 1
-        return sent
-
-    def send_all(self, bus: int, identifiers: Sequence[int], data: bytes, now_s: float) -> int:
-        """As Links has it."""
-        count = self._links.send_all(bus, identifiers, data, now_s)
-        self._sent.update((bus, identifier, bytes(data)) for identifier in identifiers[:count])
-        return count
-
-    def trouble(self, bus: int) -> str | None:
-        """As Links has it."""
-        return self._links.trouble(bus)
 
     def receive(self, now_s: float) -> Frames:
         """As Links has it."""
-        frames = self._links.receive(now_s)
+        frames = super().receive(now_s)
         if len(frames):
-            self._look(frames)
+            for_host = frames["id"] & 1 == 1
+            self.answers.append(frames[for_host & ~frames["from_host"]])
         return frames
-
-    def close(self) -> None:
-        """As Links has it."""
-        self._links.close()
-
-    def _look(self, frames: Frames) -> None:
-        for_host = frames["id"] & 1 == 1
-        self.answers.append(frames[for_host & ~frames["from_host"]])
-        orders = ~for_host & np.isin(frames["data"][:, 0], self._orders)
-        for frame in frames[orders]:
-            data = frame["data"][: frame["dlc"]].tobytes()
-            key = (int(frame["bus"]), int(frame["id"]), data)
-            if frame["from_host"] and self._sent[key] > 0:
-                self._sent[key] -= 1
-            elif self.foreign is None:
-                self.foreign = int(frame["bus"]), self._names[data[0]]
 
 
 class _NoListener:
@@ -134,7 +84,7 @@ class GridRobots:
         self._controller = Controller(layout, Settings(), self._tap, _NoListener())
         self._modules = frozenset(layout.modules())
         # Answers to what was asked before are of no use.
-        self._wait(_LISTEN_S)
+        self._wait(LISTEN_S)
 
     def repeat(self, message: bytes, hold_s: float) -> None:
         """All cells repeat the message for so long, then modules are idle."""
@@ -199,12 +149,8 @@ class GridRobots:
         for bus, name in enumerate(self._names):
             if trouble := self._tap.trouble(bus):
                 raise DeviceError(f"--can {name}: {trouble}; see to the bus, then type this again")
-        if self._tap.foreign is not None:
-            bus, kind = self._tap.foreign
-            raise DeviceError(
-                f"--can {self._names[bus]}: another host gives orders there ({kind}); end that "
-                "program, then type this again"
-            )
+        if self._tap.foreign:
+            raise foreign_order(self._tap, self._names, "end that program, then type this again")
 
     def _report_of(self, frame: Any, first: int) -> Report | None:
         match wire.read_answer(frame):

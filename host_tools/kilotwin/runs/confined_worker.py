@@ -9,6 +9,7 @@ from kilotwin import _emulator
 from kilotwin.errors import RunError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.files import confinement, resources
+from kilotwin.grid import frames
 from kilotwin.runs.job import Job
 
 # What a run may take beside the memory that it has when its robots are placed.
@@ -43,6 +44,8 @@ def confine_worker(job: Job) -> dict[str, Any]:
     missing = _emulator.lacking_layers()
     if required and missing:
         raise RunError(f"--confine=require: {missing[0]}; use a newer kernel, or leave it out")
+    if job.experiment.plan is not None:
+        frames.fixed()  # imports libraries, which cannot be loaded later
     writable = [job.folder]
     serving = job.serving
     if serving is not None:

@@ -16,6 +16,8 @@ from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.informed import informed_for
 from kilotwin.grid.can_links import CanLinks
 from kilotwin.grid.conductor import Conductor, set_up_s
+from kilotwin.grid.foreign_orders import WatchedLinks, refuse_another_host
+from kilotwin.grid.joining import check_runs
 from kilotwin.grid.poller import Reports
 from kilotwin.runs.display import Display
 from kilotwin.runs.folder import (
@@ -37,7 +39,7 @@ _STEP_S = 0.001
 _PROGRESS_S = 0.5
 
 # Events that are shown at once to the person at the table.
-_WARNINGS = {"bus_down", "bus_up", "not_idle"}
+_WARNINGS = {"bus_down", "bus_up", "not_idle", "foreign_order"}
 
 
 def record(
@@ -48,13 +50,16 @@ def record(
     display: Display,
     *,
     join: bool = False,
+    takeover: bool = False,
     speed: float = 1.0,
 ) -> Outcome:
     """Sets the grid up, runs it, polls it, leaves it idle; the results are in the run folder.
 
     Ctrl-C ends it early, robots and modules idle; a second one leaves them as they are. `join`
-    takes over a grid that runs. It goes on without a bus that does not work any more, and ends when
-    none is left. `speed`: seconds of the experiment per second, as the table has it.
+    takes over a grid that runs. A grid to which another host gives orders is refused, unless for
+    `takeover`; one that comes later spoils the record. It goes on without a bus that does not work
+    any more, and ends when none is left. `speed`: seconds of the experiment per second, as the
+    table has it.
     """
     if experiment.plan is None:
         raise InputError(f"{experiment.origin.source}: no [grid] to record; add it, or use run")
@@ -62,6 +67,11 @@ def record(
     check_free(folder)
     buses = open_all(names)
     try:
+        links = CanLinks([bus.bus for bus in buses], echoes=[bus.echoes for bus in buses])
+        if not takeover:
+            refuse_another_host(links, [str(name) for name in names])
+        if join and all(bus.answers for bus in buses):
+            check_runs(experiment.plan, links)
         return _Recording(
             experiment,
             buses,
@@ -115,15 +125,19 @@ class _Recording:
         self._record = GridRecord(
             self._writer, experiment, [bus.name for bus in buses], time.time() + lead_s / speed
         )
-        self._conductor = Conductor(
-            plan,
-            messages,
-            self._keys.duration_s,
+        self._links = WatchedLinks(
             CanLinks(
                 [bus.bus for bus in buses],
                 self._record.log,
                 echoes=[bus.echoes for bus in buses],
-            ),
+            )
+        )
+        self._told_of: set[tuple[int, str]] = set()
+        self._conductor = Conductor(
+            plan,
+            messages,
+            self._keys.duration_s,
+            self._links,
             self,
             join=join,
         )
@@ -142,6 +156,7 @@ class _Recording:
                 now_s = self._now_s()
                 self._conductor.step(now_s)
                 self._look_at_buses()
+                self._look_for_other_hosts(now_s)
                 self._record.flush()
                 if self._conductor.phase == "running":
                     self._sample(now_s - self._conductor.zero_s)
@@ -166,6 +181,14 @@ class _Recording:
             self._lost_s = self._now_s() - conductor.zero_s
             self._display.warn("no bus is left: the record ends; what was recorded is kept")
             conductor.end()
+
+    def _look_for_other_hosts(self, now_s: float) -> None:
+        for bus, kind in [order for order in self._links.foreign if order not in self._told_of]:
+            self._told_of.add((bus, kind))
+            what = (
+                f"another host gives orders on {self._names[bus]} ({kind}): the record is spoiled"
+            )
+            self.event(now_s - self._conductor.zero_s, "foreign_order", what, bus=bus)
 
     def _now_s(self) -> float:
         return (time.monotonic() - self._began) * self._speed - self._lead_s
@@ -213,9 +236,11 @@ class _Recording:
             status, exit_code = FAILED, RunError.exit_code
             why = {"reason": f"no bus was left at {run_s:,.0f} s"}
         summary = self._summary(run_s, status)
-        troubles = ("modules_failed", "buses_down", "not_idle")
+        troubles = ("modules_failed", "buses_down", "not_idle", "foreign_orders")
         if status == FINISHED and any(summary["grid"][trouble] for trouble in troubles):
             exit_code = EXIT_ROBOTS_FAILED
+        if self._links.foreign:
+            why = {**why, "spoiled": "another host gave orders to the table"}
         self._writer.close(clean=status == FINISHED)
         close_manifest(self._writer.folder, status, exit_code, summary=summary, **why)
         return Outcome(summary, exit_code)
@@ -248,6 +273,10 @@ class _Recording:
                 "buses_down": [
                     {"bus": bus, "name": self._names[bus], "what": what}
                     for bus, what in controller.down.items()
+                ],
+                "foreign_orders": [
+                    {"bus": self._names[bus], "order": kind, "times": times}
+                    for (bus, kind), times in sorted(self._links.foreign.items())
                 ],
                 "not_idle": [self._names[bus] for bus in self._conductor.unsent],
                 "kilodat": str(self._record.kilodat),
