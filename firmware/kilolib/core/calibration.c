@@ -84,7 +84,7 @@ void kilolib_calibration_save(const uint8_t *data) {
     }
     byte++;
     kilolib_eeprom_update(record + RECORD_MARK, MARK_DONE);
-    for (uint8_t i = RECORD_SEQUENCE; i < RECORD_CRC; i++) {
+    for (uint8_t i = RECORD_SEQUENCE; i != RECORD_CRC; i++) {
         kilolib_eeprom_update(record + i, byte);
         byte = data[CALIB_UID_LOW + i];
     }

@@ -17,7 +17,7 @@ using namespace kilotwin::testing;
 
 namespace {
 
-constexpr double RADIUS = 0.085, DIAMETER = 0.17, REACH = 3 * RADIUS;
+constexpr double RADIUS = 0.085, REACH = 3 * RADIUS;
 
 /// A star with corners of any sharpness, in either order.
 Region star(Dice &dice, const Eigen::Vector2d &centre, double least, double most) {
