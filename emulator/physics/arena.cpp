@@ -21,12 +21,6 @@ double Arena::distance_to_site_edge(const Eigen::Vector2d &point) const {
     return nearest;
 }
 
-double Arena::wall_gap(const Eigen::Vector2d &point) const {
-    if (!walls.empty()) return walls.gap(point);
-    if (bounds.shape == Region::Shape::CIRCLE) return bounds.size.x() / 2 - point.norm();
-    return (bounds.size / 2 - point.cwiseAbs()).minCoeff();
-}
-
 // The nearest wall may be one that another obstacle covers.
 bool Arena::has_room(const Eigen::Vector2d &point, double radius_m) const {
     if (wall_gap(point) < radius_m) return false;

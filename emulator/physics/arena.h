@@ -65,7 +65,11 @@ struct Arena {
 
     /// Distance to the nearest wall; negative beyond it. Of walls.h far from all walls, a lower
     /// bound.
-    double wall_gap(const Eigen::Vector2d &point) const;
+    double wall_gap(const Eigen::Vector2d &point) const {
+        if (!walls.empty()) return walls.gap(point);
+        if (bounds.shape == Region::Shape::CIRCLE) return bounds.size.x() / 2 - point.norm();
+        return (bounds.size / 2 - point.cwiseAbs()).minCoeff();
+    }
 
     /// Whether the straight line between any two points within the walls meets no wall.
     bool is_open() const { return walls.empty(); }

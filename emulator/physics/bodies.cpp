@@ -352,7 +352,7 @@ void Bodies::step_contacts() {
         find_wall_contacts(body);
         if (!at_object_.empty() && at_object_[robot]) body.kind = ContactBody::Kind::ISLAND;
     }
-    classify_contacts();
+    find_body_pairs();
     contacts_.step(contact_bodies_, body_pairs_, pushed_objects_, seconds(step_));
     solver_steps_ += held.size();
     double square = 0;
@@ -389,43 +389,22 @@ void Bodies::take_moved(size_t i, Cycles end) {
     record_overlap(arena_.wall_gap(pose.position) - radius_m_);
 }
 
-/// Finds which robots held by contacts_ may touch each other within this step, and of which kind
-/// each contact is.
-void Bodies::classify_contacts() {
-    using Kind = ContactBody::Kind;
+/// Finds which robots held by contacts_ may touch each other within this step.
+void Bodies::find_body_pairs() {
     // A pushed robot moves no farther than the fastest of those that push it.
     const double most_m = 2 * longest_shift_m_ + margin_m_;
     body_pairs_.clear();
-    auto add_to_island = [&](ContactBody &body) {
-        if (body.kind == Kind::ROBOT) contact_bodies_[body.other].kind = Kind::ISLAND;
-        body.kind = Kind::ISLAND;
-    };
-    for (const auto &[one, other, distance_m] : pairs_) {
-        const double gap_m = distance_m - 2 * radius_m_;
-        if (gap_m > most_m) continue;
-        const uint32_t first = free_motions_[one].body_slot,
-                       second = free_motions_[other].body_slot;
-        body_pairs_.push_back({first, second});
-        ContactBody &a = contact_bodies_[first], &b = contact_bodies_[second];
-        if (a.kind != Kind::NONE || b.kind != Kind::NONE) {
-            add_to_island(a);
-            add_to_island(b);
-            continue;
-        }
-        a.kind = b.kind = Kind::ROBOT;
-        a.gap_m = b.gap_m = gap_m;
-        a.other = second;
-        b.other = first;
-        a.normal = (b.pose.position - a.pose.position) / distance_m;
-        b.normal = -a.normal;
-    }
+    for (const auto &[one, other, distance_m] : pairs_)
+        if (distance_m - 2 * radius_m_ <= most_m)
+            body_pairs_.push_back(
+                {free_motions_[one].body_slot, free_motions_[other].body_slot, distance_m});
 }
 
 void Bodies::find_wall_contacts(ContactBody &body) const {
     using Kind = ContactBody::Kind;
     const double most_m = fastest_m_s_ * seconds(step_);
     body.kind = Kind::NONE;
-    body.at_wall = false;
+    body.at_wall = body.touches = false;
     if (arena_.wall_gap(body.pose.position) - radius_m_ > most_m) return;
     auto meet = [&](double distance, const Eigen::Vector2d &outward, uint32_t /*wall*/) {
         if (distance - radius_m_ > most_m) return;
@@ -433,6 +412,7 @@ void Bodies::find_wall_contacts(ContactBody &body) const {
         body.at_wall = true;
         body.normal = outward;
         body.gap_m = distance - radius_m_;
+        body.touches = ContactBody::meets(body.gap_m, outward, body.free.by, radius_m_);
     };
     arena_.for_each_wall(body.pose.position, radius_m_ + most_m, meet);
 }

@@ -205,7 +205,7 @@ class Bodies {
     void step_contacts();
     /// A body goes on from where the contact left it.
     void take_moved(size_t i, Cycles end);
-    void classify_contacts();
+    void find_body_pairs();
     void find_wall_contacts(ContactBody &body) const;
     void record_overlap(double gap_m);  ///< if it is negative
 
@@ -253,7 +253,7 @@ class Bodies {
     std::vector<Pair> pairs_;  ///< of touching_
     std::vector<uint32_t> pushed_;
     std::vector<ContactBody> contact_bodies_;  ///< of the robots held by contacts_
-    std::vector<Islands::Pair> body_pairs_;    ///< of contact_bodies_
+    std::vector<ContactPair> body_pairs_;      ///< of contact_bodies_
     std::vector<Islands::PushedObject> pushed_objects_;
     std::vector<uint8_t> at_object_;  ///< by robot: whether it may touch an object that takes part
     double longest_shift_m_ = 0;  ///< of a robot held by contacts_, in the last step or this one

@@ -21,8 +21,9 @@ constexpr int ORACLE_SUB_STEPS = 16;      // a tick
 
 // Sub-steps a tick grow with the mean overlap, in diameters, from the first pair of numbers to the
 // second: a loose crowd needs few; contacts of one that presses are as stiff as their square.
-constexpr double LOOSE_SUB_STEPS = 1.25, LOOSE_OVERLAP = 0.004;
+constexpr double LOOSE_SUB_STEPS = 0.75, LOOSE_OVERLAP = 0.004;
 constexpr double TIGHT_SUB_STEPS = 3, TIGHT_OVERLAP = 0.008;
+constexpr int LEAST_SUB_STEPS = 2;  // of one step
 
 constexpr double SPECULATIVE_UNITS = 0.018;  // Box2D's margin is 0.02
 
@@ -37,7 +38,7 @@ int sub_steps_of(double time_s, double overlap) {
     const double tight = (overlap - LOOSE_OVERLAP) / (TIGHT_OVERLAP - LOOSE_OVERLAP);
     const double a_tick =
         LOOSE_SUB_STEPS + std::clamp(tight, 0.0, 1.0) * (TIGHT_SUB_STEPS - LOOSE_SUB_STEPS);
-    return static_cast<int>(std::ceil(a_tick * time_s / TICK_S));
+    return std::max(LEAST_SUB_STEPS, static_cast<int>(std::ceil(a_tick * time_s / TICK_S)));
 }
 
 }  // namespace

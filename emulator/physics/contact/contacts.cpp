@@ -33,6 +33,7 @@ Contacts::Contacts(const Arena &arena, const Profile &profile, SolverKind solver
       held_(robots, false),
       gives_way_(profile.gives_way),
       closed_form_{{profile.radius_m, profile.mass_kg, profile.push_m_s2, drive_m_s, fastest_m_s}},
+      grouping_(arena, profile.radius_m),
       solver_(make_solver(solver, arena, closed_form_.mechanics, robots, objects)) {}
 
 // It goes on as its trajectory did: turned from the robot's frame into the world's.
@@ -54,28 +55,48 @@ void Contacts::update() {
     robots_.erase(std::remove_if(robots_.begin(), robots_.end(), gone), robots_.end());
 }
 
-void Contacts::step(std::vector<ContactBody> &bodies, const std::vector<Islands::Pair> &pairs,
+void Contacts::step(std::vector<ContactBody> &bodies, const std::vector<ContactPair> &pairs,
                     const std::vector<Islands::PushedObject> &objects, double step_s) {
-    using Kind = ContactBody::Kind;
     force_ = closed_form_.mechanics.change_in(step_s);
-    islands_.bodies.clear();
-    islands_.pairs.clear();
+    grouping_.choose(bodies, pairs);
+    step_in_closed_form(bodies, pairs, step_s);
+    if (!before_.empty() && grouping_.find_missed(bodies, pairs)) {
+        size_t next = 0;
+        for (size_t i = 0; i < bodies.size(); i++) {
+            if (!bodies[i].uncertain) continue;
+            if (bodies[i].kind == ContactBody::Kind::ISLAND) driven_[robots_[i]] = before_[next];
+            next++;
+        }
+    }
     islands_.objects.clear();
     for (const auto &pushed : objects) islands_.objects.push_back(pushed);
+    step_islands(bodies, pairs, step_s);
+}
+
+void Contacts::step_in_closed_form(std::vector<ContactBody> &bodies,
+                                   const std::vector<ContactPair> &pairs, double step_s) {
+    using Kind = ContactBody::Kind;
+    before_.clear();
     for (size_t i = 0; i < bodies.size(); i++) {
+        if (bodies[i].uncertain) before_.push_back(driven_[robots_[i]]);
         const auto kind = bodies[i].kind;
-        if (kind == Kind::ROBOT) continue;  // below, by pairs
-        if (kind == Kind::ISLAND)
-            add_to_islands(i, bodies[i]);
-        else
-            step_alone(i, bodies[i], step_s);
+        if (kind == Kind::NONE || kind == Kind::WALL) step_alone(i, bodies[i], step_s);
     }
-    for (const auto &[one, other] : pairs) {
-        if (bodies[one].kind == Kind::ROBOT)
+    for (const auto &[one, other, distance_m] : pairs)
+        if (bodies[one].kind == Kind::ROBOT && bodies[one].other == other)
             step_pair(one, bodies[one], other, bodies[other], step_s);
-        else
+}
+
+void Contacts::step_islands(std::vector<ContactBody> &bodies, const std::vector<ContactPair> &pairs,
+                            double step_s) {
+    using Kind = ContactBody::Kind;
+    islands_.bodies.clear();
+    islands_.pairs.clear();
+    for (size_t i = 0; i < bodies.size(); i++)
+        if (bodies[i].kind == Kind::ISLAND) add_to_islands(i, bodies[i]);
+    for (const auto &[one, other, distance_m] : pairs)
+        if (bodies[one].kind == Kind::ISLAND)
             islands_.pairs.push_back({bodies[one].member, bodies[other].member});
-    }
     solver_->solve(islands_, step_s);
     island_steps_ += islands_.bodies.size();
 }

@@ -17,25 +17,10 @@
 #include "physics/chassis.h"
 #include "physics/contact/closed_form.h"
 #include "physics/contact/contact_solver.h"
+#include "physics/contact/grouping.h"
 #include "physics/motion.h"
 
 namespace kilotwin {
-
-/// A robot near a contact, for one step. In the order of Contacts::robots().
-struct ContactBody {
-    /// The contacts that it may have within the step.
-    enum class Kind : uint8_t { NONE, WALL, ROBOT, ISLAND };
-
-    Pose pose;         ///< when the step begins
-    Shift free;        ///< displacement in this step if nothing touched it
-    Shift moved = {};  ///< out: displacement in this step
-    Kind kind = Kind::ISLAND;
-    bool at_wall = false;          ///< may touch a wall within the step
-    uint32_t other = 0;            ///< ROBOT: position of the other one in the list
-    uint32_t member = 0;           ///< ISLAND: position in Islands::bodies, set by step()
-    Eigen::Vector2d normal{1, 0};  ///< WALL, ROBOT: unit vector towards it
-    double gap_m = 0;              ///< WALL, ROBOT: from rim to rim; below 0 an overlap
-};
 
 class Contacts {
   public:
@@ -64,15 +49,19 @@ class Contacts {
     void update();
 
     /// Moves all robots held for `step_s`. `bodies`: one for each of robots(), in their order;
-    /// `pairs`: positions of those that may touch each other, ascending; `objects`: those that
-    /// bodies of the kind ISLAND may touch, or that move.
-    void step(std::vector<ContactBody> &bodies, const std::vector<Islands::Pair> &pairs,
+    /// with `kind` as Grouping::choose() wants it; `pairs`: of those that may touch each other,
+    /// ascending; `objects`: those that bodies of the kind ISLAND may touch, or that move.
+    void step(std::vector<ContactBody> &bodies, const std::vector<ContactPair> &pairs,
               const std::vector<Islands::PushedObject> &objects, double step_s);
 
     /// Robots that the solver moved, times steps, so far.
     uint64_t island_steps() const { return island_steps_; }
 
   private:
+    void step_in_closed_form(std::vector<ContactBody> &bodies,
+                             const std::vector<ContactPair> &pairs, double step_s);
+    void step_islands(std::vector<ContactBody> &bodies, const std::vector<ContactPair> &pairs,
+                      double step_s);
     bool fixed(const ContactBody &body) const;
     ContactSide drive(size_t i, ContactBody &body, double step_s);
     void step_alone(size_t i, ContactBody &body, double step_s);
@@ -84,7 +73,9 @@ class Contacts {
     std::vector<uint32_t> robots_;    ///< held and removed ones, ascending but for those just added
     bool gives_way_;
     ClosedForm closed_form_;
-    Mechanics::Change force_{};  ///< of this step
+    Grouping grouping_;
+    Mechanics::Change force_{};       ///< of this step
+    std::vector<DrivenBody> before_;  ///< of uncertain bodies, before they moved in this step
     std::unique_ptr<ContactSolver> solver_;
     Islands islands_;
     uint64_t island_steps_ = 0;

@@ -12,7 +12,7 @@ from pathlib import Path
 
 # Hash of matrix_run.cpp. It changes with all that changes results, in the engine or in firmware.
 # Put the new one here when such a change is meant.
-GOLDEN = "948778c45269d8ca"
+GOLDEN = "853be7f9f2959ec9"
 
 COMPILERS = {"gcc": "g++", "clang": "clang++"}
 LEVELS = ["O0", "O1", "O3"]

@@ -1,0 +1,83 @@
+/// Which contact each robot near one has, and which robots need a solver. Lengths in metres.
+///
+/// Bodies that may touch within a step form groups. If no body of a group touches two things, each
+/// of its contacts is in closed form; what a body is near but does not touch is looked at when the
+/// step is done, and if it was touched after all, the group goes to the solver.
+#ifndef KILOTWIN_PHYSICS_CONTACT_GROUPING_H
+#define KILOTWIN_PHYSICS_CONTACT_GROUPING_H
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+#include "physics/arena.h"
+#include "physics/contact/mechanics.h"
+#include "physics/motion.h"
+
+namespace kilotwin {
+
+/// A robot near a contact, for one step. In the order of Contacts::robots().
+struct ContactBody {
+    /// The contact that it has. ISLAND: several, or one with an object; set by the caller, or by
+    /// Grouping.
+    enum class Kind : uint8_t { NONE, WALL, ROBOT, ISLAND };
+
+    Pose pose;         ///< when the step begins
+    Shift free;        ///< displacement in this step if nothing touched it
+    Shift moved = {};  ///< out: displacement in this step
+    Kind kind = Kind::ISLAND;
+    bool at_wall = false;          ///< may touch a wall within the step
+    bool touches = false;          ///< NONE, WALL, ROBOT: touches it, as far as is known
+    bool uncertain = false;        ///< may touch something else; set by Grouping::choose()
+    uint32_t other = 0;            ///< ROBOT: position of the other one in the list
+    uint32_t member = 0;           ///< ISLAND: position in Islands::bodies, set by step()
+    Eigen::Vector2d normal{1, 0};  ///< WALL, ROBOT: unit vector towards it
+    double gap_m = 0;              ///< WALL, ROBOT: from rim to rim; below 0 an overlap
+
+    /// Whether two bodies at `gap` touch or come to touch within the step, if nothing else is in
+    /// the way: `closing` is the difference of their free displacements, `normal` the direction
+    /// from the one to the other. Nearly touching counts: robots that are pressed together drift
+    /// apart by little now and then.
+    static bool meets(double gap, const Eigen::Vector2d &normal, const Eigen::Vector2d &closing,
+                      double radius_m) {
+        return gap <= std::max(NEARLY * radius_m, closing.dot(normal));
+    }
+    static constexpr double NEARLY = 0.02;
+};
+
+/// Two bodies that may touch within the step, by their positions in the list; one < other.
+struct ContactPair {
+    uint32_t one, other;
+    double distance_m;  ///< of their centres, when the step begins
+};
+
+class Grouping {
+  public:
+    /// For robots of `radius_m` in `arena`, which must outlive this.
+    Grouping(const Arena &arena, double radius_m);
+
+    /// Sets `kind` and what belongs to it, and `uncertain`. On entry `kind` is NONE, WALL with
+    /// `touches`, normal and gap, or ISLAND; it stays ISLAND for all of such a body's group.
+    /// O(bodies + pairs).
+    void choose(std::vector<ContactBody> &bodies, const std::vector<ContactPair> &pairs);
+
+    /// After all bodies but those in islands moved: makes groups islands of which a body would
+    /// overlap something that is not its contact. Returns whether there were any; undo their moves.
+    bool find_missed(std::vector<ContactBody> &bodies, const std::vector<ContactPair> &pairs);
+
+  private:
+    uint32_t group_of(uint32_t body);
+    void join_groups(uint32_t one, uint32_t other);
+    void join(std::vector<ContactBody> &bodies, const ContactPair &pair);
+
+    const Arena &arena_;
+    double radius_m_;
+    std::vector<uint32_t> parents_;  ///< by body: of its group's tree, whose root is its first body
+    std::vector<uint8_t> islands_;   ///< by body, of roots: whether the group is an island
+    std::vector<uint8_t> uncertain_;  ///< by body, of roots: whether one of them is near something
+};
+
+}  // namespace kilotwin
+
+#endif
