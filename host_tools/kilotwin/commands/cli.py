@@ -24,6 +24,8 @@ COMMANDS = {
     "run": "Run an experiment and leave a run folder.",
     "sweep": "Run an experiment many times, varied, into one data set. Goes on where it was "
     "stopped.",
+    "check-run": "Say whether a run folder is whole, truncated, spoiled or damaged. 1 if it is not "
+    "whole.",
     "plot": "Draw a figure of a run or a sweep.",
     "build": "Build a program into an image to flash, or a guest, and say how large it is.",
     "port": "Say what of a program would go wrong on the robot. 1 if something fails there.",
@@ -53,7 +55,7 @@ class Commands(typer.core.TyperGroup):
 
 def load(name: str) -> Any:
     """The command or group of commands called `name`, as click has it."""
-    return typer.main.get_command(lazy.load(f"commands.{name}").app)
+    return typer.main.get_command(lazy.load(f"commands.{name.replace('-', '_')}").app)
 
 
 app = typer.Typer(

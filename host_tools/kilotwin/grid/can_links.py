@@ -107,6 +107,10 @@ class CanLinks:
         self._to_come[bus][key] -= 1
         return True
 
+    def forget_log(self) -> None:
+        """Logs no more: where the log is cannot be written."""
+        self._log = None
+
     def close(self) -> None:
         """Shuts the buses down."""
         for bus in self._buses:

@@ -56,6 +56,10 @@ class CanLog:
             self._file.write(self._lines(np.concatenate(self._waiting)))
         self._waiting, self._count = [], 0
 
+    def forget(self) -> None:
+        """Drops what was not flushed."""
+        self._waiting, self._count = [], 0
+
     def close(self) -> None:
         """Ends the log."""
         self.flush()

@@ -7,6 +7,7 @@ RUN.kilodat       the reports as the lab's own tool writes them, beside the run 
 Events go to events.jsonl with the robots'.
 """
 
+import contextlib
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -152,6 +153,16 @@ class GridRecord(GridEvents):
         self._kilodat.close()
         if self.log is not None:
             self.log.close()
+
+    def give_up(self) -> None:
+        """Closes the files as they are: where they lie cannot be written."""
+        self._waiting = []
+        if self.log is not None:
+            self.log.forget()
+        for file in (self._stream, self._kilodat, self.log):
+            with contextlib.suppress(OSError):
+                if file is not None:
+                    file.close()
 
 
 def _free(file: Path) -> Path:

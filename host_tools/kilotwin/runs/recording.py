@@ -3,7 +3,7 @@
 import math
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from types import FrameType
@@ -125,13 +125,13 @@ class _Recording:
         self._record = GridRecord(
             self._writer, experiment, [bus.name for bus in buses], time.time() + lead_s / speed
         )
-        self._links = WatchedLinks(
-            CanLinks(
-                [bus.bus for bus in buses],
-                self._record.log,
-                echoes=[bus.echoes for bus in buses],
-            )
+        self._buses = CanLinks(
+            [bus.bus for bus in buses],
+            self._record.log,
+            echoes=[bus.echoes for bus in buses],
         )
+        self._links = WatchedLinks(self._buses)
+        self._unwritten = False  # once the folder takes no more
         self._told_of: set[tuple[int, str]] = set()
         self._conductor = Conductor(
             plan,
@@ -150,7 +150,14 @@ class _Recording:
         display.start(experiment, folder)
 
     def run(self) -> Outcome:
-        """To the end, or until interrupted twice."""
+        """To the end, or until interrupted twice. RunError if the folder cannot be written."""
+        try:
+            self._run_to_end()
+            return self._close()
+        except OSError as error:
+            raise self._stop_unwritten(cause_of(error)) from None
+
+    def _run_to_end(self) -> None:
         with self._heeding_signals():
             while self._conductor.phase != "done":
                 now_s = self._now_s()
@@ -162,15 +169,34 @@ class _Recording:
                     self._sample(now_s - self._conductor.zero_s)
                 time.sleep(_STEP_S)
             self._record.flush(now=True)
-        return self._close()
+
+    def _stop_unwritten(self, cause: str) -> RunError:
+        """Leaves robots and modules idle, unrecorded, and a manifest that says why."""
+        folder = self._writer.folder
+        error = RunError(f"{folder}: cannot write ({cause}); robots and modules are idle now")
+        self._unwritten = True
+        self._buses.forget_log()
+        with self._heeding_signals():
+            self._conductor.end()
+            while self._conductor.phase != "done":
+                self._conductor.step(self._now_s())
+                time.sleep(_STEP_S)
+        self._record.give_up()
+        with suppress(OSError):
+            self._writer.close(clean=False)
+        with suppress(OSError):
+            close_manifest(folder, FAILED, error.exit_code, reason=f"cannot write ({cause})")
+        return error
 
     def reports(self, reports: Reports) -> None:
         """Keeps reports of robots."""
-        self._record.reports(reports)
+        if not self._unwritten:
+            self._record.reports(reports)
 
     def event(self, time_s: float, kind: str, text: str, **more: Any) -> None:
         """Keeps an event, and shows those that must be known at once."""
-        self._record.event(time_s, kind, text, **more)
+        if not self._unwritten:
+            self._record.event(time_s, kind, text, **more)
         if kind in _WARNINGS:
             self._display.warn(f"at {time_s:,.0f} s: {text}")
 

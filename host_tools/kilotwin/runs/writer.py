@@ -9,6 +9,7 @@ import contextlib
 import json
 import os
 import shutil
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -92,7 +93,7 @@ class RunWriter:
                     stream.close()
             if clean:
                 for stream_file in sorted(self.folder.glob("*.arrows")):
-                    _to_parquet(stream_file, stream_file.with_suffix(".parquet"))
+                    to_parquet(stream_file, stream_file.with_suffix(".parquet"))
         finally:
             self._reserve.release()
 
@@ -130,18 +131,33 @@ class Stream:
         self._file.close()
 
 
-def _to_parquet(stream: Path, target: Path) -> None:
-    """Copies a whole stream, some million rows at a time, and shows the result when it is done."""
+def to_parquet(stream: Path, target: Path, *, torn: bool = False) -> None:
+    """Copies a stream, some million rows at a time, and shows the result when it is done.
+
+    `torn`: up to its last whole batch; otherwise it must be whole.
+    """
     with (
         draft_of(target, sync=False) as draft,
         pa.ipc.open_stream(stream, options=_ONE_THREAD) as reader,
         pq.ParquetWriter(draft, reader.schema, compression="zstd") as writer,
     ):
         waiting: list[pa.RecordBatch] = []
-        for batch in reader:
+        for batch in _batches(reader, torn):
             waiting.append(batch)
             if sum(part.num_rows for part in waiting) >= _ROW_GROUP:
                 writer.write_table(pa.Table.from_batches(waiting))
                 waiting = []
         if waiting:
             writer.write_table(pa.Table.from_batches(waiting))
+
+
+def _batches(reader: pa.RecordBatchReader, torn: bool) -> Iterator[pa.RecordBatch]:
+    with contextlib.suppress(StopIteration):
+        while True:
+            try:
+                batch = reader.read_next_batch()
+            except (pa.ArrowException, OSError):
+                if torn:
+                    return
+                raise
+            yield batch

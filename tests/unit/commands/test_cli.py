@@ -19,7 +19,8 @@ from kilotwin.runs import run
 
 from ..conftest import Kilotwin
 
-COMMANDS = ["doctor", "run", "sweep", "plot", "build", "port", "compare", "bench", "record"]
+COMMANDS = ["doctor", "run", "sweep", "check-run", "plot", "build", "port", "compare"]
+COMMANDS += ["bench", "record"]
 GROUPS = {
     "grid": ["ls", "health", "kconf", "setup", "run", "pause", "idle", "send"],
     "flash": ["robot", "robots", "modules"],

@@ -1,5 +1,6 @@
 """A record whose buses go away says so at once, ends if none is left, and never looks whole."""
 
+import errno
 import json
 from pathlib import Path
 from typing import Any
@@ -86,6 +87,22 @@ def test_a_record_goes_on_with_the_buses_that_are_left_and_lists_the_lost(
     assert summary["grid"]["not_idle"] == [lost]
     assert f"{lost} is down: gone" in done.stderr.splitlines()
     assert f"ROBOTS MAY BE DRIVING ON: those of {lost} could not" in done.stderr
+
+
+def test_a_record_on_a_full_disk_leaves_robots_idle_and_a_manifest_that_says_so(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, "no space left on device")
+
+    monkeypatch.setattr(GridRecord, "flush", full)
+    done = record(folder, monkeypatch, [float("inf"), float("inf")])
+    assert done.exit_code == 1
+    said = str(done.exception)
+    assert said == "r: cannot write (no space left on device); robots and modules are idle now"
+    manifest = json.loads((folder / "r/manifest.json").read_text())
+    assert (manifest["status"], manifest["exit_code"]) == ("failed", 1)
+    assert manifest["reason"] == "cannot write (no space left on device)"
 
 
 def test_a_bus_that_goes_down_under_an_order_by_hand_is_a_missing_device(
