@@ -74,15 +74,25 @@ def main() -> None:
         return bool(select.select([0], [], [], 0)[0])
 
     try:
-        simulate(job, report, stopped)
+        simulate(job, report, stopped, confine_worker)
     except KilotwinError as error:
         report({"type": "error", "exit_code": error.exit_code, "message": str(error)})
 
 
-def simulate(job: Job, report: Report, stopped: Callable[[], bool]) -> None:
-    """Runs the experiment to its end or until `stopped`. A refused one leaves no folder."""
+def simulate(
+    job: Job,
+    report: Report,
+    stopped: Callable[[], bool],
+    confine: Callable[[Job], dict[str, Any]] | None = None,
+) -> None:
+    """Runs the experiment to its end or until `stopped`. A refused one leaves no folder.
+
+    `confine` is called before the first robot runs; what it returns goes into the manifest. It is
+    for a process that does nothing else.
+    """
     trial = Trial(job, report, lambda: _make_folder(job))
-    add_to_manifest(job.folder, confine_worker(job))
+    if confine is not None:
+        add_to_manifest(job.folder, confine(job))
     try:
         interrupted = not trial.run(stopped)
         summary = trial.summary(interrupted)
