@@ -18,7 +18,7 @@ constexpr uint8_t BATTERY_CHANNEL = 6;
 // other, an LED that each loop() puts out and lights again.
 constexpr Cycles SETTLE = CYCLES_PER_SECOND / 2000;
 // Outputs of the native robot are sampled so often.
-constexpr Cycles SLICE = TICK_CYCLES / 64;
+constexpr Cycles SLICE = TICK_CYCLES / 256;
 // Resolution of the search for the chip's first tick.
 constexpr Cycles SEARCH = 1024, LONGEST_BOOT = 10 * CYCLES_PER_SECOND;
 // A message begins within this part of a tick, behind what the robot itself may send at the tick.
@@ -70,9 +70,11 @@ DifferentialTest::DifferentialTest(Program &program, std::shared_ptr<const Flash
       board_(*image_, 0, calibration_, 0, chance_),
       context_{chance_, events_, emissions_, nullptr, FRAME_CYCLES, false},
       state_(new uint8_t[program.state_bytes()]) {
-    board_.noise = [this](uint8_t channel, int16_t reading) {
-        return noisy_reading(channel, reading);
-    };
+    const bool is_native = program.translation() == nullptr;
+    if (is_native)
+        board_.noise = [this](uint8_t channel, int16_t reading) {
+            return noisy_reading(channel, reading);
+        };
     board_.light = light_;
     run_at_ = 1 + static_cast<uint32_t>(settings.before_run.size());
     if (settings_.follow) {
@@ -83,14 +85,14 @@ DifferentialTest::DifferentialTest(Program &program, std::shared_ptr<const Flash
     }
     find_first_tick();
     Robot::serve_this_thread();
-    native_.emplace(context_, program, 0, calibration_, base_, state_.get());
+    native_.emplace(context_, program, 0, calibration_, is_native ? base_ : 0, state_.get());
     native_->light = light_;
     tick_ = 1;
     native_->run(base_ + TICK_CYCLES);
 }
 
-/// The chip reaches kilo_init() after its start-up code and the part of main() before it. The
-/// native robot, which takes no time for those, is switched on so much later.
+/// The chip reaches kilo_init() after its start-up code and the part of main() before it. A native
+/// robot, which takes no time for those, is switched on so much later.
 void DifferentialTest::find_first_tick() {
     const auto ticks = image_->symbol("kilo_ticks");
     if (!ticks) throw EngineError(image_->name() + " does not use kilolib, or is no .elf file");

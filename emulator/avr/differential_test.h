@@ -1,6 +1,7 @@
-/// A differential test of the two tiers: one program compiled for this computer and the same
-/// program on an ATmega328P get the same messages, distances, light and random bytes at the same
-/// ticks, and what they decide is compared.
+/// A differential test of two tiers: one program compiled for this computer, or translated, and the
+/// same program on an ATmega328P get the same messages, distances, light and random bytes at the
+/// same ticks, and what they decide is compared. A translated one, called native below as well, is
+/// switched on with the chip, and draws the noise of its converter as the chip does.
 ///
 /// Decisions are the outputs that another robot or a camera can see: LED, motors, messages. The
 /// inputs follow from the seed alone:

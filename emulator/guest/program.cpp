@@ -11,6 +11,7 @@
 
 #include "base/errors.h"
 #include "guest/stack.h"
+#include "guest/translated_image.h"
 
 namespace kilotwin {
 
@@ -61,9 +62,18 @@ Program::Program(const std::string &path, std::string name) : name_(std::move(na
     if (handle == nullptr)
         throw EngineError("program " + name_ + " cannot be loaded: " + std::string(dlerror()));
     table_ = static_cast<const kt_table_t *>(dlsym(handle, "kt_table"));
-    if (table_ == nullptr) throw EngineError(path + " is no Kilotwin program: it has no kt_table");
+    translation_ = static_cast<const translation_t *>(dlsym(handle, "translation"));
+    if (translation_ != nullptr)
+        take_translation();
+    else if (table_ != nullptr)
+        take_table();
+    else
+        throw EngineError(path + " is no Kilotwin program: it has no kt_table");
+}
+
+void Program::take_table() {
     if (table_->abi != KT_GUEST_ABI)
-        throw EngineError(path + " was built for another Kilotwin (ABI " +
+        throw EngineError(path_ + " was built for another Kilotwin (ABI " +
                           std::to_string(table_->abi) + ", this one has " +
                           std::to_string(KT_GUEST_ABI) + "): build it again");
     state_bytes_ = static_cast<size_t>(table_->state_end - table_->state_begin);
@@ -72,10 +82,22 @@ Program::Program(const std::string &path, std::string name) : name_(std::move(na
     forbid_access(table_->guard_high);
     CodeSearch search = {reinterpret_cast<uintptr_t>(table_)};
     dl_iterate_phdr(CodeSearch::look, &search);
+    names_period_ = table_->tx_period != nullptr;
+}
+
+void Program::take_translation() {
+    if (translation_->version != TRANSLATION_VERSION || translation_->seam == nullptr)
+        throw EngineError(path_ + ": made for another version of the engine; remove the file");
+    const TranslatedImage image = switched_on();
+    const auto *bytes = reinterpret_cast<const uint8_t *>(&image);
+    state_bytes_ = sizeof image;
+    initial_.assign(bytes, bytes + sizeof image);
+    names_period_ = translation_->seam->names_period != 0;
 }
 
 /// The names lie one after the other, each ended by a zero.
 std::string Program::own_handlers() const {
+    if (translation_ != nullptr) return translation_->seam->handlers;
     std::string names;
     for (const char *name = table_->handlers_begin; name < table_->handlers_end;
          name += std::strlen(name) + 1)

@@ -1,4 +1,6 @@
-/// A program of robots or modules: a loaded guest, and its state at power-up.
+/// A program of robots or modules: a loaded guest, and its state at power-up. It is native, or a
+/// translation of a robot's machine code (translated_robot.h); of that there is no state section,
+/// and each image is used where it lies.
 ///
 /// The state of all robots with the same program lives in images outside the guest; one of them at
 /// a time is resident, swapped into the guest's one state section. A swap copies the state twice.
@@ -11,6 +13,7 @@
 #include <vector>
 
 #include "guest/abi.h"
+#include "guest/translated_code.h"
 
 namespace kilotwin {
 
@@ -27,7 +30,15 @@ class Program {
 
     const std::string &name() const { return name_; }
     const std::string &path() const { return path_; }
-    const kt_table_t &table() const { return *table_; }
+    const kt_table_t &table() const { return *table_; }  ///< of a native one
+    /// Null: it is native.
+    const translation_t *translation() const { return translation_; }
+    /// Whether the program has to do with kilo_tx_period itself.
+    bool names_period() const { return names_period_; }
+    /// Registers of a translated robot that have an effect, by address (translated_code.h).
+    static const uint8_t *effects();
+    /// Of a translation: cycles of a tick's interrupt that only counts; 0: not yet known.
+    uint32_t tick_cycles = 0;
     /// Size of the state section, and of every image.
     size_t state_bytes() const { return state_bytes_; }
 
@@ -61,10 +72,14 @@ class Program {
 
   private:
     Program(const std::string &path, std::string name);
+    void take_table();
+    void take_translation();
     void swap_in(uint8_t *image);
 
     std::string name_, path_;
     const kt_table_t *table_ = nullptr;
+    const translation_t *translation_ = nullptr;
+    bool names_period_ = false;
     size_t state_bytes_ = 0;
     std::vector<uint8_t> initial_;
     uint8_t *resident_ = nullptr;

@@ -29,7 +29,7 @@ Robot::Robot(RobotContext &context, Program &program, uint32_t index,
       name_(&program.name()),
       calibration_(calibration) {
     std::memcpy(image_, program_->initial_state(), program_->state_bytes());
-    *program_->table().host = &HOST;
+    if (program_->translation() == nullptr) *program_->table().host = &HOST;
 }
 
 Robot::Robot(RobotContext &context, const std::string &name, uint32_t index,
@@ -66,6 +66,10 @@ Cycles Robot::run_arbitrated(Cycles until) {
 void Robot::go_on(Cycles until) {
     if (life_ == Life::STOPPED || on_board() || until <= now_ || question_ != Question::NONE)
         return;
+    if (program_->translation() != nullptr) {
+        until_ = until;
+        return go_on_translated();
+    }
     if (life_ == Life::ALIVE && !is_suspended_ && !loop_due_ && next_interrupt() >= until) return;
     until_ = until;
     running = this;
@@ -92,16 +96,19 @@ void Robot::go_on(Cycles until) {
     running = nullptr;
 }
 
-// A callback that waits comes back later.
+// A callback that waits comes back later. A translated program takes a message where a block of
+// its code has ended: it may be an order to run.
 Cycles Robot::next_ask() const {
     if (life_ != Life::ALIVE || next_tick_ == NEVER) return NEVER;
+    if (next_message_ <= now_ && program_->translation() != nullptr) [[unlikely]]
+        return now_;
     return std::max(std::min(next_request(), next_answer()), next_tick_ + waits_past_tick_);
 }
 
 // setup() may end any time, and a program that names its period may shorten it any time.
 Cycles Robot::next_request() const {
     if (core_.state != ROBOT_RUNNING && core_.state != ROBOT_SETUP) return NEVER;
-    if (program_->table().tx_period != nullptr) return next_tick_;
+    if (program_->names_period()) return next_tick_;
     return transmit_clock_next_request(&core_.transmit, PERIOD_NEVER_CHANGED, next_matches(),
                                        tick_length_);
 }

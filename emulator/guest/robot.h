@@ -7,8 +7,11 @@
 /// no time. A robot is run ahead up to a moment before which nothing from outside can reach it; its
 /// outputs are a list with their times, the same however far it is run at once.
 ///
+/// A program that is translated (program.h) runs by its machine code, with its own runtime and
+/// time: translated_robot.h.
+///
 /// Sources: robot.cpp (running: ticks, interrupts, loop()), robot_inputs.cpp (what reaches it),
-/// robot_calls.cpp (what its program calls), robot_outputs.cpp (what it shows).
+/// robot_calls.cpp (what its program calls), robot_outputs.cpp (what it shows); native programs.
 #ifndef KILOTWIN_GUEST_ROBOT_H
 #define KILOTWIN_GUEST_ROBOT_H
 
@@ -190,8 +193,10 @@ class alignas(64) Robot {
         std::optional<gain_tables_t> gains;  ///< found by the program when it started; none:
                                              ///< those of its calibration
         robot_heard_t heard;
+        std::string line;  ///< that it prints, of a translated program
     };
 
+    class Translated;
     static constexpr size_t OFTEN_USED_BYTES = 6 * sizeof(CacheLine);
     static const kt_host_t HOST;
     struct HostCalls;
@@ -200,6 +205,7 @@ class alignas(64) Robot {
     static void body(void *robot);
     void attend_faults();
     void go_on(Cycles until);  ///< executes up to there, or to a question
+    void go_on_translated();   ///< the same for one whose program is translated
     void live();               ///< on the guest stack: main(), then the main loop
     void set_up();             ///< SETUP: setup(), once
     void run_loop();           ///< loop(), again and again while only ticks happen

@@ -60,7 +60,8 @@ int16_t Robot::voltage(Cycles at) const {
 // In SETUP, RUNNING and MOVING the LED is what the registers make of it. In CHARGING the charger is
 // taken to be at work.
 uint8_t Robot::color(Cycles at) const {
-    if (life_ != Life::ALIVE || on_board()) return color_;  // before kilo_start() and after its end
+    // The LED is what the registers say: on a chip, before kilo_start() and after its end.
+    if (life_ != Life::ALIVE || on_board() || program_->translation() != nullptr) return color_;
     const Cycles in_state = at > state_since_ ? at - state_since_ : 0;
     switch (core_.state) {
     case ROBOT_IDLE: return blink_is_on(in_state) ? IDLE_COLOR : 0;

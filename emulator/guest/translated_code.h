@@ -1,12 +1,17 @@
 /// Language of the C code made from a chip's machine code: one macro for each instruction, and
 /// the table by which the emulator finds the code (host_tools/kilotwin/build/translator.py writes
-/// it, emulator/avr/chip/translated_core.h runs it).
+/// it, emulator/avr/chip/translated_core.h runs it on a chip, guest/translated_robot.h as a guest).
 ///
 /// The code is cut into regions, a function each. A region is entered at the begin of one of its
 /// blocks and goes on until it leaves its region, until the cycles that it may use are spent, or
 /// until an instruction has an effect outside of registers, flags, SRAM and registers that are
 /// plain memory; that instruction it leaves to the interpreter. Within a region registers and flags
 /// are locals; M is the data space.
+///
+/// Code of a guest (TRANSLATED_GUEST) differs where the engine plays the peripherals: a block is
+/// executed as a whole once it has begun within the cycles that are left, jumps backwards and the
+/// main loop's passes are checkpoints, at which the engine looks whether anything has changed, and
+/// functions of the runtime that are the engine's are not executed but reported.
 ///
 /// Flags are kept as what they follow from: Z is set if zr is 0, N, V and S are bit 7 of nr, vr and
 /// sr, H is bit 4 of hr; cf, tf and inf are C, T and I, 0 or 1.
@@ -16,7 +21,7 @@
 #include <stdint.h>
 
 /// Changes with every change of the two structures; the emulator takes no other.
-#define TRANSLATION_VERSION 1
+#define TRANSLATION_VERSION 2
 
 /// State of a chip, for the time of a call.
 typedef struct {
@@ -26,19 +31,48 @@ typedef struct {
     const uint8_t *effects;  ///< by data address below 0x100: READ_EFFECT, WRITE_EFFECT
     int64_t left;            ///< cycles: an instruction begins only while this is above 0
     uint32_t pc;             ///< byte address of the next instruction
+    int32_t turns;           ///< of a guest: jumps backwards until the next CHECKPOINT
+    uint8_t changed;         ///< of a guest: not 0 if a store has changed a byte; pushes left out
+    uint8_t calls;           ///< of a guest: which functions are the engine's, bits by CALL_
 } translated_chip_t;
 
-/// An access to this register does more than reading or writing a byte.
-enum { READ_EFFECT = 1, WRITE_EFFECT = 2 };
+/// An access to this register does more than reading or writing a byte; CHANGE_EFFECT, of guests: a
+/// write of another value does.
+enum { READ_EFFECT = 1, WRITE_EFFECT = 2, CHANGE_EFFECT = 4 };
 
 /// Why a region has come to an end.
 typedef enum {
-    GO_ON,          ///< what is at pc is another region's
-    INTERPRET_ONE,  ///< the instruction at pc is the interpreter's
-    INTERPRET_REST  ///< from pc on cycles do not suffice for a block
+    GO_ON,           ///< what is at pc is another region's
+    INTERPRET_ONE,   ///< the instruction at pc is the interpreter's
+    INTERPRET_REST,  ///< from pc on cycles do not suffice for a block
+    CHECKPOINT,      ///< of a guest: a loop begins anew at pc
+    CALL_ENGINE      ///< of a guest: the function at pc is the engine's
 } translated_end_t;
 
 typedef translated_end_t (*translated_region_t)(translated_chip_t *chip);
+
+/// Functions of a robot's runtime that the engine carries out for a guest.
+enum {
+    CALL_SEND,       ///< kilolib_infrared_send()
+    CALL_RECEIVING,  ///< kilolib_infrared_receiving()
+    CALL_BEGAN,      ///< kilolib_infrared_frame_began()
+    CALL_CONVERT,    ///< kilolib_converter_read()
+    CALL_DISTANCE,   ///< estimate_distance()
+    ENGINE_CALLS
+};
+
+/// Where the engine meets a guest: byte addresses in flash, and of variables in SRAM. 0: the
+/// program has none.
+typedef struct {
+    uint16_t calls[ENGINE_CALLS];  ///< functions that end in CALL_ENGINE
+    uint16_t obey;                 ///< kilolib_command_obey()
+    uint16_t robot, heard;         ///< robot_core_t, robot_heard_t
+    uint16_t ticks, tx_period;     ///< kilo_ticks, kilo_tx_period
+    uint16_t message, distance;    ///< of the receiver, for the program's callback
+    uint16_t message_rx;           ///< kilo_message_rx
+    uint8_t names_period;          ///< the program has to do with kilo_tx_period itself
+    const char *handlers;          ///< names of the program's own interrupt handlers: "A, B"
+} translated_seam_t;
 
 /// An image and all its regions, which a shared object exports as `translation`.
 typedef struct {
@@ -50,6 +84,7 @@ typedef struct {
     const uint8_t *flash;             ///< the 32 KB that the code was made from
     uint32_t eeprom_bytes;            ///< how many bytes of the EEPROM come with it
     const uint16_t (*eeprom)[2];      ///< address and byte
+    const translated_seam_t *seam;    ///< of a guest; null: of a whole chip
 } translation_t;
 
 // Macros from here on are for regions alone. Such a function is
@@ -79,6 +114,7 @@ typedef struct {
     unsigned cf = F[0], tf = F[6], inf = F[7];                                \
     uint8_t zr = !F[1], nr = (uint8_t)(F[2] << 7), vr = (uint8_t)(F[3] << 7), \
             sr = (uint8_t)(F[4] << 7), hr = (uint8_t)(F[5] << 4);             \
+    uint8_t changed = chip->changed;                                          \
     (void)flash, (void)effects;
 
 /// At its end they go back.
@@ -86,7 +122,7 @@ typedef struct {
     M[0x5D] = (uint8_t)sp, M[0x5E] = (uint8_t)(sp >> 8);                                \
     F[0] = (uint8_t)cf, F[1] = zr == 0, F[2] = nr >> 7, F[3] = vr >> 7, F[4] = sr >> 7; \
     F[5] = hr >> 4 & 1, F[6] = (uint8_t)tf, F[7] = (uint8_t)inf;                        \
-    chip->left = left, chip->pc = pc;                                                   \
+    chip->left = left, chip->pc = pc, chip->changed = changed;                          \
     return end;
 
 /// Leaves the region with `at` as the next instruction, `spent` cycles after the block's begin: all
@@ -99,8 +135,29 @@ typedef struct {
 /// An instruction `at` that is `offset` cycles into its block is not for this code.
 #define HAND_OVER(at, offset) STOP(at, offset, INTERPRET_ONE)
 /// A block, of which the last instruction begins `last` cycles after the first.
+#ifdef TRANSLATED_GUEST
+#define BLOCK(at, last) block_##at : if (__builtin_expect(left <= 0, 0)) STOP(at, 0, GO_ON);
+#else
 #define BLOCK(at, last) \
     block_##at : if (__builtin_expect(left <= (last), 0)) STOP(at, 0, INTERPRET_REST);
+#endif
+/// Jumps of a guest: backwards within a region, to a block, and to the begin of the main loop.
+#define JUMP_BACK(to, spent)                                          \
+    do {                                                              \
+        if (__builtin_expect(--chip->turns <= 0, 0)) PASS(to, spent); \
+        left -= (spent);                                              \
+        goto block_##to;                                              \
+    } while (0)
+#define PASS(to, spent) STOP(to, spent, CHECKPOINT)
+/// The begin of a function that may be the engine's.
+#define ENGINE_CALL(at, number) \
+    if (chip->calls >> (number)&1) STOP(at, 0, CALL_ENGINE);
+/// Writes SRAM, or a register that is plain memory.
+#ifdef TRANSLATED_GUEST
+#define WRITE(address, r) (changed |= M[address] ^ (r), M[address] = (r))
+#else
+#define WRITE(address, r) (M[address] = (r))
+#endif
 
 /// A block that counts down to 0: all of its passes but two at once, as far as cycles go. The last
 /// two set the flags as they would be, and the branch of all that are left out is taken. `bits` has
@@ -129,9 +186,9 @@ typedef struct {
         (low) = (uint8_t)p_, (high) = (uint8_t)(p_ >> 8); \
     } while (0)
 /// All eight flags in the status register's order.
-#define SREG                                                                      \
-    ((uint8_t)(cf | (zr == 0) << 1 | nr >> 7 << 2 | vr >> 7 << 3 | sr >> 7 << 4 | \
-               (hr >> 4 & 1) << 5 | tf << 6 | inf << 7))
+#define SREG                                                                           \
+    ((uint8_t)((int)cf | (zr == 0) << 1 | nr >> 7 << 2 | vr >> 7 << 3 | sr >> 7 << 4 | \
+               (hr >> 4 & 1) << 5 | (int)tf << 6 | (int)inf << 7))
 
 /// d + r + carry with all flags, to d. H is the carry from bit 3 to bit 4: without it, bit 4 of the
 /// sum would be that of the exclusive or.
@@ -233,11 +290,20 @@ typedef struct {
     do {                                                              \
         const uint16_t m_ = (uint16_t)(address);                      \
         if (__builtin_expect(!IN_SRAM(m_), 0)) HAND_OVER(at, offset); \
-        M[m_] = (r);                                                  \
+        WRITE(m_, r);                                                 \
     } while (0)
 /// Before an access to a register below 0x100 that may have one of the effects.
 #define FOR_EFFECT(at, offset, address, which) \
     if (__builtin_expect(effects[address] & (which), 0)) HAND_OVER(at, offset)
+/// The same of a write.
+#ifdef TRANSLATED_GUEST
+#define FOR_WRITE(at, offset, address, r)                                           \
+    FOR_EFFECT(at, offset, address, WRITE_EFFECT);                                  \
+    if (__builtin_expect(effects[address] & CHANGE_EFFECT && M[address] != (r), 0)) \
+    HAND_OVER(at, offset)
+#else
+#define FOR_WRITE(at, offset, address, r) FOR_EFFECT(at, offset, address, WRITE_EFFECT)
+#endif
 /// A register below 0x100; three of them are locals, and the status register is put together.
 #define IN(at, offset, d, address)                     \
     do {                                               \
@@ -253,7 +319,7 @@ typedef struct {
 #define OUT(at, offset, address, r)                                                             \
     do {                                                                                        \
         const uint8_t o_ = (r);                                                                 \
-        FOR_EFFECT(at, offset, address, WRITE_EFFECT);                                          \
+        FOR_WRITE(at, offset, address, o_);                                                     \
         if ((address) == 0x5D) {                                                                \
             sp = (uint16_t)((sp & 0xFF00) | o_);                                                \
         } else if ((address) == 0x5E) {                                                         \
@@ -264,7 +330,7 @@ typedef struct {
             cf = o_ & 1u, zr = ~o_ & 2, nr = (uint8_t)(o_ << 5), vr = (uint8_t)(o_ << 4);       \
             sr = (uint8_t)(o_ << 3), hr = (uint8_t)(o_ >> 1), tf = o_ >> 6 & 1u, inf = o_ >> 7; \
         } else {                                                                                \
-            M[address] = o_;                                                                    \
+            WRITE(address, o_);                                                                 \
         }                                                                                       \
     } while (0)
 /// The stack grows downwards; its pointer is to the next free byte.

@@ -19,23 +19,6 @@ struct LightPulse {
     distance_measurement_t strength;
 };
 
-/// A board's own time: its oscillator may be off, and it began at power-up. It counts TICK_CYCLES
-/// in what are `tick` of the world's cycles.
-struct BoardClock {
-    Cycles power_up, tick;
-
-    /// World time of one of its cycles.
-    Cycles world_time(uint64_t cycle) const {
-        return power_up + cycle / TICK_CYCLES * tick + cycle % TICK_CYCLES * tick / TICK_CYCLES;
-    }
-    /// The first of its cycles that is not before `at`.
-    uint64_t own_cycle(Cycles at) const {
-        if (at <= power_up) return 0;
-        const Cycles age = at - power_up;
-        return age / tick * TICK_CYCLES + (age % tick * TICK_CYCLES + tick - 1) / tick;
-    }
-};
-
 /// Times are the board's own cycles. Pulses may overlap: the light then lasts until the last of
 /// them ends, and their strengths add up.
 class LightEdges {

@@ -149,15 +149,19 @@ def flash_of(patterns: dict[str, str], each: int, draw: random.Random) -> tuple[
     return flash.ljust(FLASH_BYTES, b"\xff"), cases
 
 
-def run(states: int, seed: int, each: int, folder: Path) -> None:
+def run(states: int, seed: int, each: int, folder: Path, *, interpreter: bool = False) -> None:
     draw = random.Random(seed)
-    flash, cases = flash_of({**ALWAYS, **MOSTLY, **NEVER}, each, draw)
+    never = {} if interpreter else NEVER
+    flash, cases = flash_of({**ALWAYS, **MOSTLY, **never}, each, draw)
     sources = []
     for number, text in enumerate(translate(flash, {})):
         sources.append(folder / f"{number}.c")
         sources[-1].write_text(text)
     program = folder / "instructions"
     command = [find_compiler(), "-O1", "-w", f"-I{resources.path('emulator/guest')}"]
+    command.append(f"-I{resources.path('emulator')}")
+    if interpreter:
+        command += ["-DINTERPRETER", str(resources.path("emulator/guest/interpreter.c"))]
     command += ["-o", str(program), *map(str, [*sources, HARNESS]), "-lsimavr"]
     subprocess.run(command, check=True)
     addresses = "".join(f"{case.address:x}\n" for case in cases)
@@ -184,6 +188,10 @@ def run(states: int, seed: int, each: int, folder: Path) -> None:
 
 def test_each_instruction_leaves_the_state_that_simavr_leaves(tmp_path: Path) -> None:
     run(states=100, seed=1, each=10, folder=tmp_path)
+
+
+def test_the_guests_interpreter_leaves_it_too(tmp_path: Path) -> None:
+    run(states=100, seed=1, each=10, folder=tmp_path, interpreter=True)
 
 
 @pytest.mark.long

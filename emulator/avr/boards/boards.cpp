@@ -5,6 +5,7 @@
 
 #include "base/errors.h"
 #include "base/message_crc.h"
+#include "base/serial_line.h"
 #include "infrared/robot_receiver.h"
 
 namespace kilotwin {
@@ -15,7 +16,6 @@ namespace {
 constexpr Cycles FRAME_PERIOD = 83'200;
 // A message is shown so often in vain until it is given up.
 constexpr unsigned MOST_SPOILT = 20;
-constexpr size_t LONGEST_LINE = 256;
 
 }  // namespace
 
@@ -152,12 +152,6 @@ void Boards::rest(Lamp &lamp, Cycles until) {
         lamp.reader.reset();
         flashes_.push_back({until + QUANTUM, until + QUANTUM, lamp.station, false, true, {}, {}});
     }
-}
-
-/// Takes a byte that was printed; true: `line` is one.
-bool Boards::ends_line(std::string &line, uint8_t byte) {
-    if (byte != '\r') line += static_cast<char>(byte);
-    return byte == '\n' || line.size() >= LONGEST_LINE;
 }
 
 Boards::Flash Boards::take_flash() {

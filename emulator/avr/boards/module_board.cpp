@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "avr/chip/registers.h"
+#include "base/registers.h"
 #include "runtime/core/eeprom_map.h"
 
 namespace kilotwin {

@@ -18,6 +18,7 @@
 #include "avr/chip/converter.h"
 #include "avr/chip/flash_image.h"
 #include "avr/chip/microcontroller.h"
+#include "base/board_clock.h"
 #include "base/chance.h"
 #include "guest/module.h"
 #include "infrared/light_edges.h"

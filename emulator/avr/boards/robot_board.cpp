@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "avr/chip/registers.h"
+#include "base/registers.h"
 
 namespace kilotwin {
 

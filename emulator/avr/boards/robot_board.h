@@ -16,6 +16,7 @@
 #include "avr/chip/flash_image.h"
 #include "avr/chip/microcontroller.h"
 #include "avr/chip/vcd_trace.h"
+#include "base/board_clock.h"
 #include "base/chance.h"
 #include "base/clock.h"
 #include "guest/robot.h"

@@ -1,6 +1,6 @@
 #include "avr/boards/twi_master.h"
 
-#include "avr/chip/registers.h"
+#include "base/registers.h"
 
 namespace kilotwin {
 

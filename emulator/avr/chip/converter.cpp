@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "avr/chip/registers.h"
+#include "base/registers.h"
 
 namespace kilotwin {
 

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "avr/chip/registers.h"
+#include "base/registers.h"
 #include "avr/chip/translated_core.h"
 #include "base/errors.h"
 #include "kilolib/core/eeprom_map.h"

@@ -18,7 +18,7 @@
 #include <cstring>
 #include <vector>
 
-#include "avr/chip/registers.h"
+#include "base/registers.h"
 #include "base/clock.h"
 #include "base/errors.h"
 
@@ -31,7 +31,7 @@ namespace {
 // The comparator's input and threshold: only their order matters.
 constexpr uint32_t DARK_MV = 0, THRESHOLD_MV = 1000, LIGHT_MV = 2000;
 
-constexpr uint16_t FIRST_REGISTER = 0x20, PINB = 0x23, PINC = 0x26, PIND = 0x29;
+constexpr uint16_t FIRST_REGISTER = 0x20, PINB = 0x23, PINC = 0x26;
 
 // simavr polls level-triggered interrupts after every instruction; a Kilobot has none.
 void spare_simavr_work(avr_t *avr) {

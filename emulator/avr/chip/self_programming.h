@@ -13,7 +13,7 @@
 #include <array>
 #include <cstdint>
 
-#include "avr/chip/registers.h"
+#include "base/registers.h"
 
 struct avr_t;
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "avr/chip/registers.h"
+#include "base/registers.h"
 #include "base/errors.h"
 
 namespace kilotwin {
@@ -43,7 +43,10 @@ uint64_t TranslatedCore::run(uint64_t until) {
                               avr_->flash,
                               effects_.data(),
                               static_cast<int64_t>(until - avr_->cycle),
-                              avr_->pc};
+                              avr_->pc,
+                              0,
+                              0,
+                              0};
     translated_end_t end = GO_ON;
     while (chip.left > 0 && end == GO_ON) {
         const uint32_t word = chip.pc / 2;

@@ -1,4 +1,5 @@
-"""Builds what the robots of a group run: a guest, or an image for their ATmega328P."""
+"""Builds what the robots of a group run: a guest, native or of their machine code, or an image for
+their ATmega328P."""
 
 import hashlib
 from dataclasses import replace
@@ -7,7 +8,7 @@ from pathlib import Path
 from kilotwin.build.avr import build_image
 from kilotwin.build.boot_loader import with_boot_loader
 from kilotwin.build.guest import Guest, Notify, build
-from kilotwin.build.translation import translated
+from kilotwin.build.translation import translated, translated_guest
 from kilotwin.experiment.experiment import Group
 
 _KEY_CHARACTERS = 32
@@ -18,6 +19,8 @@ def build_group(group: Group, notify: Notify = lambda _: None) -> Guest:
 
     Of an image, that is its translation unless the group is interpreted, or cannot be translated.
     """
+    if group.translated:
+        return translated_guest(group.program, notify)
     if not group.on_board:
         return build(group.program, notify)
     guest = _image_of(group, notify)

@@ -12,8 +12,10 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from kilotwin import _emulator
-from kilotwin.build import avr_instructions, avr_statements, translator
+from kilotwin.build import avr_instructions, avr_statements, seam, translator
+from kilotwin.build.avr import build_image
 from kilotwin.build.guest import (
+    Guest,
     Notify,
     building,
     cache_folder,
@@ -24,13 +26,14 @@ from kilotwin.build.guest import (
     run_tool,
 )
 from kilotwin.errors import RunError
+from kilotwin.experiment.programs import Program
 from kilotwin.files import resources
 
 # Options for translations: -O1, since the program in it is optimised already.
 _FLAGS = ["-O1", "-w", "-fPIC", "-fvisibility=hidden"]
 _LINK_FLAGS = ["-shared", "-Wl,-z,now", "-Wl,-z,defs"]
 _HEADER = "emulator/guest/translated_code.h"
-_MAKERS = (avr_instructions, avr_statements, translator)
+_MAKERS = (avr_instructions, avr_statements, seam, translator)
 _KEY_CHARACTERS = 32
 
 
@@ -46,18 +49,36 @@ def translated(image: Path, notify: Notify = lambda _: None) -> Path | None:
         flash, eeprom = _emulator.flash_image(str(image))
     except (RunError, _emulator.EngineError):
         return None
-    version = compiler_version(compiler)
-    key = _key(version, flash, eeprom)
-    file = cache_folder() / f"{key}-translation" / f"{image.name}.so"
+    key = _key(compiler_version(compiler), flash, eeprom, None)
+    file = _file(key, image.name)
     if not is_built(file):
         with building(f"translating {image.name} for this computer", file.parent, notify):
-            file.parent.mkdir(parents=True, exist_ok=True)
             _build(compiler, translator.translate(flash, eeprom), file)
     return file
 
 
-def _key(version: str, flash: bytes, eeprom: dict[int, int]) -> str:
-    digest = hashlib.sha256("\0".join([version, *_FLAGS, *_LINK_FLAGS]).encode())
+def translated_guest(program: Program, notify: Notify = lambda _: None) -> Guest:
+    """A robot's program, compiled as for the robot and translated, as a guest of the engine."""
+    image = build_image(program, notify)
+    compiler = find_compiler()
+    flash, eeprom = _emulator.flash_image(str(image.elf))
+    met_at = seam.seam_of(image.elf, image.objects("program"))
+    version = compiler_version(compiler)
+    key = _key(version, flash, eeprom, met_at)
+    file = _file(key, program.name)
+    if not is_built(file):
+        with building(f"translating {program.written} for this computer", file.parent, notify):
+            _build(compiler, translator.translate(flash, eeprom, met_at), file)
+    return Guest(program.name, file, key, f"{image.compiler}; {version}")
+
+
+def _file(key: str, name: str) -> Path:
+    return cache_folder() / f"{key}-translation" / f"{name}.so"
+
+
+def _key(version: str, flash: bytes, eeprom: dict[int, int], met_at: seam.Seam | None) -> str:
+    words = [version, *_FLAGS, *_LINK_FLAGS, repr(met_at)]
+    digest = hashlib.sha256("\0".join(words).encode())
     makers = [Path(maker.__file__) for maker in _MAKERS if maker.__file__]
     for file in [resources.path(_HEADER), *makers]:
         digest.update(file.read_bytes())
@@ -67,6 +88,7 @@ def _key(version: str, flash: bytes, eeprom: dict[int, int]) -> str:
 
 
 def _build(compiler: str, texts: list[str], target: Path) -> None:
+    target.parent.mkdir(parents=True, exist_ok=True)
     include = f"-I{resources.path(_HEADER).parent}"
     failure = "the translation of machine code does not compile; this is a mistake of Kilotwin"
     with tempfile.TemporaryDirectory(prefix="kilotwin-") as scratch:

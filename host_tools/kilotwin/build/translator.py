@@ -6,6 +6,10 @@ which do no harm). It is cut into blocks, and may be entered where a block begin
 jump leads, behind a call, behind an end, and where a word of a table or a pair of `ldi` may point
 to. The blocks from one called address to the next make a region, a function of C. Where the
 translation cannot be entered the emulator interprets.
+
+With a seam it is a guest's: a block begins at each access to a register, so that its effect comes
+at its time; the begin of a function that is the engine's leaves the code, as do passes of the main
+loop (emulator/guest/translated_code.h).
 """
 
 from collections.abc import Iterator, Mapping
@@ -23,6 +27,7 @@ from kilotwin.build.avr_statements import (
     registers,
     statement,
 )
+from kilotwin.build.seam import Seam
 from kilotwin.files.flash_map import FLASH_BYTES
 
 _VECTORS, _VECTOR_BYTES = 26, 4
@@ -40,6 +45,7 @@ _HEAD = """\
 #define TRANSLATED_CODE
 #include "translated_code.h"
 """
+_GUEST_HEAD = "#define TRANSLATED_GUEST\n"
 _TABLE = """\
 {declarations}
 static const translated_region_t code[] = {{{code}}};
@@ -47,8 +53,10 @@ static const uint16_t extent[][2] = {{{extent}}};
 static const uint16_t region_of[] = {{{region_of}}};
 static const uint8_t flash[] = {{{flash}}};
 static const uint16_t eeprom[][2] = {{{eeprom}}};
+{seam}
 __attribute__((visibility("default"))) const translation_t translation = {{
-    TRANSLATION_VERSION, {count}, code, extent, region_of, flash, {eeprom_bytes}, eeprom}};
+    TRANSLATION_VERSION, {count}, code, extent, region_of, flash, {eeprom_bytes}, eeprom,
+    {met_at}}};
 """
 _REGION = """\
 translated_end_t region_{number}(translated_chip_t *const chip) {{
@@ -67,13 +75,13 @@ LEAVE
 """
 
 
-def translate(flash: bytes, eeprom: Mapping[int, int]) -> list[str]:
+def translate(flash: bytes, eeprom: Mapping[int, int], seam: Seam | None = None) -> list[str]:
     """C files for a whole image: flash, 32 KB as the chip has them, and the EEPROM's bytes by
-    address that come with it.
+    address that come with it; of a guest the seam.
 
     The same image gives the same text. Costs some tenths of a second.
     """
-    code = _Code(flash)
+    code = _Code(flash, seam)
     regions = list(code.regions())
     files = [""]
     size = 0
@@ -83,10 +91,11 @@ def translate(flash: bytes, eeprom: Mapping[int, int]) -> list[str]:
             size = 0
         files[-1] += _region_text(number, region, code)
         size += sum(map(len, region))
-    return [_HEAD + text for text in [*files, _table(regions, flash, eeprom)]]
+    head = _HEAD if seam is None else _GUEST_HEAD + _HEAD
+    return [head + text for text in [*files, _table(regions, code, eeprom)]]
 
 
-def _table(regions: "list[_Region]", flash: bytes, eeprom: Mapping[int, int]) -> str:
+def _table(regions: "list[_Region]", code: "_Code", eeprom: Mapping[int, int]) -> str:
     region_of = [0] * (FLASH_BYTES // 2)
     for number, region in enumerate(regions, 1):
         for block in region:
@@ -98,10 +107,12 @@ def _table(regions: "list[_Region]", flash: bytes, eeprom: Mapping[int, int]) ->
         code=", ".join(names),
         extent=", ".join(extent),
         region_of=", ".join(map(str, region_of)),
-        flash=", ".join(map(str, flash)),
+        flash=", ".join(map(str, code.flash)),
         eeprom=", ".join(f"{{{address}, {byte}}}" for address, byte in sorted(eeprom.items())),
         eeprom_bytes=len(eeprom),
         count=len(regions),
+        seam=f"static const translated_seam_t seam = {code.seam.text()};" if code.seam else "",
+        met_at="&seam" if code.seam else "0",
     )
 
 
@@ -114,6 +125,7 @@ class _Code:
     """Code found in a flash."""
 
     flash: bytes
+    seam: Seam | None
     instructions: dict[int, Instruction] = field(default_factory=dict)
     """By address; they do not overlap."""
     entries: set[int] = field(default_factory=set)
@@ -166,7 +178,10 @@ class _Code:
     def _entries_from(self, instruction: Instruction) -> list[int]:
         """Where an instruction leads to, but for the next one if it does nothing but go on."""
         name, end = instruction.name, instruction.end
-        entries = [end] if name in _LEAVES or is_often_interpreted(instruction) else []
+        has_effect = is_often_interpreted(instruction)
+        if has_effect and self.seam is not None:
+            self.entries.add(instruction.address)
+        entries = [end] if name in _LEAVES or has_effect else []
         if name in _CALLS | _JUMPS | _BRANCHES:
             entries.append(instruction.target)
         if name in _CALLS:
@@ -180,6 +195,20 @@ class _Code:
         """The address behind the instruction that it skips."""
         word = int.from_bytes(self.flash[skip.end : skip.end + 2].ljust(2, b"\xff"), "little")
         return skip.end + (4 if is_long(word) else 2)
+
+    def engine_call(self, address: int) -> int | None:
+        """The number of the engine's function that begins there."""
+        calls = () if self.seam is None else self.seam.calls
+        return calls.index(address) if address != 0 and address in calls else None
+
+    def go(self, jump: Instruction, target: int, spent: int, inside: set[int]) -> str:
+        """To a block, in this region or not, `spent` cycles after the begin of the one before."""
+        if target not in inside:
+            return f"STOP(0x{target:x}, {spent}, GO_ON);"
+        if self.seam is not None and target <= jump.address:
+            begin, end = self.seam.main_loop
+            return f"{'PASS' if begin <= target < end else 'JUMP_BACK'}(0x{target:x}, {spent});"
+        return f"left -= {spent}; goto block_0x{target:x};"
 
     def _sweep(self) -> None:
         """Reads what is left of the flash, as if it were code."""
@@ -253,6 +282,9 @@ def _block_text(block: _Block, inside: set[int], code: _Code) -> str:
     for instruction in block:
         offsets.append(offsets[-1] + cycles(instruction))
     lines = [f"BLOCK(0x{block[0].address:x}, {offsets[-2]})"]
+    call = code.engine_call(block[0].address)
+    if call is not None:
+        lines.append(f"ENGINE_CALL(0x{block[0].address:x}, {call})")
     if _is_countdown(block):
         counter = [f"r{instruction.d}" for instruction in block[:-1]]
         if block[0].name == "sbiw":
@@ -264,7 +296,7 @@ def _block_text(block: _Block, inside: set[int], code: _Code) -> str:
         else:
             lines.append(statement(instruction, offset))
     if block[-1].name not in _LEAVES:
-        lines.append(_go(block[-1].end, offsets[-1], inside))
+        lines.append(code.go(block[-1], block[-1].end, offsets[-1], inside))
     return "\n".join(lines)
 
 
@@ -286,13 +318,6 @@ def _countdown(counter: list[str], cycles_a_pass: int) -> str:
     return f"COUNT_DOWN({value}, {8 * len(counter)}, {cycles_a_pass}, {back})"
 
 
-def _go(target: int, spent: int, inside: set[int]) -> str:
-    """To a block, in this region or not, `spent` cycles after the begin of the block before."""
-    if target in inside:
-        return f"left -= {spent}; goto block_0x{target:x};"
-    return f"STOP(0x{target:x}, {spent}, GO_ON);"
-
-
 def _leave(
     instruction: Instruction, offset: int, behind: int, inside: set[int], code: _Code
 ) -> list[str]:
@@ -307,14 +332,15 @@ def _leave(
     if name in ("ijmp", "icall"):
         return [*lines, f"STOP(PAIR(r30, r31) * 2u, {behind}, GO_ON);"]
     if name in _CALLS:
-        return [*lines, _go(instruction.target, behind, inside)]
+        return [*lines, code.go(instruction, instruction.target, behind, inside)]
     if name in _JUMPS:
-        return [_go(instruction.target, behind, inside)]
+        return [code.go(instruction, instruction.target, behind, inside)]
     target, more = instruction.target, 1
     if name in SKIPS:
         target = code.skipped_to(instruction)
         more = (target - end) // 2
         if name in ("sbic", "sbis"):
             lines.append(f"FOR_EFFECT({here}, {instruction.r}, READ_EFFECT);")
-    taken = _go(target, behind + more, inside)
-    return [*lines, f"if ({condition(instruction)}) {{ {taken} }}", _go(end, behind, inside)]
+    taken = code.go(instruction, target, behind + more, inside)
+    not_taken = code.go(instruction, end, behind, inside)
+    return [*lines, f"if ({condition(instruction)}) {{ {taken} }}", not_taken]

@@ -96,7 +96,7 @@ def _kind(table: KeyPath, run: Robots | Grid, medium: str, what_runs: str) -> It
         for key in ("program", "include", "define"):
             if key in run.model_fields_set and getattr(run, key):
                 yield Problem(f"with 'hex' there is no '{key}'; keep one of them", ((*table, key),))
-        if run.cpu == "native":
+        if run.cpu in ("native", "translated"):
             what = "a 'hex' runs on an ATmega328P; leave cpu out"
             yield Problem(what, ((*table, "cpu"),))
     if run.boot_loader and run.hex is None and run.cpu != "avr":

@@ -49,6 +49,7 @@ class Group:
     on_board: bool = False  # each of them is an ATmega328P
     boot_loader: Target | None = None  # whose loader is in its flash, besides the program
     interpreted: bool = False  # on board, code is not translated
+    translated: bool = False  # as guests, by their machine code
 
 
 @dataclass(frozen=True)
@@ -193,7 +194,15 @@ def _groups(keys: ExperimentSchema, origin: ExperimentText) -> Iterable[Group]:
             )
         on_board = robots.hex is not None or robots.cpu == "avr"
         loader: Target | None = "robot" if robots.boot_loader else None
-        yield Group(program, robots.count, robots.poses, on_board, loader, _interprets(keys))
+        yield Group(
+            program,
+            robots.count,
+            robots.poses,
+            on_board,
+            loader,
+            _interprets(keys),
+            translated=robots.cpu == "translated",
+        )
 
 
 def _interprets(keys: ExperimentSchema) -> bool:

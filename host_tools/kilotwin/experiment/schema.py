@@ -172,8 +172,9 @@ class Robots(Section):
     """A `.c` file, a folder whose `.c` files are one program, or a list of `.c` files."""
     hex: Text | None = None
     """Instead of `program`: a `.hex` or `.elf` for the ATmega328P, run as it would be flashed."""
-    cpu: Literal["native", "avr"] | None = None
-    """Processor of `program`: this computer, or each robot's ATmega328P (`kilobot` medium only)."""
+    cpu: Literal["native", "translated", "avr"] | None = None
+    """Processor of `program`: this computer; this computer by the robot's machine code, translated,
+    with its cycles and its 16-bit `int`; or each robot's ATmega328P (`kilobot` medium only)."""
     boot_loader: bool = False
     """Whether their flash also holds Kilotwin's boot loader, so that they can be flashed over the
     air; ATmega328P only."""

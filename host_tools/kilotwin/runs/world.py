@@ -300,14 +300,15 @@ class World:
         """The value of a global or static variable of a robot's program. For tests.
 
         Where several have the name: "file.c:name" or "function:name". Structures come as dicts,
-        arrays as lists, pointers and enums as numbers. Those of a robot with an ATmega328P are not
-        read.
+        arrays as lists, pointers and enums as numbers. Those of a robot that runs by its machine
+        code, on an ATmega328P or translated, are not read.
         """
         index, wanted = self._robot(robot), _checked(name=name).name
-        if self._experiment.group_of(index).on_board:
+        group = self._experiment.group_of(index)
+        if group.on_board or group.translated:
             raise InputError(
-                f"World: robot {index} runs on an ATmega328P, whose variables are not read; let it "
-                "print them"
+                f"World: robot {index} runs by its machine code, whose variables are not read; let "
+                'it print them, or use cpu = "native"'
             )
         file = self._simulation.program(index)
         if file not in self._symbols:

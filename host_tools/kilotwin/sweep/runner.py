@@ -105,14 +105,23 @@ class Sweep:
     def prepare(plan: Plan, folder: Path, notify: Notify) -> "Sweep":
         """Builds the programs, looks what is in the folder, and writes nothing into it."""
         data = DataSet.at(folder, engine_sha256())
-        guests: dict[tuple[Program, bool, Target | None, bool], Guest] = {}
+        guests: dict[tuple[Program, bool, Target | None, bool, bool], Guest] = {}
         keys = []
         for trial in plan.trials:
             parts = list(trial.experiment.groups)
             if trial.experiment.modules is not None:
                 parts.append(trial.experiment.modules)
             groups = [
-                ((group.program, group.on_board, group.boot_loader, group.interpreted), group)
+                (
+                    (
+                        group.program,
+                        group.on_board,
+                        group.boot_loader,
+                        group.interpreted,
+                        group.translated,
+                    ),
+                    group,
+                )
                 for group in parts
             ]
             for what, group in groups:

@@ -1,0 +1,346 @@
+// Interrupts of a translated robot, and the functions of its runtime that the engine carries out
+// (translated_robot.h).
+#include <algorithm>
+#include <cstring>
+
+#include "guest/fault.h"
+#include "guest/timer.h"
+#include "guest/translated_robot.h"
+
+namespace kilotwin {
+
+using namespace atmega328p;
+
+namespace {
+
+// What interrupts and calls take, counted in kilolib's machine code (firmware/kilolib/avr): the
+// comparator's interrupts of a frame, without those of its bits, and one of a bit; from a frame's
+// end to the program's callback, and behind it; and whole functions.
+constexpr uint64_t FRAME_EDGES_CYCLES = 3734, BIT_CYCLES = 154, BIT_PLACE_CYCLES = 5;
+constexpr uint64_t RECEIVE_CYCLES = 172, RECEIVE_END_CYCLES = 37;
+constexpr uint64_t SENSE_CALL_CYCLES = 11, BEGAN_CALL_CYCLES = 9;
+constexpr uint64_t CONVERT_CYCLES = 177, CONVERT_SLOWLY_CYCLES = 3422;
+constexpr uint64_t SEND_CALL_CYCLES = 33, DISTANCE_CYCLES = 300;
+
+// Registers that the comparator's interrupt saves, with the status register and r0, r1.
+constexpr uint8_t SAVED[] = {0, 1, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27, 30, 31};
+
+// An edge waits for its interrupt; the next one, a slot later, takes its place.
+constexpr uint64_t WAITS_FOR_EDGE = SLOT_CYCLES;
+
+/// What the interrupts of a frame's edges take.
+uint32_t cycles_of_edges(const message_t &message) {
+    uint8_t bytes[sizeof message];
+    std::memcpy(bytes, &message, sizeof bytes);
+    uint64_t cycles = FRAME_EDGES_CYCLES;
+    for (const uint8_t byte : bytes)
+        for (unsigned bit = 0; bit < 8; bit++)
+            if ((byte >> bit & 1) != 0) cycles += BIT_CYCLES + bit * BIT_PLACE_CYCLES;
+    return static_cast<uint32_t>(cycles);
+}
+
+}  // namespace
+
+// Interrupts
+
+/// Compare matches of timer 0 up to now. One that comes while the last one waits is lost.
+void Robot::Translated::flag_matches() {
+    while (image_.match <= cycle()) {
+        if (image_.flagged == TranslatedImage::NO_TIME) image_.flagged = image_.match;
+        image_.match += TICK_CYCLES;
+    }
+}
+
+/// Begins the interrupt that is due: the tick's first, whose vector is before the others'.
+bool Robot::Translated::serve_interrupt() {
+    if (!lets_interrupts() || cycle() >= until_) return false;
+    if (image_.flagged != TranslatedImage::NO_TIME) {
+        if (image_.asleep_until != 0) image_.asleep_until = 0;
+        if (can_count_tick())
+            count_tick();
+        else
+            begin_interrupt(Interrupt::TICK);
+        return true;
+    }
+    if (message_at_ <= cycle()) {
+        image_.asleep_until = 0;
+        take_message();
+        return true;
+    }
+    if (serial_asks_at() > cycle()) return false;
+    begin_interrupt(Interrupt::SERIAL);
+    return true;
+}
+
+/// When the serial line next asks for a byte by its interrupt.
+uint64_t Robot::Translated::serial_asks_at() const {
+    return (data[UCSR0B] & UCSR0B_UDRIE) != 0 ? image_.serial_free : TranslatedImage::NO_TIME;
+}
+
+/// Whether the tick's interrupt would do no more than count.
+bool Robot::Translated::can_count_tick() const {
+    constexpr uint16_t ATTEMPTS = offsetof(robot_core_t, answer.attempts),
+                       COUNTS = offsetof(robot_core_t, transmit.counts),
+                       INCREMENT = offsetof(robot_core_t, transmit.increment);
+    const uint8_t *core = data + seam_.robot;
+    const auto counts =
+        static_cast<uint16_t>(word(static_cast<uint16_t>(seam_.robot + COUNTS)) + core[INCREMENT]);
+    return robot_.program_->tick_cycles != 0 && core[ATTEMPTS] == 0 && data[OCR0A] == TICK_MATCH &&
+           counts <= word(seam_.tx_period);
+}
+
+/// The same by arithmetic.
+void Robot::Translated::count_tick() {
+    disturb_passes();
+    const auto counts =
+        static_cast<uint16_t>(seam_.robot + offsetof(robot_core_t, transmit.counts));
+    const auto increment =
+        static_cast<uint16_t>(seam_.robot + offsetof(robot_core_t, transmit.increment));
+    set_word(counts, static_cast<uint16_t>(word(counts) + at(increment)));
+    at(increment) = TICK_MATCH;
+    uint32_t ticks;
+    std::memcpy(&ticks, data + seam_.ticks, sizeof ticks);
+    ticks++;
+    std::memcpy(data + seam_.ticks, &ticks, sizeof ticks);
+    image_.flagged = TranslatedImage::NO_TIME;
+    left -= static_cast<int64_t>(robot_.program_->tick_cycles);
+}
+
+/// As the chip does: the program counter goes to the stack, and no other interrupt comes.
+void Robot::Translated::begin_interrupt(Interrupt which) {
+    image_.is_timed = which == Interrupt::TICK && robot_.program_->tick_cycles == 0;
+    disturb_passes();
+    image_.interrupted = cycle();
+    image_.interrupt = which;
+    push(static_cast<uint8_t>(pc / 2));
+    push(static_cast<uint8_t>(pc / 2 >> 8));
+    flags[7] = 0;
+    if (which == Interrupt::TICK) image_.flagged = TranslatedImage::NO_TIME;
+    pc = (which == Interrupt::TICK ? VECTOR_TIMER0_COMPA : VECTOR_UDRE) * VECTOR_BYTES;
+}
+
+/// Interrupts are let through again.
+void Robot::Translated::end_interrupt() {
+    const uint64_t took = cycle() - image_.interrupted;
+    if (image_.interrupt == Interrupt::TICK && image_.is_timed)
+        robot_.program_->tick_cycles = static_cast<uint32_t>(took);
+    if (image_.interrupt != Interrupt::NONE && took > WAITS_FOR_EDGE) image_.deaf_until = cycle();
+    image_.interrupt = Interrupt::NONE;
+    image_.is_timed = image_.granted = false;
+}
+
+/// The first of the inbox: a command, or the program's. Its callback runs as within the
+/// comparator's interrupt.
+void Robot::Translated::take_message() {
+    const Reception reception = robot_.inbox_[robot_.inbox_next_++];
+    robot_.inbox_changed();
+    find_message();
+    const uint64_t ended = clock_.own_cycle(reception.at);
+    // A sleeping robot, and one before kilo_init(), has switched its comparator off.
+    const bool is_on = (at(ACSR) & (ACSR_ACIE | ACSR_ACD)) == ACSR_ACIE;
+    const uint64_t frame = robot_.context_.frame;
+    const bool missed = cycle() > ended + WAITS_FOR_EDGE ||
+                        (frame > 0 && ended - std::min(ended, frame) < image_.deaf_until);
+    if (!is_on || missed) return;
+    message_t message = reception.message;
+    begin_interrupt(Interrupt::MESSAGE);
+    if (frame > 0) image_.stolen += cycles_of_edges(message);
+    for (const uint8_t saved : SAVED) push(data[saved]);
+    uint8_t status = 0;
+    for (unsigned flag = 0; flag < 8; flag++)
+        status = static_cast<uint8_t>(status | flags[flag] << flag);
+    push(status);
+    at(1) = 0;
+    distance_measurement_t measured = reception.distance;
+    if (robot_.stale_conversion_ >= 0) measured.high_gain = robot_.stale_conversion_;
+    robot_.stale_conversion_ = -1;
+    const bool is_command = message_is_command(&message);
+    if (is_command && robot_answer_is_heard(&message))
+        robot_answer_hear(reinterpret_cast<robot_heard_t *>(data + seam_.heard), &message,
+                          &measured);
+    if (message.type == BOOT) {
+        message.type = WAKEUP;
+        robot_.note(HAS_NO_LOADER, "it runs without a boot loader, so that BOOT leaves it idle; "
+                                   "robots with cpu = \"avr\" can be flashed");
+    }
+    std::memcpy(data + seam_.message, &message, sizeof message);
+    std::memcpy(data + seam_.distance, &measured, sizeof measured);
+    push(static_cast<uint8_t>(RETURN_FROM_MESSAGE / 2));
+    push(static_cast<uint8_t>(RETURN_FROM_MESSAGE / 2 >> 8));
+    set_word(24, seam_.message);
+    set_word(22, seam_.distance);
+    pc = is_command ? seam_.obey : word(seam_.message_rx) * 2u;
+    left -= RECEIVE_CYCLES;
+}
+
+/// The callback is over: what the interrupt saved goes back.
+void Robot::Translated::end_message() {
+    const uint8_t status = pop();
+    for (size_t i = std::size(SAVED); i-- > 0;) data[SAVED[i]] = pop();
+    for (unsigned flag = 0; flag < 8; flag++) flags[flag] = status >> flag & 1;
+    flags[7] = 1;
+    const unsigned high = pop();
+    pc = (high << 8 | pop()) * 2;
+    left -= RECEIVE_END_CYCLES;
+    end_interrupt();
+}
+
+/// The stack as the interrupt uses it; behind SRAM there is nothing.
+void Robot::Translated::push(uint8_t value) {
+    const uint16_t stack = word(SPL);
+    if (stack < SRAM_END) at(stack) = value;
+    set_word(SPL, static_cast<uint16_t>(stack - 1));
+}
+
+uint8_t Robot::Translated::pop() {
+    const auto stack = static_cast<uint16_t>(word(SPL) + 1);
+    set_word(SPL, stack);
+    return stack < SRAM_END ? at(stack) : 0;
+}
+
+void Robot::Translated::set_word(uint16_t address, uint16_t value) {
+    at(address) = static_cast<uint8_t>(value);
+    at(static_cast<uint16_t>(address + 1)) = static_cast<uint8_t>(value >> 8);
+}
+
+/// The first of the inbox, in own time.
+void Robot::Translated::find_message() {
+    message_at_ = robot_.next_message_ == NEVER ? TranslatedImage::NO_TIME
+                                                : clock_.own_cycle(robot_.next_message_);
+}
+
+// Calls of the engine
+
+/// The function at the program counter.
+void Robot::Translated::call() {
+    for (unsigned number = 0; number < ENGINE_CALLS; number++)
+        if (seam_.calls[number] == pc) return call(number);
+    fail();
+}
+
+void Robot::Translated::call(unsigned number) {
+    changed = 1;
+    const bool asks =
+        number == CALL_SEND || (number == CALL_RECEIVING && image_.interrupt == Interrupt::TICK);
+    is_early_ = number != CALL_DISTANCE && !(asks ? is_asked_in_time() : cycle() < until_);
+    if (is_early_) return;
+    switch (number) {
+    case CALL_SEND: return send();
+    case CALL_RECEIVING: return sense();
+    case CALL_BEGAN: return frame_began();
+    case CALL_CONVERT: return convert();
+    default: return distance();
+    }
+}
+
+/// Returns to the program.
+void Robot::Translated::come_back(uint16_t result, uint64_t cycles) {
+    set_word(24, result);
+    const unsigned high = pop();
+    pc = (high << 8 | pop()) * 2;
+    left -= static_cast<int64_t>(cycles);
+}
+
+/// The moment of a question to the channel: the interrupt's begin, unless the program's callback
+/// has taken its time since.
+Cycles Robot::Translated::asked_at() const {
+    const bool is_old = cycle() - image_.interrupted > INTERRUPT_BEYOND;
+    return clock_.world_time(is_old ? cycle() : image_.interrupted);
+}
+
+/// Not so for one of a callback that has outlasted the run: it is asked in the next one.
+bool Robot::Translated::is_asked_in_time() const {
+    return cycle() < until_ || asked_at() < robot_.until_;
+}
+
+void Robot::Translated::wait_for_answer(unsigned number, Question question) {
+    robot_.question_ = question;
+    image_.waits_for = static_cast<uint8_t>(number + 1);
+}
+
+/// kilolib_infrared_receiving(): before a frame of its own the channel knows.
+void Robot::Translated::sense() {
+    if (image_.interrupt == Interrupt::TICK) {
+        robot_.now_ = asked_at();
+        image_.granted = robot_.may_send();
+        if (image_.granted) return come_back(0, SENSE_CALL_CYCLES);
+        wait_for_answer(CALL_RECEIVING, Question::MAY_ASK);
+        return;
+    }
+    robot_.now_ = world_time();
+    come_back(robot_.disturbed(), SENSE_CALL_CYCLES);
+}
+
+/// kilolib_infrared_send(message).
+void Robot::Translated::send() {
+    message_t message;
+    const uint16_t address = std::min<uint16_t>(word(24), SRAM_END - sizeof message);
+    std::memcpy(&message, data + address, sizeof message);
+    robot_.now_ = asked_at();
+    if (image_.granted || !robot_.arbitrated_) return put_on_air(message);
+    robot_.outgoing_ = message;
+    wait_for_answer(CALL_SEND, Question::IS_CHANNEL_FREE);
+}
+
+/// A frame begins that no other can disturb: the robot is busy with it, and goes on.
+void Robot::Translated::put_on_air(const message_t &message) {
+    Emission &emission = robot_.context_.emissions.emplace_back();
+    emission.at = robot_.now_;
+    emission.robot = robot_.index_;
+    emission.message = message;
+    if (robot_.arbitrated_) {
+        robot_.until_ = std::max(robot_.until_, robot_.granted_until_);
+        until_ = clock_.own_cycle(robot_.until_);
+    }
+    come_back(1, robot_.context_.frame + SEND_CALL_CYCLES);
+}
+
+/// The channel has answered the question that the last run ended with.
+void Robot::Translated::take_answer() {
+    const unsigned number = image_.waits_for - 1u;
+    const bool yes = robot_.answer_;
+    image_.waits_for = 0;
+    if (number == CALL_RECEIVING)
+        come_back(!yes, SENSE_CALL_CYCLES);
+    else
+        come_back(yes, (yes ? robot_.context_.frame : SENSE_CYCLES) + SEND_CALL_CYCLES);
+}
+
+/// kilolib_infrared_frame_began(): since the last call.
+void Robot::Translated::frame_began() {
+    const Cycles from = clock_.world_time(image_.light_asked), now = world_time();
+    const auto &frames = robot_.frames_seen_;
+    const bool began = std::any_of(frames.begin(), frames.end(), [&](const auto &frame) {
+        return frame.first > from && frame.first <= now;
+    });
+    image_.light_asked = cycle();
+    come_back(began, BEGAN_CALL_CYCLES);
+}
+
+/// kilolib_converter_read(channel). The lowest bit is noise, as a board's.
+void Robot::Translated::convert() {
+    constexpr uint8_t BATTERY = 6, LIGHT = 7, TEMPERATURE = 8;
+    constexpr int MOST = 1023;
+    const uint8_t channel = at(24);
+    robot_.now_ = world_time();
+    int reading = 0;
+    if (channel == BATTERY) reading = robot_.voltage(robot_.now_);
+    if (channel == LIGHT) reading = robot_.light;
+    if (channel == TEMPERATURE) reading = robot_.context_.temperature;
+    // The thermometer is read twice, the first time to let it settle.
+    robot_.rand_hard_draws_ += channel == TEMPERATURE ? 2 : 1;
+    const uint64_t bits = robot_.context_.chance.bits(robot_.index_, Purpose::CONVERTER_NOISE,
+                                                      robot_.rand_hard_draws_ - 1);
+    reading += static_cast<int>(bits & 1) - static_cast<int>(bits >> 1 & 1);
+    const uint64_t cycles = channel == TEMPERATURE ? CONVERT_SLOWLY_CYCLES : CONVERT_CYCLES;
+    come_back(static_cast<uint16_t>(std::clamp(reading, 0, MOST)), cycles);
+}
+
+/// estimate_distance(measured), with a medium that tells millimetres.
+void Robot::Translated::distance() {
+    const uint16_t address = std::min<uint16_t>(word(24), SRAM_END - 4);
+    const auto high_gain = static_cast<int16_t>(word(static_cast<uint16_t>(address + 2)));
+    come_back(static_cast<uint16_t>(std::clamp<int16_t>(high_gain, 0, UINT8_MAX)), DISTANCE_CYCLES);
+}
+
+}  // namespace kilotwin

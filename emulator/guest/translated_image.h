@@ -1,0 +1,57 @@
+/// State of a robot that runs translated: its chip, and where its execution stands.
+#ifndef KILOTWIN_GUEST_TRANSLATED_IMAGE_H
+#define KILOTWIN_GUEST_TRANSLATED_IMAGE_H
+
+#include <array>
+#include <cstdint>
+
+#include "base/registers.h"
+
+namespace kilotwin {
+
+/// Plain bytes, copied as a whole. Times are the robot's own cycles since power-up.
+struct TranslatedImage {
+    static constexpr uint64_t NO_TIME = UINT64_MAX;
+    enum class Interrupt : uint8_t { NONE, TICK, SERIAL, MESSAGE };
+
+    std::array<uint8_t, atmega328p::SRAM_END> data;  ///< registers, I/O, SRAM
+    std::array<uint8_t, 8> flags;                    ///< C Z N V S H T I, 0 or 1 each
+    uint64_t cycle;                                  ///< executed up to here
+
+    // Timer 0, and interrupts.
+    uint64_t match;        ///< the next compare match
+    uint64_t flagged;      ///< the one that waits for its interrupt; or NO_TIME
+    uint64_t timer_zero;   ///< a moment at which it counted from 255 to 0
+    uint64_t interrupted;  ///< begin of the interrupt that is served
+    uint64_t deaf_until;   ///< end of the last time without interrupts
+
+    // Other peripherals.
+    uint64_t asleep_until;  ///< 0: it is awake
+    uint64_t serial_free;   ///< when the serial line takes the next byte
+    uint64_t eeprom_free;   ///< when the last byte is written
+    uint64_t light_asked;   ///< when the program last asked whether a frame has begun
+
+    // A pass of a loop: its state when it began.
+    uint64_t pass_cycles;  ///< not 0: at pc a pass begins that changes nothing, and takes so long
+    uint64_t pass_begun;   ///< when
+    std::array<uint8_t, 0x20> pass_registers;
+    std::array<uint8_t, 8> pass_flags;
+
+    uint32_t pc, pass_pc;  ///< byte addresses
+    uint32_t stolen;       ///< cycles that frames' edges have taken, not yet taken from the program
+    int32_t turns;         ///< of translated_chip_t
+    uint16_t pass_stack;
+    uint8_t changed;      ///< of translated_chip_t
+    uint8_t latch;        ///< high byte of a count, read behind the low one
+    Interrupt interrupt;  ///< the one that is served
+    uint8_t waits_for;    ///< 1 + number of the engine's call that the channel has to answer
+    bool granted;         ///< the channel is known to be free for the frame of this interrupt
+    bool is_timed;        ///< this tick's interrupt only counts, and its cycles are measured
+};
+
+/// A chip that is switched on: nothing is executed yet.
+TranslatedImage switched_on();
+
+}  // namespace kilotwin
+
+#endif

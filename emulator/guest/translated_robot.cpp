@@ -1,0 +1,240 @@
+#include "guest/translated_robot.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdio>
+#include <cstring>
+
+#include "kilolib/core/sleep_rhythm.h"
+
+namespace kilotwin {
+
+using namespace atmega328p;
+
+namespace {
+
+constexpr uint64_t NO_TIME = TranslatedImage::NO_TIME;
+constexpr uint32_t FLASH_MASK = 0x7FFE;
+// Jumps backwards from one look at whether a loop waits to the next.
+constexpr int32_t TURNS = 256;
+
+}  // namespace
+
+/// A robot whose loop changes nothing need not be executed before something reaches it.
+void Robot::go_on_translated() {
+    if (life_ == Life::OFF) life_ = Life::ALIVE;
+    const auto &image = *reinterpret_cast<const TranslatedImage *>(image_);
+    const bool rests =
+        image.pass_cycles != 0 && image.interrupt == TranslatedImage::Interrupt::NONE;
+    if (rests && image.waits_for == 0 && next_interrupt() >= until_) {
+        now_ = until_;
+        return;
+    }
+    if (context_.black_box != nullptr) *context_.black_box = {index_, last_tick_};
+    Translated(*this).run();
+    if (inbox_next_ > 0)
+        inbox_.erase(inbox_.begin(), inbox_.begin() + static_cast<ptrdiff_t>(inbox_next_));
+    inbox_next_ = 0;
+}
+
+Robot::Translated::Translated(Robot &robot)
+    : translated_chip_t{},
+      robot_(robot),
+      image_(*reinterpret_cast<TranslatedImage *>(robot.image_)),
+      code_(*robot.program_->translation()),
+      seam_(*code_.seam),
+      clock_{robot.power_up_, robot.tick_length_} {
+    data = image_.data.data();
+    translated_chip_t::flags = image_.flags.data();
+    flash = code_.flash;
+    effects = Program::effects();
+    pc = image_.pc;
+    turns = image_.turns;
+    changed = image_.changed;
+    const unsigned all = (1u << ENGINE_CALLS) - 1;
+    calls = static_cast<uint8_t>(robot.context_.gains_are_mm ? all : all & ~(1u << CALL_DISTANCE));
+    limit_ = image_.cycle;
+    until_ = clock_.own_cycle(robot.until_);
+    find_message();
+}
+
+/// Interrupts come between blocks of code. A run ends where neither is left to do.
+void Robot::Translated::run() {
+    if (image_.waits_for != 0) take_answer();
+    while (goes_on()) {
+        flag_matches();
+        if (serve_interrupt()) continue;
+        if (cycle() >= end_of_run() || is_early_) break;
+        if (image_.asleep_until != 0) {
+            doze();
+            continue;
+        }
+        const uint64_t from = cycle();
+        execute();
+        if (cycle() == from && image_.pass_cycles != 0) break;  // it rests up to the end of the run
+    }
+    store();
+}
+
+uint64_t Robot::Translated::end_of_run() const {
+    return image_.interrupt == Interrupt::NONE ? until_ : until_ + INTERRUPT_BEYOND;
+}
+
+/// Hands the state back to the image, and to the robot what others read of it.
+void Robot::Translated::store() {
+    image_.cycle = cycle();
+    image_.pc = pc;
+    image_.turns = turns;
+    image_.changed = changed;
+    if (seam_.robot != 0) {
+        auto &core = robot_.core_;
+        static_assert(offsetof(robot_core_t, transmit.increment) == 10, "as avr-gcc packs it");
+        std::memcpy(&core, data + seam_.robot, offsetof(robot_core_t, transmit.increment) + 1);
+    }
+    std::memcpy(&robot_.last_tick_, data + seam_.ticks, sizeof robot_.last_tick_);
+    const bool rests = image_.pass_cycles != 0 || image_.asleep_until != 0;
+    if (robot_.question_ == Question::NONE && robot_.life_ == Life::ALIVE)
+        robot_.now_ = rests ? std::max(robot_.until_, world_time()) : world_time();
+    robot_.next_tick_ = NEVER;
+    if (!timer_ticks()) return;
+    const uint64_t next = std::min(image_.match, image_.flagged);
+    robot_.next_tick_ = clock_.world_time(next);
+    const uint64_t since = next - image_.timer_zero;
+    robot_.overflow_ =
+        clock_.world_time(image_.timer_zero + (since / TICK_CYCLES + 1) * TICK_CYCLES);
+    const Cycles now = robot_.now_;
+    robot_.waits_past_tick_ =
+        now > robot_.next_tick_ ? static_cast<uint32_t>(now - robot_.next_tick_) : 0;
+}
+
+/// What a pass has found may not hold for the next one.
+void Robot::Translated::disturb_passes() {
+    changed = 1;
+    image_.pass_cycles = 0;
+}
+
+/// Executes up to the next interrupt, or the end of the run.
+void Robot::Translated::execute() {
+    const uint64_t end = end_of_run(), now = cycle();
+    const uint64_t interrupt =
+        lets_interrupts() ? std::min({image_.match, message_at_, serial_asks_at()}) : NO_TIME;
+    limit_ = std::min(end, interrupt);
+    set_cycle(now);
+    if (image_.pass_cycles != 0) {
+        if (end < interrupt && image_.interrupt == Interrupt::NONE)
+            return;  // the rest is for later
+        const uint64_t left_out = static_cast<uint64_t>(left) / image_.pass_cycles;
+        left -= static_cast<int64_t>(left_out * image_.pass_cycles);
+        image_.pass_begun = cycle();
+        image_.pass_cycles = 0;
+        if (left == 0) return;
+    }
+    if (image_.stolen != 0 && image_.interrupt == Interrupt::NONE) take_stolen_time();
+    limit_changed_ = false;
+    execute_code();
+}
+
+/// What the interrupts of a frame's edges have taken from the program.
+void Robot::Translated::take_stolen_time() {
+    const auto taken = static_cast<uint32_t>(std::min<int64_t>(left, image_.stolen));
+    image_.stolen -= taken;
+    left -= taken;
+    changed = 1;
+}
+
+/// Goes from region to region; leaves when an interrupt may be due, or what comes next depends on
+/// more than code.
+void Robot::Translated::execute_code() {
+    while (left > 0) {
+        pc &= FLASH_MASK;
+        const unsigned region = code_.region_of[pc / 2];
+        switch (region != 0 ? code_.code[region - 1](this) : INTERPRET_ONE) {
+        case CHECKPOINT:
+            if (note_pass()) return;
+            break;
+        case CALL_ENGINE: call(); return;
+        case INTERPRET_ONE:
+            if (execute_one()) return;
+            break;
+        default: break;
+        }
+    }
+}
+
+/// Leaves one instruction to the interpreter. True if what comes next has to be found anew.
+bool Robot::Translated::execute_one() {
+    constexpr uint16_t RETI = 0x9518, SLEEP = 0x9588;
+    static constexpr registers_t REGISTERS = {read_register, register_written};
+    if (pc == RETURN_FROM_MESSAGE) {
+        end_message();
+        return true;
+    }
+    const bool let_interrupts = lets_interrupts();
+    const uint16_t word = flash_word(flash, pc);
+    if (word == SLEEP && (at(SMCR) & SMCR_SE) != 0) {
+        const bool down = (at(SMCR) & SMCR_SM) == SLEEP_POWER_DOWN;
+        const bool rings = (at(WDTCSR) & WDTCSR_WDIE) != 0;
+        image_.asleep_until = down && rings ? cycle() + SLEEP_DOWN_CYCLES : NO_TIME;
+    }
+    if (!interpret(this, &REGISTERS)) {
+        fail();
+        return true;
+    }
+    if (word == RETI) end_interrupt();
+    return let_interrupts != lets_interrupts() || image_.asleep_until != 0 || limit_changed_;
+}
+
+/// A loop begins anew: whether all passes up to the next interrupt would do what this one did.
+bool Robot::Translated::note_pass() {
+    turns = TURNS;
+    const uint16_t stack = word(SPL);
+    const bool same = changed == 0 && image_.pass_pc == pc && image_.pass_stack == stack &&
+                      std::memcmp(image_.pass_registers.data(), data, 0x20) == 0 &&
+                      std::memcmp(image_.pass_flags.data(), flags, 8) == 0;
+    const uint64_t now = cycle();
+    image_.pass_cycles = same ? now - image_.pass_begun : 0;
+    image_.pass_begun = now;
+    if (same) return true;
+    std::memcpy(image_.pass_registers.data(), data, 0x20);
+    std::memcpy(image_.pass_flags.data(), flags, 8);
+    image_.pass_pc = pc;
+    image_.pass_stack = stack;
+    changed = 0;
+    return false;
+}
+
+/// It sleeps until an interrupt, or in power-down until the watchdog rings; timer 0 stands still
+/// then and nothing is received.
+void Robot::Translated::doze() {
+    const uint64_t from = cycle();
+    const bool down = (at(SMCR) & SMCR_SM) == SLEEP_POWER_DOWN;
+    const uint64_t interrupt = std::min(image_.match, message_at_);
+    if (down && message_at_ < std::min(image_.asleep_until, until_)) {
+        robot_.inbox_next_++;
+        robot_.inbox_changed();
+        find_message();
+        return;
+    }
+    const uint64_t wakes = down ? image_.asleep_until : interrupt;
+    limit_ = std::min(wakes, until_);
+    left = 0;
+    if (down) {
+        const uint64_t stood_still = limit_ - std::min(from, limit_);
+        image_.timer_zero += stood_still;
+        if (image_.match != NO_TIME) image_.match += stood_still;
+    }
+    if (limit_ == wakes) image_.asleep_until = 0;
+    disturb_passes();
+}
+
+/// Its program counter points to what is no instruction: erased flash, mostly.
+void Robot::Translated::fail() {
+    robot_.now_ = world_time();
+    char text[96];
+    std::snprintf(text, sizeof text,
+                  "it left its program: there is no instruction at address 0x%04X",
+                  static_cast<unsigned>(pc));
+    robot_.stop(EventKind::CRASH, text);
+}
+
+}  // namespace kilotwin

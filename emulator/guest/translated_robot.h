@@ -1,0 +1,132 @@
+/// A robot as a translated guest: its machine code, made by avr-gcc as for the robot, is executed
+/// as code of this computer with each cycle counted, and the engine plays what is around it.
+///
+/// The image is the one that would be flashed: all of its kilolib that decides something is
+/// executed. The engine takes the place of peripherals: timer 0 and its interrupt, EEPROM, serial
+/// line, registers of motors and LED; and of the five functions of translated_seam_t, which
+/// send frames, sense light and convert voltages. A frame that is received becomes a call of the
+/// program's callback, or of kilolib's commands, as in the comparator's interrupt.
+///
+/// Interrupts are served where a block of code ends, so at or a few cycles after their moment, as
+/// in a chip between two instructions. How far the robot is run at once changes nothing: a run ends
+/// where a block does, and what lies beyond `until` is not looked at.
+///
+/// A pass of the main loop, or of a loop that waits, that has left registers and variables as they
+/// were would do so again: such passes are left out up to the next interrupt, by arithmetic.
+/// Bytes below the stack pointer do not count.
+#ifndef KILOTWIN_GUEST_TRANSLATED_ROBOT_H
+#define KILOTWIN_GUEST_TRANSLATED_ROBOT_H
+
+#include "base/board_clock.h"
+#include "guest/interpreter.h"
+#include "guest/robot.h"
+#include "guest/translated_image.h"
+
+namespace kilotwin {
+
+/// One run of a robot.
+///
+/// Sources: translated_robot.cpp (running, loops, interrupts), translated_calls.cpp (the engine's
+/// functions, commands and messages), translated_registers.cpp.
+class Robot::Translated : private translated_chip_t {
+  public:
+    explicit Translated(Robot &robot);
+
+    /// Executes up to the robot's until_, or to a question.
+    void run();
+
+  private:
+    using Interrupt = TranslatedImage::Interrupt;
+
+    /// An interrupt that has begun before the end of a run is executed so far beyond, since nothing
+    /// reaches it: the channel is asked as of the interrupt's begin.
+    static constexpr uint64_t INTERRUPT_BEYOND = 1024;
+    /// Where a message's callback returns to: the last word of the flash, which no program fills.
+    static constexpr uint16_t RETURN_FROM_MESSAGE = 0x7FFE;
+
+    /// Own time, and what it is in the world's.
+    uint64_t cycle() const { return limit_ - static_cast<uint64_t>(left); }
+    void set_cycle(uint64_t cycle) { left = static_cast<int64_t>(limit_ - cycle); }
+    Cycles world_time() const { return clock_.world_time(cycle()); }
+    uint64_t end_of_run() const;
+    bool goes_on() const {
+        return robot_.life_ == Life::ALIVE && robot_.question_ == Question::NONE;
+    }
+
+    /// Data space, by address.
+    uint8_t &at(uint16_t address) { return data[address]; }
+    uint16_t word(uint16_t address) const {
+        return static_cast<uint16_t>(data[address] | data[address + 1] << 8);
+    }
+    void set_word(uint16_t address, uint16_t value);
+    void push(uint8_t value);
+    uint8_t pop();
+
+    // Running.
+    void execute();
+    void take_stolen_time();
+    void execute_code();
+    bool execute_one();
+    bool note_pass();
+    void disturb_passes();
+    void doze();
+    void fail();
+    void store();
+
+    // Interrupts.
+    bool lets_interrupts() const { return flags[7] != 0; }
+    void flag_matches();
+    bool serve_interrupt();
+    uint64_t serial_asks_at() const;
+    bool can_count_tick() const;
+    void count_tick();
+    void begin_interrupt(Interrupt which);
+    void end_interrupt();
+    void find_message();  ///< when the next one comes
+    void take_message();
+    void end_message();
+
+    // Calls of the engine: each reads its arguments where avr-gcc puts them, and returns.
+    void call();
+    void call(unsigned number);
+    void come_back(uint16_t result, uint64_t cycles);
+    void sense();
+    void send();
+    void convert();
+    void frame_began();
+    void distance();
+
+    // Questions to the channel.
+    Cycles asked_at() const;
+    bool is_asked_in_time() const;
+    void wait_for_answer(unsigned number, Question question);
+    void take_answer();
+    void put_on_air(const message_t &message);
+
+    // Registers: the first two are the interpreter's.
+    static uint8_t read_register(translated_chip_t *chip, uint16_t address);
+    static void register_written(translated_chip_t *chip, uint16_t address);
+    void register_written(uint16_t address);
+    void timer_written(uint16_t address);
+    void find_match();
+    bool timer_ticks() const;
+    void eeprom_written();
+    void print(uint8_t byte);
+    void look_at_pins();
+
+    Robot &robot_;
+    TranslatedImage &image_;
+    const translation_t &code_;
+    const translated_seam_t &seam_;
+    const BoardClock clock_;
+    uint64_t limit_ = 0;  ///< `left` counts down to it
+    uint64_t until_ = 0;  ///< end of the run
+    /// When the next message has to be taken.
+    uint64_t message_at_ = TranslatedImage::NO_TIME;
+    bool limit_changed_ = false;  ///< the next interrupt comes at another time than it was
+    bool is_early_ = false;       ///< what a call asks for is not known before the next run
+};
+
+}  // namespace kilotwin
+
+#endif

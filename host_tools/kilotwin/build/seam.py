@@ -1,0 +1,124 @@
+"""Where the engine meets a robot's program that runs translated: addresses of its runtime's
+functions and variables, from the symbols of the linked image.
+
+What the engine does there is emulator/guest/translated_robot.h.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from elftools.elf.elffile import ELFFile
+from elftools.elf.sections import Symbol, SymbolTableSection
+
+from kilotwin.errors import KilotwinError
+
+# Functions that are the engine's, in the order of CALL_SEND and its fellows.
+_CALLS = (
+    "kilolib_infrared_send",
+    "kilolib_infrared_receiving",
+    "kilolib_infrared_frame_began",
+    "kilolib_converter_read",
+    "estimate_distance",
+)
+_NEEDED = ("kilo_ticks", "kilo_tx_period", "kilolib_robot", "kilo_message_rx", "kilo_start")
+_RECEIVER = "infrared_receive.c"
+_MESSAGE_IN_READER = 6  # offset in infrared_reader_t
+_DATA_MASK = 0xFFFF  # of addresses in data space, which avr-gcc keeps apart by a higher bit
+_VECTOR = "__vector_"
+# Those that the runtime has, and the engine serves or stands for.
+_RUNTIMES = {6, 11, 14, 19, 23}
+# fmt: off
+_VECTORS = (
+    "RESET", "INT0", "INT1", "PCINT0", "PCINT1", "PCINT2", "WDT", "TIMER2_COMPA", "TIMER2_COMPB",
+    "TIMER2_OVF", "TIMER1_CAPT", "TIMER1_COMPA", "TIMER1_COMPB", "TIMER1_OVF", "TIMER0_COMPA",
+    "TIMER0_COMPB", "TIMER0_OVF", "SPI_STC", "USART_RX", "USART_UDRE", "USART_TX", "ADC",
+    "EE_READY", "ANALOG_COMP", "TWI", "SPM_READY",
+)
+# fmt: on
+
+
+@dataclass(frozen=True)
+class Seam:
+    """Byte addresses; 0 for what the program has not."""
+
+    calls: tuple[int, ...]
+    """Functions that are the engine's, by their number."""
+    obey: int
+    robot: int
+    heard: int
+    ticks: int
+    tx_period: int
+    message: int
+    distance: int
+    message_rx: int
+    names_period: bool
+    """Whether the program has to do with kilo_tx_period itself."""
+    handlers: str
+    """The program's own interrupt handlers, "A, B"."""
+    main_loop: tuple[int, int]
+    """Of kilo_start(): its begin, and the address behind it."""
+
+    def text(self) -> str:
+        """C of the structure translated_seam_t."""
+        numbers = [self.obey, self.robot, self.heard, self.ticks, self.tx_period]
+        numbers += [self.message, self.distance, self.message_rx, int(self.names_period)]
+        calls = ", ".join(map(str, self.calls))
+        return f'{{{{{calls}}}, {", ".join(map(str, numbers))}, "{self.handlers}"}}'
+
+
+def seam_of(elf: Path, objects: Sequence[Path]) -> Seam:
+    """The seam of a linked robot's program, of which `objects` are the program's own."""
+    with elf.open("rb") as file:
+        symbols = list(_symbols(ELFFile(file)))
+    everywhere = {symbol.name: symbol for _, symbol in symbols if _is_global(symbol)}
+    own = {symbol.name: symbol for source, symbol in symbols if source == _RECEIVER}
+    missing = [name for name in _NEEDED if name not in everywhere]
+    if missing:
+        raise KilotwinError(f"{elf.name} has no {missing[0]}: it is not linked with Kilotwin's API")
+    start = everywhere["kilo_start"]
+    return Seam(
+        calls=tuple(_address(everywhere, name) for name in _CALLS),
+        obey=_address(everywhere, "kilolib_command_obey"),
+        robot=_address(everywhere, "kilolib_robot"),
+        heard=_address(everywhere, "kilolib_heard"),
+        ticks=_address(everywhere, "kilo_ticks"),
+        tx_period=_address(everywhere, "kilo_tx_period"),
+        message=_address(own, "reader") + _MESSAGE_IN_READER,
+        distance=_address(own, "distance"),
+        message_rx=_address(everywhere, "kilo_message_rx"),
+        names_period=any(_names(file, "kilo_tx_period") for file in objects),
+        handlers=", ".join(_own_handlers(everywhere)),
+        main_loop=(start["st_value"], start["st_value"] + start["st_size"]),
+    )
+
+
+def _symbols(elf: ELFFile) -> Iterator[tuple[str, Symbol]]:
+    """All symbols, each with the source file that it is in if only that knows it."""
+    table = elf.get_section_by_name(".symtab")
+    assert isinstance(table, SymbolTableSection)
+    source = ""
+    for symbol in table.iter_symbols():
+        if symbol["st_info"]["type"] == "STT_FILE":
+            source = symbol.name
+        yield source if symbol["st_info"]["bind"] == "STB_LOCAL" else "", symbol
+
+
+def _is_global(symbol: Symbol) -> bool:
+    return bool(symbol["st_info"]["bind"] == "STB_GLOBAL" and symbol["st_shndx"] != "SHN_UNDEF")
+
+
+def _address(symbols: Mapping[str, Symbol], name: str) -> int:
+    return int(symbols[name]["st_value"]) & _DATA_MASK if name in symbols else 0
+
+
+def _names(file: Path, name: str) -> bool:
+    with file.open("rb") as opened:
+        return any(symbol.name == name for _, symbol in _symbols(ELFFile(opened)))
+
+
+def _own_handlers(symbols: Mapping[str, Symbol]) -> Iterator[str]:
+    for name in symbols:
+        number = name.removeprefix(_VECTOR)
+        if name != number and number.isdigit() and int(number) not in _RUNTIMES:
+            yield _VECTORS[int(number)]

@@ -1,0 +1,63 @@
+"""A robot that runs translated decides as its chip does (emulator/avr/differential_test.h).
+
+Both get the same messages, light and noise of the converter, and are switched on at the same time.
+The engine stands for the chip's peripherals, so that times differ by microseconds: the time that a
+frame's edges take from the program is taken when it ends, up to 1.2 ms later.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from kilotwin._emulator import DifferentialTest
+from kilotwin.build import avr as avr_build
+from kilotwin.build.translation import translated_guest
+from kilotwin.experiment.programs import find_program
+
+ROOT = Path(__file__).resolve().parents[2]
+CORPUS = sorted((Path(__file__).parent / "corpus").glob("*.c"))
+PROGRAMS = [
+    ROOT / "firmware/aggregation",
+    *sorted((ROOT / "firmware/examples").glob("*.c")),
+    *sorted((ROOT / "tests/conformance/programs").glob("*.c")),
+    *CORPUS,
+]
+STEPS = 1_000
+SLACK_S = 0.005
+
+
+def compared(program: Path, steps: int, seed: int, **settings: Any) -> DifferentialTest:
+    found = find_program([str(program)], ROOT, [], [])
+    guest, image = translated_guest(found), avr_build.build_image(found)
+    exactly: Any = {"uid": 7, "before_run": [], "slack_s": SLACK_S, "waits": False, "follow": None}
+    test = DifferentialTest(
+        guest=str(guest.file),
+        elf=str(image.elf),
+        name=guest.name,
+        seed=seed,
+        **{**exactly, **settings},
+    )
+    test.run(steps)
+    return test
+
+
+def check(test: DifferentialTest, steps: int) -> None:
+    assert test.difference is None
+    assert (test.avr_failure, test.native_failure) == ("", "")
+    assert test.tick == steps + 1
+
+
+@pytest.mark.parametrize("program", PROGRAMS, ids=lambda path: path.stem)
+def test_a_translated_robot_decides_as_its_chip_does(program: Path) -> None:
+    test = compared(program, STEPS, seed=1)
+    check(test, STEPS)
+    assert test.compared > 1
+
+
+def test_it_gets_messages_before_setup_as_the_chip_does() -> None:
+    """Nine data bytes and a type each."""
+    before = [bytes([number] * 9 + [0]) for number in range(5)]
+    program = next(path for path in CORPUS if path.stem == "before_setup")
+    test = compared(program, 400, seed=1, before_run=before)
+    check(test, 400)
