@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "base/registers.h"
 #include "base/errors.h"
+#include "base/registers.h"
 
 namespace kilotwin {
 

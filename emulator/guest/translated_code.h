@@ -33,6 +33,8 @@ typedef struct {
     uint32_t pc;             ///< byte address of the next instruction
     int32_t turns;           ///< of a guest: jumps backwards until the next CHECKPOINT
     uint8_t changed;         ///< of a guest: not 0 if a store has changed a byte; pushes left out
+    uint8_t awaits;          ///< of a guest: `left` counts to the next interrupt, as interrupts are
+                             ///< let through; they may be held back and let through on the way
     uint8_t calls;           ///< of a guest: which functions are the engine's, bits by CALL_
 } translated_chip_t;
 
@@ -132,6 +134,22 @@ typedef struct {
         left -= (spent), pc = (at), end = (why); \
         goto out;                                \
     } while (0)
+/// Goes to an address that only the chip knows. A guest's program is one region, mostly, and what
+/// is not in it is another's; a chip leaves the region.
+#ifdef TRANSLATED_GUEST
+#define NOT_HERE GO_ON
+#define DISPATCH \
+    dispatch:
+#define GO_TO(to, spent)            \
+    do {                            \
+        left -= (spent), pc = (to); \
+        goto dispatch;              \
+    } while (0)
+#else
+#define NOT_HERE INTERPRET_ONE
+#define DISPATCH
+#define GO_TO(to, spent) STOP(to, spent, GO_ON)
+#endif
 /// An instruction `at` that is `offset` cycles into its block is not for this code.
 #define HAND_OVER(at, offset) STOP(at, offset, INTERPRET_ONE)
 /// A block, of which the last instruction begins `last` cycles after the first.
@@ -313,6 +331,12 @@ typedef struct {
               : (address) == 0x5F ? (M[0x5F] = SREG)   \
                                   : M[address];        \
     } while (0)
+/// Whether the code itself may let interrupts through.
+#ifdef TRANSLATED_GUEST
+#define AWAITS (chip->awaits)
+#else
+#define AWAITS 0
+#endif
 /// A new stack pointer counts from the next instruction on, half by half as the program writes it.
 /// Letting interrupts through is the interpreter's, since the next instruction is still before
 /// them.
@@ -325,7 +349,7 @@ typedef struct {
         } else if ((address) == 0x5E) {                                                         \
             sp = (uint16_t)((sp & 0xFF) | o_ << 8);                                             \
         } else if ((address) == 0x5F) {                                                         \
-            if (o_ >> 7 > inf) HAND_OVER(at, offset);                                           \
+            if (o_ >> 7 > inf && !AWAITS) HAND_OVER(at, offset);                                \
             M[0x5F] = o_;                                                                       \
             cf = o_ & 1u, zr = ~o_ & 2, nr = (uint8_t)(o_ << 5), vr = (uint8_t)(o_ << 4);       \
             sr = (uint8_t)(o_ << 3), hr = (uint8_t)(o_ >> 1), tf = o_ >> 6 & 1u, inf = o_ >> 7; \
@@ -352,12 +376,12 @@ typedef struct {
         M[sp] = (uint8_t)((to) / 2), M[sp - 1] = (uint8_t)((to) / 2 >> 8);                \
         sp = (uint16_t)(sp - 2);                                                          \
     } while (0)
-/// Leaves the region, `cycles` after the block's begin, for where the stack says.
+/// Goes where the stack says, `cycles` after the block's begin.
 #define RETURN(at, offset, cycles)                                                            \
     do {                                                                                      \
         if (__builtin_expect(!IN_SRAM(sp + 1) || !IN_SRAM(sp + 2), 0)) HAND_OVER(at, offset); \
         sp = (uint16_t)(sp + 2);                                                              \
-        STOP((uint32_t)(M[sp - 1] << 8 | M[sp]) * 2, cycles, GO_ON);                          \
+        GO_TO((uint32_t)(M[sp - 1] << 8 | M[sp]) * 2, cycles);                                \
     } while (0)
 /// From the flash as the program can read it at the moment.
 #define LPM(at, offset, d, address)                                   \

@@ -131,6 +131,7 @@ void Robot::Translated::execute() {
     }
     if (image_.stolen != 0 && image_.interrupt == Interrupt::NONE) take_stolen_time();
     limit_changed_ = false;
+    awaits = lets_interrupts();
     execute_code();
 }
 

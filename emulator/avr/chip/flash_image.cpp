@@ -12,9 +12,9 @@
 #include <utility>
 #include <vector>
 
-#include "base/registers.h"
 #include "avr/chip/translated_core.h"
 #include "base/errors.h"
+#include "base/registers.h"
 #include "kilolib/core/eeprom_map.h"
 
 namespace kilotwin {

@@ -18,9 +18,9 @@
 #include <cstring>
 #include <vector>
 
-#include "base/registers.h"
 #include "base/clock.h"
 #include "base/errors.h"
+#include "base/registers.h"
 
 namespace kilotwin {
 

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cstring>
 
-#include "base/registers.h"
 #include "base/errors.h"
+#include "base/registers.h"
 
 namespace kilotwin {
 
@@ -44,6 +44,7 @@ uint64_t TranslatedCore::run(uint64_t until) {
                               effects_.data(),
                               static_cast<int64_t>(until - avr_->cycle),
                               avr_->pc,
+                              0,
                               0,
                               0,
                               0};

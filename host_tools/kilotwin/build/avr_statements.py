@@ -174,5 +174,5 @@ def _flag_statement(instruction: Instruction, here: str) -> str:
     if instruction.name == "bclr":
         return _CLEAR[instruction.k] + ";"
     if instruction.k == _I:
-        return f"if (!inf) HAND_OVER({here});"
+        return f"if (!inf && !AWAITS) HAND_OVER({here}); inf = 1;"
     return _SET[instruction.k] + ";"

@@ -58,6 +58,8 @@ class Seam:
     """The program's own interrupt handlers, "A, B"."""
     main_loop: tuple[int, int]
     """Of kilo_start(): its begin, and the address behind it."""
+    functions: tuple[int, ...]
+    """The program's own."""
 
     def text(self) -> str:
         """C of the structure translated_seam_t."""
@@ -90,6 +92,7 @@ def seam_of(elf: Path, objects: Sequence[Path]) -> Seam:
         names_period=any(_names(file, "kilo_tx_period") for file in objects),
         handlers=", ".join(_own_handlers(everywhere)),
         main_loop=(start["st_value"], start["st_value"] + start["st_size"]),
+        functions=tuple(_own_functions(symbols, objects)),
     )
 
 
@@ -115,6 +118,24 @@ def _address(symbols: Mapping[str, Symbol], name: str) -> int:
 def _names(file: Path, name: str) -> bool:
     with file.open("rb") as opened:
         return any(symbol.name == name for _, symbol in _symbols(ELFFile(opened)))
+
+
+def _own_functions(symbols: Sequence[tuple[str, Symbol]], objects: Sequence[Path]) -> list[int]:
+    sources: set[str] = set()
+    names: set[str] = set()
+    for object_file in objects:
+        with object_file.open("rb") as file:
+            for source, symbol in _symbols(ELFFile(file)):
+                sources.add(source)
+                if _is_global(symbol):
+                    names.add(symbol.name)
+    sources.discard("")
+    return sorted(
+        int(symbol["st_value"])
+        for source, symbol in symbols
+        if symbol["st_info"]["type"] == "STT_FUNC"
+        and (source in sources or (_is_global(symbol) and symbol.name in names))
+    )
 
 
 def _own_handlers(symbols: Mapping[str, Symbol]) -> Iterator[str]:

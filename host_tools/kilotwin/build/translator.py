@@ -40,6 +40,7 @@ _NOWHERE = {"ret", "reti", "ijmp", "invalid"}
 _LEAVES = {*_CALLS, *_JUMPS, "ret", "ijmp", "icall", *_BRANCHES, *SKIPS}
 _MOST_OF_A_REGION = 400  # instructions; of a file, too: several are compiled at once
 _MOST_OF_A_FILE = 1500
+_MOST_OF_THE_PROGRAM = 1200  # instructions of the region that a guest mostly is in
 _MOST_BYTES = 4  # of a counter
 _HEAD = """\
 #define TRANSLATED_CODE
@@ -63,9 +64,10 @@ translated_end_t region_{number}(translated_chip_t *const chip) {{
 ENTER
 uint8_t value; (void)value;
 {load}
+DISPATCH
 switch (pc) {{
 {entries}
-default: STOP(pc, 0, INTERPRET_ONE);
+default: STOP(pc, 0, NOT_HERE);
 }}
 {blocks}
 out:
@@ -82,7 +84,7 @@ def translate(flash: bytes, eeprom: Mapping[int, int], seam: Seam | None = None)
     The same image gives the same text. Costs some tenths of a second.
     """
     code = _Code(flash, seam)
-    regions = list(code.regions())
+    regions = code.regions()
     files = [""]
     size = 0
     for number, region in enumerate(regions):
@@ -247,8 +249,31 @@ class _Code:
         if block:
             yield block
 
-    def regions(self) -> Iterator[_Region]:
-        """All code, in order of addresses."""
+    def regions(self) -> list[_Region]:
+        """All code; first what a guest is mostly in, as one: its program, the main loop, and what
+        they call."""
+        functions = list(self._functions())
+        if self.seam is None:
+            return functions
+        place = {block[0].address: at for at, region in enumerate(functions) for block in region}
+        wanted = [self.seam.main_loop[0], *self.seam.functions]
+        merged: list[int] = []
+        size = 0
+        while wanted:
+            at = place.get(wanted.pop(0))
+            more = 0 if at is None else sum(map(len, functions[at]))
+            if at is None or at in merged or size + more > _MOST_OF_THE_PROGRAM:
+                continue
+            merged.append(at)
+            size += more
+            lasts = [block[-1] for block in functions[at]]
+            wanted += [last.target for last in lasts if last.name in _CALLS | _JUMPS]
+        first = [block for at in sorted(merged) for block in functions[at]]
+        rest = [region for at, region in enumerate(functions) if at not in merged]
+        return [first, *rest] if first else rest
+
+    def _functions(self) -> Iterator[_Region]:
+        """The same, apart."""
         region: _Region = []
         size = 0
         for block in self._blocks():
@@ -330,7 +355,7 @@ def _leave(
     if name in _CALLS or name == "icall":
         lines.append(f"PUSH_RETURN({here}, 0x{end:x});")
     if name in ("ijmp", "icall"):
-        return [*lines, f"STOP(PAIR(r30, r31) * 2u, {behind}, GO_ON);"]
+        return [*lines, f"GO_TO(PAIR(r30, r31) * 2u, {behind});"]
     if name in _CALLS:
         return [*lines, code.go(instruction, instruction.target, behind, inside)]
     if name in _JUMPS:
