@@ -66,7 +66,7 @@ uint8_t Robot::Translated::read_register(translated_chip_t *chip, uint16_t addre
     robot.changed = 1;  // it depends on the time
     switch (address) {
     case UCSR0A: return now < image.serial_free ? 0 : UCSR0A_UDRE;
-    case EECR: return now < image.eeprom_free ? EECR_EEPE : 0;
+    case EECR: return now < image.eeprom_free ? robot.at(EECR) | EECR_EEPE : robot.at(EECR);
     case TCNT0: return static_cast<uint8_t>((now - image.timer_zero) / COUNT_CYCLES);
     case TCNT1L: image.latch = static_cast<uint8_t>(now >> 8); return static_cast<uint8_t>(now);
     case TCNT1H: return image.latch;
@@ -126,11 +126,12 @@ void Robot::Translated::eeprom_written() {
     const uint8_t control = at(EECR);
     const auto address = static_cast<uint16_t>(word(EEARL) % EEPROM_BYTES);
     if ((control & EECR_EERE) != 0) at(EEDR) = robot_.eeprom(address);
-    if ((control & EECR_EEPE) != 0 && (control & EECR_EEMPE) != 0) {
+    const bool is_free = cycle() >= image_.eeprom_free;
+    if (is_free && (control & EECR_EEPE) != 0 && (control & EECR_EEMPE) != 0) {
         robot_.set_eeprom(address, at(EEDR));
         image_.eeprom_free = cycle() + EEPROM_WRITE_CYCLES;
     }
-    at(EECR) = control & (EECR_EEPE | EECR_EERE) ? 0 : control;
+    at(EECR) = control & (EECR_EEPE | EECR_EERE) ? 0 : control & EECR_EEMPE;
 }
 
 /// The line is busy for the time of a byte.
