@@ -25,6 +25,11 @@ constexpr double LOOSE_SUB_STEPS = 0.75, LOOSE_OVERLAP = 0.004;
 constexpr double TIGHT_SUB_STEPS = 3, TIGHT_OVERLAP = 0.008;
 constexpr int LEAST_SUB_STEPS = 2;  // of one step
 
+// A robot overlaps with a wall by no more than this, in diameters. In an acute nook its drive wedges
+// it in: friction holds it against soft contacts, which push it out, and each push takes it deeper.
+constexpr double MOST_WALL_OVERLAP = 0.04;
+constexpr int WALL_PASSES = 8;  // in a nook: out of one wall may be into the other
+
 constexpr double SPECULATIVE_UNITS = 0.018;  // Box2D's margin is 0.02
 
 // Taylor series of asin: Box2D's rotations give the sine exactly, and a step turns a robot by
@@ -272,6 +277,7 @@ struct Box2DSolver::Box2D {
 Box2DSolver::Box2DSolver(const Arena &arena, const Mechanics &mechanics, size_t robots,
                          const std::vector<Object> &objects, Accuracy accuracy)
     : box2d_(std::make_unique<Box2D>()),
+      arena_(arena),
       mechanics_(mechanics),
       accuracy_(accuracy) {
     auto &b = *box2d_;
@@ -299,7 +305,10 @@ void Box2DSolver::solve(Islands &islands, double step_s) {
         step_by_ticks(islands, step_s);
     else
         step_once(islands, step_s);
-    for (auto &body : islands.bodies) body.moved = box2d_->find_moved(box2d_->discs[body.robot]);
+    for (auto &body : islands.bodies) {
+        body.moved = box2d_->find_moved(box2d_->discs[body.robot]);
+        if (body.at_wall && !body.fixed) keep_off_walls(body);
+    }
     for (auto &[object, state] : islands.objects) {
         auto &thing = box2d_->things[object];
         const Shift moved = box2d_->find_moved(thing);
@@ -307,6 +316,31 @@ void Box2DSolver::solve(Islands &islands, double step_s) {
         state.pose.heading = wrapped(state.pose.heading + moved.turn);
         state.velocity = box2d_->velocity(thing.body);
     }
+}
+
+/// Moves a robot that overlaps too much with a wall out of it, as far as is too much.
+void Box2DSolver::keep_off_walls(Islands::Body &body) const {
+    const double least_m = mechanics_.radius_m * (1 - 2 * MOST_WALL_OVERLAP);
+    Eigen::Vector2d at = body.pose.position + body.moved.by;
+    bool moved = false;
+    for (int pass = 0; pass < WALL_PASSES; pass++) {
+        double nearest_m = least_m;
+        Eigen::Vector2d out(0, 0);
+        arena_.for_each_wall(at, mechanics_.radius_m,
+                             [&](double gap_m, const Eigen::Vector2d &outward, uint32_t /*wall*/) {
+                                 if (gap_m >= nearest_m) return;
+                                 nearest_m = gap_m;
+                                 out = -outward;
+                             });
+        if (nearest_m == least_m) break;
+        at += (least_m - nearest_m) * out;
+        moved = true;
+    }
+    if (!moved) return;
+    body.moved.by = at - body.pose.position;
+    Box2D::Disc &disc = box2d_->discs[body.robot];
+    b2Body_SetTransform(disc.body, box2d_->to_units(at), disc.now.q);
+    disc.now = b2Body_GetTransform(disc.body);
 }
 
 void Box2DSolver::step_once(Islands &islands, double step_s) {

@@ -19,8 +19,8 @@ class Box2DSolver final : public ContactSolver {
   public:
     enum class Accuracy : uint8_t { NORMAL, ORACLE };
 
-    /// `robots`: their number; `arena` and `objects` are read here only. A round wall has 720
-    /// straight segments.
+    /// `robots`: their number; `objects` are read here only, `arena` must live on. A round wall has
+    /// 720 straight segments.
     Box2DSolver(const Arena &arena, const Mechanics &mechanics, size_t robots,
                 const std::vector<Object> &objects, Accuracy accuracy);
     ~Box2DSolver() override;
@@ -39,10 +39,12 @@ class Box2DSolver final : public ContactSolver {
         double closing_m = 0;  ///< farthest that robots close in it where Box2D does not look
     };
     Gaps find_gaps(const Islands &islands, double step_s) const;
+    void keep_off_walls(Islands::Body &body) const;
     int rounds_of(double closing_m) const;
 
     struct Box2D;
     std::unique_ptr<Box2D> box2d_;
+    const Arena &arena_;
     const Mechanics mechanics_;
     const Accuracy accuracy_;
 };

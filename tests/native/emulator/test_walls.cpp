@@ -286,3 +286,12 @@ TEST_CASE("nothing passes a wall, at any speed and step") {
                 if (speed == 0.1) CHECK(worst < 0.05);
             }
 }
+
+TEST_CASE("a robot that others drive into an acute nook is not wedged in deeper and deeper") {
+    // The nook at (3, -1.6) is 14 degrees wide: friction holds what is in it.
+    for (uint32_t step_ticks : {2u, 4u}) {
+        CAPTURE(step_ticks);
+        const double worst = walk_at_random(narrow_hall(), 0.1, step_ticks, SolverKind::BOX2D, 6e6);
+        CHECK(worst < 0.05);
+    }
+}
