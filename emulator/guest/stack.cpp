@@ -64,15 +64,16 @@ class ThreadSignals {
         alternative.ss_size = memory_.size();
         sigaltstack(&alternative, nullptr);
         start(cpu_timer_, CLOCK_THREAD_CPUTIME_ID, 1, {0, TIMER_NS});
-        start(wall_timer_, CLOCK_MONOTONIC, WALL_WEIGHT, {WALL_TIMER_S, 0});
     }
     ~ThreadSignals() {
         timer_delete(cpu_timer_);
-        timer_delete(wall_timer_);
+        if (wall_timer_ != nullptr) timer_delete(wall_timer_);
         stack_t none = {};
         none.ss_flags = SS_DISABLE;
         sigaltstack(&none, nullptr);
     }
+
+    void watch_sleep() { start(wall_timer_, CLOCK_MONOTONIC, WALL_WEIGHT, {WALL_TIMER_S, 0}); }
 
   private:
     static void start(timer_t &timer, clockid_t clock, uint32_t weight, timespec each) {
@@ -89,6 +90,11 @@ class ThreadSignals {
     std::vector<uint8_t> memory_;
     timer_t cpu_timer_ = nullptr, wall_timer_ = nullptr;
 };
+
+ThreadSignals &signals_of_this_thread() {
+    thread_local ThreadSignals signals;
+    return signals;
+}
 
 // Without the flags of what has happened, which every computation sets.
 constexpr uint32_t SSE_CONTROL = 0xFFC0;
@@ -155,9 +161,11 @@ void GuestStack::attend_system_calls() {
 }
 
 void GuestStack::serve_this_thread() {
-    thread_local ThreadSignals signals;
+    signals_of_this_thread();
     host_control_ = float_control();
 }
+
+void GuestStack::watch_sleep() { signals_of_this_thread().watch_sleep(); }
 
 GuestStack::Outcome GuestStack::call(void (*body)(void *), void *argument,
                                      SuspendedCall &suspended) {

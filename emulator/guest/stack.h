@@ -69,13 +69,17 @@ class GuestStack {
     /// The process's stack; the first call installs the signal handlers.
     static GuestStack &instance();
 
-    /// To be called by a thread before it runs guests: gives it a signal stack and the timers. Cheap
+    /// To be called by a thread before it runs guests: gives it a signal stack and the timer. Cheap
     /// when called again.
     void serve_this_thread();
 
     /// To be called before the process confines itself (base/confinement.h): a system call that is
     /// refused then ends the call of the guest which makes it, and fails in the engine.
     void attend_system_calls();
+
+    /// Finds guests that sleep too, in this thread. Once; it interrupts a blocking call of the engine
+    /// each second, which not all libraries bear.
+    void watch_sleep();
 
     /// To be called when the guest with this clock is gone.
     void forget(const volatile Cycles *clock) {

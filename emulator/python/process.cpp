@@ -19,6 +19,8 @@ std::vector<std::string> confine(std::vector<std::string> readable,
     // Its timers and handlers cannot be made later.
     GuestStack::instance().serve_this_thread();
     GuestStack::instance().attend_system_calls();
+    // simavr's debugger takes an interrupted select() for a connection.
+    if (!sockets) GuestStack::instance().watch_sleep();
     return confine_worker({std::move(readable), {}, std::move(writable), memory_bytes, sockets});
 }
 
