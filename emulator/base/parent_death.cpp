@@ -26,7 +26,7 @@ itimerspec grace = {};
 // The timer sends SIGKILL, which a program cannot hold off.
 void begin_grace(int) { timer_settime(timer, 0, &grace, nullptr); }
 
-void check(bool done, const char *what) {
+void must(bool done, const char *what) {
     if (!done) throw EngineError(std::string(what) + ": " + std::strerror(errno));
 }
 
@@ -37,19 +37,19 @@ void prepare_grace(double grace_s) {
     sigevent event = {};
     event.sigev_notify = SIGEV_SIGNAL;
     event.sigev_signo = SIGKILL;
-    check(timer_create(CLOCK_MONOTONIC, &event, &timer) == 0, "timer_create");
+    must(timer_create(CLOCK_MONOTONIC, &event, &timer) == 0, "timer_create");
     has_timer = true;
     struct sigaction action = {};
     action.sa_handler = begin_grace;
     action.sa_flags = SA_RESTART;
-    check(sigaction(PARENT_ENDED, &action, nullptr) == 0, "sigaction");
+    must(sigaction(PARENT_ENDED, &action, nullptr) == 0, "sigaction");
 }
 
 }  // namespace
 
 void end_with_parent(int parent, double grace_s) {
     if (grace_s > 0) prepare_grace(grace_s);
-    check(prctl(PR_SET_PDEATHSIG, grace_s > 0 ? PARENT_ENDED : SIGKILL) == 0, "PR_SET_PDEATHSIG");
+    must(prctl(PR_SET_PDEATHSIG, grace_s > 0 ? PARENT_ENDED : SIGKILL) == 0, "PR_SET_PDEATHSIG");
     // A parent that ended before the call above sends nothing any more.
     if (getppid() != parent) _exit(1);
 }
