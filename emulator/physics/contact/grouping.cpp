@@ -9,6 +9,9 @@ namespace {
 
 using Kind = ContactBody::Kind;
 
+// Of a radius: a robot that slides along a wall in closed form may come so much nearer.
+constexpr double ROUNDING = 1e-3;
+
 bool is_contact(const std::vector<ContactBody> &bodies, const ContactPair &pair) {
     return bodies[pair.one].kind == Kind::ROBOT && bodies[pair.one].other == pair.other;
 }
@@ -64,7 +67,8 @@ void Grouping::choose(std::vector<ContactBody> &bodies, const std::vector<Contac
         if (!is_contact(bodies, pair)) uncertain_[group_of(pair.one)] = true;
     }
     for (uint32_t i = 0; i < bodies.size(); i++)
-        if (bodies[i].at_wall && bodies[i].kind != Kind::WALL) uncertain_[group_of(i)] = true;
+        if (bodies[i].at_wall && (bodies[i].kind != Kind::WALL || !arena_.is_open()))
+            uncertain_[group_of(i)] = true;
     for (uint32_t i = 0; i < bodies.size(); i++) {
         const uint32_t group = group_of(i);
         if (islands_[group]) bodies[i].kind = Kind::ISLAND;
@@ -89,8 +93,10 @@ bool Grouping::find_missed(std::vector<ContactBody> &bodies,
     }
     for (uint32_t i = 0; i < bodies.size(); i++) {
         const ContactBody &body = bodies[i];
-        if (!body.uncertain || !body.at_wall || body.kind == Kind::WALL) continue;
-        if (arena_.wall_gap(body.pose.position + body.moved.by) < radius_m_) miss(i);
+        if (!body.uncertain || !body.at_wall) continue;
+        const double overlap_m = body.kind == Kind::WALL ? std::max(-body.gap_m, 0.0) : 0;
+        const double least_m = (1 - ROUNDING) * radius_m_ - overlap_m;
+        if (arena_.wall_gap(body.pose.position + body.moved.by) < least_m) miss(i);
     }
     if (!found) return false;
     for (uint32_t i = 0; i < bodies.size(); i++)
