@@ -149,11 +149,16 @@ void Bodies::apply_commands(uint32_t robot, Cycles until) {
     next = 0;
 }
 
+/// Whether commands of this step took effect already: its trajectory is that of the step's end.
+bool Bodies::has_changed(uint32_t robot) const {
+    const uint32_t slot = free_motions_[robot].before_slot;
+    return slot < before_.size() && before_[slot].robot == robot;
+}
+
 /// The trajectory of a robot when this step began.
 const Trajectory &Bodies::trajectory_before(uint32_t robot) const {
-    const uint32_t slot = free_motions_[robot].before_slot;
-    const bool changed = slot < before_.size() && before_[slot].robot == robot;
-    return changed ? before_[slot].trajectory : trajectories_[robot];
+    const bool changed = has_changed(robot);
+    return changed ? before_[free_motions_[robot].before_slot].trajectory : trajectories_[robot];
 }
 
 /// Finds where a robot would go within this step. Commands within it take effect.
@@ -264,7 +269,7 @@ bool Bodies::may_touch(uint32_t robot) {
 
 /// Bound of a robot's way within this step.
 double Bodies::longest_free_m(uint32_t robot) const {
-    const bool steady = next_change_[robot] >= now_ + step_;
+    const bool steady = !has_changed(robot) && next_change_[robot] >= now_ + step_;
     return seconds(step_) * (steady ? speeds_[robot] : fastest_m_s_);
 }
 

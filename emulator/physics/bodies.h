@@ -159,6 +159,7 @@ class Bodies {
 
     void place_all();  ///< positions of all robots at the end of the step
     void apply_commands(uint32_t robot, Cycles until);
+    bool has_changed(uint32_t robot) const;
     const Trajectory &trajectory_before(uint32_t robot) const;
     FreeMotion &free_motion(uint32_t robot) {
         FreeMotion &free = free_motions_[robot];

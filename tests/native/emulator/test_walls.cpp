@@ -272,6 +272,22 @@ double robot_steps() {
 
 }  // namespace
 
+TEST_CASE("a robot that stops just before a step ends is stopped by what it drove into") {
+    Profile profile = foot_bot();
+    profile.speed_m_s = 1;  // 13 cm a step
+    const Cycles step = ticks(4);
+    Arena arena = {Region::polygon({{-2, -2}, {2, -2}, {2, 2}, {-2, 2}}), {}, {}};
+    arena.build_walls(true, REACH);
+    const Chance chance(1);
+    Bodies bodies(arena, profile, chance, step, 0, {{{2 - RADIUS - 0.1, 0}, 0}}, 0.3,
+                  SolverKind::BOX2D);
+    bodies.command(0, {0, 70, 70});
+    bodies.command(0, {step - step / 100, 0, 0});
+    bodies.refresh_lists();
+    bodies.step();
+    CHECK(bodies.position(0).x() == doctest::Approx(2 - RADIUS).epsilon(1e-3));
+}
+
 TEST_CASE("nothing passes a wall, at any speed and step") {
     const Arena arena = narrow_hall();
     for (SolverKind solver : {SolverKind::BOX2D, SolverKind::DISCS})
