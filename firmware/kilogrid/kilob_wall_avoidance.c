@@ -6,7 +6,7 @@
 #include "utils.h"
 
 // collective_perception.md 1.
-#define FORGET_TICKS SEC_TO_TICKS(1)
+#define FORGET_TICKS ((uint32_t)SEC_TO_TICKS(1))
 #define TURN_TICKS MS_TO_TICKS(7500)
 
 typedef enum { BEGIN, TURNING, GOING } phase_t;
