@@ -62,7 +62,7 @@ uint64_t TranslatedCore::run(uint64_t until) {
 }
 
 void TranslatedCore::find_effects() {
-    for (uint16_t address = FIRST_IO; address < effects_.size(); address++) {
+    for (size_t address = FIRST_IO; address < effects_.size(); address++) {
         const auto &io = avr_->io[AVR_DATA_TO_IO(address)];
         const bool reads = io.r.c != nullptr || io.irq != nullptr;
         const bool writes = io.w.c != nullptr || io.irq != nullptr;
