@@ -24,8 +24,8 @@ constexpr uint16_t STATUS = 0x5F;           ///< C Z N V S H T I from bit 0 on
 // EEPROM: control, data, address.
 constexpr uint16_t EECR = 0x3F, EEDR = 0x40, EEARL = 0x41, EEARH = 0x42;
 constexpr uint8_t EECR_EEMPE = 1 << 2, EECR_EEPE = 1 << 1, EECR_EERE = 1 << 0;
-// Timer 0, which makes the ticks: flags, clock, count, compare value, mask of interrupts; the bit of
-// compare match A in flags and mask. Timer 1, which times the receiver.
+// Timer 0, which makes the ticks: flags, clock, count, compare value, mask of interrupts; the bit
+// of compare match A in flags and mask. Timer 1, which times the receiver.
 constexpr uint16_t TIFR0 = 0x35, TCCR0B = 0x45, TCNT0 = 0x46, OCR0A = 0x47, TIMSK0 = 0x6E;
 constexpr uint8_t TCCR0B_CS = 7, TIMER0_MATCH_A = 1 << 1;
 constexpr uint16_t TCNT1L = 0x84, TCNT1H = 0x85;  ///< reading the low byte keeps the high one

@@ -1,5 +1,5 @@
-/// Lines of text on a robot's or module's serial line, from the bytes that its program writes to the
-/// UART. Pure.
+/// Lines of text on a robot's or module's serial line, from the bytes that its program writes to
+/// the UART. Pure.
 #ifndef KILOTWIN_BASE_SERIAL_LINE_H
 #define KILOTWIN_BASE_SERIAL_LINE_H
 

@@ -89,8 +89,8 @@ void Bridge::Loop::accept_clients() {
     }
 }
 
-/// Drops the client that was connected longest of those that have subscribed to no bus; false: there
-/// is none.
+/// Drops the client that was connected longest of those that have subscribed to no bus; false:
+/// there is none.
 bool Bridge::Loop::make_room() {
     auto longest = clients_.end();
     for (auto at = clients_.begin(); at != clients_.end(); ++at)

@@ -50,7 +50,8 @@ void decode_operand(Instruction &instruction, const uint8_t *at, bool more_base,
     }
     if (has_base) instruction.base = rm | more_base << 3;
     if (instruction.mod == 1) {
-        instruction.displacement = static_cast<int8_t>(*at++);
+        const uint8_t low = *at++;
+        instruction.displacement = low < 0x80 ? low : low - 0x100;
     } else if (instruction.mod == 2 || !has_base) {
         std::memcpy(&instruction.displacement, at, sizeof instruction.displacement);
         at += sizeof instruction.displacement;

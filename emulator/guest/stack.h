@@ -77,8 +77,8 @@ class GuestStack {
     /// refused then ends the call of the guest which makes it, and fails in the engine.
     void attend_system_calls();
 
-    /// Finds guests that sleep too, in this thread. Once; it interrupts a blocking call of the engine
-    /// each second, which not all libraries bear.
+    /// Finds guests that sleep too, in this thread. Once; it interrupts a blocking call of the
+    /// engine each second, which not all libraries bear.
     void watch_sleep();
 
     /// To be called when the guest with this clock is gone.

@@ -41,8 +41,8 @@ class Stations {
     /// there is one kind that does not know, no robot is run ahead.
     virtual bool has_lookahead() const { return true; }
 
-    /// When one of its stations, which are no robots, may next begin a frame; NEVER if has_lookahead()
-    /// is false. No robot is run beyond the begin of that step.
+    /// When one of its stations, which are no robots, may next begin a frame; NEVER if
+    /// has_lookahead() is false. No robot is run beyond the begin of that step.
     virtual Cycles next_light() const { return NEVER; }
 
     /// The moment beyond which no other kind may be executed before this one has been.

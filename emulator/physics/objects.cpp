@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "base/errors.h"
 #include "base/trigonometry.h"
@@ -63,7 +64,7 @@ void check(const ObjectPart &part) {
 /// Beside an edge the largest distance from an edge's line is exact.
 double ObjectPart::gap(const Eigen::Vector2d &point) const {
     if (corners.empty()) return (point - centre).norm() - radius_m;
-    double gap_m = -INFINITY;
+    double gap_m = -std::numeric_limits<double>::infinity();
     for (size_t i = 0; i < corners.size(); i++) {
         const Eigen::Vector2d along = (corners[(i + 1) % corners.size()] - corners[i]).normalized();
         gap_m = std::max(gap_m, -cross(along, point - corners[i]));

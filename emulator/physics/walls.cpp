@@ -166,7 +166,8 @@ void Walls::make_grid(const Region &bounds, const std::vector<Obstacle> &obstacl
 
 Eigen::Vector2d Walls::middle_of(const Square &square) const {
     const auto index = static_cast<int>(&square - squares_.data());
-    return low_ + side_m_ * Eigen::Vector2d(index % columns_ + 0.5, index / columns_ + 0.5);
+    const int column = index % columns_, row = index / columns_;
+    return low_ + side_m_ * Eigen::Vector2d(column + 0.5, row + 0.5);
 }
 
 /// The square that a point is in; null outside all of them.
@@ -174,8 +175,8 @@ const Walls::Square *Walls::square_at(const Eigen::Vector2d &point) const {
     const Eigen::Vector2d place = (point - low_) / side_m_;
     if (!(place.x() >= 0 && place.y() >= 0 && place.x() < columns_ && place.y() < rows_))
         return nullptr;
-    return &squares_[static_cast<size_t>(static_cast<int>(place.y()) * columns_ +
-                                         static_cast<int>(place.x()))];
+    const auto column = static_cast<size_t>(place.x()), row = static_cast<size_t>(place.y());
+    return &squares_[row * static_cast<size_t>(columns_) + column];
 }
 
 /// All walls within `reach_m` of a point, and more.
@@ -209,9 +210,10 @@ double Walls::gap(const Eigen::Vector2d &point) const {
 // Points on the line, as far from one another as walls in reach of a square are seen.
 bool Walls::lets_light_pass(const Eigen::Vector2d &from, const Eigen::Vector2d &to) const {
     const Eigen::Vector2d way = to - from;
-    const double parts = std::ceil(way.norm() / reach_m_);
-    for (double part = 0; part <= parts; part++) {
-        const Eigen::Vector2d at = parts > 0 ? from + way * (part / parts) : from;
+    const auto parts = static_cast<uint32_t>(std::ceil(way.norm() / reach_m_));
+    for (uint32_t part = 0; part <= parts; part++) {
+        const Eigen::Vector2d at =
+            parts > 0 ? from + way * (static_cast<double>(part) / parts) : from;
         for (uint32_t wall : near(at, reach_m_))
             if (features_[wall].blocks_light && features_[wall].is_crossed(from, to)) return false;
     }

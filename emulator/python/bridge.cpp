@@ -92,7 +92,7 @@ nb::list can_record_fields() {
 
 // Calls other than close() are short: a thread of the bridge's own does the work.
 void register_bridge(nb::module_ &m) {
-    nb::exception<BridgeError>(m, "BridgeError", PyExc_OSError);
+    const nb::exception<BridgeError> registered(m, "BridgeError", PyExc_OSError);
     m.attr("CAN_RECORD") = can_record_fields();
     nb::class_<PythonBridge>(m, "Bridge", "The buses for programs outside; see grid/bridge.h.")
         .def("__init__", construct, nb::kw_only(), nb::arg("buses"), nb::arg("port"),
@@ -102,7 +102,7 @@ void register_bridge(nb::module_ &m) {
         .def_prop_ro("clients", [](const PythonBridge &self) { return self.open().clients(); })
         .def(
             "publish",
-            [](const PythonBridge &self, nb::object frames) {
+            [](const PythonBridge &self, const nb::object &frames) {
                 self.open().publish(records_of(frames));
             },
             nb::arg("frames"), "Hands over frames that ended on the buses: rows of CAN_RECORD.")

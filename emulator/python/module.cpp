@@ -25,7 +25,7 @@ NB_MODULE(_emulator, m) {
     m.attr("BOX2D_VERSION") = box2d_version();
     m.attr("VERSION") = KILOTWIN_VERSION;
     m.attr("BUILD") = KILOTWIN_BUILD;
-    nb::exception<EngineError>(m, "EngineError", PyExc_ValueError);
+    const nb::exception<EngineError> registered(m, "EngineError", PyExc_ValueError);
     register_wire(m);
     register_bridge(m);
     register_chance(m);

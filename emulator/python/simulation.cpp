@@ -139,7 +139,7 @@ void register_stepping(Class &simulation) {
         .def(
             "send",
             [](PythonSimulation &self, const nb::bytes &message, uint16_t first, uint16_t last,
-               nb::object region) {
+               const nb::object &region) {
                 self.simulation.send(command_of(message, first, last, region));
             },
             nb::arg("message"), nb::arg("uid_first") = 0, nb::arg("uid_last") = 65535,

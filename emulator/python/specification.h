@@ -14,7 +14,7 @@
 namespace kilotwin {
 
 /// The whole run. Lengths are in m, angles in rad, times in ticks or s, as the keys say.
-SimulationDef definition_of(const nanobind::dict &spec);
+SimulationDef definition_of(const nanobind::dict &from);
 
 /// A message without its CRC: nine data bytes and the type, no more and no fewer.
 message_t message_of(const nanobind::bytes &bytes);

@@ -3,6 +3,7 @@
 import itertools
 import json
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -58,20 +59,25 @@ def way_out_m(poses: NDArray[np.float32]) -> NDArray[np.float64]:
     return np.select(lanes, ways, 0.0)
 
 
-def test_robots_show_numbers_that_fall_along_the_maze_to_its_exit() -> None:
-    with World(OBJECTS / "maze.toml", seed=3) as world:
-        longest, agree = 9, 0.0
+def shown_numbers(seed: int) -> Iterator[tuple[NDArray[np.int64], NDArray[np.float64]]]:
+    """Numbers that robots of the maze show, every 300 s, and the way out from where they stand."""
+    with World(OBJECTS / "maze.toml", seed=seed) as world:
         for _ in range(20):
             world.run(300)
             shows = [robot for robot, state in enumerate(world.states) if state == "showing"]
             numbers = np.array([world.variable(robot, "guide_number") for robot in shows])
             shown = numbers < 60
-            if shown.sum() > longest:
-                longest = int(shown.sum())
-                ways = way_out_m(world.poses[shows])
-                agree = np.corrcoef(numbers[shown], ways[shown])[0, 1]
-        assert longest >= 15
-        assert agree > 0.9
+            yield numbers[shown], way_out_m(world.poses[shows])[shown]
+
+
+def test_robots_show_numbers_that_fall_along_the_maze_to_its_exit() -> None:
+    # With every second seed half of the robots come to stand in a chain; in 1 of 64 with no six.
+    for seed in range(1, 7):
+        for numbers, ways in shown_numbers(seed):
+            if len(numbers) >= 15:
+                assert np.corrcoef(numbers, ways)[0, 1] > 0.9
+                return
+    pytest.fail("at no moment did half of the robots show a number")
 
 
 def test_robots_find_the_way_out_and_none_through_a_wall() -> None:

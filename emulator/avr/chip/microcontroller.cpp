@@ -16,6 +16,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <new>
 #include <vector>
 
 #include "base/clock.h"
@@ -180,6 +181,17 @@ struct Microcontroller::Hooks {
     }
 };
 
+/// Memory for each address that an instruction can name: simavr says that there is none behind the
+/// RAM, and writes there all the same, into whatever lies behind it on the heap.
+static void give_all_addresses(avr_t *avr) {
+    constexpr size_t ADDRESSES = 0x10000, LONGEST_ACCESS = 4;
+    auto *data = static_cast<uint8_t *>(std::calloc(ADDRESSES + LONGEST_ACCESS, 1));
+    if (data == nullptr) throw std::bad_alloc();
+    std::memcpy(data, avr->data, avr->ramend + 1U);
+    std::free(avr->data);
+    avr->data = data;
+}
+
 Microcontroller::Microcontroller(Board &board, const FlashImage &flash, const EepromImage &eeprom)
     : board_(board),
       boot_section_(flash.boot_section()) {
@@ -187,6 +199,7 @@ Microcontroller::Microcontroller(Board &board, const FlashImage &flash, const Ee
     avr_ = avr_make_mcu_by_name("atmega328p");
     if (avr_ == nullptr) throw EngineError("this simavr does not know the ATmega328P");
     avr_init(avr_);
+    give_all_addresses(avr_);
     avr_->custom.data = this;
     avr_->frequency = CYCLES_PER_SECOND;
     // Else simavr runs on behind an instruction that sets a timer, up to that timer.

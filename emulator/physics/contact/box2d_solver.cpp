@@ -25,8 +25,8 @@ constexpr double LOOSE_SUB_STEPS = 0.75, LOOSE_OVERLAP = 0.004;
 constexpr double TIGHT_SUB_STEPS = 3, TIGHT_OVERLAP = 0.008;
 constexpr int LEAST_SUB_STEPS = 2;  // of one step
 
-// A robot overlaps with a wall by no more than this, in diameters. In an acute nook its drive wedges
-// it in: friction holds it against soft contacts, which push it out, and each push takes it deeper.
+// A robot overlaps with a wall by no more than this, in diameters. In an acute nook its drive
+// wedges it in: friction holds it against soft contacts, which push it out, and each push takes it deeper.
 constexpr double MOST_WALL_OVERLAP = 0.04;
 constexpr int WALL_PASSES = 8;  // in a nook: out of one wall may be into the other
 
@@ -75,10 +75,16 @@ struct Box2DSolver::Box2D {
         return {static_cast<float>(v.x() * units_per_m), static_cast<float>(v.y() * units_per_m)};
     }
 
+    std::vector<b2Vec2> all_to_units(const std::vector<Eigen::Vector2d> &points) const {
+        std::vector<b2Vec2> units(points.size());
+        std::transform(points.begin(), points.end(), units.begin(),
+                       [this](const auto &point) { return to_units(point); });
+        return units;
+    }
+
     /// One-sided: solid on the right of those who go along it. A loop of at least three corners.
     void build_chain(b2BodyId ground, const std::vector<Eigen::Vector2d> &corners) const {
-        std::vector<b2Vec2> points;
-        for (const auto &corner : corners) points.push_back(to_units(corner));
+        std::vector<b2Vec2> points = all_to_units(corners);
         // Box2D wants four at least.
         if (points.size() == 3) points.push_back(to_units((corners.front() + corners.back()) / 2));
         b2SurfaceMaterial material = b2DefaultSurfaceMaterial();
@@ -175,8 +181,7 @@ struct Box2DSolver::Box2D {
             b2CreateCircleShape(body, &shape, &circle);
             return;
         }
-        std::vector<b2Vec2> corners;
-        for (const auto &corner : part.corners) corners.push_back(to_units(corner));
+        const std::vector<b2Vec2> corners = all_to_units(part.corners);
         const b2Hull hull = b2ComputeHull(corners.data(), static_cast<int>(corners.size()));
         if (hull.count == 0) throw EngineError("a part of an object is too thin or too small");
         const b2Polygon polygon = b2MakePolygon(&hull, 0);

@@ -63,7 +63,8 @@ class Grouping {
     void choose(std::vector<ContactBody> &bodies, const std::vector<ContactPair> &pairs);
 
     /// After all bodies but those in islands moved: makes groups islands of which a body would
-    /// overlap something that is not its contact, or a wall by more than it did before. Returns whether there were any; undo their moves.
+    /// overlap something that is not its contact, or a wall by more than it did before. Returns
+    /// whether there were any; undo their moves.
     bool find_missed(std::vector<ContactBody> &bodies, const std::vector<ContactPair> &pairs);
 
   private:
