@@ -26,7 +26,8 @@ constexpr double TIGHT_SUB_STEPS = 3, TIGHT_OVERLAP = 0.008;
 constexpr int LEAST_SUB_STEPS = 2;  // of one step
 
 // A robot overlaps with a wall by no more than this, in diameters. In an acute nook its drive
-// wedges it in: friction holds it against soft contacts, which push it out, and each push takes it deeper.
+// wedges it in: friction holds it against soft contacts, which push it out, and each push takes
+// it deeper.
 constexpr double MOST_WALL_OVERLAP = 0.04;
 constexpr int WALL_PASSES = 8;  // in a nook: out of one wall may be into the other
 
