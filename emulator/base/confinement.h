@@ -13,8 +13,8 @@
 
 namespace kilotwin {
 
-/// What a confined process has left beside computing and what it has open. Paths that do not exist
-/// are passed over; of folders it is all that lies below.
+/// Rights of a confined process beside computing and what it has open. Paths that do not exist are
+/// passed over; of folders it is all that lies below.
 struct Confinement {
     std::vector<std::string> readable;
     std::vector<std::string> executable;  ///< readable too

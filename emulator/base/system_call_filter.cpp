@@ -58,7 +58,7 @@ constexpr int OPEN_SOCKETS[] = {
 
 constexpr uint32_t ASKS[] = {TCGETS, FIONREAD, FIONBIO, FIOCLEX, FIONCLEX, TIOCGWINSZ, TIOCGPTN};
 
-// Of a compiler: connections, other processes, and what changes the system.
+// Calls refused to a compiler: connections, other processes, and what changes the system.
 constexpr int OF_OTHERS[] = {SYS_socket,
                              SYS_connect,
                              SYS_bind,

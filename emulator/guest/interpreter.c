@@ -4,7 +4,14 @@
 #define TRANSLATED_GUEST
 #include "guest/interpreter.h"
 
-enum { SPL = 0x5D, SPH = 0x5E, SREG_ADDRESS = 0x5F, IO_END = 0x100, FLASH_MASK = 0x7FFF };
+enum {
+    SPL = 0x5D,
+    SPH = 0x5E,
+    SREG_ADDRESS = 0x5F,
+    IO_END = 0x100,
+    SRAM_END = 0x900,
+    FLASH_MASK = 0x7FFF
+};
 
 /// A chip for the time of an instruction, with the names that the macros have for its parts.
 typedef struct {
@@ -55,7 +62,7 @@ static void set_status(state_t *state, uint8_t value) {
 
 /// Data space as the program sees it; behind SRAM there is nothing.
 static uint8_t read_data(state_t *state, uint16_t address) {
-    if (address >= 0x900) return 0;
+    if (address >= SRAM_END) return 0;
     if (address == SPL) return (uint8_t)sp;
     if (address == SPH) return (uint8_t)(sp >> 8);
     if (address == SREG_ADDRESS) return SREG;
@@ -65,7 +72,7 @@ static uint8_t read_data(state_t *state, uint16_t address) {
 }
 
 static void write_data(state_t *state, uint16_t address, uint8_t value) {
-    if (address >= 0x900) return;
+    if (address >= SRAM_END) return;
     if (address == SPL) {
         sp = (uint16_t)((sp & 0xFF00) | value);
     } else if (address == SPH) {

@@ -37,7 +37,7 @@ class Program {
     bool names_period() const { return names_period_; }
     /// Registers of a translated robot that have an effect, by address (translated_code.h).
     static const uint8_t *effects();
-    /// Of a translation: cycles of a tick's interrupt that only counts; 0: not yet known.
+    /// Cycles of a tick's interrupt that only counts, of a translation; 0: not yet known.
     uint32_t tick_cycles = 0;
     /// Size of the state section, and of every image.
     size_t state_bytes() const { return state_bytes_; }

@@ -129,7 +129,7 @@ struct StackEntry {
     }
 };
 
-/// What kt_leave_after_fault() calls.
+/// Called by kt_leave_after_fault().
 extern "C" __attribute__((visibility("hidden"), used)) void kt_leave_now() { StackEntry::leave(); }
 
 GuestStack &GuestStack::instance() {
@@ -198,7 +198,7 @@ inline void GuestStack::give_float_control() {
         set_float_control(own->second);
 }
 
-/// What the guest left in registers of the x87 unit (those of MMX) is no one's.
+/// Registers of the x87 unit (those of MMX) that the guest left full are emptied.
 inline void GuestStack::take_float_control() {
     const FloatControl left = float_control();
     if (left == host_control_ && x87_is_empty()) [[likely]]

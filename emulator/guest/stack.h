@@ -145,7 +145,7 @@ class GuestStack {
 
     uint64_t calls_ = 0;  ///< how often a guest was entered
     FloatControl host_control_ = {};
-    /// Of guests that changed theirs, by their clocks.
+    /// Modes of guests that changed theirs, by their clocks.
     std::map<const volatile Cycles *, FloatControl> float_controls_;
 
     /// The call and the clock that the timer saw last, and how often since.

@@ -13,7 +13,7 @@ using namespace atmega328p;
 
 namespace {
 
-// What interrupts and calls take, counted in kilolib's machine code (firmware/kilolib/avr): the
+// Cycles of interrupts and calls, counted in kilolib's machine code (firmware/kilolib/avr): the
 // comparator's interrupts of a frame, without those of its bits, and one of a bit; from a frame's
 // end to the program's callback, and behind it; and whole functions.
 constexpr uint64_t FRAME_EDGES_CYCLES = 3734, BIT_CYCLES = 154, BIT_PLACE_CYCLES = 5;
@@ -28,7 +28,7 @@ constexpr uint8_t SAVED[] = {0, 1, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27, 30, 3
 // An edge waits for its interrupt; the next one, a slot later, takes its place.
 constexpr uint64_t WAITS_FOR_EDGE = SLOT_CYCLES;
 
-/// What the interrupts of a frame's edges take.
+/// Cycles of the interrupts of a frame's edges.
 uint32_t cycles_of_edges(const message_t &message) {
     uint8_t bytes[sizeof message];
     std::memcpy(bytes, &message, sizeof bytes);
@@ -55,7 +55,7 @@ void Robot::Translated::flag_matches() {
 bool Robot::Translated::serve_interrupt() {
     if (!lets_interrupts() || cycle() >= until_) return false;
     if (image_.flagged != TranslatedImage::NO_TIME) {
-        if (image_.asleep_until != 0) image_.asleep_until = 0;
+        image_.asleep_until = 0;
         if (can_count_tick())
             count_tick();
         else

@@ -107,7 +107,7 @@ void Robot::Translated::store() {
         now > robot_.next_tick_ ? static_cast<uint32_t>(now - robot_.next_tick_) : 0;
 }
 
-/// What a pass has found may not hold for the next one.
+/// The last pass may not foretell the next one.
 void Robot::Translated::disturb_passes() {
     changed = 1;
     image_.pass_cycles = 0;
@@ -135,7 +135,7 @@ void Robot::Translated::execute() {
     execute_code();
 }
 
-/// What the interrupts of a frame's edges have taken from the program.
+/// Takes the cycles of a frame's edges, whose interrupts came in between, from the program.
 void Robot::Translated::take_stolen_time() {
     const auto taken = static_cast<uint32_t>(std::min<int64_t>(left, image_.stolen));
     image_.stolen -= taken;

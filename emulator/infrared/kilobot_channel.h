@@ -15,7 +15,7 @@
 /// frames, and a module receives from robots near the one cell that it listens to. A module listens
 /// before it sends, is deaf while it sends, and its cells do not receive one another
 /// (grid/cell_stations.h). So are beacons in objects (infrared/beacons.h), and an overhead
-/// controller, which listens to nobody (infrared/light_from_above.h).
+/// controller, which does not listen (infrared/light_from_above.h).
 #ifndef KILOTWIN_INFRARED_KILOBOT_CHANNEL_H
 #define KILOTWIN_INFRARED_KILOBOT_CHANNEL_H
 

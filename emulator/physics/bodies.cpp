@@ -368,10 +368,8 @@ void Bodies::step_contacts() {
     }
     longest_shift_m_ = std::sqrt(square);
     for (const auto &[object, state] : pushed_objects_)
-        longest_shift_m_ =
-            std::max(longest_shift_m_,
-                     seconds(step_) * (state.velocity.by.norm() + std::abs(state.velocity.turn) *
-                                                                      objects_[object].radius_m()));
+        longest_shift_m_ = std::max(longest_shift_m_,
+                                    seconds(step_) * state.most_m_s(objects_[object].radius_m()));
     const double touch = 2 * radius_m_;
     for (const auto &[one, other, distance_m] : pairs_) {
         const double apart = (places_[other] - places_[one]).squaredNorm();

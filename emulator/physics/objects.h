@@ -8,6 +8,7 @@
 #define KILOTWIN_PHYSICS_OBJECTS_H
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -83,6 +84,10 @@ struct ObjectState {
     Pose pose;       ///< of its middle
     Shift velocity;  ///< m/s, rad/s
     bool moves() const { return !velocity.by.isZero(0) || velocity.turn != 0; }
+    /// No point of it within `radius_m` of its middle is faster.
+    double most_m_s(double radius_m) const {
+        return velocity.by.norm() + std::abs(velocity.turn) * radius_m;
+    }
 };
 
 /// An object where it is when the run begins.

@@ -10,7 +10,7 @@ namespace {
 // An object slower than this, that nothing is near, stands.
 constexpr double STANDS_M_S = 1e-7;
 
-// Of the list of robots around an object: a longer one is made more rarely.
+// Skin of the list of robots around an object: with a thicker one it is made more rarely.
 constexpr double SKIN_RADII = 6;
 
 }  // namespace
@@ -115,9 +115,7 @@ void Bodies::take_pushed_objects() {
 
 /// Whether an object takes part, though it stands and no robot is near.
 bool Bodies::has_stopped(uint32_t object) const {
-    const Shift &velocity = object_states_[object].velocity;
-    const double speed_m_s =
-        velocity.by.norm() + std::abs(velocity.turn) * objects_[object].radius_m();
+    const double speed_m_s = object_states_[object].most_m_s(objects_[object].radius_m());
     return is_pushed_[object] && near_objects_[object].empty() && speed_m_s < STANDS_M_S;
 }
 

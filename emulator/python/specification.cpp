@@ -104,14 +104,15 @@ void set_medium(SimulationDef &def, Table from) {
     from.end();
 }
 
+Pose pose_of(const std::vector<double> &from) {
+    if (from.size() != 3) throw EngineError("a pose is x_m, y_m, heading_rad");
+    return {{from[0], from[1]}, from[2]};
+}
+
 /// Rows of x_m, y_m, heading_rad, in the order of the robots.
 std::vector<Pose> poses_of(nb::handle from) {
     std::vector<Pose> poses;
-    for (nb::handle row : from) {
-        auto values = nb::cast<std::vector<double>>(row);
-        if (values.size() != 3) throw EngineError("a pose is x_m, y_m, heading_rad");
-        poses.push_back({{values[0], values[1]}, values[2]});
-    }
+    for (nb::handle row : from) poses.push_back(pose_of(nb::cast<std::vector<double>>(row)));
     return poses;
 }
 
@@ -319,11 +320,8 @@ void read_objects(SimulationDef &def, const nb::list &from) {
                           object["robot_friction"]};
         for (nb::handle part : object["parts"].as<nb::list>())
             read.parts.push_back(part_of(Table(nb::cast<nb::dict>(part), "objects.parts.")));
-        if (!object["pose"].is_none()) {
-            const auto pose = object["pose"].as<std::vector<double>>();
-            if (pose.size() != 3) throw EngineError("a pose is x_m, y_m, heading_rad");
-            read.pose = Pose{{pose[0], pose[1]}, pose[2]};
-        }
+        if (!object["pose"].is_none())
+            read.pose = pose_of(object["pose"].as<std::vector<double>>());
         if (!object["beacon"].is_none())
             def.beacons.push_back(
                 beacon_of(static_cast<uint32_t>(objects.size()), object["beacon"].table()));

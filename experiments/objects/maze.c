@@ -4,7 +4,7 @@
 /// guide's, so that the numbers fall towards the exit round all corners. One that hears none walks
 /// at random. One that has a number stands and shows it as long as it hears a robot behind, with a
 /// higher number or none; then it goes to its guide, and by the guide's guide to the exit. So the
-/// chain is taken up from its inner end, and nobody is left behind. At the beacon a robot is out,
+/// chain is taken up from its inner end, and no robot is left behind. At the beacon a robot is out,
 /// and walks on in silence.
 ///
 /// LED: red without a number, white while it shows one, green behind its guide, blue when out.
@@ -36,7 +36,7 @@ static bool had_followers;
 static uint32_t last_tick, leg_ends, lost_at;
 static bool straight;
 
-// What it says, byte by byte, so that the callback may be called at any time.
+// Message that it sends, byte by byte, so that the callback may be called at any time.
 static message_t said;
 static volatile uint8_t said_number = NONE, said_age;
 

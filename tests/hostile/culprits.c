@@ -4,6 +4,8 @@
 #include <debug.h>
 #include <kilolib.h>
 
+#include "system_call.h"
+
 int system(const char *command);
 int fork(void);
 long syscall(long number, ...);
@@ -13,16 +15,6 @@ static char page[4096] __attribute__((aligned(4096)));
 static volatile uint32_t number;
 static uint8_t done;  // each harms once, but for those that loop
 static volatile long *volatile wild;
-
-static long call(long n, long a, long b, long c, long d) {
-    register long fourth __asm__("r10") = d, fifth __asm__("r8") = -1, sixth __asm__("r9") = 0;
-    long result;
-    __asm__ volatile("syscall"
-                     : "=a"(result)
-                     : "a"(n), "D"(a), "S"(b), "d"(c), "r"(fourth), "r"(fifth), "r"(sixth)
-                     : "rcx", "r11", "memory");
-    return result;
-}
 
 #define ASM(text) __asm__ volatile(text)
 

@@ -4,18 +4,10 @@
 #include <debug.h>
 #include <kilolib.h>
 
+#include "system_call.h"
+
 extern const void *const *kt_host;  // the engine's functions that the API is made of
 static char page[4096];
-
-static long call(long n, long a, long b, long c, long d) {
-    register long fourth __asm__("r10") = d, fifth __asm__("r8") = -1, sixth __asm__("r9") = 0;
-    long result;
-    __asm__ volatile("syscall"
-                     : "=a"(result)
-                     : "a"(n), "D"(a), "S"(b), "d"(c), "r"(fourth), "r"(fifth), "r"(sixth)
-                     : "rcx", "r11", "memory");
-    return result;
-}
 
 static void loop(void) {
     if (kilo_uid != 2) return;

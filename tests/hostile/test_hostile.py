@@ -33,7 +33,7 @@ count = 4
 """
 REFUSED = "it made a system call that is not allowed here, "
 
-# What becomes of the robot with a uid: the kind of its event, and how the text begins.
+# End of the robot with a uid: the kind of its event, and how the text begins.
 STOPPED: dict[int, tuple[str, str]] = {
     **dict.fromkeys(range(1, 27), ("crash", REFUSED)),
     **dict.fromkeys((33, 34, 35, 36, 37), ("crash", REFUSED)),

@@ -18,6 +18,20 @@ FIRAT = "experiments/paper/firat-n100.toml"
 
 Kilotwin = Callable[..., "subprocess.CompletedProcess[str]"]
 RunJson = Callable[..., dict[str, Any]]
+Program = Callable[[str], str]
+
+# A Kilobot that walks at random.
+WALKER = """\
+#include <kilolib.h>
+static void setup(void) { rand_seed(rand_hard()); }
+static void loop(void) {
+    uint8_t dice = rand_soft();
+    spinup_motors();
+    set_motors(dice % 4 ? kilo_straight_left : 0, dice % 4 != 1 ? kilo_straight_right : 0);
+    delay(500);
+}
+int main(void) { kilo_init(); kilo_start(setup, loop); return 0; }
+"""
 
 
 def block(text: str, language: str) -> str:
@@ -62,6 +76,18 @@ def kilotwin(environment: dict[str, str]) -> Kilotwin:
         return done
 
     return call
+
+
+@pytest.fixture
+def program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Program:
+    """The file of a program."""
+    monkeypatch.chdir(tmp_path)
+
+    def write(text: str) -> str:
+        (tmp_path / "program.c").write_text(text)
+        return "program.c"
+
+    return write
 
 
 @pytest.fixture

@@ -5,7 +5,6 @@ import json
 import signal
 import subprocess
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +26,7 @@ from kilotwin.plot.style import OBJECT
 from kilotwin.runs.reader import Run
 from kilotwin.units import TICK_S
 
-from .conftest import KILOTWIN, Kilotwin
+from .conftest import KILOTWIN, WALKER, Kilotwin, Program
 
 RADIUS_M = 0.0165
 GRAVITY_M_S2 = 9.81
@@ -42,18 +41,6 @@ static void setup(void) {
 static void loop(void) {}
 int main(void) { kilo_init(); kilo_start(setup, loop); return 0; }
 """
-WALKER = """\
-#include <kilolib.h>
-static void setup(void) { rand_seed(rand_hard()); }
-static void loop(void) {
-    uint8_t dice = rand_soft();
-    spinup_motors();
-    set_motors(dice % 4 ? kilo_straight_left : 0, dice % 4 != 1 ? kilo_straight_right : 0);
-    delay(500);
-}
-int main(void) { kilo_init(); kilo_start(setup, loop); return 0; }
-"""
-
 EXPERIMENT = """
 name = "objects"
 seed = 2
@@ -104,20 +91,6 @@ int main(void) {
     return 0;
 }
 """
-
-Program = Callable[[str], str]
-
-
-@pytest.fixture
-def program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Program:
-    """The file of a program."""
-    monkeypatch.chdir(tmp_path)
-
-    def write(text: str) -> str:
-        (tmp_path / "program.c").write_text(text)
-        return "program.c"
-
-    return write
 
 
 def bar(share: float, pushers: int, mass_kg: float = 0.02, **more: Any) -> dict[str, Any]:

@@ -2,7 +2,6 @@
 
 import os
 import subprocess
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,8 @@ from kilotwin import RGB, World
 from kilotwin.errors import InputError
 from kilotwin.experiment.areas import area_of, disc, lies_inside, overlap, polygon_of
 from kilotwin.experiment.schema import Obstacle
+
+from .conftest import WALKER, Program
 
 CORNERS = [[-0.4, -0.3], [0.4, -0.3], [0.5, 0.3], [0.0, 0.05], [-0.4, 0.3]]
 OBSTACLES: list[dict[str, Any]] = [
@@ -26,17 +27,6 @@ OBSTACLES: list[dict[str, Any]] = [
     },
     {"shape": "polygon", "points_m": [[-0.4, -0.3], [-0.3, -0.3], [-0.4, -0.2]]},
 ]
-WALKER = """\
-#include <kilolib.h>
-static void setup(void) { rand_seed(rand_hard()); }
-static void loop(void) {
-    uint8_t dice = rand_soft();
-    spinup_motors();
-    set_motors(dice % 4 ? kilo_straight_left : 0, dice % 4 != 1 ? kilo_straight_right : 0);
-    delay(500);
-}
-int main(void) { kilo_init(); kilo_start(setup, loop); return 0; }
-"""
 TALKER = """\
 #include <kilolib.h>
 static message_t out;
@@ -65,19 +55,7 @@ RADIUS_M = 0.0165
 ROOT = Path(__file__).parents[2]
 
 
-@pytest.fixture
-def program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], str]:
-    """The file of a program."""
-    monkeypatch.chdir(tmp_path)
-
-    def write(text: str) -> str:
-        (tmp_path / "program.c").write_text(text)
-        return "program.c"
-
-    return write
-
-
-def test_kilobots_keep_to_the_free_part_of_a_polygon(program: Callable[[str], str]) -> None:
+def test_kilobots_keep_to_the_free_part_of_a_polygon(program: Program) -> None:
     keys: dict[str, Any] = {"arena": CORNERS, "obstacle": OBSTACLES, "seed": 3}
     with World(program=program(WALKER), count=25, **keys) as world:
         arena = polygon_of(tuple((x, y) for x, y in CORNERS))
@@ -94,9 +72,7 @@ def test_kilobots_keep_to_the_free_part_of_a_polygon(program: Callable[[str], st
 
 
 @pytest.mark.parametrize("blocks_light", [False, True])
-def test_light_stops_at_what_blocks_it(
-    program: Callable[[str], str], *, blocks_light: bool
-) -> None:
+def test_light_stops_at_what_blocks_it(program: Program, *, blocks_light: bool) -> None:
     plate = {
         "shape": "rectangle",
         "centre_m": [0.0, 0.0],
@@ -118,7 +94,7 @@ def test_light_stops_at_what_blocks_it(
         assert world.leds.tolist() == expected
 
 
-def test_an_arena_without_room_says_so(program: Callable[[str], str]) -> None:
+def test_an_arena_without_room_says_so(program: Program) -> None:
     wedge = [[-0.5, -0.015], [0.5, -0.015], [0.5, 0.015], [-0.5, 0.015]]
     with pytest.raises(InputError, match="robot 1 finds no free place in the arena"):
         World(program=program(WALKER), count=1, arena=wedge)

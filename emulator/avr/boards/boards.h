@@ -207,7 +207,7 @@ class Boards : public ModuleBoards {
     void take_outputs(Place &place, Cycles until);
     // Flashes of an infrared LED, from its edges.
     void switch_lamp(Lamp &lamp, Cycles at, bool on);
-    /// What it has shone since it went on becomes a flash.
+    /// Its light since it went on becomes a flash.
     void add_flash(Lamp &lamp, Cycles end);
     /// A lamp that is still on at the end of a quantum.
     void rest(Lamp &lamp, Cycles until);

@@ -34,6 +34,17 @@ constexpr uint32_t DARK_MV = 0, THRESHOLD_MV = 1000, LIGHT_MV = 2000;
 
 constexpr uint16_t FIRST_REGISTER = 0x20, PINB = 0x23, PINC = 0x26;
 
+/// Memory for each address that an instruction can name: simavr says that there is none behind the
+/// RAM, and writes there all the same, into whatever lies behind it on the heap.
+void give_all_addresses(avr_t *avr) {
+    constexpr size_t ADDRESSES = 0x10000, LONGEST_ACCESS = 4;
+    auto *data = static_cast<uint8_t *>(std::calloc(ADDRESSES + LONGEST_ACCESS, 1));
+    if (data == nullptr) throw std::bad_alloc();
+    std::memcpy(data, avr->data, avr->ramend + 1U);
+    std::free(avr->data);
+    avr->data = data;
+}
+
 // simavr polls level-triggered interrupts after every instruction; a Kilobot has none.
 void spare_simavr_work(avr_t *avr) {
     avr_extint_set_strict_lvl_trig(avr, 0, 0);
@@ -180,17 +191,6 @@ struct Microcontroller::Hooks {
         watched.write(avr, address, value, watched.parameter);
     }
 };
-
-/// Memory for each address that an instruction can name: simavr says that there is none behind the
-/// RAM, and writes there all the same, into whatever lies behind it on the heap.
-static void give_all_addresses(avr_t *avr) {
-    constexpr size_t ADDRESSES = 0x10000, LONGEST_ACCESS = 4;
-    auto *data = static_cast<uint8_t *>(std::calloc(ADDRESSES + LONGEST_ACCESS, 1));
-    if (data == nullptr) throw std::bad_alloc();
-    std::memcpy(data, avr->data, avr->ramend + 1U);
-    std::free(avr->data);
-    avr->data = data;
-}
 
 Microcontroller::Microcontroller(Board &board, const FlashImage &flash, const EepromImage &eeprom)
     : board_(board),

@@ -398,9 +398,7 @@ Box2DSolver::Gaps Box2DSolver::find_gaps(const Islands &islands, double step_s) 
     Gaps gaps;
     double swept_m = 0;  // by the fastest object
     for (const auto &[object, state] : islands.objects)
-        swept_m = std::max(
-            swept_m, step_s * (state.velocity.by.norm() +
-                               std::abs(state.velocity.turn) * box2d_->things[object].radius_m));
+        swept_m = std::max(swept_m, step_s * state.most_m_s(box2d_->things[object].radius_m));
     double overlaps_m = 0;
     int overlapping = 0;
     for (const auto &body : islands.bodies)

@@ -9,8 +9,13 @@ namespace {
 
 using Kind = ContactBody::Kind;
 
-// Of a radius: a robot that slides along a wall in closed form may come so much nearer.
+// A robot that slides along a wall in closed form may come nearer by this share of a radius.
 constexpr double ROUNDING = 1e-3;
+
+/// Unit vector from the first to the other.
+Eigen::Vector2d normal_of(const std::vector<ContactBody> &bodies, const ContactPair &pair) {
+    return (bodies[pair.other].pose.position - bodies[pair.one].pose.position) / pair.distance_m;
+}
 
 bool is_contact(const std::vector<ContactBody> &bodies, const ContactPair &pair) {
     return bodies[pair.one].kind == Kind::ROBOT && bodies[pair.one].other == pair.other;
@@ -33,14 +38,15 @@ void Grouping::join_groups(uint32_t one, uint32_t other) {
 }
 
 /// Makes a pair the contact of both.
-void Grouping::join(std::vector<ContactBody> &bodies, const ContactPair &pair) {
+void Grouping::join(std::vector<ContactBody> &bodies, const ContactPair &pair,
+                    const Eigen::Vector2d &normal) {
     ContactBody &one = bodies[pair.one], &other = bodies[pair.other];
     one.kind = other.kind = Kind::ROBOT;
     one.gap_m = other.gap_m = pair.distance_m - 2 * radius_m_;
     one.other = pair.other;
     other.other = pair.one;
-    one.normal = (other.pose.position - one.pose.position) / pair.distance_m;
-    other.normal = -one.normal;
+    one.normal = normal;
+    other.normal = -normal;
 }
 
 void Grouping::choose(std::vector<ContactBody> &bodies, const std::vector<ContactPair> &pairs) {
@@ -52,18 +58,18 @@ void Grouping::choose(std::vector<ContactBody> &bodies, const std::vector<Contac
     for (const auto &pair : pairs) {
         join_groups(pair.one, pair.other);
         ContactBody &one = bodies[pair.one], &other = bodies[pair.other];
-        const Eigen::Vector2d normal = (other.pose.position - one.pose.position) / pair.distance_m;
+        const Eigen::Vector2d normal = normal_of(bodies, pair);
         if (!ContactBody::meets(pair.distance_m - 2 * radius_m_, normal,
                                 one.free.by - other.free.by, radius_m_))
             continue;
         if (one.touches || other.touches) islands_[group_of(pair.one)] = true;
         one.touches = other.touches = true;
-        join(bodies, pair);
+        join(bodies, pair, normal);
     }
-    // What touches nothing yet may be touched by what is near.
+    // A body that touches nothing yet may be touched by one that is near.
     for (const auto &pair : pairs) {
         if (bodies[pair.one].kind == Kind::NONE && bodies[pair.other].kind == Kind::NONE)
-            join(bodies, pair);
+            join(bodies, pair, normal_of(bodies, pair));
         if (!is_contact(bodies, pair)) uncertain_[group_of(pair.one)] = true;
     }
     for (uint32_t i = 0; i < bodies.size(); i++)

@@ -70,7 +70,8 @@ class Grouping {
   private:
     uint32_t group_of(uint32_t body);
     void join_groups(uint32_t one, uint32_t other);
-    void join(std::vector<ContactBody> &bodies, const ContactPair &pair);
+    void join(std::vector<ContactBody> &bodies, const ContactPair &pair,
+              const Eigen::Vector2d &normal);
 
     const Arena &arena_;
     double radius_m_;

@@ -79,7 +79,7 @@ def _prefix(compiler: str) -> Iterator[str]:
 
 
 def _read_by(command: Sequence[str]) -> Iterator[str]:
-    yield from (str(root / part) for root in resources.roots() for part in resources.PARTS)
+    yield from map(str, resources.build_folders())
     for word in command[1:]:
         if word.startswith("-I"):
             yield word[2:]

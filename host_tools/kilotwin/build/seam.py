@@ -57,7 +57,7 @@ class Seam:
     handlers: str
     """The program's own interrupt handlers, "A, B"."""
     main_loop: tuple[int, int]
-    """Of kilo_start(): its begin, and the address behind it."""
+    """Begin of kilo_start(), and the address behind it."""
     functions: tuple[int, ...]
     """The program's own."""
 

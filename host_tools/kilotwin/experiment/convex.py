@@ -32,7 +32,7 @@ def narrowest_m(piece: Piece) -> float:
 
 
 def _sine(a: Corner, b: Corner, c: Corner) -> float:
-    """Of the angle at `a`, from `b` to `c`, above 0 counter-clockwise."""
+    """Sine of the angle at `a`, from `b` to `c`, above 0 counter-clockwise."""
     turn = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
     return turn / (math.dist(a, b) * math.dist(a, c))
 

@@ -3,7 +3,7 @@
 import itertools
 from collections.abc import Iterator
 
-from kilotwin.experiment.areas import Area, area_of, lies_inside, overlap
+from kilotwin.experiment.areas import Area, area_of, disc, lies_inside, overlap
 from kilotwin.experiment.arena_checks import shape_problems
 from kilotwin.experiment.convex import narrowest_m
 from kilotwin.experiment.grid_checks import Problem
@@ -34,7 +34,7 @@ def object_problems(experiment: ExperimentSchema) -> Iterator[Problem]:
 
 
 def _fine(path: KeyPath, area: Area, radius: float) -> Iterator[Problem]:
-    """What is too small for the contact engine."""
+    """Pieces that are too small for the contact engine."""
     least = _NARROWEST * radius
     if len(area.corners) > _MOST_CORNERS:
         what = f"an object's polygon has {_MOST_CORNERS} corners at most; leave some out"
@@ -79,7 +79,7 @@ def placed_objects(experiment: ExperimentSchema) -> dict[int, list[Area]]:
 
 def object_at(robot: Area, objects: dict[int, list[Area]]) -> int | None:
     """The number from 0 of an object that a robot would stand in; None without one."""
-    smaller = Area(True, robot.x, robot.y, robot.width - 2 * _SET_M, robot.height - 2 * _SET_M)
+    smaller = disc(robot.x, robot.y, robot.width - 2 * _SET_M)
     stood_in = (i for i, parts in objects.items() if any(overlap(smaller, part) for part in parts))
     return next(stood_in, None)
 
@@ -92,7 +92,7 @@ def poses_in_objects(experiment: ExperimentSchema) -> Iterator[Problem]:
     diameter = 2 * PROFILES[experiment.swarm.profile].radius_m
     for group, kind in enumerate(experiment.robots or []):
         for index, (x, y, _) in enumerate(kind.poses or []):
-            number = object_at(Area(True, x, y, diameter, diameter), objects)
+            number = object_at(disc(x, y, diameter), objects)
             if number is not None:
                 what = f"a robot at ({x:g}, {y:g}) m stands in an object; move one of them"
                 yield Problem(what, (("robots", group, "poses", index), ("object", number)))

@@ -7,14 +7,18 @@ from kilotwin.errors import KilotwinError
 _PACKAGE = Path(__file__).resolve().parents[1]
 _SOURCE_TREE = _PACKAGE.parents[1]
 
-PARTS = ("firmware", "kilogrid_modules", "emulator/guest", "experiments")
-"""Folders below a root that programs are built from."""
+_PARTS = ("firmware", "kilogrid_modules", "emulator/guest", "experiments")
 
 
 def roots() -> list[Path]:
     """Where to look: the source tree (editable install), then the wheel's own copy."""
     tree = [_SOURCE_TREE] if (_SOURCE_TREE / "pyproject.toml").is_file() else []
     return [*tree, _PACKAGE / "share"]
+
+
+def build_folders() -> list[Path]:
+    """Those below the roots that programs are built from."""
+    return [root / part for root in roots() for part in _PARTS]
 
 
 def find(relative: str) -> Path | None:

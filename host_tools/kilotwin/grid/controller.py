@@ -58,6 +58,16 @@ class Listener(Protocol):
         """Takes an event at `now_s`, of that kind and with a line of text."""
 
 
+class NoListener:
+    """A listener for whom what modules report is of no interest."""
+
+    def reports(self, reports: Reports) -> None:
+        """Not kept."""
+
+    def event(self, now_s: float, kind: str, text: str, **more: Any) -> None:
+        """Not shown."""
+
+
 class Controller:
     """The host of one grid."""
 

@@ -1,7 +1,5 @@
 """Whether a table that a host takes over runs, and runs the experiment that it records."""
 
-from typing import Any
-
 from kilotwin.can.protocol import Health, ModuleState
 from kilotwin.errors import DeviceError
 from kilotwin.experiment.grid_layout import Module
@@ -9,20 +7,9 @@ from kilotwin.experiment.grid_plan import GridPlan
 from kilotwin.files.message_crc import message_crc
 from kilotwin.grid.clock import WallClock
 from kilotwin.grid.console import carry_out
-from kilotwin.grid.controller import Controller
+from kilotwin.grid.controller import Controller, NoListener
 from kilotwin.grid.in_turn import last
 from kilotwin.grid.links import Links
-from kilotwin.grid.poller import Reports
-
-
-class _NoListener:
-    """A listener for whom what modules report is of no interest."""
-
-    def reports(self, reports: Reports) -> None:
-        """Not kept."""
-
-    def event(self, now_s: float, kind: str, text: str, **more: Any) -> None:
-        """Not shown."""
 
 
 def check_runs(plan: GridPlan, links: Links) -> None:
@@ -32,7 +19,7 @@ def check_runs(plan: GridPlan, links: Links) -> None:
     do not answer, and are taken to run.
     """
     layout = plan.layout.on_buses(len(links))
-    controller = Controller(layout, plan.settings, links, _NoListener())
+    controller = Controller(layout, plan.settings, links, NoListener())
     clock = WallClock()
     controller.step(clock.now_s())
     controller.request_health(layout.modules())

@@ -21,7 +21,7 @@ from kilotwin.grid import frames as wire
 from kilotwin.grid.can_links import CanLinks
 from kilotwin.grid.clock import Clock, WallClock
 from kilotwin.grid.console import carry_out, named_grid
-from kilotwin.grid.controller import Controller
+from kilotwin.grid.controller import Controller, NoListener
 from kilotwin.grid.foreign_orders import LISTEN_S, WatchedLinks, foreign_order
 from kilotwin.grid.links import Frames, Links
 from kilotwin.links.robot_link import Report, is_of_program
@@ -54,16 +54,6 @@ class _Tap(WatchedLinks):
         return frames
 
 
-class _NoListener:
-    """A listener for whom modules' reports are of no interest."""
-
-    def reports(self, reports: Any) -> None:
-        """Not kept."""
-
-    def event(self, now_s: float, kind: str, text: str, **more: Any) -> None:
-        """Not shown."""
-
-
 class GridRobots:
     """All robots on a grid; see RobotLink.
 
@@ -81,7 +71,7 @@ class GridRobots:
         self._clock = clock
         self._tap = _Tap(links)
         self._names = list(names) or [f"can{bus}" for bus in range(layout.buses)]
-        self._controller = Controller(layout, Settings(), self._tap, _NoListener())
+        self._controller = Controller(layout, Settings(), self._tap, NoListener())
         self._modules = frozenset(layout.modules())
         # Answers to what was asked before are of no use.
         self._wait(LISTEN_S)

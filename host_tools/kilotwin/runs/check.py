@@ -15,6 +15,7 @@ from kilotwin.runs.reader import Run, read_parquet
 from kilotwin.runs.writer import to_parquet
 
 _FRESH_S = 60.0
+_END_OF_STREAM = b"\xff\xff\xff\xff\0\0\0\0"
 
 WHOLE = "whole"
 TRUNCATED = "truncated"
@@ -150,8 +151,8 @@ def _whole_rows(stream: Path) -> tuple[int, str]:
             for batch in reader:
                 rows += batch.num_rows
             # Arrow takes a file that ends between two batches for a whole one.
-            ends = stream.read_bytes()[-8:] == b"\xff\xff\xff\xff\0\0\0\0"
-            return rows, "" if ends else "no end"
+            file.seek(max(file.size() - len(_END_OF_STREAM), 0))
+            return rows, "" if file.read() == _END_OF_STREAM else "no end"
     except (pa.ArrowException, OSError) as error:
         return rows, str(error).splitlines()[0]
 

@@ -12,7 +12,7 @@ from kilotwin.files import confinement, resources
 from kilotwin.grid import frames
 from kilotwin.runs.job import Job
 
-# What a run may take beside the memory that it has when its robots are placed.
+# Memory that a run may take beside what it has when its robots are placed.
 _MEMORY_BYTES = 640 * 1024 * 1024
 _MEMORY_PER_ROBOT_BYTES = 20 * 1024
 
@@ -21,7 +21,7 @@ ENVIRONMENT = {
     "OMP_NUM_THREADS": "1",
     "ARROW_DEFAULT_MEMORY_POOL": "system",  # others take a gigabyte in advance
 }
-"""Of a worker's process, so that it can be confined."""
+"""Variables of a worker's process, so that it can be confined."""
 
 
 def unconfined_because(experiment: Experiment) -> str:
@@ -63,5 +63,4 @@ def confine_worker(job: Job) -> dict[str, Any]:
 
 def _readable() -> list[Path]:
     """Python, for what it imports late, and our own package."""
-    folders = [Path(entry) for entry in sys.path if entry]
-    return [*folders, *(root / part for root in resources.roots() for part in resources.PARTS)]
+    return [*(Path(entry) for entry in sys.path if entry), *resources.build_folders()]

@@ -132,6 +132,5 @@ def add_to_manifest(folder: Path, more: dict[str, Any]) -> None:
 
 def close_manifest(folder: Path, status: str, exit_code: int, **more: Any) -> None:
     """Writes how the run ended; also in place of a writer that died."""
-    manifest = json.loads((folder / MANIFEST).read_text())
     ending = {"status": status, "exit_code": exit_code, "ended_utc": utc_now()}
-    write_manifest(folder, {**manifest, **ending, **more})
+    add_to_manifest(folder, {**ending, **more})

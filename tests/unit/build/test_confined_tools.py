@@ -1,4 +1,4 @@
-"""What a program may include: a compiler reads its folders and the system's, no other file."""
+"""Files that a program may include: a compiler reads its folders and the system's, no others."""
 
 from dataclasses import replace
 from pathlib import Path

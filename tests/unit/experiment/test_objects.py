@@ -1,4 +1,4 @@
-"""What the engine gets of [[object]]s, and where their parts lie."""
+"""The engine's tables of [[object]]s, and where their parts lie."""
 
 import math
 

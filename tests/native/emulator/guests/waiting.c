@@ -64,7 +64,7 @@ static void loop(void) {
         }
     case 12:
         for (;;) delay(0);
-    case 13: __asm__ volatile("nop; .byte 0xeb, 0xfd");  // back to the nop: a jump nobody counts
+    case 13: __asm__ volatile("nop; .byte 0xeb, 0xfd");  // back to the nop, uncounted
     default: delay(1000); return;
     }
     printf("waited %lu until %lu", (unsigned long)(kilo_ticks - begin), (unsigned long)kilo_ticks);
