@@ -251,3 +251,15 @@ TEST_CASE("the host's commands set a module running and idle") {
     bench.run_ms(100);
     CHECK(bench.board.read(*state) == 1);
 }
+
+// Robots on chips shine from one quantum to the next: a pulse that the board is past already is lost.
+TEST_CASE("a module's board stops where it is told while its program writes the lights") {
+    constexpr Cycles QUANTUM = 1024, INSTRUCTION = 8;
+    Bench bench;
+    Cycles latest = 0;
+    for (Cycles told = QUANTUM; told < 1000 * MS; told += QUANTUM) {
+        bench.board.run(told);
+        latest = std::max(latest, std::max(told, bench.board.now()) - told);
+    }
+    CHECK(latest <= INSTRUCTION);
+}
