@@ -188,6 +188,8 @@ class Watched(TypedDict):
     ticks_lost: int
     calls: dict[int, tuple[int, int, int]]  # by entry: how many, cycles of the longest, its tick
 
+def load_program(path: str, name: str) -> None: ...
+
 class DifferentialTest:
     def __init__(
         self,

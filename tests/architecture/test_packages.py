@@ -15,8 +15,8 @@ KILOTWIN = "host_tools/kilotwin"
 AT_THE_TOP = ("__init__", "__main__", "errors", "units")
 # A package imports from itself, from those on its left, from errors and units, and the engine.
 ORDER = (
-    *("files", "ports", "experiment", "build", "can", "grid", "links", "environment", "runs"),
-    *("lab", "sweep", "compare", "plot", "port", "flash", "commands"),
+    *("files", "ports", "experiment", "build", "port", "can", "grid", "links", "environment"),
+    *("runs", "lab", "sweep", "compare", "plot", "flash", "commands"),
 )
 BELOW_ALL = ("errors", "units", "_emulator", "__version__")
 # Where modules are loaded by name, on first use: the Python API, and commands.

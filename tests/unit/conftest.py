@@ -134,6 +134,7 @@ def fake_environment(guest_cache: Path) -> dict[str, str]:
     return {
         **{name: value for name, value in os.environ.items() if not name.startswith("KILOTWIN_")},
         "KILOTWIN_CACHE": str(guest_cache),
+        "KILOTWIN_NO_TWIN": "1",
         "PYTHONPATH": str(FAKE_ENGINE),
         "COLUMNS": "120",
         "NO_COLOR": "1",

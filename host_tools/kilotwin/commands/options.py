@@ -92,6 +92,21 @@ Trust = Annotated[
         "--trust", envvar="KILOTWIN_TRUST", help="The programs are trusted: as --confine=off."
     ),
 ]
+NoTwin = Annotated[
+    bool,
+    typer.Option(
+        "--no-twin", envvar="KILOTWIN_NO_TWIN", help="Hold no program against its ATmega328P."
+    ),
+]
+RequireTwin = Annotated[
+    bool,
+    typer.Option(
+        "--require-twin",
+        envvar="KILOTWIN_REQUIRE_TWIN",
+        help="First hold each native program against its ATmega328P for 10 s of one robot, and run "
+        "nothing if it decides otherwise there, or if there is no avr-gcc.",
+    ),
+]
 Buses = Annotated[
     list[str] | None,
     typer.Option(

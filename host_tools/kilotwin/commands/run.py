@@ -13,7 +13,9 @@ from kilotwin.commands.options import (
     ConfineMode,
     File,
     Json,
+    NoTwin,
     Quiet,
+    RequireTwin,
     RunFolder,
     Seed,
     Settings,
@@ -27,6 +29,7 @@ from kilotwin.errors import EXIT_INTERRUPTED, InputError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.text import Setting
 from kilotwin.files import confinement
+from kilotwin.port.twin import chosen
 from kilotwin.runs.job import Probes, Serving
 from kilotwin.runs.run import run as run_experiment
 
@@ -157,11 +160,14 @@ def run(
     verify: Verify = False,
     confine: ConfineMode = None,
     trust: Trust = False,
+    require_twin: RequireTwin = False,
+    no_twin: NoTwin = False,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
     """Run an experiment and leave a run folder."""
     confinement.choose(confine, trust)
+    twin = chosen(require=require_twin, without=no_twin)
     given = given_settings(settings, seed)
     if verify:
         others = (given, serve, plots, gdb, vcd)
@@ -185,7 +191,7 @@ def run(
         serving.check(loaded)
     probes = Probes(gdb, gdb_port, tuple(vcd or ()))
     outcome = run_experiment(
-        loaded, out, sys.argv, terminal.display(quiet), serving=serving, probes=probes
+        loaded, out, sys.argv, terminal.display(quiet), serving=serving, probes=probes, twin=twin
     )
     summary = outcome.summary
     if plots:

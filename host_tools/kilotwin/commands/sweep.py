@@ -10,13 +10,16 @@ from kilotwin.commands import terminal
 from kilotwin.commands.options import (
     ConfineMode,
     Json,
+    NoTwin,
     Quiet,
+    RequireTwin,
     Trust,
     command_app,
     given_settings,
 )
 from kilotwin.errors import InputError
 from kilotwin.files import confinement
+from kilotwin.port.twin import chosen
 from kilotwin.sweep.executors import choose_place
 from kilotwin.sweep.plan import read_plan
 from kilotwin.sweep.report import listing_text, summary_text
@@ -108,6 +111,8 @@ def sweep(
     trial_timeout: TrialTimeout = None,
     confine: ConfineMode = None,
     trust: Trust = False,
+    require_twin: RequireTwin = False,
+    no_twin: NoTwin = False,
     listing: Listing = False,
     resume: Resume = True,
     as_json: Json = False,
@@ -115,6 +120,7 @@ def sweep(
 ) -> None:
     """Run an experiment many times, varied, into one data set. Goes on where it was stopped."""
     confinement.choose(confine, trust)
+    twin = chosen(require=require_twin, without=no_twin)
     if dask and slurm:
         raise InputError("--dask and --slurm: a sweep runs in one place; name one of them")
     if (dask or slurm) and confinement.mode() == "require":
@@ -134,7 +140,7 @@ def sweep(
         )
     display.note(estimate.text(place))
     with prepared.data.held():
-        prepared.run(place, display)
+        prepared.run(place, display, twin)
         summary = prepared.summary(prepared.finish())
     typer.echo(json.dumps(summary) if as_json else summary_text(summary))
     raise typer.Exit(prepared.exit_code)

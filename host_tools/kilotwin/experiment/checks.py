@@ -18,7 +18,7 @@ from kilotwin.experiment.object_checks import object_problems, poses_in_objects
 from kilotwin.experiment.objects import parts_of
 from kilotwin.experiment.overhead import KEYS, uids
 from kilotwin.experiment.profile_defaults import KILOBOT_MEDIUM, PROFILES, motion_defaults
-from kilotwin.experiment.schema import Command, ExperimentSchema, Robots
+from kilotwin.experiment.schema import Command, Cpu, ExperimentSchema, Robots
 from kilotwin.experiment.toml_lines import KeyPath
 
 # Robots placed one after the other at random stop fitting somewhere above half of the area.
@@ -86,12 +86,17 @@ def _programs(experiment: ExperimentSchema) -> Iterator[Problem]:
         if robots.program is None and robots.hex is None:
             what = "these robots lack 'program', or 'hex'; add one of them"
             yield Problem(what, (("robots", index),))
-        yield from _kind(("robots", index), robots, medium, "robots")
+        common = None if robots.hex is not None else experiment.swarm.cpu
+        yield from _kind(("robots", index), robots, common, medium)
+    if experiment.robots is None and experiment.swarm.cpu == "avr" and medium == "ideal":
+        yield _without_pulses(("swarm", "cpu"), "robots")
     if experiment.grid is not None:
-        yield from _kind(("grid",), experiment.grid, medium, "modules")
+        yield from _kind(("grid",), experiment.grid, None, medium)
 
 
-def _kind(table: KeyPath, run: Robots | Grid, medium: str, what_runs: str) -> Iterator[Problem]:
+def _kind(table: KeyPath, run: Robots | Grid, common: Cpu | None, medium: str) -> Iterator[Problem]:
+    """Problems of one table; `common` is the processor where the table names none."""
+    cpu = run.cpu or common
     if run.hex is not None:
         for key in ("program", "include", "define"):
             if key in run.model_fields_set and getattr(run, key):
@@ -99,13 +104,19 @@ def _kind(table: KeyPath, run: Robots | Grid, medium: str, what_runs: str) -> It
         if run.cpu in ("native", "translated"):
             what = "a 'hex' runs on an ATmega328P; leave cpu out"
             yield Problem(what, ((*table, "cpu"),))
-    if run.boot_loader and run.hex is None and run.cpu != "avr":
+    if run.boot_loader and run.hex is None and cpu != "avr":
         what = 'a boot loader is for an ATmega328P; set cpu to "avr"'
         yield Problem(what, ((*table, "boot_loader"),))
-    if (run.hex is not None or run.cpu == "avr") and medium == "ideal":
-        key = "cpu" if run.hex is None else "hex"
-        what = f'{what_runs} on an ATmega328P send pulses, which medium.kind = "ideal" has not;'
-        yield Problem(f'{what} set it to "kilobot"', ((*table, key), ("medium", "kind")))
+    if (run.hex is not None or cpu == "avr") and medium == "ideal":
+        path: KeyPath = ("swarm", "cpu")
+        if run.hex is not None or run.cpu is not None:
+            path = (*table, "cpu" if run.hex is None else "hex")
+        yield _without_pulses(path, "robots" if isinstance(run, Robots) else "modules")
+
+
+def _without_pulses(path: KeyPath, what_runs: str) -> Problem:
+    what = f'{what_runs} on an ATmega328P send pulses, which medium.kind = "ideal" has not;'
+    return Problem(f'{what} set it to "kilobot"', (path, ("medium", "kind")))
 
 
 def _room(experiment: ExperimentSchema) -> Iterator[Problem]:

@@ -182,7 +182,15 @@ def _groups(keys: ExperimentSchema, origin: ExperimentText) -> Iterable[Group]:
         assert keys.swarm.program is not None
         assert keys.swarm.size is not None
         program = _program(keys.swarm.program, ("swarm",), origin)
-        yield Group(program, keys.swarm.size, None)
+        cpu = keys.swarm.cpu
+        yield Group(
+            program,
+            keys.swarm.size,
+            None,
+            cpu == "avr",
+            interpreted=_interprets(keys),
+            translated=cpu == "translated",
+        )
     for index, robots in enumerate(keys.robots or []):
         table = ("robots", index)
         if robots.hex is not None:
@@ -192,7 +200,8 @@ def _groups(keys: ExperimentSchema, origin: ExperimentText) -> Iterable[Group]:
             program = _program(
                 robots.program, table, origin, robots.include, robots.define, api=robots.flavour
             )
-        on_board = robots.hex is not None or robots.cpu == "avr"
+        cpu = robots.cpu or keys.swarm.cpu
+        on_board = robots.hex is not None or cpu == "avr"
         loader: Target | None = "robot" if robots.boot_loader else None
         yield Group(
             program,
@@ -201,7 +210,7 @@ def _groups(keys: ExperimentSchema, origin: ExperimentText) -> Iterable[Group]:
             on_board,
             loader,
             _interprets(keys),
-            translated=robots.cpu == "translated",
+            translated=robots.hex is None and cpu == "translated",
         )
 
 

@@ -49,6 +49,7 @@ from kilotwin.experiment.section import (
 from kilotwin.units import TICK_S
 
 ProfileName = Literal["foot-bot", "kilobot"]
+Cpu = Literal["native", "translated", "avr"]
 SiteShape = Literal["circle", "rectangle", "polygon", "picture"]
 # Message types of hardware.md 1.4; `pause` is what people call WAKEUP.
 Sent = Literal[
@@ -149,6 +150,9 @@ class Swarm(Section):
     """A `.c` file, a folder whose `.c` files are one program, or a list of `.c` files."""
     size: Count | None = None
     """How many robots run it."""
+    cpu: Cpu | None = None
+    """Processor of `program`, and of each `[[robots]]` that has a program and says nothing else:
+    see `robots.cpu`."""
     lab: Text | None = None
     """A `lab.toml` whose robots these are, by uid from the lowest on: uids, duties, gains."""
     floor: bool
@@ -172,7 +176,7 @@ class Robots(Section):
     """A `.c` file, a folder whose `.c` files are one program, or a list of `.c` files."""
     hex: Text | None = None
     """Instead of `program`: a `.hex` or `.elf` for the ATmega328P, run as it would be flashed."""
-    cpu: Literal["native", "translated", "avr"] | None = None
+    cpu: Cpu | None = None
     """Processor of `program`: this computer; this computer by the robot's machine code, translated,
     with its cycles and its 16-bit `int`; or each robot's ATmega328P (`kilobot` medium only)."""
     boot_loader: bool = False

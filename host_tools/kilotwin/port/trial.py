@@ -2,27 +2,23 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from kilotwin import _emulator
 from kilotwin.build.avr import Image
 from kilotwin.build.guest import Guest
 from kilotwin.build.image_size import RAM_BYTES
-from kilotwin.errors import InputError
-from kilotwin.port import bounds
+from kilotwin.port import bounds, paired_run
 from kilotwin.port.disassembly import Disassembly, Place
 from kilotwin.port.findings import Finding, Weight
 from kilotwin.port.machine_code import STACK_RESERVE
+from kilotwin.port.paired_run import Measured, PairedRun
 from kilotwin.port.roles import Roles
 from kilotwin.units import CYCLES_PER_S, TICK_CYCLES, TICK_S, ticks
 
-if TYPE_CHECKING:
-    from kilotwin._emulator import DifferentialTest
-
 # A tick and a bit: an interrupt between two lines of loop() may put a decision off until the next.
-_SLACK_S = 0.04
+SLACK_S = 0.04
 # Neither 0 nor 1: programs give those a role of their own.
-_UID = 7
+UID = 7
 # Between two looks at the stack: what runs on behind a spoilt one means nothing.
 _LOOK_TICKS = 4
 _TAKE_LESS = (
@@ -144,34 +140,27 @@ class Outcome:
 
 
 def run(trial: Trial, guest: Guest, image: Image, code: Disassembly, roles: Roles) -> Outcome:
-    """Runs the program; InputError if it does not come to kilo_init()."""
+    """Runs the program, confined; errors as of paired_run.run."""
     loops, callbacks = sorted(roles.loop), sorted(roles.in_interrupts)
     entries = {
         code.functions[name].instructions[0].address: name
         for name in (*loops, *callbacks)
         if name in code.functions
     }
-    try:
-        test = _emulator.DifferentialTest(
-            guest=str(guest.file),
-            elf=str(image.elf),
-            name=guest.name,
-            seed=trial.seed,
-            uid=_UID,
-            before_run=[],
-            slack_s=_SLACK_S,
-            waits=waits(code, roles),
-            follow=list(entries),
-        )
-    except _emulator.EngineError as error:
-        raise InputError(f"{guest.name}: {error}") from None
-    end = ticks(trial.seconds)
-    while test.tick < end:
-        before = test.tick
-        test.run(min(_LOOK_TICKS, end - test.tick))
-        if test.tick < before + 1 or _watched(test)["room_bytes"] < 0:
-            break
-    return _outcome(trial, test, code, {name: entry for entry, name in entries.items()}, roles)
+    wanted = PairedRun(
+        name=guest.name,
+        guest=str(guest.file),
+        elf=str(image.elf),
+        seed=trial.seed,
+        uid=UID,
+        slack_s=SLACK_S,
+        waits=waits(code, roles),
+        follow=list(entries),
+        ticks=ticks(trial.seconds),
+        look_ticks=_LOOK_TICKS,
+    )
+    measured = paired_run.run(wanted)
+    return _outcome(trial, measured, code, {name: entry for entry, name in entries.items()}, roles)
 
 
 def waits(code: Disassembly, roles: Roles) -> bool:
@@ -181,43 +170,40 @@ def waits(code: Disassembly, roles: Roles) -> bool:
     return "delay" in code.reached_from((callees | roles.setup | roles.loop) - {"kilo_start"})
 
 
-def _watched(test: "DifferentialTest") -> Any:
-    return test.watched
-
-
 def _outcome(
-    trial: Trial, test: "DifferentialTest", code: Disassembly, entries: dict[str, int], roles: Roles
+    trial: Trial, measured: Measured, code: Disassembly, entries: dict[str, int], roles: Roles
 ) -> Outcome:
-    watched = _watched(test)
+    watched = measured.watched
+    assert watched is not None
 
     def longest(names: frozenset[str]) -> tuple[LongestCall, ...]:
         found = []
         for name in sorted(names & entries.keys()):
-            calls, cycles, tick = watched["calls"][entries[name]]
+            calls, cycles, tick = watched.calls[entries[name]]
             place = code.functions[name].instructions[0].place
             found.append(LongestCall(name, place, calls, cycles, tick))
         return tuple(found)
 
-    function, place = code.at(watched["deepest_at"])
-    difference = test.difference
+    function, place = code.at(watched.deepest_at)
+    difference = measured.difference
     return Outcome(
-        test.tick,
+        measured.tick,
         trial.seed,
-        test.received,
-        test.compared,
-        test.worst_lag_s,
-        watched["stack_bytes"],
+        measured.received,
+        measured.compared,
+        measured.worst_lag_s,
+        watched.stack_bytes,
         function,
         place,
-        watched["room_bytes"],
-        RAM_BYTES - code.ram_bytes - watched["stack_bytes"] - watched["room_bytes"],
+        watched.room_bytes,
+        RAM_BYTES - code.ram_bytes - watched.stack_bytes - watched.room_bytes,
         longest(roles.loop),
         longest(roles.in_interrupts),
-        watched["ticks_lost"],
-        (difference["tick"], difference["text"]) if difference else None,
-        test.avr_failure,
-        test.native_failure,
-        tuple(test.native_prints),
+        watched.ticks_lost,
+        (difference.tick, difference.text) if difference else None,
+        measured.avr_failure,
+        measured.native_failure,
+        tuple(measured.native_prints),
     )
 
 

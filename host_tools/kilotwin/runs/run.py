@@ -30,12 +30,14 @@ from kilotwin.errors import (
     TimeoutRunError,
 )
 from kilotwin.experiment.experiment import Experiment
+from kilotwin.port.twin import Mode, Twins, native_kilobots
 from kilotwin.runs.confined_worker import ENVIRONMENT, unconfined_because
 from kilotwin.runs.display import Display
 from kilotwin.runs.folder import (
     FAILED,
     INTERRUPTED,
     RUNNING,
+    add_to_manifest,
     check_free,
     close_manifest,
     default_folder,
@@ -84,11 +86,12 @@ def run(
     serving: Serving | None = None,
     probes: Probes | None = None,
     timeout_s: float | None = None,
+    twin: Mode = "off",
 ) -> Outcome:
     """Builds the programs, runs the experiment, leaves the run folder. Input errors leave none.
 
     `serving`: the grid waits for a host from outside. After `timeout_s` of wall time the run is
-    interrupted.
+    interrupted. `twin`: whether native programs are held against their ATmega328P.
     """
     if importlib.util.find_spec("kilotwin._emulator") is None:
         raise RunError("the engine is not built; type: make setup")
@@ -105,6 +108,7 @@ def run(
     ):
         display.note('no [[command]] has send = "run": setup() and loop() are never called')
     manifest = new_manifest(experiment, built, command_line)
+    twins = Twins(native_kilobots(experiment, guests), twin, display.note)
     with tempfile.NamedTemporaryFile(prefix="kilotwin-") as black_box:
         black_box.write(_BLACK_BOX.pack(_NO_ROBOT, 0).ljust(_PAGE_BYTES, b"\0"))
         black_box.flush()
@@ -121,9 +125,18 @@ def run(
             probes or Probes(),
         )
         try:
-            return _Child(job, display, timeout_s).wait()
+            outcome = _Child(job, display, timeout_s).wait()
         finally:
             display.stop()
+    return outcome if outcome.stop_asked else _with_twins(outcome, twins, folder)
+
+
+def _with_twins(outcome: Outcome, twins: Twins, folder: Path) -> Outcome:
+    """The summary and the manifest say what came of them."""
+    if verdicts := [asdict(verdict) for verdict in twins.verdicts()]:
+        add_to_manifest(folder, {"twins": verdicts})
+        outcome.summary["twins"] = verdicts
+    return outcome
 
 
 def new_manifest(

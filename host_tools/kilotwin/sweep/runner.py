@@ -18,6 +18,7 @@ from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.programs import Program
 from kilotwin.files import confinement
 from kilotwin.files.build_id import Target
+from kilotwin.port.twin import Mode, Twins, native_kilobots
 from kilotwin.runs.folder import EXPERIMENT, slug, utc_now
 from kilotwin.runs.interrupts import heeding_interrupts
 from kilotwin.sweep.data_set import DataSet, failure_line, trial_key
@@ -90,13 +91,15 @@ class Estimate:
 class Sweep:
     """A plan and its data set.
 
-    `keys` are the trials' in the order of the plan, `there` those of the finished ones.
+    `keys` are the trials' in the order of the plan, `there` those of the finished ones; `native`
+    are the programs of Kilobots that run natively.
     """
 
     plan: Plan
     data: DataSet
     keys: Sequence[str]
     there: set[str] = field(default_factory=set)
+    native: Sequence[tuple[Program, Guest]] = ()
     failures: dict[str, Failed] = field(default_factory=dict)
     interrupted: bool = False
     damaged: int = 0
@@ -107,6 +110,7 @@ class Sweep:
         data = DataSet.at(folder, engine_sha256())
         guests: dict[tuple[Program, bool, Target | None, bool, bool], Guest] = {}
         keys = []
+        native: list[tuple[Program, Guest]] = []
         for trial in plan.trials:
             parts = list(trial.experiment.groups)
             if trial.experiment.modules is not None:
@@ -127,7 +131,9 @@ class Sweep:
             for what, group in groups:
                 if what not in guests:
                     guests[what] = build_group(group, notify)
-            programs = [guests[what].key for what, _ in groups]
+            built = [guests[what] for what, _ in groups]
+            native += native_kilobots(trial.experiment, built)
+            programs = [guest.key for guest in built]
             if trial.experiment.environment is not None:
                 programs.append(trial.experiment.environment.sha256())
             keys.append(trial_key(trial, programs))
@@ -138,7 +144,7 @@ class Sweep:
                 f"{folder}: damaged parts: {len(damaged)}, the first {data.part(damaged[0]).name}; "
                 "these trials are run again"
             )
-        return Sweep(plan, data, keys, there)
+        return Sweep(plan, data, keys, there, native)
 
     def missing(self) -> list[tuple[Trial, str]]:
         """Trials without a result, in the order to run them in."""
@@ -159,13 +165,14 @@ class Sweep:
             measured is not None,
         )
 
-    def run(self, place: Place, display: Display) -> None:
+    def run(self, place: Place, display: Display, twin: Mode = "off") -> None:
         """Runs what is missing; a failed trial once more.
 
         Ctrl-C, or a polite kill, loses what is being run only.
         """
-        self.data.begin(self.plan, self.keys)
         missing = self.missing()
+        twins = Twins(self.native if missing else (), twin, display.note)
+        self.data.begin(self.plan, self.keys)
         total = len(self.plan.trials)
         display.start(total, total - len(missing))
         progress = _Progress(display, missing, total)
@@ -190,6 +197,8 @@ class Sweep:
             self.interrupted = True
         finally:
             display.stop()
+        if not self.interrupted:
+            twins.verdicts()
 
     def finish(self) -> int:
         """Writes the tables of all that is there; returns the number of trials in them."""

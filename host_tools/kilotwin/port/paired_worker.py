@@ -1,0 +1,68 @@
+"""The process of a paired run: a PairedRun on stdin, a Measured on stdout, both JSON.
+
+`python -m kilotwin.port.paired_worker PARENT`. It ends with its parent.
+"""
+
+import os
+import sys
+
+from kilotwin import _emulator
+from kilotwin.files import confinement
+from kilotwin.port.paired_run import Measured, PairedRun
+
+_MEMORY_BYTES = 640 * 1024 * 1024
+
+
+def main() -> None:
+    """Runs what is ordered."""
+    _emulator.end_with_parent(int(sys.argv[1]))
+    wanted = PairedRun.model_validate_json(sys.stdin.buffer.read())
+    answers = os.dup(1)
+    os.dup2(2, 1)  # what the program prints past the API is no answer
+    os.write(answers, _measured(wanted).model_dump_json().encode())
+
+
+def _measured(wanted: PairedRun) -> Measured:
+    try:
+        _emulator.load_program(wanted.guest, wanted.name)
+        if confinement.mode() != "off":
+            _confine(wanted)
+        test = _emulator.DifferentialTest(
+            guest=wanted.guest,
+            elf=wanted.elf,
+            name=wanted.name,
+            seed=wanted.seed,
+            uid=wanted.uid,
+            before_run=[],
+            slack_s=wanted.slack_s,
+            waits=wanted.waits,
+            follow=wanted.follow,
+        )
+    except _emulator.EngineError as error:
+        return Measured(error=str(error))
+    while test.tick < wanted.ticks:
+        before = test.tick
+        test.run(min(wanted.look_ticks, wanted.ticks - test.tick))
+        if test.tick < before + 1 or _is_decided(test):
+            break
+    return Measured.model_validate(test, from_attributes=True)
+
+
+def _confine(wanted: PairedRun) -> None:
+    missing = _emulator.confine(
+        readable=[wanted.elf, *(entry for entry in sys.path if entry)],
+        writable=[],
+        memory_bytes=_MEMORY_BYTES,
+        sockets=False,
+    )
+    if missing and confinement.mode() == "require":
+        raise _emulator.EngineError(f"--confine=require: {missing[0]}; use a newer kernel")
+
+
+def _is_decided(test: _emulator.DifferentialTest) -> bool:
+    watched = test.watched
+    return test.difference is not None if watched is None else watched["room_bytes"] < 0
+
+
+if __name__ == "__main__":
+    main()
