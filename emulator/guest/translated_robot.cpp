@@ -63,6 +63,8 @@ void Robot::Translated::run() {
     if (image_.waits_for != 0) take_answer();
     while (goes_on()) {
         flag_matches();
+        // One that RESET ended by a jump to address 0 has not returned.
+        if (lets_interrupts() && image_.interrupt != Interrupt::NONE) end_interrupt();
         if (serve_interrupt()) continue;
         if (cycle() >= end_of_run() || is_early_) break;
         if (image_.asleep_until != 0) {

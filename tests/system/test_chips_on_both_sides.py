@@ -1,4 +1,4 @@
-"""Modules on chips hear robots on chips, also while their programs write the lights."""
+"""Modules on chips hear robots of every kind, also while their programs write the lights."""
 
 import os
 import subprocess
@@ -95,7 +95,7 @@ POLL, START = 0x15, 0x14
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory: pytest.TempPathFactory, guest_cache: Path) -> dict[str, Run]:
-    """Robots of both kinds on modules on chips."""
+    """Robots of all kinds on modules on chips. The host tells them RESET and RUN."""
     folder = tmp_path_factory.mktemp("both")
     files = {"module.c": MODULE, "robot.c": ROBOT, "cells.kconf": CELLS, "both.toml": EXPERIMENT}
     for name, text in files.items():
@@ -112,18 +112,19 @@ def runs(tmp_path_factory: pytest.TempPathFactory, guest_cache: Path) -> dict[st
             capture_output=True,
             text=True,
             check=False,
+            timeout=300,
         )
         assert done.returncode == 0, done.stderr
         return Run.open(folder / cpu)
 
-    return {cpu: run(cpu) for cpu in ("native", "avr")}
+    return {cpu: run(cpu) for cpu in ("native", "translated", "avr")}
 
 
-def test_robots_on_chips_are_heard_as_often_as_native_ones(runs: dict[str, Run]) -> None:
-    """A quarter of 57 frames each, by the turns of the receiver; once it was 1 of 45."""
+def test_robots_of_all_kinds_are_heard_alike(runs: dict[str, Run]) -> None:
+    """A quarter of 57 frames each, by the turns of the receiver; of chips it was 1 once."""
     records = {cpu: len(run.tracking()) for cpu, run in runs.items()}
     assert records["native"] > 25
-    assert records["avr"] > 0.7 * records["native"], records
+    assert min(records.values()) > 0.7 * records["native"], records
 
 
 def test_a_module_that_writes_its_lights_all_the_time_answers_every_poll(
