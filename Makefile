@@ -107,6 +107,11 @@ $(TIDIED): build/tidy/%.ok: %.cpp $(CPP_CONFIG)
 check-long: native
 	@$(PY) tests/run_all.py --long
 
+## fuzz: feed every decoder of bytes from outside for a minute each (NAMES="kconf serial ...")
+.PHONY: fuzz
+fuzz: setup
+	@$(PY) -m tests.fuzz.run $(NAMES)
+
 ## firmware: link the robots' programs to .hex and print their sizes (PROGRAM=x.c, KILOLIB=folder)
 .PHONY: firmware
 firmware: apt

@@ -10,6 +10,7 @@ A line is a picture, or a part of one, an object with a list of robots:
 import contextlib
 import json
 import math
+import reprlib
 import socket
 from collections.abc import Iterable
 from typing import Any
@@ -60,9 +61,13 @@ def _robot(said: Any) -> SeenRobot:
 
 def _number(said: dict[str, Any], key: str) -> float:
     value = said.get(key)
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise ValueError(f"{key} is {value!r}; it must be a number")
-    return float(value)
+    number = math.nan
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        with contextlib.suppress(OverflowError):
+            number = float(value)
+    if not math.isfinite(number):
+        raise ValueError(f"{key} is {reprlib.repr(value)}; it must be a number")
+    return number
 
 
 def _led(value: Any) -> tuple[int, int, int] | None:

@@ -2,6 +2,7 @@
 
 import re
 import tomllib
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -29,7 +30,10 @@ def parse_setting(text: str) -> Setting:
     keys = _parse_keys(key)
     if not equals or not keys:
         raise InputError(f"{written}: not of the form key=value; try --set swarm.informed=0")
-    return Setting(keys, _parse_value(value.strip()), written)
+    parsed = _parse_value(value.strip())
+    if _beyond_64_bits(parsed) is not None:
+        raise InputError(f"{written}: {_LARGE}")
+    return Setting(keys, parsed, written)
 
 
 def _parse_keys(text: str) -> tuple[str, ...]:
@@ -121,7 +125,7 @@ def _read(file: Path) -> str:
 def parse_toml(file: Path, text: str) -> dict[str, Any]:
     """The tables of `text`, which was read from `file`; InputError names the line."""
     try:
-        return tomllib.loads(text)
+        tables = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise InputError(_syntax_message(file, text, error)) from None
     except RecursionError:
@@ -131,6 +135,26 @@ def parse_toml(file: Path, text: str) -> dict[str, Any]:
         line = next(number for number, line in lines if _TOO_LONG.search(line))
         what = "a number of more than 4,300 digits; write a shorter one"
         raise InputError(f"{file}:{line}: {what}") from None
+    path = _beyond_64_bits(tables)
+    if path is not None:
+        raise InputError(f"{file}:{line_of(locate(text), path)}: {_LARGE}")
+    return tables
+
+
+_LARGE = "a whole number beyond 64 bits, which TOML does not have; write a smaller one"
+
+
+def _beyond_64_bits(value: Any, path: KeyPath = ()) -> KeyPath | None:
+    """Where the first whole number is that fits into no 64 bits, the limit of TOML; or None."""
+    if isinstance(value, int):
+        return None if -(1 << 63) <= value < 1 << 63 else path
+    items: Iterable[tuple[str | int, Any]] = ()
+    if isinstance(value, dict):
+        items = value.items()
+    elif isinstance(value, list):
+        items = enumerate(value)
+    found = (_beyond_64_bits(item, (*path, key)) for key, item in items)
+    return next((where for where in found if where is not None), None)
 
 
 def _syntax_message(file: Path, text: str, error: tomllib.TOMLDecodeError) -> str:

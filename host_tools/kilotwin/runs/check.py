@@ -177,5 +177,5 @@ def _look_at_events(run: Run, verdict: Verdict, *, repair: bool) -> None:
 def _is_event(line: bytes) -> bool:
     try:
         return line.endswith(b"\n") and isinstance(json.loads(line), dict)
-    except ValueError:
+    except (ValueError, RecursionError):
         return False

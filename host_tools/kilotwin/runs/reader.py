@@ -52,7 +52,7 @@ class Run:
             raise InputError(
                 f"{error.filename}: {reason}; name a run folder that you may read"
             ) from None
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             raise _damaged(folder, str(error).splitlines()[0]) from None
 
     def robots(self) -> pa.Table:
@@ -81,10 +81,13 @@ class Run:
         return swarm_size(self.experiment)
 
     def events(self) -> list[dict[str, Any]]:
-        """Events of robots; a line cut short by a kill is left out."""
+        """Events of robots; a line cut short by a kill is left out. InputError if damaged."""
         file = self.folder / EVENTS
-        lines = file.read_text().splitlines(keepends=True) if file.exists() else []
-        return [json.loads(line) for line in lines if line.endswith("\n")]
+        lines = file.read_bytes().splitlines(keepends=True) if file.exists() else []
+        try:
+            return [_event(line) for line in lines if line.endswith(b"\n")]
+        except (ValueError, RecursionError) as error:
+            raise _damaged(self.folder, f"{EVENTS}: {str(error).splitlines()[0]}") from None
 
     def _table(self, name: str, schema: pa.Schema) -> pa.Table:
         table = self._read(name, schema)
@@ -119,6 +122,13 @@ class Run:
             return read_parquet(self.folder / name)
         except (pa.ArrowException, OSError):
             raise _damaged(self.folder, why) from None
+
+
+def _event(line: bytes) -> dict[str, Any]:
+    event = json.loads(line)
+    if not isinstance(event, dict):
+        raise ValueError("a line that is no event")
+    return event
 
 
 def _has(schema: pa.Schema, wanted: pa.Field) -> bool:

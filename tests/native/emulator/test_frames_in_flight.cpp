@@ -94,3 +94,20 @@ TEST_CASE("a frame is noticed at a receiver 9 us after its first pulse begins") 
     CHECK(sense.is_receiving(1, 1072));
     CHECK_FALSE(sense.is_receiving(2, 2000));
 }
+
+TEST_CASE("the window of carrier sense begins two slots after the attempt and takes 235 polls") {
+    // In cycles of the chip (hardware.md 1.6): slots of 269, polls of 8.
+    CHECK(CarrierSense::WINDOW_BEGIN == 538);
+    CHECK(CarrierSense::WINDOW_END == 2418);
+}
+
+TEST_CASE("a station may be busy while it is lit or sends, or if it is held busy, and else not") {
+    Line line;
+    const CarrierSense sense(true, false, line.frames);
+    for (uint32_t station : {0, 1, 2}) CHECK_FALSE(sense.may_be_busy(station));
+    line.begin(0, 1000);
+    CHECK(sense.may_be_busy(0));
+    CHECK(sense.may_be_busy(1));
+    CHECK_FALSE(sense.may_be_busy(2));
+    CHECK(CarrierSense(true, true, line.frames).may_be_busy(2));
+}

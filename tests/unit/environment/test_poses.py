@@ -38,6 +38,7 @@ def test_a_line_is_read_as_it_is_documented() -> None:
         (line({**ROBOT, "x_m": "0.1"}), "x_m is '0.1'; it must be a number"),
         (line({**ROBOT, "y_m": None}), "y_m is None"),
         (b'{"robots": [{"uid": 1, "x_m": NaN, "y_m": 0, "heading_rad": 0}]}', "x_m is nan"),
+        (line({**ROBOT, "x_m": 10**400}), r"x_m is 10+\.\.\.0+; it must be a number"),
         (line({**ROBOT, "led": [0, 4, 0]}), r"led is \[0, 4, 0\]"),
         (line({**ROBOT, "led": 3}), "led is 3"),
     ],

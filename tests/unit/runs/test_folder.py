@@ -264,6 +264,22 @@ def test_what_is_no_run_folder_is_refused(tmp_path: Path) -> None:
         Run.open(tmp_path)
 
 
+@pytest.mark.parametrize("line", [b"\xff\n", b"{\n", b"[]\n", b"[" * 100_000 + b"\n"])
+def test_damaged_events_are_named(line: bytes, experiment: Experiment, tmp_path: Path) -> None:
+    write(tmp_path / "run", experiment, 0).close(clean=False)
+    with (tmp_path / "run/events.jsonl").open("ab") as file:
+        file.write(line)
+    with pytest.raises(InputError, match=r"a damaged run folder \(events.jsonl: "):
+        Run.open(tmp_path / "run").events()
+
+
+def test_a_manifest_nested_too_deep_is_damaged(experiment: Experiment, tmp_path: Path) -> None:
+    write(tmp_path / "run", experiment, 0).close(clean=False)
+    (tmp_path / "run/manifest.json").write_text("[" * 100_000)
+    with pytest.raises(InputError, match="a damaged run folder"):
+        Run.open(tmp_path / "run")
+
+
 def test_what_is_missing_of_a_run_folder_is_named(experiment: Experiment, tmp_path: Path) -> None:
     write(tmp_path / "run", experiment, 0).close(clean=False)
     (tmp_path / "run/experiment.toml").unlink()
