@@ -1,8 +1,10 @@
 """Symbols and debug information of a built guest: its size, and where its variables are.
 
-For size reports and for tests that look into a program. Runs and records never look.
+For size reports, for tests that look into a program, and for metrics that are a variable. Nothing
+else looks: no result of a run depends on it.
 """
 
+import re
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -26,6 +28,7 @@ _WRAPPERS = {
     "DW_TAG_restrict_type",
     "DW_TAG_atomic_type",
 }
+_STRUCTURES = ("DW_TAG_structure_type", "DW_TAG_union_type")
 _BOOLEAN, _FLOAT, _SIGNED = 0x02, 0x04, {0x05, 0x06, 0x0D}
 # The thin half of the mock API, which is part of every guest.
 _OURS = {
@@ -34,6 +37,21 @@ _OURS = {
     for file in resources.path(folder).glob("*.c")
 }
 _FLOAT_FORMATS = {4: "<f", 8: "<d"}
+# "hops", "file.c:hops", "me.hops", "table[2]".
+_PLACE = re.compile(r"(?P<name>(?:[^:\[\]]+:)?\w+)(?P<steps>(?:\.\w+|\[\d+\])*)")
+
+
+@dataclass(frozen=True)
+class NumberPlace:
+    """Where a number lies in a robot's state."""
+
+    offset: int
+    length: int
+    encoding: int
+
+    def read(self, state: bytes) -> float:
+        """Its value in a robot's state."""
+        return float(_decoded(state[self.offset : self.offset + self.length], self.encoding))
 
 
 @dataclass(frozen=True)
@@ -77,16 +95,42 @@ class GuestSymbols:
         there is.
         """
         with self._file.open("rb") as stream:
-            dwarf = ELFFile(stream).get_dwarf_info()
-            where, _, plain = name.rpartition(":")
-            found = [
-                variable
-                for variable in self._variables(dwarf, plain)
-                if where in ("", variable.source, variable.function)
-            ]
-            if len({variable.offset for variable in found}) != 1:
-                raise InputError(self._complaint(dwarf, name, found))
-            return _value(found[0].kind, state, found[0].offset)
+            found = self._find(ELFFile(stream).get_dwarf_info(), name)
+            return _value(found.kind, state, found.offset)
+
+    def number(self, name: str) -> NumberPlace:
+        """Where a number is, so that it is read fast: a variable, or what is in one.
+
+        Beside the names of read(): "me.hops" of a structure, "table[2]" of an array. InputError if
+        it is not there, or no number.
+        """
+        matched = _PLACE.fullmatch(name)
+        if matched is None:
+            what = 'write a name, as "hops", "file.c:hops", "me.hops" or "table[2]"'
+            raise InputError(f"'{name}' names no variable; {what}")
+        steps = re.findall(r"\w+", matched["steps"])
+        with self._file.open("rb") as stream:
+            found = self._find(ELFFile(stream).get_dwarf_info(), matched["name"])
+            owner, offset = found.kind, found.offset
+            lengths: list[int] | None = None
+            for step in steps:
+                owner, offset, lengths = _within(owner, offset, lengths, step, name)
+            kind = _element_type(owner) if lengths == [] else _type_of(owner)
+            if kind is None or kind.tag in (*_STRUCTURES, "DW_TAG_array_type"):
+                raise InputError(f"'{name}' is no number{_contents(kind)}")
+            return NumberPlace(offset, _bytes_of(kind), _encoding(kind))
+
+    def _find(self, dwarf: DWARFInfo, name: str) -> _Variable:
+        """The one variable with that name."""
+        where, _, plain = name.rpartition(":")
+        found = [
+            variable
+            for variable in self._variables(dwarf, plain)
+            if where in ("", variable.source, variable.function)
+        ]
+        if len({variable.offset for variable in found}) != 1:
+            raise InputError(self._complaint(dwarf, name, found))
+        return found[0]
 
     def _complaint(self, dwarf: DWARFInfo, name: str, found: list[_Variable]) -> str:
         if found:
@@ -167,7 +211,7 @@ def _value(owner: DIE, state: bytes, offset: int) -> Any:
         return None
     if kind.tag == "DW_TAG_array_type":
         return _array(kind, state, offset, _lengths(kind))
-    if kind.tag in ("DW_TAG_structure_type", "DW_TAG_union_type"):
+    if kind.tag in _STRUCTURES:
         return {
             _text(member, "DW_AT_name"): _member(member, state, offset)
             for member in kind.iter_children()
@@ -259,8 +303,54 @@ def _encoded(kind: DIE) -> bool:
     return "DW_AT_encoding" in kind.attributes
 
 
+def _element_type(owner: DIE) -> DIE | None:
+    """Of an array."""
+    array = _type_of(owner)
+    return None if array is None else _type_of(array)
+
+
+def _within(
+    owner: DIE, offset: int, lengths: list[int] | None, step: str, name: str
+) -> tuple[DIE, int, list[int] | None]:
+    """What a member's name or an index leads to; `lengths` are those of an array still open."""
+    kind = _element_type(owner) if lengths == [] else _type_of(owner)
+    if lengths == []:
+        lengths = None
+    if kind is not None and kind.tag in _STRUCTURES and lengths is None:
+        for member in kind.iter_children():
+            if member.tag == "DW_TAG_member" and _text(member, "DW_AT_name") == step:
+                if "DW_AT_bit_size" in member.attributes:
+                    raise InputError(f"'{name}' is a bit field, which is not read")
+                at = (
+                    member.attributes["DW_AT_data_member_location"].value if _located(member) else 0
+                )
+                return member, offset + at, None
+    elif kind is not None and kind.tag == "DW_TAG_array_type" and step.isdigit():
+        lengths = _lengths(kind) if lengths is None else lengths
+        element = _type_of(kind)
+        if element is not None and int(step) < lengths[0]:
+            size = _bytes_of(element)
+            for length in lengths[1:]:
+                size *= length
+            return owner, offset + int(step) * size, lengths[1:]
+    raise InputError(f"'{name}': there is no '{step}'{_contents(kind)}")
+
+
+def _contents(kind: DIE | None) -> str:
+    """What a structure or an array has, for messages."""
+    if kind is not None and kind.tag in _STRUCTURES:
+        members = [_text(part, "DW_AT_name") for part in kind.iter_children()]
+        return f"; it has {', '.join(filter(None, members))}"
+    if kind is not None and kind.tag == "DW_TAG_array_type":
+        return f"; the array has {' x '.join(map(str, _lengths(kind)))} items"
+    return ""
+
+
 def _number(kind: DIE, raw: bytes) -> int | float | bool:
-    encoding = _encoding(kind)
+    return _decoded(raw, _encoding(kind))
+
+
+def _decoded(raw: bytes, encoding: int) -> int | float | bool:
     if encoding == _FLOAT and len(raw) in _FLOAT_FORMATS:
         return float(struct.unpack(_FLOAT_FORMATS[len(raw)], raw)[0])
     number = int.from_bytes(raw, "little", signed=encoding in _SIGNED)

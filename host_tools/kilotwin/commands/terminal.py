@@ -19,7 +19,7 @@ from rich.progress import (
 from rich.text import Text
 
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.runs.display import Display, NoDisplay
+from kilotwin.runs.display import NO_VALUES, Display, NoDisplay, Values
 from kilotwin.units import duration_text, seconds, ticks
 
 _LINE_EVERY_S = 10.0
@@ -59,7 +59,9 @@ class Lines:
         self._began = self._shown = time.monotonic()
         self._duration_s = experiment.keys.duration_s
 
-    def progress(self, tick: int, resting: dict[str, int], not_resting: int) -> None:
+    def progress(
+        self, tick: int, resting: dict[str, int], not_resting: int, metrics: Values = NO_VALUES
+    ) -> None:
         """A line if it is time for one."""
         now = time.monotonic()
         if now - self._shown < _LINE_EVERY_S:
@@ -70,7 +72,7 @@ class Lines:
         self.note(
             f"{done_s:,.0f} of {self._duration_s:,.0f} s simulated in {wall_s:.0f} s "
             f"({done_s / wall_s:,.0f} x real time, {left_s:.0f} s left); "
-            f"{robots_now(resting, not_resting)}"
+            f"{robots_now(resting, not_resting, metrics)}"
         )
 
     def stop(self) -> None:
@@ -130,10 +132,12 @@ class Bar(_Live):
         self._bar.start()
         self._began = time.monotonic()
 
-    def progress(self, tick: int, resting: dict[str, int], not_resting: int) -> None:
+    def progress(
+        self, tick: int, resting: dict[str, int], not_resting: int, metrics: Values = NO_VALUES
+    ) -> None:
         """Moves the bar."""
         wall_s = max(time.monotonic() - self._began, 1e-3)
-        self._bar.line = robots_now(resting, not_resting)
+        self._bar.line = robots_now(resting, not_resting, metrics)
         self._bar.update(
             self._task,
             completed=tick,
@@ -208,10 +212,12 @@ def _sweep_now(done: int, trials: int, failed: int, left_s: float) -> str:
     return f"{done} of {trials} trials{bad}, {duration_text(left_s)} left"
 
 
-def robots_now(resting: dict[str, int], not_resting: int) -> str:
-    """`black 52, white 44, not resting 4`."""
+def robots_now(resting: dict[str, int], not_resting: int, metrics: Values = NO_VALUES) -> str:
+    """`black 52, white 44, not resting 4, spread 0.21`."""
     sites = [f"{name} {count}" for name, count in resting.items()]
-    return ", ".join([*sites, f"not resting {not_resting}"])
+    robots = [] if metrics and not sites else [f"not resting {not_resting}"]
+    values = [f"{name} {value:.4g}" for name, value in metrics.items() if value is not None]
+    return ", ".join([*sites, *robots, *values])
 
 
 def summary_text(summary: dict[str, Any]) -> str:
@@ -227,12 +233,25 @@ def summary_text(summary: dict[str, Any]) -> str:
         note = f"   ({informed} robots are informed for it)" if informed else ""
         rows.append((f"resting on {name}", f"{count:5d}{note}"))
     rows.append(("not resting", f"{summary['not_resting']:5d}"))
+    rows += _metric_rows(summary)
     rows += _environment_rows(summary)
     rows.append(("result hash", summary["result_hash"]))
     rows.append(("run folder", shown_path(Path(summary["run_folder"]))))
     width = max(len(label) for label, _ in rows)
     lines += [f"  {label:<{width}}  {value}" for label, value in rows]
     return "\n".join(lines)
+
+
+def _metric_rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
+    """Metrics at the end, with their units."""
+    rows = []
+    for name, measured in summary.get("metrics", {}).items():
+        value = measured["value"]
+        shown = "no value" if value is None else f"{value:.5g} {measured['unit']}".rstrip()
+        if name in summary.get("metrics_failed", {}):
+            shown = "failed"
+        rows.append((name, f"{shown:>5}"))
+    return rows
 
 
 def _environment_rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
@@ -312,6 +331,7 @@ def troubles_text(summary: dict[str, Any]) -> str:
     """A line per robot that failed, and a word on busy-waits; mostly empty."""
     failed = summary["robots_failed"]
     busy = summary["events"].get("busy_wait", 0)
+    spoiled = [f"metric {name}: {why}" for name, why in summary.get("metrics_failed", {}).items()]
     lines = [f"{len(failed)} robots failed:"] if failed else []
     lines += [
         f"robot {event['robot']} ({event['program']}) at tick {event['tick']}: "
@@ -322,6 +342,7 @@ def troubles_text(summary: dict[str, Any]) -> str:
         lines.append(f"and {len(failed) - _LISTED} more; events.jsonl has them all")
     if modules := module_troubles_text(summary.get("grid", {}).get("modules_failed", [])):
         lines.append(modules)
+    lines += spoiled
     if busy:
         lines.append(f"{busy} warnings of busy-waiting; events.jsonl has them")
     notes = summary["events"].get("note", 0)

@@ -46,7 +46,7 @@ class Play:
         self._packets = 0
         self.pictures = 0
         self.outbox = Outbox(keys.message_s, arena.uids)
-        self.program = EnvironmentProgram(named.file, named.class_name, arena, keys.settings)
+        self.program = EnvironmentProgram(named.file, named.name, arena, keys.settings)
 
     def show(self, seen: Seen, now_s: float) -> None:
         """Shows the program a picture, at `now_s`; RunError names the line that failed."""

@@ -1,8 +1,5 @@
 """An environment's program: its class is loaded, and its mistakes are told by file and line."""
 
-import importlib.util
-import sys
-import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,6 +8,7 @@ from typing import Any
 from kilotwin.environment.protocol import Arena, Seen, Sender, Settings
 from kilotwin.errors import InputError, KilotwinError, RunError
 from kilotwin.experiment.files import shown
+from kilotwin.experiment.python_code import PythonName, blamed_line, load_name, what_happened
 
 
 class EnvironmentProgram:
@@ -31,20 +29,8 @@ class EnvironmentProgram:
             self.object.step(seen, send)
 
     def _load(self) -> Any:
-        """The class. Modules beside the file can be imported while it is loaded."""
-        spec = importlib.util.spec_from_file_location(f"_environment_{self._file.stem}", self._file)
-        assert spec is not None
-        assert spec.loader is not None
-        module = importlib.util.module_from_spec(spec)
-        sys.modules[spec.name] = module  # dataclasses look their module up
-        sys.path.insert(0, str(self._file.parent))
-        before, sys.dont_write_bytecode = sys.dont_write_bytecode, True
-        try:
-            spec.loader.exec_module(module)
-        finally:
-            sys.dont_write_bytecode = before
-            sys.path.remove(str(self._file.parent))
-        kind = getattr(module, self._class_name, None)
+        """The class."""
+        kind = load_name(PythonName(self._file, self._class_name))
         if not isinstance(kind, type):
             raise InputError(f"{shown(self._file)}: there is no class '{self._class_name}'")
         return kind
@@ -56,16 +42,6 @@ class EnvironmentProgram:
         except KilotwinError:
             raise
         except (Exception, SystemExit) as error:
-            what = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
             whose = f"{self._class_name}, {when}"
-            raise error_of(f"{self._place(error)}: {what} ({whose})") from None
-
-    def _place(self, error: BaseException) -> str:
-        """The last line of the program's own, or of its neighbours, that was under way."""
-        if isinstance(error, SyntaxError) and error.filename is not None:
-            return f"{shown(Path(error.filename))}:{error.lineno}"
-        frames = traceback.extract_tb(error.__traceback__)
-        own = [f for f in frames if Path(f.filename).is_relative_to(self._file.parent)]
-        if not own:
-            return str(shown(self._file))
-        return f"{shown(Path(own[-1].filename))}:{own[-1].lineno}"
+            place = blamed_line(error, self._file)
+            raise error_of(f"{place}: {what_happened(error)} ({whose})") from None

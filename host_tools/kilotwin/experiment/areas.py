@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kilotwin.experiment import polygons
+from kilotwin.experiment.metric_schema import Region
 from kilotwin.experiment.object_schema import ObjectPart
 from kilotwin.experiment.polygons import Corner
 from kilotwin.experiment.schema import Arena, Obstacle, Site
@@ -55,7 +56,7 @@ def disc(x: float, y: float, diameter: float) -> Area:
     return Area(True, x, y, diameter, diameter)
 
 
-def area_of(place: Arena | Obstacle | ObjectPart | Site) -> Area:
+def area_of(place: Arena | Obstacle | ObjectPart | Region | Site) -> Area:
     """The area of a site, of an obstacle, of a part or of the arena, whose keys are complete.
 
     A site that is drawn has none.

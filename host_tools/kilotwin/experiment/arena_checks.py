@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from kilotwin.experiment import polygons
 from kilotwin.experiment.areas import Area, area_of, disc, inside, lies_inside, overlap
 from kilotwin.experiment.grid_checks import Problem
+from kilotwin.experiment.metric_schema import Region
 from kilotwin.experiment.object_schema import ObjectPart, PushedObject
 from kilotwin.experiment.schema import Arena, ExperimentSchema, Obstacle, Site
 from kilotwin.experiment.toml_lines import KeyPath
@@ -42,7 +43,7 @@ def arena_problems(experiment: ExperimentSchema) -> Iterator[Problem]:
 
 
 def shape_problems(
-    path: KeyPath, place: Arena | Obstacle | ObjectPart | PushedObject | Site
+    path: KeyPath, place: Arena | Obstacle | ObjectPart | PushedObject | Region | Site
 ) -> Iterator[Problem]:
     """Keys that a shape lacks or does not have, and corners that make no polygon."""
     needed = _SIZES[place.shape]

@@ -14,6 +14,7 @@ from kilotwin.experiment.arena_checks import (
 from kilotwin.experiment.ark import MOST_UID
 from kilotwin.experiment.grid_checks import Problem, grid_problems, within_the_run
 from kilotwin.experiment.grid_schema import Grid
+from kilotwin.experiment.metric_checks import metric_problems
 from kilotwin.experiment.object_checks import object_problems, poses_in_objects
 from kilotwin.experiment.objects import parts_of
 from kilotwin.experiment.overhead import KEYS, uids
@@ -67,6 +68,7 @@ def _problems(experiment: ExperimentSchema) -> Iterator[Problem]:
     for index, command in enumerate(experiment.command or []):
         yield from _command(("command", index), command, swarm_size(experiment))
         yield from within_the_run(("command", index, "at_s"), command.at_s, experiment)
+    yield from metric_problems(experiment)
 
 
 def _programs(experiment: ExperimentSchema) -> Iterator[Problem]:

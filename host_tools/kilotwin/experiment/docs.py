@@ -1,6 +1,6 @@
-"""The table of all keys in docs/experiments.md, made from the schema.
+"""The tables of all keys in docs/experiments.md and of built-in metrics in docs/metrics.md.
 
-`python -m kilotwin.experiment.docs docs/experiments.md` renews it; a test compares.
+`python -m kilotwin.experiment.docs FILE` renews them from the schema; a test compares.
 """
 
 import json
@@ -12,6 +12,7 @@ from typing import Any, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from kilotwin.experiment.metric_schema import BUILTINS, CHOICE, Builtin
 from kilotwin.experiment.profile_defaults import (
     CONTROLLER_DEFAULTS,
     KILOBOT_MEDIUM,
@@ -23,6 +24,7 @@ from kilotwin.experiment.schema import ExperimentSchema
 from kilotwin.experiment.validation_errors import bare, is_section, limits
 
 _HEAD = "| key | allowed | default | meaning |\n|---|---|---|---|\n"
+_BUILTINS_HEAD = "| builtin | keys | unit | what it is |\n|---|---|---|---|\n"
 _WORDS = {
     float: "number",
     int: "whole number",
@@ -52,23 +54,38 @@ def table() -> str:
     return _HEAD + "".join(_rows(ExperimentSchema, ""))
 
 
+def builtins_table() -> str:
+    """Every built-in metric, as docs/metrics.md has them."""
+    return _BUILTINS_HEAD + "".join(
+        f"| `{name}` | {_keys(builtin)} | {builtin.unit} | {builtin.meaning} |\n"
+        for name, builtin in BUILTINS.items()
+    )
+
+
+def _keys(builtin: Builtin) -> str:
+    may_have = ["choice" if builtin.may_have == CHOICE else f"`{key}`" for key in builtin.may_have]
+    optional = [f"({key})" for key in dict.fromkeys(may_have)]
+    return ", ".join([*(f"`{key}`" for key in builtin.needs), *optional])
+
+
 def renewed(document: str) -> str:
-    """The document with its table made anew."""
-    before, head, rest = document.partition(_HEAD)
-    if not head:
-        raise ValueError("the document has no table of keys")
-    rows = rest.split("\n")
-    after = next(i for i, row in enumerate(rows) if not row.startswith("|"))
-    return before + table() + "\n".join(rows[after:])
+    """The document with its table of keys, or of built-in metrics, made anew."""
+    for head, made in ((_HEAD, table), (_BUILTINS_HEAD, builtins_table)):
+        before, found, rest = document.partition(head)
+        if found:
+            rows = rest.split("\n")
+            after = next(i for i, row in enumerate(rows) if not row.startswith("|"))
+            return before + made() + "\n".join(rows[after:])
+    raise ValueError("the document has no table of keys")
 
 
 def _rows(section: type[BaseModel], prefix: str) -> Iterator[str]:
     for name, field in section.model_fields.items():
         kind = bare(field.annotation)
-        inner = bare(get_args(kind)[0]) if get_origin(kind) is list else kind
+        inner = bare(get_args(kind)[-1]) if get_origin(kind) in (list, dict) else kind
         if is_section(inner):
             many = get_origin(kind) is list
-            path = f"{prefix}{name}"
+            path = f"{prefix}{name}" + ".NAME" * (get_origin(kind) is dict)
             title = f"`[[{path}]]`" if many else f"`[{path}]`"
             yield f"| **{title}** | | | {_cell(_first_line(inner))} |\n"
             yield from _rows(inner, f"{path}.")

@@ -8,7 +8,7 @@ import hashlib
 import itertools
 import json
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,6 @@ from pydantic import ValidationError
 
 from kilotwin.errors import InputError
 from kilotwin.experiment.checks import first_problem, first_problem_of_command, swarm_size
-from kilotwin.experiment.environment_class import EnvironmentClass, environment_class
 from kilotwin.experiment.files import find_file, shown
 from kilotwin.experiment.grid_plan import GridPlan, plan_of
 from kilotwin.experiment.grid_schema import Grid
@@ -32,6 +31,7 @@ from kilotwin.experiment.programs import (
     find_program,
     portable,
 )
+from kilotwin.experiment.python_code import PythonName, find_python
 from kilotwin.experiment.schema import Command, ExperimentSchema
 from kilotwin.experiment.text import ExperimentText, Setting
 from kilotwin.experiment.toml_lines import KeyPath
@@ -59,6 +59,7 @@ class Experiment:
     `modules` are those of a grid, and `plan` is what its host does; None without. `lab` has the uid
     and the calibration of each robot, if it comes from a lab. `environment` is the program of an
     [environment]; `floor` has the numbers of sites that are drawn, `light` what a projector throws.
+    `functions` are those of metrics, by the metric's name.
     """
 
     keys: ExperimentSchema
@@ -67,9 +68,10 @@ class Experiment:
     modules: Group | None = None
     plan: GridPlan | None = None
     lab: tuple[tuple[int, LabRobot], ...] = ()
-    environment: EnvironmentClass | None = None
+    environment: PythonName | None = None
     floor: Picture | None = None
     light: Picture | None = None
+    functions: dict[str, PythonName] = field(default_factory=dict)
 
     @staticmethod
     def load(file: Path, settings: Iterable[Setting] = ()) -> "Experiment":
@@ -88,12 +90,15 @@ class Experiment:
             raise InputError(f"{origin.where(*problem.paths)}: {problem.what}")
         groups, lab = tuple(_groups(keys, origin)), _lab(keys, origin)
         floor, light = floor_picture(keys, origin), light_picture(keys, origin)
+        functions = _functions(keys, origin)
         if keys.grid is None:
-            environment = environment_class(keys.environment, origin)
-            return Experiment(keys, groups, origin, None, None, lab, environment, floor, light)
+            environment = _environment(keys, origin)
+            return Experiment(
+                keys, groups, origin, None, None, lab, environment, floor, light, functions
+            )
         modules = _modules(keys.grid, origin, interpreted=_interprets(keys))
         plan = plan_of(keys, origin, floor)
-        return Experiment(keys, groups, origin, modules, plan, lab, None, floor, light)
+        return Experiment(keys, groups, origin, modules, plan, lab, None, floor, light, functions)
 
     @property
     def size(self) -> int:
@@ -127,8 +132,13 @@ class Experiment:
             found = find_file(self.keys.swarm.lab, ("swarm", "lab"), self.origin)
             tables["swarm"]["lab"] = portable(found)
         if self.environment is not None:
-            file, class_name = portable(self.environment.file), self.environment.class_name
-            tables["environment"]["program"] = f"{file}:{class_name}"
+            file = portable(self.environment.file)
+            tables["environment"]["program"] = f"{file}:{self.environment.name}"
+        for name, function in self.functions.items():
+            written = f"{portable(function.file)}:{function.name}"
+            tables["metric"][name]["function"] = written
+        if not tables["metric"]:
+            del tables["metric"]  # older run folders have none either
         if self.floor is not None:
             tables["floor"]["image"] = portable(self.floor.file)
         if self.light is not None:
@@ -212,6 +222,21 @@ def _groups(keys: ExperimentSchema, origin: ExperimentText) -> Iterable[Group]:
             _interprets(keys),
             translated=robots.hex is None and cpu == "translated",
         )
+
+
+def _environment(keys: ExperimentSchema, origin: ExperimentText) -> PythonName | None:
+    if keys.environment is None:
+        return None
+    return find_python(keys.environment.program, ("environment", "program"), origin, "class")
+
+
+def _functions(keys: ExperimentSchema, origin: ExperimentText) -> dict[str, PythonName]:
+    """Those of metrics, by the metric's name."""
+    return {
+        name: find_python(metric.function, ("metric", name, "function"), origin, "function")
+        for name, metric in keys.metric.items()
+        if metric.function is not None
+    }
 
 
 def _interprets(keys: ExperimentSchema) -> bool:

@@ -13,6 +13,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 from kilotwin.experiment.colours import LED_COLOURS, led_triple, site_colour
 from kilotwin.experiment.environment_schema import EnvironmentTable
 from kilotwin.experiment.grid_schema import CellColour, Faults, Grid, grid_size_m
+from kilotwin.experiment.metric_schema import Metric
 from kilotwin.experiment.object_schema import PushedObject
 from kilotwin.experiment.picture_schema import FloorTable, LightPicture
 from kilotwin.experiment.profile_defaults import (
@@ -481,6 +482,7 @@ class ExperimentSchema(Section):
     grid: Grid | None = None
     faults: Faults = Faults()
     record: Record = Record()
+    metric: Annotated[dict[Text, Metric], Field(max_length=100)] = {}
     engine: Engine
     states: dict[Text, Annotated[list[int], BeforeValidator(led_triple)]] | None = Field(
         default=None,

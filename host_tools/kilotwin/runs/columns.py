@@ -1,7 +1,8 @@
 """The tables of a run folder: their columns and units, and the rows made from the engine's samples.
 
 `robots`: a row per robot and sample. `objects`: a row per [[object]] and sample. `sites`: a row per
-sample, with columns named after the experiment's sites (resting_<site>) and states (state_<name>).
+sample, with columns named after the experiment's sites (resting_<site>), states (state_<name>) and
+metrics (metric_<name>); in `robots` such a column has each robot's own value.
 """
 
 from collections.abc import Mapping
@@ -10,9 +11,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pyarrow as pa
+from numpy.typing import NDArray
 
 from kilotwin.experiment.schema import ExperimentSchema
 from kilotwin.experiment.states import Counts, States
+from kilotwin.metrics.values import NO_METRICS, MetricValues
 from kilotwin.units import TICK_S
 
 if TYPE_CHECKING:
@@ -48,6 +51,7 @@ class Records:
             field("led", pa.uint8(), "RGB(r, g, b) byte"),
             field("state", WORD, "what the LED means"),
             field("site", WORD, "site under the robot's centre, null for none"),
+            *_metric_fields(experiment, per_robot=True),
         ]
         counts = [
             *(f"resting_{site}" for site in sites),
@@ -61,7 +65,11 @@ class Records:
             field("y_m", pa.float32(), "m"),
             field("heading_rad", pa.float32(), "rad, counter-clockwise from x"),
         ]
-        per_site = [*when, *(field(name, pa.uint32(), "robots") for name in counts)]
+        per_site = [
+            *when,
+            *(field(name, pa.uint32(), "robots") for name in counts),
+            *_metric_fields(experiment, per_robot=False),
+        ]
         return Records(
             pa.schema(robots, metadata=dict(about)),
             pa.schema(per_site, metadata=dict(about)),
@@ -71,7 +79,7 @@ class Records:
             states,
         )
 
-    def robots(self, samples: "Samples") -> pa.RecordBatch:
+    def robots(self, samples: "Samples", measured: MetricValues = NO_METRICS) -> pa.RecordBatch:
         """k samples of N robots as k * N rows, in the order of samples, then of robots."""
         k, n = samples["led"].shape
         led, site = samples["led"].ravel(), samples["site"].ravel()
@@ -88,6 +96,7 @@ class Records:
             led,
             pa.DictionaryArray.from_arrays(self._table.of_robots(led), self._states),
             pa.DictionaryArray.from_arrays(site_index, self._sites),
+            *_metric_columns(self.robots_schema, measured.of_robots, k * n),
         ]
         return pa.record_batch(columns, schema=self.robots_schema)
 
@@ -105,7 +114,9 @@ class Records:
         ]
         return pa.record_batch(columns, schema=self.objects_schema)
 
-    def sites(self, samples: "Samples", counts: Counts) -> pa.RecordBatch:
+    def sites(
+        self, samples: "Samples", counts: Counts, measured: MetricValues = NO_METRICS
+    ) -> pa.RecordBatch:
         """A row per sample."""
         columns = [
             samples["tick"],
@@ -113,12 +124,37 @@ class Records:
             *counts.resting.T,
             counts.not_resting,
             *counts.in_state.T,
+            *_metric_columns(self.sites_schema, measured.values, len(samples["tick"])),
         ]
         arrays = [
-            pa.array(column, type=wanted.type)
+            column if isinstance(column, pa.Array) else pa.array(column, type=wanted.type)
             for column, wanted in zip(columns, self.sites_schema, strict=True)
         ]
         return pa.record_batch(arrays, schema=self.sites_schema)
+
+
+METRIC = "metric_"
+"""With which the names of metrics' columns begin."""
+
+
+def _metric_fields(experiment: ExperimentSchema, *, per_robot: bool) -> list[pa.Field]:
+    return [
+        field(f"{METRIC}{name}", pa.float64(), metric.shown_unit)
+        for name, metric in experiment.metric.items()
+        if metric.per_robot or not per_robot
+    ]
+
+
+def _metric_columns(
+    schema: pa.Schema, values: Mapping[str, NDArray[np.float64]], rows: int
+) -> list[pa.Array]:
+    """A column for each metric of the schema; NaN, or what was not measured, is null."""
+    columns = []
+    for name in schema.names:
+        if name.startswith(METRIC):
+            column = values.get(name.removeprefix(METRIC), np.full(rows, np.nan))
+            columns.append(pa.array(column.ravel(), from_pandas=True))
+    return columns
 
 
 def field(name: str, kind: pa.DataType, unit: str) -> pa.Field:

@@ -1,9 +1,14 @@
 """Interface through which a run shows its progress; the command line implements it."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Protocol
 
 from kilotwin.experiment.experiment import Experiment
+
+Values = Mapping[str, float | None]
+"""Metrics by name; None of what has no value."""
+NO_VALUES: Values = {}
 
 
 class Display(Protocol):
@@ -18,8 +23,10 @@ class Display(Protocol):
     def start(self, experiment: Experiment, folder: Path) -> None:
         """The run begins."""
 
-    def progress(self, tick: int, resting: dict[str, int], not_resting: int) -> None:
-        """The run has come to `tick`; robots at rest per site, and not at rest."""
+    def progress(
+        self, tick: int, resting: dict[str, int], not_resting: int, metrics: Values = NO_VALUES
+    ) -> None:
+        """The run has come to `tick`; robots at rest per site, and not at rest; metrics by name."""
 
     def stop(self) -> None:
         """The run is over, one way or another."""
@@ -37,7 +44,9 @@ class NoDisplay:
     def start(self, experiment: Experiment, folder: Path) -> None:
         """Nothing."""
 
-    def progress(self, tick: int, resting: dict[str, int], not_resting: int) -> None:
+    def progress(
+        self, tick: int, resting: dict[str, int], not_resting: int, metrics: Values = NO_VALUES
+    ) -> None:
         """Nothing."""
 
     def stop(self) -> None:

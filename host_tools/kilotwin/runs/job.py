@@ -69,3 +69,5 @@ class Job:
     serving: Serving | None = None
     """Robots wait for a host from outside, as a grid does, in place of one that has its own."""
     probes: Probes = Probes()
+    functions_outside: bool = False
+    """Metrics' functions are called by the parent, whose answers come on stdin."""

@@ -30,6 +30,8 @@ from kilotwin.experiment.informed import informed_for
 from kilotwin.experiment.overhead import RUN, WAKEUP, message_of
 from kilotwin.experiment.profile_defaults import PROFILES
 from kilotwin.links.packets import OVERHEAD_BAUD, Overhead, encode
+from kilotwin.metrics.functions import LocalFunctions
+from kilotwin.metrics.meter import Meter, metrics_summary
 from kilotwin.ports.serial_port import SerialPort
 from kilotwin.runs.display import Display
 from kilotwin.runs.environment_record import EnvironmentRecord
@@ -126,6 +128,8 @@ class _Recording:
         """Notes of the program before there is a record."""
         self._play = Play(experiment, self)
         self._robots = SeenRobots(experiment)
+        functions = LocalFunctions(experiment) if experiment.functions else None
+        self._meter = Meter(experiment, functions)
         self._interrupted = False
         self._next_sample = 0
         self._shown_at = self._told_at = -math.inf
@@ -245,15 +249,18 @@ class _Recording:
         self._next_sample = int(now_s / sample_s) + 1
         self._write_sample(now_s, writer)
 
-    def _write_sample(self, now_s: float, writer: RunWriter) -> dict[str, Any]:
-        counts = writer.add(self._robots.sample(ticks(now_s)))
+    def _write_sample(
+        self, now_s: float, writer: RunWriter, *, last: bool = False
+    ) -> dict[str, Any]:
+        sample = self._robots.sample(ticks(now_s))
+        counts = writer.add(sample, self._meter.measure(sample, None, last=last))
         assert counts is not None
         names = [site.name for site in self._keys.site]
         resting = dict(zip(names, counts.resting[-1].tolist(), strict=True))
         not_resting = int(counts.not_resting[-1])
         if time.monotonic() - self._shown_at > _PROGRESS_S:
             self._shown_at = time.monotonic()
-            self._display.progress(ticks(now_s), resting, not_resting)
+            self._display.progress(ticks(now_s), resting, not_resting, self._meter.latest)
         return {"resting": resting, "not_resting": not_resting}
 
     @contextmanager
@@ -266,7 +273,7 @@ class _Recording:
 
     def _close(self, writer: RunWriter, status: str, exit_code: int, **why: Any) -> Outcome:
         run_s = min(max(self._now_s(), 0.0), self._keys.duration_s)
-        robots_now = self._write_sample(run_s, writer)
+        robots_now = self._write_sample(run_s, writer, last=True)
         assert self._record is not None
         self._record.close()
         summary = {
@@ -278,6 +285,8 @@ class _Recording:
             "robots": self._experiment.size,
             **robots_now,
             "informed": informed_for(self._keys),
+            "metrics": metrics_summary(self._keys, self._meter.latest),
+            "metrics_failed": self._meter.failed,
             "wall_s": round(time.monotonic() - self._began, 3),
             "run_folder": str(writer.folder),
             "environment": self._play.summary(),

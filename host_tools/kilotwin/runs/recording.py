@@ -19,6 +19,8 @@ from kilotwin.grid.conductor import Conductor, set_up_s
 from kilotwin.grid.foreign_orders import WatchedLinks, refuse_another_host
 from kilotwin.grid.joining import check_runs
 from kilotwin.grid.poller import Reports
+from kilotwin.metrics.functions import LocalFunctions
+from kilotwin.metrics.meter import Meter, metrics_summary
 from kilotwin.runs.display import Display
 from kilotwin.runs.folder import (
     FAILED,
@@ -118,6 +120,8 @@ class _Recording:
             **new_manifest(experiment, [], command_line),
             "recorded_from": [bus.name for bus in buses],
         }
+        functions = LocalFunctions(experiment) if experiment.functions else None
+        self._meter = Meter(experiment, functions)
         try:
             self._writer = RunWriter(folder, experiment, manifest)
         except OSError as error:
@@ -226,15 +230,18 @@ class _Recording:
         self._record.flush(now=True)
         self._write_sample(time_s)
 
-    def _write_sample(self, time_s: float) -> None:
-        counts = self._writer.add(self._record.tracking.sample(ticks(time_s)))
+    def _write_sample(self, time_s: float, *, last: bool = False) -> None:
+        sample = self._record.tracking.sample(ticks(time_s))
+        counts = self._writer.add(sample, self._meter.measure(sample, None, last=last))
         assert counts is not None
         names = [site.name for site in self._keys.site]
         self._resting = dict(zip(names, counts.resting[-1].tolist(), strict=True))
         self._not_resting = int(counts.not_resting[-1])
         if time.monotonic() - self._shown_at > _PROGRESS_S:
             self._shown_at = time.monotonic()
-            self._display.progress(ticks(time_s), self._resting, self._not_resting)
+            self._display.progress(
+                ticks(time_s), self._resting, self._not_resting, self._meter.latest
+            )
 
     @contextmanager
     def _heeding_signals(self) -> Iterator[None]:
@@ -253,7 +260,7 @@ class _Recording:
         if run_s is None:
             run_s = self._now_s() - self._conductor.zero_s
         run_s = min(max(run_s, 0.0), self._keys.duration_s)
-        self._write_sample(run_s)
+        self._write_sample(run_s, last=True)
         self._record.close()
         status, exit_code, why = FINISHED, 0, {}
         if self._interrupts:
@@ -284,6 +291,8 @@ class _Recording:
             "resting": self._resting,
             "not_resting": self._not_resting,
             "informed": informed_for(self._keys),
+            "metrics": metrics_summary(self._keys, self._meter.latest),
+            "metrics_failed": self._meter.failed,
             "wall_s": round(time.monotonic() - self._began, 3),
             "run_folder": str(self._writer.folder),
             "grid": {

@@ -30,6 +30,7 @@ from kilotwin.errors import (
     TimeoutRunError,
 )
 from kilotwin.experiment.experiment import Experiment
+from kilotwin.metrics.functions import LocalFunctions, answer
 from kilotwin.port.twin import Mode, Twins, native_kilobots
 from kilotwin.runs.confined_worker import ENVIRONMENT, unconfined_because
 from kilotwin.runs.display import Display
@@ -51,7 +52,7 @@ _BLACK_BOX = struct.Struct("=II")
 _NO_ROBOT = 0xFFFFFFFF
 _PAGE_BYTES = 4096
 
-_REPORTS = ("started", "note", "progress", "done", "error")
+_REPORTS = ("started", "note", "progress", "measure", "done", "error")
 _LONGEST_REPORT = 1 << 26
 _GARBLED = (
     "the engine's process reports what cannot be understood; one of the programs wrote into its "
@@ -107,6 +108,7 @@ def run(
         and not any(command.send == "run" for command in commands)
     ):
         display.note('no [[command]] has send = "run": setup() and loop() are never called')
+    functions = LocalFunctions(experiment) if experiment.functions else None
     manifest = new_manifest(experiment, built, command_line)
     twins = Twins(native_kilobots(experiment, guests), twin, display.note)
     with tempfile.NamedTemporaryFile(prefix="kilotwin-") as black_box:
@@ -123,9 +125,10 @@ def run(
             module_file,
             serving,
             probes or Probes(),
+            functions_outside=functions is not None,
         )
         try:
-            outcome = _Child(job, display, timeout_s).wait()
+            outcome = _Child(job, display, timeout_s, functions).wait()
         finally:
             display.stop()
     return outcome if outcome.stop_asked else _with_twins(outcome, twins, folder)
@@ -168,8 +171,16 @@ def _environment(experiment: Experiment) -> dict[str, Any]:
 class _Child:
     """The worker process of one run."""
 
-    def __init__(self, job: Job, display: Display, timeout_s: float | None) -> None:
+    def __init__(
+        self,
+        job: Job,
+        display: Display,
+        timeout_s: float | None,
+        functions: LocalFunctions | None,
+    ) -> None:
         self._job = job
+        self._functions = functions
+        self._in_function = False
         self._display = display
         self._timeout_s = timeout_s
         self._timed_out = False
@@ -190,6 +201,8 @@ class _Child:
                 reports = process.stdout
                 for line in iter(lambda: reports.readline(_LONGEST_REPORT), b""):
                     last = self._understood(line, process)
+                    if last["type"] == "measure":
+                        last = self._answer(last, process)
                     self._show(last)
                 returncode = process.wait()
                 if last.get("type") == "done":
@@ -199,6 +212,29 @@ class _Child:
                 log.seek(0)
                 raise self._failure(last, returncode, log.read().strip())
 
+    def _answer(
+        self, message: dict[str, Any], process: "subprocess.Popen[bytes]"
+    ) -> dict[str, Any]:
+        """Calls metrics' functions for the worker; returns the message, or an error for one that is
+        none. Without an answer, once the run is interrupted."""
+        self._in_function = True
+        try:
+            assert self._functions is not None
+            line = answer(self._functions, message)
+        except (AssertionError, ValueError, TypeError, KeyError):
+            return self._garbled(process)
+        finally:
+            self._in_function = False
+        if process.stdin is not None and not process.stdin.closed:
+            with contextlib.suppress(BrokenPipeError):
+                process.stdin.write(line)
+                process.stdin.flush()
+        return message
+
+    def _garbled(self, process: "subprocess.Popen[bytes]") -> dict[str, Any]:
+        process.kill()
+        return {"type": "error", "exit_code": RunError.exit_code, "message": _GARBLED}
+
     def _understood(self, line: bytes, process: "subprocess.Popen[bytes]") -> dict[str, Any]:
         """A report; a program that writes into the worker's pipe ends its run."""
         try:
@@ -206,8 +242,7 @@ class _Child:
             if message["type"] not in _REPORTS:
                 raise ValueError
         except (ValueError, TypeError, KeyError, RecursionError):
-            process.kill()
-            message = {"type": "error", "exit_code": RunError.exit_code, "message": _GARBLED}
+            return self._garbled(process)
         return dict(message)
 
     def _start(self, log: IO[str]) -> "subprocess.Popen[bytes]":
@@ -229,7 +264,9 @@ class _Child:
         elif message["type"] == "note":
             self._display.note(message["text"])
         elif message["type"] == "progress":
-            self._display.progress(message["tick"], message["resting"], message["not_resting"])
+            self._display.progress(
+                message["tick"], message["resting"], message["not_resting"], message["metrics"]
+            )
 
     def _failure(self, last: dict[str, Any], returncode: int, log: str) -> KilotwinError:
         """The error when no `done` came; closes the folder, if there is one."""
@@ -294,6 +331,8 @@ class _Child:
             self._interrupts += 1
             if self._interrupts > 1:
                 process.kill()
+                if self._in_function:  # which may never return
+                    raise InterruptError("interrupted twice, while a metric's function was called")
             elif process.stdin is not None:
                 process.stdin.close()
                 if not self._timed_out:

@@ -31,6 +31,10 @@ from kilotwin.errors import (
 from kilotwin.experiment.engine_spec import engine_spec, place_of_error
 from kilotwin.experiment.informed import informed_for
 from kilotwin.experiment.states import Counts
+from kilotwin.metrics.functions import Functions, LocalFunctions, RemoteFunctions
+from kilotwin.metrics.meter import Meter, metrics_summary
+from kilotwin.metrics.moment import Moment
+from kilotwin.metrics.values import NO_METRICS, MetricValues
 from kilotwin.runs.confined_worker import confine_worker
 from kilotwin.runs.emulated_environment import EmulatedEnvironment
 from kilotwin.runs.emulated_grid import EmulatedHost, lead_ticks
@@ -68,7 +72,9 @@ def main() -> None:
     def report(message: dict[str, Any]) -> None:
         # A parent that died is noticed by `stopped`, with the folder in order.
         with contextlib.suppress(BrokenPipeError):
-            os.write(reports, json.dumps(message).encode() + b"\n")
+            line = memoryview(json.dumps(message).encode() + b"\n")
+            while line:
+                line = line[os.write(reports, line) :]
 
     def stopped() -> bool:
         return bool(select.select([0], [], [], 0)[0])
@@ -115,13 +121,13 @@ def _exit_code(summary: dict[str, Any]) -> int:
 class Writer(Protocol):
     """Where a trial's records go; `writer.RunWriter` is the one that makes a run folder."""
 
-    def add(self, samples: "Samples") -> Counts | None:
+    def add(self, samples: "Samples", measured: MetricValues = NO_METRICS) -> Counts | None:
         """Takes samples of the engine; returns their counts, None for none."""
 
     def count(self, samples: "Samples") -> Counts:
         """How many robots do what, in each of the samples."""
 
-    def add_event(self, event: "Event") -> None:
+    def add_event(self, event: "Event | dict[str, Any]") -> None:
         """Takes one event."""
 
 
@@ -140,6 +146,7 @@ class Trial(Generic[WriterT]):
         self._keys = job.experiment.keys
         self._simulation = self._place_robots()
         self._check_probes()
+        self._meter = self._make_meter()
         self._environment = self._make_environment()
         self.writer = make_writer()
         self._attach_probes()
@@ -149,6 +156,7 @@ class Trial(Generic[WriterT]):
         self._failed: list[dict[str, Any]] = []
         self._startup_s = 0.0
         self._sampled_at = -1
+        self._samples = 0
         self._last: Counts | None = None
         self._reported_at = 0.0
         report({"type": "started", "folder": str(job.folder)})
@@ -180,16 +188,32 @@ class Trial(Generic[WriterT]):
             return self._serve(self._served, stopped)
         simulation, end = self._simulation, ticks(self._keys.duration_s)
         chunk = 1
+        if self._meter.wants_moments:
+            simulation.advance(0)  # takes the first sample, while the engine stands there
+            self._take(simulation.samples())
         while simulation.tick < end and not stopped():
             began = time.perf_counter()
-            self._advance(min(chunk, end - simulation.tick))
+            self._advance(min(chunk, end - simulation.tick, self._ticks_until_sample()))
             now = time.perf_counter()
             self._startup_s = self._startup_s or now - self._began
             chunk = max(1, min(4 * chunk, round(chunk * _CHUNK_S / max(now - began, 1e-6))))
-            self._take(simulation.samples())
+            samples = simulation.samples()
+            self._take(samples, last=self._ends_with(samples, end))
         if self._sampled_at != simulation.tick:
-            self._take(simulation.snapshot())
+            self._take(simulation.snapshot(), last=True)
         return simulation.tick >= end
+
+    def _ends_with(self, samples: "Samples", end: int) -> bool:
+        """Whether the last of these samples is the last of the run."""
+        now = self._simulation.tick
+        return now >= end and len(samples["tick"]) > 0 and int(samples["tick"][-1]) == now
+
+    def _ticks_until_sample(self) -> int:
+        """So far may the engine go for the sake of metrics that look at it, beside its samples."""
+        if not self._meter.wants_moments:
+            return sys.maxsize
+        every = max(1, ticks(self._keys.record.sample_s))
+        return max(1, self._samples * every - self._simulation.tick)
 
     def _serve(self, world: ServedWorld, stopped: Callable[[], bool]) -> bool:
         """Until a host has had its run; False if stopped before."""
@@ -212,7 +236,7 @@ class Trial(Generic[WriterT]):
                 ahead = min(ahead, self._environment.ticks_until_due(simulation))
             simulation.advance(ahead)
 
-    def _take(self, samples: "Samples") -> None:
+    def _take(self, samples: "Samples", *, last: bool = False) -> None:
         if self._host is not None:
             self._host.see(samples)
         for event in self._simulation.events():
@@ -221,7 +245,8 @@ class Trial(Generic[WriterT]):
             self._events[event["kind"]] += 1
             if event["kind"] in FAILURES:
                 self._failed.append(dict(event))
-        counts = self.writer.add(samples)
+        self._samples += len(samples["tick"])
+        counts = self.writer.add(samples, self._measure(samples, last=last))
         if counts is None:
             return
         self._sampled_at = int(samples["tick"][-1])
@@ -229,7 +254,21 @@ class Trial(Generic[WriterT]):
         if time.perf_counter() - self._reported_at > _PROGRESS_S:
             self._reported_at = time.perf_counter()
             shown = {"tick": self._simulation.tick - self._zero_tick, **self._robots_now(counts)}
-            self._report({"type": "progress", **shown})
+            self._report({"type": "progress", **shown, "metrics": self._meter.latest})
+
+    def _measure(self, samples: "Samples", *, last: bool) -> MetricValues:
+        if not len(samples["tick"]):
+            return NO_METRICS
+        failed = len({event["robot"] for event in self._failed})
+        moment = Moment(self._simulation, failed, self._keys.grid is not None)
+        is_now = int(samples["tick"][-1]) == self._simulation.tick - self._zero_tick
+        before = set(self._meter.failed)
+        measured = self._meter.measure(samples, moment if is_now else None, last=last)
+        for name in self._meter.failed.keys() - before:
+            what = f"metric {name}: {self._meter.failed[name]}"
+            event = {"tick": int(samples["tick"][-1]), "kind": "metric_failed", "text": what}
+            self.writer.add_event(event)
+        return measured
 
     def _robots_now(self, counts: Counts) -> dict[str, Any]:
         names = [site.name for site in self._keys.site]
@@ -269,6 +308,8 @@ class Trial(Generic[WriterT]):
             "events": dict(self._events),
             "robots_failed": self._failed,
             "stats": simulation.stats(),
+            "metrics": metrics_summary(self._keys, self._meter.latest),
+            "metrics_failed": self._meter.failed,
             **self._environment_summary(),
             **({} if self._host is None else {"grid": self._host.summary()}),
         }
@@ -281,6 +322,16 @@ class Trial(Generic[WriterT]):
             self._host.finish()
         if self._served is not None:
             self._served.close()
+
+    def _make_meter(self) -> Meter:
+        """Before there is a folder, and before this process is confined."""
+        job = self._job
+        functions: Functions | None = None
+        if job.functions_outside:
+            functions = RemoteFunctions(self._report, sys.stdin.buffer)
+        elif job.experiment.functions:
+            functions = LocalFunctions(job.experiment)
+        return Meter(job.experiment, functions, job.guests)
 
     def _make_environment(self) -> EmulatedEnvironment | None:
         """Before there is a folder: its program may refuse. A served world's is outside."""

@@ -41,9 +41,13 @@ from kilotwin.experiment.states import States
 from kilotwin.experiment.text import ExperimentText, Setting, parse_setting
 from kilotwin.experiment.validation_errors import input_error
 from kilotwin.grid.controller import Controller
+from kilotwin.metrics.functions import LocalFunctions
+from kilotwin.metrics.meter import Meter
+from kilotwin.metrics.moment import Moment
 from kilotwin.runs.emulated_environment import EmulatedEnvironment
 from kilotwin.runs.emulated_grid import EmulatedHost, lead_ticks
 from kilotwin.runs.environment_record import EnvironmentMemory
+from kilotwin.runs.folder import FAILURES
 from kilotwin.runs.grid_record import GridMemory
 from kilotwin.units import seconds, ticks
 
@@ -138,6 +142,8 @@ class World:
             self._experiment = experiment_of(keys, settings)
         guests = [build_group(group) for group in self._experiment.groups]
         self._names = States.of(self._experiment.keys)
+        functions = LocalFunctions(self._experiment) if self._experiment.functions else None
+        self._meter = Meter(self._experiment, functions, [str(guest.file) for guest in guests])
         self._symbols: dict[str, GuestSymbols] = {}
         self._events: list[_emulator.Event] = []
         modules = self._experiment.modules
@@ -280,6 +286,21 @@ class World:
             for event in self.events
             if event["kind"] == "print" and event["robot"] == index
         )
+
+    @property
+    def metrics(self) -> dict[str, float | None]:
+        """The experiment's [metric]s now, by name; None of what has no value.
+
+        Those that look back (coverage, message_rate, first_time) look back at earlier calls.
+        KilotwinError says where a function of yours failed.
+        """
+        now = self._simulation.snapshot()
+        stopped = {event["robot"] for event in self.events if event["kind"] in FAILURES}
+        moment = Moment(self._simulation, len(stopped), self._experiment.modules is not None)
+        self._meter.measure(now, moment, last=True)
+        for name, why in self._meter.failed.items():
+            raise RunError(f"metric {name}: {why}")
+        return dict(self._meter.latest)
 
     @property
     def stats(self) -> dict[str, int | float]:

@@ -20,6 +20,7 @@ from kilotwin import __version__
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.states import Counts, States, count
 from kilotwin.files.drafts import draft_of
+from kilotwin.metrics.values import NO_METRICS, MetricValues
 from kilotwin.runs.columns import Records
 from kilotwin.runs.folder import EVENTS, EXPERIMENT, OBJECTS, PRINTS, Reserve, write_manifest
 from kilotwin.runs.prints import PrintLimit, Prints
@@ -53,13 +54,13 @@ class RunWriter:
         self._prints = Prints(folder / PRINTS)
         self._print_limit = PrintLimit(experiment.keys.record)
 
-    def add(self, samples: "Samples") -> Counts | None:
+    def add(self, samples: "Samples", measured: MetricValues = NO_METRICS) -> Counts | None:
         """Writes samples of the engine, a batch per table; returns their counts, None for none."""
         if not len(samples["tick"]):
             return None
         counts = self.count(samples)
-        self._robots.write(self._records.robots(samples))
-        self._sites.write(self._records.sites(samples, counts))
+        self._robots.write(self._records.robots(samples, measured))
+        self._sites.write(self._records.sites(samples, counts, measured))
         if self._objects is not None:
             self._objects.write(self._records.objects(samples))
         return counts

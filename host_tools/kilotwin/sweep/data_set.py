@@ -32,6 +32,7 @@ from kilotwin.errors import InputError, RunError, cause_of
 from kilotwin.experiment.profile_defaults import READING_DEFAULTS
 from kilotwin.experiment.schema import ExperimentSchema, Reading
 from kilotwin.files.drafts import draft_name, draft_of
+from kilotwin.runs.columns import METRIC
 from kilotwin.sweep import parts
 from kilotwin.sweep.measure import RESULT, Failed, Measured
 from kilotwin.sweep.plan import Plan, Trial
@@ -39,6 +40,8 @@ from kilotwin.sweep.plan import Plan, Trial
 ABOUT = "sweep.json"
 TRIALS = "trials.parquet"
 SERIES = "series.parquet"
+METRICS_FAILED = "metrics_failed"
+"""A column of trials.parquet, if a metric failed in one of them: which, where and how."""
 _ROW_GROUP = 500_000
 
 
@@ -196,7 +199,16 @@ class DataSet:
                 _write_rows(trials, rows, plan)
                 indexed = [(trial.index, key) for trial, key in finished]
                 self._write_series(series, indexed, list(schemas.values()))
-        return len(finished)
+        return len(rows)
+
+    def spoiled(self) -> list[str]:
+        """Of the trials in the table that lack a metric: which function failed, where and how."""
+        if not (self.folder / TRIALS).exists():
+            return []
+        with pq.ParquetFile(self.folder / TRIALS) as file:
+            if METRICS_FAILED not in file.schema_arrow.names:
+                return []
+            return list(filter(None, file.read([METRICS_FAILED])[METRICS_FAILED].to_pylist()))
 
     def _remove_tables(self) -> None:
         for table in (TRIALS, SERIES):
@@ -254,6 +266,10 @@ def _row(trial: Trial, key: str, varied: Sequence[str], schema: pa.Schema) -> di
     for site, count in result["resting"].items():
         row[f"resting_{site}"] = count
     row["not_resting"] = result["not_resting"]
+    for name, measured in result.get("metrics", {}).items():
+        row[f"{METRIC}{name}"] = measured["value"]
+    if failed := result.get("metrics_failed"):
+        row[METRICS_FAILED] = "; ".join(f"{name}: {why}" for name, why in failed.items())
     row["rule"] = trial.base if experiment.controller is None else experiment.controller.rule
     row["reading"] = _reading_name(experiment)
     row["informed"] = experiment.swarm.informed
@@ -280,12 +296,14 @@ def _reading_name(experiment: ExperimentSchema) -> str:
 def _write_rows(draft: Path, rows: Sequence[Mapping[str, Any]], plan: Plan) -> None:
     names = list(dict.fromkeys(name for row in rows for name in row))
     # A varied value is text, a number or a list; a column has one type, so the rest becomes text.
-    columns = {name: _column([row.get(name) for row in rows]) for name in names}
+    columns = {name: _column(name, [row.get(name) for row in rows]) for name in names}
     about = {"sweep": plan.keys.name, "kilotwin": __version__}
     pq.write_table(pa.table(columns).replace_schema_metadata(about), draft, compression="zstd")
 
 
-def _column(values: Sequence[Any]) -> pa.Array:
+def _column(name: str, values: Sequence[Any]) -> pa.Array:
+    if name.startswith(METRIC) and name != METRICS_FAILED:
+        return pa.array(values, pa.float64())
     kinds = {type(value) for value in values if value is not None}
     if kinds == {int, float}:
         return pa.array([None if value is None else float(value) for value in values])

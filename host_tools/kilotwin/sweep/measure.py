@@ -23,6 +23,7 @@ from kilotwin.build.group import build_group
 from kilotwin.errors import KilotwinError, TimeoutRunError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.states import Counts, States, count
+from kilotwin.metrics.values import NO_METRICS, MetricValues
 from kilotwin.runs import run
 from kilotwin.runs.columns import Records
 from kilotwin.runs.display import NoDisplay
@@ -41,6 +42,7 @@ _GRACE_S = 10.0
 
 # Keys of a run's summary that are the trial's result: the same on every machine.
 RESULT_KEYS = ("robots", "resting", "not_resting", "result_hash", "final_hash")
+_METRIC_KEYS = ("metrics", "metrics_failed")  # of trials that have any
 
 
 @dataclass(frozen=True)
@@ -142,7 +144,10 @@ def _measured(task: Task, summary: dict[str, Any], sites: list[pa.RecordBatch]) 
     schema = Records.of(task.experiment.keys, {}).sites_schema
     part = part_of(
         pa.Table.from_batches(sites, schema).combine_chunks(),
-        {key: summary[key] for key in RESULT_KEYS},
+        {
+            **{key: summary[key] for key in RESULT_KEYS},
+            **{key: summary[key] for key in _METRIC_KEYS if summary[key]},
+        },
     )
     return Measured(task.key, part, summary["cpu_s"], engine_sha256(), platform.node())
 
@@ -196,16 +201,16 @@ class _SeriesWriter:
         self._records = Records.of(experiment.keys, {})
         self.batches: list[pa.RecordBatch] = []
 
-    def add(self, samples: "Samples") -> Counts | None:
+    def add(self, samples: "Samples", measured: MetricValues = NO_METRICS) -> Counts | None:
         if not len(samples["tick"]):
             return None
         counts = self.count(samples)
-        self.batches.append(self._records.sites(samples, counts))
+        self.batches.append(self._records.sites(samples, counts, measured))
         return counts
 
     def count(self, samples: "Samples") -> Counts:
         sites = len(self._experiment.keys.site)
         return count(self._states, samples["led"], samples["site"], sites)
 
-    def add_event(self, event: "Event") -> None:
+    def add_event(self, event: "Event | dict[str, Any]") -> None:
         """Events of a trial that went well are not kept."""

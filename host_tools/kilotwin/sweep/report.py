@@ -46,6 +46,11 @@ def summary_text(summary: dict[str, Any]) -> str:
             f"damaged on the disk since: {summary['damaged']} of the trials; the same command runs "
             "them again"
         )
+    if spoiled := summary["metrics_failed"]:
+        lines.append(
+            f"metrics failed in {len(spoiled)} of the trials, which lack them; the first: "
+            f"{spoiled[0]}"
+        )
     if summary["status"] == "interrupted":
         lines.append("interrupted; the same command goes on from here")
     return "\n".join(lines)

@@ -136,6 +136,7 @@ class Sweep:
             programs = [guest.key for guest in built]
             if trial.experiment.environment is not None:
                 programs.append(trial.experiment.environment.sha256())
+            programs += [named.sha256() for named in trial.experiment.functions.values()]
             keys.append(trial_key(trial, programs))
         there = {key for key in keys if data.has(key)}
         damaged = [key for key in keys if key not in there and data.part(key).exists()]
@@ -234,6 +235,7 @@ class Sweep:
             "trials": len(self.plan.trials),
             "finished": finished,
             "damaged": self.damaged,
+            "metrics_failed": self.data.spoiled(),
             "failed": [
                 {"trial": shown(trial), **failure_line(self.failures[key])}
                 for trial, key in zip(self.plan.trials, self.keys, strict=True)

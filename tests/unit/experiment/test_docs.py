@@ -20,6 +20,11 @@ def test_the_table_is_of_this_schema() -> None:
     assert renewed(TEXT) == TEXT, "type: python -m kilotwin.experiment.docs docs/experiments.md"
 
 
+def test_the_table_of_built_in_metrics_is_of_this_schema() -> None:
+    text = (DOCUMENT.parent / "metrics.md").read_text()
+    assert renewed(text) == text, "type: python -m kilotwin.experiment.docs docs/metrics.md"
+
+
 def test_every_key_has_a_meaning() -> None:
     rows = [line.split(" | ") for line in table().splitlines()[2:]]
     assert len(rows) > 100

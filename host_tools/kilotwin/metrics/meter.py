@@ -1,0 +1,146 @@
+"""Measures all metrics of an experiment, sample by sample."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.metric_schema import Metric
+from kilotwin.experiment.schema import ExperimentSchema
+from kilotwin.metrics.builtins import Measure, builtin
+from kilotwin.metrics.functions import Functions, Values
+from kilotwin.metrics.moment import Moment
+from kilotwin.metrics.sample import Row, SampleMaker, rows_of
+from kilotwin.metrics.values import NO_METRICS, MetricValues
+from kilotwin.metrics.variables import Variable
+
+if TYPE_CHECKING:
+    from kilotwin._emulator import Samples
+
+_OF_A_MOMENT = ("messages", "message_rate", "survival")
+
+
+class Meter:
+    """The metrics of one run."""
+
+    def __init__(
+        self,
+        experiment: Experiment,
+        functions: Functions | None,
+        guests: Sequence[str] | None = None,
+    ) -> None:
+        """`guests`: the built programs, one per group; None of a real table, whose robots have no
+        variables to read. `functions` may be None where the experiment has none."""
+        keys = experiment.keys
+        self._metrics = keys.metric
+        self._has_grid = experiment.modules is not None
+        self._functions = functions
+        self._make = SampleMaker(keys)
+        self._builtins: dict[str, Measure] = {
+            name: builtin(metric, keys)
+            for name, metric in keys.metric.items()
+            if metric.builtin not in (None, "first_time")
+        }
+        self._variables: dict[str, Variable] = {}
+        if guests is not None:
+            self._variables = {
+                name: Variable(experiment, name, guests)
+                for name, metric in keys.metric.items()
+                if metric.variable is not None
+            }
+        self._reached: dict[str, float] = {}
+        self.latest: Values = dict.fromkeys(keys.metric)
+        """The newest value of each, None of what has none."""
+
+    @property
+    def failed(self) -> dict[str, str]:
+        """Of the metrics whose function failed: where and how."""
+        return {} if self._functions is None else self._functions.failed
+
+    @property
+    def wants_moments(self) -> bool:
+        """Whether the engine has to stand still at each sample."""
+        metrics = self._metrics.values()
+        return any(
+            metric.variable is not None
+            or (metric.function is not None and self._has_grid)
+            or metric.builtin in _OF_A_MOMENT
+            for metric in metrics
+            if metric.when == "samples"
+        )
+
+    def measure(
+        self, samples: "Samples", moment: Moment | None, *, last: bool = False
+    ) -> MetricValues:
+        """The values at these samples; `moment` is that of the last of them, `last` of the run."""
+        if not self._metrics:
+            return NO_METRICS
+        count, robots = samples["led"].shape
+        measured = MetricValues({name: np.full(count, np.nan) for name in self._metrics})
+        for name, metric in self._metrics.items():
+            if metric.per_robot:
+                measured.of_robots[name] = np.full((count, robots), np.nan)
+        cells = None if moment is None or not self._functions else moment.cells
+        for k, row in enumerate(rows_of(samples, cells)):
+            is_now = k == count - 1
+            wanted = {
+                name: metric
+                for name, metric in self._metrics.items()
+                if metric.when == "samples" or (last and is_now)
+            }
+            values = self._at(row, wanted, moment if is_now else None, k, measured)
+            for name, value in values.items():
+                measured.values[name][k] = np.nan if value is None else value
+            self.latest |= values
+        return measured
+
+    def _at(
+        self,
+        row: Row,
+        wanted: dict[str, Metric],
+        moment: Moment | None,
+        k: int,
+        measured: MetricValues,
+    ) -> Values:
+        sample = self._make.sample(row)
+        values: Values = {
+            name: measure(sample, moment)
+            for name, measure in self._builtins.items()
+            if name in wanted
+        }
+        if self._functions is not None:
+            names = [name for name, metric in wanted.items() if metric.function is not None]
+            values |= self._functions.measure(row, names)
+        if moment is not None:
+            for name in self._variables:
+                if name in wanted:
+                    of_robots = self._variables[name].read(moment.engine.state)
+                    values[name] = self._variables[name].reduced(of_robots)
+                    if name in measured.of_robots:
+                        measured.of_robots[name][k] = of_robots
+        for name, metric in wanted.items():
+            if metric.builtin == "first_time":
+                values[name] = self._first_time(name, metric, values, sample.time_s)
+        return values
+
+    def _first_time(self, name: str, metric: Metric, values: Values, time_s: float) -> float | None:
+        assert metric.metric is not None
+        value = values.get(metric.metric)
+        if name not in self._reached and value is not None:
+            least, most = metric.at_least, metric.at_most
+            if (least is not None and value >= least) or (most is not None and value <= most):
+                self._reached[name] = time_s
+        return self._reached.get(name)
+
+
+def metrics_summary(keys: ExperimentSchema, latest: Values) -> dict[str, dict[str, object]]:
+    """Metrics in the --json object: value, unit and meaning, by name."""
+    return {
+        name: {
+            "value": latest.get(name),
+            "unit": metric.shown_unit,
+            "meaning": metric.shown_meaning,
+        }
+        for name, metric in keys.metric.items()
+    }

@@ -1,0 +1,56 @@
+"""Metrics that are variables of robots' programs, by the debug information of the PC's build."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kilotwin.build.guest_symbols import GuestSymbols, NumberPlace
+from kilotwin.errors import InputError
+from kilotwin.experiment.experiment import Experiment
+
+Numbers = NDArray[np.float64]
+
+_REDUCED: dict[str, Callable[[Numbers], np.float64]] = {
+    "mean": np.mean,
+    "sum": np.sum,
+    "least": np.min,
+    "most": np.max,
+}
+
+
+class Variable:
+    """One variable, in those robots whose program has it."""
+
+    def __init__(self, experiment: Experiment, name: str, guests: Sequence[str]) -> None:
+        """`guests` are the built programs, one per group. InputError if none has the variable."""
+        metric = experiment.keys.metric[name]
+        assert metric.variable is not None
+        self._reduce = _REDUCED[metric.of]
+        self._places: list[NumberPlace | None] = []
+        complaint = "robots run by their machine code, whose variables are not read"
+        for group, file in zip(experiment.groups, guests, strict=True):
+            place: NumberPlace | None = None
+            if not (group.on_board or group.translated):
+                try:
+                    place = GuestSymbols(Path(file)).number(metric.variable)
+                except InputError as error:
+                    complaint = str(error)
+            self._places += [place] * group.count
+        if not any(self._places):
+            raise experiment.error(("metric", name, "variable"), complaint)
+
+    def read(self, state_of: Callable[[int], bytes]) -> Numbers:
+        """[N]: each robot's, NaN for those without it."""
+        return np.array(
+            [
+                np.nan if place is None else place.read(state_of(robot))
+                for robot, place in enumerate(self._places)
+            ]
+        )
+
+    def reduced(self, values: Numbers) -> float | None:
+        """Of those robots that have it and whose value is a number."""
+        known = values[np.isfinite(values)]
+        return float(self._reduce(known)) if len(known) else None
