@@ -1,6 +1,7 @@
 """Figures of run folders and of sweeps, as PNG, SVG or PDF."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -8,14 +9,20 @@ from matplotlib.figure import Figure
 
 from kilotwin.errors import InputError, cause_of
 from kilotwin.plot import style
+from kilotwin.plot.effects import draw_ecdf, draw_effect, draw_heat
 from kilotwin.plot.map import draw_map
-from kilotwin.plot.series import draw_series
+from kilotwin.plot.series import draw_curve, draw_series
 from kilotwin.plot.sweep import draw_error, draw_iqr, draw_median, draw_symmetry
-from kilotwin.plot.timeline import draw_timeline
+from kilotwin.plot.timeline import draw_states, draw_timeline
 from kilotwin.runs.reader import Run
 from kilotwin.sweep.conditions import Conditions
+from kilotwin.sweep.results import Results
 
-RUN_FIGURES: dict[str, Callable[[Run], Figure]] = {"map": draw_map, "timeline": draw_timeline}
+RUN_FIGURES: dict[str, Callable[[Run], Figure]] = {
+    "map": draw_map,
+    "timeline": draw_timeline,
+    "states": draw_states,
+}
 SWEEP_FIGURES: dict[str, Callable[[Conditions], Figure]] = {
     "median": draw_median,
     "iqr": draw_iqr,
@@ -26,25 +33,45 @@ SERIES_FIGURE = "series"
 _SUFFIXES = {".png", ".svg", ".pdf"}
 
 
-def write_figure(
-    figure: str, folder: Path, target: Path, where: Sequence[str] = (), column: str | None = None
-) -> None:
-    """Draws a figure of a run's or a sweep's folder; what cannot be done is an InputError.
+@dataclass(frozen=True)
+class Wanted:
+    """What a figure is to show. Keys and metrics by name, None where they were not given.
 
-    `where`: which of the sweep's trials, as for Conditions.open(). `column`: of the series.
+    `where`: which of the sweep's trials, as for Conditions.open(). `column`: of series.parquet.
     """
+
+    where: Sequence[str] = ()
+    column: str | None = None
+    metric: str | None = None
+    x: str | None = None
+    y: str | None = None
+    by: str | None = None
+    hue: str | None = None
+
+
+# Of the figures of metrics: what each needs, and may have.
+_METRIC_FIGURES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "curve": (("metric",), ("by",)),
+    "effect": (("x", "y"), ("hue",)),
+    "heat": (("x", "y", "metric"), ()),
+    "ecdf": (("metric",), ("by",)),
+}
+
+
+def write_figure(figure: str, folder: Path, target: Path, wanted: Wanted | None = None) -> None:
+    """Draws a figure of a run's or a sweep's folder; what cannot be done is an InputError."""
+    wanted = wanted or Wanted()
     if target.suffix.lower() not in _SUFFIXES:
         raise InputError(f"-o {target}: not a kind of picture; end the name in .png, .svg or .pdf")
-    if column is not None and figure != SERIES_FIGURE:
-        raise InputError(f"--column {column}: for the figure series; {figure} has none")
+    _check_options(figure, wanted)
     if figure in RUN_FIGURES:
-        if where:
-            raise InputError(f"--where {where[0]}: for figures of sweeps; {figure} is of one run")
         drawing = partial(RUN_FIGURES[figure], Run.open(folder))
     elif figure == SERIES_FIGURE:
-        drawing = partial(draw_series, folder, where, column or "")
+        drawing = partial(draw_series, folder, wanted.where, wanted.column or "")
+    elif figure in _METRIC_FIGURES:
+        drawing = partial(_draw_metric, figure, folder, wanted)
     else:
-        drawing = partial(SWEEP_FIGURES[figure], Conditions.open(folder, where))
+        drawing = partial(SWEEP_FIGURES[figure], Conditions.open(folder, wanted.where))
     drawn = style.draw(drawing)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -52,3 +79,46 @@ def write_figure(
     except OSError as error:
         reason = cause_of(error)
         raise InputError(f"-o {target}: cannot be written ({reason}); name another file") from None
+
+
+def _check_options(figure: str, wanted: Wanted) -> None:
+    """Each option belongs to some figures, and some figures need one."""
+    if figure in RUN_FIGURES and wanted.where:
+        first = wanted.where[0]
+        raise InputError(f"--where {first}: for figures of sweeps; {figure} is of one run")
+    if wanted.column is not None and figure != SERIES_FIGURE:
+        what = f"for the figure series; {figure} has none"
+        raise InputError(f"--column {wanted.column}: {what}")
+    needed, more = _METRIC_FIGURES.get(figure, ((), ()))
+    for option in ("metric", "x", "y", "by", "hue"):
+        given = getattr(wanted, option)
+        if given is not None and option not in (*needed, *more):
+            takes = " and ".join(f"--{name}" for name in (*needed, *more)) or "none of these"
+            raise InputError(f"--{option} {given}: not for the figure {figure}; it takes {takes}")
+        if given is None and option in needed:
+            raise InputError(f"{figure}: which one? Add --{option}")
+
+
+def _draw_metric(figure: str, folder: Path, wanted: Wanted) -> Figure:
+    results = Results.open(folder, wanted.where)
+
+    def key(option: str) -> str | None:
+        name = getattr(wanted, option)
+        return None if name is None else results.key(name, f"--{option}")
+
+    if figure == "effect":
+        x = key("x")
+        assert x is not None
+        assert wanted.y is not None
+        return draw_effect(results, results.metric(wanted.y, "--y"), x, key("hue"))
+    assert wanted.metric is not None
+    column = results.metric(wanted.metric)
+    if figure == "heat":
+        x, y = key("x"), key("y")
+        assert x is not None
+        assert y is not None
+        return draw_heat(results, column, x, y)
+    by = key("by")
+    if figure == "ecdf":
+        return draw_ecdf(results, column, by)
+    return draw_curve(results, column, [by] if by else [])

@@ -1,7 +1,7 @@
 """The look of all figures: sizes, type, and colours that colour-blind people can distinguish."""
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from textwrap import fill
 from typing import Any
@@ -35,6 +35,12 @@ LEGEND_LINE = 0.235
 # Marks of the second, third, ... site of one colour: areas and lines.
 HATCHES = ["", "////", "....", "xxxx", "||||"]
 DASHES: list[Any] = ["-", (0, (5, 1.5)), (0, (2, 1)), (0, (5, 1, 1, 1)), (0, (1, 1.5))]
+
+# Okabe and Ito's. A line has a colour and a marker of its own; the second six are open and dashed.
+_LINE_COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"]
+_LINE_MARKERS = ["o", "s", "^", "D", "v", "P"]
+MOST_LINES = 2 * len(_LINE_COLOURS)
+"""Lines that one figure can tell apart."""
 
 _SETTINGS: dict[Any, Any] = {
     "figure.dpi": 150,
@@ -118,3 +124,25 @@ def legend_columns(labels: Sequence[str], height: float) -> int:
 def title(run: Run) -> str:
     """Which run this is, for the top of a figure."""
     return f"{run.experiment.name}, seed {run.experiment.seed}"
+
+
+def line_look(place: int) -> dict[str, Any]:
+    """Colour, marker and line of line number `place`, 0 to 11; no two have the same."""
+    turn, colour = divmod(place, len(_LINE_COLOURS))
+    return {
+        "color": _LINE_COLOURS[colour],
+        "marker": _LINE_MARKERS[(colour + 3 * turn) % len(_LINE_MARKERS)],
+        "ls": "--" if turn else "-",
+        "mfc": "white" if turn else _LINE_COLOURS[colour],
+        "ms": 4,
+        "lw": 1.2,
+    }
+
+
+def trials_note(trials: Iterable[int], of: str, missing: str = "") -> str:
+    """How many trials are behind each point or cell, and what a single one does not give."""
+    numbers = sorted(trials)
+    least, most = numbers[0], numbers[-1]
+    span = f"{least}" if least == most else f"{least} to {most}"
+    note = f"{span} trial{'s' * (most > 1)} a {of}"
+    return f"{note}; one trial gives no {missing}" if least == 1 and missing else note

@@ -2,10 +2,9 @@
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from statistics import median
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -15,11 +14,21 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
 from kilotwin.compare.intervals import bootstrap_mean, spread
 from kilotwin.errors import InputError
-from kilotwin.plot.style import HATCHES, OUTLINE, letters, name_fill, repeats, wrapped
+from kilotwin.plot.heat_map import SHADES, draw_map, look_of, value_labels
+from kilotwin.plot.style import (
+    HATCHES,
+    MOST_LINES,
+    OUTLINE,
+    letters,
+    line_look,
+    name_fill,
+    repeats,
+    trials_note,
+    wrapped,
+)
 from kilotwin.sweep.conditions import Condition, Conditions, Ending, errors, on_site
 
 Split = tuple[tuple[str, ...], tuple[float, ...]]
@@ -29,15 +38,6 @@ Cells = dict[tuple[float, float], list[int]]
 
 _LARGEST = 100  # inches: a larger figure is of no use
 _COLUMNS = 6  # panels of the error figure side by side
-
-# Okabe and Ito's. A rule has a colour and a marker of its own; the second six are open and dashed.
-_RULE_COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"]
-_RULE_MARKERS = ["o", "s", "^", "D", "v", "P"]
-MOST_RULES = 2 * len(_RULE_COLOURS)
-
-_SHADES = "gray_r"  # white is 0
-_NO_VALUE = "#cfe3f2"
-_NUMBERED = 40  # cells on a side up to which each shows its number
 
 _SINGLE = 40  # robots up to which each number of them has a bar of its own
 _BARS = 20
@@ -86,13 +86,13 @@ def draw_error(trials: Conditions) -> Figure:
     """Robots too many or too few per site: means with 95 % bootstrap intervals, by controller."""
     informed = _informed(trials)
     rules = [rule for rule in trials.rules if any(rule == c.rule for c in informed)]
-    if len(rules) > MOST_RULES:
+    if len(rules) > MOST_LINES:
         raise InputError(
-            f"{trials.name}: {len(rules)} controllers, and one figure can tell {MOST_RULES} apart; "
+            f"{trials.name}: {len(rules)} controllers, and one figure can tell {MOST_LINES} apart; "
             f"choose one, as by --where rule={rules[0]}"
         )
     panels = error_panels(informed)
-    labels = share_labels(share for c in informed for share in c.shares)
+    labels = value_labels(share for c in informed for share in c.shares)
     rows, columns = (1 + max(place) for place in zip(*panels, strict=True))
     names = [_legend_text(rule) for rule in rules]
     figure = _figure(
@@ -126,7 +126,7 @@ def draw_error(trials: Conditions) -> Figure:
             axes.set_xlabel("share informed")
     for axes in of_size.values():
         axes.set_ylim(bottom=0)
-    lines = [Line2D([], [], **rule_look(place)) for place in range(len(rules))]
+    lines = [Line2D([], [], **line_look(place)) for place in range(len(rules))]
     figure.legend(lines, names, loc="outside right upper", fontsize=9)
     return figure
 
@@ -134,15 +134,6 @@ def draw_error(trials: Conditions) -> Figure:
 def quartile_range(robots: Sequence[int]) -> float:
     """The interquartile range; NaN of one trial."""
     return spread(robots) if len(robots) > 1 else math.nan
-
-
-def share_labels(shares: Iterable[float]) -> dict[float, str]:
-    """Each share in as few digits as distinguish all of them, from three to six."""
-    values = set(shares)
-    digits = 3
-    while digits < 6 and len({f"{share:.{digits}g}" for share in values}) < len(values):
-        digits += 1
-    return {share: f"{share:.{digits}g}" for share in values}
 
 
 def error_panels(conditions: Iterable[Condition]) -> dict[tuple[int, int], tuple[int, Split]]:
@@ -176,15 +167,6 @@ def bar_edges(robots: int) -> list[int]:
     if width > 1 and robots % width == 0:
         del edges[-2]
     return edges
-
-
-def trials_note(trials: Iterable[int], of: str, missing: str = "") -> str:
-    """How many trials are behind each point or cell, and what a single one does not give."""
-    numbers = sorted(trials)
-    least, most = numbers[0], numbers[-1]
-    span = f"{least}" if least == most else f"{least} to {most}"
-    note = f"{span} trial{'s' * (most > 1)} a {of}"
-    return f"{note}; one trial gives no {missing}" if least == 1 and missing else note
 
 
 def site_cells(
@@ -271,7 +253,7 @@ def _heat_maps(
     if top is None:
         widths = [v / sizes[row] for (row, _), of in values.items() for v in of.values()]
         top = max([0.05, *(width for width in widths if not math.isnan(width))])
-    look = _look_of(list(values.values()))
+    look = look_of(list(values.values()))
     heads, feet, more = _map_texts(columns, sizes, look.width)
     width = look.width * len(columns) + 1
     height = (look.height + 0.18 * more) * len(sizes) + 0.6
@@ -282,11 +264,11 @@ def _heat_maps(
         for column in range(len(columns)):
             if (row, column) in maps:
                 axes = drawn[column] = figure.add_subplot(grid[row, column])
-                _draw_map(axes, values[row, column], look, top * size)
+                draw_map(axes, values[row, column], look, top * size)
                 axes.set_title(heads[row, column], fontsize=10)
                 axes.set_xlabel(feet[column])
         drawn[min(drawn)].set_ylabel("share informed")
-        shades = ScalarMappable(Normalize(0, top * size), _SHADES)
+        shades = ScalarMappable(Normalize(0, top * size), SHADES)
         bar = figure.colorbar(shades, ax=list(drawn.values()), shrink=0.9, fraction=0.7 / width)
         bar.set_label("robots")
     return figure
@@ -334,61 +316,6 @@ def _cells_note(maps: Sequence[Cells], missing: str) -> str:
     if without:
         note += f"; {without} cell{'s' * (without > 1)} without trials (pale blue)"
     return note
-
-
-@dataclass(frozen=True)
-class _Look:
-    """Measures that all heat maps of a figure share. Sizes in inches, of a map with its labels."""
-
-    width: float
-    height: float
-    is_numbered: bool
-    every: int
-    """Which cells of a row and of a column have their share at the rim: every second, ..."""
-    rotation: int
-
-
-def _look_of(maps: Sequence[Mapping[tuple[float, float], float]]) -> _Look:
-    """Cells that have room for their numbers; of very many, small ones without."""
-    ups = [share_labels(informed for informed, _ in cells).values() for cells in maps]
-    acrosses = [share_labels(share for _, share in cells).values() for cells in maps]
-    up, across = max(map(len, ups)), max(map(len, acrosses))
-    is_numbered = max(across, up) <= _NUMBERED
-    longest = max(len(f"{value:g}") for cells in maps for value in cells.values())
-    cell = letters(longest, 8) + 0.05 if is_numbered else 0.1
-    beside = 0.3 + letters(max(len(label) for labels in ups for label in labels))
-    below = letters(max(len(label) for labels in acrosses for label in labels))
-    width = max(2.9, across * cell + beside)
-    is_upright = below > (width - beside) / across
-    height = max(2.9, up * (0.24 if is_numbered else 0.1) + 1.05) + below * is_upright
-    return _Look(width, height, is_numbered, 1 if is_numbered else 2, 90 * is_upright)
-
-
-def _draw_map(
-    axes: Axes, cells: Mapping[tuple[float, float], float], look: _Look, top: float
-) -> None:
-    up = sorted({informed for informed, _ in cells})
-    across = sorted({share for _, share in cells})
-    values: NDArray[np.float64] = np.full((len(up), len(across)), np.nan)
-    for (informed, share), value in cells.items():
-        x, y = across.index(share), up.index(informed)
-        values[y, x] = value
-        if look.is_numbered:
-            colour = "white" if value > 0.5 * top else "black"
-            text = "\N{EN DASH}" if math.isnan(value) else f"{value:g}"
-            axes.text(x, y, text, ha="center", va="center", fontsize=8, color=colour)
-    axes.imshow(
-        np.ma.masked_invalid(values), origin="lower", cmap=_SHADES, vmin=0, vmax=top, aspect="auto"
-    )
-    axes.set_facecolor(_NO_VALUE)
-    for set_ticks, shares, rotation in (
-        (axes.set_xticks, across, look.rotation),
-        (axes.set_yticks, up, 0),
-    ):
-        labels = share_labels(shares)
-        places = range(0, len(shares), look.every)
-        set_ticks(places, [labels[shares[place]] for place in places], rotation=rotation)
-    axes.spines[["top", "right"]].set_visible(True)
 
 
 def _site_looks(trials: Conditions, groups: Iterable[Condition]) -> dict[str, Patch]:
@@ -455,19 +382,6 @@ def _draw_errors(axes: Axes, cells: Mapping[Condition, list[Ending]], rules: Seq
                 values,
                 yerr=np.maximum([low, high], 0),
                 capsize=2,
-                **rule_look(place),
+                **line_look(place),
             )
     axes.grid(color="#dddddd", lw=0.6)
-
-
-def rule_look(place: int) -> dict[str, Any]:
-    """Colour, marker and line of controller number `place`, 0 to 11; no two have the same."""
-    turn, colour = divmod(place, len(_RULE_COLOURS))
-    return {
-        "color": _RULE_COLOURS[colour],
-        "marker": _RULE_MARKERS[(colour + 3 * turn) % len(_RULE_MARKERS)],
-        "ls": "--" if turn else "-",
-        "mfc": "white" if turn else _RULE_COLOURS[colour],
-        "ms": 4,
-        "lw": 1.2,
-    }

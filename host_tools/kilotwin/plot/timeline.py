@@ -1,19 +1,23 @@
-"""How many robots rest on each site, and how many do not rest, over the time of a run."""
+"""How many robots rest on each site, or are in each state, over the time of a run."""
 
 import numpy as np
+import pyarrow as pa
 from matplotlib import patheffects
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from kilotwin.errors import InputError
 from kilotwin.experiment.checks import swarm_size
+from kilotwin.experiment.states import States
 from kilotwin.plot.style import (
     DASHES,
     OUTLINE,
     legend_columns,
     repeats,
     site_fills,
+    state_colours,
     title,
     wrapped,
 )
@@ -25,11 +29,15 @@ _PAPER = "#e4e4e4"
 
 
 def draw_timeline(run: Run) -> Figure:
-    """A line per site in its colour; the wanted numbers are dotted where robots are informed."""
-    table = run.sites()
-    if table.num_rows == 0:
-        raise InputError(f"{run.folder}: no sample was recorded; let the run go on for longer")
+    """A line per site in its colour; the wanted numbers are dotted where robots are informed.
+
+    Of a program that rests on no site, a line per state.
+    """
+    table = _samples(run)
     experiment = run.experiment
+    states = States.of(experiment)
+    if not experiment.site or states.resting >= states.known:
+        return draw_states(run)
     size = swarm_size(experiment)
     time_s = np.asarray(table["time_s"])
 
@@ -61,12 +69,7 @@ def draw_timeline(run: Run) -> Figure:
         label=f"not resting ({elsewhere[-1]})",
     )
 
-    axes.set(xlabel="time (s)", ylabel="robots", ylim=(-0.02 * size, 1.04 * size))
-    axes.set_xlim(0, max(time_s[-1], experiment.record.sample_s))
-    axes.xaxis.set_major_formatter(lambda second, _: f"{second:,.10g}")
-    axes.yaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10]))
-    axes.grid(color="white", lw=0.8)
-    axes.set_title(wrapped(title(run), 7.75, 12))
+    _label_axes(axes, run, time_s[-1], size)
     handles, labels = axes.get_legend_handles_labels()
     if expected:
         handles.append(Line2D([], [], color=OUTLINE, ls=":", lw=1.6))
@@ -80,6 +83,64 @@ def draw_timeline(run: Run) -> Figure:
         ncols=legend_columns(["", *labels], 3.85),
     )
     return figure
+
+
+def draw_states(run: Run) -> Figure:
+    """How many robots are in each state: a line per state that occurs, in its colour."""
+    _samples(run)
+    rows = run.robots()
+    size = swarm_size(run.experiment)
+    time_s = np.unique(np.asarray(rows["time_s"]))
+    shown = rows["state"].combine_chunks()
+    indices, words = np.asarray(shown.indices), shown.dictionary.to_pylist()
+    samples = len(indices) // size
+    in_state = np.stack(
+        [
+            np.bincount(sample, minlength=len(words))
+            for sample in indices[: samples * size].reshape(samples, size)
+        ]
+    )
+    occurring = [name for name in States.of(run.experiment).names if name in words]
+    occurring = [name for name in occurring if in_state[:, words.index(name)].any()]
+    colours = state_colours(occurring)
+
+    figure = Figure(figsize=(10, 5))
+    axes = figure.add_subplot(facecolor=_PAPER)
+    for place, name in enumerate(occurring):
+        counts = in_state[:, words.index(name)]
+        axes.plot(
+            time_s[:samples],
+            counts,
+            color=colours[name],
+            lw=2,
+            ls=DASHES[place % len(DASHES)],
+            path_effects=_outlined(3.2),
+            label=wrapped(f"{name} ({counts[-1]})", 3.5),
+        )
+    _label_axes(axes, run, time_s[-1], size)
+    axes.legend(
+        loc="upper left",
+        bbox_to_anchor=(1.0, 1.0),
+        title="robots by state (at the end)",
+        ncols=legend_columns(["", *occurring], 3.85),
+    )
+    return figure
+
+
+def _samples(run: Run) -> pa.Table:
+    table = run.sites()
+    if table.num_rows == 0:
+        raise InputError(f"{run.folder}: no sample was recorded; let the run go on for longer")
+    return table
+
+
+def _label_axes(axes: Axes, run: Run, end_s: float, size: int) -> None:
+    axes.set(xlabel="time (s)", ylabel="robots", ylim=(-0.02 * size, 1.04 * size))
+    axes.set_xlim(0, max(end_s, run.experiment.record.sample_s))
+    axes.xaxis.set_major_formatter(lambda second, _: f"{second:,.10g}")
+    axes.yaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10]))
+    axes.grid(color="white", lw=0.8)
+    axes.set_title(wrapped(title(run), 7.75, 12))
 
 
 def _outlined(width: float) -> list[patheffects.AbstractPathEffect]:

@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 
 from kilotwin.errors import InputError
 from kilotwin.plot import style
-from kilotwin.plot.figures import write_figure
+from kilotwin.plot.figures import Wanted, write_figure
 from kilotwin.plot.series import draw_series
 from kilotwin.sweep.data_set import ABOUT, SERIES, TRIALS
 
@@ -94,8 +94,8 @@ def test_trials_that_differ_too_much_are_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("figure", "column", "said"),
     [
-        ("series", None, "which column? Add --column; {folder}/series.parquet has state_past"),
-        ("series", "past", "--column past: no such column; {folder}/series.parquet has state_past"),
+        ("series", None, "which column? Add --column; {folder} has state_past"),
+        ("series", "past", "--column past: {folder} has no such metric; it has state_past"),
         ("error", "past", "--column past: for the figure series; error has none"),
     ],
 )
@@ -104,7 +104,7 @@ def test_a_column_that_is_not_there_is_refused(
 ) -> None:
     folder = sweep(tmp_path / "sweep")
     with pytest.raises(InputError, match=re.escape(said.format(folder=folder))):
-        write_figure(figure, folder, tmp_path / "figure.png", (), column)
+        write_figure(figure, folder, tmp_path / "figure.png", Wanted(column=column))
 
 
 def test_a_folder_without_trials_is_refused(tmp_path: Path) -> None:

@@ -14,16 +14,9 @@ from matplotlib.text import Text
 from kilotwin.errors import InputError
 from kilotwin.plot import style
 from kilotwin.plot.figures import SWEEP_FIGURES, write_figure
-from kilotwin.plot.sweep import (
-    MOST_RULES,
-    bar_edges,
-    error_panels,
-    quartile_range,
-    rule_look,
-    share_labels,
-    site_cells,
-    trials_note,
-)
+from kilotwin.plot.heat_map import value_labels
+from kilotwin.plot.style import MOST_LINES, line_look, trials_note
+from kilotwin.plot.sweep import bar_edges, error_panels, quartile_range, site_cells
 from kilotwin.sweep.conditions import Condition, Conditions, Ending
 
 TWO, THREE = ("black", "white"), ("black", "white", "red")
@@ -172,20 +165,20 @@ def test_few_splits_have_a_column_each_and_many_run_on() -> None:
 
 
 def test_the_rules_of_the_error_figure_stand_beside_its_panels_and_differ() -> None:
-    rules = tuple(f"_rule {number}" for number in range(MOST_RULES))
+    rules = tuple(f"_rule {number}" for number in range(MOST_LINES))
     figure = drawn("error", grid(rules))
     (legend,) = figure.legends
     assert {text.get_text() for text in legend.get_texts()} == set(rules)
     left = min(line.get_window_extent().x0 for line in legend.get_lines())
     assert max(axes.get_window_extent().x1 for axes in figure.axes) < left
-    looks = [rule_look(place) for place in range(MOST_RULES)]
-    assert len({(look["marker"], look["mfc"]) for look in looks}) == MOST_RULES
-    assert len({(look["color"], look["ls"]) for look in looks}) == MOST_RULES
-    assert len({(look["color"], look["marker"]) for look in looks}) == MOST_RULES
+    looks = [line_look(place) for place in range(MOST_LINES)]
+    assert len({(look["marker"], look["mfc"]) for look in looks}) == MOST_LINES
+    assert len({(look["color"], look["ls"]) for look in looks}) == MOST_LINES
+    assert len({(look["color"], look["marker"]) for look in looks}) == MOST_LINES
 
 
 def test_more_rules_than_can_be_told_apart_are_refused() -> None:
-    rules = tuple(f"rule {number:02}" for number in range(MOST_RULES + 1))
+    rules = tuple(f"rule {number:02}" for number in range(MOST_LINES + 1))
     with pytest.raises(InputError, match=r"13 controllers.* tell 12 apart.*--where rule=rule 00"):
         drawn("error", grid(rules))
     uninformed = {c: e for rule in rules[1:] for c, e in nobody_informed(rule).items()}
@@ -212,7 +205,7 @@ def test_a_picture_too_large_to_look_at_is_refused() -> None:
 def test_shares_have_few_digits_but_enough_to_differ(
     shares: list[float], labels: list[str]
 ) -> None:
-    assert [share_labels(shares)[share] for share in shares] == labels
+    assert [value_labels(shares)[share] for share in shares] == labels
 
 
 @pytest.mark.parametrize("side", [3, 12, 41])
