@@ -1095,6 +1095,9 @@ int kilogrid_can_to_host_pack(
         dst_p[7] |= pack_left_shift_u8(src_p->robot_state, 0u, 0xffu);
         break;
 
+    case 27:
+        break;
+
     default:
         break;
     }
@@ -1196,6 +1199,9 @@ int kilogrid_can_to_host_unpack(
         dst_p->answer |= unpack_left_shift_u32(src_p[5], 16u, 0xffu);
         dst_p->answer |= unpack_left_shift_u32(src_p[6], 24u, 0xffu);
         dst_p->robot_state = unpack_right_shift_u8(src_p[7], 0u, 0xffu);
+        break;
+
+    case 27:
         break;
 
     default:

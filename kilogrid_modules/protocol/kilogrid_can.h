@@ -96,6 +96,7 @@ extern "C" {
 #define KILOGRID_CAN_TO_HOST_TYPE_TRACKING_KILOBOT_START_CHOICE (20u)
 #define KILOGRID_CAN_TO_HOST_TYPE_MODULE_BOOT_REPORT_CHOICE (24u)
 #define KILOGRID_CAN_TO_HOST_TYPE_ROBOT_REPORT_CHOICE (26u)
+#define KILOGRID_CAN_TO_HOST_TYPE_HOST_PRESENT_CHOICE (27u)
 
 #define KILOGRID_CAN_TO_HOST_STATE_INIT_CHOICE (0u)
 #define KILOGRID_CAN_TO_HOST_STATE_IDLE_CHOICE (1u)
@@ -465,7 +466,7 @@ struct kilogrid_can_to_module_t {
  */
 struct kilogrid_can_to_host_t {
     /**
-     * What the frame says: 6 bits, since tracking needs the upper two.
+     * What the frame says: 6 bits, since tracking needs the upper two. HOST_PRESENT comes from no module, but from a host, with identifier 1, which no module takes: 7 bytes follow that each host draws for itself.
      *
      * Range: 0..63 (0..63 -)
      * Scale: 1

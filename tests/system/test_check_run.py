@@ -69,7 +69,7 @@ def test_a_run_that_may_go_on_is_not_mended(kilotwin: Kilotwin, run: Path) -> No
 
 def test_a_spoiled_record_says_so(kilotwin: Kilotwin, run: Path) -> None:
     manifest = json.loads((run / "manifest.json").read_text())
-    spoiled = {**manifest, "spoiled": "another host gave orders to the table"}
+    spoiled = {**manifest, "spoiled": "another host was on the table"}
     (run / "manifest.json").write_text(json.dumps(spoiled))
     assert ": spoiled\n" in kilotwin("check-run", run, expect=1).stdout
 

@@ -13,6 +13,9 @@ COORDINATE_MAX = 30
 
 MODULE_MASK = 0x7FF
 
+HOST_ID = 0x001
+"""Identifier of a host's own HOST_PRESENT: to the host, from no module. No module takes it."""
+
 SOCKETCAND_PORT = 29536
 """TCP port of a socketcand server, unless another is named."""
 

@@ -26,6 +26,7 @@ _LEAST_TO_HOST = {
     "TRACKING_KILOBOT_START": 2,
     "MODULE_BOOT_REPORT": 8,
     "ROBOT_REPORT": 8,
+    "HOST_PRESENT": 8,
 }
 
 _TYPE_TO_HOST_MASK = 0x3F
@@ -128,7 +129,17 @@ class UserFrame:
     data: bytes
 
 
-ToHost = Records | Tracking | Health | BusHealth | BootReport | RobotReport | UserFrame
+@dataclass(frozen=True, slots=True)
+class HostPresent:
+    """A host says that it is there; docs/wire.md."""
+
+    drawn: bytes
+    """7 bytes by which it knows its own."""
+
+
+ToHost = (
+    HostPresent | Records | Tracking | Health | BusHealth | BootReport | RobotReport | UserFrame
+)
 
 
 @functools.cache
@@ -196,6 +207,13 @@ def health_request(part: HealthPart = HealthPart.MODULE) -> bytes:
     return to_module("MODULE_DATA", HealthPart=part)
 
 
+def host_present(drawn: bytes) -> bytes:
+    """The frame by which a host says that it is there; `drawn` are its 7 bytes."""
+    if len(drawn) != FRAME_BYTES - 1:
+        raise FrameError(f"HOST_PRESENT has {FRAME_BYTES - 1} bytes behind its type")
+    return bytes([_types("ToHost")["HOST_PRESENT"]]) + drawn
+
+
 def read_to_module(data: bytes) -> dict[str, int | str]:
     """The signals of a frame to modules, for people: `Type` as a name if it has one.
 
@@ -251,6 +269,8 @@ def read_to_host(data: bytes) -> ToHost:
             case "MODULE_BOOT_REPORT":
                 wanted = ("First", "Missing", "LoaderState", "IdLow")
                 return BootReport(*(signals[key] for key in wanted))
+            case "HOST_PRESENT":
+                return HostPresent(bytes(data[1:]))
             case "ROBOT_REPORT":
                 wanted = ("Cell", "Uid", "Answer", "RobotState")
                 return RobotReport(*(signals[key] for key in wanted))

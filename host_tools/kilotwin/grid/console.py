@@ -19,7 +19,7 @@ from kilotwin.files.headers import MOST_PER_BUS
 from kilotwin.grid.can_links import CanLinks
 from kilotwin.grid.clock import Clock, WallClock
 from kilotwin.grid.controller import Controller
-from kilotwin.grid.foreign_orders import refuse_another_host
+from kilotwin.grid.foreign_orders import WatchedLinks, refuse_another_host
 from kilotwin.grid.poller import Reports
 
 _STEP_S = 0.001
@@ -38,7 +38,10 @@ class Console:
         self._buses = buses
         self._answers = all(bus.answers for bus in buses)
         self._note: Note = lambda _: None
-        links = CanLinks([b.bus for b in buses], echoes=[b.echoes for b in buses])
+        links = WatchedLinks(
+            CanLinks([b.bus for b in buses], echoes=[b.echoes for b in buses]),
+            announces=self._answers,
+        )
         self._controller = Controller(layout, settings, links, self)
         self._clock = WallClock()
         self._controller.step(self._clock.now_s())

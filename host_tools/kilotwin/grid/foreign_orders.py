@@ -1,21 +1,27 @@
-"""Orders on a grid's buses that another host gives: every frame is seen, so these are too.
+"""Other hosts on a grid's buses: every frame is seen, so their orders are too.
 
-Two hosts on one table take each other's reports, and one's orders end the other's run.
+Two hosts on one table take each other's reports, and one's orders end the other's run. Between
+orders a host of ours says that it is there (HOST_PRESENT, docs/wire.md).
 """
 
+import math
+import secrets
 import time
 from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
 
-from kilotwin.can.protocol import types_to_module
+from kilotwin.can.address import HOST_ID
+from kilotwin.can.protocol import FRAME_BYTES, host_present, types_to_module
 from kilotwin.errors import DeviceError
 from kilotwin.grid.links import Frames, Links
 
 # Frames that modules' programs may send to one another.
 _OF_PROGRAMS = ("MODULE_USER", "KILOBOT_DATA")
-# A host that runs a table polls it more often than this.
+_PRESENT_S = 0.2
+_PRESENT = "HOST_PRESENT"
+# A host says more often than this that it is there.
 LISTEN_S = 0.6
 _STEP_S = 0.01
 
@@ -23,17 +29,20 @@ _STEP_S = 0.01
 class WatchedLinks:
     """Buses as another user of theirs has them, which need not know of it.
 
-    Counts orders that this host did not send.
+    Counts orders that this host did not send, and other hosts that say that they are there.
+    `announces`: says so of this host, on all buses, as often as `receive` is called and it is due.
     """
 
-    def __init__(self, links: Links) -> None:
+    def __init__(self, links: Links, *, announces: bool = False) -> None:
         self._links = links
+        self._announcement = host_present(secrets.token_bytes(FRAME_BYTES - 1))
+        self._next_s = -math.inf if announces else math.inf
         self._sent: Counter[tuple[int, int, bytes]] = Counter()
         types = types_to_module()
         self._orders = [number for name, number in types.items() if name not in _OF_PROGRAMS]
         self._names = {number: name for name, number in types.items()}
         self.foreign: Counter[tuple[int, str]] = Counter()
-        """How often, by bus and by name of the order's type."""
+        """How often, by bus and by name of the order's type, or HOST_PRESENT."""
 
     def __len__(self) -> int:
         return len(self._links)
@@ -57,14 +66,29 @@ class WatchedLinks:
 
     def receive(self, now_s: float) -> Frames:
         """As Links has it."""
+        if now_s >= self._next_s:
+            self._announce(now_s)
         frames = self._links.receive(now_s)
-        if len(frames):
-            self._look(frames)
-        return frames
+        if not len(frames):
+            return frames
+        self._look(frames)
+        present = frames["data"][:, 0] == self._announcement[0]
+        hosts = (frames["id"] == HOST_ID) & present
+        for frame in frames[hosts]:
+            if frame["data"].tobytes() != self._announcement:
+                self.foreign[int(frame["bus"]), _PRESENT] += 1
+        others: Frames = frames[~hosts]
+        return others
 
     def close(self) -> None:
         """As Links has it."""
         self._links.close()
+
+    def _announce(self, now_s: float) -> None:
+        self._next_s = now_s + _PRESENT_S
+        for bus in range(len(self._links)):
+            if self._links.trouble(bus) is None:
+                self._links.send(bus, HOST_ID, self._announcement, now_s)
 
     def _look(self, frames: Frames) -> None:
         orders = (frames["id"] & 1 == 0) & np.isin(frames["data"][:, 0], self._orders)
@@ -93,4 +117,9 @@ def refuse_another_host(links: Links, names: Sequence[str]) -> None:
 def foreign_order(links: WatchedLinks, names: Sequence[str], remedy: str) -> DeviceError:
     """The error of a command that has seen one."""
     bus, kind = next(iter(links.foreign))
-    return DeviceError(f"--can {names[bus]}: another host gives orders there ({kind}); {remedy}")
+    return DeviceError(f"--can {names[bus]}: {what_it_does(kind)} ({kind}); {remedy}")
+
+
+def what_it_does(kind: str) -> str:
+    """What another host is seen to do, for people."""
+    return "another host is there" if kind == _PRESENT else "another host gives orders there"

@@ -16,7 +16,7 @@ from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.informed import informed_for
 from kilotwin.grid.can_links import CanLinks
 from kilotwin.grid.conductor import Conductor, set_up_s
-from kilotwin.grid.foreign_orders import WatchedLinks, refuse_another_host
+from kilotwin.grid.foreign_orders import WatchedLinks, refuse_another_host, what_it_does
 from kilotwin.grid.joining import check_runs
 from kilotwin.grid.poller import Reports
 from kilotwin.metrics.functions import LocalFunctions
@@ -134,7 +134,7 @@ class _Recording:
             self._record.log,
             echoes=[bus.echoes for bus in buses],
         )
-        self._links = WatchedLinks(self._buses)
+        self._links = WatchedLinks(self._buses, announces=all(bus.answers for bus in buses))
         self._unwritten = False  # once the folder takes no more
         self._told_of: set[tuple[int, str]] = set()
         self._conductor = Conductor(
@@ -215,9 +215,7 @@ class _Recording:
     def _look_for_other_hosts(self, now_s: float) -> None:
         for bus, kind in [order for order in self._links.foreign if order not in self._told_of]:
             self._told_of.add((bus, kind))
-            what = (
-                f"another host gives orders on {self._names[bus]} ({kind}): the record is spoiled"
-            )
+            what = f"{self._names[bus]}: {what_it_does(kind)} ({kind}); the record is spoiled"
             self.event(now_s - self._conductor.zero_s, "foreign_order", what, bus=bus)
 
     def _now_s(self) -> float:
@@ -273,7 +271,7 @@ class _Recording:
         if status == FINISHED and any(summary["grid"][trouble] for trouble in troubles):
             exit_code = EXIT_ROBOTS_FAILED
         if self._links.foreign:
-            why = {**why, "spoiled": "another host gave orders to the table"}
+            why = {**why, "spoiled": "another host was on the table"}
         self._writer.close(clean=status == FINISHED)
         close_manifest(self._writer.folder, status, exit_code, summary=summary, **why)
         return Outcome(summary, exit_code)

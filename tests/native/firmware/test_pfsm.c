@@ -18,6 +18,13 @@ TEST(a_robot_starts_walking_straight_on) {
     assert_int_not_equal(r.machine.walk.motion, WALK_STRAIGHT);
 }
 
+TEST(a_robot_that_starts_late_heeds_walls_at_once) {
+    // By a clock whose distance from 0 has no sign any more.
+    robot_t r = simplified();
+    boot(&r, UINT32_C(0x90000000));
+    assert_true(walk_blocked(&r.machine.walk, UINT32_C(0x90000000), WIRE_CELL_WALL));
+}
+
 TEST(coming_onto_a_site_starts_the_entry_walk_and_then_rest) {
     robot_t r = simplified();
     start(&r);
@@ -356,6 +363,7 @@ TEST(the_same_inputs_give_the_same_lives_on_every_machine) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_robot_starts_walking_straight_on),
+        cmocka_unit_test(a_robot_that_starts_late_heeds_walls_at_once),
         cmocka_unit_test(coming_onto_a_site_starts_the_entry_walk_and_then_rest),
         cmocka_unit_test(an_entry_walk_of_no_time_means_rest_at_the_edge),
         cmocka_unit_test(coming_onto_a_site_breaks_off_a_turn),

@@ -121,6 +121,7 @@ TO_HOST: list[tuple[str, dict[str, int], str, Any]] = [
         "9A 34 12 EF BE AD DE 14",
         protocol.RobotReport(2, 0x1234, 0xDEADBEEF, 0x14),
     ),
+    ("HOST_PRESENT", {}, "1B 00 00 00 00 00 00 00", protocol.HostPresent(bytes(7))),
 ]
 
 

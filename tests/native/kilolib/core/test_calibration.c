@@ -241,6 +241,14 @@ TEST(saving_an_entry_of_the_tables_changes_nothing_else) {
     }
 }
 
+TEST(an_entry_beyond_the_tables_is_not_written) {
+    start_with_tables();
+    uint8_t before[EEPROM_RECORD_1];
+    memcpy(before, eeprom, sizeof before);
+    save_entry(GAIN_ENTRIES, &NEW_ENTRY);
+    assert_memory_equal(eeprom, before, sizeof before);
+}
+
 TEST(a_power_cut_at_any_byte_leaves_the_old_or_the_new_entry) {
     for (int tears = 0; tears < 2; tears++) {
         int cuts = 0, old = 0;
@@ -278,6 +286,7 @@ int main(void) {
         cmocka_unit_test(records_that_are_no_records_change_nothing),
         cmocka_unit_test(the_values_before_the_last_ones_stay_in_the_other_record),
         cmocka_unit_test(saving_an_entry_of_the_tables_changes_nothing_else),
+        cmocka_unit_test(an_entry_beyond_the_tables_is_not_written),
         cmocka_unit_test(a_power_cut_at_any_byte_leaves_the_old_or_the_new_entry),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
