@@ -112,6 +112,11 @@ check-long: native
 fuzz: setup
 	@$(PY) -m tests.fuzz.run $(NAMES)
 
+## truth: hold the emulation against chips, logs and the paper, into docs/truth.md (or ONLY="walk uplink")
+.PHONY: truth
+truth: native
+	@$(PY) -m tests.truth $(ONLY)
+
 ## firmware: link the robots' programs to .hex and print their sizes (PROGRAM=x.c, KILOLIB=folder)
 .PHONY: firmware
 firmware: apt
