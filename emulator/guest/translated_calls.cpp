@@ -62,7 +62,7 @@ bool Robot::Translated::serve_interrupt() {
             begin_interrupt(Interrupt::TICK);
         return true;
     }
-    if (message_at_ <= cycle()) {
+    if (message_is_due()) {
         image_.asleep_until = 0;
         take_message();
         return true;
@@ -119,6 +119,16 @@ void Robot::Translated::begin_interrupt(Interrupt which) {
     pc = (which == Interrupt::TICK ? VECTOR_TIMER0_COMPA : VECTOR_UDRE) * VECTOR_BYTES;
 }
 
+/// By a reti, not by kilolib's receiver.
+void Robot::Translated::return_from_interrupt() {
+    constexpr int RETI_CYCLES = 4;
+    const unsigned high = pop();
+    pc = (high << 8 | pop()) * 2;
+    flags[7] = 1;
+    left -= RETI_CYCLES;
+    end_interrupt();
+}
+
 /// Interrupts are let through again.
 void Robot::Translated::end_interrupt() {
     const uint64_t took = cycle() - image_.interrupted;
@@ -146,10 +156,7 @@ void Robot::Translated::take_message() {
     begin_interrupt(Interrupt::MESSAGE);
     if (frame > 0) image_.stolen += cycles_of_edges(message);
     for (const uint8_t saved : SAVED) push(data[saved]);
-    uint8_t status = 0;
-    for (unsigned flag = 0; flag < 8; flag++)
-        status = static_cast<uint8_t>(status | flags[flag] << flag);
-    push(status);
+    push(status());
     at(1) = 0;
     distance_measurement_t measured = reception.distance;
     if (robot_.stale_conversion_ >= 0) measured.high_gain = robot_.stale_conversion_;
@@ -175,14 +182,21 @@ void Robot::Translated::take_message() {
 
 /// The callback is over: what the interrupt saved goes back.
 void Robot::Translated::end_message() {
-    const uint8_t status = pop();
+    const uint8_t saved = pop();
     for (size_t i = std::size(SAVED); i-- > 0;) data[SAVED[i]] = pop();
-    for (unsigned flag = 0; flag < 8; flag++) flags[flag] = status >> flag & 1;
+    for (unsigned flag = 0; flag < 8; flag++) flags[flag] = saved >> flag & 1;
     flags[7] = 1;
     const unsigned high = pop();
     pc = (high << 8 | pop()) * 2;
     left -= RECEIVE_END_CYCLES;
     end_interrupt();
+}
+
+/// The status register.
+uint8_t Robot::Translated::status() const {
+    uint8_t all = 0;
+    for (unsigned flag = 0; flag < 8; flag++) all = static_cast<uint8_t>(all | flags[flag] << flag);
+    return all;
 }
 
 /// The stack as the interrupt uses it; behind SRAM there is nothing.

@@ -11,7 +11,11 @@
 /// Code of a guest (TRANSLATED_GUEST) differs where the engine plays the peripherals: a block is
 /// executed as a whole once it has begun within the cycles that are left, jumps backwards and the
 /// main loop's passes are checkpoints, at which the engine looks whether anything has changed, and
-/// functions of the runtime that are the engine's are not executed but reported.
+/// functions of the runtime that are the engine's are not executed but reported. One region of it,
+/// the main one, has the main loop, the program's functions and the tick's interrupt. A thousand
+/// robots that walk spend nearly all of their time there, and entering and leaving it, with 32
+/// registers to load and to store, would take as long as a pass of loop(). So all of these things
+/// happen without leaving it, by a call of the engine that has only what that needs of the state.
 ///
 /// Flags are kept as what they follow from: Z is set if zr is 0, N, V and S are bit 7 of nr, vr and
 /// sr, H is bit 4 of hr; cf, tf and inf are C, T and I, 0 or 1.
@@ -21,10 +25,21 @@
 #include <stdint.h>
 
 /// Changes with every change of the two structures; the emulator takes no other.
-#define TRANSLATION_VERSION 2
+#define TRANSLATION_VERSION 3
+
+/// Of a guest: where a pass of a loop begins, and the state at that moment but for SRAM.
+typedef struct {
+    uint8_t registers[0x20];
+    uint32_t pc;  ///< byte address
+    uint16_t stack;
+    uint8_t status;  ///< the status register
+} translated_pass_t;
+
+/// Jumps backwards of a guest from one CHECKPOINT to the next.
+enum { TURNS = 256 };
 
 /// State of a chip, for the time of a call.
-typedef struct {
+typedef struct translated_chip {
     uint8_t *data;           ///< data space: registers, I/O, SRAM, 0x900 bytes
     uint8_t *flags;          ///< C Z N V S H T I, 0 or 1 each
     const uint8_t *flash;    ///< 32 KB as the program can read them now
@@ -36,6 +51,17 @@ typedef struct {
     uint8_t awaits;          ///< of a guest: `left` counts to the next interrupt, as interrupts are
                              ///< let through; they may be held back and let through on the way
     uint8_t calls;           ///< of a guest: which functions are the engine's, bits by CALL_
+
+    // Of a guest: passes of loops.
+    uint8_t repeats;          ///< `left` counts to an interrupt, not to the end of a run
+    translated_pass_t *pass;  ///< the one that has begun last
+    int64_t pass_left;        ///< `left` when that was
+    int64_t pass_cycles;      ///< with CHECKPOINT: passes from here on change nothing and take so
+                              ///< long; 0: not known
+    /// What the engine does in the midst of a region. Of the state the program counter, the stack
+    /// pointer, I, r24, r25, `left` and `changed` are here meanwhile; all may be other ones
+    /// afterwards. False: the region has to be left.
+    uint8_t (*attend)(struct translated_chip *chip, unsigned what);
 } translated_chip_t;
 
 /// An access to this register does more than reading or writing a byte; CHANGE_EFFECT, of guests: a
@@ -48,7 +74,8 @@ typedef enum {
     INTERPRET_ONE,   ///< the instruction at pc is the interpreter's
     INTERPRET_REST,  ///< from pc on cycles do not suffice for a block
     CHECKPOINT,      ///< of a guest: a loop begins anew at pc
-    CALL_ENGINE      ///< of a guest: the function at pc is the engine's
+    CALL_ENGINE,     ///< of a guest: the function at pc is the engine's
+    ATTENDED         ///< of a guest: by translated_chip_t.attend()
 } translated_end_t;
 
 typedef translated_end_t (*translated_region_t)(translated_chip_t *chip);
@@ -61,6 +88,12 @@ enum {
     CALL_CONVERT,    ///< kilolib_converter_read()
     CALL_DISTANCE,   ///< estimate_distance()
     ENGINE_CALLS
+};
+
+/// Other things that translated_chip_t.attend() is for, behind these functions.
+enum {
+    NO_CYCLES = ENGINE_CALLS,  ///< are left for the block at pc
+    END_OF_INTERRUPT           ///< by the instruction at pc
 };
 
 /// Where the engine meets a guest: byte addresses in flash, and of variables in SRAM. 0: the
@@ -117,7 +150,8 @@ typedef struct {
     uint8_t zr = !F[1], nr = (uint8_t)(F[2] << 7), vr = (uint8_t)(F[3] << 7), \
             sr = (uint8_t)(F[4] << 7), hr = (uint8_t)(F[5] << 4);             \
     uint8_t changed = chip->changed;                                          \
-    (void)flash, (void)effects;
+    unsigned attended = 0;                                                    \
+    (void)flash, (void)effects, (void)attended;
 
 /// At its end they go back.
 #define LEAVE                                                                           \
@@ -154,7 +188,11 @@ typedef struct {
 #define HAND_OVER(at, offset) STOP(at, offset, INTERPRET_ONE)
 /// A block, of which the last instruction begins `last` cycles after the first.
 #ifdef TRANSLATED_GUEST
+#ifdef MAIN_REGION
+#define BLOCK(at, last) block_##at : if (__builtin_expect(left <= 0, 0)) ATTEND(at, 0, NO_CYCLES);
+#else
 #define BLOCK(at, last) block_##at : if (__builtin_expect(left <= 0, 0)) STOP(at, 0, GO_ON);
+#endif
 #else
 #define BLOCK(at, last) \
     block_##at : if (__builtin_expect(left <= (last), 0)) STOP(at, 0, INTERPRET_REST);
@@ -166,10 +204,62 @@ typedef struct {
         left -= (spent);                                              \
         goto block_##to;                                              \
     } while (0)
+/// Both are the begin of a pass of a loop. The begin of a function that may be the engine's, and
+/// the end of an interrupt. In the region that a guest is mostly in all these do not leave it.
+#ifdef MAIN_REGION
+#define PASS(to, spent)             \
+    do {                            \
+        left -= (spent), pc = (to); \
+        goto pass;                  \
+    } while (0)
+#define ENGINE_CALL(at, number) \
+    if (chip->calls >> (number)&1) ATTEND(at, 0, number);
+#define END_INTERRUPT(at, spent) ATTEND(at, spent, END_OF_INTERRUPT)
+#define ATTEND(at, spent, which)                        \
+    do {                                                \
+        left -= (spent), pc = (at), attended = (which); \
+        goto attend;                                    \
+    } while (0)
+/// Behind the blocks of that region: `pass` and `attend`, to which the macros above jump. A pass that has left registers, flags and SRAM as they were
+/// will do so again: of all up to an interrupt only the last one is executed, in which it comes.
+/// `differing` is 0 if the registers are those of chip->pass, `note` copies them there.
+#define MAIN_REGION_ENDS(differing, note)                                                     \
+    pass : {                                                                                  \
+        translated_pass_t *const pass_ = chip->pass;                                          \
+        if (changed == 0 && pass_->pc == pc && pass_->stack == sp && pass_->status == SREG && \
+            (differing) == 0) {                                                               \
+            const int64_t took_ = chip->pass_left - left;                                     \
+            if (!chip->repeats) {                                                             \
+                chip->pass_cycles = took_;                                                    \
+                STOP(pc, 0, CHECKPOINT);                                                      \
+            }                                                                                 \
+            if (left > 0) left = (int64_t)((uint64_t)left % (uint64_t)took_);                 \
+        } else {                                                                              \
+            pass_->pc = pc, pass_->stack = sp, pass_->status = SREG;                          \
+            note;                                                                             \
+            chip->turns = TURNS, changed = 0;                                                 \
+        }                                                                                     \
+        chip->pass_left = left;                                                               \
+        goto dispatch;                                                                        \
+    }                                                                                         \
+    attend:                                                                                   \
+    chip->left = left, chip->pc = pc, chip->changed = changed;                                \
+    M[0x5D] = (uint8_t)sp, M[0x5E] = (uint8_t)(sp >> 8), F[7] = (uint8_t)inf;                 \
+    M[24] = r24, M[25] = r25;                                                                 \
+    {                                                                                         \
+        const uint8_t goes_on_ = chip->attend(chip, attended);                                \
+        left = chip->left, pc = chip->pc, changed = chip->changed;                            \
+        sp = (uint16_t)(M[0x5D] | M[0x5E] << 8), inf = F[7], r24 = M[24], r25 = M[25];        \
+        if (!goes_on_) STOP(pc, 0, ATTENDED);                                                 \
+    }                                                                                         \
+    goto dispatch;
+#else
 #define PASS(to, spent) STOP(to, spent, CHECKPOINT)
-/// The begin of a function that may be the engine's.
 #define ENGINE_CALL(at, number) \
     if (chip->calls >> (number)&1) STOP(at, 0, CALL_ENGINE);
+#define END_INTERRUPT(at, spent) HAND_OVER(at, spent)
+#define MAIN_REGION_ENDS(differing, note)
+#endif
 /// Writes SRAM, or a register that is plain memory.
 #ifdef TRANSLATED_GUEST
 #define WRITE(address, r) (changed |= M[address] ^ (r), M[address] = (r))

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "base/registers.h"
+#include "guest/translated_code.h"
 
 namespace kilotwin {
 
@@ -34,13 +35,11 @@ struct TranslatedImage {
     // A pass of a loop: its state when it began.
     uint64_t pass_cycles;  ///< not 0: at pc a pass begins that changes nothing, and takes so long
     uint64_t pass_begun;   ///< when
-    std::array<uint8_t, 0x20> pass_registers;
-    std::array<uint8_t, 8> pass_flags;
+    translated_pass_t pass;
 
-    uint32_t pc, pass_pc;  ///< byte addresses
-    uint32_t stolen;       ///< cycles that frames' edges have taken, not yet taken from the program
-    int32_t turns;         ///< of translated_chip_t
-    uint16_t pass_stack;
+    uint32_t pc;          ///< byte address
+    uint32_t stolen;      ///< cycles that frames' edges have taken, not yet taken from the program
+    int32_t turns;        ///< of translated_chip_t
     uint8_t changed;      ///< of translated_chip_t
     uint8_t latch;        ///< high byte of a count, read behind the low one
     Interrupt interrupt;  ///< the one that is served

@@ -15,8 +15,6 @@ namespace {
 
 constexpr uint64_t NO_TIME = TranslatedImage::NO_TIME;
 constexpr uint32_t FLASH_MASK = 0x7FFE;
-// Jumps backwards from one look at whether a loop waits to the next.
-constexpr int32_t TURNS = 256;
 
 }  // namespace
 
@@ -51,6 +49,10 @@ Robot::Translated::Translated(Robot &robot)
     pc = image_.pc;
     turns = image_.turns;
     changed = image_.changed;
+    pass = &image_.pass;
+    translated_chip_t::attend = [](translated_chip_t *chip, unsigned what) -> uint8_t {
+        return static_cast<Translated *>(chip)->attend(what);
+    };
     const unsigned all = (1u << ENGINE_CALLS) - 1;
     calls = static_cast<uint8_t>(robot.context_.gains_are_mm ? all : all & ~(1u << CALL_DISTANCE));
     limit_ = image_.cycle;
@@ -115,16 +117,27 @@ void Robot::Translated::disturb_passes() {
     image_.pass_cycles = 0;
 }
 
-/// Executes up to the next interrupt, or the end of the run.
-void Robot::Translated::execute() {
+/// When the next interrupt comes, as they are let through.
+uint64_t Robot::Translated::next_interrupt() const {
+    return std::min({image_.match, message_at_, serial_asks_at()});
+}
+
+/// Sets what execution goes on to: the next interrupt, or the end of the run.
+void Robot::Translated::set_limit() {
     const uint64_t end = end_of_run(), now = cycle();
-    const uint64_t interrupt =
-        lets_interrupts() ? std::min({image_.match, message_at_, serial_asks_at()}) : NO_TIME;
+    const uint64_t interrupt = lets_interrupts() ? next_interrupt() : NO_TIME;
     limit_ = std::min(end, interrupt);
     set_cycle(now);
+    repeats = end >= interrupt || image_.interrupt != Interrupt::NONE;
+    limit_changed_ = false;
+    awaits = lets_interrupts();
+}
+
+/// Executes up to there.
+void Robot::Translated::execute() {
+    set_limit();
     if (image_.pass_cycles != 0) {
-        if (end < interrupt && image_.interrupt == Interrupt::NONE)
-            return;  // the rest is for later
+        if (repeats == 0) return;  // the rest is for later
         const uint64_t left_out = static_cast<uint64_t>(left) / image_.pass_cycles;
         left -= static_cast<int64_t>(left_out * image_.pass_cycles);
         image_.pass_begun = cycle();
@@ -132,9 +145,25 @@ void Robot::Translated::execute() {
         if (left == 0) return;
     }
     if (image_.stolen != 0 && image_.interrupt == Interrupt::NONE) take_stolen_time();
-    limit_changed_ = false;
-    awaits = lets_interrupts();
+    pass_left = static_cast<int64_t>(limit_ - image_.pass_begun);
     execute_code();
+    image_.pass_begun = limit_ - static_cast<uint64_t>(pass_left);
+}
+
+/// The same as a turn of run(), within a region. What needs all of the state leaves the region.
+bool Robot::Translated::attend(unsigned what) {
+    const uint64_t begun = limit_ - static_cast<uint64_t>(pass_left);
+    if (what == END_OF_INTERRUPT)
+        return_from_interrupt();
+    else if (what < ENGINE_CALLS)
+        call(what);
+    if (!goes_on() || is_early_) return false;
+    for (flag_matches(); !message_is_due() && serve_interrupt();) flag_matches();
+    const bool steals = image_.stolen != 0 && image_.interrupt == Interrupt::NONE;
+    if (message_is_due() || steals || cycle() >= end_of_run()) return false;
+    set_limit();
+    pass_left = static_cast<int64_t>(limit_ - begun);
+    return left > 0;
 }
 
 /// Takes the cycles of a frame's edges, whose interrupts came in between, from the program.
@@ -156,6 +185,7 @@ void Robot::Translated::execute_code() {
             if (note_pass()) return;
             break;
         case CALL_ENGINE: call(); return;
+        case ATTENDED: return;
         case INTERPRET_ONE:
             if (execute_one()) return;
             break;
@@ -189,19 +219,22 @@ bool Robot::Translated::execute_one() {
 
 /// A loop begins anew: whether all passes up to the next interrupt would do what this one did.
 bool Robot::Translated::note_pass() {
-    turns = TURNS;
     const uint16_t stack = word(SPL);
-    const bool same = changed == 0 && image_.pass_pc == pc && image_.pass_stack == stack &&
-                      std::memcmp(image_.pass_registers.data(), data, 0x20) == 0 &&
-                      std::memcmp(image_.pass_flags.data(), flags, 8) == 0;
-    const uint64_t now = cycle();
-    image_.pass_cycles = same ? now - image_.pass_begun : 0;
-    image_.pass_begun = now;
+    const uint8_t now = status();
+    const bool same =
+        pass_cycles != 0 ||
+        (changed == 0 && pass->pc == pc && pass->stack == stack && pass->status == now &&
+         std::memcmp(pass->registers, data, sizeof pass->registers) == 0);
+    turns = TURNS;
+    pass_cycles = 0;
+    image_.pass_cycles = same ? static_cast<uint64_t>(pass_left - left) : 0;
+    pass_left = left;
     if (same) return true;
-    std::memcpy(image_.pass_registers.data(), data, 0x20);
-    std::memcpy(image_.pass_flags.data(), flags, 8);
-    image_.pass_pc = pc;
-    image_.pass_stack = stack;
+    *pass = {};
+    std::memcpy(pass->registers, data, sizeof pass->registers);
+    pass->pc = pc;
+    pass->stack = stack;
+    pass->status = now;
     changed = 0;
     return false;
 }

@@ -13,7 +13,9 @@
 ///
 /// A pass of the main loop, or of a loop that waits, that has left registers and variables as they
 /// were would do so again: such passes are left out up to the next interrupt, by arithmetic.
-/// Bytes below the stack pointer do not count.
+/// Bytes below the stack pointer do not count. Both the code's main region and note_pass() look for
+/// them; the region goes on by itself where an interrupt ends the repetition, and comes back here
+/// where the run does.
 #ifndef KILOTWIN_GUEST_TRANSLATED_ROBOT_H
 #define KILOTWIN_GUEST_TRANSLATED_ROBOT_H
 
@@ -59,11 +61,16 @@ class Robot::Translated : private translated_chip_t {
         return static_cast<uint16_t>(data[address] | data[address + 1] << 8);
     }
     void set_word(uint16_t address, uint16_t value);
+    uint8_t status() const;
     void push(uint8_t value);
     uint8_t pop();
 
-    // Running.
+    // Running. A turn of run() serves what is due, then executes up to what comes next; attend() is
+    // such a turn from within the main region. What needs all registers (a message that is handed
+    // to the program) is for run() alone.
+    void set_limit();  ///< `left` counts to the next interrupt, or to the end of the run
     void execute();
+    bool attend(unsigned what);  ///< as translated_chip_t.attend()
     void take_stolen_time();
     void execute_code();
     bool execute_one();
@@ -73,13 +80,21 @@ class Robot::Translated : private translated_chip_t {
     void fail();
     void store();
 
-    // Interrupts.
+    // Interrupts. They come in the order of their vectors: the tick, a message, the serial line. The
+    // tick's is left out, by arithmetic, if it would do no more than count.
     bool lets_interrupts() const { return flags[7] != 0; }
     void flag_matches();
     bool serve_interrupt();
+    uint64_t next_interrupt() const;
     uint64_t serial_asks_at() const;
     bool can_count_tick() const;
     void count_tick();
+    /// After the tick, whose vector is before it.
+    bool message_is_due() const {
+        return lets_interrupts() && image_.flagged == TranslatedImage::NO_TIME &&
+               message_at_ <= cycle() && cycle() < until_;
+    }
+    void return_from_interrupt();
     void begin_interrupt(Interrupt which);
     void end_interrupt();
     void find_message();  ///< when the next one comes

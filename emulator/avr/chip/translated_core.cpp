@@ -38,16 +38,13 @@ TranslatedCore::TranslatedCore(avr_t *avr, const translation_t &translation)
 }
 
 uint64_t TranslatedCore::run(uint64_t until) {
-    translated_chip_t chip = {avr_->data,
-                              avr_->sreg,
-                              avr_->flash,
-                              effects_.data(),
-                              static_cast<int64_t>(until - avr_->cycle),
-                              avr_->pc,
-                              0,
-                              0,
-                              0,
-                              0};
+    translated_chip_t chip = {};
+    chip.data = avr_->data;
+    chip.flags = avr_->sreg;
+    chip.flash = avr_->flash;
+    chip.effects = effects_.data();
+    chip.left = static_cast<int64_t>(until - avr_->cycle);
+    chip.pc = avr_->pc;
     translated_end_t end = GO_ON;
     while (chip.left > 0 && end == GO_ON) {
         const uint32_t word = chip.pc / 2;

@@ -89,7 +89,7 @@ _OPERATIONS = {
 _LOW = {"lds": _OPERATIONS["in"], "sts": _OPERATIONS["out"]}
 _HIGH = {"lds": "LOAD({here}, {d}, {k});", "sts": "STORE({here}, {k}, {d});"}
 
-_REGISTERS, _IO_END, _SRAM_END = 0x20, 0x100, 0x900
+REGISTERS, _IO_END, _SRAM_END = 0x20, 0x100, 0x900
 _SPL, _SPH, _SREG = 0x5D, 0x5E, 0x5F
 
 
@@ -101,7 +101,7 @@ def cycles(instruction: Instruction) -> int:
 def is_interpreted(instruction: Instruction) -> bool:
     """Whether the interpreter executes it, always."""
     if instruction.name in ("lds", "sts"):
-        return not _REGISTERS <= instruction.k < _SRAM_END
+        return not REGISTERS <= instruction.k < _SRAM_END
     if instruction.name in ("bset", "bclr"):
         return False
     return instruction.name in ("sleep", "break", "wdr", "spm", "reti", "invalid")
@@ -128,12 +128,14 @@ def registers(instruction: Instruction) -> set[int]:
         used |= {0, 1}
     if name.startswith("lpm") or name in ("ijmp", "icall"):
         used |= {30, 31}
-    return {number for number in used if number < _REGISTERS}
+    return {number for number in used if number < REGISTERS}
 
 
 def statement(instruction: Instruction, offset: int) -> str:
     """C of an instruction that goes on with the next one, `offset` cycles into its block."""
     at = f"0x{instruction.address:x}"
+    if instruction.name == "reti":
+        return f"END_INTERRUPT({at}, {offset});"
     if is_interpreted(instruction):
         return f"HAND_OVER({at}, {offset});"
     name = instruction.name

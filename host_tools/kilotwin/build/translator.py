@@ -18,6 +18,7 @@ from itertools import pairwise
 
 from kilotwin.build.avr_instructions import Instruction, decode, is_long
 from kilotwin.build.avr_statements import (
+    REGISTERS,
     SKIPS,
     Z,
     condition,
@@ -31,6 +32,7 @@ from kilotwin.build.seam import Seam
 from kilotwin.files.flash_map import FLASH_BYTES
 
 _VECTORS, _VECTOR_BYTES = 26, 4
+_TICK_VECTOR = 14  # timer 0's compare match
 _BOOT_SECTIONS = (0x7000, 0x7800, 0x7C00, 0x7E00)
 _ERASED = b"\xff\xff"
 _CALLS = {"call", "rcall"}
@@ -40,7 +42,7 @@ _NOWHERE = {"ret", "reti", "ijmp", "invalid"}
 _LEAVES = {*_CALLS, *_JUMPS, "ret", "ijmp", "icall", *_BRANCHES, *SKIPS}
 _MOST_OF_A_REGION = 400  # instructions; of a file, too: several are compiled at once
 _MOST_OF_A_FILE = 1500
-_MOST_OF_THE_PROGRAM = 1200  # instructions of the region that a guest mostly is in
+_MOST_OF_THE_PROGRAM = 3000  # instructions of the region that a guest mostly is in
 _MOST_BYTES = 4  # of a counter
 _HEAD = """\
 #define TRANSLATED_CODE
@@ -59,6 +61,7 @@ __attribute__((visibility("default"))) const translation_t translation = {{
     TRANSLATION_VERSION, {count}, code, extent, region_of, flash, {eeprom_bytes}, eeprom,
     {met_at}}};
 """
+_MAIN = "#define MAIN_REGION\n"
 _REGION = """\
 translated_end_t region_{number}(translated_chip_t *const chip) {{
 ENTER
@@ -70,6 +73,7 @@ switch (pc) {{
 default: STOP(pc, 0, NOT_HERE);
 }}
 {blocks}
+MAIN_REGION_ENDS({differing}, {note})
 out:
 {store}
 LEAVE
@@ -85,16 +89,19 @@ def translate(flash: bytes, eeprom: Mapping[int, int], seam: Seam | None = None)
     """
     code = _Code(flash, seam)
     regions = code.regions()
-    files = [""]
-    size = 0
-    for number, region in enumerate(regions):
-        if size > _MOST_OF_A_FILE:
-            files.append("")
-            size = 0
-        files[-1] += _region_text(number, region, code)
-        size += sum(map(len, region))
     head = _HEAD if seam is None else _GUEST_HEAD + _HEAD
-    return [head + text for text in [*files, _table(regions, code, eeprom)]]
+    files: list[str] = []
+    room = 0
+    for number, region in enumerate(regions):
+        size = sum(map(len, region))
+        if seam is not None and number == 0:
+            files.append(_MAIN + head)
+        elif size > room:
+            files.append(head)
+            room = _MOST_OF_A_FILE
+        files[-1] += _region_text(number, region, code)
+        room -= size
+    return [*files, head + _table(regions, code, eeprom)]
 
 
 def _table(regions: "list[_Region]", code: "_Code", eeprom: Mapping[int, int]) -> str:
@@ -256,18 +263,20 @@ class _Code:
         if self.seam is None:
             return functions
         place = {block[0].address: at for at, region in enumerate(functions) for block in region}
-        wanted = [self.seam.main_loop[0], *self.seam.functions]
-        merged: list[int] = []
+        wanted = [self.seam.main_loop[0], _TICK_VECTOR * _VECTOR_BYTES]
+        wanted += [*self.seam.calls, *self.seam.functions]
+        merged: set[int] = set()
         size = 0
         while wanted:
             at = place.get(wanted.pop(0))
             more = 0 if at is None else sum(map(len, functions[at]))
             if at is None or at in merged or size + more > _MOST_OF_THE_PROGRAM:
                 continue
-            merged.append(at)
+            merged.add(at)
             size += more
             lasts = [block[-1] for block in functions[at]]
-            wanted += [last.target for last in lasts if last.name in _CALLS | _JUMPS]
+            targets = [last.target for last in lasts if last.name in _CALLS | _JUMPS]
+            wanted = [*targets, *wanted] if more == 1 else [*wanted, *targets]  # 1: a vector
         first = [block for at in sorted(merged) for block in functions[at]]
         rest = [region for at, region in enumerate(functions) if at not in merged]
         return [first, *rest] if first else rest
@@ -288,17 +297,20 @@ class _Code:
 
 
 def _region_text(number: int, region: _Region, code: _Code) -> str:
-    used: set[int] = set()
+    used = {24, 25}  # results of the engine's calls
     for block in region:
         for instruction in block:
             used |= registers(instruction)
     inside = {block[0].address for block in region}
+    everything = {at: f"r{at}" if at in used else f"M[{at}]" for at in range(REGISTERS)}
     return _REGION.format(
         number=number,
         load=" ".join(f"uint8_t r{register} = M[{register}];" for register in sorted(used)),
         store=" ".join(f"M[{register}] = r{register};" for register in sorted(used)),
         entries="\n".join(f"case 0x{at:x}: goto block_0x{at:x};" for at in sorted(inside)),
         blocks="\n".join(_block_text(block, inside, code) for block in region),
+        differing=" | ".join(f"({r} ^ pass_->registers[{at}])" for at, r in everything.items()),
+        note="; ".join(f"pass_->registers[{at}] = {r}" for at, r in everything.items()),
     )
 
 
