@@ -1,13 +1,18 @@
-"""Values with 95 % intervals, of shares and of anything that can be resampled."""
+"""Values with 95 % intervals, of shares and of anything that can be resampled; SciPy does it."""
 
-import random
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import comb, isnan, nan
-from statistics import fmean, quantiles
+from math import isnan, nan
+from typing import Any
 
-_SEARCH_STEPS = 60  # halvings of [0, 1]: as fine as a double
-_TAIL = 0.025
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+_SEED = 1  # the same table every time
+
+Statistic = Callable[..., Any]
+"""Of groups of values, as arrays, along `axis`; their other axes are resamples."""
 
 
 @dataclass(frozen=True)
@@ -31,70 +36,64 @@ class Interval:
 
 def share_interval(hits: int, trials: int) -> Interval:
     """The exact (Clopper-Pearson) two-sided 95 % interval of a share."""
-
-    def lowest_share(count: int) -> float:
-        """The share with which `count` or more of the trials hit in 2.5 % of the cases."""
-        if count == 0:
-            return 0.0
-        low, high = 0.0, 1.0
-        for _ in range(_SEARCH_STEPS):
-            p = (low + high) / 2
-            tail = sum(
-                comb(trials, k) * p**k * (1 - p) ** (trials - k) for k in range(count, trials + 1)
-            )
-            low, high = (p, high) if tail < _TAIL else (low, p)
-        return low
-
-    return Interval(hits / trials, lowest_share(hits), 1 - lowest_share(trials - hits))
+    found = stats.binomtest(hits, trials).proportion_ci(0.95, method="exact")
+    return Interval(hits / trials, float(found.low), float(found.high))
 
 
 def bootstrap(
-    groups: Sequence[Sequence[float]],
-    statistic: Callable[[Sequence[Sequence[float]]], float],
-    resamples: int = 5000,
+    groups: Sequence[Sequence[float]], statistic: Statistic, resamples: int = 5000
 ) -> Interval:
     """A statistic and its 95 % interval (percentiles); every group is resampled by itself.
 
     Where each group is one value there is no interval.
     """
-    if max(map(len, groups)) == 1:
-        return Interval(statistic(groups), nan, nan)
-    chance = random.Random(1)  # the same table every time
-    values = sorted(
-        statistic([chance.choices(group, k=len(group)) for group in groups])
-        for _ in range(resamples)
+    arrays: list[NDArray[np.float64]] = [np.asarray(group, dtype=np.float64) for group in groups]
+    value = float(statistic(*arrays, axis=-1))
+    if max(map(len, arrays)) == 1:
+        return Interval(value, nan, nan)
+    # SciPy wants two values of a group at least; one that stands twice is the same when resampled.
+    several = [np.repeat(array, 2) if len(array) == 1 else array for array in arrays]
+    found = stats.bootstrap(
+        several,
+        statistic,
+        vectorized=True,
+        n_resamples=resamples,
+        method="percentile",
+        rng=np.random.default_rng(_SEED),
     )
-    return Interval(statistic(groups), values[resamples // 40], values[-resamples // 40])
+    return Interval(
+        value, float(found.confidence_interval.low), float(found.confidence_interval.high)
+    )
 
 
 def bootstrap_mean(values: Sequence[float], resamples: int = 2000) -> Interval:
     """The mean and its 95 % interval."""
-    return bootstrap([values], lambda groups: fmean(groups[0]), resamples)
+    return bootstrap([values], np.mean, resamples)
 
 
-def mean_difference(groups: Sequence[Sequence[float]]) -> float:
+def mean_of_means(*groups: NDArray[np.float64], axis: int = -1) -> Any:
+    """The mean of the groups' means, every group with equal weight."""
+    return np.mean([group.mean(axis=axis) for group in groups], axis=0)
+
+
+def mean_difference(*groups: NDArray[np.float64], axis: int = -1) -> Any:
     """Mean of the groups 0, 2, 4, ... less that of 1, 3, 5, ..., every group with equal weight."""
-    means = [fmean(group) for group in groups]
-    return fmean(means[0::2]) - fmean(means[1::2])
+    return mean_of_means(*groups[0::2], axis=axis) - mean_of_means(*groups[1::2], axis=axis)
+
+
+def spread_difference(*groups: NDArray[np.float64], axis: int = -1) -> Any:
+    """The same of interquartile ranges."""
+    spreads = [stats.iqr(group, axis=axis) for group in groups]
+    return np.mean(spreads[0::2], axis=0) - np.mean(spreads[1::2], axis=0)
 
 
 def spread(values: Sequence[float]) -> float:
     """The interquartile range, quartiles interpolated as numpy does."""
-    if len(values) < 2:
-        return 0.0
-    first, _, third = quantiles(values, n=4, method="inclusive")
-    return third - first
+    return float(stats.iqr(values))
 
 
 def rank_correlation(x: Sequence[float], y: Sequence[float]) -> float:
     """Spearman's, equal values sharing their mean rank; 0 if one of the two does not vary."""
-    ranks_x, ranks_y = _ranks(x), _ranks(y)
-    mean = (len(x) - 1) / 2
-    both = sum((a - mean) * (b - mean) for a, b in zip(ranks_x, ranks_y, strict=True))
-    alone = sum((a - mean) ** 2 for a in ranks_x) * sum((b - mean) ** 2 for b in ranks_y)
-    return float(both / alone**0.5) if alone > 0 else 0.0
-
-
-def _ranks(values: Sequence[float]) -> list[float]:
-    ordered = sorted(values)
-    return [ordered.index(value) + (ordered.count(value) - 1) / 2 for value in values]
+    if len(set(x)) < 2 or len(set(y)) < 2:
+        return 0.0
+    return float(stats.spearmanr(x, y).statistic)

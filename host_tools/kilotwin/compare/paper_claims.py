@@ -7,16 +7,20 @@ rho_sb of those for the first site. A claim that a sweep has not the trials for 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from statistics import fmean, median
+from statistics import median
 from typing import Any
+
+import numpy as np
+from scipy import stats
 
 from kilotwin.compare.intervals import (
     Interval,
     bootstrap,
     mean_difference,
+    mean_of_means,
     rank_correlation,
     share_interval,
-    spread,
+    spread_difference,
 )
 from kilotwin.sweep.conditions import Condition, Conditions, Ending, errors, on_site
 
@@ -149,8 +153,8 @@ def _a(trials: Conditions) -> list[Finding]:
     one = sum(run.is_one_aggregate for run in runs)
     share = share_interval(one, len(runs))
     nowhere = [run.nowhere for run in runs]
-    middle = bootstrap([nowhere], lambda groups: median(groups[0]))
-    width = bootstrap([nowhere], lambda groups: spread(groups[0]))
+    middle = bootstrap([nowhere], np.median)
+    width = bootstrap([nowhere], stats.iqr)
     ranges = f", interquartile range {width}" if len(runs) > 1 else "; one trial gives no range"
     low, high = _NOWHERE
     return [
@@ -200,7 +204,7 @@ def _near(about: str, robots: int, cells: dict[Condition, list[Ending]]) -> Find
     if not cells:
         return _open("b", about)
     groups = [errors(condition, runs) for condition, runs in cells.items()]
-    error = bootstrap(groups, lambda several: fmean(fmean(group) for group in several), 1000)
+    error = bootstrap(groups, mean_of_means, 1000)
     return Finding("b", about, f"{error} robots", _verdict(error.value <= _NEAR * robots))
 
 
@@ -271,12 +275,7 @@ def _wider(
     if not pairs:
         return _open("d", about, f"fewer than {_FEWEST} trials in each cell")
     groups = [on_site(runs, site) for pair in pairs for site in (0, 1) for _, runs in pair[::-1]]
-
-    def difference(several: Sequence[Sequence[float]]) -> float:
-        widths = [spread(group) for group in several]
-        return fmean(widths[0::2]) - fmean(widths[1::2])
-
-    wider = bootstrap(groups, difference, 1000)
+    wider = bootstrap(groups, spread_difference, 1000)
     return Finding("d", about, f"{wider} robots", _verdict(holds(wider)))
 
 
