@@ -111,3 +111,37 @@ def test_a_metric_that_fails_names_its_line_and_costs_itself_alone(
     assert column == [1.0] * 10 + [None] * 11
     events = [json.loads(line) for line in (out / "events.jsonl").read_text().splitlines()]
     assert [event["kind"] for event in events] == ["metric_failed"]
+
+
+def test_two_variants_are_compared_by_the_document(kilotwin: Kilotwin, lab: Path) -> None:
+    """More pull brings the flashes together; equal variants differ by chance alone."""
+    (lab / "pull.toml").write_text(
+        'base = "synchroniser/synchroniser.toml"\nseeds = 6\n'
+        'vary.robots.0.define = [["PULL=8"], ["PULL=9999"]]\n'
+    )
+    kilotwin("sweep", lab / "pull.toml", "--out", lab / "pull", "-q", "-j", "2")
+    sides = ("--a", 'robots.0.define=["PULL=9999"]', "--b", 'robots.0.define=["PULL=8"]')
+    both = (lab / "pull", lab / "pull", *sides)
+    done = kilotwin("compare", *both, "--metric", "together", "--json")
+    (one,) = json.loads(done.stdout)["differences"]
+    assert one["trials_a"] == one["trials_b"] == 6
+    assert one["difference"]["low"] > 0.1
+    assert one["p_corrected"] < 0.05
+    done = kilotwin("compare", *both, "--within", "together=0.05", expect=1)
+    assert "0.05: outside" in done.stdout
+    done = kilotwin("compare", lab / "pull", lab / "pull", "--within", "together=0.5")
+    assert "0.5: within" in done.stdout
+
+
+def test_an_emulated_table_and_its_reports_are_compared_as_cells_saw_them(
+    kilotwin: Kilotwin, lab: Path
+) -> None:
+    words = ("--set", "duration_s=100", "--set", "metric.wide.builtin=spread", "-q")
+    kilotwin("run", "experiments/kilogrid/paper-n50.toml", *words, "--out", lab / "table")
+    done = kilotwin("compare", lab / "table", lab / "table.kilodat", "--json")
+    found = json.loads(done.stdout)
+    assert found["sampling"] == ["as its cells saw it"] * 2
+    assert "one trial decides nothing" in found["undecided"]
+    differences = {one["metric"]: one["difference"]["value"] for one in found["differences"]}
+    assert differences.pop("wide") == pytest.approx(0, abs=0.01)
+    assert {name: value for name, value in differences.items() if value} == {}

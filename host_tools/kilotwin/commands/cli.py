@@ -29,8 +29,8 @@ COMMANDS = {
     "plot": "Draw a figure of a run or a sweep.",
     "build": "Build a program into an image to flash, or a guest, and say how large it is.",
     "port": "Say what of a program would go wrong on the robot. 1 if something fails there.",
-    "compare": "Compare with what others measured. 1 if it is outside the bounds, in every "
-    "reading.",
+    "compare": "Compare two runs or sweeps, or with what others measured. 1 if it is outside the "
+    "bounds.",
     "bench": "Measure robot-seconds per CPU-second on one core.",
     "record": "Run an experiment on a table and leave a run folder. Ctrl-C leaves everything idle.",
     "flash": "Writes programs into robots and modules and reads back that they are there.",

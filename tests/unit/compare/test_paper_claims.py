@@ -110,8 +110,9 @@ def test_one_trial_a_cell_decides_nothing_that_wants_an_interval() -> None:
     findings = [*_c(first(1)), *_d(first(1))]
     assert found(findings) == [OPEN] * 5
     assert findings[0].number.endswith("robots; one trial a cell gives no interval")
-    nowhere = _a(alone("simplified", (47, 48, 5)))[1]
-    assert nowhere.number == "median 5; one trial gives no range"
+    (alone_found,) = _a(alone("simplified", (47, 48, 5)))
+    assert alone_found.number == "resting nowhere 5; one trial decides nothing"
+    assert alone_found.verdict == OPEN
 
 
 def test_claim_d_wants_five_trials_a_cell() -> None:
