@@ -1,34 +1,29 @@
 """Twins: a program that runs natively is once held against its ATmega328P, for some seconds of one
-robot, so that nobody trusts what the robot would not do.
+robot.
 
-A verdict is kept in the cache with the compiled programs that it is about.
+A verdict is kept in the cache, as the compiled program is. It is found by a process of its own
+(port/twin_judge.py), so that a run which only looks it up need not load what it takes.
 """
 
 import hashlib
+import importlib.util
 import json
+import os
+import pickle
+import shutil
+import subprocess
+import sys
 import threading
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Literal
 
-from kilotwin import _emulator
-from kilotwin.build.avr import Image, avr_gcc, build_image
 from kilotwin.build.guest import Guest, Notify, cache_folder
-from kilotwin.errors import InputError, KilotwinError, RunError
+from kilotwin.errors import InputError, RunError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.programs import Program
 from kilotwin.files.drafts import draft_of
-from kilotwin.port import paired_run
-from kilotwin.port.disassembly import Disassembly
-from kilotwin.port.paired_run import Measured, PairedRun
-from kilotwin.port.roles import find_roles, own_lines
-from kilotwin.port.trial import SLACK_S, UID, waits
-from kilotwin.units import ticks
-
-SECONDS = 10.0
-_SEED = 1
-_TIMEOUT_S = 60.0
 
 Mode = Literal["auto", "require", "off"]
 """auto: beside the run, which says what came of it; require: before it, and it must agree."""
@@ -107,59 +102,37 @@ def native_kilobots(
 
 
 def _verdict(program: Program, guest: Guest) -> Verdict:
-    name = program.written
-    try:
-        avr_gcc()
-    except RunError as error:
-        return Verdict(name, None, f"{error}")
-    try:
-        image = build_image(program)
-    except KilotwinError as error:
-        return Verdict(name, False, f"which does not build for the ATmega328P: {error}")
-    file = _kept_at(guest, image)
+    compiler = shutil.which("avr-gcc")
+    if compiler is None:
+        what = "avr-gcc is not here; type: apt-get install gcc-avr avr-libc binutils-avr"
+        return Verdict(program.written, None, what)
+    file = _kept_at(guest, compiler)
     if file.exists():
-        return replace(Verdict(**json.loads(file.read_text())), program=name, known=True)
-    try:
-        verdict = _judged(name, _measured(program, guest, image))
-    except KilotwinError as error:
-        return Verdict(name, None, f"{error}")
-    file.parent.mkdir(parents=True, exist_ok=True)
-    with draft_of(file, sync=False) as draft:
-        draft.write_text(json.dumps(asdict(verdict)))
+        kept = Verdict(**json.loads(file.read_text()))
+        return replace(kept, program=program.written, known=True)
+    verdict = _judged(program, guest)
+    if verdict.agrees is not None:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with draft_of(file, sync=False) as draft:
+            draft.write_text(json.dumps(asdict(verdict)))
     return verdict
 
 
-def _measured(program: Program, guest: Guest, image: Image) -> Measured:
-    code = Disassembly.of(image)
-    wanted = PairedRun(
-        name=guest.name,
-        guest=str(guest.file),
-        elf=str(image.elf),
-        seed=_SEED,
-        uid=UID,
-        slack_s=SLACK_S,
-        waits=waits(code, find_roles(own_lines(program))),
-        follow=None,
-        ticks=ticks(SECONDS),
-        look_ticks=ticks(SECONDS),
-    )
-    return paired_run.run(wanted, _TIMEOUT_S)
+def _judged(program: Program, guest: Guest) -> Verdict:
+    command = [sys.executable, "-P", "-m", "kilotwin.port.twin_judge", str(os.getpid())]
+    order = pickle.dumps((program, guest))
+    done = subprocess.run(command, input=order, capture_output=True, check=False)
+    if done.returncode != 0:
+        words = done.stderr.decode(errors="replace").strip().splitlines()
+        return Verdict(program.written, None, words[-1] if words else "its process was ended")
+    return Verdict(**json.loads(done.stdout))
 
 
-def _judged(name: str, measured: Measured) -> Verdict:
-    if failure := measured.native_failure or measured.avr_failure:
-        where = "here" if measured.native_failure else "on the robot"
-        return Verdict(name, False, f"it cannot go on {where}: {failure}")
-    if measured.difference is not None:
-        first = f"first at tick {measured.difference.tick:,}: {measured.difference.text}"
-        why = f'`kilotwin port {name}` says why, cpu = "translated" runs it as the robot does'
-        return Verdict(name, False, f"{first}; {why}")
-    how_many = f"{measured.compared:,} decisions in {SECONDS:g} s"
-    return Verdict(name, True, f"{how_many} are as on its ATmega328P")
-
-
-def _kept_at(guest: Guest, image: Image) -> Path:
-    engine = Path(str(_emulator.__file__)).stat()
-    words = [guest.key, image.key, f"{SECONDS}", f"{engine.st_size}", f"{engine.st_mtime_ns}"]
+def _kept_at(guest: Guest, compiler: str) -> Path:
+    words = [guest.key]
+    engine = importlib.util.find_spec("kilotwin._emulator")
+    for file in (str(engine and engine.origin), compiler):
+        status = Path(file).stat()
+        words += [str(status.st_size), str(status.st_mtime_ns)]
     key = hashlib.sha256("\0".join(words).encode()).hexdigest()[:32]
     return cache_folder() / f"{key}-twin" / "verdict.json"
