@@ -144,4 +144,5 @@ def test_an_emulated_table_and_its_reports_are_compared_as_cells_saw_them(
     assert "one trial decides nothing" in found["undecided"]
     differences = {one["metric"]: one["difference"]["value"] for one in found["differences"]}
     assert differences.pop("wide") == pytest.approx(0, abs=0.01)
-    assert {name: value for name, value in differences.items() if value} == {}
+    # Reports of the last second are rounded in a .kilodat.
+    assert max(map(abs, differences.values())) <= 3

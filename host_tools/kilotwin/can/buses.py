@@ -94,7 +94,8 @@ def name_all(names: Sequence[str], buses: int, size: tuple[int, int]) -> list[Bu
         if name.channel is None:
             raise InputError(f"--can {name}: which bus? Name it, as in {name}/can0")
     if len(parsed) != buses:
-        what = f"{len(parsed)} buses are named, but the grid has {buses}"
+        named = "one bus is" if len(parsed) == 1 else f"{len(parsed)} buses are"
+        what = f"{named} named, but the grid has {buses}"
         raise InputError(f"--can: {what}; give --can once per bus, the lowest rows first")
     return parsed
 

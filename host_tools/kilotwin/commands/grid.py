@@ -54,7 +54,7 @@ def health(
     "kconf", epilog="Example: kilotwin grid kconf experiments/kilogrid/paper-n50.toml > n50.kconf"
 )
 def write_kconf(
-    experiment: Annotated[Path, typer.Argument(help="An experiment with a [grid].")],
+    experiment: Annotated[Path, typer.Argument(help="An experiment with a \\[grid].")],
     *,
     settings: Settings = None,
 ) -> None:

@@ -60,7 +60,7 @@ def record(
         typer.Option(
             metavar="ohc:PORT",
             envvar="KILOTWIN_VIA",
-            help="Without a grid: play the [environment] by this overhead controller.",
+            help="Without a grid: play the \\[environment] by this overhead controller.",
         ),
     ] = None,
     poses: Annotated[

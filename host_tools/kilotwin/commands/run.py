@@ -52,7 +52,7 @@ Serve = Annotated[
         "--serve",
         envvar="KILOTWIN_SERVE",
         help="Wait for a host, in real time: on an overhead controller's serial port and, with a "
-        "[grid], on CAN buses; see `kilotwin record`.",
+        "\\[grid], on CAN buses; see `kilotwin record`.",
     ),
 ]
 Port = Annotated[

@@ -38,6 +38,10 @@ from kilotwin.experiment.toml_lines import KeyPath
 from kilotwin.experiment.validation_errors import input_error
 from kilotwin.files.build_id import Target
 
+# Tables by which an experiment and a sweep are told apart when one is given for the other.
+_OF_EXPERIMENTS = {"swarm", "arena", "robots", "duration_s"}
+_OF_SWEEPS = {"base", "block", "vary", "together", "each", "seeds"}
+
 
 @dataclass(frozen=True)
 class Group:
@@ -81,6 +85,9 @@ class Experiment:
     @staticmethod
     def of(origin: ExperimentText) -> "Experiment":
         """Checks everything; InputError names the place."""
+        if not _OF_EXPERIMENTS & origin.raw.keys() and _OF_SWEEPS & origin.raw.keys():
+            what = f"a sweep, not an experiment; type: kilotwin sweep {origin.source}"
+            raise InputError(f"{origin.source}: {what}")
         try:
             keys = ExperimentSchema.model_validate(origin.raw)
         except ValidationError as error:

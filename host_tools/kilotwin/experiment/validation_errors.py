@@ -85,7 +85,9 @@ def _describe(problem: dict[str, Any], path: KeyPath, schema: type[BaseModel]) -
         wanted = context.get("min_length", context.get("max_length"))
         exact = {MinLen(wanted), MaxLen(wanted)} <= set(metadata)
         bound = "" if exact else "at least " if kind == "too_short" else "at most "
-        return f"{dotted(path)} has {context['actual_length']} items; it must have {bound}{wanted}"
+        actual = context["actual_length"]
+        items = "1 item" if actual == 1 else f"{actual} items"
+        return f"{dotted(path)} has {items}; it must have {bound}{wanted}"
     if kind == "value_error":
         return f"{dotted(path)} is {value}; it {problem['ctx']['error']}"
     return f"{dotted(path)} is {value}; {problem['msg'].lower()}"

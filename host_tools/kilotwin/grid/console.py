@@ -224,7 +224,8 @@ def named_grid(names: Sequence[str], size: str | None) -> tuple[Layout, list[Bus
     # As many buses as the real table has, or as a smaller one needs.
     buses = min(4, rows) if whole else len(names)
     if buses > rows:
-        what = f"{buses} buses are named, but each has whole rows"
+        named = "one bus is" if buses == 1 else f"{buses} buses are"
+        what = f"{named} named, but each has whole rows"
         raise InputError(f"--size {size}: {what}; name {rows} at most, or another size")
     bus_names = name_all(names, buses, (columns, rows))
     layout = Layout(columns, rows, buses)

@@ -49,7 +49,10 @@ class Serving:
             return
         buses = experiment.plan.layout.buses
         if self.interfaces and len(self.interfaces) != buses:
-            what = f"{len(self.interfaces)} interfaces are named, but the grid has {buses} buses"
+            number = len(self.interfaces)
+            named = "one interface is" if number == 1 else f"{number} interfaces are"
+            has = "one bus" if buses == 1 else f"{buses} buses"
+            what = f"{named} named, but the grid has {has}"
             raise InputError(f"--can: {what}; give --can once per bus")
 
 

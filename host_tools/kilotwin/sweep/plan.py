@@ -211,6 +211,11 @@ def read_plan(
     `trial_timeout_s` in place of the file's.
     """
     text = ExperimentText.read(file, [])
+    if "swarm" in text.raw and not {"base", "block"} & text.raw.keys():
+        what = (
+            f"an experiment, not a sweep; type: kilotwin run {file}, or write a sweep with base ="
+        )
+        raise InputError(f'{file}: {what} "{file.name}"')
     try:
         keys = SweepSchema.model_validate(text.raw)
     except ValidationError as error:

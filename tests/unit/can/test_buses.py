@@ -55,7 +55,7 @@ def test_one_server_has_all_buses() -> None:
     ("names", "said"),
     [
         ([], "on which CAN bus?"),
-        (["socketcan:can0"], "1 buses are named, but the grid has 2"),
+        (["socketcan:can0"], "one bus is named, but the grid has 2"),
         (["socketcand:127.0.0.1", "socketcan:can0"], "which bus? Name it"),
     ],
 )

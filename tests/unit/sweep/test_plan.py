@@ -268,3 +268,14 @@ def test_seeds_of_one_combination_share_all_but_the_seed(folder: Path) -> None:
 def test_an_address_that_is_none_is_refused_at_once(address: str) -> None:
     with pytest.raises(InputError, match="not an address; try tcp://HOST:8786"):
         Dask(address)
+
+
+def test_an_experiment_given_as_a_sweep_says_which_command_takes_it(folder: Path) -> None:
+    with pytest.raises(InputError, match="an experiment, not a sweep; type: kilotwin run"):
+        read_plan(folder / "small.toml")
+
+
+def test_a_sweep_given_as_an_experiment_says_which_command_takes_it(folder: Path) -> None:
+    (folder / "sweep.toml").write_text('base = "small.toml"\nseeds = 2\n')
+    with pytest.raises(InputError, match="a sweep, not an experiment; type: kilotwin sweep"):
+        Experiment.load(folder / "sweep.toml")
