@@ -44,8 +44,7 @@ def confine_worker(job: Job) -> dict[str, Any]:
     missing = _emulator.lacking_layers()
     if required and missing:
         raise RunError(f"--confine=require: {missing[0]}; use a newer kernel, or leave it out")
-    if job.experiment.plan is not None:
-        frames.fixed()  # imports libraries, which cannot be loaded later
+    load_libraries(job.experiment)
     writable = [job.folder]
     serving = job.serving
     if serving is not None:
@@ -59,6 +58,25 @@ def confine_worker(job: Job) -> dict[str, Any]:
         sockets=serving is not None or job.probes.gdb is not None,
     )
     return {"confined": not missing, "not_confined": missing}
+
+
+def load_libraries(experiment: Experiment) -> None:
+    """Imports what an experiment needs late, and a confined process could not load."""
+    if experiment.plan is not None:
+        frames.fixed()
+
+
+def confine_trial(experiment: Experiment) -> None:
+    """Confines this process, a fork that does nothing but a trial: it may write no file.
+
+    What the kernel lacks is left out.
+    """
+    _emulator.confine(
+        readable=[str(folder) for folder in _readable()],
+        writable=[],
+        memory_bytes=_MEMORY_BYTES + _MEMORY_PER_ROBOT_BYTES * experiment.size,
+        sockets=False,
+    )
 
 
 def _readable() -> list[Path]:

@@ -16,6 +16,8 @@ from typing import Any, Protocol
 
 from kilotwin import _emulator
 from kilotwin.errors import DeviceError, InputError
+from kilotwin.files import confinement
+from kilotwin.runs.confined_worker import ENVIRONMENT
 from kilotwin.sweep.plan import Plan, SlurmOptions
 
 _CONNECT_S = 5
@@ -54,6 +56,9 @@ class Processes:
     @contextlib.contextmanager
     def open(self) -> Iterator[Executor]:
         """A pool whose processes end at once when the sweep ends or dies."""
+        # Workers fork confined trials: without threads, and with little memory taken in advance.
+        if confinement.mode() != "off":
+            os.environ.update(ENVIRONMENT)
         # Spawned, not forked: a child of ours must not hold our threads' locks.
         pool = ProcessPoolExecutor(
             self.number, get_context("spawn"), initializer=_serve, initargs=(os.getpid(),)

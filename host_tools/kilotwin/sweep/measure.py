@@ -96,16 +96,28 @@ def measure(task: Task) -> Measured | Failed:
     A trial that cannot be stopped in time, since the engine hangs, ends this process.
     """
     with deadline(task.timeout_s) as is_over:
-        return _measure(task, is_over)
+        try:
+            job = job_of(task)
+        except KilotwinError as error:
+            return Failed(task.key, str(error), None)
+        return measure_job(task, job, is_over, lambda: None)
 
 
-def _measure(task: Task, is_over: Callable[[], bool]) -> Measured | Failed:
+def job_of(task: Task) -> Job:
+    """What a trial runs, with its programs built; KilotwinError if that cannot be."""
+    guests = [str(build_group(group).file) for group in task.experiment.groups]
+    modules = task.experiment.modules
+    module_guest = None if modules is None else str(build_group(modules).file)
+    return Job(task.experiment, guests, task.folder, {}, None, module_guest)
+
+
+def measure_job(
+    task: Task, job: Job, is_over: Callable[[], bool], confine: Callable[[], None]
+) -> Measured | Failed:
+    """Runs the trial in this process. `confine` is called before the first robot runs."""
     try:
-        guests = [str(build_group(group).file) for group in task.experiment.groups]
-        modules = task.experiment.modules
-        module_guest = None if modules is None else str(build_group(modules).file)
-        job = Job(task.experiment, guests, task.folder, {}, None, module_guest)
         trial = Trial(job, lambda _: None, lambda: _SeriesWriter(task.experiment))
+        confine()
         in_time = trial.run(is_over)
     except KilotwinError as error:
         return Failed(task.key, str(error), None)
@@ -156,7 +168,7 @@ def part_of(sites: pa.Table, result: dict[str, Any]) -> bytes:
     """A trial's part of the data set: the same bytes for the same rows and result."""
     table = sites.replace_schema_metadata({RESULT: json.dumps(result, sort_keys=True)})
     sink = pa.BufferOutputStream()
-    options = pa.ipc.IpcWriteOptions(compression="zstd")
+    options = pa.ipc.IpcWriteOptions(compression="zstd", use_threads=False)
     with pa.ipc.new_stream(sink, table.schema, options=options) as writer:
         writer.write_table(table)
     return bytes(sink.getvalue())
@@ -173,7 +185,9 @@ def deadline(timeout_s: float | None) -> Iterator[Callable[[], bool]]:
     try:
         yield lambda: time.monotonic() >= end
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0)
+        # A confined process may not, and ends with its trial.
+        with contextlib.suppress(OSError):
+            signal.setitimer(signal.ITIMER_REAL, 0)
 
 
 def _too_long(task: Task, summary: dict[str, Any]) -> str:

@@ -28,16 +28,17 @@ def read(file: Path) -> bytes | None:
         return None
     if content == sealed(content[:-_SEAL_BYTES]):
         return content[:-_SEAL_BYTES]
-    return content if _is_unsealed(content) else None
+    # Of a Kilotwin that did not seal yet.
+    return content if is_whole(content) else None
 
 
-def _is_unsealed(content: bytes) -> bool:
-    """Whether it is a whole stream of a Kilotwin that did not seal yet."""
+def is_whole(content: bytes) -> bool:
+    """Whether it is a whole stream with a result."""
     if not content.endswith(_STREAM_END):
         return False
     try:
         table = pa.ipc.open_stream(content).read_all()
         table.validate(full=True)
-        return set(json.loads(table.schema.metadata[RESULT])) == set(RESULT_KEYS)
+        return set(json.loads(table.schema.metadata[RESULT])) >= set(RESULT_KEYS)
     except (pa.ArrowException, OSError, TypeError, KeyError, ValueError):
         return False

@@ -21,6 +21,7 @@ from kilotwin.files.build_id import Target
 from kilotwin.port.twin import Mode, Twins, native_kilobots
 from kilotwin.runs.folder import EXPERIMENT, slug, utc_now
 from kilotwin.runs.interrupts import heeding_interrupts
+from kilotwin.sweep.confined_trial import measure_confined
 from kilotwin.sweep.data_set import DataSet, failure_line, trial_key
 from kilotwin.sweep.executors import Place
 from kilotwin.sweep.measure import (
@@ -28,7 +29,6 @@ from kilotwin.sweep.measure import (
     Measured,
     Task,
     engine_sha256,
-    measure,
     measure_apart,
 )
 from kilotwin.sweep.plan import Plan, Trial, shown
@@ -186,7 +186,7 @@ class Sweep:
                     self.data.failed_folder(key).absolute(),
                     self.plan.keys.trial_timeout_s,
                 ),
-                measure_apart if confinement.mode() == "require" else measure,
+                measure_apart if confinement.mode() == "require" else measure_confined,
             )
             for trial, key in missing
         ]
