@@ -102,10 +102,10 @@ $(TIDIED): build/tidy/%.ok: %.cpp $(CPP_CONFIG)
 	@$(TIDY) -p build/check-clang $< > $(@:.ok=.log) 2>&1 || { cat $(@:.ok=.log); exit 1; }
 	@touch $@
 
-## check-long: the tests that take many minutes
+## check-long: the tests that take many minutes, in pieces (PIECES="kill walls"); see docs/soak.md
 .PHONY: check-long
 check-long: native
-	@$(PY) tests/run_all.py --long
+	@$(PY) -m tests.soak.run $(PIECES)
 
 ## fuzz: feed every decoder of bytes from outside for a minute each (NAMES="kconf serial ...")
 .PHONY: fuzz

@@ -5,7 +5,6 @@ What the others print comes when the first is done. The exit code is 0 only if n
 each ran something.
 """
 
-import argparse
 import contextlib
 import os
 import subprocess
@@ -72,19 +71,14 @@ class Job:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--long", action="store_true", help="run only the long tests")
-    arguments = parser.parse_args()
-
     started = time.monotonic()
     total, good = Count(), True
     jobs = []
-    if not arguments.long:
-        report = BUILD / "native.xml"
-        command = ["ctest", "--test-dir", "build/native", "--output-on-failure", "--no-tests=error"]
-        command += ["--parallel", str(os.cpu_count()), "--output-junit", str(report)]
-        jobs.append(Job.start("native tests", command, report, BUILD / "native-tests.log"))
-    pytest = [sys.executable, "-m", "pytest", "-m", "long" if arguments.long else "not long"]
+    report = BUILD / "native.xml"
+    command = ["ctest", "--test-dir", "build/native", "--output-on-failure", "--no-tests=error"]
+    command += ["--parallel", str(os.cpu_count()), "--output-junit", str(report)]
+    jobs.append(Job.start("native tests", command, report, BUILD / "native-tests.log"))
+    pytest = [sys.executable, "-m", "pytest", "-m", "not long"]
     report = BUILD / "pytest-system.xml"
     command = [*pytest, "-p", "no:cacheprovider", f"--junitxml={report}", SYSTEM]
     jobs.append(Job.start("system tests", command, report, BUILD / "system-tests.log"))

@@ -169,6 +169,24 @@ TEST(boot_forgets_an_image_without_a_check) {
     }
 }
 
+TEST(nothing_has_come_at_the_start_whatever_was_in_memory) {
+    fresh(5, false);
+    memset(&frames, 0xA5, sizeof frames);
+    boot_frames_init(&frames);
+    announce(0);
+    assert_false(store.image.checked);
+    assert_int_equal(store.image.pages, 5);
+}
+
+TEST(a_question_of_two_bytes_is_one) {
+    fresh(5, true);
+    const uint8_t question[2] = {QUERY, 32}, half[1] = {QUERY};
+    assert_false(take(half, 1));
+    assert_int_equal(frames.asked, BOOT_NOTHING_ASKED);
+    assert_false(take(question, 2));
+    assert_int_equal(frames.asked, 32);
+}
+
 TEST(the_id_is_what_a_question_for_it_is_answered_with) {
     uint8_t data[8];
     fresh(5, true);
@@ -189,6 +207,8 @@ int main(void) {
         cmocka_unit_test(the_crcs_of_three_pages_are_checked),
         cmocka_unit_test(orders_to_run_leave_the_loader_and_other_frames_do_not),
         cmocka_unit_test(boot_forgets_an_image_without_a_check),
+        cmocka_unit_test(nothing_has_come_at_the_start_whatever_was_in_memory),
+        cmocka_unit_test(a_question_of_two_bytes_is_one),
         cmocka_unit_test(the_id_is_what_a_question_for_it_is_answered_with),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

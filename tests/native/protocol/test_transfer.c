@@ -215,6 +215,16 @@ TEST(a_page_that_cannot_be_is_refused_with_its_chunks) {
     assert_counted(&transfer, 0, 6, 1);
 }
 
+TEST(a_page_without_its_number_is_dropped_whatever_was_in_memory) {
+    for (int kind = 0; kind < 2; kind++) {
+        transfer_t transfer = fresh();
+        const uint8_t type = kind == 0 ? KILO_PAGE : OWN_PAGE;
+        for (uint8_t i = 0; i < 22; i++)
+            assert_int_equal(chunk(&transfer, type, i), TRANSFER_REFUSED);
+        assert_counted(&transfer, 0, 0, 22);
+    }
+}
+
 TEST(a_page_that_loses_repeats_or_swaps_a_chunk_is_dropped) {
     for (uint8_t at = 0; at < 22; at++)
         for (uint8_t fault = 0; fault < 3; fault++) {
@@ -349,6 +359,7 @@ int main(void) {
         cmocka_unit_test(a_check_holds_for_the_next_number_of_pages_and_for_no_other),
         cmocka_unit_test(a_part_of_an_announcement_that_cannot_be_is_refused),
         cmocka_unit_test(a_page_that_cannot_be_is_refused_with_its_chunks),
+        cmocka_unit_test(a_page_without_its_number_is_dropped_whatever_was_in_memory),
         cmocka_unit_test(a_page_that_loses_repeats_or_swaps_a_chunk_is_dropped),
         cmocka_unit_test(a_first_chunk_in_the_middle_of_a_page_spoils_it),
         cmocka_unit_test(each_page_of_the_modules_own_program_counts_once_by_old_numbers_and_new),

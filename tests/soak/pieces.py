@@ -1,0 +1,89 @@
+"""The long tests in pieces of an hour at most, each with a name.
+
+A test belongs to the first piece whose selectors its id begins with. A selector is the begin of a
+pytest id.
+"""
+
+from dataclasses import dataclass
+
+from tests.fuzz.run import NAMES as FUZZED
+
+_FUZZ = "tests/fuzz/test_fuzz.py::test_no_input_breaks_it_in_a_long_run"
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Tests that run together. `minutes` is about what they take on two cores."""
+
+    shows: str
+    selectors: tuple[str, ...]
+    minutes: int
+
+
+PIECES = {
+    "conformance": Piece(
+        "controllers and examples decide as on the chip, for hours",
+        ("tests/conformance/test_conformance.py",),
+        30,
+    ),
+    "mixed-swarm": Piece(
+        "a swarm of chips and native robots is one swarm for ten minutes",
+        ("tests/conformance/test_mixed_swarm.py",),
+        30,
+    ),
+    "instructions": Piece(
+        "each instruction, translated, from 10^5 states",
+        ("tests/translation/test_instructions.py",),
+        30,
+    ),
+    "translated-chips": Piece(
+        "translated chips do as interpreted ones for 10^6 ticks",
+        ("tests/translation/test_programs.py",),
+        60,
+    ),
+    "kill": Piece(
+        "the paper's whole grid survives kills at random moments; so does a Dask worker's death",
+        ("tests/system/test_sweep.py",),
+        60,
+    ),
+    "walls": Piece(
+        "nothing passes a wall in 10^8 robot-steps",
+        ("tests/system/test_obstacles.py",),
+        40,
+    ),
+    "same-engine": Piece(
+        "every build of the engine gives the same",
+        ("tests/system/test_same_engine.py",),
+        40,
+    ),
+    "flash": Piece(
+        "replacements after power cuts; 50 robots with a fifth of the frames lost",
+        ("tests/system/test_robot_loader.py", "tests/system/test_flash_swarm.py"),
+        40,
+    ),
+    "calibrate": Piece(
+        "fifty robots calibrated go straighter and tell distances better",
+        ("tests/system/test_calibrate.py",),
+        40,
+    ),
+    "grid": Piece(
+        "a grid of chips runs a .hex; an hour of the full grid is as the logs say",
+        ("tests/system/test_grid_boards.py", "tests/unit/compare/"),
+        60,
+    ),
+    "socketcan": Piece(
+        "a table on SocketCAN, in User-Mode Linux or this kernel", ("tests/socketcan/",), 20
+    ),
+    **{
+        f"fuzz-{name}": Piece(f"the decoder {name} takes any bytes", (f"{_FUZZ}[{name}]",), 30)
+        for name in FUZZED
+    },
+}
+
+
+def piece_of(test: str) -> str | None:
+    """The piece that a test's id belongs to."""
+    for name, piece in PIECES.items():
+        if test.startswith(piece.selectors):
+            return name
+    return None
