@@ -148,8 +148,9 @@ class alignas(64) Robot {
     /// inbox. Any order; cheapest in order of time.
     void receive(Cycles at, const message_t &message, distance_measurement_t distance);
 
-    /// A frame is being received from `begin` to `end`: meanwhile sensors return -1.
-    void disturb(Cycles begin, Cycles end);
+    /// A frame is being received from `begin` to `end`: meanwhile sensors return -1, and the edges
+    /// of its light take time from a translated program.
+    void disturb(Cycles begin, Cycles end, const message_t &message);
 
     // For a board: takes the inbox out, in order of time; notes what the board's pins do, and a
     // crash.
@@ -187,13 +188,22 @@ class alignas(64) Robot {
     /// STOPPED: its program crashed or never came back; it stays where it is.
     enum class Life : uint8_t { OFF, BOOTING, ALIVE, STOPPED };
 
-    /// State of a robot whose EEPROM was written to, or that heard others answer a host.
+    /// Of a translated program: a frame whose edges have not all been taken.
+    struct Light {
+        uint64_t begin;  ///< own cycles
+        message_t message;
+        uint16_t slot;  ///< edges before it have been taken
+    };
+
+    /// State of a robot whose EEPROM was written to, or that heard others answer a host; of a
+    /// translated one that was shone on.
     struct Rare {
         EepromImage eeprom;
         std::optional<gain_tables_t> gains;  ///< found by the program when it started; none:
                                              ///< those of its calibration
         robot_heard_t heard;
-        std::string line;  ///< that it prints, of a translated program
+        std::string line;           ///< that it prints, of a translated program
+        std::vector<Light> lights;  ///< in order of time
     };
 
     class Translated;

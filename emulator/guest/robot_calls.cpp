@@ -157,7 +157,8 @@ void Robot::set_eeprom(uint16_t address, uint8_t value) {
 }
 
 Robot::Rare &Robot::written() {
-    if (!rare_) rare_ = std::make_unique<Rare>(Rare{eeprom_of(calibration_), std::nullopt, {}, {}});
+    if (!rare_)
+        rare_ = std::make_unique<Rare>(Rare{eeprom_of(calibration_), std::nullopt, {}, {}, {}});
     return *rare_;
 }
 

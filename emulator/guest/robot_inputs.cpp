@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "base/board_clock.h"
 #include "guest/fault.h"
 #include "guest/robot.h"
 #include "kilolib/core/calibration.h"
@@ -39,8 +40,11 @@ void Robot::receive_before_others(Cycles at, const message_t &message,
     inbox_.insert(place, {at, message, distance});
 }
 
-void Robot::disturb(Cycles begin, Cycles end) {
+void Robot::disturb(Cycles begin, Cycles end, const message_t &message) {
     if (on_board()) return;  // it sees for itself
+    if (program_->translation() != nullptr)
+        written().lights.push_back(
+            {BoardClock{power_up_, tick_length_}.own_cycle(begin), message, 0});
     if (frames_seen_.size() == frames_seen_.capacity()) {
         auto over = [this](const auto &frame) { return frame.second <= now_; };
         frames_seen_.erase(std::remove_if(frames_seen_.begin(), frames_seen_.end(), over),

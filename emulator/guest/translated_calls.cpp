@@ -13,12 +13,15 @@ using namespace atmega328p;
 
 namespace {
 
-// Cycles of interrupts and calls, counted in kilolib's machine code (firmware/kilolib/avr): the
-// comparator's interrupts of a frame, without those of its bits, and one of a bit; from a frame's
-// end to the program's callback, and behind it; and whole functions.
-constexpr uint64_t FRAME_EDGES_CYCLES = 3734, BIT_CYCLES = 154, BIT_PLACE_CYCLES = 5;
+// Cycles of interrupts and calls, counted in kilolib's machine code (firmware/kilolib/avr). The
+// comparator's interrupt: the leader's start and stop; a byte's
+// start and stop; a bit, and each place that it is farther; of the last stop, what is before the
+// frame's end. From there to the program's callback, and behind it. Whole functions.
+constexpr uint32_t LEADER_BEGIN_CYCLES = 150, LEADER_END_CYCLES = 190;
+constexpr uint32_t BYTE_BEGIN_CYCLES = 106, BYTE_END_CYCLES = 164;
+constexpr uint32_t BIT_CYCLES = 154, BIT_PLACE_CYCLES = 5, LAST_CYCLES = SLOT_CYCLES;
 constexpr uint64_t RECEIVE_CYCLES = 172, RECEIVE_END_CYCLES = 37;
-constexpr uint64_t SENSE_CALL_CYCLES = 11, BEGAN_CALL_CYCLES = 9;
+constexpr uint64_t SENSE_CALL_CYCLES = 11, SENSE_LIGHT_CYCLES = 9, BEGAN_CALL_CYCLES = 8;
 constexpr uint64_t CONVERT_CYCLES = 177, CONVERT_SLOWLY_CYCLES = 3422;
 constexpr uint64_t SEND_CALL_CYCLES = 33, DISTANCE_CYCLES = 300;
 
@@ -28,15 +31,26 @@ constexpr uint8_t SAVED[] = {0, 1, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27, 30, 3
 // An edge waits for its interrupt; the next one, a slot later, takes its place.
 constexpr uint64_t WAITS_FOR_EDGE = SLOT_CYCLES;
 
-/// Cycles of the interrupts of a frame's edges.
-uint32_t cycles_of_edges(const message_t &message) {
+/// An edge of a frame: its slot, and the cycles of its interrupt.
+struct Edge {
+    unsigned slot;
+    uint32_t cycles;
+};
+constexpr Edge NO_EDGE = {FRAME_BYTES * BYTE_SLOTS, 0};
+
+/// The first from `slot` on.
+Edge edge_of(const message_t &message, unsigned slot) {
     uint8_t bytes[sizeof message];
     std::memcpy(bytes, &message, sizeof bytes);
-    uint64_t cycles = FRAME_EDGES_CYCLES;
-    for (const uint8_t byte : bytes)
-        for (unsigned bit = 0; bit < 8; bit++)
-            if ((byte >> bit & 1) != 0) cycles += BIT_CYCLES + bit * BIT_PLACE_CYCLES;
-    return static_cast<uint32_t>(cycles);
+    for (; slot < NO_EDGE.slot; slot++) {
+        const unsigned byte = slot / BYTE_SLOTS, place = slot % BYTE_SLOTS;
+        if (place == 0) return {slot, byte == 0 ? LEADER_BEGIN_CYCLES : BYTE_BEGIN_CYCLES};
+        if (slot == NO_EDGE.slot - 1) return {slot, LAST_CYCLES};
+        if (place == STOP_SLOT) return {slot, byte == 0 ? LEADER_END_CYCLES : BYTE_END_CYCLES};
+        if (byte > 0 && (bytes[byte - 1] >> (place - 1) & 1) != 0)
+            return {slot, BIT_CYCLES + (place - 1) * BIT_PLACE_CYCLES};
+    }
+    return NO_EDGE;
 }
 
 }  // namespace
@@ -65,6 +79,10 @@ bool Robot::Translated::serve_interrupt() {
     if (message_is_due()) {
         image_.asleep_until = 0;
         take_message();
+        return true;
+    }
+    if (edge_at_ <= cycle()) {
+        serve_edge();
         return true;
     }
     if (serial_asks_at() > cycle()) return false;
@@ -146,15 +164,12 @@ void Robot::Translated::take_message() {
     robot_.inbox_changed();
     find_message();
     const uint64_t ended = clock_.own_cycle(reception.at);
-    // A sleeping robot, and one before kilo_init(), has switched its comparator off.
-    const bool is_on = (at(ACSR) & (ACSR_ACIE | ACSR_ACD)) == ACSR_ACIE;
     const uint64_t frame = robot_.context_.frame;
     const bool missed = cycle() > ended + WAITS_FOR_EDGE ||
                         (frame > 0 && ended - std::min(ended, frame) < image_.deaf_until);
-    if (!is_on || missed) return;
+    if (!hears_light() || missed) return;
     message_t message = reception.message;
     begin_interrupt(Interrupt::MESSAGE);
-    if (frame > 0) image_.stolen += cycles_of_edges(message);
     for (const uint8_t saved : SAVED) push(data[saved]);
     push(status());
     at(1) = 0;
@@ -178,6 +193,47 @@ void Robot::Translated::take_message() {
     set_word(22, seam_.distance);
     pc = is_command ? seam_.obey : word(seam_.message_rx) * 2u;
     left -= RECEIVE_CYCLES;
+}
+
+/// Whether the comparator makes interrupts: not while it sleeps, and not before kilo_init().
+bool Robot::Translated::hears_light() const {
+    return (data[ACSR] & (ACSR_ACIE | ACSR_ACD)) == ACSR_ACIE;
+}
+
+/// The next one that is not taken, of all frames; those that are over are forgotten.
+void Robot::Translated::find_edge() {
+    edge_at_ = TranslatedImage::NO_TIME;
+    if (robot_.rare_ == nullptr) return;
+    auto &lights = robot_.rare_->lights;
+    const auto over = [](const Light &light) { return light.slot >= NO_EDGE.slot; };
+    while (!lights.empty() && over(lights.front())) lights.erase(lights.begin());
+    for (Light &light : lights) {
+        const Edge edge = edge_of(light.message, light.slot);
+        const uint64_t at = light.begin + edge.slot * SLOT_CYCLES;
+        light.slot = static_cast<uint16_t>(edge.slot);
+        if (over(light) || at >= edge_at_) continue;
+        edge_at_ = at;
+        edge_cycles_ = edge.cycles;
+        edge_light_ = &light;
+    }
+}
+
+void Robot::Translated::take_edge() {
+    edge_light_->slot++;
+    find_edge();
+}
+
+/// The comparator's interrupt. An edge that comes while one waits for it takes its place.
+void Robot::Translated::serve_edge() {
+    uint32_t cycles = 0;
+    while (edge_at_ <= cycle()) {
+        cycles = edge_cycles_;
+        take_edge();
+    }
+    if (!hears_light()) return;
+    image_.asleep_until = 0;
+    disturb_passes();
+    left -= cycles;
 }
 
 /// The callback is over: what the interrupt saved goes back.
@@ -282,7 +338,8 @@ void Robot::Translated::sense() {
         return;
     }
     robot_.now_ = world_time();
-    come_back(robot_.disturbed(), SENSE_CALL_CYCLES);
+    const bool sees_light = robot_.disturbed();
+    come_back(sees_light, sees_light ? SENSE_LIGHT_CYCLES : SENSE_CALL_CYCLES);
 }
 
 /// kilolib_infrared_send(message).
@@ -315,7 +372,7 @@ void Robot::Translated::take_answer() {
     const bool yes = robot_.answer_;
     image_.waits_for = 0;
     if (number == CALL_RECEIVING)
-        come_back(!yes, SENSE_CALL_CYCLES);
+        come_back(!yes, yes ? SENSE_CALL_CYCLES : SENSE_LIGHT_CYCLES);
     else
         come_back(yes, (yes ? robot_.context_.frame : SENSE_CYCLES) + SEND_CALL_CYCLES);
 }

@@ -38,7 +38,6 @@ struct TranslatedImage {
     translated_pass_t pass;
 
     uint32_t pc;          ///< byte address
-    uint32_t stolen;      ///< cycles that frames' edges have taken, not yet taken from the program
     int32_t turns;        ///< of translated_chip_t
     uint8_t changed;      ///< of translated_chip_t
     uint8_t latch;        ///< high byte of a count, read behind the low one

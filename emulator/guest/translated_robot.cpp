@@ -58,6 +58,7 @@ Robot::Translated::Translated(Robot &robot)
     limit_ = image_.cycle;
     until_ = clock_.own_cycle(robot.until_);
     find_message();
+    find_edge();
 }
 
 /// Interrupts come between blocks of code. A run ends where neither is left to do.
@@ -117,37 +118,55 @@ void Robot::Translated::disturb_passes() {
     image_.pass_cycles = 0;
 }
 
-/// When the next interrupt comes, as they are let through.
-uint64_t Robot::Translated::next_interrupt() const {
+/// When the next interrupt comes, as they are let through, but for edges of light.
+uint64_t Robot::Translated::next_but_edges() const {
     return std::min({image_.match, message_at_, serial_asks_at()});
 }
 
 /// Sets what execution goes on to: the next interrupt, or the end of the run.
 void Robot::Translated::set_limit() {
     const uint64_t end = end_of_run(), now = cycle();
-    const uint64_t interrupt = lets_interrupts() ? next_interrupt() : NO_TIME;
+    const uint64_t others = lets_interrupts() ? next_but_edges() : NO_TIME;
+    const uint64_t edge = lets_interrupts() ? edge_at_ : NO_TIME;
+    const uint64_t interrupt = std::min(others, edge);
     limit_ = std::min(end, interrupt);
     set_cycle(now);
-    repeats = end >= interrupt || image_.interrupt != Interrupt::NONE;
+    ends_run_ = end < interrupt && image_.interrupt == Interrupt::NONE;
+    repeats = !ends_run_ && edge >= std::min(end, others);
     limit_changed_ = false;
     awaits = lets_interrupts();
 }
 
 /// Executes up to there.
 void Robot::Translated::execute() {
+    if (image_.pass_cycles != 0 && lets_interrupts()) take_edges_at_rest();
     set_limit();
     if (image_.pass_cycles != 0) {
-        if (repeats == 0) return;  // the rest is for later
+        if (ends_run_) return;  // the rest is for later
         const uint64_t left_out = static_cast<uint64_t>(left) / image_.pass_cycles;
         left -= static_cast<int64_t>(left_out * image_.pass_cycles);
         image_.pass_begun = cycle();
         image_.pass_cycles = 0;
         if (left == 0) return;
     }
-    if (image_.stolen != 0 && image_.interrupt == Interrupt::NONE) take_stolen_time();
     pass_left = static_cast<int64_t>(limit_ - image_.pass_begun);
     execute_code();
     image_.pass_begun = limit_ - static_cast<uint64_t>(pass_left);
+}
+
+/// Passes repeat: an edge of light in one of them puts the next ones off, and that is all. So for
+/// edges before the last pass up to another interrupt.
+void Robot::Translated::take_edges_at_rest() {
+    const uint64_t end = std::min(end_of_run(), next_but_edges());
+    uint64_t now = cycle();
+    while (edge_at_ < end) {
+        const uint64_t cycles = hears_light() ? edge_cycles_ : 0;
+        if (std::max(now, edge_at_) + cycles + image_.pass_cycles > end) break;
+        now += cycles;
+        take_edge();
+    }
+    limit_ = std::max(now, limit_);
+    set_cycle(now);
 }
 
 /// The same as a turn of run(), within a region. What needs all of the state leaves the region.
@@ -159,19 +178,10 @@ bool Robot::Translated::attend(unsigned what) {
         call(what);
     if (!goes_on() || is_early_) return false;
     for (flag_matches(); !message_is_due() && serve_interrupt();) flag_matches();
-    const bool steals = image_.stolen != 0 && image_.interrupt == Interrupt::NONE;
-    if (message_is_due() || steals || cycle() >= end_of_run()) return false;
+    if (message_is_due() || cycle() >= end_of_run()) return false;
     set_limit();
     pass_left = static_cast<int64_t>(limit_ - begun);
     return left > 0;
-}
-
-/// Takes the cycles of a frame's edges, whose interrupts came in between, from the program.
-void Robot::Translated::take_stolen_time() {
-    const auto taken = static_cast<uint32_t>(std::min<int64_t>(left, image_.stolen));
-    image_.stolen -= taken;
-    left -= taken;
-    changed = 1;
 }
 
 /// Goes from region to region; leaves when an interrupt may be due, or what comes next depends on
@@ -244,7 +254,7 @@ bool Robot::Translated::note_pass() {
 void Robot::Translated::doze() {
     const uint64_t from = cycle();
     const bool down = (at(SMCR) & SMCR_SM) == SLEEP_POWER_DOWN;
-    const uint64_t interrupt = std::min(image_.match, message_at_);
+    const uint64_t interrupt = std::min({image_.match, message_at_, edge_at_});
     if (down && message_at_ < std::min(image_.asleep_until, until_)) {
         robot_.inbox_next_++;
         robot_.inbox_changed();

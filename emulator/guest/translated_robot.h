@@ -71,7 +71,7 @@ class Robot::Translated : private translated_chip_t {
     void set_limit();  ///< `left` counts to the next interrupt, or to the end of the run
     void execute();
     bool attend(unsigned what);  ///< as translated_chip_t.attend()
-    void take_stolen_time();
+    void take_edges_at_rest();
     void execute_code();
     bool execute_one();
     bool note_pass();
@@ -85,7 +85,7 @@ class Robot::Translated : private translated_chip_t {
     bool lets_interrupts() const { return flags[7] != 0; }
     void flag_matches();
     bool serve_interrupt();
-    uint64_t next_interrupt() const;
+    uint64_t next_but_edges() const;
     uint64_t serial_asks_at() const;
     bool can_count_tick() const;
     void count_tick();
@@ -98,6 +98,10 @@ class Robot::Translated : private translated_chip_t {
     void begin_interrupt(Interrupt which);
     void end_interrupt();
     void find_message();  ///< when the next one comes
+    bool hears_light() const;
+    void find_edge();  ///< the next one
+    void take_edge();
+    void serve_edge();
     void take_message();
     void end_message();
 
@@ -138,8 +142,13 @@ class Robot::Translated : private translated_chip_t {
     uint64_t until_ = 0;  ///< end of the run
     /// When the next message has to be taken.
     uint64_t message_at_ = TranslatedImage::NO_TIME;
-    bool limit_changed_ = false;  ///< the next interrupt comes at another time than it was
-    bool is_early_ = false;       ///< what a call asks for is not known before the next run
+    /// The next edge of light, and the cycles that its interrupt takes.
+    uint64_t edge_at_ = TranslatedImage::NO_TIME;
+    uint32_t edge_cycles_ = 0;
+    Robot::Light *edge_light_ = nullptr;  ///< the frame that it is of
+    bool ends_run_ = false;               ///< limit_ is the end of the run
+    bool limit_changed_ = false;          ///< the next interrupt comes at another time than it was
+    bool is_early_ = false;               ///< what a call asks for is not known before the next run
 };
 
 }  // namespace kilotwin

@@ -203,7 +203,8 @@ void GuestRobots::sent(const Frame &frame) {
 
 // Whatever becomes of the frame: while its light falls on the receiver sensors cannot be read.
 void GuestRobots::light_begins(const Frame &frame, Reached &reached) {
-    context_.robots[reached.station].disturb(frame.begin, frame.begin + FRAME_CYCLES);
+    context_.robots[reached.station].disturb(frame.begin, frame.begin + FRAME_CYCLES,
+                                             frame.message->message());
 }
 
 // Each receiver draws for itself, and only for frames that nothing else spoiled.
