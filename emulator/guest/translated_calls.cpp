@@ -31,6 +31,19 @@ constexpr uint8_t SAVED[] = {0, 1, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27, 30, 3
 // An edge waits for its interrupt; the next one, a slot later, takes its place.
 constexpr uint64_t WAITS_FOR_EDGE = SLOT_CYCLES;
 
+/// Of the ones in a byte, by its value.
+struct CyclesOfBits {
+    uint16_t of[256] = {};
+    constexpr CyclesOfBits() {
+        for (unsigned byte = 0; byte < 256; byte++)
+            for (unsigned bit = 0; bit < 8; bit++)
+                if ((byte >> bit & 1) != 0)
+                    of[byte] =
+                        static_cast<uint16_t>(of[byte] + BIT_CYCLES + bit * BIT_PLACE_CYCLES);
+    }
+};
+constexpr CyclesOfBits CYCLES_OF_BITS;
+
 /// An edge of a frame: its slot, and the cycles of its interrupt.
 struct Edge {
     unsigned slot;
@@ -221,6 +234,23 @@ void Robot::Translated::find_edge() {
 void Robot::Translated::take_edge() {
     edge_light_->slot++;
     find_edge();
+}
+
+/// Of all of its edges. The last byte is not among those, since its end is the frame's.
+uint32_t Robot::Translated::cycles_of_byte() const {
+    const auto &lights = robot_.rare_->lights;
+    const unsigned slot = edge_light_->slot, byte = slot / BYTE_SLOTS;
+    if (lights.size() > 1 || slot % BYTE_SLOTS != 0 || byte == FRAME_BYTES - 1) return 0;
+    if (byte == 0) return LEADER_BEGIN_CYCLES + LEADER_END_CYCLES;
+    const auto *bytes = reinterpret_cast<const uint8_t *>(&edge_light_->message);
+    return BYTE_BEGIN_CYCLES + CYCLES_OF_BITS.of[bytes[byte - 1]] + BYTE_END_CYCLES;
+}
+
+/// To the begin of the next one.
+void Robot::Translated::take_byte() {
+    edge_light_->slot = static_cast<uint16_t>(edge_light_->slot + BYTE_SLOTS);
+    edge_at_ += BYTE_SLOTS * SLOT_CYCLES;
+    edge_cycles_ = BYTE_BEGIN_CYCLES;
 }
 
 /// The comparator's interrupt. An edge that comes while one waits for it takes its place.

@@ -160,6 +160,13 @@ void Robot::Translated::take_edges_at_rest() {
     const uint64_t end = std::min(end_of_run(), next_but_edges());
     uint64_t now = cycle();
     while (edge_at_ < end) {
+        if (const uint32_t byte = cycles_of_byte();
+            byte != 0 &&
+            std::max(now, edge_at_ + BYTE_SLOTS * SLOT_CYCLES) + byte + image_.pass_cycles <= end) {
+            now += hears_light() ? byte : 0;
+            take_byte();
+            continue;
+        }
         const uint64_t cycles = hears_light() ? edge_cycles_ : 0;
         if (std::max(now, edge_at_) + cycles + image_.pass_cycles > end) break;
         now += cycles;

@@ -101,6 +101,8 @@ class Robot::Translated : private translated_chip_t {
     bool hears_light() const;
     void find_edge();  ///< the next one
     void take_edge();
+    uint32_t cycles_of_byte() const;  ///< if a byte of a frame begins, and no other shines; or 0
+    void take_byte();
     void serve_edge();
     void take_message();
     void end_message();
