@@ -76,7 +76,7 @@ def test_nothing_calls_itself_and_the_deepest_stack_fits(built: Built) -> None:
 # test in pfsm_step(), once in two seconds, is what takes long; it is a part of loop() there.
 CYCLES_MOST = {
     "loop": 150_000,
-    "on_message": 1_200,
+    "on_message": 1_600,
     "on_sent": 100,
     "report_signal_or_silence": 100,
 }
