@@ -5,6 +5,7 @@
 
 #include "guest/fault.h"
 #include "kilolib/core/sleep_rhythm.h"
+#include "kilolib/core/traits.h"
 
 namespace kilotwin {
 
@@ -142,10 +143,14 @@ void Robot::live() {
         return;
     }
     for (;;) {
-        if (core_.state == ROBOT_SETUP) {
-            set_up();
-        } else if (core_.state == ROBOT_MOVING && core_.motion_is_new) {
-            start_motion();
+        const bool acts =
+            core_.state == ROBOT_SETUP || (core_.state == ROBOT_MOVING && core_.motion_is_new);
+        if (acts && acts_at_ < until_ && acts_at_ <= next_interrupt()) {
+            now_ = std::max(now_, acts_at_);
+            if (core_.state == ROBOT_SETUP)
+                set_up();
+            else
+                start_motion();
         } else if (core_.state == ROBOT_RUNNING &&
                    (loop_due_ || plain_tick_before(quiet_until()))) {
             run_loop();
@@ -331,9 +336,11 @@ void Robot::take_message() {
     now_ = std::max(now_, reception.at);
     if (!receives(reception)) return;
     if (message_is_command(&reception.message)) {
+        message_t command = reception.message;
+        if (program_->table().original != 0 && !original_knows(&command)) return;
         if (robot_answer_is_heard(&reception.message))
             robot_answer_hear(&written().heard, &reception.message, &reception.distance);
-        return obey(reception.message);
+        return obey(command);
     }
     const auto &table = program_->table();
     *table.rx_message = reception.message;

@@ -255,6 +255,7 @@ class alignas(64) Robot {
     void obey(const message_t &message);
     void start_motion();
     void enter_state(robot_state_t before);
+    Cycles main_loop_sees(robot_state_t before) const;  ///< the state that it has got now
     void save_calibration(const message_t &message);
     void gains_saved(uint8_t which, uint8_t *content) const;  ///< as the answer tells them
     void read_gains();                                        ///< as a program that starts does
@@ -348,7 +349,8 @@ class alignas(64) Robot {
     std::unique_ptr<Rare> rare_;  ///< by written()
     Cycles overflow_ = NEVER;     ///< after a retry: when the timer's next ordinary match comes
     Cycles state_since_;          ///< for the light of states
-    Cycles down_since_ = 0;       ///< of SLEEPING: sleep_rhythm.h
+    Cycles acts_at_ = 0;          ///< when the main loop sees the state; of SLEEPING: when it last
+                                  ///< went down (sleep_rhythm.h)
     Cycles power_up_;
     void (*setup_)(void) = nullptr;
     const std::string *name_;  ///< of its program

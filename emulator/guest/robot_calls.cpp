@@ -55,7 +55,9 @@ struct Robot::HostCalls {
         robot.stale_conversion_ = -1;
         if (which == KT_SENSOR_LIGHT) return robot.light;
         if (which == KT_SENSOR_TEMPERATURE) return robot.context_.temperature;
-        return robot.stale_conversion_ = robot.voltage(robot.now_);
+        const int16_t reading = robot.voltage(robot.now_);
+        if (robot.program_->table().original != 0) robot.stale_conversion_ = reading;
+        return reading;
     }
 
     static uint8_t distance_mm(int16_t low_gain, int16_t high_gain) {

@@ -7,6 +7,7 @@
 #include "guest/robot.h"
 #include "kilolib/core/calibration.h"
 #include "kilolib/core/sleep_rhythm.h"
+#include "kilolib/core/traits.h"
 
 namespace kilotwin {
 
@@ -62,7 +63,7 @@ bool Robot::disturbed() const {
 bool Robot::receives(const Reception &reception) {
     if (interrupts_off_) return false;
     if (core_.state == ROBOT_SLEEPING)
-        return sleep_rhythm_receives(state_since_, &down_since_, reception.at - FRAME_CYCLES);
+        return sleep_rhythm_receives(state_since_, &acts_at_, reception.at - FRAME_CYCLES);
     return next_tick_ != NEVER;
 }
 
@@ -86,14 +87,22 @@ void Robot::obey(const message_t &message) {
     if (core_.state != before) enter_state(before);
 }
 
+// The original blinks to the end first, also if other commands come meanwhile.
+Cycles Robot::main_loop_sees(robot_state_t before) const {
+    if (core_.state == ROBOT_SLEEPING) return now_;
+    if (acts_at_ > now_ && before != ROBOT_SLEEPING) return acts_at_;
+    const bool blinks = before == ROBOT_IDLE || before == ROBOT_CHARGING;
+    if (program_->table().original == 0 || !blinks) return now_;
+    return state_since_ + original_looks_after(now_ - state_since_);
+}
+
 // While a robot sleeps its timer stands still. All states but SETUP use the LED for themselves.
 void Robot::enter_state(robot_state_t before) {
-    state_since_ = down_since_ = now_;
+    acts_at_ = main_loop_sees(before);
+    state_since_ = now_;
+    loop_due_ = core_.state == ROBOT_SETUP || core_.state == ROBOT_MOVING;
     if (before == ROBOT_SLEEPING) next_tick_ = now_ + tick_length_;
-    if (core_.state == ROBOT_SLEEPING) {
-        next_tick_ = NEVER;
-        loop_due_ = false;
-    }
+    if (core_.state == ROBOT_SLEEPING) next_tick_ = NEVER;
     if (core_.state != ROBOT_SETUP) switch_led_off();
 }
 
@@ -138,6 +147,7 @@ void Robot::start_again() {
     std::memcpy(program_->table().state_begin, program_->initial_state(), program_->state_bytes());
     life_ = Life::OFF;
     core_ = {};
+    acts_at_ = 0;
     state_since_ = now_;
     switch_led_off();
     next_tick_ = NEVER;

@@ -67,7 +67,7 @@ uint8_t Robot::color(Cycles at) const {
     case ROBOT_IDLE: return blink_is_on(in_state) ? IDLE_COLOR : 0;
     case ROBOT_CHARGING: return blink_is_on(in_state) ? CHARGING_COLOR : 0;
     case ROBOT_BATTERY: return battery_color(voltage(at));
-    case ROBOT_SLEEPING: return sleep_rhythm_color(down_since_, std::max(at, state_since_));
+    case ROBOT_SLEEPING: return sleep_rhythm_color(acts_at_, std::max(at, state_since_));
     default: return color_;
     }
 }

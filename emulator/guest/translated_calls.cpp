@@ -28,6 +28,9 @@ constexpr uint64_t SEND_CALL_CYCLES = 33, DISTANCE_CYCLES = 300;
 // Registers that the comparator's interrupt saves, with the status register and r0, r1.
 constexpr uint8_t SAVED[] = {0, 1, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27, 30, 31};
 
+// Channels of the converter (hardware.md 1.8).
+constexpr uint8_t BATTERY = 6, LIGHT = 7, TEMPERATURE = 8;
+
 // An edge waits for its interrupt; the next one, a slot later, takes its place.
 constexpr uint64_t WAITS_FOR_EDGE = SLOT_CYCLES;
 
@@ -187,8 +190,9 @@ void Robot::Translated::take_message() {
     push(status());
     at(1) = 0;
     distance_measurement_t measured = reception.distance;
-    if (robot_.stale_conversion_ >= 0) measured.high_gain = robot_.stale_conversion_;
-    robot_.stale_conversion_ = -1;
+    // Where the original's get_voltage() has left the converter (core/traits.h).
+    if ((at(ADMUX) & ADMUX_MUX) == BATTERY) measured.high_gain = robot_.voltage(reception.at);
+    at(ADMUX) = 0;
     const bool is_command = message_is_command(&message);
     if (is_command && robot_answer_is_heard(&message))
         robot_answer_hear(reinterpret_cast<robot_heard_t *>(data + seam_.heard), &message,
@@ -420,7 +424,6 @@ void Robot::Translated::frame_began() {
 
 /// kilolib_converter_read(channel). The lowest bit is noise, as a board's.
 void Robot::Translated::convert() {
-    constexpr uint8_t BATTERY = 6, LIGHT = 7, TEMPERATURE = 8;
     constexpr int MOST = 1023;
     const uint8_t channel = at(24);
     robot_.now_ = world_time();

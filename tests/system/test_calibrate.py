@@ -22,6 +22,7 @@ columns = 6
 rows = 6
 [swarm]
 profile = "kilobot"
+runtime = "kilotwin"
 program = "firmware/blank.c"
 size = 8
 """

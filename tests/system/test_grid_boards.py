@@ -4,6 +4,7 @@ import os
 import subprocess
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import can
@@ -182,7 +183,7 @@ def test_a_hex_is_run_as_it_is(
     monkeypatch.setenv("KILOTWIN_CACHE", str(guest_cache))
     modules = Experiment.load(boards.folder / "experiment.toml").modules
     assert modules is not None
-    image = build_group(modules).file
+    image = build_group(replace(modules, interpreted=True)).file
     again = run_grid("--set", "grid.cpu=avr", "--set", f"grid.hex={image}")
     assert result(again) == result(boards)
     resolved = Experiment.load(again.folder / "experiment.toml")

@@ -204,6 +204,7 @@ diameter_m = 0.5
 
 [swarm]
 profile = "kilobot"
+runtime = "kilotwin"
 program = "lamp.c"
 size = 2
 
@@ -263,6 +264,7 @@ diameter_m = 0.5
 
 [swarm]
 profile = "kilobot"
+runtime = "kilotwin"
 
 [medium]
 overhead_loss = 0

@@ -27,6 +27,7 @@ cpu = "{modules}"
 
 [swarm]
 profile = "kilobot"
+runtime = "kilotwin"
 
 [[robots]]
 program = "firmware/examples/blink.c"

@@ -75,7 +75,7 @@ def test_a_program_that_decides_otherwise_is_told_at_every_run(
     experiment = written(tmp_path, COUNTS_PASSES)
     first, second = (said(kilotwin, experiment) for _ in range(2))
     assert first.startswith("twin differs: program.c, first at tick ")
-    assert "LED RGB(3,0,0) at tick 3;" in first
+    assert "LED RGB(3,0,0) at tick 6;" in first
     assert "kilotwin port program.c" in first
     assert second == first
 

@@ -7,6 +7,7 @@
 #include "../../../firmware/kilolib/core/pins.h"
 #include "../../../firmware/kilolib/core/random.h"
 #include "../../../firmware/kilolib/core/robot_commands.h"
+#include "../../../firmware/kilolib/core/traits.h"
 #include "abi.h"
 #include "kilolib.h"
 #include "side.h"
@@ -53,6 +54,7 @@ const kt_table_t kt_table = {
     .random = rand,
     .budget = &kt_budget,
     .host = &kt_host,
+    .original = KILOLIB_ORIGINAL,
 };
 
 void kilo_init(void) {

@@ -1,6 +1,7 @@
 #include "commands.h"
 
 #include "../core/calibration.h"
+#include "../core/traits.h"
 #include "clock.h"
 #include "kilolib.h"
 #include "motors.h"
@@ -22,7 +23,8 @@ static void __attribute__((noreturn)) start_again(void) {
     __builtin_unreachable();
 }
 
-void kilolib_command_obey(const message_t *message) {
+void kilolib_command_obey(message_t *message) {
+    if (KILOLIB_ORIGINAL && !original_knows(message)) return;
     const robot_action_t action = robot_obey(&kilolib_robot, message, kilo_uid, kilo_turn_left);
     if (action == ACTION_START_MOTORS) kilolib_motors_on();
     if (action < ACTION_STOP_MOTORS) return;

@@ -6,6 +6,6 @@
 
 /// Obeys a message of type 0x80 and up; unknown ones change nothing. Called with interrupts off.
 /// Does not return from BOOT and RESET.
-void kilolib_command_obey(const message_t *message);
+void kilolib_command_obey(message_t *message);
 
 #endif

@@ -4,6 +4,7 @@
 #include <util/atomic.h>
 
 #include "../core/lights.h"
+#include "../core/traits.h"
 #include "board.h"
 #include "kilolib.h"
 #include "sleep.h"
@@ -13,8 +14,12 @@
 robot_core_t kilolib_robot;
 robot_heard_t kilolib_heard;
 
-// Ends early when a command comes.
+// Ends early when a command comes; the original's does not.
 static void stay(robot_state_t state) {
+    if (KILOLIB_ORIGINAL) {
+        delay(BLINK_OFF_MS);
+        return;
+    }
     for (uint8_t left = BLINK_OFF_MS / STEP_MS; left > 0 && kilolib_state() == state; left--) {
         delay(STEP_MS);
     }

@@ -174,7 +174,8 @@ def _key(program: Program, compiler: str, written: BuildId, runtime: Sequence[Pa
 def _runtime_flags(program: Program) -> list[str]:
     flags = [*_flags(), *avr_words("AVR_LIBRARY")]
     if program.api != "module":
-        return [*flags, f"-I{resources.path('firmware/kilolib/include')}"]
+        include = f"-I{resources.path('firmware/kilolib/include')}"
+        return [*flags, include, *program.runtime_defines]
     modules = resources.path("kilogrid_modules")
     return [*flags, *APIS["module"].includes(), f"-I{modules / 'protocol'}"]
 

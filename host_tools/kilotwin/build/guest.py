@@ -252,6 +252,7 @@ class _Builder:
             "-fno-builtin",
             f"-I{self._guest}",
             *("-include", str(self._guest / "side/core_names.h")),
+            *program.runtime_defines,
             *extra,
         ]
 

@@ -103,6 +103,9 @@ def _kind(table: KeyPath, run: Robots | Grid, common: Cpu | None, medium: str) -
         for key in ("program", "include", "define"):
             if key in run.model_fields_set and getattr(run, key):
                 yield Problem(f"with 'hex' there is no '{key}'; keep one of them", ((*table, key),))
+        if isinstance(run, Robots) and run.runtime is not None:
+            what = "a 'hex' has its own runtime; leave runtime out"
+            yield Problem(what, ((*table, "runtime"),))
         if run.cpu in ("native", "translated"):
             what = "a 'hex' runs on an ATmega328P; leave cpu out"
             yield Problem(what, ((*table, "cpu"),))

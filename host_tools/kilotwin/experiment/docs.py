@@ -118,7 +118,7 @@ def _default(prefix: str, name: str, field: FieldInfo) -> str:
     by_robot: dict[str, Any] = {}
     for profile in PROFILES.values():
         own: dict[str, dict[str, Any]] = {
-            "swarm.": {"floor": profile.virtual_floor},
+            "swarm.": {"floor": profile.virtual_floor, "runtime": profile.runtime},
             "controller.": dict(CONTROLLER_DEFAULTS[profile.name]),
             "motion.": motion_defaults(profile),
             "reading.": dict(READING_DEFAULTS[profile.name]),

@@ -8,7 +8,7 @@ import hashlib
 import itertools
 import json
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -27,12 +27,13 @@ from kilotwin.experiment.programs import (
     Api,
     Program,
     ProgramError,
+    Runtime,
     find_image,
     find_program,
     portable,
 )
 from kilotwin.experiment.python_code import PythonName, find_python
-from kilotwin.experiment.schema import Command, ExperimentSchema
+from kilotwin.experiment.schema import Command, ExperimentSchema, Robots
 from kilotwin.experiment.text import ExperimentText, Setting
 from kilotwin.experiment.toml_lines import KeyPath
 from kilotwin.experiment.validation_errors import input_error
@@ -199,6 +200,7 @@ def _groups(keys: ExperimentSchema, origin: ExperimentText) -> Iterable[Group]:
         assert keys.swarm.program is not None
         assert keys.swarm.size is not None
         program = _program(keys.swarm.program, ("swarm",), origin)
+        program = replace(program, runtime=keys.swarm.runtime)
         cpu = keys.swarm.cpu
         yield Group(
             program,
@@ -217,6 +219,7 @@ def _groups(keys: ExperimentSchema, origin: ExperimentText) -> Iterable[Group]:
             program = _program(
                 robots.program, table, origin, robots.include, robots.define, api=robots.flavour
             )
+            program = replace(program, runtime=_runtime(robots, keys))
         cpu = robots.cpu or keys.swarm.cpu
         on_board = robots.hex is not None or cpu == "avr"
         loader: Target | None = "robot" if robots.boot_loader else None
@@ -244,6 +247,11 @@ def _functions(keys: ExperimentSchema, origin: ExperimentText) -> dict[str, Pyth
         for name, metric in keys.metric.items()
         if metric.function is not None
     }
+
+
+def _runtime(robots: Robots, keys: ExperimentSchema) -> Runtime:
+    """Our boot loader comes with our runtime."""
+    return robots.runtime or ("kilotwin" if robots.boot_loader else keys.swarm.runtime)
 
 
 def _interprets(keys: ExperimentSchema) -> bool:

@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from kilotwin.experiment.programs import Runtime
+
 ControllerDefaults = Mapping[str, str | float | bool]
 Defaults = dict[str, float | bool]
 
@@ -22,6 +24,7 @@ class Profile:
     range_m: float
     medium: str
     virtual_floor: bool
+    runtime: Runtime
     line_of_light: bool  # walls stop its infrared, which is not reflected by the table
     legs: bool
     step_ticks: int
@@ -42,6 +45,7 @@ PROFILES = {
             range_m=0.8,
             medium="ideal",
             virtual_floor=True,
+            runtime="kilotwin",
             line_of_light=True,
             legs=False,
             step_ticks=2,
@@ -60,6 +64,7 @@ PROFILES = {
             range_m=0.10,
             medium="kilobot",
             virtual_floor=False,
+            runtime="original",
             line_of_light=False,
             legs=True,
             step_ticks=4,  # as far as a foot-bot in 2, measured in radii

@@ -22,6 +22,8 @@ _KILOGRID_WORDS = re.compile(
 
 Api = Literal["kilobot", "kilogrid", "module"]
 """API that a program is written for: kilolib, the Kilogrid's flavour of it, or the module API."""
+Runtime = Literal["original", "kilotwin"]
+"""Runtime of a robot's program: the published kilolib's traits, or ours (docs/hex_files.md)."""
 _IMAGES = (*HEX_SUFFIXES, ".elf")
 
 # A macro with its parameters, if it has some, and what it stands for.
@@ -56,6 +58,7 @@ class Program:
     include_folders: tuple[Path, ...] = ()
     defines: tuple[str, ...] = ()
     api: Api = "kilobot"
+    runtime: Runtime = "kilotwin"
 
     @property
     def name(self) -> str:
@@ -71,6 +74,11 @@ class Program:
     def target(self) -> Target:
         """The target that it is to be built for."""
         return "module" if self.api == "module" else "robot"
+
+    @property
+    def runtime_defines(self) -> list[str]:
+        """Compiler flags for the runtime's sources, not the program's."""
+        return ["-DKILOLIB_ORIGINAL=1"] if self.runtime == "original" else []
 
     @property
     def looks_like(self) -> Target | None:

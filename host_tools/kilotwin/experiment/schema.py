@@ -23,6 +23,7 @@ from kilotwin.experiment.profile_defaults import (
     READING_DEFAULTS,
     motion_defaults,
 )
+from kilotwin.experiment.programs import Runtime
 from kilotwin.experiment.section import (
     Byte,
     Count,
@@ -154,6 +155,9 @@ class Swarm(Section):
     cpu: Cpu | None = None
     """Processor of `program`, and of each `[[robots]]` that has a program and says nothing else:
     see `robots.cpu`."""
+    runtime: Runtime
+    """Runtime of the robots whose program is C source: the published kilolib's traits, as labs'
+    robots have, or ours; see `robots.runtime`."""
     lab: Text | None = None
     """A `lab.toml` whose robots these are, by uid from the lowest on: uids, duties, gains."""
     floor: bool
@@ -180,6 +184,10 @@ class Robots(Section):
     cpu: Cpu | None = None
     """Processor of `program`: this computer; this computer by the robot's machine code, translated,
     with its cycles and its 16-bit `int`; or each robot's ATmega328P (`kilobot` medium only)."""
+    runtime: Runtime | None = None
+    """`original`: RUN is seen when a blink ends, within 201 ms; after `get_voltage()` the next
+    distance is wrong; questions of ours are not answered. `kilotwin`: ours. As `swarm.runtime` if
+    left out, or ours beside our boot loader."""
     boot_loader: bool = False
     """Whether their flash also holds Kilotwin's boot loader, so that they can be flashed over the
     air; ATmega328P only."""
@@ -508,7 +516,7 @@ class ExperimentSchema(Section):
         filled |= _drawn_sites(raw)
         if isinstance(swarm, dict):
             floor = profile.virtual_floor and "grid" not in raw
-            filled["swarm"] = {"floor": floor, **swarm}
+            filled["swarm"] = {"floor": floor, "runtime": profile.runtime, **swarm}
         medium = raw.get("medium", {})
         if isinstance(medium, dict):
             kind = medium.get("kind", profile.medium)

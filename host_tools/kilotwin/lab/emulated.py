@@ -85,6 +85,7 @@ def _wide_floor(experiment: Experiment) -> World:
     keys = experiment.keys
     world = World(
         program="firmware/blank.c",
+        runtime="kilotwin",  # obeys what is marked as for one robot
         poses=begins,
         arena=(across * _APART_M, across * _APART_M),
         profile=keys.swarm.profile,

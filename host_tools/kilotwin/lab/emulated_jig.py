@@ -90,4 +90,5 @@ class EmulatedJig:
             y = (pair // across - (down - 1) / 2) * step_y
             poses += [[x - mm / 2000, y, 0.0], [x + mm / 2000, y, 0.0]]
         grid = {"columns": columns, "rows": rows, "buses": -(-columns * rows // MOST_PER_BUS)}
-        return experiment_of({"program": "firmware/blank.c", "poses": poses, "grid": grid}, [])
+        blank = {"program": "firmware/blank.c", "runtime": "kilotwin"}  # it answers questions
+        return experiment_of({**blank, "poses": poses, "grid": grid}, [])

@@ -6,6 +6,7 @@
 #include "kilolib/core/gains.h"
 #include "kilolib/core/robot_commands.h"
 #include "kilolib/core/robot_query.h"
+#include "kilolib/core/traits.h"
 
 #define UID 0x8005
 #define TURN_LEFT 61
@@ -302,6 +303,24 @@ TEST(sleep_ends_an_answer_that_is_due) {
     assert_int_equal(robot_answer_matches(&robot.answer), 0);
 }
 
+TEST(the_original_knows_no_question_and_no_mark) {
+    message_t ask = command(BOOTPGM_QUERY), calib = command(CALIB), run = command(RUN);
+    assert_false(original_knows(&ask));
+    assert_true(original_knows(&run));
+    calib.data[CALIB_MARK] = CALIB_MARK_LOW;
+    calib.data[CALIB_MARK + 1] = CALIB_MARK_HIGH;
+    calib.data[CALIB_MODE] = CALIBRATION_STRAIGHT;
+    assert_true(original_knows(&calib));
+    robot_core_t robot = robot_in(ROBOT_IDLE);
+    assert_int_equal(obey(&robot, &calib), ACTION_START_MOTORS);
+}
+
+TEST(the_original_looks_when_a_blink_is_over) {
+    assert_int_equal(original_looks_after(0), BLINK_PERIOD_CYCLES);
+    assert_int_equal(original_looks_after(BLINK_PERIOD_CYCLES - 1), BLINK_PERIOD_CYCLES);
+    assert_int_equal(original_looks_after(BLINK_PERIOD_CYCLES), 2 * BLINK_PERIOD_CYCLES);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_robot_begins_in_idle_with_setup_to_come),
@@ -324,6 +343,8 @@ int main(void) {
         cmocka_unit_test(a_kick_is_for_the_motors_that_are_to_turn),
         cmocka_unit_test(a_question_is_answered_in_every_state_but_sleep_and_changes_nothing_else),
         cmocka_unit_test(sleep_ends_an_answer_that_is_due),
+        cmocka_unit_test(the_original_knows_no_question_and_no_mark),
+        cmocka_unit_test(the_original_looks_when_a_blink_is_over),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
