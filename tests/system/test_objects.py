@@ -31,7 +31,7 @@ from .conftest import KILOTWIN, WALKER, Kilotwin, Program
 RADIUS_M = 0.0165
 GRAVITY_M_S2 = 9.81
 PUSH_N, MASS_KG, SPEED_M_S = 0.001, 0.01, 0.0135
-IDEAL = {"speed_spread": 0.0, "bias_spread": 0.0, "motor_noise": 0.0}
+IDEAL = {"speed_m_s": SPEED_M_S, "speed_spread": 0.0, "bias_spread": 0.0, "motor_noise": 0.0}
 STRAIGHT = """\
 #include <kilolib.h>
 static void setup(void) {

@@ -28,7 +28,7 @@ Configuration = Mapping[Module, kconf.Content]
 class Settings:
     """How the host polls and orders modules; keys of [grid], times in seconds."""
 
-    poll_s: float = 0.8
+    poll_s: float = 0.4
     poll_window: int = 16
     poll_timeout_s: float = 0.4
     pace_s: float = 0.001

@@ -39,13 +39,13 @@ class GridCells(Section):
     """From how far a robot receives a cell."""
     robot_range_m: Length = 0.045
     """From how far a cell receives a robot."""
-    weak_share: Share = 0.3
+    weak_share: Share = 0.0
     """Share of the time in which a robot is hardly received, in spells."""
     weak_range_m: Length = 0.01
     """From how far a cell receives it meanwhile."""
     weak_spell_s: Annotated[float, Field(ge=1, le=1e6)] = 120.0
     """How long a spell is."""
-    loss: Share = 0.02
+    loss: Share = 0.05
     """Share of the robots' frames lost at a cell to nothing in particular."""
     clock_spread: Annotated[float, Field(ge=0, le=0.05)] = 0.0001
     """The modules' oscillators' rate, from one to the next: standard deviation, share."""
@@ -82,7 +82,7 @@ class Grid(Section):
     """A `.kconf` file for the modules, in place of what [[site]] and `wall_cells` make."""
     wall_cells: Annotated[int, Field(ge=0, le=MOST_COLUMNS)] = 1
     """How wide the ring of wall cells is along the edge."""
-    poll_s: Annotated[float, Field(ge=0.05, le=60)] = 0.8
+    poll_s: Annotated[float, Field(ge=0.05, le=60)] = 0.4
     """Between two polls of a module."""
     poll_window: Annotated[int, Field(ge=1, le=MOST_PER_BUS)] = 16
     """How many modules of a bus may owe an answer at a time."""

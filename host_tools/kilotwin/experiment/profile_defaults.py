@@ -55,7 +55,7 @@ PROFILES = {
         Profile(
             name="kilobot",
             radius_m=0.0165,
-            speed_m_s=0.0135,
+            speed_m_s=0.0103,
             turn_rad_s=0.785,
             straight_left=65,
             straight_right=65,
@@ -88,7 +88,7 @@ MOTION_DEFAULTS: Mapping[str, Defaults] = {
         "push_n": 0.001,  # a guess
         "kick_needed": True,
         "gives_way": True,
-        "speed_spread": 0.04,
+        "speed_spread": 0.2,
         "bias_spread": 0.2,
         "motor_noise": 0.16,
     },

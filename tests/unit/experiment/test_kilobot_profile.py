@@ -30,7 +30,7 @@ def test_the_engine_is_told_all_of_it(load: Load) -> None:
     spec = spec_of(load(text, "medium.carrier_sense=false", "temperature=280"))
     assert spec["profile"] == {
         "radius_m": 0.0165,
-        "speed_m_s": 0.0135,
+        "speed_m_s": 0.0103,
         "turn_rad_s": 0.785,
         "straight_left": 65,
         "straight_right": 65,
@@ -41,7 +41,7 @@ def test_the_engine_is_told_all_of_it(load: Load) -> None:
         "legs": True,
         "kick_needed": True,
         "gives_way": True,
-        "speed_spread": 0.04,
+        "speed_spread": 0.2,
         "bias_spread": 0.2,
         "motor_noise": 0.16,
     }

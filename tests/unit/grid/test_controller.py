@@ -240,7 +240,7 @@ def test_modules_whose_programs_pause_are_not_configured_again(
 
 
 def test_a_module_that_was_reset_among_those_that_pause_is_configured_again(build: Build) -> None:
-    rig = build(ours=False)
+    rig = build(ours=False, poll_s=0.8)
     for module in rig.table.modules.values():
         module.pause_s = 0.7
     rig.start({(1, 1): b"\7\6\5\4"})
@@ -469,7 +469,7 @@ def pull_the_plug(bus: can.BusABC, error: can.CanOperationError) -> None:
 
 
 def test_without_one_bus_the_others_are_polled_changed_and_stopped(build: Build) -> None:
-    rig = build()
+    rig = build(poll_s=0.8)
     rig.start()
     pull_the_plug(rig.buses[0][1], can.CanOperationError("gone"))
     rig.pass_time(1.0)
