@@ -49,8 +49,15 @@ test: native
 
 ## check: format, lint, types, and builds with warnings as errors (gcc and clang)
 .PHONY: check
-check: check-format check-python check-firmware check-gcc check-clang check-tidy
+check: check-format check-python check-firmware check-gcc check-clang check-tidy check-mutants
 	@echo "make check: all clean"
+
+# A sample that is always the same, of what is built in seconds.
+.PHONY: check-mutants
+check-mutants: setup
+	@echo "== mutants: faults in the pure cores and the writers"
+	@mkdir -p build
+	@$(PY) -m tests.mutants.run --count 16 --group cores --group writers > build/check-mutants.log || { cat build/check-mutants.log; exit 1; }
 
 .PHONY: check-format check-python check-firmware check-gcc check-clang check-tidy
 check-format:
@@ -116,6 +123,11 @@ fuzz: setup
 .PHONY: truth
 truth: native
 	@$(PY) -m tests.truth $(ONLY)
+
+## mutants: plant small faults and list those that no test finds (ARGS="--group cores --all")
+.PHONY: mutants
+mutants: setup
+	@$(PY) -m tests.mutants.run $(ARGS)
 
 ## firmware: link the robots' programs to .hex and print their sizes (PROGRAM=x.c, KILOLIB=folder)
 .PHONY: firmware

@@ -62,6 +62,15 @@ def test_a_line_that_is_no_report_is_named(tmp_path: Path) -> None:
         kilodat.read(file)
 
 
+def test_a_report_has_a_serial_and_at_least_one_byte(tmp_path: Path) -> None:
+    file = tmp_path / "a.kilodat"
+    file.write_text("1\t2\t3\t4\t2066/3\t255\n")
+    assert [(one.serial, one.data) for one in kilodat.read(file)] == [("2066/3", b"\xff")]
+    file.write_text("1\t2\t3\t4\t2066/3\n")
+    with pytest.raises(InputError, match="is no report"):
+        kilodat.read(file)
+
+
 def test_serials_are_looked_up_by_the_low_bits_of_the_id(tmp_path: Path) -> None:
     file = tmp_path / "kilobot_ids"
     file.write_text("# serial, id\n9001\t129\n9002\t2\n")
