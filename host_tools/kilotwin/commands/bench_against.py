@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import tomlkit
+import tomli_w
 
 from kilotwin.commands.bench_measure import Case, Columns, Note, cases, machine, table_lines
 from kilotwin.errors import InputError, RunError
@@ -107,7 +107,7 @@ def _run(engine: _Engine, experiment: Experiment) -> dict[str, Any]:
     }
     with tempfile.TemporaryDirectory(prefix="kilotwin-bench-") as scratch:
         # From the scratch folder relative programs are those of the engine's own checkout.
-        (Path(scratch) / "bench.toml").write_text(tomlkit.dumps(experiment.origin.raw))
+        (Path(scratch) / "bench.toml").write_text(tomli_w.dumps(experiment.origin.raw))
         words = ["run", "bench.toml", "--out", "run", "--json", "--quiet"]
         done = subprocess.run(
             [*engine.command, *words],

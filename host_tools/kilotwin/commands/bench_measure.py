@@ -171,7 +171,7 @@ def _walkers(robots: int, per_m2: float, medium: str, duration_s: float) -> Tabl
 
 def _experiment(workload: str, tables: Tables, settings: list[Setting]) -> Experiment:
     named = {"name": f"bench {workload}", **tables}
-    return Experiment.of(ExperimentText(named["name"], Path.cwd(), named, {}, settings))
+    return Experiment.of(ExperimentText(named["name"], Path.cwd(), named, "", settings))
 
 
 def cases(workloads: list[str], duration_s: float | None) -> Iterator[Case]:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-import tomlkit
+import tomli_w
 from pydantic import ValidationError
 
 from kilotwin.errors import InputError
@@ -176,7 +176,7 @@ class Experiment:
 
     def to_toml(self) -> str:
         """The resolved experiment as a file that `kilotwin run` takes."""
-        return tomlkit.dumps(self.resolved())
+        return tomli_w.dumps(self.resolved())
 
     def error(self, path: KeyPath, what: str) -> InputError:
         """An error about a key that only the build or the engine could find."""

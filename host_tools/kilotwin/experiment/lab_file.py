@@ -24,7 +24,7 @@ from pydantic import Field, ValidationError
 from kilotwin.errors import InputError
 from kilotwin.experiment.section import Byte, Section, Text
 from kilotwin.experiment.text import ExperimentText, parse_toml
-from kilotwin.experiment.toml_lines import KeyPath, locate
+from kilotwin.experiment.toml_lines import KeyPath
 from kilotwin.experiment.validation_errors import input_error
 
 TABLES = ("low_gain", "high_gain")
@@ -96,7 +96,7 @@ def read_lab(file: Path) -> Lab:
 def parse_lab(text: str, file: Path) -> Lab:
     """The same, of a text that stands or will stand in `file`."""
     raw = parse_toml(file, text)
-    origin = ExperimentText(str(file), file.parent, raw, locate(text), [])
+    origin = ExperimentText(str(file), file.parent, raw, text, [])
     try:
         keys = LabSchema.model_validate(raw)
     except ValidationError as error:

@@ -4,6 +4,7 @@ import re
 import tomllib
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -64,14 +65,17 @@ class ExperimentText:
         source: str,
         folder: Path,
         raw: dict[str, Any],
-        lines: dict[KeyPath, int],
+        text: str,
         settings: list[Setting],
     ) -> None:
-        """Keeps and changes `raw`. `source` is its name in messages; paths start at `folder`."""
+        """Keeps and changes `raw`, the tables of `text`; "" if they were never written down.
+
+        `source` is its name in messages; paths start at `folder`.
+        """
         self.source = source
         self.folder = folder
         self.raw = raw
-        self._lines = lines
+        self._text = text
         self._set: list[tuple[KeyPath, str]] = [
             (_apply(self.raw, setting), setting.written) for setting in settings
         ]
@@ -81,9 +85,14 @@ class ExperimentText:
         """Reads `file`; an unreadable or malformed one is an InputError with its line."""
         text = _read(file)
         raw = parse_toml(file, text)
-        read = ExperimentText(str(file), file.parent, raw, locate(text), settings)
+        read = ExperimentText(str(file), file.parent, raw, text, settings)
         read.raw.setdefault("name", file.stem)
         return read
+
+    @cached_property
+    def _lines(self) -> dict[KeyPath, int]:
+        """Wanted for errors only, and slow where a file has thousands of poses."""
+        return locate(self._text)
 
     def is_set(self, key: KeyPath) -> bool:
         """Whether a setting gave this key, not the file."""

@@ -488,7 +488,7 @@ def _arena(given: Any) -> Any:
 def _origin(
     tables: dict[str, Any], settings: list[Setting], source: str = "World"
 ) -> ExperimentText:
-    return ExperimentText(source, Path.cwd(), _plain(tables), {}, settings)
+    return ExperimentText(source, Path.cwd(), _plain(tables), "", settings)
 
 
 def _plain(value: Any) -> Any:

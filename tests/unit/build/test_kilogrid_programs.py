@@ -116,7 +116,7 @@ def test_the_key_flavour_decides(tmp_path: Path) -> None:
         "swarm": {"profile": "kilobot"},
         "robots": [{"program": str(tmp_path / "main.c"), "count": 1, "flavour": "kilobot"}],
     }
-    experiment = Experiment.of(ExperimentText("test", tmp_path, tables, {}, []))
+    experiment = Experiment.of(ExperimentText("test", tmp_path, tables, "", []))
     assert experiment.groups[0].program.api == "kilobot"
 
 
