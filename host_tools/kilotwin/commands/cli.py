@@ -24,6 +24,9 @@ COMMANDS = {
     "run": "Run an experiment and leave a run folder.",
     "sweep": "Run an experiment many times, varied, into one data set. Goes on where it was "
     "stopped.",
+    "optimise": "Search for the values of keys with which a metric is best. Goes on where it was "
+    "stopped.",
+    "sensitivity": "Say which keys matter for a metric. Goes on where it was stopped.",
     "check-run": "Say whether a run folder is whole, truncated, spoiled or damaged. 1 if it is not "
     "whole.",
     "plot": "Draw a figure of a run or a sweep.",

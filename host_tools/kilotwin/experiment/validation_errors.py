@@ -140,6 +140,11 @@ def _field_at(path: KeyPath, schema: type[BaseModel]) -> tuple[Any, list[Any]]:
     return annotation, metadata
 
 
+def is_whole_number(keys: KeyPath) -> bool:
+    """Whether an experiment's key, as ("swarm", "size"), takes whole numbers only."""
+    return bare(_field_at(keys, ExperimentSchema)[0]) is int
+
+
 def is_section(annotation: Any) -> TypeGuard[type[BaseModel]]:
     """Whether it is a table of the schema."""
     return isinstance(annotation, type) and issubclass(annotation, BaseModel)

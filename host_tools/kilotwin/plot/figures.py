@@ -50,7 +50,7 @@ class Wanted:
 
 
 # Of the figures of metrics: what each needs, and may have.
-_METRIC_FIGURES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+METRIC_FIGURES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "curve": (("metric",), ("by",)),
     "effect": (("x", "y"), ("hue",)),
     "heat": (("x", "y", "metric"), ()),
@@ -68,7 +68,7 @@ def write_figure(figure: str, folder: Path, target: Path, wanted: Wanted | None 
         drawing = partial(RUN_FIGURES[figure], Run.open(folder))
     elif figure == SERIES_FIGURE:
         drawing = partial(draw_series, folder, wanted.where, wanted.column or "")
-    elif figure in _METRIC_FIGURES:
+    elif figure in METRIC_FIGURES:
         drawing = partial(_draw_metric, figure, folder, wanted)
     else:
         drawing = partial(SWEEP_FIGURES[figure], Conditions.open(folder, wanted.where))
@@ -89,7 +89,7 @@ def _check_options(figure: str, wanted: Wanted) -> None:
     if wanted.column is not None and figure != SERIES_FIGURE:
         what = f"for the figure series; {figure} has none"
         raise InputError(f"--column {wanted.column}: {what}")
-    needed, more = _METRIC_FIGURES.get(figure, ((), ()))
+    needed, more = METRIC_FIGURES.get(figure, ((), ()))
     for option in ("metric", "x", "y", "by", "hue"):
         given = getattr(wanted, option)
         if given is not None and option not in (*needed, *more):

@@ -14,12 +14,23 @@ from kilotwin.commands import cli, plot
 from kilotwin.commands.doctor import Finding, examine, report_text
 from kilotwin.errors import EXIT_INTERRUPTED
 from kilotwin.files import resources
-from kilotwin.plot.figures import RUN_FIGURES, SERIES_FIGURE, SWEEP_FIGURES
+from kilotwin.plot.figures import METRIC_FIGURES, RUN_FIGURES, SERIES_FIGURE, SWEEP_FIGURES
 from kilotwin.runs import run
 
 from ..conftest import Kilotwin
 
-COMMANDS = ["doctor", "run", "sweep", "check-run", "plot", "build", "port", "compare"]
+COMMANDS = [
+    "doctor",
+    "run",
+    "sweep",
+    "check-run",
+    "optimise",
+    "plot",
+    "sensitivity",
+    "build",
+    "port",
+    "compare",
+]
 COMMANDS += ["bench", "record"]
 GROUPS = {
     "grid": ["ls", "health", "kconf", "setup", "run", "pause", "idle", "send"],
@@ -70,7 +81,12 @@ def test_the_list_of_commands_has_the_first_line_of_their_help(command: str) -> 
 
 
 def test_plot_has_every_figure() -> None:
-    assert {figure.value for figure in plot.Figure} == {*RUN_FIGURES, *SWEEP_FIGURES, SERIES_FIGURE}
+    assert {figure.value for figure in plot.Figure} == {
+        *RUN_FIGURES,
+        *SWEEP_FIGURES,
+        *METRIC_FIGURES,
+        SERIES_FIGURE,
+    }
 
 
 def test_help_does_not_wait_for_the_heavy_libraries() -> None:

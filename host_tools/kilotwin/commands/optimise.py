@@ -1,0 +1,141 @@
+"""`kilotwin optimise`: the best values of some keys of an experiment."""
+
+import json
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from kilotwin.commands import lazy, terminal
+from kilotwin.commands.options import Json, Quiet, command_app, given_settings
+from kilotwin.commands.sweep import (
+    AllSettings,
+    DaskAddress,
+    DataFolder,
+    NumberOfProcesses,
+    TrialTimeout,
+)
+from kilotwin.errors import InputError
+from kilotwin.search import needed
+from kilotwin.search.points import Laboratory
+from kilotwin.search.space import parse_axes
+
+app = command_app()
+
+Over = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="KEY=RANGE",
+        envvar="KILOTWIN_OVER",
+        help="A key to choose, as beta=1..4, size=10..50:10, x=0.001..1,log or kind=a|b; "
+        "repeatable.",
+    ),
+]
+Repeats = Annotated[
+    int,
+    typer.Option(min=1, max=10_000, envvar="KILOTWIN_REPEATS", help="Seeds of each point."),
+]
+SearchSeed = Annotated[
+    int, typer.Option("--search-seed", envvar="KILOTWIN_SEARCH_SEED", help="Of the choices.")
+]
+
+
+class Goal(StrEnum):
+    """Whether a metric is to be large or small."""
+
+    max = "max"
+    min = "min"
+
+
+class Sampler(StrEnum):
+    """How points are proposed."""
+
+    tpe = "tpe"
+    cmaes = "cmaes"
+    random = "random"
+
+
+@app.command(
+    epilog="Examples:\n\n"
+    "  kilotwin optimise my.toml --over robots.0.count=10..50 --metric hops --goal min\n\n"
+    "  kilotwin optimise my.toml --over controller.beta=1..4 --over controller.update_s=1..10 "
+    "--metric error --goal min --points 40\n\n"
+    "  kilotwin optimise my.toml --over x=1..4 --metric speed --goal max --metric messages "
+    "--goal min"
+)
+def optimise(
+    file: Annotated[Path, typer.Argument(metavar="EXPERIMENT", help="The experiment.")],
+    *,
+    over: Over = None,
+    metric: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME", envvar="KILOTWIN_METRIC", help="Repeatable."),
+    ] = None,
+    goal: Annotated[
+        list[Goal] | None,
+        typer.Option(envvar="KILOTWIN_GOAL", help="max or min, one for each metric."),
+    ] = None,
+    points: Annotated[
+        int, typer.Option(min=1, max=100_000, envvar="KILOTWIN_POINTS", help="To try.")
+    ] = 40,
+    repeats: Repeats = 3,
+    batch: Annotated[
+        int,
+        typer.Option(
+            min=1, max=1000, envvar="KILOTWIN_BATCH", help="Points that are tried side by side."
+        ),
+    ] = 4,
+    sampler: Annotated[Sampler, typer.Option(envvar="KILOTWIN_SAMPLER")] = Sampler.tpe,
+    prune: Annotated[
+        bool,
+        typer.Option(
+            "--prune", envvar="KILOTWIN_PRUNE", help="Give up points that are bad at first repeats."
+        ),
+    ] = False,
+    confirm: Annotated[
+        int,
+        typer.Option(
+            min=0,
+            max=10_000,
+            envvar="KILOTWIN_CONFIRM",
+            help="Seeds with which the best is held against the experiment as it is.",
+        ),
+    ] = 10,
+    search_seed: SearchSeed = 1,
+    processes: NumberOfProcesses = None,
+    dask: DaskAddress = None,
+    settings: AllSettings = None,
+    out: DataFolder = None,
+    trial_timeout: TrialTimeout = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Search for the values of keys with which a metric is best. Goes on where it was stopped."""
+    needed.check()
+    names, goals = metric or [], goal or []
+    if not names or len(names) != len(goals):
+        raise InputError("--metric, --goal: one goal for each metric, as --metric hops --goal min")
+    found_by = lazy.load("search.optimise")
+    search = found_by.Search(
+        parse_axes(over or []),
+        [found_by.Goal(name, one.value) for name, one in zip(names, goals, strict=True)],
+        points,
+        repeats,
+        batch,
+        sampler.value,
+        search_seed,
+        prune,
+        confirm,
+    )
+    search.check()
+    display = terminal.sweep_display(quiet)
+    place = needed.place(processes, dask)
+    given = given_settings(settings, None)
+    laboratory = Laboratory(file, given, names, Path(), place, display, trial_timeout)
+    laboratory.open(out, "optimise")
+    found = found_by.optimise(search, laboratory, display.note)
+    report = lazy.load("search.report")
+    text = report.write(laboratory.folder, found)
+    typer.echo(json.dumps(report.as_dict(found)) if as_json else f"{text}\n\n{laboratory.folder}")
+    raise typer.Exit(0 if found.front else 1)

@@ -1,0 +1,92 @@
+"""`kilotwin sensitivity`: which keys of an experiment matter for a metric."""
+
+import json
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from kilotwin.commands import lazy, terminal
+from kilotwin.commands.optimise import Over, Repeats, SearchSeed
+from kilotwin.commands.options import Json, Quiet, command_app, given_settings
+from kilotwin.commands.sweep import (
+    AllSettings,
+    DaskAddress,
+    DataFolder,
+    NumberOfProcesses,
+    TrialTimeout,
+)
+from kilotwin.search import needed
+from kilotwin.search.points import Laboratory
+from kilotwin.search.space import parse_axes
+
+app = command_app()
+
+
+class Method(StrEnum):
+    """How influence is measured."""
+
+    morris = "morris"
+    sobol = "sobol"
+
+
+@app.command(
+    epilog="Examples:\n\n"
+    "  kilotwin sensitivity my.toml --over swarm.size=10..50 --over medium.loss=0..0.5 "
+    "--metric hops\n\n"
+    "  kilotwin sensitivity my.toml --method sobol --samples 64 --over x=1..4 --over y=0.1..1 "
+    "--metric hops"
+)
+def sensitivity(
+    file: Annotated[Path, typer.Argument(metavar="EXPERIMENT", help="The experiment.")],
+    *,
+    metric: Annotated[str, typer.Option(metavar="NAME", envvar="KILOTWIN_METRIC")],
+    over: Over = None,
+    method: Annotated[
+        Method,
+        typer.Option(
+            envvar="KILOTWIN_METHOD",
+            help="morris: few trials, which keys matter; sobol: shares of the variance.",
+        ),
+    ] = Method.morris,
+    samples: Annotated[
+        int,
+        typer.Option(
+            min=2,
+            max=100_000,
+            envvar="KILOTWIN_SAMPLES",
+            help="Trajectories of Morris, base points of Sobol (a power of 2).",
+        ),
+    ] = 8,
+    repeats: Repeats = 3,
+    search_seed: SearchSeed = 1,
+    processes: NumberOfProcesses = None,
+    dask: DaskAddress = None,
+    settings: AllSettings = None,
+    out: DataFolder = None,
+    trial_timeout: TrialTimeout = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Say which keys matter for a metric. Goes on where it was stopped."""
+    needed.check()
+    axes = parse_axes(over or [])
+    display = terminal.sweep_display(quiet)
+    place = needed.place(processes, dask)
+    given = given_settings(settings, None)
+    laboratory = Laboratory(file, given, [metric], Path(), place, display, trial_timeout)
+    laboratory.open(out, "sensitivity")
+    module = lazy.load("search.sensitivity")
+    found = module.sensitivity(
+        axes,
+        metric,
+        laboratory,
+        method=method.value,
+        samples=samples,
+        repeats=repeats,
+        seed=search_seed,
+    )
+    report = lazy.load("search.report")
+    text = report.write(laboratory.folder, found)
+    typer.echo(json.dumps(report.as_dict(found)) if as_json else f"{text}\n\n{laboratory.folder}")
