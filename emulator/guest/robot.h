@@ -198,9 +198,9 @@ class alignas(64) Robot {
     /// State of a robot whose EEPROM was written to, or that heard others answer a host; of a
     /// translated one that was shone on.
     struct Rare {
-        EepromImage eeprom;
-        std::optional<gain_tables_t> gains;  ///< found by the program when it started; none:
-                                             ///< those of its calibration
+        std::unique_ptr<EepromImage> eeprom;  ///< once it was written to
+        std::optional<gain_tables_t> gains;   ///< found by the program when it started; none:
+                                              ///< those of its calibration
         robot_heard_t heard;
         std::string line;           ///< that it prints, of a translated program
         std::vector<Light> lights;  ///< in order of time

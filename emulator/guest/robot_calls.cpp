@@ -151,16 +151,18 @@ void Robot::budget_spent(const uint8_t *frame) {
 
 uint8_t Robot::eeprom(uint16_t address) const {
     address %= EEPROM_BYTES;
-    return rare_ ? rare_->eeprom[address] : calibrated_byte(calibration_, address);
+    const bool is_written = rare_ && rare_->eeprom;
+    return is_written ? (*rare_->eeprom)[address] : calibrated_byte(calibration_, address);
 }
 
 void Robot::set_eeprom(uint16_t address, uint8_t value) {
-    written().eeprom[address % EEPROM_BYTES] = value;
+    auto &image = written().eeprom;
+    if (!image) image = std::make_unique<EepromImage>(eeprom_of(calibration_));
+    (*image)[address % EEPROM_BYTES] = value;
 }
 
 Robot::Rare &Robot::written() {
-    if (!rare_)
-        rare_ = std::make_unique<Rare>(Rare{eeprom_of(calibration_), std::nullopt, {}, {}, {}});
+    if (!rare_) rare_ = std::make_unique<Rare>();
     return *rare_;
 }
 

@@ -129,7 +129,7 @@ void Robot::gains_saved(uint8_t which, uint8_t *content) const {
 
 // As firmware/kilolib/avr/gains_read.c. What was saved since does not change a running program.
 void Robot::read_gains() {
-    if (!rare_) return;
+    if (!rare_ || !rare_->eeprom) return;
     auto &tables = rare_->gains.emplace();
     auto word = [this](uint8_t entry, uint8_t upper) {
         const int value = eeprom(eeprom_gain_place(entry, upper)) << 8 |

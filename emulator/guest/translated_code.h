@@ -186,12 +186,17 @@ typedef struct {
 #endif
 /// An instruction `at` that is `offset` cycles into its block is not for this code.
 #define HAND_OVER(at, offset) STOP(at, offset, INTERPRET_ONE)
-/// A block, of which the last instruction begins `last` cycles after the first.
+/// A block, of which the last instruction begins `last` cycles after the first. A guest's, behind
+/// an instruction that lets interrupts through, is begun in any case: the chip executes one more.
 #ifdef TRANSLATED_GUEST
 #ifdef MAIN_REGION
-#define BLOCK(at, last) block_##at : if (__builtin_expect(left <= 0, 0)) ATTEND(at, 0, NO_CYCLES);
+#define BLOCK(at, last)                                                        \
+    block_##at : if (__builtin_expect(left <= 0, 0)) ATTEND(at, 0, NO_CYCLES); \
+    begun_##at:;
 #else
-#define BLOCK(at, last) block_##at : if (__builtin_expect(left <= 0, 0)) STOP(at, 0, GO_ON);
+#define BLOCK(at, last)                                                  \
+    block_##at : if (__builtin_expect(left <= 0, 0)) STOP(at, 0, GO_ON); \
+    begun_##at:;
 #endif
 #else
 #define BLOCK(at, last) \

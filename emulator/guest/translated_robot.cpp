@@ -230,7 +230,10 @@ bool Robot::Translated::execute_one() {
         fail();
         return true;
     }
-    if (word == RETI) end_interrupt();
+    if (word == RETI)
+        end_interrupt();
+    else if (!let_interrupts && lets_interrupts())
+        execute_one();  // the chip executes one more before the interrupt
     return let_interrupts != lets_interrupts() || image_.asleep_until != 0 || limit_changed_;
 }
 

@@ -118,6 +118,14 @@ def is_often_interpreted(instruction: Instruction) -> bool:
     return name in ("sbi", "cbi", "sbic", "sbis") or is_interpreted(instruction)
 
 
+def lets_interrupts(instruction: Instruction) -> bool:
+    """Whether it may, one instruction later."""
+    name = instruction.name
+    return (name == "bset" and instruction.k == _I) or (
+        name in ("out", "sts") and instruction.k == _SREG
+    )
+
+
 def registers(instruction: Instruction) -> set[int]:
     """Those that its C names, or more."""
     name = instruction.name

@@ -25,6 +25,7 @@ from kilotwin.build.avr_statements import (
     cycles,
     is_interpreted,
     is_often_interpreted,
+    lets_interrupts,
     registers,
     statement,
 )
@@ -332,7 +333,9 @@ def _block_text(block: _Block, inside: set[int], code: _Code) -> str:
             lines += _leave(instruction, offset, behind, inside, code)
         else:
             lines.append(statement(instruction, offset))
-    if block[-1].name not in _LEAVES:
+    if code.seam is not None and lets_interrupts(block[-1]) and block[-1].end in inside:
+        lines.append(f"left -= {offsets[-1]}; goto begun_0x{block[-1].end:x};")
+    elif block[-1].name not in _LEAVES:
         lines.append(code.go(block[-1], block[-1].end, offsets[-1], inside))
     return "\n".join(lines)
 
