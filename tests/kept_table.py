@@ -48,8 +48,13 @@ class KeptTable:
         return begin, end
 
 
-def now() -> str:
-    """Date and commit, as rows give them: "2026-11-25, 056f8d6"; "+" behind a changed tree."""
-    words = ["git", "describe", "--always", "--abbrev=7", "--exclude=*", "--dirty=+"]
-    done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=True)
-    return f"{datetime.now(UTC):%Y-%m-%d}, {done.stdout.strip()}"
+def now(*, but: KeptTable) -> str:
+    """Date and commit, as rows give them: "2026-11-25, 056f8d6".
+
+    "+" behind it: the tree differs from the commit in more than the page of that table.
+    """
+    head = subprocess.check_output(["git", "rev-parse", "--short=7", "HEAD"], cwd=ROOT, text=True)
+    page = but.page.relative_to(ROOT)
+    changed = ["git", "status", "--porcelain", "--", ".", f":!{page}"]
+    mark = "+" if subprocess.check_output(changed, cwd=ROOT) else ""
+    return f"{datetime.now(UTC):%Y-%m-%d}, {head.strip()}{mark}"

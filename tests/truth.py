@@ -29,7 +29,7 @@ RUNS = Path("runs/truth")
 
 @dataclass(frozen=True)
 class Found:
-    """What a comparison gave."""
+    """The result of a comparison."""
 
     figure: str
     holds: bool
@@ -185,7 +185,7 @@ def measured(comparison: Comparison) -> bool:
     found = comparison.read(text)
     verdict = "holds" if found.holds else "**missed**"
     commands = "; ".join(f"`{command}`" for command in comparison.commands)
-    cells = (comparison.against, commands, now(), found.figure, comparison.bound, verdict)
+    cells = (comparison.against, commands, now(but=TABLE), found.figure, comparison.bound, verdict)
     TABLE.put(comparison.name, cells, names())
     print(f"{comparison.name}: {found.figure}: {verdict} ({time.monotonic() - began:.0f} s)\n")
     return found.holds

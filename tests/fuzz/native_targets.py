@@ -23,7 +23,7 @@ INCLUDES = [f"-I{EMULATOR}", f"-I{FIRMWARE}", f"-I{FIRMWARE / 'kilolib/include'}
 
 @dataclass(frozen=True)
 class NativeTarget:
-    """What is built, of which sources, and what to begin with."""
+    """A decoder's fuzzer: its sources, and inputs to begin with."""
 
     compiler: tuple[str, ...]
     sources: tuple[Path, ...]

@@ -112,7 +112,7 @@ def take_build_id(data: bytes) -> None:
 
 
 def take_setting(data: bytes) -> None:
-    """What follows --set."""
+    """Words after --set."""
     with contextlib.suppress(KilotwinError):
         parse_setting(data.decode(errors="surrogateescape"))
 

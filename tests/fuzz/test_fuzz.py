@@ -15,7 +15,7 @@ from .run import fuzz as fuzz_named
 SHORT_RUNS = 20_000
 SHORT_S = 2.0
 LONG_RUNS = 10_000_000
-# What takes milliseconds an input: as many as an hour has.
+# Decoders that take milliseconds an input: as many as an hour has.
 SLOW_RUNS = {"experiment": 2_000_000, "run-folder": 200_000}
 
 

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-# What is found, between blanks or as a word, and what it becomes.
+# Texts that are found, between blanks or as a word, and their faults.
 OPERATORS = {
     "<": "<=",
     "<=": "<",

@@ -96,7 +96,7 @@ def report(results: list[tuple[Verdict, Target, Mutation]], began: float) -> int
     by_hash = sum(v.by == GOLDEN_RUN for v, _, _ in results)
     print(f"{by_hash} of them only by the hash of a whole run, which must not change unmeant.")
     print(f"It took {(time.monotonic() - began) / 60:.0f} minutes.")
-    # Of a small sample one may stay.
+    # One of a small sample may stay.
     return 0 if survived == 0 and killed >= math.floor(LEAST_PERCENT * total / 100) else 1
 
 

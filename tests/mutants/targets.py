@@ -1,4 +1,4 @@
-"""What is mutated, and which tests are to find it."""
+"""Files that faults are planted in, and the tests that are to find them."""
 
 from dataclasses import dataclass
 from pathlib import Path

@@ -54,7 +54,7 @@ sys.exit(out.split()[0] != sys.argv[2])
 
 @dataclass(frozen=True)
 class Verdict:
-    """What became of a fault: "killed", "survived", or "invalid" (it does not compile)."""
+    """The end of a fault: "killed", "survived", or "invalid" (it does not compile)."""
 
     what: str
     by: str  # which test killed it

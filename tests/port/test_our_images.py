@@ -1,4 +1,4 @@
-"""What a lab trusts before it flashes our programs: by the call graph of each linked image."""
+"""Properties of our images that a lab trusts, by the call graph of each as it is linked."""
 
 import re
 from pathlib import Path

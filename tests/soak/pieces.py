@@ -41,6 +41,16 @@ PIECES = {
         ("tests/translation/test_programs.py",),
         60,
     ),
+    "translated-robots": Piece(
+        "60 programs in the styles of published ones decide translated as on the chip",
+        ("tests/translation/test_guests.py",),
+        10,
+    ),
+    "optimise": Piece(
+        "a search finds what a whole grid of trials finds, with a tenth of them",
+        ("tests/system/test_optimise.py",),
+        10,
+    ),
     "kill": Piece(
         "the paper's whole grid survives kills at random moments; so does a Dask worker's death",
         ("tests/system/test_sweep.py",),

@@ -10,37 +10,12 @@ import argparse
 import subprocess
 import sys
 import time
-from datetime import UTC, datetime
-from pathlib import Path
+
+from tests.kept_table import ROOT, KeptTable, now
 
 from .pieces import PIECES
 
-ROOT = Path(__file__).resolve().parents[2]
-TABLE = ROOT / "docs/soak.md"
-NEVER = "never"
-
-
-def row(name: str, day: str = NEVER, commit: str = "", took: str = "") -> str:
-    """A piece's line."""
-    return f"| {name} | {PIECES[name].shows} | {day} | {commit} | {took} |"
-
-
-def with_row(text: str, name: str, line: str) -> str:
-    """The table with a piece's line in the place of the old one, or behind the last one."""
-    lines = text.rstrip("\n").split("\n")
-    places = [i for i, old in enumerate(lines) if old.startswith(f"| {name} |")]
-    if places:
-        lines[places[0]] = line
-    else:
-        lines.append(line)
-    return "\n".join(lines) + "\n"
-
-
-def commit() -> str:
-    """The commit, with a + if the tree differs from it in more than the table."""
-    head = subprocess.check_output(["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, text=True)
-    changed = ["git", "status", "--porcelain", "--", ".", f":!{TABLE.relative_to(ROOT)}"]
-    return head.strip() + ("+" if subprocess.check_output(changed, cwd=ROOT) else "")
+TABLE = KeptTable(ROOT / "docs/soak.md", ("piece", "shows", "last passed", "took"))
 
 
 def passes(name: str) -> bool:
@@ -65,13 +40,12 @@ def main() -> int:
     failed = []
     for name in arguments.pieces or PIECES:
         print(f"== {name}: {PIECES[name].shows}", flush=True)
-        at, began = commit(), time.monotonic()
+        at, began = now(but=TABLE), time.monotonic()
         if not passes(name):
             failed.append(name)
             continue
         minutes = (time.monotonic() - began) / 60
-        line = row(name, f"{datetime.now(UTC):%Y-%m-%d}", at, f"{minutes:.0f} min")
-        TABLE.write_text(with_row(TABLE.read_text(), name, line))
+        TABLE.put(name, (PIECES[name].shows, at, f"{minutes:.0f} min"), list(PIECES))
     if failed:
         print(f"failed: {', '.join(failed)}")
     return 1 if failed else 0

@@ -93,7 +93,7 @@ Prints = Callable[..., dict[int, tuple[float, str]]]
 
 @pytest.fixture
 def prints(tmp_path: Path, guest_cache: Path) -> Prints:
-    """What each robot prints, and when."""
+    """Prints of each robot, with their times."""
 
     def run(program: str, cpu: str, runtime: str = "") -> dict[int, tuple[float, str]]:
         (tmp_path / "robot.c").write_text(program)

@@ -304,7 +304,7 @@ def _encoded(kind: DIE) -> bool:
 
 
 def _element_type(owner: DIE) -> DIE | None:
-    """Of an array."""
+    """The type of an array's elements."""
     array = _type_of(owner)
     return None if array is None else _type_of(array)
 
@@ -312,7 +312,7 @@ def _element_type(owner: DIE) -> DIE | None:
 def _within(
     owner: DIE, offset: int, lengths: list[int] | None, step: str, name: str
 ) -> tuple[DIE, int, list[int] | None]:
-    """What a member's name or an index leads to; `lengths` are those of an array still open."""
+    """The type that a member's name or an index leads to; `lengths` of an array still open."""
     kind = _element_type(owner) if lengths == [] else _type_of(owner)
     if lengths == []:
         lengths = None
@@ -337,7 +337,7 @@ def _within(
 
 
 def _contents(kind: DIE | None) -> str:
-    """What a structure or an array has, for messages."""
+    """Members of a structure, indexes of an array, for messages."""
     if kind is not None and kind.tag in _STRUCTURES:
         members = [_text(part, "DW_AT_name") for part in kind.iter_children()]
         return f"; it has {', '.join(filter(None, members))}"

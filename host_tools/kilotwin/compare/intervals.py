@@ -12,7 +12,7 @@ from scipy import stats
 _SEED = 1  # the same table every time
 
 Statistic = Callable[..., Any]
-"""Of groups of values, as arrays, along `axis`; their other axes are resamples."""
+"""A figure of groups of values: arrays, along `axis`; their other axes are resamples."""
 
 
 @dataclass(frozen=True)

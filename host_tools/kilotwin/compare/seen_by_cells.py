@@ -19,7 +19,7 @@ from kilotwin.units import ticks
 
 
 def reports_of_run(run: Run) -> Reports:
-    """What the host of an emulated table fetched; InputError if that was nothing."""
+    """Reports that the host of an emulated table fetched; InputError if there are none."""
     table = run.tracking()
     if table.num_rows == 0:
         raise InputError(f"{run.folder}: robots reported nothing; see grid.report_s")
@@ -34,7 +34,7 @@ def reports_of_run(run: Run) -> Reports:
 
 
 def reports_of_kilodat(file: Path) -> Reports:
-    """What a real table's host wrote down; InputError if that is nothing."""
+    """Reports that a real table's host wrote down; InputError if there are none."""
     rows = kilodat.read(file)
     if not rows:
         raise InputError(f"{file}: holds no report")

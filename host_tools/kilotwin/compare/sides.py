@@ -1,4 +1,4 @@
-"""What `kilotwin compare A B` compares: a run, a sweep or a .kilodat, as numbers by metric."""
+"""The two sides of `kilotwin compare A B`: a run, a sweep or a .kilodat, as numbers by metric."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -127,7 +127,7 @@ def _end_of(table: pa.Table, folder: Path) -> float:
 def _side(
     name: str, table: pa.Table, end_s: float, shortened: str, sampling: str = "as it was"
 ) -> Side:
-    """Of a table `sites`, its last row."""
+    """The last row of a table `sites`."""
     last = table.slice(table.num_rows - 1).to_pylist()[0]
     values, units = {}, {}
     for field in table.schema:

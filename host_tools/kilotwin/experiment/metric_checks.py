@@ -18,7 +18,7 @@ _OWN_KEYS = (
 
 
 def metric_problems(experiment: ExperimentSchema) -> Iterator[Problem]:
-    """What is wrong with the metrics of an experiment whose other keys are right."""
+    """Mistakes in the metrics of an experiment whose other keys are right."""
     for name, metric in experiment.metric.items():
         path: KeyPath = ("metric", name)
         if not name.isidentifier() or not name.isascii():

@@ -131,10 +131,10 @@ class Metric(Section):
 
     @property
     def shown_unit(self) -> str:
-        """Its unit, "" if nobody said."""
+        """Its unit, "" if the file does not say."""
         return self.unit or (BUILTINS[self.builtin].unit if self.builtin else "")
 
     @property
     def shown_meaning(self) -> str:
-        """What it is, "" if nobody said."""
+        """Its meaning, "" if the file does not say."""
         return self.meaning or (BUILTINS[self.builtin].meaning if self.builtin else "")

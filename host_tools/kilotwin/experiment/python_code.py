@@ -39,7 +39,7 @@ class PythonName:
 def find_python(
     written: str, path: KeyPath, origin: ExperimentText, kind: Literal["class", "function"]
 ) -> PythonName:
-    """What a text as "file.py:name" names.
+    """The file and the name in a text as "file.py:name".
 
     InputError unless the file is there, is Python, and binds such a name."""
     where, colon, name = written.rpartition(":")
@@ -74,7 +74,7 @@ def _bound_names(tree: ast.Module) -> Iterator[str]:
 
 
 def load_name(named: PythonName) -> Any:
-    """What has the name, None if nothing has. Modules beside the file can be imported meanwhile.
+    """The object of that name, or None. Modules beside the file can be imported meanwhile.
 
     Loaded anew each time; what goes wrong in it is raised as it is.
     """

@@ -121,5 +121,5 @@ def foreign_order(links: WatchedLinks, names: Sequence[str], remedy: str) -> Dev
 
 
 def what_it_does(kind: str) -> str:
-    """What another host is seen to do, for people."""
+    """Deeds of another host, for people."""
     return "another host is there" if kind == _PRESENT else "another host gives orders there"

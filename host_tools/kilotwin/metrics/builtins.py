@@ -15,13 +15,13 @@ from kilotwin.metrics.sample import Sample
 
 Points = NDArray[np.float64]
 Measure = Callable[[Sample, Moment | None], float | None]
-"""The value at a sample; None where it has none, as the spread of nobody."""
+"""The value at a sample; None where it has none, as the spread of no robots."""
 
 _ROWS = 1024  # of a table of distances that is in memory at a time
 
 
 def builtin(metric: Metric, experiment: ExperimentSchema) -> Measure:
-    """What measures it. It may keep what it has seen, so each run wants one of its own."""
+    """A function that measures it. It may keep what it has seen, so each run wants its own."""
     choose = _Choice(metric)
     of_points: dict[str, Callable[[Points], float | None]] = {
         "mean_distance": mean_distance,
@@ -69,7 +69,7 @@ class _Choice:
         self._region = None if metric.region is None else area_of(metric.region)
 
     def mask(self, sample: Sample) -> NDArray[np.bool_]:
-        """Whom of all robots."""
+        """Whether each robot is chosen."""
         chosen = np.ones(len(sample.leds), dtype=bool)
         if self._state is not None:
             chosen &= sample.states == self._state
@@ -81,7 +81,7 @@ class _Choice:
         return chosen
 
     def seen(self, sample: Sample) -> Points:
-        """Where they are; without those of a real table that nobody has seen."""
+        """Their places; without those of a real table that were not seen yet."""
         points: Points = sample.positions_m[self.mask(sample)]
         return points[np.isfinite(points).all(axis=1)]
 

@@ -24,7 +24,7 @@ class Functions(Protocol):
     """All functions of an experiment's metrics."""
 
     failed: dict[str, str]
-    """Of the metrics whose function failed: where and how."""
+    """Place and cause of each failure, by the metric whose function failed."""
 
     def measure(self, row: Row, names: list[str]) -> Values:
         """The values of these metrics; None of what has none, or has failed."""
@@ -79,7 +79,7 @@ def _load(named: PythonName) -> Callable[[Sample], Any]:
 
 
 def _unfit(value: Any) -> str:
-    """What a function returned that is no number; "" of what is one, or of None."""
+    """A returned value that is no number, for messages; "" of a number, or of None."""
     if value is None:
         return ""
     if isinstance(value, np.ndarray) and value.shape:

@@ -55,7 +55,7 @@ class Meter:
 
     @property
     def failed(self) -> dict[str, str]:
-        """Of the metrics whose function failed: where and how."""
+        """Place and cause of each failure, by the metric whose function failed."""
         return {} if self._functions is None else self._functions.failed
 
     @property

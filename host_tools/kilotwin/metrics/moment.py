@@ -1,4 +1,4 @@
-"""What can be looked at of an emulated run beside its samples, while it stands still."""
+"""The rest of an emulated run's state, beside its samples, while it stands still."""
 
 from dataclasses import dataclass
 from typing import Protocol

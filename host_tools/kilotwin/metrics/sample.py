@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Sample:
-    """What a metric's function is called with; N robots. The arrays cannot be written to."""
+    """The argument of a metric's function; N robots. The arrays cannot be written to."""
 
     time_s: float
     positions_m: NDArray[np.float64]
-    """[N, 2]; NaN for robots of a real table that nobody has seen yet."""
+    """[N, 2]; NaN for robots of a real table that were not seen yet."""
     headings_rad: NDArray[np.float64]
     """[N], counter-clockwise from x."""
     leds: NDArray[np.uint8]

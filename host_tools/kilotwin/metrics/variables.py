@@ -51,6 +51,6 @@ class Variable:
         )
 
     def reduced(self, values: Numbers) -> float | None:
-        """Of those robots that have it and whose value is a number."""
+        """One value over the robots that have it and whose value is a number."""
         known = values[np.isfinite(values)]
         return float(self._reduce(known)) if len(known) else None

@@ -1,4 +1,4 @@
-"""What the trials of a sweep ended with, by the values of keys: points, a heat map, shares."""
+"""Last values of a sweep's trials by the values of keys: points, a heat map, shares."""
 
 from collections.abc import Sequence
 from itertools import pairwise

@@ -35,7 +35,7 @@ _SUFFIXES = {".png", ".svg", ".pdf"}
 
 @dataclass(frozen=True)
 class Wanted:
-    """What a figure is to show. Keys and metrics by name, None where they were not given.
+    """The contents wanted of a figure. Keys and metrics by name, None where they were not given.
 
     `where`: which of the sweep's trials, as for Conditions.open(). `column`: of series.parquet.
     """
@@ -49,7 +49,7 @@ class Wanted:
     hue: str | None = None
 
 
-# Of the figures of metrics: what each needs, and may have.
+# Figures of metrics: the options that each needs, and may have.
 METRIC_FIGURES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "curve": (("metric",), ("by",)),
     "effect": (("x", "y"), ("hue",)),

@@ -1,4 +1,4 @@
-"""What both searches need: their libraries, and a place to run trials."""
+"""Needs of both searches: their libraries, and a place to run trials."""
 
 import importlib.util
 import os

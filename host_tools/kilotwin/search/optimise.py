@@ -90,7 +90,7 @@ class Confirmed:
 
 @dataclass(frozen=True)
 class Found:
-    """What came of a search. `front`: points that no other beats in all goals, the best first."""
+    """The result of a search. `front`: points that no other beats in all goals, the best first."""
 
     search: Search
     tried: list[Tried]

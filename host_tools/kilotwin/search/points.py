@@ -63,7 +63,7 @@ class Laboratory:
         self.folder = folder or Path("runs") / f"{what}-{slug(keys.name)}"
 
     def measure(self, points: Sequence[Point], seeds: Iterable[int]) -> list[list[Values | None]]:
-        """Of each point, at each seed; None of a trial that failed. Runs what is not there yet.
+        """Results of each point, at each seed, None of a failed trial. Runs what is not there yet.
 
         InterruptError if it was interrupted; what was run is kept.
         """
@@ -88,7 +88,7 @@ class Laboratory:
         schema = SweepSchema(
             name=self.folder.name, base=[self.file.name], trial_timeout_s=self.trial_timeout_s
         )
-        plan = Plan(schema, self._text, ExperimentText(str(self.file), Path(), {}, {}, []), trials)
+        plan = Plan(schema, self._text, ExperimentText(str(self.file), Path(), {}, "", []), trials)
         sweep = Sweep.prepare(plan, self.folder, self.display.note)
         if sweep.missing():
             with sweep.data.held():

@@ -1,4 +1,4 @@
-"""What a search found, as Markdown, JSON and figures in its folder."""
+"""The result of a search, as Markdown, JSON and figures in its folder."""
 
 import json
 import math

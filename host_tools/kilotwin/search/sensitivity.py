@@ -20,8 +20,8 @@ Method = Literal["morris", "sobol"]
 
 @dataclass(frozen=True)
 class Influence:
-    """What one key does. Morris: `main` is mu*, the mean size of its effects over its range, and
-    `more` their standard deviation, large if it depends on other keys. Sobol: shares of the
+    """The effect of one key. Morris: `main` is mu*, the mean size of its effects over its range,
+    and `more` their standard deviation, large if it depends on other keys. Sobol: shares of the
     variance, `main` by itself and `more` with all that others have to do with it. With half the
     width of their 95 % intervals; NaN where SALib gives none.
     """

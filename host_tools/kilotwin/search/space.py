@@ -1,4 +1,4 @@
-"""What a search may choose: keys of an experiment with their ranges, as `--over` writes them."""
+"""The space of a search: keys of an experiment with their ranges, as `--over` writes them."""
 
 import math
 import re

@@ -202,7 +202,7 @@ class DataSet:
         return len(rows)
 
     def spoiled(self) -> list[str]:
-        """Of the trials in the table that lack a metric: which function failed, where and how."""
+        """Failures of metrics' functions in trials of the table: which, where and how."""
         if not (self.folder / TRIALS).exists():
             return []
         with pq.ParquetFile(self.folder / TRIALS) as file:

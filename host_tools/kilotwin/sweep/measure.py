@@ -104,7 +104,7 @@ def measure(task: Task) -> Measured | Failed:
 
 
 def job_of(task: Task) -> Job:
-    """What a trial runs, with its programs built; KilotwinError if that cannot be."""
+    """The job of a trial, with its programs built; KilotwinError if that cannot be."""
     guests = [str(build_group(group).file) for group in task.experiment.groups]
     modules = task.experiment.modules
     module_guest = None if modules is None else str(build_group(modules).file)

@@ -28,7 +28,7 @@ def read(file: Path) -> bytes | None:
         return None
     if content == sealed(content[:-_SEAL_BYTES]):
         return content[:-_SEAL_BYTES]
-    # Of a Kilotwin that did not seal yet.
+    # A part of a Kilotwin that did not seal yet.
     return content if is_whole(content) else None
 
 

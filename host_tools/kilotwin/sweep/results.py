@@ -57,7 +57,7 @@ class Results:
 
     @property
     def keys(self) -> list[str]:
-        """What the trials were varied in, the seed last."""
+        """Keys that the trials were varied in, the seed last."""
         return [
             name
             for name in self.trials.column_names

@@ -26,7 +26,7 @@ def test_distances_and_areas_of_a_square_are_known() -> None:
     assert geometry.hull_area()(SQUARE) == pytest.approx(1.0)
 
 
-def test_points_on_a_line_have_no_area_and_nobody_has_no_spread() -> None:
+def test_points_on_a_line_have_no_area_and_no_points_have_no_spread() -> None:
     assert geometry.hull_area()(np.array([[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]])) == 0
     assert geometry.hull_area()(SQUARE[:2]) == 0
     assert spread(SQUARE[:0]) is None
@@ -72,7 +72,7 @@ def test_coverage_adds_up_the_squares_in_which_robots_were(load: Load) -> None:
 
 
 def measured(experiment: Experiment, name: str) -> list[float]:
-    """Of two samples of ten robots: in the first all on black, walking; then half at rest."""
+    """Two samples of ten robots: in the first all on black, walking; then half at rest."""
     x = np.linspace(-1.2, -0.8, 10, dtype=np.float32)
     leds = np.zeros((2, 10), dtype=np.uint8)
     leds[1, :5] = 63

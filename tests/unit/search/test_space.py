@@ -1,4 +1,4 @@
-"""What `--over` may say, and what it becomes."""
+"""Words of `--over`, and the spaces that they make."""
 
 import re
 
