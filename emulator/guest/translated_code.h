@@ -225,9 +225,10 @@ typedef struct {
         left -= (spent), pc = (at), attended = (which); \
         goto attend;                                    \
     } while (0)
-/// Behind the blocks of that region: `pass` and `attend`, to which the macros above jump. A pass that has left registers, flags and SRAM as they were
-/// will do so again: of all up to an interrupt only the last one is executed, in which it comes.
-/// `differing` is 0 if the registers are those of chip->pass, `note` copies them there.
+/// Behind the blocks of that region: `pass` and `attend`, to which the macros above jump. A pass
+/// that has left registers, flags and SRAM as they were will do so again: of all up to an interrupt
+/// only the last one is executed, in which it comes. `differing` is 0 if the registers are
+/// those of chip->pass, `note` copies them there.
 #define MAIN_REGION_ENDS(differing, note)                                                     \
     pass : {                                                                                  \
         translated_pass_t *const pass_ = chip->pass;                                          \

@@ -80,8 +80,8 @@ class Robot::Translated : private translated_chip_t {
     void fail();
     void store();
 
-    // Interrupts. They come in the order of their vectors: the tick, a message, the serial line. The
-    // tick's is left out, by arithmetic, if it would do no more than count.
+    // Interrupts. They come in the order of their vectors: the tick, a message, the serial line.
+    // The tick's is left out, by arithmetic, if it would do no more than count.
     bool lets_interrupts() const { return flags[7] != 0; }
     void flag_matches();
     bool serve_interrupt();

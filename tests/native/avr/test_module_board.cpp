@@ -252,7 +252,7 @@ TEST_CASE("the host's commands set a module running and idle") {
     CHECK(bench.board.read(*state) == 1);
 }
 
-// Robots on chips shine from one quantum to the next: a pulse that the board is past already is lost.
+// Robots on chips shine from one quantum to the next: a pulse that the board is past is lost.
 TEST_CASE("a module's board stops where it is told while its program writes the lights") {
     constexpr Cycles QUANTUM = 1024, INSTRUCTION = 8;
     Bench bench;
