@@ -187,7 +187,8 @@ def measured(comparison: Comparison) -> bool:
     commands = "; ".join(f"`{command}`" for command in comparison.commands)
     cells = (comparison.against, commands, now(but=TABLE), found.figure, comparison.bound, verdict)
     TABLE.put(comparison.name, cells, names())
-    print(f"{comparison.name}: {found.figure}: {verdict} ({time.monotonic() - began:.0f} s)\n")
+    took = f"{time.monotonic() - began:.0f} s"
+    print(f"{comparison.name}: {found.figure}: {verdict} ({took})\n", flush=True)
     return found.holds
 
 

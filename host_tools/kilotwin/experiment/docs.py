@@ -3,8 +3,12 @@
 `python -m kilotwin.experiment.docs FILE` renews them from the schema; a test compares.
 """
 
+import ast
+import inspect
+import itertools
 import json
 import sys
+import textwrap
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, get_args, get_origin
@@ -80,6 +84,7 @@ def renewed(document: str) -> str:
 
 
 def _rows(section: type[BaseModel], prefix: str) -> Iterator[str]:
+    meanings = _meanings(section)
     for name, field in section.model_fields.items():
         kind = bare(field.annotation)
         inner = bare(get_args(kind)[-1]) if get_origin(kind) in (list, dict) else kind
@@ -93,7 +98,21 @@ def _rows(section: type[BaseModel], prefix: str) -> Iterator[str]:
             key = f"{prefix}{name}"
             allowed = _ALLOWED.get(key) or _allowed(field)
             default = _DEFAULTS.get(key) or _default(prefix, name, field)
-            yield f"| `{key}` | {allowed} | {default} | {_cell(field.description or '')} |\n"
+            meaning = _cell(field.description or meanings[name])
+            yield f"| `{key}` | {allowed} | {default} | {meaning} |\n"
+
+
+def _meanings(section: type[BaseModel]) -> dict[str, str]:
+    """Texts below a section's fields. Pydantic can read them, but at each start of `kilotwin`."""
+    (parsed,) = ast.parse(textwrap.dedent(inspect.getsource(section))).body
+    assert isinstance(parsed, ast.ClassDef)
+    return {
+        field.target.id: inspect.cleandoc(text.value.value)
+        for field, text in itertools.pairwise(parsed.body)
+        if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name)
+        if isinstance(text, ast.Expr) and isinstance(text.value, ast.Constant)
+        if isinstance(text.value.value, str)
+    }
 
 
 def _first_line(section: type[BaseModel]) -> str:

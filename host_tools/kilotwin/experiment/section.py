@@ -52,5 +52,4 @@ class Section(BaseModel):
         strict=True,
         allow_inf_nan=False,
         frozen=True,
-        use_attribute_docstrings=True,
     )
