@@ -4,6 +4,7 @@ Without coverage: what steers it are real inputs to begin with, words that input
 inputs which were not refused at once are changed further. The same seed gives the same inputs.
 """
 
+import math
 import random
 import time
 from collections.abc import Callable, Iterator
@@ -77,9 +78,11 @@ def fuzz(target: PythonTarget, found: Path, *, runs: int, seconds: float, seed: 
 
     FindingError, with the input kept in the file `found`, for anything that it raises.
     """
-    end = time.monotonic() + seconds
+    end = math.inf
     count = 0
     for data in inputs(target, seed):
+        if count == 0:
+            end = time.monotonic() + seconds  # the seeds are made, which may take longer
         if count >= runs or (count % 256 == 0 and time.monotonic() > end):
             break
         try:
