@@ -8,10 +8,11 @@ import typer
 
 from kilotwin.commands import steps
 from kilotwin.commands.options import Buses, Json, Quiet, Settings, Size, Takeover, given_settings
-from kilotwin.errors import EXIT_ROBOTS_FAILED, InputError
+from kilotwin.errors import EXIT_ROBOTS_FAILED, InputError, RunError
 from kilotwin.experiment import kconf
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.grid.console import Console, message_for_robots
+from kilotwin.links import preflight, verdicts
 
 app = typer.Typer(
     help="Talks to the modules of a Kilogrid, and through them to its robots.",
@@ -48,6 +49,30 @@ def health(
         silent = console.silent
     if silent:
         raise typer.Exit(EXIT_ROBOTS_FAILED)
+
+
+@app.command(
+    epilog="Example: kilotwin grid check experiments/kilogrid/paper-n50.toml --can "
+    "socketcand:127.0.0.1"
+)
+def check(
+    experiment: Annotated[Path, typer.Argument(help="An experiment with a \\[grid].")],
+    *,
+    buses: Buses = None,
+    takeover: Takeover = False,
+    settings: Settings = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Hold buses, modules and robots against an experiment, in one table. 1 if it is not ready.
+
+    Nothing is changed. Of robots those are told that are awake and have Kilotwin's runtime.
+    """
+    loaded = Experiment.load(experiment, given_settings(settings, None))
+    found = preflight.check(loaded, buses or [], takeover=takeover, note=steps.note(quiet))
+    typer.echo(json.dumps(verdicts.as_dict(found)) if as_json else verdicts.text(found))
+    if not verdicts.is_ready(found):
+        raise typer.Exit(RunError.exit_code)
 
 
 @app.command(

@@ -55,6 +55,14 @@ def record(
         ),
     ] = False,
     takeover: Takeover = False,
+    force: Annotated[
+        bool,
+        typer.Option(
+            "--force",
+            envvar="KILOTWIN_FORCE",
+            help="Also on a grid some of whose modules do not answer.",
+        ),
+    ] = False,
     via: Annotated[
         str | None,
         typer.Option(
@@ -99,6 +107,7 @@ def record(
         terminal.display(quiet),
         join=join,
         takeover=takeover,
+        force=force,
         speed=speed,
     )
     told = outcome.summary["grid"]

@@ -20,16 +20,19 @@ class Clock(Protocol):
 
 
 class WallClock:
-    """Real time."""
+    """Real time, or that of a table that goes `speed` times as fast."""
+
+    def __init__(self, speed: float = 1.0) -> None:
+        self._speed = speed
 
     def now_s(self) -> float:
         """Since the machine was started."""
-        return time.monotonic()
+        return time.monotonic() * self._speed
 
     def sleep(self, seconds: float) -> None:
         """Lets real time pass."""
         if seconds > 0:
-            time.sleep(seconds)
+            time.sleep(seconds / self._speed)
 
 
 class SimulatedClock:

@@ -60,7 +60,7 @@ class Console:
         """
         if experiment is None:
             layout, bus_names = named_grid(names, size)
-            return Console(layout, Settings(), _alone(bus_names, takeover))
+            return Console(layout, Settings(), open_alone(bus_names, takeover))
         if experiment.plan is None:
             raise InputError(f"{experiment.origin.source}: no [grid]; add it")
         layout, settings = experiment.plan.layout, experiment.plan.settings
@@ -68,7 +68,7 @@ class Console:
             what = f"{experiment.origin.source} has {layout.columns}x{layout.rows}"
             raise InputError(f"--size {size}: {what}; leave --size out, or change [grid]")
         bus_names = name_all(names, layout.buses, (layout.columns, layout.rows))
-        return Console(layout.on_buses(len(bus_names)), settings, _alone(bus_names, takeover))
+        return Console(layout.on_buses(len(bus_names)), settings, open_alone(bus_names, takeover))
 
     def __enter__(self) -> Self:
         return self
@@ -202,8 +202,8 @@ class Console:
         carry_out(self._controller, self._clock, [bus.name for bus in self._buses])
 
 
-def _alone(names: Sequence[BusName], takeover: bool) -> list[OpenBus]:
-    """The buses, opened, on which no other host gives orders."""
+def open_alone(names: Sequence[BusName], takeover: bool) -> list[OpenBus]:
+    """The buses, opened, on which no other host gives orders, unless for `takeover`."""
     buses = open_all(names)
     if takeover:
         return buses

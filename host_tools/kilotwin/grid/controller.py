@@ -19,10 +19,9 @@ from kilotwin.experiment.grid_layout import Layout, Module
 from kilotwin.experiment.grid_plan import Settings
 from kilotwin.experiment.kconf import MOST_BYTES, Content
 from kilotwin.experiment.overhead import RESET, RUN, WAKEUP
-from kilotwin.files.message_crc import message_crc
 from kilotwin.grid import frames as wire
 from kilotwin.grid.cover import ALL_MODULES, Group
-from kilotwin.grid.in_turn import behind, in_turn, last, rounds, rounds_of
+from kilotwin.grid.in_turn import behind, in_turn, is_held, rounds, rounds_of
 from kilotwin.grid.links import Frames, Links
 from kilotwin.grid.poller import SILENT_AFTER, Answer, Poller, Reports
 from kilotwin.grid.resets import ResetWatch, Verdict
@@ -409,10 +408,8 @@ class Controller:
         self._later.append((self._now_s + after_s, what))
 
     def _is_right(self, module: Module, answer: Health) -> bool:
-        if module not in self.configuration:
-            return True
-        wanted = last(self.configuration[module])
-        return answer.config_size == len(wanted) and answer.config_crc == message_crc(wanted)
+        wanted = self.configuration.get(module)
+        return wanted is None or is_held(wanted, answer.config_size, answer.config_crc)
 
     # Scripts.
 

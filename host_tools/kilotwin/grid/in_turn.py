@@ -10,6 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from kilotwin.experiment.grid_layout import Module
 from kilotwin.experiment.kconf import Content, InTurn
+from kilotwin.files.message_crc import message_crc
 from kilotwin.grid.cover import ALL_MODULES, Group, Message, cover
 
 
@@ -21,6 +22,12 @@ def in_turn(content: Content) -> InTurn:
 def last(content: Content) -> bytes:
     """The configuration that a module has in the end."""
     return in_turn(content)[-1]
+
+
+def is_held(content: Content, size: int, crc: int) -> bool:
+    """Whether a module that says this size and CRC has what it is to have in the end."""
+    wanted = last(content)
+    return (size, crc) == (len(wanted), message_crc(wanted))
 
 
 def behind(before: Content | None, content: Content) -> Content:

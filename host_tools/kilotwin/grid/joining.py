@@ -4,11 +4,10 @@ from kilotwin.can.protocol import Health, ModuleState
 from kilotwin.errors import DeviceError
 from kilotwin.experiment.grid_layout import Module
 from kilotwin.experiment.grid_plan import GridPlan
-from kilotwin.files.message_crc import message_crc
 from kilotwin.grid.clock import WallClock
 from kilotwin.grid.console import carry_out
 from kilotwin.grid.controller import Controller, NoListener
-from kilotwin.grid.in_turn import last
+from kilotwin.grid.in_turn import is_held
 from kilotwin.grid.links import Links
 
 
@@ -39,6 +38,6 @@ def check_runs(plan: GridPlan, links: Links) -> None:
 def _is_of(plan: GridPlan, module: Module, answer: Health) -> bool:
     """Whether it is what the plan gives the module, at the begin or later."""
     changes = [order.configuration or {} for order in plan.orders]
-    contents = [last(part[module]) for part in (plan.configuration, *changes) if module in part]
-    held = (answer.config_size, answer.config_crc)
-    return not contents or held in [(len(one), message_crc(one)) for one in contents]
+    contents = [part[module] for part in (plan.configuration, *changes) if module in part]
+    size, crc = answer.config_size, answer.config_crc
+    return not contents or any(is_held(content, size, crc) for content in contents)

@@ -126,6 +126,11 @@ class Poller:
         return [self.modules[number] for number in np.flatnonzero(self._missed >= SILENT_AFTER)]
 
     @property
+    def heard(self) -> list[Module]:
+        """Modules that have answered a poll since this one was made."""
+        return [self.modules[number] for number in np.flatnonzero(np.isfinite(self._answered_s))]
+
+    @property
     def missing(self) -> bool:
         """Whether a module did not answer its last poll."""
         return bool(self._missed.any())

@@ -19,6 +19,8 @@ from kilotwin.grid.conductor import Conductor, set_up_s
 from kilotwin.grid.foreign_orders import WatchedLinks, refuse_another_host, what_it_does
 from kilotwin.grid.joining import check_runs
 from kilotwin.grid.poller import Reports
+from kilotwin.links.preflight import check_before_record
+from kilotwin.links.verdicts import MODULES, Verdict, line
 from kilotwin.metrics.functions import LocalFunctions
 from kilotwin.metrics.meter import Meter, metrics_summary
 from kilotwin.runs.display import Display
@@ -53,14 +55,16 @@ def record(
     *,
     join: bool = False,
     takeover: bool = False,
+    force: bool = False,
     speed: float = 1.0,
 ) -> Outcome:
     """Sets the grid up, runs it, polls it, leaves it idle; the results are in the run folder.
 
     Ctrl-C ends it early, robots and modules idle; a second one leaves them as they are. `join`
     takes over a grid that runs. A grid to which another host gives orders is refused, unless for
-    `takeover`; one that comes later spoils the record. It goes on without a bus that does not work
-    any more, and ends when none is left. `speed`: seconds of the experiment per second, as the
+    `takeover`; one that comes later spoils the record. A grid with silent modules is refused,
+    unless for `force`; what else is not right is a warning. It goes on without a bus that does not
+    work any more, and ends when none is left. `speed`: seconds of the experiment per second, as the
     table has it.
     """
     if experiment.plan is None:
@@ -72,8 +76,11 @@ def record(
         links = CanLinks([bus.bus for bus in buses], echoes=[bus.echoes for bus in buses])
         if not takeover:
             refuse_another_host(links, [str(name) for name in names])
-        if join and all(bus.answers for bus in buses):
-            check_runs(experiment.plan, links)
+        if all(bus.answers for bus in buses):
+            if join:
+                check_runs(experiment.plan, links)
+            else:
+                _check(experiment, buses, names, display, force=force, speed=speed)
         return _Recording(
             experiment,
             buses,
@@ -88,6 +95,26 @@ def record(
         display.stop()
         for bus in buses:
             bus.bus.shutdown()
+
+
+def _check(
+    experiment: Experiment,
+    buses: Sequence[OpenBus],
+    names: Sequence[BusName],
+    display: Display,
+    *,
+    force: bool,
+    speed: float,
+) -> None:
+    """The preflight; RunError if modules are silent, unless for `force`."""
+    found = check_before_record(experiment, buses, names, speed=speed, note=display.note)
+    wrong = [finding for finding in found if finding.verdict is not Verdict.READY]
+    refused = [finding for finding in wrong if finding.what == MODULES and not force]
+    for finding in wrong:
+        if finding not in refused:
+            display.warn(line(finding))
+    if refused:
+        raise RunError(f"{line(refused[0])}; or add --force")
 
 
 class _Recording:

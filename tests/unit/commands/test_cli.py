@@ -33,7 +33,7 @@ COMMANDS = [
 ]
 COMMANDS += ["bench", "record"]
 GROUPS = {
-    "grid": ["ls", "health", "kconf", "setup", "run", "pause", "idle", "send"],
+    "grid": ["ls", "health", "check", "kconf", "setup", "run", "pause", "idle", "send"],
     "flash": ["robot", "robots", "modules"],
     "robots": [
         *("run", "pause", "reset", "sleep", "wakeup", "charge", "voltage", "uid", "send", "watch")

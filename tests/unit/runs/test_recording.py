@@ -2,6 +2,7 @@
 
 import errno
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +12,10 @@ from typer.testing import CliRunner, Result
 
 from kilotwin.can.buses import BusName, OpenBus
 from kilotwin.commands.cli import app
-from kilotwin.errors import DeviceError
+from kilotwin.errors import DeviceError, RunError
 from kilotwin.grid import console
+from kilotwin.links.preflight import check_before_record
+from kilotwin.links.verdicts import Finding
 from kilotwin.runs import recording as live
 from kilotwin.runs.grid_record import GridRecord
 from kilotwin.runs.reader import Run
@@ -46,14 +49,21 @@ def open_dumb(frames: list[float]) -> Any:
     return open_all
 
 
-def record(folder: Path, monkeypatch: pytest.MonkeyPatch, frames: list[float]) -> Result:
+def record(
+    folder: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    frames: list[float],
+    *more: str,
+    check: Callable[..., list[Finding]] = lambda *_, **__: [],
+) -> Result:
     (folder / "grid.toml").write_text(GRID)
     monkeypatch.chdir(folder)
     monkeypatch.setattr(live, "open_all", open_dumb(frames))
     # Here modules never answer, which is another trouble.
     monkeypatch.setattr(GridRecord, "failed_modules", lambda *_: [])
+    monkeypatch.setattr(live, "check_before_record", check)
     words = ["record", "grid.toml", "--can", "socketcand:h", "--speed", SPEED, "--out", "r", "-q"]
-    return CliRunner().invoke(app, [*words, "--set", "duration_s=40", "--json"])
+    return CliRunner().invoke(app, [*words, *more, "--set", "duration_s=40", "--json"])
 
 
 def test_a_record_ends_when_no_bus_is_left(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -87,6 +97,21 @@ def test_a_record_goes_on_with_the_buses_that_are_left_and_lists_the_lost(
     assert summary["grid"]["not_idle"] == [lost]
     assert f"{lost} is down: gone" in done.stderr.splitlines()
     assert f"ROBOTS MAY BE DRIVING ON: those of {lost} could not" in done.stderr
+
+
+def test_a_record_is_refused_before_it_begins_while_modules_are_silent(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    check = check_before_record
+    done = record(folder, monkeypatch, [float("inf")] * 2, check=check)
+    assert (type(done.exception), done.exit_code) == (RunError, 1)
+    assert str(done.exception).startswith("modules: 0 of 24 answer; silent: 0-0, 0-1, ")
+    assert str(done.exception).endswith("; or add --force")
+    assert not (folder / "r").exists()
+    done = record(folder, monkeypatch, [float("inf")] * 2, "--force", check=check)
+    assert done.exit_code == 0
+    assert "modules: 0 of 24 answer" in done.stderr
+    assert (folder / "r").exists()
 
 
 def test_a_record_on_a_full_disk_leaves_robots_idle_and_a_manifest_that_says_so(
