@@ -226,7 +226,8 @@ def _robots(robots: Mapping[int, Report], wanted: Wanted) -> Iterator[Finding]:
     if not robots:
         if not wanted.answering:
             told = "none answers; those with the original runtime never do"
-            yield Finding("robots", Verdict.LOOK, told, "see their lights: kilotwin grid send voltage")
+            remedy = "see their lights: kilotwin grid send voltage"
+            yield Finding("robots", Verdict.LOOK, told, remedy)
             return
         remedy = "lay them on the table, and kilotwin robots wakeup"
         yield Finding("robots", Verdict.NOT_READY, found, remedy)
