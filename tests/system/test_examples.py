@@ -59,7 +59,8 @@ def test_move_goes_straight_left_right_and_rests() -> None:
     with world_of("move", [(0, 0, 0)], medium={"clock_spread": 0}) as world:
         running = {GREEN: [True, True], RED: [True, False], BLUE: [False, True], OFF: [False] * 2}
         seen: list[tuple[int, int]] = []
-        world.run_ticks(2)
+        while not world.motors.any():
+            world.run_ticks(1)  # it sees RUN when its blink is over
         while world.time_s < 18.5:
             colour = int(world.leds[0])
             if not seen or seen[-1][1] != colour:

@@ -30,9 +30,10 @@ def wait_for(condition: Callable[[], object], what: str, limit_s: float = 60.0) 
 
 def children(pid: int) -> list[int]:
     found: list[int] = []
-    for listing in Path(f"/proc/{pid}/task").glob("*/children"):
-        with contextlib.suppress(FileNotFoundError, ProcessLookupError):
-            found += map(int, listing.read_text().split())
+    with contextlib.suppress(FileNotFoundError):  # it may end meanwhile
+        for listing in Path(f"/proc/{pid}/task").glob("*/children"):
+            with contextlib.suppress(FileNotFoundError, ProcessLookupError):
+                found += map(int, listing.read_text().split())
     return found
 
 

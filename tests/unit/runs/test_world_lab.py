@@ -23,7 +23,7 @@ def test_uids_and_duties_are_the_labs(tmp_path: Path, cpu: str) -> None:
         program="firmware/blank.c",
         poses=[[0, 0, 0], [0.3, 0, 0]],
         cpu=cpu,
-        swarm={"lab": str(file)},
+        swarm={"lab": str(file), "runtime": "kilotwin"},  # which obeys what is marked for one robot
         command=[],
     ) as world:
         world.run(1)
