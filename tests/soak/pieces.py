@@ -77,8 +77,12 @@ PIECES = {
         40,
     ),
     "grid": Piece(
-        "a grid of chips runs a .hex; an hour of the full grid is as the logs say",
-        ("tests/system/test_grid_boards.py", "tests/unit/compare/"),
+        "a grid is checked, a grid of chips runs a .hex; an hour of the full grid is as logs say",
+        (
+            "tests/system/test_grid_boards.py",
+            "tests/system/test_grid_check.py",
+            "tests/unit/compare/",
+        ),
         60,
     ),
     "socketcan": Piece(

@@ -3,6 +3,7 @@
 import signal
 import subprocess
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -269,7 +270,9 @@ def test_a_host_in_another_process_records_what_the_robots_do(
     assert len(recorded.robots()) == 12 * (25 * 2 + 1) or len(recorded.robots()) % 12 == 0
     logs = [(run.folder / "can.log").read_text().splitlines() for run in (truth, recorded)]
     served, ours = (sorted(line.split(" ", 1)[1] for line in log) for log in logs)
-    assert ours == served
+    # Before it begins to record, the host looks at the table.
+    assert not Counter(ours) - Counter(served)
+    assert len(served) - len(ours) < 8 * 16
 
 
 def wait_for_run(out: Path) -> None:

@@ -47,7 +47,7 @@ def test_a_missing_module_is_named_and_record_is_refused_until_it_is_forced(
     assert found["modules"]["modules"] == [[3, 2]]
     assert found["modules"]["found"] == "15 of 16 answer; silent: 3-2"
     assert [found[what]["verdict"] for what in ("buses", "firmware", "states")] == ["ready"] * 3
-    # Whom the missing module has on its cells is not heard.
+    # Robots on the missing module's cells are not heard.
     assert int(found["robots"]["found"].split()[0]) >= 8
     assert found["batteries"]["verdict"] == "ready"
 
@@ -62,6 +62,7 @@ def test_a_missing_module_is_named_and_record_is_refused_until_it_is_forced(
     assert json.loads((out / "manifest.json").read_text())["status"] == "finished"
 
 
+@pytest.mark.long
 def test_a_module_with_another_configuration_is_named_and_record_puts_it_right(
     kilotwin: Kilotwin, tmp_path: Path, open_table: Open
 ) -> None:
