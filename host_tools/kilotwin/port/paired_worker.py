@@ -5,12 +5,12 @@
 
 import os
 import sys
+from pathlib import Path
 
 from kilotwin import _emulator
 from kilotwin.files import confinement
+from kilotwin.files.confined_process import confine_process
 from kilotwin.port.paired_run import Measured, PairedRun
-
-_MEMORY_BYTES = 640 * 1024 * 1024
 
 
 def main() -> None:
@@ -49,12 +49,7 @@ def _measured(wanted: PairedRun) -> Measured:
 
 
 def _confine(wanted: PairedRun) -> None:
-    missing = _emulator.confine(
-        readable=[wanted.elf, *(entry for entry in sys.path if entry)],
-        writable=[],
-        memory_bytes=_MEMORY_BYTES,
-        sockets=False,
-    )
+    missing = confine_process(1, readable=[Path(wanted.elf)])
     if missing and confinement.mode() == "require":
         raise _emulator.EngineError(f"--confine=require: {missing[0]}; use a newer kernel")
 

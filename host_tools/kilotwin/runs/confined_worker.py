@@ -1,20 +1,15 @@
 """Confines the process of a run once its programs are loaded and its files are open."""
 
-import sys
 import threading
-from pathlib import Path
 from typing import Any
 
 from kilotwin import _emulator
 from kilotwin.errors import RunError
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.files import confinement, resources
+from kilotwin.files import confinement
+from kilotwin.files.confined_process import confine_process
 from kilotwin.grid import frames
 from kilotwin.runs.job import Job
-
-# Memory that a run may take beside what it has when its robots are placed.
-_MEMORY_BYTES = 640 * 1024 * 1024
-_MEMORY_PER_ROBOT_BYTES = 20 * 1024
 
 ENVIRONMENT = {
     "OPENBLAS_NUM_THREADS": "1",  # threads that are there already keep their files
@@ -51,10 +46,9 @@ def confine_worker(job: Job) -> dict[str, Any]:
         writable += [link.parent for link in (serving.ohc_link, serving.dispatcher_link) if link]
     if threading.active_count() > 1:
         missing.append("threads that were there before keep their files")
-    _emulator.confine(
-        readable=[str(folder) for folder in _readable()],
-        writable=[str(folder.absolute()) for folder in writable],
-        memory_bytes=_MEMORY_BYTES + _MEMORY_PER_ROBOT_BYTES * job.experiment.size,
+    confine_process(
+        job.experiment.size,
+        writable=writable,
         sockets=serving is not None or job.probes.gdb is not None,
     )
     return {"confined": not missing, "not_confined": missing}
@@ -71,14 +65,4 @@ def confine_trial(experiment: Experiment) -> None:
 
     What the kernel lacks is left out.
     """
-    _emulator.confine(
-        readable=[str(folder) for folder in _readable()],
-        writable=[],
-        memory_bytes=_MEMORY_BYTES + _MEMORY_PER_ROBOT_BYTES * experiment.size,
-        sockets=False,
-    )
-
-
-def _readable() -> list[Path]:
-    """Python, for what it imports late, and our own package."""
-    return [*(Path(entry) for entry in sys.path if entry), *resources.build_folders()]
+    confine_process(experiment.size)
