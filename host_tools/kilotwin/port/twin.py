@@ -10,7 +10,6 @@ import importlib.util
 import json
 import os
 import pickle
-import shutil
 import subprocess
 import sys
 import threading
@@ -19,6 +18,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Literal
 
+from kilotwin.build.avr import avr_gcc
 from kilotwin.build.guest import Guest, Notify, cache_folder
 from kilotwin.errors import InputError, RunError
 from kilotwin.experiment.experiment import Experiment
@@ -102,10 +102,10 @@ def native_kilobots(
 
 
 def _verdict(program: Program, guest: Guest) -> Verdict:
-    compiler = shutil.which("avr-gcc")
-    if compiler is None:
-        what = "avr-gcc is not here; type: apt-get install gcc-avr avr-libc binutils-avr"
-        return Verdict(program.written, None, what)
+    try:
+        compiler = avr_gcc()
+    except RunError as error:
+        return Verdict(program.written, None, f"{error}")
     file = _kept_at(guest, compiler)
     if file.exists():
         kept = Verdict(**json.loads(file.read_text()))
