@@ -14,6 +14,7 @@ from kilotwin.metrics.moment import Moment
 from kilotwin.metrics.sample import Row, SampleMaker, rows_of
 from kilotwin.metrics.values import NO_METRICS, MetricValues
 from kilotwin.metrics.variables import Variable
+from kilotwin.units import seconds
 
 if TYPE_CHECKING:
     from kilotwin._emulator import Samples
@@ -103,12 +104,10 @@ class Meter:
         k: int,
         measured: MetricValues,
     ) -> Values:
-        sample = self._make.sample(row)
-        values: Values = {
-            name: measure(sample, moment)
-            for name, measure in self._builtins.items()
-            if name in wanted
-        }
+        values: Values = {}
+        if builtins := {name: self._builtins[name] for name in wanted if name in self._builtins}:
+            sample = self._make.sample(row)
+            values = {name: measure(sample, moment) for name, measure in builtins.items()}
         if self._functions is not None:
             names = [name for name, metric in wanted.items() if metric.function is not None]
             values |= self._functions.measure(row, names)
@@ -121,7 +120,7 @@ class Meter:
                         measured.of_robots[name][k] = of_robots
         for name, metric in wanted.items():
             if metric.builtin == "first_time":
-                values[name] = self._first_time(name, metric, values, sample.time_s)
+                values[name] = self._first_time(name, metric, values, seconds(row.tick))
         return values
 
     def _first_time(self, name: str, metric: Metric, values: Values, time_s: float) -> float | None:
