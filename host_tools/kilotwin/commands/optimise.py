@@ -3,7 +3,7 @@
 import json
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -20,6 +20,7 @@ from kilotwin.errors import InputError
 from kilotwin.search import needed
 from kilotwin.search.points import Laboratory
 from kilotwin.search.space import parse_axes
+from kilotwin.sweep.executors import Place
 
 app = command_app()
 
@@ -54,6 +55,27 @@ class Sampler(StrEnum):
     tpe = "tpe"
     cmaes = "cmaes"
     random = "random"
+
+
+def laboratory_of(
+    file: Path,
+    settings: list[str] | None,
+    metrics: list[str],
+    place: Place,
+    *,
+    trial_timeout: float | None,
+    quiet: bool,
+) -> Laboratory:
+    """The laboratory of a search by what was typed, not yet opened."""
+    given, display = given_settings(settings, None), terminal.sweep_display(quiet)
+    return Laboratory(file, given, metrics, Path(), place, display, trial_timeout)
+
+
+def tell(laboratory: Laboratory, found: Any, as_json: bool) -> None:
+    """Writes the report of a search and prints it."""
+    report = lazy.load("search.report")
+    text = report.write(laboratory.folder, found)
+    typer.echo(json.dumps(report.as_dict(found)) if as_json else f"{text}\n\n{laboratory.folder}")
 
 
 @app.command(
@@ -129,13 +151,11 @@ def optimise(
         confirm,
     )
     search.check()
-    display = terminal.sweep_display(quiet)
     place = needed.place(processes, dask)
-    given = given_settings(settings, None)
-    laboratory = Laboratory(file, given, names, Path(), place, display, trial_timeout)
+    laboratory = laboratory_of(
+        file, settings, names, place, trial_timeout=trial_timeout, quiet=quiet
+    )
     laboratory.open(out, "optimise")
-    found = found_by.optimise(search, laboratory, display.note)
-    report = lazy.load("search.report")
-    text = report.write(laboratory.folder, found)
-    typer.echo(json.dumps(report.as_dict(found)) if as_json else f"{text}\n\n{laboratory.folder}")
+    found = found_by.optimise(search, laboratory, laboratory.display.note)
+    tell(laboratory, found, as_json)
     raise typer.Exit(0 if found.front else 1)

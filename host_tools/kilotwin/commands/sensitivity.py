@@ -1,15 +1,14 @@
 """`kilotwin sensitivity`: which keys of an experiment matter for a metric."""
 
-import json
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from kilotwin.commands import lazy, terminal
-from kilotwin.commands.optimise import Over, Repeats, SearchSeed
-from kilotwin.commands.options import Json, Quiet, command_app, given_settings
+from kilotwin.commands import lazy
+from kilotwin.commands.optimise import Over, Repeats, SearchSeed, laboratory_of, tell
+from kilotwin.commands.options import Json, Quiet, command_app
 from kilotwin.commands.sweep import (
     AllSettings,
     DaskAddress,
@@ -18,7 +17,6 @@ from kilotwin.commands.sweep import (
     TrialTimeout,
 )
 from kilotwin.search import needed
-from kilotwin.search.points import Laboratory
 from kilotwin.search.space import parse_axes
 
 app = command_app()
@@ -72,10 +70,10 @@ def sensitivity(
     """Say which keys matter for a metric. Goes on where it was stopped."""
     needed.check()
     axes = parse_axes(over or [])
-    display = terminal.sweep_display(quiet)
     place = needed.place(processes, dask)
-    given = given_settings(settings, None)
-    laboratory = Laboratory(file, given, [metric], Path(), place, display, trial_timeout)
+    laboratory = laboratory_of(
+        file, settings, [metric], place, trial_timeout=trial_timeout, quiet=quiet
+    )
     laboratory.open(out, "sensitivity")
     module = lazy.load("search.sensitivity")
     found = module.sensitivity(
@@ -87,6 +85,4 @@ def sensitivity(
         repeats=repeats,
         seed=search_seed,
     )
-    report = lazy.load("search.report")
-    text = report.write(laboratory.folder, found)
-    typer.echo(json.dumps(report.as_dict(found)) if as_json else f"{text}\n\n{laboratory.folder}")
+    tell(laboratory, found, as_json)
