@@ -9,24 +9,9 @@
 #include "kilolib/core/robot_commands.h"
 #include "message_crc.h"
 
+#include "flash_in_memory.h"
+
 #define UID 0x1234
-
-static uint8_t flash[BOOT_LOADER_ADDRESS];
-
-void boot_flash_erase(uint8_t page) {
-    assert(page < BOOT_LOADER_ADDRESS / BOOT_PAGE_BYTES);
-    memset(flash + page * BOOT_PAGE_BYTES, BOOT_BLANK, BOOT_PAGE_BYTES);
-}
-
-void boot_flash_write(uint8_t page, const uint8_t *bytes) {
-    assert(page < BOOT_LOADER_ADDRESS / BOOT_PAGE_BYTES);
-    for (int i = 0; i < BOOT_PAGE_BYTES; i++) flash[page * BOOT_PAGE_BYTES + i] &= bytes[i];
-}
-
-uint8_t boot_flash_read(uint16_t address) {
-    assert(address < BOOT_LOADER_ADDRESS);
-    return flash[address];
-}
 
 typedef struct {
     infrared_reader_t reader;

@@ -4,22 +4,7 @@
 
 #include "../../kilogrid_modules/bootloader/core/boot_frames.h"
 
-static uint8_t flash[BOOT_LOADER_ADDRESS];
-
-void boot_flash_erase(uint8_t page) {
-    assert(page < BOOT_LOADER_ADDRESS / BOOT_PAGE_BYTES);
-    memset(flash + page * BOOT_PAGE_BYTES, BOOT_BLANK, BOOT_PAGE_BYTES);
-}
-
-void boot_flash_write(uint8_t page, const uint8_t *bytes) {
-    assert(page < BOOT_LOADER_ADDRESS / BOOT_PAGE_BYTES);
-    for (int i = 0; i < BOOT_PAGE_BYTES; i++) flash[page * BOOT_PAGE_BYTES + i] &= bytes[i];
-}
-
-uint8_t boot_flash_read(uint16_t address) {
-    assert(address < BOOT_LOADER_ADDRESS);
-    return flash[address];
-}
+#include "flash_in_memory.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *input, size_t size);
 

@@ -47,12 +47,12 @@ def guest_cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("guests")
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def environment(guest_cache: Path) -> dict[str, str]:
     return {**os.environ, "KILOTWIN_CACHE": str(guest_cache), "NO_COLOR": "1", "COLUMNS": "200"}
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def kilotwin(environment: dict[str, str]) -> Kilotwin:
     """`kilotwin ARGUMENTS`, from the project's root, with what it printed."""
 

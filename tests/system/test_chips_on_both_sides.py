@@ -1,15 +1,11 @@
 """Modules on chips hear robots of every kind, also while their programs write the lights."""
 
-import os
-import subprocess
-from pathlib import Path
-
 import can
 import pytest
 
 from kilotwin.runs.reader import Run
 
-from .conftest import KILOTWIN
+from .conftest import Kilotwin
 
 # As a lab's program: lights and messages of all cells in each pass of loop().
 MODULE = """\
@@ -94,7 +90,7 @@ POLL, START = 0x15, 0x14
 
 
 @pytest.fixture(scope="module")
-def runs(tmp_path_factory: pytest.TempPathFactory, guest_cache: Path) -> dict[str, Run]:
+def runs(tmp_path_factory: pytest.TempPathFactory, kilotwin: Kilotwin) -> dict[str, Run]:
     """Robots of all kinds on modules on chips. The host tells them RESET and RUN."""
     folder = tmp_path_factory.mktemp("both")
     files = {"module.c": MODULE, "robot.c": ROBOT, "cells.kconf": CELLS, "both.toml": EXPERIMENT}
@@ -102,19 +98,8 @@ def runs(tmp_path_factory: pytest.TempPathFactory, guest_cache: Path) -> dict[st
         (folder / name).write_text(text)
 
     def run(cpu: str) -> Run:
-        done = subprocess.run(
-            [
-                *(KILOTWIN, "run", folder / "both.toml", "--out", folder / cpu, "--quiet"),
-                *("--set", f"robots.0.cpu={cpu}"),
-            ],
-            env={**os.environ, "KILOTWIN_CACHE": str(guest_cache)},
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            check=False,
-            timeout=300,
-        )
-        assert done.returncode == 0, done.stderr
+        words = ["--out", folder / cpu, "--quiet", "--set", f"robots.0.cpu={cpu}"]
+        kilotwin("run", folder / "both.toml", *words)
         return Run.open(folder / cpu)
 
     return {cpu: run(cpu) for cpu in ("native", "translated", "avr")}

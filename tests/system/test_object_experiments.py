@@ -92,7 +92,7 @@ def test_robots_find_the_way_out_and_none_through_a_wall() -> None:
                 for x, y, _ in world.poses:
                     assert lies_inside(disc(float(x), float(y), 1.9 * RADIUS_M), arena)
             out.append(world.states.count("out"))
-    # Of ten runs 2 to 22 of 30 got out, 15 on average with a standard deviation of 6.
+    # In ten runs 2 to 22 of 30 got out, 15 on average with a standard deviation of 6.
     assert sum(out) >= 3 * (15 - 2 * 6 / 3**0.5), out
 
 

@@ -1,8 +1,6 @@
 """Robots with the published runtime's traits begin and measure as its specification has it
 (hardware.md 1.3, 1.8), on every processor alike."""
 
-import os
-import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,7 +9,7 @@ import pytest
 from kilotwin.runs.reader import Run
 from kilotwin.units import TICK_S
 
-from .conftest import KILOTWIN
+from .conftest import Kilotwin
 
 BEGINS = """\
 #define DEBUG
@@ -92,7 +90,7 @@ Prints = Callable[..., dict[int, tuple[float, str]]]
 
 
 @pytest.fixture
-def prints(tmp_path: Path, guest_cache: Path) -> Prints:
+def prints(tmp_path: Path, kilotwin: Kilotwin) -> Prints:
     """Prints of each robot, with their times."""
 
     def run(program: str, cpu: str, runtime: str = "") -> dict[int, tuple[float, str]]:
@@ -100,19 +98,8 @@ def prints(tmp_path: Path, guest_cache: Path) -> Prints:
         (tmp_path / "original.toml").write_text(EXPERIMENT)
         out = tmp_path / f"{cpu}-{runtime}"
         more = ["--set", f"robots.0.runtime={runtime}"] if runtime else []
-        done = subprocess.run(
-            [
-                *(KILOTWIN, "run", tmp_path / "original.toml", "--out", out, "--quiet"),
-                *("--set", f"robots.0.cpu={cpu}", *more),
-            ],
-            env={**os.environ, "KILOTWIN_CACHE": str(guest_cache)},
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            check=False,
-            timeout=300,
-        )
-        assert done.returncode == 0, done.stderr
+        words = ["--out", out, "--quiet", "--set", f"robots.0.cpu={cpu}", *more]
+        kilotwin("run", tmp_path / "original.toml", *words)
         events = [event for event in Run.open(out).events() if event["kind"] == "print"]
         return {event["robot"]: (event["time_s"] - RUN_S, event["text"]) for event in events}
 
