@@ -60,7 +60,7 @@ def check_before_record(
     speed: float,
     note: Callable[[str], None],
 ) -> list[Finding]:
-    """What set-up does not put right. Robots are asked a few times, if theirs is our runtime."""
+    """Faults that set-up does not put right. Robots of our runtime are asked, a few times."""
     found = _findings(experiment, buses, names, WallClock(speed), note, ask_all=False)
     return [finding for finding in found if finding.concerns_record]
 
@@ -77,7 +77,7 @@ def _findings(
     plan = experiment.plan
     assert plan is not None
     programs = [group.program for group in experiment.groups]
-    # Of an image nobody knows whose runtime is in it.
+    # An image does not say whose runtime is in it.
     answering = any(program.runtime == "kilotwin" and program.sources for program in programs)
     wanted = Wanted(plan.configuration, experiment.size, answering, all_asked=ask_all)
 

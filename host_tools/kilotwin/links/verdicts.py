@@ -28,7 +28,7 @@ _WRITES = {ModuleState.WAITING_FOR_BOOTPAGE, ModuleState.BOOTLOADING_KILOBOTS}
 
 
 class Verdict(StrEnum):
-    """What a finding means for an experiment that is to begin."""
+    """Consequence of a finding for an experiment that is to begin."""
 
     READY = "ready"
     LOOK = "look"
@@ -51,7 +51,7 @@ class Seen:
 
     layout: Layout
     names: Sequence[str]
-    """Of the buses, as the user named them."""
+    """The buses' names, as the user gave them."""
     down: Mapping[int, str]
     silent: Sequence[Module]
     health: Mapping[Module, Health]
@@ -61,7 +61,7 @@ class Seen:
 
 @dataclass(frozen=True)
 class Wanted:
-    """What an experiment needs."""
+    """Needs of an experiment."""
 
     configuration: Mapping[Module, Content]
     robots: int

@@ -1,4 +1,4 @@
-"""What a grid says of itself, held against what an experiment needs."""
+"""Answers of a grid, held against the needs of an experiment."""
 
 from dataclasses import replace
 
