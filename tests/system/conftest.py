@@ -52,8 +52,7 @@ def environment(guest_cache: Path) -> dict[str, str]:
     return {**os.environ, "KILOTWIN_CACHE": str(guest_cache), "NO_COLOR": "1", "COLUMNS": "200"}
 
 
-@pytest.fixture(scope="session")
-def kilotwin(environment: dict[str, str]) -> Kilotwin:
+def kilotwin_in(environment: dict[str, str]) -> Kilotwin:
     """`kilotwin ARGUMENTS`, from the project's root, with what it printed."""
 
     def call(
@@ -76,6 +75,11 @@ def kilotwin(environment: dict[str, str]) -> Kilotwin:
         return done
 
     return call
+
+
+@pytest.fixture(scope="session")
+def kilotwin(environment: dict[str, str]) -> Kilotwin:
+    return kilotwin_in(environment)
 
 
 @pytest.fixture

@@ -20,7 +20,7 @@ from kilotwin.experiment.programs import find_program
 from kilotwin.files.message_crc import message_crc
 from kilotwin.flash import chip_file
 
-from .conftest import KILOTWIN, Kilotwin
+from .conftest import KILOTWIN, Kilotwin, kilotwin_in
 from .programmers import (
     KEEPS_EEPROM,
     LOSES_EEPROM,
@@ -86,6 +86,11 @@ def image(tmp_path_factory: pytest.TempPathFactory, guest_cache: Path) -> Path:
 @pytest.fixture
 def environment(environment: dict[str, str], tmp_path: Path) -> dict[str, str]:
     return {**environment, "KILOTWIN_KEEP": str(tmp_path / "kept")}
+
+
+@pytest.fixture
+def kilotwin(environment: dict[str, str]) -> Kilotwin:
+    return kilotwin_in(environment)
 
 
 def flash_of(chip: Path) -> bytes:
