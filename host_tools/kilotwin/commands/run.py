@@ -32,6 +32,7 @@ from kilotwin.files import confinement
 from kilotwin.port.twin import chosen
 from kilotwin.runs.job import Probes, Serving
 from kilotwin.runs.run import run as run_experiment
+from kilotwin.runs.size import size_of
 
 if TYPE_CHECKING:
     from kilotwin.runs.verify import Verdict
@@ -119,6 +120,14 @@ Verify = Annotated[
         "that differs; exit 1 if one does.",
     ),
 ]
+DryRun = Annotated[
+    bool,
+    typer.Option(
+        "--dry-run",
+        envvar="KILOTWIN_DRY_RUN",
+        help="Only check the experiment, and say how much it would record.",
+    ),
+]
 Vcd = Annotated[
     list[int] | None,
     typer.Option(
@@ -137,6 +146,7 @@ Vcd = Annotated[
     "  kilotwin run experiments/kilogrid/paper-n50.toml --serve\n\n"
     "  kilotwin run experiments/porting/native-and-avr.toml --serve --link-ohc ohc\n\n"
     "  kilotwin run experiments/environment/wall.toml --serve --poses udp:127.0.0.1:5005\n\n"
+    "  kilotwin run my.toml --dry-run --json\n\n"
     "  kilotwin run --verify runs/my-run/manifest.json"
 )
 def run(
@@ -158,6 +168,7 @@ def run(
     gdb_port: GdbPort = 1234,
     vcd: Vcd = None,
     verify: Verify = False,
+    dry_run: DryRun = False,
     confine: ConfineMode = None,
     trust: Trust = False,
     require_twin: RequireTwin = False,
@@ -170,7 +181,7 @@ def run(
     twin = chosen(require=require_twin, without=no_twin)
     given = given_settings(settings, seed)
     if verify:
-        others = (given, serve, plots, gdb, vcd)
+        others = (given, serve, plots, gdb, vcd, dry_run)
         if any(option not in (None, False, []) for option in others):
             raise InputError("--verify repeats a run as it was; give --out, --json or --quiet")
         _verify(experiment, out, as_json, quiet)
@@ -187,6 +198,10 @@ def run(
             None if poses is None else parse_address(poses),
         )
     loaded = Experiment.load(experiment, given)
+    if dry_run:
+        size = size_of(loaded.keys)
+        typer.echo(json.dumps(size.as_dict()) if as_json else size.text())
+        return
     if serving is not None:
         serving.check(loaded)
     probes = Probes(gdb, gdb_port, tuple(vcd or ()))

@@ -90,7 +90,11 @@ def compare(folder: Path) -> Comparison:
         )
     assert keys.arena.width_m is not None
     assert keys.arena.height_m is not None
-    table = run.robots()
+    record = keys.record
+    if record.robots_every * record.sample_s > 1 or record.robots_of(run.robots_number) is not None:
+        what = "[record] left out robots, or wrote them down more rarely than once a second"
+        raise InputError(f"{folder}: {what}; leave those keys out and repeat the run")
+    table = run.robots("x_m", "y_m")
     robots = len(np.unique(table["robot"].to_numpy()))
     time_s = table["time_s"].to_numpy().reshape(-1, robots)[:, 0]
     track = np.stack(

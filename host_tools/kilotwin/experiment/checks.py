@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from collections import Counter
 from collections.abc import Callable, Iterator
 
 from kilotwin.experiment.areas import Area, area_of, lies_inside
@@ -69,6 +70,7 @@ def _problems(experiment: ExperimentSchema) -> Iterator[Problem]:
         yield from _command(("command", index), command, swarm_size(experiment))
         yield from within_the_run(("command", index, "at_s"), command.at_s, experiment)
     yield from metric_problems(experiment)
+    yield from _record(experiment)
 
 
 def _programs(experiment: ExperimentSchema) -> Iterator[Problem]:
@@ -310,3 +312,31 @@ def _addressees(path: KeyPath, command: Command, robots: int) -> Iterator[Proble
     for key, other in (("within_m", "centre_m"), ("centre_m", "within_m")):
         if getattr(command, key) is not None and getattr(command, other) is None:
             yield Problem(f"'{key}' needs '{other}' beside it; add {other} = ...", ((*path, key),))
+
+
+def _record(experiment: ExperimentSchema) -> Iterator[Problem]:
+    record, size = experiment.record, swarm_size(experiment)
+    chosen = [
+        key
+        for key in ("robots", "robots_count", "robots_share")
+        if getattr(record, key) is not None
+    ]
+    if len(chosen) > 1:
+        what = f"record.{chosen[0]} and record.{chosen[1]} both choose robots; keep one of them"
+        yield Problem(what, (("record", chosen[1]),))
+    share = 1.0 if record.robots_s is None else record.robots_s / record.sample_s
+    if share < 0.99 or abs(share - round(share)) > 0.01:
+        near = max(1, round(share)) * record.sample_s
+        what = (
+            f"record.robots_s is {record.robots_s:g}, no multiple of sample_s "
+            f"({record.sample_s:g}); take {near:g}"
+        )
+        yield Problem(what, (("record", "robots_s"),))
+    for key, values in (("columns", record.columns), ("robots", record.robots)):
+        twice = [one for one, times in Counter(values or []).items() if times > 1]
+        if twice:
+            yield Problem(f"record.{key} names {twice[0]} twice; name it once", (("record", key),))
+    missing = next((robot for robot in record.robots or [] if robot >= size), None)
+    if missing is not None:
+        what = f"record.robots names robot {missing}; there are robots 0 to {size - 1}"
+        yield Problem(what, (("record", "robots"),))

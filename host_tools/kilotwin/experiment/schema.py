@@ -24,6 +24,7 @@ from kilotwin.experiment.profile_defaults import (
     motion_defaults,
 )
 from kilotwin.experiment.programs import Runtime
+from kilotwin.experiment.record_schema import Record
 from kilotwin.experiment.section import (
     Byte,
     Count,
@@ -406,19 +407,6 @@ class Command(Section):
     """user: the message's type."""
     data: MessageData | None = None
     """user: the message's bytes, filled up with zeros."""
-
-
-class Record(Section):
-    """How often poses, LED and states are written down."""
-
-    sample_s: Annotated[float, Field(ge=TICK_S, le=1e6)] = 10.0
-    """Seconds from one record to the next. Begin and end are always recorded."""
-    can_log: bool = True
-    """On a grid: whether every CAN frame is kept in can.log."""
-    prints_per_robot: Annotated[int, Field(ge=0)] = 100_000
-    """Prints of a robot, or of a module, that are kept; how many more there were is said."""
-    prints: Annotated[int, Field(ge=0)] = 1_000_000
-    """Prints of a run that are kept."""
 
 
 class Engine(Section):

@@ -3,7 +3,6 @@
 from typing import Any
 
 import numpy as np
-import pyarrow as pa
 import pyarrow.compute as pc
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
@@ -47,14 +46,14 @@ _INFORMED = "#cc79a7"
 
 def draw_map(run: Run) -> Figure:
     """The last sample of the run."""
-    robots = _last_sample(run)
+    robots = run.last_robots("x_m", "y_m", "heading_rad", "state")
     experiment = run.experiment
     states = [str(state) for state in robots["state"].to_pylist()]
     order = [name for name in States.of(experiment).names if name in states]
     colours = state_colours(order)
     diameter = 2 * PROFILES[experiment.swarm.profile].radius_m
     centres = np.column_stack([robots["x_m"], robots["y_m"]])
-    informed = _informed_ids(experiment)
+    informed = np.flatnonzero(np.isin(robots["robot"], _informed_ids(experiment))).tolist()
 
     figure = Figure(figsize=(10, 7.5))
     axes = figure.add_subplot()
@@ -82,15 +81,10 @@ def draw_map(run: Run) -> Figure:
         axis.set_major_locator(MaxNLocator(steps=[1, 2, 5, 10]))
     axes.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
     heading = f"{title(run)}, at {robots['time_s'][0].as_py():,.0f} s"
+    if robots.num_rows < run.robots_number:
+        heading += f", {robots.num_rows:,} of {run.robots_number:,} robots"
     axes.set_title(wrapped(heading, _room(axes)[0], 12))
     return figure
-
-
-def _last_sample(run: Run) -> pa.Table:
-    table = run.robots()
-    if table.num_rows == 0:
-        raise InputError(f"{run.folder}: no sample was recorded; let the run go on for longer")
-    return table.filter(pc.equal(table["tick"], table["tick"][-1]))
 
 
 def _informed_ids(experiment: ExperimentSchema) -> list[int]:

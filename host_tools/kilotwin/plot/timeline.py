@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
 
 from kilotwin.errors import InputError
 from kilotwin.experiment.checks import swarm_size
@@ -24,6 +25,7 @@ from kilotwin.plot.style import (
 from kilotwin.runs.reader import Run
 
 _NOT_RESTING = "#d55e00"
+_STATE = "state_"  # with which columns of counts begin
 _PAPER = "#e4e4e4"
 """Behind the lines: both a black and a white line show on it."""
 
@@ -88,28 +90,18 @@ def draw_timeline(run: Run) -> Figure:
 def draw_states(run: Run) -> Figure:
     """How many robots are in each state: a line per state that occurs, in its colour."""
     _samples(run)
-    rows = run.robots()
     size = swarm_size(run.experiment)
-    time_s = np.unique(np.asarray(rows["time_s"]))
-    shown = rows["state"].combine_chunks()
-    indices, words = np.asarray(shown.indices), shown.dictionary.to_pylist()
-    samples = len(indices) // size
-    in_state = np.stack(
-        [
-            np.bincount(sample, minlength=len(words))
-            for sample in indices[: samples * size].reshape(samples, size)
-        ]
-    )
-    occurring = [name for name in States.of(run.experiment).names if name in words]
-    occurring = [name for name in occurring if in_state[:, words.index(name)].any()]
+    time_s, in_state = _in_states(run)
+    occurring = [name for name in States.of(run.experiment).names if name in in_state]
+    occurring = [name for name in occurring if in_state[name].any()]
     colours = state_colours(occurring)
 
     figure = Figure(figsize=(10, 5))
     axes = figure.add_subplot(facecolor=_PAPER)
     for place, name in enumerate(occurring):
-        counts = in_state[:, words.index(name)]
+        counts = in_state[name]
         axes.plot(
-            time_s[:samples],
+            time_s,
             counts,
             color=colours[name],
             lw=2,
@@ -125,6 +117,24 @@ def draw_states(run: Run) -> Figure:
         ncols=legend_columns(["", *occurring], 3.85),
     )
     return figure
+
+
+def _in_states(run: Run) -> tuple[NDArray[np.float64], dict[str, NDArray[np.int64]]]:
+    """Times, and robots by state at each: of all robots' rows, or, where not all robots are
+    recorded or not their states, by what was counted, which is states with a name."""
+    record, size = run.experiment.record, run.robots_number
+    if record.robots_of(size) is not None or record.robots_s or not record.has_column("state"):
+        table = run.sites()
+        counted = [name for name in table.column_names if name.startswith(_STATE)]
+        counts = {name.removeprefix(_STATE): np.asarray(table[name]) for name in counted}
+        return np.asarray(table["time_s"]), counts
+    rows = run.robots()
+    shown = rows["state"].combine_chunks()
+    indices, words = np.asarray(shown.indices), shown.dictionary.to_pylist()
+    samples = len(indices) // size
+    by_sample = indices[: samples * size].reshape(samples, size)
+    time_s = np.unique(np.asarray(rows["time_s"]))[:samples]
+    return time_s, {name: (by_sample == place).sum(axis=1) for place, name in enumerate(words)}
 
 
 def _samples(run: Run) -> pa.Table:

@@ -1,10 +1,12 @@
 """The tables of a run folder: their columns and units, and the rows made from the engine's samples.
 
-`robots`: a row per robot and sample. `objects`: a row per [[object]] and sample. `sites`: a row per
-sample, with columns named after the experiment's sites (resting_<site>), states (state_<name>) and
-metrics (metric_<name>); in `robots` such a column has each robot's own value.
+`robots`: a row per robot and sample, of robots and with columns that [record] chooses. `objects`: a
+row per [[object]] and sample. `sites`: a row per sample, with columns named after the experiment's
+sites (resting_<site>), states (state_<name>) and metrics (metric_<name>); in `robots` such a column
+has each robot's own value.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -13,6 +15,8 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
+from kilotwin.experiment.checks import swarm_size
+from kilotwin.experiment.profile_defaults import PROFILES
 from kilotwin.experiment.schema import ExperimentSchema
 from kilotwin.experiment.states import Counts, States
 from kilotwin.metrics.values import NO_METRICS, MetricValues
@@ -35,6 +39,8 @@ class Records:
     _states: pa.Array
     _sites: pa.Array
     _table: States
+    _chosen: NDArray[np.uint32] | None
+    _steps: Mapping[str, float]
 
     @staticmethod
     def of(experiment: ExperimentSchema, about: Mapping[str, str]) -> "Records":
@@ -45,12 +51,7 @@ class Records:
         robots = [
             *when,
             field("robot", pa.uint32(), "index, uid less 1"),
-            field("x_m", pa.float32(), "m"),
-            field("y_m", pa.float32(), "m"),
-            field("heading_rad", pa.float32(), "rad, counter-clockwise from x"),
-            field("led", pa.uint8(), "RGB(r, g, b) byte"),
-            field("state", WORD, "what the LED means"),
-            field("site", WORD, "site under the robot's centre, null for none"),
+            *(column for column in _OF_ROBOTS if experiment.record.has_column(column.name)),
             *_metric_fields(experiment, per_robot=True),
         ]
         counts = [
@@ -77,28 +78,48 @@ class Records:
             pa.array(states.names),
             pa.array(sites, type=pa.string()),
             states,
+            experiment.record.robots_of(swarm_size(experiment)),
+            _steps(experiment),
         )
 
     def robots(self, samples: "Samples", measured: MetricValues = NO_METRICS) -> pa.RecordBatch:
-        """k samples of N robots as k * N rows, in the order of samples, then of robots."""
+        """k samples as k rows of each robot that is recorded, in the order of samples, then of
+        robots."""
         k, n = samples["led"].shape
-        led, site = samples["led"].ravel(), samples["site"].ravel()
-        tick = np.repeat(samples["tick"], n)
-        # Site 0 is none; its index is masked.
-        site_index = pa.array(np.maximum(site, 1) - 1, mask=site == 0, type=pa.uint8())
-        columns = [
-            tick,
-            tick * TICK_S,
-            np.tile(np.arange(n, dtype=np.uint32), k),
-            samples["x_m"].ravel(),
-            samples["y_m"].ravel(),
-            samples["heading_rad"].ravel(),
-            led,
-            pa.DictionaryArray.from_arrays(self._table.of_robots(led), self._states),
-            pa.DictionaryArray.from_arrays(site_index, self._sites),
-            *_metric_columns(self.robots_schema, measured.of_robots, k * n),
-        ]
+        chosen = np.arange(n, dtype=np.uint32) if self._chosen is None else self._chosen
+        tick = np.repeat(samples["tick"], len(chosen))
+        columns: list[object] = [tick, tick * TICK_S, np.tile(chosen, k)]
+        of_robots: Mapping[str, NDArray[np.float64]] = measured.of_robots
+        part = chosen if self._chosen is not None else slice(None)
+        for column in _OF_ROBOTS:
+            if column.name in self.robots_schema.names:
+                columns.append(self._column(samples, column.name, part))
+        if self._chosen is not None:
+            of_robots = {name: values[:, chosen] for name, values in of_robots.items()}
+        columns += _metric_columns(self.robots_schema, of_robots, len(tick))
         return pa.record_batch(columns, schema=self.robots_schema)
+
+    def _column(
+        self, samples: "Samples", name: str, part: "NDArray[np.uint32] | slice"
+    ) -> NDArray[np.float32] | NDArray[np.uint8] | pa.Array:
+        """The rows of one of _OF_ROBOTS, of a part of the robots."""
+        if name == "state":
+            states = self._table.of_robots(samples["led"][:, part].ravel())
+            return pa.DictionaryArray.from_arrays(states, self._states)
+        if name == "site":
+            site = samples["site"][:, part].ravel()
+            # Site 0 is none; its index is masked.
+            index = pa.array(np.maximum(site, 1) - 1, mask=site == 0, type=pa.uint8())
+            return pa.DictionaryArray.from_arrays(index, self._sites)
+        if name == "led":
+            return samples["led"][:, part].ravel()
+        values = {
+            "x_m": samples["x_m"],
+            "y_m": samples["y_m"],
+            "heading_rad": samples["heading_rad"],
+        }[name][:, part].ravel()
+        step = self._steps.get(name)
+        return values if step is None else np.round(values / np.float32(step)) * np.float32(step)
 
     def objects(self, samples: "Samples") -> pa.RecordBatch:
         """k samples of N objects as k * N rows; samples of the engine."""
@@ -133,6 +154,33 @@ class Records:
         return pa.record_batch(arrays, schema=self.sites_schema)
 
 
+def field(name: str, kind: pa.DataType, unit: str) -> pa.Field:
+    """A column with its unit."""
+    return pa.field(name, kind, metadata={"unit": unit})
+
+
+_OF_ROBOTS = [
+    field("x_m", pa.float32(), "m"),
+    field("y_m", pa.float32(), "m"),
+    field("heading_rad", pa.float32(), "rad, counter-clockwise from x"),
+    field("led", pa.uint8(), "RGB(r, g, b) byte"),
+    field("state", WORD, "what the LED means"),
+    field("site", WORD, "site under the robot's centre, null for none"),
+]
+
+
+def _steps(experiment: ExperimentSchema) -> dict[str, float]:
+    """Powers of two to which columns are rounded: so the last bits of a float32 are zero, which
+    takes less room compressed than steps of as many digits."""
+    precision_m = experiment.record.precision_m
+    if precision_m is None:
+        return {}
+    step_m = 2.0 ** math.floor(math.log2(precision_m))
+    radius_m = PROFILES[experiment.swarm.profile].radius_m
+    step_rad = 2.0 ** math.floor(math.log2(precision_m / radius_m))
+    return {"x_m": step_m, "y_m": step_m, "heading_rad": step_rad}
+
+
 METRIC = "metric_"
 """With which the names of metrics' columns begin."""
 
@@ -155,11 +203,6 @@ def _metric_columns(
             column = values.get(name.removeprefix(METRIC), np.full(rows, np.nan))
             columns.append(pa.array(column.ravel(), from_pandas=True))
     return columns
-
-
-def field(name: str, kind: pa.DataType, unit: str) -> pa.Field:
-    """A column with its unit."""
-    return pa.field(name, kind, metadata={"unit": unit})
 
 
 TRACKING_SCHEMA = pa.schema(

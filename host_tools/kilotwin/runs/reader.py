@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pyarrow as pa
+import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from kilotwin.errors import InputError, cause_of
@@ -55,9 +56,27 @@ class Run:
         except (ValueError, RecursionError) as error:
             raise _damaged(folder, str(error).splitlines()[0]) from None
 
-    def robots(self) -> pa.Table:
-        """A row per robot and sample."""
-        return self._table("robots", Records.of(self.experiment, {}).robots_schema)
+    def robots(self, *needed: str) -> pa.Table:
+        """A row per recorded robot and sample; InputError if a needed column was not recorded."""
+        schema = Records.of(self.experiment, {}).robots_schema
+        for name in needed:
+            if name not in schema.names:
+                what = f"record.columns left out {name}, which is needed here"
+                raise InputError(f"{self.folder}: {what}; add it there and repeat the run")
+        return self._table("robots", schema)
+
+    def last_robots(self, *needed: str) -> pa.Table:
+        """The same of the last sample alone; InputError if there is none."""
+        table = self.robots(*needed)
+        if table.num_rows == 0:
+            raise InputError(f"{self.folder}: {self._why_no_rows()}")
+        return table.filter(pc.equal(table["tick"], table["tick"][-1]))
+
+    def _why_no_rows(self) -> str:
+        robots = self.experiment.record.robots_of(self.robots_number)
+        if robots is not None and not len(robots):
+            return "[record] chose no robots; let it choose some and repeat the run"
+        return "no sample was recorded; let the run go on for longer"
 
     def sites(self) -> pa.Table:
         """A row per sample."""

@@ -46,6 +46,7 @@ from kilotwin.runs.folder import (
 )
 from kilotwin.runs.interrupts import heeding_interrupts
 from kilotwin.runs.job import Job, Probes, Serving
+from kilotwin.runs.size import bytes_of, size_of
 
 # Into the black box the engine writes, before it runs a robot, the robot's id and its tick.
 _BLACK_BOX = struct.Struct("=II")
@@ -98,6 +99,9 @@ def run(
         raise RunError("the engine is not built; type: make setup")
     folder = folder or default_folder(experiment)
     check_free(folder)
+    size = size_of(experiment.keys)
+    if trouble := size.without_room(folder):
+        display.warn(trouble)
     guests = [build_group(group, display.note) for group in experiment.groups]
     modules = None if experiment.modules is None else build_group(experiment.modules, display.note)
     built = [*guests, *([modules] if modules else [])]
@@ -131,6 +135,7 @@ def run(
             outcome = _Child(job, display, timeout_s, functions).wait()
         finally:
             display.stop()
+    outcome.summary["record"] = {**size.as_dict(), "bytes": bytes_of(folder)}
     return outcome if outcome.stop_asked else _with_twins(outcome, twins, folder)
 
 
@@ -260,6 +265,7 @@ class _Child:
     def _show(self, message: dict[str, Any]) -> None:
         if message["type"] == "started":
             self._folder_made = True
+            self._display.note(size_of(self._job.experiment.keys).text())
             self._display.start(self._job.experiment, self._job.folder)
         elif message["type"] == "note":
             self._display.note(message["text"])

@@ -84,13 +84,14 @@ def _experiment(before: Run, rows: pa.Table) -> Experiment:
         raise InputError(f"{folder}: a recording of real robots or a table; no emulator repeats it")
     if any(word == "--serve" for word in manifest.get("command_line", [])):
         raise InputError(f"{folder}: hosts outside had a hand in it (--serve); no repeating that")
-    if not rows.num_rows:
+    if not rows.num_rows and not before.sites().num_rows:
         raise InputError(f"{folder}: holds no samples; there is nothing to compare")
     if manifest["status"] == FINISHED:
         if "final_hash" not in manifest.get("summary", {}):
             raise InputError(f"{folder}/{MANIFEST}: {_BEFORE_THE_HASH}; repeat it by `run`")
         return Experiment.load(folder / EXPERIMENT, [])
-    recorded_s = max(float(rows["time_s"][-1].as_py()), before.experiment.record.sample_s)
+    ends = [table["time_s"][-1].as_py() for table in (before.sites(), rows) if table.num_rows]
+    recorded_s = max(*ends, before.experiment.record.sample_s)
     return Experiment.load(folder / EXPERIMENT, [Setting(("duration_s",), recorded_s, "--verify")])
 
 
