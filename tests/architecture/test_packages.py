@@ -15,8 +15,20 @@ KILOTWIN = "host_tools/kilotwin"
 AT_THE_TOP = ("__init__", "__main__", "errors", "units")
 # A package imports from itself, from those on its left, from errors and units, and the engine.
 ORDER = (
-    *("files", "ports", "experiment", "build", "port", "can", "grid", "links", "environment"),
-    *("metrics", "runs", "lab", "sweep", "compare", "plot", "search", "flash", "commands"),
+    *(
+        "files",
+        "ports",
+        "parameters",
+        "aggregation",
+        "experiment",
+        "build",
+        "port",
+        "can",
+        "grid",
+        "links",
+        "environment",
+    ),
+    *("metrics", "runs", "lab", "sweep", "compare", "plot", "paper", "search", "flash", "commands"),
 )
 BELOW_ALL = ("errors", "units", "_emulator", "__version__")
 # Where modules are loaded by name, on first use: the Python API, and commands.

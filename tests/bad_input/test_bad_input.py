@@ -67,6 +67,7 @@ def refuse(
         assert caught.value.code == code, errors
         assert output == ""
         assert "Traceback" not in errors
+        assert "value error" not in errors.lower()  # pydantic's words
         assert (contents(folder), contents(tmp_path)) == before
         return errors
 

@@ -53,17 +53,18 @@ def environment(guest_cache: Path) -> dict[str, str]:
 
 
 def kilotwin_in(environment: dict[str, str]) -> Kilotwin:
-    """`kilotwin ARGUMENTS`, from the project's root, with what it printed."""
+    """`kilotwin ARGUMENTS`, from the project's root or `folder`, with what it printed."""
 
     def call(
         *arguments: str | Path,
         expect: int = 0,
         env: dict[str, str] | None = None,
         timeout_s: float = 300,
+        folder: Path = ROOT,
     ) -> subprocess.CompletedProcess[str]:
         done = subprocess.run(
             [KILOTWIN, *map(str, arguments)],
-            cwd=ROOT,
+            cwd=folder,
             env={**environment, **(env or {})},
             stdin=subprocess.DEVNULL,
             capture_output=True,

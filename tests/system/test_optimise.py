@@ -106,6 +106,33 @@ def test_morris_finds_the_key_that_matters(
     assert found["influences"][0]["main"] > 100 * found["influences"][-1]["main"]
 
 
+def test_points_that_are_bad_early_are_given_up_for_a_share_of_their_cost(
+    kilotwin: Kilotwin, experiment: Path, tmp_path: Path
+) -> None:
+    goal = ("--metric", "score", "--goal", "max", "--points", "12", "--repeats", "2")
+    words = ("optimise", experiment, *OVER, *goal, "--confirm", "0", "-q", "--json")
+    part = ("--prune-at", "0.5", "--out", tmp_path / "part")
+    found = json.loads(kilotwin(*words, *part).stdout)
+    given_up = [one for one in found["tried"] if one["repeats"] == 0]
+    assert 2 <= len(given_up) <= 8
+    trials = pq.read_table(tmp_path / "part/trials.parquet").to_pylist()
+    short = [trial for trial in trials if trial["duration_s"] == 0.5]
+    assert {trial["seed"] for trial in short} == {1}
+    assert len(trials) == 12 + 2 * (12 - len(given_up))
+    best = max(one["means"][0] for one in found["tried"] if one["repeats"])
+    assert found["best"][0]["means"][0] == best
+    assert json.loads(kilotwin(*words, *part).stdout) == found
+
+
+@pytest.mark.parametrize("share", ["0", "1", "1.5"])
+def test_a_share_to_prune_at_is_within_the_run(
+    share: str, kilotwin: Kilotwin, experiment: Path
+) -> None:
+    words = ("--metric", "score", "--goal", "max", "--prune-at", share)
+    done = kilotwin("optimise", experiment, *OVER, *words, expect=2)
+    assert "--prune-at: a share of the duration, above 0 and below 1" in done.stderr
+
+
 @pytest.mark.long
 def test_the_optimum_of_a_grid_is_found_with_a_tenth_of_its_trials(
     kilotwin: Kilotwin, experiment: Path, tmp_path: Path

@@ -9,9 +9,10 @@ import typer
 
 from kilotwin.commands import steps
 from kilotwin.commands.options import Json, Where, command_app
-from kilotwin.compare import kilogrid_uplink, kilogrid_walk, paper_claims, real_runs, variants
+from kilotwin.compare import kilogrid_uplink, kilogrid_walk, real_runs, variants
 from kilotwin.compare.sides import open_both
 from kilotwin.errors import InputError
+from kilotwin.paper import claims
 
 app = command_app()
 
@@ -125,12 +126,12 @@ def _with_reference(
 ) -> tuple[dict[str, Any], str, bool]:
     """The --json object, the text, and whether it is within the bounds."""
     if reference is Reference.paper:
-        readings = paper_claims.check(folder, where, steps.note(quiet=False))
+        readings = claims.check(folder, where, steps.note(quiet=False))
         good = any(
-            paper_claims.MISSED not in paper_claims.verdicts(findings).values()
+            claims.MISSED not in claims.verdicts(findings).values()
             for findings in readings.values()
         )
-        return paper_claims.as_dict(readings), paper_claims.report_text(readings), good
+        return claims.as_dict(readings), claims.report_text(readings), good
     if reference is Reference.real:
         with_real = real_runs.compare(folder, logs)
         return with_real.as_dict(), real_runs.report_text(with_real), with_real.within_bounds

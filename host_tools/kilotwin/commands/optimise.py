@@ -19,7 +19,7 @@ from kilotwin.commands.sweep import (
 from kilotwin.errors import InputError
 from kilotwin.search import needed
 from kilotwin.search.points import Laboratory
-from kilotwin.search.space import parse_axes
+from kilotwin.search.space import parse_axes, whole_numbers_of
 from kilotwin.sweep.executors import Place
 
 app = command_app()
@@ -115,6 +115,14 @@ def optimise(
             "--prune", envvar="KILOTWIN_PRUNE", help="Give up points that are bad at first repeats."
         ),
     ] = False,
+    prune_at: Annotated[
+        list[float] | None,
+        typer.Option(
+            metavar="SHARE",
+            envvar="KILOTWIN_PRUNE_AT",
+            help="Give up points that are bad after this share of the duration; repeatable.",
+        ),
+    ] = None,
     confirm: Annotated[
         int,
         typer.Option(
@@ -140,7 +148,7 @@ def optimise(
         raise InputError("--metric, --goal: one goal for each metric, as --metric hops --goal min")
     found_by = lazy.load("search.optimise")
     search = found_by.Search(
-        parse_axes(over or []),
+        parse_axes(over or [], whole_numbers_of(file)),
         [found_by.Goal(name, one.value) for name, one in zip(names, goals, strict=True)],
         points,
         repeats,
@@ -149,6 +157,7 @@ def optimise(
         search_seed,
         prune,
         confirm,
+        tuple(prune_at or ()),
     )
     search.check()
     place = needed.place(processes, dask)

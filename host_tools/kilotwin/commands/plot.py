@@ -29,6 +29,14 @@ class Figure(StrEnum):
     error = "error"
 
 
+class Statistic(StrEnum):
+    """What a cell of a heat map shows of its trials."""
+
+    median = "median"
+    iqr = "iqr"
+    mean = "mean"
+
+
 def _option(name: str, metavar: str, text: str) -> Any:
     return typer.Option(f"--{name}", metavar=metavar, envvar=f"KILOTWIN_{name.upper()}", help=text)
 
@@ -41,6 +49,7 @@ def _option(name: str, metavar: str, text: str) -> Any:
     "  kilotwin plot effect runs/my-sweep --x swarm.size --y hops -o sizes.svg\n\n"
     "  kilotwin plot heat my-sweep --x swarm.size --y medium.loss --metric hops -o heat.png\n\n"
     "  kilotwin plot ecdf runs/my-sweep --metric hops --by swarm.size -o ecdf.png\n\n"
+    "  kilotwin plot heat runs/sweep-paper-grid --preset paper-median-black -o black.pdf\n\n"
     "  kilotwin plot median runs/sweep-paper-grid -o median.pdf\n\n"
     "  kilotwin plot symmetry runs/my-sweep --where controller.beta=1.5 -o symmetry.pdf"
 )
@@ -72,6 +81,17 @@ def plot(
     hue: Annotated[
         str | None, _option("hue", "KEY", "effect: a line for each value of this key.")
     ] = None,
+    panels: Annotated[
+        str | None, _option("panels", "KEY", "heat: a map for each value of this key.")
+    ] = None,
+    statistic: Annotated[
+        Statistic | None,
+        typer.Option(envvar="KILOTWIN_STATISTIC", help="heat: median, if left out."),
+    ] = None,
+    preset: Annotated[
+        str | None,
+        _option("preset", "NAME", "Options of a figure of the paper, as paper-median-black."),
+    ] = None,
     column: Annotated[
         str | None,
         typer.Option(
@@ -81,5 +101,17 @@ def plot(
 ) -> None:
     """Draw a figure of a run or a sweep."""
     figures = lazy.load("plot.figures")
-    wanted = figures.Wanted(tuple(where or ()), column, metric, x, y, by, hue)
+    wanted = figures.Wanted(
+        tuple(where or ()),
+        column,
+        metric,
+        x,
+        y,
+        by,
+        hue,
+        panels,
+        None if statistic is None else statistic.value,
+    )
+    if preset is not None:
+        wanted = lazy.load("paper.presets").with_preset(preset, figure.value, wanted)
     figures.write_figure(figure.value, folder, output, wanted)

@@ -17,7 +17,7 @@ from kilotwin.commands.sweep import (
     TrialTimeout,
 )
 from kilotwin.search import needed
-from kilotwin.search.space import parse_axes
+from kilotwin.search.space import parse_axes, whole_numbers_of
 
 app = command_app()
 
@@ -69,7 +69,7 @@ def sensitivity(
 ) -> None:
     """Say which keys matter for a metric. Goes on where it was stopped."""
     needed.check()
-    axes = parse_axes(over or [])
+    axes = parse_axes(over or [], whole_numbers_of(file))
     place = needed.place(processes, dask)
     laboratory = laboratory_of(
         file, settings, [metric], place, trial_timeout=trial_timeout, quiet=quiet

@@ -5,6 +5,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterator
 
+from kilotwin.aggregation.checks import controller_problems, informed_problems
 from kilotwin.experiment.areas import Area, area_of, lies_inside
 from kilotwin.experiment.arena_checks import (
     arena_problems,
@@ -26,8 +27,6 @@ from kilotwin.experiment.toml_lines import KeyPath
 # Robots placed one after the other at random stop fitting somewhere above half of the area.
 _FULLEST_SHARE = 0.5
 _TOUCHING = 0.01  # of a diameter: so much may two poses overlap, which are rounded numbers
-_SHARE_ERROR = 1e-6
-_LAST_UID = 65535
 
 
 def first_problem(
@@ -58,8 +57,7 @@ def _problems(experiment: ExperimentSchema) -> Iterator[Problem]:
     yield from object_problems(experiment)
     yield from _programs(experiment)
     yield from _room(experiment)
-    yield from _informed(experiment)
-    yield from _neighbours(experiment)
+    yield from _aggregation(experiment)
     yield from _states(experiment)
     yield from _motion(experiment)
     yield from _medium(experiment)
@@ -177,39 +175,13 @@ def _apart(experiment: ExperimentSchema, diameter: float) -> Iterator[Problem]:
             stand.setdefault((column, row), []).append((path, x, y))
 
 
-def _informed(experiment: ExperimentSchema) -> Iterator[Problem]:
-    swarm = experiment.swarm
-    names = [site.name for site in experiment.site]
-    for name in swarm.informed_for:
-        if name not in names:
-            known = ", ".join(names) or "there are none"
-            what = f"there is no site '{name}'; the sites are: {known}"
-            yield Problem(what, (("swarm", "informed_for", name),))
-    total = math.fsum(swarm.informed_for.values())
-    if swarm.informed_for and abs(total - 1) > _SHARE_ERROR:
-        what = f"the shares of swarm.informed_for sum to {total:g}; make the sum 1"
-        yield Problem(what, (("swarm", "informed_for"),))
-    if swarm.informed == 0:
-        return
-    wanting = ""
-    if not swarm.informed_for:
-        wanting = "informed for which site? Add [swarm.informed_for] with shares that sum to 1"
-    elif experiment.controller is None:
-        wanting = "robots learn by CONFIG what they are informed for; add [controller]"
-    elif swarm_size(experiment) > _LAST_UID:
-        wanting = f"CONFIG reaches robots 1 to {_LAST_UID}; take fewer robots, or informed = 0"
-    if wanting:
-        yield Problem(wanting, (("swarm", "informed"),))
-
-
-def _neighbours(experiment: ExperimentSchema) -> Iterator[Problem]:
-    controller = experiment.controller
-    if controller and controller.neighbour_timeout_s < controller.neighbour_window_s:
-        what = (
-            f"neighbours are forgotten after {controller.neighbour_timeout_s:g} s, before their "
-            f"window of {controller.neighbour_window_s:g} s ends; make it as long at least"
-        )
-        yield Problem(what, (("controller", "neighbour_timeout_s"),))
+def _aggregation(experiment: ExperimentSchema) -> Iterator[Problem]:
+    sites = [site.name for site in experiment.site]
+    size, controller = swarm_size(experiment), experiment.controller
+    for what, *paths in informed_problems(experiment.swarm, controller, sites, size):
+        yield Problem(what, tuple(paths))
+    for what, *paths in controller_problems(controller):
+        yield Problem(what, tuple(paths))
 
 
 def _states(experiment: ExperimentSchema) -> Iterator[Problem]:

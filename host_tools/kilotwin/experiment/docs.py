@@ -1,6 +1,7 @@
 """The tables of all keys in docs/experiments.md and of built-in metrics in docs/metrics.md.
 
-`python -m kilotwin.experiment.docs FILE` renews them from the schema; a test compares.
+`python -m kilotwin.experiment.docs FILE` renews them from the schema; a test compares. Of a file
+that declares a program's parameters it prints their table.
 """
 
 import ast
@@ -16,16 +17,13 @@ from typing import Any, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from kilotwin.aggregation.tables import CONTROLLER_DEFAULTS, READING_DEFAULTS
 from kilotwin.experiment.metric_schema import BUILTINS, CHOICE, Builtin
-from kilotwin.experiment.profile_defaults import (
-    CONTROLLER_DEFAULTS,
-    KILOBOT_MEDIUM,
-    PROFILES,
-    READING_DEFAULTS,
-    motion_defaults,
-)
+from kilotwin.experiment.profile_defaults import KILOBOT_MEDIUM, PROFILES, motion_defaults
 from kilotwin.experiment.schema import ExperimentSchema
 from kilotwin.experiment.validation_errors import bare, is_section, limits
+from kilotwin.experiment.wire_file import read_wire, wire_table
+from kilotwin.parameters.section import keys_of, lineage
 
 _HEAD = "| key | allowed | default | meaning |\n|---|---|---|---|\n"
 _BUILTINS_HEAD = "| builtin | keys | unit | what it is |\n|---|---|---|---|\n"
@@ -39,6 +37,7 @@ _WORDS = {
 }
 # Ranges that the types do not have.
 _ALLOWED = {
+    "parameters": "table",
     "swarm.program": "text or list",
     "robots.program": "text or list",
     "grid.program": "text or list",
@@ -84,8 +83,9 @@ def renewed(document: str) -> str:
 
 
 def _rows(section: type[BaseModel], prefix: str) -> Iterator[str]:
-    meanings = _meanings(section)
-    for name, field in section.model_fields.items():
+    meanings = {name: text for kind in lineage(section) for name, text in _meanings(kind).items()}
+    for name in keys_of(section):
+        field = section.model_fields[name]
         kind = bare(field.annotation)
         inner = bare(get_args(kind)[-1]) if get_origin(kind) in (list, dict) else kind
         if is_section(inner):
@@ -163,4 +163,7 @@ def _value(value: Any) -> str:
 
 if __name__ == "__main__":
     file = Path(sys.argv[1])
+    if file.suffix == ".toml":
+        sys.stdout.write(wire_table(read_wire(file)))
+        sys.exit()
     file.write_text(renewed(file.read_text()))

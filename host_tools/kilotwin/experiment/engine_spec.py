@@ -2,28 +2,26 @@
 
 import itertools
 import re
-from typing import Any, get_args
+from typing import Any
 
-from kilotwin import _emulator
+from kilotwin.aggregation import block
+from kilotwin.aggregation.block import ALL_ROBOTS, Message
 from kilotwin.experiment.aggregation import runs_aggregation
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.informed import informed_ranges
 from kilotwin.experiment.lab_file import TABLES
 from kilotwin.experiment.objects import object_spec
-from kilotwin.experiment.overhead import ALL_ROBOTS, DUTIES, RUN, TimedMessage, timed
+from kilotwin.experiment.overhead import DUTIES, RUN, TimedMessage, timed
 from kilotwin.experiment.profile_defaults import PROFILES, Profile, motion_defaults
 from kilotwin.experiment.schema import (
     Arena,
-    Controller,
     ExperimentSchema,
     Obstacle,
-    Reading,
     Site,
 )
-from kilotwin.experiment.section import Section
 from kilotwin.experiment.start_poses import starts
 from kilotwin.experiment.toml_lines import KeyPath
-from kilotwin.units import q16, ticks, ticks_q16
+from kilotwin.units import ticks
 
 # The foot-bot's control step is 3 ticks; the floor speaks on change and every 16 ticks at least.
 _FLOOR_STEP_TICKS = 3
@@ -201,7 +199,7 @@ def commands(experiment: Experiment, *, waits: bool = False) -> list[TimedMessag
     keys = experiment.keys
     if keys.grid is not None:
         return []
-    messages = config_messages(keys)
+    messages = config_messages(experiment)
     first_tick = -1 - len(messages)
     configs: list[TimedMessage] = [
         (first_tick + slot, first_uid, last_uid, message, None)
@@ -216,78 +214,26 @@ def commands(experiment: Experiment, *, waits: bool = False) -> list[TimedMessag
     return [*configs, *itertools.chain.from_iterable(orders)]
 
 
-def config_messages(keys: ExperimentSchema) -> list[tuple[int, int, bytes]]:
-    """(first uid, last uid, message): every parameter for all, then each site's informed robots."""
+def config_messages(experiment: Experiment) -> list[Message]:
+    """(first uid, last uid, message): the blocks of parameters, in the order of sending."""
+    declared: list[Message] = []
+    if experiment.wire is not None:
+        declared = [(*ALL_ROBOTS, message) for message in experiment.wire.messages()]
+    return [*_of_aggregation(experiment.keys), *declared]
+
+
+def _of_aggregation(keys: ExperimentSchema) -> list[Message]:
     report_s = 0.0 if keys.grid is None else keys.grid.report_s
     if keys.controller is None:
         # Robots that run the firmware with its own parameters report too.
         reports = keys.grid is not None and runs_aggregation(keys)
-        return [_for_all("TRACKING_TICKS", ticks(report_s))] if reports else []
-    settings = [
-        (*ALL_ROBOTS, name, value)
-        for name, value in config_values(keys.controller, keys.reading, report_s).items()
-    ]
-    for site, first_id, count in informed_ranges(keys):
-        settings.append((first_id + 1, first_id + count, "INFORMED_SITE", site))
-    return [_config(*setting) for setting in settings]
+        return [block.reports_message(report_s)] if reports else []
+    informed = informed_ranges(keys)
+    return block.config_messages(keys.controller, keys.reading, report_s, informed)
 
 
-def _for_all(name: str, value: int) -> tuple[int, int, bytes]:
-    return _config(*ALL_ROBOTS, name, value)
-
-
-def _config(first: int, last: int, name: str, value: int) -> tuple[int, int, bytes]:
-    key = _emulator.CONFIG_KEYS[name][0]
-    return first, last, _emulator.config_message(first, last, key, value)
-
-
-def config_differences(keys: ExperimentSchema) -> list[bytes]:
+def config_differences(experiment: Experiment) -> list[bytes]:
     """The messages that robots need which have just started: all that is not their default."""
-    defaults = {key: default for key, default, _, _ in _emulator.CONFIG_KEYS.values()}
-    return [
-        message
-        for _, _, message in config_messages(keys)
-        if int.from_bytes(message[5:9], "little") != defaults[message[4]]
-    ]
-
-
-def config_values(
-    controller: Controller, reading: Reading, report_s: float = 0.0
-) -> dict[str, int]:
-    """The value of every key of default_params.h but INFORMED_SITE, in the firmware's units."""
-    return {
-        "RULE": _choice(controller, "rule"),
-        "ALPHA": q16(controller.alpha),
-        "BETA": q16(controller.beta),
-        "FIRAT_A": q16(controller.a),
-        "FIRAT_K": q16(controller.k),
-        "UPDATE_TICKS": ticks(controller.update_s),
-        "STRAIGHT_TICKS": ticks(controller.straight_s),
-        "ENTRY_TICKS": ticks(controller.entry_s),
-        "RHO": q16(controller.rho),
-        "TURN_TICKS_PER_RAD": ticks_q16(controller.turn_s_per_rad),
-        "WINDOW_TICKS": ticks(controller.neighbour_window_s),
-        "TIMEOUT_TICKS": ticks(controller.neighbour_timeout_s),
-        "CAPACITY": controller.neighbour_capacity,
-        "EMPTY_WINDOWS": controller.empty_windows,
-        "STEP_TICKS": ticks(controller.control_step_s),
-        "WALL_IGNORE_TICKS": ticks(controller.wall_ignore_s),
-        "LEAVE_TURN": int(controller.leave_turn),
-        "TRACKING_TICKS": ticks(report_s),
-        "SIGNAL_FROM": _choice(reading, "signal_from"),
-        "FIRST_LEAVE": _choice(reading, "first_leave"),
-        "WALK_OUT": _choice(reading, "walk_out"),
-        "ENTRY_OBSTACLE": _choice(reading, "entry_obstacle"),
-        "COUNT_SELF": int(reading.count_self),
-        "FIRAT_JOIN": _choice(reading, "firat_join"),
-        "FIRAT_SIGNAL_FROM": _choice(reading, "firat_signal_from"),
-        "START_ON_SITE": _choice(reading, "start_on_site"),
-        "UPDATE_CLOCK": _choice(reading, "update_clock"),
-        "PUSHED_OFF": _choice(reading, "pushed_off"),
-    }
-
-
-def _choice(section: Section, key: str) -> int:
-    """The place of the chosen word among the schema's choices: default_params.h numbers them so."""
-    choices = get_args(type(section).model_fields[key].annotation)
-    return choices.index(getattr(section, key))
+    of_aggregation = [message for _, _, message in _of_aggregation(experiment.keys)]
+    declared = [] if experiment.wire is None else experiment.wire.messages()
+    return [*(one for one in of_aggregation if not block.is_default(one)), *declared]

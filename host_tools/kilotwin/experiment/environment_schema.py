@@ -4,7 +4,7 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field
 
-from kilotwin.experiment.section import Section, Share, Text
+from kilotwin.parameters.section import Section, Share, Text
 from kilotwin.units import TICK_S
 
 _PLAIN = (bool, int, float, str)

@@ -36,7 +36,8 @@ from kilotwin.experiment.python_code import PythonName, find_python
 from kilotwin.experiment.schema import Command, ExperimentSchema, Robots
 from kilotwin.experiment.text import ExperimentText, Setting
 from kilotwin.experiment.toml_lines import KeyPath
-from kilotwin.experiment.validation_errors import input_error
+from kilotwin.experiment.validation_errors import input_error, is_whole_number
+from kilotwin.experiment.wire_file import Wire, wire_of
 from kilotwin.files.build_id import Target
 
 # Tables by which an experiment and a sweep are told apart when one is given for the other.
@@ -64,7 +65,8 @@ class Experiment:
     `modules` are those of a grid, and `plan` is what its host does; None without. `lab` has the uid
     and the calibration of each robot, if it comes from a lab. `environment` is the program of an
     [environment]; `floor` has the numbers of sites that are drawn, `light` what a projector throws.
-    `functions` are those of metrics, by the metric's name.
+    `functions` are those of metrics, by the metric's name; `wire` has the parameters that
+    swarm.wire declares, with their values.
     """
 
     keys: ExperimentSchema
@@ -77,6 +79,7 @@ class Experiment:
     floor: Picture | None = None
     light: Picture | None = None
     functions: dict[str, PythonName] = field(default_factory=dict)
+    wire: Wire | None = None
 
     @staticmethod
     def load(file: Path, settings: Iterable[Setting] = ()) -> "Experiment":
@@ -93,6 +96,9 @@ class Experiment:
             keys = ExperimentSchema.model_validate(origin.raw)
         except ValidationError as error:
             raise input_error(origin, error) from None
+        wire = wire_of(keys, origin)
+        if wire is not None:
+            keys = keys.model_copy(update={"parameters": wire.values})
         problem = first_problem(keys, origin.is_set)
         if problem is not None:
             raise InputError(f"{origin.where(*problem.paths)}: {problem.what}")
@@ -102,11 +108,13 @@ class Experiment:
         if keys.grid is None:
             environment = _environment(keys, origin)
             return Experiment(
-                keys, groups, origin, None, None, lab, environment, floor, light, functions
+                keys, groups, origin, None, None, lab, environment, floor, light, functions, wire
             )
         modules = _modules(keys.grid, origin, interpreted=_interprets(keys))
         plan = plan_of(keys, origin, floor)
-        return Experiment(keys, groups, origin, modules, plan, lab, None, floor, light, functions)
+        return Experiment(
+            keys, groups, origin, modules, plan, lab, None, floor, light, functions, wire
+        )
 
     @property
     def size(self) -> int:
@@ -126,6 +134,12 @@ class Experiment:
         """The program of the robot with that id."""
         return self.group_of(robot).program
 
+    def takes_whole_numbers(self, key: KeyPath) -> bool:
+        """Whether a key, as ("swarm", "size"), takes no other numbers."""
+        declared = {} if self.wire is None else self.wire.keys.parameter
+        parameter = declared.get(str(key[-1])) if key[0] == "parameters" else None
+        return is_whole_number(key) if parameter is None else parameter.kind == "whole"
+
     def resolved(self) -> dict[str, Any]:
         """Every key with its value, as plain tables that TOML can hold; loads to the same."""
         tables = self.keys.model_dump(exclude_none=True)
@@ -139,6 +153,8 @@ class Experiment:
         if self.keys.swarm.lab is not None:
             found = find_file(self.keys.swarm.lab, ("swarm", "lab"), self.origin)
             tables["swarm"]["lab"] = portable(found)
+        if self.wire is not None:
+            tables["swarm"]["wire"] = portable(self.wire.file)
         if self.environment is not None:
             file = portable(self.environment.file)
             tables["environment"]["program"] = f"{file}:{self.environment.name}"

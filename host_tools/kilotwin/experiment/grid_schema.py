@@ -4,7 +4,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
-from kilotwin.experiment.section import (
+from kilotwin.files.headers import MODULE_M, MOST_COLUMNS, MOST_PER_BUS
+from kilotwin.parameters.section import (
     Length,
     Module,
     Modules,
@@ -13,7 +14,6 @@ from kilotwin.experiment.section import (
     Text,
     one_or_more,
 )
-from kilotwin.files.headers import MODULE_M, MOST_COLUMNS, MOST_PER_BUS
 
 FaultKind = Literal["dead", "reset", "bus_off", "recover"]
 # The 3-bit colours of a module's lights.

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from kilotwin.experiment.section import Length, Outline, Point, Section, Shape, Text
+from kilotwin.parameters.section import Length, Outline, Point, Section, Shape, Text
 
 BuiltinName = Literal[
     "share",

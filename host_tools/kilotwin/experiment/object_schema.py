@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from kilotwin.experiment.section import (
+from kilotwin.parameters.section import (
     Heading,
     Length,
     MessageData,

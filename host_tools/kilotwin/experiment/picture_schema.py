@@ -5,7 +5,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator, Field
 
-from kilotwin.experiment.section import Length, Point, Reading10, Section, Text
+from kilotwin.parameters.section import Length, Point, Reading10, Section, Text
 
 _COLOUR = re.compile(r"#[0-9a-f]{6}")
 

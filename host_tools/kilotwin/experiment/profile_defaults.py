@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 from kilotwin.experiment.programs import Runtime
 
-ControllerDefaults = Mapping[str, str | float | bool]
 Defaults = dict[str, float | bool]
 
 
@@ -107,52 +106,6 @@ KILOBOT_MEDIUM: Defaults = {
     "held_busy": False,
     "clock_spread": 0.005,
     "sensitivity_spread": 0.05,
-}
-
-# Values that the paper fixes, for every robot.
-_PAPER: ControllerDefaults = {
-    "rule": "simplified",
-    "alpha": 0.5,
-    "beta": 2.25,
-    "a": 2.0,
-    "k": 18.0,
-    "rho": 0.5,
-    "control_step_s": 0.1,
-    "neighbour_capacity": 100,
-}
-
-CONTROLLER_DEFAULTS: Mapping[str, ControllerDefaults] = {
-    # paper.md 1 and 2; 18 ticks hear one frame per 16 ticks of everybody on a lossless medium.
-    "foot-bot": {
-        **_PAPER,
-        "update_s": 2.0,
-        "straight_s": 5.0,
-        "entry_s": 10.0,
-        "turn_s_per_rad": 0.70,
-        "neighbour_window_s": 0.59,
-        "empty_windows": 1,
-        "wall_ignore_s": 0.0,
-        "leave_turn": False,
-    },
-    # paper.md 5: times by 1.25; the firmware's own defaults (default_params.h) are these.
-    "kilobot": {
-        **_PAPER,
-        "update_s": 2.5,
-        "straight_s": 6.25,
-        "entry_s": 12.5,
-        "turn_s_per_rad": 1.27,
-        "neighbour_window_s": 2.5,
-        "empty_windows": 2,
-        "wall_ignore_s": 16.0,
-        "leave_turn": True,
-    },
-}
-
-# [reading]: what a robot at rest does when it is pushed off its site. A foot-bot never is, but it
-# may come to rest beside the rim of its site, and in the paper's runs it rests on there.
-READING_DEFAULTS: Mapping[str, Mapping[str, str]] = {
-    "foot-bot": {"pushed_off": "stay"},
-    "kilobot": {"pushed_off": "walk"},
 }
 
 

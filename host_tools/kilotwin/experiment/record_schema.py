@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from kilotwin.experiment.section import Section, Share
+from kilotwin.parameters.section import Section, Share
 from kilotwin.units import TICK_S
 
 RobotColumn = Literal["x_m", "y_m", "heading_rad", "led", "state", "site"]

@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
+from kilotwin.aggregation.tables import AggregationTables, InformedShares, with_defaults
 from kilotwin.experiment.colours import LED_COLOURS, led_triple, site_colour
 from kilotwin.experiment.environment_schema import EnvironmentTable
 from kilotwin.experiment.grid_schema import CellColour, Faults, Grid, grid_size_m
@@ -17,15 +18,13 @@ from kilotwin.experiment.metric_schema import Metric
 from kilotwin.experiment.object_schema import PushedObject
 from kilotwin.experiment.picture_schema import FloorTable, LightPicture
 from kilotwin.experiment.profile_defaults import (
-    CONTROLLER_DEFAULTS,
     KILOBOT_MEDIUM,
     PROFILES,
-    READING_DEFAULTS,
     motion_defaults,
 )
 from kilotwin.experiment.programs import Runtime
 from kilotwin.experiment.record_schema import Record
-from kilotwin.experiment.section import (
+from kilotwin.parameters.section import (
     Byte,
     Count,
     Heading,
@@ -33,12 +32,9 @@ from kilotwin.experiment.section import (
     MessageData,
     MessageType,
     Outline,
-    Pause,
-    Period,
     Point,
     Pose,
     Reading10,
-    Real,
     Rectangle,
     Section,
     Shape,
@@ -46,7 +42,6 @@ from kilotwin.experiment.section import (
     Spread,
     Text,
     Uid,
-    Window,
     one_or_more,
 )
 from kilotwin.units import TICK_S
@@ -142,7 +137,7 @@ class Site(Section):
     """On a grid: the light of its cells. Left out: green, blue, yellow ... in turn."""
 
 
-class Swarm(Section):
+class Swarm(InformedShares):
     """The robots. `program` and `size`, or `[[robots]]` for several programs."""
 
     profile: ProfileName
@@ -159,14 +154,12 @@ class Swarm(Section):
     runtime: Runtime
     """Runtime of the robots whose program is C source: the published kilolib's traits, as labs'
     robots have, or ours; see `robots.runtime`."""
+    wire: Text | None = None
+    """A file that declares the parameters of the robots' program, for `[parameters]`."""
     lab: Text | None = None
     """A `lab.toml` whose robots these are, by uid from the lowest on: uids, duties, gains."""
     floor: bool
     """Whether the virtual floor sends robots their site, walls and obstacles (message CELL)."""
-    informed: Share = 0.0
-    """Share of the robots that know a site to gather on."""
-    informed_for: dict[str, Share] = {}
-    """Shares of the informed robots over the sites, by name; sum 1."""
     start: Literal["uniform"] = "uniform"
     """Where robots without poses begin: anywhere, or anywhere in `start_in_m`."""
     start_in_m: Rectangle | None = None
@@ -203,80 +196,6 @@ class Robots(Section):
     """How many robots run it."""
     poses: list[Pose] | None = None
     """Where each of them begins, [x_m, y_m, heading_rad]; anywhere if left out."""
-
-
-class Controller(Section):
-    """The parameters of `firmware/aggregation`, sent as CONFIG before the run.
-
-    Defaults stand in `profiles`. CONFIG sends a choice as its place in the list; so in Reading.
-    """
-
-    rule: Literal["simplified", "firat"]
-    """Which controller."""
-    alpha: Real
-    """`simplified`: P(leave) = alpha exp(-beta n)."""
-    beta: Real
-    """See alpha."""
-    a: Real
-    """`firat`: P(leave) = exp(-a (k - |n - x|))."""
-    k: Real
-    """See a."""
-    update_s: Period
-    """Between two tests of leaving."""
-    straight_s: Period
-    """One leg of the random walk."""
-    entry_s: Pause
-    """How long it walks on into a site before it rests."""
-    rho: Annotated[float, Field(ge=0, le=0.9999)]
-    """Turns of the walk: 0 uniform, towards 1 straight on."""
-    turn_s_per_rad: Annotated[float, Field(ge=TICK_S, le=2147)]
-    """How long this robot takes to turn by one radian."""
-    control_step_s: Period
-    """Between two looks at the floor."""
-    neighbour_window_s: Window
-    """How long neighbours are counted for one n."""
-    neighbour_timeout_s: Window
-    """After how long a neighbour not received is forgotten; as the window if left out."""
-    neighbour_capacity: Annotated[int, Field(ge=1, le=100)]
-    """How many neighbours are told apart."""
-    empty_windows: Annotated[int, Field(ge=1, le=255)]
-    """After so many windows without anybody n is 0."""
-    wall_ignore_s: Pause
-    """How long the wall is ignored after leaving it."""
-    leave_turn: bool
-    """Whether a robot that leaves turns first."""
-
-
-class Reading(Section):
-    """Questions that the paper leaves open. The first of the choices is the default: reading A.
-
-    `pushed_off` depends on the robot.
-    """
-
-    signal_from: Literal["rest", "crossing"] = "rest"
-    """`simplified`: when a robot on a site begins to signal."""
-    first_leave: Literal["next_step", "full_period"] = "next_step"
-    """When it first tests whether to leave."""
-    walk_out: Literal["walk", "rest"] = "walk"
-    """Action of one that walks off the site while it enters."""
-    entry_obstacle: Literal["turn", "rest", "pause"] = "turn"
-    """Action of one that meets an obstacle while it enters."""
-    line_of_sight: bool = True
-    """Whether other robots block a message; `ideal` medium only."""
-    obstacle_m: Annotated[float, Field(ge=0.02, le=0.10)] = 0.05
-    """From how near the floor reports an obstacle ahead."""
-    count_self: bool = False
-    """Whether n counts the robot itself."""
-    firat_join: Literal["crossing", "first_update", "every_update"] = "crossing"
-    """`firat`: when x is noted."""
-    firat_signal_from: Literal["crossing", "rest"] = "crossing"
-    """`firat`: when an informed robot begins to signal."""
-    start_on_site: Literal["entered", "must_leave"] = "entered"
-    """First state of a robot that begins on a site."""
-    update_clock: Literal["own", "common"] = "own"
-    """Whether update periods begin with each robot's rest or at common times."""
-    pushed_off: Literal["stay", "walk"]
-    """Action of a robot at rest when it is pushed off its site; foot-bots never are."""
 
 
 class Motion(Section):
@@ -449,7 +368,7 @@ def _drawn_sites(raw: dict[str, Any]) -> dict[str, Any]:
     return {"site": [*sites, *more.values()]}
 
 
-class ExperimentSchema(Section):
+class ExperimentSchema(AggregationTables):
     """A whole experiment file."""
 
     name: Text
@@ -467,8 +386,11 @@ class ExperimentSchema(Section):
     floor: FloorTable | None = None
     swarm: Swarm
     robots: list[Robots] | None = None
-    controller: Controller | None = None
-    reading: Reading
+    parameters: Annotated[dict[Text, Any], Field(max_length=100)] | None = Field(
+        default=None,
+        description="Parameters of the robots' program by name, as swarm.wire declares them: "
+        "docs/parameters.md.",
+    )
     motion: Motion | None = None
     medium: Medium
     light: Light = Light()
@@ -516,11 +438,5 @@ class ExperimentSchema(Section):
         motion = raw.get("motion", {} if profile.legs else None)
         if isinstance(motion, dict):
             filled["motion"] = {**motion_defaults(profile), **motion}
-        reading = raw.get("reading", {})
-        if isinstance(reading, dict):
-            filled["reading"] = {**READING_DEFAULTS[name], **reading}
-        controller = raw.get("controller")
-        if isinstance(controller, dict):
-            merged = {**CONTROLLER_DEFAULTS[name], **controller}
-            filled["controller"] = {"neighbour_timeout_s": merged["neighbour_window_s"], **merged}
+        filled |= with_defaults(raw, name)
         return filled

@@ -13,6 +13,7 @@ from kilotwin.errors import InputError
 from kilotwin.experiment.schema import ExperimentSchema
 from kilotwin.experiment.text import ExperimentText
 from kilotwin.experiment.toml_lines import KeyPath
+from kilotwin.parameters.section import keys_of
 
 _KINDS = {
     "float_type": "a number",
@@ -96,7 +97,7 @@ def _describe(problem: dict[str, Any], path: KeyPath, schema: type[BaseModel]) -
 def _unknown_key(path: KeyPath, schema: type[BaseModel]) -> str:
     annotation, _ = _field_at(path[:-1], schema)
     model = bare(annotation)
-    known = list(model.model_fields) if is_section(model) else []
+    known = keys_of(model) if is_section(model) else []
     return f"unknown key '{path[-1]}' in {_table(path[:-1])}; {_nearest(str(path[-1]), known)}"
 
 

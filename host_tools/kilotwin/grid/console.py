@@ -156,7 +156,7 @@ class Console:
         assert experiment.plan is not None
         self._note = note
         configuration = experiment.plan.configuration
-        self._controller.set_up(configuration, config_differences(experiment.keys))
+        self._controller.set_up(configuration, config_differences(experiment))
         return self._set_up(len(configuration))
 
     def configure(self, file: Path, note: Note) -> dict[str, Any]:

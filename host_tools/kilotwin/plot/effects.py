@@ -1,6 +1,7 @@
 """Last values of a sweep's trials by the values of keys: points, a heat map, shares."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from statistics import median
 from typing import Any
@@ -12,13 +13,15 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from kilotwin.compare.intervals import bootstrap_mean
+from kilotwin.compare.intervals import bootstrap_mean, spread
 from kilotwin.errors import InputError
 from kilotwin.plot.heat_map import SHADES, draw_map, look_of
 from kilotwin.plot.style import MOST_LINES, letters, line_look, trials_note, wrapped
 from kilotwin.sweep.results import Column, Results, shown
 
 _SIZE = (7.5, 4.8)
+
+Groups = dict[tuple[Any, ...], NDArray[np.float64]]
 
 
 def draw_effect(results: Results, column: Column, x: str, hue: str | None) -> Figure:
@@ -56,37 +59,97 @@ def draw_ecdf(results: Results, column: Column, by: str | None) -> Figure:
     return figure
 
 
-def draw_heat(results: Results, column: Column, x: str, y: str) -> Figure:
-    """Medians at the end, a cell for each pair of values of two keys."""
-    cells = {
-        pair: values
-        for pair, rows in results.groups([y, x]).items()
-        if len(values := results.at_end(rows, column))
+def draw_heat(
+    results: Results,
+    column: Column,
+    x: str,
+    y: str,
+    *,
+    panels: str | None = None,
+    statistic: str = "median",
+) -> Figure:
+    """Medians at the end, or another of STATISTICS: a cell for each pair of values of two keys.
+
+    `panels`: a map for each value of a third key, of trials that set the other two.
+    """
+    maps = _maps(results, column, x, y, panels)
+    of_cells = {
+        name: {pair: STATISTICS[statistic](ended.tolist()) for pair, ended in cells.items()}
+        for name, cells in maps.items()
     }
-    if not cells:
-        raise _nothing(results, column)
-    medians = {pair: float(median(values)) for pair, values in cells.items()}
-    bottom, top = min(0.0, *medians.values()), max(medians.values())
-    if column.unit == "share":
-        bottom, top = 0.0, 1.0
-    top = top if top > bottom else bottom + 1
-    look = look_of([medians])
-    figure = Figure(figsize=(look.width + 1.8, look.height + 0.8))
+    look = look_of(list(of_cells.values()))
+    columns = min(len(maps), 2)
+    rows_of = -(-len(maps) // columns)
+    wide = columns * look.width
+    figure = Figure(figsize=(wide + 1.8, rows_of * (look.height + 0.3 * bool(panels)) + 0.8))
     figure.set_layout_engine("constrained")
-    heading = f"{results.name}: {column.name} at the end, median"
-    figure.suptitle(wrapped(heading, look.width + 1.6, 13.2), x=0.01, ha="left")
-    notes = [trials_note(map(len, cells.values()), "cell"), results.pooled([x, y])]
-    note = wrapped("; ".join(filter(None, notes)), look.width + 1.6, 9)
+    heading = f"{results.name}: {column.name} at the end, {_STATISTIC_NAMES[statistic]}"
+    figure.suptitle(wrapped(heading, wide + 1.6, 13.2), x=0.01, ha="left")
+    sizes = [len(ended) for cells in maps.values() for ended in cells.values()]
+    missing = "range (\N{EN DASH})" if statistic == "iqr" else ""
+    notes = [
+        trials_note(sizes, "cell", missing),
+        results.pooled([key for key in (x, y, panels) if key]),
+    ]
+    note = wrapped("; ".join(filter(None, notes)), wide + 1.6, 9)
     figure.supxlabel(note, x=0.01, ha="left", fontsize=9)
-    axes = figure.add_subplot()
-    draw_map(axes, medians, look, top, bottom)
-    axes.set(xlabel=x, ylabel=y)
-    bar = figure.colorbar(ScalarMappable(Normalize(bottom, top), SHADES), ax=axes)
+    bottom, top = _range_of(column, of_cells)
+    all_axes = figure.subplots(rows_of, columns, squeeze=False).ravel()
+    for axes, (name, cells_of) in zip(all_axes, of_cells.items(), strict=False):
+        draw_map(axes, cells_of, look, top, bottom)
+        axes.set(xlabel=x, ylabel=y)
+        if panels:
+            axes.set_title(wrapped(name, look.width, 10), fontsize=10)
+    for axes in all_axes[len(maps) :]:
+        axes.set_axis_off()
+    bar = figure.colorbar(ScalarMappable(Normalize(bottom, top), SHADES), ax=list(all_axes))
     bar.set_label(column.label)
     return figure
 
 
-Groups = dict[tuple[Any, ...], NDArray[np.float64]]
+def _maps(
+    results: Results, column: Column, x: str, y: str, panels: str | None
+) -> dict[str, Groups]:
+    """Values at the end by panel, then by the values of y and x."""
+    maps: dict[str, Groups] = {}
+    for values, rows in results.groups([*([panels] if panels else []), y, x]).items():
+        pair = values[-2:]
+        ended = results.at_end(rows, column)
+        if len(ended) and not (panels and None in pair):
+            maps.setdefault(shown(values[0]) if panels else "", {})[pair] = ended
+    if not maps:
+        raise _nothing(results, column)
+    if len(maps) > _MOST_PANELS:
+        what = f"{len(maps)} values of {panels}, and one figure has room for {_MOST_PANELS}"
+        raise InputError(f"{results.folder}: {what}; choose some by --where")
+    return maps
+
+
+def _range_of(
+    column: Column, of_cells: dict[str, dict[tuple[Any, ...], float]]
+) -> tuple[float, float]:
+    """What is white and what is black: the same in all maps of a figure."""
+    if column.unit == "share":
+        return 0.0, 1.0
+    values = [value for cells in of_cells.values() for value in cells.values()]
+    known = [value for value in values if not math.isnan(value)] or [0.0]
+    bottom, top = min(0.0, *known), max(known)
+    return bottom, top if top > bottom else bottom + 1
+
+
+def _quartile_range(values: Sequence[float]) -> float:
+    """NaN of one trial."""
+    return spread(values) if len(values) > 1 else math.nan
+
+
+STATISTICS: dict[str, Callable[[Sequence[float]], float]] = {
+    "median": lambda values: float(median(values)),
+    "iqr": _quartile_range,
+    "mean": lambda values: float(np.mean(values)),
+}
+"""What a cell of a heat map may show of its trials."""
+_STATISTIC_NAMES = {"median": "median", "iqr": "interquartile range", "mean": "mean"}
+_MOST_PANELS = 12
 
 
 def _lines(

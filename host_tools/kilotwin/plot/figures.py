@@ -47,13 +47,15 @@ class Wanted:
     y: str | None = None
     by: str | None = None
     hue: str | None = None
+    panels: str | None = None
+    statistic: str | None = None
 
 
 # Figures of metrics: the options that each needs, and may have.
 METRIC_FIGURES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "curve": (("metric",), ("by",)),
     "effect": (("x", "y"), ("hue",)),
-    "heat": (("x", "y", "metric"), ()),
+    "heat": (("x", "y", "metric"), ("panels", "statistic")),
     "ecdf": (("metric",), ("by",)),
 }
 
@@ -90,7 +92,7 @@ def _check_options(figure: str, wanted: Wanted) -> None:
         what = f"for the figure series; {figure} has none"
         raise InputError(f"--column {wanted.column}: {what}")
     needed, more = METRIC_FIGURES.get(figure, ((), ()))
-    for option in ("metric", "x", "y", "by", "hue"):
+    for option in ("metric", "x", "y", "by", "hue", "panels", "statistic"):
         given = getattr(wanted, option)
         if given is not None and option not in (*needed, *more):
             takes = " and ".join(f"--{name}" for name in (*needed, *more)) or "none of these"
@@ -117,7 +119,8 @@ def _draw_metric(figure: str, folder: Path, wanted: Wanted) -> Figure:
         x, y = key("x"), key("y")
         assert x is not None
         assert y is not None
-        return draw_heat(results, column, x, y)
+        statistic = wanted.statistic or "median"
+        return draw_heat(results, column, x, y, panels=key("panels"), statistic=statistic)
     by = key("by")
     if figure == "ecdf":
         return draw_ecdf(results, column, by)

@@ -26,7 +26,7 @@ def lead_ticks(experiment: Experiment) -> int:
     plan = experiment.plan
     assert plan is not None
     step_s = experiment.keys.engine.step_ticks * TICK_S
-    return ticks(set_up_s(plan, len(config_differences(experiment.keys)), step_s))
+    return ticks(set_up_s(plan, len(config_differences(experiment)), step_s))
 
 
 class EmulatedHost:
@@ -50,7 +50,7 @@ class EmulatedHost:
         self._links = EmulatedLinks(simulation, plan.layout.buses, self.record.log)
         self.conductor = Conductor(
             plan,
-            config_differences(keys),
+            config_differences(experiment),
             keys.duration_s,
             self._links,
             self.record,

@@ -142,7 +142,7 @@ class _Recording:
     def _give_orders(self) -> float:
         """Puts all orders into the outbox; how long those before t = 0 take."""
         keys, outbox = self._keys, self._play.outbox
-        configs = [message for _, _, message in config_messages(keys)]
+        configs = [message for _, _, message in config_messages(self._experiment)]
         lead_s = _ORDER_S * len(configs)
         for number, message in enumerate(configs):
             outbox.order(_ORDER_S * number - lead_s, message, _ORDER_S)

@@ -138,7 +138,7 @@ class _Recording:
         self._keys = experiment.keys
         self._names = [str(name) for name in names]
         self._display = display
-        messages = config_differences(self._keys)
+        messages = config_differences(experiment)
         lead_s = 0.0 if join else set_up_s(plan, len(messages), _STEP_S)
         self._began = time.monotonic()
         self._lead_s = lead_s

@@ -36,7 +36,6 @@ from kilotwin.experiment.overhead import (
 from kilotwin.experiment.profile_defaults import PROFILES
 from kilotwin.experiment.programs import key_of
 from kilotwin.experiment.schema import Robots
-from kilotwin.experiment.section import Byte, Pose, Section, one_or_more
 from kilotwin.experiment.states import States
 from kilotwin.experiment.text import ExperimentText, Setting, parse_setting
 from kilotwin.experiment.validation_errors import input_error
@@ -44,6 +43,7 @@ from kilotwin.grid.controller import Controller
 from kilotwin.metrics.functions import LocalFunctions
 from kilotwin.metrics.meter import Meter
 from kilotwin.metrics.moment import Moment
+from kilotwin.parameters.section import Byte, Pose, Section, one_or_more
 from kilotwin.runs.emulated_environment import EmulatedEnvironment
 from kilotwin.runs.emulated_grid import EmulatedHost, lead_ticks
 from kilotwin.runs.environment_record import EnvironmentMemory

@@ -41,7 +41,9 @@ class Goal:
 class Search:
     """How to search: so many points, each `repeats` times with seeds from 1 on.
 
-    `confirm`: with so many other seeds the best point is held against the experiment as it is.
+    `prune`: points are given up that are bad at their first repeats; `prune_at`: or, with the first
+    seed, after these shares of the experiment's duration. `confirm`: with so many other seeds the
+    best point is held against the experiment as it is.
     """
 
     axes: list[Axis]
@@ -53,13 +55,21 @@ class Search:
     seed: int = 1
     prune: bool = False
     confirm: int = 10
+    prune_at: tuple[float, ...] = ()
+
+    @property
+    def prunes(self) -> bool:
+        """Whether points are given up before all is run."""
+        return self.prune or bool(self.prune_at)
 
     def check(self) -> None:
         """InputError of what does not go together."""
         if len(self.goals) > 1 and self.sampler == "cmaes":
             raise InputError("--sampler cmaes: for one metric; take tpe for several")
-        if len(self.goals) > 1 and self.prune:
-            raise InputError("--prune: for one metric; leave it out for several")
+        if len(self.goals) > 1 and self.prunes:
+            raise InputError("--prune, --prune-at: for one metric; leave it out for several")
+        if any(not 0 < share < 1 for share in self.prune_at):
+            raise InputError("--prune-at: a share of the duration, above 0 and below 1, as 0.3")
         if self.sampler == "cmaes" and any(axis.choices for axis in self.axes):
             raise InputError("--sampler cmaes: for numbers only; take tpe for choices")
 
@@ -117,7 +127,7 @@ def optimise(search: Search, laboratory: Laboratory, note: Callable[[str], None]
             {axis.key: axis.value(trial.params[axis.key]) for axis in search.axes}
             for trial in asked
         ]
-        if search.prune:
+        if search.prunes:
             tried += _with_pruning(search, study, asked, points, laboratory)
         else:
             tried += _whole(search, study, asked, points, laboratory)
@@ -170,19 +180,25 @@ def _whole(
 def _with_pruning(
     search: Search, study: Any, asked: Sequence[Any], points: list[Point], laboratory: Laboratory
 ) -> list[Tried]:
-    """Repeat by repeat: a point whose mean is worse than the median of those before is given up."""
+    """Step by step: a point whose mean is worse than the median of those before is given up.
+
+    Steps are shares of the duration with the first seed, then whole trials, one repeat more each.
+    """
     (goal,) = search.goals
     left = list(range(len(points)))
     means = dict.fromkeys(left, math.nan)
-    for repeat in range(1, search.repeats + 1):
-        measured = laboratory.measure([points[place] for place in left], range(1, repeat + 1))
+    repeats = range(1, search.repeats + 1) if search.prune else [search.repeats]
+    steps = [*((share, 1) for share in sorted(search.prune_at)), *((1.0, n) for n in repeats)]
+    for step, (share, repeat) in enumerate(steps, 1):
+        chosen = [points[place] for place in left]
+        measured = laboratory.measure(chosen, range(1, repeat + 1), share=share)
         still = []
         for place, values in zip(left, measured, strict=True):
             means[place] = mean_of(values, goal.metric)
             trial = asked[place]
             if not math.isnan(means[place]):
-                trial.report(means[place], repeat)
-                if repeat < search.repeats and trial.should_prune():
+                trial.report(means[place], step)
+                if step < len(steps) and trial.should_prune():
                     study.tell(trial, state=TrialState.PRUNED)
                     continue
             still.append(place)

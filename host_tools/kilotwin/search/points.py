@@ -39,6 +39,7 @@ class Laboratory:
     _trials: dict[tuple[str, int], Trial] = field(default_factory=dict)
     _found: dict[tuple[str, int], Values | None] = field(default_factory=dict)
     _text: str = ""
+    _duration_s: float = 0.0
 
     def open(self, folder: Path | None, what: str) -> None:
         """Reads the experiment; the data set is in `folder`, or in runs/WHAT-NAME.
@@ -51,6 +52,7 @@ class Laboratory:
         experiment = Experiment.load(self.file, self.settings)
         self._text = self.file.read_text()
         keys = experiment.keys
+        self._duration_s = keys.duration_s
         known = [
             *keys.metric,
             "not_resting",
@@ -62,18 +64,23 @@ class Laboratory:
                 raise InputError(f"--metric {name}: {self.file} has no such metric; it has {has}")
         self.folder = folder or Path("runs") / f"{what}-{slug(keys.name)}"
 
-    def measure(self, points: Sequence[Point], seeds: Iterable[int]) -> list[list[Values | None]]:
+    def measure(
+        self, points: Sequence[Point], seeds: Iterable[int], *, share: float = 1.0
+    ) -> list[list[Values | None]]:
         """Results of each point, at each seed, None of a failed trial. Runs what is not there yet.
 
-        InterruptError if it was interrupted; what was run is kept.
+        `share`: of the experiment's duration, for shorter trials. InterruptError if it was
+        interrupted; what was run is kept.
         """
         seeds = list(seeds)
-        wanted = [[self._add(point, seed) for seed in seeds] for point in points]
+        wanted = [[self._add(point, seed, share) for seed in seeds] for point in points]
         if any(key not in self._found for row in wanted for key in row):
             self._run()
         return [[self._found[key] for key in row] for row in wanted]
 
-    def _add(self, point: Point, seed: int) -> tuple[str, int]:
+    def _add(self, point: Point, seed: int, share: float) -> tuple[str, int]:
+        if share < 1:
+            point = {**point, "duration_s": self._duration_s * share}
         key = (json.dumps(point, sort_keys=True), seed)
         if key not in self._trials:
             seeded = Setting(("seed",), seed, f"seed {seed}")

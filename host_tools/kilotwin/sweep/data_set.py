@@ -28,9 +28,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from kilotwin import __version__
+from kilotwin.aggregation.tables import reading_name
 from kilotwin.errors import InputError, RunError, cause_of
-from kilotwin.experiment.profile_defaults import READING_DEFAULTS
-from kilotwin.experiment.schema import ExperimentSchema, Reading
 from kilotwin.files.drafts import draft_name, draft_of
 from kilotwin.runs.columns import METRIC
 from kilotwin.sweep import parts
@@ -271,26 +270,13 @@ def _row(trial: Trial, key: str, varied: Sequence[str], schema: pa.Schema) -> di
     if failed := result.get("metrics_failed"):
         row[METRICS_FAILED] = "; ".join(f"{name}: {why}" for name, why in failed.items())
     row["rule"] = trial.base if experiment.controller is None else experiment.controller.rule
-    row["reading"] = _reading_name(experiment)
+    row["reading"] = reading_name(experiment.reading, experiment.swarm.profile)
     row["informed"] = experiment.swarm.informed
     for site in result["resting"]:
         informed = experiment.swarm.informed > 0
         row[f"share_{site}"] = experiment.swarm.informed_for.get(site, 0.0) if informed else 0.0
     row["result_hash"] = result["result_hash"]
     return row
-
-
-def _reading_name(experiment: ExperimentSchema) -> str:
-    """The keys that are not at their defaults: `signal_from crossing, obstacle_m 0.02`."""
-    fields = Reading.model_fields
-    defaults = {key: field.default for key, field in fields.items() if not field.is_required()}
-    defaults |= READING_DEFAULTS[experiment.swarm.profile]
-    other = [
-        f"{key} {json.dumps(value) if isinstance(value, bool) else value}"
-        for key, value in experiment.reading
-        if value != defaults[key]
-    ]
-    return ", ".join(other) or "reading A"
 
 
 def _write_rows(draft: Path, rows: Sequence[Mapping[str, Any]], plan: Plan) -> None:

@@ -16,10 +16,10 @@ from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, Validat
 
 from kilotwin.errors import InputError
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.experiment.section import Section, Text, one_or_more
 from kilotwin.experiment.text import ExperimentText, Setting
 from kilotwin.experiment.toml_lines import KeyPath
 from kilotwin.experiment.validation_errors import input_error
+from kilotwin.parameters.section import Section, Text, one_or_more
 
 _RANGE_KEYS = {"from", "to", "step"}
 _MOST_TRIALS = 1_000_000

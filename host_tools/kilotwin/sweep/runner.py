@@ -137,6 +137,8 @@ class Sweep:
             if trial.experiment.environment is not None:
                 programs.append(trial.experiment.environment.sha256())
             programs += [named.sha256() for named in trial.experiment.functions.values()]
+            if trial.experiment.wire is not None:
+                programs.append(trial.experiment.wire.sha256())
             keys.append(trial_key(trial, programs))
         there = {key for key in keys if data.has(key)}
         damaged = [key for key in keys if key not in there and data.part(key).exists()]

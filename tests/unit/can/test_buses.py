@@ -11,6 +11,7 @@ from kilotwin.can.buses import BusName, name_all, open_all, parse_bus
 from kilotwin.errors import DeviceError, InputError
 from kilotwin.experiment.overhead import WAKEUP
 from kilotwin.grid.console import Console, message_for_robots
+from kilotwin.runs.job import Serving
 
 from ..conftest import GRID, Kilotwin, Load
 
@@ -63,6 +64,21 @@ def test_as_many_buses_as_the_grid_has(names: list[str], said: str) -> None:
     with pytest.raises(InputError) as caught:
         name_all(names, 2, (4, 4))
     assert said in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("columns", "buses", "interfaces", "told"),
+    [
+        (4, 2, ["can0"], "one interface is named, but the grid has 2 buses"),
+        (4, 1, ["can0", "can1"], "2 interfaces are named, but the grid has one bus"),
+    ],
+)
+def test_one_bus_and_several_are_told_in_grammar(
+    columns: int, buses: int, interfaces: list[str], told: str, load: Load
+) -> None:
+    experiment = load(GRID, f"grid.buses={buses}", f"grid.columns={columns}")
+    with pytest.raises(InputError, match=told):
+        Serving(interfaces=tuple(interfaces)).check(experiment)
 
 
 def test_what_is_not_there_is_a_missing_device_with_what_to_type() -> None:

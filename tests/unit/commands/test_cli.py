@@ -1,6 +1,7 @@
 """The command's face: help, version, environment, exit codes."""
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -73,6 +74,29 @@ def test_every_option_has_an_environment_variable() -> None:
         for option in command.params:
             if option.param_type_name == "option" and option.name != "help":
                 assert str(option.envvar).startswith("KILOTWIN_"), (command.name, option.name)
+
+
+def test_help_keeps_the_names_of_tables() -> None:
+    """Unescaped, "[grid]" is a style that does not exist, and is not shown."""
+    lost = re.compile(r"(?<!\\)\[[a-z_]+\]")
+    commands: dict[str, Any] = {name: cli.load(name) for name in cli.COMMANDS}
+    verbs = {
+        f"{group} {name}": commands[group].commands[name]
+        for group in GROUPS
+        for name in GROUPS[group]
+    }
+    texts = {
+        f"{name}: {parameter.name}": parameter.help
+        for name, command in (*commands.items(), *verbs.items())
+        for parameter in command.params
+        if getattr(parameter, "help", None)
+    }
+    assert len(texts) > 100
+    assert {where: text for where, text in texts.items() if lost.search(text)} == {}
+
+
+def test_help_of_run_names_the_grid(kilotwin: Kilotwin) -> None:
+    assert "with a [grid], on CAN buses" in " ".join(kilotwin("run", "--help").stdout.split())
 
 
 @pytest.mark.parametrize("command", cli.COMMANDS)

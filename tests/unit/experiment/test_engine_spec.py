@@ -1,16 +1,23 @@
 """The engine's input, and that CONFIG says what wire.h says."""
 
+import hashlib
+from pathlib import Path
 from typing import Any, get_args
 
 import pytest
 from annotated_types import Ge, Le
 
 from kilotwin import _emulator
+from kilotwin.aggregation.block import config_values
+from kilotwin.aggregation.tables import (
+    CONTROLLER_DEFAULTS,
+    READING_DEFAULTS,
+    Controller,
+    Reading,
+)
 from kilotwin.build.guest import build
-from kilotwin.experiment.engine_spec import commands, config_messages, config_values, engine_spec
+from kilotwin.experiment.engine_spec import commands, config_messages, engine_spec
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.experiment.profile_defaults import CONTROLLER_DEFAULTS, READING_DEFAULTS
-from kilotwin.experiment.schema import Controller, Reading
 
 from ..conftest import INFORMED, SMALL, Load
 
@@ -87,14 +94,14 @@ def test_config_is_one_message_a_tick_and_over_before_run(load: Load) -> None:
 
 
 def test_each_informed_robot_is_told_its_site_once(load: Load) -> None:
-    messages = config_messages(load(SMALL + INFORMED, "swarm.informed=0.5").keys)
+    messages = config_messages(load(SMALL + INFORMED, "swarm.informed=0.5"))
     key = _emulator.CONFIG_KEYS["INFORMED_SITE"][0]
     told = [(first, last, message[5]) for first, last, message in messages if message[4] == key]
     assert told == [(1, 4, 1), (5, 5, 2)]
 
 
 def test_a_message_is_as_the_wire_says(load: Load) -> None:
-    messages = config_messages(load(f"{SMALL}\n[controller]\n").keys)
+    messages = config_messages(load(f"{SMALL}\n[controller]\n"))
     beta = next(m for _, _, m in messages if m[4] == _emulator.CONFIG_KEYS["BETA"][0])
     expected = b"\x00\x00\xff\xff\x03" + (147_456).to_bytes(4, "little") + b"\x03"
     assert beta == expected
@@ -213,3 +220,20 @@ def test_walls_and_obstacles_are_handed_on_as_written(load: Load) -> None:
             "blocks_light": True,
         },
     ]
+
+
+@pytest.mark.parametrize(
+    ("name", "digest"),
+    [
+        ("paper/simplified-n100", "c732383a88fe5942"),
+        ("paper/firat-n50", "4d76ebb960bc3894"),
+        ("kilogrid/paper-n50", "9d6f60814935dc5d"),
+    ],
+)
+def test_robots_of_the_papers_experiments_are_told_what_they_ever_were(
+    name: str, digest: str
+) -> None:
+    """All bytes of CONFIG; digests are those of the host before its parameters were a block."""
+    experiment = Experiment.load(Path(__file__).parents[3] / f"experiments/{name}.toml")
+    told = repr(config_messages(experiment)).encode()
+    assert hashlib.sha256(told).hexdigest()[:16] == digest

@@ -6,9 +6,10 @@ from typing import get_args
 
 import pytest
 
+from kilotwin.aggregation.tables import CONTROLLER_DEFAULTS
 from kilotwin.errors import InputError
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.experiment.profile_defaults import CONTROLLER_DEFAULTS, PROFILES
+from kilotwin.experiment.profile_defaults import PROFILES
 from kilotwin.experiment.schema import ProfileName
 from kilotwin.experiment.text import parse_setting
 

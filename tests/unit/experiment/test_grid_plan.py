@@ -134,18 +134,18 @@ def test_commands_become_orders_of_the_host(load: Load) -> None:
 
 def test_robots_are_told_what_is_not_their_default(load: Load) -> None:
     experiment = load(ours(), "controller.beta=1.5", "grid.report_s=0")
-    (message,) = config_differences(experiment.keys)
+    (message,) = config_differences(experiment)
     assert int.from_bytes(message[5:9], "little") == round(1.5 * 65536)
-    assert message in [sent for _, _, sent in config_messages(experiment.keys)]
-    assert len(config_differences(load(ours()).keys)) == 1  # that they report
+    assert message in [sent for _, _, sent in config_messages(experiment)]
+    assert len(config_differences(load(ours()))) == 1  # that they report
 
 
 def test_robots_of_ours_without_controller_are_told_how_often_to_report(load: Load) -> None:
     text, program = GRID.replace("[controller]", ""), 'swarm.program="firmware/aggregation"'
-    (message,) = config_differences(load(text, program, "grid.report_s=5").keys)
+    (message,) = config_differences(load(text, program, "grid.report_s=5"))
     assert int.from_bytes(message[5:9], "little") == round(5 / 0.032768)
-    assert config_differences(load(text, program, "grid.report_s=0").keys) == []
-    assert config_differences(load(text).keys) == []
+    assert config_differences(load(text, program, "grid.report_s=0")) == []
+    assert config_differences(load(text)) == []
 
 
 def test_other_robots_cannot_be_told_how_often_to_report(load: Load) -> None:

@@ -4,7 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kilotwin.experiment.informed import informed_count, informed_for, informed_ranges, split
+from kilotwin.aggregation.informed import informed_count, split
+from kilotwin.experiment.informed import informed_for, informed_ranges
 
 from ..conftest import INFORMED, SMALL, Load
 

@@ -10,8 +10,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from kilotwin.compare.paper_claims import check
 from kilotwin.errors import InputError
+from kilotwin.paper.claims import check
 from kilotwin.plot.figures import write_figure
 from kilotwin.sweep.conditions import Conditions
 

@@ -53,3 +53,18 @@ class Section(BaseModel):
         allow_inf_nan=False,
         frozen=True,
     )
+
+
+def lineage(section: type[BaseModel]) -> list[type[BaseModel]]:
+    """The section, and then those that it takes keys from."""
+    return [
+        kind
+        for kind in section.__mro__
+        if issubclass(kind, BaseModel) and kind.__annotations__.keys() & section.model_fields.keys()
+    ]
+
+
+def keys_of(section: type[BaseModel]) -> list[str]:
+    """All keys, its own first: tables of one program come behind those of all experiments."""
+    names = [name for kind in lineage(section) for name in kind.__annotations__]
+    return [name for name in dict.fromkeys(names) if name in section.model_fields]

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from kilotwin.compare.paper_claims import (
+from kilotwin.paper.claims import (
     HOLDS,
     MISSED,
     OPEN,
