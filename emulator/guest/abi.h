@@ -22,7 +22,7 @@
 extern "C" {
 #endif
 
-#define KT_GUEST_ABI 9
+#define KT_GUEST_ABI 10
 #define KT_PACKED __attribute__((packed))
 
 /// The registers that drive motors and LED (hardware.md 1.8), which a program may write itself. The
@@ -37,6 +37,13 @@ extern volatile kt_outputs_t kt_outputs;
 
 /// Arguments of kt_host_t.sensor().
 enum { KT_SENSOR_LIGHT, KT_SENSOR_VOLTAGE, KT_SENSOR_TEMPERATURE };
+
+/// How text leaves the robot (kt_host_t.print()).
+enum {
+    KT_NO_LINE,      ///< at once: debug_init() was never called, where the chip prints nothing
+    KT_LINE_WAITS,   ///< the program goes on when the serial line has taken all of it
+    KT_LINE_QUEUES,  ///< it goes on at once, and what the queue has no room for is lost
+};
 
 /// CAN frame in a module program's memory (hardware.md 3.3).
 typedef struct KT_PACKED {
@@ -74,7 +81,9 @@ typedef struct KT_PACKED {
     void (*interrupts)(uint8_t on);    ///< while off, ticks and callbacks wait
     uint8_t (*timer0)(void);           ///< counts of 128 us since the last tick
     int16_t (*sensor)(uint8_t which);  ///< KT_SENSOR_*, 0..1023 or -1
-    void (*print)(const char *text, uint32_t bytes);
+    void (*print)(const char *text, uint32_t bytes, uint8_t line);  ///< `line`: KT_LINE_...
+    void (*serial_written)(void);                                   ///< a byte was written to UDR0
+    void (*serial_ready)(void);           ///< waits until UDR0 takes a byte
     void (*spent)(const uint8_t *frame);  ///< the budget of iterations is spent; the program's
                                           ///< registers and frames lie from `frame` up
     void (*unusable)(const char *what);   ///< stops the robot: a call that it cannot serve

@@ -20,8 +20,8 @@ namespace kilotwin {
 /// Iterations that a program may take in a tick: one takes an AVR about ten cycles.
 constexpr int32_t TURNS_PER_TICK = TICK_CYCLES / 10;
 
-/// Iterations that a print counts as: less time than a byte takes on the robot's serial line. So a
-/// program that prints for ever fills no memory before time passes.
+/// Iterations that a print counts as which does not wait for the serial line: less time than a byte
+/// takes there. So a program that prints for ever fills no memory before time passes.
 constexpr int32_t TURNS_PER_PRINT = 100;
 
 class BusyWatch {

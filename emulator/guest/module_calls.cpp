@@ -89,10 +89,14 @@ struct Module::HostCalls {
             std::min<Cycles>((module.now_ + module.tick_ - next) / COUNT_CYCLES, TICK_MATCH));
     }
 
-    static void print(const char *text, uint32_t bytes) {
+    static void print(const char *text, uint32_t bytes, uint8_t) {
         *running_->program_->table().budget -= TURNS_PER_PRINT;
         running_->report(EventKind::PRINT, {text, bytes});
     }
+
+    // Prints of modules take no time.
+    static void serial_written() {}
+    static void serial_ready() {}
 
     static void spent(const uint8_t *frame) { running_->budget_spent(frame); }
 
@@ -169,10 +173,12 @@ const kt_module_host_t Module::MODULE_HOST = {
 };
 
 const kt_host_t Module::HOST = {
-    HostCalls::init,       HostCalls::start,       HostCalls::wait,        HostCalls::outputs,
-    HostCalls::rand_hard,  HostCalls::distance_mm, HostCalls::eeprom_read, HostCalls::eeprom_write,
-    HostCalls::interrupts, HostCalls::timer0,      HostCalls::sensor,      HostCalls::print,
-    HostCalls::spent,      HostCalls::unusable,    &Module::MODULE_HOST,
+    HostCalls::init,           HostCalls::start,        HostCalls::wait,
+    HostCalls::outputs,        HostCalls::rand_hard,    HostCalls::distance_mm,
+    HostCalls::eeprom_read,    HostCalls::eeprom_write, HostCalls::interrupts,
+    HostCalls::timer0,         HostCalls::sensor,       HostCalls::print,
+    HostCalls::serial_written, HostCalls::serial_ready, HostCalls::spent,
+    HostCalls::unusable,       &Module::MODULE_HOST,
 };
 
 /// Empty loops and mistakes of the guest that runs next are the module's.

@@ -34,6 +34,7 @@
 #include "guest/eeprom.h"
 #include "guest/infrared_gains.h"
 #include "guest/program.h"
+#include "guest/serial_line.h"
 #include "guest/stack.h"
 #include "guest/timer.h"
 #include "kilolib/core/robot_commands.h"
@@ -195,13 +196,14 @@ class alignas(64) Robot {
         uint16_t slot;  ///< edges before it have been taken
     };
 
-    /// State of a robot whose EEPROM was written to, or that heard others answer a host; of a
-    /// translated one that was shone on.
+    /// State of a robot whose EEPROM was written to, that heard others answer a host, or that
+    /// printed by the serial line; of a translated one that was shone on.
     struct Rare {
         std::unique_ptr<EepromImage> eeprom;  ///< once it was written to
         std::optional<gain_tables_t> gains;   ///< found by the program when it started; none:
                                               ///< those of its calibration
         robot_heard_t heard;
+        SerialLine serial;          ///< not of a translated program
         std::string line;           ///< that it prints, of a translated program
         std::vector<Light> lights;  ///< in order of time
     };

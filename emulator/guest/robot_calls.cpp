@@ -90,11 +90,28 @@ struct Robot::HostCalls {
         return static_cast<uint8_t>(std::min<Cycles>(since / COUNT_CYCLES, TICK_MATCH));
     }
 
-    static void print(const char *text, uint32_t bytes) {
-        running->busy_.called();
-        *running->program_->table().budget -= TURNS_PER_PRINT;
-        running->report(EventKind::PRINT, {text, bytes});
+    // On the serial line it is reported when its last byte has been taken.
+    static void print(const char *text, uint32_t bytes, uint8_t line) {
+        auto &robot = *running;
+        robot.busy_.called();
+        *robot.program_->table().budget -= TURNS_PER_PRINT;
+        if (bytes == 0) return;
+        if (line == KT_LINE_WAITS) wait_for_line(robot.written().serial.write(robot.now_, bytes));
+        if (line == KT_LINE_QUEUES) bytes = robot.written().serial.queue(robot.now_, bytes);
+        if (bytes > 0) robot.report(EventKind::PRINT, {text, bytes});
     }
+
+    static void serial_written() { running->written().serial.write(running->now_, 1); }
+    static void serial_ready() {
+        if (running->rare_) wait_for_line(running->rare_->serial.ready(running->now_));
+    }
+
+    static void wait_for_line(Cycles until) {
+        if (until <= running->now_) return;
+        running->wait_until(until);
+        running->came_back();
+    }
+
     static void spent(const uint8_t *frame) { running->budget_spent(frame); }
 
     // Only interrupts go on: what `for (;;);` means.
@@ -121,11 +138,23 @@ struct Robot::HostCalls {
 };
 
 const kt_host_t Robot::HOST = {
-    HostCalls::init,        HostCalls::start,        HostCalls::wait,
-    HostCalls::outputs,     HostCalls::rand_hard,    HostCalls::distance_mm,
-    HostCalls::eeprom_read, HostCalls::eeprom_write, HostCalls::interrupts,
-    HostCalls::timer0,      HostCalls::sensor,       HostCalls::print,
-    HostCalls::spent,       HostCalls::unusable,     nullptr,
+    HostCalls::init,
+    HostCalls::start,
+    HostCalls::wait,
+    HostCalls::outputs,
+    HostCalls::rand_hard,
+    HostCalls::distance_mm,
+    HostCalls::eeprom_read,
+    HostCalls::eeprom_write,
+    HostCalls::interrupts,
+    HostCalls::timer0,
+    HostCalls::sensor,
+    HostCalls::print,
+    HostCalls::serial_written,
+    HostCalls::serial_ready,
+    HostCalls::spent,
+    HostCalls::unusable,
+    nullptr,
 };
 
 void Robot::attend_faults() {

@@ -56,7 +56,7 @@ void kt_eeprom_write(uint16_t address, uint8_t value);
 void kt_interrupts(uint8_t on);
 uint8_t kt_timer0(void);
 void kt_wait(uint32_t cycles);
-void kt_print(const char *text, uint32_t bytes);
+void kt_print(const char *text, uint32_t bytes, uint8_t line);
 void kt_unusable(const char *what);
 
 #endif

@@ -82,9 +82,10 @@ enum { NOTHING_WRITTEN = 0x4000, SERIAL_BYTES = 80 };
 static kt_register16_t serial_data = NOTHING_WRITTEN;
 static char serial_text[SERIAL_BYTES];
 static uint8_t serial_used;
+static uint8_t polls_serial;  // waits until the line takes a byte: the text goes on
 
 static void print_serial(void) {
-    if (serial_used > 0) kt_print(serial_text, serial_used);
+    if (serial_used > 0) kt_print(serial_text, serial_used, KT_NO_LINE);
     serial_used = 0;
 }
 
@@ -92,6 +93,7 @@ static void settle_serial(void) {
     if (serial_data == NOTHING_WRITTEN) return;
     const char character = (char)serial_data;
     serial_data = NOTHING_WRITTEN;
+    kt_serial_written();
     serial_text[serial_used++] = character;
     if (character == '\n' || serial_used == SERIAL_BYTES) print_serial();
 }
@@ -141,7 +143,7 @@ kt_register16_t *kt_adc_result(void) {
 void kt_settle(void) {
     settle_interrupts();
     settle_serial();
-    print_serial();
+    if (!polls_serial) print_serial();
     settle_eeprom();
     settle_adc();
 }
@@ -166,7 +168,8 @@ static uint8_t timer2(void) {
     return (uint8_t)(count < COUNTS_PER_TICK ? count : ROUND_TRIP_2 - count);
 }
 
-// Peripherals are always ready: a program that polls for it goes on.
+// Peripherals are always ready, the serial line when it has taken a byte: a program that polls for
+// it goes on.
 kt_register8_t *kt_register(uint8_t address) {
     settle_interrupts();
     settle_serial();
@@ -177,7 +180,12 @@ kt_register8_t *kt_register(uint8_t address) {
     case TCNT1_AT:
     case TCNT1_AT + 1: kt_timer1(); break;
     case TCNT2_AT: PLAIN(address) = timer2(); break;
-    case UCSR0A_AT: PLAIN(address) |= _BV(UDRE0) | _BV(TXC0); break;
+    case UCSR0A_AT:
+        polls_serial = 1;
+        kt_serial_ready();
+        polls_serial = 0;
+        PLAIN(address) |= _BV(UDRE0) | _BV(TXC0);
+        break;
     case SPSR_AT: PLAIN(address) |= _BV(SPIF); break;
     case TWCR_AT: PLAIN(address) |= _BV(TWINT); break;
     default: break;

@@ -82,7 +82,9 @@ int kt_run_program() {
 
 uint32_t kt_ticks(void) { return *kt_table.ticks; }
 int16_t kt_sensor(uint8_t which) { return kt_host->sensor(which); }
-void kt_print(const char *text, uint32_t bytes) { kt_host->print(text, bytes); }
+void kt_print(const char *text, uint32_t bytes, uint8_t line) { kt_host->print(text, bytes, line); }
+void kt_serial_written(void) { kt_host->serial_written(); }
+void kt_serial_ready(void) { kt_host->serial_ready(); }
 uint8_t kt_eeprom_read(uint16_t address) { return kt_host->eeprom_read(address); }
 void kt_eeprom_write(uint16_t address, uint8_t value) { kt_host->eeprom_write(address, value); }
 void kt_interrupts(uint8_t on) { kt_host->interrupts(on); }

@@ -32,8 +32,13 @@ uint32_t kt_ticks(void);
 /// Reads one of KT_SENSOR_: 0..1023, or -1.
 int16_t kt_sensor(uint8_t which);
 
-/// Hands text to the run folder, with the robot and its tick.
-void kt_print(const char *text, uint32_t bytes);
+/// Hands text to the run folder, with the robot and its tick. `line`: KT_LINE_..., which says how
+/// long it takes.
+void kt_print(const char *text, uint32_t bytes, uint8_t line);
+
+/// A byte was written to UDR0; waits until the next can be.
+void kt_serial_written(void);
+void kt_serial_ready(void);
 
 /// The robot's EEPROM, 1,024 bytes.
 uint8_t kt_eeprom_read(uint16_t address);

@@ -31,16 +31,19 @@ WEAK int fclose(FILE *stream) {
     return 0;
 }
 
+// The serial line of this robot, KT_LINE_....
+static uint8_t line_used = KT_NO_LINE;
+
 // Labs' ways to set up the serial port before printing.
 void debug_init(void);
-WEAK void debug_init(void) {}
+WEAK void debug_init(void) { line_used = KT_LINE_WAITS; }
 void debug_init_nonblocking(void);
-WEAK void debug_init_nonblocking(void) {}
+WEAK void debug_init_nonblocking(void) { line_used = KT_LINE_QUEUES; }
 
 // A stream without a put function is the run folder.
 static void write_text(FILE *stream, const char *text, size_t bytes) {
     if (stream == NULL || stream->put == NULL) {
-        kt_print(text, (uint32_t)bytes);
+        kt_print(text, (uint32_t)bytes, line_used);
         return;
     }
     for (size_t i = 0; i < bytes; i++) stream->put(text[i], stream);

@@ -3,9 +3,9 @@
 /// With DEBUG, debug_init() makes printf() work: by the serial line (38,400 baud) on the robot, by
 /// the run's event log in the emulator. Without DEBUG both vanish, arguments and all.
 ///
-/// On the robot printf() waits until the line has taken the text, 0.26 ms for each character. With
-/// NONBLOCKING, also defined before including this, it does not wait: the text goes through a queue
-/// of 127 characters, and what does not fit is lost.
+/// printf() waits until the line has taken the text, 0.26 ms for each character, in the emulator
+/// too. With NONBLOCKING, also defined before including this, it does not wait: the text goes
+/// through a queue of 127 characters, and what does not fit is lost.
 #ifndef __DEBUG_H__
 #define __DEBUG_H__  // NOLINT(bugprone-reserved-identifier): programs know it
 

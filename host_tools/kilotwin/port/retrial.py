@@ -1,7 +1,7 @@
 """Why a program decides otherwise on the robot: run again without what only takes time there.
 
-On the robot printing takes time, and so do interrupts: what it does behind comes later than on this
-computer, and a sensor that is read then may show something else. No number is wrong in that.
+On the robot interrupts take time: what it does behind them comes later than on this computer, and a
+sensor that is read then may show something else. No number is wrong in that.
 """
 
 from collections.abc import Iterator, Sequence
@@ -35,14 +35,6 @@ class Cause:
     do: str
 
 
-PRINTING = Cause(
-    "debug_init",
-    "NONBLOCKING",
-    (),
-    "it prints, which takes 0.26 ms a character on the robot and no time here",
-    "printf() does not wait for the serial line",
-    "print less, or #define NONBLOCKING before <debug.h>",
-)
 LIGHT = Cause(
     "get_ambientlight",
     "get_ambientlight=kilotwin_nth_light",
@@ -60,7 +52,7 @@ PASSES = Cause(
     "loop() runs once a tick on both",
     "count kilo_ticks in place of passes: what it shows here is not what the robot will show",
 )
-_CAUSES = (PRINTING, LIGHT, PASSES)
+_CAUSES = (LIGHT, PASSES)
 
 
 @dataclass(frozen=True)
@@ -117,10 +109,9 @@ def _blamed(causes: Sequence[Cause], tried: Tried, notify: Notify) -> Sequence[C
 
 
 def _attempts(causes: Sequence[Cause]) -> list[Sequence[Cause]]:
-    """Each cause alone, those of time together, all together."""
-    in_time = [cause for cause in causes if cause is not PASSES]
-    several = [some for some in (in_time, causes) if len(some) > 1]
-    return [*([cause] for cause in causes), *several]
+    """Each cause alone, then all together."""
+    together = [causes] if len(causes) > 1 else []
+    return [*([cause] for cause in causes), *together]
 
 
 def _where_to_look(causes: Sequence[Cause], tried: Tried) -> str:

@@ -1,5 +1,5 @@
 // expect: differs fails
-// It also reads the light at another time and prints: neither alone excuses a difference.
+// It also reads the light at another time: that alone does not excuse a difference.
 #define DEBUG
 #include <debug.h>
 #include <kilolib.h>

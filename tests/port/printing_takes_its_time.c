@@ -1,4 +1,4 @@
-// expect: differs-in-time warns
+// Prints for 0.3 s before loop() begins, here as on the robot.
 #define DEBUG
 #include <debug.h>
 #include <kilolib.h>
