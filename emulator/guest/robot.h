@@ -162,6 +162,7 @@ class alignas(64) Robot {
     void drive(const MotorCommand &command);
     void show(uint8_t color) { color_ = color; }
     void print(Cycles at, uint32_t tick, std::string text);
+    void remark(Cycles at, uint32_t tick, std::string text);  ///< a NOTE
     void crash(Cycles at, uint32_t tick, std::string text);
 
     /// Converter reading of its battery, 0..1023.

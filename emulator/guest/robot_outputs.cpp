@@ -78,6 +78,12 @@ void Robot::print(Cycles at, uint32_t tick, std::string text) {
     report(EventKind::PRINT, std::move(text));
 }
 
+void Robot::remark(Cycles at, uint32_t tick, std::string text) {
+    now_ = at;
+    last_tick_ = tick;
+    report(EventKind::NOTE, std::move(text));
+}
+
 void Robot::crash(Cycles at, uint32_t tick, std::string text) {
     now_ = at;
     last_tick_ = tick;

@@ -92,6 +92,8 @@ void Boards::take_outputs(Place &place, Cycles until) {
     for (const auto &serial : outputs.serial)
         if (ends_line(place.line, serial.byte))
             place.robot.print(serial.at, place.board.tick(), std::exchange(place.line, {}));
+    for (const auto &[at, reset] : outputs.resets)
+        place.robot.remark(at, place.board.tick(), reset.text());
     outputs.clear();
     if (place.failed || place.board.failure().empty()) return;
     place.failed = true;
@@ -112,9 +114,11 @@ void Boards::execute(ModulePlace &module, Cycles until) {
     for (const auto &serial : board.serial)
         if (ends_line(module.line, serial.byte))
             report(serial.at, EventKind::PRINT, std::exchange(module.line, {}));
+    for (const auto &[at, reset] : board.resets) report(at, EventKind::NOTE, reset.text());
     board.lights.clear();
     board.can_frames.clear();
     board.serial.clear();
+    board.resets.clear();
     if (module.failed || board.failure().empty()) return;
     module.failed = true;
     report(board.now(), EventKind::CRASH, board.failure());

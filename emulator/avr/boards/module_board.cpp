@@ -130,7 +130,8 @@ void ModuleBoard::alarm(Microcontroller::Alarm alarm) {
     }
 }
 
-void ModuleBoard::was_reset() {
+void ModuleBoard::was_reset(const WatchdogReset &reset) {
+    if (reset.is_reported()) resets.push_back({now(), reset});
     converter_.was_reset();
     two_wire_.was_reset();
     // The watchdog resets the chip alone: controller and LED driver keep their state.

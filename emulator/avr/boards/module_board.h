@@ -18,6 +18,7 @@
 #include "avr/chip/converter.h"
 #include "avr/chip/flash_image.h"
 #include "avr/chip/microcontroller.h"
+#include "avr/chip/watchdog_reset.h"
 #include "base/board_clock.h"
 #include "base/chance.h"
 #include "guest/module.h"
@@ -87,6 +88,7 @@ class ModuleBoard : private Microcontroller::Board {
     // Outputs in order of time, appended by run(); the caller takes and clears them.
     std::vector<Light> lights;
     std::vector<Serial> serial;
+    std::vector<ReportedReset> resets;  ///< by the watchdog
     std::vector<CanOutput> can_frames;  ///< one at a time: the next when this one has ended
 
   private:
@@ -103,7 +105,7 @@ class ModuleBoard : private Microcontroller::Board {
     void serial_byte(uint8_t byte) override { serial.push_back({now(), byte}); }
     uint8_t spi_exchange(uint8_t byte) override;
     void quiet_sleep() override { converter_.quiet_sleep(); }
-    void was_reset() override;
+    void was_reset(const WatchdogReset &reset) override;
 
     int16_t sample(uint8_t channel);  ///< reading of a converter's channel, 0..1023
     void update_ports();

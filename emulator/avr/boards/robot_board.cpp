@@ -42,6 +42,7 @@ void BoardOutputs::clear() {
     motors.clear();
     colors.clear();
     serial.clear();
+    resets.clear();
 }
 
 RobotBoard::RobotBoard(const FlashImage &flash, uint32_t index, const Calibration &calibration,
@@ -122,7 +123,8 @@ void RobotBoard::alarm(Microcontroller::Alarm alarm) {
 void RobotBoard::serial_byte(uint8_t byte) { outputs.serial.push_back({now(), byte}); }
 
 /// The chip alone was reset: light, charger and readings of the sensors are as they were.
-void RobotBoard::was_reset() {
+void RobotBoard::was_reset(const WatchdogReset &reset) {
+    if (reset.is_reported()) outputs.resets.push_back({now(), reset});
     converter_.was_reset();
     receiver_on_ = false;
     chip_.set_comparator(false);

@@ -16,6 +16,7 @@
 #include "avr/chip/flash_image.h"
 #include "avr/chip/microcontroller.h"
 #include "avr/chip/vcd_trace.h"
+#include "avr/chip/watchdog_reset.h"
 #include "base/board_clock.h"
 #include "base/chance.h"
 #include "base/clock.h"
@@ -44,8 +45,9 @@ struct BoardOutputs {
     std::vector<MotorCommand> motors;  ///< whenever either duty changes
     std::vector<Color> colors;         ///< of the RGB LED
     std::vector<Serial> serial;
+    std::vector<ReportedReset> resets;  ///< by the watchdog
 
-    /// Empties all four; their memory stays.
+    /// Empties all five; their memory stays.
     void clear();
 };
 
@@ -123,7 +125,7 @@ class RobotBoard : private Microcontroller::Board {
     void flag_set(uint8_t vector) override;
     void alarm(Microcontroller::Alarm alarm) override;
     void serial_byte(uint8_t byte) override;
-    void was_reset() override;
+    void was_reset(const WatchdogReset &reset) override;
     void quiet_sleep() override { converter_.quiet_sleep(); }
 
     int16_t sample(uint8_t channel);  ///< reading of a converter's channel, 0..1023

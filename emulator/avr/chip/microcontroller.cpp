@@ -74,6 +74,7 @@ struct Microcontroller::Hooks {
 
     static void reset(avr_t *avr) {
         of(avr).core_reset_(avr);
+        of(avr).reset_.number++;
         of(avr).was_reset_ = true;
     }
 
@@ -289,6 +290,11 @@ uint64_t Microcontroller::cycle() const { return avr_->cycle; }
 
 void Microcontroller::run(uint64_t until) {
     while (avr_->cycle < until && failure_.empty()) {
+        // Should the watchdog reset it next, these are 0 when that is noticed.
+        if (!was_reset_) {
+            reset_.pc = avr_->pc;
+            reset_.control = avr_->data[WDTCSR];
+        }
         if (idle_ && idle_->pass(until)) return;
         if (idle_ && idle_->fell_asleep()) {
             sleep(until);
@@ -408,7 +414,7 @@ void Microcontroller::recover(int state) {
         was_reset_ = false;
         programming_->was_reset();
         for (auto &clock : clocks_) arm(clock);
-        board_.was_reset();
+        board_.was_reset(reset_);
     }
     if (crashed_ && failure_.empty()) {
         // The chip's program counter has 14 bits, and kilolib jumps into the boot section by its

@@ -21,6 +21,7 @@
 #include "avr/chip/idle_loop.h"
 #include "avr/chip/self_programming.h"
 #include "avr/chip/translated_core.h"
+#include "avr/chip/watchdog_reset.h"
 #include "guest/eeprom.h"
 
 struct avr_t;
@@ -47,7 +48,7 @@ class Microcontroller {
         /// The UART has sent a byte.
         virtual void serial_byte(uint8_t byte) = 0;
         /// The watchdog has reset the chip: registers are 0 again, alarms stay.
-        virtual void was_reset() = 0;
+        virtual void was_reset(const WatchdogReset &reset) = 0;
         /// The SPI sends a byte; returns the byte that is shifted in for it.
         virtual uint8_t spi_exchange(uint8_t) { return 0xFF; }
         /// Noise-reduction sleep begins, which starts a conversion.
@@ -186,9 +187,10 @@ class Microcontroller {
     uint32_t crashed_at_ = 0;  ///< program counter where simavr gave up
     bool crashed_ = false;
     bool was_reset_ = false;
-    bool reviewing_ = false;  ///< flags go up that were up before
-    bool asleep_ = false;     ///< in a sleep mode in which its clocks stand still
-    bool light_ = false;      ///< level at the comparator
+    WatchdogReset reset_ = {};  ///< the last one, or the next, should it come now
+    bool reviewing_ = false;    ///< flags go up that were up before
+    bool asleep_ = false;       ///< in a sleep mode in which its clocks stand still
+    bool light_ = false;        ///< level at the comparator
     uint32_t boot_section_;
     uint64_t dozed_ = 0;  ///< cycles that simavr went ahead when the chip fell asleep
     Follower *follower_ = nullptr;

@@ -116,3 +116,19 @@ TEST_CASE("boards need the Kilobot medium, and only they can be debugged") {
     CHECK_THROWS_WITH_AS(Simulation{def}, doctest::Contains("need the kilobot medium"),
                          EngineError);
 }
+
+TEST_CASE("a robot's reset by its watchdog is an event that names it and the cause") {
+    auto def = row_of_mates(1, 1, 0.05);
+    def.groups.front().program = PROGRAMS "/sleeper.hex";
+    Simulation simulation(def);
+    simulation.advance(static_cast<int64_t>(4 / TICK_S));
+    std::vector<std::string> notes;
+    for (const auto &event : simulation.take_events()) {
+        if (event.kind != EventKind::NOTE) continue;
+        CHECK(event.robot == 0);
+        CHECK(event.program == "mate");
+        notes.push_back(event.text);
+    }
+    REQUIRE(notes.size() == 1);
+    CHECK(notes[0].starts_with("its watchdog reset it: not fed for 1024 ms, at PC 0x"));
+}

@@ -263,3 +263,13 @@ TEST_CASE("a module's board stops where it is told while its program writes the 
     }
     CHECK(latest <= INSTRUCTION);
 }
+
+TEST_CASE("a module's reset by its watchdog is handed out with its time and cause") {
+    const Chance chance{1};
+    const auto image = FlashImage::load(PROGRAMS "/sleeper.hex");
+    ModuleBoard board{*image, 5, ModuleBoard::eeprom_of(X, Y), TICK_CYCLES, 0, chance};
+    board.run(4000 * MS);
+    REQUIRE(board.resets.size() == 1);
+    CHECK(board.resets[0].at / MS / 100 == 30);
+    CHECK(board.resets[0].reset.text().starts_with("its watchdog reset it: not fed for 1024 ms"));
+}

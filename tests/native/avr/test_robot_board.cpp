@@ -226,8 +226,26 @@ TEST_CASE("a sleeping board wakes by its watchdog, and the watchdog resets it; t
     bench.board.run(4000 * MS);
     CHECK(bench.byte("starts") == 1);
     CHECK(bench.byte("cause") == 1 << 3);  // WDRF
+    REQUIRE(bench.board.outputs.resets.size() == 1);
+    const auto &[at, reset] = bench.board.outputs.resets[0];
+    CHECK(at > 3000 * MS);
+    CHECK(at < 3200 * MS);
+    CHECK(reset.text().starts_with("its watchdog reset it: not fed for 1024 ms, at PC 0x0"));
+    CHECK(reset.pc > 0);
     CHECK(bench.board.eeprom()[0x100] == 1);
     CHECK(bench.board.failure() == "");
+}
+
+TEST_CASE(
+    "of many resets by the watchdog the 1st, 2nd, 4th, 8th are reported, each with its time") {
+    std::vector<uint32_t> reported;
+    for (uint32_t number = 1; number < 20; number++)
+        if (WatchdogReset{number, 0, 0}.is_reported()) reported.push_back(number);
+    CHECK(reported == std::vector<uint32_t>{1, 2, 4, 8, 16});
+    CHECK(WatchdogReset{4, 0x1F2, 0}.text() ==
+          "its watchdog reset it: not fed for 16 ms, at PC 0x01F2 (reset 4 by it; the program sees "
+          "WDRF in MCUSR)");
+    CHECK(WatchdogReset{1, 0, 0x21}.text().find("for 8192 ms") != std::string::npos);
 }
 
 TEST_CASE("a sleep that is quiet converts and waits; one that is deep hears nothing") {
