@@ -8,6 +8,7 @@ since a program may have written them.
 import contextlib
 import json
 import os
+import pickle
 import platform
 import resource
 import signal
@@ -32,6 +33,7 @@ from kilotwin.sweep.measure import (
     measure,
     measure_job,
 )
+from kilotwin.sweep.trial_helper import measure_by_helper, pipes
 
 # A head is a line of text.
 _HEAD_MOST = 1 << 16
@@ -41,12 +43,13 @@ _PART_MOST = 1 << 30
 def measure_confined(task: Task) -> Measured | Failed:
     """Runs the trial in a confined fork; what brings that down comes back as Failed.
 
-    Unconfined, in this process, where programs are trusted, where the user's own Python takes part,
-    and in a process with threads (a Dask worker): a fork of that cannot be used.
+    Unconfined, in this process, where programs are trusted, and where the user's own Python takes
+    part. A process with threads (a Dask worker) has a helper that forks.
     """
-    trusted = unconfined_because(task.experiment) or task.experiment.functions
-    if trusted or threading.active_count() > 1:
+    if task.trusted or unconfined_because(task.experiment) or task.experiment.functions:
         return measure(task)
+    if threading.active_count() > 1:
+        return measure_by_helper(task)
     try:
         job = job_of(task)
         load_libraries(task.experiment)  # once for all trials
@@ -62,6 +65,16 @@ def measure_confined(task: Task) -> Measured | Failed:
         said = pipe.read(_HEAD_MOST + _PART_MOST)
     _, status = os.waitpid(child, 0)
     return _answer(task, said, status)
+
+
+def serve(parent: int) -> None:
+    """The helper of a thread of the process `parent`: answers its tasks until that ends."""
+    _emulator.end_with_parent(parent)
+    tasks, answers = pipes()
+    with contextlib.suppress(EOFError, BrokenPipeError):
+        while True:
+            pickle.dump(measure_confined(pickle.load(tasks)), answers)
+            answers.flush()
 
 
 def _be_trial(task: Task, job: Any, send: int, parent: int) -> NoReturn:

@@ -54,6 +54,8 @@ class Task:
     folder: Path
     timeout_s: float | None = None
     """Wall time that it may take."""
+    trusted: bool = False
+    """Whether its programs are (--trust), wherever it runs."""
 
 
 @dataclass(frozen=True)

@@ -187,6 +187,7 @@ class Sweep:
                     trial.experiment,
                     self.data.failed_folder(key).absolute(),
                     self.plan.keys.trial_timeout_s,
+                    confinement.mode() == "off",
                 ),
                 measure_apart if confinement.mode() == "require" else measure_confined,
             )

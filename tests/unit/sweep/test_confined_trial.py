@@ -1,6 +1,9 @@
 """A trial in a confined fork gives what it gives in this process, bit for bit, and no less."""
 
 import json
+import threading
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pyarrow as pa
@@ -8,7 +11,7 @@ import pytest
 
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.files import confinement
-from kilotwin.sweep import confined_trial
+from kilotwin.sweep import confined_trial, trial_helper
 from kilotwin.sweep.measure import RESULT, Failed, Measured, Task, measure, part_of
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -45,6 +48,65 @@ def test_a_confined_trial_past_its_time_says_so(tmp_path: Path) -> None:
 def test_trusted_programs_are_not_confined(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(confinement.VARIABLE, "off")
     monkeypatch.setattr("os.fork", lambda: pytest.fail("a fork"))
+    assert isinstance(confined_trial.measure_confined(task(tmp_path)), Measured)
+
+
+def test_a_trial_that_its_sweep_trusts_is_not_confined_where_it_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("os.fork", lambda: pytest.fail("a fork"))
+    trusted = replace(task(tmp_path), trusted=True)
+    assert isinstance(confined_trial.measure_confined(trusted), Measured)
+
+
+@pytest.fixture
+def other_thread() -> Iterator[None]:
+    """This process has a second thread, as a Dask worker has."""
+    ends = threading.Event()
+    thread = threading.Thread(target=ends.wait)
+    thread.start()
+    yield
+    ends.set()
+    thread.join()
+
+
+def test_a_process_with_threads_has_a_helper_that_confines_and_gives_the_same_bytes(
+    tmp_path: Path, other_thread: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plain = measure(task(tmp_path))
+    monkeypatch.setattr("os.fork", lambda: pytest.fail("a fork of a process with threads"))
+    first, second = (confined_trial.measure_confined(task(tmp_path)) for _ in range(2))
+    for confined in (first, second):
+        assert isinstance(plain, Measured)
+        assert isinstance(confined, Measured), confined
+        assert confined.part == plain.part
+
+
+@pytest.mark.parametrize(("way", "reason"), [(3, "system call"), (4, "without a result")])
+def test_a_helper_outlives_a_program_that_would_end_it(
+    way: int, reason: str, tmp_path: Path, other_thread: None
+) -> None:
+    file = tmp_path / "harmful.toml"
+    defines = ['VICTIM=""', 'OUTSIDE=""', f"WAY={way}"]
+    robots = f"[[robots]]\nprogram = '{ROOT}/tests/hostile/in_sweep.c'\ndefine = {defines}\n"
+    swarm = TEXT.partition("program")[0].format(duration_s=3)
+    file.write_text(f"{swarm}{robots}count = 2\n")
+    failed = confined_trial.measure_confined(Task("key", Experiment.load(file), tmp_path / "f"))
+    assert isinstance(failed, Failed)
+    assert reason in failed.reason
+    assert isinstance(confined_trial.measure_confined(task(tmp_path)), Measured)
+
+
+def test_a_helper_that_is_gone_costs_a_trial_and_is_replaced(
+    tmp_path: Path, other_thread: None
+) -> None:
+    assert isinstance(confined_trial.measure_confined(task(tmp_path)), Measured)
+    helper = trial_helper._of_thread.helper
+    helper._process.kill()
+    helper._process.wait()
+    failed = confined_trial.measure_confined(task(tmp_path))
+    assert isinstance(failed, Failed)
+    assert "ended without a result" in failed.reason
     assert isinstance(confined_trial.measure_confined(task(tmp_path)), Measured)
 
 
