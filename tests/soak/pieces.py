@@ -51,6 +51,14 @@ PIECES = {
         ("tests/system/test_optimise.py",),
         10,
     ),
+    "metrics": Piece(
+        "every command of docs/metrics.md runs", ("tests/system/test_metrics.py",), 10
+    ),
+    "paper-table": Piece(
+        "the paper's numbers for N = 50 come out as docs/reproduce.md has them",
+        ("tests/system/test_paper_table.py",),
+        20,
+    ),
     "kill": Piece(
         "the paper's whole grid survives kills at random moments; so does a Dask worker's death",
         ("tests/system/test_sweep.py",),

@@ -1,7 +1,8 @@
-"""docs/metrics.md does what it says: its three programs are measured, run by run and in sweeps."""
+"""docs/metrics.md does what it says: its files are written down, and its commands are typed."""
 
 import json
 import re
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -12,23 +13,35 @@ from .conftest import ROOT, Kilotwin
 
 DOCUMENT = (ROOT / "docs/metrics.md").read_text()
 PROGRAMS = ("gradient", "synchroniser", "transport")
+FILE = re.compile(r"^```\w+\n((?://|#) (\S+\.\w+)\n.*?)^```", re.MULTILINE | re.DOTALL)
+FILES = {name: text for text, name in FILE.findall(DOCUMENT)}
+SECTIONS: dict[str, str] = dict(
+    re.findall(r"^## (.*?)\n(.*?)(?=^## |\Z)", DOCUMENT, re.MULTILINE | re.DOTALL)
+)
 
 
-def blocks(language: str) -> list[str]:
-    section = DOCUMENT[DOCUMENT.index("## Three programs") :]
-    return re.findall(rf"^```{language}\n(.*?)^```", section, re.MULTILINE | re.DOTALL)
+def lines_of(text: str) -> list[list[str]]:
+    """The shell lines of a part of the page, as words behind `kilotwin`."""
+    blocks = re.findall(r"^```sh\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    typed = [shlex.split(line, comments=True) for block in blocks for line in block.splitlines()]
+    assert typed
+    assert {words[0] for words in typed} == {"kilotwin"}
+    return [words[1:] for words in typed]
+
+
+def part_about(program: str) -> str:
+    part = SECTIONS["Three programs"].split("\nA **")
+    return next(text for text in part if text.startswith(program))
 
 
 @pytest.fixture(scope="module")
 def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder per program of the document."""
+    """The folder in which the page's commands are typed."""
     folder = tmp_path_factory.mktemp("metrics")
-    parts = zip(PROGRAMS, blocks("c"), blocks("toml"), blocks("python"), strict=False)
-    for name, program, experiment, analysis in parts:
-        (folder / name).mkdir()
-        (folder / name / f"{name}.c").write_text(program)
-        (folder / name / f"{name}.toml").write_text(experiment)
-        (folder / name / "analysis.py").write_text(analysis)
+    for name, text in FILES.items():
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_text(text)
+    (folder / "experiments").symlink_to(ROOT / "experiments")
     return folder
 
 
@@ -40,10 +53,29 @@ def metrics_of(kilotwin: Kilotwin, lab: Path, name: str, *words: str) -> dict[st
     return {key: metric["value"] for key, metric in summary["metrics"].items()}
 
 
-def test_each_program_takes_few_lines_to_measure() -> None:
-    for experiment, analysis in zip(blocks("toml"), blocks("python"), strict=False):
-        metric = experiment[experiment.index("[metric") :] + analysis
-        assert len([line for line in metric.splitlines() if line.strip()]) <= 25
+def test_every_block_is_a_file_or_commands_or_part_of_a_file() -> None:
+    whole = re.findall(r"^```(\w*)\n(.*?)^```", DOCUMENT, re.MULTILINE | re.DOTALL)
+    others = [text for language, text in whole if language != "sh" and text not in FILES.values()]
+    assert len(others) == 1  # the first one, which shows what a metric is
+    words = {line for line in others[0].splitlines() if "meaning" not in line}
+    assert words <= set(FILES["gradient/gradient.toml"].splitlines()) | {""}
+    assert not re.findall(r"^    kilotwin", DOCUMENT, re.MULTILINE)
+
+
+@pytest.mark.parametrize("program", PROGRAMS)
+def test_each_program_takes_few_lines_to_measure(program: str) -> None:
+    experiment = FILES[f"{program}/{program}.toml"]
+    metric = experiment[experiment.index("[metric") :]
+    (sweep,) = (
+        text
+        for name, text in FILES.items()
+        if name.startswith(program) and text.count("seeds =") == 1
+    )
+    written = metric + sweep + FILES[f"{program}/analysis.py"]
+    lines = [line for line in written.splitlines() if line.strip() and not line.startswith("#")]
+    assert len(lines) <= 25
+    for kind in ("builtin", "function", "variable"):
+        assert kind in metric
 
 
 def test_a_gradient_reaches_all_and_its_hops_grow_with_its_radius(
@@ -113,24 +145,57 @@ def test_a_metric_that_fails_names_its_line_and_costs_itself_alone(
     assert [event["kind"] for event in events] == ["metric_failed"]
 
 
+def test_a_variable_is_read_at_thousands_of_samples(kilotwin: Kilotwin, lab: Path) -> None:
+    """The engine stands still at each; what it may go at most between them once grew for ever."""
+    words = ("--set", "record.sample_s=0.04", "--set", "duration_s=80", "--set", "swarm.size=2")
+    found = metrics_of(kilotwin, lab, "gradient", *words, "--set", "record.robots_count=0")
+    assert found["hops"] is not None
+
+
 def test_two_variants_are_compared_by_the_document(kilotwin: Kilotwin, lab: Path) -> None:
     """More pull brings the flashes together; equal variants differ by chance alone."""
-    (lab / "pull.toml").write_text(
-        'base = "synchroniser/synchroniser.toml"\nseeds = 6\n'
-        'vary.robots.0.define = [["PULL=8"], ["PULL=9999"]]\n'
-    )
-    kilotwin("sweep", lab / "pull.toml", "--out", lab / "pull", "-q", "-j", "2")
-    sides = ("--a", 'robots.0.define=["PULL=9999"]', "--b", 'robots.0.define=["PULL=8"]')
-    both = (lab / "pull", lab / "pull", *sides)
-    done = kilotwin("compare", *both, "--metric", "together", "--json")
+    sweep, plot, compare = lines_of(part_about("synchroniser"))
+    kilotwin(*sweep, "-q", "-j", "2", folder=lab)
+    kilotwin(*plot, folder=lab)
+    done = kilotwin(*compare, "--metric", "together", "--json", folder=lab)
     (one,) = json.loads(done.stdout)["differences"]
     assert one["trials_a"] == one["trials_b"] == 6
     assert one["difference"]["low"] > 0.1
     assert one["p_corrected"] < 0.05
-    done = kilotwin("compare", *both, "--within", "together=0.05", expect=1)
+    done = kilotwin(*compare, "--within", "together=0.05", expect=1, folder=lab)
     assert "0.05: outside" in done.stdout
-    done = kilotwin("compare", lab / "pull", lab / "pull", "--within", "together=0.5")
+    both = ("compare", "runs/sweep-pull", "runs/sweep-pull")
+    done = kilotwin(*both, "--within", "together=0.5", folder=lab)
     assert "0.5: within" in done.stdout
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("program", ["gradient", "transport"])
+def test_the_commands_of_a_program_run(program: str, kilotwin: Kilotwin, lab: Path) -> None:
+    sweep, plot, compare = lines_of(part_about(program))
+    kilotwin(*sweep, "-q", folder=lab)
+    kilotwin(*plot, folder=lab)
+    assert (lab / f"{program}.png").stat().st_size > 1000
+    found = json.loads(kilotwin(*compare, "--json", folder=lab).stdout)
+    assert not found.get("undecided")
+    assert {one["trials_a"] for one in found["differences"]} == {6}
+
+
+@pytest.mark.long
+def test_the_other_commands_run_one_after_the_other(kilotwin: Kilotwin, lab: Path) -> None:
+    for section in ("Figures", "A against B", "The best values, and the keys that matter"):
+        for words in lines_of(SECTIONS[section]):
+            kilotwin(*words, folder=lab)
+            if "-o" in words:
+                assert (lab / words[words.index("-o") + 1]).stat().st_size > 1000
+
+
+def test_the_walkthrough_runs_shortened(kilotwin: Kilotwin, lab: Path) -> None:
+    (search,) = lines_of(SECTIONS["A walkthrough"])
+    short = ("--set", "duration_s=60", "--points", "2", "--repeats", "1", "--confirm", "0")
+    found = json.loads(kilotwin(*search, *short, "--json", folder=lab).stdout)
+    assert len(found["tried"]) == 2
+    assert all(0 <= one["means"][0] <= 25 for one in found["tried"])
 
 
 def test_an_emulated_table_and_its_reports_are_compared_as_cells_saw_them(

@@ -36,7 +36,8 @@ _UNITS = (("kB", 1e3), ("MB", 1e6), ("GB", 1e9))
 
 @dataclass(frozen=True)
 class Size:
-    """`rows` of robots.arrows, and bytes of the whole folder without prints and CAN frames."""
+    """`rows` of robots.arrows, and bytes of the whole folder without prints and what a grid's host
+    writes."""
 
     robots: int
     samples: int

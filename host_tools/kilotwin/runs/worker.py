@@ -193,10 +193,11 @@ class Trial(Generic[WriterT]):
             self._take(simulation.samples())
         while simulation.tick < end and not stopped():
             began = time.perf_counter()
-            self._advance(min(chunk, end - simulation.tick, self._ticks_until_sample()))
+            ahead = min(chunk, end - simulation.tick, self._ticks_until_sample())
+            self._advance(ahead)
             now = time.perf_counter()
             self._startup_s = self._startup_s or now - self._began
-            chunk = max(1, min(4 * chunk, round(chunk * _CHUNK_S / max(now - began, 1e-6))))
+            chunk = max(1, min(4 * ahead, round(ahead * _CHUNK_S / max(now - began, 1e-6))))
             samples = simulation.samples()
             self._take(samples, last=self._ends_with(samples, end))
         if self._sampled_at != simulation.tick:
