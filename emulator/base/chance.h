@@ -34,6 +34,7 @@ enum class Purpose : uint32_t {
     RIGHT_NOISE = 15,    ///< likewise
     LIGHT = 16,          ///< not drawn now
     OVERHEAD_LOSS = 17,  ///< whether an overhead controller's frame is lost at it
+    DISTANCE_ERROR = 18,          ///< what it takes every distance to be more than it is
     CONVERTER_NOISE = 32,         ///< lowest bit of a conversion
     LOST_PULSE = 33,              ///< which pulse of a lost frame is not seen
     MODULE_RAND_HARD = 40,        ///< bytes of rand_hard()

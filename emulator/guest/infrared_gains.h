@@ -31,6 +31,9 @@ class InfraredGains {
         return kilolib_gains_distance(&tables_, &measured);
     }
 
+    /// Whether a lab has measured the tables: then they are what the receiver reads.
+    bool are_measured() const { return measured_; }
+
     // The tables' entries, 0..GAIN_ENTRIES - 1, as they stand in the EEPROM.
     uint16_t low(int entry) const { return tables_.low[entry]; }
     uint16_t high(int entry) const { return tables_.high[entry]; }

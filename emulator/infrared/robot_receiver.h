@@ -3,7 +3,9 @@
 #ifndef KILOTWIN_INFRARED_ROBOT_RECEIVER_H
 #define KILOTWIN_INFRARED_ROBOT_RECEIVER_H
 
+#include <algorithm>
 #include <array>
+#include <vector>
 
 #include "base/chance.h"
 #include "base/memory.h"
@@ -13,7 +15,7 @@
 
 namespace kilotwin {
 
-/// Without state: all chance is keyed by robot and draw.
+/// Chance is keyed by robot and draw: receptions leave no state.
 class RobotReceiver {
   public:
     /// Keys of `[medium]`.
@@ -21,18 +23,29 @@ class RobotReceiver {
         double loss;            ///< share of frames lost near the sender ...
         double loss_at_range;   ///< ... and at its range; grows with the distance's 4th power
         double gain_noise_lsb;  ///< sd of each converter reading
-        double overhead_loss;   ///< share of an overhead controller's frames lost
+        /// sd, from robot to robot, of what each takes every distance to be more than it is
+        double distance_error_mm;
+        double overhead_loss;  ///< share of an overhead controller's frames lost
     };
 
     /// Readings of an overhead controller's light: strong, and from everywhere. A guess.
     static constexpr distance_measurement_t FROM_ABOVE = {400, 800};
 
-    /// `chance` and `robots` must live on.
+    /// `chance` and `robots`, which are all there, must live on.
     RobotReceiver(const Settings &settings, const Chance &chance, const Swarm<Robot> &robots)
         : settings_(settings),
           chance_(chance),
           pairs_(chance),
-          robots_(robots) {}
+          robots_(robots) {
+        if (settings.distance_error_mm == 0) return;
+        for (uint32_t robot = 0; robot < robots.size(); robot++)
+            errors_mm_.push_back(static_cast<float>(draw_error_mm(robot)));
+    }
+
+    /// What a robot takes every distance to be more than it is.
+    double error_mm(uint32_t robot) const {
+        return errors_mm_.empty() ? 0 : static_cast<double>(errors_mm_[robot]);
+    }
 
     /// Whether chance loses a frame at a robot. `draw` is the robot's own count of frames, of which
     /// those from above are none: they have numbers of their own.
@@ -54,15 +67,24 @@ class RobotReceiver {
         if (settings_.gain_noise_lsb > 0)
             noise = pairs_.draw(reached.station, {Purpose::LOW_GAIN, Purpose::HIGH_GAIN}, draw);
         return robots_[reached.station].calibration().gains.measure(
-            reached.distance_mm, settings_.gain_noise_lsb * noise[0],
+            reached.distance_mm + error_mm(reached.station), settings_.gain_noise_lsb * noise[0],
             settings_.gain_noise_lsb * noise[1]);
     }
 
   private:
+    // Cut as other spreads. What a lab has measured of a robot is right.
+    double draw_error_mm(uint32_t robot) const {
+        constexpr double LIMIT = 3;
+        if (robots_[robot].calibration().gains.are_measured()) return 0;
+        const double drawn = chance_.normal(robot, Purpose::DISTANCE_ERROR, 0);
+        return settings_.distance_error_mm * std::clamp(drawn, -LIMIT, LIMIT);
+    }
+
     Settings settings_;
     const Chance &chance_;
     NormalPairs pairs_;
     const Swarm<Robot> &robots_;
+    std::vector<float> errors_mm_;  ///< by robot; empty: none has one
 };
 
 }  // namespace kilotwin

@@ -89,6 +89,7 @@ void set_medium(SimulationDef &def, Table from) {
         from.read("loss_at_range", settings.loss_at_range);
         from.read("overhead_loss", settings.overhead_loss);
         from.read("gain_noise_lsb", settings.gain_noise_lsb);
+        from.read("distance_error_mm", settings.distance_error_mm);
         from.read("range_m", settings.range_m);
         from.read("range_spread", settings.range_spread);
         from.read("carrier_sense", settings.carrier_sense);

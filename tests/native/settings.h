@@ -51,6 +51,7 @@ inline KilobotChannel::Settings infrared_settings() {
     settings.loss = 0.02;
     settings.loss_at_range = 0.20;
     settings.gain_noise_lsb = 2;
+    settings.distance_error_mm = 0;
     settings.overhead_loss = 0;
     settings.range_m = 0.10;
     settings.range_spread = 0.05;

@@ -100,6 +100,7 @@ KILOBOT_MEDIUM: Defaults = {
     "loss_at_range": 0.2,
     "overhead_loss": 0.02,
     "gain_noise_lsb": 2.0,
+    "distance_error_mm": 1.0,  # hardware.md 2: within 2 mm, taken as two standard deviations
     "carrier_sense": True,
     "collisions": True,
     "half_duplex": True,
