@@ -140,7 +140,7 @@ typedef struct KT_PACKED {
     int32_t *budget;             ///< iterations left (busy_watch.h); not part of the state
     const kt_host_t **host;      ///< not part of the state
     const kt_module_t *module;   ///< null: a robot's program
-    uint8_t original;            ///< whether its runtime has the traits of core/traits.h
+    uint8_t original;            ///< whether its runtime has the traits of its core/traits.h
 } kt_table_t;
 
 /// Size of a guard: more than the 64 K elements of 4 bytes that an index of 16 bits can be off, so

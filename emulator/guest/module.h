@@ -261,6 +261,9 @@ class Module {
     void keep_busy(Cycles until);  ///< interrupts are off, a frame is on air
     void take_cell_message();      ///< calls the program with a reception
 
+    /// Whether its runtime has the traits of runtime/core/traits.h.
+    bool is_original() const { return program_->table().original != 0; }
+
     // module_can.cpp: orders, answers.
     void take_can();  ///< the controller's interrupt
     /// Orders that the core leaves to the driver.

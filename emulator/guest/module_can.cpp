@@ -6,6 +6,7 @@
 #include "guest/module_timing.h"
 #include "runtime/core/answers.h"
 #include "runtime/core/eeprom_map.h"
+#include "runtime/core/original_orders.h"
 
 namespace kilotwin {
 
@@ -39,7 +40,8 @@ void Module::take_can() {
     can_inbox_.erase(can_inbox_.begin());
     if (orders_.state == STATE_BOOT_LOADER) return take_in_boot_loader(frame);
     const uint8_t before = orders_.state;
-    const order_t order = orders_receive(&orders_, frame.data.data(), frame.dlc, frame.rtr);
+    const auto receive = is_original() ? original_receive : orders_receive;
+    const order_t order = receive(&orders_, frame.data.data(), frame.dlc, frame.rtr);
     follow_state(before);
     carry_out(order, frame);
 }

@@ -87,7 +87,8 @@ void Module::settle() {
     answered_ = Asking::NOTHING;
     if (answer_ != Answer::SENT && why == Asking::AT_ONCE) now_ += SENSE_CYCLES;
     if (why == Asking::AT_ONCE) {
-        burst_at_ = now_ + (burst_pauses(&burst_) ? BURST_GAP_CYCLES : 0);
+        const bool pauses = !is_original() && burst_pauses(&burst_);
+        burst_at_ = now_ + (pauses ? BURST_GAP_CYCLES : 0);
         return;
     }
     if (answer_ == Answer::RECEIVING) return;
@@ -129,7 +130,8 @@ void Module::take_cell_message() {
     cell_inbox_.erase(cell_inbox_.begin());
     const auto &table = program_->table();
     const uint8_t cell = reception.cell % CELLS_PER_MODULE;
-    if (!reception.crc_error && robot_reports_add(&orders_.reports, &reception.message, cell))
+    if (!is_original() && !reception.crc_error &&
+        robot_reports_add(&orders_.reports, &reception.message, cell))
         return;
     table.rx_message[cell] = reception.message;
     *table.rx_distance = reception.distance;

@@ -7,6 +7,7 @@
 #include "../../../firmware/kilolib/core/random.h"
 #include "../../../kilogrid_modules/runtime/core/api.h"
 #include "../../../kilogrid_modules/runtime/core/light_patterns.h"
+#include "../../../kilogrid_modules/runtime/core/traits.h"
 #include "abi.h"
 #include "moduleIR.h"
 #include "moduleLED.h"
@@ -79,6 +80,7 @@ const kt_table_t kt_table = {
     .budget = &kt_budget,
     .host = &kt_host,
     .module = &module,
+    .original = MODULE_ORIGINAL,
 };
 
 void module_init(void) { kt_host->init(); }

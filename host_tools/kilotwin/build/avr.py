@@ -177,7 +177,8 @@ def _runtime_flags(program: Program) -> list[str]:
         include = f"-I{resources.path('firmware/kilolib/include')}"
         return [*flags, include, *program.runtime_defines]
     modules = resources.path("kilogrid_modules")
-    return [*flags, *APIS["module"].includes(), f"-I{modules / 'protocol'}"]
+    includes = [*APIS["module"].includes(), f"-I{modules / 'protocol'}"]
+    return [*flags, *includes, *program.runtime_defines]
 
 
 def _helper_flags(program: Program) -> list[str]:

@@ -103,12 +103,15 @@ def _kind(table: KeyPath, run: Robots | Grid, common: Cpu | None, medium: str) -
         for key in ("program", "include", "define"):
             if key in run.model_fields_set and getattr(run, key):
                 yield Problem(f"with 'hex' there is no '{key}'; keep one of them", ((*table, key),))
-        if isinstance(run, Robots) and run.runtime is not None:
+        if run.runtime is not None:
             what = "a 'hex' has its own runtime; leave runtime out"
             yield Problem(what, ((*table, "runtime"),))
         if run.cpu in ("native", "translated"):
             what = "a 'hex' runs on an ATmega328P; leave cpu out"
             yield Problem(what, ((*table, "cpu"),))
+    if isinstance(run, Grid) and run.boot_loader and run.runtime == "original":
+        what = "our boot loader comes with our runtime; leave runtime out"
+        yield Problem(what, ((*table, "runtime"),))
     if run.boot_loader and run.hex is None and cpu != "avr":
         what = 'a boot loader is for an ATmega328P; set cpu to "avr"'
         yield Problem(what, ((*table, "boot_loader"),))

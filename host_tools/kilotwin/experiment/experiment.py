@@ -297,6 +297,7 @@ def _modules(grid: Grid, origin: ExperimentText, *, interpreted: bool) -> Group:
         program = _image(grid.hex, table, origin)
     else:
         program = _program(grid.program, table, origin, grid.include, grid.define, api="module")
+        program = replace(program, runtime=grid.runtime or "kilotwin")
     on_board = grid.hex is not None or grid.cpu == "avr"
     loader: Target | None = "module" if grid.boot_loader else None
     return Group(program, grid.columns * grid.rows, None, on_board, loader, interpreted)

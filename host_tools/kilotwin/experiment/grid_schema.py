@@ -4,6 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
+from kilotwin.experiment.programs import Runtime
 from kilotwin.files.headers import MODULE_M, MOST_COLUMNS, MOST_PER_BUS
 from kilotwin.parameters.section import (
     Length,
@@ -71,6 +72,9 @@ class Grid(Section):
     """Instead of `program`: a `.hex` or `.elf` for the modules' ATmega328P, as it is flashed."""
     cpu: Literal["native", "avr"] | None = None
     """Processor of `program`: this computer, or modules' ATmega328P (`kilobot` medium only)."""
+    runtime: Runtime | None = None
+    """Runtime of `program`. `original`: what is known of the published one; requests for health,
+    questions to robots and their answers are the program's. `kilotwin`, if left out: ours."""
     boot_loader: bool = False
     """Whether their flash also holds Kilotwin's boot loader, so that they can be flashed over CAN;
     ATmega328P only."""

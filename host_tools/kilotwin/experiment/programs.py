@@ -23,7 +23,7 @@ _KILOGRID_WORDS = re.compile(
 Api = Literal["kilobot", "kilogrid", "module"]
 """API that a program is written for: kilolib, the Kilogrid's flavour of it, or the module API."""
 Runtime = Literal["original", "kilotwin"]
-"""Runtime of a robot's program: the published kilolib's traits, or ours (docs/hex_files.md)."""
+"""Runtime of a program: with the published library's traits, or ours (docs/hex_files.md)."""
 _IMAGES = (*HEX_SUFFIXES, ".elf")
 
 # A macro with its parameters, if it has some, and what it stands for.
@@ -78,7 +78,8 @@ class Program:
     @property
     def runtime_defines(self) -> list[str]:
         """Compiler flags for the runtime's sources, not the program's."""
-        return ["-DKILOLIB_ORIGINAL=1"] if self.runtime == "original" else []
+        library = "MODULE" if self.target == "module" else "KILOLIB"
+        return [f"-D{library}_ORIGINAL=1"] if self.runtime == "original" else []
 
     @property
     def looks_like(self) -> Target | None:

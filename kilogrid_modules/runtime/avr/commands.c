@@ -4,6 +4,8 @@
 #include <string.h>
 
 #include "../core/eeprom_map.h"
+#include "../core/original_orders.h"
+#include "../core/traits.h"
 #include "bus.h"
 #include "clock.h"
 #include "infrared.h"
@@ -44,8 +46,14 @@ static void take_configuration(void) {
     for (uint8_t i = 0; i < config->size; i++) configuration[i] = config->data[i];
 }
 
+static order_t order_of(const can_frame_t *frame) {
+    orders_t *orders = &runtime_orders;
+    return MODULE_ORIGINAL ? original_receive(orders, frame->data, frame->length, frame->rtr)
+                           : orders_receive(orders, frame->data, frame->length, frame->rtr);
+}
+
 void runtime_bus_received(const can_frame_t *frame) {
-    switch (orders_receive(&runtime_orders, frame->data, frame->length, frame->rtr)) {
+    switch (order_of(frame)) {
     case ORDER_HAND_OVER: hand_over(frame); break;
     case ORDER_CONFIG_SIZE: configuration_size = runtime_orders.transfer.config.size; break;
     case ORDER_CONFIGURE: take_configuration(); break;

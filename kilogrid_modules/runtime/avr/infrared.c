@@ -6,6 +6,7 @@
 #include "../../../firmware/kilolib/avr/frame_sender.h"
 #include "../../../firmware/kilolib/avr/gains_read.h"
 #include "../../../firmware/kilolib/core/infrared_frame.h"
+#include "../core/traits.h"
 #include "../core/turns.h"
 #include "board.h"
 #include "commands.h"
@@ -125,7 +126,8 @@ ISR(TIMER1_COMPB_vect) {
 static void take_message(void) {
     const bool wrong = message_crc(&reader.message) != reader.message.crc;
     wait_for_frame();
-    if (!wrong && robot_reports_add(&runtime_orders.reports, &reader.message, listening_cell))
+    if (!MODULE_ORIGINAL && !wrong &&
+        robot_reports_add(&runtime_orders.reports, &reader.message, listening_cell))
         return;
     (*module_IR_message_rx)(&reader.message, (cell_num_t)listening_cell, &distance, wrong);
 }

@@ -3,6 +3,7 @@
 #include <util/atomic.h>
 
 #include "../core/bursts.h"
+#include "../core/traits.h"
 #include "commands.h"
 #include "moduleIR.h"
 #include "moduleLED.h"
@@ -21,7 +22,7 @@ void runtime_send_burst(job_t job) {
     while (burst_next(&burst, &runtime_orders, &frame)) {
         send_IR_message(&frame.message, (cell_num_t)frame.cell);
         show(burst_light(&burst, &runtime_orders));
-        if (burst_pauses(&burst)) __builtin_avr_delay_cycles(BURST_GAP_CYCLES);
+        if (!MODULE_ORIGINAL && burst_pauses(&burst)) __builtin_avr_delay_cycles(BURST_GAP_CYCLES);
     }
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { burst_end(&burst, &runtime_orders); }
 }
