@@ -1,8 +1,9 @@
 """Runs the native tests (ctest) and the Python tests (pytest) and ends with one plain line.
 
-They run side by side, those that type a person's commands (tests/system) in a pytest of their own.
-What the others print comes when the first is done. The exit code is 0 only if nothing failed and
-each ran something.
+They run side by side. pytest has a process more than there are cores, since tests that type a
+person's commands (tests/system) often wait for a table that runs in real time; a file's tests stay
+in one process. What the native tests print comes when pytest is done. The exit code is 0 only if
+nothing failed and each ran something.
 """
 
 import contextlib
@@ -16,7 +17,6 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 BUILD = ROOT / "build"
-SYSTEM = "tests/system"
 
 
 @dataclass
@@ -78,12 +78,9 @@ def main() -> int:
     command = ["ctest", "--test-dir", "build/native", "--output-on-failure", "--no-tests=error"]
     command += ["--parallel", str(os.cpu_count()), "--output-junit", str(report)]
     jobs.append(Job.start("native tests", command, report, BUILD / "native-tests.log"))
-    pytest = [sys.executable, "-m", "pytest", "-m", "not long"]
-    report = BUILD / "pytest-system.xml"
-    command = [*pytest, "-p", "no:cacheprovider", f"--junitxml={report}", SYSTEM]
-    jobs.append(Job.start("system tests", command, report, BUILD / "system-tests.log"))
     report = BUILD / "pytest.xml"
-    command = [*pytest, f"--junitxml={report}", "tests", f"--ignore={SYSTEM}"]
+    command = [sys.executable, "-m", "pytest", "-m", "not long", f"--junitxml={report}", "tests"]
+    command += ["--numprocesses", str((os.cpu_count() or 1) + 1), "--dist", "loadfile"]
     print("== Python tests", flush=True)
     jobs.append(Job.start("Python tests", command, report))
 
