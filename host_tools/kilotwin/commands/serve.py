@@ -37,7 +37,7 @@ def programmer(
         typer.Option(
             envvar="KILOTWIN_CHIP",
             help="Keep the chip in this file: flash, EEPROM, fuses, lock bits, signature. "
-            '`[[robots]] hex = "FILE"` runs it. A new chip if there is no such file.',
+            '`[\\[robots]] hex = "FILE"` runs it. A new chip if there is no such file.',
         ),
     ] = None,
     link: Annotated[
