@@ -22,8 +22,11 @@ def read_parquet(path: Path) -> pa.Table:
 
     Threads of Arrow's that were still at it aborted the program where a refusal ended it at once.
     """
-    with pq.ParquetFile(pa.BufferReader(path.read_bytes()), pre_buffer=False) as file:
-        return file.read(use_threads=False)
+    try:
+        with pq.ParquetFile(pa.BufferReader(path.read_bytes()), pre_buffer=False) as file:
+            return file.read(use_threads=False)
+    except UnicodeDecodeError as error:  # in a column's name
+        raise pa.ArrowInvalid(str(error)) from None
 
 
 @dataclass(frozen=True)

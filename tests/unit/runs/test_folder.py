@@ -18,7 +18,7 @@ import pytest
 from kilotwin.errors import InputError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.runs.folder import check_free, close_manifest, default_folder
-from kilotwin.runs.reader import Run
+from kilotwin.runs.reader import Run, read_parquet
 from kilotwin.runs.writer import RunWriter
 
 from ..conftest import SMALL, Load
@@ -322,3 +322,11 @@ def test_streams_are_readable_while_they_are_written(
     assert pa.ipc.open_stream(tmp_path / "run/robots.arrows").schema.names[0] == "tick"
     assert Run.open(tmp_path / "run").robots().num_rows == 6 * ROBOTS
     writer.close(clean=False)
+
+
+def test_a_column_whose_name_is_no_text_makes_a_table_damaged(tmp_path: Path) -> None:
+    file = tmp_path / "x.parquet"
+    pq.write_table(pa.table({"column": [1, 2]}), file)
+    file.write_bytes(file.read_bytes().replace(b"column", b"\xe3(lumn"))
+    with pytest.raises(pa.ArrowInvalid, match="invalid continuation byte"):
+        read_parquet(file)
