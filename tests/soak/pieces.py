@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from tests.fuzz.run import NAMES as FUZZED
 
+_FAULTS = "tests/soak/test_grid_faults.py"
 _FUZZ = "tests/fuzz/test_fuzz.py::test_no_input_breaks_it_in_a_long_run"
 
 
@@ -95,6 +96,21 @@ PIECES = {
     ),
     "socketcan": Piece(
         "a table on SocketCAN, in User-Mode Linux or this kernel", ("tests/socketcan/",), 20
+    ),
+    "bus-off": Piece(
+        "after each of 100 bus-offs a module's frames are back within a second, native and chips",
+        (f"{_FAULTS}::test_after_each_of_100_bus_offs_a_module_is_back_within_a_second",),
+        10,
+    ),
+    "resets": Piece(
+        "200 modules, each reset once in an hour, lose nothing but what is said",
+        (f"{_FAULTS}::test_200_modules_that_are_reset_once_each_lose_nothing_but_what_is_said",),
+        20,
+    ),
+    "bus-day": Piece(
+        "a full bus loses no frame in 24 hours, with flat memory",
+        ("tests/soak/test_bus_day.py",),
+        5,
     ),
     **{
         f"fuzz-{name}": Piece(f"the decoder {name} takes any bytes", (f"{_FUZZ}[{name}]",), 30)
