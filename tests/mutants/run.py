@@ -1,12 +1,14 @@
 """`make mutants`: plants small faults, one at a time, and lists those that no test finds.
 
     python -m tests.mutants.run [--count 80 | --all] [--seed 1] [--group cores] [--file NAME]
+                                [--minutes 60]
 
-The faults are a sample that depends on count and seed alone. Each is planted into a copy of the
-tree in build/mutants, never into the sources; the tests of targets.py are built and run there until
-one fails. Faults that do not compile count for nothing. Survivors that cannot be told from the
-original, or that no test is worth, stand in survivors.toml with the reason. The exit code is 1 if
-one survives that does not, or if fewer than 95 % are killed.
+The faults are a sample that depends on count and seed alone. With --minutes they come in an order
+drawn by the seed, and none is begun after that time: those that were judged are a smaller sample.
+Each is planted into a copy of the tree in build/mutants, never into the sources; the tests of
+targets.py are built and run there until one fails. Faults that do not compile count for nothing.
+Survivors that cannot be told from the original, or that no test is worth, stand in survivors.toml
+with the reason. The exit code is 1 if one survives that does not, or if fewer than 95 % are killed.
 """
 
 import argparse
@@ -108,6 +110,7 @@ def main() -> int:
     parser.add_argument("--group", choices=SHARES, action="append")
     parser.add_argument("--file", help="only files whose name has this in it")
     parser.add_argument("--line", help="only lines that have this in them")
+    parser.add_argument("--minutes", type=float, help="begin no further fault after that time")
     parser.add_argument("--folder", type=Path, default=FOLDER, help="of the copies and builds")
     parser.add_argument("--json", type=Path, help="results, for a program to read")
     arguments = parser.parse_args()
@@ -122,11 +125,17 @@ def main() -> int:
     chosen = sample(faults, count, arguments.seed)
     if arguments.all:
         chosen = [fault for of_group in faults.values() for fault in of_group]
+    if arguments.minutes is not None:
+        random.Random(arguments.seed).shuffle(chosen)
     print(f"{len(chosen)} of {sum(map(len, faults.values()))} faults, seed {arguments.seed}")
     workshop = Workshop(arguments.folder)
     why = reasons()
-    results = []
+    results: list[tuple[Verdict, Target, Mutation]] = []
+    end = math.inf if arguments.minutes is None else began + 60 * arguments.minutes
     for target, fault in chosen:
+        if time.monotonic() > end:
+            print(f"the time is over: {len(chosen) - len(results)} are left out")
+            break
         verdict = workshop.judge(target, fault)
         show(verdict, target, fault, why.get(key(fault)))
         results.append((verdict, target, fault))

@@ -3,6 +3,7 @@
 import errno
 import json
 import os
+import re
 from pathlib import Path
 
 import pyarrow as pa
@@ -307,6 +308,8 @@ def test_a_trial_is_recognised_by_experiment_and_program(plan: Plan) -> None:
     assert len(set(keys(plan))) == 4
     assert trial_key(plan.trials[0], ["program"]) == key(plan, 0)
     assert trial_key(plan.trials[0], ["changed"]) != key(plan, 0)
+    # Parts have its name: another length would lose those of earlier versions.
+    assert re.fullmatch("[0-9a-f]{32}", key(plan, 0))
 
 
 def test_the_time_of_a_robot_second_is_that_of_the_finished_trials(
