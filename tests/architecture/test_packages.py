@@ -28,7 +28,8 @@ ORDER = (
         "links",
         "environment",
     ),
-    *("metrics", "runs", "lab", "sweep", "compare", "plot", "paper", "search", "flash", "commands"),
+    *("metrics", "runs", "lab", "sweep", "compare", "plot", "paper", "view", "search", "flash"),
+    "commands",
 )
 BELOW_ALL = ("errors", "units", "_emulator", "__version__")
 # Where modules are loaded by name, on first use: the Python API, and commands.

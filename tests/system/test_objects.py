@@ -22,7 +22,7 @@ from kilotwin.experiment.areas import disc, lies_inside, overlap, polygon_of
 from kilotwin.experiment.object_schema import PushedObject
 from kilotwin.experiment.objects import areas_at
 from kilotwin.plot.map import draw_map
-from kilotwin.plot.style import OBJECT
+from kilotwin.plot.palette import OBJECT
 from kilotwin.runs.reader import Run
 from kilotwin.units import TICK_S
 

@@ -3,7 +3,7 @@
 import os
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -12,6 +12,8 @@ from hypothesis.configuration import set_hypothesis_home_dir
 
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.text import parse_setting
+
+from .known_run import Begin, beginning
 
 # No examples kept from run to run, and no clock: the machine may be busy.
 set_hypothesis_home_dir(Path(__file__).parents[2] / "build" / "hypothesis")
@@ -120,6 +122,13 @@ def load(folder: Path) -> Load:
         return Experiment.load(folder / "small.toml", map(parse_setting, settings))
 
     return load
+
+
+@pytest.fixture
+def begin(load: Load, tmp_path: Path) -> Iterator[Begin]:
+    """`begin("run", "key=value", ..., text=...)`: the writer of a run that has begun."""
+    with beginning(load, SMALL, tmp_path) as begin:
+        yield begin
 
 
 @pytest.fixture(scope="session")

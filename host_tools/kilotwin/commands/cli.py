@@ -27,9 +27,10 @@ COMMANDS = {
     "optimise": "Search for the values of keys with which a metric is best. Goes on where it was "
     "stopped.",
     "sensitivity": "Say which keys matter for a metric. Goes on where it was stopped.",
+    "view": "See a run in the browser, at any time of it.",
     "check-run": "Say whether a run folder is whole, truncated, spoiled or damaged. 1 if it is not "
     "whole.",
-    "plot": "Draw a figure of a run or a sweep.",
+    "plot": "Draw a figure of a run or a sweep, or a video of a run.",
     "build": "Build a program into an image to flash, or a guest, and say how large it is.",
     "port": "Say what of a program would go wrong on the robot. 1 if something fails there.",
     "compare": "Compare two runs or sweeps, or with what others measured. 1 if it is outside the "

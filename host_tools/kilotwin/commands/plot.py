@@ -6,18 +6,20 @@ from typing import Annotated, Any
 
 import typer
 
-from kilotwin.commands import lazy
-from kilotwin.commands.options import Where, command_app
+from kilotwin.commands import lazy, steps
+from kilotwin.commands.options import Quiet, Where, command_app
+from kilotwin.errors import InputError
 
 app = command_app()
 
 
 class Figure(StrEnum):
-    """The figures: the first three of a run, the others of a sweep."""
+    """The figures: the first four of a run, the others of a sweep."""
 
     timeline = "timeline"
     map = "map"
     states = "states"
+    video = "video"
     curve = "curve"
     effect = "effect"
     heat = "heat"
@@ -45,6 +47,7 @@ def _option(name: str, metavar: str, text: str) -> Any:
     epilog="Examples:\n\n"
     "  kilotwin plot map runs/my-run -o map.png\n\n"
     "  kilotwin plot states runs/my-run -o states.pdf\n\n"
+    "  kilotwin plot video runs/my-run -o run.mp4 --speed 100 --trails\n\n"
     "  kilotwin plot curve runs/my-sweep --metric hops --by swarm.size -o hops.png\n\n"
     "  kilotwin plot effect runs/my-sweep --x swarm.size --y hops -o sizes.svg\n\n"
     "  kilotwin plot heat my-sweep --x swarm.size --y medium.loss --metric hops -o heat.png\n\n"
@@ -59,13 +62,16 @@ def plot(
         Path,
         typer.Argument(
             metavar="RUN|SWEEP",
-            help="A run folder (timeline, map, states) or a sweep's (the others).",
+            help="A run folder (timeline, map, states, video) or a sweep's (the others).",
         ),
     ],
     output: Annotated[
         Path,
         typer.Option(
-            "-o", "--output", envvar="KILOTWIN_OUTPUT", help="The picture: .png, .svg or .pdf."
+            "-o",
+            "--output",
+            envvar="KILOTWIN_OUTPUT",
+            help="The picture: .png, .svg or .pdf; of video .mp4, .webm or .gif.",
         ),
     ],
     *,
@@ -98,8 +104,36 @@ def plot(
             envvar="KILOTWIN_COLUMN", help="series: which column of series.parquet, over time."
         ),
     ] = None,
+    speed: Annotated[
+        float | None,
+        typer.Option(
+            min=0.01,
+            max=1e6,
+            envvar="KILOTWIN_SPEED",
+            help="video: simulated seconds per second; all in half a minute, if left out.",
+        ),
+    ] = None,
+    from_s: Annotated[
+        float | None,
+        typer.Option("--from", metavar="S", envvar="KILOTWIN_FROM", help="video: its begin."),
+    ] = None,
+    to_s: Annotated[
+        float | None,
+        typer.Option("--to", metavar="S", envvar="KILOTWIN_TO", help="video: its end."),
+    ] = None,
+    width: Annotated[
+        int,
+        typer.Option(
+            min=160, max=3840, envvar="KILOTWIN_WIDTH", help="video: width of the picture, pixels."
+        ),
+    ] = 960,
+    trails: Annotated[
+        bool,
+        typer.Option("--trails", envvar="KILOTWIN_TRAILS", help="video: where robots came from."),
+    ] = False,
+    quiet: Quiet = False,
 ) -> None:
-    """Draw a figure of a run or a sweep."""
+    """Draw a figure of a run or a sweep, or a video of a run."""
     figures = lazy.load("plot.figures")
     wanted = figures.Wanted(
         tuple(where or ()),
@@ -112,6 +146,31 @@ def plot(
         panels,
         None if statistic is None else statistic.value,
     )
+    if figure is Figure.video:
+        figures.check_options(figure.value, wanted)
+        _write_video(folder, output, (speed, from_s, to_s, width, trails), quiet=quiet)
+        return
+    for option, given in {"speed": speed, "from": from_s, "to": to_s}.items():
+        if given is not None:
+            raise InputError(f"--{option} {given:g}: for video; {figure.value} is one picture")
     if preset is not None:
         wanted = lazy.load("paper.presets").with_preset(preset, figure.value, wanted)
     figures.write_figure(figure.value, folder, output, wanted)
+
+
+def _write_video(
+    folder: Path,
+    output: Path,
+    film: tuple[float | None, float | None, float | None, int, bool],
+    *,
+    quiet: bool,
+) -> None:
+    video = lazy.load("plot.video")
+    run = lazy.load("runs.reader").Run.open(folder)
+    display = steps.display(quiet)
+    display.step(f"drawing {output}")
+    try:
+        said = video.write_video(run, output, video.Film(*film), display.part)
+    finally:
+        display.stop()
+    typer.echo(said)

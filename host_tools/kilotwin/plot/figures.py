@@ -30,6 +30,7 @@ SWEEP_FIGURES: dict[str, Callable[[Conditions], Figure]] = {
     "error": draw_error,
 }
 SERIES_FIGURE = "series"
+VIDEO = "video"
 _SUFFIXES = {".png", ".svg", ".pdf"}
 
 
@@ -65,7 +66,7 @@ def write_figure(figure: str, folder: Path, target: Path, wanted: Wanted | None 
     wanted = wanted or Wanted()
     if target.suffix.lower() not in _SUFFIXES:
         raise InputError(f"-o {target}: not a kind of picture; end the name in .png, .svg or .pdf")
-    _check_options(figure, wanted)
+    check_options(figure, wanted)
     if figure in RUN_FIGURES:
         drawing = partial(RUN_FIGURES[figure], Run.open(folder))
     elif figure == SERIES_FIGURE:
@@ -83,9 +84,9 @@ def write_figure(figure: str, folder: Path, target: Path, wanted: Wanted | None 
         raise InputError(f"-o {target}: cannot be written ({reason}); name another file") from None
 
 
-def _check_options(figure: str, wanted: Wanted) -> None:
+def check_options(figure: str, wanted: Wanted) -> None:
     """Each option belongs to some figures, and some figures need one."""
-    if figure in RUN_FIGURES and wanted.where:
+    if (figure in RUN_FIGURES or figure == VIDEO) and wanted.where:
         first = wanted.where[0]
         raise InputError(f"--where {first}: for figures of sweeps; {figure} is of one run")
     if wanted.column is not None and figure != SERIES_FIGURE:

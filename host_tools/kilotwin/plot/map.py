@@ -15,27 +15,20 @@ from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
-from kilotwin.errors import InputError
 from kilotwin.experiment.areas import Area, area_of
 from kilotwin.experiment.informed import informed_ranges
 from kilotwin.experiment.objects import areas_at
-from kilotwin.experiment.pictures import Picture, floor_picture
+from kilotwin.experiment.pictures import Picture
 from kilotwin.experiment.profile_defaults import PROFILES
 from kilotwin.experiment.schema import Arena, ExperimentSchema, Obstacle, Site
 from kilotwin.experiment.states import States
-from kilotwin.experiment.text import ExperimentText
+from kilotwin.plot.palette import FLOOR, OBJECT, OBSTACLE, OUTLINE, site_fills, state_colours
 from kilotwin.plot.style import (
-    FLOOR,
     HATCHES,
     LEGEND_LINE,
-    OBJECT,
-    OBSTACLE,
-    OUTLINE,
     legend_columns,
     letters,
     repeats,
-    site_fills,
-    state_colours,
     title,
     wrapped,
 )
@@ -57,9 +50,9 @@ def draw_map(run: Run) -> Figure:
 
     figure = Figure(figsize=(10, 7.5))
     axes = figure.add_subplot()
-    _draw_floor(axes, experiment, _drawn_floor(run))
+    draw_floor(axes, experiment, run.floor())
     things = _draw_objects(axes, run, robots["tick"][0].as_py())
-    point = 1 / _points_per_metre(axes)
+    point = 1 / points_per_metre(axes)
     _draw_informed(axes, centres[informed], diameter, point)
     outline = min(0.5, 0.08 * diameter / point)
     fills = [colours[state] for state in states]
@@ -95,15 +88,6 @@ def _informed_ids(experiment: ExperimentSchema) -> list[int]:
     ]
 
 
-def _drawn_floor(run: Run) -> Picture | None:
-    """Sites that are drawn; None, if the picture is there no more."""
-    try:
-        origin = ExperimentText.read(run.folder / "experiment.toml", [])
-        return floor_picture(run.experiment, origin)
-    except InputError:
-        return None
-
-
 def _draw_picture(axes: Axes, picture: Picture, fills: list[str]) -> None:
     colours = np.array([(0.0, 0.0, 0.0, 0.0), *(to_rgba(fill) for fill in fills)])
     (left, low), (width, height) = picture.low_m, picture.size_m
@@ -116,7 +100,8 @@ def _draw_picture(axes: Axes, picture: Picture, fills: list[str]) -> None:
     )
 
 
-def _draw_floor(axes: Axes, experiment: ExperimentSchema, picture: Picture | None) -> None:
+def draw_floor(axes: Axes, experiment: ExperimentSchema, picture: Picture | None) -> None:
+    """What stands still: arena, sites, obstacles; the axes' limits are around the arena."""
     arena = area_of(experiment.arena)
     _draw_place(axes, experiment.arena, facecolor=FLOOR, edgecolor="black", lw=2)
     if picture is not None:
@@ -155,7 +140,8 @@ def _room(axes: Axes) -> tuple[float, float]:
     return float(figure.get_figwidth() * box.width), float(figure.get_figheight() * box.height)
 
 
-def _points_per_metre(axes: Axes) -> float:
+def points_per_metre(axes: Axes) -> float:
+    """The scale of a table that is drawn in equal steps along x and y."""
     (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
     width, height = _room(axes)
     return 72 * min(width / (right - left), height / (high - low))
@@ -165,7 +151,7 @@ def _draw_legend(axes: Axes, handles: list[Artist]) -> None:
     """To the right; below, if it is higher than a map that is wide."""
     labels = [str(handle.get_label()) for handle in handles]
     (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
-    inches = _points_per_metre(axes) / 72
+    inches = points_per_metre(axes) / 72
     columns = legend_columns(labels, inches * (high - low))
     if columns == 1 or right - left < 1.3 * (high - low):
         axes.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.0, 1.0), ncols=columns)
@@ -187,13 +173,16 @@ def _draw_place(axes: Axes, place: Arena | Obstacle | Site, **look: Any) -> Patc
 
 
 def _draw_area(axes: Axes, area: Area, **look: Any) -> Patch:
-    patch: Patch
-    if area.circle:
-        patch = Circle((area.x, area.y), area.width / 2, **look)
-    else:
-        patch = Polygon(np.array(area.outline), closed=True, **look)
+    patch = area_patch(area, **look)
     axes.add_patch(patch)
     return patch
+
+
+def area_patch(area: Area, **look: Any) -> Patch:
+    """Its outline, filled."""
+    if area.circle:
+        return Circle((area.x, area.y), area.width / 2, **look)
+    return Polygon(np.array(area.outline), closed=True, **look)
 
 
 def _draw_robots(

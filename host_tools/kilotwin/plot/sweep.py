@@ -18,13 +18,12 @@ from matplotlib.ticker import MaxNLocator
 from kilotwin.compare.intervals import bootstrap_mean, spread
 from kilotwin.errors import InputError
 from kilotwin.plot.heat_map import SHADES, draw_map, look_of, value_labels
+from kilotwin.plot.palette import OUTLINE, name_fill
 from kilotwin.plot.style import (
     HATCHES,
     MOST_LINES,
-    OUTLINE,
     letters,
     line_look,
-    name_fill,
     repeats,
     trials_note,
     wrapped,

@@ -12,16 +12,8 @@ from numpy.typing import NDArray
 from kilotwin.errors import InputError
 from kilotwin.experiment.checks import swarm_size
 from kilotwin.experiment.states import States
-from kilotwin.plot.style import (
-    DASHES,
-    OUTLINE,
-    legend_columns,
-    repeats,
-    site_fills,
-    state_colours,
-    title,
-    wrapped,
-)
+from kilotwin.plot.palette import OUTLINE, site_fills, state_colours
+from kilotwin.plot.style import DASHES, legend_columns, repeats, title, wrapped
 from kilotwin.runs.reader import Run
 
 _NOT_RESTING = "#d55e00"

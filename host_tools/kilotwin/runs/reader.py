@@ -12,7 +12,9 @@ import pyarrow.parquet as pq
 
 from kilotwin.errors import InputError, cause_of
 from kilotwin.experiment.checks import swarm_size
+from kilotwin.experiment.pictures import Picture, floor_picture
 from kilotwin.experiment.schema import ExperimentSchema
+from kilotwin.experiment.text import ExperimentText
 from kilotwin.runs.columns import SENT_SCHEMA, TRACKING_SCHEMA, Records
 from kilotwin.runs.folder import EVENTS, EXPERIMENT, FINISHED, MANIFEST, OBJECTS, SENT, TRACKING
 
@@ -101,6 +103,18 @@ class Run:
     def robots_number(self) -> int:
         """How many robots the experiment has."""
         return swarm_size(self.experiment)
+
+    @property
+    def origin(self) -> ExperimentText:
+        """The experiment's text, from which files that it names are found; InputError if torn."""
+        return ExperimentText.read(self.folder / EXPERIMENT, [])
+
+    def floor(self) -> Picture | None:
+        """Sites that are drawn; None, if there are none or the picture is there no more."""
+        try:
+            return floor_picture(self.experiment, self.origin)
+        except InputError:
+            return None
 
     def events(self) -> list[dict[str, Any]]:
         """Events of robots; a line cut short by a kill is left out. InputError if damaged."""

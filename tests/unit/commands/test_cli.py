@@ -15,7 +15,13 @@ from kilotwin.commands import cli, plot
 from kilotwin.commands.doctor import Finding, examine, report_text
 from kilotwin.errors import EXIT_INTERRUPTED
 from kilotwin.files import resources
-from kilotwin.plot.figures import METRIC_FIGURES, RUN_FIGURES, SERIES_FIGURE, SWEEP_FIGURES
+from kilotwin.plot.figures import (
+    METRIC_FIGURES,
+    RUN_FIGURES,
+    SERIES_FIGURE,
+    SWEEP_FIGURES,
+    VIDEO,
+)
 from kilotwin.runs import run
 
 from ..conftest import Kilotwin
@@ -27,6 +33,7 @@ COMMANDS = [
     "check-run",
     "optimise",
     "plot",
+    "view",
     "sensitivity",
     "build",
     "port",
@@ -110,6 +117,7 @@ def test_plot_has_every_figure() -> None:
         *SWEEP_FIGURES,
         *METRIC_FIGURES,
         SERIES_FIGURE,
+        VIDEO,
     }
 
 

@@ -10,7 +10,7 @@ from kilotwin.errors import InputError
 from kilotwin.experiment.engine_spec import engine_spec
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.kconf import blocks_of, configurations, parse, to_text
-from kilotwin.plot.style import site_fills
+from kilotwin.plot.palette import site_fills
 
 from ..conftest import SMALL, Load
 

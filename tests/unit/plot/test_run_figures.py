@@ -15,9 +15,9 @@ from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 
 from kilotwin.errors import InputError
-from kilotwin.plot import style
+from kilotwin.plot import palette, style
 from kilotwin.plot.figures import RUN_FIGURES, write_figure
-from kilotwin.plot.style import site_fills, state_colours
+from kilotwin.plot.palette import site_fills, state_colours
 from kilotwin.runs.folder import close_manifest
 from kilotwin.runs.reader import Run
 
@@ -182,7 +182,7 @@ def test_a_timeline_tells_parts_of_a_second_and_wishes_beside_the_lines(
         "not resting (n)",
         "wanted",
     ]
-    assert dotted(axes) == {style.OUTLINE: 5.0}
+    assert dotted(axes) == {palette.OUTLINE: 5.0}
 
 
 def test_wishes_that_differ_have_their_sites_colours(run_folder: Path) -> None:
@@ -258,7 +258,7 @@ def test_sites_of_one_colour_and_long_names_can_be_told(
     (axes,) = found.axes
     assert "\n" in axes.get_title(loc="left")
     if figure == "map":
-        patches = [p for p in axes.patches if p.get_facecolor() != to_rgba(style.FLOOR)]
+        patches = [p for p in axes.patches if p.get_facecolor() != to_rgba(palette.FLOOR)]
         looks = {(patch.get_facecolor(), patch.get_hatch()) for patch in patches}
     else:
         looks = {(line.get_color(), str(vars(line)["_dash_pattern"])) for line in axes.lines[:15]}

@@ -1,0 +1,265 @@
+"""The samples of a run folder, finished or growing, read a few at a time."""
+
+import json
+import struct
+import threading
+from collections import OrderedDict
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+
+from kilotwin.runs.folder import OBJECTS
+from kilotwin.runs.stream_index import Batch, StreamIndex
+from kilotwin.units import TICK_S
+
+_POSE = ("x_m", "y_m", "heading_rad")
+_KEPT_BATCHES = 16
+_TURN = 2 * np.pi
+
+MOST_ROWS = 2_000_000
+"""Rows of one answer, at most."""
+
+_BYTES = struct.Struct("<I")
+
+
+class Rows:
+    """A stream with the same number of rows in each sample: `robots.arrows`, say."""
+
+    def __init__(self, file: Path, numbered: str) -> None:
+        """`numbered`: the column that says which robot or object a row is of."""
+        self._index = StreamIndex(file)
+        self._numbered = numbered
+        self._decoded: OrderedDict[int, pa.RecordBatch] = OrderedDict()
+        self._row_ticks: list[NDArray[np.int64]] = []  # of each batch
+        self.ids: NDArray[np.uint32] = np.zeros(0, dtype=np.uint32)
+        """Which robots each sample has, in order; none before the first sample."""
+
+    @property
+    def samples(self) -> int:
+        """Whole samples there are."""
+        return self._index.rows // len(self.ids) if len(self.ids) else 0
+
+    def refresh(self) -> None:
+        """Takes in what was written since."""
+        self._index.refresh()
+        if not len(self.ids) and self._index.batches:
+            first = self._index.read(self._index.batches[0], ["tick", self._numbered])
+            tick = np.asarray(first["tick"])
+            self.ids = np.asarray(first[self._numbered])[tick == tick[0]]
+
+    def has(self, column: str) -> bool:
+        """Whether the run recorded it."""
+        return column in self._index.names()
+
+    def ticks(self) -> NDArray[np.int64]:
+        """[samples]: when each was taken. Reads a column of all that is new."""
+        for batch in self._index.batches[len(self._row_ticks) :]:
+            rows = np.asarray(self._index.read(batch, ["tick"])["tick"])
+            self._row_ticks.append(rows[:: len(self.ids)])
+        return np.concatenate([*self._row_ticks, np.zeros(0, dtype=np.int64)])
+
+    def read(self, wanted: Sequence[int], columns: list[str]) -> dict[str, NDArray[Any]]:
+        """[len(wanted), rows of a sample] for each column; the samples, ascending, are there.
+
+        Of `state` the words' numbers.
+        """
+        size = len(self.ids)
+        made: dict[str, list[NDArray[Any]]] = {column: [] for column in columns}
+        at = 0
+        for number, batch in enumerate(self._index.batches):
+            first, end = batch.row // size, (batch.row + batch.rows) // size
+            inside = [sample - first for sample in wanted[at:] if first <= sample < end]
+            if not inside:
+                continue
+            at += len(inside)
+            decoded = self._batch(number, batch, columns)
+            for column in columns:
+                made[column].append(_values(decoded[column]).reshape(-1, size)[inside])
+        return {
+            column: np.concatenate(parts) if parts else np.zeros((0, size))
+            for column, parts in made.items()
+        }
+
+    def of_one(self, place: int, column: str) -> NDArray[Any]:
+        """[samples]: a column of the robot in that place of each sample."""
+        size = len(self.ids)
+        parts = [
+            _values(self._index.read(batch, [column])[column])[place::size]
+            for batch in self._index.batches
+        ]
+        return np.concatenate(parts) if parts else np.zeros(0)
+
+    def _batch(self, number: int, batch: Batch, columns: list[str]) -> pa.RecordBatch:
+        kept = self._decoded.get(number)
+        if kept is None or any(column not in kept.schema.names for column in columns):
+            kept = self._index.read(batch, columns)
+            self._decoded[number] = kept
+            while len(self._decoded) > _KEPT_BATCHES:
+                self._decoded.popitem(last=False)
+        self._decoded.move_to_end(number)
+        return kept
+
+
+class RunSamples:
+    """Poses and LEDs of a run's robots, poses of its objects, and its curves."""
+
+    def __init__(self, folder: Path, *, objects: bool, led_of_state: Sequence[int] = ()) -> None:
+        """`led_of_state`: what stands for LEDs where the run recorded states alone."""
+        self._led_of_state = np.array(led_of_state, dtype=np.uint8)
+        self.robots = Rows(folder / "robots.arrows", "robot")
+        self.objects = Rows(folder / f"{OBJECTS}.arrows", "object") if objects else None
+        self._sites = StreamIndex(folder / "sites.arrows")
+        self._ticks: NDArray[np.int64] = np.zeros(0, dtype=np.int64)
+        self._site_ticks: NDArray[np.int64] = np.zeros(0, dtype=np.int64)
+        # A server answers in threads.
+        self._lock = threading.Lock()
+
+    @property
+    def samples(self) -> int:
+        """Samples that can be read."""
+        return len(self._ticks)
+
+    def refresh(self) -> int:
+        """Takes in what was written since; the number of samples."""
+        with self._lock:
+            try:
+                self.robots.refresh()
+                self._sites.refresh()
+                if self.objects is not None:
+                    self.objects.refresh()
+            except FileNotFoundError:
+                return 0  # the run begins
+            self._take_ticks()
+            return self.samples
+
+    def _take_ticks(self) -> None:
+        """A row of `sites` is a sample of the robots, unless robots were recorded less often."""
+        number = self.robots.samples
+        if len(self._ticks) == number:
+            return
+        self._site_ticks = self._column_of_sites("tick").astype(np.int64)
+        ends = [0, number - 1] if number > 1 else [0]
+        seen = self.robots.read(ends, ["tick"])["tick"][:, 0]
+        same = len(self._site_ticks) >= number and np.array_equal(seen, self._site_ticks[ends])
+        self._ticks = self._site_ticks[:number] if same else self.robots.ticks()
+
+    def times_s(self) -> NDArray[np.float64]:
+        """[samples]: when each was taken, s."""
+        return self._ticks.astype(np.float64) * TICK_S
+
+    def times(self, first: int) -> bytes:
+        """When the samples from number `first` on were taken, s."""
+        return pack({"first": first}, {"time_s": self.times_s()[first:]})
+
+    def chunk(self, first: int, count: int, stride: int) -> bytes:
+        """Samples first, first + stride, ...: a head in JSON with the arrays' places, and these.
+
+        The head's length is the first four bytes, little-endian; arrays begin at multiples of 8
+        from the end of the head. Headings are in 2^16 parts of a turn.
+        """
+        with self._lock:
+            most = max(1, MOST_ROWS // max(1, len(self.robots.ids)))
+            wanted = range(first, self.samples, stride)[: min(count, most)]
+            arrays = self._read(wanted)
+        return pack({"first": first, "stride": stride, "samples": len(wanted)}, arrays)
+
+    def read(self, wanted: Sequence[int]) -> dict[str, NDArray[Any]]:
+        """[len(wanted), robots]: `x_m`, `y_m`, `heading_rad` in 2^16 parts of a turn, `led`, as
+        far as they were recorded; `object_x_m` and its like are [len(wanted), objects]."""
+        with self._lock:
+            return self._read(wanted)
+
+    def _read(self, wanted: Sequence[int]) -> dict[str, NDArray[Any]]:
+        arrays = self._of_robots(wanted)
+        if self.objects is not None and self.objects.samples:
+            # Objects are recorded as often as curves are.
+            ticks = self._ticks[list(wanted)]
+            places = np.searchsorted(self._site_ticks[: self.objects.samples], ticks)
+            places = np.minimum(places, self.objects.samples - 1)
+            poses = _packed(self.objects.read(places.tolist(), list(_POSE)))
+            arrays |= {f"object_{name}": values for name, values in poses.items()}
+        return arrays
+
+    def _of_robots(self, wanted: Sequence[int]) -> dict[str, NDArray[Any]]:
+        present = [name for name in _POSE if self.robots.has(name)]
+        shown = self._shown()
+        read = self.robots.read(wanted, present + ([shown] if shown else []))
+        if shown:
+            read["led"] = self._leds(read[shown], shown)
+        read.pop("state", None)
+        return _packed(read)
+
+    def _shown(self) -> str | None:
+        """The column that says what robots' LEDs show."""
+        for column in ("led", "state"):
+            if self.robots.has(column):
+                return column
+        return None
+
+    def _leds(self, values: NDArray[Any], column: str) -> NDArray[Any]:
+        return values if column == "led" else self._led_of_state[values.astype(np.intp)]
+
+    def series(self, most: int) -> bytes:
+        """The columns of `sites`, every k-th row so that there are no more than `most` rows."""
+        with self._lock:
+            names = [name for name in self._sites.names() if name != "tick"]
+            rows = self._sites.rows
+            stride = max(1, -(-rows // most))
+            arrays: dict[str, NDArray[Any]] = {}
+            for name in names:
+                values = self._column_of_sites(name)[::stride]
+                arrays[name] = values.astype(np.float64 if name == "time_s" else np.float32)
+            return pack({"rows": rows, "stride": stride}, arrays)
+
+    def history(self, place: int) -> list[tuple[float, int]]:
+        """(time in s, LED byte) from each change of the LED on, of the robot in that place."""
+        with self._lock:
+            shown = self._shown()
+            if shown is None:
+                return []
+            led = self._leds(self.robots.of_one(place, shown), shown)
+            ticks = self._ticks[: len(led)]
+        if not len(ticks):
+            return []
+        changes = np.flatnonzero(np.diff(led[: len(ticks)].astype(np.int16), prepend=-1))
+        return [(round(float(ticks[at] * TICK_S), 3), int(led[at])) for at in changes]
+
+    def _column_of_sites(self, name: str) -> NDArray[Any]:
+        parts = [_values(self._sites.read(batch, [name])[name]) for batch in self._sites.batches]
+        return np.concatenate(parts) if parts else np.zeros(0)
+
+
+def _values(column: pa.Array) -> NDArray[Any]:
+    if isinstance(column, pa.DictionaryArray):
+        column = column.indices
+    return np.asarray(column.to_numpy(zero_copy_only=False))
+
+
+def _packed(columns: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    """Positions as float32, headings as uint16, LEDs as bytes."""
+    made = {}
+    for name, values in columns.items():
+        if name == "heading_rad":
+            turns = np.nan_to_num(values) / _TURN
+            made[name] = (np.round((turns - np.floor(turns)) * 65536) % 65536).astype(np.uint16)
+        else:
+            made[name] = values.astype(np.uint8 if name == "led" else np.float32)
+    return made
+
+
+def pack(head: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> bytes:
+    """As `chunk()` says; the head's `arrays` are name: [type, offset, length]."""
+    places, parts, at = {}, [], 0
+    for name, values in arrays.items():
+        data = np.ascontiguousarray(values).tobytes()
+        places[name] = [values.dtype.name, at, values.size]
+        padding = -len(data) % 8
+        parts += [data, bytes(padding)]
+        at += len(data) + padding
+    text = json.dumps({**head, "arrays": places}).encode()
+    text += b" " * (-(len(text) + _BYTES.size) % 8)
+    return b"".join([_BYTES.pack(len(text)), text, *parts])

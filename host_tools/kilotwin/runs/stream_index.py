@@ -1,0 +1,112 @@
+"""Where the record batches of an Arrow IPC stream begin, and how many rows each has.
+
+Read from the messages' heads alone, so that a stream of a gigabyte is open at once, and one that
+grows is read on from where it ended. Source: Arrow columnar format, "IPC streaming format" and
+Message.fbs; the heads are flatbuffers.
+"""
+
+import struct
+from dataclasses import dataclass
+from pathlib import Path
+
+import pyarrow as pa
+
+_CONTINUES = 0xFFFFFFFF
+_RECORD_BATCH = 3
+# A run's server and its worker share two cores.
+_ONE_THREAD = pa.ipc.IpcReadOptions(use_threads=False)
+
+
+@dataclass(frozen=True)
+class Batch:
+    """A record batch: bytes [begin, end) of the file, rows [row, row + rows) of the table."""
+
+    begin: int
+    end: int
+    row: int
+    rows: int
+
+
+class StreamIndex:
+    """The whole batches of a stream, as far as it is written."""
+
+    def __init__(self, file: Path) -> None:
+        self._file = file
+        self._read_to = 0
+        self._head_end: int | None = None  # where the schema and the dictionaries end
+        self.batches: list[Batch] = []
+
+    @property
+    def rows(self) -> int:
+        """Rows in whole batches."""
+        return self.batches[-1].row + self.batches[-1].rows if self.batches else 0
+
+    def refresh(self) -> None:
+        """Takes in what was written since. OSError if the file cannot be read."""
+        with self._file.open("rb") as stream:
+            size = stream.seek(0, 2)
+            while True:
+                stream.seek(self._read_to)
+                start = stream.read(8)
+                if len(start) < 8:
+                    return
+                mark, length = struct.unpack("<Ii", start)
+                if mark != _CONTINUES or length <= 0:
+                    return  # the stream's end
+                head = stream.read(length)
+                kind, rows, body = _message(head) if len(head) == length else (0, 0, size)
+                end = self._read_to + 8 + length + body
+                if end > size:
+                    return  # under way, or torn
+                if kind == _RECORD_BATCH:
+                    if self._head_end is None:
+                        self._head_end = self._read_to
+                    self.batches.append(Batch(self._read_to, end, self.rows, rows))
+                self._read_to = end
+
+    def read(self, batch: Batch, columns: list[str]) -> pa.RecordBatch:
+        """Some of its columns; ValueError or KeyError if the stream has no such."""
+        assert self._head_end is not None
+        with self._file.open("rb") as stream:
+            head = stream.read(self._head_end)
+            stream.seek(batch.begin)
+            data = head + stream.read(batch.end - batch.begin)
+        schema = pa.ipc.open_stream(pa.py_buffer(data)).schema
+        places = sorted(schema.get_field_index(name) for name in columns)
+        if places[0] < 0:
+            raise KeyError(f"one of {', '.join(columns)}")
+        options = pa.ipc.IpcReadOptions(use_threads=False, included_fields=places)
+        return pa.ipc.open_stream(pa.py_buffer(data), options=options).read_next_batch()
+
+    def names(self) -> list[str]:
+        """The table's columns; none before its first batch."""
+        if self._head_end is None:
+            return []
+        with self._file.open("rb") as stream:
+            data = stream.read(self._head_end)
+        return list(pa.ipc.open_stream(pa.py_buffer(data), options=_ONE_THREAD).schema.names)
+
+
+def _message(head: bytes) -> tuple[int, int, int]:
+    """A Message's kind, its rows if it is a record batch, and the bytes of its body."""
+    (table,) = struct.unpack_from("<I", head)
+    kind_at, header_at, body_at = (_field(head, table, number) for number in (1, 2, 3))
+    kind = head[kind_at] if kind_at else 0
+    body = struct.unpack_from("<q", head, body_at)[0] if body_at else 0
+    rows = 0
+    if kind == _RECORD_BATCH and header_at:
+        header = header_at + struct.unpack_from("<I", head, header_at)[0]
+        rows_at = _field(head, header, 0)
+        rows = struct.unpack_from("<q", head, rows_at)[0] if rows_at else 0
+    return kind, rows, body
+
+
+def _field(data: bytes, table: int, number: int) -> int:
+    """Where a flatbuffer table's field is; 0 if it is left out."""
+    vtable = table - struct.unpack_from("<i", data, table)[0]
+    (size,) = struct.unpack_from("<H", data, vtable)
+    at = 4 + 2 * number
+    if at >= size:
+        return 0
+    (offset,) = struct.unpack_from("<H", data, vtable + at)
+    return table + offset if offset else 0

@@ -1,0 +1,234 @@
+"""Serves the page and the runs on 127.0.0.1, in a process of its own.
+
+Who has the address, with its token, sees the runs; nothing is written. A browser asks for samples
+when it can draw them, so that a slow one has fewer, and a run that goes on is not held up: this
+process only reads its folder.
+"""
+
+import asyncio
+import contextlib
+import json
+import secrets
+import socket
+import threading
+from collections.abc import AsyncIterator, Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import uvicorn
+from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
+from starlette.datastructures import Headers
+from starlette.middleware import Middleware
+from starlette.middleware.trustedhost import TrustedHostMiddleware
+from starlette.requests import Request
+from starlette.responses import JSONResponse, PlainTextResponse, Response
+from starlette.routing import Mount, Route, WebSocketRoute
+from starlette.staticfiles import StaticFiles
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from kilotwin.errors import InputError, RunError, cause_of
+from kilotwin.view.served_run import ServedRun
+
+HOST = "127.0.0.1"
+MOST_CONNECTIONS = 64
+"""More are answered that the server is busy."""
+
+_PAGE = Path(__file__).parent / "page"
+_LOOK_S = 0.2
+_MOST_POINTS = 4_000
+_LARGEST = 1 << 31
+
+_HEADERS = {
+    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self' "
+    "'unsafe-inline'; img-src 'self' data: blob:; connect-src 'self'; base-uri 'none'; "
+    "form-action 'none'; frame-ancestors 'none'",
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cache-Control": "no-store",
+}
+
+
+class _Guard:
+    """Lets in what has the token and comes from our own page."""
+
+    def __init__(self, app: ASGIApp, token: str) -> None:
+        self._app = app
+        self._token = token
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """403 for others; our headers for all."""
+        if scope["type"] == "lifespan":
+            await self._app(scope, receive, send)
+            return
+        refusal = self._refusal(scope)
+        if refusal is None:
+            await self._app(scope, receive, _with_headers(send))
+        elif scope["type"] == "websocket":
+            await WebSocket(scope, receive, send).close(4403, refusal)
+        else:
+            response = PlainTextResponse(refusal + "\n", 403, headers=_HEADERS)
+            await response(scope, receive, send)
+
+    def _refusal(self, scope: Scope) -> str | None:
+        first = scope["path"].split("/", 2)[1] if "/" in scope["path"] else ""
+        if not secrets.compare_digest(first.encode(), self._token.encode()):
+            return "wrong token; open the address that kilotwin printed"
+        headers = Headers(scope=scope)
+        origin = headers.get("origin")
+        if origin is not None and origin != f"http://{headers.get('host', '')}":
+            return "not from this page"
+        return None
+
+
+def _with_headers(send: Send) -> Send:
+    async def sent(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            own = [(name.lower().encode(), value.encode()) for name, value in _HEADERS.items()]
+            message["headers"] = [*message.get("headers", []), *own]
+        await send(message)
+
+    return sent
+
+
+def application(runs: Sequence[ServedRun], token: str) -> Starlette:
+    """The page at /TOKEN/, and beside it `scenes`, `live` and `runs/K/...` of run number K."""
+
+    def served(request: Request) -> ServedRun:
+        number: int = request.path_params["run"]
+        return runs[number]
+
+    def route(path: str, answer: Callable[[Request], Response]) -> Route:
+        async def endpoint(request: Request) -> Response:
+            try:
+                return await run_in_threadpool(answer, request)
+            except (IndexError, KeyError, ValueError):
+                return PlainTextResponse("no such run, robot or sample\n", 404)
+            except (InputError, OSError) as error:
+                return PlainTextResponse(f"{error}\n", 503)
+
+        return Route(path, endpoint)
+
+    def samples(request: Request) -> Response:
+        first, count, stride = (
+            _number(request, name, low) for name, low in (("first", 0), ("count", 1), ("stride", 1))
+        )
+        return _binary(served(request).samples.chunk(first, count, stride))
+
+    def times(request: Request) -> Response:
+        return _binary(served(request).samples.times(_number(request, "first", 0)))
+
+    def reports(request: Request) -> Response:
+        time_s, window_s = (float(request.query_params[name]) for name in ("time_s", "window_s"))
+        return JSONResponse(served(request).reports(time_s, window_s))
+
+    async def live(socket: WebSocket) -> None:
+        await socket.accept()
+        told = ""
+        with contextlib.suppress(WebSocketDisconnect, RuntimeError):
+            while True:
+                states = await run_in_threadpool(lambda: [run.state() for run in runs])
+                if (text := json.dumps(states)) != told:
+                    await socket.send_text(text)
+                    told = text
+                await _pause_or_end(socket)
+
+    routes = [
+        route("/scenes", lambda _: JSONResponse([run.scene() for run in runs])),
+        route("/runs/{run:int}/times", times),
+        route("/runs/{run:int}/samples", samples),
+        route("/runs/{run:int}/series", lambda r: _binary(served(r).samples.series(_MOST_POINTS))),
+        route("/runs/{run:int}/events", lambda r: JSONResponse(served(r).events())),
+        route(
+            "/runs/{run:int}/robots/{robot:int}",
+            lambda r: JSONResponse(served(r).robot(r.path_params["robot"])),
+        ),
+        route("/runs/{run:int}/reports", reports),
+        WebSocketRoute("/live", live),
+        Mount("/", StaticFiles(directory=_PAGE, html=True)),
+    ]
+    return Starlette(
+        routes=[Mount(f"/{token}", routes=routes)],
+        middleware=[
+            Middleware(TrustedHostMiddleware, allowed_hosts=[HOST, "localhost"]),
+            Middleware(_Guard, token=token),
+        ],
+    )
+
+
+async def _pause_or_end(socket: WebSocket) -> None:
+    """Waits until it is time to look again; WebSocketDisconnect when the page is closed."""
+    with contextlib.suppress(TimeoutError):
+        async with asyncio.timeout(_LOOK_S):
+            await socket.receive_text()
+
+
+def _number(request: Request, name: str, low: int) -> int:
+    value = int(request.query_params[name])
+    if not low <= value < _LARGEST:
+        raise ValueError(name)
+    return value
+
+
+def _binary(data: bytes) -> Response:
+    return Response(data, media_type="application/octet-stream")
+
+
+class Viewer:
+    """A server that listens already; `address` is what to open."""
+
+    def __init__(self, runs: Sequence[ServedRun], port: int = 0) -> None:
+        """`port` 0: a free one. InputError if it is taken; RunError without the built page."""
+        if not (_PAGE / "index.html").is_file():
+            raise RunError("the viewer's page is not built; type: make setup")
+        token = secrets.token_urlsafe(16)
+        self._socket = _listening(port)
+        self.address = f"http://{HOST}:{self._socket.getsockname()[1]}/{token}/"
+        self._application = application(runs, token)
+
+    def serve(self, started: Callable[[], None], ended: threading.Event | None = None) -> None:
+        """Until Ctrl-C, or until `ended` is set. `started` is called once the server answers."""
+
+        @contextlib.asynccontextmanager
+        async def lifespan(_: Any) -> AsyncIterator[None]:
+            watch = asyncio.create_task(_end_at(uvicorn_server, ended)) if ended else None
+            started()
+            yield
+            if watch:
+                watch.cancel()
+
+        self._application.router.lifespan_context = lifespan
+        config = uvicorn.Config(
+            self._application,
+            log_level="warning",
+            access_log=False,
+            server_header=False,
+            limit_concurrency=MOST_CONNECTIONS,
+            ws_max_size=1 << 16,
+            timeout_graceful_shutdown=1,
+        )
+        uvicorn_server = uvicorn.Server(config)
+        with contextlib.suppress(KeyboardInterrupt):
+            uvicorn_server.run(sockets=[self._socket])
+
+
+async def _end_at(running: uvicorn.Server, ended: threading.Event) -> None:
+    while not ended.is_set():
+        await asyncio.sleep(_LOOK_S)
+    running.should_exit = True
+
+
+def _listening(port: int) -> socket.socket:
+    listener = socket.socket()
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listener.bind((HOST, port))
+    except OSError as error:
+        listener.close()
+        raise InputError(
+            f"--port {port}: {cause_of(error)}; name another, or 0 for a free one"
+        ) from None
+    listener.listen(128)
+    return listener

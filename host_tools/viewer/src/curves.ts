@@ -1,0 +1,134 @@
+// The run's curves over time, with a cursor at the time that is shown.
+
+import uPlot from "uplot";
+import type { RunEvent, Scene } from "./scene";
+import type { Packed } from "./source";
+
+// Okabe and Ito's, as figures have them.
+const COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];
+const MARKED = new Set(["crash", "endless", "stack_overflow", "fault", "reset"]);
+const MOST_MARKS = 500;
+
+export interface Curves {
+  scene: Scene;
+  packed: Packed;
+  events: RunEvent[];
+}
+
+export class CurvesPanel {
+  private plot: uPlot | null = null;
+  private hidden = new Map<string, boolean>();
+  private timeS = 0;
+  // Called with a time that was clicked.
+  chosen: (timeS: number) => void = () => {};
+
+  constructor(private readonly element: HTMLElement) {
+    new ResizeObserver(() => this.fit()).observe(element);
+  }
+
+  // Draws the columns of up to two runs; those of the second are dashed.
+  show(runs: Curves[]): void {
+    this.plot?.series.forEach((one) => this.hidden.set(String(one.label), one.show === false));
+    this.plot?.destroy();
+    this.plot = null;
+    const tables = runs.filter((run) => run.packed.arrays.time_s?.length);
+    if (!tables.length) return;
+    const series: uPlot.Series[] = [{ label: "time (s)" }];
+    const joined: uPlot.AlignedData[] = [];
+    tables.forEach((run, k) => {
+      const { arrays } = run.packed;
+      const names = Object.keys(arrays).filter((name) => name !== "time_s");
+      names.forEach((name, n) => series.push(this.seriesOf(run.scene, names, name, n, k, tables)));
+      joined.push([arrays.time_s, ...names.map((name) => withGaps(arrays[name]))] as never);
+    });
+    const data = joined.length > 1 ? uPlot.join(joined) : joined[0];
+    const ink = getComputedStyle(this.element).color;
+    const axis = { stroke: ink, grid: { stroke: "#8884" }, ticks: { stroke: "#8886" } };
+    this.plot = new uPlot(
+      {
+        ...this.room(),
+        series,
+        axes: [axis, { ...axis, size: 52 }],
+        scales: { x: { time: false } },
+        legend: { live: true },
+        cursor: { drag: { x: true, y: false }, focus: { prox: 16 } },
+        hooks: { draw: [(plot) => this.drawTime(plot, runs)] },
+      },
+      data,
+      this.element,
+    );
+    this.plot.over.addEventListener("click", (event) => {
+      if (this.plot) this.chosen(this.plot.posToVal(event.offsetX, "x"));
+    });
+  }
+
+  setTime(timeS: number): void {
+    this.timeS = timeS;
+    this.plot?.redraw(false, false);
+  }
+
+  private seriesOf(
+    scene: Scene,
+    names: string[],
+    name: string,
+    place: number,
+    run: number,
+    runs: Curves[],
+  ): uPlot.Series {
+    const label = runs.length > 1 ? `${name} ${"AB"[run]}` : name;
+    const state = scene.states.names.indexOf(name.replace(/^state_/, ""));
+    const known = name.startsWith("state_") && state >= 0;
+    const isCount = !name.startsWith("metric_");
+    const anyState = names.some((one) => one.startsWith("state_"));
+    // Of many columns those of states, else of metrics, are seen at first.
+    const shown = known || (!anyState && (!isCount || name !== "not_resting"));
+    return {
+      label,
+      stroke: known ? scene.states.colours[state] : COLOURS[place % COLOURS.length],
+      width: 1.5,
+      dash: run ? [6, 4] : [],
+      show: !(this.hidden.get(label) ?? !shown),
+      points: { show: false },
+      value: (_, value) => (value === null ? "" : shortNumber(value)),
+    };
+  }
+
+  private room(): { width: number; height: number } {
+    const legend = 56;
+    return {
+      width: Math.max(200, this.element.clientWidth),
+      height: Math.max(80, this.element.clientHeight - legend),
+    };
+  }
+
+  private fit(): void {
+    this.plot?.setSize(this.room());
+  }
+
+  private drawTime(plot: uPlot, runs: Curves[]): void {
+    const { ctx, bbox } = plot;
+    const line = (timeS: number, colour: string, width: number) => {
+      const x = plot.valToPos(timeS, "x", true);
+      if (x < bbox.left || x > bbox.left + bbox.width) return;
+      ctx.fillStyle = colour;
+      ctx.fillRect(x - width / 2, bbox.top, width, bbox.height);
+    };
+    ctx.save();
+    let left = MOST_MARKS;
+    for (const run of runs) {
+      for (const event of run.events) {
+        if (MARKED.has(event.kind) && left-- > 0) line(event.time_s, "#d5000055", 1.5);
+      }
+    }
+    line(this.timeS, "#ff4000", 2);
+    ctx.restore();
+  }
+}
+
+function withGaps(values: ArrayLike<number>): (number | null)[] {
+  return Array.from(values, (value) => (Number.isNaN(value) ? null : value));
+}
+
+function shortNumber(value: number): string {
+  return Number.isInteger(value) ? String(value) : value.toPrecision(4);
+}

@@ -1,0 +1,81 @@
+// What each key does.
+
+export interface Actions {
+  play(): void;
+  sampleBack(): void;
+  sampleOn(): void;
+  tickBack(): void;
+  tickOn(): void;
+  begin(): void;
+  end(): void;
+  faster(): void;
+  slower(): void;
+  nextEvent(): void;
+  lastEvent(): void;
+  trails(): void;
+  links(): void;
+  cells(): void;
+  reports(): void;
+  uids(): void;
+  states(): void;
+  closer(): void;
+  farther(): void;
+  left(): void;
+  right(): void;
+  up(): void;
+  down(): void;
+  fit(): void;
+  nextRobot(): void;
+  lastRobot(): void;
+  dark(): void;
+  help(): void;
+  close(): void;
+}
+
+// As shown, as the browser names them (with Shift+ in front), and what they do.
+export const KEYS: [string, Partial<Record<string, keyof Actions>>, string][] = [
+  ["space", { " ": "play" }, "play, pause"],
+  ["← →", { ArrowLeft: "sampleBack", ArrowRight: "sampleOn" }, "a sample back, on"],
+  [", .", { ",": "tickBack", ".": "tickOn" }, "a tick back, on"],
+  ["Home End", { Home: "begin", End: "end" }, "to the begin, to the end (and stay there)"],
+  ["↓ ↑", { ArrowDown: "slower", ArrowUp: "faster" }, "slower, faster"],
+  ["p n", { p: "lastEvent", n: "nextEvent" }, "to the event before, to the next one"],
+  ["[ ]", { "[": "lastRobot", "]": "nextRobot" }, "choose the robot before, the next one"],
+  ["s", { s: "states" }, "colours of LEDs, or of states"],
+  ["t", { t: "trails" }, "trails"],
+  ["l", { l: "links" }, "who is within reach of whom"],
+  ["u", { u: "uids" }, "uids"],
+  ["g", { g: "cells" }, "cells of a Kilogrid"],
+  ["r", { r: "reports" }, "where a grid's host heard robots last"],
+  ["+ -", { "+": "closer", "=": "closer", "-": "farther" }, "zoom; also the wheel, or two fingers"],
+  [
+    "Shift ← → ↑ ↓",
+    {
+      "Shift+ArrowLeft": "left",
+      "Shift+ArrowRight": "right",
+      "Shift+ArrowUp": "up",
+      "Shift+ArrowDown": "down",
+    },
+    "move the view; also by dragging",
+  ],
+  ["f", { f: "fit" }, "all of the table; also a double click"],
+  ["d", { d: "dark" }, "dark, light"],
+  ["?", { "?": "help" }, "this list"],
+  ["Esc", { Escape: "close" }, "choose nothing, close"],
+];
+
+export function listen(actions: Actions): void {
+  const meaning = new Map<string, keyof Actions>();
+  for (const [, keys] of KEYS) {
+    for (const [key, action] of Object.entries(keys)) meaning.set(key, action!);
+  }
+  document.addEventListener("keydown", (event) => {
+    const typing = event.target instanceof HTMLInputElement && event.target.type !== "range";
+    if (typing || event.ctrlKey || event.metaKey || event.altKey) return;
+    const shifted = event.shiftKey ? meaning.get(`Shift+${event.key}`) : undefined;
+    const action = shifted ?? meaning.get(event.key);
+    if (!action) return;
+    event.preventDefault();
+    actions[action]();
+  });
+}

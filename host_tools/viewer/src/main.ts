@@ -1,0 +1,356 @@
+// The page: makes its parts, gives keys and buttons their meaning, and draws frames.
+
+import { Clock } from "./clock";
+import { CurvesPanel, type Curves } from "./curves";
+import { element, Inspector } from "./inspector";
+import { KEYS, listen, type Actions } from "./keys";
+import { Pane, type Layers, type Picked } from "./pane";
+import { markOf } from "./robots";
+import type { RunEvent, RunState, Scene } from "./scene";
+import { Server, type Source } from "./source";
+
+const RUNNING = "running";
+// Samples a second that are looked at, at most; of faster play every so many-th is.
+const MOST_SAMPLES_S = 40;
+const CURVES_AGAIN_MS = 2000;
+
+class Page {
+  private readonly clock = new Clock();
+  private readonly curves: CurvesPanel;
+  private readonly inspector: Inspector;
+  private readonly layers: Layers = {
+    trails: false,
+    links: false,
+    cells: true,
+    reports: false,
+    uids: false,
+    states: false,
+  };
+  private events: RunEvent[] = [];
+  private drawnCurves: Curves[] = [];
+  private dirty = true;
+  private lastFrame = performance.now();
+  private frames = 0;
+  private curvesAt = 0;
+
+  constructor(
+    private readonly source: Source,
+    private readonly scenes: Scene[],
+    private readonly panes: Pane[],
+  ) {
+    this.curves = new CurvesPanel(byId("curves"));
+    this.inspector = new Inspector(byId("inspector"), source);
+    this.curves.chosen = this.inspector.chosen = (timeS) => this.go(timeS);
+    this.clock.changed = () => (this.dirty = true);
+    byId("panes").append(...panes.map((pane) => pane.element));
+    panes.forEach((pane, run) => {
+      pane.dirty = () => (this.dirty = true);
+      pane.picked = (what) => this.pick(pane, run, what);
+      pane.viewMoved = (moved) => this.moveAlike(moved);
+      pane.element.dataset.name = scenes.length > 1 ? `${"AB"[run]}: ${scenes[run].folder}` : "";
+    });
+    this.drawLegend();
+    this.setUp();
+    window.addEventListener("redraw", () => (this.dirty = true));
+  }
+
+  async start(): Promise<void> {
+    await Promise.all(this.panes.map((pane) => pane.samples.extend()));
+    const first = Math.min(...this.scenes.map((scene) => scene.first_s));
+    const last = Math.max(...this.panes.map((pane) => pane.samples.times.at(-1) ?? 0));
+    this.clock.setRange(first, last, Math.max(...this.scenes.map((scene) => scene.duration_s)));
+    if (this.scenes.some((scene) => scene.status === RUNNING)) {
+      this.clock.following = true;
+      this.clock.go(last);
+    }
+    await this.readCurves();
+    if (this.source.live) this.source.watch((states) => this.heed(states));
+    requestAnimationFrame((now) => this.frame(now));
+  }
+
+  private setUp(): void {
+    const scrub = byId<HTMLInputElement>("scrub");
+    scrub.addEventListener("input", () => {
+      const { firstS, lastS } = this.clock;
+      this.go(firstS + (Number(scrub.value) / 10_000) * (lastS - firstS));
+    });
+    const time = byId<HTMLInputElement>("time");
+    time.addEventListener("change", () => {
+      if (Number.isFinite(Number(time.value))) this.go(Number(time.value));
+      time.blur();
+    });
+    const actions = this.actions();
+    for (const button of document.querySelectorAll<HTMLButtonElement>("button[data-action]")) {
+      button.onclick = () => actions[button.dataset.action as keyof Actions]();
+    }
+    listen(actions);
+    const help = byId("keys");
+    for (const [keys, , text] of KEYS) help.append(element("dt", keys), element("dd", text));
+  }
+
+  private actions(): Actions {
+    const toggle = (name: keyof Layers) => () => {
+      this.layers[name] = !this.layers[name];
+      document.querySelector(`[data-action="${name}"]`)?.classList.toggle("on", this.layers[name]);
+      this.dirty = true;
+    };
+    const pane = this.panes[0];
+    const stepPixels = (dx: number, dy: number) => () => {
+      const metres = this.scenes[0].radius_m * 4;
+      pane.pan(dx * metres, dy * metres);
+    };
+    return {
+      play: () => this.clock.toggle(),
+      sampleBack: () => this.step(-1),
+      sampleOn: () => this.step(1),
+      tickBack: () => this.go(this.clock.timeS - this.scenes[0].tick_s),
+      tickOn: () => this.go(this.clock.timeS + this.scenes[0].tick_s),
+      begin: () => this.go(this.clock.firstS),
+      end: () => this.goToEnd(),
+      faster: () => this.clock.faster(1),
+      slower: () => this.clock.faster(-1),
+      nextEvent: () => this.goToEvent(1),
+      lastEvent: () => this.goToEvent(-1),
+      trails: toggle("trails"),
+      links: toggle("links"),
+      cells: toggle("cells"),
+      reports: toggle("reports"),
+      uids: toggle("uids"),
+      states: () => {
+        toggle("states")();
+        this.panes.forEach((one) => one.colourBy(this.layers.states ? "state" : "led"));
+        this.drawLegend();
+      },
+      closer: () => pane.zoom(1.25),
+      farther: () => pane.zoom(0.8),
+      left: stepPixels(-1, 0),
+      right: stepPixels(1, 0),
+      up: stepPixels(0, 1),
+      down: stepPixels(0, -1),
+      fit: () => pane.fit(),
+      nextRobot: () => this.chooseRobot(1),
+      lastRobot: () => this.chooseRobot(-1),
+      dark: () => {
+        const root = document.documentElement;
+        const now = getComputedStyle(root).getPropertyValue("--theme").trim();
+        root.dataset.theme = now === "dark" ? "light" : "dark";
+        this.curves.show(this.drawnCurves);
+        this.dirty = true;
+      },
+      help: () => byId("help").toggleAttribute("hidden"),
+      close: () => {
+        byId("help").hidden = true;
+        this.panes.forEach((one) => one.select(null));
+        this.inspector.clear();
+      },
+    };
+  }
+
+  // Runs on tables of one shape are seen from the same place.
+  private moveAlike(moved: Pane): void {
+    const table = JSON.stringify(moved.scene.arena);
+    for (const pane of this.panes) {
+      if (pane !== moved && JSON.stringify(pane.scene.arena) === table) pane.follow(moved);
+    }
+  }
+
+  private go(timeS: number): void {
+    this.clock.playing = false;
+    this.clock.following = false;
+    this.clock.go(timeS);
+  }
+
+  private goToEnd(): void {
+    this.go(this.clock.lastS);
+    this.clock.following = this.scenes.some((scene) => scene.status === RUNNING);
+  }
+
+  // To the sample before or after the time that is shown.
+  private step(by: number): void {
+    const { samples } = this.panes[0];
+    if (!samples.count) return;
+    const now = samples.at(this.clock.timeS);
+    const exact = samples.times[now] === this.clock.timeS;
+    const next = by > 0 || exact ? now + by : now;
+    this.go(samples.times[Math.min(samples.count - 1, Math.max(0, next))]);
+  }
+
+  private goToEvent(by: number): void {
+    const times = [...new Set(this.events.map((event) => event.time_s))].sort((a, b) => a - b);
+    const now = this.clock.timeS;
+    const to =
+      by > 0 ? times.find((time) => time > now + 1e-6) : times.findLast((time) => time < now - 1e-6);
+    if (to !== undefined) this.go(to);
+  }
+
+  private chosen = -1;
+
+  private chooseRobot(by: number): void {
+    const pane = this.panes[0];
+    const number = this.scenes[0].recorded?.length ?? this.scenes[0].robots;
+    this.chosen = (this.chosen + by + number) % number;
+    this.pick(pane, 0, { robot: pane.idOf(this.chosen) });
+  }
+
+  private pick(pane: Pane, run: number, what: Picked): void {
+    if (what === null) {
+      this.inspector.clear();
+      this.panes.forEach((one) => one.select(null));
+    } else if ("robot" in what) {
+      this.chosen = pane.placeOf(what.robot);
+      this.panes.forEach((one) => one.select(what.robot));
+      this.inspector.showRobot(pane, run, what.robot);
+    } else {
+      this.panes.forEach((one) => one.select(null));
+      this.inspector.showCell(pane, this.clock.timeS, what.module, what.cell);
+    }
+  }
+
+  private async heed(states: RunState[] | null): Promise<void> {
+    byId("gone").hidden = states !== null;
+    if (!states) return;
+    const grown = states.map((state, run) => state.samples > this.panes[run].samples.count);
+    states.forEach((state, run) => Object.assign(this.scenes[run], state));
+    await Promise.all(this.panes.map((pane, run) => grown[run] && pane.samples.extend()));
+    if (grown.some(Boolean)) {
+      this.clock.extend(Math.max(...states.map((state) => state.last_s)));
+      const now = performance.now();
+      const ended = states.every((state) => state.status !== RUNNING);
+      if (ended || now - this.curvesAt > CURVES_AGAIN_MS) await this.readCurves();
+    }
+    this.drawStatus();
+    this.dirty = true;
+  }
+
+  private async readCurves(): Promise<void> {
+    this.curvesAt = performance.now();
+    this.drawnCurves = await Promise.all(
+      this.scenes.map(async (scene, run) => {
+        const [packed, said] = await Promise.all([
+          this.source.series(run),
+          this.source.events(run),
+        ]);
+        return { scene, packed, events: said.events };
+      }),
+    );
+    this.events = this.drawnCurves.flatMap((run) => run.events);
+    this.curves.show(this.drawnCurves);
+    this.drawStatus();
+  }
+
+  private drawStatus(): void {
+    const texts = this.scenes.map((scene, run) => {
+      const number = this.events.length ? `, ${this.events.length} events` : "";
+      const which = this.scenes.length > 1 ? `${"AB"[run]}: ` : "";
+      const of = `${which}${scene.name}, seed ${scene.seed}, ${scene.robots} robots`;
+      return `${of}: ${scene.status}${number}`;
+    });
+    byId("title").textContent = texts.join(" | ");
+  }
+
+  // Each known state of each run with its colour, its mark, and how many robots are in it.
+  private drawLegend(): void {
+    const parts = this.scenes.map((scene, run) => {
+      const rows = scene.states.names.slice(0, scene.states.known).map((name, state) => {
+        const led = scene.states.of_led.indexOf(state);
+        const dot = element("span", "", { className: `dot mark${markOf(scene, led)}` });
+        dot.style.background = this.layers.states ? scene.states.colours[state] : scene.leds[led];
+        dot.style.color = brightness(dot.style.background) > 0.45 ? "#000" : "#fff";
+        const row = element("li", "");
+        const count = element("output", "", { id: `count-${run}-${state}`, className: "count" });
+        row.append(dot, element("span", name, { className: "name" }), count);
+        return row;
+      });
+      const list = element("ul", "");
+      list.append(...rows);
+      return this.scenes.length > 1 ? [element("h2", `${"AB"[run]}: ${scene.folder}`), list] : [list];
+    });
+    byId("legend").replaceChildren(...parts.flat());
+    this.countStates();
+  }
+
+  private countStates(): void {
+    this.panes.forEach((pane, run) => {
+      const { states } = this.scenes[run];
+      const counts = new Array<number>(states.known).fill(0);
+      const between = pane.shown;
+      for (const led of between?.from.led ?? []) {
+        const state = states.of_led[led & 63];
+        if (state < states.known) counts[state]++;
+      }
+      counts.forEach((count, state) => {
+        const output = document.getElementById(`count-${run}-${state}`);
+        if (output) output.textContent = between ? String(count) : "";
+      });
+    });
+  }
+
+  private frame(now: number): void {
+    const seconds = Math.min(0.25, (now - this.lastFrame) / 1000);
+    this.lastFrame = now;
+    this.clock.advance(seconds);
+    if (this.dirty) {
+      this.dirty = false;
+      const whole = this.panes.map((pane) =>
+        pane.draw(this.clock.timeS, this.strideOf(pane), this.layers),
+      );
+      this.drawTime();
+      document.body.dataset.shown = whole.every(Boolean) ? this.clock.timeS.toFixed(3) : "waiting";
+      document.body.dataset.frames = String(++this.frames);
+      if (!whole.every(Boolean)) setTimeout(() => (this.dirty = true), 100);
+    }
+    requestAnimationFrame((next) => this.frame(next));
+  }
+
+  // Every how many-th sample is drawn: all, unless play is too fast for that. A power of two.
+  private strideOf(pane: Pane): number {
+    const { count, times } = pane.samples;
+    if (!this.clock.playing || count < 2) return 1;
+    const perSecond = (this.clock.speed * (count - 1)) / (times[count - 1] - times[0]);
+    return 2 ** Math.max(0, Math.ceil(Math.log2(perSecond / MOST_SAMPLES_S)));
+  }
+
+  private drawTime(): void {
+    const { timeS, firstS, lastS, playing, speed, following } = this.clock;
+    const scrub = byId<HTMLInputElement>("scrub");
+    scrub.value = String((10_000 * (timeS - firstS)) / Math.max(1e-9, lastS - firstS));
+    const time = byId<HTMLInputElement>("time");
+    if (document.activeElement !== time) time.value = timeS.toFixed(3);
+    byId("end").textContent = `of ${lastS.toFixed(1)} s`;
+    byId("speed").textContent = `${speed}×`;
+    byId("play").textContent = playing ? "❚❚" : "▶";
+    byId("play").title = playing ? "pause (space)" : "play (space)";
+    byId("live").hidden = !following;
+    this.curves.setTime(timeS);
+    this.countStates();
+    this.inspector.update();
+  }
+}
+
+function byId<T extends HTMLElement = HTMLElement>(id: string): T {
+  return document.getElementById(id) as T;
+}
+
+function brightness(colour: string): number {
+  const [r, g, b] = (colour.match(/\d+/g) ?? ["255", "255", "255"]).map(Number);
+  return (0.3 * r + 0.59 * g + 0.11 * b) / 255;
+}
+
+async function main(): Promise<void> {
+  try {
+    const source = new Server();
+    const scenes = await source.scenes();
+    document.title = `${scenes.map((scene) => scene.name).join(" | ")} - Kilotwin`;
+    const panes = scenes.map((scene, run) => new Pane(scene, source, run));
+    const page = new Page(source, scenes, panes);
+    await page.start();
+    document.body.dataset.ready = "yes";
+  } catch (error) {
+    const gone = byId("gone");
+    gone.textContent = `The run cannot be shown: ${(error as Error).message}`;
+    gone.hidden = false;
+    document.body.dataset.ready = "failed";
+  }
+}
+
+void main();

@@ -1,0 +1,431 @@
+// One run in the picture: a canvas for graphics and one above it for text and rings.
+
+import * as three from "three";
+import { Floor, segments } from "./floor";
+import { links, trails } from "./lines";
+import { Robots } from "./robots";
+import { Samples, type Between, type Sample } from "./samples";
+import { boxOf, type Report, type Reports, type Scene } from "./scene";
+import type { Source } from "./source";
+
+export interface Layers {
+  trails: boolean;
+  links: boolean;
+  cells: boolean;
+  reports: boolean;
+  uids: boolean;
+  states: boolean; // colours of states in place of LEDs
+}
+
+export type Picked = { robot: number } | { module: [number, number]; cell: number } | null;
+
+const TRAIL_SAMPLES = 40;
+const ALL_TRAILS = 3000; // robots; of larger swarms the chosen one only
+const ALL_LINKS = 5000;
+const MOST_LINKS = 60_000;
+const MOST_LABELS = 400;
+const REPORT_WINDOW_S = 10;
+const WALK_M_S = 0.0103; // how fast the doubt about a robot grows that was not heard of
+
+export class Pane {
+  readonly samples: Samples;
+  readonly element = document.createElement("div");
+  private readonly overlay = document.createElement("canvas");
+  private readonly renderer: three.WebGLRenderer;
+  private readonly world = new three.Scene();
+  private readonly camera = new three.OrthographicCamera();
+  private readonly robots: Robots;
+  private readonly floor: Floor;
+  private readonly ids: Uint32Array;
+  private readonly trail = segments(new Float32Array(0), "#202020", 0.45, 9);
+  private readonly link = segments(new Float32Array(0), "#0072b2", 0.35, 9);
+  private middle: [number, number] = [0, 0];
+  private pixelM = 0.01;
+  private fitted = true;
+  private selected: number | null = null; // place in a sample
+  private spread: { of: Sample; as: Sample } | null = null;
+  private linesOf = "";
+  private heard: Reports = { robots: [], number: 0 };
+  private heardAt = -1;
+  shown: Between | null = null;
+  // Called with what was clicked.
+  picked: (what: Picked) => void = () => {};
+  // Called when the picture must be drawn again.
+  dirty: () => void = () => {};
+
+  constructor(
+    readonly scene: Scene,
+    private readonly source: Source,
+    private readonly run: number,
+  ) {
+    this.ids = Uint32Array.from(scene.recorded ?? Array.from({ length: scene.robots }, (_, k) => k));
+    this.samples = new Samples(source, run, this.ids.length, scene.objects.length);
+    this.samples.arrived = () => this.dirty();
+    this.renderer = new three.WebGLRenderer({ antialias: false, alpha: true });
+    this.renderer.setClearColor(0, 0);
+    this.floor = new Floor(scene);
+    this.robots = new Robots(scene, this.ids.length, this.ids);
+    this.world.add(this.floor.group, this.trail, this.link, this.robots.mesh);
+    this.element.className = "pane";
+    this.overlay.className = "overlay";
+    this.element.append(this.renderer.domElement, this.overlay);
+    new ResizeObserver(() => this.resize()).observe(this.element);
+    this.listen();
+  }
+
+  // The robot in a place of the samples.
+  idOf(place: number): number {
+    return this.ids[place];
+  }
+
+  placeOf(robot: number): number {
+    return this.ids.indexOf(robot);
+  }
+
+  select(robot: number | null): void {
+    const place = robot === null ? -1 : this.placeOf(robot);
+    this.selected = place < 0 ? null : place;
+    this.linesOf = "";
+    this.dirty();
+  }
+
+  colourBy(what: "led" | "state"): void {
+    this.robots.colourBy(what);
+    this.dirty();
+  }
+
+  // Draws a time; false if its samples have not come yet.
+  draw(timeS: number, stride: number, layers: Layers): boolean {
+    const between = this.samples.between(timeS, stride);
+    if (between) {
+      this.shown = this.spreadOut(between);
+      this.robots.show(this.shown);
+      this.floor.show(between.from, between.to, between.part, timeS);
+      this.floor.showCells(layers.cells);
+      this.drawLines(this.shown, stride, layers);
+    }
+    if (layers.reports) this.askForReports(timeS);
+    const [width, height] = this.size();
+    this.robots.view(
+      this.middle,
+      [2 / (width * this.pixelM), 2 / (height * this.pixelM)],
+      this.pixelM,
+    );
+    this.renderer.render(this.world, this.camera);
+    this.drawOverlay(timeS, layers);
+    return between !== null;
+  }
+
+  fit(byHand = true): void {
+    const [left, low, right, top] = boxOf(this.scene.arena);
+    const [width, height] = this.size();
+    this.middle = [(left + right) / 2, (low + top) / 2];
+    this.pixelM = 1.06 * Math.max((right - left) / width, (top - low) / height);
+    this.fitted = true;
+    this.moved(byHand);
+  }
+
+  zoom(factor: number, x?: number, y?: number): void {
+    const [width, height] = this.size();
+    const [px, py] = [x ?? width / 2, y ?? height / 2];
+    const before = this.place(px, py);
+    this.pixelM = Math.min(1, Math.max(1e-5, this.pixelM / factor));
+    const after = this.place(px, py);
+    this.pan(before[0] - after[0], before[1] - after[1]);
+  }
+
+  // Moves the middle by metres.
+  pan(dx: number, dy: number): void {
+    this.middle = [this.middle[0] + dx, this.middle[1] + dy];
+    this.fitted = false;
+    this.moved();
+  }
+
+  // Shows the same part of the table as another pane.
+  follow(other: Pane): void {
+    this.middle = [...other.middle];
+    this.pixelM = other.pixelM;
+    this.fitted = other.fitted;
+    this.moved(false);
+  }
+
+  // Called with this pane when its view has been moved by hand.
+  viewMoved: (pane: Pane) => void = () => {};
+
+  private moved(byHand = true): void {
+    const [width, height] = this.size();
+    const [x, y] = [(width * this.pixelM) / 2, (height * this.pixelM) / 2];
+    Object.assign(this.camera, {
+      left: this.middle[0] - x,
+      right: this.middle[0] + x,
+      bottom: this.middle[1] - y,
+      top: this.middle[1] + y,
+      near: -1,
+      far: 1,
+    });
+    this.camera.updateProjectionMatrix();
+    if (byHand) this.viewMoved(this);
+    this.dirty();
+  }
+
+  private size(): [number, number] {
+    return [Math.max(1, this.element.clientWidth), Math.max(1, this.element.clientHeight)];
+  }
+
+  private resize(): void {
+    const [width, height] = this.size();
+    const ratio = window.devicePixelRatio;
+    this.renderer.setPixelRatio(ratio);
+    this.renderer.setSize(width, height);
+    this.overlay.width = width * ratio;
+    this.overlay.height = height * ratio;
+    if (this.fitted) this.fit(false);
+    else this.moved(false);
+  }
+
+  // Where a pixel is on the table, m.
+  private place(px: number, py: number): [number, number] {
+    const [width, height] = this.size();
+    return [
+      this.middle[0] + (px - width / 2) * this.pixelM,
+      this.middle[1] - (py - height / 2) * this.pixelM,
+    ];
+  }
+
+  private pixel(x: number, y: number): [number, number] {
+    const [width, height] = this.size();
+    return [
+      width / 2 + (x - this.middle[0]) / this.pixelM,
+      height / 2 - (y - this.middle[1]) / this.pixelM,
+    ];
+  }
+
+  // A host knows a robot's cell only: those of one cell stand around its middle, not on it.
+  private spreadOut(between: Between): Between {
+    if (this.scene.emulated) return between;
+    if (this.spread?.of !== between.from) {
+      this.spread = { of: between.from, as: spreadSample(between.from, this.scene.radius_m) };
+    }
+    return { ...between, from: this.spread.as, to: this.spread.as, part: 0 };
+  }
+
+  private drawLines(between: Between, stride: number, layers: Layers): void {
+    const number = between.from.x.length;
+    const key = `${between.first}:${stride}:${this.selected}:${layers.trails}:${layers.links}`;
+    if (key === this.linesOf) return;
+    this.linesOf = key;
+    let trail: Float32Array = new Float32Array(0);
+    if (layers.trails || this.selected !== null) {
+      const chosen = layers.trails && number <= ALL_TRAILS ? null : this.chosen();
+      trail = trails(this.before(between, stride), chosen);
+    }
+    const shown = layers.links && number <= ALL_LINKS;
+    replace(this.trail, trail);
+    replace(
+      this.link,
+      shown ? links(between.from, this.scene.range_m, MOST_LINKS) : new Float32Array(0),
+    );
+  }
+
+  private chosen(): number[] {
+    return this.selected === null ? [] : [this.selected];
+  }
+
+  // The samples up to those that are shown, as far as they are here.
+  private before(between: Between, stride: number): Sample[] {
+    const found = [between.to];
+    for (let k = 0; k < TRAIL_SAMPLES && between.first >= k * stride; k++) {
+      const sample = this.samples.sample(between.first - k * stride, stride);
+      if (!sample) {
+        this.linesOf = "";
+        break;
+      }
+      found.unshift(sample);
+    }
+    return found;
+  }
+
+  private async askForReports(timeS: number): Promise<void> {
+    if (!this.scene.grid || this.heardAt === timeS) return;
+    this.heardAt = timeS;
+    this.heard = await this.source.reports(this.run, timeS, REPORT_WINDOW_S).catch(() => this.heard);
+    if (this.heardAt === timeS) this.dirty();
+  }
+
+  private drawOverlay(timeS: number, layers: Layers): void {
+    const context = this.overlay.getContext("2d")!;
+    const ratio = window.devicePixelRatio;
+    const [width, height] = this.size();
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    context.clearRect(0, 0, width, height);
+    if (layers.reports) this.drawReports(context, timeS);
+    if (this.shown) this.drawUids(context, this.shown, layers);
+    this.drawScale(context, height);
+  }
+
+  // Where the host heard a robot last, and how far it may have gone since.
+  private drawReports(context: CanvasRenderingContext2D, timeS: number): void {
+    context.strokeStyle = "#cc3399";
+    for (const report of this.heard.robots as Report[]) {
+      const [px, py] = this.pixel(report[2], report[3]);
+      const ageS = Math.max(0, timeS - report[0]);
+      const doubt = (this.scene.grid!.cell_m / 2 + ageS * WALK_M_S) / this.pixelM;
+      context.globalAlpha = Math.max(0.15, 1 - ageS / 60);
+      context.beginPath();
+      context.arc(px, py, Math.min(doubt, 4000), 0, 2 * Math.PI);
+      context.stroke();
+      context.fillStyle = "#cc3399";
+      context.fillRect(px - 2, py - 2, 4, 4);
+    }
+    context.globalAlpha = 1;
+  }
+
+  private drawUids(context: CanvasRenderingContext2D, between: Between, layers: Layers): void {
+    const { from, to, part } = between;
+    const near = this.scene.radius_m / this.pixelM > 9 || layers.uids;
+    const [width, height] = this.size();
+    context.font = "11px system-ui, sans-serif";
+    context.textAlign = "center";
+    let left = MOST_LABELS;
+    const at = (k: number) =>
+      this.pixel(
+        from.x[k] + part * (to.x[k] - from.x[k]),
+        from.y[k] + part * (to.y[k] - from.y[k]),
+      );
+    const label = (k: number) => {
+      const [px, py] = at(k);
+      if (!(px > 0 && px < width && py > 0 && py < height) || left-- <= 0) return;
+      const below = py + Math.max(this.scene.radius_m / this.pixelM, 3) + 11;
+      context.lineWidth = 3;
+      context.strokeStyle = "#ffffffd0";
+      context.strokeText(String(this.ids[k] + 1), px, below);
+      context.fillStyle = "#000";
+      context.fillText(String(this.ids[k] + 1), px, below);
+    };
+    if (near) for (let k = 0; k < from.x.length && left > 0; k++) label(k);
+    if (this.selected === null) return;
+    if (!near) label(this.selected);
+    context.lineWidth = 2.5;
+    context.strokeStyle = "#ff4000";
+    context.beginPath();
+    context.arc(...at(this.selected), Math.max(1.3 * (this.scene.radius_m / this.pixelM), 9), 0, 7);
+    context.stroke();
+  }
+
+  private drawScale(context: CanvasRenderingContext2D, height: number): void {
+    const rough = 120 * this.pixelM;
+    const power = 10 ** Math.floor(Math.log10(rough));
+    const length = ([5, 2, 1].find((step) => step * power <= rough) ?? 1) * power;
+    const text = length >= 1 ? `${length} m` : `${Math.round(length * 100 * 1000) / 1000} cm`;
+    const ink = getComputedStyle(this.element).color;
+    context.fillStyle = ink;
+    context.fillRect(12, height - 14, length / this.pixelM, 3);
+    context.textAlign = "left";
+    context.font = "12px system-ui, sans-serif";
+    context.fillText(text, 12, height - 20);
+  }
+
+  private listen(): void {
+    const pointers = new Map<number, PointerEvent>();
+    let travelled = 0;
+    const own = (event: PointerEvent | WheelEvent): [number, number] => {
+      const box = this.element.getBoundingClientRect();
+      return [event.clientX - box.left, event.clientY - box.top];
+    };
+    this.element.addEventListener("pointerdown", (event) => {
+      this.element.setPointerCapture(event.pointerId);
+      pointers.set(event.pointerId, event);
+      if (pointers.size === 1) travelled = 0;
+    });
+    this.element.addEventListener("pointermove", (event) => {
+      const last = pointers.get(event.pointerId);
+      if (!last) return;
+      const [dx, dy] = [event.clientX - last.clientX, event.clientY - last.clientY];
+      travelled += Math.abs(dx) + Math.abs(dy);
+      if (pointers.size === 2) {
+        const other = [...pointers.values()].find((one) => one.pointerId !== event.pointerId)!;
+        const apart = (one: PointerEvent) =>
+          Math.hypot(one.clientX - other.clientX, one.clientY - other.clientY);
+        this.zoom(Math.max(0.5, Math.min(2, apart(event) / Math.max(1, apart(last)))), ...own(event));
+      } else if (travelled > 4) {
+        this.pan(-dx * this.pixelM, dy * this.pixelM);
+      }
+      pointers.set(event.pointerId, event);
+    });
+    const released = (event: PointerEvent) => {
+      if (pointers.delete(event.pointerId) && event.type === "pointerup" && travelled <= 4) {
+        this.pick(...own(event));
+      }
+    };
+    this.element.addEventListener("pointerup", released);
+    this.element.addEventListener("pointercancel", released);
+    this.element.addEventListener(
+      "wheel",
+      (event) => {
+        event.preventDefault();
+        this.zoom(Math.exp(-event.deltaY / 400), ...own(event));
+      },
+      { passive: false },
+    );
+    this.element.addEventListener("dblclick", () => this.fit());
+  }
+
+  // The robot under a pixel, else the cell.
+  private pick(px: number, py: number): void {
+    const [x, y] = this.place(px, py);
+    let best: number | null = null;
+    let nearest = Math.max(this.scene.radius_m, 6 * this.pixelM);
+    if (this.shown) {
+      const { from, to, part } = this.shown;
+      for (let k = 0; k < from.x.length; k++) {
+        const away = Math.hypot(
+          from.x[k] + part * (to.x[k] - from.x[k]) - x,
+          from.y[k] + part * (to.y[k] - from.y[k]) - y,
+        );
+        if (away <= nearest) [best, nearest] = [k, away];
+      }
+    }
+    if (best !== null) this.picked({ robot: this.ids[best] });
+    else this.picked(this.cellAt(x, y));
+  }
+
+  private cellAt(x: number, y: number): Picked {
+    const grid = this.scene.grid;
+    if (!grid) return null;
+    const column = Math.floor(x / grid.cell_m + grid.columns);
+    const row = Math.floor(y / grid.cell_m + grid.rows);
+    if (column < 0 || row < 0 || column >= 2 * grid.columns || row >= 2 * grid.rows) return null;
+    // 0 top left, 1 top right, 2 bottom left, 3 bottom right
+    return { module: [column >> 1, row >> 1], cell: (row % 2 ? 0 : 2) + (column % 2) };
+  }
+}
+
+function replace(lines: three.LineSegments, points: Float32Array): void {
+  lines.geometry.dispose();
+  lines.geometry = new three.BufferGeometry();
+  lines.geometry.setAttribute("position", new three.BufferAttribute(points, 3));
+  lines.visible = points.length > 0;
+}
+
+// Robots that are said to be in the same place stand in rings around it.
+export function spreadSample(sample: Sample, radiusM: number): Sample {
+  const [x, y] = [sample.x.slice(), sample.y.slice()];
+  const there = new Map<string, number[]>();
+  for (let k = 0; k < x.length; k++) {
+    const key = `${x[k]},${y[k]}`;
+    if (Number.isNaN(x[k])) continue;
+    const others = there.get(key);
+    if (others) others.push(k);
+    else there.set(key, [k]);
+  }
+  for (const robots of there.values()) {
+    if (robots.length < 2) continue;
+    const distance = radiusM * Math.max(0.6, robots.length / 6);
+    robots.forEach((k, n) => {
+      const angle = (2 * Math.PI * n) / robots.length;
+      x[k] += distance * Math.cos(angle);
+      y[k] += distance * Math.sin(angle);
+    });
+  }
+  return { ...sample, x, y };
+}

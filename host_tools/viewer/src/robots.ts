@@ -1,0 +1,205 @@
+// All robots as one instanced mesh. The place between two samples is worked out by the graphics
+// processor, so that a frame uploads nothing and a sample is uploaded once.
+
+import * as three from "three";
+import type { Between, Sample } from "./samples";
+import type { Scene } from "./scene";
+
+const LEDS = 64;
+export const MARKS = 7;
+
+const VERTEX = `
+precision highp float;
+uniform float part, radius, pixel;
+uniform vec2 middle, scale;
+in vec2 corner;
+in vec2 fromX, toX; // x, y
+in float fromHeading, toHeading; // parts of a turn
+in float led;
+in float informed;
+out vec2 at;
+out float edge;
+flat out int shownLed, ring;
+void main() {
+  vec2 place = mix(fromX, toX, part);
+  if (isnan(place.x) || isnan(place.y)) {
+    gl_Position = vec4(2.0, 2.0, 0.0, 1.0);
+    return;
+  }
+  float turn = fract(toHeading - fromHeading + 0.5) - 0.5;
+  float heading = 6.283185307 * (fromHeading + part * turn);
+  float size = max(radius, 3.0 * pixel) * 1.35;
+  at = corner * 1.35;
+  edge = pixel / max(radius, 3.0 * pixel);
+  float c = cos(heading), s = sin(heading);
+  vec2 turned = vec2(c * corner.x - s * corner.y, s * corner.x + c * corner.y);
+  shownLed = int(led + 0.5);
+  ring = int(informed + 0.5);
+  gl_Position = vec4((place + size * turned - middle) * scale, 0.0, 1.0);
+}`;
+
+// A disc in the LED's colour with a mark of its state, a line to the front that is seen on any
+// colour, a ring around informed robots.
+const FRAGMENT = `
+precision highp float;
+uniform sampler2D leds; // colour, and the mark in alpha
+in vec2 at;
+in float edge;
+flat in int shownLed, ring;
+out vec4 shown;
+float stroke(float distance, float width) {
+  return 1.0 - smoothstep(width - edge, width + edge, abs(distance));
+}
+float mark(int kind, vec2 p) {
+  float r = length(p);
+  if (kind == 1) return 1.0 - smoothstep(0.24 - edge, 0.24 + edge, r);
+  if (kind == 2) return stroke(r - 0.38, 0.09);
+  if (kind == 3) return abs(p.x) < 0.5 ? stroke(p.y, 0.12) : 0.0;
+  if (kind == 4) return r < 0.55 ? max(stroke(p.x - p.y, 0.14), stroke(p.x + p.y, 0.14)) : 0.0;
+  if (kind == 5) return r < 0.55 ? max(stroke(p.x, 0.11), stroke(p.y, 0.11)) : 0.0;
+  if (kind == 6) return max(abs(p.x), abs(p.y)) < 0.34 ? 1.0 : 0.0;
+  return 0.0;
+}
+void main() {
+  float r = length(at);
+  if (r > 1.35) discard;
+  vec4 colour = texelFetch(leds, ivec2(shownLed, 0), 0);
+  float light = dot(colour.rgb, vec3(0.3, 0.59, 0.11));
+  vec3 ink = light > 0.45 ? vec3(0.0) : vec3(1.0);
+  vec3 seen = colour.rgb;
+  bool small = edge > 0.28;
+  if (!small) {
+    seen = mix(seen, ink, mark(int(colour.a * 255.0 + 0.5), at + vec2(0.12, 0.0)));
+    if (at.x > 0.3 && r < 0.95) seen = mix(seen, ink, stroke(at.y, 0.1));
+  }
+  float rim = small ? 0.62 : 0.86;
+  seen = mix(seen, vec3(0.25), smoothstep(rim - edge, rim + edge, r));
+  float inside = 1.0 - smoothstep(1.0 - edge, 1.0 + edge, r);
+  float cover = max(inside, ring > 0 ? stroke(r - 1.17, 0.09) : 0.0);
+  if (cover <= 0.01) discard;
+  shown = vec4(mix(vec3(0.8, 0.47, 0.65), seen, inside), cover);
+}`;
+
+export class Robots {
+  readonly mesh: three.Mesh;
+  private readonly uniforms: Record<string, three.IUniform>;
+  private readonly attributes: Record<string, three.InstancedBufferAttribute>;
+  private readonly leds: three.DataTexture;
+  private shownFrom: Sample | null = null;
+  private shownTo: Sample | null = null;
+
+  constructor(
+    private readonly scene: Scene,
+    size: number,
+    ids: Uint32Array,
+  ) {
+    const instanced = (
+      array: Float32Array | Uint16Array | Uint8Array,
+      width: number,
+      normalized: boolean,
+    ) => {
+      const made = new three.InstancedBufferAttribute(array, width, normalized);
+      made.setUsage(three.DynamicDrawUsage);
+      return made;
+    };
+    this.attributes = {
+      fromX: instanced(new Float32Array(2 * size).fill(NaN), 2, false),
+      toX: instanced(new Float32Array(2 * size).fill(NaN), 2, false),
+      fromHeading: instanced(new Uint16Array(size), 1, true),
+      toHeading: instanced(new Uint16Array(size), 1, true),
+      led: instanced(new Uint8Array(size), 1, false),
+      informed: instanced(informedFor(scene, ids), 1, false),
+    };
+    const geometry = new three.InstancedBufferGeometry();
+    geometry.instanceCount = size;
+    geometry.setIndex([0, 1, 2, 0, 2, 3]);
+    const corners = new Float32Array([-1, -1, 1, -1, 1, 1, -1, 1]);
+    geometry.setAttribute("corner", new three.BufferAttribute(corners, 2));
+    for (const [name, attribute] of Object.entries(this.attributes)) {
+      geometry.setAttribute(name, attribute);
+    }
+    this.leds = new three.DataTexture(new Uint8Array(4 * LEDS), LEDS, 1);
+    this.uniforms = {
+      part: { value: 0 },
+      radius: { value: scene.radius_m },
+      pixel: { value: 0.001 },
+      middle: { value: new three.Vector2() },
+      scale: { value: new three.Vector2(1, 1) },
+      leds: { value: this.leds },
+    };
+    const material = new three.RawShaderMaterial({
+      glslVersion: three.GLSL3,
+      vertexShader: VERTEX,
+      fragmentShader: FRAGMENT,
+      uniforms: this.uniforms,
+      transparent: true,
+      depthTest: false,
+    });
+    this.mesh = new three.Mesh(geometry, material);
+    this.mesh.frustumCulled = false;
+    this.mesh.renderOrder = 10;
+    this.colourBy("led");
+  }
+
+  // In the colours of the LEDs as they are, or of the states that they mean.
+  colourBy(what: "led" | "state"): void {
+    const data = this.leds.image.data as Uint8Array;
+    for (let led = 0; led < LEDS; led++) {
+      const state = this.scene.states.of_led[led];
+      const hex = what === "led" ? this.scene.leds[led] : this.scene.states.colours[state];
+      const value = parseInt(hex.slice(1), 16);
+      data.set([value >> 16, (value >> 8) & 255, value & 255, markOf(this.scene, led)], 4 * led);
+    }
+    this.leds.needsUpdate = true;
+  }
+
+  view(middle: [number, number], scale: [number, number], pixelM: number): void {
+    this.uniforms.middle.value.set(...middle);
+    this.uniforms.scale.value.set(...scale);
+    this.uniforms.pixel.value = pixelM;
+  }
+
+  show(between: Between): void {
+    if (between.from !== this.shownFrom) {
+      this.put("fromX", between.from);
+      this.upload("fromHeading", between.from.heading);
+      this.upload("led", between.from.led);
+      this.shownFrom = between.from;
+    }
+    if (between.to !== this.shownTo) {
+      this.put("toX", between.to);
+      this.upload("toHeading", between.to.heading);
+      this.shownTo = between.to;
+    }
+    this.uniforms.part.value = between.part;
+  }
+
+  private put(name: string, sample: Sample): void {
+    const attribute = this.attributes[name];
+    const places = attribute.array as Float32Array;
+    for (let k = 0; k < sample.x.length; k++) {
+      places[2 * k] = sample.x[k];
+      places[2 * k + 1] = sample.y[k];
+    }
+    attribute.needsUpdate = true;
+  }
+
+  private upload(name: string, values: Uint16Array | Uint8Array): void {
+    const attribute = this.attributes[name];
+    (attribute.array as Uint8Array).set(values);
+    attribute.needsUpdate = true;
+  }
+}
+
+// The mark that tells a state without its colour; states beyond those named have none.
+export function markOf(scene: Scene, led: number): number {
+  const state = scene.states.of_led[led & (LEDS - 1)];
+  return state < scene.states.known ? state % MARKS : 0;
+}
+
+function informedFor(scene: Scene, ids: Uint32Array): Uint8Array {
+  return Uint8Array.from(ids, (id) => {
+    const range = scene.informed.find(([first, end]) => first <= id && id < end);
+    return range ? range[2] : 0;
+  });
+}

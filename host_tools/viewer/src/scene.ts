@@ -1,0 +1,87 @@
+// What the server says of a run that does not change with time (kilotwin/view/scene.py).
+// Lengths in metres, angles in radians, colours as #rrggbb.
+
+export type Shape = { circle: [number, number, number] } | { polygon: [number, number][] };
+
+export interface Site {
+  name: string;
+  colour: string;
+  circle?: [number, number, number];
+  polygon?: [number, number][];
+}
+
+export interface Grid {
+  columns: number;
+  rows: number;
+  cell_m: number;
+  walls: number[];
+  maps: [number, number[]][];
+}
+
+export interface RunState {
+  status: string;
+  samples: number;
+  first_s: number;
+  last_s: number;
+}
+
+export interface Scene extends RunState {
+  name: string;
+  seed: number;
+  folder: string;
+  emulated: boolean;
+  robots: number;
+  recorded: number[] | null;
+  radius_m: number;
+  range_m: number;
+  duration_s: number;
+  tick_s: number;
+  arena: Shape;
+  sites: Site[];
+  floor: { box: [number, number, number, number]; png: string } | null;
+  obstacles: Shape[];
+  objects: Shape[][];
+  grid: Grid | null;
+  informed: [number, number, number][];
+  states: { names: string[]; known: number; of_led: number[]; colours: string[] };
+  leds: string[];
+  metrics: Record<string, { unit: string; meaning: string }>;
+}
+
+export interface RunEvent {
+  time_s: number;
+  kind: string;
+  robot?: number;
+  text?: string;
+  [more: string]: unknown;
+}
+
+export interface RobotAnswer {
+  history: [number, number][];
+  number: number;
+  events: RunEvent[];
+}
+
+// time in s, robot, x, y, column and row of the module, cell
+export type Report = [number, number, number, number, number, number, number];
+
+export interface Reports {
+  robots: Report[];
+  number: number;
+  late?: number;
+}
+
+export function isShape(site: Site): site is Site & Shape {
+  return site.circle !== undefined || site.polygon !== undefined;
+}
+
+// [left, low, right, top] of a shape.
+export function boxOf(shape: Shape): [number, number, number, number] {
+  if ("circle" in shape) {
+    const [x, y, r] = shape.circle;
+    return [x - r, y - r, x + r, y + r];
+  }
+  const xs = shape.polygon.map((p) => p[0]);
+  const ys = shape.polygon.map((p) => p[1]);
+  return [Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)];
+}

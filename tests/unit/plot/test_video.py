@@ -1,0 +1,113 @@
+"""A video shows the run: robots where they were recorded, at the times that were asked for."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from kilotwin.errors import InputError
+from kilotwin.plot.video import Film, write_video
+from kilotwin.runs.reader import Run
+
+from ..conftest import SMALL
+from ..known_run import Begin, samples
+
+STATES = "\n[states]\nasleep = [0, 0, 0]\nawake = [0, 3, 0]\n"
+SECOND = 31  # ticks, nearly
+
+
+def quiet(_: float) -> None:
+    """Progress that is not shown."""
+
+
+@pytest.fixture
+def run(begin: Begin) -> Run:
+    """Ten robots asleep that go along a line, one behind the other, for 20 s."""
+    writer = begin(text=SMALL + STATES)
+    for number in range(21):
+        one = samples([number * SECOND])
+        one["x_m"][0] = np.linspace(-1.8, 0.0, 10) + 0.05 * number
+        one["y_m"][0] = -0.8
+        one["led"][0] = 0
+        writer.add(one)
+    writer.close(clean=True)
+    return Run.open(writer.folder)
+
+
+def frames(file: Path) -> list[np.ndarray]:
+    """Pictures of a GIF."""
+    with Image.open(file) as gif:
+        made = []
+        for number in range(getattr(gif, "n_frames", 1)):
+            gif.seek(number)
+            made.append(np.asarray(gif.convert("RGB")))
+        return made
+
+
+def middle_of_robots(frame: np.ndarray) -> float:
+    """The column in the middle of what is drawn in the colour of the first state."""
+    blue = np.abs(frame.astype(int) - (0xCC, 0x79, 0xA7)).sum(axis=2) < 40
+    table = blue[:, : round(0.74 * frame.shape[1])]
+    assert table.any()
+    return float(np.nonzero(table)[1].mean())
+
+
+def test_robots_go_where_the_run_says(run: Run, tmp_path: Path) -> None:
+    file = tmp_path / "run.gif"
+    said = write_video(run, file, Film(speed=5, width_px=480), quiet)
+    pictures = frames(file)
+    assert len(pictures) == int(20 * SECOND * 0.032768 / 5 * 25) + 1
+    assert f"{len(pictures)} frames of 480 x 360" in said
+    moved = middle_of_robots(pictures[-1]) - middle_of_robots(pictures[0])
+    pixel_m = 4 * 1.04 / (480 * 0.7)  # the arena with its margin, in the axes' width
+    pixel_m = max(pixel_m, 4 * 1.04 / (360 * 0.87))
+    assert moved * pixel_m == pytest.approx(1.0, abs=0.05)
+    half = middle_of_robots(pictures[len(pictures) // 2]) - middle_of_robots(pictures[0])
+    assert half == pytest.approx(moved / 2, abs=2)
+
+
+def test_the_same_run_gives_the_same_frames(run: Run, tmp_path: Path) -> None:
+    for name in ("one.gif", "two.gif"):
+        write_video(run, tmp_path / name, Film(speed=20, width_px=320, trails=True), quiet)
+    assert (tmp_path / "one.gif").read_bytes() == (tmp_path / "two.gif").read_bytes()
+
+
+@pytest.mark.parametrize(("suffix", "magic"), [("mp4", b"ftyp"), ("webm", b"\x1a\x45\xdf\xa3")])
+def test_a_video_is_of_the_kind_that_its_name_says(
+    suffix: str, magic: bytes, run: Run, tmp_path: Path
+) -> None:
+    file = tmp_path / "films" / f"run.{suffix}"
+    parts: list[float] = []
+    write_video(run, file, Film(speed=40, width_px=320), parts.append)
+    assert magic in file.read_bytes()[:12]
+    assert parts == sorted(parts)
+    assert 0.8 < parts[-1] < 1
+    assert [other.name for other in file.parent.iterdir()] == [file.name]
+
+
+def test_without_a_speed_it_takes_half_a_minute_and_never_less_than_real_time(
+    run: Run, tmp_path: Path
+) -> None:
+    assert "at 1 times real time" in write_video(
+        run, tmp_path / "run.gif", Film(to_s=2, width_px=160), quiet
+    )
+
+
+@pytest.mark.parametrize(
+    ("film", "said"),
+    [
+        (Film(from_s=30), "--from 30 --to 20.* recorded from 0 s to 20 s; name a part"),
+        (Film(from_s=5, to_s=5), "name a part of that"),
+        (Film(from_s=-1), "name a part of that"),
+    ],
+)
+def test_a_part_that_the_run_has_not_is_refused(film: Film, said: str, run: Run) -> None:
+    with pytest.raises(InputError, match=said):
+        write_video(run, run.folder / "x.gif", film, quiet)
+    assert not (run.folder / "x.gif").exists()
+
+
+def test_another_kind_of_file_is_refused_with_those_that_there_are(run: Run) -> None:
+    with pytest.raises(InputError, match=r"end the name in \.mp4, \.webm or \.gif"):
+        write_video(run, Path("run.avi"), Film(), quiet)

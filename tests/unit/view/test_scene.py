@@ -1,0 +1,92 @@
+"""The page gets all that stands still in the picture, from any experiment."""
+
+import base64
+import io
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from kilotwin.experiment.colours import led_byte
+from kilotwin.runs.reader import Run
+from kilotwin.view.scene import scene_of
+from kilotwin.view.served_run import ServedRun
+
+from ..conftest import GRID, INFORMED, SMALL
+from ..known_run import Begin, samples
+
+
+def test_sites_states_and_informed_robots_are_in_it(begin: Begin) -> None:
+    scene = scene_of(Run.open(begin("run", "swarm.informed=0.5", text=SMALL + INFORMED).folder))
+    assert scene["arena"] == {"circle": [0.0, 0.0, 2.0]}
+    assert scene["sites"][1] == {"name": "white", "colour": "#ffffff", "circle": [1.0, 0.0, 0.5]}
+    assert scene["informed"] == [[0, 4, 1], [4, 5, 2]]
+
+
+def test_an_led_has_its_states_name_and_colour(begin: Begin) -> None:
+    text = SMALL + "\n[states]\nasleep = [0, 0, 0]\nawake = [0, 3, 0]\n"
+    scene = scene_of(Run.open(begin(text=text).folder))
+    states, green = scene["states"], led_byte(0, 3, 0)
+    assert states["names"][: states["known"]] == ["asleep", "awake"]
+    assert states["of_led"][green] == 1
+    assert scene["leds"][green] == "#00ff00"
+    assert len(states["of_led"]) == len(scene["leds"]) == 64
+
+
+def test_obstacles_and_objects_are_outlines(begin: Begin) -> None:
+    text = (
+        SMALL
+        + """
+[[obstacle]]
+shape = "rectangle"
+centre_m = [0.0, 1.0]
+width_m = 0.2
+height_m = 0.1
+
+[[object]]
+diameter_m = 0.3
+pose = [0.0, -1.0, 0.0]
+mass_kg = 0.01
+"""
+    )
+    scene = scene_of(Run.open(begin(text=text).folder))
+    (obstacle,) = scene["obstacles"]
+    np.testing.assert_allclose(
+        sorted(obstacle["polygon"]), [[-0.1, 0.95], [-0.1, 1.05], [0.1, 0.95], [0.1, 1.05]]
+    )
+    assert scene["objects"] == [[{"circle": [0.0, 0.0, pytest.approx(0.15)]}]]
+
+
+def test_a_grid_has_the_site_of_each_cell_and_its_walls(begin: Begin) -> None:
+    grid = scene_of(Run.open(begin(text=GRID).folder))["grid"]
+    assert (grid["columns"], grid["rows"], grid["cell_m"]) == (4, 6, 0.05)
+    ((at_s, cells),) = grid["maps"]
+    assert at_s == 0
+    assert len(cells) == 8 * 12
+    assert cells.count(1) == 2 * 4
+    assert len(grid["walls"]) == 8 * 12 - 6 * 10
+
+
+def test_sites_that_are_drawn_are_a_picture(begin: Begin, folder: Path) -> None:
+    picture = Image.new("RGBA", (4, 2), (0, 0, 0, 0))
+    picture.putpixel((0, 0), (0, 0, 0, 255))
+    picture.save(folder / "floor.png")
+    text = SMALL.split("[[site]]", maxsplit=1)[0] + SMALL[SMALL.index("[swarm]") :]
+    text += '\n[floor]\nimage = "floor.png"\nwidth_m = 4.0\n[floor.legend]\n"#000000" = "dark"\n'
+    floor = scene_of(Run.open(begin(text=text).folder))["floor"]
+    drawn = Image.open(io.BytesIO(base64.b64decode(floor["png"])))
+    assert drawn.size == (4, 2)
+    assert [drawn.getpixel((0, 0))[3], drawn.getpixel((1, 0))[3]] == [255, 0]  # type: ignore[index]
+    np.testing.assert_allclose(floor["box"], [-2, -1, 2, 1])
+
+
+def test_a_run_says_how_far_it_is_and_that_it_ended(begin: Begin) -> None:
+    writer = begin()
+    served = ServedRun(Run.open(writer.folder))
+    assert served.state() == {"status": "running", "samples": 0, "first_s": 0.0, "last_s": 0.0}
+    writer.add(samples([0, 1000]))
+    assert served.state()["samples"] == 2
+    assert served.state()["last_s"] == pytest.approx(32.768)
+    (writer.folder / "manifest.json").write_text('{"status": "finished"}')
+    assert served.state()["status"] == "finished"

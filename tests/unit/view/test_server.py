@@ -1,0 +1,160 @@
+"""The viewer's server lets in its own page only, and keeps within bounds."""
+
+import contextlib
+import json
+import socket
+import threading
+import urllib.error
+import urllib.parse
+import urllib.request
+from collections.abc import Iterator
+
+import pytest
+from websockets.exceptions import WebSocketException
+from websockets.sync.client import connect
+from websockets.typing import Origin
+
+from kilotwin.errors import InputError, RunError
+from kilotwin.runs.reader import Run
+from kilotwin.view import server
+from kilotwin.view.served_run import ServedRun
+from kilotwin.view.server import MOST_CONNECTIONS, Viewer
+
+from ..known_run import Begin, samples
+
+
+@pytest.fixture
+def page(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempPathFactory) -> None:
+    """A page, whether or not one was built."""
+    folder = tmp_path_factory.mktemp("page")
+    (folder / "index.html").write_text("the page")
+    monkeypatch.setattr(server, "_PAGE", folder)
+
+
+@pytest.fixture
+def address(begin: Begin, page: None) -> Iterator[str]:
+    """Where a run of three samples is served."""
+    writer = begin()
+    writer.add(samples([0, 10, 20]))
+    writer.add_event({"kind": "crash", "robot": 2, "tick": 10})
+    writer.add_event({"kind": "print", "robot": 2, "tick": 10, "text": "dice 3"})
+    viewer = Viewer([ServedRun(Run.open(writer.folder))])
+    ready, ended = threading.Event(), threading.Event()
+    thread = threading.Thread(target=viewer.serve, args=(ready.set, ended))
+    thread.start()
+    assert ready.wait(20)
+    yield viewer.address
+    ended.set()
+    thread.join(20)
+    assert not thread.is_alive()
+
+
+def ask(address: str, **headers: str) -> tuple[int, bytes]:
+    """Status and body of a GET."""
+    request = urllib.request.Request(address, headers=headers)
+    try:
+        with urllib.request.urlopen(request, timeout=20) as answer:
+            return answer.status, answer.read()
+    except urllib.error.HTTPError as error:
+        return error.code, error.read()
+
+
+def test_the_page_and_what_it_asks_for_are_served(address: str) -> None:
+    assert ask(address) == (200, b"the page")
+    (scene,) = json.loads(ask(f"{address}scenes")[1])
+    assert (scene["name"], scene["robots"], scene["samples"]) == ("small", 10, 3)
+    assert [site["name"] for site in scene["sites"]] == ["black", "white"]
+    for path in ("times?first=0", "samples?first=0&count=9&stride=1", "series"):
+        assert ask(f"{address}runs/0/{path}")[0] == 200
+    assert json.loads(ask(f"{address}runs/0/events")[1])["number"] == 1
+    robot = json.loads(ask(f"{address}runs/0/robots/2")[1])
+    assert [event.get("text") for event in robot["events"]] == [None, "dice 3"]
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "runs/1/events",
+        "runs/0/robots/10",
+        "runs/0/samples?first=-1&count=1&stride=1",
+        "runs/0/samples?first=0&count=1&stride=0",
+        "runs/0/samples?first=0&count=1",
+        "runs/0/samples?first=a&count=1&stride=1",
+        "nothing.js",
+    ],
+)
+def test_what_is_not_there_is_404(path: str, address: str) -> None:
+    assert ask(address + path)[0] == 404
+
+
+@pytest.mark.parametrize("trick", ["../server.py", "..%2fserver.py", "%2e%2e/server.py", "//etc/"])
+def test_no_path_leads_out_of_the_page(trick: str, address: str) -> None:
+    place = urllib.parse.urlsplit(address)
+    with socket.create_connection((place.hostname, place.port), 20) as raw:
+        raw.sendall(f"GET {place.path}{trick} HTTP/1.0\r\nHost: 127.0.0.1\r\n\r\n".encode())
+        answer = raw.recv(4096)
+    assert answer.startswith(b"HTTP/1.1 40")
+
+
+def test_a_wrong_token_is_refused(address: str) -> None:
+    base = address.rsplit("/", 2)[0]
+    for path in ("/", "/scenes", "/wrong/", "/wrong/scenes"):
+        status, said = ask(base + path)
+        assert status == 403
+        assert b"open the address that kilotwin printed" in said
+
+
+def test_other_hosts_and_other_pages_are_refused(address: str) -> None:
+    assert ask(address, Host="evil.example")[0] == 400
+    assert ask(f"{address}scenes", Origin="http://evil.example")[0] == 403
+    place = urllib.parse.urlsplit(address)
+    assert ask(f"{address}scenes", Origin=f"http://{place.netloc}")[0] == 200
+
+
+def test_a_page_from_elsewhere_gets_no_live_states(address: str) -> None:
+    live = address.replace("http", "ws") + "live"
+    with connect(live) as own:
+        assert json.loads(own.recv(20))[0]["samples"] == 3
+    with pytest.raises(WebSocketException), connect(live, origin=Origin("http://evil.example")):
+        pass
+    with pytest.raises(WebSocketException), connect(live.replace("/live", "x/live")):
+        pass
+
+
+def test_answers_may_run_nothing_from_elsewhere_and_are_not_kept(address: str) -> None:
+    with urllib.request.urlopen(address, timeout=20) as answer:
+        assert "default-src 'none'" in answer.headers["content-security-policy"]
+        assert answer.headers["cache-control"] == "no-store"
+        assert answer.headers["x-content-type-options"] == "nosniff"
+
+
+def test_a_thousand_connections_are_bounded_and_harm_nothing(address: str) -> None:
+    place = urllib.parse.urlsplit(address)
+    with contextlib.ExitStack() as stack:
+        for _ in range(1000):
+            stack.enter_context(socket.create_connection((place.hostname, place.port), 20))
+        assert ask(address)[0] == 503
+    assert MOST_CONNECTIONS < 1000
+    for _ in range(50):
+        if ask(address)[0] == 200:
+            break
+    assert ask(address) == (200, b"the page")
+
+
+def test_a_port_that_is_taken_is_refused_with_what_to_type(begin: Begin, page: None) -> None:
+    run = ServedRun(Run.open(begin().folder))
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        port = other.getsockname()[1]
+        with pytest.raises(InputError, match=f"--port {port}: .*; name another, or 0"):
+            Viewer([run], port)
+
+
+def test_without_the_built_page_it_says_what_to_type(
+    begin: Begin, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    writer = begin()
+    monkeypatch.setattr(server, "_PAGE", writer.folder / "none")
+    with pytest.raises(RunError, match="type: make setup"):
+        Viewer([ServedRun(Run.open(writer.folder))])
