@@ -149,6 +149,10 @@ class alignas(64) Robot {
     /// inbox. Any order; cheapest in order of time.
     void receive(Cycles at, const message_t &message, distance_measurement_t distance);
 
+    /// The same of a message that is no light, but comes beside the medium: it is never missed, also
+    /// if others come at the same time.
+    void tell(Cycles at, const message_t &message);
+
     /// A frame is being received from `begin` to `end`: meanwhile sensors return -1, and the edges
     /// of its light take time from a translated program.
     void disturb(Cycles begin, Cycles end, const message_t &message);
@@ -207,6 +211,8 @@ class alignas(64) Robot {
         SerialLine serial;          ///< not of a translated program
         std::string line;           ///< that it prints, of a translated program
         std::vector<Light> lights;  ///< in order of time
+        std::vector<Cycles> told;   ///< when messages beside the medium come, of a translated
+                                    ///< program that may miss others
     };
 
     class Translated;

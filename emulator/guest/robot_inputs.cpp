@@ -41,6 +41,12 @@ void Robot::receive_before_others(Cycles at, const message_t &message,
     inbox_.insert(place, {at, message, distance});
 }
 
+void Robot::tell(Cycles at, const message_t &message) {
+    receive(at, message, {});
+    const bool misses = !on_board() && program_->translation() != nullptr && context_.frame > 0;
+    if (misses) written().told.push_back(at);
+}
+
 void Robot::disturb(Cycles begin, Cycles end, const message_t &message) {
     if (on_board()) return;  // it sees for itself
     if (program_->translation() != nullptr)

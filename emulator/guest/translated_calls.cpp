@@ -181,9 +181,10 @@ void Robot::Translated::take_message() {
     find_message();
     const uint64_t ended = clock_.own_cycle(reception.at);
     const uint64_t frame = robot_.context_.frame;
-    const bool missed = cycle() > ended + WAITS_FOR_EDGE ||
-                        (frame > 0 && ended - std::min(ended, frame) < image_.deaf_until);
-    if (!hears_light() || missed) return;
+    const bool late = cycle() > ended + WAITS_FOR_EDGE,
+               deaf = ended - std::min(ended, frame) < image_.deaf_until;
+    const bool told = forget_told(reception.at);
+    if (!hears_light() || (frame > 0 && !told && (late || deaf))) return;
     message_t message = reception.message;
     begin_interrupt(Interrupt::MESSAGE);
     for (const uint8_t saved : SAVED) push(data[saved]);
@@ -210,6 +211,16 @@ void Robot::Translated::take_message() {
     set_word(22, seam_.distance);
     pc = is_command ? seam_.obey : word(seam_.message_rx) * 2u;
     left -= RECEIVE_CYCLES;
+}
+
+/// Whether the message that comes at that time is one beside the medium.
+bool Robot::Translated::forget_told(Cycles at) {
+    if (robot_.rare_ == nullptr) return false;
+    auto &told = robot_.rare_->told;
+    const auto found = std::find(told.begin(), told.end(), at);
+    if (found == told.end()) return false;
+    told.erase(found);
+    return true;
 }
 
 /// Whether the comparator makes interrupts: not while it sleeps, and not before kilo_init().

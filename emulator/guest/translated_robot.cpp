@@ -266,7 +266,7 @@ void Robot::Translated::doze() {
     const bool down = (at(SMCR) & SMCR_SM) == SLEEP_POWER_DOWN;
     const uint64_t interrupt = std::min({image_.match, message_at_, edge_at_});
     if (down && message_at_ < std::min(image_.asleep_until, until_)) {
-        robot_.inbox_next_++;
+        forget_told(robot_.inbox_[robot_.inbox_next_++].at);
         robot_.inbox_changed();
         find_message();
         return;

@@ -98,6 +98,7 @@ class Robot::Translated : private translated_chip_t {
     void begin_interrupt(Interrupt which);
     void end_interrupt();
     void find_message();  ///< when the next one comes
+    bool forget_told(Cycles at);
     bool hears_light() const;
     void find_edge();  ///< the next one
     void take_edge();

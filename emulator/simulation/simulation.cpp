@@ -60,7 +60,7 @@ void Simulation::give(const Command &command, Cycles at) {
         if (!command.is_everywhere() &&
             (bodies_->position(index) - command.centre).norm() > command.radius_m)
             continue;
-        robot.receive(at, command.message, {});
+        robot.tell(at, command.message);
         channel_->order(index, at);
     }
 }
