@@ -107,19 +107,19 @@ static bool two_registers(state_t *state) {
     uint8_t *const d = &M[word >> 4 & 31];
     const uint8_t r = M[(word >> 5 & 16) | (word & 15)];
     switch (word >> 10) {
-    case 0x01: CPC(*d, r); break;
-    case 0x02: SBC(*d, r); break;
-    case 0x03: ADD(*d, r, 0u); break;
-    case 0x05: CP(*d, r); break;
-    case 0x06: SUB(*d, r); break;
-    case 0x07: ADD(*d, r, cf); break;
-    case 0x08: LOGIC(*d, *d & r); break;
-    case 0x09: LOGIC(*d, *d ^ r); break;
-    case 0x0A: LOGIC(*d, *d | r); break;
+    case 0x01: CPC(ALL_FLAGS, *d, r); break;
+    case 0x02: SBC(ALL_FLAGS, *d, r); break;
+    case 0x03: ADD(ALL_FLAGS, *d, r, 0u); break;
+    case 0x05: CP(ALL_FLAGS, *d, r); break;
+    case 0x06: SUB(ALL_FLAGS, *d, r); break;
+    case 0x07: ADD(ALL_FLAGS, *d, r, cf); break;
+    case 0x08: LOGIC(ALL_FLAGS, *d, *d & r); break;
+    case 0x09: LOGIC(ALL_FLAGS, *d, *d ^ r); break;
+    case 0x0A: LOGIC(ALL_FLAGS, *d, *d | r); break;
     case 0x0B: *d = r; break;
     case 0x27:
         state->cycles = 2;
-        MUL(*d * r, 0);
+        MUL(ALL_FLAGS, *d * r, 0);
         break;
     default: return false;
     }
@@ -132,11 +132,11 @@ static bool immediate(state_t *state) {
     uint8_t *const d = &M[16 + (word >> 4 & 15)];
     const uint8_t k = (uint8_t)((word >> 4 & 0xF0) | (word & 15));
     switch (word >> 12) {
-    case 0x3: CP(*d, k); break;
-    case 0x4: SBC(*d, k); break;
-    case 0x5: SUB(*d, k); break;
-    case 0x6: LOGIC(*d, *d | k); break;
-    case 0x7: LOGIC(*d, *d & k); break;
+    case 0x3: CP(ALL_FLAGS, *d, k); break;
+    case 0x4: SBC(ALL_FLAGS, *d, k); break;
+    case 0x5: SUB(ALL_FLAGS, *d, k); break;
+    case 0x6: LOGIC(ALL_FLAGS, *d, *d | k); break;
+    case 0x7: LOGIC(ALL_FLAGS, *d, *d & k); break;
     case 0xE: *d = k; break;
     default: return false;
     }
@@ -152,20 +152,20 @@ static bool pairs(state_t *state) {
     const int8_t first = (int8_t)M[16 + (word >> 4 & 15)], second = (int8_t)M[16 + (word & 15)];
     state->cycles = 2;
     if (word >> 8 == 0x96) {
-        ADIW(M[pair], M[pair + 1], k);
+        ADIW(ALL_FLAGS, M[pair], M[pair + 1], k);
     } else if (word >> 8 == 0x97) {
-        SBIW(M[pair], M[pair + 1], k);
+        SBIW(ALL_FLAGS, M[pair], M[pair + 1], k);
     } else if (word >> 8 == 0x01) {
         state->cycles = 1;
         M[to] = M[from], M[to + 1] = M[from + 1];
     } else if (word >> 8 == 0x02) {
-        MUL(first * second, 0);
+        MUL(ALL_FLAGS, first * second, 0);
     } else {
         switch (word & 0xFF88) {
-        case 0x0300: MUL((int8_t)d * r, 0); break;
-        case 0x0308: MUL(d * r, 1); break;
-        case 0x0380: MUL((int8_t)d * (int8_t)r, 1); break;
-        case 0x0388: MUL((int8_t)d * r, 1); break;
+        case 0x0300: MUL(ALL_FLAGS, (int8_t)d * r, 0); break;
+        case 0x0308: MUL(ALL_FLAGS, d * r, 1); break;
+        case 0x0380: MUL(ALL_FLAGS, (int8_t)d * (int8_t)r, 1); break;
+        case 0x0388: MUL(ALL_FLAGS, (int8_t)d * r, 1); break;
         default: state->cycles = 1; return false;
         }
     }
@@ -185,14 +185,14 @@ static bool one_register(state_t *state) {
         return true;
     }
     switch (word & 0xFE0F) {
-    case 0x9400: COM(*d); break;
-    case 0x9401: NEG(*d); break;
+    case 0x9400: COM(ALL_FLAGS, *d); break;
+    case 0x9401: NEG(ALL_FLAGS, *d); break;
     case 0x9402: SWAP(*d); break;
-    case 0x9403: INC(*d); break;
-    case 0x9405: SHIFT(*d, *d & 0x80); break;
-    case 0x9406: SHIFT(*d, 0); break;
-    case 0x9407: SHIFT(*d, cf << 7); break;
-    case 0x940A: DEC(*d); break;
+    case 0x9403: INC(ALL_FLAGS, *d); break;
+    case 0x9405: SHIFT(ALL_FLAGS, *d, *d & 0x80); break;
+    case 0x9406: SHIFT(ALL_FLAGS, *d, 0); break;
+    case 0x9407: SHIFT(ALL_FLAGS, *d, cf << 7); break;
+    case 0x940A: DEC(ALL_FLAGS, *d); break;
     default: return false;
     }
     return true;

@@ -228,43 +228,51 @@ typedef struct {
 /// Behind the blocks of that region: `pass` and `attend`, to which the macros above jump. A pass
 /// that has left registers, flags and SRAM as they were will do so again: of all up to an interrupt
 /// only the last one is executed, in which it comes. `differing` is 0 if the registers are
-/// those of chip->pass, `note` copies them there.
-#define MAIN_REGION_ENDS(differing, note)                                                     \
-    pass : {                                                                                  \
-        translated_pass_t *const pass_ = chip->pass;                                          \
-        if (changed == 0 && pass_->pc == pc && pass_->stack == sp && pass_->status == SREG && \
-            (differing) == 0) {                                                               \
-            const int64_t took_ = chip->pass_left - left;                                     \
-            if (!chip->repeats) {                                                             \
-                chip->pass_cycles = took_;                                                    \
-                STOP(pc, 0, CHECKPOINT);                                                      \
-            }                                                                                 \
-            if (left > 0) left = (int64_t)((uint64_t)left % (uint64_t)took_);                 \
-        } else {                                                                              \
-            pass_->pc = pc, pass_->stack = sp, pass_->status = SREG;                          \
-            note;                                                                             \
-            chip->turns = TURNS, changed = 0;                                                 \
-        }                                                                                     \
-        chip->pass_left = left;                                                               \
-        goto dispatch;                                                                        \
-    }                                                                                         \
-    attend:                                                                                   \
-    chip->left = left, chip->pc = pc, chip->changed = changed;                                \
-    M[0x5D] = (uint8_t)sp, M[0x5E] = (uint8_t)(sp >> 8), F[7] = (uint8_t)inf;                 \
-    M[24] = r24, M[25] = r25;                                                                 \
-    {                                                                                         \
-        const uint8_t goes_on_ = chip->attend(chip, attended);                                \
-        left = chip->left, pc = chip->pc, changed = chip->changed;                            \
-        sp = (uint16_t)(M[0x5D] | M[0x5E] << 8), inf = F[7], r24 = M[24], r25 = M[25];        \
-        if (!goes_on_) STOP(pc, 0, ATTENDED);                                                 \
-    }                                                                                         \
+/// those of chip->pass, `note` copies them there. The main loop (`in_main` is true of its addresses)
+/// calls functions in each pass, so that where one begins nothing is in the registers that they may
+/// change, and in the flags but T and I: elsewhere those are looked at too, by `scratch_differing`
+/// and `note_scratch`.
+#define MAIN_REGION_ENDS(in_main, differing, note, scratch_differing, note_scratch)              \
+    pass : {                                                                                     \
+        translated_pass_t *const pass_ = chip->pass;                                             \
+        const uint8_t main_ = (in_main);                                                         \
+        const uint8_t status_ = main_ ? (uint8_t)(tf << 6 | inf << 7) : SREG;                    \
+        if (changed == 0 && pass_->pc == pc && pass_->stack == sp && pass_->status == status_ && \
+            (differing) == 0 && (main_ || (scratch_differing) == 0)) {                           \
+            const int64_t took_ = chip->pass_left - left;                                        \
+            if (!chip->repeats) {                                                                \
+                chip->pass_cycles = took_;                                                       \
+                STOP(pc, 0, CHECKPOINT);                                                         \
+            }                                                                                    \
+            if (left > 0) left = (int64_t)((uint64_t)left % (uint64_t)took_);                    \
+        } else {                                                                                 \
+            pass_->pc = pc, pass_->stack = sp, pass_->status = status_;                          \
+            note;                                                                                \
+            if (!main_) {                                                                        \
+                note_scratch;                                                                    \
+            }                                                                                    \
+            chip->turns = TURNS, changed = 0;                                                    \
+        }                                                                                        \
+        chip->pass_left = left;                                                                  \
+        goto dispatch;                                                                           \
+    }                                                                                            \
+    attend:                                                                                      \
+    chip->left = left, chip->pc = pc, chip->changed = changed;                                   \
+    M[0x5D] = (uint8_t)sp, M[0x5E] = (uint8_t)(sp >> 8), F[7] = (uint8_t)inf;                    \
+    M[24] = r24, M[25] = r25;                                                                    \
+    {                                                                                            \
+        const uint8_t goes_on_ = chip->attend(chip, attended);                                   \
+        left = chip->left, pc = chip->pc, changed = chip->changed;                               \
+        sp = (uint16_t)(M[0x5D] | M[0x5E] << 8), inf = F[7], r24 = M[24], r25 = M[25];           \
+        if (!goes_on_) STOP(pc, 0, ATTENDED);                                                    \
+    }                                                                                            \
     goto dispatch;
 #else
 #define PASS(to, spent) STOP(to, spent, CHECKPOINT)
 #define ENGINE_CALL(at, number) \
     if (chip->calls >> (number)&1) STOP(at, 0, CALL_ENGINE);
 #define END_INTERRUPT(at, spent) HAND_OVER(at, spent)
-#define MAIN_REGION_ENDS(differing, note)
+#define MAIN_REGION_ENDS(in_main, differing, note, scratch_differing, note_scratch)
 #endif
 /// Writes SRAM, or a register that is plain memory.
 #ifdef TRANSLATED_GUEST
@@ -304,86 +312,130 @@ typedef struct {
     ((uint8_t)((int)cf | (zr == 0) << 1 | nr >> 7 << 2 | vr >> 7 << 3 | sr >> 7 << 4 | \
                (hr >> 4 & 1) << 5 | (int)tf << 6 | (int)inf << 7))
 
-/// d + r + carry with all flags, to d. H is the carry from bit 3 to bit 4: without it, bit 4 of the
+/// Flags are set as far as they are among `live`, bits in the status register's order: those that
+/// may be read before they are set anew.
+enum {
+    FLAG_C = 1 << 0,
+    FLAG_Z = 1 << 1,
+    FLAG_N = 1 << 2,
+    FLAG_V = 1 << 3,
+    FLAG_S = 1 << 4,
+    FLAG_H = 1 << 5,
+    ALL_FLAGS = 0xFF
+};
+#define SET_FLAG(live, flag, what, value)    \
+    do {                                     \
+        if ((live) & (flag)) what = (value); \
+    } while (0)
+/// Z, N, V and S by a result and by bit 7 of `v`.
+#define SET_SIGNS(live, z, n, v)               \
+    do {                                       \
+        SET_FLAG(live, FLAG_Z, zr, z);         \
+        SET_FLAG(live, FLAG_N, nr, n);         \
+        SET_FLAG(live, FLAG_V, vr, v);         \
+        SET_FLAG(live, FLAG_S, sr, (n) ^ (v)); \
+    } while (0)
+
+/// d + r + carry with its flags, to d. H is the carry from bit 3 to bit 4: without it, bit 4 of the
 /// sum would be that of the exclusive or.
-#define ADD(d, r, carry)                                             \
-    do {                                                             \
-        const uint8_t a_ = (d), b_ = (r);                            \
-        const unsigned t_ = a_ + b_ + (carry);                       \
-        const uint8_t x_ = (uint8_t)t_;                              \
-        cf = t_ >> 8, hr = a_ ^ b_ ^ x_, vr = (a_ ^ x_) & (b_ ^ x_); \
-        nr = zr = x_, sr = nr ^ vr, (d) = x_;                        \
+#define ADD(live, d, r, carry)                                     \
+    do {                                                           \
+        const uint8_t a_ = (d), b_ = (r);                          \
+        const unsigned t_ = a_ + b_ + (carry);                     \
+        const uint8_t x_ = (uint8_t)t_;                            \
+        SET_FLAG(live, FLAG_C, cf, t_ >> 8);                       \
+        SET_FLAG(live, FLAG_H, hr, a_ ^ b_ ^ x_);                  \
+        SET_SIGNS(live, x_, x_, (uint8_t)((a_ ^ x_) & (b_ ^ x_))); \
+        (d) = x_;                                                  \
     } while (0)
 /// The flags of a - b - carry, where `keep` bits keep Z cleared: of numbers of several bytes Z says
 /// whether all bytes are 0. `store` may take the result, x_.
-#define COMPARE_(a, b, carry, keep, store)                               \
-    do {                                                                 \
-        const uint8_t a_ = (a), b_ = (b);                                \
-        const unsigned t_ = (unsigned)a_ - b_ - (carry);                 \
-        const uint8_t x_ = (uint8_t)t_;                                  \
-        cf = t_ >> 8 & 1, hr = a_ ^ b_ ^ x_, vr = (a_ ^ b_) & (a_ ^ x_); \
-        nr = x_, zr = (keep) | x_, sr = nr ^ vr;                         \
-        store;                                                           \
+#define COMPARE_(live, a, b, carry, keep, store)                            \
+    do {                                                                    \
+        const uint8_t a_ = (a), b_ = (b);                                   \
+        const unsigned t_ = (unsigned)a_ - b_ - (carry);                    \
+        const uint8_t x_ = (uint8_t)t_;                                     \
+        SET_FLAG(live, FLAG_C, cf, t_ >> 8 & 1);                            \
+        SET_FLAG(live, FLAG_H, hr, a_ ^ b_ ^ x_);                           \
+        SET_SIGNS(live, (keep) | x_, x_, (uint8_t)((a_ ^ b_) & (a_ ^ x_))); \
+        store;                                                              \
     } while (0)
 /// Comparisons, and differences to d: without a carry and with it.
-#define CP(a, b) COMPARE_(a, b, 0u, 0, (void)x_)
-#define CPC(a, b) COMPARE_(a, b, cf, zr, (void)x_)
-#define SUB(d, b) COMPARE_(d, b, 0u, 0, (d) = x_)
-#define SBC(d, b) COMPARE_(d, b, cf, zr, (d) = x_)
+#define CP(live, a, b) COMPARE_(live, a, b, 0u, 0, (void)x_)
+#define CPC(live, a, b) COMPARE_(live, a, b, cf, zr, (void)x_)
+#define SUB(live, d, b) COMPARE_(live, d, b, 0u, 0, (d) = x_)
+#define SBC(live, d, b) COMPARE_(live, d, b, cf, zr, (d) = x_)
 /// The flags of bitwise operations and their result: V is cleared, so S is as N is; C and H stay.
 /// tst is an `and` of a register with itself, clr an `eor`.
-#define LOGIC(d, value) (nr = zr = sr = (d) = (uint8_t)(value), vr = 0)
+#define LOGIC(live, d, value)                \
+    do {                                     \
+        const uint8_t x_ = (uint8_t)(value); \
+        SET_SIGNS(live, x_, x_, 0);          \
+        (d) = x_;                            \
+    } while (0)
 /// All bits the other way round.
-#define COM(d) (LOGIC(d, ~(d)), cf = 1)
+#define COM(live, d)                   \
+    do {                               \
+        LOGIC(live, d, ~(d));          \
+        SET_FLAG(live, FLAG_C, cf, 1); \
+    } while (0)
 /// 0 - d: C is set unless that is 0.
-#define NEG(d)                                                                      \
-    do {                                                                            \
-        const uint8_t b_ = (d), x_ = (uint8_t)-b_;                                  \
-        cf = x_ != 0, hr = b_ ^ x_, vr = b_ & x_, nr = zr = (d) = x_, sr = nr ^ vr; \
+#define NEG(live, d)                                 \
+    do {                                             \
+        const uint8_t b_ = (d), x_ = (uint8_t)-b_;   \
+        SET_FLAG(live, FLAG_C, cf, x_ != 0);         \
+        SET_FLAG(live, FLAG_H, hr, b_ ^ x_);         \
+        SET_SIGNS(live, x_, x_, (uint8_t)(b_ & x_)); \
+        (d) = x_;                                    \
     } while (0)
 /// Counting leaves C and H as they are, so that loops over numbers of several bytes can count with
 /// these.
-#define INC(d)                                           \
-    do {                                                 \
-        const uint8_t a_ = (d), x_ = (uint8_t)(a_ + 1);  \
-        vr = ~a_ & x_, nr = zr = (d) = x_, sr = nr ^ vr; \
+#define INC(live, d)                                    \
+    do {                                                \
+        const uint8_t a_ = (d), x_ = (uint8_t)(a_ + 1); \
+        SET_SIGNS(live, x_, x_, (uint8_t)(~a_ & x_));   \
+        (d) = x_;                                       \
     } while (0)
-#define DEC(d)                                           \
-    do {                                                 \
-        const uint8_t a_ = (d), x_ = (uint8_t)(a_ - 1);  \
-        vr = a_ & ~x_, nr = zr = (d) = x_, sr = nr ^ vr; \
+#define DEC(live, d)                                    \
+    do {                                                \
+        const uint8_t a_ = (d), x_ = (uint8_t)(a_ - 1); \
+        SET_SIGNS(live, x_, x_, (uint8_t)(a_ & ~x_));   \
+        (d) = x_;                                       \
     } while (0)
-/// One place to the right, `top` (0 or 0x80) coming in: lsr, asr and ror. To the left an addition
-/// shifts.
-#define SHIFT(d, top)                                                           \
-    do {                                                                        \
-        const uint8_t a_ = (d), x_ = (uint8_t)(a_ >> 1 | (top));                \
-        cf = a_ & 1, nr = zr = (d) = x_, sr = (uint8_t)(cf << 7), vr = nr ^ sr; \
+/// One place to the right, `top` (0 or 0x80) coming in: lsr, asr and ror; V is N or C, but not both.
+/// To the left an addition shifts.
+#define SHIFT(live, d, top)                                      \
+    do {                                                         \
+        const uint8_t a_ = (d), x_ = (uint8_t)(a_ >> 1 | (top)); \
+        SET_SIGNS(live, x_, x_, (uint8_t)(x_ ^ a_ << 7));        \
+        SET_FLAG(live, FLAG_C, cf, a_ & 1);                      \
+        (d) = x_;                                                \
     } while (0)
 /// Halves of a register change places; no flag changes.
 #define SWAP(d) ((d) = (uint8_t)((d) << 4 | (d) >> 4))
 /// A product to r0 and r1, shifted by 0 or 1: C is the bit that a fraction would shift out, also if
 /// nothing is shifted.
-#define MUL(product, shift)                                                      \
+#define MUL(live, product, shift)                                                \
     do {                                                                         \
         const uint16_t t_ = (uint16_t)(product), x_ = (uint16_t)(t_ << (shift)); \
-        cf = t_ >> 15, zr = (uint8_t)(x_ | x_ >> 8);                             \
+        SET_FLAG(live, FLAG_C, cf, t_ >> 15);                                    \
+        SET_FLAG(live, FLAG_Z, zr, (uint8_t)(x_ | x_ >> 8));                     \
         SET_PAIR(r0, r1, x_);                                                    \
     } while (0)
 /// Registers in pairs and a constant; H stays.
-#define ADIW(low, high, k)                                                   \
-    do {                                                                     \
-        const uint16_t a_ = PAIR(low, high), x_ = (uint16_t)(a_ + (k));      \
-        vr = (uint8_t)((~a_ & x_) >> 8), cf = (uint16_t)(a_ & ~x_) >> 15;    \
-        nr = (uint8_t)(x_ >> 8), zr = (uint8_t)(x_ | x_ >> 8), sr = nr ^ vr; \
-        SET_PAIR(low, high, x_);                                             \
+#define ADIW(live, low, high, k)                                                                  \
+    do {                                                                                          \
+        const uint16_t a_ = PAIR(low, high), x_ = (uint16_t)(a_ + (k));                           \
+        SET_FLAG(live, FLAG_C, cf, (uint16_t)(a_ & ~x_) >> 15);                                   \
+        SET_SIGNS(live, (uint8_t)(x_ | x_ >> 8), (uint8_t)(x_ >> 8), (uint8_t)((~a_ & x_) >> 8)); \
+        SET_PAIR(low, high, x_);                                                                  \
     } while (0)
-#define SBIW(low, high, k)                                                   \
-    do {                                                                     \
-        const uint16_t a_ = PAIR(low, high), x_ = (uint16_t)(a_ - (k));      \
-        vr = (uint8_t)((a_ & ~x_) >> 8), cf = (uint16_t)(~a_ & x_) >> 15;    \
-        nr = (uint8_t)(x_ >> 8), zr = (uint8_t)(x_ | x_ >> 8), sr = nr ^ vr; \
-        SET_PAIR(low, high, x_);                                             \
+#define SBIW(live, low, high, k)                                                                  \
+    do {                                                                                          \
+        const uint16_t a_ = PAIR(low, high), x_ = (uint16_t)(a_ - (k));                           \
+        SET_FLAG(live, FLAG_C, cf, (uint16_t)(~a_ & x_) >> 15);                                   \
+        SET_SIGNS(live, (uint8_t)(x_ | x_ >> 8), (uint8_t)(x_ >> 8), (uint8_t)((a_ & ~x_) >> 8)); \
+        SET_PAIR(low, high, x_);                                                                  \
     } while (0)
 /// T from a bit of a register, and back to a bit of the same or of another one; no other flag
 /// changes.

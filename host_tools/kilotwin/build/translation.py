@@ -12,7 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from kilotwin import _emulator
-from kilotwin.build import avr_instructions, avr_statements, seam, translator
+from kilotwin.build import avr_instructions, avr_liveness, avr_statements, seam, translator
 from kilotwin.build.avr import build_image
 from kilotwin.build.guest import (
     Guest,
@@ -33,7 +33,7 @@ from kilotwin.files import resources
 _FLAGS = ["-O1", "-w", "-fPIC", "-fvisibility=hidden"]
 _LINK_FLAGS = ["-shared", "-Wl,-z,now", "-Wl,-z,defs"]
 _HEADER = "emulator/guest/translated_code.h"
-_MAKERS = (avr_instructions, avr_statements, seam, translator)
+_MAKERS = (avr_instructions, avr_liveness, avr_statements, seam, translator)
 _KEY_CHARACTERS = 32
 
 

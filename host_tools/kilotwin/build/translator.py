@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 from kilotwin.build.avr_instructions import Instruction, decode, is_long
+from kilotwin.build.avr_liveness import ALL_FLAGS, live_flags
 from kilotwin.build.avr_statements import (
     REGISTERS,
     SKIPS,
@@ -43,8 +44,9 @@ _NOWHERE = {"ret", "reti", "ijmp", "invalid"}
 _LEAVES = {*_CALLS, *_JUMPS, "ret", "ijmp", "icall", *_BRANCHES, *SKIPS}
 _MOST_OF_A_REGION = 400  # instructions; of a file, too: several are compiled at once
 _MOST_OF_A_FILE = 1500
-_MOST_OF_THE_PROGRAM = 3000  # instructions of the region that a guest mostly is in
+_MOST_OF_THE_PROGRAM = 6000  # instructions of the region that a guest mostly is in
 _MOST_BYTES = 4  # of a counter
+_SCRATCH = (0, *range(18, 28), 30, 31)  # registers that a function may change (avr-gcc)
 _HEAD = """\
 #define TRANSLATED_CODE
 #include "translated_code.h"
@@ -74,7 +76,7 @@ switch (pc) {{
 default: STOP(pc, 0, NOT_HERE);
 }}
 {blocks}
-MAIN_REGION_ENDS({differing}, {note})
+MAIN_REGION_ENDS({in_main}, {differing}, {note}, {scratch_differing}, {note_scratch})
 out:
 {store}
 LEAVE
@@ -142,6 +144,9 @@ class _Code:
     """Addresses at which blocks begin."""
     called: set[int] = field(default_factory=set)
     """Those at which functions begin."""
+    live: dict[int, int] = field(default_factory=dict)
+    """Flags that are set by an instruction, by its address, if not all are: a chip's interpreter
+    may go on behind any of them."""
     _owners: dict[int, int] = field(default_factory=dict)
     """By word address, the instruction that the word belongs to."""
 
@@ -155,6 +160,8 @@ class _Code:
         self._take_pointers(reached)
         self.entries &= set(self.instructions)
         self.called &= set(self.instructions)
+        if self.seam is not None:
+            self.live = live_flags(self.instructions, self.skipped_to)
 
     def _is_programmed(self, address: int) -> bool:
         return self.flash[address : address + 2] not in (_ERASED, b"")
@@ -277,7 +284,9 @@ class _Code:
             size += more
             lasts = [block[-1] for block in functions[at]]
             targets = [last.target for last in lasts if last.name in _CALLS | _JUMPS]
-            wanted = [*targets, *wanted] if more == 1 else [*wanted, *targets]  # 1: a vector
+            goes_on = [] if lasts[-1].name in _NOWHERE | _JUMPS else [lasts[-1].end]
+            is_vector = more == 1
+            wanted = [*targets, *wanted] if is_vector else [*goes_on, *wanted, *targets]
         first = [block for at in sorted(merged) for block in functions[at]]
         rest = [region for at, region in enumerate(functions) if at not in merged]
         return [first, *rest] if first else rest
@@ -304,15 +313,29 @@ def _region_text(number: int, region: _Region, code: _Code) -> str:
             used |= registers(instruction)
     inside = {block[0].address for block in region}
     everything = {at: f"r{at}" if at in used else f"M[{at}]" for at in range(REGISTERS)}
+    kept = {at: name for at, name in everything.items() if at not in _SCRATCH}
+    scratch = {at: everything[at] for at in _SCRATCH}
+    begin, end = code.seam.main_loop if code.seam else (0, 0)
     return _REGION.format(
         number=number,
         load=" ".join(f"uint8_t r{register} = M[{register}];" for register in sorted(used)),
         store=" ".join(f"M[{register}] = r{register};" for register in sorted(used)),
         entries="\n".join(f"case 0x{at:x}: goto block_0x{at:x};" for at in sorted(inside)),
         blocks="\n".join(_block_text(block, inside, code) for block in region),
-        differing=" | ".join(f"({r} ^ pass_->registers[{at}])" for at, r in everything.items()),
-        note="; ".join(f"pass_->registers[{at}] = {r}" for at, r in everything.items()),
+        in_main=f"pc >= {begin} && pc < {end}",
+        differing=_differing(kept),
+        note=_note(kept),
+        scratch_differing=_differing(scratch),
+        note_scratch=_note(scratch),
     )
+
+
+def _differing(names: Mapping[int, str]) -> str:
+    return " | ".join(f"({name} ^ pass_->registers[{at}])" for at, name in names.items())
+
+
+def _note(names: Mapping[int, str]) -> str:
+    return "; ".join(f"pass_->registers[{at}] = {name}" for at, name in names.items())
 
 
 def _block_text(block: _Block, inside: set[int], code: _Code) -> str:
@@ -332,7 +355,8 @@ def _block_text(block: _Block, inside: set[int], code: _Code) -> str:
         if instruction.name in _LEAVES and not is_interpreted(instruction):
             lines += _leave(instruction, offset, behind, inside, code)
         else:
-            lines.append(statement(instruction, offset))
+            live = code.live.get(instruction.address, ALL_FLAGS)
+            lines.append(statement(instruction, offset, live))
     if code.seam is not None and lets_interrupts(block[-1]) and block[-1].end in inside:
         lines.append(f"left -= {offsets[-1]}; goto begun_0x{block[-1].end:x};")
     elif block[-1].name not in _LEAVES:
