@@ -149,8 +149,8 @@ class alignas(64) Robot {
     /// inbox. Any order; cheapest in order of time.
     void receive(Cycles at, const message_t &message, distance_measurement_t distance);
 
-    /// The same of a message that is no light, but comes beside the medium: it is never missed, also
-    /// if others come at the same time.
+    /// The same of a message that is no light, but comes beside the medium: it is never missed,
+    /// also if others come at the same time.
     void tell(Cycles at, const message_t &message);
 
     /// A frame is being received from `begin` to `end`: meanwhile sensors return -1, and the edges

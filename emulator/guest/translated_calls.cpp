@@ -261,6 +261,25 @@ uint32_t Robot::Translated::cycles_of_byte() const {
     return BYTE_BEGIN_CYCLES + CYCLES_OF_BITS.of[bytes[byte - 1]] + BYTE_END_CYCLES;
 }
 
+/// Takes all edges from a byte's begin up to the frame's last stop, if they come and are served
+/// before `end`, no other frame shines, and passes repeat; `now` is put off by their interrupts.
+bool Robot::Translated::take_frame_at_rest(uint64_t &now, uint64_t end) {
+    const auto &lights = robot_.rare_->lights;
+    const unsigned slot = edge_light_->slot, last = NO_EDGE.slot - 1;
+    const uint64_t last_at = edge_at_ + (last - slot) * SLOT_CYCLES;
+    if (lights.size() > 1 || slot % BYTE_SLOTS != 0 || last_at >= end) return false;
+    const auto *bytes = reinterpret_cast<const uint8_t *>(&edge_light_->message);
+    uint64_t cycles = slot == 0 ? LEADER_BEGIN_CYCLES + LEADER_END_CYCLES : 0;
+    for (unsigned byte = std::max(slot / BYTE_SLOTS, 1u); byte < FRAME_BYTES; byte++)
+        cycles += BYTE_BEGIN_CYCLES + CYCLES_OF_BITS.of[bytes[byte - 1]] + BYTE_END_CYCLES;
+    cycles -= BYTE_END_CYCLES;
+    if (std::max(now, last_at) + cycles + image_.pass_cycles > end) return false;
+    now += hears_light() ? cycles : 0;
+    edge_light_->slot = static_cast<uint16_t>(last);
+    find_edge();
+    return true;
+}
+
 /// To the begin of the next one.
 void Robot::Translated::take_byte() {
     edge_light_->slot = static_cast<uint16_t>(edge_light_->slot + BYTE_SLOTS);

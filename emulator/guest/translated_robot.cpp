@@ -160,6 +160,7 @@ void Robot::Translated::take_edges_at_rest() {
     const uint64_t end = std::min(end_of_run(), next_but_edges());
     uint64_t now = cycle();
     while (edge_at_ < end) {
+        if (take_frame_at_rest(now, end)) continue;
         if (const uint32_t byte = cycles_of_byte();
             byte != 0 &&
             std::max(now, edge_at_ + BYTE_SLOTS * SLOT_CYCLES) + byte + image_.pass_cycles <= end) {

@@ -104,6 +104,7 @@ class Robot::Translated : private translated_chip_t {
     void take_edge();
     uint32_t cycles_of_byte() const;  ///< if a byte of a frame begins, and no other shines; or 0
     void take_byte();
+    bool take_frame_at_rest(uint64_t &now, uint64_t end);
     void serve_edge();
     void take_message();
     void end_message();
