@@ -332,6 +332,7 @@ static bool flow(state_t *state) {
     } else if (word == 0x9508 || word == 0x9518) {
         state->cycles = 4;
         state->after = pop_address(state);
+        changed |= sp > state->chip->pass->stack;  // as RETURNED in translated_code.h
         if (word == 0x9518) inf = 1;
     } else {
         return false;

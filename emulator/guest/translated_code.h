@@ -47,7 +47,8 @@ typedef struct translated_chip {
     int64_t left;            ///< cycles: an instruction begins only while this is above 0
     uint32_t pc;             ///< byte address of the next instruction
     int32_t turns;           ///< of a guest: jumps backwards until the next CHECKPOINT
-    uint8_t changed;         ///< of a guest: not 0 if a store has changed a byte; pushes left out
+    uint8_t changed;         ///< of a guest: not 0 if a store has changed a byte, or a function has
+                             ///< returned behind where the pass stands; pushes left out
     uint8_t awaits;          ///< of a guest: `left` counts to the next interrupt, as interrupts are
                              ///< let through; they may be held back and let through on the way
     uint8_t calls;           ///< of a guest: which functions are the engine's, bits by CALL_
@@ -134,6 +135,15 @@ typedef struct {
 // the compiler leaves out.
 #ifdef TRANSLATED_CODE
 
+/// Of a guest: what a pass of a loop finds on the stack when it begins lies above `top`. A function
+/// that returns farther than that has changed it, since who calls it the next time may be another.
+#ifdef TRANSLATED_GUEST
+#define PASS_TOP uint16_t top = chip->pass->stack
+#define RETURNED changed |= sp > top;
+#else
+#define PASS_TOP (void)0
+#define RETURNED
+#endif
 /// At a region's begin: flags and the stack pointer become locals, so that the compiler keeps them
 /// in this computer's registers and leaves out what is never read. Registers follow, those that the
 /// region uses; others stay where they are.
@@ -151,6 +161,7 @@ typedef struct {
             sr = (uint8_t)(F[4] << 7), hr = (uint8_t)(F[5] << 4);             \
     uint8_t changed = chip->changed;                                          \
     unsigned attended = 0;                                                    \
+    PASS_TOP;                                                                 \
     (void)flash, (void)effects, (void)attended;
 
 /// At its end they go back.
@@ -228,10 +239,10 @@ typedef struct {
 /// Behind the blocks of that region: `pass` and `attend`, to which the macros above jump. A pass
 /// that has left registers, flags and SRAM as they were will do so again: of all up to an interrupt
 /// only the last one is executed, in which it comes. `differing` is 0 if the registers are
-/// those of chip->pass, `note` copies them there. The main loop (`in_main` is true of its addresses)
-/// calls functions in each pass, so that where one begins nothing is in the registers that they may
-/// change, and in the flags but T and I: elsewhere those are looked at too, by `scratch_differing`
-/// and `note_scratch`.
+/// those of chip->pass, `note` copies them there. The main loop, of whose addresses `in_main` is
+/// true, calls functions in each pass, so that where one begins nothing is in the registers that
+/// they may change, nor in the flags but T and I: elsewhere those are looked at too, by
+/// `scratch_differing` and `note_scratch`.
 #define MAIN_REGION_ENDS(in_main, differing, note, scratch_differing, note_scratch)              \
     pass : {                                                                                     \
         translated_pass_t *const pass_ = chip->pass;                                             \
@@ -246,7 +257,7 @@ typedef struct {
             }                                                                                    \
             if (left > 0) left = (int64_t)((uint64_t)left % (uint64_t)took_);                    \
         } else {                                                                                 \
-            pass_->pc = pc, pass_->stack = sp, pass_->status = status_;                          \
+            pass_->pc = pc, pass_->stack = top = sp, pass_->status = status_;                    \
             note;                                                                                \
             if (!main_) {                                                                        \
                 note_scratch;                                                                    \
@@ -313,7 +324,10 @@ typedef struct {
                (hr >> 4 & 1) << 5 | (int)tf << 6 | (int)inf << 7))
 
 /// Flags are set as far as they are among `live`, bits in the status register's order: those that
-/// may be read before they are set anew.
+/// may be read before they are set anew. `live` is a constant of the translator's
+/// (host_tools/kilotwin/build/avr_liveness.py), so that the compiler leaves out what is for others;
+/// a chip's code and the interpreter set all of them, and are what tests hold a guest's code
+/// against. T and I have instructions of their own.
 enum {
     FLAG_C = 1 << 0,
     FLAG_Z = 1 << 1,
@@ -323,11 +337,14 @@ enum {
     FLAG_H = 1 << 5,
     ALL_FLAGS = 0xFF
 };
+/// `what` is the flag's local, or the byte that has it. An instruction that reads the carry passes
+/// it to its macro before this sets it.
 #define SET_FLAG(live, flag, what, value)    \
     do {                                     \
         if ((live) & (flag)) what = (value); \
     } while (0)
-/// Z, N, V and S by a result and by bit 7 of `v`.
+/// Z, N, V and S by a result and by bit 7 of `v`: S is N, or V, but not both, the sign that the
+/// result would have if it did not overflow.
 #define SET_SIGNS(live, z, n, v)               \
     do {                                       \
         SET_FLAG(live, FLAG_Z, zr, z);         \
@@ -360,7 +377,8 @@ enum {
         SET_SIGNS(live, (keep) | x_, x_, (uint8_t)((a_ ^ b_) & (a_ ^ x_))); \
         store;                                                              \
     } while (0)
-/// Comparisons, and differences to d: without a carry and with it.
+/// Comparisons, and differences to d: without a carry and with it. Those with it clear Z or leave
+/// it, so that they read it where it is live.
 #define CP(live, a, b) COMPARE_(live, a, b, 0u, 0, (void)x_)
 #define CPC(live, a, b) COMPARE_(live, a, b, cf, zr, (void)x_)
 #define SUB(live, d, b) COMPARE_(live, d, b, 0u, 0, (d) = x_)
@@ -373,7 +391,7 @@ enum {
         SET_SIGNS(live, x_, x_, 0);          \
         (d) = x_;                            \
     } while (0)
-/// All bits the other way round.
+/// All bits the other way round; C is set.
 #define COM(live, d)                   \
     do {                               \
         LOGIC(live, d, ~(d));          \
@@ -389,7 +407,7 @@ enum {
         (d) = x_;                                    \
     } while (0)
 /// Counting leaves C and H as they are, so that loops over numbers of several bytes can count with
-/// these.
+/// these. V tells a step over the end of the numbers with sign: from 127 up, from -128 down.
 #define INC(live, d)                                    \
     do {                                                \
         const uint8_t a_ = (d), x_ = (uint8_t)(a_ + 1); \
@@ -402,8 +420,8 @@ enum {
         SET_SIGNS(live, x_, x_, (uint8_t)(a_ & ~x_));   \
         (d) = x_;                                       \
     } while (0)
-/// One place to the right, `top` (0 or 0x80) coming in: lsr, asr and ror; V is N or C, but not both.
-/// To the left an addition shifts.
+/// One place to the right, `top` (0 or 0x80) coming in: lsr, asr and ror; V is N or C, but not
+/// both. To the left an addition shifts.
 #define SHIFT(live, d, top)                                      \
     do {                                                         \
         const uint8_t a_ = (d), x_ = (uint8_t)(a_ >> 1 | (top)); \
@@ -529,6 +547,7 @@ enum {
     do {                                                                                      \
         if (__builtin_expect(!IN_SRAM(sp + 1) || !IN_SRAM(sp + 2), 0)) HAND_OVER(at, offset); \
         sp = (uint16_t)(sp + 2);                                                              \
+        RETURNED                                                                              \
         GO_TO((uint32_t)(M[sp - 1] << 8 | M[sp]) * 2, cycles);                                \
     } while (0)
 /// From the flash as the program can read it at the moment.

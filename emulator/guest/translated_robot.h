@@ -13,9 +13,10 @@
 ///
 /// A pass of the main loop, or of a loop that waits, that has left registers and variables as they
 /// were would do so again: such passes are left out up to the next interrupt, by arithmetic.
-/// Bytes below the stack pointer do not count. Both the code's main region and note_pass() look for
-/// them; the region goes on by itself where an interrupt ends the repetition, and comes back here
-/// where the run does.
+/// Bytes below the stack pointer do not count, and a pass in which a function returned to before
+/// its begin is none: who calls it the next time may be another. Both the code's main region and
+/// note_pass() look for them; the region goes on by itself where an interrupt ends the repetition,
+/// and comes back here where the run does.
 #ifndef KILOTWIN_GUEST_TRANSLATED_ROBOT_H
 #define KILOTWIN_GUEST_TRANSLATED_ROBOT_H
 
@@ -104,6 +105,8 @@ class Robot::Translated : private translated_chip_t {
     void take_edge();
     uint32_t cycles_of_byte() const;  ///< if a byte of a frame begins, and no other shines; or 0
     void take_byte();
+    /// All up to the frame's end at once, if there is room for them: most of a frame's time nothing
+    /// else happens, and one by one they would take as long as a pass of loop().
     bool take_frame_at_rest(uint64_t &now, uint64_t end);
     void serve_edge();
     void take_message();

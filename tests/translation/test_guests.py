@@ -77,6 +77,11 @@ def test_a_translated_robot_decides_as_its_chip_does(program: Path) -> None:
     assert test.compared > 1
 
 
+def test_a_loop_in_a_function_that_a_wait_calls_from_two_places_is_no_pass_of_the_wait() -> None:
+    """What tells one call from the other is the stack alone."""
+    check(compared(Path(__file__).with_name("two_places.c"), 100, seed=1), 100)
+
+
 def test_it_gets_messages_before_setup_as_the_chip_does() -> None:
     """Nine data bytes and a type each."""
     before = [bytes([number] * 9 + [0]) for number in range(5)]
