@@ -47,3 +47,7 @@ def test_an_installed_wheel_runs_a_program(environment: dict[str, str], tmp_path
     frame = "from kilotwin.can import protocol; print(protocol.to_module('MODULE_RUN').hex())"
     done = python(frame)
     assert done.stdout.strip() == "0d00000000000000", done.stderr
+    # Nor is the viewer's page.
+    page = "from kilotwin.view import server; print(sorted(f.name for f in server._PAGE.iterdir()))"
+    done = python(page)
+    assert done.stdout.strip() == "['index.html', 'viewer-style.css', 'viewer.js']", done.stderr
