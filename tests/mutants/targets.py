@@ -110,7 +110,7 @@ TARGETS = [
         "sweeps",
         {
             "sweep/data_set.py": "unit/sweep/test_data_set.py",
-            "sweep/parts.py": "unit/sweep/test_data_set.py",
+            "sweep/parts.py": "unit/sweep/test_confined_trial.py unit/sweep/test_data_set.py",
             "sweep/runner.py": "unit/sweep/test_data_set.py system/test_sweep.py",
         },
     ),

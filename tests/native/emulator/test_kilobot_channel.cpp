@@ -106,6 +106,16 @@ TEST_CASE("without carrier sense, collisions and deafness every frame is heard b
     CHECK(counts.collided == 0);
     CHECK(counts.deaf == 0);
     CHECK(counts.received == 24 * counts.sent);
+    // Each robot's own counts add up to them.
+    Simulation simulation(scene.def);
+    simulation.advance(static_cast<int64_t>(60 / TICK_S));
+    uint64_t sent = 0, received = 0;
+    for (const FrameCounts &robot : simulation.frames()) {
+        sent += robot.sent;
+        received += robot.received;
+    }
+    CHECK(sent == counts.sent);
+    CHECK(received == counts.received);
 }
 
 TEST_CASE("losses by chance are as many as the settings say") {

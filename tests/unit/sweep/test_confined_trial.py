@@ -6,13 +6,14 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pyarrow as pa
 import pytest
 
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.files import confinement
-from kilotwin.sweep import confined_trial, trial_helper
-from kilotwin.sweep.measure import RESULT, Failed, Measured, Task, measure, part_of
+from kilotwin.sweep import confined_trial, parts, trial_helper
+from kilotwin.sweep.measure import RESULT, RESULT_KEYS, Failed, Measured, Task, measure, part_of
 
 ROOT = Path(__file__).resolve().parents[3]
 TEXT = """\
@@ -127,6 +128,14 @@ def test_what_a_program_may_write_in_its_place_is_a_failed_trial(
     failed = confined_trial._answer(task(tmp_path), said, 0)
     assert isinstance(failed, Failed)
     assert (reason in failed.reason, failed.timed_out) == (True, False)
+
+
+def test_a_part_whose_content_is_not_what_its_types_say_is_not_whole() -> None:
+    result = dict.fromkeys(RESULT_KEYS, 0)
+    offsets = pa.py_buffer(np.array([0, 1], np.int32).tobytes())
+    for text, whole in ((b"a", True), (b"\xff", False)):
+        column = pa.StringArray.from_buffers(1, offsets, pa.py_buffer(text))
+        assert parts.is_whole(part_of(pa.table({"x": column}), result)) == whole
 
 
 def test_a_table_of_other_columns_is_no_result(tmp_path: Path) -> None:

@@ -82,6 +82,23 @@ def test_the_tables_are_the_same_in_whatever_order_trials_came(plan: Plan, tmp_p
     assert contents[0] == contents[1]
 
 
+def test_a_series_written_in_several_groups_has_each_row_once(
+    plan: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tables = []
+    for name, row_group in (("whole", 1000), ("in-groups", 3)):
+        monkeypatch.setattr("kilotwin.sweep.data_set._ROW_GROUP", row_group)
+        data = data_set(tmp_path / name, plan)
+        for index in range(4):
+            data.add(measured(plan, index))
+        data.assemble(plan, keys(plan))
+        file = pq.ParquetFile(data.folder / "series.parquet")
+        assert file.num_row_groups == (1 if row_group == 1000 else 2)
+        tables.append(file.read())
+    assert tables[0].equals(tables[1])
+    assert tables[0]["trial"].to_pylist() == [0, 0, 1, 1, 2, 2, 3, 3]
+
+
 def test_a_row_says_what_varied_and_how_it_ended(plan: Plan, tmp_path: Path) -> None:
     data = data_set(tmp_path / "out", plan)
     data.add(measured(plan, 2))
