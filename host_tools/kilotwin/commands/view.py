@@ -1,6 +1,7 @@
 """`kilotwin view`: a run in the browser."""
 
 import os
+import sys
 import webbrowser
 from pathlib import Path
 from typing import Annotated
@@ -50,11 +51,11 @@ def view(
     runs = [lazy.load("runs.reader").Run.open(folder) for folder in folders]
     served = [lazy.load("view.served_run").ServedRun(run) for run in runs]
     viewer = lazy.load("view.server").Viewer(served, port)
-    typer.echo(f"{viewer.address}\nCtrl-C ends the viewer.", err=False)
-    viewer.serve(lambda: open_page(viewer.address) if browser else None)
+    typer.echo(f"{viewer.address}\nCtrl-C ends the viewer.")
+    viewer.serve(lambda: _open(viewer.address) if browser else None)
 
 
-def open_page(address: str) -> None:
+def _open(address: str) -> None:
     """In the user's browser, where there is a display."""
-    if os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY") or os.name != "posix":
+    if sys.platform != "linux" or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
         webbrowser.open(address)

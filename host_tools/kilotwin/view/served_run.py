@@ -4,11 +4,11 @@ import contextlib
 from typing import Any
 
 import numpy as np
-import pyarrow.compute as pc
+import pyarrow as pa
 
 from kilotwin.errors import InputError
 from kilotwin.experiment.states import States
-from kilotwin.runs.folder import RUNNING
+from kilotwin.runs.folder import RUNNING, TRACKING
 from kilotwin.runs.reader import Run
 from kilotwin.runs.samples import RunSamples
 from kilotwin.view.scene import scene_of
@@ -16,6 +16,7 @@ from kilotwin.view.scene import scene_of
 MOST_EVENTS = 10_000
 """Events in one answer: the last ones."""
 _PRINT = "print"
+_REPORTED = ("time_s", "robot", "x_m", "y_m", "module_x", "module_y", "cell")
 
 
 class ServedRun:
@@ -24,6 +25,7 @@ class ServedRun:
     def __init__(self, run: Run) -> None:
         self._run = run
         self._folder = run.folder
+        self._tracked: tuple[int, pa.Table] | None = None  # size of the file, and what it holds
         states = States.of(run.experiment)
         led_of_state = [int(np.argmax(states.of_led == k)) for k in range(len(states.names))]
         self.samples = RunSamples(
@@ -66,15 +68,21 @@ class ServedRun:
             "events": its[-MOST_EVENTS:],
         }
 
-    def reports(self, time_s: float, window_s: float) -> dict[str, Any]:
-        """What a grid's host had heard by then: each robot's last report, and those of late."""
-        if self._run.experiment.grid is None:
-            return {"robots": [], "number": 0}
-        table = self._run.tracking()
-        table = table.filter(pc.less_equal(table["time_s"], time_s))
-        late = pc.sum(pc.greater(table["time_s"], time_s - window_s)).as_py() or 0
-        last: dict[int, list[Any]] = {}
-        columns = ("time_s", "robot", "x_m", "y_m", "module_x", "module_y", "cell")
-        for row in zip(*(table[column].to_pylist() for column in columns), strict=True):
-            last[row[1]] = list(row)
-        return {"robots": list(last.values()), "number": table.num_rows, "late": late}
+    def reports(self, time_s: float) -> list[list[Any]]:
+        """What a grid's host had heard by then, of each robot the last: when (s), robot, x and y
+        of the cell's middle (m), the module's column and row, the cell."""
+        table = self._tracking()
+        number = int(np.searchsorted(np.asarray(table["time_s"]), time_s, side="right"))
+        robots = np.asarray(table["robot"])[:number]
+        # Of equal values unique() has the first: of those from behind, the last.
+        _, from_behind = np.unique(robots[::-1], return_index=True)
+        last = table.take(np.sort(number - 1 - from_behind)).to_pylist()
+        return [[row[column] for column in _REPORTED] for row in last]
+
+    def _tracking(self) -> pa.Table:
+        """All reports; read again when there are more."""
+        file = self._folder / f"{TRACKING}.arrows"
+        size = file.stat().st_size if file.exists() else 0
+        if self._tracked is None or self._tracked[0] != size:
+            self._tracked = (size, self._run.tracking())
+        return self._tracked[1]

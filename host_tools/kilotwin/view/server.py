@@ -121,8 +121,7 @@ def application(runs: Sequence[ServedRun], token: str) -> Starlette:
         return _binary(served(request).samples.times(_number(request, "first", 0)))
 
     def reports(request: Request) -> Response:
-        time_s, window_s = (float(request.query_params[name]) for name in ("time_s", "window_s"))
-        return JSONResponse(served(request).reports(time_s, window_s))
+        return JSONResponse(served(request).reports(float(request.query_params["time_s"])))
 
     async def live(socket: WebSocket) -> None:
         await socket.accept()

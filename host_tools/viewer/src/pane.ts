@@ -5,7 +5,7 @@ import { Floor, segments } from "./floor";
 import { links, trails } from "./lines";
 import { Robots } from "./robots";
 import { Samples, type Between, type Sample } from "./samples";
-import { boxOf, type Report, type Reports, type Scene } from "./scene";
+import { boxOf, type Report, type Scene } from "./scene";
 import type { Source } from "./source";
 
 export interface Layers {
@@ -24,7 +24,6 @@ const ALL_TRAILS = 3000; // robots; of larger swarms the chosen one only
 const ALL_LINKS = 5000;
 const MOST_LINKS = 60_000;
 const MOST_LABELS = 400;
-const REPORT_WINDOW_S = 10;
 const WALK_M_S = 0.0103; // how fast the doubt about a robot grows that was not heard of
 
 export class Pane {
@@ -45,7 +44,7 @@ export class Pane {
   private selected: number | null = null; // place in a sample
   private spread: { of: Sample; as: Sample } | null = null;
   private linesOf = "";
-  private heard: Reports = { robots: [], number: 0 };
+  private heard: Report[] = [];
   private heardAt = -1;
   shown: Between | null = null;
   // Called with what was clicked.
@@ -248,7 +247,7 @@ export class Pane {
   private async askForReports(timeS: number): Promise<void> {
     if (!this.scene.grid || this.heardAt === timeS) return;
     this.heardAt = timeS;
-    this.heard = await this.source.reports(this.run, timeS, REPORT_WINDOW_S).catch(() => this.heard);
+    this.heard = await this.source.reports(this.run, timeS).catch(() => this.heard);
     if (this.heardAt === timeS) this.dirty();
   }
 
@@ -266,7 +265,7 @@ export class Pane {
   // Where the host heard a robot last, and how far it may have gone since.
   private drawReports(context: CanvasRenderingContext2D, timeS: number): void {
     context.strokeStyle = "#cc3399";
-    for (const report of this.heard.robots as Report[]) {
+    for (const report of this.heard) {
       const [px, py] = this.pixel(report[2], report[3]);
       const ageS = Math.max(0, timeS - report[0]);
       const doubt = (this.scene.grid!.cell_m / 2 + ageS * WALK_M_S) / this.pixelM;

@@ -65,12 +65,6 @@ export interface RobotAnswer {
 // time in s, robot, x, y, column and row of the module, cell
 export type Report = [number, number, number, number, number, number, number];
 
-export interface Reports {
-  robots: Report[];
-  number: number;
-  late?: number;
-}
-
 export function isShape(site: Site): site is Site & Shape {
   return site.circle !== undefined || site.polygon !== undefined;
 }

@@ -1,6 +1,6 @@
 // Where the page has its data from: the server, or the page itself if it was exported.
 
-import type { Reports, RobotAnswer, RunEvent, RunState, Scene } from "./scene";
+import type { Report, RobotAnswer, RunEvent, RunState, Scene } from "./scene";
 
 export type Arrays = Record<string, Float32Array | Float64Array | Uint8Array | Uint16Array>;
 
@@ -18,7 +18,7 @@ export interface Source {
   series(run: number): Promise<Packed>;
   events(run: number): Promise<{ number: number; events: RunEvent[] }>;
   robot(run: number, robot: number): Promise<RobotAnswer>;
-  reports(run: number, timeS: number, windowS: number): Promise<Reports>;
+  reports(run: number, timeS: number): Promise<Report[]>;
   // Calls `seen` with each run's state when one has changed, and with null when the server is gone.
   watch(seen: (states: RunState[] | null) => void): void;
 }
@@ -71,8 +71,8 @@ export class Server implements Source {
     return this.json(`runs/${run}/robots/${robot}`);
   }
 
-  reports(run: number, timeS: number, windowS: number): Promise<Reports> {
-    return this.json(`runs/${run}/reports?time_s=${timeS}&window_s=${windowS}`);
+  reports(run: number, timeS: number): Promise<Report[]> {
+    return this.json(`runs/${run}/reports?time_s=${timeS}`);
   }
 
   watch(seen: (states: RunState[] | null) => void): void {

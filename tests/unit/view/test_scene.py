@@ -5,11 +5,14 @@ import io
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
 import pytest
 from PIL import Image
 
 from kilotwin.experiment.colours import led_byte
+from kilotwin.runs.columns import TRACKING_SCHEMA
 from kilotwin.runs.reader import Run
+from kilotwin.runs.writer import Stream
 from kilotwin.view.scene import scene_of
 from kilotwin.view.served_run import ServedRun
 
@@ -90,3 +93,23 @@ def test_a_run_says_how_far_it_is_and_that_it_ended(begin: Begin) -> None:
     assert served.state()["last_s"] == pytest.approx(32.768)
     (writer.folder / "manifest.json").write_text('{"status": "finished"}')
     assert served.state()["status"] == "finished"
+
+
+def test_of_a_grids_reports_each_robots_last_one_is_told(begin: Begin) -> None:
+    writer = begin(text=GRID)
+    stream = Stream(writer.folder / "tracking.arrows", TRACKING_SCHEMA)
+    heard = [(1.0, 3, 0.025), (2.0, 1, 0.075), (3.0, 3, -0.025), (9.0, 1, 0.125)]
+    for number, (time_s, robot, x_m) in enumerate(heard):
+        row = [time_s, robot, x_m, 0.0, 1, 2, 3, "seen", b"1234567"]
+        columns = [
+            pa.array([value], kind) for value, kind in zip(row, TRACKING_SCHEMA.types, strict=True)
+        ]
+        stream.write(pa.record_batch(columns, schema=TRACKING_SCHEMA))
+        served = ServedRun(Run.open(writer.folder))
+        assert len(served.reports(100.0)) == len({robot for _, robot, _ in heard[: number + 1]})
+    stream.close()
+    assert served.reports(0.5) == []
+    told = served.reports(5.0)
+    assert [row[:2] for row in told] == [[2.0, 1], [3.0, 3]]
+    assert told[1][2:] == [pytest.approx(-0.025), 0.0, 1, 2, 3]
+    assert ServedRun(Run.open(begin("other").folder)).reports(1.0) == []
