@@ -36,11 +36,6 @@ UNKNOWN = "keys/unknown_key.toml"
 Refuse = Callable[..., str]
 
 
-@pytest.fixture(scope="module")
-def guest_cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("guests")
-
-
 @pytest.fixture(autouse=True)
 def clean_environment(monkeypatch: pytest.MonkeyPatch, guest_cache: Path) -> None:
     for name in [name for name in os.environ if name.startswith("KILOTWIN_")]:

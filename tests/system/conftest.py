@@ -42,12 +42,6 @@ def block(text: str, language: str) -> str:
 
 
 @pytest.fixture(scope="session")
-def guest_cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Compiled programs of this session: a test never sees what an older build left."""
-    return tmp_path_factory.mktemp("guests")
-
-
-@pytest.fixture(scope="session")
 def environment(guest_cache: Path) -> dict[str, str]:
     return {**os.environ, "KILOTWIN_CACHE": str(guest_cache), "NO_COLOR": "1", "COLUMNS": "200"}
 

@@ -132,12 +132,6 @@ def begin(load: Load, tmp_path: Path) -> Iterator[Begin]:
 
 
 @pytest.fixture(scope="session")
-def guest_cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Compiled programs of this session."""
-    return tmp_path_factory.mktemp("guests")
-
-
-@pytest.fixture(scope="session")
 def fake_environment(guest_cache: Path) -> dict[str, str]:
     """For commands that get the fake engine in place of the real one."""
     return {

@@ -229,7 +229,7 @@ print(json.dumps(speed | {{"result_hash": {result_hash!r}}}))
 """
 
 
-@pytest.mark.parametrize("agrees", [True, False])
+@pytest.mark.parametrize("agrees", [pytest.param(True, marks=pytest.mark.long), False])
 def test_bench_against_another_checkout_runs_both_engines_in_turns(
     kilotwin: Kilotwin, tmp_path: Path, agrees: bool
 ) -> None:
