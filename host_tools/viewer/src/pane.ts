@@ -107,8 +107,12 @@ export class Pane {
     const [width, height] = this.size();
     this.robots.view(
       this.middle,
-      [2 / (width * this.pixelM), 2 / (height * this.pixelM)],
+      [
+        2 / ((width + 2 * this.margin()) * this.pixelM),
+        2 / ((height + 2 * this.margin()) * this.pixelM),
+      ],
       this.pixelM,
+      width * height,
     );
     this.renderer.render(this.world, this.camera);
     this.drawOverlay(timeS, layers);
@@ -153,7 +157,12 @@ export class Pane {
 
   private moved(byHand = true): void {
     const [width, height] = this.size();
-    const [x, y] = [(width * this.pixelM) / 2, (height * this.pixelM) / 2];
+    const around = this.margin();
+    this.renderer.setViewport(-around, -around, width + 2 * around, height + 2 * around);
+    const [x, y] = [
+      (width / 2 + around) * this.pixelM,
+      (height / 2 + around) * this.pixelM,
+    ];
     Object.assign(this.camera, {
       left: this.middle[0] - x,
       right: this.middle[0] + x,
@@ -169,6 +178,12 @@ export class Pane {
 
   private size(): [number, number] {
     return [Math.max(1, this.element.clientWidth), Math.max(1, this.element.clientHeight)];
+  }
+
+  // Pixels around the canvas that are drawn into, though not seen: a robot whose middle lies there
+  // is a point of which a part is seen.
+  private margin(): number {
+    return Math.ceil(Math.min(1000, (1.35 * this.scene.radius_m) / this.pixelM + 4));
   }
 
   private resize(): void {

@@ -1,4 +1,4 @@
-// All robots as one instanced mesh. The place between two samples is worked out by the graphics
+// All robots as one mesh of points. The place between two samples is worked out by the graphics
 // processor, so that a frame uploads nothing and a sample is uploaded once.
 
 import * as three from "three";
@@ -10,15 +10,14 @@ export const MARKS = 7;
 
 const VERTEX = `
 precision highp float;
-uniform float part, radius, pixel;
+uniform float part, radius, pixel, ratio, least; // least: px, so that a robot far away is seen
 uniform vec2 middle, scale;
-in vec2 corner;
 in vec2 fromX, toX; // x, y
 in float fromHeading, toHeading; // parts of a turn
 in float led;
 in float informed;
-out vec2 at;
-out float edge;
+flat out vec2 front;
+flat out float edge;
 flat out int shownLed, ring;
 void main() {
   vec2 place = mix(fromX, toX, part);
@@ -28,14 +27,13 @@ void main() {
   }
   float turn = fract(toHeading - fromHeading + 0.5) - 0.5;
   float heading = 6.283185307 * (fromHeading + part * turn);
-  float size = max(radius, 3.0 * pixel) * 1.35;
-  at = corner * 1.35;
-  edge = pixel / max(radius, 3.0 * pixel);
-  float c = cos(heading), s = sin(heading);
-  vec2 turned = vec2(c * corner.x - s * corner.y, s * corner.x + c * corner.y);
+  float seen = max(radius, least * pixel);
+  edge = pixel / seen;
+  front = vec2(cos(heading), sin(heading));
+  gl_PointSize = 2.0 * 1.35 * seen / pixel * ratio;
   shownLed = int(led + 0.5);
   ring = int(informed + 0.5);
-  gl_Position = vec4((place + size * turned - middle) * scale, 0.0, 1.0);
+  gl_Position = vec4((place - middle) * scale, 0.0, 1.0);
 }`;
 
 // A disc in the LED's colour with a mark of its state, a line to the front that is seen on any
@@ -43,8 +41,8 @@ void main() {
 const FRAGMENT = `
 precision highp float;
 uniform sampler2D leds; // colour, and the mark in alpha
-in vec2 at;
-in float edge;
+flat in vec2 front;
+flat in float edge;
 flat in int shownLed, ring;
 out vec4 shown;
 float stroke(float distance, float width) {
@@ -61,19 +59,22 @@ float mark(int kind, vec2 p) {
   return 0.0;
 }
 void main() {
+  vec2 p = 1.35 * vec2(2.0 * gl_PointCoord.x - 1.0, 1.0 - 2.0 * gl_PointCoord.y);
+  vec2 at = vec2(dot(front, p), front.x * p.y - front.y * p.x);
   float r = length(at);
   if (r > 1.35) discard;
   vec4 colour = texelFetch(leds, ivec2(shownLed, 0), 0);
+  if (edge > 0.28) { // a few pixels: a dot with a rim
+    if (r > 1.0 && ring == 0) discard;
+    vec3 dot_ = r > 0.62 ? mix(colour.rgb, vec3(0.25), 0.7) : colour.rgb;
+    shown = vec4(r > 1.0 ? vec3(0.8, 0.47, 0.65) : dot_, 1.0);
+    return;
+  }
   float light = dot(colour.rgb, vec3(0.3, 0.59, 0.11));
   vec3 ink = light > 0.45 ? vec3(0.0) : vec3(1.0);
-  vec3 seen = colour.rgb;
-  bool small = edge > 0.28;
-  if (!small) {
-    seen = mix(seen, ink, mark(int(colour.a * 255.0 + 0.5), at + vec2(0.12, 0.0)));
-    if (at.x > 0.3 && r < 0.95) seen = mix(seen, ink, stroke(at.y, 0.1));
-  }
-  float rim = small ? 0.62 : 0.86;
-  seen = mix(seen, vec3(0.25), smoothstep(rim - edge, rim + edge, r));
+  vec3 seen = mix(colour.rgb, ink, mark(int(colour.a * 255.0 + 0.5), at + vec2(0.12, 0.0)));
+  if (at.x > 0.3 && r < 0.95) seen = mix(seen, ink, stroke(at.y, 0.1));
+  seen = mix(seen, vec3(0.25), smoothstep(0.86 - edge, 0.86 + edge, r));
   float inside = 1.0 - smoothstep(1.0 - edge, 1.0 + edge, r);
   float cover = max(inside, ring > 0 ? stroke(r - 1.17, 0.09) : 0.0);
   if (cover <= 0.01) discard;
@@ -81,9 +82,9 @@ void main() {
 }`;
 
 export class Robots {
-  readonly mesh: three.Mesh;
+  readonly mesh: three.Points;
   private readonly uniforms: Record<string, three.IUniform>;
-  private readonly attributes: Record<string, three.InstancedBufferAttribute>;
+  private readonly attributes: Record<string, three.BufferAttribute>;
   private readonly leds: three.DataTexture;
   private shownFrom: Sample | null = null;
   private shownTo: Sample | null = null;
@@ -93,28 +94,25 @@ export class Robots {
     size: number,
     ids: Uint32Array,
   ) {
-    const instanced = (
+    const each = (
       array: Float32Array | Uint16Array | Uint8Array,
       width: number,
       normalized: boolean,
     ) => {
-      const made = new three.InstancedBufferAttribute(array, width, normalized);
+      const made = new three.BufferAttribute(array, width, normalized);
       made.setUsage(three.DynamicDrawUsage);
       return made;
     };
     this.attributes = {
-      fromX: instanced(new Float32Array(2 * size).fill(NaN), 2, false),
-      toX: instanced(new Float32Array(2 * size).fill(NaN), 2, false),
-      fromHeading: instanced(new Uint16Array(size), 1, true),
-      toHeading: instanced(new Uint16Array(size), 1, true),
-      led: instanced(new Uint8Array(size), 1, false),
-      informed: instanced(informedFor(scene, ids), 1, false),
+      fromX: each(new Float32Array(2 * size).fill(NaN), 2, false),
+      toX: each(new Float32Array(2 * size).fill(NaN), 2, false),
+      fromHeading: each(new Uint16Array(size), 1, true),
+      toHeading: each(new Uint16Array(size), 1, true),
+      led: each(new Uint8Array(size), 1, false),
+      informed: each(informedFor(scene, ids), 1, false),
     };
-    const geometry = new three.InstancedBufferGeometry();
-    geometry.instanceCount = size;
-    geometry.setIndex([0, 1, 2, 0, 2, 3]);
-    const corners = new Float32Array([-1, -1, 1, -1, 1, 1, -1, 1]);
-    geometry.setAttribute("corner", new three.BufferAttribute(corners, 2));
+    const geometry = new three.BufferGeometry();
+    geometry.setDrawRange(0, size);
     for (const [name, attribute] of Object.entries(this.attributes)) {
       geometry.setAttribute(name, attribute);
     }
@@ -123,6 +121,8 @@ export class Robots {
       part: { value: 0 },
       radius: { value: scene.radius_m },
       pixel: { value: 0.001 },
+      least: { value: 3 },
+      ratio: { value: 1 },
       middle: { value: new three.Vector2() },
       scale: { value: new three.Vector2(1, 1) },
       leds: { value: this.leds },
@@ -135,7 +135,7 @@ export class Robots {
       transparent: true,
       depthTest: false,
     });
-    this.mesh = new three.Mesh(geometry, material);
+    this.mesh = new three.Points(geometry, material);
     this.mesh.frustumCulled = false;
     this.mesh.renderOrder = 10;
     this.colourBy("led");
@@ -153,7 +153,16 @@ export class Robots {
     this.leds.needsUpdate = true;
   }
 
-  view(middle: [number, number], scale: [number, number], pixelM: number): void {
+  // `pixels`: how many the picture has.
+  view(
+    middle: [number, number],
+    scale: [number, number],
+    pixelM: number,
+    pixels: number,
+  ): void {
+    this.uniforms.ratio.value = window.devicePixelRatio;
+    const room = 0.4 * Math.sqrt(pixels / Math.max(1, this.attributes.led.count));
+    this.uniforms.least.value = Math.min(3, Math.max(1, room));
     this.uniforms.middle.value.set(...middle);
     this.uniforms.scale.value.set(...scale);
     this.uniforms.pixel.value = pixelM;
