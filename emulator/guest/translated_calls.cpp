@@ -233,16 +233,16 @@ void Robot::Translated::find_edge() {
     edge_at_ = TranslatedImage::NO_TIME;
     if (robot_.rare_ == nullptr) return;
     auto &lights = robot_.rare_->lights;
-    const auto over = [](const Light &light) { return light.slot >= NO_EDGE.slot; };
+    const auto over = [](const Light &seen) { return seen.slot >= NO_EDGE.slot; };
     while (!lights.empty() && over(lights.front())) lights.erase(lights.begin());
-    for (Light &light : lights) {
-        const Edge edge = edge_of(light.message, light.slot);
-        const uint64_t at = light.begin + edge.slot * SLOT_CYCLES;
-        light.slot = static_cast<uint16_t>(edge.slot);
-        if (over(light) || at >= edge_at_) continue;
+    for (Light &seen : lights) {
+        const Edge edge = edge_of(seen.message, seen.slot);
+        const uint64_t at = seen.begin + edge.slot * SLOT_CYCLES;
+        seen.slot = static_cast<uint16_t>(edge.slot);
+        if (over(seen) || at >= edge_at_) continue;
         edge_at_ = at;
         edge_cycles_ = edge.cycles;
-        edge_light_ = &light;
+        edge_light_ = &seen;
     }
 }
 
