@@ -56,8 +56,9 @@ def write_video(run: Run, target: Path, film: Film, part: Callable[[float], None
     """
     if target.suffix.lower() not in SUFFIXES:
         raise InputError(f"-o {target}: not a kind of video; end the name in .mp4, .webm or .gif")
-    times, speed = _times(run, film)
-    picture = _Picture(run, film, speed)
+    samples = RunSamples.of(run)
+    times, speed = _times(run, samples, film)
+    picture = _Picture(run, samples, film, speed)
     frames = (picture.at(time_s) for time_s in times)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -72,10 +73,9 @@ def write_video(run: Run, target: Path, film: Film, part: Callable[[float], None
     )
 
 
-def _times(run: Run, film: Film) -> tuple[NDArray[np.float64], float]:
+def _times(run: Run, samples: RunSamples, film: Film) -> tuple[NDArray[np.float64], float]:
     """The time of each frame, and the speed."""
-    samples = RunSamples(run.folder, objects=False)
-    if not samples.refresh():
+    if not samples.samples:
         raise InputError(f"{run.folder}: no sample was recorded; let the run go on for longer")
     known = samples.times_s()
     first = known[0] if film.from_s is None else film.from_s
@@ -146,22 +146,16 @@ def _encode(
 class _Picture:
     """Draws frames: what stands still once, robots anew."""
 
-    def __init__(self, run: Run, film: Film, speed: float) -> None:
+    def __init__(self, run: Run, samples: RunSamples, film: Film, speed: float) -> None:
         self._run = run
-        experiment = run.experiment
-        states = States.of(experiment)
-        led_of_state = [int(np.argmax(states.of_led == k)) for k in range(len(states.names))]
-        self._samples = RunSamples(
-            run.folder, objects=bool(experiment.object), led_of_state=led_of_state
-        )
-        self._samples.refresh()
-        self._times = self._samples.times_s()
-        self._states = states
+        self._samples = samples
+        self._times = samples.times_s()
+        self._states = states = States.of(run.experiment)
         named = self._named = state_colours(states.names)
         self._colours = [named[states.names[state]] for state in states.of_led]
         self._trails = film.trails
         self._speed = speed
-        self._radius = PROFILES[experiment.swarm.profile].radius_m
+        self._radius = PROFILES[run.experiment.swarm.profile].radius_m
         draw(lambda: self._make(film.width_px))
 
     @property
@@ -234,9 +228,7 @@ class _Picture:
         self._discs.set_facecolor([self._colours[one] for one in led])
         self._axes.draw_artist(self._discs)
         if "heading_rad" in read:
-            turns = read["heading_rad"].astype(np.int64)
-            turn = (turns[-1] - turns[0] + 3 * _TURN // 2) % _TURN - _TURN // 2
-            heading = 2 * np.pi / _TURN * (turns[0] + share * turn)
+            heading = _turned(read["heading_rad"], share)
             front = np.column_stack([np.cos(heading), np.sin(heading)]) * self._radius
             centres = np.column_stack([x, y])
             self._fronts.set_segments(list(np.stack([centres, centres + front], axis=1)))
@@ -254,9 +246,7 @@ class _Picture:
     def _draw_objects(self, read: dict[str, NDArray[Any]], share: float) -> None:
         if "object_x_m" not in read:
             return
-        turns = read["object_heading_rad"].astype(np.int64)
-        turn = (turns[-1] - turns[0] + 3 * _TURN // 2) % _TURN - _TURN // 2
-        heading = 2 * np.pi / _TURN * (turns[0] + share * turn)
+        heading = _turned(read["object_heading_rad"], share)
         x, y = (_between(read[f"object_{name}"], share) for name in ("x_m", "y_m"))
         for thing, *pose in zip(self._run.experiment.object, x, y, heading, strict=True):
             for part in areas_at(thing, [float(value) for value in pose]):
@@ -277,5 +267,12 @@ class _Picture:
 
 
 def _between(values: NDArray[Any], share: float) -> NDArray[Any]:
-    """Of the first and the last row."""
+    """The value at that share of the way from the first row to the last."""
     return np.asarray(values[0] + share * (values[-1] - values[0]))
+
+
+def _turned(headings: NDArray[np.uint16], share: float) -> NDArray[np.float64]:
+    """The same of headings in 2^16 parts of a turn, by the shorter way; rad."""
+    turns = headings.astype(np.int64)
+    turn = (turns[-1] - turns[0] + 3 * _TURN // 2) % _TURN - _TURN // 2
+    return np.asarray(2 * np.pi / _TURN * (turns[0] + share * turn))

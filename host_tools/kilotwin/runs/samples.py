@@ -5,6 +5,7 @@ import struct
 import threading
 from collections import OrderedDict
 from collections.abc import Sequence
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,9 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
+from kilotwin.experiment.states import States
 from kilotwin.runs.folder import OBJECTS
+from kilotwin.runs.reader import Run
 from kilotwin.runs.stream_index import Batch, StreamIndex
 from kilotwin.units import TICK_S
 
@@ -53,7 +56,7 @@ class Rows:
 
     def has(self, column: str) -> bool:
         """Whether the run recorded it."""
-        return column in self._index.names()
+        return column in self._index.names
 
     def ticks(self) -> NDArray[np.int64]:
         """[samples]: when each was taken. Reads a column of all that is new."""
@@ -69,13 +72,9 @@ class Rows:
         """
         size = len(self.ids)
         made: dict[str, list[NDArray[Any]]] = {column: [] for column in columns}
-        at = 0
-        for number, batch in enumerate(self._index.batches):
-            first, end = batch.row // size, (batch.row + batch.rows) // size
-            inside = [sample - first for sample in wanted[at:] if first <= sample < end]
-            if not inside:
-                continue
-            at += len(inside)
+        for number, samples in groupby(wanted, lambda sample: self._index.at_row(sample * size)):
+            batch = self._index.batches[number]
+            inside = [sample - batch.row // size for sample in samples]
             decoded = self._batch(number, batch, columns)
             for column in columns:
                 made[column].append(_values(decoded[column]).reshape(-1, size)[inside])
@@ -118,6 +117,18 @@ class RunSamples:
         # A server answers in threads.
         self._lock = threading.Lock()
 
+    @staticmethod
+    def of(run: Run) -> "RunSamples":
+        """What there is of a run by now."""
+        states = States.of(run.experiment)
+        samples = RunSamples(
+            run.folder,
+            objects=bool(run.experiment.object),
+            led_of_state=[int(np.argmax(states.of_led == k)) for k in range(len(states.names))],
+        )
+        samples.refresh()
+        return samples
+
     @property
     def samples(self) -> int:
         """Samples that can be read."""
@@ -141,7 +152,7 @@ class RunSamples:
         number = self.robots.samples
         if len(self._ticks) == number:
             return
-        self._site_ticks = self._column_of_sites("tick").astype(np.int64)
+        self._site_ticks = self._of_sites(["tick"])["tick"].astype(np.int64)
         ends = [0, number - 1] if number > 1 else [0]
         seen = self.robots.read(ends, ["tick"])["tick"][:, 0]
         same = len(self._site_ticks) >= number and np.array_equal(seen, self._site_ticks[ends])
@@ -206,13 +217,13 @@ class RunSamples:
     def series(self, most: int) -> bytes:
         """The columns of `sites`, every k-th row so that there are no more than `most` rows."""
         with self._lock:
-            names = [name for name in self._sites.names() if name != "tick"]
+            names = [name for name in self._sites.names if name != "tick"]
             rows = self._sites.rows
             stride = max(1, -(-rows // most))
-            arrays: dict[str, NDArray[Any]] = {}
-            for name in names:
-                values = self._column_of_sites(name)[::stride]
-                arrays[name] = values.astype(np.float64 if name == "time_s" else np.float32)
+            arrays = {
+                name: values[::stride].astype(np.float64 if name == "time_s" else np.float32)
+                for name, values in self._of_sites(names).items()
+            }
             return pack({"rows": rows, "stride": stride}, arrays)
 
     def history(self, place: int) -> list[tuple[float, int]]:
@@ -228,9 +239,13 @@ class RunSamples:
         changes = np.flatnonzero(np.diff(led[: len(ticks)].astype(np.int16), prepend=-1))
         return [(round(float(ticks[at] * TICK_S), 3), int(led[at])) for at in changes]
 
-    def _column_of_sites(self, name: str) -> NDArray[Any]:
-        parts = [_values(self._sites.read(batch, [name])[name]) for batch in self._sites.batches]
-        return np.concatenate(parts) if parts else np.zeros(0)
+    def _of_sites(self, names: list[str]) -> dict[str, NDArray[Any]]:
+        """Whole columns of `sites`."""
+        batches = [self._sites.read(batch, names) for batch in self._sites.batches if names]
+        return {
+            name: np.concatenate([*(_values(batch[name]) for batch in batches), np.zeros(0)])
+            for name in names
+        }
 
 
 def _values(column: pa.Array) -> NDArray[Any]:

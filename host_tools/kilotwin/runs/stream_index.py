@@ -5,9 +5,11 @@ grows is read on from where it ended. Source: Arrow columnar format, "IPC stream
 Message.fbs; the heads are flatbuffers.
 """
 
+import bisect
 import struct
 from dataclasses import dataclass
 from pathlib import Path
+from typing import BinaryIO
 
 import pyarrow as pa
 
@@ -33,7 +35,9 @@ class StreamIndex:
     def __init__(self, file: Path) -> None:
         self._file = file
         self._read_to = 0
-        self._head_end: int | None = None  # where the schema and the dictionaries end
+        self._head: bytes | None = None  # the schema and the dictionaries
+        self.names: list[str] = []
+        """The table's columns; none before its first batch."""
         self.batches: list[Batch] = []
 
     @property
@@ -59,32 +63,33 @@ class StreamIndex:
                 if end > size:
                     return  # under way, or torn
                 if kind == _RECORD_BATCH:
-                    if self._head_end is None:
-                        self._head_end = self._read_to
+                    if self._head is None:
+                        self._take_head(stream)
                     self.batches.append(Batch(self._read_to, end, self.rows, rows))
                 self._read_to = end
 
+    def _take_head(self, stream: BinaryIO) -> None:
+        """All before the first batch."""
+        stream.seek(0)
+        self._head = stream.read(self._read_to)
+        schema = pa.ipc.open_stream(pa.py_buffer(self._head), options=_ONE_THREAD).schema
+        self.names = list(schema.names)
+
+    def at_row(self, row: int) -> int:
+        """The number of the batch that has a row."""
+        return bisect.bisect_right(self.batches, row, key=lambda batch: batch.row) - 1
+
     def read(self, batch: Batch, columns: list[str]) -> pa.RecordBatch:
-        """Some of its columns; ValueError or KeyError if the stream has no such."""
-        assert self._head_end is not None
-        with self._file.open("rb") as stream:
-            head = stream.read(self._head_end)
-            stream.seek(batch.begin)
-            data = head + stream.read(batch.end - batch.begin)
-        schema = pa.ipc.open_stream(pa.py_buffer(data)).schema
-        places = sorted(schema.get_field_index(name) for name in columns)
-        if places[0] < 0:
+        """Some of its columns; KeyError if the stream has no such."""
+        assert self._head is not None
+        if not set(columns) <= set(self.names):
             raise KeyError(f"one of {', '.join(columns)}")
+        with self._file.open("rb") as stream:
+            stream.seek(batch.begin)
+            data = self._head + stream.read(batch.end - batch.begin)
+        places = sorted(self.names.index(name) for name in columns)
         options = pa.ipc.IpcReadOptions(use_threads=False, included_fields=places)
         return pa.ipc.open_stream(pa.py_buffer(data), options=options).read_next_batch()
-
-    def names(self) -> list[str]:
-        """The table's columns; none before its first batch."""
-        if self._head_end is None:
-            return []
-        with self._file.open("rb") as stream:
-            data = stream.read(self._head_end)
-        return list(pa.ipc.open_stream(pa.py_buffer(data), options=_ONE_THREAD).schema.names)
 
 
 def _message(head: bytes) -> tuple[int, int, int]:

@@ -7,7 +7,6 @@ import numpy as np
 import pyarrow as pa
 
 from kilotwin.errors import InputError
-from kilotwin.experiment.states import States
 from kilotwin.runs.folder import RUNNING, TRACKING
 from kilotwin.runs.reader import Run
 from kilotwin.runs.samples import RunSamples
@@ -26,12 +25,7 @@ class ServedRun:
         self._run = run
         self._folder = run.folder
         self._tracked: tuple[int, pa.Table] | None = None  # size of the file, and what it holds
-        states = States.of(run.experiment)
-        led_of_state = [int(np.argmax(states.of_led == k)) for k in range(len(states.names))]
-        self.samples = RunSamples(
-            run.folder, objects=bool(run.experiment.object), led_of_state=led_of_state
-        )
-        self.samples.refresh()
+        self.samples = RunSamples.of(run)
 
     def scene(self) -> dict[str, Any]:
         """What stands still, and which robots were recorded, if not all."""
@@ -44,7 +38,8 @@ class ServedRun:
         if self._run.manifest.get("status") == RUNNING:
             with contextlib.suppress(InputError):  # its manifest is being replaced
                 self._run = Run.open(self._folder)
-        number = self.samples.refresh()
+            self.samples.refresh()
+        number = self.samples.samples
         times_s = self.samples.times_s()
         return {
             "status": str(self._run.manifest.get("status", "")),

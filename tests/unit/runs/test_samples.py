@@ -154,7 +154,7 @@ def test_the_index_has_the_rows_of_each_batch(begin: Begin) -> None:
     index = StreamIndex(writer.folder / "robots.arrows")
     index.refresh()
     assert [(batch.row, batch.rows) for batch in index.batches] == [(0, 10), (10, 30), (40, 20)]
-    assert index.names() == Run.open(writer.folder).robots().schema.names
+    assert index.names == Run.open(writer.folder).robots().schema.names
     with pytest.raises(KeyError, match="nonsense"):
         index.read(index.batches[0], ["tick", "nonsense"])
 
