@@ -6,22 +6,12 @@ import pytest
 from kilotwin.runs.reader import Run
 
 from .conftest import Kilotwin
+from .lab_module import RECEIVES
 
 # As a lab's program: lights and messages of all cells in each pass of loop().
-MODULE = """\
-#include <CAN.h>
-#include <kilogrid.h>
-#include <module.h>
-#include <moduleIR.h>
-#include <moduleLED.h>
-static void receive(IR_message_t *message, cell_num_t cell, distance_measurement_t *distance,
-                    uint8_t crc_error) {
-    (void)distance;
-    if (crc_error || message->type != TRACKING) return;
-    CAN_message_t *record = next_CAN_message();
-    if (record == NULL) return;
-    serialize_tracking_message(record, cell, (tracking_user_data_t *)message->data);
-}
+MODULE = (
+    RECEIVES
+    + """\
 static void setup(void) {}
 static void loop(void) {
     for (uint8_t cell = 0; cell < N_CELLS; cell++) {
@@ -39,6 +29,7 @@ int main(void) {
     module_start(setup, loop);
 }
 """
+)
 
 ROBOT = """\
 #include <kilolib.h>

@@ -8,24 +8,14 @@ import pytest
 from kilotwin.runs.reader import Run
 
 from .conftest import Kilotwin
+from .lab_module import RECEIVES
 
 # As a lab's program: lights and messages of all cells in each pass of loop(), and a record for each
 # tracking message. The type of a frame of the host that it is handed goes back.
-MODULE = """\
-#include <CAN.h>
-#include <kilogrid.h>
-#include <module.h>
-#include <moduleIR.h>
-#include <moduleLED.h>
+MODULE = (
+    RECEIVES
+    + """\
 static volatile uint8_t handed;
-static void receive(IR_message_t *message, cell_num_t cell, distance_measurement_t *distance,
-                    uint8_t crc_error) {
-    (void)distance;
-    if (crc_error || message->type != TRACKING) return;
-    CAN_message_t *record = next_CAN_message();
-    if (record == NULL) return;
-    serialize_tracking_message(record, cell, (tracking_user_data_t *)message->data);
-}
 static void take(CAN_message_t *frame) { handed = frame->data[0]; }
 static void setup(void) {}
 static void loop(void) {
@@ -52,6 +42,7 @@ int main(void) {
     module_start(setup, loop);
 }
 """
+)
 
 EXPERIMENT = """
 name = "original modules"

@@ -59,7 +59,7 @@ class Controller(Section):
     neighbour_capacity: Annotated[int, Field(ge=1, le=100)]
     """How many neighbours are told apart."""
     empty_windows: Annotated[int, Field(ge=1, le=255)]
-    """After so many windows without anybody n is 0."""
+    """After so many windows without a neighbour n is 0."""
     wall_ignore_s: Pause
     """How long the wall is ignored after leaving it."""
     leave_turn: bool

@@ -101,7 +101,7 @@ def _draw_picture(axes: Axes, picture: Picture, fills: list[str]) -> None:
 
 
 def draw_floor(axes: Axes, experiment: ExperimentSchema, picture: Picture | None) -> None:
-    """What stands still: arena, sites, obstacles; the axes' limits are around the arena."""
+    """The floor: arena, sites, obstacles; the axes' limits are around the arena."""
     arena = area_of(experiment.arena)
     _draw_place(axes, experiment.arena, facecolor=FLOOR, edgecolor="black", lw=2)
     if picture is not None:

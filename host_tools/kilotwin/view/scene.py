@@ -1,4 +1,4 @@
-"""What stands still in the picture of a run: arena, sites, obstacles, cells, colours, names."""
+"""The scene of a run: all that stands still in its picture, with colours and names."""
 
 import base64
 import contextlib

@@ -28,7 +28,7 @@ class ServedRun:
         self.samples = RunSamples.of(run)
 
     def scene(self) -> dict[str, Any]:
-        """What stands still, and which robots were recorded, if not all."""
+        """The scene, and which robots were recorded, if not all."""
         recorded = self.samples.robots.ids.tolist()
         everyone = recorded == list(range(self._run.robots_number))
         return {**scene_of(self._run), **self.state(), "recorded": None if everyone else recorded}
@@ -49,7 +49,7 @@ class ServedRun:
         }
 
     def events(self) -> dict[str, Any]:
-        """What happened, but prints, which are many: the last ones, and how many there are."""
+        """Events but prints, which are many: the last ones, and how many there are."""
         events = [event for event in self._run.events() if event.get("kind") != _PRINT]
         return {"number": len(events), "events": events[-MOST_EVENTS:]}
 
@@ -64,12 +64,12 @@ class ServedRun:
         }
 
     def reports(self, time_s: float) -> list[list[Any]]:
-        """What a grid's host had heard by then, of each robot the last: when (s), robot, x and y
+        """Reports that a grid's host had by then, the last of each robot: when (s), robot, x and y
         of the cell's middle (m), the module's column and row, the cell."""
         table = self._tracking()
         number = int(np.searchsorted(np.asarray(table["time_s"]), time_s, side="right"))
         robots = np.asarray(table["robot"])[:number]
-        # Of equal values unique() has the first: of those from behind, the last.
+        # unique() has the first of equal values: of those from behind, the last.
         _, from_behind = np.unique(robots[::-1], return_index=True)
         last = table.take(np.sort(number - 1 - from_behind)).to_pylist()
         return [[row[column] for column in _REPORTED] for row in last]

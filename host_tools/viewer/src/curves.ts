@@ -80,7 +80,7 @@ export class CurvesPanel {
     const known = name.startsWith("state_") && state >= 0;
     const isCount = !name.startsWith("metric_");
     const anyState = names.some((one) => one.startsWith("state_"));
-    // Of many columns those of states, else of metrics, are seen at first.
+    // Columns of states, else of metrics, are seen at first where there are many.
     const shown = known || (!anyState && (!isCount || name !== "not_resting"));
     return {
       label,

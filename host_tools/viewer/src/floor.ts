@@ -1,4 +1,4 @@
-// What lies below the robots: arena, sites, grid cells, obstacles, objects.
+// The floor below the robots: arena, sites, grid cells, obstacles, objects.
 
 import * as three from "three";
 import type { Sample } from "./samples";

@@ -1,4 +1,4 @@
-// What is known of the robot, or of the cell, that was chosen.
+// The panel with all that is known of the robot, or of the cell, that was chosen.
 
 import type { Pane } from "./pane";
 import type { RobotAnswer, Scene } from "./scene";

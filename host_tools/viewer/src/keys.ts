@@ -1,4 +1,4 @@
-// What each key does.
+// Keys and their actions.
 
 export interface Actions {
   play(): void;

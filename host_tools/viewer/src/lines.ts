@@ -1,8 +1,8 @@
-// Lines that are worked out from samples: trails, and who is within reach of whom.
+// Lines that are worked out from samples: trails, and pairs of robots within reach of each other.
 
 import type { Sample } from "./samples";
 
-// Where robots came from: pairs of points, the oldest samples first. All of them, or those chosen.
+// Trails behind robots: pairs of points, the oldest samples first. All of them, or those chosen.
 export function trails(samples: Sample[], chosen: number[] | null): Float32Array {
   const points: number[] = [];
   for (let k = 1; k < samples.length; k++) {

@@ -132,8 +132,8 @@ class Page {
       lastRobot: () => this.chooseRobot(-1),
       dark: () => {
         const root = document.documentElement;
-        const now = getComputedStyle(root).getPropertyValue("--theme").trim();
-        root.dataset.theme = now === "dark" ? "light" : "dark";
+        const preferred = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
+        root.dataset.theme = (root.dataset.theme ?? preferred) === "dark" ? "light" : "dark";
         this.curves.show(this.drawnCurves);
         this.dirty = true;
       },

@@ -4,7 +4,7 @@ import * as three from "three";
 import { Floor, segments } from "./floor";
 import { links, trails } from "./lines";
 import { Robots } from "./robots";
-import { Samples, type Between, type Sample } from "./samples";
+import { placeOf, Samples, type Between, type Sample } from "./samples";
 import { boxOf, type Report, type Scene } from "./scene";
 import type { Source } from "./source";
 
@@ -277,7 +277,7 @@ export class Pane {
     this.drawScale(context, height);
   }
 
-  // Where the host heard a robot last, and how far it may have gone since.
+  // A mark where the host heard a robot last, and a circle as far as it may have gone since.
   private drawReports(context: CanvasRenderingContext2D, timeS: number): void {
     context.strokeStyle = "#cc3399";
     for (const report of this.heard) {
@@ -295,17 +295,13 @@ export class Pane {
   }
 
   private drawUids(context: CanvasRenderingContext2D, between: Between, layers: Layers): void {
-    const { from, to, part } = between;
+    const number = between.from.x.length;
     const near = this.scene.radius_m / this.pixelM > 9 || layers.uids;
     const [width, height] = this.size();
     context.font = "11px system-ui, sans-serif";
     context.textAlign = "center";
     let left = MOST_LABELS;
-    const at = (k: number) =>
-      this.pixel(
-        from.x[k] + part * (to.x[k] - from.x[k]),
-        from.y[k] + part * (to.y[k] - from.y[k]),
-      );
+    const at = (k: number) => this.pixel(...placeOf(between, k));
     const label = (k: number) => {
       const [px, py] = at(k);
       if (!(px > 0 && px < width && py > 0 && py < height) || left-- <= 0) return;
@@ -316,7 +312,7 @@ export class Pane {
       context.fillStyle = "#000";
       context.fillText(String(this.ids[k] + 1), px, below);
     };
-    if (near) for (let k = 0; k < from.x.length && left > 0; k++) label(k);
+    if (near) for (let k = 0; k < number && left > 0; k++) label(k);
     if (this.selected === null) return;
     if (!near) label(this.selected);
     context.lineWidth = 2.5;
@@ -389,15 +385,10 @@ export class Pane {
     const [x, y] = this.place(px, py);
     let best: number | null = null;
     let nearest = Math.max(this.scene.radius_m, 6 * this.pixelM);
-    if (this.shown) {
-      const { from, to, part } = this.shown;
-      for (let k = 0; k < from.x.length; k++) {
-        const away = Math.hypot(
-          from.x[k] + part * (to.x[k] - from.x[k]) - x,
-          from.y[k] + part * (to.y[k] - from.y[k]) - y,
-        );
-        if (away <= nearest) [best, nearest] = [k, away];
-      }
+    for (let k = 0; k < (this.shown?.from.x.length ?? 0); k++) {
+      const [robotX, robotY] = placeOf(this.shown!, k);
+      const away = Math.hypot(robotX - x, robotY - y);
+      if (away <= nearest) [best, nearest] = [k, away];
     }
     if (best !== null) this.picked({ robot: this.ids[best] });
     else this.picked(this.cellAt(x, y));

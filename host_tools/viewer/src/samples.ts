@@ -19,6 +19,14 @@ export interface Between {
   first: number; // number of `from`
 }
 
+// Where a robot is at that time, m.
+export function placeOf({ from, to, part }: Between, robot: number): [number, number] {
+  return [
+    from.x[robot] + part * (to.x[robot] - from.x[robot]),
+    from.y[robot] + part * (to.y[robot] - from.y[robot]),
+  ];
+}
+
 interface Chunk {
   samples: Sample[];
   rows: number;

@@ -1,4 +1,5 @@
-// What the server says of a run that does not change with time (kilotwin/view/scene.py).
+// Types of the server's answers. A scene is all of a run that does not change with time
+// (kilotwin/view/scene.py).
 // Lengths in metres, angles in radians, colours as #rrggbb.
 
 export type Shape = { circle: [number, number, number] } | { polygon: [number, number][] };
