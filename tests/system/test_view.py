@@ -179,6 +179,31 @@ def test_every_key_is_told_and_works(page: Page) -> None:
     page.keyboard.press("f")
 
 
+def test_an_exported_page_shows_the_run_from_a_file(
+    paper: Path, kilotwin: Kilotwin, browser: Browser, problems: list[str]
+) -> None:
+    file = paper.parent / "page.html"
+    said = kilotwin("view", paper, "--export", file, "--size", 2).stdout
+    assert "all 1,502 samples" in said
+    asked: list[str] = []
+    with new_page(browser, problems) as page:
+        page.on("request", lambda request: asked.append(request.url))
+        open_viewer(page, file.as_uri())
+        go_to(page, 12_000)
+        sites = Run.open(paper).sites()
+        row = sites.slice(len(sites.filter(pc.less_equal(sites["time_s"], 12_000))) - 1, 1)
+        assert counts(page) == {name: row[f"state_{name}"][0].as_py() for name in counts(page)}
+        page.keyboard.press("]")
+        page.wait_for_selector("#changes li")
+        led = np.asarray(Run.open(paper).robots().filter(pc.field("robot") == 0)["led"])
+        changes = 1 + np.count_nonzero(np.diff(led.astype(int)))
+        assert f"states ({changes} changes)" in page.inner_text("#inspector")
+        page.keyboard.press(" ")
+        page.wait_for_timeout(300)
+        assert float(page.input_value("#time")) > 12_000
+    assert [url for url in asked if not url.startswith(("data:", "blob:"))] == [file.as_uri()]
+
+
 def test_two_runs_have_one_clock(
     paper: Path,
     environment: dict[str, str],

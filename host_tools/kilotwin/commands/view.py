@@ -15,11 +15,13 @@ from kilotwin.errors import InputError
 app = command_app()
 
 _MOST_RUNS = 2
+_EXPORTED_MB = 10.0
 
 
 @app.command(
     epilog="Examples:\n\n  kilotwin view runs/my-run\n\n  kilotwin view runs/native runs/chip\n\n"
-    "  kilotwin view runs/my-run --port 8000 --no-browser"
+    "  kilotwin view runs/my-run --port 8000 --no-browser\n\n"
+    "  kilotwin view runs/my-run --export my-run.html --size 5"
 )
 def view(
     folders: Annotated[
@@ -44,11 +46,36 @@ def view(
             help="Open the page, if there is a browser.",
         ),
     ] = True,
+    export: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.html",
+            envvar="KILOTWIN_EXPORT",
+            help="Serve nothing: write the page with the run in it into one file, to mail.",
+        ),
+    ] = None,
+    size: Annotated[
+        float | None,
+        typer.Option(
+            metavar="MB",
+            min=1,
+            max=1000,
+            envvar="KILOTWIN_EXPORT_SIZE",
+            help="--export: 10^6 bytes that the file may have, 10 if left out; samples are thinned "
+            "until it does.",
+        ),
+    ] = None,
 ) -> None:
     """See a run in the browser, at any time of it."""
     if len(folders) > _MOST_RUNS:
         raise InputError(f"{len(folders)} runs are named; name one, or two to compare")
     runs = [lazy.load("runs.reader").Run.open(folder) for folder in folders]
+    if export is not None:
+        write_page = lazy.load("view.exported_page").write_page
+        typer.echo("\n".join(write_page(runs, export, _EXPORTED_MB if size is None else size)))
+        return
+    if size is not None:
+        raise InputError(f"--size {size:g}: of an exported page; add --export FILE.html")
     served = [lazy.load("view.served_run").ServedRun(run) for run in runs]
     viewer = lazy.load("view.server").Viewer(served, port)
     typer.echo(f"{viewer.address}\nCtrl-C ends the viewer.")

@@ -51,11 +51,13 @@ def write_video(run: Run, target: Path, film: Film, part: Callable[[float], None
     """Writes .mp4, .webm or .gif; returns a line that says what is in it.
 
     The same run and film give the same frames. `part` is called with the share that is done.
-    InputError: another suffix, a part that the run has not, a place that cannot be written.
+    InputError: another suffix, a run without places, a part that it has not, a place that cannot
+    be written.
     RunError: no encoder.
     """
     if target.suffix.lower() not in SUFFIXES:
         raise InputError(f"-o {target}: not a kind of video; end the name in .mp4, .webm or .gif")
+    run.need("x_m", "y_m")
     samples = RunSamples.of(run)
     times, speed = _times(run, samples, film)
     picture = _Picture(run, samples, film, speed)

@@ -63,12 +63,15 @@ class Run:
 
     def robots(self, *needed: str) -> pa.Table:
         """A row per recorded robot and sample; InputError if a needed column was not recorded."""
-        schema = Records.of(self.experiment, {}).robots_schema
-        for name in needed:
-            if name not in schema.names:
+        self.need(*needed)
+        return self._table("robots", Records.of(self.experiment, {}).robots_schema)
+
+    def need(self, *columns: str) -> None:
+        """InputError if one of these columns of `robots` was not recorded."""
+        for name in columns:
+            if name not in Records.of(self.experiment, {}).robots_schema.names:
                 what = f"record.columns left out {name}, which is needed here"
                 raise InputError(f"{self.folder}: {what}; add it there and repeat the run")
-        return self._table("robots", schema)
 
     def last_robots(self, *needed: str) -> pa.Table:
         """The same of the last sample alone; InputError if there is none."""

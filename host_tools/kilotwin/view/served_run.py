@@ -15,7 +15,7 @@ from kilotwin.view.scene import scene_of
 MOST_EVENTS = 10_000
 """Events in one answer: the last ones."""
 _PRINT = "print"
-_REPORTED = ("time_s", "robot", "x_m", "y_m", "module_x", "module_y", "cell")
+REPORTED = ("time_s", "robot", "x_m", "y_m", "module_x", "module_y", "cell")
 
 
 class ServedRun:
@@ -72,7 +72,7 @@ class ServedRun:
         # unique() has the first of equal values: of those from behind, the last.
         _, from_behind = np.unique(robots[::-1], return_index=True)
         last = table.take(np.sort(number - 1 - from_behind)).to_pylist()
-        return [[row[column] for column in _REPORTED] for row in last]
+        return [[row[column] for column in REPORTED] for row in last]
 
     def _tracking(self) -> pa.Table:
         """All reports; read again when there are more."""

@@ -2,6 +2,7 @@
 
 import { Clock } from "./clock";
 import { CurvesPanel, type Curves } from "./curves";
+import { Exported } from "./exported";
 import { element, Inspector } from "./inspector";
 import { KEYS, listen, type Actions } from "./keys";
 import { Pane, type Layers, type Picked } from "./pane";
@@ -338,7 +339,7 @@ function brightness(colour: string): number {
 
 async function main(): Promise<void> {
   try {
-    const source = new Server();
+    const source = (await Exported.read()) ?? new Server();
     const scenes = await source.scenes();
     document.title = `${scenes.map((scene) => scene.name).join(" | ")} - Kilotwin`;
     const panes = scenes.map((scene, run) => new Pane(scene, source, run));

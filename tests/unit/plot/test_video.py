@@ -111,3 +111,14 @@ def test_a_part_that_the_run_has_not_is_refused(film: Film, said: str, run: Run)
 def test_another_kind_of_file_is_refused_with_those_that_there_are(run: Run) -> None:
     with pytest.raises(InputError, match=r"end the name in \.mp4, \.webm or \.gif"):
         write_video(run, Path("run.avi"), Film(), quiet)
+
+
+@pytest.mark.parametrize("left_out", ["x_m", "y_m"])
+def test_a_run_without_places_is_refused_as_a_map_of_it_is(
+    left_out: str, begin: Begin, tmp_path: Path
+) -> None:
+    columns = ", ".join(f'"{name}"' for name in ("x_m", "y_m", "led") if name != left_out)
+    writer = begin("placeless", f"record.columns=[{columns}]")
+    writer.add(samples([0, 100]))
+    with pytest.raises(InputError, match=f"left out {left_out}, which is needed here; add it"):
+        write_video(Run.open(writer.folder), tmp_path / "x.gif", Film(), lambda _: None)
