@@ -18,6 +18,7 @@ import typer.main
 import kilotwin
 from kilotwin.commands import lazy
 from kilotwin.errors import InputError, InterruptError, KilotwinError, RunError, cause_of
+from kilotwin.files.confinement import SINGLE_THREADED
 
 COMMANDS = {
     "doctor": "Say what is here, what is missing, and what to type.",
@@ -79,7 +80,8 @@ app = typer.Typer(
 def main() -> None:
     """The console script. 0 done, 1 failed, 2 bad input, 3 no device, 4 some robots failed."""
     # Threads of numpy's linear algebra, of which we have none, would only spin beside the engine.
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    for name, value in SINGLE_THREADED.items():
+        os.environ.setdefault(name, value)
     try:
         _check_working_folder()
         try:

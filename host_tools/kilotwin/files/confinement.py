@@ -10,6 +10,14 @@ Confine = Literal["auto", "require", "off"]
 
 VARIABLE = "KILOTWIN_CONFINE"
 
+SINGLE_THREADED = {
+    "OPENBLAS_NUM_THREADS": "1",  # threads that are there already keep their files
+    "OMP_NUM_THREADS": "1",
+    "ARROW_DEFAULT_MEMORY_POOL": "system",  # others take a gigabyte in advance
+    "JE_ARROW_MALLOC_CONF": "background_thread:false",  # of a pool that is not even used
+}
+"""Variables of a process that is to be confined, or forked and then confined."""
+
 
 def mode() -> Confine:
     """By KILOTWIN_CONFINE, which options set for this process and those it starts."""

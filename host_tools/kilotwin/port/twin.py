@@ -60,30 +60,43 @@ class Twins:
 
     def __init__(self, native: Iterable[tuple[Program, Guest]], mode: Mode, notify: Notify) -> None:
         """RunError if they must agree and one does not."""
-        self._pairs = list({guest.key: (program, guest) for program, guest in native}.values())
         self._notify = notify
         self._verdicts: list[Verdict] = []
+        pairs = {guest.key: (program, guest) for program, guest in native}
+        # Those that are known take no thread, beside which the run could not be forked.
+        self._pairs = [] if mode == "off" else [p for p in pairs.values() if not self._knows(*p)]
         # Nothing is lost with it, and its process ends with it.
         self._thread = threading.Thread(target=self._hold_all, daemon=True)
-        if mode == "off" or not self._pairs:
-            return
-        self._thread.start()
+        if self._pairs:
+            self._thread.start()
         if mode == "require":
-            self._thread.join()
+            self._join()
             self._check()
 
     def verdicts(self) -> Sequence[Verdict]:
         """When they are through; none if they are switched off."""
-        if self._thread.ident is not None:
-            self._thread.join()
+        self._join()
         return self._verdicts
+
+    def _join(self) -> None:
+        if self._pairs:
+            self._thread.join()
+
+    def _knows(self, program: Program, guest: Guest) -> bool:
+        verdict = _known(program, guest)
+        if verdict is None:
+            return False
+        self._add(verdict)
+        return True
 
     def _hold_all(self) -> None:
         for program, guest in self._pairs:
-            verdict = _verdict(program, guest)
-            self._verdicts.append(verdict)
-            if verdict.agrees is not True or not verdict.known:
-                self._notify(verdict.line())
+            self._add(_found(program, guest))
+
+    def _add(self, verdict: Verdict) -> None:
+        self._verdicts.append(verdict)
+        if verdict.agrees is not True or not verdict.known:
+            self._notify(verdict.line())
 
     def _check(self) -> None:
         for verdict in self._verdicts:
@@ -101,17 +114,23 @@ def native_kilobots(
             yield group.program, guest
 
 
-def _verdict(program: Program, guest: Guest) -> Verdict:
+def _known(program: Program, guest: Guest) -> Verdict | None:
+    """What needs no twin to run: a kept verdict, or that no avr-gcc is here."""
     try:
-        compiler = avr_gcc()
+        file = _kept_at(guest, avr_gcc())
     except RunError as error:
         return Verdict(program.written, None, f"{error}")
-    file = _kept_at(guest, compiler)
-    if file.exists():
-        kept = Verdict(**json.loads(file.read_text()))
-        return replace(kept, program=program.written, known=True)
+    if not file.exists():
+        return None
+    kept = Verdict(**json.loads(file.read_text()))
+    return replace(kept, program=program.written, known=True)
+
+
+def _found(program: Program, guest: Guest) -> Verdict:
+    """By a twin; kept, if there could be one."""
     verdict = _judged(program, guest)
     if verdict.agrees is not None:
+        file = _kept_at(guest, avr_gcc())
         file.parent.mkdir(parents=True, exist_ok=True)
         with draft_of(file, sync=False) as draft:
             draft.write_text(json.dumps(asdict(verdict)))

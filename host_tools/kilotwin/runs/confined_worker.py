@@ -11,13 +11,6 @@ from kilotwin.files.confined_process import confine_process
 from kilotwin.grid import frames
 from kilotwin.runs.job import Job
 
-ENVIRONMENT = {
-    "OPENBLAS_NUM_THREADS": "1",  # threads that are there already keep their files
-    "OMP_NUM_THREADS": "1",
-    "ARROW_DEFAULT_MEMORY_POOL": "system",  # others take a gigabyte in advance
-}
-"""Variables of a worker's process, so that it can be confined."""
-
 
 def unconfined_because(experiment: Experiment) -> str:
     """Why runs of this experiment are not confined unless it is required; "" if they are."""

@@ -3,20 +3,16 @@
 import contextlib
 import importlib.util
 import json
-import os
-import pickle
 import platform
 import signal
 import struct
-import subprocess
-import sys
 import tempfile
 import threading
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from types import FrameType
-from typing import IO, Any
+from typing import Any
 
 from kilotwin import __version__
 from kilotwin.build.group import build_group
@@ -32,7 +28,6 @@ from kilotwin.errors import (
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.metrics.functions import LocalFunctions, answer
 from kilotwin.port.twin import Mode, Twins, native_kilobots
-from kilotwin.runs.confined_worker import ENVIRONMENT, unconfined_because
 from kilotwin.runs.display import Display
 from kilotwin.runs.folder import (
     FAILED,
@@ -47,6 +42,7 @@ from kilotwin.runs.folder import (
 from kilotwin.runs.interrupts import heeding_interrupts
 from kilotwin.runs.job import Job, Probes, Serving
 from kilotwin.runs.size import bytes_of, size_of
+from kilotwin.runs.worker_process import WorkerProcess, start_worker
 
 # Into the black box the engine writes, before it runs a robot, the robot's id and its tick.
 _BLACK_BOX = struct.Struct("=II")
@@ -196,12 +192,11 @@ class _Child:
     def wait(self) -> Outcome:
         """Starts it, shows what it reports, and gives its outcome; errors leave a closed folder."""
         last: dict[str, Any] = {}
-        with tempfile.TemporaryFile("w+", errors="replace") as log, self._start(log) as process:
-            assert process.stdin is not None
+        with (
+            tempfile.TemporaryFile("w+", errors="replace") as log,
+            start_worker(self._job, log) as process,
+        ):
             assert process.stdout is not None
-            with contextlib.suppress(BrokenPipeError):
-                pickle.dump(self._job, process.stdin)
-                process.stdin.flush()
             with self._stop_on_signals(process):
                 reports = process.stdout
                 for line in iter(lambda: reports.readline(_LONGEST_REPORT), b""):
@@ -217,9 +212,7 @@ class _Child:
                 log.seek(0)
                 raise self._failure(last, returncode, log.read().strip())
 
-    def _answer(
-        self, message: dict[str, Any], process: "subprocess.Popen[bytes]"
-    ) -> dict[str, Any]:
+    def _answer(self, message: dict[str, Any], process: WorkerProcess) -> dict[str, Any]:
         """Calls metrics' functions for the worker; returns the message, or an error for one that is
         none. Without an answer, once the run is interrupted."""
         self._in_function = True
@@ -236,11 +229,11 @@ class _Child:
                 process.stdin.flush()
         return message
 
-    def _garbled(self, process: "subprocess.Popen[bytes]") -> dict[str, Any]:
+    def _garbled(self, process: WorkerProcess) -> dict[str, Any]:
         process.kill()
         return {"type": "error", "exit_code": RunError.exit_code, "message": _GARBLED}
 
-    def _understood(self, line: bytes, process: "subprocess.Popen[bytes]") -> dict[str, Any]:
+    def _understood(self, line: bytes, process: WorkerProcess) -> dict[str, Any]:
         """A report; a program that writes into the worker's pipe ends its run."""
         try:
             message = json.loads(line)
@@ -249,18 +242,6 @@ class _Child:
         except (ValueError, TypeError, KeyError, RecursionError):
             return self._garbled(process)
         return dict(message)
-
-    def _start(self, log: IO[str]) -> "subprocess.Popen[bytes]":
-        experiment = self._job.experiment
-        # A process group of its own: Ctrl-C reaches only the parent, which then stops the child.
-        return subprocess.Popen(
-            [sys.executable, "-P", "-m", "kilotwin.runs.worker", str(os.getpid())],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=log,
-            process_group=0,
-            env={**os.environ, **({} if unconfined_because(experiment) else ENVIRONMENT)},
-        )
 
     def _show(self, message: dict[str, Any]) -> None:
         if message["type"] == "started":
@@ -311,7 +292,7 @@ class _Child:
         return f"; last to run was {program} robot {robot} tick {tick}"
 
     @contextlib.contextmanager
-    def _stop_on_signals(self, process: "subprocess.Popen[bytes]") -> Iterator[None]:
+    def _stop_on_signals(self, process: WorkerProcess) -> Iterator[None]:
         """Ctrl-C or a polite kill ends the run early, with its data kept; a second ends it now.
 
         So does the engine's not ending within some seconds.

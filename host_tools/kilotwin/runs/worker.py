@@ -1,9 +1,11 @@
 """The child process of a run: steps the engine, writes the run folder, reports.
 
-`python -m kilotwin.runs.worker PARENT` takes a pickled Job on stdin and answers with one JSON
-object per line on stdout: started, progress, then done or error. The parent ends a run early by
-closing the stdin, which its own death does too. Robot programs run in this process; one that brings
-it down leaves the parent to close the folder.
+It answers with one JSON object per line on stdout: started, progress, then done or error. The
+parent ends a run early by closing its stdin, which the parent's own death does too. Robot programs
+run in this process; one that brings it down leaves the parent to close the folder.
+
+As `python -m kilotwin.runs.worker PARENT` it takes a pickled Job on stdin first
+(worker_process.py).
 """
 
 import contextlib
@@ -31,6 +33,7 @@ from kilotwin.errors import (
 from kilotwin.experiment.engine_spec import engine_spec, place_of_error
 from kilotwin.experiment.informed import informed_for
 from kilotwin.experiment.states import Counts
+from kilotwin.files.lean_arrow import leave_pandas_out
 from kilotwin.metrics.functions import Functions, LocalFunctions, RemoteFunctions
 from kilotwin.metrics.meter import Meter, metrics_summary
 from kilotwin.metrics.moment import Moment
@@ -61,13 +64,18 @@ Report = Callable[[dict[str, Any]], None]
 
 def main() -> None:
     """Runs the job of stdin, for the parent whose process id is the argument."""
-    _emulator.end_with_parent(int(sys.argv[1]), _GRACE_S)
+    serve(pickle.load(sys.stdin.buffer), int(sys.argv[1]))
+
+
+def serve(job: Job, parent: int) -> None:
+    """Runs the job for the process `parent`; stdin and stdout are pipes to it."""
+    _emulator.end_with_parent(parent, _GRACE_S)
     # Ctrl-C is for the parent, which then closes our stdin.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    leave_pandas_out()
     # Output of libraries and programs must not get between the reports.
     reports = os.dup(1)
     os.dup2(2, 1)
-    job: Job = pickle.load(sys.stdin.buffer)
 
     def report(message: dict[str, Any]) -> None:
         # A parent that died is noticed by `stopped`, with the folder in order.

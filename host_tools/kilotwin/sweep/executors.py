@@ -17,7 +17,7 @@ from typing import Any, Protocol
 from kilotwin import _emulator
 from kilotwin.errors import DeviceError, InputError
 from kilotwin.files import confinement
-from kilotwin.runs.confined_worker import ENVIRONMENT
+from kilotwin.files.lean_arrow import leave_pandas_out
 from kilotwin.sweep.plan import Plan, SlurmOptions
 
 _CONNECT_S = 5
@@ -58,7 +58,7 @@ class Processes:
         """A pool whose processes end at once when the sweep ends or dies."""
         # Workers fork confined trials: without threads, and with little memory taken in advance.
         if confinement.mode() != "off":
-            os.environ.update(ENVIRONMENT)
+            os.environ.update(confinement.SINGLE_THREADED)
         # Spawned, not forked: a child of ours must not hold our threads' locks.
         pool = ProcessPoolExecutor(
             self.number, get_context("spawn"), initializer=_serve, initargs=(os.getpid(),)
@@ -74,6 +74,7 @@ class Processes:
 
 def _serve(parent: int) -> None:
     """In a worker: Ctrl-C is for the parent; when that is gone, so are we."""
+    leave_pandas_out()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _emulator.end_with_parent(parent)
 

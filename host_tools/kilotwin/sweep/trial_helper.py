@@ -13,7 +13,7 @@ import sys
 import threading
 from typing import BinaryIO
 
-from kilotwin.runs.confined_worker import ENVIRONMENT
+from kilotwin.files.confinement import SINGLE_THREADED
 from kilotwin.sweep.measure import Failed, Measured, Task
 
 # What the helper runs, with its parent's process id.
@@ -30,7 +30,7 @@ class _Helper:
             [sys.executable, "-P", "-c", _SERVER.format(os.getpid())],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            env={**os.environ, **ENVIRONMENT},
+            env={**os.environ, **SINGLE_THREADED},
         )
 
     def measure(self, task: Task) -> Measured | Failed:

@@ -8,6 +8,7 @@ import re
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -16,6 +17,7 @@ import pytest
 
 from kilotwin.commands.terminal import Lines, Silent
 from kilotwin.experiment.experiment import Experiment
+from kilotwin.files.confinement import SINGLE_THREADED
 from kilotwin.runs import run
 from kilotwin.runs.folder import FINISHED
 from kilotwin.runs.reader import Run
@@ -46,7 +48,7 @@ def start(folder: Path, fake_environment: dict[str, str]) -> Iterator[Start]:
                 subprocess.Popen(
                     [sys.executable, "-m", "kilotwin", "run", "small.toml", *arguments],
                     cwd=folder,
-                    env=fake_environment,
+                    env={**fake_environment, **SINGLE_THREADED},  # the fake loads numpy at once
                     stdin=subprocess.DEVNULL,
                     stdout=subprocess.PIPE,
                     stderr=subprocess.PIPE,
@@ -74,11 +76,20 @@ def start_endless(start: Start, folder: Path, trouble: Callable[[str], str]) -> 
     return start_endless
 
 
-def stop_engine_of(process: "subprocess.Popen[str]") -> None:
-    """Its engine heeds nothing from then on."""
+def engine_of(process: "subprocess.Popen[str]") -> int:
+    """The process id of its worker."""
     children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text()
     (engine,) = map(int, children.split())
-    os.kill(engine, signal.SIGSTOP)
+    return engine
+
+
+def stop_engine_of(process: "subprocess.Popen[str]") -> None:
+    """Its engine heeds nothing from then on."""
+    os.kill(engine_of(process), signal.SIGSTOP)
+
+
+def command_of(pid: int) -> list[str]:
+    return Path(f"/proc/{pid}/cmdline").read_text().split("\0")
 
 
 def kill_group(pid: int) -> None:
@@ -329,3 +340,32 @@ def test_a_run_without_a_grid_does_not_wait_for_the_can_tools() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "[]\n"
+
+
+def test_the_command_forks_its_worker_into_a_process_group_of_its_own(
+    start_endless: Start,
+) -> None:
+    process = start_endless()
+    engine = engine_of(process)
+    assert command_of(engine) == command_of(process.pid)
+    assert os.getpgid(engine) == engine
+
+
+def test_a_process_with_threads_starts_a_python_for_its_worker(
+    load: Load, tmp_path: Path, fake_environment: dict[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name, value in {**fake_environment, **SINGLE_THREADED}.items():
+        monkeypatch.setenv(name, value)
+
+    def no_fork() -> int:
+        raise AssertionError("forked beside a thread")
+
+    monkeypatch.setattr(os, "fork", no_fork)
+    over = threading.Event()
+    beside = threading.Thread(target=over.wait)
+    beside.start()
+    try:
+        assert run.run(load(), tmp_path / "out", ["kilotwin", "run"], Silent()).exit_code == 0
+    finally:
+        over.set()
+        beside.join()
