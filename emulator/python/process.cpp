@@ -5,6 +5,7 @@
 
 #include "base/confinement.h"
 #include "base/parent_death.h"
+#include "base/reference_loop.h"
 #include "guest/stack.h"
 
 namespace nb = nanobind;
@@ -34,6 +35,7 @@ void register_process(nb::module_ &m) {
           "Leaves this process, for good, these files and folders and what it has open; returns "
           "the layers that the kernel lacks.");
     m.def("lacking_layers", &lacking_layers, "Layers of confine() that this kernel lacks.");
+    m.def("reference_loop_s", &reference_loop_s, "CPU time of a loop that never changes, in s.");
 }
 
 }  // namespace kilotwin

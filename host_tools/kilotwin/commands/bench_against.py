@@ -14,7 +14,8 @@ from typing import Any
 
 import tomli_w
 
-from kilotwin.commands.bench_measure import Case, Columns, Note, cases, machine, table_lines
+from kilotwin.commands.bench_measure import Columns, Note, machine, table_lines
+from kilotwin.commands.bench_workloads import Case, cases
 from kilotwin.errors import InputError, RunError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.runs.interrupts import heeding_interrupts

@@ -1,44 +1,21 @@
 """How fast it is: robot-seconds per CPU-second on one core, as a user's own run has it."""
 
-import math
 import os
 import platform
 import signal
 import statistics
 import tempfile
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from kilotwin import _emulator
+from kilotwin.commands.bench_workloads import Case, cases
 from kilotwin.commands.terminal import Silent
 from kilotwin.errors import InterruptError
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.experiment.profile_defaults import PROFILES
-from kilotwin.experiment.text import ExperimentText, Setting
-from kilotwin.files import resources
 from kilotwin.runs import run
 from kilotwin.runs.interrupts import heeding_interrupts
-
-_PAPER = ["simplified-n100", "firat-n100", "simplified-n50", "firat-n50"]
-
-# Walkers that broadcast twice a second and count their neighbours.
-_WALK_PROGRAM = "firmware/examples/random_walk_counter.c"
-_WALK_RANGE_M = 0.10
-_SPEED_M_S = 0.010
-_SPARSE_PER_M2 = 31.8
-_RADIUS_M = PROFILES["kilobot"].radius_m
-_DENSE_SHARE = 0.47  # of the area that robots cover
-_DENSE_PER_M2 = _DENSE_SHARE / (math.pi * _RADIUS_M**2)
-_WALK_S = {100: 20_000, 1_000: 2_000, 10_000: 300, 100_000: 100}  # simulated, by number of robots
-_DENSE_S = 300
-_SQUEEZE_PROGRAM = "experiments/bench/straight_on.c"
-_SQUEEZE_ROBOTS = 1_000
-_SQUEEZE_S = 300
-_STILL: dict[str, float] = {"speed_spread": 0, "bias_spread": 0, "motor_noise": 0}
-_MEMORY_ROBOTS = 1_000_000
-_MEMORY_S = 0.2
-_MEDIA = ("kilobot", "ideal")
 
 # Speed of others on the same workload, robot-s per CPU-s, taken as docs/performance.md describes;
 # by workload and number of robots.
@@ -51,136 +28,8 @@ _PEERS: dict[tuple[str, int], tuple[str, int]] = {
     ("paper", 50): ("ARGoS Kilobot, the authors' code", 4_600),
 }
 
-_AVR_ROBOTS = 20
-_AVR_S = 200
-# A whole Kilogrid of 200 modules below walkers that report every two seconds. The host asks every
-# module often enough that none of the ten records that it keeps is lost.
-_GRID_ROBOTS, _GRID_S, _GRID_POLL_S = 50, 10_000, 10.0
-_GRID_PROGRAM = "experiments/kilogrid/random_walk.c"
-
 Note = Callable[[str], None]
-Tables = dict[str, Any]
 Columns = dict[str, Callable[[dict[str, Any]], str]]
-
-
-@dataclass(frozen=True)
-class Case:
-    """One row of the table."""
-
-    workload: str
-    experiment: Experiment
-    alone: Experiment | None = None  # the same with one robot: take the bytes that others add
-
-
-def _paper(settings: list[Setting]) -> Iterator[Case]:
-    for name in _PAPER:
-        file = resources.path(f"experiments/paper/{name}.toml")
-        yield Case(f"paper/{name}", Experiment.load(file, settings))
-
-
-def _walk(settings: list[Setting]) -> Iterator[Case]:
-    for medium in _MEDIA:
-        for robots, duration_s in _WALK_S.items():
-            tables = _walkers(robots, _SPARSE_PER_M2, medium, duration_s)
-            yield Case("walk", _experiment("walk", tables, settings))
-
-
-def _dense(settings: list[Setting]) -> Iterator[Case]:
-    for medium in _MEDIA:
-        tables = _walkers(1_000, _DENSE_PER_M2, medium, _DENSE_S)
-        yield Case("dense", _experiment("dense", tables, settings))
-
-
-def _squeeze(settings: list[Setting]) -> Iterator[Case]:
-    # On a spiral that fills a disc evenly, at 10 % of the area, all facing the middle.
-    spacing_m = _RADIUS_M / math.sqrt(0.10)
-    poses = []
-    for robot in range(_SQUEEZE_ROBOTS):
-        angle, radius = robot * math.pi * (3 - math.sqrt(5)), spacing_m * math.sqrt(robot + 0.5)
-        heading = math.remainder(angle + math.pi, 2 * math.pi)
-        poses.append([radius * math.cos(angle), radius * math.sin(angle), heading])
-    diameter_m = 2 * (spacing_m * math.sqrt(_SQUEEZE_ROBOTS) + 5 * _RADIUS_M)
-    tables = {
-        "duration_s": _SQUEEZE_S,
-        "arena": {"shape": "circle", "diameter_m": diameter_m},
-        "swarm": {"profile": "kilobot"},
-        "robots": [{"program": _SQUEEZE_PROGRAM, "count": _SQUEEZE_ROBOTS, "poses": poses}],
-        "motion": {"speed_m_s": _SPEED_M_S, **_STILL},
-        "record": {"sample_s": 100.0},
-    }
-    yield Case("squeeze", _experiment("squeeze", tables, settings))
-
-
-def _transport(settings: list[Setting]) -> Iterator[Case]:
-    """Robots that push an object, and are pushed against it: Box2D solves what is near it."""
-    file = resources.path("experiments/objects/transport.toml")
-    yield Case("transport", Experiment.load(file, settings))
-
-
-def _memory(settings: list[Setting]) -> Iterator[Case]:
-    many, one = (
-        _experiment("memory", _walkers(n, _SPARSE_PER_M2, "kilobot", _MEMORY_S), settings)
-        for n in (_MEMORY_ROBOTS, 1)
-    )
-    yield Case("memory", many, one)
-
-
-def _grid(settings: list[Setting]) -> Iterator[Case]:
-    tables = {
-        "duration_s": _GRID_S,
-        "grid": {"columns": 10, "rows": 20, "poll_s": _GRID_POLL_S, "wall_cells": 0},
-        "swarm": {"profile": "kilobot", "program": _GRID_PROGRAM, "size": _GRID_ROBOTS},
-        "record": {"sample_s": 100.0},
-    }
-    yield Case("grid", _experiment("grid", tables, settings))
-
-
-def _avr(settings: list[Setting]) -> Iterator[Case]:
-    """Robots run from their .hex; 20 robot-seconds per CPU-second are 20 robots in real time."""
-    tables = _walkers(_AVR_ROBOTS, _SPARSE_PER_M2, "kilobot", _AVR_S)
-    tables["swarm"] = {"profile": "kilobot"}
-    tables["robots"] = [{"program": _WALK_PROGRAM, "cpu": "avr", "count": _AVR_ROBOTS}]
-    yield Case("avr", _experiment("avr", tables, settings))
-
-
-# A workload is one entry here and one of bench.Workload.
-_WORKLOADS: dict[str, Callable[[list[Setting]], Iterator[Case]]] = {
-    "paper": _paper,
-    "walk": _walk,
-    "dense": _dense,
-    "squeeze": _squeeze,
-    "transport": _transport,
-    "memory": _memory,
-    "grid": _grid,
-    "avr": _avr,
-}
-
-
-def _walkers(robots: int, per_m2: float, medium: str, duration_s: float) -> Tables:
-    side_m = math.sqrt(robots / per_m2)
-    return {
-        "duration_s": duration_s,
-        "arena": {"shape": "rectangle", "width_m": side_m, "height_m": side_m},
-        "swarm": {"profile": "kilobot", "program": _WALK_PROGRAM, "size": robots},
-        "motion": {"speed_m_s": _SPEED_M_S},
-        "medium": {"kind": medium, "range_m": _WALK_RANGE_M},
-        "reading": {"line_of_sight": False},
-        "record": {"sample_s": 100.0},
-    }
-
-
-def _experiment(workload: str, tables: Tables, settings: list[Setting]) -> Experiment:
-    named = {"name": f"bench {workload}", **tables}
-    return Experiment.of(ExperimentText(named["name"], Path.cwd(), named, "", settings))
-
-
-def cases(workloads: list[str], duration_s: float | None) -> Iterator[Case]:
-    """The rows of these workloads; `duration_s` in place of whole trials."""
-    settings = []
-    if duration_s is not None:
-        settings.append(Setting(("duration_s",), duration_s, f"--duration-s {duration_s:g}"))
-    for workload in workloads:
-        yield from _WORKLOADS[workload](settings)
 
 
 def measure(
@@ -201,10 +50,15 @@ def _measure_one(case: Case, repeats: int, note: Note) -> dict[str, Any]:
     record |= {"workload": case.workload, "repeats": repeats, "machine": machine()}
     experiment = case.experiment
     size, medium = experiment.size, experiment.keys.medium.kind
-    summaries = []
+    summaries, loops_s = [], []
     for repeat in range(repeats):
         note(f"{case.workload}, {size} robots, {medium}: run {repeat + 1} of {repeats}")
-        summaries.append(_run(experiment))
+        before_s = _emulator.reference_loop_s()
+        summary = _run(experiment)
+        # How fast the machine was: it may change from minute to minute.
+        loop_s = statistics.mean([before_s, _emulator.reference_loop_s()])
+        summaries.append(summary | {"robot_s_per_loop": summary["robot_s_per_cpu_s"] * loop_s})
+        loops_s.append(loop_s)
 
     def median(key: str) -> float:
         return float(statistics.median(summary[key] for summary in summaries))
@@ -219,12 +73,14 @@ def _measure_one(case: Case, repeats: int, note: Note) -> dict[str, Any]:
         "startup_s": round(median("startup_s"), 4),
         "simulated_s": summaries[0]["simulated_s"],
         "cpu_s": round(median("cpu_s"), 3),
+        "loop_s": round(statistics.median(loops_s), 4),
     }
     if case.alone is not None:
         added = median("peak_bytes") - _run(case.alone)["peak_bytes"]
         record["bytes_per_robot"] = round(added / (size - 1))
         return record
     record["robot_s_per_cpu_s"] = round(median("robot_s_per_cpu_s"))
+    record["robot_s_per_loop"] = round(median("robot_s_per_loop"))
     peer = _PEERS.get((case.workload.split("/")[0], size))
     if peer is not None:
         record["peer"], record["peer_robot_s_per_cpu_s"] = peer
@@ -264,7 +120,8 @@ def table_text(results: list[dict[str, Any]]) -> str:
     """The results as a table, with the machine below."""
     lines = table_lines(_COLUMNS, results)
     repeats = results[0]["repeats"]
-    return "\n".join([*lines, "", f"Medians of {repeats}; overlap in robot diameters. {machine()}"])
+    told = f"Medians of {repeats}; loop: the reference loop; overlap in robot diameters."
+    return "\n".join([*lines, "", f"{told} {machine()}"])
 
 
 def table_lines(columns: Columns, results: list[dict[str, Any]]) -> list[str]:
@@ -286,12 +143,14 @@ _FIELDS = [
     "robots",
     "medium",
     "robot_s_per_cpu_s",
+    "robot_s_per_loop",
     "worst_overlap_fraction",
     "box2d_share",
     "bytes_per_robot",
     "startup_s",
     "simulated_s",
     "cpu_s",
+    "loop_s",
     "peer",
     "peer_robot_s_per_cpu_s",
     "times_the_peer",
@@ -304,6 +163,7 @@ _COLUMNS: Columns = {
     "robots": _shown("robots", "{:,}"),
     "medium": lambda record: record["medium"] or "-",
     "robot-s/CPU-s": _shown("robot_s_per_cpu_s", "{:,}"),
+    "robot-s/loop": _shown("robot_s_per_loop", "{:,}"),
     "peer": _shown("peer_robot_s_per_cpu_s", "{:,}"),
     "ratio": _shown("times_the_peer", "{:.2f}"),
     "worst overlap": _shown("worst_overlap_fraction", "{:.2f} %", 100),

@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from kilotwin import __version__
-from kilotwin.commands import cli, plot
+from kilotwin.commands import bench_workloads, cli, plot
 from kilotwin.commands.doctor import Finding, examine, report_text
 from kilotwin.errors import EXIT_INTERRUPTED
 from kilotwin.files import resources
@@ -193,6 +193,25 @@ def test_bench_compares_with_the_peer_of_the_same_size(kilotwin: Kilotwin) -> No
         assert result["peer_robot_s_per_cpu_s"] == (1_700 if result["robots"] == 100 else 4_600)
         expected = figure / result["peer_robot_s_per_cpu_s"]
         assert result["times_the_peer"] == pytest.approx(expected, abs=0.005)
+
+
+def test_bench_tells_speeds_as_ratios_to_a_loop_that_never_changes(kilotwin: Kilotwin) -> None:
+    words = ["bench", "dense", "--json", "--repeats", "1", "--duration-s", "1", "--quiet"]
+    for result in json.loads(kilotwin(*words).stdout):
+        assert result["loop_s"] == 0.5  # the fake engine's
+        assert result["robot_s_per_loop"] == pytest.approx(result["robot_s_per_cpu_s"] / 2, abs=1)
+
+
+def test_bench_has_a_program_for_each_thing_that_labs_programs_do() -> None:
+    words = ["silent", "seldom", "period", "waits", "delays", "computes", "state-1500"]
+    experiments = [case.experiment for case in bench_workloads.cases(words, 1)]
+    assert {(e.size, e.keys.medium.kind, e.keys.duration_s) for e in experiments} == {
+        (1000, "kilobot", 1.0)
+    }
+    programs = {group.program.path for e in experiments for group in e.groups}
+    assert len(programs) == len(words)
+    (ten,) = bench_workloads.cases(["programs-10"], 1)
+    assert len({group.program.defines for group in ten.experiment.groups}) == 10
 
 
 def test_bench_dense_covers_47_percent_with_either_medium(kilotwin: Kilotwin) -> None:

@@ -75,6 +75,10 @@ def lacking_layers() -> list[str]:
     return []
 
 
+def reference_loop_s() -> float:
+    return 0.5
+
+
 def config_message(uid_first: int, uid_last: int, key: int, value: int) -> bytes:
     """As wire.h says."""
     return struct.pack("<HHBIB", uid_first, uid_last, key, value, WIRE["TYPE_CONFIG"])

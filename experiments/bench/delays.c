@@ -1,0 +1,13 @@
+/// Walks and talks; each loop() has a delay of 20 ms.
+#include "talker.h"
+#include "walker.h"
+
+static void loop(void) {
+    delay(20);
+    walk();
+}
+
+int main(void) {
+    talk_and_start(say_here, begin_to_walk, loop);
+    return 0;
+}
