@@ -38,6 +38,7 @@ class DeviceError(KilotwinError):
 
 # Not an error of the run: it went on without these robots, and the report lists them.
 EXIT_ROBOTS_FAILED = 4
+EXIT_TIMEOUT = 124  # as timeout(1) has it: runs of a scenario took longer than they may
 EXIT_INTERRUPTED = 130
 
 

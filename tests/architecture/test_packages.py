@@ -28,7 +28,8 @@ ORDER = (
         "links",
         "environment",
     ),
-    *("metrics", "runs", "lab", "sweep", "compare", "plot", "paper", "view", "search", "flash"),
+    *("metrics", "runs", "lab", "sweep", "compare", "plot", "paper", "scenario"),
+    *("view", "search", "flash"),
     "commands",
 )
 BELOW_ALL = ("errors", "units", "_emulator", "__version__")

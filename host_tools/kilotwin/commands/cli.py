@@ -23,6 +23,7 @@ from kilotwin.files.confinement import SINGLE_THREADED
 COMMANDS = {
     "doctor": "Say what is here, what is missing, and what to type.",
     "run": "Run an experiment and leave a run folder.",
+    "test": "Run experiments that say what is to come of them, as scenarios. 1 if one is not met.",
     "sweep": "Run an experiment many times, varied, into one data set. Goes on where it was "
     "stopped.",
     "optimise": "Search for the values of keys with which a metric is best. Goes on where it was "
@@ -67,8 +68,8 @@ app = typer.Typer(
     cls=Commands,
     help="Runs unedited Kilobot firmware in a simulated world, and looks at what came of it.",
     epilog="Exit codes: 0 done, 1 failed, 2 bad usage or input, 3 device missing, 4 some robots "
-    "or modules failed (listed), 130 interrupted. Every option can be set in the environment, "
-    "see each command's --help.",
+    "or modules failed (listed), 124 a test took too long, 130 interrupted. Every option can be "
+    "set in the environment, see each command's --help.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,

@@ -1,43 +1,19 @@
-"""Values with 95 % intervals, of shares and of anything that can be resampled; SciPy does it."""
+"""Values with 95 % intervals of anything that can be resampled; SciPy does it."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from math import isnan, nan
+from math import nan
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from kilotwin.compare.shares import Interval
+
 _SEED = 1  # the same table every time
 
 Statistic = Callable[..., Any]
 """A figure of groups of values: arrays, along `axis`; their other axes are resamples."""
-
-
-@dataclass(frozen=True)
-class Interval:
-    """A value and its 95 % interval; NaN where single values gave none."""
-
-    value: float
-    low: float
-    high: float
-
-    @property
-    def is_known(self) -> bool:
-        """Whether there is an interval."""
-        return not isnan(self.low)
-
-    def __str__(self) -> str:
-        if not self.is_known:
-            return f"{round(self.value, 2):g}"
-        return f"{round(self.value, 2):g} [{round(self.low, 2):g}, {round(self.high, 2):g}]"
-
-
-def share_interval(hits: int, trials: int) -> Interval:
-    """The exact (Clopper-Pearson) two-sided 95 % interval of a share."""
-    found = stats.binomtest(hits, trials).proportion_ci(0.95, method="exact")
-    return Interval(hits / trials, float(found.low), float(found.high))
 
 
 def bootstrap(

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from kilotwin.compare.intervals import Interval, bootstrap, mean_difference
+from kilotwin.compare.intervals import bootstrap, mean_difference
+from kilotwin.compare.shares import Interval
 from kilotwin.compare.sides import Side
 from kilotwin.errors import InputError
 

@@ -14,6 +14,7 @@ from kilotwin.experiment.arena_checks import (
     pose_problems,
 )
 from kilotwin.experiment.ark import MOST_UID
+from kilotwin.experiment.expect_checks import expect_problems
 from kilotwin.experiment.grid_checks import Problem, grid_problems, within_the_run
 from kilotwin.experiment.grid_schema import Grid
 from kilotwin.experiment.metric_checks import metric_problems
@@ -68,6 +69,7 @@ def _problems(experiment: ExperimentSchema) -> Iterator[Problem]:
         yield from _command(("command", index), command, swarm_size(experiment))
         yield from within_the_run(("command", index, "at_s"), command.at_s, experiment)
     yield from metric_problems(experiment)
+    yield from expect_problems(experiment)
     yield from _record(experiment)
 
 

@@ -161,8 +161,9 @@ class Experiment:
         for name, function in self.functions.items():
             written = f"{portable(function.file)}:{function.name}"
             tables["metric"][name]["function"] = written
-        if not tables["metric"]:
-            del tables["metric"]  # older run folders have none either
+        for key in ("metric", "expect"):
+            if not tables[key]:
+                del tables[key]  # older run folders have none either
         if self.floor is not None:
             tables["floor"]["image"] = portable(self.floor.file)
         if self.light is not None:
@@ -186,8 +187,10 @@ class Experiment:
                     place[key] = portable(find_file(place[key], (*path, key), self.origin))
 
     def identity(self) -> str:
-        """SHA-256 of the resolved keys: equal for experiments that mean the same."""
-        canonical = json.dumps(self.resolved(), sort_keys=True, separators=(",", ":"))
+        """SHA-256 of the resolved keys: equal for experiments that mean the same. What is expected
+        of a run changes nothing in it."""
+        keys = {key: value for key, value in self.resolved().items() if key != "expect"}
+        canonical = json.dumps(keys, sort_keys=True, separators=(",", ":"))
         return hashlib.sha256(canonical.encode()).hexdigest()
 
     def to_toml(self) -> str:

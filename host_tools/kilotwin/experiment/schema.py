@@ -13,6 +13,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 from kilotwin.aggregation.tables import AggregationTables, InformedShares, with_defaults
 from kilotwin.experiment.colours import LED_COLOURS, led_triple, site_colour
 from kilotwin.experiment.environment_schema import EnvironmentTable
+from kilotwin.experiment.expect_schema import Expect
 from kilotwin.experiment.grid_schema import CellColour, Faults, Grid, grid_size_m
 from kilotwin.experiment.metric_schema import Metric
 from kilotwin.experiment.object_schema import PushedObject
@@ -405,6 +406,7 @@ class ExperimentSchema(AggregationTables):
     faults: Faults = Faults()
     record: Record = Record()
     metric: Annotated[dict[Text, Metric], Field(max_length=100)] = {}
+    expect: Annotated[list[Expect], Field(max_length=1000)] = []
     engine: Engine
     states: dict[Text, Annotated[list[int], BeforeValidator(led_triple)]] | None = Field(
         default=None,

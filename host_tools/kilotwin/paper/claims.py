@@ -15,14 +15,13 @@ import numpy as np
 from scipy import stats
 
 from kilotwin.compare.intervals import (
-    Interval,
     bootstrap,
     mean_difference,
     mean_of_means,
     rank_correlation,
-    share_interval,
     spread_difference,
 )
+from kilotwin.compare.shares import Interval, share_interval
 from kilotwin.runs.reader import read_parquet
 from kilotwin.sweep.conditions import Condition, Conditions, Ending, errors, on_site
 from kilotwin.sweep.data_set import SERIES

@@ -49,6 +49,9 @@ from kilotwin.runs.writer import RunWriter
 from kilotwin.units import seconds, ticks
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from kilotwin._emulator import Event, Samples
 
 # About how long a call of the engine takes. Until it is over no signal is seen; at its end no robot
@@ -322,6 +325,10 @@ class Trial(Generic[WriterT]):
             **self._environment_summary(),
             **({} if self._host is None else {"grid": self._host.summary()}),
         }
+
+    def frames(self) -> "NDArray[np.uint32]":
+        """[robots, 2]: frames sent and received so far; no rows with the ideal medium."""
+        return self._simulation.frames()
 
     def close(self) -> None:
         """Ends what the grid has open; the writer is its maker's."""

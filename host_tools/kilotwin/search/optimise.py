@@ -20,7 +20,8 @@ from optuna.distributions import (
 )
 from optuna.trial import TrialState
 
-from kilotwin.compare.intervals import Interval, bootstrap, bootstrap_mean, mean_difference
+from kilotwin.compare.intervals import bootstrap, bootstrap_mean, mean_difference
+from kilotwin.compare.shares import Interval
 from kilotwin.errors import InputError
 from kilotwin.search.points import Laboratory, mean_of
 from kilotwin.search.space import Axis, Point

@@ -39,7 +39,7 @@ COMMANDS = [
     "port",
     "compare",
 ]
-COMMANDS += ["bench", "record"]
+COMMANDS += ["bench", "record", "test"]
 GROUPS = {
     "grid": ["ls", "health", "check", "kconf", "setup", "run", "pause", "idle", "send"],
     "flash": ["robot", "robots", "modules"],

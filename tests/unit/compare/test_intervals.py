@@ -7,14 +7,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kilotwin.compare.intervals import (
-    Interval,
     bootstrap,
     bootstrap_mean,
     mean_difference,
     rank_correlation,
-    share_interval,
     spread,
 )
+from kilotwin.compare.shares import Interval, share_interval
 
 
 @pytest.mark.parametrize(

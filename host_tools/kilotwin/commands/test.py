@@ -1,0 +1,130 @@
+"""`kilotwin test`: experiments that say what is to come of them."""
+
+import json
+import os
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from kilotwin.commands import lazy, terminal
+from kilotwin.commands.options import (
+    ConfineMode,
+    Json,
+    Quiet,
+    Settings,
+    Trust,
+    command_app,
+    given_settings,
+)
+from kilotwin.errors import EXIT_TIMEOUT
+from kilotwin.files import confinement
+from kilotwin.files.junit import write_junit
+from kilotwin.scenario import report
+from kilotwin.scenario.one_run import with_seed
+from kilotwin.scenario.runner import Scenario, find, prepare, run_all
+from kilotwin.sweep.executors import Processes
+
+app = command_app()
+
+Files = Annotated[
+    list[Path] | None,
+    typer.Argument(
+        help="Experiments with \\[\\[expect]], or folders of them; all below this one if not given."
+    ),
+]
+Junit = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE", envvar="KILOTWIN_JUNIT", help="Also write what came of it as JUnit XML."
+    ),
+]
+Timeout = Annotated[
+    float,
+    typer.Option(
+        metavar="SECONDS",
+        min=0.1,
+        max=1e6,
+        envvar="KILOTWIN_TEST_TIMEOUT",
+        help="Wall time that a run may take.",
+    ),
+]
+TestProcesses = Annotated[
+    int | None,
+    typer.Option(
+        "-j", "--processes", min=1, envvar="KILOTWIN_PROCESSES", help="All cores if not given."
+    ),
+]
+Keep = Annotated[
+    bool,
+    typer.Option(
+        envvar="KILOTWIN_KEEP",
+        help="Run what failed once more into runs/failed/NAME-seedN, with a map.",
+    ),
+]
+Video = Annotated[
+    bool, typer.Option("--video", envvar="KILOTWIN_VIDEO", help="With a video too: run.mp4.")
+]
+
+
+@app.command(
+    "test",
+    epilog="Examples:\n\n"
+    "  kilotwin test\n\n"
+    "  kilotwin test gather.toml --junit report.xml\n\n"
+    "  kilotwin test scenarios --set swarm.cpu=avr --timeout 60\n\n"
+    "Exit codes: 0 all met, 1 not met, 2 bad input, 124 a run took too long and all else was met.",
+)
+def run_scenarios(
+    files: Files = None,
+    *,
+    settings: Settings = None,
+    junit: Junit = None,
+    timeout: Timeout = 600,
+    processes: TestProcesses = None,
+    keep: Keep = True,
+    video: Video = False,
+    confine: ConfineMode = None,
+    trust: Trust = False,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Run experiments that say what is to come of them, as scenarios. 1 if one is not met."""
+    confinement.choose(confine, trust)
+    display = terminal.sweep_display(quiet)
+    found = find(files or [])
+    scenarios = prepare(found, given_settings(settings, None), timeout, display.note)
+    width = max(len(scenario.name) for scenario in scenarios)
+    for scenario in run_all(scenarios, Processes(processes or _cores()), display):
+        if not as_json:
+            typer.echo(report.row(scenario, width))
+    for scenario in scenarios:
+        if keep and scenario.failures:
+            _keep(scenario, timeout, video, quiet, shown=not as_json)
+    if junit is not None:
+        write_junit(junit, [report.suite(scenario) for scenario in scenarios])
+    if as_json:
+        typer.echo(json.dumps({"scenarios": [report.as_dict(one) for one in scenarios]}))
+    else:
+        typer.echo(report.summary_text(scenarios))
+    failed = [scenario for scenario in scenarios if scenario.failures]
+    if failed:
+        raise typer.Exit(EXIT_TIMEOUT if all(one.timed_out for one in failed) else 1)
+
+
+def _keep(scenario: Scenario, timeout_s: float, video: bool, quiet: bool, *, shown: bool) -> None:
+    seed = next((one.seed for one in scenario.failures if one.seed is not None), None)
+    if seed is None or scenario.timed_out:
+        return
+    again = with_seed(scenario.experiment, seed)
+    note = terminal.sweep_display(quiet).note
+    scenario.folder = lazy.load("scenario.keeping").keep(
+        again, sys.argv, timeout_s, note, video=video
+    )
+    if shown and scenario.folder is not None:
+        typer.echo(f"{scenario.name}:\n{report.look_text(scenario)}")
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0))

@@ -1,0 +1,1 @@
+"""Scenarios: experiments that say by [[expect]] what is to come of them."""

@@ -1,0 +1,166 @@
+"""One run of a scenario, in a fork of an executor's process, confined as a sweep's trial is."""
+
+import json
+import signal
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from kilotwin.build.group import build_group
+from kilotwin.build.guest import Notify
+from kilotwin.errors import KilotwinError
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.files import confinement
+from kilotwin.runs.confined_worker import confine_trial, load_libraries, unconfined_because
+from kilotwin.runs.fork import ended_by, in_fork
+from kilotwin.runs.job import Job
+from kilotwin.runs.worker import Trial
+from kilotwin.scenario.looks import Failure, Look, Looks
+from kilotwin.sweep.measure import deadline
+
+
+@dataclass(frozen=True)
+class Task:
+    """One run for a process of an executor. `guests`: as Job has them."""
+
+    experiment: Experiment
+    guests: list[str]
+    module_guest: str | None
+    timeout_s: float
+    trusted: bool
+
+    @property
+    def seed(self) -> int:
+        """The run's."""
+        return self.experiment.keys.seed
+
+
+@dataclass(frozen=True)
+class Ran:
+    """What came of a run.
+
+    `looks`: one for each [[expect]], None of those without a condition. `rates`: messages a second
+    of each robot, or their mean alone. `trouble`: why it did not come to its end, "" if it did.
+    """
+
+    seed: int
+    looks: tuple[Look | None, ...] = ()
+    crashes: tuple[Failure, ...] = ()
+    busy_waits: tuple[Failure, ...] = ()
+    rates: tuple[float, ...] = ()
+    trouble: str = ""
+    timed_out: bool = False
+    result_hash: str = ""
+
+
+def tasks_of(experiment: Experiment, runs: int, timeout_s: float, notify: Notify) -> list[Task]:
+    """Builds the programs; a task for each seed, from the experiment's on."""
+    guests = [str(build_group(group, notify).file) for group in experiment.groups]
+    modules = experiment.modules
+    module_guest = None if modules is None else str(build_group(modules, notify).file)
+    trusted = confinement.mode() == "off"
+    first = experiment.keys.seed
+    return [
+        Task(with_seed(experiment, seed), guests, module_guest, timeout_s, trusted)
+        for seed in range(first, first + runs)
+    ]
+
+
+def with_seed(experiment: Experiment, seed: int) -> Experiment:
+    """The same with another seed."""
+    return replace(experiment, keys=experiment.keys.model_copy(update={"seed": seed}))
+
+
+def run_once(task: Task) -> Ran:
+    """Runs it in a fork; whatever brings that down is the run's trouble."""
+    try:
+        load_libraries(task.experiment)  # once for all runs
+        said, status = in_fork(lambda: json.dumps(_in_fork(task)).encode())
+    except KilotwinError as error:
+        return Ran(task.seed, trouble=str(error))
+    if number := ended_by(status):
+        timed_out = number == signal.SIGALRM
+        why = _too_long(task, None) if timed_out else f"its process was ended by {number.name}"
+        return Ran(task.seed, trouble=why, timed_out=timed_out)
+    try:
+        return _understood(task, json.loads(said))
+    except (ValueError, KeyError, TypeError, RecursionError):
+        return Ran(task.seed, trouble="its process ended without a result")
+
+
+def _in_fork(task: Task) -> dict[str, Any]:
+    experiment = task.experiment
+    job = Job(experiment, task.guests, Path(), {}, None, task.module_guest)
+    confined = not (task.trusted or unconfined_because(experiment) or experiment.functions)
+    with deadline(task.timeout_s) as is_over:
+        try:
+            trial = Trial(job, lambda _: None, lambda: Looks(experiment))
+            if confined:
+                confine_trial(experiment)
+            in_time = trial.run(is_over)
+        except KilotwinError as error:
+            return {"trouble": str(error), "timed_out": False}
+        summary = trial.summary(interrupted=not in_time)
+        trial.close()
+    if not in_time:
+        return {"trouble": _too_long(task, summary["simulated_s"]), "timed_out": True}
+    if spoiled := summary["metrics_failed"]:
+        name, why = next(iter(spoiled.items()))
+        return {"trouble": f"metric {name}: {why}", "timed_out": False}
+    return {
+        "looks": [
+            None if look is None else [look.passed, look.seen] for look in trial.writer.looks()
+        ],
+        "crashes": [vars(one) for one in (*trial.writer.crashes, *_modules(summary))],
+        "busy_waits": [vars(one) for one in trial.writer.busy_waits],
+        "rates": _rates(trial, summary),
+        "result_hash": summary["result_hash"],
+    }
+
+
+def _rates(trial: Trial[Looks], summary: dict[str, Any]) -> list[float]:
+    """Messages a second: of each robot, or their mean where the medium counts them all together."""
+    for_s = max(summary["simulated_s"], 1e-9)
+    frames = trial.frames()
+    if len(frames):
+        return [float(rate) for rate in np.asarray(frames)[:, 0] / for_s]
+    return [summary["stats"]["frames_sent"] / summary["robots"] / for_s]
+
+
+def _modules(summary: dict[str, Any]) -> list[Failure]:
+    failed = summary.get("grid", {}).get("modules_failed", [])
+    return [
+        Failure(f"module {one['module'][0]}-{one['module'][1]}", str(one["what"])) for one in failed
+    ]
+
+
+def _too_long(task: Task, simulated_s: float | None) -> str:
+    so_far = (
+        ""
+        if simulated_s is None
+        else (f", when {simulated_s:,.1f} of {task.experiment.keys.duration_s:,g} s were simulated")
+    )
+    return f"time-out: stopped after {task.timeout_s:g} s{so_far}"
+
+
+def _understood(task: Task, told: dict[str, Any]) -> Ran:
+    """What the fork says, which a program may have written; ValueError and such of what is not."""
+    if "trouble" in told:
+        return Ran(task.seed, trouble=str(told["trouble"]), timed_out=told["timed_out"] is True)
+    looks = [
+        None if look is None else Look(look[0] is True, str(look[1])) for look in told["looks"]
+    ]
+    if [look is None for look in looks] != [
+        expect.condition is None for expect in task.experiment.keys.expect
+    ]:
+        raise ValueError("other expectations")
+    return Ran(
+        task.seed,
+        tuple(looks),
+        tuple(Failure(str(one["who"]), str(one["what"])) for one in told["crashes"]),
+        tuple(Failure(str(one["who"]), str(one["what"])) for one in told["busy_waits"]),
+        tuple(map(float, told["rates"])),
+        result_hash=str(told["result_hash"]),
+    )
