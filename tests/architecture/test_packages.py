@@ -29,7 +29,7 @@ ORDER = (
         "environment",
     ),
     *("metrics", "runs", "lab", "sweep", "compare", "plot", "paper", "scenario"),
-    *("view", "search", "flash"),
+    *("view", "export", "search", "flash"),
     "commands",
 )
 BELOW_ALL = ("errors", "units", "_emulator", "__version__")

@@ -33,6 +33,7 @@ COMMANDS = {
     "check-run": "Say whether a run folder is whole, truncated, spoiled or damaged. 1 if it is not "
     "whole.",
     "plot": "Draw a figure of a run or a sweep, or a video of a run.",
+    "export": "Write a run as other tools read it: CSV, MCAP for Foxglove, RRD for Rerun.",
     "build": "Build a program into an image to flash, or a guest, and say how large it is.",
     "port": "Say what of a program would go wrong on the robot. 1 if something fails there.",
     "compare": "Compare two runs or sweeps, or with what others measured. 1 if it is outside the "

@@ -31,6 +31,7 @@ COMMANDS = [
     "run",
     "sweep",
     "check-run",
+    "export",
     "optimise",
     "plot",
     "view",

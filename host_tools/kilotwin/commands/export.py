@@ -1,0 +1,47 @@
+"""`kilotwin export`: a run for other tools."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from kilotwin.commands import lazy
+from kilotwin.commands.options import command_app
+from kilotwin.errors import InputError
+
+app = command_app()
+
+
+@app.command(
+    epilog="Examples:\n\n  kilotwin export runs/my-run --csv my-run-csv\n\n"
+    "  kilotwin export runs/my-run --mcap my-run.mcap\n\n"
+    "  kilotwin export runs/my-run --rrd my-run.rrd"
+)
+def export(
+    folder: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder.")],
+    *,
+    csv: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FOLDER", envvar="KILOTWIN_CSV", help="A new folder, a CSV file per table."
+        ),
+    ] = None,
+    mcap: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", envvar="KILOTWIN_MCAP", help="A log that Foxglove opens."),
+    ] = None,
+    rrd: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", envvar="KILOTWIN_RRD", help="A recording that Rerun opens."),
+    ] = None,
+) -> None:
+    """Write a run as other tools read it: CSV, MCAP for Foxglove, RRD for Rerun."""
+    if csv is None and mcap is None and rrd is None:
+        raise InputError("nothing to write; name --csv FOLDER, --mcap FILE or --rrd FILE")
+    run = lazy.load("runs.reader").Run.open(folder)
+    if csv is not None:
+        typer.echo(lazy.load("export.csv_tables").write_csv(run, csv))
+    if mcap is not None:
+        typer.echo(lazy.load("export.mcap_file").write_mcap(run, mcap))
+    if rrd is not None:
+        typer.echo(lazy.load("export.rrd_file").write_rrd(run, rrd))

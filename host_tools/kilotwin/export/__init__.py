@@ -1,0 +1,1 @@
+"""Runs for other tools: CSV tables, MCAP for Foxglove, RRD for Rerun."""
