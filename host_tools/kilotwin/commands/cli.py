@@ -18,6 +18,7 @@ import typer.main
 import kilotwin
 from kilotwin.commands import lazy
 from kilotwin.errors import InputError, InterruptError, KilotwinError, RunError, cause_of
+from kilotwin.files import extras
 from kilotwin.files.confinement import SINGLE_THREADED
 
 COMMANDS = {
@@ -95,6 +96,10 @@ def main() -> None:
             signal.signal(signal.SIGINT, signal.SIG_IGN)  # one more has nothing left to end
         _show(str(error), error.detail)
         sys.exit(error.exit_code)
+    except ModuleNotFoundError as error:
+        lacks = extras.explained(error)
+        _show(str(lacks))
+        sys.exit(lacks.exit_code)
     except OSError as error:
         _discard_output()
         _show(f"{error.filename or 'output'}: {cause_of(error)}; see to the disk")

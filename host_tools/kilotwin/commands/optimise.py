@@ -17,10 +17,10 @@ from kilotwin.commands.sweep import (
     TrialTimeout,
 )
 from kilotwin.errors import InputError
-from kilotwin.search import needed
+from kilotwin.files import extras
 from kilotwin.search.points import Laboratory
 from kilotwin.search.space import parse_axes, whole_numbers_of
-from kilotwin.sweep.executors import Place
+from kilotwin.sweep.executors import Place, place_for
 
 app = command_app()
 
@@ -142,7 +142,7 @@ def optimise(
     quiet: Quiet = False,
 ) -> None:
     """Search for the values of keys with which a metric is best. Goes on where it was stopped."""
-    needed.check()
+    extras.require("optuna", "cmaes", "SALib")
     names, goals = metric or [], goal or []
     if not names or len(names) != len(goals):
         raise InputError("--metric, --goal: one goal for each metric, as --metric hops --goal min")
@@ -160,7 +160,7 @@ def optimise(
         tuple(prune_at or ()),
     )
     search.check()
-    place = needed.place(processes, dask)
+    place = place_for(processes, dask)
     laboratory = laboratory_of(
         file, settings, names, place, trial_timeout=trial_timeout, quiet=quiet
     )

@@ -28,7 +28,7 @@ from kilotwin.environment.poses import parse_address
 from kilotwin.errors import EXIT_INTERRUPTED, InputError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.text import Setting
-from kilotwin.files import confinement
+from kilotwin.files import confinement, extras
 from kilotwin.port.twin import chosen
 from kilotwin.runs.job import Probes, Serving
 from kilotwin.runs.run import run as run_experiment
@@ -204,6 +204,8 @@ def run(
         return
     if serving is not None:
         serving.check(loaded)
+    if plots:
+        extras.require("matplotlib")
     probes = Probes(gdb, gdb_port, tuple(vcd or ()))
     outcome = run_experiment(
         loaded, out, sys.argv, terminal.display(quiet), serving=serving, probes=probes, twin=twin

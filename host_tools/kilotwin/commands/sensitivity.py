@@ -16,8 +16,9 @@ from kilotwin.commands.sweep import (
     NumberOfProcesses,
     TrialTimeout,
 )
-from kilotwin.search import needed
+from kilotwin.files import extras
 from kilotwin.search.space import parse_axes, whole_numbers_of
+from kilotwin.sweep.executors import place_for
 
 app = command_app()
 
@@ -68,9 +69,9 @@ def sensitivity(
     quiet: Quiet = False,
 ) -> None:
     """Say which keys matter for a metric. Goes on where it was stopped."""
-    needed.check()
+    extras.require("optuna", "cmaes", "SALib")
     axes = parse_axes(over or [], whole_numbers_of(file))
-    place = needed.place(processes, dask)
+    place = place_for(processes, dask)
     laboratory = laboratory_of(
         file, settings, [metric], place, trial_timeout=trial_timeout, quiet=quiet
     )

@@ -117,7 +117,10 @@ def find_program(
                     f"program '{part}' is a folder; beside other files name .c files"
                 )
             if not path.name.endswith(".c"):
-                raise ProgramError(f"program '{part}' is not C source; name a folder or a .c file")
+                instead = "name a folder or a .c file"
+                if path.suffix in (".hex", ".elf"):
+                    instead = f"write hex = '{part}' in place of program"
+                raise ProgramError(f"program '{part}' is not C source; {instead}")
         sources = tuple(paths)
     folders = [_find(name, beside, "include", "a folder") for name in includes]
     for define in defines:

@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 
 from kilotwin.errors import InputError, cause_of
-from kilotwin.export.moving_robots import Moment, MovingRobots, Outline, missing
+from kilotwin.export.moving_robots import Moment, MovingRobots, Outline
+from kilotwin.files import extras
 from kilotwin.files.drafts import draft_of
 from kilotwin.runs.folder import FAILURES
 from kilotwin.runs.reader import Run
@@ -120,10 +121,9 @@ def write_mcap(run: Run, target: Path) -> str:
     InputError: a run without places or samples, a place that cannot be written. RunError: the
     library is not installed.
     """
-    try:
-        from mcap.writer import Writer  # noqa: PLC0415  # an extra
-    except ImportError:
-        raise missing("mcap", "mcap") from None
+    extras.require("mcap")
+    from mcap.writer import Writer  # noqa: PLC0415  # an extra
+
     robots = MovingRobots(run)
     try:
         with draft_of(target) as draft, draft.open("wb") as stream:

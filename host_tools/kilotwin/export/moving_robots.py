@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kilotwin.errors import InputError, RunError
+from kilotwin.errors import InputError
 from kilotwin.experiment.profile_defaults import PROFILES
 from kilotwin.runs.reader import Run
 from kilotwin.runs.samples import RunSamples
@@ -95,8 +95,3 @@ def _corners(shape: dict[str, Any]) -> NDArray[np.float64]:
     x, y, radius = shape["circle"]
     angles = np.linspace(0, 2 * np.pi, _CORNERS, endpoint=False)
     return np.column_stack([x + radius * np.cos(angles), y + radius * np.sin(angles)])
-
-
-def missing(package: str, extra: str) -> RunError:
-    """That a library which is an extra is not there, and what to type."""
-    return RunError(f"{package} is not installed; type: pip install 'kilotwin[{extra}]'")

@@ -16,7 +16,8 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from kilotwin.errors import InputError, cause_of
-from kilotwin.export.moving_robots import Moment, MovingRobots, missing
+from kilotwin.export.moving_robots import Moment, MovingRobots
+from kilotwin.files import extras
 from kilotwin.files.drafts import draft_of
 from kilotwin.runs.reader import Run
 
@@ -30,10 +31,9 @@ def write_rrd(run: Run, target: Path) -> str:
     InputError: a run without places or samples, a place that cannot be written. RunError: the
     library is not installed.
     """
-    try:
-        import rerun  # noqa: PLC0415  # an extra
-    except ImportError:
-        raise missing("rerun-sdk", "rerun") from None
+    extras.require("rerun")
+    import rerun  # noqa: PLC0415  # an extra
+
     robots = MovingRobots(run)
     try:
         with draft_of(target) as draft:

@@ -13,10 +13,11 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from PIL import Image
 
-from kilotwin.errors import InputError, RunError, cause_of
+from kilotwin.errors import InputError, cause_of
 from kilotwin.experiment.objects import areas_at
 from kilotwin.experiment.profile_defaults import PROFILES
 from kilotwin.experiment.states import States
+from kilotwin.files import extras
 from kilotwin.files.drafts import draft_of
 from kilotwin.plot.map import area_patch, draw_floor, points_per_metre
 from kilotwin.plot.palette import OBJECT, OUTLINE, state_colours
@@ -124,10 +125,9 @@ def _encode(
             loop=0,
         )
         return
-    try:
-        import imageio_ffmpeg  # noqa: PLC0415  # it takes a tenth of a second, and is an extra
-    except ImportError:
-        raise RunError("no encoder for videos; type: pip install imageio-ffmpeg") from None
+    extras.require("imageio_ffmpeg")
+    import imageio_ffmpeg  # noqa: PLC0415  # it takes a tenth of a second, and is an extra
+
     encoder = imageio_ffmpeg.write_frames(
         str(file),
         size,

@@ -33,6 +33,7 @@ from kilotwin.errors import (
 from kilotwin.experiment.engine_spec import engine_spec, place_of_error
 from kilotwin.experiment.informed import informed_for
 from kilotwin.experiment.states import Counts
+from kilotwin.files import extras
 from kilotwin.files.lean_arrow import leave_pandas_out
 from kilotwin.metrics.functions import Functions, LocalFunctions, RemoteFunctions
 from kilotwin.metrics.meter import Meter, metrics_summary
@@ -92,6 +93,9 @@ def serve(job: Job, parent: int) -> None:
 
     try:
         simulate(job, report, stopped, confine_worker)
+    except ModuleNotFoundError as error:
+        lacks = extras.explained(error)
+        report({"type": "error", "exit_code": lacks.exit_code, "message": str(lacks)})
     except KilotwinError as error:
         report({"type": "error", "exit_code": error.exit_code, "message": str(error)})
 

@@ -16,7 +16,7 @@ from typing import Any, Protocol
 
 from kilotwin import _emulator
 from kilotwin.errors import DeviceError, InputError
-from kilotwin.files import confinement
+from kilotwin.files import confinement, extras
 from kilotwin.files.lean_arrow import leave_pandas_out
 from kilotwin.sweep.plan import Plan, SlurmOptions
 
@@ -86,6 +86,7 @@ class Dask:
     address: str
 
     def __post_init__(self) -> None:
+        extras.require("distributed")
         # The client would look for it for long, and then end without a word that helps.
         if not _ADDRESS.fullmatch(self.address):
             raise InputError(f"--dask {self.address}: not an address; try tcp://HOST:8786")
@@ -169,12 +170,15 @@ class Slurm:
             yield cluster
 
 
+def place_for(processes: int | None, dask: str | None) -> Place:
+    """Where trials run: in processes, one per core unless said, or on a Dask cluster."""
+    return Dask(dask) if dask else Processes(processes or len(os.sched_getaffinity(0)))
+
+
 def choose_place(plan: Plan, processes: int | None, dask: str | None, slurm: bool) -> Place:
-    """Where the trials run; by default in processes of this machine, one per core."""
-    if dask:
-        return Dask(dask)
-    if slurm:
+    """The same, or in jobs of Slurm."""
+    if slurm and not dask:
         jobs = Slurm(plan.keys.slurm, plan.origin.where(("slurm",)))
         jobs.job_script()  # what is wrong with the options is reported before anything is written
         return jobs
-    return Processes(processes or len(os.sched_getaffinity(0)))
+    return place_for(processes, dask)

@@ -137,7 +137,7 @@ def test_a_run_without_places_is_refused(write: Any, begin: Begin, tmp_path: Pat
 
 @pytest.mark.parametrize(
     ("write", "library", "extra"),
-    [(write_mcap, "mcap.writer", "mcap"), (write_rrd, "rerun", "rerun")],
+    [(write_mcap, "mcap", "mcap"), (write_rrd, "rerun", "rerun")],
 )
 def test_without_a_library_it_says_what_to_install(
     write: Any,

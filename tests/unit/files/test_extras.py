@@ -1,0 +1,54 @@
+"""Libraries that a plain install leaves out are named when they are missing."""
+
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from kilotwin.errors import RunError
+from kilotwin.files import extras
+
+ROOT = Path(__file__).parents[3]
+EXTRAS = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+
+
+# Names of packages, where they are others than those of their modules.
+PACKAGES = {"rerun": "rerun-sdk"}
+# Half a gigabyte.
+BY_ITSELF = "rerun"
+
+
+def package(library: str) -> str:
+    return PACKAGES.get(library, library).lower().replace("_", "-")
+
+
+@pytest.mark.parametrize("library", extras.EXTRAS)
+def test_the_extra_that_is_named_brings_the_library(library: str) -> None:
+    named = {name.lower() for name in EXTRAS[extras.EXTRAS[library]]}
+    assert package(library) in named
+
+
+def test_no_extra_brings_a_library_that_is_not_explained() -> None:
+    brought = {name.lower() for extra in EXTRAS.keys() - {"all"} for name in EXTRAS[extra]}
+    assert brought == set(map(package, extras.EXTRAS))
+
+
+def test_all_brings_every_extra_but_the_largest() -> None:
+    (everything,) = EXTRAS["all"]
+    names = sorted(EXTRAS.keys() - {"all", BY_ITSELF})
+    assert everything == f"kilotwin[{','.join(names)}]"
+
+
+def test_what_is_missing_is_said_with_what_to_type(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(extras.EXTRAS, "no_such_library", "plot")
+    extras.require("json")
+    with pytest.raises(RunError, match=r"no_such_library is not .*pip install 'kilotwin\[plot\]'"):
+        extras.require("json", "no_such_library")
+
+
+def test_an_import_that_fails_is_explained_only_if_an_extra_brings_it() -> None:
+    part = ModuleNotFoundError(name="scipy.stats")
+    assert "pip install 'kilotwin[stats]'" in str(extras.explained(part))
+    other = ModuleNotFoundError(name="kilotwin.nothing")
+    with pytest.raises(ModuleNotFoundError):
+        extras.explained(other)
