@@ -29,12 +29,15 @@ ORDER = (
         "environment",
     ),
     *("metrics", "runs", "lab", "sweep", "compare", "plot", "paper", "scenario"),
-    *("view", "export", "search", "flash"),
+    *("testing", "view", "export", "search", "flash"),
     "commands",
 )
 BELOW_ALL = ("errors", "units", "_emulator", "__version__")
-# Where modules are loaded by name, on first use: the Python API, and commands.
-LAZY = (f"{KILOTWIN}/__init__.py", f"{KILOTWIN}/commands/lazy.py")
+# Where modules are loaded by name, on first use: the Python API, commands, and pytest's plugin.
+LAZY = (
+    *(f"{KILOTWIN}/__init__.py", f"{KILOTWIN}/commands/lazy.py"),
+    *(f"{KILOTWIN}/testing/__init__.py", f"{KILOTWIN}/testing/plugin.py"),
+)
 
 
 def modules(root: Path) -> Iterator[tuple[Path, ast.Module]]:

@@ -52,6 +52,11 @@ PIECES = {
         ("tests/system/test_optimise.py",),
         10,
     ),
+    "testing": Piece(
+        "tests of a lab by the pytest plugin pass from the .hex too",
+        ("tests/unit/testing/test_plugin.py",),
+        2,
+    ),
     "metrics": Piece(
         "every command of docs/metrics.md runs", ("tests/system/test_metrics.py",), 10
     ),

@@ -18,7 +18,7 @@ from kilotwin.commands.options import (
     command_app,
     given_settings,
 )
-from kilotwin.errors import EXIT_TIMEOUT
+from kilotwin.errors import EXIT_TIMEOUT, KilotwinError
 from kilotwin.files import confinement
 from kilotwin.files.junit import write_junit
 from kilotwin.scenario import report
@@ -118,10 +118,12 @@ def _keep(scenario: Scenario, timeout_s: float, video: bool, quiet: bool, *, sho
     if seed is None or scenario.timed_out:
         return
     again = with_seed(scenario.experiment, seed)
-    note = terminal.sweep_display(quiet).note
-    scenario.folder = lazy.load("scenario.keeping").keep(
-        again, sys.argv, timeout_s, note, video=video
-    )
+    scenario.folder = lazy.load("scenario.keeping").keep(again, sys.argv, timeout_s)
+    if scenario.folder is not None:
+        try:
+            lazy.load("scenario.pictures").draw(scenario.folder, video=video)
+        except (KilotwinError, ModuleNotFoundError) as error:
+            terminal.sweep_display(quiet).note(f"{scenario.folder}: no picture of it: {error}")
     if shown and scenario.folder is not None:
         typer.echo(f"{scenario.name}:\n{report.look_text(scenario)}")
 

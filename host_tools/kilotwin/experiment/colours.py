@@ -71,3 +71,10 @@ def led_byte(red: int, green: int, blue: int) -> int:
 def led_rgb(led: int) -> tuple[int, int, int]:
     """The three intensities of an LED byte."""
     return led & 3, led >> 2 & 3, led >> 4 & 3
+
+
+class Led(int):
+    """An LED byte that shows itself as programs write it."""
+
+    def __repr__(self) -> str:
+        return "RGB({}, {}, {})".format(*led_rgb(self))

@@ -13,6 +13,7 @@ EXTRAS = {
     "matplotlib": "plot",
     "mcap": "mcap",
     "optuna": "optimise",
+    "pytest": "test",
     "rerun": "rerun",
     "scipy": "stats",
 }

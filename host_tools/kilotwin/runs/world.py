@@ -21,7 +21,7 @@ from kilotwin import _emulator
 from kilotwin.build.group import build_group
 from kilotwin.build.guest_symbols import GuestSymbols
 from kilotwin.errors import InputError, KilotwinError, RunError
-from kilotwin.experiment.colours import LED_VALUES, led_byte
+from kilotwin.experiment.colours import LED_VALUES, Led, led_byte
 from kilotwin.experiment.engine_spec import engine_spec
 from kilotwin.experiment.experiment import Experiment, one_command
 from kilotwin.experiment.overhead import (
@@ -101,7 +101,7 @@ def _checked(to: str = "World", /, **given: Any) -> _Arguments:
 def RGB(red: int, green: int, blue: int) -> int:  # noqa: N802 (as robot programs write it)
     """The LED byte of `set_color(RGB(red, green, blue))`; each is 0 to 3."""
     light = _checked("RGB", red=red, green=green, blue=blue)
-    return led_byte(light.red, light.green, light.blue)
+    return Led(led_byte(light.red, light.green, light.blue))
 
 
 class World:

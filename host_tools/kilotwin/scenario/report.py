@@ -19,7 +19,7 @@ def row(scenario: Scenario, width: int = 0) -> str:
 
 def look_text(scenario: Scenario) -> str:
     """What to type to look at a run that failed."""
-    return f"      look at it: kilotwin view {scenario.folder}, or map.png there"
+    return f"      look at it: kilotwin view {scenario.folder}"
 
 
 def summary_text(scenarios: Sequence[Scenario]) -> str:

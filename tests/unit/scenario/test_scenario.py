@@ -185,20 +185,6 @@ def test_files_are_found_below_a_folder_but_for_what_runs_leave(
         find([Path("empty")])
 
 
-def test_the_scenario_of_the_page_on_testing_is_met(
-    scenario: Callable[..., Path], tmp_path: Path
-) -> None:
-    for language, name in (("c", "beacon.c"), ("toml", "beacon.toml")):
-        match = re.search(rf"^```{language}\n(.*?)^```", TESTING, re.MULTILINE | re.DOTALL)
-        assert match is not None
-        (tmp_path / name).write_text(match[1])
-    experiment = Experiment.load(Path("beacon.toml"))
-    tasks = tasks_of(experiment, runs_of(experiment), 60, lambda _: None)
-    found = judge(experiment, [run_once(task) for task in tasks])
-    assert [one.line() for one in found if not one.passed] == []
-    assert len(found) == 6
-
-
 @pytest.mark.parametrize(
     ("share", "runs"), re.findall(r"^\| (0\.\d) \| (\d+) \|$", TESTING, re.MULTILINE)
 )

@@ -1,0 +1,119 @@
+"""The pytest plugin: fixtures for worlds, tests over seeds, scenarios, and what failed is kept.
+
+pytest loads this file in every project of an environment: what it needs beside pytest is loaded
+when a test asks for it.
+"""
+
+import contextlib
+from collections.abc import Callable, Iterator
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+KEPT = pytest.StashKey[list[str]]()
+"""On an item: lines about what was kept of its failure."""
+
+_SEEDS = (
+    "seeds(number, first=1, at_least=1.0, timeout_s=600): run the test with so many seeds, in "
+    "processes; it passes unless the share that passed contradicts at_least"
+)
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Options, all of which begin with --kilotwin."""
+    group = parser.getgroup("kilotwin", "robots' programs in the emulator")
+    group.addoption(
+        "--kilotwin-cpu",
+        choices=("native", "translated", "avr"),
+        help="Processor of robots' programs that name none; avr runs them from the .hex.",
+    )
+    group.addoption(
+        "--kilotwin-artifacts",
+        default="runs/failed",
+        metavar="DIR",
+        help="Where runs of tests that failed are kept, each with a map; runs/failed.",
+    )
+    group.addoption("--kilotwin-video", action="store_true", help="Keep a video of them too.")
+    parser.addini(
+        "kilotwin_scenarios", "Collect TOML files with [[expect]].", type="bool", default=True
+    )
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Makes the marker known."""
+    config.addinivalue_line("markers", _SEEDS)
+
+
+def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Collector | None:
+    """A TOML file with [[expect]] is a test."""
+    if file_path.suffix != ".toml" or not parent.config.getini("kilotwin_scenarios"):
+        return None
+    try:
+        if b"[[expect]]" not in file_path.read_bytes():
+            return None
+    except OSError:
+        return None
+    scenarios = import_module("kilotwin.testing.scenarios")
+    collected: pytest.Collector | None = scenarios.collected(file_path, parent)
+    return collected
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> object | None:
+    """A test with the marker runs over its seeds."""
+    marker = pyfuncitem.get_closest_marker("seeds")
+    if marker is None:
+        return None
+    import_module("kilotwin.testing.seeds").run(pyfuncitem, *marker.args, **marker.kwargs)
+    return True
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_runtest_makereport(item: pytest.Item, call: "pytest.CallInfo[None]") -> Iterator[None]:
+    """Keeps what a test that failed has made, and says how to look at it."""
+    outcome: Any = yield
+    report: pytest.TestReport = outcome.get_result()
+    if call.when != "call" or not report.failed:
+        return
+    lines: list[str] | None = item.stash.get(KEPT, None)
+    used = getattr(item, "funcargs", {}).get("kilotwin")
+    if used is not None and lines is None:
+        lines = used.lines_on(used.keep(item.name))
+    if lines:
+        report.sections.append(("kilotwin", "\n".join(lines)))
+
+
+def pytest_assertrepr_compare(op: str, left: object, right: object) -> list[str] | None:
+    """LEDs by their colours, and which robots of a list differ."""
+    if op != "==" or "Led" not in (type(left).__name__, type(right).__name__):
+        return None
+    lines: list[str] | None = import_module("kilotwin.testing.explain").leds(left, right)
+    return lines
+
+
+def draw(folder: Path, *, video: bool) -> None:
+    """Draws a map into a run folder, where matplotlib is installed."""
+    with contextlib.suppress(ModuleNotFoundError):
+        import_module("kilotwin.scenario.pictures").draw(folder, video=video)
+
+
+@pytest.fixture
+def kilotwin(request: pytest.FixtureRequest) -> Iterator[Any]:
+    """Worlds and runs, with programs and experiments relative to the test's file."""
+    made = import_module("kilotwin.testing.fixture").Kilotwin(
+        request.path.parent,
+        cpu=request.config.getoption("--kilotwin-cpu"),
+        artifacts=request.config.rootpath / request.config.getoption("--kilotwin-artifacts"),
+        video=request.config.getoption("--kilotwin-video"),
+    )
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def world(kilotwin: Any) -> Callable[..., Any]:
+    """`world("my.toml")` or `world(program="my.c", count=10)`: a World, closed after the test."""
+    make: Callable[..., Any] = kilotwin.world
+    return make
