@@ -7,9 +7,9 @@ from typing import Annotated, Any
 
 import typer
 
-from kilotwin.commands import bench_against, bench_measure, steps
+from kilotwin.commands import bench_against, bench_measure, bench_view, steps
 from kilotwin.commands.options import Json, Quiet, command_app
-from kilotwin.errors import EXIT_INTERRUPTED, InterruptError
+from kilotwin.errors import EXIT_INTERRUPTED, InputError, InterruptError
 
 app = command_app()
 
@@ -33,16 +33,22 @@ class Workload(StrEnum):
     memory = "memory"
     grid = "grid"
     avr = "avr"
+    view = "view"
 
 
 @app.command(
     epilog="Examples:\n\n"
     "  kilotwin bench paper --repeats 5 --json\n\n"
-    "  kilotwin bench walk --against ../kilotwin-before"
+    "  kilotwin bench walk --against ../kilotwin-before\n\n"
+    "  kilotwin bench view"
 )
 def bench(
     workloads: Annotated[
-        list[Workload] | None, typer.Argument(help="What to measure; all if none is named.")
+        list[Workload] | None,
+        typer.Argument(
+            help="What to measure; all but view if none is named. view: how fast the viewer is, in "
+            "Chromium."
+        ),
     ] = None,
     *,
     repeats: Annotated[
@@ -66,12 +72,18 @@ def bench(
     quiet: Quiet = False,
 ) -> None:
     """Measure robot-seconds per CPU-second on one core."""
-    names = [workload.value for workload in workloads or Workload]
+    names = [one.value for one in workloads or Workload if workloads or one is not Workload.view]
+    of_viewer = Workload.view.value in names
+    if of_viewer and (len(names) > 1 or against is not None or duration_s is not None):
+        raise InputError("view: is measured by itself; type: kilotwin bench view")
     note = steps.note(quiet)
     results: list[dict[str, Any]] = []
     interrupted = False
     try:
-        if against is None:
+        if of_viewer:
+            table_text = bench_view.table_text
+            results.extend(bench_view.measure(repeats, note))
+        elif against is None:
             table_text = bench_measure.table_text
             results.extend(bench_measure.measure(names, repeats, duration_s, note))
         else:

@@ -11,6 +11,7 @@ import typer
 from kilotwin.commands import lazy
 from kilotwin.commands.options import command_app
 from kilotwin.errors import InputError
+from kilotwin.files.lean_arrow import leave_pandas_out
 
 app = command_app()
 
@@ -69,6 +70,7 @@ def view(
     """See a run in the browser, at any time of it."""
     if len(folders) > _MOST_RUNS:
         raise InputError(f"{len(folders)} runs are named; name one, or two to compare")
+    leave_pandas_out()
     runs = [lazy.load("runs.reader").Run.open(folder) for folder in folders]
     if export is not None:
         write_page = lazy.load("view.exported_page").write_page

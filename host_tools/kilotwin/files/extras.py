@@ -13,6 +13,7 @@ EXTRAS = {
     "matplotlib": "plot",
     "mcap": "mcap",
     "optuna": "optimise",
+    "playwright": "bench",
     "pytest": "test",
     "rerun": "rerun",
     "scipy": "stats",

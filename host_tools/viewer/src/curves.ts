@@ -19,6 +19,8 @@ export class CurvesPanel {
   private plot: uPlot | null = null;
   private hidden = new Map<string, boolean>();
   private timeS = 0;
+  // The line at the time that is shown, above the curves: to move it costs less than to draw them.
+  private readonly cursor = Object.assign(document.createElement("div"), { className: "now" });
   // Called with a time that was clicked.
   chosen: (timeS: number) => void = () => {};
 
@@ -52,11 +54,17 @@ export class CurvesPanel {
         scales: { x: { time: false } },
         legend: { live: true },
         cursor: { drag: { x: true, y: false }, focus: { prox: 16 } },
-        hooks: { draw: [(plot) => this.drawTime(plot, runs)] },
+        hooks: {
+          draw: [(plot) => this.drawMarks(plot, runs)],
+          setScale: [() => this.moveCursor()],
+          setSize: [() => this.moveCursor()],
+        },
       },
       data,
       this.element,
     );
+    this.plot.over.append(this.cursor);
+    this.moveCursor();
     this.plot.over.addEventListener("click", (event) => {
       if (this.plot) this.chosen(this.plot.posToVal(event.offsetX, "x"));
     });
@@ -64,7 +72,14 @@ export class CurvesPanel {
 
   setTime(timeS: number): void {
     this.timeS = timeS;
-    this.plot?.redraw(false, false);
+    this.moveCursor();
+  }
+
+  private moveCursor(): void {
+    if (!this.plot) return;
+    const x = this.plot.valToPos(this.timeS, "x");
+    this.cursor.style.transform = `translateX(${x - 1}px)`;
+    this.cursor.hidden = !(x >= 0 && x <= this.plot.over.clientWidth);
   }
 
   private seriesOf(
@@ -105,7 +120,7 @@ export class CurvesPanel {
     this.plot?.setSize(this.room());
   }
 
-  private drawTime(plot: uPlot, runs: Curves[]): void {
+  private drawMarks(plot: uPlot, runs: Curves[]): void {
     const { ctx, bbox } = plot;
     const line = (timeS: number, colour: string, width: number) => {
       const x = plot.valToPos(timeS, "x", true);
@@ -120,7 +135,6 @@ export class CurvesPanel {
         if (MARKED.has(event.kind) && left-- > 0) line(event.time_s, "#d5000055", 1.5);
       }
     }
-    line(this.timeS, "#ff4000", 2);
     ctx.restore();
   }
 }

@@ -37,9 +37,10 @@ export class Floor {
     }
   }
 
-  show(from: Sample, to: Sample, part: number, timeS: number): void {
-    this.cells?.show(timeS);
-    if (!from.objects || !to.objects) return;
+  // False if nothing has changed that is drawn here.
+  show(from: Sample, to: Sample, part: number, timeS: number): boolean {
+    const changed = this.cells?.show(timeS) ?? false;
+    if (!from.objects || !to.objects) return changed;
     const [a, b] = [from.objects, to.objects];
     this.objects.forEach((made, k) => {
       made.visible = !Number.isNaN(a.x[k]);
@@ -47,6 +48,7 @@ export class Floor {
       made.position.set(a.x[k] + part * (b.x[k] - a.x[k]), a.y[k] + part * (b.y[k] - a.y[k]), 0);
       made.rotation.z = ((a.heading[k] + part * turn) * 2 * Math.PI) / 65536;
     });
+    return true;
   }
 
   showCells(shown: boolean): void {
@@ -87,10 +89,10 @@ class Cells {
     this.show(0);
   }
 
-  // The colours that cells have at a time.
-  show(timeS: number): void {
+  // The colours that cells have at a time; false if they are those that are shown.
+  show(timeS: number): boolean {
     const number = this.grid.maps.findLastIndex(([atS]) => atS <= timeS);
-    if (number === this.shown) return;
+    if (number === this.shown) return false;
     this.shown = number;
     const data = this.texture.image.data as Uint8Array;
     const sites = this.grid.maps[Math.max(0, number)]?.[1] ?? [];
@@ -102,6 +104,7 @@ class Cells {
       data.set([value >> 16, (value >> 8) & 255, value & 255, 255], 4 * cell);
     }
     this.texture.needsUpdate = true;
+    return true;
   }
 
   private lines(x: number, y: number): three.LineSegments {

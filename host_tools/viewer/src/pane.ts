@@ -1,9 +1,10 @@
 // One run in the picture: a canvas for graphics and one above it for text and rings.
 
 import * as three from "three";
+import { Dots } from "./dots";
 import { Floor, segments } from "./floor";
 import { links, trails } from "./lines";
-import { Robots } from "./robots";
+import { leastRadius, Robots, type Colouring } from "./robots";
 import { placeOf, Samples, type Between, type Sample } from "./samples";
 import { boxOf, type Report, type Scene } from "./scene";
 import type { Source } from "./source";
@@ -34,6 +35,7 @@ export class Pane {
   private readonly world = new three.Scene();
   private readonly camera = new three.OrthographicCamera();
   private readonly robots: Robots;
+  private readonly dots: Dots;
   private readonly floor: Floor;
   private readonly ids: Uint32Array;
   private readonly trail = segments(new Float32Array(0), "#202020", 0.45, 9);
@@ -44,6 +46,9 @@ export class Pane {
   private selected: number | null = null; // place in a sample
   private spread: { of: Sample; as: Sample } | null = null;
   private linesOf = "";
+  private looks = "";
+  private stale = true; // what stands still must be drawn again
+  private labelled = false;
   private heard: Report[] = [];
   private heardAt = -1;
   shown: Between | null = null;
@@ -62,12 +67,14 @@ export class Pane {
     this.samples.arrived = () => this.dirty();
     this.renderer = new three.WebGLRenderer({ antialias: false, alpha: true });
     this.renderer.setClearColor(0, 0);
+    window.addEventListener("redraw", () => (this.stale = true));
     this.floor = new Floor(scene);
     this.robots = new Robots(scene, this.ids.length, this.ids);
+    this.dots = new Dots(scene, this.ids.length, this.ids);
     this.world.add(this.floor.group, this.trail, this.link, this.robots.mesh);
     this.element.className = "pane";
     this.overlay.className = "overlay";
-    this.element.append(this.renderer.domElement, this.overlay);
+    this.element.append(this.renderer.domElement, this.dots.canvas, this.overlay);
     new ResizeObserver(() => this.resize()).observe(this.element);
     this.listen();
   }
@@ -84,12 +91,14 @@ export class Pane {
   select(robot: number | null): void {
     const place = robot === null ? -1 : this.placeOf(robot);
     this.selected = place < 0 ? null : place;
-    this.linesOf = "";
+    this.linesOf = "stale";
     this.dirty();
   }
 
-  colourBy(what: "led" | "state"): void {
+  colourBy(what: Colouring): void {
+    this.stale = true;
     this.robots.colourBy(what);
+    this.dots.colourBy(what);
     this.dirty();
   }
 
@@ -98,25 +107,41 @@ export class Pane {
     const between = this.samples.between(timeS, stride);
     if (between) {
       this.shown = this.spreadOut(between);
-      this.robots.show(this.shown);
-      this.floor.show(between.from, between.to, between.part, timeS);
+      this.drawRobots(this.shown);
+      if (this.floor.show(between.from, between.to, between.part, timeS)) this.stale = true;
       this.floor.showCells(layers.cells);
       this.drawLines(this.shown, stride, layers);
     }
     if (layers.reports) this.askForReports(timeS);
-    const [width, height] = this.size();
-    this.robots.view(
-      this.middle,
-      [
-        2 / ((width + 2 * this.margin()) * this.pixelM),
-        2 / ((height + 2 * this.margin()) * this.pixelM),
-      ],
-      this.pixelM,
-      width * height,
-    );
-    this.renderer.render(this.world, this.camera);
-    this.drawOverlay(timeS, layers);
+    // What stands still is drawn once where robots are dots.
+    const theme = document.documentElement.dataset.theme;
+    const looks = `${JSON.stringify(layers)}:${this.linesOf}:${theme}`;
+    if (this.stale || this.robots.mesh.visible || looks !== this.looks) {
+      this.renderer.render(this.world, this.camera);
+    }
+    this.drawOverlay(timeS, layers, this.stale || looks !== this.looks);
+    [this.stale, this.looks] = [false, looks];
     return between !== null;
+  }
+
+  // Many small ones as dots, others as points of the graphics processor.
+  private drawRobots(between: Between): void {
+    const [width, height] = this.size();
+    const least = leastRadius(this.ids.length, width * height);
+    const ratio = window.devicePixelRatio;
+    const radius = Math.max(this.scene.radius_m / this.pixelM, least);
+    const small = this.dots.serves(radius);
+    this.robots.mesh.visible = !small;
+    if (small) {
+      const [x, y] = this.pixel(0, 0);
+      const perMetre = ratio / this.pixelM;
+      this.dots.paint(between, { x: x * ratio, y: y * ratio, perMetre, radius: radius * ratio });
+      return;
+    }
+    this.dots.clear();
+    this.robots.show(between);
+    const across = (pixels: number) => 2 / ((pixels + 2 * this.margin()) * this.pixelM);
+    this.robots.view(this.middle, [across(width), across(height)], this.pixelM, least);
   }
 
   fit(byHand = true): void {
@@ -156,6 +181,7 @@ export class Pane {
   viewMoved: (pane: Pane) => void = () => {};
 
   private moved(byHand = true): void {
+    this.stale = true;
     const [width, height] = this.size();
     const around = this.margin();
     this.renderer.setViewport(-around, -around, width + 2 * around, height + 2 * around);
@@ -193,6 +219,7 @@ export class Pane {
     this.renderer.setSize(width, height);
     this.overlay.width = width * ratio;
     this.overlay.height = height * ratio;
+    this.dots.resize(width * ratio, height * ratio);
     if (this.fitted) this.fit(false);
     else this.moved(false);
   }
@@ -225,7 +252,9 @@ export class Pane {
 
   private drawLines(between: Between, stride: number, layers: Layers): void {
     const number = between.from.x.length;
-    const key = `${between.first}:${stride}:${this.selected}:${layers.trails}:${layers.links}`;
+    const wanted = layers.trails || layers.links || this.selected !== null;
+    const of = `${between.first}:${stride}:${this.selected}:${layers.trails}:${layers.links}`;
+    const key = wanted ? of : "none";
     if (key === this.linesOf) return;
     this.linesOf = key;
     let trail: Float32Array = new Float32Array(0);
@@ -251,7 +280,7 @@ export class Pane {
     for (let k = 0; k < TRAIL_SAMPLES && between.first >= k * stride; k++) {
       const sample = this.samples.sample(between.first - k * stride, stride);
       if (!sample) {
-        this.linesOf = "";
+        this.linesOf = "stale";
         break;
       }
       found.unshift(sample);
@@ -266,7 +295,10 @@ export class Pane {
     if (this.heardAt === timeS) this.dirty();
   }
 
-  private drawOverlay(timeS: number, layers: Layers): void {
+  private drawOverlay(timeS: number, layers: Layers, changed: boolean): void {
+    const labelled = layers.reports || this.showsUids(layers) || this.selected !== null;
+    if (!changed && !labelled && !this.labelled) return;
+    this.labelled = labelled;
     const context = this.overlay.getContext("2d")!;
     const ratio = window.devicePixelRatio;
     const [width, height] = this.size();
@@ -275,6 +307,10 @@ export class Pane {
     if (layers.reports) this.drawReports(context, timeS);
     if (this.shown) this.drawUids(context, this.shown, layers);
     this.drawScale(context, height);
+  }
+
+  private showsUids(layers: Layers): boolean {
+    return this.scene.radius_m / this.pixelM > 9 || layers.uids;
   }
 
   // A mark where the host heard a robot last, and a circle as far as it may have gone since.
@@ -296,7 +332,7 @@ export class Pane {
 
   private drawUids(context: CanvasRenderingContext2D, between: Between, layers: Layers): void {
     const number = between.from.x.length;
-    const near = this.scene.radius_m / this.pixelM > 9 || layers.uids;
+    const near = this.showsUids(layers);
     const [width, height] = this.size();
     context.font = "11px system-ui, sans-serif";
     context.textAlign = "center";

@@ -7,6 +7,8 @@ import type { Scene } from "./scene";
 
 const LEDS = 64;
 export const MARKS = 7;
+// What a robot's colour says.
+export type Colouring = "led" | "state";
 
 const VERTEX = `
 precision highp float;
@@ -142,27 +144,24 @@ export class Robots {
   }
 
   // In the colours of the LEDs as they are, or of the states that they mean.
-  colourBy(what: "led" | "state"): void {
+  colourBy(what: Colouring): void {
     const data = this.leds.image.data as Uint8Array;
     for (let led = 0; led < LEDS; led++) {
-      const state = this.scene.states.of_led[led];
-      const hex = what === "led" ? this.scene.leds[led] : this.scene.states.colours[state];
-      const value = parseInt(hex.slice(1), 16);
+      const value = parseInt(colourOf(this.scene, led, what).slice(1), 16);
       data.set([value >> 16, (value >> 8) & 255, value & 255, markOf(this.scene, led)], 4 * led);
     }
     this.leds.needsUpdate = true;
   }
 
-  // `pixels`: how many the picture has.
+  // `least`: a robot's radius in pixels, at least.
   view(
     middle: [number, number],
     scale: [number, number],
     pixelM: number,
-    pixels: number,
+    least: number,
   ): void {
     this.uniforms.ratio.value = window.devicePixelRatio;
-    const room = 0.4 * Math.sqrt(pixels / Math.max(1, this.attributes.led.count));
-    this.uniforms.least.value = Math.min(3, Math.max(1, room));
+    this.uniforms.least.value = least;
     this.uniforms.middle.value.set(...middle);
     this.uniforms.scale.value.set(...scale);
     this.uniforms.pixel.value = pixelM;
@@ -200,13 +199,22 @@ export class Robots {
   }
 }
 
+// A robot's radius in pixels, at least, so that one far away is seen; less where they are many.
+export function leastRadius(robots: number, pixels: number): number {
+  return Math.min(3, Math.max(1, 0.4 * Math.sqrt(pixels / Math.max(1, robots))));
+}
+
+export function colourOf(scene: Scene, led: number, what: Colouring): string {
+  return what === "led" ? scene.leds[led] : scene.states.colours[scene.states.of_led[led]];
+}
+
 // The mark that tells a state without its colour; states beyond those named have none.
 export function markOf(scene: Scene, led: number): number {
   const state = scene.states.of_led[led & (LEDS - 1)];
   return state < scene.states.known ? state % MARKS : 0;
 }
 
-function informedFor(scene: Scene, ids: Uint32Array): Uint8Array {
+export function informedFor(scene: Scene, ids: Uint32Array): Uint8Array {
   return Uint8Array.from(ids, (id) => {
     const range = scene.informed.find(([first, end]) => first <= id && id < end);
     return range ? range[2] : 0;
