@@ -114,6 +114,32 @@ Buses = Annotated[
     ),
 ]
 
+View = Annotated[
+    bool,
+    typer.Option(
+        "--view",
+        envvar="KILOTWIN_VIEW",
+        help="Also show it in the browser as it goes; the page stays until it is closed.",
+    ),
+]
+ViewPort = Annotated[
+    int,
+    typer.Option(
+        envvar="KILOTWIN_VIEW_PORT",
+        min=0,
+        max=65535,
+        help="--view: the server's port; 0: a free one.",
+    ),
+]
+NoBrowser = Annotated[
+    bool,
+    typer.Option(
+        "--no-browser",
+        envvar="KILOTWIN_NO_BROWSER",
+        help="Open no browser: only print the address of the viewer's page.",
+    ),
+]
+
 Size = Annotated[
     str | None,
     typer.Option(

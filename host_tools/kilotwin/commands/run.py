@@ -13,6 +13,7 @@ from kilotwin.commands.options import (
     ConfineMode,
     File,
     Json,
+    NoBrowser,
     NoTwin,
     Quiet,
     RequireTwin,
@@ -21,9 +22,12 @@ from kilotwin.commands.options import (
     Settings,
     Speed,
     Trust,
+    View,
+    ViewPort,
     command_app,
     given_settings,
 )
+from kilotwin.commands.window import stay, window
 from kilotwin.environment.poses import parse_address
 from kilotwin.errors import EXIT_INTERRUPTED, InputError
 from kilotwin.experiment.experiment import Experiment
@@ -31,6 +35,7 @@ from kilotwin.experiment.text import Setting
 from kilotwin.files import confinement, extras
 from kilotwin.port.twin import chosen
 from kilotwin.runs.job import Probes, Serving
+from kilotwin.runs.run import Outcome
 from kilotwin.runs.run import run as run_experiment
 from kilotwin.runs.size import size_of
 
@@ -146,6 +151,7 @@ Vcd = Annotated[
     "  kilotwin run experiments/kilogrid/paper-n50.toml --serve\n\n"
     "  kilotwin run experiments/porting/native-and-avr.toml --serve --link-ohc ohc\n\n"
     "  kilotwin run experiments/environment/wall.toml --serve --poses udp:127.0.0.1:5005\n\n"
+    "  kilotwin run my.toml --view\n\n"
     "  kilotwin run my.toml --dry-run --json\n\n"
     "  kilotwin run --verify runs/my-run/manifest.json"
 )
@@ -173,6 +179,9 @@ def run(
     trust: Trust = False,
     require_twin: RequireTwin = False,
     no_twin: NoTwin = False,
+    view: View = False,
+    view_port: ViewPort = 0,
+    no_browser: NoBrowser = False,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -181,7 +190,7 @@ def run(
     twin = chosen(require=require_twin, without=no_twin)
     given = given_settings(settings, seed)
     if verify:
-        others = (given, serve, plots, gdb, vcd, dry_run)
+        others = (given, serve, plots, gdb, vcd, dry_run, view)
         if any(option not in (None, False, []) for option in others):
             raise InputError("--verify repeats a run as it was; give --out, --json or --quiet")
         _verify(experiment, out, as_json, quiet)
@@ -207,9 +216,26 @@ def run(
     if plots:
         extras.require("matplotlib")
     probes = Probes(gdb, gdb_port, tuple(vcd or ()))
-    outcome = run_experiment(
-        loaded, out, sys.argv, terminal.display(quiet), serving=serving, probes=probes, twin=twin
-    )
+    display = terminal.display(quiet)
+    with window(view, display, port=view_port, no_browser=no_browser, quiet=quiet) as viewer:
+        outcome = run_experiment(
+            loaded,
+            out,
+            sys.argv,
+            display,
+            serving=serving,
+            probes=probes,
+            twin=twin,
+            window=viewer,
+        )
+        _tell(outcome, plots=plots, as_json=as_json)
+        if not outcome.stop_asked:
+            stay(viewer)
+    raise typer.Exit(outcome.exit_code)
+
+
+def _tell(outcome: Outcome, *, plots: bool, as_json: bool) -> None:
+    """What came of it."""
     summary = outcome.summary
     if plots:
         _plot_both(Path(summary["run_folder"]))
@@ -218,7 +244,6 @@ def run(
         typer.echo(troubles, err=True)
     if outcome.exit_code == EXIT_INTERRUPTED:
         typer.echo("interrupted; what was recorded is kept", err=True)
-    raise typer.Exit(outcome.exit_code)
 
 
 def _verify(recorded: Path, out: Path | None, as_json: bool, quiet: bool) -> NoReturn:

@@ -1,15 +1,13 @@
 """`kilotwin view`: a run in the browser."""
 
-import os
-import sys
-import webbrowser
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from kilotwin.commands import lazy
-from kilotwin.commands.options import command_app
+from kilotwin.commands.options import NoBrowser, command_app
+from kilotwin.commands.window import open_page
 from kilotwin.errors import InputError
 from kilotwin.files.lean_arrow import leave_pandas_out
 
@@ -39,14 +37,7 @@ def view(
             envvar="KILOTWIN_PORT", min=0, max=65535, help="The server's port; 0: a free one."
         ),
     ] = 0,
-    browser: Annotated[
-        bool,
-        typer.Option(
-            "--browser/--no-browser",
-            envvar="KILOTWIN_BROWSER",
-            help="Open the page, if there is a browser.",
-        ),
-    ] = True,
+    no_browser: NoBrowser = False,
     export: Annotated[
         Path | None,
         typer.Option(
@@ -79,12 +70,7 @@ def view(
     if size is not None:
         raise InputError(f"--size {size:g}: of an exported page; add --export FILE.html")
     served = [lazy.load("view.served_run").ServedRun(run) for run in runs]
-    viewer = lazy.load("view.server").Viewer(served, port)
+    server = lazy.load("view.server")
+    viewer = server.Viewer(served, server.Place.at(port))
     typer.echo(f"{viewer.address}\nCtrl-C ends the viewer.")
-    viewer.serve(lambda: _open(viewer.address) if browser else None)
-
-
-def _open(address: str) -> None:
-    """In the user's browser, where there is a display."""
-    if sys.platform != "linux" or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
-        webbrowser.open(address)
+    viewer.serve(lambda: None if no_browser else open_page(viewer.address))

@@ -32,6 +32,20 @@ class Display(Protocol):
         """The run is over, one way or another."""
 
 
+class Window(Protocol):
+    """Shows a run elsewhere, from its folder and by a link to its process (live_link.py)."""
+
+    @property
+    def run_end(self) -> int:
+        """The descriptor of the link's end that the run's process inherits."""
+
+    def handed_over(self) -> None:
+        """It has it: closes ours."""
+
+    def open(self, folder: Path) -> None:
+        """The run has begun, and this is its folder."""
+
+
 class NoDisplay:
     """Shows nothing."""
 

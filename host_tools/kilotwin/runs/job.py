@@ -74,3 +74,5 @@ class Job:
     probes: Probes = Probes()
     functions_outside: bool = False
     """Metrics' functions are called by the parent, whose answers come on stdin."""
+    live: int | None = None
+    """The worker's end of the socket to a viewer, inherited; see runs/live_link.py."""

@@ -28,7 +28,7 @@ from kilotwin.errors import (
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.metrics.functions import LocalFunctions, answer
 from kilotwin.port.twin import Mode, Twins, native_kilobots
-from kilotwin.runs.display import Display
+from kilotwin.runs.display import Display, Window
 from kilotwin.runs.folder import (
     FAILED,
     INTERRUPTED,
@@ -85,11 +85,13 @@ def run(
     probes: Probes | None = None,
     timeout_s: float | None = None,
     twin: Mode = "off",
+    window: Window | None = None,
 ) -> Outcome:
     """Builds the programs, runs the experiment, leaves the run folder. Input errors leave none.
 
     `serving`: the grid waits for a host from outside. After `timeout_s` of wall time the run is
-    interrupted. `twin`: whether native programs are held against their ATmega328P.
+    interrupted. `twin`: whether native programs are held against their ATmega328P. `window`: where
+    the run is seen as it goes.
     """
     if importlib.util.find_spec("kilotwin._emulator") is None:
         raise RunError("the engine is not built; type: make setup")
@@ -126,9 +128,10 @@ def run(
             serving,
             probes or Probes(),
             functions_outside=functions is not None,
+            live=None if window is None else window.run_end,
         )
         try:
-            outcome = _Child(job, display, timeout_s, functions).wait()
+            outcome = _Child(job, display, timeout_s, functions, window).wait()
         finally:
             display.stop()
     outcome.summary["record"] = {**size.as_dict(), "bytes": bytes_of(folder)}
@@ -178,8 +181,10 @@ class _Child:
         display: Display,
         timeout_s: float | None,
         functions: LocalFunctions | None,
+        window: Window | None,
     ) -> None:
         self._job = job
+        self._window = window
         self._functions = functions
         self._in_function = False
         self._display = display
@@ -196,6 +201,8 @@ class _Child:
             tempfile.TemporaryFile("w+", errors="replace") as log,
             start_worker(self._job, log) as process,
         ):
+            if self._window is not None:
+                self._window.handed_over()
             assert process.stdout is not None
             with self._stop_on_signals(process):
                 reports = process.stdout
@@ -248,6 +255,8 @@ class _Child:
             self._folder_made = True
             self._display.note(size_of(self._job.experiment.keys).text())
             self._display.start(self._job.experiment, self._job.folder)
+            if self._window is not None:
+                self._window.open(self._job.folder)
         elif message["type"] == "note":
             self._display.note(message["text"])
         elif message["type"] == "progress":

@@ -1,7 +1,5 @@
 """The samples of a run folder, finished or growing, read a few at a time."""
 
-import json
-import struct
 import threading
 from collections import OrderedDict
 from collections.abc import Sequence
@@ -15,18 +13,16 @@ from numpy.typing import NDArray
 
 from kilotwin.experiment.states import States
 from kilotwin.runs.folder import OBJECTS
+from kilotwin.runs.packing import for_page, pack
 from kilotwin.runs.reader import Run
 from kilotwin.runs.stream_index import Batch, StreamIndex
 from kilotwin.units import TICK_S
 
 _POSE = ("x_m", "y_m", "heading_rad")
 _KEPT_BATCHES = 16
-_TURN = 2 * np.pi
 
 MOST_ROWS = 2_000_000
 """Rows of one answer, at most."""
-
-_BYTES = struct.Struct("<I")
 
 
 class Rows:
@@ -114,6 +110,7 @@ class RunSamples:
         self._sites = StreamIndex(folder / "sites.arrows")
         self._ticks: NDArray[np.int64] = np.zeros(0, dtype=np.int64)
         self._site_ticks: NDArray[np.int64] = np.zeros(0, dtype=np.int64)
+        self._read_of_sites: dict[str, tuple[int, NDArray[Any]]] = {}  # batches, their values
         # A server answers in threads.
         self._lock = threading.Lock()
 
@@ -167,11 +164,7 @@ class RunSamples:
         return pack({"first": first}, {"time_s": self.times_s()[first:]})
 
     def chunk(self, first: int, count: int, stride: int) -> bytes:
-        """Samples first, first + stride, ...: a head in JSON with the arrays' places, and these.
-
-        The head's length is the first four bytes, little-endian; arrays begin at multiples of 8
-        from the end of the head. Headings are in 2^16 parts of a turn.
-        """
+        """Samples first, first + stride, ..., packed; headings are in 2^16 parts of a turn."""
         with self._lock:
             most = max(1, MOST_ROWS // max(1, len(self.robots.ids)))
             wanted = range(first, self.samples, stride)[: min(count, most)]
@@ -191,7 +184,7 @@ class RunSamples:
             ticks = self._ticks[list(wanted)]
             places = np.searchsorted(self._site_ticks[: self.objects.samples], ticks)
             places = np.minimum(places, self.objects.samples - 1)
-            poses = _packed(self.objects.read(places.tolist(), list(_POSE)))
+            poses = for_page(self.objects.read(places.tolist(), list(_POSE)))
             arrays |= {f"object_{name}": values for name, values in poses.items()}
         return arrays
 
@@ -202,7 +195,7 @@ class RunSamples:
         if shown:
             read["led"] = self._leds(read[shown], shown)
         read.pop("state", None)
-        return _packed(read)
+        return for_page(read)
 
     def _shown(self) -> str | None:
         """The column that says what robots' LEDs show."""
@@ -240,41 +233,20 @@ class RunSamples:
         return [(round(float(ticks[at] * TICK_S), 3), int(led[at])) for at in changes]
 
     def _of_sites(self, names: list[str]) -> dict[str, NDArray[Any]]:
-        """Whole columns of `sites`."""
-        batches = [self._sites.read(batch, names) for batch in self._sites.batches if names]
-        return {
-            name: np.concatenate([*(_values(batch[name]) for batch in batches), np.zeros(0)])
-            for name in names
-        }
+        """Whole columns of `sites`; of a run that goes on only what is new is read."""
+        if not names:
+            return {}
+        known = {name: self._read_of_sites.get(name, (0, np.zeros(0))) for name in names}
+        begin = min(batches for batches, _ in known.values())
+        news = [self._sites.read(batch, names) for batch in self._sites.batches[begin:]]
+        for name, (batches, values) in known.items():
+            parts = [_values(batch[name]) for batch in news[batches - begin :]]
+            number = batches + len(parts)
+            self._read_of_sites[name] = (number, np.concatenate([values, *parts]))
+        return {name: self._read_of_sites[name][1] for name in names}
 
 
 def _values(column: pa.Array) -> NDArray[Any]:
     if isinstance(column, pa.DictionaryArray):
         column = column.indices
     return np.asarray(column.to_numpy(zero_copy_only=False))
-
-
-def _packed(columns: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-    """Positions as float32, headings as uint16, LEDs as bytes."""
-    made = {}
-    for name, values in columns.items():
-        if name == "heading_rad":
-            turns = np.nan_to_num(values) / _TURN
-            made[name] = (np.round((turns - np.floor(turns)) * 65536) % 65536).astype(np.uint16)
-        else:
-            made[name] = values.astype(np.uint8 if name == "led" else np.float32)
-    return made
-
-
-def pack(head: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> bytes:
-    """As `chunk()` says; the head's `arrays` are name: [type, offset, length]."""
-    places, parts, at = {}, [], 0
-    for name, values in arrays.items():
-        data = np.ascontiguousarray(values).tobytes()
-        places[name] = [values.dtype.name, at, values.size]
-        padding = -len(data) % 8
-        parts += [data, bytes(padding)]
-        at += len(data) + padding
-    text = json.dumps({**head, "arrays": places}).encode()
-    text += b" " * (-(len(text) + _BYTES.size) % 8)
-    return b"".join([_BYTES.pack(len(text)), text, *parts])

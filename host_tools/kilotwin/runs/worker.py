@@ -45,6 +45,7 @@ from kilotwin.runs.emulated_grid import EmulatedHost, lead_ticks
 from kilotwin.runs.environment_record import EnvironmentEvents, EnvironmentRecord
 from kilotwin.runs.folder import FAILURES, FINISHED, INTERRUPTED, add_to_manifest, close_manifest
 from kilotwin.runs.job import Job
+from kilotwin.runs.live import CHUNK_S, Live
 from kilotwin.runs.served_world import ServedWorld
 from kilotwin.runs.writer import RunWriter
 from kilotwin.units import seconds, ticks
@@ -167,6 +168,8 @@ class Trial(Generic[WriterT]):
         self._attach_probes()
         self._keep_environment()
         self._host, self._served = self._join_hosts()
+        self._live = None if job.live is None else Live(job.live, self._simulation)
+        self._chunk_s = _CHUNK_S if self._live is None else CHUNK_S
         self._events: Counter[str] = Counter()
         self._failed: list[dict[str, Any]] = []
         self._startup_s = 0.0
@@ -212,9 +215,10 @@ class Trial(Generic[WriterT]):
             self._advance(ahead)
             now = time.perf_counter()
             self._startup_s = self._startup_s or now - self._began
-            chunk = max(1, min(4 * ahead, round(ahead * _CHUNK_S / max(now - began, 1e-6))))
+            chunk = max(1, min(4 * ahead, round(ahead * self._chunk_s / max(now - began, 1e-6))))
             samples = simulation.samples()
             self._take(samples, last=self._ends_with(samples, end))
+            self._heed_viewer()
         if self._sampled_at != simulation.tick:
             self._take(simulation.snapshot(), last=True)
         return simulation.tick >= end
@@ -236,8 +240,13 @@ class Trial(Generic[WriterT]):
         while not world.over and not stopped():
             world.step()
             self._take(world.from_zero(self._simulation.samples()))
+            self._heed_viewer()
             world.wait()
         return world.ran
+
+    def _heed_viewer(self) -> None:
+        if self._live is not None:
+            self._live.heed(self._zero_tick)
 
     def _advance(self, count: int) -> None:
         """So many ticks, with the grid's host or the environment doing in between what is due."""

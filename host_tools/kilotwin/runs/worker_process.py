@@ -13,6 +13,7 @@ import signal
 import subprocess
 import sys
 import traceback
+from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
 from typing import IO, NoReturn, Protocol, Self
@@ -70,6 +71,7 @@ def _python(job: Job, log: IO[str]) -> WorkerProcess:
         stdout=subprocess.PIPE,
         stderr=log,
         process_group=0,
+        pass_fds=() if job.live is None else (job.live,),
         env={**os.environ, **({} if unconfined_because(job.experiment) else SINGLE_THREADED)},
     )
     assert process.stdin is not None
@@ -120,15 +122,19 @@ class _Fork:
 
 
 def _be_worker(job: Job, parent: int, files: tuple[int, int, int]) -> NoReturn:
-    """In the child: `files` become its stdin, stdout and stderr, and it has no others."""
+    """In the child: `files` become its stdin, stdout and stderr, and it has no others but the
+    link to a viewer."""
     code = 1
     try:
         os.setpgid(0, 0)
-        # Theirs may be 0 to 2 themselves, where this process was started without those.
-        safe = [fcntl.fcntl(file, fcntl.F_DUPFD, 3) for file in files]
-        for file, number in zip(safe, (0, 1, 2), strict=True):
+        kept = (*files, *(() if job.live is None else (job.live,)))
+        # Theirs may be 0 to 3 themselves, where this process was started without those.
+        safe = [fcntl.fcntl(file, fcntl.F_DUPFD, len(kept)) for file in kept]
+        for number, file in enumerate(safe):
             os.dup2(file, number)
-        os.closerange(3, resource.getrlimit(resource.RLIMIT_NOFILE)[0])
+        os.closerange(len(kept), resource.getrlimit(resource.RLIMIT_NOFILE)[0])
+        if job.live is not None:
+            job = replace(job, live=3)
         for number in (signal.SIGTERM, signal.SIGHUP):
             signal.signal(number, signal.SIG_DFL)
         sys.stdin = os.fdopen(0, encoding="utf-8", closefd=False)

@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 from kilotwin.errors import InputError, RunError, cause_of
 from kilotwin.files.drafts import draft_of
 from kilotwin.runs.folder import RUNNING
+from kilotwin.runs.packing import pack
 from kilotwin.runs.reader import Run
-from kilotwin.runs.samples import RunSamples, pack
+from kilotwin.runs.samples import RunSamples
 from kilotwin.view.served_run import REPORTED, ServedRun
 
 _PAGE = Path(__file__).parent / "page"

@@ -7,7 +7,7 @@ import numpy as np
 import pyarrow as pa
 
 from kilotwin.errors import InputError
-from kilotwin.runs.folder import RUNNING, TRACKING
+from kilotwin.runs.folder import MANIFEST, RUNNING, TRACKING
 from kilotwin.runs.reader import Run
 from kilotwin.runs.samples import RunSamples
 from kilotwin.view.scene import scene_of
@@ -25,19 +25,27 @@ class ServedRun:
         self._run = run
         self._folder = run.folder
         self._tracked: tuple[int, pa.Table] | None = None  # size of the file, and what it holds
+        self._written_ns = 0
         self.samples = RunSamples.of(run)
 
     def scene(self) -> dict[str, Any]:
         """The scene, and which robots were recorded, if not all."""
+        number = self._run.robots_number
         recorded = self.samples.robots.ids.tolist()
-        everyone = recorded == list(range(self._run.robots_number))
+        if not recorded:  # the run begins
+            chosen = self._run.experiment.record.robots_of(number)
+            recorded = list(range(number)) if chosen is None else chosen.tolist()
+        everyone = recorded == list(range(number))
         return {**scene_of(self._run), **self.state(), "recorded": None if everyone else recorded}
 
     def state(self) -> dict[str, Any]:
         """How far it is; `last_s` is the time of the last sample."""
         if self._run.manifest.get("status") == RUNNING:
-            with contextlib.suppress(InputError):  # its manifest is being replaced
-                self._run = Run.open(self._folder)
+            written_ns = self._manifest_ns()
+            if written_ns != self._written_ns:
+                with contextlib.suppress(InputError):  # its manifest is being replaced
+                    self._run = Run.open(self._folder)
+                    self._written_ns = written_ns
             self.samples.refresh()
         number = self.samples.samples
         times_s = self.samples.times_s()
@@ -47,6 +55,12 @@ class ServedRun:
             "first_s": float(times_s[0]) if number else 0.0,
             "last_s": float(times_s[-1]) if number else 0.0,
         }
+
+    def _manifest_ns(self) -> int:
+        """When its manifest was written."""
+        with contextlib.suppress(OSError):
+            return (self._folder / MANIFEST).stat().st_mtime_ns
+        return 0
 
     def events(self) -> dict[str, Any]:
         """Events but prints, which are many: the last ones, and how many there are."""

@@ -2,7 +2,7 @@
 
 Who has the address, with its token, sees the runs; nothing is written. A browser asks for samples
 when it can draw them, so that a slow one has fewer, and a run that goes on is not held up: this
-process only reads its folder.
+process reads its folder, and asks for a moment when a page has asked (run_link.py).
 """
 
 import asyncio
@@ -11,7 +11,9 @@ import json
 import secrets
 import socket
 import threading
-from collections.abc import AsyncIterator, Callable, Sequence
+import time
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +31,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from kilotwin.errors import InputError, RunError, cause_of
+from kilotwin.view.run_link import RunLink
 from kilotwin.view.served_run import ServedRun
 
 HOST = "127.0.0.1"
@@ -93,23 +96,26 @@ def _with_headers(send: Send) -> Send:
     return sent
 
 
-def application(runs: Sequence[ServedRun], token: str) -> Starlette:
-    """The page at /TOKEN/, and beside it `scenes`, `live` and `runs/K/...` of run number K."""
+@dataclass
+class Pages:
+    """The pages that are open."""
+
+    open: int = 0
+    closed_at: float | None = None
+    """When the last one was closed, by time.monotonic(); None before."""
+
+
+def application(
+    runs: Sequence[ServedRun], token: str, pages: Pages, link: RunLink | None = None
+) -> Starlette:
+    """The page at /TOKEN/, and beside it `scenes`, `live` and `runs/K/...` of run number K.
+
+    With a `link` the first run is one that goes on here, and its `moments` are served too.
+    """
 
     def served(request: Request) -> ServedRun:
         number: int = request.path_params["run"]
         return runs[number]
-
-    def route(path: str, answer: Callable[[Request], Response]) -> Route:
-        async def endpoint(request: Request) -> Response:
-            try:
-                return await run_in_threadpool(answer, request)
-            except (IndexError, KeyError, ValueError):
-                return PlainTextResponse("no such run, robot or sample\n", 404)
-            except (InputError, OSError) as error:
-                return PlainTextResponse(f"{error}\n", 503)
-
-        return Route(path, endpoint)
 
     def samples(request: Request) -> Response:
         first, count, stride = (
@@ -123,29 +129,22 @@ def application(runs: Sequence[ServedRun], token: str) -> Starlette:
     def reports(request: Request) -> Response:
         return JSONResponse(served(request).reports(float(request.query_params["time_s"])))
 
-    async def live(socket: WebSocket) -> None:
-        await socket.accept()
-        told = ""
-        with contextlib.suppress(WebSocketDisconnect, RuntimeError):
-            while True:
-                states = await run_in_threadpool(lambda: [run.state() for run in runs])
-                if (text := json.dumps(states)) != told:
-                    await socket.send_text(text)
-                    told = text
-                await _pause_or_end(socket)
+    def scenes() -> list[dict[str, Any]]:
+        return [{**run.scene(), "moments": link is not None} for run in runs]
 
     routes = [
-        route("/scenes", lambda _: JSONResponse([run.scene() for run in runs])),
-        route("/runs/{run:int}/times", times),
-        route("/runs/{run:int}/samples", samples),
-        route("/runs/{run:int}/series", lambda r: _binary(served(r).samples.series(_MOST_POINTS))),
-        route("/runs/{run:int}/events", lambda r: JSONResponse(served(r).events())),
-        route(
+        _route("/scenes", lambda _: JSONResponse(scenes())),
+        _route("/runs/{run:int}/times", times),
+        _route("/runs/{run:int}/samples", samples),
+        _route("/runs/{run:int}/series", lambda r: _binary(served(r).samples.series(_MOST_POINTS))),
+        _route("/runs/{run:int}/events", lambda r: JSONResponse(served(r).events())),
+        _route(
             "/runs/{run:int}/robots/{robot:int}",
             lambda r: JSONResponse(served(r).robot(r.path_params["robot"])),
         ),
-        route("/runs/{run:int}/reports", reports),
-        WebSocketRoute("/live", live),
+        _route("/runs/{run:int}/reports", reports),
+        WebSocketRoute("/live", _live_of(runs, pages)),
+        *([] if link is None else [WebSocketRoute("/moments", _moments_of(link))]),
         Mount("/", StaticFiles(directory=_PAGE, html=True)),
     ]
     return Starlette(
@@ -155,6 +154,61 @@ def application(runs: Sequence[ServedRun], token: str) -> Starlette:
             Middleware(_Guard, token=token),
         ],
     )
+
+
+def _route(path: str, answer: Callable[[Request], Response]) -> Route:
+    async def endpoint(request: Request) -> Response:
+        try:
+            return await run_in_threadpool(answer, request)
+        except (IndexError, KeyError, ValueError):
+            return PlainTextResponse("no such run, robot or sample\n", 404)
+        except (InputError, OSError) as error:
+            return PlainTextResponse(f"{error}\n", 503)
+
+    return Route(path, endpoint)
+
+
+def _live_of(runs: Sequence[ServedRun], pages: Pages) -> Callable[[WebSocket], Awaitable[None]]:
+    """Each run's state, when one has changed."""
+
+    async def live(socket: WebSocket) -> None:
+        await socket.accept()
+        told = ""
+        with contextlib.suppress(WebSocketDisconnect, RuntimeError), _counted(pages):
+            while True:
+                states = await run_in_threadpool(lambda: [run.state() for run in runs])
+                if (text := json.dumps(states)) != told:
+                    await socket.send_text(text)
+                    told = text
+                await _pause_or_end(socket)
+
+    return live
+
+
+@contextlib.contextmanager
+def _counted(pages: Pages) -> Iterator[None]:
+    pages.open += 1
+    try:
+        yield
+    finally:
+        pages.open -= 1
+        pages.closed_at = time.monotonic()
+
+
+def _moments_of(link: RunLink) -> Callable[[WebSocket], Awaitable[None]]:
+    """A page that has drawn one asks for the next."""
+
+    async def moments(socket: WebSocket) -> None:
+        await socket.accept()
+        with contextlib.suppress(WebSocketDisconnect, RuntimeError):
+            while await socket.receive_text():
+                try:
+                    await socket.send_bytes(await link.moment())
+                except RunError:
+                    await socket.close()
+                    return
+
+    return moments
 
 
 async def _pause_or_end(socket: WebSocket) -> None:
@@ -175,17 +229,44 @@ def _binary(data: bytes) -> Response:
     return Response(data, media_type="application/octet-stream")
 
 
+def check_page() -> None:
+    """RunError if the page was not built."""
+    if not (_PAGE / "index.html").is_file():
+        raise RunError("the viewer's page is not built; type: make setup")
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a viewer listens; `address` is what to open."""
+
+    socket: socket.socket
+    token: str
+
+    @staticmethod
+    def at(port: int = 0) -> "Place":
+        """`port` 0: a free one. InputError if it is taken."""
+        return Place(_listening(port), secrets.token_urlsafe(16))
+
+    @property
+    def address(self) -> str:
+        """Of the page, with the token."""
+        return f"http://{HOST}:{self.socket.getsockname()[1]}/{self.token}/"
+
+
 class Viewer:
     """A server that listens already; `address` is what to open."""
 
-    def __init__(self, runs: Sequence[ServedRun], port: int = 0) -> None:
-        """`port` 0: a free one. InputError if it is taken; RunError without the built page."""
-        if not (_PAGE / "index.html").is_file():
-            raise RunError("the viewer's page is not built; type: make setup")
-        token = secrets.token_urlsafe(16)
-        self._socket = _listening(port)
-        self.address = f"http://{HOST}:{self._socket.getsockname()[1]}/{token}/"
-        self._application = application(runs, token)
+    def __init__(
+        self, runs: Sequence[ServedRun], place: Place | None = None, link: RunLink | None = None
+    ) -> None:
+        """RunError without the built page. `link`: to the first run, which goes on."""
+        check_page()
+        place = place or Place.at()
+        self._socket = place.socket
+        self._link = link
+        self.address = place.address
+        self.pages = Pages()
+        self._application = application(runs, place.token, self.pages, link)
 
     def serve(self, started: Callable[[], None], ended: threading.Event | None = None) -> None:
         """Until Ctrl-C, or until `ended` is set. `started` is called once the server answers."""
@@ -193,10 +274,14 @@ class Viewer:
         @contextlib.asynccontextmanager
         async def lifespan(_: Any) -> AsyncIterator[None]:
             watch = asyncio.create_task(_end_at(uvicorn_server, ended)) if ended else None
+            if self._link is not None:
+                await self._link.open()
             started()
             yield
             if watch:
                 watch.cancel()
+            if self._link is not None:
+                await self._link.close()
 
         self._application.router.lifespan_context = lifespan
         config = uvicorn.Config(

@@ -5,6 +5,7 @@ import { CurvesPanel, type Curves } from "./curves";
 import { Exported } from "./exported";
 import { element, Inspector } from "./inspector";
 import { KEYS, listen, type Actions } from "./keys";
+import { Moments } from "./live";
 import { Pane, type Layers, type Picked } from "./pane";
 import { markOf } from "./robots";
 import type { RunEvent, RunState, Scene } from "./scene";
@@ -33,6 +34,7 @@ class Page {
   private lastFrame = performance.now();
   private frames = 0;
   private curvesAt = 0;
+  private readonly moments: Moments | null;
 
   constructor(
     private readonly source: Source,
@@ -50,6 +52,8 @@ class Page {
       pane.viewMoved = (moved) => this.moveAlike(moved);
       pane.element.dataset.name = scenes.length > 1 ? `${"AB"[run]}: ${scenes[run].folder}` : "";
     });
+    this.moments = scenes[0].moments ? new Moments(scenes[0]) : null;
+    if (this.moments) this.moments.changed = () => this.takeMoment();
     this.drawLegend();
     this.setUp();
     window.addEventListener("redraw", () => (this.dirty = true));
@@ -67,6 +71,12 @@ class Page {
     await this.readCurves();
     if (this.source.live) this.source.watch((states) => this.heed(states));
     requestAnimationFrame((now) => this.frame(now));
+  }
+
+  private takeMoment(): void {
+    const latest = this.moments?.latest;
+    if (latest && this.clock.following) this.clock.extend(latest.timeS);
+    this.dirty = true;
   }
 
   private setUp(): void {
@@ -292,6 +302,8 @@ class Page {
     this.clock.advance(seconds);
     if (this.dirty) {
       this.dirty = false;
+      const latest = this.clock.following ? this.moments?.latest : null;
+      this.panes[0].showMoment(latest?.sample ?? null);
       const whole = this.panes.map((pane) =>
         pane.draw(this.clock.timeS, this.strideOf(pane), this.layers),
       );
@@ -321,7 +333,7 @@ class Page {
     byId("speed").textContent = `${speed}×`;
     byId("play").textContent = playing ? "❚❚" : "▶";
     byId("play").title = playing ? "pause (space)" : "play (space)";
-    byId("live").hidden = !following;
+    byId("live").hidden = !following || !this.scenes.some((scene) => scene.status === RUNNING);
     this.curves.setTime(timeS);
     this.countStates();
     this.inspector.update();

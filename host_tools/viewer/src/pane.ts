@@ -51,6 +51,7 @@ export class Pane {
   private labelled = false;
   private heard: Report[] = [];
   private heardAt = -1;
+  private moment: Between | null = null;
   shown: Between | null = null;
   // Called with what was clicked.
   picked: (what: Picked) => void = () => {};
@@ -102,9 +103,17 @@ export class Pane {
     this.dirty();
   }
 
+  // Draws these robots in place of the time's, until it is called with null.
+  showMoment(sample: Sample | null): void {
+    if (this.moment?.from === sample || (!this.moment && !sample)) return;
+    const first = Math.max(0, this.samples.count - 1);
+    this.moment = sample && { from: sample, to: sample, part: 0, first };
+    this.linesOf = "";
+  }
+
   // Draws a time; false if its samples have not come yet.
   draw(timeS: number, stride: number, layers: Layers): boolean {
-    const between = this.samples.between(timeS, stride);
+    const between = this.moment ?? this.samples.between(timeS, stride);
     if (between) {
       this.shown = this.spreadOut(between);
       this.drawRobots(this.shown);

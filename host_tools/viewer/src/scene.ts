@@ -31,6 +31,8 @@ export interface Scene extends RunState {
   seed: number;
   folder: string;
   emulated: boolean;
+  // Whether it goes on here, so that `moments` of it are served.
+  moments: boolean;
   robots: number;
   recorded: number[] | null;
   radius_m: number;

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from kilotwin.runs.packing import pack
 from kilotwin.runs.reader import Run
-from kilotwin.runs.samples import MOST_ROWS, RunSamples, pack
+from kilotwin.runs.samples import MOST_ROWS, RunSamples
 from kilotwin.runs.stream_index import StreamIndex
 from kilotwin.units import TICK_S
 from kilotwin.view.served_run import ServedRun

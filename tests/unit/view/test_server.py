@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import select
 import socket
 import threading
 import urllib.error
@@ -10,15 +11,18 @@ import urllib.request
 from collections.abc import Iterator
 
 import pytest
-from websockets.exceptions import WebSocketException
+from websockets.exceptions import ConnectionClosed, WebSocketException
 from websockets.sync.client import connect
 from websockets.typing import Origin
 
 from kilotwin.errors import InputError, RunError
+from kilotwin.runs.live_link import LENGTH
+from kilotwin.runs.packing import pack
 from kilotwin.runs.reader import Run
 from kilotwin.view import server
+from kilotwin.view.run_link import RunLink
 from kilotwin.view.served_run import ServedRun
-from kilotwin.view.server import MOST_CONNECTIONS, Viewer
+from kilotwin.view.server import MOST_CONNECTIONS, Place, Viewer
 
 from ..known_run import Begin, samples
 
@@ -31,14 +35,9 @@ def page(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempPathFacto
     monkeypatch.setattr(server, "_PAGE", folder)
 
 
-@pytest.fixture
-def address(begin: Begin, page: None) -> Iterator[str]:
-    """Where a run of three samples is served."""
-    writer = begin()
-    writer.add(samples([0, 10, 20]))
-    writer.add_event({"kind": "crash", "robot": 2, "tick": 10})
-    writer.add_event({"kind": "print", "robot": 2, "tick": 10, "text": "dice 3"})
-    viewer = Viewer([ServedRun(Run.open(writer.folder))])
+@contextlib.contextmanager
+def serving(viewer: Viewer) -> Iterator[str]:
+    """Its address, while it answers."""
     ready, ended = threading.Event(), threading.Event()
     thread = threading.Thread(target=viewer.serve, args=(ready.set, ended))
     thread.start()
@@ -47,6 +46,17 @@ def address(begin: Begin, page: None) -> Iterator[str]:
     ended.set()
     thread.join(20)
     assert not thread.is_alive()
+
+
+@pytest.fixture
+def address(begin: Begin, page: None) -> Iterator[str]:
+    """Where a run of three samples is served."""
+    writer = begin()
+    writer.add(samples([0, 10, 20]))
+    writer.add_event({"kind": "crash", "robot": 2, "tick": 10})
+    writer.add_event({"kind": "print", "robot": 2, "tick": 10, "text": "dice 3"})
+    with serving(Viewer([ServedRun(Run.open(writer.folder))])) as address:
+        yield address
 
 
 def ask(address: str, **headers: str) -> tuple[int, bytes]:
@@ -148,7 +158,7 @@ def test_a_port_that_is_taken_is_refused_with_what_to_type(begin: Begin, page: N
         other.listen()
         port = other.getsockname()[1]
         with pytest.raises(InputError, match=f"--port {port}: .*; name another, or 0"):
-            Viewer([run], port)
+            Viewer([run], Place.at(port))
 
 
 def test_without_the_built_page_it_says_what_to_type(
@@ -158,3 +168,64 @@ def test_without_the_built_page_it_says_what_to_type(
     monkeypatch.setattr(server, "_PAGE", writer.folder / "none")
     with pytest.raises(RunError, match="type: make setup"):
         Viewer([ServedRun(Run.open(writer.folder))])
+
+
+def moment_for(run: socket.socket, **head: float) -> bytes:
+    """Waits until a moment is asked for, and sends one."""
+    (length,) = LENGTH.unpack(run.recv(LENGTH.size, socket.MSG_WAITALL))
+    assert json.loads(run.recv(length, socket.MSG_WAITALL)) == {"do": "look"}
+    packed = pack(head, {})
+    run.sendall(LENGTH.pack(len(packed)) + packed)
+    return packed
+
+
+def test_pages_get_moments_of_a_run_that_goes_on_here_until_it_is_over(
+    begin: Begin, page: None
+) -> None:
+    run, end = socket.socketpair()
+    viewer = Viewer([ServedRun(Run.open(begin().folder))], link=RunLink(end))
+    with run, serving(viewer) as address:
+        run.settimeout(20)
+        (scene,) = json.loads(ask(f"{address}scenes")[1])
+        assert scene["moments"]
+        assert scene["recorded"] is None  # all of them, though there is no sample yet
+        moments = address.replace("http", "ws") + "moments"
+        with connect(moments) as one, connect(moments) as other:
+            one.send("look")
+            other.send("look")
+            packed = moment_for(run, time_s=3.5)
+            assert one.recv(20) == packed
+            if other_asked_later := select.select([run], [], [], 0.5)[0]:
+                packed = moment_for(run, time_s=4.5)
+            assert other.recv(20) == packed, other_asked_later
+            one.send("look")
+            run.shutdown(socket.SHUT_RDWR)
+            with pytest.raises(ConnectionClosed):
+                one.recv(20)
+
+
+def test_moments_are_not_for_pages_from_elsewhere(begin: Begin, page: None) -> None:
+    run, end = socket.socketpair()
+    viewer = Viewer([ServedRun(Run.open(begin().folder))], link=RunLink(end))
+    with run, serving(viewer) as address:
+        moments = address.replace("http", "ws") + "moments"
+        for refused, origin in ((moments, "http://evil.example"), (moments[:-9] + "/x", None)):
+            with (
+                pytest.raises(WebSocketException),
+                connect(refused, origin=Origin(origin) if origin else None),
+            ):
+                pass
+
+
+def test_what_a_program_wrote_into_the_link_ends_it_and_nothing_else(
+    begin: Begin, page: None
+) -> None:
+    run, end = socket.socketpair()
+    viewer = Viewer([ServedRun(Run.open(begin().folder))], link=RunLink(end))
+    with run, serving(viewer) as address:
+        run.sendall(LENGTH.pack(6) + b"robots")
+        with connect(address.replace("http", "ws") + "moments") as page_of_it:
+            page_of_it.send("look")
+            with pytest.raises(ConnectionClosed):
+                page_of_it.recv(20)
+        assert ask(address)[0] == 200
