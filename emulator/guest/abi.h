@@ -22,7 +22,7 @@
 extern "C" {
 #endif
 
-#define KT_GUEST_ABI 10
+#define KT_GUEST_ABI 11
 #define KT_PACKED __attribute__((packed))
 
 /// The registers that drive motors and LED (hardware.md 1.8), which a program may write itself. The
@@ -127,7 +127,7 @@ typedef struct KT_PACKED {
     uint8_t *turn_left;
     void (*save_calibration)(const uint8_t *data);  ///< of a CALIB message
     message_rx_t *message_rx;
-    message_tx_t *message_tx;
+    message_tx_t *message_tx;  ///< null if the program does not name it: it never sends
     message_tx_success_t *message_tx_success;
     message_t *rx_message;  ///< kilolib's one receive buffer; of a module N_CELLS, one per cell
     distance_measurement_t *rx_distance;

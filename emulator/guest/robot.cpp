@@ -11,7 +11,8 @@ namespace kilotwin {
 
 namespace {
 
-constexpr uint16_t PERIOD_NEVER_CHANGED = TX_PERIOD_DEFAULT;
+// In place of kilo_tx_period where the program has none: no count exceeds the second.
+constexpr uint16_t PERIOD_NEVER_CHANGED = TX_PERIOD_DEFAULT, NEVER_ASKED = UINT16_MAX;
 static_assert(sizeof(Robot) == 8 * sizeof(CacheLine));
 
 }  // namespace
@@ -109,6 +110,7 @@ Cycles Robot::next_ask() const {
 // setup() may end any time, and a program that names its period may shorten it any time.
 Cycles Robot::next_request() const {
     if (core_.state != ROBOT_RUNNING && core_.state != ROBOT_SETUP) return NEVER;
+    if (!program_->may_send()) return NEVER;
     if (program_->names_period()) return next_tick_;
     return transmit_clock_next_request(&core_.transmit, PERIOD_NEVER_CHANGED, next_matches(),
                                        tick_length_);
@@ -124,6 +126,7 @@ timer_matches_t Robot::next_matches() const {
 }
 
 inline const volatile uint16_t &Robot::tx_period(const kt_table_t &table) {
+    if (table.message_tx == nullptr) return NEVER_ASKED;
     return *(table.tx_period != nullptr ? table.tx_period : &PERIOD_NEVER_CHANGED);
 }
 

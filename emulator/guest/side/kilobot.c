@@ -1,6 +1,5 @@
 // The thin half of the mock Kilobot API: it is compiled into every robot's guest, so that the API's
 // plain variables are swapped with the program's own.
-#include <stddef.h>
 #include <stdlib.h>
 
 #include "../../../firmware/kilolib/core/calibration.h"
@@ -13,17 +12,16 @@
 #include "side.h"
 
 volatile uint32_t kilo_ticks;
-#pragma weak kilo_tx_period  // tx_period.c
+#pragma weak kilo_tx_period   // tx_period.c
+#pragma weak kilo_message_tx  // message_tx.c
 
 static void ignore_rx(message_t *message, distance_measurement_t *distance) {
     (void)message;
     (void)distance;
 }
-static message_t *ignore_tx(void) { return NULL; }
 static void ignore_tx_success(void) {}
 
 message_rx_t kilo_message_rx = ignore_rx;
-message_tx_t kilo_message_tx = ignore_tx;
 message_tx_success_t kilo_message_tx_success = ignore_tx_success;
 
 // Packed types have alignment 1; the engine writes whole words.

@@ -155,6 +155,21 @@ TEST_CASE("the Kilobot medium: run ahead, tick by tick and in chunks give the sa
     }
 }
 
+TEST_CASE("programs that never send: run ahead, tick by tick and in chunks give the same") {
+    for (uint64_t seed = 71; seed <= 73; seed++) {
+        CAPTURE(seed);
+        Scene scene(square_hall(seed == 71 ? 1.8 : 4), seed);
+        if (seed != 73) scene.def.kilobot_medium = infrared_settings();
+        if (seed != 73) scene.def.kilobot_medium->range_m = 0.6;
+        scene.def.sample_ticks = 77;
+        scene.add_anywhere("listener", 10);
+        scene.add_anywhere("wanderer", 5);
+        scene.tell(400, 3, message(RESET));
+        scene.tell(500, 3, run_message());
+        check_all_ways(scene, 1500);
+    }
+}
+
 TEST_CASE("under a lamp: run ahead, tick by tick and in chunks give the same") {
     for (uint64_t seed = 41; seed <= 43; seed++) {
         CAPTURE(seed);
