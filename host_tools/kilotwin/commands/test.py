@@ -96,7 +96,7 @@ def run_scenarios(
     found = find(files or [])
     scenarios = prepare(found, given_settings(settings, None), timeout, display.note)
     width = max(len(scenario.name) for scenario in scenarios)
-    for scenario in run_all(scenarios, Processes(processes or _cores()), display):
+    for scenario in run_all(scenarios, Processes(processes or cores()), display):
         if not as_json:
             typer.echo(report.row(scenario, width))
     for scenario in scenarios:
@@ -128,5 +128,6 @@ def _keep(scenario: Scenario, timeout_s: float, video: bool, quiet: bool, *, sho
         typer.echo(f"{scenario.name}:\n{report.look_text(scenario)}")
 
 
-def _cores() -> int:
+def cores() -> int:
+    """Those that this process may use."""
     return len(os.sched_getaffinity(0))
