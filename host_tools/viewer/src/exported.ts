@@ -51,7 +51,7 @@ export class Exported implements Source {
       }
       part[name] = cut;
     }
-    return { head: { samples: number, rows: 0, stride }, arrays: part };
+    return { head: { samples: number, rows: 0, stride, time_s: times[first] }, arrays: part };
   }
 
   async series(run: number): Promise<Packed> {
