@@ -166,7 +166,7 @@ def test_every_key_is_told_and_works(page: Page) -> None:
     page.keyboard.press("Escape")
     go_to(page, 3000)
     plain = picture(page)
-    for key in ("s", "t", "l", "u"):
+    for key in ("s", "t", "l", "u", "b"):
         page.keyboard.press(key)
         page.wait_for_timeout(600)
         assert np.any(picture(page) != plain), key

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from kilotwin.experiment.colours import LED_VALUES
 from kilotwin.experiment.states import States
+from kilotwin.runs.columns import METRIC
 from kilotwin.runs.folder import OBJECTS
 from kilotwin.runs.packing import for_page, pack
 from kilotwin.runs.reader import Run
@@ -57,6 +58,11 @@ class Rows:
     def has(self, column: str) -> bool:
         """Whether the run recorded it."""
         return column in self._index.names
+
+    @property
+    def columns(self) -> list[str]:
+        """Those that the run recorded; none before its first sample."""
+        return self._index.names
 
     def ticks(self) -> NDArray[np.int64]:
         """[samples]: when each was taken. Reads a column of all that is new."""
@@ -276,6 +282,23 @@ class RunSamples:
             return []
         changes = np.flatnonzero(np.diff(led[: len(ticks)].astype(np.int16), prepend=-1))
         return [(round(float(ticks[at] * TICK_S), 3), int(led[at])) for at in changes]
+
+    def metrics(self, place: int, most: int) -> dict[str, list[tuple[float, float]]]:
+        """(time in s, value) of each metric that was recorded of the robot in that place, where it
+        was measured; every k-th so that there are no more than `most`."""
+        made = {}
+        with self._lock:
+            for name in self.robots.columns:
+                if name.startswith(METRIC):
+                    values = self.robots.of_one(place, name).astype(np.float64)
+                    known = np.flatnonzero(np.isfinite(values[: len(self._ticks)]))
+                    known = known[:: max(1, -(-len(known) // most))]
+                    times = self._ticks[known] * TICK_S
+                    made[name] = [
+                        (round(float(at), 3), float(value))
+                        for at, value in zip(times, values[known], strict=True)
+                    ]
+        return made
 
     def _of_sites(self, names: list[str]) -> dict[str, NDArray[Any]]:
         """Whole columns of `sites`; of a run that goes on only what is new is read."""

@@ -1,13 +1,11 @@
 """The scene of a run: all that stands still in its picture, with colours and names."""
 
-import base64
 import contextlib
-import io
 import math
 from typing import Any
 
 import numpy as np
-from PIL import Image
+from numpy.typing import NDArray
 
 from kilotwin.errors import InputError
 from kilotwin.experiment.areas import Area, area_of
@@ -24,6 +22,8 @@ from kilotwin.files.headers import CELL_M
 from kilotwin.plot.palette import site_fills, state_colours
 from kilotwin.runs.reader import Run
 from kilotwin.units import TICK_S
+from kilotwin.view.light import light_of
+from kilotwin.view.pixels import as_png
 
 
 def scene_of(run: Run) -> dict[str, Any]:
@@ -45,6 +45,7 @@ def scene_of(run: Run) -> dict[str, Any]:
         "arena": _shape(area_of(experiment.arena)),
         "sites": _sites(experiment),
         "floor": _floor(run),
+        "light": light_of(run),
         "obstacles": [_shape(area_of(obstacle)) for obstacle in experiment.obstacle],
         "objects": [[_shape(part) for part in parts_of(thing)] for thing in experiment.object],
         "grid": _grid(run),
@@ -95,18 +96,15 @@ def _floor(run: Run) -> dict[str, Any] | None:
     (left, low), (width, height) = picture.low_m, picture.size_m
     return {
         "box": [left, low, left + width, low + height],
-        "png": base64.b64encode(_png(picture, site_fills(run.experiment))).decode(),
+        "png": as_png(_coloured(picture, site_fills(run.experiment))),
     }
 
 
-def _png(picture: Picture, fills: list[str]) -> bytes:
-    """The highest row first; where no site is, nothing is seen."""
+def _coloured(picture: Picture, fills: list[str]) -> NDArray[np.uint8]:
+    """Where no site is, nothing is seen."""
     colours = [(0, 0, 0, 0)]
     colours += [(*bytes.fromhex(fill.removeprefix("#")), 255) for fill in fills]
-    pixels = np.array(colours, dtype=np.uint8)[picture.values[::-1]]
-    made = io.BytesIO()
-    Image.fromarray(pixels, "RGBA").save(made, "PNG")
-    return made.getvalue()
+    return np.array(colours, dtype=np.uint8)[picture.values]
 
 
 def _grid(run: Run) -> dict[str, Any] | None:

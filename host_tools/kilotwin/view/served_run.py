@@ -5,15 +5,20 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.compute as pc
 
 from kilotwin.errors import InputError
-from kilotwin.runs.folder import MANIFEST, RUNNING, TRACKING
+from kilotwin.runs.folder import MANIFEST, RUNNING, SENT, TRACKING
 from kilotwin.runs.reader import Run
 from kilotwin.runs.samples import RunSamples
 from kilotwin.view.scene import scene_of
 
 MOST_EVENTS = 10_000
 """Events in one answer: the last ones."""
+MOST_LINES = 200
+"""The same of words and reports."""
+_MOST_VALUES = 2_000
+_OF_MODULE = ("time_s", "robot", "cell", "state")
 _PRINT = "print"
 REPORTED = ("time_s", "robot", "x_m", "y_m", "module_x", "module_y", "cell")
 
@@ -68,13 +73,43 @@ class ServedRun:
         return {"number": len(events), "events": events[-MOST_EVENTS:]}
 
     def robot(self, robot: int) -> dict[str, Any]:
-        """A robot's LED from each change on, and its events and prints. KeyError: not recorded."""
+        """A robot's LED from each change on, its metrics, its events and prints, and the words that
+        an environment told it: when (s), type, value. KeyError: not recorded."""
         places = {int(known): place for place, known in enumerate(self.samples.robots.ids)}
         its = [event for event in self._run.events() if event.get("robot") == robot]
         return {
             "history": self.samples.history(places[robot]),
+            "metrics": self.samples.metrics(places[robot], _MOST_VALUES),
             "number": len(its),
             "events": its[-MOST_EVENTS:],
+            "words": self._words(robot),
+        }
+
+    def _words(self, robot: int) -> list[list[Any]]:
+        """The last ones."""
+        if not (self._folder / f"{SENT}.arrows").exists():
+            return []
+        table = self._run.sent()
+        its = table.filter(pc.equal(table["uid"], robot + 1)).to_pylist()
+        return [[row[name] for name in ("time_s", "type", "value")] for row in its[-MOST_LINES:]]
+
+    def module(self, column: int, row: int) -> dict[str, Any]:
+        """A module's events, how many reports the host had from it, and the last ones: when (s),
+        robot, cell, state. KeyError: there is no such module."""
+        grid = self._run.experiment.grid
+        if grid is None or not (0 <= column < grid.columns and 0 <= row < grid.rows):
+            raise KeyError(f"module {column}-{row}")
+        its = [event for event in self._run.events() if event.get("module") == [column, row]]
+        table = self._tracking()
+        here = pc.and_(pc.equal(table["module_x"], column), pc.equal(table["module_y"], row))
+        reports = table.filter(here)
+        last = reports.slice(max(0, len(reports) - MOST_LINES)).to_pylist()
+        return {
+            "events": its[-MOST_EVENTS:],
+            "number": len(reports),
+            "reports": [
+                [one[name] for name in ("time_s", "robot", "cell", "state")] for one in last
+            ],
         }
 
     def reports(self, time_s: float) -> list[list[Any]]:

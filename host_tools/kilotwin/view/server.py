@@ -142,6 +142,10 @@ def application(
             "/runs/{run:int}/robots/{robot:int}",
             lambda r: JSONResponse(served(r).robot(r.path_params["robot"])),
         ),
+        _route(
+            "/runs/{run:int}/modules/{column:int}/{row:int}",
+            lambda r: JSONResponse(served(r).module(r.path_params["column"], r.path_params["row"])),
+        ),
         _route("/runs/{run:int}/reports", reports),
         WebSocketRoute("/live", _live_of(runs, pages)),
         *([] if link is None else [WebSocketRoute("/moments", _moments_of(link))]),

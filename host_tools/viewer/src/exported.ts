@@ -1,11 +1,12 @@
 // Runs that the page holds itself: a file without a server. The other side is
 // kilotwin/view/exported_page.py.
 
-import type { Report, RobotAnswer, RunEvent, Scene } from "./scene";
+import type { ModuleAnswer, Report, RobotAnswer, RunEvent, Scene } from "./scene";
 import { unpack, type Arrays, type Packed, type Source } from "./source";
 
 const REPORT_COLUMNS = 7;
 const NOWHERE = 65535;
+const MOST_LINES = 200;
 const HEADING_SHIFT = 6;
 
 interface Held {
@@ -73,7 +74,20 @@ export class Exported implements Source {
       if (now !== history.at(-1)?.[1]) history.push([times[k], now]);
     }
     const its = events.filter((event) => event.robot === robot);
-    return { history, number: its.length, events: its };
+    return { history, metrics: {}, number: its.length, events: its, words: [] };
+  }
+
+  async module(run: number, [column, row]: [number, number]): Promise<ModuleAnswer> {
+    const { reports, events } = this.runs[run];
+    const its = events.filter(({ module: at }) => {
+      return Array.isArray(at) && at[0] === column && at[1] === row;
+    });
+    const found: ModuleAnswer["reports"] = [];
+    for (let at = 0; at < reports.length; at += REPORT_COLUMNS) {
+      const [timeS, robot, , , x, y, cell] = reports.subarray(at, at + REPORT_COLUMNS);
+      if (x === column && y === row) found.push([timeS, robot, cell, null]);
+    }
+    return { events: its, number: found.length, reports: found.slice(-MOST_LINES) };
   }
 
   // Of each robot the last report by then.

@@ -2,7 +2,7 @@
 
 import * as three from "three";
 import type { Sample } from "./samples";
-import { isShape, type Grid, type Scene, type Shape } from "./scene";
+import { isShape, type Drawn, type Grid, type Scene, type Shape } from "./scene";
 
 const FLOOR = "#b9b9b9";
 const OBSTACLE = "#6e5a4a";
@@ -14,13 +14,20 @@ const EMPTY_CELL = "#c9c9c9";
 export class Floor {
   readonly group = new three.Group();
   private readonly objects: three.Group[] = [];
+  private readonly sites = new three.Group();
+  private readonly light: three.Mesh | null = null;
   private cells: Cells | null = null;
 
   constructor(scene: Scene) {
     this.add(scene.arena, FLOOR, 0);
-    if (scene.floor) this.addPicture(scene.floor);
+    if (scene.floor) this.sites.add(picture(scene.floor, three.NearestFilter, 1));
     for (const site of scene.sites) {
-      if (isShape(site)) this.add(site, site.colour, 2);
+      if (isShape(site)) this.sites.add(filled(site, site.colour, 2), outline(site, OUTLINE, 3));
+    }
+    this.group.add(this.sites);
+    if (scene.light) {
+      this.light = picture(scene.light, three.LinearFilter, 6);
+      this.group.add(this.light);
     }
     if (scene.grid) {
       this.cells = new Cells(scene.grid, scene.sites.map((site) => site.colour));
@@ -51,22 +58,14 @@ export class Floor {
     return true;
   }
 
-  showCells(shown: boolean): void {
-    if (this.cells) this.cells.group.visible = shown;
+  showLayers(layers: { cells: boolean; floor: boolean; light: boolean }): void {
+    if (this.cells) this.cells.group.visible = layers.cells;
+    this.sites.visible = layers.floor;
+    if (this.light) this.light.visible = layers.light;
   }
 
   private add(shape: Shape, colour: string, order: number): void {
     this.group.add(filled(shape, colour, order), outline(shape, OUTLINE, order + 1));
-  }
-
-  private addPicture(floor: { box: [number, number, number, number]; png: string }): void {
-    const texture = new three.TextureLoader().load(`data:image/png;base64,${floor.png}`, () =>
-      window.dispatchEvent(new Event("redraw")),
-    );
-    texture.magFilter = texture.minFilter = three.NearestFilter;
-    texture.generateMipmaps = false;
-    texture.colorSpace = three.SRGBColorSpace;
-    this.group.add(plane(floor.box, texture, 1));
   }
 }
 
@@ -114,6 +113,16 @@ class Cells {
     for (let k = 1; k < this.grid.rows; k++) points.push(-x, k * step - y, 0, x, k * step - y, 0);
     return segments(new Float32Array(points), "#888888", 0.5, 4);
   }
+}
+
+function picture(drawn: Drawn, filter: three.MagnificationTextureFilter, order: number): three.Mesh {
+  const texture = new three.TextureLoader().load(`data:image/png;base64,${drawn.png}`, () =>
+    window.dispatchEvent(new Event("redraw")),
+  );
+  texture.magFilter = texture.minFilter = filter;
+  texture.generateMipmaps = false;
+  texture.colorSpace = three.SRGBColorSpace;
+  return plane(drawn.box, texture, order);
 }
 
 function plane(

@@ -1,7 +1,8 @@
 // The panel with all that is known of the robot, or of the cell, that was chosen.
 
 import type { Pane } from "./pane";
-import type { RobotAnswer, Scene } from "./scene";
+import { cellRows, metricRows, moduleRows, robotRows, textOf, type Row } from "./facts";
+import type { ModuleAnswer, RobotAnswer, Scene } from "./scene";
 import type { Source } from "./source";
 
 const MOST_LINES = 200;
@@ -10,6 +11,9 @@ export class Inspector {
   private robot: number | null = null;
   private run = 0;
   private pane: Pane | null = null;
+  private cell: { module: [number, number]; cell: number; answer: ModuleAnswer | null } | null = null;
+  private metrics: RobotAnswer["metrics"] = {};
+  private timeS = 0;
   // Called with a time to go to.
   chosen: (timeS: number) => void = () => {};
 
@@ -20,12 +24,14 @@ export class Inspector {
 
   clear(): void {
     this.robot = null;
+    this.cell = null;
     this.pane = null;
     this.element.hidden = true;
   }
 
   async showRobot(pane: Pane, run: number, robot: number): Promise<void> {
-    [this.pane, this.run, this.robot] = [pane, run, robot];
+    [this.pane, this.run, this.robot, this.cell] = [pane, run, robot, null];
+    this.metrics = {};
     this.element.hidden = false;
     this.element.replaceChildren(
       element("h2", `robot ${robot + 1}`),
@@ -35,49 +41,64 @@ export class Inspector {
     try {
       const answer = await this.source.robot(run, robot);
       if (this.robot !== robot || this.run !== run) return;
+      this.metrics = answer.metrics;
       this.element.querySelector("#history")!.replaceWith(...this.history(pane.scene, answer));
+      this.update(this.timeS);
     } catch (error) {
       this.element.querySelector("#history")!.textContent = String((error as Error).message);
     }
   }
 
-  showCell(pane: Pane, timeS: number, module: [number, number], cell: number): void {
-    [this.pane, this.robot] = [null, null];
+  async showCell(pane: Pane, run: number, module: [number, number], cell: number): Promise<void> {
+    [this.pane, this.run, this.robot] = [pane, run, null];
+    const place = (this.cell = { module, cell, answer: null as ModuleAnswer | null });
     this.element.hidden = false;
-    const grid = pane.scene.grid!;
-    const map = grid.maps.findLast(([atS]) => atS <= timeS)?.[1] ?? [];
-    const [row, column] = [2 * module[1] + (cell < 2 ? 1 : 0), 2 * module[0] + (cell % 2)];
-    const number = row * 2 * grid.columns + column;
-    const site = map[number] ? pane.scene.sites[map[number] - 1].name : "none";
-    const list = element("dl", "");
-    facts(list, [
-      ["cell", `${cell} (${["top left", "top right", "bottom left", "bottom right"][cell]})`],
-      ["site", site],
-      ["wall", grid.walls.includes(number) ? "yes" : "no"],
-    ]);
-    this.element.replaceChildren(element("h2", `module ${module[0]}-${module[1]}`), list);
+    this.element.replaceChildren(
+      element("h2", `module ${module[0]}-${module[1]}`),
+      element("dl", "", { id: "now" }),
+      element("p", "its reports are being read ...", { id: "history" }),
+    );
+    try {
+      const answer = await this.source.module(run, module);
+      if (this.cell !== place) return;
+      place.answer = answer;
+      this.element.querySelector("#history")!.replaceWith(...this.ofModule(answer));
+      this.update(this.timeS);
+    } catch (error) {
+      this.element.querySelector("#history")!.textContent = String((error as Error).message);
+    }
   }
 
   // Brings what is true now up to the time that is shown.
-  update(): void {
-    const list = this.element.querySelector("#now");
-    const between = this.pane?.shown;
-    if (!list || !between || this.robot === null || !this.pane) return;
-    const place = this.pane.placeOf(this.robot);
+  update(timeS: number): void {
+    this.timeS = timeS;
+    const list = this.element.querySelector<HTMLElement>("#now");
+    if (!list || !this.pane) return;
     const scene = this.pane.scene;
-    const { from } = between;
-    const led = from.led[place] & 63;
-    const state = scene.states.names[scene.states.of_led[led]];
-    const levels = [led & 3, (led >> 2) & 3, (led >> 4) & 3].join(", ");
-    const heading = (from.heading[place] / 65536) * 360;
-    const informed = scene.informed.find(([a, b]) => a <= this.robot! && this.robot! < b);
-    facts(list as HTMLElement, [
-      ["state", state],
-      ["LED", `RGB(${levels})`],
-      ["x, y", `${centimetres(from.x[place])}, ${centimetres(from.y[place])} cm`],
-      ["heading", `${heading.toFixed(0)}°`],
-      ...(informed ? [["informed of", scene.sites[informed[2] - 1].name] as [string, string]] : []),
-    ]);
+    if (this.cell) {
+      const { module, cell, answer } = this.cell;
+      const more = answer ? moduleRows(answer, timeS) : [];
+      facts(list, [...cellRows(scene, module, cell, timeS), ...more]);
+    } else if (this.robot !== null && this.pane.shown) {
+      const place = this.pane.placeOf(this.robot);
+      const rows = robotRows(scene, this.pane.shown, place, this.robot);
+      facts(list, [...rows, ...metricRows(scene, this.metrics, timeS)]);
+    }
+  }
+
+  private ofModule(answer: ModuleAnswer): HTMLElement[] {
+    const reports = answer.reports.map(([timeS, robot, cell, state]) =>
+      this.line(timeS, `robot ${robot + 1} in cell ${cell}${state ? `, ${state}` : ""}`),
+    );
+    const events = answer.events.slice(-MOST_LINES).map((event) => {
+      return this.line(event.time_s, textOf(event));
+    });
+    return [
+      element("h3", `reports of robots (${answer.number})`),
+      list(reports, "reports"),
+      element("h3", `events and prints (${answer.events.length})`),
+      list(events, "prints"),
+    ];
   }
 
   private history(scene: Scene, answer: RobotAnswer): HTMLElement[] {
@@ -103,14 +124,19 @@ export class Inspector {
       return this.line(timeS, name);
     });
     const events = answer.events.slice(-MOST_LINES).map((event) => {
-      return this.line(event.time_s, event.kind === "print" ? String(event.text) : event.kind);
+      return this.line(event.time_s, textOf(event));
     });
+    const words = answer.words.map(([timeS, type, value]) => {
+      return this.line(timeS, value === null ? `message of type ${type}` : `${type}: ${value}`);
+    });
+    const told = [element("h3", `words of the environment (${words.length})`), list(words, "words")];
     return [
       element("h3", `states (${answer.history.length} changes)`),
       bar,
       list(changes, "changes"),
       element("h3", `events and prints (${answer.number})`),
       list(events, "prints"),
+      ...(words.length ? told : []),
     ];
   }
 
@@ -123,17 +149,13 @@ export class Inspector {
   }
 }
 
-function centimetres(metres: number): string {
-  return (100 * metres).toFixed(1);
-}
-
 function list(items: HTMLElement[], id: string): HTMLElement {
   const made = element("ol", "", { id });
   made.append(...items);
   return made;
 }
 
-function facts(list: HTMLElement, rows: [string, string][]): void {
+function facts(list: HTMLElement, rows: Row[]): void {
   list.replaceChildren(...rows.flatMap(([name, value]) => [element("dt", name), element("dd", value)]));
 }
 

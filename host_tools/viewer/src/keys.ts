@@ -15,6 +15,8 @@ export interface Actions {
   trails(): void;
   links(): void;
   cells(): void;
+  floor(): void;
+  light(): void;
   reports(): void;
   uids(): void;
   states(): void;
@@ -46,6 +48,7 @@ export const KEYS: [string, Partial<Record<string, keyof Actions>>, string][] = 
   ["l", { l: "links" }, "who is within reach of whom"],
   ["u", { u: "uids" }, "uids"],
   ["g", { g: "cells" }, "cells of a Kilogrid"],
+  ["b i", { b: "floor", i: "light" }, "sites on the floor; lamps' and projectors' light"],
   ["r", { r: "reports" }, "where a grid's host heard robots last"],
   ["+ -", { "+": "closer", "=": "closer", "-": "farther" }, "zoom; also the wheel, or two fingers"],
   [

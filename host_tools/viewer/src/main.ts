@@ -24,6 +24,8 @@ class Page {
     trails: false,
     links: false,
     cells: true,
+    floor: true,
+    light: false,
     reports: false,
     uids: false,
     states: false,
@@ -95,6 +97,8 @@ class Page {
       button.onclick = () => actions[button.dataset.action as keyof Actions]();
     }
     listen(actions);
+    hideUnless("light", this.scenes.some((scene) => scene.light));
+    for (const name of ["cells", "reports"]) hideUnless(name, this.scenes.some((one) => one.grid));
     const help = byId("keys");
     for (const [keys, , text] of KEYS) help.append(element("dt", keys), element("dd", text));
   }
@@ -125,6 +129,8 @@ class Page {
       trails: toggle("trails"),
       links: toggle("links"),
       cells: toggle("cells"),
+      floor: toggle("floor"),
+      light: toggle("light"),
       reports: toggle("reports"),
       uids: toggle("uids"),
       states: () => {
@@ -213,7 +219,7 @@ class Page {
       this.inspector.showRobot(pane, run, what.robot);
     } else {
       this.panes.forEach((one) => one.select(null));
-      this.inspector.showCell(pane, this.clock.timeS, what.module, what.cell);
+      this.inspector.showCell(pane, run, what.module, what.cell);
     }
   }
 
@@ -343,12 +349,16 @@ class Page {
     byId("live").hidden = !following || !this.scenes.some((scene) => scene.status === RUNNING);
     this.curves.setTime(timeS);
     this.countStates();
-    this.inspector.update();
+    this.inspector.update(timeS);
   }
 }
 
 function byId<T extends HTMLElement = HTMLElement>(id: string): T {
   return document.getElementById(id) as T;
+}
+
+function hideUnless(action: string, useful: boolean): void {
+  document.querySelector(`button[data-action="${action}"]`)?.toggleAttribute("hidden", !useful);
 }
 
 function brightness(colour: string): number {

@@ -13,6 +13,8 @@ export interface Layers {
   trails: boolean;
   links: boolean;
   cells: boolean;
+  floor: boolean;
+  light: boolean;
   reports: boolean;
   uids: boolean;
   states: boolean; // colours of states in place of LEDs
@@ -118,7 +120,7 @@ export class Pane {
       this.shown = this.spreadOut(between);
       this.drawRobots(this.shown);
       if (this.floor.show(between.from, between.to, between.part, timeS)) this.stale = true;
-      this.floor.showCells(layers.cells);
+      this.floor.showLayers(layers);
       this.drawLines(this.shown, stride, layers);
     }
     if (layers.reports) this.askForReports(timeS);

@@ -17,6 +17,7 @@ export interface Between {
   to: Sample;
   part: number;
   first: number; // number of `from`
+  spanS?: number; // how long it is from one to the other
 }
 
 // Where a robot is at that time, m.
@@ -98,7 +99,7 @@ export class Samples {
     if (!from || !to) return null;
     const span = this.times[next] - this.times[first];
     const part = span > 0 ? Math.min(1, Math.max(0, (timeS - this.times[first]) / span)) : 0;
-    return { from, to, part, first };
+    return { from, to, part, first, spanS: span };
   }
 
   // Number `number`, a multiple of `stride`; null, and asked for, if it is not there yet.

@@ -11,6 +11,12 @@ export interface Site {
   polygon?: [number, number][];
 }
 
+// A picture on the floor: left, low, right and top in metres, and a PNG in base64.
+export interface Drawn {
+  box: [number, number, number, number];
+  png: string;
+}
+
 export interface Grid {
   columns: number;
   rows: number;
@@ -41,7 +47,8 @@ export interface Scene extends RunState {
   tick_s: number;
   arena: Shape;
   sites: Site[];
-  floor: { box: [number, number, number, number]; png: string } | null;
+  floor: Drawn | null;
+  light: Drawn | null;
   obstacles: Shape[];
   objects: Shape[][];
   grid: Grid | null;
@@ -61,8 +68,16 @@ export interface RunEvent {
 
 export interface RobotAnswer {
   history: [number, number][];
+  metrics: Record<string, [number, number][]>; // time in s and value
   number: number;
   events: RunEvent[];
+  words: [number, number, number | null][]; // time in s, type, value
+}
+
+export interface ModuleAnswer {
+  events: RunEvent[];
+  number: number; // of reports
+  reports: [number, number, number, string | null][]; // time in s, robot, cell, state
 }
 
 // time in s, robot, x, y, column and row of the module, cell

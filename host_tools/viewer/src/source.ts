@@ -1,6 +1,6 @@
 // Where the page has its data from: the server, or the page itself if it was exported.
 
-import type { Report, RobotAnswer, RunEvent, RunState, Scene } from "./scene";
+import type { ModuleAnswer, Report, RobotAnswer, RunEvent, RunState, Scene } from "./scene";
 
 export type Arrays = Record<string, Float32Array | Float64Array | Uint8Array | Uint16Array>;
 
@@ -18,6 +18,7 @@ export interface Source {
   series(run: number): Promise<Packed>;
   events(run: number): Promise<{ number: number; events: RunEvent[] }>;
   robot(run: number, robot: number): Promise<RobotAnswer>;
+  module(run: number, module: [number, number]): Promise<ModuleAnswer>;
   reports(run: number, timeS: number): Promise<Report[]>;
   // Calls `seen` with each run's state when one has changed, and with null when the server is gone.
   watch(seen: (states: RunState[] | null) => void): void;
@@ -69,6 +70,10 @@ export class Server implements Source {
 
   robot(run: number, robot: number): Promise<RobotAnswer> {
     return this.json(`runs/${run}/robots/${robot}`);
+  }
+
+  module(run: number, [column, row]: [number, number]): Promise<ModuleAnswer> {
+    return this.json(`runs/${run}/modules/${column}/${row}`);
   }
 
   reports(run: number, timeS: number): Promise<Report[]> {

@@ -3,6 +3,7 @@
 import base64
 import io
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -10,14 +11,15 @@ import pytest
 from PIL import Image
 
 from kilotwin.experiment.colours import led_byte
-from kilotwin.runs.columns import TRACKING_SCHEMA
+from kilotwin.metrics.values import MetricValues
+from kilotwin.runs.columns import SENT_SCHEMA, TRACKING_SCHEMA
 from kilotwin.runs.reader import Run
 from kilotwin.runs.writer import Stream
 from kilotwin.view.scene import scene_of
 from kilotwin.view.served_run import ServedRun
 
 from ..conftest import GRID, INFORMED, SMALL
-from ..known_run import Begin, samples
+from ..known_run import ROBOTS, Begin, samples
 
 
 def test_sites_states_and_informed_robots_are_in_it(begin: Begin) -> None:
@@ -84,6 +86,61 @@ def test_sites_that_are_drawn_are_a_picture(begin: Begin, folder: Path) -> None:
     np.testing.assert_allclose(floor["box"], [-2, -1, 2, 1])
 
 
+def test_light_is_a_picture_brighter_near_a_lamp(begin: Begin) -> None:
+    lamp = "\n[[light.source]]\nat_m = [1.0, 0.5]\npeak = 900\nhalf_m = 0.2\n"
+    light = scene_of(Run.open(begin(text=SMALL + lamp).folder))["light"]
+    assert light["box"] == [-2, -2, 2, 2]
+    pixels = np.asarray(Image.open(io.BytesIO(base64.b64decode(light["png"]))))
+    cover = pixels[::-1, :, 3]  # the lowest row first
+    row, column = np.unravel_index(cover.argmax(), cover.shape)
+    assert (column * 4 / 160 - 2, row * 4 / 160 - 2) == pytest.approx((1.0, 0.5), abs=0.03)
+    half = round((1.2 + 2) * 40)
+    assert (cover[row, half] / cover.max()) ** 2 == pytest.approx(0.5, abs=0.05)
+    assert scene_of(Run.open(begin("dark").folder))["light"] is None
+
+
+def write(stream: Stream, schema: pa.Schema, rows: list[list[Any]]) -> None:
+    """Adds rows, each as a batch."""
+    for row in rows:
+        columns = [pa.array([value], kind) for value, kind in zip(row, schema.types, strict=True)]
+        stream.write(pa.record_batch(columns, schema=schema))
+
+
+def test_a_robot_has_its_variables_and_the_words_it_was_told(begin: Begin) -> None:
+    text = SMALL + '\n[metric.seen]\nvariable = "count"\nper_robot = true\n'
+    writer = begin(text=text)
+    values = np.arange(2.0 * ROBOTS).reshape(2, ROBOTS)
+    values[0, 3] = np.nan
+    writer.add(samples([0, 1000]), MetricValues({"seen": values.sum(axis=1)}, {"seen": values}))
+    sent = Stream(writer.folder / "sent.arrows", SENT_SCHEMA)
+    told = [[1.0, 0.9, 3, 7, 42, None], [2.0, 2.0, 4, 7, 43, None]]
+    write(sent, SENT_SCHEMA, told)
+    sent.close()
+    served = ServedRun(Run.open(writer.folder))
+    assert served.robot(2)["words"] == [[1.0, 7, 42]]
+    assert served.robot(2)["metrics"] == {"metric_seen": [(0, 2), (32.768, 12)]}
+    assert served.robot(3)["metrics"] == {"metric_seen": [(32.768, 13)]}
+
+
+def test_a_module_has_its_events_and_its_reports(begin: Begin) -> None:
+    writer = begin(text=GRID)
+    stream = Stream(writer.folder / "tracking.arrows", TRACKING_SCHEMA)
+    where = [(1, 2, 0), (3, 5, 1), (1, 2, 3)]
+    rows: list[list[Any]] = [
+        [float(at), at, 0.0, 0.0, *place, "seen", b"1234567"] for at, place in enumerate(where)
+    ]
+    write(stream, TRACKING_SCHEMA, rows)
+    stream.close()
+    writer.add_event({"kind": "module_silent", "tick": 5, "text": "gone", "module": [1, 2]})
+    writer.add_event({"kind": "module_silent", "tick": 5, "text": "gone", "module": [2, 1]})
+    module = ServedRun(Run.open(writer.folder)).module(1, 2)
+    assert [event["module"] for event in module["events"]] == [[1, 2]]
+    assert module["number"] == 2
+    assert module["reports"] == [[0.0, 0, 0, "seen"], [2.0, 2, 3, "seen"]]
+    with pytest.raises(KeyError):
+        ServedRun(Run.open(writer.folder)).module(4, 0)
+
+
 def test_a_run_says_how_far_it_is_and_that_it_ended(begin: Begin) -> None:
     writer = begin()
     served = ServedRun(Run.open(writer.folder))
@@ -100,11 +157,7 @@ def test_of_a_grids_reports_each_robots_last_one_is_told(begin: Begin) -> None:
     stream = Stream(writer.folder / "tracking.arrows", TRACKING_SCHEMA)
     heard = [(1.0, 3, 0.025), (2.0, 1, 0.075), (3.0, 3, -0.025), (9.0, 1, 0.125)]
     for number, (time_s, robot, x_m) in enumerate(heard):
-        row = [time_s, robot, x_m, 0.0, 1, 2, 3, "seen", b"1234567"]
-        columns = [
-            pa.array([value], kind) for value, kind in zip(row, TRACKING_SCHEMA.types, strict=True)
-        ]
-        stream.write(pa.record_batch(columns, schema=TRACKING_SCHEMA))
+        write(stream, TRACKING_SCHEMA, [[time_s, robot, x_m, 0.0, 1, 2, 3, "seen", b"1234567"]])
         served = ServedRun(Run.open(writer.folder))
         assert len(served.reports(100.0)) == len({robot for _, robot, _ in heard[: number + 1]})
     stream.close()
