@@ -79,7 +79,8 @@ def pytest_runtest_makereport(item: pytest.Item, call: "pytest.CallInfo[None]") 
         return
     lines: list[str] | None = item.stash.get(KEPT, None)
     used = getattr(item, "funcargs", {}).get("kilotwin")
-    if used is not None and lines is None:
+    # A fixture of that name may be another one.
+    if lines is None and hasattr(used, "lines_on"):
         lines = used.lines_on(used.keep(item.name))
     if lines:
         report.sections.append(("kilotwin", "\n".join(lines)))
