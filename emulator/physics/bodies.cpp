@@ -83,14 +83,39 @@ void Bodies::command(uint32_t robot, const MotorCommand &command) {
         next_contact_[robot] = std::min(next_contact_[robot], begin_of_step(at, step_));
 }
 
+bool Bodies::has_room(uint32_t robot, const Eigen::Vector2d &point) const {
+    if (!arena_.has_room(point, radius_m_)) return false;
+    for (uint32_t i = 0; i < objects_.size(); i++)
+        if (objects_[i].gap(object_states_[i].pose, point) < radius_m_) return false;
+    const double touch = 2 * radius_m_;
+    for (uint32_t other = 0; other < size(); other++)
+        if (other != robot && (places_[other] - point).squaredNorm() < touch * touch) return false;
+    return true;
+}
+
+// Whatever was found out from where robots were is found anew: for all of them, since it may now be
+// near any.
+void Bodies::place(uint32_t robot, const Pose &pose) {
+    trajectories_[robot].restart(now_, pose);
+    places_[robot] = pose.position;
+    if (trajectories_[robot].drive().stands()) still_since_[robot] = now_;
+    contacts_.forget(robot);
+    std::fill(next_contact_.begin(), next_contact_.end(), now_);
+    for (Candidates &candidates : candidates_) candidates.until = now_;
+    for (Surroundings &around : surroundings_) around.made_at = NEVER;
+    lists_stale_ = true;
+    lists_due_ = now_;
+}
+
 bool Bodies::refresh_lists() {
     if (now_ < lists_due_) return false;
     double square = 0;
     for (uint32_t robot = 0; robot < size(); robot++)
         square = std::max(square, (places_[robot] - listed_at_[robot]).squaredNorm());
     double drift_m = std::sqrt(square);
-    const bool stale = 2 * drift_m > SKIN_USED * lists_.skin_m();
+    const bool stale = lists_stale_ || 2 * drift_m > SKIN_USED * lists_.skin_m();
     if (stale) {
+        lists_stale_ = false;
         listed_at_ = places_;
         lists_.rebuild(places_);
         list_rebuilds_++;

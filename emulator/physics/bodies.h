@@ -44,6 +44,14 @@ class Bodies {
     /// robot; a time before the current step acts at its begin.
     void command(uint32_t robot, const MotorCommand &command);
 
+    /// Whether a robot could stand at a point: clear of walls, objects and all other robots.
+    /// O(robots).
+    bool has_room(uint32_t robot, const Eigen::Vector2d &point) const;
+
+    /// Takes a robot away to `pose`, where it has room, when the current step begins and before
+    /// refresh_lists(). Its motors stay as they are ordered. O(robots).
+    void place(uint32_t robot, const Pose &pose);
+
     /// To be called when a step begins: renews the neighbour lists if that is due. Returns whether
     /// it did. Mostly a comparison; a renewal takes O(robots + pairs).
     bool refresh_lists();
@@ -223,6 +231,7 @@ class Bodies {
     Neighbours lists_;
     std::vector<Eigen::Vector2d> listed_at_;  ///< positions when the lists were made
     Cycles lists_due_;                        ///< when to check the next time whether they hold
+    bool lists_stale_ = false;  ///< whatever robots' ways were: one was placed
     Cycles lists_hold_until_;
     uint64_t list_rebuilds_ = 0;  ///< so far
 

@@ -146,6 +146,13 @@ void register_stepping(Class &simulation) {
             nb::arg("region").none() = nb::none(),
             "Give robots a message now: nine data bytes and a type.")
         .def(
+            "place",
+            [](PythonSimulation &self, size_t robot, double x_m, double y_m, double heading_rad) {
+                self.simulation.place(robot, {{x_m, y_m}, heading_rad});
+            },
+            nb::arg("robot"), nb::arg("x_m"), nb::arg("y_m"), nb::arg("heading_rad"),
+            "Take a robot away to a pose. EngineError where it has no room.")
+        .def(
             "shine",
             [](PythonSimulation &self, const nb::bytes &frame, double after_s) {
                 if (!(after_s >= 0)) throw EngineError("a frame cannot begin in the past");

@@ -54,6 +54,11 @@ class FloorSensing {
         if (floor_) look_again_around(robot, begin_of_step(at, step_) + step_);
     }
 
+    /// Robots are elsewhere than they were: all look around when they are due.
+    void look_again() {
+        for (Surroundings &around : surroundings_) around.look_again = 0;
+    }
+
     /// Robots were pushed in the step that ends at `now`.
     void end_step(Cycles now);
 

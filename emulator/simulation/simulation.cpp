@@ -1,10 +1,12 @@
 #include "simulation/simulation.h"
 
 #include <algorithm>
+#include <string>
 #include <utility>
 
 #include "base/errors.h"
 #include "base/selection.h"
+#include "base/trigonometry.h"
 
 namespace kilotwin {
 
@@ -63,6 +65,15 @@ void Simulation::give(const Command &command, Cycles at) {
         robot.tell(at, command.message);
         channel_->order(index, at);
     }
+}
+
+void Simulation::place(size_t robot, const Pose &pose) {
+    if (robot >= size()) throw EngineError("there is no robot " + std::to_string(robot));
+    const auto index = static_cast<uint32_t>(robot);
+    if (!bodies_->has_room(index, pose.position))
+        throw EngineError("robot " + std::to_string(robot) + " has no room there");
+    bodies_->place(index, {pose.position, wrapped(pose.heading)});
+    floor_->look_again();
 }
 
 /// Sets readings and floor messages of robots on boards for this step.

@@ -6,11 +6,13 @@ import subprocess
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
-from playwright.sync_api import Browser
+from playwright.sync_api import Browser, Page
 from websockets.sync.client import connect
 
 from kilotwin.runs.reader import Run
+from kilotwin.units import TICK_S
 
 from .browser import chromium, new_page, open_viewer
 from .conftest import KILOTWIN, WALKER
@@ -126,3 +128,71 @@ def test_ctrl_c_after_the_end_closes_the_viewer_with_the_runs_own_code(
     assert process.returncode == 0
     with pytest.raises(ConnectionRefusedError), connect(address.replace("http", "ws") + "live"):
         pass
+
+
+def steered(folder: Path) -> list[dict[str, object]]:
+    """What was done to a run by hand."""
+    events = Run.open(folder).events()
+    return [event for event in events if event["kind"] in ("steered", "paced")]
+
+
+def test_a_run_is_steered_from_its_page_and_says_so(
+    watched: Callable[..., Watched], browser: Browser, folder: Path, environment: dict[str, str]
+) -> None:
+    process, address = watched("steered", "--set", "duration_s=1e6")
+    problems: list[str] = []
+    with new_page(browser, problems) as page:
+        open_viewer(page, address)
+        page.wait_for_selector("#steering")
+        page.keyboard.press("P")
+        page.wait_for_selector("#hold.on")
+        page.wait_for_timeout(300)
+        time = page.input_value("#time")
+        page.wait_for_timeout(500)
+        assert page.input_value("#time") == time
+        page.keyboard.press(">")
+        page.wait_for_function("time => document.querySelector('#time').value !== time", arg=time)
+        stepped = float(page.input_value("#time")) - float(time)
+        assert stepped == pytest.approx(4 * TICK_S, abs=0.002)  # a world step
+        page.keyboard.press("M")
+        robot = drag_first_robot(page)
+        page.select_option("#steering select", "sleep")
+        page.fill("#steering form input", f"robot = {robot}")
+        page.click("#steering form button")
+        page.wait_for_timeout(1000)
+        assert page.inner_text("#said") == ""
+        page.keyboard.press("P")
+        page.wait_for_selector("#hold:not(.on)")
+    process.terminate()
+    process.communicate(timeout=30)
+    assert problems == []
+    done = steered(folder / "steered")
+    assert [event["do"] for event in done] == ["pause", "step", "place", "send", "resume"]
+    assert done[2]["robot"] == robot
+    touched = Run.open(folder / "steered").manifest["touched"]
+    assert touched == {"first_s": done[2]["time_s"]}
+    words = [str(KILOTWIN), "run", "--verify", "steered"]
+    verdict = subprocess.run(
+        words, cwd=folder, env=environment, capture_output=True, text=True, check=False
+    )
+    assert verdict.returncode == 2
+    assert "somebody steered it, first at" in verdict.stderr
+
+
+def drag_first_robot(page: Page) -> int:
+    """Drags the robot that is nearest to the middle to the left, and says which it is."""
+    box = page.locator(".pane").bounding_box()
+    assert box is not None
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    for radius in range(0, 200, 6):
+        for angle in range(0, 360, 15):
+            at = x + radius * np.cos(np.radians(angle)), y + radius * np.sin(np.radians(angle))
+            page.mouse.click(*at)
+            if page.is_visible("#inspector h2"):
+                robot = int(page.inner_text("#inspector h2").split()[-1]) - 1
+                page.mouse.move(*at)
+                page.mouse.down()
+                page.mouse.move(at[0] + 31, at[1] + 23, steps=4)
+                page.mouse.up()
+                return robot
+    raise AssertionError("no robot")

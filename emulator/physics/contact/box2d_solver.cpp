@@ -303,6 +303,13 @@ Box2DSolver::Box2DSolver(const Arena &arena, const Mechanics &mechanics, size_t 
 
 Box2DSolver::~Box2DSolver() { b2DestroyWorld(box2d_->world); }
 
+// Its body is put where it is when it is enabled the next time.
+void Box2DSolver::forget(uint32_t robot) {
+    auto &disc = box2d_->discs[robot];
+    if (!B2_IS_NULL(disc.body)) b2Body_Disable(disc.body);
+    disc.enabled = 0;
+}
+
 void Box2DSolver::solve(Islands &islands, double step_s) {
     box2d_->update_enabled(islands);
     box2d_->update_things(islands);

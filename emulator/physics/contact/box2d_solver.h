@@ -30,6 +30,7 @@ class Box2DSolver final : public ContactSolver {
     /// several steps where they would close by more than Box2D looks ahead.
     /// ORACLE: as the drives' law is written, tick by tick, 16 sub-steps each.
     void solve(Islands &islands, double step_s) override;
+    void forget(uint32_t robot) override;
 
   private:
     void step_once(Islands &islands, double step_s);

@@ -51,6 +51,9 @@ class ContactSolver {
     /// of a body only as long as that body is in each call. Deterministic: equal input, in equal
     /// order, gives equal bits.
     virtual void solve(Islands &islands, double step_s) = 0;
+
+    /// A robot is elsewhere now: what is known of it does not hold.
+    virtual void forget(uint32_t /*robot*/) {}
 };
 
 }  // namespace kilotwin

@@ -48,6 +48,13 @@ void Contacts::add(uint32_t robot, const Trajectory &trajectory, Cycles at) {
 
 void Contacts::remove(uint32_t robot) { held_[robot] = false; }
 
+void Contacts::forget(uint32_t robot) {
+    if (!held_[robot]) return;
+    remove(robot);
+    update();
+    solver_->forget(robot);
+}
+
 // Sorted, so that results do not depend on the order in which robots came near something.
 void Contacts::update() {
     auto gone = [this](uint32_t robot) { return !held_[robot]; };

@@ -45,6 +45,9 @@ class Contacts {
     /// Lets a held robot go; it is listed until the next update().
     void remove(uint32_t robot);
 
+    /// Lets a robot go that is elsewhere now, if it is held. Linear in robots held.
+    void forget(uint32_t robot);
+
     /// To be called after add() and remove(), before robots() and step(). Linear in robots held.
     void update();
 

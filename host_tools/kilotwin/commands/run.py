@@ -217,7 +217,10 @@ def run(
         extras.require("matplotlib")
     probes = Probes(gdb, gdb_port, tuple(vcd or ()))
     display = terminal.display(quiet)
-    with window(view, display, port=view_port, no_browser=no_browser, quiet=quiet) as viewer:
+    steers = serving is None
+    with window(
+        view, display, port=view_port, no_browser=no_browser, quiet=quiet, steers=steers
+    ) as viewer:
         outcome = run_experiment(
             loaded,
             out,

@@ -24,7 +24,7 @@ def open_page(address: str) -> None:
 
 @contextlib.contextmanager
 def window(
-    view: bool, display: Display, *, port: int, no_browser: bool, quiet: bool
+    view: bool, display: Display, *, port: int, no_browser: bool, quiet: bool, steers: bool
 ) -> Iterator["AttachedViewer | None"]:
     """The viewer of what runs meanwhile; None unless `view`. What fails takes it along."""
     if not view:
@@ -37,7 +37,7 @@ def window(
         if not no_browser:
             open_page(address)
 
-    viewer: AttachedViewer = lazy.load("view.attached").AttachedViewer(shown, port)
+    viewer: AttachedViewer = lazy.load("view.attached").AttachedViewer(shown, port, steers=steers)
     try:
         yield viewer
     finally:

@@ -3,6 +3,7 @@
 import math
 from typing import TYPE_CHECKING, Any
 
+from kilotwin.errors import InputError
 from kilotwin.experiment.engine_spec import config_differences
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.files.headers import MOST_PER_BUS
@@ -70,6 +71,17 @@ class EmulatedHost:
         """Takes the events of modules' programs."""
         for event in self.simulation.module_events():
             self.record.module_event(event)
+
+    def order(self, order: str) -> None:
+        """Has the host `pause` or `resume` robots now, after what it is at. InputError while the
+        grid is set up."""
+        if self.conductor.phase != "running":
+            raise InputError("the grid does not run yet, or no more")
+        controller = self.conductor.controller
+        if controller.busy:
+            raise InputError("the host is at another order; try again in a moment")
+        (controller.pause if order == "pause" else controller.resume)()
+        self.notice_orders()
 
     def notice_orders(self) -> None:
         """To be called when the controller may have got an order since it last acted."""

@@ -44,6 +44,9 @@ SENT = "sent"
 # Events after which a robot, or a module, takes no part any more.
 FAILURES = {"crash", "endless", "stack_overflow"}
 
+# A manifest's key where somebody steered the run: `first_s`, when for the first time.
+TOUCHED = "touched"
+
 # A manifest's status.
 RUNNING = "running"
 FINISHED = "finished"

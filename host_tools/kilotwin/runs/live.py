@@ -1,9 +1,14 @@
 """A run that is watched: what its viewer asks is answered between two calls of the engine."""
 
+import math
+import time
 from typing import TYPE_CHECKING, Any
 
+from kilotwin.errors import InputError
 from kilotwin.runs.live_link import LiveLink
+from kilotwin.runs.pace import MOST_TICKS, Pace
 from kilotwin.runs.packing import for_page, pack
+from kilotwin.runs.steering import Steering
 from kilotwin.units import seconds
 
 if TYPE_CHECKING:
@@ -11,6 +16,7 @@ if TYPE_CHECKING:
 
 CHUNK_S = 0.1
 """About how long a call of the engine takes then: a viewer wants ten moments a second."""
+_WAIT_S = 0.05  # for a page that asks for a moment
 _SHOWN = ("x_m", "y_m", "heading_rad", "led")
 _OBJECTS = ("object_x_m", "object_y_m", "object_heading_rad")
 
@@ -25,11 +31,15 @@ def packed_moment(snapshot: "Samples", zero_tick: int, **more: Any) -> bytes:
 
 
 class Live:
-    """Answers the viewer of one run."""
+    """Answers the viewer of one run, and lets it be steered."""
 
-    def __init__(self, descriptor: int, simulation: "Simulation") -> None:
+    def __init__(
+        self, descriptor: int, simulation: "Simulation", steering: Steering | None = None
+    ) -> None:
+        """Without `steering` it is only seen."""
         self._link = LiveLink(descriptor)
         self._simulation = simulation
+        self._steering = steering
         self._asked = False
 
     def heed(self, zero_tick: int) -> None:
@@ -37,7 +47,38 @@ class Live:
         for order in self._link.orders():
             if order.get("do") == "look":
                 self._asked = True
+            else:
+                self._answer(order)
         self._link.flush()
         if self._asked and self._link.is_free:
             self._asked = False
-            self._link.send(packed_moment(self._simulation.snapshot(), zero_tick))
+            snapshot = self._simulation.snapshot()
+            self._link.send(packed_moment(snapshot, zero_tick, **self._pace()))
+        if self._link.closed and self._steering is not None and self._steering.pace.paused:
+            self._steering.pace = Pace()  # nobody is there to have it go on
+
+    def ticks_now(self, zero_tick: int, *others: int) -> int:
+        """How many ticks the run may go now; 0 after a wait, for a moment or until something comes,
+        here or at the descriptors `others`."""
+        self.heed(zero_tick)
+        if self._steering is None:
+            return MOST_TICKS
+        pace, tick = self._steering.pace, self._simulation.tick
+        count = pace.ticks(time.monotonic(), tick)
+        if count == 0:
+            self._link.wait(min(_WAIT_S, pace.wait_s(time.monotonic(), tick)), *others)
+        return count
+
+    def _answer(self, order: dict[str, Any]) -> None:
+        error = "this run cannot be steered: hosts outside, or nobody, steer it"
+        if self._steering is not None:
+            error = ""
+            try:
+                self._steering.do(order)
+            except InputError as refusal:
+                error = str(refusal)
+        self._link.send(pack({"answer": order.get("id"), "error": error}, {}))
+
+    def _pace(self) -> dict[str, Any]:
+        pace = Pace() if self._steering is None else self._steering.pace
+        return {"paused": pace.paused, "speed": None if math.isinf(pace.speed) else pace.speed}

@@ -13,7 +13,7 @@ from kilotwin.errors import InputError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.text import Setting
 from kilotwin.runs.display import Display
-from kilotwin.runs.folder import EXPERIMENT, FINISHED, MANIFEST
+from kilotwin.runs.folder import EXPERIMENT, FINISHED, MANIFEST, TOUCHED
 from kilotwin.runs.reader import Run
 from kilotwin.runs.run import run
 
@@ -82,6 +82,10 @@ def _experiment(before: Run, rows: pa.Table) -> Experiment:
     manifest, folder = before.manifest, before.folder
     if "engine" not in manifest:
         raise InputError(f"{folder}: a recording of real robots or a table; no emulator repeats it")
+    if touched := manifest.get(TOUCHED):
+        first_s = touched.get("first_s", 0)
+        what = f"somebody steered it, first at {first_s:g} s (steered in events.jsonl)"
+        raise InputError(f"{folder}: {what}; no repeating that")
     if any(word == "--serve" for word in manifest.get("command_line", [])):
         raise InputError(f"{folder}: hosts outside had a hand in it (--serve); no repeating that")
     if not rows.num_rows and not before.sites().num_rows:

@@ -43,10 +43,19 @@ from kilotwin.runs.confined_worker import confine_worker
 from kilotwin.runs.emulated_environment import EmulatedEnvironment
 from kilotwin.runs.emulated_grid import EmulatedHost, lead_ticks
 from kilotwin.runs.environment_record import EnvironmentEvents, EnvironmentRecord
-from kilotwin.runs.folder import FAILURES, FINISHED, INTERRUPTED, add_to_manifest, close_manifest
+from kilotwin.runs.folder import (
+    FAILURES,
+    FINISHED,
+    INTERRUPTED,
+    TOUCHED,
+    add_to_manifest,
+    close_manifest,
+)
 from kilotwin.runs.job import Job
 from kilotwin.runs.live import CHUNK_S, Live
+from kilotwin.runs.pace import MOST_TICKS
 from kilotwin.runs.served_world import ServedWorld
+from kilotwin.runs.steering import STEERED, Steering
 from kilotwin.runs.writer import RunWriter
 from kilotwin.units import seconds, ticks
 
@@ -168,10 +177,11 @@ class Trial(Generic[WriterT]):
         self._attach_probes()
         self._keep_environment()
         self._host, self._served = self._join_hosts()
-        self._live = None if job.live is None else Live(job.live, self._simulation)
+        self._live = None if job.live is None else self._join_viewer(job.live)
         self._chunk_s = _CHUNK_S if self._live is None else CHUNK_S
         self._events: Counter[str] = Counter()
         self._failed: list[dict[str, Any]] = []
+        self._touched = False
         self._startup_s = 0.0
         self._sampled_at = -1
         self._samples = 0
@@ -211,14 +221,16 @@ class Trial(Generic[WriterT]):
             self._take(simulation.samples())
         while simulation.tick < end and not stopped():
             began = time.perf_counter()
-            ahead = min(chunk, end - simulation.tick, self._ticks_until_sample())
+            allowed = self._allowed_ticks()
+            if not allowed:
+                continue
+            ahead = min(chunk, end - simulation.tick, self._ticks_until_sample(), allowed)
             self._advance(ahead)
             now = time.perf_counter()
             self._startup_s = self._startup_s or now - self._began
             chunk = max(1, min(4 * ahead, round(ahead * self._chunk_s / max(now - began, 1e-6))))
             samples = simulation.samples()
             self._take(samples, last=self._ends_with(samples, end))
-            self._heed_viewer()
         if self._sampled_at != simulation.tick:
             self._take(simulation.snapshot(), last=True)
         return simulation.tick >= end
@@ -240,13 +252,38 @@ class Trial(Generic[WriterT]):
         while not world.over and not stopped():
             world.step()
             self._take(world.from_zero(self._simulation.samples()))
-            self._heed_viewer()
+            if self._live is not None:
+                self._live.heed(self._zero_tick)
             world.wait()
         return world.ran
 
-    def _heed_viewer(self) -> None:
-        if self._live is not None:
-            self._live.heed(self._zero_tick)
+    def _allowed_ticks(self) -> int:
+        """How far a viewer lets it go now; 0 after a wait."""
+        if self._live is None:
+            return MOST_TICKS
+        return self._live.ticks_now(self._zero_tick, sys.stdin.fileno())
+
+    def _join_viewer(self, descriptor: int) -> Live:
+        """Where hosts outside have the say nobody steers."""
+        if self._served is not None:
+            return Live(descriptor, self._simulation)
+        sample_ticks = max(1, ticks(self._keys.record.sample_s))
+        grid = None if self._host is None else self._host.order
+        return Live(
+            descriptor,
+            self._simulation,
+            Steering(self._simulation, sample_ticks, self._note_act, grid),
+        )
+
+    def _note_act(self, event: dict[str, Any]) -> None:
+        """The run was steered, or its pace changed: an event, and the manifest says so at once."""
+        self.writer.add_event(event)
+        self._events[event["kind"]] += 1
+        time_s = round(seconds(event["tick"]), 3)
+        if event["kind"] == STEERED and not self._touched:
+            self._touched = True
+            add_to_manifest(self._job.folder, {TOUCHED: {"first_s": time_s}})
+        self._report({"type": "note", "text": f"at {time_s:.3f} s: {event['text']}"})
 
     def _advance(self, count: int) -> None:
         """So many ticks, with the grid's host or the environment doing in between what is due."""

@@ -16,14 +16,18 @@ from kilotwin.view.server import Place, check_page
 class AttachedViewer:
     """Listens from the begin, so that its address is known; answers once the run has a folder."""
 
-    def __init__(self, shown: Callable[[str], None], port: int = 0) -> None:
+    def __init__(
+        self, shown: Callable[[str], None], port: int = 0, *, steers: bool = False
+    ) -> None:
         """`shown` is called with the address when the run has begun. `port` 0: a free one.
+        `steers`: whether the page may steer the run.
         InputError if it is taken; RunError without the built page."""
         check_page()
         self._place = Place.at(port)
         self.address = self._place.address
         """What to open in a browser."""
         self._shown = shown
+        self._steers = steers
         self._process: subprocess.Popen[bytes] | None = None
         self._ours: socket.socket | None = None
         self._theirs: socket.socket | None = None
@@ -58,6 +62,7 @@ class AttachedViewer:
             "token": self._place.token,
             "listener": listener,
             "link": link,
+            "steers": self._steers,
         }
         self._tell(json.dumps(asked))
         self._place.socket.close()

@@ -1,8 +1,8 @@
 """The viewer's process beside a run: `python -m kilotwin.view.beside`.
 
-Its first line on stdin is JSON: `folder`, `token`, and the descriptors `listener` and `link` (-1:
-none). A second line says that the run is over; then it ends when the last page was closed. It ends
-with its stdin.
+Its first line on stdin is JSON: `folder`, `token`, whether pages may steer (`steers`), and the
+descriptors `listener` and `link` (-1: none). A second line says that the run is over; then it ends
+when the last page was closed. It ends with its stdin.
 """
 
 import contextlib
@@ -14,6 +14,7 @@ import time
 from pathlib import Path
 
 from kilotwin.runs.reader import Run
+from kilotwin.view.helm import helm_of
 from kilotwin.view.run_link import RunLink
 from kilotwin.view.served_run import ServedRun
 from kilotwin.view.server import Pages, Place, Viewer
@@ -28,7 +29,9 @@ def main() -> None:
     asked = json.loads(sys.stdin.readline())
     place = Place(socket.socket(fileno=asked["listener"]), asked["token"])
     link = None if asked["link"] < 0 else RunLink(socket.socket(fileno=asked["link"]))
-    viewer = Viewer([ServedRun(Run.open(Path(asked["folder"])))], place, link)
+    folder = Path(asked["folder"])
+    helm = helm_of(folder) if asked["steers"] else None
+    viewer = Viewer([ServedRun(Run.open(folder))], place, link, helm)
     ended, over = threading.Event(), threading.Event()
     threading.Thread(target=_heed_parent, args=(over, ended), daemon=True).start()
     threading.Thread(target=_end_unseen, args=(over, viewer.pages, ended), daemon=True).start()

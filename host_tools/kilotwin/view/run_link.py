@@ -11,11 +11,12 @@ from kilotwin.runs.packing import head_of
 
 # Robots' programs run in the process at the other end: what comes is bounded, and data.
 _MOST_BYTES = 256 << 20
+_PATIENCE_S = 10.0
 _NO_RUN = "the run is over"
 
 
 class RunLink:
-    """Moments of the run for pages. All that ask before one comes get the same."""
+    """Moments of the run for pages, the same for all that ask before it comes, and their orders."""
 
     def __init__(self, end: socket.socket) -> None:
         """`end`: connected; open() comes next, in the event loop."""
@@ -23,6 +24,8 @@ class RunLink:
         self._writer: asyncio.StreamWriter | None = None
         self._reading: asyncio.Task[None] | None = None
         self._moment: asyncio.Future[bytes] | None = None
+        self._orders = 0
+        self._answers: dict[int, asyncio.Future[str]] = {}
 
     async def open(self) -> None:
         """Begins to listen to the run."""
@@ -35,6 +38,20 @@ class RunLink:
             self._send({"do": "look"})
             self._moment = asyncio.get_running_loop().create_future()
         return await asyncio.shield(self._moment)
+
+    async def order(self, order: dict[str, Any]) -> str:
+        """Has the run carry it out; why it did not, or "". RunError when it is over."""
+        self._orders += 1
+        number = self._orders
+        answer: asyncio.Future[str] = asyncio.get_running_loop().create_future()
+        self._answers[number] = answer
+        try:
+            self._send({**order, "id": number})
+            return await asyncio.wait_for(answer, _PATIENCE_S)
+        except TimeoutError:
+            return "the run is in the middle of something; it will do that later"
+        finally:
+            self._answers.pop(number, None)
 
     async def close(self) -> None:
         """Leaves the run alone."""
@@ -61,14 +78,21 @@ class RunLink:
             self._end_all()
 
     def _take(self, packed: bytes) -> None:
-        head_of(packed)
-        if self._moment is not None:
+        head = head_of(packed)
+        if "answer" in head:
+            answer = self._answers.get(head["answer"])
+            if answer is not None and not answer.done():
+                answer.set_result(str(head.get("error", "")))
+        elif self._moment is not None:
             self._moment.set_result(packed)
             self._moment = None
 
     def _end_all(self) -> None:
         if self._writer is not None:
             self._writer.close()
+        for answer in self._answers.values():
+            if not answer.done():
+                answer.set_result(_NO_RUN)
         if self._moment is not None:
             self._moment.set_exception(RunError(_NO_RUN))
             self._moment.exception()  # no page may be waiting any more

@@ -1,8 +1,9 @@
 """Serves the page and the runs on 127.0.0.1, in a process of its own.
 
-Who has the address, with its token, sees the runs; nothing is written. A browser asks for samples
-when it can draw them, so that a slow one has fewer, and a run that goes on is not held up: this
-process reads its folder, and asks for a moment when a page has asked (run_link.py).
+Who has the address, with its token, sees the runs, and steers one that was begun with a page. A
+browser asks for samples when it can draw them, so that a slow one has fewer, and a run that goes on
+is not held up: this process reads its folder, and asks for a moment when a page has asked
+(run_link.py).
 """
 
 import asyncio
@@ -25,12 +26,13 @@ from starlette.middleware import Middleware
 from starlette.middleware.trustedhost import TrustedHostMiddleware
 from starlette.requests import Request
 from starlette.responses import JSONResponse, PlainTextResponse, Response
-from starlette.routing import Mount, Route, WebSocketRoute
+from starlette.routing import BaseRoute, Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from kilotwin.errors import InputError, RunError, cause_of
+from kilotwin.view.helm import Helm
 from kilotwin.view.run_link import RunLink
 from kilotwin.view.served_run import ServedRun
 
@@ -42,6 +44,7 @@ _PAGE = Path(__file__).parent / "page"
 _LOOK_S = 0.2
 _MOST_POINTS = 4_000
 _LARGEST = 1 << 31
+_MOST_ORDER_BYTES = 1 << 14
 
 _HEADERS = {
     "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self' "
@@ -106,11 +109,16 @@ class Pages:
 
 
 def application(
-    runs: Sequence[ServedRun], token: str, pages: Pages, link: RunLink | None = None
+    runs: Sequence[ServedRun],
+    token: str,
+    pages: Pages,
+    link: RunLink | None = None,
+    helm: Helm | None = None,
 ) -> Starlette:
     """The page at /TOKEN/, and beside it `scenes`, `live` and `runs/K/...` of run number K.
 
-    With a `link` the first run is one that goes on here, and its `moments` are served too.
+    With a `link` the first run is one that goes on here, and its `moments` are served too; with a
+    `helm` pages may `steer` it.
     """
 
     def served(request: Request) -> ServedRun:
@@ -130,7 +138,8 @@ def application(
         return JSONResponse(served(request).reports(float(request.query_params["time_s"])))
 
     def scenes() -> list[dict[str, Any]]:
-        return [{**run.scene(), "moments": link is not None} for run in runs]
+        steers = None if helm is None else helm.offers()
+        return [{**run.scene(), "moments": link is not None, "steers": steers} for run in runs]
 
     routes = [
         _route("/scenes", lambda _: JSONResponse(scenes())),
@@ -148,7 +157,7 @@ def application(
         ),
         _route("/runs/{run:int}/reports", reports),
         WebSocketRoute("/live", _live_of(runs, pages)),
-        *([] if link is None else [WebSocketRoute("/moments", _moments_of(link))]),
+        *([] if link is None else _routes_of_link(link, helm)),
         Mount("/", StaticFiles(directory=_PAGE, html=True)),
     ]
     return Starlette(
@@ -197,6 +206,47 @@ def _counted(pages: Pages) -> Iterator[None]:
     finally:
         pages.open -= 1
         pages.closed_at = time.monotonic()
+
+
+def _routes_of_link(link: RunLink, helm: Helm | None) -> list[BaseRoute]:
+    routes: list[BaseRoute] = [WebSocketRoute("/moments", _moments_of(link))]
+    if helm is not None:
+        routes.append(Route("/steer", _steer_of(link, helm), methods=["POST"]))
+    return routes
+
+
+def _steer_of(link: RunLink, helm: Helm) -> Callable[[Request], Awaitable[Response]]:
+    """204 when it was done; 400 or 409 with a line that says why it was not."""
+
+    async def steer(request: Request) -> Response:
+        # A form of another page has no such type, and a browser names the page that asks.
+        if request.headers.get("origin") is None or not _is_json(request):
+            return PlainTextResponse("not from this page\n", 403)
+        try:
+            asked = json.loads(await _body(request))
+            if not isinstance(asked, dict):
+                raise ValueError("an order is an object")
+            error = await link.order(await run_in_threadpool(helm.order, asked))
+        except (ValueError, RecursionError, InputError) as refused:
+            return PlainTextResponse(f"{refused}\n", 400)
+        except RunError as over:
+            error = str(over)
+        return PlainTextResponse(f"{error}\n", 409) if error else Response(status_code=204)
+
+    return steer
+
+
+def _is_json(request: Request) -> bool:
+    return request.headers.get("content-type", "").split(";")[0] == "application/json"
+
+
+async def _body(request: Request) -> bytes:
+    body = b""
+    async for part in request.stream():
+        body += part
+        if len(body) > _MOST_ORDER_BYTES:
+            raise ValueError("an order is shorter")
+    return body
 
 
 def _moments_of(link: RunLink) -> Callable[[WebSocket], Awaitable[None]]:
@@ -261,16 +311,21 @@ class Viewer:
     """A server that listens already; `address` is what to open."""
 
     def __init__(
-        self, runs: Sequence[ServedRun], place: Place | None = None, link: RunLink | None = None
+        self,
+        runs: Sequence[ServedRun],
+        place: Place | None = None,
+        link: RunLink | None = None,
+        helm: Helm | None = None,
     ) -> None:
-        """RunError without the built page. `link`: to the first run, which goes on."""
+        """RunError without the built page. `link`: to the first run, which goes on; `helm`: makes
+        the orders by which pages may steer it."""
         check_page()
         place = place or Place.at()
         self._socket = place.socket
         self._link = link
         self.address = place.address
         self.pages = Pages()
-        self._application = application(runs, place.token, self.pages, link)
+        self._application = application(runs, place.token, self.pages, link, helm)
 
     def serve(self, started: Callable[[], None], ended: threading.Event | None = None) -> None:
         """Until Ctrl-C, or until `ended` is set. `started` is called once the server answers."""

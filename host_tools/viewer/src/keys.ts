@@ -27,6 +27,12 @@ export interface Actions {
   up(): void;
   down(): void;
   fit(): void;
+  holdRun(): void;
+  stepTick(): void;
+  stepSample(): void;
+  slowRun(): void;
+  fastRun(): void;
+  moveRobots(): void;
   nextRobot(): void;
   lastRobot(): void;
   dark(): void;
@@ -61,6 +67,10 @@ export const KEYS: [string, Partial<Record<string, keyof Actions>>, string][] = 
     },
     "move the view; also by dragging",
   ],
+  ["P", { P: "holdRun" }, "a run that goes on here: pause it, let it go on"],
+  ["> S", { ">": "stepTick", S: "stepSample" }, "let it go on by a tick, to the next sample"],
+  ["{ }", { "{": "slowRun", "}": "fastRun" }, "let it go slower, faster"],
+  ["M", { M: "moveRobots" }, "drag its robots elsewhere, or not"],
   ["f", { f: "fit" }, "all of the table; also a double click"],
   ["d", { d: "dark" }, "dark, light"],
   ["?", { "?": "help" }, "this list"],
@@ -73,7 +83,10 @@ export function listen(actions: Actions): void {
     for (const [key, action] of Object.entries(keys)) meaning.set(key, action!);
   }
   document.addEventListener("keydown", (event) => {
-    const typing = event.target instanceof HTMLInputElement && event.target.type !== "range";
+    const { target } = event;
+    const typing =
+      (target instanceof HTMLInputElement && target.type !== "range") ||
+      target instanceof HTMLSelectElement;
     if (typing || event.ctrlKey || event.metaKey || event.altKey) return;
     const shifted = event.shiftKey ? meaning.get(`Shift+${event.key}`) : undefined;
     const action = shifted ?? meaning.get(event.key);

@@ -8,6 +8,14 @@ import { unpack, type Arrays } from "./source";
 export interface Moment {
   timeS: number;
   sample: Sample;
+  paused: boolean;
+  speed: number | null; // times real time; null: as fast as it can
+}
+
+interface Head {
+  time_s: number;
+  paused: boolean;
+  speed: number | null;
 }
 
 const LEAST_MS = 100; // from one to the next
@@ -33,7 +41,7 @@ export class Moments {
   }
 
   private take(data: ArrayBuffer): void {
-    const { head, arrays } = unpack(data);
+    const { head, arrays } = unpack(data) as unknown as { head: Head; arrays: Arrays };
     const pose = (prefix: string) => ({
       x: arrays[`${prefix}x_m`] as Float32Array,
       y: arrays[`${prefix}y_m`] as Float32Array,
@@ -41,7 +49,8 @@ export class Moments {
     });
     const objects = "object_x_m" in arrays ? pose("object_") : null;
     const all = { ...pose(""), led: arrays.led as Uint8Array, objects };
-    this.latest = { timeS: head.time_s, sample: this.recorded(all) };
+    const { time_s: timeS, paused, speed } = head;
+    this.latest = { timeS, sample: this.recorded(all), paused, speed };
     this.changed();
   }
 

@@ -6,6 +6,7 @@ import { Exported } from "./exported";
 import { element, Inspector } from "./inspector";
 import { KEYS, listen, type Actions } from "./keys";
 import { Moments } from "./live";
+import { SteeringBar } from "./steering";
 import { Pane, type Layers, type Picked } from "./pane";
 import { markOf } from "./robots";
 import type { RunEvent, RunState, Scene } from "./scene";
@@ -37,6 +38,7 @@ class Page {
   private frames = 0;
   private curvesAt = 0;
   private readonly moments: Moments | null;
+  private steering: SteeringBar | null = null;
 
   constructor(
     private readonly source: Source,
@@ -56,6 +58,7 @@ class Page {
     });
     this.moments = scenes[0].moments ? new Moments(scenes[0]) : null;
     if (this.moments) this.moments.changed = () => this.takeMoment();
+    if (this.moments && scenes[0].steers) this.addSteering(new SteeringBar(scenes[0].steers));
     this.drawLegend();
     this.setUp();
     window.addEventListener("redraw", () => (this.dirty = true));
@@ -75,9 +78,22 @@ class Page {
     requestAnimationFrame((now) => this.frame(now));
   }
 
+  private addSteering(bar: SteeringBar): void {
+    this.steering = bar;
+    byId("player").before(bar.element);
+    bar.changed = () => {
+      this.panes[0].grabs = bar.moves;
+      if (bar.moves) this.goToEnd();
+      this.dirty = true;
+    };
+    this.panes[0].dropped = (robot, x, y) => bar.place(robot, x, y);
+  }
+
   private takeMoment(): void {
     const latest = this.moments?.latest;
     if (latest && this.clock.following) this.clock.extend(latest.timeS);
+    if (latest) this.steering?.show(latest);
+    if (this.steering) this.steering.element.hidden = !latest;
     this.dirty = true;
   }
 
@@ -145,6 +161,12 @@ class Page {
       up: stepPixels(0, 1),
       down: stepPixels(0, -1),
       fit: () => pane.fit(),
+      holdRun: () => this.steering?.toggle(),
+      stepTick: () => this.steering?.stepTick(),
+      stepSample: () => this.steering?.stepSample(),
+      slowRun: () => this.steering?.faster(-1),
+      fastRun: () => this.steering?.faster(1),
+      moveRobots: () => this.steering?.toggleMoves(),
       nextRobot: () => this.chooseRobot(1),
       lastRobot: () => this.chooseRobot(-1),
       dark: () => {

@@ -54,6 +54,10 @@ export class Pane {
   private heard: Report[] = [];
   private heardAt = -1;
   private moment: Between | null = null;
+  // Whether a robot that is dragged is put elsewhere, in place of the view's being moved.
+  grabs = false;
+  dropped: (robot: number, x: number, y: number) => void = () => {};
+  private held: { place: number; at: [number, number] } | null = null;
   shown: Between | null = null;
   // Called with what was clicked.
   picked: (what: Picked) => void = () => {};
@@ -317,6 +321,7 @@ export class Pane {
     context.clearRect(0, 0, width, height);
     if (layers.reports) this.drawReports(context, timeS);
     if (this.shown) this.drawUids(context, this.shown, layers);
+    if (this.held) this.drawHeld(context, this.held.at);
     this.drawScale(context, height);
   }
 
@@ -369,6 +374,17 @@ export class Pane {
     context.stroke();
   }
 
+  // Where a robot would be put.
+  private drawHeld(context: CanvasRenderingContext2D, at: [number, number]): void {
+    context.strokeStyle = "#ff4000";
+    context.lineWidth = 2;
+    context.setLineDash([4, 3]);
+    context.beginPath();
+    context.arc(...this.pixel(...at), Math.max(4, this.scene.radius_m / this.pixelM), 0, 7);
+    context.stroke();
+    context.setLineDash([]);
+  }
+
   private drawScale(context: CanvasRenderingContext2D, height: number): void {
     const rough = 120 * this.pixelM;
     const power = 10 ** Math.floor(Math.log10(rough));
@@ -393,13 +409,18 @@ export class Pane {
       this.element.setPointerCapture(event.pointerId);
       pointers.set(event.pointerId, event);
       if (pointers.size === 1) travelled = 0;
+      const under = this.grabs && pointers.size === 1 ? this.robotAt(...own(event)) : null;
+      this.held = under === null ? null : { place: under, at: this.place(...own(event)) };
     });
     this.element.addEventListener("pointermove", (event) => {
       const last = pointers.get(event.pointerId);
       if (!last) return;
       const [dx, dy] = [event.clientX - last.clientX, event.clientY - last.clientY];
       travelled += Math.abs(dx) + Math.abs(dy);
-      if (pointers.size === 2) {
+      if (this.held) {
+        this.held.at = this.place(...own(event));
+        this.dirty();
+      } else if (pointers.size === 2) {
         const other = [...pointers.values()].find((one) => one.pointerId !== event.pointerId)!;
         const apart = (one: PointerEvent) =>
           Math.hypot(one.clientX - other.clientX, one.clientY - other.clientY);
@@ -410,6 +431,12 @@ export class Pane {
       pointers.set(event.pointerId, event);
     });
     const released = (event: PointerEvent) => {
+      const { held } = this;
+      this.held = null;
+      if (held && travelled > 4 && event.type === "pointerup") {
+        this.dropped(this.ids[held.place], ...held.at);
+        this.dirty();
+      }
       if (pointers.delete(event.pointerId) && event.type === "pointerup" && travelled <= 4) {
         this.pick(...own(event));
       }
@@ -427,8 +454,8 @@ export class Pane {
     this.element.addEventListener("dblclick", () => this.fit());
   }
 
-  // The robot under a pixel, else the cell.
-  private pick(px: number, py: number): void {
+  // The place in a sample of the robot under a pixel.
+  private robotAt(px: number, py: number): number | null {
     const [x, y] = this.place(px, py);
     let best: number | null = null;
     let nearest = Math.max(this.scene.radius_m, 6 * this.pixelM);
@@ -437,8 +464,14 @@ export class Pane {
       const away = Math.hypot(robotX - x, robotY - y);
       if (away <= nearest) [best, nearest] = [k, away];
     }
-    if (best !== null) this.picked({ robot: this.ids[best] });
-    else this.picked(this.cellAt(x, y));
+    return best;
+  }
+
+  // The robot under a pixel, else the cell.
+  private pick(px: number, py: number): void {
+    const robot = this.robotAt(px, py);
+    if (robot !== null) this.picked({ robot: this.ids[robot] });
+    else this.picked(this.cellAt(...this.place(px, py)));
   }
 
   private cellAt(x: number, y: number): Picked {

@@ -2,6 +2,8 @@
 // (kilotwin/view/scene.py).
 // Lengths in metres, angles in radians, colours as #rrggbb.
 
+import type { Offers } from "./steering";
+
 export type Shape = { circle: [number, number, number] } | { polygon: [number, number][] };
 
 export interface Site {
@@ -39,6 +41,8 @@ export interface Scene extends RunState {
   emulated: boolean;
   // Whether it goes on here, so that `moments` of it are served.
   moments: boolean;
+  // What it may be asked; null: nothing.
+  steers: Offers | null;
   robots: number;
   recorded: number[] | null;
   radius_m: number;

@@ -5,7 +5,7 @@ import type { ModuleAnswer, Report, RobotAnswer, RunEvent, RunState, Scene } fro
 export type Arrays = Record<string, Float32Array | Float64Array | Uint8Array | Uint16Array>;
 
 export interface Packed {
-  head: { samples: number; rows: number; stride: number; time_s: number };
+  head: { samples: number; rows: number; stride: number };
   arrays: Arrays;
 }
 

@@ -8,7 +8,9 @@ import threading
 import urllib.error
 import urllib.parse
 import urllib.request
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
 import pytest
 from websockets.exceptions import ConnectionClosed, WebSocketException
@@ -20,6 +22,7 @@ from kilotwin.runs.live_link import LENGTH
 from kilotwin.runs.packing import pack
 from kilotwin.runs.reader import Run
 from kilotwin.view import server
+from kilotwin.view.helm import Helm
 from kilotwin.view.run_link import RunLink
 from kilotwin.view.served_run import ServedRun
 from kilotwin.view.server import MOST_CONNECTIONS, Place, Viewer
@@ -229,3 +232,82 @@ def test_what_a_program_wrote_into_the_link_ends_it_and_nothing_else(
             with pytest.raises(ConnectionClosed):
                 page_of_it.recv(20)
         assert ask(address)[0] == 200
+
+
+class Wheel(Helm):
+    """Passes on what is asked."""
+
+    def __init__(self) -> None: ...
+
+    def offers(self) -> dict[str, Any]:
+        return {"grid": False, "commands": ["pause"], "parameters": {}}
+
+    def order(self, asked: Mapping[str, Any]) -> dict[str, Any]:
+        if asked.get("do") != "pause":
+            raise InputError("not that")
+        return dict(asked)
+
+
+def steer(address: str, body: bytes, **headers: str) -> tuple[int, str]:
+    """Status and text of a POST, by default as our page does it."""
+    place = urllib.parse.urlsplit(address)
+    ours = {"Origin": f"http://{place.netloc}", "Content-Type": "application/json"}
+    given = {name.replace("_", "-"): value for name, value in headers.items()}
+    sent = {name: value for name, value in {**ours, **given}.items() if value}
+    request = urllib.request.Request(f"{address}steer", data=body, headers=sent, method="POST")
+    try:
+        with urllib.request.urlopen(request, timeout=20) as answer:
+            return answer.status, answer.read().decode()
+    except urllib.error.HTTPError as error:
+        return error.code, error.read().decode()
+
+
+@contextlib.contextmanager
+def steered(begin: Begin) -> Iterator[tuple[str, socket.socket]]:
+    """The address of a run that can be steered, and the run's end of its link."""
+    run, end = socket.socketpair()
+    run.settimeout(20)
+    viewer = Viewer([ServedRun(Run.open(begin().folder))], link=RunLink(end), helm=Wheel())
+    with run, serving(viewer) as address:
+        yield address, run
+
+
+def test_an_order_is_done_when_the_run_has_answered(begin: Begin, page: None) -> None:
+    with steered(begin) as (address, run), ThreadPoolExecutor() as pool:
+        assert json.loads(ask(f"{address}scenes")[1])[0]["steers"]["commands"] == ["pause"]
+        for error, expected in (("", (204, "")), ("no room", (409, "no room\n"))):
+            asked = pool.submit(steer, address, b'{"do": "pause"}')
+            (length,) = LENGTH.unpack(run.recv(LENGTH.size, socket.MSG_WAITALL))
+            order = json.loads(run.recv(length, socket.MSG_WAITALL))
+            packed = pack({"answer": order["id"], "error": error}, {})
+            run.sendall(LENGTH.pack(len(packed)) + packed)
+            assert asked.result(20) == expected
+        run.shutdown(socket.SHUT_RDWR)
+        assert steer(address, b'{"do": "pause"}') == (409, "the run is over\n")
+
+
+def test_nobody_steers_but_our_own_page(begin: Begin, page: None) -> None:
+    with steered(begin) as (address, run):
+        order = b'{"do": "pause"}'
+        assert steer(address, order, Origin="http://evil.example")[0] == 403
+        assert steer(address, order, Origin="")[0] == 403
+        assert steer(address, order, Origin="null")[0] == 403
+        assert steer(address, order, Content_Type="text/plain")[0] == 403
+        assert steer(address, order, Host="evil.example")[0] == 400
+        assert steer(address[:-3] + "xx/", order)[0] == 403
+        assert ask(f"{address}steer")[0] in (404, 405)
+        assert not select.select([run], [], [], 0.2)[0]
+
+
+@pytest.mark.parametrize(
+    "body", [b"", b"{", b"[1]", b'{"do": "jump"}', b"\xff", b"[" * 9000, b" " * 20_000]
+)
+def test_what_is_no_order_never_reaches_the_run(begin: Begin, page: None, body: bytes) -> None:
+    with steered(begin) as (address, run):
+        assert steer(address, body)[0] == 400
+        assert not select.select([run], [], [], 0.1)[0]
+
+
+def test_a_run_that_is_only_seen_has_nothing_to_steer_by(address: str) -> None:
+    assert json.loads(ask(f"{address}scenes")[1])[0]["steers"] is None
+    assert steer(address, b'{"do": "pause"}')[0] in (404, 405)
