@@ -3,7 +3,7 @@
 import json
 import sys
 from collections.abc import Callable
-from typing import Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
@@ -13,15 +13,19 @@ from kilotwin.commands.options import (
     Buses,
     File,
     Json,
+    NoBrowser,
     Quiet,
     RunFolder,
     Seed,
     Settings,
     Speed,
     Takeover,
+    View,
+    ViewPort,
     command_app,
     given_settings,
 )
+from kilotwin.commands.window import beside, stay, window
 from kilotwin.environment.poses import parse_address
 from kilotwin.errors import EXIT_INTERRUPTED, InputError
 from kilotwin.experiment.experiment import Experiment
@@ -29,13 +33,16 @@ from kilotwin.links.via import parse_via
 from kilotwin.runs import overhead_recording, recording
 from kilotwin.runs.run import Outcome
 
+if TYPE_CHECKING:
+    from kilotwin.runs.attached import AttachedViewer
+
 app = command_app()
 
 
 @app.command(
     epilog="Examples:\n\n"
     "  kilotwin record experiments/kilogrid/paper-n50.toml --can socketcand:127.0.0.1\n\n"
-    "  kilotwin record my.toml --can socketcan:can0 --can socketcan:can1\n\n"
+    "  kilotwin record my.toml --can socketcan:can0 --can socketcan:can1 --view\n\n"
     "  kilotwin record experiments/environment/wall.toml --via ohc:/dev/ttyUSB0 "
     "--poses udp:0.0.0.0:5005"
 )
@@ -80,18 +87,24 @@ def record(
         ),
     ] = None,
     speed: Speed = 1.0,
+    view: View = False,
+    view_port: ViewPort = 0,
+    no_browser: NoBrowser = False,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
     """Run an experiment on a table and leave a run folder. Ctrl-C leaves everything idle."""
     loaded = Experiment.load(experiment, given_settings(settings, seed))
+    display = terminal.display(quiet)
+    seen = window(view, display, port=view_port, no_browser=no_browser, quiet=quiet, steers=False)
     if via is not None or poses is not None:
         if buses or join:
             raise InputError("--via: --can and --join are a grid's; leave them out")
         table = _table(via, poses, speed)
-        shown = terminal.display(quiet)
-        played = overhead_recording.record(loaded, table, out, sys.argv, shown)
-        _end(played, terminal.environment_record_text, as_json=as_json)
+        with seen as viewer:
+            shown = beside(display, viewer)
+            played = overhead_recording.record(loaded, table, out, sys.argv, shown)
+            _end(played, terminal.environment_record_text, viewer, as_json=as_json)
     if loaded.keys.environment is not None:
         what = "an [environment] goes by --via ohc:PORT and --poses udp:HOST:PORT; add both"
         raise InputError(f"{experiment}: {what}")
@@ -99,22 +112,23 @@ def record(
         raise InputError(f"{experiment}: no [grid]; add it, or use `kilotwin run`")
     grid = loaded.keys.grid
     names = name_all(buses or [], grid.buses, (grid.columns, grid.rows))
-    outcome = recording.record(
-        loaded,
-        names,
-        out,
-        sys.argv,
-        terminal.display(quiet),
-        join=join,
-        takeover=takeover,
-        force=force,
-        speed=speed,
-    )
-    told = outcome.summary["grid"]
-    bad_modules = terminal.module_troubles_text(told["modules_failed"])
-    for troubles in filter(None, (bad_modules, terminal.bus_troubles_text(told))):
-        typer.echo(troubles, err=True)
-    _end(outcome, terminal.record_text, as_json=as_json)
+    with seen as viewer:
+        outcome = recording.record(
+            loaded,
+            names,
+            out,
+            sys.argv,
+            beside(display, viewer),
+            join=join,
+            takeover=takeover,
+            force=force,
+            speed=speed,
+        )
+        told = outcome.summary["grid"]
+        bad_modules = terminal.module_troubles_text(told["modules_failed"])
+        for troubles in filter(None, (bad_modules, terminal.bus_troubles_text(told))):
+            typer.echo(troubles, err=True)
+        _end(outcome, terminal.record_text, viewer, as_json=as_json)
 
 
 def _table(via: str | None, poses: str | None, speed: float) -> overhead_recording.Table:
@@ -129,9 +143,17 @@ def _table(via: str | None, poses: str | None, speed: float) -> overhead_recordi
     return overhead_recording.Table(named.port, parse_address(poses), speed)
 
 
-def _end(outcome: Outcome, text_of: Callable[[dict[str, Any]], str], *, as_json: bool) -> NoReturn:
-    """Says how it ended."""
+def _end(
+    outcome: Outcome,
+    text_of: Callable[[dict[str, Any]], str],
+    viewer: "AttachedViewer | None",
+    *,
+    as_json: bool,
+) -> NoReturn:
+    """Says how it ended; a page stays, unless that was by hand."""
     typer.echo(json.dumps(outcome.summary) if as_json else text_of(outcome.summary))
     if outcome.exit_code == EXIT_INTERRUPTED:
         typer.echo("interrupted; what was recorded is kept", err=True)
+    else:
+        stay(viewer)
     raise typer.Exit(outcome.exit_code)

@@ -7,7 +7,6 @@ import typer
 
 from kilotwin.commands import lazy
 from kilotwin.commands.options import NoBrowser, command_app
-from kilotwin.commands.window import open_page
 from kilotwin.errors import InputError
 from kilotwin.files.lean_arrow import leave_pandas_out
 
@@ -71,6 +70,7 @@ def view(
         raise InputError(f"--size {size:g}: of an exported page; add --export FILE.html")
     served = [lazy.load("view.served_run").ServedRun(run) for run in runs]
     server = lazy.load("view.server")
-    viewer = server.Viewer(served, server.Place.at(port))
+    attached = lazy.load("runs.attached")
+    viewer = server.Viewer(served, attached.Place.at(port))
     typer.echo(f"{viewer.address}\nCtrl-C ends the viewer.")
-    viewer.serve(lambda: None if no_browser else open_page(viewer.address))
+    viewer.serve(lambda: None if no_browser else attached.open_page(viewer.address))

@@ -1,25 +1,18 @@
 """A page beside a command that runs or records: `--view`."""
 
 import contextlib
-import os
-import sys
-import webbrowser
 from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
 
 from kilotwin.commands import lazy
+from kilotwin.experiment.experiment import Experiment
 from kilotwin.runs.display import Display
 
 if TYPE_CHECKING:
-    from kilotwin.view.attached import AttachedViewer
-
-
-def open_page(address: str) -> None:
-    """In the user's browser, where there is a display."""
-    if sys.platform != "linux" or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
-        webbrowser.open(address)
+    from kilotwin.runs.attached import AttachedViewer
 
 
 @contextlib.contextmanager
@@ -35,13 +28,36 @@ def window(
         # Without the address there is no page.
         (display.warn if quiet else display.note)(f"view: {address}")
         if not no_browser:
-            open_page(address)
+            attached.open_page(address)
 
-    viewer: AttachedViewer = lazy.load("view.attached").AttachedViewer(shown, port, steers=steers)
+    attached = lazy.load("runs.attached")
+    viewer: AttachedViewer = attached.AttachedViewer(shown, port, steers=steers)
     try:
         yield viewer
     finally:
         viewer.close()
+
+
+class BesideWindow:
+    """A display and a viewer of a recording, which is seen from its folder alone."""
+
+    def __init__(self, display: Display, viewer: "AttachedViewer") -> None:
+        self.note = display.note
+        self.warn = display.warn
+        self.progress = display.progress
+        self.stop = display.stop
+        self._display = display
+        self._viewer = viewer
+
+    def start(self, experiment: Experiment, folder: Path) -> None:
+        """The recording begins, in this folder."""
+        self._display.start(experiment, folder)
+        self._viewer.open(folder)
+
+
+def beside(display: Display, viewer: "AttachedViewer | None") -> Display:
+    """The display, which also opens the viewer when the recording begins."""
+    return display if viewer is None else BesideWindow(display, viewer)
 
 
 def stay(viewer: "AttachedViewer | None") -> None:

@@ -49,6 +49,8 @@ from kilotwin.runs.emulated_grid import EmulatedHost, lead_ticks
 from kilotwin.runs.environment_record import EnvironmentMemory
 from kilotwin.runs.folder import FAILURES
 from kilotwin.runs.grid_record import GridMemory
+from kilotwin.runs.pace import MOST_TICKS
+from kilotwin.runs.world_view import WorldView
 from kilotwin.units import seconds, ticks
 
 __all__ = ["RGB", "InputError", "KilotwinError", "World"]
@@ -117,6 +119,7 @@ class World:
         *,
         seed: Whole | None = None,
         set: str | Sequence[str] = (),
+        view: bool = False,
         **keys: Any,
     ) -> None:
         """The world of an experiment file, with `set=["swarm.size=3"]` as `kilotwin run --set` has.
@@ -125,6 +128,8 @@ class World:
         `count`, `poses` and the other keys of one `[[robots]]`, `arena` = (width, height) in m, a
         diameter or a polygon's corners, `profile`, and any table of an experiment file as a dict,
         as in `medium={"kind": "ideal"}`, or a list of them, as in `obstacle=[...]`.
+
+        `view`: a page shows the world while it is stepped, and steers it (docs/viewer.md).
         """
         given = _checked(experiment=experiment, set=set)
         settings = [parse_setting(text) for text in given.set]
@@ -168,6 +173,11 @@ class World:
         self._heard = GridMemory(self._experiment)
         if modules is not None:
             self._host = EmulatedHost(self._engine, self._experiment, self._heard)
+        self._view: WorldView | None = None
+        if view:
+            grid = None if self._host is None else self._host.order
+            self._view = WorldView(self._experiment, self._engine, grid)
+        if self._host is not None:
             self._go_on_to(0)
 
     def __enter__(self) -> Self:
@@ -180,7 +190,21 @@ class World:
         """Frees the robots' memory; the world cannot be used afterwards."""
         if self._host is not None:
             self._host.close()
-        self._engine = self._host = None
+        if self._view is not None:
+            self._view.close()
+        self._engine = self._host = self._view = None
+
+    @property
+    def view_address(self) -> str | None:
+        """Of the page that shows it; None without `view=True`."""
+        return None if self._view is None else self._view.address
+
+    def _repr_html_(self) -> str | None:
+        """The page, for a notebook on this computer."""
+        if self._view is None:
+            return None
+        style = "width: 100%; height: 640px; border: 0"
+        return f'<iframe src="{self._view.address}" style="{style}"></iframe>'
 
     @property
     def _simulation(self) -> _emulator.Simulation:
@@ -208,8 +232,11 @@ class World:
         if self._host is not None:
             self._host.notice_orders()
         while simulation.tick < end:
+            allowed = MOST_TICKS if self._view is None else self._view.allowed_ticks()
+            if not allowed:
+                continue
             began = time.perf_counter()
-            ahead = min(chunk, end - simulation.tick)
+            ahead = min(chunk, end - simulation.tick, allowed)
             if self._host is not None:
                 self._host.step()
                 ahead = min(ahead, self._host.ticks_until_due())
@@ -219,6 +246,8 @@ class World:
             simulation.advance(ahead)
             took_s = time.perf_counter() - began
             chunk = max(1, min(4 * chunk, round(ahead * _CHUNK_S / max(took_s, 1e-6))))
+            if self._view is not None:
+                self._view.take(now=simulation.tick >= end)
 
     @property
     def tick(self) -> int:

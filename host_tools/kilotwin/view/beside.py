@@ -1,8 +1,9 @@
 """The viewer's process beside a run: `python -m kilotwin.view.beside`.
 
-Its first line on stdin is JSON: `folder`, `token`, whether pages may steer (`steers`), and the
-descriptors `listener` and `link` (-1: none). A second line says that the run is over; then it ends
-when the last page was closed. It ends with its stdin.
+Its first line on stdin is JSON: `folder`, `token`, whether pages may steer (`steers`), whether a
+notebook may have them in a frame (`framed`), and the descriptors `listener` and `link` (-1: none).
+A second line says that the run is over; then it ends when the last page was closed. It ends with
+its stdin.
 """
 
 import contextlib
@@ -13,11 +14,12 @@ import threading
 import time
 from pathlib import Path
 
+from kilotwin.runs.attached import Place
 from kilotwin.runs.reader import Run
 from kilotwin.view.helm import helm_of
 from kilotwin.view.run_link import RunLink
 from kilotwin.view.served_run import ServedRun
-from kilotwin.view.server import Pages, Place, Viewer
+from kilotwin.view.server import Pages, Viewer
 
 # A page that is loaded anew is away for less.
 _AWAY_S = 3.0
@@ -31,7 +33,8 @@ def main() -> None:
     link = None if asked["link"] < 0 else RunLink(socket.socket(fileno=asked["link"]))
     folder = Path(asked["folder"])
     helm = helm_of(folder) if asked["steers"] else None
-    viewer = Viewer([ServedRun(Run.open(folder))], place, link, helm)
+    served = [ServedRun(Run.open(folder))]
+    viewer = Viewer(served, place, link, helm, framed=asked["framed"])
     ended, over = threading.Event(), threading.Event()
     threading.Thread(target=_heed_parent, args=(over, ended), daemon=True).start()
     threading.Thread(target=_end_unseen, args=(over, viewer.pages, ended), daemon=True).start()

@@ -35,7 +35,7 @@ class Helm:
         grid = self._experiment.plan is not None
         return {
             "grid": grid,
-            "commands": [] if grid else sorted(KEYS),
+            "commands": [] if grid else list(KEYS),
             "parameters": {} if grid else self._parameters(),
         }
 

@@ -10,12 +10,10 @@ import asyncio
 import contextlib
 import json
 import secrets
-import socket
 import threading
 import time
-from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Sequence
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import uvicorn
@@ -31,23 +29,25 @@ from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from kilotwin.errors import InputError, RunError, cause_of
+from kilotwin.errors import InputError, RunError
+from kilotwin.runs.attached import HOST, PAGE, Place, check_page
 from kilotwin.view.helm import Helm
 from kilotwin.view.run_link import RunLink
 from kilotwin.view.served_run import ServedRun
 
-HOST = "127.0.0.1"
 MOST_CONNECTIONS = 64
 """More are answered that the server is busy."""
 
-_PAGE = Path(__file__).parent / "page"
+_PAGE = PAGE
 _LOOK_S = 0.2
 _MOST_POINTS = 4_000
 _LARGEST = 1 << 31
 _MOST_ORDER_BYTES = 1 << 14
 
+_POLICY = "Content-Security-Policy"
+_NOTEBOOKS = "http://127.0.0.1:* http://localhost:*"
 _HEADERS = {
-    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self' "
+    _POLICY: "default-src 'none'; script-src 'self'; style-src 'self' "
     "'unsafe-inline'; img-src 'self' data: blob:; connect-src 'self'; base-uri 'none'; "
     "form-action 'none'; frame-ancestors 'none'",
     "X-Content-Type-Options": "nosniff",
@@ -60,9 +60,14 @@ _HEADERS = {
 class _Guard:
     """Lets in what has the token and comes from our own page."""
 
-    def __init__(self, app: ASGIApp, token: str) -> None:
+    def __init__(self, app: ASGIApp, token: str, framed: bool) -> None:
+        """`framed`: pages of this computer may have ours in a frame, as a notebook has."""
         self._app = app
         self._token = token
+        policy = _HEADERS[_POLICY]
+        if framed:
+            policy = policy.replace("frame-ancestors 'none'", f"frame-ancestors {_NOTEBOOKS}")
+        self._headers = {**_HEADERS, _POLICY: policy}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """403 for others; our headers for all."""
@@ -71,7 +76,7 @@ class _Guard:
             return
         refusal = self._refusal(scope)
         if refusal is None:
-            await self._app(scope, receive, _with_headers(send))
+            await self._app(scope, receive, _with_headers(send, self._headers))
         elif scope["type"] == "websocket":
             await WebSocket(scope, receive, send).close(4403, refusal)
         else:
@@ -89,10 +94,10 @@ class _Guard:
         return None
 
 
-def _with_headers(send: Send) -> Send:
+def _with_headers(send: Send, headers: Mapping[str, str]) -> Send:
     async def sent(message: Message) -> None:
         if message["type"] == "http.response.start":
-            own = [(name.lower().encode(), value.encode()) for name, value in _HEADERS.items()]
+            own = [(name.lower().encode(), value.encode()) for name, value in headers.items()]
             message["headers"] = [*message.get("headers", []), *own]
         await send(message)
 
@@ -114,6 +119,8 @@ def application(
     pages: Pages,
     link: RunLink | None = None,
     helm: Helm | None = None,
+    *,
+    framed: bool = False,
 ) -> Starlette:
     """The page at /TOKEN/, and beside it `scenes`, `live` and `runs/K/...` of run number K.
 
@@ -164,7 +171,7 @@ def application(
         routes=[Mount(f"/{token}", routes=routes)],
         middleware=[
             Middleware(TrustedHostMiddleware, allowed_hosts=[HOST, "localhost"]),
-            Middleware(_Guard, token=token),
+            Middleware(_Guard, token=token, framed=framed),
         ],
     )
 
@@ -283,30 +290,6 @@ def _binary(data: bytes) -> Response:
     return Response(data, media_type="application/octet-stream")
 
 
-def check_page() -> None:
-    """RunError if the page was not built."""
-    if not (_PAGE / "index.html").is_file():
-        raise RunError("the viewer's page is not built; type: make setup")
-
-
-@dataclass(frozen=True)
-class Place:
-    """Where a viewer listens; `address` is what to open."""
-
-    socket: socket.socket
-    token: str
-
-    @staticmethod
-    def at(port: int = 0) -> "Place":
-        """`port` 0: a free one. InputError if it is taken."""
-        return Place(_listening(port), secrets.token_urlsafe(16))
-
-    @property
-    def address(self) -> str:
-        """Of the page, with the token."""
-        return f"http://{HOST}:{self.socket.getsockname()[1]}/{self.token}/"
-
-
 class Viewer:
     """A server that listens already; `address` is what to open."""
 
@@ -316,16 +299,18 @@ class Viewer:
         place: Place | None = None,
         link: RunLink | None = None,
         helm: Helm | None = None,
+        *,
+        framed: bool = False,
     ) -> None:
         """RunError without the built page. `link`: to the first run, which goes on; `helm`: makes
-        the orders by which pages may steer it."""
-        check_page()
+        the orders by which pages may steer it; `framed`: a notebook may have it in a frame."""
+        check_page(_PAGE)
         place = place or Place.at()
         self._socket = place.socket
         self._link = link
         self.address = place.address
         self.pages = Pages()
-        self._application = application(runs, place.token, self.pages, link, helm)
+        self._application = application(runs, place.token, self.pages, link, helm, framed=framed)
 
     def serve(self, started: Callable[[], None], ended: threading.Event | None = None) -> None:
         """Until Ctrl-C, or until `ended` is set. `started` is called once the server answers."""
@@ -361,17 +346,3 @@ async def _end_at(running: uvicorn.Server, ended: threading.Event) -> None:
     while not ended.is_set():
         await asyncio.sleep(_LOOK_S)
     running.should_exit = True
-
-
-def _listening(port: int) -> socket.socket:
-    listener = socket.socket()
-    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-    try:
-        listener.bind((HOST, port))
-    except OSError as error:
-        listener.close()
-        raise InputError(
-            f"--port {port}: {cause_of(error)}; name another, or 0 for a free one"
-        ) from None
-    listener.listen(128)
-    return listener

@@ -5,7 +5,7 @@ import { CurvesPanel, type Curves } from "./curves";
 import { Exported } from "./exported";
 import { element, Inspector } from "./inspector";
 import { KEYS, listen, type Actions } from "./keys";
-import { Moments } from "./live";
+import { Moments, type Moment } from "./live";
 import { SteeringBar } from "./steering";
 import { Pane, type Layers, type Picked } from "./pane";
 import { markOf } from "./robots";
@@ -87,6 +87,12 @@ class Page {
       this.dirty = true;
     };
     this.panes[0].dropped = (robot, x, y) => bar.place(robot, x, y);
+  }
+
+  // The moment, unless a sample is newer.
+  private newest(): Moment | null {
+    const latest = this.moments?.latest ?? null;
+    return latest && latest.timeS >= (this.panes[0].samples.times.at(-1) ?? 0) - 1e-6 ? latest : null;
   }
 
   private takeMoment(): void {
@@ -337,7 +343,7 @@ class Page {
     this.clock.advance(seconds);
     if (this.dirty) {
       this.dirty = false;
-      const latest = this.clock.following ? this.moments?.latest : null;
+      const latest = this.clock.following ? this.newest() : null;
       this.panes[0].showMoment(latest?.sample ?? null);
       const whole = this.panes.map((pane) =>
         pane.draw(this.clock.timeS, this.strideOf(pane), this.layers),

@@ -18,6 +18,7 @@ from websockets.sync.client import connect
 from websockets.typing import Origin
 
 from kilotwin.errors import InputError, RunError
+from kilotwin.runs.attached import Place
 from kilotwin.runs.live_link import LENGTH
 from kilotwin.runs.packing import pack
 from kilotwin.runs.reader import Run
@@ -25,7 +26,7 @@ from kilotwin.view import server
 from kilotwin.view.helm import Helm
 from kilotwin.view.run_link import RunLink
 from kilotwin.view.served_run import ServedRun
-from kilotwin.view.server import MOST_CONNECTIONS, Place, Viewer
+from kilotwin.view.server import MOST_CONNECTIONS, Viewer
 
 from ..known_run import Begin, samples
 

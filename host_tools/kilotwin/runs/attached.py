@@ -3,31 +3,88 @@ nothing but what it is asked for."""
 
 import contextlib
 import json
+import os
+import secrets
 import socket
 import subprocess
 import sys
+import webbrowser
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
+import kilotwin
+from kilotwin.errors import InputError, RunError, cause_of
 from kilotwin.runs.interrupts import heeding_interrupts
-from kilotwin.view.server import Place, check_page
+
+HOST = "127.0.0.1"
+PAGE = Path(kilotwin.__file__).parent / "view" / "page"
+
+
+def open_page(address: str) -> None:
+    """In the user's browser, where there is a display."""
+    if sys.platform != "linux" or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
+        webbrowser.open(address)
+
+
+def check_page(page: Path = PAGE) -> None:
+    """RunError if the page was not built."""
+    if not (page / "index.html").is_file():
+        raise RunError("the viewer's page is not built; type: make setup")
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a viewer listens; `address` is what to open."""
+
+    socket: socket.socket
+    token: str
+
+    @staticmethod
+    def at(port: int = 0) -> "Place":
+        """`port` 0: a free one. InputError if it is taken."""
+        return Place(_listening(port), secrets.token_urlsafe(16))
+
+    @property
+    def address(self) -> str:
+        """Of the page, with the token."""
+        return f"http://{HOST}:{self.socket.getsockname()[1]}/{self.token}/"
+
+
+def _listening(port: int) -> socket.socket:
+    listener = socket.socket()
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listener.bind((HOST, port))
+    except OSError as error:
+        listener.close()
+        raise InputError(
+            f"--port {port}: {cause_of(error)}; name another, or 0 for a free one"
+        ) from None
+    listener.listen(128)
+    return listener
 
 
 class AttachedViewer:
     """Listens from the begin, so that its address is known; answers once the run has a folder."""
 
     def __init__(
-        self, shown: Callable[[str], None], port: int = 0, *, steers: bool = False
+        self,
+        shown: Callable[[str], None],
+        port: int = 0,
+        *,
+        steers: bool = False,
+        framed: bool = False,
     ) -> None:
         """`shown` is called with the address when the run has begun. `port` 0: a free one.
-        `steers`: whether the page may steer the run.
+        `steers`: whether the page may steer the run; `framed`: a notebook may have it in a frame.
         InputError if it is taken; RunError without the built page."""
         check_page()
         self._place = Place.at(port)
         self.address = self._place.address
         """What to open in a browser."""
         self._shown = shown
-        self._steers = steers
+        self._may = {"steers": steers, "framed": framed}
         self._process: subprocess.Popen[bytes] | None = None
         self._ours: socket.socket | None = None
         self._theirs: socket.socket | None = None
@@ -62,7 +119,7 @@ class AttachedViewer:
             "token": self._place.token,
             "listener": listener,
             "link": link,
-            "steers": self._steers,
+            **self._may,
         }
         self._tell(json.dumps(asked))
         self._place.socket.close()
@@ -87,6 +144,9 @@ class AttachedViewer:
 
     def close(self) -> None:
         """Ends the viewer; pages keep what they have."""
+        for end in (self._ours, self._theirs):
+            if end is not None:
+                end.close()
         if self._process is None:
             self._place.socket.close()
             return
