@@ -78,7 +78,7 @@ def pytest_runtest_makereport(item: pytest.Item, call: "pytest.CallInfo[None]") 
     if call.when != "call" or not report.failed:
         return
     lines: list[str] | None = item.stash.get(KEPT, None)
-    used = getattr(item, "funcargs", {}).get("kilotwin")
+    used: Any = getattr(item, "funcargs", {}).get("kilotwin")
     # A fixture of that name may be another one.
     if lines is None and hasattr(used, "lines_on"):
         lines = used.lines_on(used.keep(item.name))
