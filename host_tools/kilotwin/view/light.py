@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from kilotwin.errors import InputError
-from kilotwin.experiment.areas import area_of
+from kilotwin.experiment.areas import area_of, inside
 from kilotwin.experiment.pictures import light_picture
 from kilotwin.runs.reader import Run
 from kilotwin.view.pixels import as_png
@@ -46,6 +46,6 @@ def light_of(run: Run) -> dict[str, Any] | None:
     pixels = np.zeros((*x.shape, 4), dtype=np.uint8)
     pixels[..., :3] = _COLOUR
     share = np.clip(reading / _BRIGHTEST, 0, 1)
-    pixels[..., 3] = np.round(_MOST_COVER * np.sqrt(share))
+    pixels[..., 3] = np.round(_MOST_COVER * np.sqrt(share)) * inside(arena, x, y)
     box = [low[0], low[1], low[0] + arena.width, low[1] + arena.height]
     return {"box": box, "png": as_png(pixels)}
