@@ -1,6 +1,9 @@
 #include "guest/busy_watch.h"
 
+#include <algorithm>
+#include <array>
 #include <cstring>
+#include <utility>
 
 #include "base/fnv.h"
 
@@ -13,6 +16,8 @@ constexpr int32_t TURNS_WHILE_WAITING = 500;
 // Iterations within which the state of a waiting program comes back.
 constexpr uint16_t PROBES = 512;
 constexpr Cycles ENDLESS_AFTER = 60 * CYCLES_PER_SECOND;
+// Early looks: turns before the first one, and one in how many turns is compared with a kept state.
+constexpr int32_t FIRST_LOOK = 8, COMPARED_SHARE = 8;
 
 // By words of 8 bytes, which is faster: it only has to tell states apart.
 uint64_t fnv(uint64_t hash, const uint8_t *begin, const uint8_t *end) {
@@ -34,12 +39,49 @@ uint64_t memory_fingerprint(const kt_table_t &table, const uint8_t *frame, const
     return fnv(hash, frame, top);
 }
 
+/// Keeps the program's variables, its count of ticks among them, its registers and frames.
+void keep(std::vector<uint8_t> &kept, const kt_table_t &table, const uint8_t *frame,
+          const uint8_t *top) {
+    kept.assign(table.state_begin, table.state_end);
+    kept.insert(kept.end(), frame, top);
+}
+
+enum class Likeness : uint8_t { NONE, ALL_BUT_TICKS, ALL };
+
+Likeness likeness(const std::vector<uint8_t> &kept, const kt_table_t &table, const uint8_t *frame,
+                  const uint8_t *top) {
+    auto ticks = reinterpret_cast<const uint8_t *>(const_cast<const uint32_t *>(table.ticks));
+    const uint8_t *const after = ticks + sizeof *table.ticks;
+    const uint8_t *was = kept.data();
+    auto is_same = [&was](const uint8_t *begin, const uint8_t *end) {
+        const auto bytes = static_cast<size_t>(end - begin);
+        return std::memcmp(std::exchange(was, was + bytes), begin, bytes) == 0;
+    };
+    const auto bytes = static_cast<size_t>(table.state_end - table.state_begin + (top - frame));
+    if (kept.size() != bytes || !is_same(table.state_begin, ticks)) return Likeness::NONE;
+    const bool same_ticks = is_same(ticks, after);
+    if (!is_same(after, table.state_end) || !is_same(frame, top)) return Likeness::NONE;
+    return same_ticks ? Likeness::ALL : Likeness::ALL_BUT_TICKS;
+}
+
+/// Whether the x87 unit, whose registers are not among those compared, holds values.
+bool holds_long_doubles() {
+    constexpr size_t TAGS = 4;
+    alignas(16) std::array<uint8_t, 512> area;
+    __asm__ volatile("fxsave64 %0" : "=m"(area));
+    return area[TAGS] != 0;
+}
+
 }  // namespace
 
-BusyWatch::Finding BusyWatch::look(const Program &program, const uint8_t *frame,
-                                   const uint8_t *top) {
+BusyWatch::Finding BusyWatch::look(Program &program, const uint8_t *frame, const uint8_t *top,
+                                   bool early) {
     if (!watch_) watch_ = std::make_unique<Watch>();
     auto &budget = *program.table().budget;
+    if (std::exchange(watch_->arrives, false)) return found_waiting(program, early);
+    int32_t &held_back = program.turns_held_back;
+    if (held_back > 0 && held_back + budget >= 0) return look_early(program, frame, top);
+    held_back = 0;
     const uint64_t fingerprint = memory_fingerprint(program.table(), frame, top);
     budget = 0;
     if (watch_->probes_left == 0) {
@@ -50,8 +92,65 @@ BusyWatch::Finding BusyWatch::look(const Program &program, const uint8_t *frame,
     const bool waits = fingerprint == watch_->fingerprint;
     if (!waits && --watch_->probes_left > 0) return Finding::LOOKING;
     watch_->probes_left = 0;
-    budget = waits ? TURNS_WHILE_WAITING : TURNS_PER_TICK;
-    return waits ? Finding::WAITS : Finding::COMPUTES;
+    if (waits) return found_waiting(program, early);
+    budget = TURNS_PER_TICK;
+    return Finding::COMPUTES;
+}
+
+BusyWatch::Finding BusyWatch::found_waiting(Program &program, bool early) {
+    *program.table().budget = TURNS_WHILE_WAITING;
+    program.turns_held_back = 0;
+    if (!early || !program.looks_early) return Finding::WAITS;
+    program.turns_to_look = FIRST_LOOK;
+    watch_->comparisons_left = 0;
+    watch_->spacing = 1;
+    look_after(1, program);
+    return Finding::WAITS;
+}
+
+// The budget counts down, and a look comes in the turn in which it falls below 0.
+void BusyWatch::look_after(int32_t turns, Program &program) {
+    int32_t &budget = *program.table().budget;
+    const int32_t left = budget + program.turns_held_back;
+    budget = std::min(turns - 1, left);
+    program.turns_held_back = left - budget;
+}
+
+// A kept state that does not come back soon is followed by one after twice as many turns: a wait
+// with a long period is found too, and few of all turns are compared.
+BusyWatch::Finding BusyWatch::look_early(Program &program, const uint8_t *frame,
+                                         const uint8_t *top) {
+    Watch &watch = *watch_;
+    const auto &table = program.table();
+    if (watch.comparisons_left == 0) {
+        if (watch.spacing == 0) watch.spacing = program.turns_to_look;
+        watch.left_when_kept = *table.budget + program.turns_held_back + 1;
+        watch.turns_since = 0;
+        watch.comparisons_left = std::clamp<int32_t>(watch.spacing / COMPARED_SHARE, 1, PROBES);
+        watch.acts_when_kept = watch.acts;
+        keep(watch.kept, table, frame, top);
+        look_after(1, program);
+        return Finding::LOOKING;
+    }
+    watch.turns_since++;
+    watch.comparisons_left--;
+    auto like = likeness(watch.kept, table, frame, top);
+    if (watch.acts != watch.acts_when_kept || holds_long_doubles()) like = Likeness::NONE;
+    if (like == Likeness::ALL) {
+        const int32_t over = watch.left_when_kept % watch.turns_since;
+        if (over == 0) return found_waiting(program, true);
+        watch.arrives = true;
+        look_after(over, program);
+    } else if (like == Likeness::ALL_BUT_TICKS) {
+        look_after(TURNS_PER_TICK, program);  // it sets them itself: as without early looks
+    } else if (watch.comparisons_left > 0) {
+        look_after(1, program);
+    } else {
+        program.turns_to_look = std::min(2 * program.turns_to_look, TURNS_PER_TICK);
+        look_after(watch.spacing, program);
+        watch.spacing *= 2;
+    }
+    return Finding::LOOKING;
 }
 
 BusyWatch::Verdict BusyWatch::judge(Finding finding, Cycles now) {

@@ -5,20 +5,23 @@
 /// comes back, the program busy-waits, and time has to pass until an interrupt changes something.
 /// If none does, it computes.
 ///
-/// One per guest, owned by it. While a program returns in time, it costs a store per callback.
+/// Of a program that has busy-waited once a part of the budget is held back, so that its memory is
+/// compared early. If a state comes back whole before the budget is spent, it would come back until
+/// then: the turns up to there are skipped by whole periods, and the program is found waiting in the
+/// same turn as without.
+///
+/// One per guest, owned by it. While a program returns in time, it costs two stores per callback.
 #ifndef KILOTWIN_GUEST_BUSY_WATCH_H
 #define KILOTWIN_GUEST_BUSY_WATCH_H
 
 #include <cstdint>
 #include <memory>
+#include <vector>
 
 #include "base/clock.h"
 #include "guest/program.h"
 
 namespace kilotwin {
-
-/// Iterations that a program may take in a tick: one takes an AVR about ten cycles.
-constexpr int32_t TURNS_PER_TICK = TICK_CYCLES / 10;
 
 /// Iterations that a print counts as which does not wait for the serial line: less time than a byte
 /// takes there. So a program that prints for ever fills no memory before time passes.
@@ -49,16 +52,30 @@ class BusyWatch {
             watch_.reset();
     }
 
+    /// The same for a program that may be looked at early.
+    void came_back(Program &program, int32_t &budget) {
+        came_back(budget);
+        budget = program.turns_to_look;
+        program.turns_held_back = TURNS_PER_TICK - budget;
+    }
+
     /// To be called when the program calls the API without letting time pass: it is not in an
     /// endless computation.
     void called() {
         if (watch_) watch_->computing_since = NEVER;
     }
 
+    /// To be called when the program does what can be told from outside without letting time pass,
+    /// as a print: turns that do so are not skipped.
+    void acted() {
+        if (watch_) watch_->acts++;
+    }
+
     /// To be called when the budget is spent, with the program's registers and frames from `frame`
     /// up to `top`. Sets the next budget. Unless the finding is LOOKING, time has to pass up to the
-    /// next interrupt. Costs a pass over the program's state.
-    Finding look(const Program &program, const uint8_t *frame, const uint8_t *top);
+    /// next interrupt. Costs a pass over the program's state. Only with `early`, where acted() is
+    /// called, a part of the next budget may be held back.
+    Finding look(Program &program, const uint8_t *frame, const uint8_t *top, bool early);
 
     /// The consequence of a finding, other than LOOKING, at `now` (cycles).
     Verdict judge(Finding finding, Cycles now);
@@ -70,7 +87,22 @@ class BusyWatch {
         Cycles computing_since = NEVER;  ///< since then, every look found it computing
         uint16_t probes_left = 0;        ///< looks until it counts as computing
         bool warned = false;
+
+        // Early looks: a state is kept, and compared with those of the next turns.
+        std::vector<uint8_t> kept;
+        int32_t left_when_kept = 0;    ///< turns from then on up to where the budget is spent
+        int32_t turns_since = 0;       ///< since it was kept
+        int32_t comparisons_left = 0;  ///< 0: the next state is kept
+        int32_t spacing =
+            0;  ///< turns up to the next state to keep, if this one does not come back
+        uint32_t acts = 0, acts_when_kept = 0;
+        bool arrives = false;  ///< the next look is where it would be found waiting
     };
+
+    Finding look_early(Program &program, const uint8_t *frame, const uint8_t *top);
+    Finding found_waiting(Program &program, bool early);
+    static void look_after(int32_t turns, Program &program);  ///< the next time
+
     std::unique_ptr<Watch> watch_;  ///< from a spent budget until the program returns
 };
 

@@ -207,7 +207,7 @@ void Module::wait_until(Cycles wake) {
 
 // A program that waits for an interrupt in a loop goes on at the next one.
 void Module::budget_spent(const uint8_t *frame) {
-    const auto finding = busy_.look(*program_, frame, GuestStack::instance().top());
+    const auto finding = busy_.look(*program_, frame, GuestStack::instance().top(), false);
     if (finding == BusyWatch::Finding::LOOKING) return;
     const int32_t budget = *program_->table().budget;
     switch (busy_.judge(finding, now_)) {

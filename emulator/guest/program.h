@@ -12,10 +12,14 @@
 #include <string>
 #include <vector>
 
+#include "base/clock.h"
 #include "guest/abi.h"
 #include "guest/translated_code.h"
 
 namespace kilotwin {
+
+/// Iterations of its loops that a program may take in a tick: one takes an AVR about ten cycles.
+constexpr int32_t TURNS_PER_TICK = TICK_CYCLES / 10;
 
 /// One per shared object and process, however many simulations use it: the state section exists
 /// once. Not for two threads at a time.
@@ -40,6 +44,13 @@ class Program {
     bool may_send() const { return may_send_; }
     /// Registers of a translated robot that have an effect, by address (translated_code.h).
     static const uint8_t *effects();
+    /// Turns of loop() before it is looked at whether it busy-waits (busy_watch.h): fewer once it has
+    /// done so. Changes the cost alone.
+    int32_t turns_to_look = TURNS_PER_TICK;
+    /// False: never fewer, the plain twin of early looks.
+    bool looks_early = true;
+    /// Of the budget of the robot that runs: what it may take after the next look.
+    int32_t turns_held_back = 0;
     /// Cycles of a tick's interrupt that only counts, of a translation; 0: not yet known.
     uint32_t tick_cycles = 0;
     /// Size of the state section, and of every image.

@@ -139,6 +139,7 @@ void Robot::body(void *robot) { static_cast<Robot *>(robot)->live(); }
 
 void Robot::live() {
     *program_->table().budget = TURNS_PER_TICK;
+    program_->turns_held_back = 0;
     if (life_ == Life::OFF) {
         life_ = Life::BOOTING;
         program_->table().program_main();
@@ -186,7 +187,7 @@ void Robot::run_loop() {
     auto call = [&] {
         before = now_;
         loop_();
-        busy_.came_back(budget);
+        busy_.came_back(*program_, budget);
         look_at_outputs(outputs, settle);
     };
     if (std::exchange(loop_due_, false)) call();
@@ -225,7 +226,7 @@ void Robot::run_loop() {
     }
 }
 
-void Robot::came_back() { busy_.came_back(*program_->table().budget); }
+void Robot::came_back() { busy_.came_back(*program_, *program_->table().budget); }
 
 void Robot::serve_interrupt() {
     if (next_message_ < next_tick_)
@@ -248,10 +249,11 @@ inline void Robot::interrupt(const kt_table_t &table, Callback callback) {
     in_interrupt_ = true;
     const Cycles before = now_;
     int32_t &left = *table.budget;
-    const int32_t budget = left;
+    const int32_t budget = left, held_back = std::exchange(program_->turns_held_back, 0);
     left = TURNS_PER_TICK;
     callback();
     left = budget;
+    program_->turns_held_back = held_back;
     in_interrupt_ = interrupts_off_ = false;
     look_at_outputs(*table.outputs, table.settle);
     if (now_ == before) return;
@@ -319,9 +321,18 @@ bool Robot::put_on_air(const message_t &message, bool granted) {
     return true;
 }
 
+/// Leaves the program; other robots run meanwhile, by the same budget.
+void Robot::suspend() {
+    int32_t &left = *program_->table().budget;
+    const int32_t budget = left, held_back = program_->turns_held_back;
+    GuestStack::instance().suspend();
+    left = budget;
+    program_->turns_held_back = held_back;
+}
+
 bool Robot::ask_medium(Question question) {
     question_ = question;
-    GuestStack::instance().suspend();
+    suspend();
     return answer_;
 }
 
@@ -364,7 +375,7 @@ void Robot::wait_until(Cycles wake) {
         if (wake < until_) break;
         if (in_interrupt_ && wake > next_tick_)
             waits_past_tick_ = static_cast<uint32_t>(wake - next_tick_);
-        GuestStack::instance().suspend();
+        suspend();
         waits_past_tick_ = 0;
     }
     now_ = std::max(now_, wake);

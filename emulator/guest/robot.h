@@ -273,6 +273,7 @@ class alignas(64) Robot {
     /// Calls the program as an interrupt would: interrupts off, a budget of its own.
     template <typename Callback> void interrupt(const kt_table_t &table, Callback callback);
     void wait_until(Cycles wake);
+    void suspend();
     void look_at_outputs() {
         look_at_outputs(*program_->table().outputs, program_->table().settle);
     }

@@ -36,8 +36,11 @@ struct Robot::HostCalls {
     }
 
     static void outputs() {
-        running->busy_.called();
-        running->look_at_outputs();
+        auto &robot = *running;
+        robot.busy_.called();
+        const uint64_t before = robot.outputs_seen_;
+        robot.look_at_outputs();
+        if (robot.outputs_seen_ != before) robot.busy_.acted();
     }
 
     static uint8_t rand_hard() {
@@ -94,6 +97,7 @@ struct Robot::HostCalls {
     static void print(const char *text, uint32_t bytes, uint8_t line) {
         auto &robot = *running;
         robot.busy_.called();
+        robot.busy_.acted();
         *robot.program_->table().budget -= TURNS_PER_PRINT;
         if (bytes == 0) return;
         if (line == KT_LINE_WAITS) wait_for_line(robot.written().serial.write(robot.now_, bytes));
@@ -101,7 +105,10 @@ struct Robot::HostCalls {
         if (bytes > 0) robot.report(EventKind::PRINT, {text, bytes});
     }
 
-    static void serial_written() { running->written().serial.write(running->now_, 1); }
+    static void serial_written() {
+        running->busy_.acted();
+        running->written().serial.write(running->now_, 1);
+    }
     static void serial_ready() {
         if (running->rare_) wait_for_line(running->rare_->serial.ready(running->now_));
     }
@@ -125,6 +132,7 @@ struct Robot::HostCalls {
     // The fault came from the program, or from libc on its behalf, so that the engine may work as
     // usual here.
     static bool mistake(GuestStack::Mistake mistake, const void *address) {
+        running->busy_.acted();
         auto [noted, text] = explain(mistake, address, *running->program_);
         if (noted == 0) return false;
         running->note(noted, std::move(text));
@@ -164,7 +172,7 @@ void Robot::attend_faults() {
 // The program took more turns than fit into a tick without giving time back. Nothing happens around
 // it while its memory is compared; then time passes.
 void Robot::budget_spent(const uint8_t *frame) {
-    const auto finding = busy_.look(*program_, frame, GuestStack::instance().top());
+    const auto finding = busy_.look(*program_, frame, GuestStack::instance().top(), true);
     if (finding == BusyWatch::Finding::LOOKING) return;
     const int32_t budget = *program_->table().budget;
     switch (busy_.judge(finding, now_)) {

@@ -2,6 +2,8 @@
 // uid.
 #include <doctest/doctest.h>
 
+#include <tuple>
+
 #include "support.h"
 
 using namespace kilotwin;
@@ -21,7 +23,48 @@ struct Waiting : Bench {
     uint32_t robot;
 };
 
+/// What robots that run `phases` tell, whether waits of theirs are looked for early or late.
+struct Told {
+    std::vector<std::tuple<Cycles, uint32_t, std::string>> prints;
+    std::vector<std::vector<std::tuple<Cycles, uint8_t, uint8_t>>> motors;
+    std::vector<std::vector<uint8_t>> states;
+};
+
+Told told_with(bool looks_early) {
+    constexpr uint32_t ROBOTS = 20;
+    Program &program = Program::load(guest("phases"), "phases");
+    program.looks_early = looks_early;
+    program.turns_to_look = TURNS_PER_TICK;
+    Bench bench(std::vector<std::string>(ROBOTS, "phases"));
+    for (uint32_t robot = 0; robot < ROBOTS; robot++) {
+        bench.tell(ticks(2) + 10, robot, run_message());
+        for (uint64_t tick = 9; tick < 90; tick += 7 + robot % 3)
+            bench.tell(ticks(tick) + 1000 * robot, robot, message(5));
+    }
+    bench.run(ticks(100));
+    Told told;
+    for (const auto &event : bench.events)
+        told.prints.emplace_back(event.at, event.robot, event.text);
+    for (uint32_t robot = 0; robot < ROBOTS; robot++) {
+        auto &of = told.motors.emplace_back();
+        for (const auto &command : bench.robot(robot).motor_commands)
+            of.emplace_back(command.at, command.left, command.right);
+        told.states.push_back(bench.robot(robot).state());
+    }
+    program.looks_early = true;
+    CHECK((program.turns_to_look < TURNS_PER_TICK) == looks_early);
+    return told;
+}
+
 }  // namespace
+
+TEST_CASE("a wait is found in the same turn, looked for early or late") {
+    const Told early = told_with(true), late = told_with(false);
+    CHECK(early.prints.size() > 300);
+    CHECK(early.prints == late.prints);
+    CHECK(early.motors == late.motors);
+    CHECK(early.states == late.states);
+}
 
 TEST_CASE("a busy-wait on kilo_ticks advances") {
     Waiting bench(1);
