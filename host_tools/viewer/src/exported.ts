@@ -52,7 +52,7 @@ export class Exported implements Source {
       }
       part[name] = cut;
     }
-    return { head: { samples: number, rows: 0, stride, time_s: times[first] }, arrays: part };
+    return { head: { samples: number, rows: 0, stride }, arrays: part };
   }
 
   async series(run: number): Promise<Packed> {
