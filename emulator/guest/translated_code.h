@@ -123,6 +123,10 @@ typedef struct {
     const translated_seam_t *seam;    ///< of a guest; null: of a whole chip
 } translation_t;
 
+/// Marks of a translation that was made to see what runs, by word address: COVER_RAN of a block that
+/// begins there, the others of the branch there. The translation exports it.
+enum { COVER_RAN = 1, COVER_TAKEN = 2, COVER_NOT_TAKEN = 4 };
+
 // Macros from here on are for regions alone. Such a function is
 //
 //   a switch that goes to the block at pc,
@@ -171,6 +175,9 @@ typedef struct {
     F[5] = hr >> 4 & 1, F[6] = (uint8_t)tf, F[7] = (uint8_t)inf;                        \
     chip->left = left, chip->pc = pc, chip->changed = changed;                          \
     return end;
+
+/// Notes for such a translation that something has happened.
+#define COVER(at, what) translation_coverage[(at) / 2] |= COVER_##what;
 
 /// Leaves the region with `at` as the next instruction, `spent` cycles after the block's begin: all
 /// that comes before it in the block has been done.

@@ -23,6 +23,7 @@ ORDER = (
         "experiment",
         "build",
         "port",
+        "coverage",
         "can",
         "grid",
         "links",

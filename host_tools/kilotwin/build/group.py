@@ -14,13 +14,14 @@ from kilotwin.experiment.experiment import Group
 _KEY_CHARACTERS = 32
 
 
-def build_group(group: Group, notify: Notify = lambda _: None) -> Guest:
-    """The file that the engine loads. An image that came built is taken as it is.
+def build_group(group: Group, notify: Notify = lambda _: None, *, covered: bool = False) -> Guest:
+    """The file that the engine loads. An image that came built is taken as it is. `covered`: a
+    translated program marks what runs.
 
     Of an image, that is its translation unless the group is interpreted, or cannot be translated.
     """
     if group.translated:
-        return translated_guest(group.program, notify)
+        return translated_guest(group.program, notify, covered=covered)
     if not group.on_board:
         return build(group.program, notify)
     guest = _image_of(group, notify)

@@ -57,18 +57,23 @@ def translated(image: Path, notify: Notify = lambda _: None) -> Path | None:
     return file
 
 
-def translated_guest(program: Program, notify: Notify = lambda _: None) -> Guest:
-    """A robot's program, compiled as for the robot and translated, as a guest of the engine."""
+def translated_guest(
+    program: Program, notify: Notify = lambda _: None, *, covered: bool = False
+) -> Guest:
+    """A robot's program, compiled as for the robot and translated, as a guest of the engine.
+
+    `covered`: it marks what runs (coverage/marks.py), and does all else as it does without.
+    """
     image = build_image(program, notify)
     compiler = find_compiler()
     flash, eeprom = _emulator.flash_image(str(image.elf))
     met_at = seam.seam_of(image.elf, image.objects("program"))
     version = compiler_version(compiler)
-    key = _key(version, flash, eeprom, met_at)
+    key = _key(version, flash, eeprom, met_at, covered=covered)
     file = _file(key, program.name)
     if not is_built(file):
         with building(f"translating {program.written} for this computer", file.parent, notify):
-            _build(compiler, translator.translate(flash, eeprom, met_at), file)
+            _build(compiler, translator.translate(flash, eeprom, met_at, covered=covered), file)
     return Guest(program.name, file, key, f"{image.compiler}; {version}")
 
 
@@ -76,8 +81,15 @@ def _file(key: str, name: str) -> Path:
     return cache_folder() / f"{key}-translation" / f"{name}.so"
 
 
-def _key(version: str, flash: bytes, eeprom: dict[int, int], met_at: seam.Seam | None) -> str:
-    words = [version, *_FLAGS, *_LINK_FLAGS, repr(met_at)]
+def _key(
+    version: str,
+    flash: bytes,
+    eeprom: dict[int, int],
+    met_at: seam.Seam | None,
+    *,
+    covered: bool = False,
+) -> str:
+    words = [version, *_FLAGS, *_LINK_FLAGS, repr(met_at), *(["covered"] if covered else [])]
     digest = hashlib.sha256("\0".join(words).encode())
     makers = [Path(maker.__file__) for maker in _MAKERS if maker.__file__]
     for file in [resources.path(_HEADER), *makers]:

@@ -52,6 +52,7 @@ _HEAD = """\
 #include "translated_code.h"
 """
 _GUEST_HEAD = "#define TRANSLATED_GUEST\n"
+_COVERAGE = '__attribute__((visibility("default"))) uint8_t translation_coverage[0x4000]'
 _TABLE = """\
 {declarations}
 static const translated_region_t code[] = {{{code}}};
@@ -84,15 +85,19 @@ LEAVE
 """
 
 
-def translate(flash: bytes, eeprom: Mapping[int, int], seam: Seam | None = None) -> list[str]:
+def translate(
+    flash: bytes, eeprom: Mapping[int, int], seam: Seam | None = None, *, covered: bool = False
+) -> list[str]:
     """C files for a whole image: flash, 32 KB as the chip has them, and the EEPROM's bytes by
-    address that come with it; of a guest the seam.
+    address that come with it; of a guest the seam. `covered`: it marks what runs.
 
     The same image gives the same text. Costs some tenths of a second.
     """
-    code = _Code(flash, seam)
+    code = _Code(flash, seam, covered)
     regions = code.regions()
     head = _HEAD if seam is None else _GUEST_HEAD + _HEAD
+    if covered:
+        head += f"extern {_COVERAGE};\n"
     files: list[str] = []
     room = 0
     for number, region in enumerate(regions):
@@ -104,7 +109,32 @@ def translate(flash: bytes, eeprom: Mapping[int, int], seam: Seam | None = None)
             room = _MOST_OF_A_FILE
         files[-1] += _region_text(number, region, code)
         room -= size
-    return [*files, head + _table(regions, code, eeprom)]
+    marks = f"{_COVERAGE};\n" if covered else ""
+    return [*files, head + marks + _table(regions, code, eeprom)]
+
+
+@dataclass(frozen=True)
+class Block:
+    """Instructions that run one after the other, from byte address `begin` to before `end`.
+
+    `branch` is the last one's address, if it may go two ways.
+    """
+
+    begin: int
+    end: int
+    branch: int | None
+
+
+def blocks_of(flash: bytes, seam: Seam) -> list[Block]:
+    """The blocks of a guest's translation, in order of addresses."""
+    blocks = [block for region in _Code(flash, seam).regions() for block in region]
+    return sorted((_extent(block) for block in blocks), key=lambda block: block.begin)
+
+
+def _extent(block: "_Block") -> Block:
+    last = block[-1]
+    branch = last.address if last.name in _BRANCHES | SKIPS.keys() else None
+    return Block(block[0].address, last.end, branch)
 
 
 def _table(regions: "list[_Region]", code: "_Code", eeprom: Mapping[int, int]) -> str:
@@ -138,6 +168,8 @@ class _Code:
 
     flash: bytes
     seam: Seam | None
+    covered: bool = False
+    """Whether it marks what runs."""
     instructions: dict[int, Instruction] = field(default_factory=dict)
     """By address; they do not overlap."""
     entries: set[int] = field(default_factory=set)
@@ -343,6 +375,8 @@ def _block_text(block: _Block, inside: set[int], code: _Code) -> str:
     for instruction in block:
         offsets.append(offsets[-1] + cycles(instruction))
     lines = [f"BLOCK(0x{block[0].address:x}, {offsets[-2]})"]
+    if code.covered:
+        lines.append(_cover(block[0].address, "RAN"))
     call = code.engine_call(block[0].address)
     if call is not None:
         lines.append(f"ENGINE_CALL(0x{block[0].address:x}, {call})")
@@ -362,6 +396,10 @@ def _block_text(block: _Block, inside: set[int], code: _Code) -> str:
     elif block[-1].name not in _LEAVES:
         lines.append(code.go(block[-1], block[-1].end, offsets[-1], inside))
     return "\n".join(lines)
+
+
+def _cover(address: int, what: str) -> str:
+    return f"COVER(0x{address:x}, {what})"
 
 
 def _is_countdown(block: _Block) -> bool:
@@ -407,4 +445,7 @@ def _leave(
             lines.append(f"FOR_EFFECT({here}, {instruction.r}, READ_EFFECT);")
     taken = code.go(instruction, target, behind + more, inside)
     not_taken = code.go(instruction, end, behind, inside)
+    if code.covered:
+        taken = f"{_cover(instruction.address, 'TAKEN')} {taken}"
+        not_taken = f"{_cover(instruction.address, 'NOT_TAKEN')} {not_taken}"
     return [*lines, f"if ({condition(instruction)}) {{ {taken} }}", not_taken]

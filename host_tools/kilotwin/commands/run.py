@@ -28,6 +28,7 @@ from kilotwin.commands.options import (
     given_settings,
 )
 from kilotwin.commands.window import stay, window
+from kilotwin.coverage.checks import COVERED, check_covered
 from kilotwin.environment.poses import parse_address
 from kilotwin.errors import EXIT_INTERRUPTED, InputError
 from kilotwin.experiment.experiment import Experiment
@@ -116,6 +117,14 @@ GdbPort = Annotated[
     int,
     typer.Option(min=1024, max=65535, envvar="KILOTWIN_GDB_PORT", help="Where gdb connects."),
 ]
+Coverage = Annotated[
+    bool,
+    typer.Option(
+        "--coverage",
+        envvar="KILOTWIN_COVERAGE",
+        help="Run programs by their machine code, and say which of their lines have run.",
+    ),
+]
 Verify = Annotated[
     bool,
     typer.Option(
@@ -153,6 +162,7 @@ Vcd = Annotated[
     "  kilotwin run experiments/environment/wall.toml --serve --poses udp:127.0.0.1:5005\n\n"
     "  kilotwin run my.toml --view\n\n"
     "  kilotwin run my.toml --dry-run --json\n\n"
+    "  kilotwin run my.toml --coverage\n\n"
     "  kilotwin run --verify runs/my-run/manifest.json"
 )
 def run(
@@ -173,6 +183,7 @@ def run(
     gdb: Gdb = None,
     gdb_port: GdbPort = 1234,
     vcd: Vcd = None,
+    coverage: Coverage = False,
     verify: Verify = False,
     dry_run: DryRun = False,
     confine: ConfineMode = None,
@@ -190,7 +201,7 @@ def run(
     twin = chosen(require=require_twin, without=no_twin)
     given = given_settings(settings, seed)
     if verify:
-        others = (given, serve, plots, gdb, vcd, dry_run, view)
+        others = (given, serve, plots, gdb, vcd, coverage, dry_run, view)
         if any(option not in (None, False, []) for option in others):
             raise InputError("--verify repeats a run as it was; give --out, --json or --quiet")
         _verify(experiment, out, as_json, quiet)
@@ -206,6 +217,8 @@ def run(
             link_dispatcher,
             None if poses is None else parse_address(poses),
         )
+    if coverage:
+        given.insert(0, COVERED)
     loaded = Experiment.load(experiment, given)
     if dry_run:
         size = size_of(loaded.keys)
@@ -213,6 +226,8 @@ def run(
         return
     if serving is not None:
         serving.check(loaded)
+    if coverage:
+        check_covered(loaded)
     if plots:
         extras.require("matplotlib")
     probes = Probes(gdb, gdb_port, tuple(vcd or ()))
@@ -230,11 +245,22 @@ def run(
             probes=probes,
             twin=twin,
             window=viewer,
+            covered=coverage,
         )
+        if coverage:
+            _cover(loaded, outcome)
         _tell(outcome, plots=plots, as_json=as_json)
         if not outcome.stop_asked:
             stay(viewer)
     raise typer.Exit(outcome.exit_code)
+
+
+def _cover(experiment: Experiment, outcome: Outcome) -> None:
+    """Writes the report of what has run into the run folder, and its shares into the summary."""
+    report = lazy.load("coverage.report")
+    folder = Path(outcome.summary["run_folder"]) / "coverage"
+    sources = report.of_groups(experiment.groups, outcome.marks)
+    outcome.summary["coverage"] = report.written(sources, folder)
 
 
 def _tell(outcome: Outcome, *, plots: bool, as_json: bool) -> None:

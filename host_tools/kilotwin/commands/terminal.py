@@ -235,10 +235,14 @@ def summary_text(summary: dict[str, Any]) -> str:
     rows.append(("not resting", f"{summary['not_resting']:5d}"))
     rows += _metric_rows(summary)
     rows += _environment_rows(summary)
+    if "coverage" in summary:
+        rows.append(("coverage", summary["coverage"]["text"]))
     rows.append(("result hash", summary["result_hash"]))
     rows.append(("run folder", shown_path(Path(summary["run_folder"]))))
     width = max(len(label) for label, _ in rows)
     lines += [f"  {label:<{width}}  {value}" for label, value in rows]
+    if "coverage" in summary:
+        lines += [summary["coverage"]["files"], f"  {summary['coverage']['folder']}/index.html"]
     return "\n".join(lines)
 
 

@@ -9,6 +9,7 @@ EXTRAS = {
     "cmaes": "optimise",
     "dask_jobqueue": "slurm",
     "distributed": "dask",
+    "gcovr": "coverage",
     "imageio_ffmpeg": "video",
     "matplotlib": "plot",
     "mcap": "mcap",

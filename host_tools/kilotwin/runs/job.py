@@ -72,6 +72,8 @@ class Job:
     serving: Serving | None = None
     """Robots wait for a host from outside, as a grid does, in place of one that has its own."""
     probes: Probes = Probes()
+    covered: bool = False
+    """Guests mark what runs, and the worker hands the marks back."""
     functions_outside: bool = False
     """Metrics' functions are called by the parent, whose answers come on stdin."""
     live: int | None = None

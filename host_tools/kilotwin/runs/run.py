@@ -8,7 +8,7 @@ import signal
 import struct
 import tempfile
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from types import FrameType
@@ -17,6 +17,7 @@ from typing import Any
 from kilotwin import __version__
 from kilotwin.build.group import build_group
 from kilotwin.build.guest import Guest
+from kilotwin.coverage.marks import Marks, understood
 from kilotwin.errors import (
     DeviceError,
     InputError,
@@ -66,13 +67,15 @@ class Outcome:
     """How a run ended: `summary` is what --json prints.
 
     `stop_asked`: Ctrl-C or a kill came, be it too late to cut it short. `timed_out`: the time that
-    it had was over before its end.
+    it had was over before its end. `marks`: what of each group's program has run, if it was built
+    for that.
     """
 
     summary: dict[str, Any]
     exit_code: int
     stop_asked: bool = False
     timed_out: bool = False
+    marks: Sequence[Marks] = ()
 
 
 def run(
@@ -86,12 +89,13 @@ def run(
     timeout_s: float | None = None,
     twin: Mode = "off",
     window: Window | None = None,
+    covered: bool = False,
 ) -> Outcome:
     """Builds the programs, runs the experiment, leaves the run folder. Input errors leave none.
 
     `serving`: the grid waits for a host from outside. After `timeout_s` of wall time the run is
     interrupted. `twin`: whether native programs are held against their ATmega328P. `window`: where
-    the run is seen as it goes.
+    the run is seen as it goes. `covered`: translated programs mark what runs.
     """
     if importlib.util.find_spec("kilotwin._emulator") is None:
         raise RunError("the engine is not built; type: make setup")
@@ -100,7 +104,7 @@ def run(
     size = size_of(experiment.keys)
     if trouble := size.without_room(folder):
         display.warn(trouble)
-    guests = [build_group(group, display.note) for group in experiment.groups]
+    guests = [build_group(group, display.note, covered=covered) for group in experiment.groups]
     modules = None if experiment.modules is None else build_group(experiment.modules, display.note)
     built = [*guests, *([modules] if modules else [])]
     commands = experiment.keys.command
@@ -127,6 +131,7 @@ def run(
             module_file,
             serving,
             probes or Probes(),
+            covered,
             functions_outside=functions is not None,
             live=None if window is None else window.run_end,
         )
@@ -215,7 +220,11 @@ class _Child:
                 if last.get("type") == "done":
                     summary, code = last["summary"], last["exit_code"]
                     cut_short = self._timed_out and summary["status"] == INTERRUPTED
-                    return Outcome(summary, code, self._interrupts > 0, cut_short)
+                    try:
+                        marks = understood(last.get("marks", ()))
+                    except (TypeError, ValueError):
+                        raise RunError(_GARBLED) from None
+                    return Outcome(summary, code, self._interrupts > 0, cut_short, marks)
                 log.seek(0)
                 raise self._failure(last, returncode, log.read().strip())
 

@@ -22,6 +22,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 from kilotwin import _emulator
+from kilotwin.coverage.marks import marks_of_all
 from kilotwin.errors import (
     EXIT_INTERRUPTED,
     EXIT_ROBOTS_FAILED,
@@ -133,7 +134,8 @@ def simulate(
         close_manifest(job.folder, summary["status"], exit_code, summary=summary)
     except OSError as error:
         raise RunError(f"{job.folder}: cannot write ({cause_of(error)}); see to the disk") from None
-    report({"type": "done", "exit_code": exit_code, "summary": summary})
+    marks = marks_of_all(job.guests) if job.covered else []
+    report({"type": "done", "exit_code": exit_code, "summary": summary, "marks": marks})
 
 
 def _exit_code(summary: dict[str, Any]) -> int:

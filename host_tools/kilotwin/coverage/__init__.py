@@ -1,0 +1,1 @@
+"""Which lines and branches of robots' programs have run, by their translated machine code."""

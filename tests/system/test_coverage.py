@@ -1,0 +1,92 @@
+"""`kilotwin run --coverage` names the lines of a robot's program that ran, in any robot."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from .conftest import Kilotwin
+
+PROGRAM = """\
+#include <kilolib.h>
+#include "colours.h"
+void setup(void) {
+    if (kilo_uid == 2) set_color(RED);
+    if (kilo_uid == 99)
+        set_color(GREEN);
+}
+static uint8_t number(void) {
+    switch (kilo_ticks & 3) {
+    case 0: return 1;
+    case 1: return 0;
+    default: return 7;
+    }
+}
+void loop(void) {
+    static uint8_t seen;
+    if (kilo_ticks > 20 && number() == 0) seen++;
+    if (kilo_ticks > 1000)
+        set_color(GREEN);
+}
+int main(void) {
+    kilo_init();
+    kilo_start(setup, loop);
+    return 0;
+}
+"""
+EXPERIMENT = """\
+duration_s = {duration_s}
+[arena]
+diameter_m = 1.0
+[swarm]
+profile = "kilobot"
+program = "lines.c"
+size = {size}
+"""
+
+
+@pytest.fixture
+def covered(kilotwin: Kilotwin, tmp_path: Path) -> Callable[..., dict[str, object]]:
+    """Runs the program; what --json says."""
+    (tmp_path / "lines.c").write_text(PROGRAM)
+    (tmp_path / "colours.h").write_text("#define RED RGB(1, 0, 0)\n#define GREEN RGB(0, 1, 0)\n")
+
+    def run(size: int, *options: str, duration_s: int = 3) -> dict[str, object]:
+        experiment = tmp_path / "lines.toml"
+        experiment.write_text(EXPERIMENT.format(size=size, duration_s=duration_s))
+        done = kilotwin(
+            "run", str(experiment), "--json", "--out", str(tmp_path / f"run{size}"), *options
+        )
+        assert done.returncode == 0, done.stderr
+        return dict(json.loads(done.stdout))
+
+    return run
+
+
+def lines_of(folder: Path) -> dict[int, bool]:
+    lcov = (folder / "coverage/coverage.info").read_text()
+    rows = [row[3:].split(",")[:2] for row in lcov.splitlines() if row.startswith("DA:")]
+    return {int(line): count != "0" for line, count in rows}
+
+
+def test_lines_that_any_robot_ran_are_told_whatever_the_number_of_robots(
+    covered: Callable[..., dict[str, object]], tmp_path: Path
+) -> None:
+    few, many = covered(3, "--coverage"), covered(40, "--coverage")
+    lines = lines_of(tmp_path / "run3")
+    assert lines == lines_of(tmp_path / "run40")
+    # None is number 99, three seconds are 91 ticks, and kilo_start() does not come back.
+    assert {line for line, ran in lines.items() if not ran} == {6, 19, 25}
+    assert {4, 5, 9, 18} <= lines.keys()
+    for told in (few, many):
+        assert "lines.c" in str(told["coverage"])
+    assert "colours.h" not in str(few["coverage"]), "it has no instructions"
+
+
+def test_a_run_is_the_same_with_and_without_coverage(
+    covered: Callable[..., dict[str, object]],
+) -> None:
+    with_it = covered(3, "--coverage")
+    without = covered(4, "--set", "swarm.cpu=translated", "--set", "swarm.size=3")
+    assert with_it["result_hash"] == without["result_hash"]
