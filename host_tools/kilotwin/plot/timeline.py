@@ -112,22 +112,35 @@ def draw_states(run: Run) -> Figure:
     axes.legend(
         loc="upper left",
         bbox_to_anchor=(1.0, 1.0),
-        title="robots by state (at the end)",
+        title=f"{_counted(run)} by state (at the end)",
         ncols=legend_columns(["", *occurring], 3.85),
     )
     return figure
 
 
+def _counted(run: Run) -> str:
+    """Whom states are counted of: see _in_states()."""
+    chosen = run.experiment.record.robots_of(run.robots_number)
+    if chosen is None or States.of(run.experiment).known:
+        return "robots"
+    return f"{len(chosen):,} recorded robots"
+
+
 def _in_states(run: Run) -> tuple[NDArray[np.float64], dict[str, NDArray[np.int64]]]:
-    """Times, and robots by state at each: of all robots' rows, or, where not all robots are
+    """Times, and robots by state at each: of the rows of robots, or, where not all robots are
     recorded or not their states, by what was counted, which is states with a name."""
     record, size = run.experiment.record, run.robots_number
-    if record.robots_of(size) is not None or record.robots_s or not record.has_column("state"):
+    chosen = record.robots_of(size)
+    partly = chosen is not None or record.robots_s or not record.has_column("state")
+    if partly and States.of(run.experiment).known:
         table = run.sites()
         counted = [name for name in table.column_names if name.startswith(_STATE)]
         counts = {name.removeprefix(_STATE): np.asarray(table[name]) for name in counted}
         return np.asarray(table["time_s"]), counts
-    rows = run.robots()
+    rows = run.robots("state")
+    if rows.num_rows == 0:
+        run.last_robots()  # which says why
+    size = size if chosen is None else max(1, len(chosen))
     shown = rows["state"].combine_chunks()
     indices, words = np.asarray(shown.indices), shown.dictionary.to_pylist()
     samples = len(indices) // size
