@@ -37,6 +37,7 @@ COMMANDS = {
     "export": "Write a run as other tools read it: CSV, MCAP for Foxglove, RRD for Rerun.",
     "build": "Build a program into an image to flash, or a guest, and say how large it is.",
     "port": "Say what of a program would go wrong on the robot. 1 if something fails there.",
+    "new": "Make a repository for a lab: program, experiment, scenario, tests, and files for CI.",
     "check": "Build a program for PC and robot, look for what goes wrong there, run its scenarios.",
     "compare": "Compare two runs or sweeps, or with what others measured. 1 if it is outside the "
     "bounds.",

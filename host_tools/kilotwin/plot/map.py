@@ -22,15 +22,7 @@ from kilotwin.experiment.pictures import Picture
 from kilotwin.experiment.profile_defaults import PROFILES
 from kilotwin.experiment.schema import Arena, ExperimentSchema, Obstacle, Site
 from kilotwin.experiment.states import States
-from kilotwin.plot.palette import (
-    FLOOR,
-    OBJECT,
-    OBSTACLE,
-    OUTLINE,
-    ink_on,
-    site_fills,
-    state_colours,
-)
+from kilotwin.plot.palette import FLOOR, OBJECT, OBSTACLE, OUTLINE, site_fills, state_colours
 from kilotwin.plot.style import (
     HATCHES,
     LEGEND_LINE,
@@ -54,8 +46,6 @@ def draw_map(run: Run) -> Figure:
     colours = state_colours(order)
     diameter = 2 * PROFILES[experiment.swarm.profile].radius_m
     centres = np.column_stack([robots["x_m"], robots["y_m"]])
-    if not run.emulated:
-        centres = spread_out(centres, diameter / 2)
     informed = np.flatnonzero(np.isin(robots["robot"], _informed_ids(experiment))).tolist()
 
     figure = Figure(figsize=(10, 7.5))
@@ -208,28 +198,13 @@ def _draw_robots(
     _circles(axes, centres, diameter, facecolor=fill, edgecolor=OUTLINE, lw=outline)
     front = centres + diameter / 2 * np.column_stack([np.cos(heading_rad), np.sin(heading_rad)])
     lines = np.stack([centres, front], axis=1)
-    inks = [ink_on(one) for one in fill]
-    axes.add_collection(LineCollection(list(lines), colors=inks, lw=max(outline, 0.3)))
+    axes.add_collection(LineCollection(list(lines), colors=OUTLINE, lw=outline))
 
 
 def _draw_informed(axes: Axes, centres: NDArray[np.float32], diameter: float, point: float) -> None:
     """A ring around each, below all robots, so that it hides no state."""
     ring = diameter + 2 * max(0.12 * diameter, 1.2 * point)
     _circles(axes, centres, ring, facecolor=_INFORMED, lw=0)
-
-
-def spread_out(centres: NDArray[np.float32], radius: float) -> NDArray[np.float32]:
-    """Robots that are said to be in the same place stand in rings around it: a host knows their
-    cell only. The viewer draws them so too (host_tools/viewer/src/pane.ts)."""
-    spread = centres.copy()
-    _, group, sizes = np.unique(centres, axis=0, return_inverse=True, return_counts=True)
-    group = group.ravel()
-    for shared in np.flatnonzero(sizes > 1):
-        robots = np.flatnonzero(group == shared)
-        angles = 2 * np.pi * np.arange(len(robots)) / len(robots)
-        ring = np.column_stack([np.cos(angles), np.sin(angles)])
-        spread[robots] += radius * max(0.6, len(robots) / 6) * ring
-    return spread
 
 
 def _circles(axes: Axes, centres: NDArray[np.float32], diameter: float, **look: Any) -> None:

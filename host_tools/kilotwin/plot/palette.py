@@ -9,8 +9,6 @@ FLOOR = "#b9b9b9"
 OUTLINE = "#404040"
 OBSTACLE = "#6e5a4a"
 OBJECT = "#e5d8bd"
-_LIGHT_INK = "#f2f2f2"
-_DARK = 0.45
 
 # Okabe and Ito's colours; they stand out on black, grey and white alike.
 STATE_COLOURS = {
@@ -48,10 +46,3 @@ def _led_colour(state: str) -> str | None:
     """`RGB(1,0,3)`, the name of a colour without a meaning, as #rrggbb."""
     plain = re.fullmatch(r"RGB\((\d),(\d),(\d)\)", state)
     return plain and "#" + "".join(f"{85 * int(level):02x}" for level in plain.groups())
-
-
-def ink_on(fill: str) -> str:
-    """A colour of lines that is seen on #rrggbb: dark, or light on dark ones."""
-    red, green, blue = bytes.fromhex(fill.removeprefix("#"))
-    light = (0.3 * red + 0.59 * green + 0.11 * blue) / 255
-    return OUTLINE if light > _DARK else _LIGHT_INK

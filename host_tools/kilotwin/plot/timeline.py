@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from kilotwin.errors import InputError
 from kilotwin.experiment.checks import swarm_size
 from kilotwin.experiment.states import States
-from kilotwin.plot.palette import OUTLINE, ink_on, site_fills, state_colours
+from kilotwin.plot.palette import OUTLINE, site_fills, state_colours
 from kilotwin.plot.style import DASHES, legend_columns, repeats, title, wrapped
 from kilotwin.runs.reader import Run
 
@@ -52,7 +52,7 @@ def draw_timeline(run: Run) -> Figure:
             time_s, resting, color=fill, lw=2, ls=dashes, path_effects=_outlined(3.2), label=label
         )
     for wanted, colour in expected.items():
-        _draw_wanted(axes, wanted, colour)
+        axes.axhline(wanted, color=colour, ls=":", lw=1.6, path_effects=_outlined(2.4))
     elsewhere = np.asarray(table["not_resting"])
     axes.plot(
         time_s,
@@ -77,13 +77,6 @@ def draw_timeline(run: Run) -> Figure:
         ncols=legend_columns(["", *labels], 3.85),
     )
     return figure
-
-
-def _draw_wanted(axes: Axes, wanted: float, colour: str) -> None:
-    """Dots in the site's colour; light ones in a dark line, without which they are not seen."""
-    if ink_on(colour) == OUTLINE:
-        axes.axhline(wanted, color=OUTLINE, lw=3)
-    axes.axhline(wanted, color=colour, ls=":", lw=1.6)
 
 
 def draw_states(run: Run) -> Figure:

@@ -19,8 +19,8 @@ from kilotwin.experiment.profile_defaults import PROFILES
 from kilotwin.experiment.states import States
 from kilotwin.files import extras
 from kilotwin.files.drafts import draft_of
-from kilotwin.plot.map import area_patch, draw_floor, points_per_metre, spread_out
-from kilotwin.plot.palette import OBJECT, OUTLINE, ink_on, state_colours
+from kilotwin.plot.map import area_patch, draw_floor, points_per_metre
+from kilotwin.plot.palette import OBJECT, OUTLINE, state_colours
 from kilotwin.plot.style import draw, title
 from kilotwin.runs.reader import Run
 from kilotwin.runs.samples import RunSamples
@@ -226,17 +226,13 @@ class _Picture:
         self, read: dict[str, NDArray[Any]], x: NDArray[Any], y: NDArray[Any], share: float
     ) -> None:
         led = read["led"][0] & 63 if "led" in read else np.zeros(len(x), dtype=np.uint8)
-        centres = np.column_stack([x, y])
-        if not self._run.emulated:
-            centres = spread_out(centres, self._radius)
-        fills = [self._colours[one] for one in led]
-        self._discs.set_offsets(centres)
-        self._discs.set_facecolor(fills)
+        self._discs.set_offsets(np.column_stack([x, y]))
+        self._discs.set_facecolor([self._colours[one] for one in led])
         self._axes.draw_artist(self._discs)
         if "heading_rad" in read:
             heading = _turned(read["heading_rad"], share)
             front = np.column_stack([np.cos(heading), np.sin(heading)]) * self._radius
-            self._fronts.set_color([ink_on(fill) for fill in fills])
+            centres = np.column_stack([x, y])
             self._fronts.set_segments(list(np.stack([centres, centres + front], axis=1)))
             self._axes.draw_artist(self._fronts)
 

@@ -103,11 +103,6 @@ class Run:
         return self._table(SENT, SENT_SCHEMA)
 
     @property
-    def emulated(self) -> bool:
-        """Whether robots are the engine's; of real ones on a Kilogrid the host knows cells only."""
-        return "engine" in self.manifest
-
-    @property
     def robots_number(self) -> int:
         """How many robots the experiment has."""
         return swarm_size(self.experiment)

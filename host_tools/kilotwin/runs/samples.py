@@ -11,7 +11,6 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from kilotwin.experiment.colours import LED_VALUES
 from kilotwin.experiment.states import States
 from kilotwin.runs.columns import METRIC
 from kilotwin.runs.folder import OBJECTS
@@ -22,9 +21,6 @@ from kilotwin.units import TICK_S
 
 _POSE = ("x_m", "y_m", "heading_rad")
 _KEPT_BATCHES = 16
-
-_MOST_COUNTED = 256  # samples in which LED colours are counted
-_MOST_COUNTED_ROWS = 20_000_000
 
 MOST_ROWS = 2_000_000
 """Rows of one answer, at most."""
@@ -112,18 +108,8 @@ class Rows:
 class RunSamples:
     """Poses and LEDs of a run's robots, poses of its objects, and its curves."""
 
-    def __init__(
-        self,
-        folder: Path,
-        *,
-        objects: bool,
-        led_of_state: Sequence[int] = (),
-        colours: Sequence[str] = (),
-    ) -> None:
-        """`led_of_state`: what stands for LEDs where the run recorded states alone. `colours`: the
-        name of each LED byte, if how many robots show it is to be among the curves."""
-        self._colours = list(colours)
-        self._counted: dict[int, NDArray[np.int64]] = {}  # robots of each LED byte, by sample
+    def __init__(self, folder: Path, *, objects: bool, led_of_state: Sequence[int] = ()) -> None:
+        """`led_of_state`: what stands for LEDs where the run recorded states alone."""
         self._led_of_state = np.array(led_of_state, dtype=np.uint8)
         self.robots = Rows(folder / "robots.arrows", "robot")
         self.objects = Rows(folder / f"{OBJECTS}.arrows", "object") if objects else None
@@ -142,7 +128,6 @@ class RunSamples:
             run.folder,
             objects=bool(run.experiment.object),
             led_of_state=[int(np.argmax(states.of_led == k)) for k in range(len(states.names))],
-            colours=[] if states.known else [states.names[state] for state in states.of_led],
         )
         samples.refresh()
         return samples
@@ -229,11 +214,7 @@ class RunSamples:
         return values if column == "led" else self._led_of_state[values.astype(np.intp)]
 
     def series(self, most: int) -> bytes:
-        """The columns of `sites`, every k-th row so that there are no more than `most` rows.
-
-        Where the experiment names no states also `state_RGB(r,g,b)`, robots that show a colour,
-        as far as they were recorded: NaN in rows between those that were counted.
-        """
+        """The columns of `sites`, every k-th row so that there are no more than `most` rows."""
         with self._lock:
             names = [name for name in self._sites.names if name != "tick"]
             rows = self._sites.rows
@@ -242,33 +223,7 @@ class RunSamples:
                 name: values[::stride].astype(np.float64 if name == "time_s" else np.float32)
                 for name, values in self._of_sites(names).items()
             }
-            if self._colours and "time_s" in arrays:
-                arrays |= self._colour_counts(len(arrays["time_s"]), stride)
             return pack({"rows": rows, "stride": stride}, arrays)
-
-    def _colour_counts(self, rows: int, stride: int) -> dict[str, NDArray[np.float32]]:
-        """[rows] for each colour that is seen, of a table with every `stride`-th row of `sites`."""
-        shown, robots = self._shown(), len(self.robots.ids)
-        if shown is None or not robots or not self.samples:
-            return {}
-        most = min(_MOST_COUNTED, max(16, _MOST_COUNTED_ROWS // robots))
-        step = 1
-        while self.samples > step * most:
-            step *= 2  # so that what was counted of a run that goes on is counted once
-        wanted = range(0, self.samples, step)
-        for number in wanted:
-            if number not in self._counted:
-                led = self._leds(self.robots.read([number], [shown])[shown], shown)
-                self._counted[number] = np.bincount(led[0] & (LED_VALUES - 1), minlength=LED_VALUES)
-        counts = np.array([self._counted[number] for number in wanted])
-        site_rows = np.searchsorted(self._site_ticks, self._ticks[list(wanted)])
-        places = np.minimum(site_rows // stride, rows - 1)
-        made = {}
-        for colour in np.flatnonzero(counts.any(axis=0)):
-            column = np.full(rows, np.nan, dtype=np.float32)
-            column[places] = counts[:, colour]
-            made[f"state_{self._colours[colour]}"] = column
-        return made
 
     def history(self, place: int) -> list[tuple[float, int]]:
         """(time in s, LED byte) from each change of the LED on, of the robot in that place."""

@@ -3,6 +3,7 @@
 import contextlib
 import os
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +12,11 @@ import pytest
 from kilotwin.errors import InputError, KilotwinError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.text import Setting, parse_setting
+from kilotwin.port.trial import Trial
 from kilotwin.runs.display import NoDisplay
 from kilotwin.runs.folder import slug
 from kilotwin.runs.run import run
+from kilotwin.scenario import program_check as checks
 from kilotwin.scenario.keeping import free
 from kilotwin.testing.plugin import draw
 from kilotwin.testing.recorded_world import RecordedWorld
@@ -69,6 +72,29 @@ class Kilotwin:
         outcome = run(loaded, folder, sys.argv, NoDisplay(), timeout_s=timeout_s)
         return outcome.summary
 
+    def check(
+        self,
+        *program: str,
+        include: Sequence[str] = (),
+        define: Sequence[str] = (),
+        flash: int | None = None,
+        ram: int | None = None,
+        stack: int | None = None,
+        seconds: float = 20,
+    ) -> None:
+        """Fails for what `kilotwin check` finds wrong with a program, without its scenarios."""
+        __tracebackhide__ = True
+        with contextlib.chdir(self.folder):
+            found = checks.program_of(program, include, define)
+            steps = [checks.on_this_computer(found, _say_nothing)]
+            trial = Trial(seconds, self.seed)
+            step, report = checks.on_the_chip(program, include, define, trial, _say_nothing)
+        steps.append(step)
+        if report is not None:
+            steps.append(checks.size(report, checks.Budget(flash, ram, stack)))
+        if wrong := [step.text() for step in steps if step.fails]:
+            raise AssertionError("\n".join(wrong))
+
     def keep(self, name: str) -> list[Path]:
         """Writes run folders of all that was made, for a test of that name."""
         kept = []
@@ -99,6 +125,10 @@ class Kilotwin:
     def _skip_without_pulses(self, error: InputError) -> None:
         if self._cpu == "avr" and _NO_PULSES in str(error):
             pytest.skip("on an ATmega328P robots send pulses, which the ideal medium has not")
+
+
+def _say_nothing(line: str) -> None:
+    """Progress is not for a test's report."""
 
 
 def kept_line(folder: Path) -> str:

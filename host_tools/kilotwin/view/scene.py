@@ -36,7 +36,7 @@ def scene_of(run: Run) -> dict[str, Any]:
         "seed": experiment.seed,
         "folder": run.folder.name,
         "status": str(run.manifest.get("status", "")),
-        "emulated": run.emulated,
+        "emulated": "engine" in run.manifest,
         "robots": run.robots_number,
         "radius_m": PROFILES[experiment.swarm.profile].radius_m,
         "range_m": experiment.medium.range_m,

@@ -99,12 +99,10 @@ export class CurvesPanel {
     const shown = known || (!anyState && (!isCount || name !== "not_resting"));
     return {
       label,
-      stroke: known ? seen(scene.states.colours[state]) : COLOURS[place % COLOURS.length],
+      stroke: known ? scene.states.colours[state] : COLOURS[place % COLOURS.length],
       width: 1.5,
       dash: run ? [6, 4] : [],
       show: !(this.hidden.get(label) ?? !shown),
-      // LED colours are counted in some of the samples only.
-      spanGaps: known && !scene.states.known,
       points: { show: false },
       value: (_, value) => (value === null ? "" : shortNumber(value)),
     };
@@ -139,15 +137,6 @@ export class CurvesPanel {
     }
     ctx.restore();
   }
-}
-
-// White lines and black ones would not be seen on light and on dark pages.
-function seen(colour: string): string {
-  const value = parseInt(colour.slice(1), 16);
-  const [red, green, blue] = [value >> 16, (value >> 8) & 255, value & 255];
-  const light = (0.3 * red + 0.59 * green + 0.11 * blue) / 255;
-  if (light < 0.1) return "#606060";
-  return light > 0.8 ? `rgb(${0.7 * red} ${0.7 * green} ${0.7 * blue})` : colour;
 }
 
 function withGaps(values: ArrayLike<number>): (number | null)[] {

@@ -280,7 +280,6 @@ class Page {
     );
     this.events = this.drawnCurves.flatMap((run) => run.events);
     this.curves.show(this.drawnCurves);
-    if (this.scenes.some((scene) => !scene.states.known)) this.drawLegend();
     this.drawStatus();
   }
 
@@ -297,8 +296,7 @@ class Page {
   // Each known state of each run with its colour, its mark, and how many robots are in it.
   private drawLegend(): void {
     const parts = this.scenes.map((scene, run) => {
-      const rows = this.listed(run).map((state) => {
-        const name = scene.states.names[state];
+      const rows = scene.states.names.slice(0, scene.states.known).map((name, state) => {
         const led = scene.states.of_led.indexOf(state);
         const dot = element("span", "", { className: `dot mark${markOf(scene, led)}` });
         dot.style.background = this.layers.states ? scene.states.colours[state] : scene.leds[led];
@@ -316,24 +314,19 @@ class Page {
     this.countStates();
   }
 
-  // States with a name; without any, the colours of LEDs that have a curve.
-  private listed(run: number): number[] {
-    const { names, known } = this.scenes[run].states;
-    if (known) return [...names.keys()].slice(0, known);
-    const curves = Object.keys(this.drawnCurves[run]?.packed.arrays ?? {});
-    return [...names.keys()].filter((state) => curves.includes(`state_${names[state]}`));
-  }
-
   private countStates(): void {
     this.panes.forEach((pane, run) => {
       const { states } = this.scenes[run];
-      const counts = new Array<number>(states.names.length).fill(0);
+      const counts = new Array<number>(states.known).fill(0);
       const between = pane.shown;
-      for (const led of between?.from.led ?? []) counts[states.of_led[led & 63]]++;
-      for (const state of this.listed(run)) {
-        const output = document.getElementById(`count-${run}-${state}`);
-        if (output) output.textContent = between ? String(counts[state]) : "";
+      for (const led of between?.from.led ?? []) {
+        const state = states.of_led[led & 63];
+        if (state < states.known) counts[state]++;
       }
+      counts.forEach((count, state) => {
+        const output = document.getElementById(`count-${run}-${state}`);
+        if (output) output.textContent = between ? String(count) : "";
+      });
     });
   }
 

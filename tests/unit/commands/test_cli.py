@@ -40,7 +40,7 @@ COMMANDS = [
     "port",
     "compare",
 ]
-COMMANDS += ["bench", "record", "test", "check"]
+COMMANDS += ["bench", "record", "test", "check", "new"]
 GROUPS = {
     "grid": ["ls", "health", "check", "kconf", "setup", "run", "pause", "idle", "send"],
     "flash": ["robot", "robots", "modules"],

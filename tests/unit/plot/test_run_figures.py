@@ -17,7 +17,6 @@ from matplotlib.legend import Legend
 from kilotwin.errors import InputError
 from kilotwin.plot import palette, style
 from kilotwin.plot.figures import RUN_FIGURES, write_figure
-from kilotwin.plot.map import spread_out
 from kilotwin.plot.palette import site_fills, state_colours
 from kilotwin.runs.folder import close_manifest
 from kilotwin.runs.reader import Run
@@ -283,19 +282,3 @@ def test_a_long_legend_has_columns() -> None:
     assert style.legend_columns(["a"] * 4, 4.1 * line) == 1
     assert style.legend_columns(["a"] * 4 + ["two\nlines"], 4.1 * line) == 2
     assert style.legend_columns(["a", "b"], 0.1) == 2
-
-
-def test_a_line_on_a_robot_is_seen_on_dark_and_on_light_colours() -> None:
-    assert palette.ink_on("#000000") == palette.ink_on("#0000ff") != palette.OUTLINE
-    assert palette.ink_on("#ffffff") == palette.ink_on("#f0e442") == palette.OUTLINE
-
-
-def test_robots_of_one_cell_stand_around_its_middle() -> None:
-    centres = np.array([[0.5, 0.5], [0, 0], [0.5, 0.5], [0.5, 0.5]], dtype=np.float32)
-    spread = spread_out(centres, 0.0165)
-    np.testing.assert_array_equal(spread[1], [0, 0])
-    shared = spread[[0, 2, 3]]
-    np.testing.assert_allclose(shared.mean(axis=0), [0.5, 0.5], atol=1e-6)
-    away = np.hypot(*(shared - np.float32(0.5)).T)
-    np.testing.assert_allclose(away, 0.6 * 0.0165, rtol=1e-3)
-    assert len(np.unique(shared, axis=0)) == 3

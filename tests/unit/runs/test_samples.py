@@ -180,26 +180,3 @@ def test_arrays_of_an_answer_begin_where_a_page_can_read_them() -> None:
     assert all(at % 8 == 0 for _, at, _ in head["arrays"].values())
     for name, values in sizes.items():
         np.testing.assert_array_equal(arrays[name], values)
-
-
-def test_where_no_states_are_named_robots_of_each_led_colour_are_counted(begin: Begin) -> None:
-    writer = begin()
-    for tick in range(1000):
-        one = samples([tick])
-        one["led"][0] = [0] * 7 + [3] * (3 if tick < 500 else 2) + [48] * (0 if tick < 500 else 1)
-        writer.add(one)
-    run = RunSamples.of(Run.open(writer.folder))
-    _, arrays = unpack(run.series(4000))
-    seen = {name: arrays[name] for name in arrays if name.startswith("state_")}
-    assert list(seen) == ["state_RGB(0,0,0)", "state_RGB(3,0,0)", "state_RGB(0,0,3)"]
-    counted = np.flatnonzero(np.isfinite(seen["state_RGB(3,0,0)"]))
-    assert 100 < len(counted) <= 256
-    np.testing.assert_array_equal(seen["state_RGB(3,0,0)"][counted], 3 - (counted >= 500))
-    np.testing.assert_array_equal(seen["state_RGB(0,0,3)"][counted], counted >= 500)
-
-
-def test_where_states_are_named_their_counts_are_enough(begin: Begin) -> None:
-    writer = begin(text=SMALL + "\n[states]\nasleep = [0, 0, 0]\n")
-    writer.add(samples([0, 1]))
-    _, arrays = unpack(RunSamples.of(Run.open(writer.folder)).series(4000))
-    assert [name for name in arrays if name.startswith("state_")] == ["state_asleep"]
