@@ -88,10 +88,16 @@ def pytest_runtest_makereport(item: pytest.Item, call: "pytest.CallInfo[None]") 
 
 def pytest_assertrepr_compare(op: str, left: object, right: object) -> list[str] | None:
     """LEDs by their colours, and which robots of a list differ."""
-    if op != "==" or "Led" not in (type(left).__name__, type(right).__name__):
+    if op != "==" or not (_has_leds(left) or _has_leds(right)):
         return None
     lines: list[str] | None = import_module("kilotwin.testing.explain").leds(left, right)
     return lines
+
+
+def _has_leds(value: object) -> bool:
+    """Whether it is one that RGB() made, or a list of them."""
+    first = value[0] if isinstance(value, list | tuple) and value else value
+    return type(first).__name__ == "Led"
 
 
 def draw(folder: Path, *, video: bool) -> None:
