@@ -160,7 +160,17 @@ void register_stepping(Class &simulation) {
                 self.simulation.shine_from_above(frame_of(frame), self.simulation.now() + after);
             },
             nb::arg("frame"), nb::arg("after_s"),
-            "An overhead controller's frame begins so much later: 12 bytes, CRC included.");
+            "An overhead controller's frame begins so much later: 12 bytes, CRC included.")
+        .def(
+            "set_ambient",
+            [](PythonSimulation &self, double reading) { self.simulation.set_ambient(reading); },
+            nb::arg("reading"), "Ambient light from now on.")
+        .def(
+            "set_peak",
+            [](PythonSimulation &self, size_t lamp, double reading) {
+                self.simulation.set_peak(lamp, reading);
+            },
+            nb::arg("lamp"), nb::arg("reading"), "What a lamp adds right below it, from now on.");
 }
 
 // samples() and events() hand over what has come since the last call; the others change nothing.

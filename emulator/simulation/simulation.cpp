@@ -78,6 +78,24 @@ void Simulation::place(size_t robot, const Pose &pose) {
     floor_->look_again();
 }
 
+void Simulation::set_ambient(double reading) {
+    def_.light.ambient = reading;
+    shine_on_robots();
+}
+
+void Simulation::set_peak(size_t lamp, double reading) {
+    if (lamp >= def_.light.sources.size())
+        throw EngineError("there is no lamp " + std::to_string(lamp));
+    def_.light.sources[lamp].peak = reading;
+    shine_on_robots();
+}
+
+/// Between two calls of advance() no robot has been executed beyond now_.
+void Simulation::shine_on_robots() {
+    for (uint32_t robot = 0; robot < robots_.size(); robot++)
+        robots_[robot].light = def_.light.at(bodies_->position(robot), def_.arena);
+}
+
 /// Sets readings and floor messages of robots on boards for this step.
 void Simulation::sense_on_boards() {
     for (uint32_t robot : boards_.robots()) {

@@ -135,6 +135,11 @@ class Simulation {
         channel_->shine_from_above(message, std::max(at, now_));
     }
 
+    /// Ambient light from now on, as a reading; and what a lamp of the definition adds right below
+    /// it. EngineError if there is no such lamp.
+    void set_ambient(double reading);
+    void set_peak(size_t lamp, double reading);
+
     /// Queues a frame at the host's node of a bus now; false if its queue is full. EngineError
     /// without a grid, or such a bus.
     bool send_can(uint32_t bus, const CanFrame &frame) { return grid().send_can(now_, bus, frame); }
@@ -195,6 +200,7 @@ class Simulation {
     /// Hands what a robot has ordered of its motors to the bodies and the floor.
     void take_motor_commands(uint32_t index);
     bool light_changes() const { return !def_.light.is_even(); }
+    void shine_on_robots();  ///< the light of the definition, at once
     /// Not where light depends on the place: how long a robot will stay where it is is not known.
     bool may_run_ahead() const { return def_.run_ahead && !light_changes(); }
     /// Takes a sample if the step that has begun is the first not before its time.

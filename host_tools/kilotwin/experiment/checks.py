@@ -23,6 +23,7 @@ from kilotwin.experiment.objects import parts_of
 from kilotwin.experiment.overhead import KEYS, uids
 from kilotwin.experiment.profile_defaults import KILOBOT_MEDIUM, PROFILES, motion_defaults
 from kilotwin.experiment.schema import Command, Cpu, ExperimentSchema, Robots
+from kilotwin.experiment.step_checks import step_problems
 from kilotwin.experiment.toml_lines import KeyPath
 
 # Robots placed one after the other at random stop fitting somewhere above half of the area.
@@ -68,6 +69,7 @@ def _problems(experiment: ExperimentSchema) -> Iterator[Problem]:
     for index, command in enumerate(experiment.command or []):
         yield from _command(("command", index), command, swarm_size(experiment))
         yield from within_the_run(("command", index, "at_s"), command.at_s, experiment)
+    yield from step_problems(experiment)
     yield from metric_problems(experiment)
     yield from expect_problems(experiment)
     yield from _record(experiment)

@@ -161,7 +161,7 @@ class Experiment:
         for name, function in self.functions.items():
             written = f"{portable(function.file)}:{function.name}"
             tables["metric"][name]["function"] = written
-        for key in ("metric", "expect"):
+        for key in ("metric", "expect", "step"):
             if not tables[key]:
                 del tables[key]  # older run folders have none either
         if self.floor is not None:

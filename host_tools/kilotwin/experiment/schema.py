@@ -25,6 +25,7 @@ from kilotwin.experiment.profile_defaults import (
 )
 from kilotwin.experiment.programs import Runtime
 from kilotwin.experiment.record_schema import Record
+from kilotwin.experiment.step_schema import Step
 from kilotwin.parameters.section import (
     Byte,
     Count,
@@ -401,6 +402,7 @@ class ExperimentSchema(AggregationTables):
     light: Light = Light()
     battery: Battery = Battery()
     command: list[Command] | None = None
+    step: Annotated[list[Step], Field(max_length=10_000)] = []
     environment: EnvironmentTable | None = None
     grid: Grid | None = None
     faults: Faults = Faults()

@@ -37,6 +37,9 @@ class Serving:
 
     def check(self, experiment: Experiment) -> None:
         """InputError if the experiment has no such table."""
+        if experiment.keys.step:
+            where = experiment.origin.where(("step", 0))
+            raise InputError(f"{where}: a served table has no [[step]]; remove it for --serve")
         if experiment.plan is None:
             given = {
                 "--can": bool(self.interfaces),

@@ -57,6 +57,7 @@ from kilotwin.runs.live import CHUNK_S, Live
 from kilotwin.runs.pace import MOST_TICKS
 from kilotwin.runs.served_world import ServedWorld
 from kilotwin.runs.steering import STEERED, Steering
+from kilotwin.runs.steps import Steps
 from kilotwin.runs.writer import RunWriter
 from kilotwin.units import seconds, ticks
 
@@ -175,6 +176,7 @@ class Trial(Generic[WriterT]):
         self._check_probes()
         self._meter = self._make_meter()
         self._environment = self._make_environment()
+        self._steps = Steps(self._keys)
         self.writer = make_writer()
         self._attach_probes()
         self._keep_environment()
@@ -291,7 +293,8 @@ class Trial(Generic[WriterT]):
         """So many ticks, with the grid's host or the environment doing in between what is due."""
         simulation, end = self._simulation, self._simulation.tick + count
         while simulation.tick < end:
-            ahead = end - simulation.tick
+            self._steps.step(simulation)
+            ahead = self._steps.most_ticks(simulation, end - simulation.tick)
             if self._host is not None:
                 self._host.step()
                 ahead = min(ahead, self._host.ticks_until_due())

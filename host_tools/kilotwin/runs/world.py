@@ -50,6 +50,7 @@ from kilotwin.runs.environment_record import EnvironmentMemory
 from kilotwin.runs.folder import FAILURES
 from kilotwin.runs.grid_record import GridMemory
 from kilotwin.runs.pace import MOST_TICKS
+from kilotwin.runs.steps import Steps
 from kilotwin.runs.world_view import WorldView
 from kilotwin.units import seconds, ticks
 
@@ -164,6 +165,7 @@ class World:
             self._engine: _emulator.Simulation | None = _emulator.Simulation(spec)
         except _emulator.EngineError as error:
             raise InputError(f"{self._experiment.origin.source}: {error}") from None
+        self._steps = Steps(self._experiment.keys)
         self._environment: EmulatedEnvironment | None = None
         self._told = EnvironmentMemory()
         if self._experiment.environment is not None:
@@ -236,7 +238,8 @@ class World:
             if not allowed:
                 continue
             began = time.perf_counter()
-            ahead = min(chunk, end - simulation.tick, allowed)
+            self._steps.step(simulation)
+            ahead = self._steps.most_ticks(simulation, min(chunk, end - simulation.tick, allowed))
             if self._host is not None:
                 self._host.step()
                 ahead = min(ahead, self._host.ticks_until_due())

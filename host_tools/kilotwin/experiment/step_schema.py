@@ -1,0 +1,24 @@
+"""The `[[step]]` tables of an experiment: what somebody does to the table while it runs."""
+
+from typing import Annotated
+
+from pydantic import Field
+
+from kilotwin.parameters.section import Reading10, Section
+
+
+class Step(Section):
+    """Light that changes during a run. Messages are [[command]], a grid's faults are [faults].
+
+    Each has `ambient`, or `lamp` with `peak`.
+    """
+
+    at_s: Annotated[float, Field(ge=0, le=1e9)]
+    """When, in seconds from the begin of the run; before its end, unless `--set` put that earlier.
+    """
+    ambient: Reading10 | None = None
+    """`light.ambient` from then on."""
+    lamp: Annotated[int, Field(ge=0, le=9999)] | None = None
+    """A [[light.source]] by its place in the file, from 0 ..."""
+    peak: Reading10 | None = None
+    """... and its `peak` from then on: 0 switches it off."""
