@@ -57,6 +57,11 @@ PIECES = {
         ("tests/unit/testing/test_plugin.py",),
         2,
     ),
+    "new-lab": Piece(
+        "a new repository's CI steps are green, and each of ten planted faults is named",
+        ("tests/system/test_new_lab.py",),
+        10,
+    ),
     "metrics": Piece(
         "every command of docs/metrics.md runs", ("tests/system/test_metrics.py",), 10
     ),
