@@ -69,7 +69,7 @@ def _problems(experiment: ExperimentSchema) -> Iterator[Problem]:
     for index, command in enumerate(experiment.command or []):
         yield from _command(("command", index), command, swarm_size(experiment))
         yield from within_the_run(("command", index, "at_s"), command.at_s, experiment)
-    yield from step_problems(experiment)
+    yield from step_problems(experiment, swarm_size(experiment))
     yield from metric_problems(experiment)
     yield from expect_problems(experiment)
     yield from _record(experiment)

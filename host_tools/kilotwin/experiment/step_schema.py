@@ -4,13 +4,13 @@ from typing import Annotated
 
 from pydantic import Field
 
-from kilotwin.parameters.section import Reading10, Section
+from kilotwin.parameters.section import Pose, Reading10, Section
 
 
 class Step(Section):
-    """Light that changes during a run. Messages are [[command]], a grid's faults are [faults].
+    """Light that changes during a run, or a robot that is moved by hand.
 
-    Each has `ambient`, or `lamp` with `peak`.
+    Each has `ambient`, `lamp` with `peak`, or `robot` with `pose`.
     """
 
     at_s: Annotated[float, Field(ge=0, le=1e9)]
@@ -22,3 +22,7 @@ class Step(Section):
     """A [[light.source]] by its place in the file, from 0 ..."""
     peak: Reading10 | None = None
     """... and its `peak` from then on: 0 switches it off."""
+    robot: Annotated[int, Field(ge=0, le=999_999)] | None = None
+    """A robot by its index ..."""
+    pose: Pose | None = None
+    """... which is put there, [x_m, y_m, heading_rad], while its program goes on."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from kilotwin import World
-from kilotwin.errors import InputError
+from kilotwin.errors import InputError, RunError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.scenario.judge import judge
 from kilotwin.scenario.one_run import run_once, tasks_of
@@ -94,6 +94,31 @@ def test_a_lamp_is_switched_on_for_robots_that_stand_still(folder: Path) -> None
     assert colours(EXPERIMENT + LAMP) == ["blue", "green", "red", "blue", "red"]
 
 
+MOVED = """
+[[step]]
+at_s = 2
+robot = 1
+pose = [0.1, 0.05, 1.0]
+"""
+
+
+def test_a_robot_is_put_elsewhere_and_stays_there(folder: Path) -> None:
+    Path("my.toml").write_text(EXPERIMENT + MOVED)
+    with World("my.toml") as world:
+        world.run(1)
+        before = world.poses
+        world.run(5)
+        after = world.poses
+    assert np.allclose(after[1], [0.1, 0.05, 1.0], atol=1e-4)
+    assert np.array_equal(after[[0, 2]], before[[0, 2]])
+
+
+def test_a_robot_without_room_ends_the_run_with_a_line(folder: Path) -> None:
+    Path("my.toml").write_text(EXPERIMENT + MOVED + MOVED.replace("robot = 1", "robot = 2"))
+    with World("my.toml") as world, pytest.raises(RunError, match=r"at 2 s: robot 2 has no room"):
+        world.run(5)
+
+
 def test_the_next_expect_looks_at_what_a_step_has_done(folder: Path) -> None:
     Path("my.toml").write_text(EXPERIMENT + EXPECTED)
     experiment = Experiment.load(Path("my.toml"))
@@ -116,9 +141,12 @@ def test_a_run_does_not_depend_on_how_its_caller_cuts_it_up(folder: Path) -> Non
 @pytest.mark.parametrize(
     ("keys", "why"),
     [
-        ("ambient = 3\nlamp = 0\npeak = 3", "does two things; give it ambient, or lamp and peak"),
-        ("", "does nothing; give it ambient, or lamp and peak"),
+        ("ambient = 3\nlamp = 0\npeak = 3", "does two things; give it ambient, lamp and peak, or"),
+        ("", "does nothing; give it ambient, lamp and peak, or"),
         ("lamp = 0", "'lamp' and 'peak' go together; add peak"),
+        ("pose = [0, 0, 0]", "'pose' and 'robot' go together; add robot"),
+        ("robot = 10\npose = [0, 0, 0]", "there is no robot 10; the robots are 0 to 9"),
+        ("robot = 1\npose = [9, 0, 0]", "outside|not inside|arena"),
         ("lamp = 0\npeak = 3", r"there is no lamp 0; there is no \[\[light.source\]\]"),
     ],
 )
