@@ -60,14 +60,14 @@ def view(
     """See a run in the browser, at any time of it."""
     if len(folders) > _MOST_RUNS:
         raise InputError(f"{len(folders)} runs are named; name one, or two to compare")
+    if size is not None and export is None:
+        raise InputError(f"--size {size:g}: of an exported page; add --export FILE.html")
     leave_pandas_out()
     runs = [lazy.load("runs.reader").Run.open(folder) for folder in folders]
     if export is not None:
         write_page = lazy.load("view.exported_page").write_page
         typer.echo("\n".join(write_page(runs, export, _EXPORTED_MB if size is None else size)))
         return
-    if size is not None:
-        raise InputError(f"--size {size:g}: of an exported page; add --export FILE.html")
     served = [lazy.load("view.served_run").ServedRun(run) for run in runs]
     server = lazy.load("view.server")
     attached = lazy.load("runs.attached")

@@ -5,6 +5,7 @@ every k-th so that the file keeps to its size. The other side is viewer/src/expo
 """
 
 import base64
+import hashlib
 import json
 import zlib
 from collections.abc import Sequence
@@ -24,8 +25,9 @@ from kilotwin.runs.samples import RunSamples
 from kilotwin.view.served_run import REPORTED, ServedRun
 
 _PAGE = Path(__file__).parent / "page"
+# The page's own script alone is run, whatever robots printed.
 _POLICY = (
-    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
+    "default-src 'none'; script-src 'sha256-{}'; style-src 'unsafe-inline'; "
     "img-src data: blob:; base-uri 'none'; form-action 'none'"
 )
 _MOST_POINTS = 4_000  # of curves
@@ -77,7 +79,8 @@ def _page() -> tuple[bytes, bytes]:
     except FileNotFoundError:
         raise RunError("the viewer's page is not built; type: make setup") from None
     script = script.replace("</script", "<\\/script")
-    policy = f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}" />'
+    own = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    policy = f'<meta http-equiv="Content-Security-Policy" content="{_POLICY.format(own)}" />'
     for link, inside in (
         ('<meta charset="utf-8" />', f'<meta charset="utf-8" />\n    {policy}'),
         ('<link rel="stylesheet" href="viewer-style.css" />', f"<style>{style}</style>"),
