@@ -117,12 +117,13 @@ def translate(
 class Block:
     """Instructions that run one after the other, from byte address `begin` to before `end`.
 
-    `branch` is the last one's address, if it may go two ways.
+    `branch` is the last one's address, if it may go two ways; `jump`, if it always goes elsewhere.
     """
 
     begin: int
     end: int
     branch: int | None
+    jump: int | None
 
 
 def blocks_of(flash: bytes, seam: Seam) -> list[Block]:
@@ -134,7 +135,8 @@ def blocks_of(flash: bytes, seam: Seam) -> list[Block]:
 def _extent(block: "_Block") -> Block:
     last = block[-1]
     branch = last.address if last.name in _BRANCHES | SKIPS.keys() else None
-    return Block(block[0].address, last.end, branch)
+    jump = last.address if last.name in _JUMPS else None
+    return Block(block[0].address, last.end, branch, jump)
 
 
 def _table(regions: "list[_Region]", code: "_Code", eeprom: Mapping[int, int]) -> str:

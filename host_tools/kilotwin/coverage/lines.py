@@ -17,7 +17,7 @@ from elftools.elf.elffile import ELFFile
 from kilotwin import _emulator
 from kilotwin.build.avr import Image
 from kilotwin.build.seam import seam_of
-from kilotwin.build.translator import blocks_of
+from kilotwin.build.translator import Block, blocks_of
 from kilotwin.coverage.marks import NOT_TAKEN, RAN, TAKEN, Marks
 from kilotwin.experiment.programs import Program
 from kilotwin.files import resources
@@ -61,7 +61,7 @@ def sources_of(program: Program, image: Image, marks: Marks) -> Sources:
     own = _own_folders(program)
     for block in blocks:
         ran = bool(marks.get(block.begin, 0) & RAN)
-        for file, line in of_address.between(block.begin, block.end):
+        for file, line in of_address.of(block):
             if any(file.is_relative_to(folder) for folder in own):
                 lines = found[file].lines
                 lines[line] = lines.get(line, False) or ran
@@ -96,16 +96,27 @@ class _Lines:
                     self._rows += _rows(program)
         self._rows.sort(key=_END)
 
-    def between(self, begin: int, end: int) -> Iterator[tuple[Path, int]]:
-        """Files and lines of the instructions from `begin` to before `end`."""
-        for first, _, file, line in self._rows[bisect_right(self._rows, begin, key=_END) :]:
-            if first >= end:
+    def of(self, block: Block) -> Iterator[tuple[Path, int]]:
+        """Files and lines of a block's instructions.
+
+        Where the linker has made `jmp` an `rjmp`, the line behind it begins at the jump in the
+        table. A jump belongs to the line before, unless the block is nothing else.
+        """
+        for first, last, file, line in self._from(block.begin):
+            if first >= block.end:
                 return
-            yield file, line
+            if first != block.jump or first == block.begin or last == block.end:
+                yield file, line
 
     def at(self, address: int) -> tuple[Path, int] | None:
         """That of one instruction."""
-        return next(self.between(address, address + 1), None)
+        for first, _, file, line in self._from(address):
+            return (file, line) if first <= address else None
+        return None
+
+    def _from(self, address: int) -> list[tuple[int, int, Path, int]]:
+        """The rows that end behind an address."""
+        return self._rows[bisect_right(self._rows, address, key=_END) :]
 
 
 def _rows(program: LineProgram) -> Iterator[tuple[int, int, Path, int]]:
