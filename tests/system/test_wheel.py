@@ -51,3 +51,8 @@ def test_an_installed_wheel_runs_a_program(environment: dict[str, str], tmp_path
     page = "from kilotwin.view import server; print(sorted(f.name for f in server._PAGE.iterdir()))"
     done = python(page)
     assert done.stdout.strip() == "['index.html', 'viewer-style.css', 'viewer.js']", done.stderr
+    # Nor are the files of a lab's repository, some of which are hidden ones.
+    done = python(command, "new", "lab", "--json")
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "lab/.github/workflows/robots.yml").exists()
+    assert (tmp_path / "lab/spread.c").exists()
