@@ -22,7 +22,7 @@
 extern "C" {
 #endif
 
-#define KT_GUEST_ABI 11
+#define KT_GUEST_ABI 12
 #define KT_PACKED __attribute__((packed))
 
 /// The registers that drive motors and LED (hardware.md 1.8), which a program may write itself. The
@@ -141,6 +141,7 @@ typedef struct KT_PACKED {
     const kt_host_t **host;      ///< not part of the state
     const kt_module_t *module;   ///< null: a robot's program
     uint8_t original;            ///< whether its runtime has the traits of its core/traits.h
+    const uint8_t *settled_period;  ///< null if tx_period may change after set-up
 } kt_table_t;
 
 /// Size of a guard: more than the 64 K elements of 4 bytes that an index of 16 bits can be off, so

@@ -83,6 +83,7 @@ void Program::take_table() {
     CodeSearch search = {reinterpret_cast<uintptr_t>(table_)};
     dl_iterate_phdr(CodeSearch::look, &search);
     names_period_ = table_->tx_period != nullptr;
+    settles_period_ = table_->settled_period != nullptr;
     may_send_ = table_->message_tx != nullptr;
 }
 

@@ -39,6 +39,8 @@ class Program {
     const translation_t *translation() const { return translation_; }
     /// Whether the program has to do with kilo_tx_period itself.
     bool names_period() const { return names_period_; }
+    /// Whether it cannot change that any more once its set-up is over.
+    bool settles_period() const { return settles_period_; }
     /// Whether the program may ever have a message when it is asked; a native one that does not
     /// name kilo_message_tx has none, and need not be asked.
     bool may_send() const { return may_send_; }
@@ -93,7 +95,7 @@ class Program {
     std::string name_, path_;
     const kt_table_t *table_ = nullptr;
     const translation_t *translation_ = nullptr;
-    bool names_period_ = false, may_send_ = true;
+    bool names_period_ = false, settles_period_ = false, may_send_ = true;
     size_t state_bytes_ = 0;
     std::vector<uint8_t> initial_;
     uint8_t *resident_ = nullptr;

@@ -11,8 +11,8 @@ namespace kilotwin {
 
 namespace {
 
-// In place of kilo_tx_period where the program has none: no count exceeds the second.
-constexpr uint16_t PERIOD_NEVER_CHANGED = TX_PERIOD_DEFAULT, NEVER_ASKED = UINT16_MAX;
+// In place of kilo_tx_period: no count exceeds it.
+constexpr uint16_t NEVER_ASKED = UINT16_MAX;
 static_assert(sizeof(Robot) == 8 * sizeof(CacheLine));
 
 }  // namespace
@@ -107,13 +107,13 @@ Cycles Robot::next_ask() const {
     return std::max(std::min(next_request(), next_answer()), next_tick_ + waits_past_tick_);
 }
 
-// setup() may end any time, and a program that names its period may shorten it any time.
+// setup() may end any time, and a program that does not settle its period may shorten it any time.
 Cycles Robot::next_request() const {
     if (core_.state != ROBOT_RUNNING && core_.state != ROBOT_SETUP) return NEVER;
     if (!program_->may_send()) return NEVER;
-    if (program_->names_period()) return next_tick_;
-    return transmit_clock_next_request(&core_.transmit, PERIOD_NEVER_CHANGED, next_matches(),
-                                       tick_length_);
+    if (program_->names_period() && (core_.state == ROBOT_SETUP || !program_->settles_period()))
+        return next_tick_;
+    return transmit_clock_next_request(&core_.transmit, period_, next_matches(), tick_length_);
 }
 
 Cycles Robot::next_answer() const {
@@ -125,9 +125,10 @@ timer_matches_t Robot::next_matches() const {
     return {next_tick_, ticks_are_ordinary() ? next_tick_ + tick_length_ : overflow_};
 }
 
-inline const volatile uint16_t &Robot::tx_period(const kt_table_t &table) {
+inline const volatile uint16_t &Robot::tx_period(const kt_table_t &table) const {
     if (table.message_tx == nullptr) return NEVER_ASKED;
-    return *(table.tx_period != nullptr ? table.tx_period : &PERIOD_NEVER_CHANGED);
+    if (table.tx_period == nullptr || program_->settles_period()) return period_;
+    return *table.tx_period;
 }
 
 void Robot::answer(bool yes) {
@@ -168,6 +169,7 @@ void Robot::live() {
 
 void Robot::set_up() {
     if (robot_begins_setup(&core_)) setup_();
+    if (program_->settles_period()) period_ = *program_->table().tx_period;
     robot_end_setup(&core_);
     loop_due_ = true;
     came_back();
@@ -190,7 +192,10 @@ void Robot::run_loop() {
         busy_.came_back(*program_, budget);
         look_at_outputs(outputs, settle);
     };
-    if (std::exchange(loop_due_, false)) call();
+    if (loop_due_) {
+        loop_due_ = false;
+        call();
+    }
     for (;;) {
         Cycles at = next_tick_;
         if (at >= only_ticks_until_) [[unlikely]] {

@@ -285,7 +285,7 @@ class alignas(64) Robot {
     void switch_led_off();
     void came_back();
     void budget_spent(const uint8_t *frame);
-    static const volatile uint16_t &tx_period(const kt_table_t &table);
+    const volatile uint16_t &tx_period(const kt_table_t &table) const;
     bool disturbed() const;
     uint8_t eeprom(uint16_t address) const;
     void set_eeprom(uint16_t address, uint8_t value);
@@ -324,7 +324,9 @@ class alignas(64) Robot {
     bool arbitrated_ : 1 = false;      ///< the channel decides, by answer()
     bool in_interrupt_ : 1 = false;    ///< in a callback of the program
     bool interrupts_off_ : 1 = false;  ///< by cli()
-    bool loop_due_ = false;            ///< a tick has passed since loop() came back
+    bool loop_due_ : 1 = false;        ///< a tick has passed since loop() came back
+    bool answer_ : 1 = false;          ///< of the channel
+    bool tick_pending_ : 1 = false;    ///< a tick came while interrupts were off
 
     // ... the next two what comes in and goes out ...
     Few<Reception, 2> inbox_;  ///< in order of time, from inbox_next_ on
@@ -338,9 +340,8 @@ class alignas(64) Robot {
     // outputs need ...
     SuspendedCall suspended_;  ///< the program in a delay(), or between runs
     Cycles granted_from_ = NEVER, granted_to_ = 0, granted_until_ = 0;
-    message_t outgoing_;         ///< of the attempt
-    bool answer_ = false;        ///< of the channel
-    bool tick_pending_ = false;  ///< a tick came while interrupts were off
+    message_t outgoing_;                   ///< of the attempt
+    uint16_t period_ = TX_PERIOD_DEFAULT;  ///< kilo_tx_period of a program that settles it
 
   public:
     /// Reading of the light sensor from now on, 0..1023; set from outside.

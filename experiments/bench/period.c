@@ -8,6 +8,7 @@ static void setup(void) {
 }
 
 int main(void) {
-    talk_and_start(say_here, setup, walk);
+    prepare_to_talk(say_here);
+    kilo_start(setup, walk);
     return 0;
 }

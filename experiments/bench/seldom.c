@@ -28,6 +28,7 @@ static void loop(void) {
 }
 
 int main(void) {
-    talk_and_start(say_news, setup, loop);
+    prepare_to_talk(say_news);
+    kilo_start(setup, loop);
     return 0;
 }

@@ -16,15 +16,14 @@ static void count_received(message_t *received, distance_measurement_t *distance
 
 static message_t *say_here(void) { return &message; }
 
-/// To be called by main(), before kilo_start(), which it calls.
-static void talk_and_start(message_tx_t transmit, void (*setup)(void), void (*loop)(void)) {
+/// To be called by main(), before kilo_start().
+static void prepare_to_talk(message_tx_t transmit) {
     kilo_message_rx = count_received;
     kilo_message_tx = transmit;
     kilo_init();
     message.data[0] = (uint8_t)kilo_uid;
     message.data[1] = (uint8_t)(kilo_uid >> 8);
     message.crc = message_crc(&message);
-    kilo_start(setup, loop);
 }
 
 #endif

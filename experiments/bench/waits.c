@@ -9,6 +9,7 @@ static void loop(void) {
 }
 
 int main(void) {
-    talk_and_start(say_here, begin_to_walk, loop);
+    prepare_to_talk(say_here);
+    kilo_start(begin_to_walk, loop);
     return 0;
 }

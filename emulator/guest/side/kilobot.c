@@ -53,6 +53,7 @@ const kt_table_t kt_table = {
     .budget = &kt_budget,
     .host = &kt_host,
     .original = KILOLIB_ORIGINAL,
+    .settled_period = &kt_settled_period,
 };
 
 void kilo_init(void) {

@@ -26,6 +26,9 @@ int kt_run_program();
 /// kt_table_t.settle. Null unless the program uses such registers (avr.c).
 extern __attribute__((weak, visibility("hidden"))) void kt_settle(void);
 
+/// Defined in programs that cannot change kilo_tx_period after their set-up (settled_period.c).
+extern __attribute__((weak, visibility("hidden"))) const uint8_t kt_settled_period;
+
 /// The robot's or module's count of ticks.
 uint32_t kt_ticks(void);
 

@@ -24,7 +24,8 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
-from kilotwin.build.apis import APIS, wanted_helpers
+from kilotwin.build import period
+from kilotwin.build.apis import APIS, defined_symbols, missing_symbols, wanted_helpers
 from kilotwin.build.avr_flags import avr_words, clock_define
 from kilotwin.build.confined_tools import CANNOT_START, confined, scratch_of
 from kilotwin.build.linking import ENGLISH, check_main, explained
@@ -74,6 +75,8 @@ _ROBOT_MACROS = [
     *(f"-U{name}" for name in ("unix", "__unix", "__unix__")),
 ]
 _MAIN = "kt_guest_main"
+# Functions that compilers call of themselves.
+_COMPILERS_OWN = {"memcpy", "memset", "memmove", "memcmp", "__stack_chk_fail"}
 # avr-gcc 5 takes a variable that several files define without a value for one variable, and only
 # warns of what later compilers refuse.
 _PROGRAM_FLAGS = [
@@ -100,9 +103,9 @@ _Change = Callable[[str, Sequence[str]], str]
 
 
 # Files of the thin half that only the guests of one kind have.
-_SIDE_OF = dict.fromkeys(["kilobot.c", "message_tx.c", "tx_period.c"], "kilobot") | dict.fromkeys(
-    ["module.c", "module_debug.c", "module_send.c"], "module"
-)
+_SIDE_OF = dict.fromkeys(
+    ["kilobot.c", "message_tx.c", "settled_period.c", "tx_period.c"], "kilobot"
+) | dict.fromkeys(["module.c", "module_debug.c", "module_send.c"], "module")
 # Files of the robot's runtime that run on the guest's side, in robots' and in modules' guests.
 _CORE = ("calibration.c", "message_crc.c", "random_soft.c")
 
@@ -263,6 +266,7 @@ class _Builder:
             *self._helper_flags,
             *self._side_flags,
             *_SHARED_FLAGS,
+            *period.FLAGS,
         ]
         digest = hashlib.sha256("\0".join([version, *flags]).encode())
         files = [
@@ -324,6 +328,13 @@ class _Builder:
             self._tool(["ar", "rc", library, *helpers, *side])
             # -d gives common variables their place here, in the state.
             merge = ["-r", "-nostdlib", "-Wl,-d", "-u", "kt_table"]
+            names_period = period.PERIOD in missing_symbols("nm", objects)
+            if (
+                names_period
+                and not helpers
+                and self._settles_period(sources, flags, objects, side, work / "period")
+            ):
+                merge += ["-u", "kt_settled_period"]
             merge += ["-T", str(self._guest / "merge.ld")]
             self._tool([self._compiler, *merge, "-o", merged, *objects, library])
             version_script = f"-Wl,--version-script={self._guest / 'guest.map'}"
@@ -334,6 +345,25 @@ class _Builder:
             except InputError as error:
                 raise explained(error, self._program, "nm", objects) from None
             keep(linked, target)
+
+    def _settles_period(
+        self,
+        sources: Sequence[Path],
+        flags: list[str],
+        objects: Sequence[Path],
+        side: Sequence[Path],
+        folder: Path,
+    ) -> bool:
+        """Whether the program cannot change kilo_tx_period after its set-up."""
+        try:
+            plain = self._compile(sources, [*flags, *period.FLAGS], folder)
+            code = self._tool(["objdump", "-drw", "--no-show-raw-insn", *plain], ENGLISH)
+            data = self._tool(["objdump", "-rw", *plain], ENGLISH)
+        except InputError:
+            return False
+        known = missing_symbols("nm", objects) | defined_symbols("nm", side) | _COMPILERS_OWN
+        functions = period.functions_of(self._tool(["nm", "-P", *plain]))
+        return period.is_settled(code, data, functions, missing_symbols("nm", plain) - known)
 
     def _changed(
         self, sources: Sequence[Path], changes: Sequence[_Change], folder: Path

@@ -137,6 +137,12 @@ TEST_CASE("polygons, obstacles and polygons as sites: all ways give the same") {
     }
 }
 
+TEST_CASE("a program settles its period if only its set-up changes it") {
+    CHECK(Program::load(guest("wanderer"), "wanderer").settles_period());
+    CHECK_FALSE(Program::load(guest("sender"), "sender").settles_period());  // it is told periods
+    CHECK_FALSE(Program::load(guest("talker"), "talker").names_period());
+}
+
 TEST_CASE("the Kilobot medium: run ahead, tick by tick and in chunks give the same") {
     for (uint64_t seed = 31; seed <= 34; seed++) {
         CAPTURE(seed);
