@@ -15,8 +15,9 @@ from kilotwin.runs.reader import Run
 from kilotwin.units import TICK_S
 
 from .browser import chromium, new_page, open_viewer
-from .conftest import KILOTWIN, WALKER
-from .test_view import LIVE
+from .conftest import KILOTWIN, ROOT, WALKER
+from .served_table import Table
+from .test_view import LIVE, picture
 
 Watched = tuple["subprocess.Popen[str]", str]
 
@@ -196,3 +197,44 @@ def drag_first_robot(page: Page) -> int:
                 page.mouse.up()
                 return robot
     raise AssertionError("no robot")
+
+
+def test_a_kilogrid_is_seen_while_it_is_recorded(
+    tmp_path: Path, environment: dict[str, str], browser: Browser
+) -> None:
+    grid, speed = "tests/system/grid_small.toml", ["--speed", "3", "--no-browser", "--view"]
+    table = Table(grid, tmp_path, environment, *speed)
+    words = ["record", grid, "--can", table.bus, *speed, "--out", tmp_path / "recorded", "-q"]
+    with contextlib.ExitStack() as stack:
+        stack.callback(table.close)
+        host = stack.enter_context(
+            subprocess.Popen(
+                [str(word) for word in (KILOTWIN, *words)],
+                cwd=ROOT,
+                env=environment,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.PIPE,
+                text=True,
+            )
+        )
+        stack.callback(host.kill)
+        assert host.stderr is not None
+        lines = (line.strip() for line in host.stderr)
+        address = next(line.removeprefix("view: ") for line in lines if line.startswith("view: "))
+        problems: list[str] = []
+        with new_page(browser, problems) as page:
+            open_viewer(page, address)
+            page.wait_for_function("() => Number(document.querySelector('#time').value) > 5")
+            assert page.is_visible("#live")
+            assert page.query_selector("#steering") is None
+            before, robots = picture(page), Run.open(tmp_path / "recorded").robots()
+            assert len(robots) > 0
+            page.keyboard.press("r")  # where each was heard, and how far it may be
+            page.wait_for_timeout(700)
+            circles = np.all(np.abs(picture(page) - np.array([0xCC, 0x33, 0x99])) < 40, axis=2)
+            assert circles.sum() > 50
+            page.wait_for_function("() => Number(document.querySelector('#time').value) > 8")
+            assert np.any(picture(page) != before)
+        host.send_signal(2)
+        host.wait(60)
+        assert problems == []
