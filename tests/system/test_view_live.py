@@ -92,7 +92,7 @@ def test_a_run_is_seen_as_it_goes_and_stays_until_its_page_is_closed(
                 break
             page.wait_for_timeout(50)
         assert len(times) > 4
-        assert page.input_value("#time") == "20000.014"
+        page.wait_for_function("() => document.querySelector('#time').value === '20000.014'")
         page.wait_for_timeout(500)
         assert process.poll() is None
     out, _ = process.communicate(timeout=30)
@@ -129,6 +129,28 @@ def test_ctrl_c_after_the_end_closes_the_viewer_with_the_runs_own_code(
     assert process.returncode == 0
     with pytest.raises(ConnectionRefusedError), connect(address.replace("http", "ws") + "live"):
         pass
+
+
+HEARS = """() =>
+    Number(/([0-9.]+) reports/.exec(document.querySelector("#buses").textContent)?.[1]) > 0 &&
+    Number(document.querySelector("#time").value) > 1"""
+
+
+@contextlib.contextmanager
+def listener(environment: dict[str, str], bus: str, experiment: str) -> Iterator[str]:
+    """The address of `kilotwin view EXPERIMENT --can BUS`."""
+    with subprocess.Popen(
+        [KILOTWIN, "view", experiment, "--can", bus, "--no-browser"],
+        cwd=ROOT,
+        env=environment,
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as process:
+        try:
+            assert process.stdout is not None
+            yield process.stdout.readline().strip()
+        finally:
+            process.terminate()
 
 
 def steered(folder: Path) -> list[dict[str, object]]:
@@ -233,8 +255,16 @@ def test_a_kilogrid_is_seen_while_it_is_recorded(
             page.wait_for_timeout(700)
             circles = np.all(np.abs(picture(page) - np.array([0xCC, 0x33, 0x99])) < 40, axis=2)
             assert circles.sum() > 50
-            page.wait_for_function("() => Number(document.querySelector('#time').value) > 8")
+            with listener(environment, table.bus, grid) as heard:
+                open_viewer(page, heard)
+                page.wait_for_function(HEARS)
+                said = page.inner_text("#buses")
+                assert "no module is silent" in said
+                assert "can0: " in said
+                assert "can1: " in said
             assert np.any(picture(page) != before)
         host.send_signal(2)
         host.wait(60)
         assert problems == []
+    summary = Run.open(tmp_path / "recorded").manifest["summary"]
+    assert summary["grid"]["foreign_orders"] == []

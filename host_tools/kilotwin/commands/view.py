@@ -19,7 +19,8 @@ _EXPORTED_MB = 10.0
 @app.command(
     epilog="Examples:\n\n  kilotwin view runs/my-run\n\n  kilotwin view runs/native runs/chip\n\n"
     "  kilotwin view runs/my-run --port 8000 --no-browser\n\n"
-    "  kilotwin view runs/my-run --export my-run.html --size 5"
+    "  kilotwin view runs/my-run --export my-run.html --size 5\n\n"
+    "  kilotwin view my.toml --can socketcan:can0"
 )
 def view(
     folders: Annotated[
@@ -37,6 +38,16 @@ def view(
         ),
     ] = 0,
     no_browser: NoBrowser = False,
+    buses: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--can",
+            metavar="IFACE:CHANNEL",
+            envvar="KILOTWIN_VIEW_CAN",
+            help="Of an experiment's file in place of a run folder: listen to its Kilogrid, which "
+            "another host runs, on this bus; nothing is sent. Repeatable.",
+        ),
+    ] = None,
     export: Annotated[
         Path | None,
         typer.Option(
@@ -63,6 +74,11 @@ def view(
     if size is not None and export is None:
         raise InputError(f"--size {size:g}: of an exported page; add --export FILE.html")
     leave_pandas_out()
+    if buses:
+        if len(folders) > 1 or export is not None:
+            raise InputError("--can: name the one experiment of that Kilogrid, and no --export")
+        lazy.load("commands.overhear").overhear(folders[0], buses, port, no_browser=no_browser)
+        return
     runs = [lazy.load("runs.reader").Run.open(folder) for folder in folders]
     if export is not None:
         write_page = lazy.load("view.exported_page").write_page

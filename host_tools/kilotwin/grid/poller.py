@@ -115,6 +115,11 @@ class Poller:
         self.on = False
         self.counts = Counts()
 
+    def number_of(self, identifier: int) -> int | None:
+        """Which of `modules` sends with a CAN identifier; None if none does."""
+        number = int(self._of_id[identifier]) if 0 <= identifier < len(self._of_id) else -1
+        return None if number < 0 else number
+
     @property
     def owing(self) -> bool:
         """Whether a module is polled and has not answered in full, or is still to be polled."""

@@ -121,11 +121,12 @@ def application(
     helm: Helm | None = None,
     *,
     framed: bool = False,
+    bus: Callable[[], dict[str, Any]] | None = None,
 ) -> Starlette:
     """The page at /TOKEN/, and beside it `scenes`, `live` and `runs/K/...` of run number K.
 
     With a `link` the first run is one that goes on here, and its `moments` are served too; with a
-    `helm` pages may `steer` it.
+    `helm` pages may `steer` it; `bus` tells of the buses of a grid that is listened to.
     """
 
     def served(request: Request) -> ServedRun:
@@ -146,7 +147,8 @@ def application(
 
     def scenes() -> list[dict[str, Any]]:
         steers = None if helm is None else helm.offers()
-        return [{**run.scene(), "moments": link is not None, "steers": steers} for run in runs]
+        here = {"moments": link is not None, "steers": steers, "buses": bus is not None}
+        return [{**run.scene(), **here} for run in runs]
 
     routes = [
         _route("/scenes", lambda _: JSONResponse(scenes())),
@@ -165,6 +167,7 @@ def application(
         _route("/runs/{run:int}/reports", reports),
         WebSocketRoute("/live", _live_of(runs, pages)),
         *([] if link is None else _routes_of_link(link, helm)),
+        *([] if bus is None else [_route("/bus", lambda _: JSONResponse(bus()))]),
         Mount("/", StaticFiles(directory=_PAGE, html=True)),
     ]
     return Starlette(
@@ -301,6 +304,7 @@ class Viewer:
         helm: Helm | None = None,
         *,
         framed: bool = False,
+        bus: Callable[[], dict[str, Any]] | None = None,
     ) -> None:
         """RunError without the built page. `link`: to the first run, which goes on; `helm`: makes
         the orders by which pages may steer it; `framed`: a notebook may have it in a frame."""
@@ -310,7 +314,9 @@ class Viewer:
         self._link = link
         self.address = place.address
         self.pages = Pages()
-        self._application = application(runs, place.token, self.pages, link, helm, framed=framed)
+        self._application = application(
+            runs, place.token, self.pages, link, helm, framed=framed, bus=bus
+        )
 
     def serve(self, started: Callable[[], None], ended: threading.Event | None = None) -> None:
         """Until Ctrl-C, or until `ended` is set. `started` is called once the server answers."""

@@ -5,6 +5,7 @@ import { CurvesPanel, type Curves } from "./curves";
 import { Exported } from "./exported";
 import { element, Inspector } from "./inspector";
 import { KEYS, listen, type Actions } from "./keys";
+import { showBuses } from "./bus";
 import { Moments, type Moment } from "./live";
 import { SteeringBar } from "./steering";
 import { Pane, type Layers, type Picked } from "./pane";
@@ -58,6 +59,7 @@ class Page {
     });
     this.moments = scenes[0].moments ? new Moments(scenes[0]) : null;
     if (this.moments) this.moments.changed = () => this.takeMoment();
+    if (scenes[0].buses) void showBuses(byId("buses"));
     if (this.moments && scenes[0].steers) this.addSteering(new SteeringBar(scenes[0].steers));
     this.drawLegend();
     this.setUp();

@@ -43,6 +43,8 @@ export interface Scene extends RunState {
   moments: boolean;
   // What it may be asked; null: nothing.
   steers: Offers | null;
+  // Whether it is what a listener hears on a grid's buses.
+  buses: boolean;
   robots: number;
   recorded: number[] | null;
   radius_m: number;
