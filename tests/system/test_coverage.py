@@ -90,3 +90,21 @@ def test_a_run_is_the_same_with_and_without_coverage(
     with_it = covered(3, "--coverage")
     without = covered(4, "--set", "swarm.cpu=translated", "--set", "swarm.size=3")
     assert with_it["result_hash"] == without["result_hash"]
+
+
+def test_scenarios_put_together_what_all_their_runs_ran(
+    covered: Callable[..., dict[str, object]], kilotwin: Kilotwin, tmp_path: Path
+) -> None:
+    covered(3)  # writes the program
+    expects = '[[expect]]\nshare = "failed == 0"\nat_least = 0.1\nruns = 3\n'
+    (tmp_path / "scenario.toml").write_text(EXPERIMENT.format(size=2, duration_s=3) + expects)
+
+    def lines(processes: int) -> dict[int, bool]:
+        folder = tmp_path / f"by{processes}"
+        words = ("-j", str(processes), "--coverage", str(folder / "coverage"))
+        done = kilotwin("test", str(tmp_path / "scenario.toml"), *words)
+        assert "lines.c  " in done.stdout, done.stderr
+        return lines_of(folder)
+
+    assert lines(1) == lines(2)
+    assert not lines(1)[6]

@@ -242,8 +242,13 @@ def summary_text(summary: dict[str, Any]) -> str:
     width = max(len(label) for label, _ in rows)
     lines += [f"  {label:<{width}}  {value}" for label, value in rows]
     if "coverage" in summary:
-        lines += [summary["coverage"]["files"], f"  {summary['coverage']['folder']}/index.html"]
+        lines.append(coverage_text(summary["coverage"]))
     return "\n".join(lines)
+
+
+def coverage_text(told: dict[str, Any]) -> str:
+    """A row for each file, and where the report is."""
+    return f"{told['files']}\n  {told['folder']}/index.html"
 
 
 def _metric_rows(summary: dict[str, Any]) -> list[tuple[str, str]]:

@@ -4,7 +4,7 @@ import json
 import os
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -63,6 +63,16 @@ Keep = Annotated[
         help="Run what failed once more into runs/failed/NAME-seedN, with a map.",
     ),
 ]
+Coverage = Annotated[
+    Path | None,
+    typer.Option(
+        "--coverage",
+        metavar="FOLDER",
+        envvar="KILOTWIN_TEST_COVERAGE",
+        help="Run programs by their machine code, and write which of their lines have run in any "
+        "run into this folder.",
+    ),
+]
 Video = Annotated[
     bool, typer.Option("--video", envvar="KILOTWIN_VIDEO", help="With a video too: run.mp4.")
 ]
@@ -74,6 +84,7 @@ Video = Annotated[
     "  kilotwin test\n\n"
     "  kilotwin test gather.toml --junit report.xml\n\n"
     "  kilotwin test scenarios --set swarm.cpu=avr --timeout 60\n\n"
+    "  kilotwin test --coverage coverage\n\n"
     "Exit codes: 0 all met, 1 not met, 2 bad input, 124 a run took too long and all else was met.",
 )
 def run_scenarios(
@@ -85,6 +96,7 @@ def run_scenarios(
     processes: TestProcesses = None,
     keep: Keep = True,
     video: Video = False,
+    coverage: Coverage = None,
     confine: ConfineMode = None,
     trust: Trust = False,
     as_json: Json = False,
@@ -94,7 +106,8 @@ def run_scenarios(
     confinement.choose(confine, trust)
     display = terminal.sweep_display(quiet)
     found = find(files or [])
-    scenarios = prepare(found, given_settings(settings, None), timeout, display.note)
+    given, covered = given_settings(settings, None), coverage is not None
+    scenarios = prepare(found, given, timeout, display.note, covered=covered)
     width = max(len(scenario.name) for scenario in scenarios)
     for scenario in run_all(scenarios, Processes(processes or cores()), display):
         if not as_json:
@@ -104,13 +117,29 @@ def run_scenarios(
             _keep(scenario, timeout, video, quiet, shown=not as_json)
     if junit is not None:
         write_junit(junit, [report.suite(scenario) for scenario in scenarios])
+    told = None if coverage is None else _cover(scenarios, coverage)
     if as_json:
-        typer.echo(json.dumps({"scenarios": [report.as_dict(one) for one in scenarios]}))
+        rows = {"scenarios": [report.as_dict(one) for one in scenarios]}
+        typer.echo(json.dumps(rows if told is None else {**rows, "coverage": told}))
     else:
         typer.echo(report.summary_text(scenarios))
+        if told is not None:
+            typer.echo(f"coverage: {told['text']}\n{terminal.coverage_text(told)}")
     failed = [scenario for scenario in scenarios if scenario.failures]
     if failed:
         raise typer.Exit(EXIT_TIMEOUT if all(one.timed_out for one in failed) else 1)
+
+
+def _cover(scenarios: list[Scenario], folder: Path) -> dict[str, Any]:
+    """Writes what has run in any run of any of them; what --json says of it."""
+    written = lazy.load("coverage.report")
+    marks = [
+        pair
+        for scenario in scenarios
+        for ran in scenario.ran.values()
+        for pair in written.own_marks(scenario.experiment.groups, ran.marks)
+    ]
+    return dict(written.written(written.of_programs(marks), folder))
 
 
 def _keep(scenario: Scenario, timeout_s: float, video: bool, quiet: bool, *, shown: bool) -> None:

@@ -4,7 +4,7 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -46,8 +46,14 @@ def of_programs(programs: Iterable[tuple[Program, Marks]]) -> Sources:
 
 def of_groups(groups: Iterable[Group], marks: Iterable[Marks]) -> Sources:
     """The same of an experiment's groups, those whose programs are translated."""
-    pairs = zip(groups, marks, strict=True)
-    return of_programs((group.program, own) for group, own in pairs if group.translated)
+    return of_programs(own_marks(groups, marks))
+
+
+def own_marks(groups: Iterable[Group], marks: Iterable[Marks]) -> Iterator[tuple[Program, Marks]]:
+    """Each program that is translated, with its marks in a run; none of a run that failed."""
+    for group, own in zip(groups, marks, strict=False):
+        if group.translated:
+            yield group.program, own
 
 
 def _both(one: Source, other: Source) -> Source:
@@ -95,7 +101,7 @@ def _ranges(lines: list[int]) -> str:
 def written(sources: Sources, folder: Path) -> dict[str, Any]:
     """Writes coverage.json (gcovr's), coverage.info (lcov's) and index.html into the folder, which
     is made; returns what --json says of it."""
-    folder.mkdir(exist_ok=True)
+    folder.mkdir(parents=True, exist_ok=True)
     _write(sources, folder)
     lines, ways = shares(sources)
     return {

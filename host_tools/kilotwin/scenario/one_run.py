@@ -2,6 +2,7 @@
 
 import json
 import signal
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,7 @@ import numpy as np
 
 from kilotwin.build.group import build_group
 from kilotwin.build.guest import Notify
+from kilotwin.coverage.marks import Marks, marks_of_all, understood
 from kilotwin.errors import KilotwinError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.files import confinement
@@ -23,13 +25,14 @@ from kilotwin.sweep.measure import deadline
 
 @dataclass(frozen=True)
 class Task:
-    """One run for a process of an executor. `guests`: as Job has them."""
+    """One run for a process of an executor. `guests`, `covered`: as Job has them."""
 
     experiment: Experiment
     guests: list[str]
     module_guest: str | None
     timeout_s: float
     trusted: bool
+    covered: bool = False
 
     @property
     def seed(self) -> int:
@@ -53,17 +56,22 @@ class Ran:
     trouble: str = ""
     timed_out: bool = False
     result_hash: str = ""
+    marks: Sequence[Marks] = ()
+    """What of each group's program has run, where that is asked for."""
 
 
-def tasks_of(experiment: Experiment, runs: int, timeout_s: float, notify: Notify) -> list[Task]:
+def tasks_of(
+    experiment: Experiment, runs: int, timeout_s: float, notify: Notify, *, covered: bool = False
+) -> list[Task]:
     """Builds the programs; a task for each seed, from the experiment's on."""
-    guests = [str(build_group(group, notify).file) for group in experiment.groups]
+    built = [build_group(group, notify, covered=covered) for group in experiment.groups]
+    guests = [str(guest.file) for guest in built]
     modules = experiment.modules
     module_guest = None if modules is None else str(build_group(modules, notify).file)
     trusted = confinement.mode() == "off"
     first = experiment.keys.seed
     return [
-        Task(with_seed(experiment, seed), guests, module_guest, timeout_s, trusted)
+        Task(with_seed(experiment, seed), guests, module_guest, timeout_s, trusted, covered)
         for seed in range(first, first + runs)
     ]
 
@@ -117,6 +125,7 @@ def _in_fork(task: Task) -> dict[str, Any]:
         "busy_waits": [vars(one) for one in trial.writer.busy_waits],
         "rates": _rates(trial, summary),
         "result_hash": summary["result_hash"],
+        "marks": marks_of_all(task.guests) if task.covered else [],
     }
 
 
@@ -163,4 +172,5 @@ def _understood(task: Task, told: dict[str, Any]) -> Ran:
         tuple(Failure(str(one["who"]), str(one["what"])) for one in told["busy_waits"]),
         tuple(map(float, told["rates"])),
         result_hash=str(told["result_hash"]),
+        marks=understood(told["marks"]),
     )

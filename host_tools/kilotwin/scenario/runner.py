@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from kilotwin.build.guest import Notify
+from kilotwin.coverage.checks import COVERED, check_covered
 from kilotwin.errors import InputError, RunError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.text import Setting
@@ -88,16 +89,29 @@ def _is_left(file: Path, below: Path) -> bool:
 
 
 def prepare(
-    files: Iterable[Path], settings: list[Setting], timeout_s: float, notify: Notify
+    files: Iterable[Path],
+    settings: list[Setting],
+    timeout_s: float,
+    notify: Notify,
+    *,
+    covered: bool = False,
 ) -> list[Scenario]:
-    """Loads all files, then builds their programs; InputError names what cannot be used."""
+    """Loads all files, then builds their programs; InputError names what cannot be used. `covered`:
+    programs run translated, and mark what runs."""
+    if covered:
+        settings = [COVERED, *settings]
     loaded = [Experiment.load(file, settings) for file in files]
     for experiment in loaded:
         if not experiment.keys.expect:
             raise InputError(
                 f"{experiment.origin.source}: has no [[expect]]; add one, as docs/testing.md shows"
             )
-    return [Scenario(one, tasks_of(one, runs_of(one), timeout_s, notify)) for one in loaded]
+        if covered:
+            check_covered(experiment)
+    return [
+        Scenario(one, tasks_of(one, runs_of(one), timeout_s, notify, covered=covered))
+        for one in loaded
+    ]
 
 
 def run_all(
