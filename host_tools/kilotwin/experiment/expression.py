@@ -6,6 +6,7 @@ comparisons (chained too), and, or, not, min, max, abs and brackets. Nothing is 
 
 import ast
 import operator
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -52,7 +53,8 @@ class Expression:
         if len(text) > _MOST_CHARACTERS:
             raise ExpressionError(f"has {len(text)} characters; write {_MOST_CHARACTERS} at most")
         try:
-            tree = ast.parse(text.strip(), mode="eval").body
+            with warnings.catch_warnings(action="ignore"):  # of Python, about its own pitfalls
+                tree = ast.parse(text.strip(), mode="eval").body
         except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
             place = f" at character {error.offset}" if isinstance(error, SyntaxError) else ""
             raise ExpressionError(f"is no expression{place}; {_hint(text)}") from None

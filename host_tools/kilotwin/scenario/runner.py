@@ -1,5 +1,6 @@
 """Runs scenarios: finds their files, and runs them in processes."""
 
+import signal
 import time
 import tomllib
 from collections.abc import Iterable, Iterator, Sequence
@@ -9,9 +10,10 @@ from pathlib import Path
 
 from kilotwin.build.guest import Notify
 from kilotwin.coverage.checks import COVERED, check_covered
-from kilotwin.errors import InputError, RunError
+from kilotwin.errors import InputError, InterruptError, RunError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.text import Setting
+from kilotwin.runs.interrupts import heeding_interrupts
 from kilotwin.scenario.judge import Verdict, judge, runs_of
 from kilotwin.scenario.one_run import Ran, Task, run_once, tasks_of
 from kilotwin.sweep.executors import Processes
@@ -124,7 +126,7 @@ def run_all(
     left = sum(_size(task) for scenario in scenarios for task in scenario.tasks)
     all_of_it, done, failed = left, 0, 0
     try:
-        with place.open() as executor:
+        with heeding_interrupts(signal.default_int_handler), place.open() as executor:
             running: dict[Future[Ran], tuple[Scenario, Task]] = {
                 executor.submit(run_once, task): (scenario, task)
                 for scenario in scenarios
@@ -146,6 +148,8 @@ def run_all(
                     display.progress(done, failed, left_s, scenario.name)
                     if scenario.done:
                         yield scenario
+    except KeyboardInterrupt:
+        raise InterruptError("interrupted; scenarios without a row have no verdict") from None
     finally:
         display.stop()
 

@@ -12,13 +12,15 @@ from pathlib import Path
 
 import pytest
 
+from kilotwin.commands.terminal import SweepSilent
 from kilotwin.compare.shares import share_interval
-from kilotwin.errors import InputError
+from kilotwin.errors import InputError, InterruptError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.scenario.judge import Verdict, judge, runs_of
 from kilotwin.scenario.looks import Failure, Look, once_per_cause
 from kilotwin.scenario.one_run import Ran, run_once, tasks_of
-from kilotwin.scenario.runner import find, prepare
+from kilotwin.scenario.runner import find, prepare, run_all
+from kilotwin.sweep.executors import Processes
 
 TESTING = (Path(__file__).parents[3] / "docs" / "testing.md").read_text()
 
@@ -196,6 +198,18 @@ def test_so_many_runs_find_a_share_that_has_dropped_as_the_page_says(share: str,
             comb(number, hits) * true**hits * (1 - true) ** (number - hits) for hits in contradict
         )
         assert sum(ways) >= 0.8
+
+
+def test_an_interrupt_ends_it_with_a_line(
+    scenario: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("kilotwin.scenario.runner.wait", interrupted)
+    scenarios = prepare([scenario('that = "robots == 4"')], [], 60, lambda _: None)
+    with pytest.raises(InterruptError, match="interrupted; scenarios without a row"):
+        list(run_all(scenarios, Processes(1), SweepSilent()))
 
 
 def test_the_command_has_a_row_for_each_scenario_junit_and_exit_codes(
