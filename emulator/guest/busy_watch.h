@@ -7,8 +7,8 @@
 ///
 /// Of a program that has busy-waited once a part of the budget is held back, so that its memory is
 /// compared early. If a state comes back whole before the budget is spent, it would come back until
-/// then: the turns up to there are skipped by whole periods, and the program is found waiting in the
-/// same turn as without.
+/// then: the turns up to there are skipped by whole periods, and the program is found waiting in
+/// the same turn as without.
 ///
 /// One per guest, owned by it. While a program returns in time, it costs two stores per callback.
 #ifndef KILOTWIN_GUEST_BUSY_WATCH_H

@@ -46,8 +46,8 @@ class Program {
     bool may_send() const { return may_send_; }
     /// Registers of a translated robot that have an effect, by address (translated_code.h).
     static const uint8_t *effects();
-    /// Turns of loop() before it is looked at whether it busy-waits (busy_watch.h): fewer once it has
-    /// done so. Changes the cost alone.
+    /// Turns of loop() before it is looked at whether it busy-waits (busy_watch.h): fewer once it
+    /// has done so. Changes the cost alone.
     int32_t turns_to_look = TURNS_PER_TICK;
     /// False: never fewer, the plain twin of early looks.
     bool looks_early = true;

@@ -275,8 +275,11 @@ void GuestStack::end_call(greg_t *registers) {
 /// been the same for too long. In its own code it holds nothing of the engine or of libc; one that
 /// in twice the time was never found there has left it for good.
 bool GuestStack::is_stuck(uintptr_t at, uint32_t weight) {
-    if (seen_.call != calls_ || seen_.clock != *clock_) seen_ = {calls_, *clock_, 0};
-    seen_.times += weight;
+    if (seen_.call != calls_ || seen_.clock != *clock_) seen_ = {calls_, *clock_, 0, false};
+    const bool of_wall_time = weight > 1;
+    // One that has computed since does not sleep, however little CPU time it gets.
+    if (!of_wall_time || !seen_.computes) seen_.times += weight;
+    seen_.computes = !of_wall_time;
     if (seen_.times < STUCK_TIMES) return false;
     if (seen_.times >= 2 * STUCK_TIMES) return true;
     return is_guests_code(at);

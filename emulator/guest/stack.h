@@ -153,6 +153,7 @@ class GuestStack {
         uint64_t call;
         Cycles clock;
         uint32_t times;
+        bool computes;  ///< since the timer of wall time last came
     } seen_ = {};
     LostMemory lost_memory_;
     Fault fault_;

@@ -123,8 +123,8 @@ typedef struct {
     const translated_seam_t *seam;    ///< of a guest; null: of a whole chip
 } translation_t;
 
-/// Marks of a translation that was made to see what runs, by word address: COVER_RAN of a block that
-/// begins there, the others of the branch there. The translation exports it.
+/// Marks of a translation that was made to see what runs, by word address: COVER_RAN of a block
+/// that begins there, the others of the branch there. The translation exports them.
 enum { COVER_RAN = 1, COVER_TAKEN = 2, COVER_NOT_TAKEN = 4 };
 
 // Macros from here on are for regions alone. Such a function is

@@ -231,7 +231,7 @@ class Bodies {
     Neighbours lists_;
     std::vector<Eigen::Vector2d> listed_at_;  ///< positions when the lists were made
     Cycles lists_due_;                        ///< when to check the next time whether they hold
-    bool lists_stale_ = false;  ///< whatever robots' ways were: one was placed
+    bool lists_stale_ = false;                ///< whatever robots' ways were: one was placed
     Cycles lists_hold_until_;
     uint64_t list_rebuilds_ = 0;  ///< so far
 

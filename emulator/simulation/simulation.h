@@ -123,9 +123,9 @@ class Simulation {
     /// Gives robots a message now, from outside the channel. `command.tick` does not matter.
     void send(const Command &command) { give(command, now_); }
 
-    /// Takes a robot away to `pose`, between two steps: as if by hand, but at once. Frames on air go
-    /// to those that they had reached. A grid's cells look for it within 16 ticks. EngineError where
-    /// it has no room.
+    /// Takes a robot away to `pose`, between two steps: as if by hand, but at once. Frames on air
+    /// go to those that they had reached. A grid's cells look for it within 16 ticks. EngineError
+    /// where it has no room.
     void place(size_t robot, const Pose &pose);
 
     /// A frame of an overhead controller begins at `at`, or now if that is over: light on all

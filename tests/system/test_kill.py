@@ -150,7 +150,7 @@ def computes(pid: int) -> bool:
     """Whether it has used more CPU time than a start takes."""
     with contextlib.suppress(FileNotFoundError):
         fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
-        return int(fields[11]) > 2.5 * os.sysconf("SC_CLK_TCK")
+        return int(fields[11]) > 2 * os.sysconf("SC_CLK_TCK")
     return False
 
 

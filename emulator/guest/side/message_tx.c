@@ -1,4 +1,4 @@
-// Linked only into programs that name kilo_message_tx. All others never send, which the engine knows.
+// Linked only into programs that name kilo_message_tx. Others never send, which the engine knows.
 #include <stddef.h>
 
 #include "kilolib.h"

@@ -36,7 +36,7 @@ _ROWS_A_BYTE = 2  # of compressed samples, at best
 _SHARE = 0.25  # of a run's room that events may take, and reports likewise
 _NOWHERE = 65535
 _HEADING_SHIFT = 6
-"""A third of a degree is seen by nobody; bits that are noise cannot be compressed."""
+"""A third of a degree is not seen; bits that are noise cannot be compressed."""
 
 
 @dataclass(frozen=True)
