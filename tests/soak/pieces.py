@@ -87,7 +87,11 @@ PIECES = {
     ),
     "flash": Piece(
         "replacements after power cuts; 50 robots with a fifth of the frames lost",
-        ("tests/system/test_robot_loader.py", "tests/system/test_flash_swarm.py"),
+        (
+            "tests/system/test_robot_loader.py",
+            "tests/system/test_flash_swarm.py",
+            "tests/system/test_flash_modules.py",
+        ),
         40,
     ),
     "calibrate": Piece(
@@ -103,6 +107,9 @@ PIECES = {
             "tests/unit/compare/",
         ),
         60,
+    ),
+    "viewer": Piece(
+        "a browser that reads nothing changes nothing", ("tests/system/test_view_live.py",), 5
     ),
     "socketcan": Piece(
         "a table on SocketCAN, in User-Mode Linux or this kernel", ("tests/socketcan/",), 20

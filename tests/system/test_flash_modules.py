@@ -71,6 +71,7 @@ def fates(outcome: dict[str, Any]) -> list[tuple[list[int], str, bool]]:
     return [(told["module"], told["result"], told["answers"]) for told in outcome["modules"]]
 
 
+@pytest.mark.long
 def test_modules_on_chips_are_rewritten_verified_and_answer_again(
     serve: Serve, flash: Flash, kilotwin: Kilotwin, environment: dict[str, str]
 ) -> None:

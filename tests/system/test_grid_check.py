@@ -36,6 +36,7 @@ def lines(told: str) -> dict[str, dict[str, Any]]:
     return {finding["what"]: finding for finding in json.loads(told)["findings"]}
 
 
+@pytest.mark.long
 def test_a_missing_module_is_named_and_record_is_refused_until_it_is_forced(
     kilotwin: Kilotwin, tmp_path: Path, open_table: Open
 ) -> None:

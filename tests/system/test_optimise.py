@@ -48,6 +48,7 @@ def experiment(tmp_path: Path) -> Path:
     return tmp_path / "light.toml"
 
 
+@pytest.mark.long
 def test_a_killed_search_goes_on_to_the_same_result_and_runs_nothing_twice(
     kilotwin: Kilotwin, environment: dict[str, str], experiment: Path, tmp_path: Path
 ) -> None:
@@ -106,6 +107,7 @@ def test_morris_finds_the_key_that_matters(
     assert found["influences"][0]["main"] > 100 * found["influences"][-1]["main"]
 
 
+@pytest.mark.long
 def test_points_that_are_bad_early_are_given_up_for_a_share_of_their_cost(
     kilotwin: Kilotwin, experiment: Path, tmp_path: Path
 ) -> None:

@@ -101,6 +101,7 @@ def test_a_run_is_seen_as_it_goes_and_stays_until_its_page_is_closed(
     assert problems == []
 
 
+@pytest.mark.long
 def test_a_browser_that_reads_nothing_changes_nothing(
     watched: Callable[..., Watched], alone: str, folder: Path
 ) -> None:
