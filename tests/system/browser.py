@@ -7,7 +7,7 @@ from pathlib import Path
 
 from playwright.sync_api import Browser, ConsoleMessage, Page, sync_playwright
 
-from .conftest import KILOTWIN
+from .conftest import KILOTWIN, ROOT
 
 # Software all through; nothing that Chromium would ask the network for.
 _ARGUMENTS = [
@@ -50,10 +50,11 @@ def new_page(
 
 
 @contextlib.contextmanager
-def viewer(environment: dict[str, str], *runs: Path) -> Iterator[str]:
-    """The address of `kilotwin view RUN...`."""
+def viewer(environment: dict[str, str], *words: Path | str) -> Iterator[str]:
+    """The address of `kilotwin view WORDS`, typed in the project's folder."""
     with subprocess.Popen(
-        [KILOTWIN, "view", *map(str, runs), "--no-browser"],
+        [KILOTWIN, "view", *map(str, words), "--no-browser"],
+        cwd=ROOT,
         env=environment,
         stdout=subprocess.PIPE,
         text=True,

@@ -14,7 +14,7 @@ from websockets.sync.client import connect
 from kilotwin.runs.reader import Run
 from kilotwin.units import TICK_S
 
-from .browser import chromium, new_page, open_viewer
+from .browser import chromium, new_page, open_viewer, viewer
 from .conftest import KILOTWIN, ROOT, WALKER
 from .served_table import Table
 from .test_view import LIVE, picture
@@ -137,25 +137,8 @@ HEARS = """() =>
     Number(document.querySelector("#time").value) > 1"""
 
 
-@contextlib.contextmanager
-def listener(environment: dict[str, str], bus: str, experiment: str) -> Iterator[str]:
-    """The address of `kilotwin view EXPERIMENT --can BUS`."""
-    with subprocess.Popen(
-        [KILOTWIN, "view", experiment, "--can", bus, "--no-browser"],
-        cwd=ROOT,
-        env=environment,
-        stdout=subprocess.PIPE,
-        text=True,
-    ) as process:
-        try:
-            assert process.stdout is not None
-            yield process.stdout.readline().strip()
-        finally:
-            process.terminate()
-
-
 def steered(folder: Path) -> list[dict[str, object]]:
-    """What was done to a run by hand."""
+    """The events of acts by hand."""
     events = Run.open(folder).events()
     return [event for event in events if event["kind"] in ("steered", "paced")]
 
@@ -258,7 +241,7 @@ def test_a_kilogrid_is_seen_while_it_is_recorded(
             assert circles.sum() > 50
             page.wait_for_function("() => Number(document.querySelector('#time').value) > 8")
             assert np.any(picture(page) != before)
-            with listener(environment, table.bus, grid) as heard:
+            with viewer(environment, grid, "--can", table.bus) as heard:
                 open_viewer(page, heard)
                 page.wait_for_function(HEARS)
                 said = page.inner_text("#buses")

@@ -62,6 +62,18 @@ void Scene::tell_all(int64_t tick, const message_t &what) {
     def.commands.push_back({tick, 0, UINT16_MAX, what});
 }
 
+Scene crowd_on_kilobot_medium(uint64_t seed) {
+    Scene scene(square_hall(seed % 2 ? 1.8 : 6), seed);
+    scene.def.kilobot_medium = infrared_settings();
+    scene.def.kilobot_medium->range_m = 0.6;
+    scene.def.step_ticks = seed == 33 ? 1 : 4;
+    scene.def.sample_ticks = 77;
+    scene.add_anywhere("wanderer", 10);
+    scene.add_anywhere("sender", 8);
+    scene.add_anywhere("talker", 10);
+    return scene;
+}
+
 Pose pose_of(const Samples &samples, uint32_t robot, size_t row) {
     size_t i = row * (samples.x_m.size() / samples.tick.size()) + robot;
     return {{samples.x_m[i], samples.y_m[i]}, samples.heading_rad[i]};

@@ -75,6 +75,10 @@ struct Scene {
     uint32_t robots = 0;
 };
 
+/// 28 that wander, send or talk on the Kilobot medium: close together or far apart, in steps of one
+/// tick or four, by the seeds 31 to 34.
+Scene crowd_on_kilobot_medium(uint64_t seed);
+
 /// The poses of a sample as they were stored.
 Pose pose_of(const Samples &samples, uint32_t robot, size_t row = 0);
 

@@ -76,14 +76,7 @@ TEST_CASE("robots put elsewhere: run ahead, tick by tick and in chunks give the 
 TEST_CASE("on the Kilobot medium robots put elsewhere go on alike in all ways, too") {
     for (uint64_t seed = 31; seed <= 34; seed++) {
         CAPTURE(seed);
-        Scene scene(square_hall(seed % 2 ? 1.8 : 6), seed);
-        scene.def.kilobot_medium = infrared_settings();
-        scene.def.kilobot_medium->range_m = 0.6;
-        scene.def.step_ticks = seed == 33 ? 1 : 4;
-        scene.def.sample_ticks = 77;
-        scene.add_anywhere("wanderer", 10);
-        scene.add_anywhere("sender", 8);
-        scene.add_anywhere("talker", 10);
+        Scene scene = crowd_on_kilobot_medium(seed);
         check_placed_alike(scene.def);
     }
 }

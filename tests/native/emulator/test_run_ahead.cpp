@@ -146,14 +146,7 @@ TEST_CASE("a program settles its period if only its set-up changes it") {
 TEST_CASE("the Kilobot medium: run ahead, tick by tick and in chunks give the same") {
     for (uint64_t seed = 31; seed <= 34; seed++) {
         CAPTURE(seed);
-        Scene scene(square_hall(seed % 2 ? 1.8 : 6), seed);
-        scene.def.kilobot_medium = infrared_settings();
-        scene.def.kilobot_medium->range_m = 0.6;
-        scene.def.step_ticks = seed == 33 ? 1 : 4;
-        scene.def.sample_ticks = 77;
-        scene.add_anywhere("wanderer", 10);
-        scene.add_anywhere("sender", 8);
-        scene.add_anywhere("talker", 10);
+        Scene scene = crowd_on_kilobot_medium(seed);
         scene.tell(300, 12, message(0x30, {200, 0}));  // a short period
         scene.tell(500, 13, message(0x31, {1}));       // asked at each tick, and silent
         scene.tell(800, 13, message(0x31, {0}));
