@@ -6,7 +6,7 @@ namespace kilotwin {
 
 /// Goes through the loop and returns the CPU time of this thread that it took, in s: some 40 ms.
 /// Each of its twelve million turns multiplies and adds, looks into a table of 32 KB, and branches
-/// as nobody can predict, about as the engine does.
+/// that cannot be predicted, about as the engine does.
 double reference_loop_s();
 
 }  // namespace kilotwin

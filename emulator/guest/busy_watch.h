@@ -5,7 +5,7 @@
 /// comes back, the program busy-waits, and time has to pass until an interrupt changes something.
 /// If none does, it computes.
 ///
-/// Of a program that has busy-waited once a part of the budget is held back, so that its memory is
+/// A part of the budget is held back once a program has busy-waited, so that its memory is
 /// compared early. If a state comes back whole before the budget is spent, it would come back until
 /// then: the turns up to there are skipped by whole periods, and the program is found waiting in
 /// the same turn as without.

@@ -51,7 +51,7 @@ class Program {
     int32_t turns_to_look = TURNS_PER_TICK;
     /// False: never fewer, the plain twin of early looks.
     bool looks_early = true;
-    /// Of the budget of the robot that runs: what it may take after the next look.
+    /// The part of the running robot's budget that it may take after the next look.
     int32_t turns_held_back = 0;
     /// Cycles of a tick's interrupt that only counts, of a translation; 0: not yet known.
     uint32_t tick_cycles = 0;

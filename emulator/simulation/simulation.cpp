@@ -67,7 +67,7 @@ void Simulation::give(const Command &command, Cycles at) {
     }
 }
 
-/// What is known of a robot's surroundings was found from where it stood: bodies, lists and floor
+/// A robot's surroundings are known from where it stood: bodies, lists and floor
 /// find it anew. Robots have not been run beyond now_ (advance()), so nothing they did is undone.
 void Simulation::place(size_t robot, const Pose &pose) {
     if (robot >= size()) throw EngineError("there is no robot " + std::to_string(robot));

@@ -1,4 +1,4 @@
-/// What the programs of `kilotwin bench` say and hear: each robot says that it is here, and counts the
+/// Messages of the programs of `kilotwin bench`: each robot says that it is here, and counts the
 /// frames that it receives.
 #ifndef BENCH_TALKER_H
 #define BENCH_TALKER_H

@@ -54,7 +54,7 @@ def notes_of(changelog: str, version: str) -> str | None:
 
 
 def git(*arguments: str) -> str:
-    """What git says."""
+    """The output of git."""
     done = subprocess.run(["git", *arguments], cwd=ROOT, capture_output=True, text=True, check=True)
     return done.stdout.strip()
 

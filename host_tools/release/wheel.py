@@ -21,7 +21,7 @@ from scikit_build_core.build import build_sdist
 
 ROOT = Path(__file__).resolve().parents[2]
 WHEEL = ROOT / "build/wheel"
-# What a C compiler needs beside itself, and the same for the robot's; no g++, no CMake.
+# Tools of a C compiler, itself included, and the same for the robot's; no g++, no CMake.
 _C = ("gcc", "as", "ld", "nm", "ar", "objcopy")
 _AVR = tuple(f"avr-{name}" for name in _C)
 
@@ -93,7 +93,7 @@ def check(wheel: Path) -> None:
 
 
 def summary(scripts: Path, work: Path, path: str, *arguments: str) -> dict[str, object]:
-    """What `kilotwin run --json` says of a run."""
+    """The summary of a run, by `kilotwin run --json`."""
     done = kilotwin(scripts, work, path, "run", *arguments, "--json")
     must(done.returncode == 0, f"{scripts}/kilotwin run {arguments[0]}: {done.stderr}")
     return dict(json.loads(done.stdout))

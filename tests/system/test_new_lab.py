@@ -57,7 +57,7 @@ def test_the_steps_of_both_ci_services_are_green(kind: str, shell: Shell, tmp_pa
     }
 
 
-# What is written in place of what, and what pytest has to say of it.
+# Each fault: the text, the one in its place, and the words that pytest must have for it.
 FAULTS: dict[str, tuple[str, str, str]] = {
     "hang": (
         "    set_color(has_it",

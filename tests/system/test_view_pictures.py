@@ -1,4 +1,4 @@
-"""The viewer's pictures of runs that never change are as they were when somebody looked at them.
+"""The viewer's pictures of runs that never change are as they were when they were looked at.
 
 They are kept at two fifths of their size in tests/system/pictures, and compared with a tolerance
 for fonts and edges. To make them anew after a change that is wanted, and then look at them:
@@ -32,7 +32,7 @@ PICTURES = Path(__file__).parent / "pictures"
 FAILED = Path(__file__).parents[2] / "build"
 NEW = bool(os.environ.get("KILOTWIN_NEW_PICTURES"))
 SHARE = 0.4
-# Of 255: on average, and of a pixel that counts as another one, with the share that may be so.
+# Differences of 255: on average; of a pixel that counts as another, and the share that may be so.
 MEAN = 2.0
 OTHER, MOST_OTHERS = 40, 0.01
 

@@ -9,7 +9,7 @@ from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-# Of the compiler, besides the program's own. Addresses are plain numbers without -fPIC.
+# The compiler's, besides the program's own. Addresses are plain numbers without -fPIC.
 FLAGS = ["-O0", "-fno-pic", "-fno-pie", "-ffunction-sections", "-fno-jump-tables"]
 PERIOD = "kilo_tx_period"
 _MAIN, _START = "kt_guest_main", "kilo_start"
@@ -27,7 +27,7 @@ _IN_MEMORY = re.compile(r"(\s|,)0x0(,|$)")
 
 @dataclass
 class _Program:
-    """Who uses what. Names of all files are taken together: that may add uses, and loses none."""
+    """Uses of names. Names of all files are taken together: that may add uses, and loses none."""
 
     functions: set[str] = field(default_factory=set)
     callers: defaultdict[str, set[str]] = field(default_factory=lambda: defaultdict(set))

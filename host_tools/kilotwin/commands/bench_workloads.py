@@ -31,7 +31,7 @@ _STILL: dict[str, float] = {"speed_spread": 0, "bias_spread": 0, "motor_noise": 
 _MEMORY_ROBOTS = 1_000_000
 _MEMORY_S = 0.2
 _MEDIA = ("kilobot", "ideal")
-# What labs' programs do besides walking and talking, one thing each: `experiments/bench`.
+# Things that labs' programs do besides walking and talking, one thing each: `experiments/bench`.
 # The program, and how many seconds are simulated.
 _LIKE_LABS = {
     "silent": ("silent.c", 300),

@@ -264,7 +264,7 @@ def _cover(experiment: Experiment, outcome: Outcome) -> None:
 
 
 def _tell(outcome: Outcome, *, plots: bool, as_json: bool) -> None:
-    """What came of it."""
+    """Prints the summary of a run."""
     summary = outcome.summary
     if plots:
         _plot_both(Path(summary["run_folder"]))

@@ -27,7 +27,7 @@ _END = itemgetter(1)  # of a row of the table
 
 @dataclass
 class Source:
-    """What has run of a source file.
+    """The part of a source file that has run.
 
     `lines`: by number, whether an instruction of it has run, of lines that have instructions.
     `branches`: by line, of each branch there, in the order of addresses, whether it was taken and

@@ -41,7 +41,7 @@ def understood(told: Sequence[Sequence[Sequence[int]]]) -> list[dict[int, int]]:
 
 
 def merged(several: Iterable[Marks]) -> dict[int, int]:
-    """What has run in any of several runs of one program."""
+    """The marks of several runs of one program, put together."""
     all_of_them: dict[int, int] = {}
     for marks in several:
         for address, mark in marks.items():

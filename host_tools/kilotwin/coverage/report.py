@@ -1,4 +1,4 @@
-"""What has run, in files that other tools read: by gcovr, which merges and draws such reports."""
+"""Reports of coverage for other tools: by gcovr, which merges and draws such reports."""
 
 import json
 import os
@@ -33,7 +33,7 @@ class Share:
 
 
 def of_programs(programs: Iterable[tuple[Program, Marks]]) -> Sources:
-    """What has run of all sources. A program may come several times; marks are put together."""
+    """Coverage of all sources. A program may come several times; marks are put together."""
     by_program: dict[Program, list[Marks]] = {}
     for program, marks in programs:
         by_program.setdefault(program, []).append(marks)
@@ -69,7 +69,7 @@ def _both(one: Source, other: Source) -> Source:
 
 
 def shares(sources: Sources) -> tuple[Share, Share]:
-    """Of lines, and of ways out of branches."""
+    """The shares of lines, and of ways out of branches."""
     ways = [way for source in sources.values() for way in source.ways]
     lines = sum(len(source.lines) for source in sources.values())
     run = sum(source.lines_run for source in sources.values())

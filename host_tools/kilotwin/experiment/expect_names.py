@@ -27,7 +27,7 @@ MEANINGS = {
     "state.STATE": "robots in a state of [states]",
     "led.COLOUR": "robots whose LED has a colour: off, red, bright_red ...",
 }
-"""What each is, beside the experiment's metrics."""
+"""The names and their meanings, beside the experiment's metrics."""
 
 _NO_LETTER = re.compile(r"[^A-Za-z0-9_]")
 
@@ -57,7 +57,7 @@ class Names:
         """All of them, the experiment's metrics first."""
 
     def problem_of(self, wanted: Iterable[str]) -> str:
-        """What is wrong with the first of these names that there is not; "" if all are there."""
+        """The complaint about the first of these names that there is not; "" if all are there."""
         for name in wanted:
             if name not in self.known:
                 near = difflib.get_close_matches(name, self.known, n=1)

@@ -1,4 +1,4 @@
-"""The `[[step]]` tables of an experiment: what somebody does to the table while it runs."""
+"""The `[[step]]` tables of an experiment: acts on the table while it runs."""
 
 from typing import Annotated
 

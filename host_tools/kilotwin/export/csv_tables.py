@@ -95,7 +95,7 @@ def _plain(column: pa.Array) -> pa.Array:
 
 
 def _write_events(events: list[dict[str, Any]], target: Path) -> None:
-    """What is more than time, kind, robot and text stands in one column, as JSON."""
+    """Rows of events: fields beside time, kind, robot and text stand in one column, as JSON."""
     with target.open("w", newline="") as stream:
         writer = csv.writer(stream)
         writer.writerow([*_EVENT, "more"])

@@ -1,4 +1,4 @@
-"""What files for other viewers have in common: robots sample by sample, outlines, colours."""
+"""The common part of files for other viewers: robots sample by sample, outlines, colours."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

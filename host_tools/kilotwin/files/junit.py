@@ -8,7 +8,7 @@ from pathlib import Path
 
 from kilotwin.errors import InputError, cause_of
 
-# What XML 1.0 cannot hold at all.
+# Characters that XML 1.0 cannot hold at all.
 _NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 

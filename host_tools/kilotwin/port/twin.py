@@ -115,7 +115,7 @@ def native_kilobots(
 
 
 def _known(program: Program, guest: Guest) -> Verdict | None:
-    """What needs no twin to run: a kept verdict, or that no avr-gcc is here."""
+    """The verdict that needs no twin to run: a kept verdict, or that no avr-gcc is here."""
     try:
         file = _kept_at(guest, avr_gcc())
     except RunError as error:

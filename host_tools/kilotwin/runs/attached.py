@@ -47,7 +47,7 @@ class Place:
 
     @property
     def address(self) -> str:
-        """Of the page, with the token."""
+        """The page's address, with the token."""
         return f"http://{HOST}:{self.socket.getsockname()[1]}/{self.token}/"
 
 
@@ -82,7 +82,7 @@ class AttachedViewer:
         check_page()
         self._place = Place.at(port)
         self.address = self._place.address
-        """What to open in a browser."""
+        """The address to open in a browser."""
         self._shown = shown
         self._may = {"steers": steers, "framed": framed}
         self._process: subprocess.Popen[bytes] | None = None

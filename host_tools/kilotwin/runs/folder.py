@@ -44,7 +44,7 @@ SENT = "sent"
 # Events after which a robot, or a module, takes no part any more.
 FAILURES = {"crash", "endless", "stack_overflow"}
 
-# A manifest's key where somebody steered the run: `first_s`, when for the first time.
+# A manifest's key of a run that was steered by hand: `first_s`, when for the first time.
 TOUCHED = "touched"
 
 # A manifest's status.

@@ -55,7 +55,7 @@ class Live:
             snapshot = self._simulation.snapshot()
             self._link.send(packed_moment(snapshot, zero_tick, **self._pace()))
         if self._link.closed and self._steering is not None and self._steering.pace.paused:
-            self._steering.pace = Pace()  # nobody is there to have it go on
+            self._steering.pace = Pace()  # no page is left to have it go on
 
     def ticks_now(self, zero_tick: int, *others: int) -> int:
         """How many ticks the run may go now; 0 after a wait, for a moment or until something comes,

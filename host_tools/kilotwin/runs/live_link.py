@@ -34,7 +34,7 @@ class LiveLink:
         return not self._going
 
     def orders(self) -> list[dict[str, Any]]:
-        """What has come, in order; what is no order ends the link."""
+        """The orders that have come, in order; what is none ends the link."""
         while not self.closed and len(self._come) < MOST_ORDER_BYTES:
             try:
                 data = os.read(self._descriptor, _READ_BYTES)

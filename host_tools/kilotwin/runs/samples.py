@@ -57,7 +57,7 @@ class Rows:
 
     @property
     def batch_bytes(self) -> int:
-        """What a batch takes in the file, on average; 1 without any."""
+        """Bytes that a batch takes in the file, on average; 1 without any."""
         batches = self._index.batches
         return max(1, batches[-1].end // len(batches)) if batches else 1
 
@@ -128,7 +128,7 @@ class RunSamples:
 
     @staticmethod
     def of(run: Run) -> "RunSamples":
-        """What there is of a run by now."""
+        """The samples that a run has by now."""
         states = States.of(run.experiment)
         samples = RunSamples(
             run.folder,

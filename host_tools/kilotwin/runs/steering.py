@@ -1,4 +1,4 @@
-"""What a viewer may order of a run: checked, and carried out between two calls of the engine.
+"""Orders of a viewer to a run: checked, and carried out between two calls of the engine.
 
 The viewer's process makes the orders (view/steering.py) of what its page asks; robots' programs run
 here, so an order is data that was checked, and is checked again.

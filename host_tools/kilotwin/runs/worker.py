@@ -268,7 +268,7 @@ class Trial(Generic[WriterT]):
         return self._live.ticks_now(self._zero_tick, sys.stdin.fileno())
 
     def _join_viewer(self, descriptor: int) -> Live:
-        """Where hosts outside have the say nobody steers."""
+        """The link to a viewer, which does not steer where hosts outside have the say."""
         if self._served is not None:
             return Live(descriptor, self._simulation)
         sample_ticks = max(1, ticks(self._keys.record.sample_s))

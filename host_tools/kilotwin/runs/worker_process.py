@@ -25,7 +25,7 @@ from kilotwin.runs.job import Job
 
 
 class WorkerProcess(Protocol):
-    """What a run needs of it; a subprocess.Popen has it too.
+    """The part of a process that a run needs; a subprocess.Popen has it too.
 
     Left as a context, its pipes are closed and its end is awaited.
     """

@@ -198,7 +198,7 @@ class World:
 
     @property
     def view_address(self) -> str | None:
-        """Of the page that shows it; None without `view=True`."""
+        """The address of the page that shows it; None without `view=True`."""
         return None if self._view is None else self._view.address
 
     def _repr_html_(self) -> str | None:

@@ -41,7 +41,7 @@ class WorldView:
 
     @property
     def address(self) -> str:
-        """Of the page."""
+        """The address of the page."""
         return self._viewer.address
 
     def allowed_ticks(self) -> int:

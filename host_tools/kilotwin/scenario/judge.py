@@ -113,7 +113,7 @@ def _programs(
     runs: Sequence[Ran],
     failures: Callable[[Ran], Sequence[Failure]],
 ) -> Iterator[Verdict]:
-    """Of `no_crash` and the like, which hold unless an [[expect]] says false."""
+    """Verdicts of `no_crash` and the like, which hold unless an [[expect]] says false."""
     where, given = experiment.origin.source, True
     for index, expect in enumerate(experiment.keys.expect):
         if getattr(expect, key) is not None:
@@ -129,7 +129,7 @@ def _programs(
 
 
 def _of_runs(bad: Sequence[Ran], runs: Sequence[Ran], said: str) -> str:
-    """What one run says, and in how many it was so."""
+    """The words of one run, and in how many it was so."""
     seed = f"seed {bad[0].seed}"
     if len(runs) == 1:
         return f"{said} ({seed})"

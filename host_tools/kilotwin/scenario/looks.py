@@ -1,4 +1,4 @@
-"""What an `[[expect]]` saw in one run: the samples that its time asks for."""
+"""Looks of an `[[expect]]` in one run: the samples that its time asks for."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -32,7 +32,7 @@ class Look:
 
 @dataclass(frozen=True)
 class Failure:
-    """Of a robot's or a module's program: `who` and when, and what happened."""
+    """A failure of a robot's or a module's program: `who` and when, and what happened."""
 
     who: str
     what: str
@@ -80,7 +80,7 @@ class _Looker:
             self._decided = self.expression.holds(names) == self._wanted
 
     def look(self) -> Look:
-        """What came of it."""
+        """The look at the run, at its end."""
         if self._seen is None:
             return Look(False, "there was no sample at that time")
         time_s, names = self._seen

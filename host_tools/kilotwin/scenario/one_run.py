@@ -42,7 +42,7 @@ class Task:
 
 @dataclass(frozen=True)
 class Ran:
-    """What came of a run.
+    """The outcome of a run.
 
     `looks`: one for each [[expect]], None of those without a condition. `rates`: messages a second
     of each robot, or their mean alone. `trouble`: why it did not come to its end, "" if it did.
@@ -57,7 +57,7 @@ class Ran:
     timed_out: bool = False
     result_hash: str = ""
     marks: Sequence[Marks] = ()
-    """What of each group's program has run, where that is asked for."""
+    """The marks of each group's program, where that is asked for."""
 
 
 def tasks_of(
@@ -155,7 +155,7 @@ def _too_long(task: Task, simulated_s: float | None) -> str:
 
 
 def _understood(task: Task, told: dict[str, Any]) -> Ran:
-    """What the fork says, which a program may have written; ValueError and such of what is not."""
+    """The fork's answer, which a program may have written; ValueError and such of what is not."""
     if "trouble" in told:
         return Ran(task.seed, trouble=str(told["trouble"]), timed_out=told["timed_out"] is True)
     looks = [

@@ -123,7 +123,7 @@ def on_the_chip(
     trial: Trial,
     notify: Notify,
 ) -> tuple[Step, Report | None]:
-    """What would go wrong on an ATmega328P, as `kilotwin port` says it."""
+    """Findings of what would go wrong on an ATmega328P, as `kilotwin port` says it."""
     step = Step("port", "on an ATmega328P")
     try:
         report = port(written, include, define, trial, notify)
@@ -135,7 +135,7 @@ def on_the_chip(
 
 
 def size(report: Report, budget: Budget) -> Step:
-    """What it takes of the chip, and of its budget."""
+    """The parts that it takes of the chip, and of its budget."""
     stack = report.stack.bytes
     taken = {"flash": report.flash_bytes, "ram": report.ram_bytes, "stack": stack}
     shown = "no bound" if stack is None else f"{stack:,}"
@@ -184,7 +184,7 @@ def _hidden(file: Path) -> bool:
 
 
 def of_scenario(scenario: Scenario) -> Step:
-    """What was not met."""
+    """The steps that were not met."""
     met = len(scenario.verdicts) - len(scenario.failures)
     said = f"{scenario.name}: {met} of {len(scenario.verdicts)} met"
     return Step("scenario", said, [_of_verdict(verdict) for verdict in scenario.failures])

@@ -18,7 +18,7 @@ def row(scenario: Scenario, width: int = 0) -> str:
 
 
 def look_text(scenario: Scenario) -> str:
-    """What to type to look at a run that failed."""
+    """The commands that show a run that failed."""
     return f"      look at it: kilotwin view {scenario.folder}"
 
 

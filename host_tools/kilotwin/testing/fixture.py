@@ -25,7 +25,7 @@ _NO_PULSES = 'medium.kind = "ideal"'
 
 
 class Kilotwin:
-    """What a test has made. `seed`: of worlds and runs that name none; a seed of the marker."""
+    """Worlds and runs of a test. `seed`: of those that name none; a seed of the marker."""
 
     def __init__(self, folder: Path, *, cpu: str | None, artifacts: Path, video: bool) -> None:
         self.folder = folder

@@ -1,4 +1,4 @@
-"""What a page asks of a run, made into orders for the run's process (runs/steering.py).
+"""Wishes of a page, made into orders for the run's process (runs/steering.py).
 
 Here, since experiments and programs are read: the run's process reads no files any more.
 """

@@ -1,4 +1,4 @@
-// What a listener on a grid's buses knows beside robots: rates, load, silent modules.
+// Facts that a listener on a grid's buses has beside robots: rates, load, silent modules.
 
 export interface BusState {
   buses: { name: string; frames_s: number; load: number; trouble: string | null }[];

@@ -90,7 +90,7 @@ export class Exported implements Source {
     return { events: its, number: found.length, reports: found.slice(-MOST_LINES) };
   }
 
-  // Of each robot the last report by then.
+  // The last report of each robot by then.
   async reports(run: number, timeS: number): Promise<Report[]> {
     const { reports } = this.runs[run];
     const last = new Map<number, Report>();

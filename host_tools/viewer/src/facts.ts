@@ -1,4 +1,4 @@
-// What is true of a robot, or of a module, at the time that is shown: rows of name and value.
+// Facts about a robot, or a module, at the time that is shown: rows of name and value.
 
 import type { Between } from "./samples";
 import type { ModuleAnswer, RobotAnswer, RunEvent, Scene } from "./scene";

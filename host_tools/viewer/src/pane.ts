@@ -128,7 +128,7 @@ export class Pane {
       this.drawLines(this.shown, stride, layers);
     }
     if (layers.reports) this.askForReports(timeS);
-    // What stands still is drawn once where robots are dots.
+    // Things that stand still are drawn once where robots are dots.
     const theme = document.documentElement.dataset.theme;
     const looks = `${JSON.stringify(layers)}:${this.linesOf}:${theme}`;
     if (this.stale || this.robots.mesh.visible || looks !== this.looks) {

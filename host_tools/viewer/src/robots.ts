@@ -7,7 +7,7 @@ import type { Scene } from "./scene";
 
 const LEDS = 64;
 export const MARKS = 7;
-// What a robot's colour says.
+// The meaning of a robot's colour.
 export type Colouring = "led" | "state";
 
 const VERTEX = `

@@ -41,7 +41,7 @@ export interface Scene extends RunState {
   emulated: boolean;
   // Whether it goes on here, so that `moments` of it are served.
   moments: boolean;
-  // What it may be asked; null: nothing.
+  // The orders that it takes; null: none.
   steers: Offers | null;
   // Whether it is what a listener hears on a grid's buses.
   buses: boolean;

@@ -3,7 +3,7 @@
 
 import type { Moment } from "./live";
 
-// What may be asked of the run; null: nothing.
+// The orders that the run takes; null: none.
 export interface Offers {
   grid: boolean;
   commands: string[];

@@ -23,7 +23,7 @@ struct Waiting : Bench {
     uint32_t robot;
 };
 
-/// What robots that run `phases` tell, whether waits of theirs are looked for early or late.
+/// Words of robots that run `phases`, whether waits of theirs are looked for early or late.
 struct Told {
     std::vector<std::tuple<Cycles, uint32_t, std::string>> prints;
     std::vector<std::vector<std::tuple<Cycles, uint8_t, uint8_t>>> motors;

@@ -1,4 +1,4 @@
-"""What has run, put together over runs and programs, and told in lines and shares."""
+"""Coverage, put together over runs and programs, and told in lines and shares."""
 
 import json
 from pathlib import Path

@@ -44,7 +44,7 @@ def sample(tick: int) -> Any:
 
 
 def rows(file: Path) -> list[dict[str, str]]:
-    """Of a CSV file."""
+    """The rows of a CSV file."""
     with file.open(newline="") as stream:
         return list(csv.DictReader(stream))
 

@@ -19,7 +19,7 @@ from ..conftest import GRID, Load
 
 
 class Bus:
-    """Hands over what it was given; whoever sends on it is found out."""
+    """Hands over what it was given; sending on it is found out."""
 
     def __init__(self) -> None:
         self.waiting: list[can.Message] = []

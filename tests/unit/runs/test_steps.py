@@ -75,7 +75,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, guest_cache: Path) -
 
 
 def colours(text: str) -> list[str]:
-    """What all robots show at 4, 9, 13, 14.8 and 19 s."""
+    """The colours of all robots at 4, 9, 13, 14.8 and 19 s."""
     Path("my.toml").write_text(text)
     seen = []
     with World("my.toml") as world:

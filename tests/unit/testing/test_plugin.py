@@ -89,7 +89,7 @@ def project(pytester: pytest.Pytester, guest_cache: Path) -> pytest.Pytester:
 
 
 def run(project: pytest.Pytester, guest_cache: Path, *words: str) -> str:
-    """What pytest says in the project."""
+    """The output of pytest in the project."""
     done = subprocess.run(
         [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *words],
         cwd=project.path,

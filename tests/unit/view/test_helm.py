@@ -1,4 +1,4 @@
-"""What a page asks becomes an order in the experiment's own terms, or a line that says why not."""
+"""A wish of a page becomes an order in the experiment's own terms, or a line that says why not."""
 
 from pathlib import Path
 from typing import Any

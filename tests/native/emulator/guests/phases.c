@@ -29,7 +29,7 @@ static void wait_with_effects(uint8_t kind, uint32_t until) {
     }
 }
 
-// What is summed lies in registers of the floating-point unit alone.
+// The sum lies in registers of the floating-point unit alone.
 static void add_up(void) {
     long double sum = 0;
     while (sum < 300) sum += 1;
