@@ -104,8 +104,8 @@ class Channel {
 
     const ChannelCounts &counts() const { return counts_; }
 
-    /// By robot; empty where frames are not counted by robot.
-    virtual std::vector<FrameCounts> frames() const { return {}; }
+    /// By robot.
+    virtual std::vector<FrameCounts> frames() const = 0;
 
   protected:
     void begin_step(Cycles begin, Cycles end);

@@ -11,6 +11,7 @@ IdealChannel::IdealChannel(const Settings &settings, const ChannelContext &conte
     : Channel(context),
       range_m_(settings.range_m),
       senders_(context.robots.size()),
+      frames_of_(context.robots.size()),
       in_range_(settings.range_m, settings.line_of_sight, settings.radius_m, context.bodies.arena(),
                 context.robots.size()) {}
 
@@ -46,6 +47,7 @@ void IdealChannel::run(Cycles begin, Cycles end, Cycles /*limit*/) {
             robot.receive(frame.at, frame.message, {});
             order(robot.index(), frame.at);
             counts_.above_received++;
+            frames_of_[robot.index()].received++;
         }
     }
 }
@@ -118,6 +120,7 @@ void IdealChannel::end_step() {
 void IdealChannel::send(const Emission &emission) {
     const uint32_t sender = emission.robot;
     counts_.sent++;
+    frames_of_[sender].sent++;
     CheckedMessage &message = senders_[sender].message;
     message.say(emission.message);
     if (!others_.empty()) {
@@ -136,6 +139,7 @@ void IdealChannel::send(const Emission &emission) {
     for (const auto &receiver : receivers_of(sender)) {
         auto gain = static_cast<int16_t>(std::min<uint16_t>(receiver.distance_mm, INT16_MAX));
         context_.robots[receiver.robot].receive(at, emission.message, {gain, gain});
+        frames_of_[receiver.robot].received++;
         counts_.received++;
     }
 }
@@ -144,6 +148,7 @@ void IdealChannel::send(const Emission &emission) {
 void IdealChannel::deliver(uint32_t robot, Cycles begin, const message_t &message,
                            int16_t distance_mm) {
     context_.robots[robot].receive(received_at(begin), message, {distance_mm, distance_mm});
+    frames_of_[robot].received++;
     counts_.received++;
 }
 

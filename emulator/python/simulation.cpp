@@ -29,6 +29,16 @@ nb::dict to_python(Samples samples, size_t robots, size_t objects) {
     out["heading_rad"] = array_of(std::move(samples.heading_rad), robots);
     out["led"] = array_of(std::move(samples.led), robots);
     out["site"] = array_of(std::move(samples.site), robots);
+    // None of what was not asked for.
+    if (!samples.left_duty.empty()) {
+        out["left_duty"] = array_of(std::move(samples.left_duty), robots);
+        out["right_duty"] = array_of(std::move(samples.right_duty), robots);
+    }
+    if (!samples.battery.empty()) out["battery"] = array_of(std::move(samples.battery), robots);
+    if (!samples.sent.empty()) {
+        out["sent"] = array_of(std::move(samples.sent), robots);
+        out["received"] = array_of(std::move(samples.received), robots);
+    }
     out["object_x_m"] = array_of(std::move(samples.object_x_m), objects);
     out["object_y_m"] = array_of(std::move(samples.object_y_m), objects);
     out["object_heading_rad"] = array_of(std::move(samples.object_heading_rad), objects);
@@ -188,6 +198,13 @@ void register_results(Class &simulation) {
                  return to_python(self.simulation.snapshot(), self.simulation.size(),
                                   self.simulation.objects());
              })
+        .def(
+            "close_look",
+            [](PythonSimulation &self) {
+                return to_python(self.simulation.snapshot({true, true, true}),
+                                 self.simulation.size(), self.simulation.objects());
+            },
+            "A snapshot with motors, batteries and counts of messages, whatever samples have.")
         .def("events",
              [](PythonSimulation &self) {
                  return to_python(self.simulation, self.simulation.take_events());
@@ -210,7 +227,7 @@ void register_results(Class &simulation) {
 // Single robots; each throws EngineError for an index that is none.
 void register_robots(Class &simulation) {
     simulation.def("motors", motors_of)
-        .def("frames", frames_of, "[N, 2]: sent and received; no rows with the ideal medium.")
+        .def("frames", frames_of, "[N, 2]: sent and received.")
         .def("state", state_of, nb::arg("robot"))
         .def("program", program_of, nb::arg("robot"))
         .def(

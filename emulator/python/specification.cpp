@@ -354,6 +354,15 @@ VirtualFloor::Settings floor_of(Table from) {
     return floor;
 }
 
+SampleExtras extras_of(Table extras) {
+    SampleExtras out = {};
+    extras.read("motors", out.motors);
+    extras.read("battery", out.battery);
+    extras.read("messages", out.messages);
+    extras.end();
+    return out;
+}
+
 }  // namespace
 
 message_t message_of(const nb::bytes &bytes) {
@@ -404,6 +413,7 @@ SimulationDef definition_of(const nb::dict &from) {
     spec.read("battery_h", def.battery_h);
     spec.read("temperature", def.temperature);
     spec.read("sample_ticks", def.sample_ticks);
+    def.sample_extras = extras_of(spec["sample_extras"].table());
     if (!spec["black_box"].is_none()) def.black_box = spec["black_box"].as<std::string>();
     spec.read("run_ahead", def.run_ahead);
     spec.end();

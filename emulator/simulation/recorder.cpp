@@ -10,6 +10,16 @@ void Samples::add_robot(const Pose &pose, uint8_t color, uint8_t site_under) {
     site.push_back(site_under);
 }
 
+void Samples::add_motors(uint8_t left, uint8_t right) {
+    left_duty.push_back(left);
+    right_duty.push_back(right);
+}
+
+void Samples::add_messages(const FrameCounts &counts) {
+    sent.push_back(counts.sent);
+    received.push_back(counts.received);
+}
+
 void Samples::add_object(const Pose &pose) {
     object_x_m.push_back(static_cast<float>(pose.position.x()));
     object_y_m.push_back(static_cast<float>(pose.position.y()));

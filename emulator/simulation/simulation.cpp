@@ -179,13 +179,13 @@ Statistics Simulation::statistics() const {
 
 void Simulation::sample_if_due() {
     if (now_ < next_sample_) return;
-    sample_into(samples_);
+    sample_into(samples_, def_.sample_extras);
     result_.take(samples_);
     samples_due_++;
     next_sample_ = end_of_step(run_at_ + samples_due_ * def_.sample_ticks * TICK_CYCLES, step_);
 }
 
-void Simulation::sample_into(Samples &samples) const {
+void Simulation::sample_into(Samples &samples, const SampleExtras &extras) const {
     samples.tick.push_back(tick());
     for (uint32_t robot = 0; robot < robots_.size(); robot++) {
         const Pose pose = bodies_->pose(robot);
@@ -193,13 +193,25 @@ void Simulation::sample_into(Samples &samples) const {
     }
     for (uint32_t object = 0; object < bodies_->objects(); object++)
         samples.add_object(bodies_->object_pose(object));
+    add_extras(samples, extras);
+}
+
+// Robots have been executed up to now_, and frames counted so far.
+void Simulation::add_extras(Samples &samples, const SampleExtras &extras) const {
+    if (extras.motors)
+        for (const Robot &robot : robots_)
+            samples.add_motors(robot.left_duty(), robot.right_duty());
+    if (extras.battery)
+        for (const Robot &robot : robots_) samples.add_battery(robot.voltage(now_));
+    if (extras.messages)
+        for (const FrameCounts &counts : channel_->frames()) samples.add_messages(counts);
 }
 
 Samples Simulation::take_samples() { return std::exchange(samples_, {}); }
 
-Samples Simulation::snapshot() const {
+Samples Simulation::snapshot(const SampleExtras &extras) const {
     Samples samples;
-    sample_into(samples);
+    sample_into(samples, extras);
     return samples;
 }
 
@@ -228,7 +240,9 @@ uint64_t Simulation::result_hash() {
     if (grid_) fetch_module_events();
     ResultHash result = result_;
     result.take(events_, run_at_);
-    return result.value(snapshot(), channel_->counts(), channel_->frames());
+    // With the ideal medium who receives what follows from samples and counts.
+    const auto frames = def_.kilobot_medium ? channel_->frames() : std::vector<FrameCounts>{};
+    return result.value(snapshot(), channel_->counts(), frames);
 }
 
 }  // namespace kilotwin

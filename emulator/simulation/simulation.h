@@ -82,9 +82,10 @@ struct SimulationDef {
     std::vector<LabRobot>
         lab;  ///< by index, one for each robot; empty: uid index + 1, the profile's duties
     std::vector<Command> commands;
-    uint32_t sample_ticks;  ///< at least step_ticks; taken when the world step is over
-    std::string black_box;  ///< path of a file to map, or empty
-    bool run_ahead;         ///< false: tick by tick, for tests
+    uint32_t sample_ticks;       ///< at least step_ticks; taken when the world step is over
+    SampleExtras sample_extras;  ///< of these samples; changes no result
+    std::string black_box;       ///< path of a file to map, or empty
+    bool run_ahead;              ///< false: tick by tick, for tests
 };
 
 /// Numbers that a run adds up, from the begin on.
@@ -164,7 +165,8 @@ class Simulation {
     /// The samples since the last call.
     Samples take_samples();
     /// One sample of this moment; those that take_samples() returns do not change.
-    Samples snapshot() const;
+    Samples snapshot() const { return snapshot(def_.sample_extras); }
+    Samples snapshot(const SampleExtras &extras) const;
     Events take_events();         ///< in order of time
     Events take_module_events();  ///< of a grid's modules; EngineError without one
     Statistics statistics() const;
@@ -172,7 +174,7 @@ class Simulation {
     /// Hash of all that was sampled, printed, sent and failed up to now, fetched or not.
     uint64_t result_hash();
 
-    /// Frames of each robot; empty with the ideal medium.
+    /// Frames of each robot.
     std::vector<FrameCounts> frames() const { return channel_->frames(); }
 
   private:
@@ -205,7 +207,8 @@ class Simulation {
     bool may_run_ahead() const { return def_.run_ahead && !light_changes(); }
     /// Takes a sample if the step that has begun is the first not before its time.
     void sample_if_due();
-    void sample_into(Samples &samples) const;
+    void sample_into(Samples &samples, const SampleExtras &extras) const;
+    void add_extras(Samples &samples, const SampleExtras &extras) const;
     void fetch_module_events();
 
     SimulationDef def_;

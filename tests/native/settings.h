@@ -103,6 +103,7 @@ inline SimulationDef definition(const Arena &arena) {
             .lab = {},
             .commands = {},
             .sample_ticks = 305,
+            .sample_extras = {},
             .black_box = "",
             .run_ahead = true};
 }

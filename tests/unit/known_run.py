@@ -20,12 +20,12 @@ ROBOTS = 10
 Begin = Callable[..., RunWriter]
 
 
-def samples(ticks: Iterable[int]) -> "Samples":
-    """Samples as the engine makes them, at random places."""
+def samples(ticks: Iterable[int], *, extras: bool = False) -> "Samples":
+    """Samples as the engine makes them, at random places; with `extras` as for all of `also`."""
     when = np.array(list(ticks), dtype=np.int64)
     draw = np.random.default_rng(when)
     shape = (len(when), ROBOTS)
-    return {
+    made: Samples = {
         "tick": when,
         "x_m": draw.uniform(-1, 1, shape).astype(np.float32),
         "y_m": draw.uniform(-1, 1, shape).astype(np.float32),
@@ -33,6 +33,13 @@ def samples(ticks: Iterable[int]) -> "Samples":
         "led": draw.integers(0, 64, shape).astype(np.uint8),
         "site": draw.integers(0, 3, shape).astype(np.uint8),
     }
+    if extras:
+        made["left_duty"] = draw.integers(0, 256, shape).astype(np.uint8)
+        made["right_duty"] = draw.integers(0, 256, shape).astype(np.uint8)
+        made["battery"] = draw.integers(580, 721, shape).astype(np.uint16)
+        made["sent"] = np.cumsum(draw.integers(0, 40, shape), axis=0, dtype=np.uint32)
+        made["received"] = np.cumsum(draw.integers(0, 400, shape), axis=0, dtype=np.uint32)
+    return made
 
 
 @contextlib.contextmanager

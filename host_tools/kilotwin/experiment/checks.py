@@ -311,7 +311,8 @@ def _record(experiment: ExperimentSchema) -> Iterator[Problem]:
             f"({record.sample_s:g}); take {near:g}"
         )
         yield Problem(what, (("record", "robots_s"),))
-    for key, values in (("columns", record.columns), ("robots", record.robots)):
+    listed = {"columns": record.columns, "also": record.also, "robots": record.robots}
+    for key, values in listed.items():
         twice = [one for one, times in Counter(values or []).items() if times > 1]
         if twice:
             yield Problem(f"record.{key} names {twice[0]} twice; name it once", (("record", key),))

@@ -10,9 +10,19 @@ from kilotwin.parameters.section import Section, Share
 from kilotwin.units import TICK_S
 
 RobotColumn = Literal["x_m", "y_m", "heading_rad", "led", "state", "site"]
+Extra = Literal["motors", "battery", "messages"]
 Columns = Annotated[list[RobotColumn], Field(max_length=6)]
 Interval = Annotated[float, Field(ge=TICK_S, le=1e6)]
 Index = Annotated[int, Field(ge=0, le=999_999)]
+
+EXTRA_OF: dict[str, Extra] = {
+    "left_duty": "motors",
+    "right_duty": "motors",
+    "battery": "battery",
+    "sent": "messages",
+    "received": "messages",
+}
+"""Columns by what `also` calls them."""
 
 
 class Record(Section):
@@ -29,6 +39,10 @@ class Record(Section):
     columns: Columns | None = None
     """Columns of `robots`, besides tick, time_s, robot and metrics: x_m, y_m, heading_rad, led,
     state, site; all if left out."""
+    also: Annotated[list[Extra], Field(max_length=3)] | None = None
+    """What `robots` has besides: motors (left_duty, right_duty, 0 to 255), battery (a reading, as
+    get_voltage() returns it), messages (sent and received so far). Null for real robots, of which
+    the host does not know them."""
     robots: list[Index] | None = None
     """Indices of the robots that have rows in `robots`; all if left out. Counts and metrics are of
     all robots."""
@@ -53,6 +67,8 @@ class Record(Section):
 
     def has_column(self, name: str) -> bool:
         """Whether `robots` has that column."""
+        if name in EXTRA_OF:
+            return EXTRA_OF[name] in (self.also or [])
         return self.columns is None or name in self.columns
 
     def robots_of(self, size: int) -> NDArray[np.uint32] | None:

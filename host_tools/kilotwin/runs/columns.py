@@ -9,7 +9,7 @@ has each robot's own value.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pyarrow as pa
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from kilotwin.experiment.checks import swarm_size
 from kilotwin.experiment.profile_defaults import PROFILES
+from kilotwin.experiment.record_schema import EXTRA_OF
 from kilotwin.experiment.schema import ExperimentSchema
 from kilotwin.experiment.states import Counts, States
 from kilotwin.metrics.values import NO_METRICS, MetricValues
@@ -101,7 +102,7 @@ class Records:
 
     def _column(
         self, samples: "Samples", name: str, part: "NDArray[np.uint32] | slice"
-    ) -> NDArray[np.float32] | NDArray[np.uint8] | pa.Array:
+    ) -> NDArray[Any] | pa.Array:
         """The rows of one of _OF_ROBOTS, of a part of the robots."""
         if name == "state":
             states = self._table.of_robots(samples["led"][:, part].ravel())
@@ -113,6 +114,8 @@ class Records:
             return pa.DictionaryArray.from_arrays(index, self._sites)
         if name == "led":
             return samples["led"][:, part].ravel()
+        if name in EXTRA_OF:
+            return self._extra(samples, name, part)
         values = {
             "x_m": samples["x_m"],
             "y_m": samples["y_m"],
@@ -120,6 +123,15 @@ class Records:
         }[name][:, part].ravel()
         step = self._steps.get(name)
         return values if step is None else np.round(values / np.float32(step)) * np.float32(step)
+
+    def _extra(
+        self, samples: "Samples", name: str, part: "NDArray[np.uint32] | slice"
+    ) -> NDArray[Any] | pa.Array:
+        if name in samples:
+            values: NDArray[Any] = samples[name][:, part].ravel()  # type: ignore[literal-required]
+            return values
+        # Real robots': nobody knows.
+        return pa.nulls(samples["led"][:, part].size, self.robots_schema.field(name).type)
 
     def objects(self, samples: "Samples") -> pa.RecordBatch:
         """k samples of N objects as k * N rows; samples of the engine."""
@@ -166,6 +178,11 @@ _OF_ROBOTS = [
     field("led", pa.uint8(), "RGB(r, g, b) byte"),
     field("state", WORD, "what the LED means"),
     field("site", WORD, "site under the robot's centre, null for none"),
+    field("left_duty", pa.uint8(), "0 to 255, as the motor is driven"),
+    field("right_duty", pa.uint8(), "0 to 255"),
+    field("battery", pa.uint16(), "reading of get_voltage(): 720 full, 580 empty"),
+    field("sent", pa.uint32(), "messages since the begin"),
+    field("received", pa.uint32(), "messages since the begin"),
 ]
 
 

@@ -5,6 +5,7 @@ import time
 from typing import TYPE_CHECKING, Any
 
 from kilotwin.errors import InputError
+from kilotwin.experiment.record_schema import EXTRA_OF
 from kilotwin.runs.live_link import LiveLink
 from kilotwin.runs.pace import MOST_TICKS, Pace
 from kilotwin.runs.packing import for_page, pack
@@ -17,14 +18,15 @@ if TYPE_CHECKING:
 CHUNK_S = 0.1
 """About how long a call of the engine takes then: a viewer wants ten moments a second."""
 _WAIT_S = 0.05  # for a page that asks for a moment
-_SHOWN = ("x_m", "y_m", "heading_rad", "led")
+_SHOWN = ("x_m", "y_m", "heading_rad", "led", *EXTRA_OF)
 _OBJECTS = ("object_x_m", "object_y_m", "object_heading_rad")
 
 
 def packed_moment(snapshot: "Samples", zero_tick: int, **more: Any) -> bytes:
     """A snapshot of all robots and objects as a page takes it, with `more` in its head."""
     time_s = seconds(int(snapshot["tick"][0]) - zero_tick)
-    columns = {name: snapshot[name][0] for name in _SHOWN}  # type: ignore[literal-required]
+    shown = [name for name in _SHOWN if name in snapshot]
+    columns = {name: snapshot[name][0] for name in shown}  # type: ignore[literal-required]
     if len(snapshot.get("object_x_m", ())):
         columns |= {name: snapshot[name][0] for name in _OBJECTS}  # type: ignore[literal-required]
     return pack({"time_s": time_s, **more}, for_page(columns))
@@ -40,19 +42,21 @@ class Live:
         self._link = LiveLink(descriptor)
         self._simulation = simulation
         self._steering = steering
-        self._asked = False
+        self._asked = self._closely = False
 
     def heed(self, zero_tick: int) -> None:
         """Does what was asked since the last call; `zero_tick` is that of the run's begin."""
         for order in self._link.orders():
             if order.get("do") == "look":
                 self._asked = True
+                self._closely |= order.get("closely") is True
             else:
                 self._answer(order)
         self._link.flush()
         if self._asked and self._link.is_free:
-            self._asked = False
-            snapshot = self._simulation.snapshot()
+            look = self._simulation.close_look if self._closely else self._simulation.snapshot
+            self._asked = self._closely = False
+            snapshot = look()
             self._link.send(packed_moment(snapshot, zero_tick, **self._pace()))
         if self._link.closed and self._steering is not None and self._steering.pace.paused:
             self._steering.pace = Pace()  # no page is left to have it go on

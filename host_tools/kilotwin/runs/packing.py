@@ -41,12 +41,14 @@ def head_of(data: bytes) -> dict[str, Any]:
 
 
 def for_page(columns: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-    """Positions as float32, headings as uint16 in 2^16 parts of a turn, LEDs as bytes."""
+    """Positions as float32, headings as uint16 in 2^16 parts of a turn, LEDs as bytes; others as
+    they are."""
     made = {}
     for name, values in columns.items():
         if name.endswith("heading_rad"):
             turns = np.nan_to_num(values) / _TURN
             made[name] = (np.round((turns - np.floor(turns)) * 65536) % 65536).astype(np.uint16)
         else:
-            made[name] = values.astype(np.uint8 if name == "led" else np.float32)
+            kind = {"led": np.uint8, "m": np.float32}.get(name.rpartition("_")[2], values.dtype)
+            made[name] = values.astype(kind)
     return made

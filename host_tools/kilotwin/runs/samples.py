@@ -11,6 +11,7 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
+from kilotwin.experiment.record_schema import EXTRA_OF
 from kilotwin.experiment.states import States
 from kilotwin.runs.columns import METRIC
 from kilotwin.runs.folder import OBJECTS
@@ -185,7 +186,8 @@ class RunSamples:
 
     def read(self, wanted: Sequence[int]) -> dict[str, NDArray[Any]]:
         """[len(wanted), robots]: `x_m`, `y_m`, `heading_rad` in 2^16 parts of a turn, `led`, as
-        far as they were recorded; `object_x_m` and its like are [len(wanted), objects]."""
+        far as they were recorded, and the columns of `record.also`; `object_x_m` and its like are
+        [len(wanted), objects]."""
         with self._lock:
             return self._read(wanted)
 
@@ -201,13 +203,19 @@ class RunSamples:
         return arrays
 
     def _of_robots(self, wanted: Sequence[int]) -> dict[str, NDArray[Any]]:
-        present = [name for name in _POSE if self.robots.has(name)]
+        present = [name for name in (*_POSE, *EXTRA_OF) if self.robots.has(name)]
         shown = self._shown()
         read = self.robots.read(wanted, present + ([shown] if shown else []))
         if shown:
             read["led"] = self._leds(read[shown], shown)
         read.pop("state", None)
-        return for_page(read)
+        # Of real robots extras are null.
+        known = {
+            name: values
+            for name, values in read.items()
+            if name not in EXTRA_OF or np.issubdtype(values.dtype, np.integer)
+        }
+        return for_page(known)
 
     def _shown(self) -> str | None:
         """The column that says what robots' LEDs show."""

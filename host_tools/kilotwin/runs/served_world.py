@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.record_schema import EXTRA_OF
 from kilotwin.runs.job import Serving
 from kilotwin.runs.served_camera import ServedCamera
 from kilotwin.runs.served_grid import ServedTable
@@ -116,6 +117,8 @@ class ServedWorld:
             "object_y_m": samples["object_y_m"][of_objects],
             "object_heading_rad": samples["object_heading_rad"][of_objects],
         }
+        for name in EXTRA_OF.keys() & samples.keys():
+            cut[name] = samples[name][kept]  # type: ignore[literal-required]
         if self._table is not None:
             self._table.see(cut)
         return cut

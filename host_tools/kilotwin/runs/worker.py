@@ -382,7 +382,7 @@ class Trial(Generic[WriterT]):
         }
 
     def frames(self) -> "NDArray[np.uint32]":
-        """[robots, 2]: frames sent and received so far; no rows with the ideal medium."""
+        """[robots, 2]: frames sent and received so far."""
         return self._simulation.frames()
 
     def close(self) -> None:

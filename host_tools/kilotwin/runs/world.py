@@ -296,7 +296,7 @@ class World:
 
     @property
     def frames(self) -> NDArray[np.uint32]:
-        """[robots, 2]: frames sent and received so far; no rows with the ideal medium."""
+        """[robots, 2]: frames sent and received so far."""
         return self._simulation.frames()
 
     @property

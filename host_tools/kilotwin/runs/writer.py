@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from kilotwin import __version__
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.experiment.record_schema import Record
+from kilotwin.experiment.record_schema import EXTRA_OF, Record
 from kilotwin.experiment.states import Counts, States, count
 from kilotwin.files.drafts import draft_of
 from kilotwin.metrics.values import NO_METRICS, MetricValues
@@ -147,6 +147,8 @@ def _at(
         "led": samples["led"][chosen],
         "site": samples["site"][chosen],
     }
+    for name in EXTRA_OF.keys() & samples.keys():
+        part[name] = samples[name][chosen]  # type: ignore[literal-required]
     of_robots = {name: values[chosen] for name, values in measured.of_robots.items()}
     return part, MetricValues(of_robots=of_robots)
 

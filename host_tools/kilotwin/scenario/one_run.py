@@ -7,8 +7,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from kilotwin.build.group import build_group
 from kilotwin.build.guest import Notify
 from kilotwin.coverage.marks import Marks, marks_of_all, understood
@@ -123,19 +121,18 @@ def _in_fork(task: Task) -> dict[str, Any]:
         ],
         "crashes": [vars(one) for one in (*trial.writer.crashes, *_modules(summary))],
         "busy_waits": [vars(one) for one in trial.writer.busy_waits],
-        "rates": _rates(trial, summary),
+        "rates": _rates(task, trial, summary),
         "result_hash": summary["result_hash"],
         "marks": marks_of_all(task.guests) if task.covered else [],
     }
 
 
-def _rates(trial: Trial[Looks], summary: dict[str, Any]) -> list[float]:
-    """Messages a second: of each robot, or their mean where the medium counts them all together."""
+def _rates(task: Task, trial: Trial[Looks], summary: dict[str, Any]) -> list[float]:
+    """Messages a second: of each robot, or their mean with the ideal medium."""
     for_s = max(summary["simulated_s"], 1e-9)
-    frames = trial.frames()
-    if len(frames):
-        return [float(rate) for rate in np.asarray(frames)[:, 0] / for_s]
-    return [summary["stats"]["frames_sent"] / summary["robots"] / for_s]
+    if task.experiment.keys.medium.kind == "ideal":
+        return [summary["stats"]["frames_sent"] / summary["robots"] / for_s]
+    return [float(rate) for rate in trial.frames()[:, 0] / for_s]
 
 
 def _modules(summary: dict[str, Any]) -> list[Failure]:

@@ -190,15 +190,19 @@ def _samples(samples: RunSamples, wanted: list[int]) -> tuple[dict[str, NDArray[
             low, step, numbers = _numbered(values)
             arrays[name] = _differences(numbers)
             arrays[f"{name}.scale"] = np.array([low, step])
-            step_m = max(step_m, step)
+            if name.endswith("_m"):
+                step_m = max(step_m, step)
     return arrays, step_m
 
 
-def _numbered(values: NDArray[np.float32]) -> tuple[float, float, NDArray[np.uint16]]:
-    """Lowest value, step, and each value's number from there; _NOWHERE for NaN."""
+def _numbered(values: NDArray[Any]) -> tuple[float, float, NDArray[np.uint16]]:
+    """Lowest value, step, and each value's number from there; _NOWHERE for NaN. Whole numbers have
+    a whole step, so that fewer than 65535 different ones stay as they are."""
     known = values[np.isfinite(values)]
     low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 0.0)
     step = (high - low) / (_NOWHERE - 1) or 1e-6
+    if np.issubdtype(values.dtype, np.integer):
+        step = float(np.ceil(step))
     numbers = np.round((values.astype(np.float64) - low) / step)
     return low, step, np.where(np.isfinite(values), numbers, _NOWHERE).astype(np.uint16)
 

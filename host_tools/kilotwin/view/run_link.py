@@ -12,6 +12,7 @@ from kilotwin.runs.packing import head_of
 # Robots' programs run in the process at the other end: what comes is bounded, and data.
 _MOST_BYTES = 256 << 20
 _PATIENCE_S = 10.0
+_CLOSE_S = 2.0  # that a page's wish for close looks holds for those that others asked for
 _NO_RUN = "the run is over"
 
 
@@ -24,6 +25,7 @@ class RunLink:
         self._writer: asyncio.StreamWriter | None = None
         self._reading: asyncio.Task[None] | None = None
         self._moment: asyncio.Future[bytes] | None = None
+        self._close_until = 0.0  # by the loop's clock
         self._orders = 0
         self._answers: dict[int, asyncio.Future[str]] = {}
 
@@ -32,11 +34,16 @@ class RunLink:
         reader, self._writer = await asyncio.open_connection(sock=self._end)
         self._reading = asyncio.create_task(self._read(reader))
 
-    async def moment(self) -> bytes:
-        """The robots as they are when the run looks next, packed. RunError when it is over."""
+    async def moment(self, *, closely: bool = False) -> bytes:
+        """The robots as they are when the run looks next, packed; `closely`: with motors, batteries
+        and counts of messages, if not in this moment then in the next. RunError when it is over."""
+        loop = asyncio.get_running_loop()
+        if closely:
+            self._close_until = loop.time() + _CLOSE_S
         if self._moment is None:
-            self._send({"do": "look"})
-            self._moment = asyncio.get_running_loop().create_future()
+            close = {"closely": True} if loop.time() < self._close_until else {}
+            self._send({"do": "look", **close})
+            self._moment = loop.create_future()
         return await asyncio.shield(self._moment)
 
     async def order(self, order: dict[str, Any]) -> str:

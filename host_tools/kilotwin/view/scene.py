@@ -37,6 +37,7 @@ def scene_of(run: Run) -> dict[str, Any]:
         "folder": run.folder.name,
         "status": str(run.manifest.get("status", "")),
         "emulated": "engine" in run.manifest,
+        "also": experiment.record.also or [],
         "robots": run.robots_number,
         "radius_m": PROFILES[experiment.swarm.profile].radius_m,
         "range_m": experiment.medium.range_m,

@@ -260,14 +260,14 @@ async def _body(request: Request) -> bytes:
 
 
 def _moments_of(link: RunLink) -> Callable[[WebSocket], Awaitable[None]]:
-    """A page that has drawn one asks for the next."""
+    """A page that has drawn one asks for the next, `closely` for more of each robot."""
 
     async def moments(socket: WebSocket) -> None:
         await socket.accept()
         with contextlib.suppress(WebSocketDisconnect, RuntimeError):
-            while await socket.receive_text():
+            while asked := await socket.receive_text():
                 try:
-                    await socket.send_bytes(await link.moment())
+                    await socket.send_bytes(await link.moment(closely=asked == "closely"))
                 except RunError:
                     await socket.close()
                     return

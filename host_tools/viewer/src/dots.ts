@@ -2,6 +2,7 @@
 // take 30 times as long.
 
 import { colourOf, informedFor, type Colouring } from "./robots";
+import { grown, type Beat } from "./messages";
 import type { Between } from "./samples";
 import type { Scene } from "./scene";
 
@@ -9,6 +10,7 @@ const LEDS = 64;
 const FEW = 300;
 const SMALL_PX = 3.5; // a radius at which no heading is seen
 const RIM = 0xff404040;
+const SENDER = 0xffb27200; // a ring around one that sends
 const RING = 0xffa679cc; // of informed robots, as red, green and blue from the low byte on
 
 // Where pixels are: those of (0, 0), and how many there are to the metre.
@@ -60,7 +62,8 @@ export class Dots {
     this.painted = false;
   }
 
-  paint({ from, to, part }: Between, view: PixelView): void {
+  // `sent`: how many messages of each robot are to be shown; null: none.
+  paint({ from, to, part }: Between, view: PixelView, sent: Uint16Array | null, beat: Beat): void {
     const { width, height } = this.canvas;
     this.image ??= this.context().createImageData(width, height);
     const pixels = new Uint32Array(this.image.data.buffer);
@@ -75,7 +78,9 @@ export class Dots {
       // Not so for NaN either.
       if (!(x >= edge && x < width - edge && y >= edge && y < height - edge)) continue;
       const at = y * width + x;
-      if (this.informed[k]) for (const offset of ring.all) pixels[at + offset] = RING;
+      if (sent && grown(sent[k], k, part, beat) >= 0) {
+        for (const offset of ring.all) pixels[at + offset] = SENDER;
+      } else if (this.informed[k]) for (const offset of ring.all) pixels[at + offset] = RING;
       const colour = this.colours[from.led[k] & (LEDS - 1)];
       for (const offset of dot.all) pixels[at + offset] = colour;
       for (const offset of dot.rim) pixels[at + offset] = RIM;

@@ -8,6 +8,14 @@ const REPORT_COLUMNS = 7;
 const NOWHERE = 65535;
 const MOST_LINES = 200;
 const HEADING_SHIFT = 6;
+// Of robots besides their poses.
+const WHOLE: Record<string, { from(of: Uint16Array, value: (one: number) => number): Arrays[string] }> = {
+  left_duty: Uint8Array,
+  right_duty: Uint8Array,
+  battery: Uint16Array,
+  sent: Uint32Array,
+  received: Uint32Array,
+};
 
 interface Held {
   scene: Scene;
@@ -121,8 +129,9 @@ function held(data: ArrayBuffer): Held {
       made[name] = summed(values as Uint8Array, times.length).map((one) => one << HEADING_SHIFT);
     } else if (`${name}.scale` in arrays) {
       const [low, step] = arrays[`${name}.scale`];
-      const places = Float32Array.from(summed(values as Uint8Array, times.length));
-      made[name] = places.map((one) => (one === NOWHERE ? NaN : low + one * step));
+      const numbers = summed(values as Uint8Array, times.length);
+      const value = (one: number) => (one === NOWHERE ? NaN : low + one * step);
+      made[name] = (WHOLE[name] ?? Float32Array).from(numbers, value);
     }
   }
   const reports = arrays.reports as Float64Array;

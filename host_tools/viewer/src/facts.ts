@@ -31,18 +31,38 @@ export function robotRows(scene: Scene, between: Between, place: number, robot: 
     ["x, y", `${centimetres(from.x[place])}, ${centimetres(from.y[place])} cm`],
     ["heading", `${heading.toFixed(0)}°`],
     ...motionRows(between, place),
+    ...extraRows(between, place),
   ];
   if (informed) rows.push(["informed of", scene.sites[informed[2] - 1].name]);
   return rows;
 }
 
 // How it moves between two samples, which is what its motors came to.
-function motionRows({ from, to, spanS }: Between, place: number): Row[] {
-  if (!spanS || Number.isNaN(from.x[place])) return [];
+function motionRows({ from, to, spanS, earlier }: Between, place: number): Row[] {
+  if (earlier || !spanS || Number.isNaN(from.x[place])) return [];
   const way = Math.hypot(to.x[place] - from.x[place], to.y[place] - from.y[place]);
   const turn = ((to.heading[place] - from.heading[place] + 1.5 * TURN) % TURN) - TURN / 2;
   const degrees = ((turn / TURN) * 360) / spanS;
   return [["moves", `${((1000 * way) / spanS).toFixed(1)} mm/s, turns ${degrees.toFixed(0)}°/s`]];
+}
+
+// What was recorded besides, or a moment tells.
+function extraRows(between: Between, place: number): Row[] {
+  const { motors, battery, messages } = between.from;
+  const rows: Row[] = [];
+  if (motors) rows.push(["motors", `left ${motors.left[place]}, right ${motors.right[place]}`]);
+  if (battery) rows.push(["battery", `reads ${battery[place]}`]);
+  if (messages) {
+    const of = (what: "sent" | "received") => {
+      const [before, after] = [(between.earlier ?? between.from).messages, between.to.messages];
+      const number = messages[what][place];
+      if (!between.spanS || !before || !after) return `${what} ${number}`;
+      const rate = (after[what][place] - before[what][place]) / between.spanS;
+      return `${what} ${number} (${rate.toFixed(1)}/s)`;
+    };
+    rows.push(["messages", `${of("sent")}, ${of("received")}`]);
+  }
+  return rows;
 }
 
 // The value that each of a robot's metrics had last.

@@ -29,6 +29,11 @@ export class Inspector {
     this.element.hidden = true;
   }
 
+  // Whether it shows a robot.
+  get ofRobot(): boolean {
+    return this.robot !== null;
+  }
+
   async showRobot(pane: Pane, run: number, robot: number): Promise<void> {
     [this.pane, this.run, this.robot, this.cell] = [pane, run, robot, null];
     this.metrics = {};

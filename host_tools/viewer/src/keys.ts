@@ -14,6 +14,7 @@ export interface Actions {
   lastEvent(): void;
   trails(): void;
   links(): void;
+  messages(): void;
   cells(): void;
   floor(): void;
   light(): void;
@@ -52,6 +53,7 @@ export const KEYS: [string, Partial<Record<string, keyof Actions>>, string][] = 
   ["s", { s: "states" }, "colours of LEDs, or of states"],
   ["t", { t: "trails" }, "trails"],
   ["l", { l: "links" }, "who is within reach of whom"],
+  ["m", { m: "messages" }, "messages as they are sent, where that is known"],
   ["u", { u: "uids" }, "uids"],
   ["g", { g: "cells" }, "cells of a Kilogrid"],
   ["b i", { b: "floor", i: "light" }, "sites on the floor; lamps' and projectors' light"],

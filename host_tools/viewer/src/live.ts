@@ -1,13 +1,15 @@
 // Moments of a run that goes on in the server's hands: all robots as they are now, whether or not
 // that is a sample. The next is asked for when one has been drawn, so that a slow page has fewer.
 
-import type { Sample } from "./samples";
+import { extrasOf, type Sample } from "./samples";
 import type { Scene } from "./scene";
 import { unpack, type Arrays } from "./source";
 
 export interface Moment {
   timeS: number;
   sample: Sample;
+  earlier: Sample | null; // of the moment before
+  spanS: number; // since then
   paused: boolean;
   speed: number | null; // times real time; null: as fast as it can
 }
@@ -24,11 +26,16 @@ export class Moments {
   latest: Moment | null = null;
   // Called when one has come, and when there will be no more.
   changed: () => void = () => {};
+  // Whether motors, batteries and counts of messages are wanted, too.
+  closely = false;
 
   constructor(private readonly scene: Scene) {
     const socket = new WebSocket(new URL("moments", location.href.replace(/^http/, "ws")));
     socket.binaryType = "arraybuffer";
-    const ask = () => requestAnimationFrame(() => socket.readyState === 1 && socket.send("look"));
+    const ask = () =>
+      requestAnimationFrame(() => {
+        if (socket.readyState === 1) socket.send(this.closely ? "closely" : "look");
+      });
     socket.onopen = ask;
     socket.onmessage = (message) => {
       this.take(message.data);
@@ -48,9 +55,12 @@ export class Moments {
       heading: arrays[`${prefix}heading_rad`] as Uint16Array,
     });
     const objects = "object_x_m" in arrays ? pose("object_") : null;
-    const all = { ...pose(""), led: arrays.led as Uint8Array, objects };
+    const all = { ...pose(""), ...extrasOf(arrays), led: arrays.led as Uint8Array, objects };
     const { time_s: timeS, paused, speed } = head;
-    this.latest = { timeS, sample: this.recorded(all), paused, speed };
+    const before = this.latest;
+    const spanS = before ? timeS - before.timeS : 0;
+    const sample = this.recorded(all);
+    this.latest = { timeS, sample, earlier: before?.sample ?? null, spanS, paused, speed };
     this.changed();
   }
 
@@ -58,14 +68,19 @@ export class Moments {
   private recorded(all: Sample): Sample {
     const ids = this.scene.recorded;
     if (!ids) return all;
-    const chosen = <T extends Arrays[string]>(of: T) => of.filter((_, k) => wanted.has(k)) as T;
     const wanted = new Set(ids);
-    const [x, y, heading, led] = [all.x, all.y, all.heading, all.led].map(chosen) as [
-      Float32Array,
-      Float32Array,
-      Uint16Array,
-      Uint8Array,
-    ];
-    return { x, y, heading, led, objects: all.objects };
+    const chosen = <T extends Arrays[string]>(of: T) =>
+      (of as Uint8Array).filter((_, k) => wanted.has(k)) as unknown as T;
+    const { motors, battery, messages } = all;
+    return {
+      x: chosen(all.x),
+      y: chosen(all.y),
+      heading: chosen(all.heading),
+      led: chosen(all.led),
+      motors: motors && { left: chosen(motors.left), right: chosen(motors.right) },
+      battery: battery && chosen(battery),
+      messages: messages && { sent: chosen(messages.sent), received: chosen(messages.received) },
+      objects: all.objects,
+    };
   }
 }

@@ -17,6 +17,7 @@ const RUNNING = "running";
 // Samples a second that are looked at, at most; of faster play every so many-th is.
 const MOST_SAMPLES_S = 40;
 const CURVES_AGAIN_MS = 2000;
+const ALL_MESSAGES = 3000; // robots whose messages are shown unasked
 
 class Page {
   private readonly clock = new Clock();
@@ -25,6 +26,7 @@ class Page {
   private readonly layers: Layers = {
     trails: false,
     links: false,
+    messages: true,
     cells: true,
     floor: true,
     light: false,
@@ -121,6 +123,10 @@ class Page {
       button.onclick = () => actions[button.dataset.action as keyof Actions]();
     }
     listen(actions);
+    const tellsMessages = ({ moments, also }: Scene) => moments || also.includes("messages");
+    hideUnless("messages", this.scenes.some(tellsMessages));
+    // Of many robots only if it is asked for: rings hide them, and each look costs the run more.
+    if (this.scenes.some((scene) => scene.robots > ALL_MESSAGES)) this.actions().messages();
     hideUnless("light", this.scenes.some((scene) => scene.light));
     for (const name of ["cells", "reports"]) hideUnless(name, this.scenes.some((one) => one.grid));
     const help = byId("keys");
@@ -152,6 +158,7 @@ class Page {
       lastEvent: () => this.goToEvent(-1),
       trails: toggle("trails"),
       links: toggle("links"),
+      messages: toggle("messages"),
       cells: toggle("cells"),
       floor: toggle("floor"),
       light: toggle("light"),
@@ -339,9 +346,11 @@ class Page {
     if (this.dirty) {
       this.dirty = false;
       const latest = this.clock.following ? this.newest() : null;
-      this.panes[0].showMoment(latest?.sample ?? null);
+      if (this.moments) this.moments.closely = this.layers.messages || this.inspector.ofRobot;
+      this.panes[0].showMoment(latest);
+      const speed = this.clock.playing ? this.clock.speed : 1;
       const whole = this.panes.map((pane) =>
-        pane.draw(this.clock.timeS, this.strideOf(pane), this.layers),
+        pane.draw(this.clock.timeS, this.strideOf(pane), this.layers, speed),
       );
       this.drawTime();
       document.body.dataset.shown = whole.every(Boolean) ? this.clock.timeS.toFixed(3) : "waiting";

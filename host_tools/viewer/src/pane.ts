@@ -4,7 +4,9 @@ import * as three from "three";
 import { Dots } from "./dots";
 import { Floor, segments } from "./floor";
 import { links, trails } from "./lines";
+import type { Moment } from "./live";
 import { leastRadius, Robots, type Colouring } from "./robots";
+import { beatOf, Rings, sentIn } from "./messages";
 import { placeOf, Samples, type Between, type Sample } from "./samples";
 import { boxOf, type Report, type Scene } from "./scene";
 import type { Source } from "./source";
@@ -12,6 +14,7 @@ import type { Source } from "./source";
 export interface Layers {
   trails: boolean;
   links: boolean;
+  messages: boolean;
   cells: boolean;
   floor: boolean;
   light: boolean;
@@ -38,6 +41,7 @@ export class Pane {
   private readonly camera = new three.OrthographicCamera();
   private readonly robots: Robots;
   private readonly dots: Dots;
+  private readonly rings: Rings;
   private readonly floor: Floor;
   private readonly ids: Uint32Array;
   private readonly trail = segments(new Float32Array(0), "#202020", 0.45, 9);
@@ -78,7 +82,8 @@ export class Pane {
     this.floor = new Floor(scene);
     this.robots = new Robots(scene, this.ids.length, this.ids);
     this.dots = new Dots(scene, this.ids.length, this.ids);
-    this.world.add(this.floor.group, this.trail, this.link, this.robots.mesh);
+    this.rings = new Rings(this.robots.places, this.ids.length, scene.radius_m, scene.range_m);
+    this.world.add(this.floor.group, this.trail, this.link, this.robots.mesh, this.rings.mesh);
     this.element.className = "pane";
     this.overlay.className = "overlay";
     this.element.append(this.renderer.domElement, this.dots.canvas, this.overlay);
@@ -110,19 +115,27 @@ export class Pane {
   }
 
   // Draws these robots in place of the time's, until it is called with null.
-  showMoment(sample: Sample | null): void {
+  showMoment(moment: Moment | null): void {
+    const sample = moment?.sample ?? null;
     if (this.moment?.from === sample || (!this.moment && !sample)) return;
     const first = Math.max(0, this.samples.count - 1);
-    this.moment = sample && { from: sample, to: sample, part: 0, first };
+    this.moment = moment && {
+      from: moment.sample,
+      to: moment.sample,
+      part: 0,
+      first,
+      spanS: moment.spanS,
+      earlier: moment.earlier ?? moment.sample,
+    };
     this.linesOf = "";
   }
 
   // Draws a time; false if its samples have not come yet.
-  draw(timeS: number, stride: number, layers: Layers): boolean {
+  draw(timeS: number, stride: number, layers: Layers, speed: number): boolean {
     const between = this.moment ?? this.samples.between(timeS, stride);
     if (between) {
       this.shown = this.spreadOut(between);
-      this.drawRobots(this.shown);
+      this.drawRobots(this.shown, layers, speed);
       if (this.floor.show(between.from, between.to, between.part, timeS)) this.stale = true;
       this.floor.showLayers(layers);
       this.drawLines(this.shown, stride, layers);
@@ -140,23 +153,29 @@ export class Pane {
   }
 
   // Many small ones as dots, others as points of the graphics processor.
-  private drawRobots(between: Between): void {
+  private drawRobots(between: Between, layers: Layers, speed: number): void {
     const [width, height] = this.size();
     const least = leastRadius(this.ids.length, width * height);
     const ratio = window.devicePixelRatio;
     const radius = Math.max(this.scene.radius_m / this.pixelM, least);
     const small = this.dots.serves(radius);
     this.robots.mesh.visible = !small;
+    const sent = layers.messages ? sentIn(between) : null;
+    const beat = beatOf(between, speed);
+    this.rings.show(small ? null : sent, between.part, beat);
     if (small) {
       const [x, y] = this.pixel(0, 0);
       const perMetre = ratio / this.pixelM;
-      this.dots.paint(between, { x: x * ratio, y: y * ratio, perMetre, radius: radius * ratio });
+      const view = { x: x * ratio, y: y * ratio, perMetre, radius: radius * ratio };
+      this.dots.paint(between, view, sent, beat);
       return;
     }
     this.dots.clear();
     this.robots.show(between);
     const across = (pixels: number) => 2 / ((pixels + 2 * this.margin()) * this.pixelM);
-    this.robots.view(this.middle, [across(width), across(height)], this.pixelM, least);
+    const scale: [number, number] = [across(width), across(height)];
+    this.robots.view(this.middle, scale, this.pixelM, least);
+    this.rings.view(this.middle, scale, this.pixelM);
   }
 
   fit(byHand = true): void {

@@ -182,6 +182,11 @@ export class Robots {
     this.uniforms.part.value = between.part;
   }
 
+  // Where robots are, for what is drawn around them.
+  get places(): Record<"fromX" | "toX", three.BufferAttribute> {
+    return { fromX: this.attributes.fromX, toX: this.attributes.toX };
+  }
+
   private put(name: string, sample: Sample): void {
     const attribute = this.attributes[name];
     const places = attribute.array as Float32Array;

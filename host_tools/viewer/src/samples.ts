@@ -8,6 +8,10 @@ export interface Sample {
   y: Float32Array;
   heading: Uint16Array; // in 2^16 parts of a turn
   led: Uint8Array;
+  // What was recorded besides; null: it was not.
+  motors: { left: Uint8Array; right: Uint8Array } | null;
+  battery: Uint16Array | null;
+  messages: { sent: Uint32Array; received: Uint32Array } | null;
   objects: { x: Float32Array; y: Float32Array; heading: Uint16Array } | null;
 }
 
@@ -18,6 +22,22 @@ export interface Between {
   part: number;
   first: number; // number of `from`
   spanS?: number; // how long it is from one to the other
+  earlier?: Sample; // of a moment: the one before
+}
+
+// What there is of robots besides, of arrays by the names of columns.
+export function extrasOf(arrays: Arrays): Pick<Sample, "motors" | "battery" | "messages"> {
+  const column = <T>(name: string) => arrays[name] as unknown as T;
+  const motors = { left: column<Uint8Array>("left_duty"), right: column<Uint8Array>("right_duty") };
+  const messages = {
+    sent: column<Uint32Array>("sent"),
+    received: column<Uint32Array>("received"),
+  };
+  return {
+    motors: motors.left && motors.right ? motors : null,
+    battery: column<Uint16Array>("battery") ?? null,
+    messages: messages.sent && messages.received ? messages : null,
+  };
 }
 
 // Where a robot is at that time, m.
@@ -33,6 +53,7 @@ interface Chunk {
   rows: number;
 }
 
+const EXTRAS = ["left_duty", "right_duty", "battery", "sent", "received"];
 const MOST_CACHED_ROWS = 8_000_000;
 const CHUNK_ROWS = 200_000;
 
@@ -165,8 +186,13 @@ export class Samples {
       y: part(`${prefix}y_m`, size, nowhere(size)),
       heading: part(`${prefix}heading_rad`, size, new Uint16Array(size)),
     });
+    const extras: Arrays = {};
+    for (const name of EXTRAS) {
+      if (name in arrays) extras[name] = part(name, this.size, arrays[name]);
+    }
     return {
       ...pose("", this.size),
+      ...extrasOf(extras),
       led: part("led", this.size, new Uint8Array(this.size)),
       objects: "object_x_m" in arrays ? pose("object_", this.objects) : null,
     };

@@ -39,6 +39,8 @@ export interface Scene extends RunState {
   seed: number;
   folder: string;
   emulated: boolean;
+  // What was recorded of robots besides: motors, battery, messages.
+  also: string[];
   // Whether it goes on here, so that `moments` of it are served.
   moments: boolean;
   // The orders that it takes; null: none.

@@ -2,7 +2,10 @@
 
 import type { ModuleAnswer, Report, RobotAnswer, RunEvent, RunState, Scene } from "./scene";
 
-export type Arrays = Record<string, Float32Array | Float64Array | Uint8Array | Uint16Array>;
+export type Arrays = Record<
+  string,
+  Float32Array | Float64Array | Uint8Array | Uint16Array | Uint32Array
+>;
 
 export interface Packed {
   head: { samples: number; rows: number; stride: number };
@@ -29,6 +32,7 @@ const TYPES = {
   float64: Float64Array,
   uint8: Uint8Array,
   uint16: Uint16Array,
+  uint32: Uint32Array,
 } as const;
 
 // The answer of kilotwin/runs/samples.py, pack(): length of the head, head, arrays.

@@ -15,6 +15,7 @@ namespace {
 struct Outcome {
     uint64_t hash = 0;
     std::vector<uint64_t> sample_hashes;
+    std::vector<std::tuple<int, int, int, uint32_t, uint32_t>> extras;  ///< of each row
     std::vector<std::tuple<Cycles, uint32_t, uint32_t, EventKind, std::string>> events;
     Statistics statistics;
 };
@@ -30,11 +31,16 @@ void note(Outcome &outcome, Simulation &simulation) {
             one.add_robot(pose_of(samples, robot, row), samples.led[row * robots + robot], 0);
         outcome.sample_hashes.push_back(final_hash(one));
     }
+    for (size_t i = 0; i < samples.led.size(); i++)
+        outcome.extras.emplace_back(samples.left_duty[i], samples.right_duty[i], samples.battery[i],
+                                    samples.sent[i], samples.received[i]);
 }
 
 Outcome outcome_of(SimulationDef def, bool run_ahead, int64_t duration_ticks,
                    const std::vector<int64_t> &chunks) {
     def.run_ahead = run_ahead;
+    def.sample_extras = {true, true, true};
+    def.battery_h = 0.02;  // it falls from sample to sample
     Simulation simulation(def);
     Outcome outcome;
     for (size_t i = 0; simulation.tick() < duration_ticks; i++) {
@@ -49,6 +55,7 @@ Outcome outcome_of(SimulationDef def, bool run_ahead, int64_t duration_ticks,
 void check_same(const Outcome &a, const Outcome &b) {
     CHECK(a.hash == b.hash);
     CHECK(a.sample_hashes == b.sample_hashes);
+    CHECK((a.extras == b.extras));  // too many to be shown
     REQUIRE(a.events.size() == b.events.size());
     auto [one, other] = std::mismatch(a.events.begin(), a.events.end(), b.events.begin());
     if (one != a.events.end()) {

@@ -29,6 +29,48 @@ TEST_CASE("time starts at RUN and advances to the end of a world step") {
     }
 }
 
+TEST_CASE("samples have motors, battery and messages if asked to, which changes no result") {
+    auto scene_with = [](bool extras) {
+        Scene scene(square_hall(6));
+        scene.def.sample_ticks = 50;
+        scene.def.battery_h = 0.001;  // 3.6 s of driving
+        scene.def.sample_extras = {extras, extras, extras};
+        scene.add("puppet", {{{0, 0}, 0}});
+        scene.add("sender", {{{0.5, 0}, 0}, {{-2.9, 0}, 0}});  // the last one out of range
+        scene.motors(20, 0, 70, 60);
+        scene.motors(70, 0, 0, 0);
+        return scene;
+    };
+    Simulation plain(scene_with(false).def), simulation(scene_with(true).def);
+    plain.advance(110);
+    simulation.advance(110);
+    CHECK(plain.take_samples().battery.empty());
+    CHECK(plain.result_hash() == simulation.result_hash());
+    CHECK(plain.snapshot({true, true, true}).sent == simulation.snapshot().sent);
+
+    const Samples samples = simulation.take_samples();
+    REQUIRE(samples.tick == std::vector<int64_t>{0, 50, 100});
+    auto at = [](const auto &column, size_t sample, size_t robot) {
+        return static_cast<int>(column[3 * sample + robot]);
+    };
+    for (size_t sample : {0u, 1u, 2u}) {
+        CHECK(at(samples.left_duty, sample, 0) == (sample == 1 ? 70 : 0));
+        CHECK(at(samples.right_duty, sample, 0) == (sample == 1 ? 60 : 0));
+        CHECK(at(samples.left_duty, sample, 1) == 0);
+        CHECK(at(samples.sent, sample, 0) == 0);
+        CHECK(at(samples.received, sample, 0) == at(samples.sent, sample, 1));
+        CHECK(at(samples.received, sample, 1) == 0);
+    }
+    CHECK(at(samples.battery, 0, 1) == 720);
+    CHECK(at(samples.battery, 1, 0) < at(samples.battery, 1, 1));  // it drives
+    CHECK(at(samples.battery, 2, 0) < at(samples.battery, 1, 0));
+    CHECK(at(samples.sent, 2, 1) > at(samples.sent, 1, 1));
+    const auto medium = simulation.statistics().medium;
+    const auto frames = simulation.frames();
+    CHECK(frames[1].sent + frames[2].sent == medium.sent);
+    CHECK(frames[0].received == medium.received);
+}
+
 TEST_CASE("samples are taken at 0 and at every period, however the run is cut") {
     Scene scene(square_hall(6));
     scene.def.sample_ticks = 25;

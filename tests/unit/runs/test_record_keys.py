@@ -15,6 +15,7 @@ from kilotwin.runs.size import bytes_of, bytes_text, size_of
 from kilotwin.runs.writer import RunWriter
 
 from ..conftest import SMALL, Kilotwin, Load
+from ..known_run import samples as known_samples
 from .test_folder import ROBOTS, some_samples
 
 
@@ -35,6 +36,27 @@ def test_columns_that_are_left_out_are_in_no_file(load: Load, tmp_path: Path) ->
     assert run.robots().equals(
         whole.select(names).replace_schema_metadata(run.robots().schema.metadata)
     )
+
+
+def test_what_is_recorded_besides_is_of_the_same_robots_and_samples(
+    load: Load, tmp_path: Path
+) -> None:
+    settings = ('record.also=["battery","messages"]', "record.robots=[7,2]", "record.robots_s=30")
+    experiment = load(f"{SMALL}\n[controller]\n", *settings)
+    writer = RunWriter(tmp_path / "run", experiment, {"status": "finished"})
+    some, known = some_samples(0, 12), known_samples(range(12), extras=True)
+    some["battery"], some["sent"], some["received"] = (
+        known["battery"],
+        known["sent"],
+        known["received"],
+    )
+    writer.add(some)
+    writer.close(clean=True)
+    rows = Run.open(tmp_path / "run").robots()
+    assert rows.column_names[-3:] == ["battery", "sent", "received"]
+    written = [0, 3, 6, 9, 11]  # the last moment in any case
+    assert rows["sent"].to_pylist() == known["sent"][written][:, [2, 7]].ravel().tolist()
+    assert rows["battery"].to_pylist() == known["battery"][written][:, [2, 7]].ravel().tolist()
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from kilotwin.experiment.record_schema import EXTRA_OF
 from kilotwin.runs.packing import pack
 from kilotwin.runs.reader import Run
 from kilotwin.runs.samples import MOST_ROWS, RunSamples
@@ -17,6 +18,8 @@ from kilotwin.view.served_run import ServedRun
 
 from ..conftest import SMALL
 from ..known_run import ROBOTS, Begin, samples
+
+ALSO = 'record.also=["motors","battery","messages"]'
 
 
 def unpack(data: bytes) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
@@ -50,6 +53,31 @@ def test_a_chunk_has_what_the_table_has(begin: Begin) -> None:
     heading = np.asarray(table["heading_rad"]).reshape(100, ROBOTS)[wanted]
     apart = arrays["heading_rad"].reshape(20, ROBOTS) / 65536 - heading / (2 * np.pi)
     assert np.abs(apart - np.round(apart)).max() <= 0.5 / 65536 + 1e-7
+
+
+def test_a_chunk_has_what_was_recorded_besides(begin: Begin) -> None:
+    writer = begin("run", ALSO)
+    known = samples(range(100), extras=True)
+    writer.add(known)
+    writer.close(clean=True)
+    run = RunSamples(writer.folder, objects=False)
+    run.refresh()
+    _, arrays = unpack(run.chunk(7, 20, 4))
+    for name in EXTRA_OF:
+        kept = known[name]  # type: ignore[literal-required]
+        assert arrays[name].dtype == kept.dtype
+        np.testing.assert_array_equal(arrays[name].reshape(20, ROBOTS), kept[7:87:4])
+
+
+def test_of_real_robots_nothing_is_known_besides(begin: Begin) -> None:
+    writer = begin("run", ALSO)
+    writer.add(samples([0, 10]))
+    writer.close(clean=True)
+    table = Run.open(writer.folder).robots()
+    assert {table[name].null_count for name in EXTRA_OF} == {2 * ROBOTS}
+    run = RunSamples(writer.folder, objects=False)
+    run.refresh()
+    assert unpack(run.chunk(0, 2, 1))[1].keys().isdisjoint(EXTRA_OF)
 
 
 def test_samples_that_come_while_it_is_open_are_seen_and_torn_ones_are_not(begin: Begin) -> None:

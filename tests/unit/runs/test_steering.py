@@ -10,6 +10,7 @@ import pytest
 
 from kilotwin import _emulator
 from kilotwin.errors import InputError
+from kilotwin.experiment.record_schema import EXTRA_OF
 from kilotwin.runs.live import Live
 from kilotwin.runs.live_link import LENGTH
 from kilotwin.runs.packing import head_of
@@ -31,6 +32,9 @@ class Table:
 
     def snapshot(self) -> Any:
         return samples([self.tick])
+
+    def close_look(self) -> Any:
+        return samples([self.tick], extras=True)
 
     def place(self, robot: int, *pose: float) -> None:
         if robot == 3:
@@ -149,6 +153,13 @@ def test_each_order_is_answered_and_a_paused_run_still_shows_itself(bench: Bench
         assert moment["paused"]
         assert moment["speed"] is None
         assert np.isclose(moment["time_s"], 100 * 0.032768)
+        assert moment["arrays"].keys() == {"x_m", "y_m", "heading_rad", "led"}
+        end.sendall(_sent(do="look", closely=True) + _sent(do="look"))
+        live.ticks_now(0)
+        assert moment["arrays"].keys() | EXTRA_OF.keys() == _head(end)["arrays"].keys()
+        end.sendall(_sent(do="look"))
+        live.ticks_now(0)
+        assert EXTRA_OF.keys().isdisjoint(_head(end)["arrays"])
 
 
 def test_a_run_whose_viewer_is_gone_goes_on(bench: Bench) -> None:

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from kilotwin.errors import InputError, RunError
+from kilotwin.experiment.record_schema import EXTRA_OF
 from kilotwin.runs.reader import Run
 from kilotwin.runs.writer import RunWriter
 from kilotwin.view import exported_page
@@ -87,6 +88,19 @@ def test_every_sample_is_in_it_as_it_was_recorded(written: RunWriter, folder: Pa
     away = (turns - truth["heading_rad"] / (2 * np.pi) + 0.5) % 1 - 0.5
     assert np.abs(away).max() < 1 / 1000
     assert "all 200 samples, positions to 0.031 mm, all 1,001 events" in said[1]
+
+
+def test_what_was_recorded_besides_is_in_it_exactly(begin: Begin, folder: Path) -> None:
+    writer = begin("run", 'record.also=["motors","battery","messages"]')
+    truth = samples(TICKS, extras=True)
+    writer.add(truth)
+    write_page([Run.open(writer.folder)], folder / "page.html", 1.0)
+    head, arrays = held(folder / "page.html")
+    assert head["scene"]["also"] == ["motors", "battery", "messages"]
+    for name in EXTRA_OF:
+        low, step = arrays[f"{name}.scale"]
+        numbers = summed(arrays[name], len(TICKS)).T
+        np.testing.assert_array_equal(low + step * numbers, truth[name])  # type: ignore[literal-required]
 
 
 def test_it_keeps_to_its_size_by_leaving_out_samples_and_old_events(

@@ -174,10 +174,11 @@ def test_without_the_built_page_it_says_what_to_type(
         Viewer([ServedRun(Run.open(writer.folder))])
 
 
-def moment_for(run: socket.socket, **head: float) -> bytes:
+def moment_for(run: socket.socket, *, closely: bool = False, **head: float) -> bytes:
     """Waits until a moment is asked for, and sends one."""
     (length,) = LENGTH.unpack(run.recv(LENGTH.size, socket.MSG_WAITALL))
-    assert json.loads(run.recv(length, socket.MSG_WAITALL)) == {"do": "look"}
+    wanted = {"do": "look", "closely": True} if closely else {"do": "look"}
+    assert json.loads(run.recv(length, socket.MSG_WAITALL)) == wanted
     packed = pack(head, {})
     run.sendall(LENGTH.pack(len(packed)) + packed)
     return packed
@@ -202,6 +203,12 @@ def test_pages_get_moments_of_a_run_that_goes_on_here_until_it_is_over(
             if other_asked_later := select.select([run], [], [], 0.5)[0]:
                 packed = moment_for(run, time_s=4.5)
             assert other.recv(20) == packed, other_asked_later
+            one.send("closely")
+            moment_for(run, closely=True, time_s=5.5)
+            one.recv(20)
+            other.send("look")  # soon after: the first page may be waiting for that one, too
+            moment_for(run, closely=True, time_s=6.5)
+            other.recv(20)
             one.send("look")
             run.shutdown(socket.SHUT_RDWR)
             with pytest.raises(ConnectionClosed):
