@@ -163,6 +163,12 @@ void register_stepping(Class &simulation) {
             nb::arg("robot"), nb::arg("x_m"), nb::arg("y_m"), nb::arg("heading_rad"),
             "Take a robot away to a pose. EngineError where it has no room.")
         .def(
+            "turn",
+            [](PythonSimulation &self, size_t robot, double heading_rad) {
+                self.simulation.turn(robot, heading_rad);
+            },
+            nb::arg("robot"), nb::arg("heading_rad"), "Turn a robot where it stands.")
+        .def(
             "shine",
             [](PythonSimulation &self, const nb::bytes &frame, double after_s) {
                 if (!(after_s >= 0)) throw EngineError("a frame cannot begin in the past");

@@ -67,14 +67,27 @@ void Simulation::give(const Command &command, Cycles at) {
     }
 }
 
-/// A robot's surroundings are known from where it stood: bodies, lists and floor
-/// find it anew. Robots have not been run beyond now_ (advance()), so nothing they did is undone.
 void Simulation::place(size_t robot, const Pose &pose) {
-    if (robot >= size()) throw EngineError("there is no robot " + std::to_string(robot));
-    const auto index = static_cast<uint32_t>(robot);
+    const uint32_t index = index_of(robot);
     if (!bodies_->has_room(index, pose.position))
         throw EngineError("robot " + std::to_string(robot) + " has no room there");
-    bodies_->place(index, {pose.position, wrapped(pose.heading)});
+    put(index, pose);
+}
+
+void Simulation::turn(size_t robot, double heading) {
+    const uint32_t index = index_of(robot);
+    put(index, {bodies_->position(index), heading});
+}
+
+uint32_t Simulation::index_of(size_t robot) const {
+    if (robot >= size()) throw EngineError("there is no robot " + std::to_string(robot));
+    return static_cast<uint32_t>(robot);
+}
+
+/// A robot's surroundings are known from where it stood: bodies, lists and floor
+/// find it anew. Robots have not been run beyond now_ (advance()), so nothing they did is undone.
+void Simulation::put(uint32_t robot, const Pose &pose) {
+    bodies_->place(robot, {pose.position, wrapped(pose.heading)});
     floor_->look_again();
 }
 

@@ -128,6 +128,8 @@ class Simulation {
     /// go to those that they had reached. A grid's cells look for it within 16 ticks. EngineError
     /// where it has no room.
     void place(size_t robot, const Pose &pose);
+    /// The same where it stands: it gets another heading only.
+    void turn(size_t robot, double heading);
 
     /// A frame of an overhead controller begins at `at`, or now if that is over: light on all
     /// robots. On the Kilobot medium it meets their own (infrared/light_from_above.h), with the
@@ -178,6 +180,9 @@ class Simulation {
     std::vector<FrameCounts> frames() const { return channel_->frames(); }
 
   private:
+    uint32_t index_of(size_t robot) const;       ///< EngineError if there is no such robot
+    void put(uint32_t robot, const Pose &pose);  ///< where there is room
+
     // Creation, in creation.cpp, in this order; one of the two channels.
     void create_robots();
     /// Differences from robot to robot: oscillator, receiver, uid.

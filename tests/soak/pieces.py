@@ -109,7 +109,10 @@ PIECES = {
         60,
     ),
     "viewer": Piece(
-        "a browser that reads nothing changes nothing", ("tests/system/test_view_live.py",), 5
+        "a browser that reads nothing changes nothing; motors, batteries and messages are recorded "
+        "alike of native robots, translated ones and chips",
+        ("tests/system/test_view_live.py", "tests/system/test_record_keys.py"),
+        5,
     ),
     "socketcan": Piece(
         "a table on SocketCAN, in User-Mode Linux or this kernel", ("tests/socketcan/",), 20

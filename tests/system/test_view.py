@@ -37,7 +37,8 @@ sample_s = 1
 def paper(tmp_path_factory: pytest.TempPathFactory, kilotwin: Kilotwin) -> Path:
     """The paper's run, to 15,000 s."""
     folder = tmp_path_factory.mktemp("view") / "paper"
-    kilotwin("run", SIMPLIFIED, "--set", "duration_s=15000", "--out", folder, "--no-twin")
+    settings = ("--set", "duration_s=15000", "--set", 'record.also=["motors","messages"]')
+    kilotwin("run", SIMPLIFIED, *settings, "--out", folder, "--no-twin")
     return folder
 
 
@@ -60,6 +61,7 @@ def page(
     """The page with the paper's run."""
     with viewer(environment, paper) as address, new_page(browser, problems) as page:
         open_viewer(page, address)
+        page.keyboard.press("m")  # rings of messages hide what tests look at
         yield page
 
 
@@ -152,6 +154,9 @@ def test_a_robot_that_is_chosen_shows_its_history(page: Page, paper: Path) -> No
     changes = 1 + np.count_nonzero(np.diff(led.astype(int)))
     assert f"states ({changes} changes)" in page.inner_text("#inspector")
     assert page.inner_text("#inspector h2") == "robot 1"
+    now = its.filter(pc.less_equal(its["time_s"], 5000)).to_pylist()[-1]
+    assert f"left {now['left_duty']}, right {now['right_duty']}" in page.inner_text("#now")
+    assert f"sent {now['sent']} (" in page.inner_text("#now")
     page.click("#changes li:last-child button")
     last = float(np.asarray(its["time_s"])[np.flatnonzero(np.diff(led.astype(int)))[-1] + 1])
     shown(page, round(last, 3))
@@ -166,7 +171,7 @@ def test_every_key_is_told_and_works(page: Page) -> None:
     page.keyboard.press("Escape")
     go_to(page, 3000)
     plain = picture(page)
-    for key in ("s", "t", "l", "u", "b"):
+    for key in ("s", "t", "l", "m", "u", "b"):
         page.keyboard.press(key)
         page.wait_for_timeout(600)
         assert np.any(picture(page) != plain), key
@@ -198,6 +203,7 @@ def test_an_exported_page_shows_the_run_from_a_file(
         led = np.asarray(Run.open(paper).robots().filter(pc.field("robot") == 0)["led"])
         changes = 1 + np.count_nonzero(np.diff(led.astype(int)))
         assert f"states ({changes} changes)" in page.inner_text("#inspector")
+        assert "received" in page.inner_text("#now")
         page.keyboard.press(" ")
         page.wait_for_timeout(300)
         assert float(page.input_value("#time")) > 12_000

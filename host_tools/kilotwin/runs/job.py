@@ -7,6 +7,7 @@ from typing import Any
 from kilotwin.environment.poses import Address
 from kilotwin.errors import InputError
 from kilotwin.experiment.experiment import Experiment
+from kilotwin.runs.acts import Act
 
 
 @dataclass(frozen=True)
@@ -79,5 +80,7 @@ class Job:
     """Guests mark what runs, and the worker hands the marks back."""
     functions_outside: bool = False
     """Metrics' functions are called by the parent, whose answers come on stdin."""
+    acts: tuple[Act, ...] = ()
+    """What somebody did in the run that this one repeats."""
     live: int | None = None
     """The worker's end of the socket to a viewer, inherited; see runs/live_link.py."""

@@ -29,6 +29,7 @@ from kilotwin.errors import (
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.metrics.functions import LocalFunctions, answer
 from kilotwin.port.twin import Mode, Twins, native_kilobots
+from kilotwin.runs.acts import Act
 from kilotwin.runs.display import Display, Window
 from kilotwin.runs.folder import (
     FAILED,
@@ -90,12 +91,14 @@ def run(
     twin: Mode = "off",
     window: Window | None = None,
     covered: bool = False,
+    acts: tuple[Act, ...] = (),
 ) -> Outcome:
     """Builds the programs, runs the experiment, leaves the run folder. Input errors leave none.
 
     `serving`: the grid waits for a host from outside. After `timeout_s` of wall time the run is
     interrupted. `twin`: whether native programs are held against their ATmega328P. `window`: where
-    the run is seen as it goes. `covered`: translated programs mark what runs.
+    the run is seen as it goes. `covered`: translated programs mark what runs. `acts`: what is done
+    in it again.
     """
     if importlib.util.find_spec("kilotwin._emulator") is None:
         raise RunError("the engine is not built; type: make setup")
@@ -133,6 +136,7 @@ def run(
             probes or Probes(),
             covered,
             functions_outside=functions is not None,
+            acts=acts,
             live=None if window is None else window.run_end,
         )
         try:

@@ -22,6 +22,11 @@ _COLUMNS = {
     "led": 0.5,
     "state": 0.5,
     "site": 0.2,
+    "left_duty": 0.3,
+    "right_duty": 0.3,
+    "battery": 0.3,
+    "sent": 0.4,
+    "received": 1.4,
 }
 _ROUNDED = {"x_m": 5.4, "y_m": 5.4, "heading_rad": 3.6}  # with precision_m = 0.001
 _METRIC = 16.0

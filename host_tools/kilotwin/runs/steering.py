@@ -14,16 +14,12 @@ from pydantic import Field, ValidationError
 from kilotwin import _emulator
 from kilotwin.errors import InputError
 from kilotwin.parameters.section import Byte, Coordinate, Section, Text, Uid
+from kilotwin.runs.acts import PACED, STEERED, event_of
 from kilotwin.runs.pace import LEAST_SPEED, MOST_SPEED, MOST_STEP_TICKS, Pace
 from kilotwin.units import seconds
 
 if TYPE_CHECKING:
     from kilotwin._emulator import Simulation
-
-STEERED = "steered"
-"""The kind of an event after which the run is not what its experiment says."""
-PACED = "paced"
-"""The kind of one that changes how fast it goes, and nothing else."""
 
 _MESSAGE_BYTES = 10
 _Robot = Annotated[int, Field(ge=0, le=1_000_000)]
@@ -38,13 +34,15 @@ class Message(Section):
     region: Annotated[list[Coordinate], Field(min_length=3, max_length=3)] | None = None
 
 
-_Do = Literal["pause", "resume", "step", "speed", "place", "send", "grid"]
+_Do = Literal["pause", "resume", "step", "speed", "place", "turn", "send", "grid"]
+_STEERING = ("place", "turn", "send", "grid")
 _NEEDED: dict[str, set[str]] = {
     "pause": set(),
     "resume": set(),
     "step": set(),
     "speed": set(),
     "place": {"robot", "x_m", "y_m"},
+    "turn": {"robot", "heading_rad"},
     "send": {"messages", "told"},
     "grid": {"order"},
 }
@@ -105,18 +103,20 @@ class Steering:
     def do(self, raw: dict[str, Any]) -> None:
         """Carries an order out now. InputError, and nothing has changed, if it cannot be."""
         order = checked(raw)
-        if order.do in ("place", "send", "grid"):
+        if order.do in _STEERING:
             self._note(STEERED, self._steer(order), order)
         else:
             self._note(PACED, self._set_pace(order), order)
 
     def _note(self, kind: str, text: str, order: Order) -> None:
         said = order.model_dump(exclude_none=True, exclude={"id", "told"})
-        self._record({"tick": self._simulation.tick, "kind": kind, "text": text, **said})
+        self._record(event_of(self._simulation.tick, kind, text, said))
 
     def _steer(self, order: Order) -> str:
         if order.do == "place":
             return self._place(order)
+        if order.do == "turn":
+            return self._turn(order)
         if order.do == "grid":
             assert order.order is not None
             if self._grid is None:
@@ -136,9 +136,7 @@ class Steering:
         assert order.robot is not None
         assert order.x_m is not None
         assert order.y_m is not None
-        robot, simulation = order.robot, self._simulation
-        if robot >= simulation.robots:
-            raise InputError(f"there is no robot {robot}")
+        robot, simulation = self._robot(order.robot), self._simulation
         heading = order.heading_rad
         if heading is None:
             heading = float(simulation.snapshot()["heading_rad"][0][robot])
@@ -147,6 +145,17 @@ class Steering:
         except _emulator.EngineError as error:
             raise InputError(str(error)) from None
         return f"robot {robot} is put to {order.x_m:.3f}, {order.y_m:.3f}"
+
+    def _turn(self, order: Order) -> str:
+        assert order.robot is not None
+        assert order.heading_rad is not None
+        self._simulation.turn(self._robot(order.robot), order.heading_rad)
+        return f"robot {order.robot} is turned to {math.degrees(order.heading_rad):.0f} degrees"
+
+    def _robot(self, robot: int) -> int:
+        if robot >= self._simulation.robots:
+            raise InputError(f"there is no robot {robot}")
+        return robot
 
     def _set_pace(self, order: Order) -> str:
         now_s, tick = time.monotonic(), self._simulation.tick

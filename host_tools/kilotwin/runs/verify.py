@@ -1,4 +1,7 @@
-"""Repeats a recorded run and compares: the same result, or the first sample that differs."""
+"""Repeats a recorded run and compares: the same result, or the first sample that differs.
+
+What somebody did in it from its page is done again, each act at its tick.
+"""
 
 import tempfile
 from dataclasses import dataclass
@@ -12,8 +15,9 @@ import pyarrow.compute as pc
 from kilotwin.errors import InputError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.text import Setting
+from kilotwin.runs.acts import acts_of
 from kilotwin.runs.display import Display
-from kilotwin.runs.folder import EXPERIMENT, FINISHED, MANIFEST, TOUCHED
+from kilotwin.runs.folder import EXPERIMENT, FINISHED, MANIFEST
 from kilotwin.runs.reader import Run
 from kilotwin.runs.run import run
 
@@ -58,7 +62,8 @@ def verify(recorded: Path, out: Path | None, command_line: list[str], display: D
     rows, things = before.robots(), before.objects() if _has_objects(before) else None
     experiment = _experiment(before, rows)
     with tempfile.TemporaryDirectory(prefix="kilotwin-verify-") as scratch:
-        outcome = run(experiment, out or Path(scratch) / "again", command_line, display)
+        again, acts = out or Path(scratch) / "again", acts_of(before.events())
+        outcome = run(experiment, again, command_line, display, acts=acts)
         now = Run.open(Path(outcome.summary["run_folder"]))
         difference = _first_difference(rows, now.robots(), "robot")
         if difference is None and things is not None:
@@ -82,10 +87,6 @@ def _experiment(before: Run, rows: pa.Table) -> Experiment:
     manifest, folder = before.manifest, before.folder
     if "engine" not in manifest:
         raise InputError(f"{folder}: a recording of real robots or a table; no emulator repeats it")
-    if touched := manifest.get(TOUCHED):
-        first_s = touched.get("first_s", 0)
-        what = f"somebody steered it, first at {first_s:g} s (steered in events.jsonl)"
-        raise InputError(f"{folder}: {what}; no repeating that")
     if any(word == "--serve" for word in manifest.get("command_line", [])):
         raise InputError(f"{folder}: hosts outside had a hand in it (--serve); no repeating that")
     if not rows.num_rows and not before.sites().num_rows:

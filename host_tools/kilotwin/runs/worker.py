@@ -40,6 +40,7 @@ from kilotwin.metrics.functions import Functions, LocalFunctions, RemoteFunction
 from kilotwin.metrics.meter import Meter, metrics_summary
 from kilotwin.metrics.moment import Moment
 from kilotwin.metrics.values import NO_METRICS, MetricValues
+from kilotwin.runs.acts import STEERED, Repetition
 from kilotwin.runs.confined_worker import confine_worker
 from kilotwin.runs.emulated_environment import EmulatedEnvironment
 from kilotwin.runs.emulated_grid import EmulatedHost, lead_ticks
@@ -56,7 +57,7 @@ from kilotwin.runs.job import Job
 from kilotwin.runs.live import CHUNK_S, Live
 from kilotwin.runs.pace import MOST_TICKS
 from kilotwin.runs.served_world import ServedWorld
-from kilotwin.runs.steering import STEERED, Steering
+from kilotwin.runs.steering import Steering
 from kilotwin.runs.steps import Steps
 from kilotwin.runs.writer import RunWriter
 from kilotwin.units import seconds, ticks
@@ -182,6 +183,7 @@ class Trial(Generic[WriterT]):
         self._keep_environment()
         self._host, self._served = self._join_hosts()
         self._live = None if job.live is None else self._join_viewer(job.live)
+        self._repetition = Repetition(job.acts, self._make_steering().do)
         self._chunk_s = _CHUNK_S if self._live is None else CHUNK_S
         self._events: Counter[str] = Counter()
         self._failed: list[dict[str, Any]] = []
@@ -228,6 +230,7 @@ class Trial(Generic[WriterT]):
             allowed = self._allowed_ticks()
             if not allowed:
                 continue
+            allowed = min(allowed, self._repetition.ticks(simulation.tick))
             ahead = min(chunk, end - simulation.tick, self._ticks_until_sample(), allowed)
             self._advance(ahead)
             now = time.perf_counter()
@@ -271,13 +274,12 @@ class Trial(Generic[WriterT]):
         """The link to a viewer, which does not steer where hosts outside have the say."""
         if self._served is not None:
             return Live(descriptor, self._simulation)
+        return Live(descriptor, self._simulation, self._make_steering())
+
+    def _make_steering(self) -> Steering:
         sample_ticks = max(1, ticks(self._keys.record.sample_s))
         grid = None if self._host is None else self._host.order
-        return Live(
-            descriptor,
-            self._simulation,
-            Steering(self._simulation, sample_ticks, self._note_act, grid),
-        )
+        return Steering(self._simulation, sample_ticks, self._note_act, grid)
 
     def _note_act(self, event: dict[str, Any]) -> None:
         """The run was steered, or its pace changed: an event, and the manifest says so at once."""

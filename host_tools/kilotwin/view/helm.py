@@ -17,7 +17,7 @@ from kilotwin.experiment.text import ExperimentText, Setting, parse_setting
 from kilotwin.runs.folder import EXPERIMENT
 
 _PARAMETERS = ("parameters", "controller", "reading")
-_PACE = ("pause", "resume", "step", "speed", "place", "grid")
+_PACE = ("pause", "resume", "step", "speed", "place", "turn", "grid")
 _ON_GRID = "on a Kilogrid robots are told in mid-run to pause and to resume"
 
 

@@ -72,7 +72,7 @@ export const KEYS: [string, Partial<Record<string, keyof Actions>>, string][] = 
   ["P", { P: "holdRun" }, "a run that goes on here: pause it, let it go on"],
   ["> S", { ">": "stepTick", S: "stepSample" }, "let it go on by a tick, to the next sample"],
   ["{ }", { "{": "slowRun", "}": "fastRun" }, "let it go slower, faster"],
-  ["M", { M: "moveRobots" }, "drag its robots elsewhere, or not"],
+  ["M", { M: "moveRobots" }, "drag its robots elsewhere, with Shift turn them, or not"],
   ["f", { f: "fit" }, "all of the table; also a double click"],
   ["d", { d: "dark" }, "dark, light"],
   ["?", { "?": "help" }, "this list"],

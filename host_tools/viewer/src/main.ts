@@ -91,6 +91,7 @@ class Page {
       this.dirty = true;
     };
     this.panes[0].dropped = (robot, x, y) => bar.place(robot, x, y);
+    this.panes[0].turned = (robot, headingRad) => bar.turn(robot, headingRad);
   }
 
   // The moment, unless a sample is newer.

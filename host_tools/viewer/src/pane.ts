@@ -58,10 +58,12 @@ export class Pane {
   private heard: Report[] = [];
   private heardAt = -1;
   private moment: Between | null = null;
-  // Whether a robot that is dragged is put elsewhere, in place of the view's being moved.
+  // Whether a robot that is dragged is put elsewhere, or turned with Shift, in place of the view's
+  // being moved.
   grabs = false;
   dropped: (robot: number, x: number, y: number) => void = () => {};
-  private held: { place: number; at: [number, number] } | null = null;
+  turned: (robot: number, headingRad: number) => void = () => {};
+  private held: { place: number; at: [number, number]; turns: boolean } | null = null;
   shown: Between | null = null;
   // Called with what was clicked.
   picked: (what: Picked) => void = () => {};
@@ -340,7 +342,8 @@ export class Pane {
     context.clearRect(0, 0, width, height);
     if (layers.reports) this.drawReports(context, timeS);
     if (this.shown) this.drawUids(context, this.shown, layers);
-    if (this.held) this.drawHeld(context, this.held.at);
+    if (this.held?.turns) this.drawTurned(context, this.held.place, this.held.at);
+    else if (this.held) this.drawHeld(context, this.held.at);
     this.drawScale(context, height);
   }
 
@@ -404,6 +407,20 @@ export class Pane {
     context.setLineDash([]);
   }
 
+  // Where a robot would look to.
+  private drawTurned(
+    context: CanvasRenderingContext2D,
+    place: number,
+    at: [number, number],
+  ): void {
+    context.strokeStyle = "#ff4000";
+    context.lineWidth = 2;
+    context.beginPath();
+    context.moveTo(...this.pixel(...placeOf(this.shown!, place)));
+    context.lineTo(...this.pixel(...at));
+    context.stroke();
+  }
+
   private drawScale(context: CanvasRenderingContext2D, height: number): void {
     const rough = 120 * this.pixelM;
     const power = 10 ** Math.floor(Math.log10(rough));
@@ -429,7 +446,8 @@ export class Pane {
       pointers.set(event.pointerId, event);
       if (pointers.size === 1) travelled = 0;
       const under = this.grabs && pointers.size === 1 ? this.robotAt(...own(event)) : null;
-      this.held = under === null ? null : { place: under, at: this.place(...own(event)) };
+      const turns = event.shiftKey;
+      this.held = under === null ? null : { place: under, at: this.place(...own(event)), turns };
     });
     this.element.addEventListener("pointermove", (event) => {
       const last = pointers.get(event.pointerId);
@@ -453,7 +471,7 @@ export class Pane {
       const { held } = this;
       this.held = null;
       if (held && travelled > 4 && event.type === "pointerup") {
-        this.dropped(this.ids[held.place], ...held.at);
+        this.release(held.place, held.at, held.turns);
         this.dirty();
       }
       if (pointers.delete(event.pointerId) && event.type === "pointerup" && travelled <= 4) {
@@ -471,6 +489,12 @@ export class Pane {
       { passive: false },
     );
     this.element.addEventListener("dblclick", () => this.fit());
+  }
+
+  private release(place: number, [x, y]: [number, number], turns: boolean): void {
+    if (!turns) return this.dropped(this.ids[place], x, y);
+    const [fromX, fromY] = placeOf(this.shown!, place);
+    this.turned(this.ids[place], Math.atan2(y - fromY, x - fromX));
   }
 
   // The place in a sample of the robot under a pixel.

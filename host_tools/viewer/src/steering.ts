@@ -22,7 +22,7 @@ export class SteeringBar {
   private readonly hold = this.button("❚❚", "pause the run (P)", () => this.toggle());
   private readonly speed = element("output", "", { title: "how fast the run goes" });
   private readonly said = element("output", "", { id: "said" });
-  private readonly mover = this.button("move", "drag robots elsewhere (M)", () => this.toggleMoves());
+  private readonly mover = this.button("move", "drag robots elsewhere; with Shift they turn (M)", () => this.toggleMoves());
   private paused = false;
   private speedNow: number | null = null;
   private saidAt = 0;
@@ -91,6 +91,10 @@ export class SteeringBar {
 
   place(robot: number, x_m: number, y_m: number): void {
     void this.ask({ do: "place", robot, x_m, y_m });
+  }
+
+  turn(robot: number, heading_rad: number): void {
+    void this.ask({ do: "turn", robot, heading_rad });
   }
 
   private async ask(order: Record<string, unknown>): Promise<boolean> {

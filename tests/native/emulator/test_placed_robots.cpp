@@ -43,6 +43,7 @@ Seen seen_of(SimulationDef def, bool run_ahead, int64_t chunk) {
             simulation.advance(std::min(chunk, until - simulation.tick()));
         put_somewhere(simulation, 5 * k, 0.1 * (k % 3));
         if (k == 3) put_somewhere(simulation, 2, 0);
+        simulation.turn(3 * k + 1, 0.7 * k);
     }
     simulation.advance(400);
     const Statistics statistics = simulation.statistics();
@@ -79,6 +80,23 @@ TEST_CASE("on the Kilobot medium robots put elsewhere go on alike in all ways, t
         Scene scene = crowd_on_kilobot_medium(seed);
         check_placed_alike(scene.def);
     }
+}
+
+TEST_CASE("a robot is turned where it stands, also between others") {
+    Scene scene(square_hall(4));
+    scene.add("puppet", {{{0, 0}, 0}, {{0.17, 0}, 0}, {{-0.17, 0}, 0}});
+    scene.motors(0, 0, FULL, FULL);
+    Simulation simulation(scene.def);
+    simulation.advance(20);
+    const Samples before = simulation.snapshot();
+    simulation.turn(0, 5);
+    const Samples after = simulation.snapshot();
+    CHECK(after.x_m == before.x_m);
+    CHECK(after.y_m == before.y_m);
+    CHECK(after.heading_rad[0] == doctest::Approx(5 - 2 * 3.14159265));
+    simulation.advance(60);
+    CHECK(simulation.snapshot().y_m[0] < after.y_m[0]);
+    CHECK_THROWS_AS(simulation.turn(3, 0.0), EngineError);
 }
 
 TEST_CASE("a robot is heard where it is put, and not where it was") {

@@ -287,6 +287,7 @@ GridOutcome grid_outcome_of(SimulationDef def, bool run_ahead, int64_t duration_
                             const std::vector<int64_t> &chunks) {
     constexpr int64_t HOST_EVERY = 24;
     def.run_ahead = run_ahead;
+    def.sample_extras = {true, true, true};
     Simulation simulation(def);
     Grid &grid = simulation.grid();
     GridOutcome outcome;

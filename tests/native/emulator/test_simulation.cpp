@@ -61,7 +61,7 @@ TEST_CASE("samples have motors, battery and messages if asked to, which changes 
         CHECK(at(samples.received, sample, 0) == at(samples.sent, sample, 1));
         CHECK(at(samples.received, sample, 1) == 0);
     }
-    CHECK(at(samples.battery, 0, 1) == 720);
+    CHECK(at(samples.battery, 0, 1) > 700);
     CHECK(at(samples.battery, 1, 0) < at(samples.battery, 1, 1));  // it drives
     CHECK(at(samples.battery, 2, 0) < at(samples.battery, 1, 0));
     CHECK(at(samples.sent, 2, 1) > at(samples.sent, 1, 1));

@@ -11,10 +11,12 @@ import pytest
 from kilotwin import _emulator
 from kilotwin.errors import InputError
 from kilotwin.experiment.record_schema import EXTRA_OF
+from kilotwin.runs.acts import PACED, STEERED, Repetition, acts_of
 from kilotwin.runs.live import Live
 from kilotwin.runs.live_link import LENGTH
+from kilotwin.runs.pace import MOST_TICKS
 from kilotwin.runs.packing import head_of
-from kilotwin.runs.steering import PACED, STEERED, Steering
+from kilotwin.runs.steering import Steering
 
 from ..known_run import samples
 
@@ -40,6 +42,9 @@ class Table:
         if robot == 3:
             raise _emulator.EngineError("robot 3 has no room there")
         self.told.append(("place", robot, *pose))
+
+    def turn(self, robot: int, heading: float) -> None:
+        self.told.append(("turn", robot, heading))
 
     def send(self, *message: Any) -> None:
         self.told.append(("send", *message))
@@ -72,6 +77,34 @@ def test_a_robot_that_is_placed_keeps_its_heading_and_is_in_the_events(bench: Be
     assert event["text"] == "robot 2 is put to 0.250, -1.000"
 
 
+def test_a_robot_is_turned_where_it_stands(bench: Bench) -> None:
+    bench.do(do="turn", robot=3, heading_rad=np.pi / 2)
+    assert bench.table.told == [("turn", 3, np.pi / 2)]
+    assert bench.events[0]["text"] == "robot 3 is turned to 90 degrees"
+
+
+def test_what_was_done_is_done_again_at_its_tick(bench: Bench) -> None:
+    message = {"data": WAKEUP, "uid_first": 4, "uid_last": 4, "region": [0.0, 1.0, 0.5]}
+    bench.do(do="place", robot=2, x_m=0.25, y_m=-1, heading_rad=1)
+    bench.do(do="pause")
+    bench.table.tick = 104
+    bench.do(do="turn", robot=2, heading_rad=2)
+    bench.do(do="send", messages=[message], told="pause")
+    again = Bench()
+    recorded = json.loads(json.dumps(bench.events))
+    repetition = Repetition(acts_of(recorded), again.steering.do)
+    assert repetition.ticks(96) == 4
+    assert again.table.told == []
+    assert repetition.ticks(100) == 4
+    assert len(again.table.told) == 1
+    again.table.tick = 104
+    assert repetition.ticks(104) == MOST_TICKS
+    assert again.table.told == bench.table.told
+    assert [event["text"] for event in again.events] == [
+        event["text"] for event in bench.events if event["kind"] == STEERED
+    ]
+
+
 def test_a_message_goes_to_those_it_is_for(bench: Bench) -> None:
     message = {"data": WAKEUP, "uid_first": 4, "uid_last": 4, "region": [0.0, 1.0, 0.5]}
     bench.do(do="send", messages=[message], told="pause")
@@ -88,6 +121,8 @@ def test_a_message_goes_to_those_it_is_for(bench: Bench) -> None:
         ({"do": "place", "robot": 1, "x_m": 1e9, "y_m": 0}, "x_m"),
         ({"do": "place", "robot": 1, "x_m": float("nan"), "y_m": 0}, "x_m"),
         ({"do": "place", "robot": 1, "x_m": 0}, "place needs y_m"),
+        ({"do": "turn", "robot": 1}, "turn needs heading_rad"),
+        ({"do": "turn", "robot": 10, "heading_rad": 0}, "there is no robot 10"),
         ({"do": "speed", "speed": 0}, "speed"),
         ({"do": "step", "ticks": 0}, "ticks"),
         ({"do": "grid", "order": "pause"}, "there is no Kilogrid"),
