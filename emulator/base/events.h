@@ -20,6 +20,13 @@ inline const char *name_of(EventKind kind) {
     return NAMES[static_cast<int>(kind)];
 }
 
+/// Where a program was: addresses in its file (in the shared object of a native one, in flash in
+/// bytes of one that runs by its machine code), of an instruction and of the calls that led there,
+/// innermost first; 0 for one outside of the file. Calls are found by return addresses on the stack; so calls that are over may be
+/// among them, and each of them counts only if it calls the function of the one before. Empty: not
+/// known.
+using CodePath = std::vector<uint32_t>;
+
 /// One event. Robots run ahead of one another, so that events come out of order; the simulation
 /// sorts them by time before it hands them out.
 struct Event {
@@ -29,6 +36,7 @@ struct Event {
     std::string program;  ///< name of the robot's program
     EventKind kind;       ///< decides whether the robot goes on
     std::string text;     ///< what it printed, or a sentence for people
+    CodePath code = {};   ///< where that came about; of a print empty
 };
 
 /// In the order in which robots were run.

@@ -144,6 +144,10 @@ typedef struct KT_PACKED {
     const uint8_t *settled_period;  ///< null if tx_period may change after set-up
 } kt_table_t;
 
+/// The registers of kt_host_t.spent: so many bytes from `frame` up, then the address that the
+/// program goes on at.
+#define KT_SPENT_REGISTER_BYTES (256 + 15 * 8)
+
 /// Size of a guard: more than the 64 K elements of 4 bytes that an index of 16 bits can be off, so
 /// that it never reaches memory of the engine.
 #define KT_GUARD_BYTES 0x41000

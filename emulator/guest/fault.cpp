@@ -4,27 +4,33 @@
 
 #include <cstdio>
 #include <cstring>
+#include <utility>
 
 namespace kilotwin {
 
 FaultReport explain(const GuestStack::Fault &fault, const Program &program) {
+    CodePath code = fault.place.path();
     if (fault.stuck)
-        return {EventKind::ENDLESS, "it computed for " + std::to_string(GuestStack::STUCK_CPU_S) +
-                                        " s of CPU time, or slept for " +
-                                        std::to_string(GuestStack::STUCK_WALL_S) +
-                                        " s, while its clock stood still"};
+        return {EventKind::ENDLESS,
+                "it computed for " + std::to_string(GuestStack::STUCK_CPU_S) +
+                    " s of CPU time, or slept for " + std::to_string(GuestStack::STUCK_WALL_S) +
+                    " s, while its clock stood still",
+                std::move(code)};
     if (fault.system_call >= 0)
-        return {EventKind::CRASH, "it made a system call that is not allowed here, " +
-                                      system_call_name(fault.system_call)};
+        return {EventKind::CRASH,
+                "it made a system call that is not allowed here, " +
+                    system_call_name(fault.system_call),
+                std::move(code)};
     if (fault.stack_overflow)
         return {EventKind::STACK_OVERFLOW,
-                "its stack grew over " + std::to_string(GuestStack::BYTES) + " bytes"};
+                "its stack grew over " + std::to_string(GuestStack::BYTES) + " bytes",
+                std::move(code)};
     // Accesses that could be redirected did not come here: this one could not.
     if (program.guards(fault.address))
-        return {EventKind::CRASH, "it wrote or read beyond its own variables"};
+        return {EventKind::CRASH, "it wrote or read beyond its own variables", std::move(code)};
     char text[96];
     std::snprintf(text, sizeof text, "%s at address %p", strsignal(fault.signal), fault.address);
-    return {EventKind::CRASH, text};
+    return {EventKind::CRASH, text, std::move(code)};
 }
 
 MistakeReport explain(GuestStack::Mistake mistake, const void *address, const Program &program) {

@@ -13,10 +13,11 @@
 
 namespace kilotwin {
 
-/// A fault: the kind of its event, and the reason, a clause that begins with "it".
+/// A fault: the kind of its event, the reason, a clause that begins with "it", and where.
 struct FaultReport {
     EventKind kind;
     std::string text;
+    CodePath code;
 };
 
 /// Describes a fault of `program`, after GuestStack::Outcome::FAULT.

@@ -126,8 +126,8 @@ void Module::go_on(Cycles until) {
         if (outcome == GuestStack::Outcome::ABANDONED) in_program_ = in_interrupt_ = false;
     } while (outcome == GuestStack::Outcome::ABANDONED && life_ != Life::STOPPED && now_ < until);
     if (outcome == GuestStack::Outcome::FAULT) {
-        auto [kind, text] = explain(stack.fault(), *program_);
-        stop(kind, std::move(text));
+        auto [kind, text, code] = explain(stack.fault(), *program_);
+        stop(kind, std::move(text), std::move(code));
     }
     running_ = nullptr;
 }
@@ -385,8 +385,8 @@ void Module::follow_state(uint8_t before) {
 }
 
 // Only a reset brings it back.
-void Module::stop(EventKind kind, std::string text) {
-    report(kind, std::move(text));
+void Module::stop(EventKind kind, std::string text, CodePath code) {
+    report(kind, std::move(text), std::move(code));
     life_ = Life::STOPPED;
     asking_ = answered_ = Asking::NOTHING;
     suspended_.clear();
@@ -394,8 +394,9 @@ void Module::stop(EventKind kind, std::string text) {
     cell_inbox_.clear();
 }
 
-void Module::report(EventKind kind, std::string text) {
-    context_.events.push_back({now_, index_, last_tick_, program_->name(), kind, std::move(text)});
+void Module::report(EventKind kind, std::string text, CodePath code) {
+    context_.events.push_back(
+        {now_, index_, last_tick_, program_->name(), kind, std::move(text), std::move(code)});
 }
 
 }  // namespace kilotwin

@@ -248,8 +248,8 @@ class Module {
     /// Calls into the program with its state in place.
     template <typename Call> void run_program(Call call);
     void switch_off();
-    void stop(EventKind kind, std::string text);
-    void report(EventKind kind, std::string text);
+    void stop(EventKind kind, std::string text, CodePath code = {});
+    void report(EventKind kind, std::string text, CodePath code = {});
 
     // module_interrupts.cpp: timer, transmitter, receiver.
     Cycles next_interrupt() const;    ///< the earliest of tick, CAN, infrared

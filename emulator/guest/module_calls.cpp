@@ -101,20 +101,24 @@ struct Module::HostCalls {
     static void spent(const uint8_t *frame) { running_->budget_spent(frame); }
 
     static void unusable(const char *what) {
-        running_->stop(EventKind::CRASH, what);
-        GuestStack::instance().abandon();
+        auto &stack = GuestStack::instance();
+        running_->stop(EventKind::CRASH, what, stack.place_of_call(__builtin_frame_address(0)));
+        stack.abandon();
     }
 
     // Only interrupts go on: what `for (;;);` means.
     static void empty_loop() {
-        running_->report(EventKind::BUSY_WAIT, "it stays in an empty endless loop");
+        running_->report(EventKind::BUSY_WAIT, "it stays in an empty endless loop",
+                         GuestStack::instance().place_of_signal());
         for (;;) running_->wait_until(NEVER);
     }
 
     static bool mistake(GuestStack::Mistake what, const void *address) {
         auto [noted, text] = explain(what, address, *running_->program_);
         if (noted == 0) return false;
-        if (!(running_->noted_ & noted)) running_->report(EventKind::NOTE, std::move(text));
+        if (!(running_->noted_ & noted))
+            running_->report(EventKind::NOTE, std::move(text),
+                             GuestStack::instance().place_of_signal());
         running_->noted_ |= noted;
         return true;
     }
@@ -207,15 +211,18 @@ void Module::wait_until(Cycles wake) {
 
 // A program that waits for an interrupt in a loop goes on at the next one.
 void Module::budget_spent(const uint8_t *frame) {
-    const auto finding = busy_.look(*program_, frame, GuestStack::instance().top(), false);
+    auto &stack = GuestStack::instance();
+    const auto finding = busy_.look(*program_, frame, stack.top(), false);
     if (finding == BusyWatch::Finding::LOOKING) return;
     const int32_t budget = *program_->table().budget;
     switch (busy_.judge(finding, now_)) {
     case BusyWatch::Verdict::FINE: break;
-    case BusyWatch::Verdict::WARN: report(EventKind::BUSY_WAIT, BusyWatch::WARNING); break;
+    case BusyWatch::Verdict::WARN:
+        report(EventKind::BUSY_WAIT, BusyWatch::WARNING, stack.place_of_loop(frame));
+        break;
     case BusyWatch::Verdict::ENDLESS:
-        stop(EventKind::ENDLESS, BusyWatch::ACCUSATION);
-        GuestStack::instance().abandon();
+        stop(EventKind::ENDLESS, BusyWatch::ACCUSATION, stack.place_of_loop(frame));
+        stack.abandon();
     }
     wait_until(in_interrupt_ ? now_ + TICK_CYCLES : std::max(next_tick_, now_));
     *program_->table().budget = budget;

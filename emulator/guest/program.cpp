@@ -43,7 +43,8 @@ struct CodeSearch {
         if (std::none_of(parts, end, holds)) return 0;
         for (auto part = parts; part < end; part++)
             if (part->p_type == PT_LOAD && (part->p_flags & PF_X) != 0)
-                GuestStack::instance().add_code(begin_of(*part), begin_of(*part) + part->p_memsz);
+                GuestStack::instance().add_code(begin_of(*part), begin_of(*part) + part->p_memsz,
+                                                info->dlpi_addr);
         return 1;
     }
 };

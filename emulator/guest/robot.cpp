@@ -84,13 +84,13 @@ void Robot::go_on(Cycles until) {
         outcome = is_suspended_ ? stack.resume(suspended_) : stack.call(body, this, suspended_);
         is_suspended_ = outcome == GuestStack::Outcome::SUSPENDED;
         if (outcome == GuestStack::Outcome::FAULT && stack.fault().jump_to_zero) {
-            restart_from_zero();
+            restart_from_zero(stack.fault().place.path());
             outcome = GuestStack::Outcome::ABANDONED;
         }
     } while (outcome == GuestStack::Outcome::ABANDONED && life_ != Life::STOPPED && now_ < until_);
     if (outcome == GuestStack::Outcome::FAULT) {
-        auto [kind, text] = explain(stack.fault(), *program_);
-        stop(kind, std::move(text));
+        auto [kind, text, code] = explain(stack.fault(), *program_);
+        stop(kind, std::move(text), std::move(code));
     }
     if (inbox_next_ > 0)
         inbox_.erase(inbox_.begin(), inbox_.begin() + static_cast<ptrdiff_t>(inbox_next_));

@@ -167,7 +167,7 @@ class alignas(64) Robot {
     void show(uint8_t color) { color_ = color; }
     void print(Cycles at, uint32_t tick, std::string text);
     void remark(Cycles at, uint32_t tick, std::string text);  ///< a NOTE
-    void crash(Cycles at, uint32_t tick, std::string text);
+    void crash(Cycles at, uint32_t tick, std::string text, CodePath code);
 
     /// Converter reading of its battery, 0..1023.
     int16_t voltage(Cycles at) const;
@@ -269,7 +269,7 @@ class alignas(64) Robot {
     void gains_saved(uint8_t which, uint8_t *content) const;  ///< as the answer tells them
     void read_gains();                                        ///< as a program that starts does
     void start_again();
-    void restart_from_zero();
+    void restart_from_zero(CodePath code);
     /// Calls the program as an interrupt would: interrupts off, a budget of its own.
     template <typename Callback> void interrupt(const kt_table_t &table, Callback callback);
     void wait_until(Cycles wake);
@@ -290,9 +290,9 @@ class alignas(64) Robot {
     uint8_t eeprom(uint16_t address) const;
     void set_eeprom(uint16_t address, uint8_t value);
     Rare &written();  ///< made when it is needed for the first time
-    void stop(EventKind kind, std::string text);
-    void report(EventKind kind, std::string text);
-    void note(uint8_t mistake, std::string text);  ///< once each
+    void stop(EventKind kind, std::string text, CodePath code = {});
+    void report(EventKind kind, std::string text, CodePath code = {});
+    void note(uint8_t mistake, std::string text, CodePath code = {});  ///< once each
 
     // By lines of the cache: the first two are what every run needs ...
     Program *program_ = nullptr;  ///< null: it runs on a board

@@ -124,8 +124,9 @@ struct Robot::HostCalls {
     // Only interrupts go on: what `for (;;);` means.
     static void empty_loop() {
         auto &robot = *running;
+        CodePath code = GuestStack::instance().place_of_signal();
         robot.wait_until(robot.now_ + BusyWatch::WARN_AFTER);
-        robot.report(EventKind::BUSY_WAIT, "it stays in an empty endless loop");
+        robot.report(EventKind::BUSY_WAIT, "it stays in an empty endless loop", std::move(code));
         for (;;) robot.wait_until(NEVER);
     }
 
@@ -135,13 +136,15 @@ struct Robot::HostCalls {
         running->busy_.acted();
         auto [noted, text] = explain(mistake, address, *running->program_);
         if (noted == 0) return false;
-        running->note(noted, std::move(text));
+        if (!(running->noted_ & noted))
+            running->note(noted, std::move(text), GuestStack::instance().place_of_signal());
         return true;
     }
 
     static void unusable(const char *what) {
-        running->stop(EventKind::CRASH, what);
-        GuestStack::instance().abandon();
+        auto &stack = GuestStack::instance();
+        running->stop(EventKind::CRASH, what, stack.place_of_call(__builtin_frame_address(0)));
+        stack.abandon();
     }
 };
 
@@ -172,15 +175,18 @@ void Robot::attend_faults() {
 // The program took more turns than fit into a tick without giving time back. Nothing happens around
 // it while its memory is compared; then time passes.
 void Robot::budget_spent(const uint8_t *frame) {
-    const auto finding = busy_.look(*program_, frame, GuestStack::instance().top(), true);
+    auto &stack = GuestStack::instance();
+    const auto finding = busy_.look(*program_, frame, stack.top(), true);
     if (finding == BusyWatch::Finding::LOOKING) return;
     const int32_t budget = *program_->table().budget;
     switch (busy_.judge(finding, now_)) {
     case BusyWatch::Verdict::FINE: break;
-    case BusyWatch::Verdict::WARN: report(EventKind::BUSY_WAIT, BusyWatch::WARNING); break;
+    case BusyWatch::Verdict::WARN:
+        report(EventKind::BUSY_WAIT, BusyWatch::WARNING, stack.place_of_loop(frame));
+        break;
     case BusyWatch::Verdict::ENDLESS:
-        stop(EventKind::ENDLESS, BusyWatch::ACCUSATION);
-        GuestStack::instance().abandon();
+        stop(EventKind::ENDLESS, BusyWatch::ACCUSATION, stack.place_of_loop(frame));
+        stack.abandon();
     }
     wait_until(in_interrupt_ ? now_ + TICK_CYCLES : std::max(next_tick_, now_));
     *program_->table().budget = budget;

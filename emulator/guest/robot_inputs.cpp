@@ -161,9 +161,11 @@ void Robot::start_again() {
     came_back();
 }
 
-void Robot::restart_from_zero() {
-    note(JUMPS_TO_ZERO, "it jumped to address 0, as by a call through a NULL pointer; as on "
-                        "the robot, it starts again with main() and waits for RUN");
+void Robot::restart_from_zero(CodePath code) {
+    note(JUMPS_TO_ZERO,
+         "it jumped to address 0, as by a call through a NULL pointer; as on the robot, it starts "
+         "again with main() and waits for RUN",
+         std::move(code));
     start_again();
     now_ += RESTART_CYCLES;
 }

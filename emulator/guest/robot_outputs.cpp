@@ -84,14 +84,14 @@ void Robot::remark(Cycles at, uint32_t tick, std::string text) {
     report(EventKind::NOTE, std::move(text));
 }
 
-void Robot::crash(Cycles at, uint32_t tick, std::string text) {
+void Robot::crash(Cycles at, uint32_t tick, std::string text, CodePath code) {
     now_ = at;
     last_tick_ = tick;
-    stop(EventKind::CRASH, std::move(text));
+    stop(EventKind::CRASH, std::move(text), std::move(code));
 }
 
-void Robot::stop(EventKind kind, std::string text) {
-    report(kind, std::move(text));
+void Robot::stop(EventKind kind, std::string text, CodePath code) {
+    report(kind, std::move(text), std::move(code));
     life_ = Life::STOPPED;
     if (left_ != 0 || right_ != 0) motor_commands.push_back({now_, 0, 0});
     left_ = right_ = 0;
@@ -101,14 +101,15 @@ void Robot::stop(EventKind kind, std::string text) {
     inbox_changed();
 }
 
-void Robot::note(uint8_t mistake, std::string text) {
+void Robot::note(uint8_t mistake, std::string text, CodePath code) {
     if (noted_ & mistake) return;
     noted_ |= mistake;
-    report(EventKind::NOTE, std::move(text));
+    report(EventKind::NOTE, std::move(text), std::move(code));
 }
 
-void Robot::report(EventKind kind, std::string text) {
-    context_.events.push_back({now_, index_, last_tick_, *name_, kind, std::move(text)});
+void Robot::report(EventKind kind, std::string text, CodePath code) {
+    context_.events.push_back(
+        {now_, index_, last_tick_, *name_, kind, std::move(text), std::move(code)});
 }
 
 }  // namespace kilotwin

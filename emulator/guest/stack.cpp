@@ -6,9 +6,12 @@
 #include <ucontext.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <new>
+
+#include "guest/abi.h"
 
 namespace kilotwin {
 
@@ -251,6 +254,7 @@ void GuestStack::on_fault(int signal, void *info, void *context) {
         raise(signal);
         return;
     }
+    stack.note_signal(registers);
     if (signal == SIGSYS) return stack.refuse_system_call(registers, info);
     auto address = static_cast<const uint8_t *>(fault->si_addr);
     if (stack.survives(signal, address, registers)) return;
@@ -261,7 +265,8 @@ void GuestStack::on_fault(int signal, void *info, void *context) {
                         address < stack.memory_,
                     registers[REG_RIP] == 0,
                     false,
-                    -1};
+                    -1,
+                    stack.place(stack.signal_at_, stack.signal_sp_)};
     stack.end_call(registers);
 }
 
@@ -285,10 +290,75 @@ bool GuestStack::is_stuck(uintptr_t at, uint32_t weight) {
     return is_guests_code(at);
 }
 
-bool GuestStack::is_guests_code(uintptr_t at) const {
+const GuestStack::Code *GuestStack::guests_code(uintptr_t at) const {
     for (const auto &code : code_)
-        if (at >= code.begin && at < code.end) return true;
+        if (at >= code.begin && at < code.end) return &code;
+    return nullptr;
+}
+
+void GuestStack::note_signal(const greg_t *registers) {
+    signal_at_ = static_cast<uintptr_t>(registers[REG_RIP]);
+    signal_sp_ = static_cast<uintptr_t>(registers[REG_RSP]);
+}
+
+/// Whether a word on the stack is an address that a guest's call returns to: behind a call.
+bool GuestStack::returns_there(uintptr_t word) const {
+    constexpr uint8_t CALL = 0xE8, INDIRECT = 0xFF, INDIRECT_CALL = 2;
+    constexpr size_t LONGEST = 7;
+    const Code *code = guests_code(word);
+    if (code == nullptr || word - code->begin < LONGEST) return false;
+    const auto *behind = reinterpret_cast<const uint8_t *>(word);
+    if (behind[-5] == CALL) return true;
+    for (const int bytes : {2, 3, 4, 6, 7})
+        if (behind[-bytes] == INDIRECT && (behind[1 - bytes] >> 3 & 7) == INDIRECT_CALL)
+            return true;
     return false;
+}
+
+/// At an instruction, with the stack from `sp` on, wherever either of them points to.
+GuestStack::Place GuestStack::place(uintptr_t at, uintptr_t sp) const {
+    Place place;
+    const Code *code = guests_code(at);
+    place.code[place.count++] = code != nullptr ? static_cast<uint32_t>(at - code->zero) : 0;
+    const auto bottom = reinterpret_cast<uintptr_t>(memory_), top = bottom + BYTES;
+    if (sp < bottom - GUARD_BYTES || sp >= top) return place;
+    for (uintptr_t word = (std::max(sp, bottom) + 7) / 8 * 8;
+         word < top && place.count < Place::MOST; word += 8) {
+        const uintptr_t back = *reinterpret_cast<const uintptr_t *>(word);
+        if (returns_there(back))
+            place.code[place.count++] = static_cast<uint32_t>(back - 1 - guests_code(back)->zero);
+    }
+    return place;
+}
+
+CodePath GuestStack::place_of_call(const void *frame) const {
+    // The frame pointer, and the address that the function returns to.
+    const auto *words = static_cast<const uintptr_t *>(frame);
+    return place(words[1] - 1, reinterpret_cast<uintptr_t>(words + 2)).path();
+}
+
+/// By gcc's instructions, the loop's begin: count_loops.h has the count of its jump back elsewhere,
+/// where no line of the source belongs to it.
+CodePath GuestStack::place_of_loop(const uint8_t *frame) const {
+    constexpr uint8_t JUMP = 0xEB, FAR_JUMP = 0xE9, FLAGS_BACK[] = {0x04, 0x7F, 0x9E, 0x58};
+    const uint8_t *const spent = frame + KT_SPENT_REGISTER_BYTES;
+    uintptr_t at;
+    std::memcpy(&at, spent, sizeof at);
+    const auto sp = reinterpret_cast<uintptr_t>(spent + sizeof at);
+    if (!is_guests_code(at)) return place(0, sp).path();
+    const auto *code = reinterpret_cast<const uint8_t *>(at);
+    if (code[0] != JUMP) return place(at - 1, sp).path();
+    code += 2 + static_cast<int8_t>(code[1]);
+    if (std::memcmp(code, FLAGS_BACK, sizeof FLAGS_BACK) != 0) return place(at - 1, sp).path();
+    code += sizeof FLAGS_BACK;
+    if (code[0] == JUMP) {
+        code += 2 + static_cast<int8_t>(code[1]);
+    } else if (code[0] == FAR_JUMP) {
+        int32_t way;
+        std::memcpy(&way, code + 1, sizeof way);
+        code += 1 + sizeof way + way;
+    }
+    return place(reinterpret_cast<uintptr_t>(code), sp).path();
 }
 
 /// Ends the call for a system call that was refused. One that libc made fails first, since libc may
@@ -297,6 +367,7 @@ void GuestStack::refuse_system_call(greg_t *registers, const void *info) {
     fault_ = {};
     fault_.signal = SIGSYS;
     fault_.system_call = static_cast<const siginfo_t *>(info)->si_syscall;
+    fault_.place = place(signal_at_, signal_sp_);
     const auto sp = static_cast<uintptr_t>(registers[REG_RSP]);
     const auto bottom = reinterpret_cast<uintptr_t>(memory_);
     bool returns = false;
@@ -319,11 +390,13 @@ void GuestStack::on_timer(void *info, void *context) {
     auto &stack = instance();
     auto &registers = static_cast<ucontext_t *>(context)->uc_mcontext.gregs;
     if (stack.host_ == nullptr) return;
+    stack.note_signal(registers);
     const auto weight = static_cast<uint32_t>(static_cast<siginfo_t *>(info)->si_value.sival_int);
     if (stack.is_stuck(static_cast<uintptr_t>(registers[REG_RIP]), weight)) {
         stack.lost_memory_.settle(registers);
         stack.fault_ = {};
         stack.fault_.stuck = true;
+        stack.fault_.place = stack.place(stack.signal_at_, stack.signal_sp_);
         stack.end_call(registers);
         return;
     }

@@ -11,12 +11,14 @@
 #ifndef KILOTWIN_GUEST_STACK_H
 #define KILOTWIN_GUEST_STACK_H
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <map>
 #include <vector>
 
 #include "base/clock.h"
+#include "base/events.h"
 #include "guest/fixups.h"
 
 namespace kilotwin {
@@ -29,6 +31,14 @@ class GuestStack {
     /// How a call came back to the host: by return, suspend(), abandon(), or a fault.
     enum class Outcome { RETURNED, SUSPENDED, ABANDONED, FAULT };
 
+    /// A CodePath as a signal handler can make it.
+    struct Place {
+        static constexpr size_t MOST = 16;
+        std::array<uint32_t, MOST> code = {};
+        size_t count = 0;
+        CodePath path() const { return {code.begin(), code.begin() + count}; }
+    };
+
     /// The last fault, after Outcome::FAULT.
     struct Fault {
         int signal = 0;
@@ -37,6 +47,7 @@ class GuestStack {
         bool jump_to_zero = false;      ///< the program counter was 0
         bool stuck = false;             ///< no fault: its clock stood still for too long
         int system_call = -1;           ///< which one it made, confined; -1: none
+        Place place = {};
     };
 
     /// CPU time of one call within which the guest's clock has to advance, or the call to come
@@ -94,8 +105,10 @@ class GuestStack {
         clock_ = clock;
     }
 
-    /// To be called when a guest is loaded: where its code lies.
-    void add_code(uintptr_t begin, uintptr_t end) { code_.push_back({begin, end}); }
+    /// To be called when a guest is loaded: where its code lies, and address 0 of its file.
+    void add_code(uintptr_t begin, uintptr_t end, uintptr_t zero) {
+        code_.push_back({begin, end, zero});
+    }
 
     /// Runs `body(argument)` from the top of the stack. SUSPENDED: the call was moved into
     /// `suspended`.
@@ -113,6 +126,15 @@ class GuestStack {
 
     const Fault &fault() const { return fault_; }
 
+    /// Where the guest was when the last signal came, as for EmptyLoop and OnMistake.
+    CodePath place_of_signal() const { return place(signal_at_, signal_sp_).path(); }
+
+    /// Where the guest called the function of the engine whose __builtin_frame_address(0) this is.
+    CodePath place_of_call(const void *frame) const;
+
+    /// The same of a call of kt_host_t.spent: the loop that the guest goes round.
+    CodePath place_of_loop(const uint8_t *frame) const;
+
     /// Top of the stack: where the frames of a guest begin.
     const uint8_t *top() const { return memory_ + BYTES; }
 
@@ -126,7 +148,12 @@ class GuestStack {
     void take_float_control();
     void give_float_control();
     void end_call(greg_t *registers);
-    bool is_guests_code(uintptr_t at) const;
+    struct Code;
+    const Code *guests_code(uintptr_t at) const;  ///< null: it is no guest's
+    bool is_guests_code(uintptr_t at) const { return guests_code(at) != nullptr; }
+    bool returns_there(uintptr_t word) const;
+    Place place(uintptr_t at, uintptr_t sp) const;
+    void note_signal(const greg_t *registers);
     void refuse_system_call(greg_t *registers, const void *info);
     [[noreturn]] static void leave_after_fault();
 
@@ -139,7 +166,7 @@ class GuestStack {
 
     /// A guest's code, from the lowest address to behind the highest.
     struct Code {
-        uintptr_t begin, end;
+        uintptr_t begin, end, zero;
     };
     std::vector<Code> code_;
 
@@ -156,6 +183,7 @@ class GuestStack {
         bool computes;  ///< since the timer of wall time last came
     } seen_ = {};
     LostMemory lost_memory_;
+    uintptr_t signal_at_ = 0, signal_sp_ = 0;  ///< instruction and stack pointer at the last signal
     Fault fault_;
 
     friend struct StackEntry;

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstring>
 
+#include "guest/avr_calls.h"
 #include "kilolib/core/sleep_rhythm.h"
 
 namespace kilotwin {
@@ -291,7 +292,7 @@ void Robot::Translated::fail() {
     std::snprintf(text, sizeof text,
                   "it left its program: there is no instruction at address 0x%04X",
                   static_cast<unsigned>(pc));
-    robot_.stop(EventKind::CRASH, text);
+    robot_.stop(EventKind::CRASH, text, avr_code_path(pc, data, flash));
 }
 
 }  // namespace kilotwin

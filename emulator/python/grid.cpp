@@ -138,9 +138,7 @@ nb::list module_events(PythonSimulation &self) {
         row["tick"] = self.simulation.tick_of(event.at);
         row["module_tick"] = event.tick;
         row["module"] = nb::make_tuple(layout.x(event.robot), layout.y(event.robot));
-        row["program"] = event.program;
-        row["kind"] = name_of(event.kind);
-        row["text"] = text_of(event);
+        describe(row, event);
         out.append(row);
     }
     return out;

@@ -53,9 +53,7 @@ nb::list to_python(const Simulation &simulation, const Events &events) {
         row["tick"] = simulation.tick_of(event.at);
         row["robot_tick"] = event.tick;
         row["robot"] = event.robot;
-        row["program"] = event.program;
-        row["kind"] = name_of(event.kind);
-        row["text"] = text_of(event);
+        describe(row, event);
         out.append(row);
     }
     return out;

@@ -68,6 +68,7 @@ class Event(TypedDict):
     program: str
     kind: str  # crash, busy_wait, endless, note, stack_overflow, print
     text: str
+    code: NotRequired[list[int]]  # addresses in its program's file, innermost first
 
 class ModuleRecord(TypedDict):
     """A module at present."""
@@ -105,6 +106,7 @@ class ModuleEvent(TypedDict):
     program: str
     kind: str
     text: str
+    code: NotRequired[list[int]]
 
 class Simulation:
     tick: int

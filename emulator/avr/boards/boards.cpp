@@ -97,7 +97,8 @@ void Boards::take_outputs(Place &place, Cycles until) {
     outputs.clear();
     if (place.failed || place.board.failure().empty()) return;
     place.failed = true;
-    place.robot.crash(place.board.now(), place.board.tick(), place.board.failure());
+    place.robot.crash(place.board.now(), place.board.tick(), place.board.failure(),
+                      place.board.failure_code());
 }
 
 void Boards::execute(ModulePlace &module, Cycles until) {
@@ -107,9 +108,9 @@ void Boards::execute(ModulePlace &module, Cycles until) {
     for (Lamp &lamp : module.lamps) rest(lamp, until);
     for (const auto &output : board.can_frames)
         queued_.push_back({module.index, {output.at + QUANTUM, output.frame}});
-    auto report = [&](Cycles at, EventKind kind, std::string text) {
-        module_events_.push_back(
-            {at, module.index, board.tick(), module_flash_->name(), kind, std::move(text)});
+    auto report = [&](Cycles at, EventKind kind, std::string text, CodePath code = {}) {
+        module_events_.push_back({at, module.index, board.tick(), module_flash_->name(), kind,
+                                  std::move(text), std::move(code)});
     };
     for (const auto &serial : board.serial)
         if (ends_line(module.line, serial.byte))
@@ -121,7 +122,7 @@ void Boards::execute(ModulePlace &module, Cycles until) {
     board.resets.clear();
     if (module.failed || board.failure().empty()) return;
     module.failed = true;
-    report(board.now(), EventKind::CRASH, board.failure());
+    report(board.now(), EventKind::CRASH, board.failure(), board.failure_code());
 }
 
 /// Edges of an IR LED become flashes. One that is still on is passed on as far as it has lasted.

@@ -17,11 +17,13 @@
 #include <cstdlib>
 #include <cstring>
 #include <new>
+#include <utility>
 #include <vector>
 
 #include "base/clock.h"
 #include "base/errors.h"
 #include "base/registers.h"
+#include "guest/avr_calls.h"
 
 namespace kilotwin {
 
@@ -424,7 +426,7 @@ void Microcontroller::recover(int state) {
         avr_->state = cpu_Running;
     }
     if (state == cpu_Done && failure_.empty())
-        failure_ = "it sleeps with interrupts off, so nothing can wake it";
+        fail("it sleeps with interrupts off, so nothing can wake it");
 }
 
 /// Derives the failure from simavr's log, the only place where it reports the reason.
@@ -434,17 +436,22 @@ void Microcontroller::note(const char *format, const char *text) {
     if (std::strstr(format, "Invalid Opcode") != nullptr) {
         std::snprintf(what, sizeof what, "bad opcode 0x%02X%02X at PC 0x%04X",
                       avr_->flash[avr_->pc + 1], avr_->flash[avr_->pc], avr_->pc);
-        failure_ = what;
+        fail(what);
     } else if (const char *address = std::strstr(text, "Address "); address != nullptr) {
         const bool reads = std::strstr(format, "Invalid read") != nullptr;
         std::snprintf(what, sizeof what,
                       "it %s address 0x%.4s, where there is no memory, at PC 0x%04X",
                       reads ? "reads" : "writes to", address + std::strlen("Address "), avr_->pc);
-        failure_ = what;
+        fail(what);
     } else if (std::strstr(text, "avr_sadly_crashed") != nullptr) {
         crashed_ = true;
         crashed_at_ = avr_->pc;
     }
+}
+
+void Microcontroller::fail(std::string why) {
+    failure_ = std::move(why);
+    failure_code_ = avr_code_path(avr_->pc, avr_->data, avr_->flash);
 }
 
 uint8_t Microcontroller::read(uint16_t address) const { return avr_->data[address]; }

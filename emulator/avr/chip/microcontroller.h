@@ -22,6 +22,7 @@
 #include "avr/chip/self_programming.h"
 #include "avr/chip/translated_core.h"
 #include "avr/chip/watchdog_reset.h"
+#include "base/events.h"
 #include "guest/eeprom.h"
 
 struct avr_t;
@@ -100,6 +101,8 @@ class Microcontroller {
     /// Why the program cannot go on, with the program counter; empty: it can. After a failure run()
     /// does nothing.
     const std::string &failure() const { return failure_; }
+    /// Where that came about; empty without a failure.
+    const CodePath &failure_code() const { return failure_code_; }
 
     // Data space (registers, SRAM) and flash, by address, without the side effects of an access by
     // the program.
@@ -167,6 +170,7 @@ class Microcontroller {
     bool wakes_from_power_down(const void *timer_owner) const;
     void arm(Clock &clock);
     void note(const char *format, const char *text);
+    void fail(std::string why);
     void set_serial_rate();
     void set_spi_time();
     void watch_enables(uint16_t address);
@@ -184,6 +188,7 @@ class Microcontroller {
     std::array<Clock, ALARMS> clocks_;
     std::deque<Watched> watched_;
     std::string failure_;
+    CodePath failure_code_;
     uint32_t crashed_at_ = 0;  ///< program counter where simavr gave up
     bool crashed_ = false;
     bool was_reset_ = false;

@@ -33,7 +33,7 @@ def _image_of(group: Group, notify: Notify) -> Guest:
     program = group.program
     if program.sources:
         image = build_image(program, notify)
-        guest = Guest(program.name, image.hex, image.key, image.compiler)
+        guest = Guest(program.name, image.hex, image.key, image.compiler, image.elf)
     else:
         guest = Guest(program.name, program.path, _key_of(program.path), "")
     if group.boot_loader is None:

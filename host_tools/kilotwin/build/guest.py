@@ -74,7 +74,7 @@ _ROBOT_MACROS = [
     *(f"-U{name}" for name in ("linux", "__linux", "__linux__", "__gnu_linux__")),
     *(f"-U{name}" for name in ("unix", "__unix", "__unix__")),
 ]
-_MAIN = "kt_guest_main"
+MAIN = "kt_guest_main"
 # Functions that compilers call of themselves.
 _COMPILERS_OWN = {"memcpy", "memset", "memmove", "memcmp", "__stack_chk_fail"}
 # avr-gcc 5 takes a variable that several files define without a value for one variable, and only
@@ -86,7 +86,7 @@ _PROGRAM_FLAGS = [
     "-Wno-int-conversion",
     "-Wno-incompatible-pointer-types",
     "-Wno-return-type",
-    f"-Dmain={_MAIN}",
+    f"-Dmain={MAIN}",
 ]
 # An `inline` function that was inlined on the robot may not be here, and then it is missing.
 _INLINE_FLAGS = ["-fgnu89-inline"]
@@ -112,12 +112,14 @@ _CORE = ("calibration.c", "message_crc.c", "random_soft.c")
 
 @dataclass(frozen=True)
 class Guest:
-    """A built program. `key` is the hash of all that went into it."""
+    """A built program. `key` is the hash of all that went into it; `symbols` has its debug
+    information, None where there is none."""
 
     name: str
     file: Path
     key: str
     compiler: str
+    symbols: Path | None = None
 
 
 def build(program: Program, notify: Notify = lambda _: None, flags: Sequence[str] = ()) -> Guest:
@@ -136,7 +138,7 @@ def build(program: Program, notify: Notify = lambda _: None, flags: Sequence[str
         with building(f"compiling {program.written}", file.parent, notify):
             file.parent.mkdir(parents=True, exist_ok=True)
             builder.build(file)
-    return Guest(program.name, file, key, version)
+    return Guest(program.name, file, key, version, file)
 
 
 @contextlib.contextmanager
@@ -317,7 +319,7 @@ class _Builder:
             if changes:
                 sources = self._changed(sources, changes, work / "changed")
             objects = self._compile(sources, flags, work / "program")
-            check_main(self._program, "nm", objects, _MAIN)
+            check_main(self._program, "nm", objects, MAIN)
             helpers = wanted_helpers(
                 "nm", objects, self._compile(self._helpers, self._helper_flags, work / "helpers")
             )

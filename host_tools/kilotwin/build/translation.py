@@ -74,7 +74,7 @@ def translated_guest(
     if not is_built(file):
         with building(f"translating {program.written} for this computer", file.parent, notify):
             _build(compiler, translator.translate(flash, eeprom, met_at, covered=covered), file)
-    return Guest(program.name, file, key, f"{image.compiler}; {version}")
+    return Guest(program.name, file, key, f"{image.compiler}; {version}", image.elf)
 
 
 def _file(key: str, name: str) -> Path:

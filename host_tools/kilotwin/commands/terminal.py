@@ -19,6 +19,7 @@ from rich.progress import (
 from rich.text import Text
 
 from kilotwin.experiment.experiment import Experiment
+from kilotwin.runs.causes import causes, listed
 from kilotwin.runs.display import NO_VALUES, Display, NoDisplay, Values
 from kilotwin.units import duration_text, seconds, ticks
 
@@ -325,30 +326,28 @@ def bus_troubles_text(grid: dict[str, Any]) -> str:
 
 
 def module_troubles_text(failed: list[dict[str, Any]]) -> str:
-    """A line per module that failed; mostly empty."""
+    """A line per cause that modules failed for; mostly empty."""
     lines = [f"{len(failed)} modules failed:"] if failed else []
-    lines += [
-        f"module {module['module'][0]}-{module['module'][1]}: {module['what']}"
-        for module in failed[:_LISTED]
-    ]
-    if len(failed) > _LISTED:
-        lines.append(f"and {len(failed) - _LISTED} more; manifest.json has them all")
-    return "\n".join(lines)
+    found: dict[str, list[str]] = {}
+    for module in failed:
+        found.setdefault(module["what"], []).append("-".join(map(str, module["module"])))
+    lines += [f"{what}: {listed('module', whose)}" for what, whose in found.items()]
+    return "\n".join(_few(lines, "manifest.json"))
+
+
+def _few(lines: list[str], file: str) -> list[str]:
+    """A heading and its first rows; where the rest is."""
+    left = len(lines) - 1 - _LISTED
+    return lines if left <= 0 else [*lines[:-left], f"and {left} other causes; {file} has them all"]
 
 
 def troubles_text(summary: dict[str, Any]) -> str:
-    """A line per robot that failed, and a word on busy-waits; mostly empty."""
+    """A line per cause that robots failed for, and a word on busy-waits; mostly empty."""
     failed = summary["robots_failed"]
     busy = summary["events"].get("busy_wait", 0)
     spoiled = [f"metric {name}: {why}" for name, why in summary.get("metrics_failed", {}).items()]
     lines = [f"{len(failed)} robots failed:"] if failed else []
-    lines += [
-        f"robot {event['robot']} ({event['program']}) at tick {event['tick']}: "
-        f"{event['kind'].replace('_', ' ')}: {event['text']}"
-        for event in failed[:_LISTED]
-    ]
-    if len(failed) > _LISTED:
-        lines.append(f"and {len(failed) - _LISTED} more; events.jsonl has them all")
+    lines = _few([*lines, *(cause.text("robot") for cause in causes(failed))], "events.jsonl")
     if modules := module_troubles_text(summary.get("grid", {}).get("modules_failed", [])):
         lines.append(modules)
     lines += spoiled

@@ -4,25 +4,21 @@ A line has run if an instruction of it has. A branch is one of the machine code:
 has several, and a loop that the compiler laid out in two parts has one more.
 """
 
-from bisect import bisect_right
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from operator import itemgetter
 from pathlib import Path
 
-from elftools.dwarf.lineprogram import LineProgram
 from elftools.elf.elffile import ELFFile
 
 from kilotwin import _emulator
 from kilotwin.build.avr import Image
+from kilotwin.build.code_places import own_folders
+from kilotwin.build.line_table import LineTable
 from kilotwin.build.seam import seam_of
 from kilotwin.build.translator import Block, blocks_of
 from kilotwin.coverage.marks import NOT_TAKEN, RAN, TAKEN, Marks
 from kilotwin.experiment.programs import Program
-from kilotwin.files import resources
-
-_END = itemgetter(1)  # of a row of the table
 
 
 @dataclass
@@ -58,7 +54,7 @@ def sources_of(program: Program, image: Image, marks: Marks) -> Sources:
     of_address = _Lines(image.elf)
     found: Sources = defaultdict(Source)
     branches: dict[tuple[Path, int], list[tuple[bool, bool]]] = defaultdict(list)
-    own = _own_folders(program)
+    own = own_folders(program)
     for block in blocks:
         ran = bool(marks.get(block.begin, 0) & RAN)
         for file, line in of_address.of(block):
@@ -75,26 +71,12 @@ def sources_of(program: Program, image: Image, marks: Marks) -> Sources:
     return dict(sorted(found.items()))
 
 
-def _own_folders(program: Program) -> set[Path]:
-    """Folders of its sources and headers; files of the runtime are not looked at."""
-    runtime = resources.path("firmware/kilolib").resolve()
-    folders = {source.resolve().parent for source in program.sources}
-    folders |= {folder.resolve() for folder in program.include_folders}
-    return {folder for folder in folders if not folder.is_relative_to(runtime)}
-
-
 class _Lines:
-    """The line table of an ELF file, in order of addresses."""
+    """The line table of an ELF file, as coverage reads it."""
 
     def __init__(self, elf: Path) -> None:
-        self._rows: list[tuple[int, int, Path, int]] = []
         with elf.open("rb") as stream:
-            dwarf = ELFFile(stream).get_dwarf_info()
-            for unit in dwarf.iter_CUs():
-                program = dwarf.line_program_for_CU(unit)
-                if program is not None:
-                    self._rows += _rows(program)
-        self._rows.sort(key=_END)
+            self._table = LineTable(ELFFile(stream).get_dwarf_info())
 
     def of(self, block: Block) -> Iterator[tuple[Path, int]]:
         """Files and lines of a block's instructions.
@@ -102,35 +84,13 @@ class _Lines:
         Where the linker has made `jmp` an `rjmp`, the line behind it begins at the jump in the
         table. A jump belongs to the line before, unless the block is nothing else.
         """
-        for first, last, file, line in self._from(block.begin):
-            if first >= block.end:
+        for row in self._table.ending_behind(block.begin):
+            if row.first >= block.end:
                 return
-            if first != block.jump or first == block.begin or last == block.end:
-                yield file, line
+            if row.first != block.jump or row.first == block.begin or row.end == block.end:
+                yield row.file, row.line
 
     def at(self, address: int) -> tuple[Path, int] | None:
         """That of one instruction."""
-        for first, _, file, line in self._from(address):
-            return (file, line) if first <= address else None
-        return None
-
-    def _from(self, address: int) -> list[tuple[int, int, Path, int]]:
-        """The rows that end behind an address."""
-        return self._rows[bisect_right(self._rows, address, key=_END) :]
-
-
-def _rows(program: LineProgram) -> Iterator[tuple[int, int, Path, int]]:
-    """Address, address behind, file and line. Files are compiled by their whole paths."""
-    folders = [Path(), *(Path(name.decode()) for name in program["include_directory"])]
-    files = [
-        (folders[entry.dir_index] / entry.name.decode()).resolve()
-        for entry in program["file_entry"]
-    ]
-    before = None
-    for entry in program.get_entries():
-        state = entry.state
-        if state is None:
-            continue
-        if before is not None and before.address < state.address and before.line:
-            yield before.address, state.address, files[before.file - 1], before.line
-        before = None if state.end_sequence else state
+        row = self._table.at(address)
+        return None if row is None else (row.file, row.line)

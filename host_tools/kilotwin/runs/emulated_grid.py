@@ -9,6 +9,7 @@ from kilotwin.experiment.experiment import Experiment
 from kilotwin.files.headers import MOST_PER_BUS
 from kilotwin.grid.conductor import Conductor, set_up_s
 from kilotwin.grid.emulated_links import EmulatedLinks
+from kilotwin.runs.event_places import EventPlaces
 from kilotwin.runs.grid_record import GridEvents, GridRecord
 from kilotwin.runs.tracking import sites_of_cells
 from kilotwin.runs.writer import RunWriter
@@ -34,7 +35,11 @@ class EmulatedHost:
     """Steps the conductor beside the engine."""
 
     def __init__(
-        self, simulation: "Simulation", experiment: Experiment, to: RunWriter | GridEvents | None
+        self,
+        simulation: "Simulation",
+        experiment: Experiment,
+        places: EventPlaces,
+        to: RunWriter | GridEvents | None,
     ) -> None:
         """`to`: the folder that it is written to, or an object that receives it."""
         plan = experiment.plan
@@ -42,6 +47,7 @@ class EmulatedHost:
         self._plan = plan
         keys = experiment.keys
         self.simulation = simulation
+        self._places = places
         names = [f"can{bus}" for bus in range(plan.layout.buses)]
         # The world begins some ticks below 0, and times in a log do not.
         self._zero_s = -simulation.tick * TICK_S
@@ -70,7 +76,7 @@ class EmulatedHost:
     def see_events(self) -> None:
         """Takes the events of modules' programs."""
         for event in self.simulation.module_events():
-            self.record.module_event(event)
+            self.record.module_event(self._places.of_module(event))
 
     def order(self, order: str) -> None:
         """Has the host `pause` or `resume` robots now, after what it is at. InputError while the

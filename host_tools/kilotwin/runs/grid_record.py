@@ -18,7 +18,9 @@ from kilotwin.experiment.grid_layout import Module
 from kilotwin.grid import kilodat
 from kilotwin.grid.can_log import CanLog
 from kilotwin.grid.poller import Reports
+from kilotwin.runs.causes import said
 from kilotwin.runs.columns import TRACKING_SCHEMA
+from kilotwin.runs.event_places import FIELDS
 from kilotwin.runs.folder import CAN_LOG, FAILURES, TRACKING
 from kilotwin.runs.tracking import Tracking
 from kilotwin.runs.writer import RunWriter, Stream
@@ -45,8 +47,8 @@ class GridEvents:
     def module_event(self, event: Mapping[str, Any]) -> None:
         """Takes an event of a module's program: a print, or a failure."""
         if event["kind"] in FAILURES:
-            module, tick = list(event["module"]), event["tick"]
-            self._crashed.append({"module": module, "tick": tick, "what": event["text"]})
+            row = {"module": list(event["module"]), "tick": event["tick"], "what": said(event)}
+            self._crashed.append({**row, **{key: event[key] for key in FIELDS if key in event}})
 
     def failed_modules(self, silent: Sequence[Module]) -> list[dict[str, Any]]:
         """Modules whose programs failed, and those that do not answer."""
@@ -87,7 +89,8 @@ class GridMemory(GridEvents):
         """The same, of a module's program."""
         super().module_event(event)
         time_s = seconds(event["tick"])
-        self.event(time_s, event["kind"], event["text"], module=list(event["module"]))
+        more = {key: event[key] for key in FIELDS if key in event}
+        self.event(time_s, event["kind"], event["text"], module=list(event["module"]), **more)
 
     def rows(self) -> list[dict[str, Any]]:
         """The reports so far."""

@@ -78,6 +78,8 @@ class Job:
     probes: Probes = Probes()
     covered: bool = False
     """Guests mark what runs, and the worker hands the marks back."""
+    symbols: tuple[Path | None, ...] = ()
+    """Debug information of the guests, then of the modules' (Guest.symbols)."""
     functions_outside: bool = False
     """Metrics' functions are called by the parent, whose answers come on stdin."""
     acts: tuple[Act, ...] = ()

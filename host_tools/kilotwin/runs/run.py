@@ -135,6 +135,7 @@ def run(
             serving,
             probes or Probes(),
             covered,
+            symbols=tuple(guest.symbols for guest in built),
             functions_outside=functions is not None,
             acts=acts,
             live=None if window is None else window.run_end,
@@ -165,7 +166,10 @@ def new_manifest(
         "command_line": command_line,
         "experiment_sha256": experiment.identity(),
         "seed": experiment.keys.seed,
-        "programs": [{**asdict(guest), "file": guest.file.name} for guest in guests],
+        "programs": [
+            {"name": it.name, "file": it.file.name, "key": it.key, "compiler": it.compiler}
+            for it in guests
+        ],
         **_environment(experiment),
         "python": platform.python_version(),
         "machine": platform.platform(),

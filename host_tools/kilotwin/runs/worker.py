@@ -41,10 +41,12 @@ from kilotwin.metrics.meter import Meter, metrics_summary
 from kilotwin.metrics.moment import Moment
 from kilotwin.metrics.values import NO_METRICS, MetricValues
 from kilotwin.runs.acts import STEERED, Repetition
+from kilotwin.runs.causes import causes
 from kilotwin.runs.confined_worker import confine_worker
 from kilotwin.runs.emulated_environment import EmulatedEnvironment
 from kilotwin.runs.emulated_grid import EmulatedHost, lead_ticks
 from kilotwin.runs.environment_record import EnvironmentEvents, EnvironmentRecord
+from kilotwin.runs.event_places import EventPlaces
 from kilotwin.runs.folder import (
     FAILURES,
     FINISHED,
@@ -174,6 +176,7 @@ class Trial(Generic[WriterT]):
         self._report = report
         self._keys = job.experiment.keys
         self._simulation = self._place_robots()
+        self._places = EventPlaces(job.experiment, job.symbols)
         self._check_probes()
         self._meter = self._make_meter()
         self._environment = self._make_environment()
@@ -308,12 +311,13 @@ class Trial(Generic[WriterT]):
     def _take(self, samples: "Samples", *, last: bool = False) -> None:
         if self._host is not None:
             self._host.see(samples)
-        for event in self._simulation.events():
+        for told in self._simulation.events():
+            event = self._places.of_robot(told)
             event["tick"] -= self._zero_tick
             self.writer.add_event(event)
             self._events[event["kind"]] += 1
             if event["kind"] in FAILURES:
-                self._failed.append(dict(event))
+                self._failed.append(event)
         self._samples += len(samples["tick"])
         counts = self.writer.add(samples, self._measure(samples, last=last))
         if counts is None:
@@ -376,6 +380,7 @@ class Trial(Generic[WriterT]):
             "run_folder": str(self._job.folder),
             "events": dict(self._events),
             "robots_failed": self._failed,
+            "causes": [cause.as_dict("robot") for cause in causes(self._failed)],
             "stats": simulation.stats(),
             "metrics": metrics_summary(self._keys, self._meter.latest),
             "metrics_failed": self._meter.failed,
@@ -435,7 +440,7 @@ class Trial(Generic[WriterT]):
             return None, world
         if self._keys.grid is None:
             return None, None
-        return EmulatedHost(self._simulation, job.experiment, writer), None
+        return EmulatedHost(self._simulation, job.experiment, self._places, writer), None
 
     @property
     def _zero_tick(self) -> int:

@@ -47,6 +47,7 @@ from kilotwin.parameters.section import Byte, Pose, Section, one_or_more
 from kilotwin.runs.emulated_environment import EmulatedEnvironment
 from kilotwin.runs.emulated_grid import EmulatedHost, lead_ticks
 from kilotwin.runs.environment_record import EnvironmentMemory
+from kilotwin.runs.event_places import EventPlaces
 from kilotwin.runs.folder import FAILURES
 from kilotwin.runs.grid_record import GridMemory
 from kilotwin.runs.pace import MOST_TICKS
@@ -151,14 +152,16 @@ class World:
         functions = LocalFunctions(self._experiment) if self._experiment.functions else None
         self._meter = Meter(self._experiment, functions, [str(guest.file) for guest in guests])
         self._symbols: dict[str, GuestSymbols] = {}
-        self._events: list[_emulator.Event] = []
+        self._events: list[dict[str, Any]] = []
         modules = self._experiment.modules
+        built = [*guests, *([] if modules is None else [build_group(modules)])]
+        self._places = EventPlaces(self._experiment, [guest.symbols for guest in built])
         spec = engine_spec(
             self._experiment,
             [str(guest.file) for guest in guests],
             sample_ticks=_NEVER_TICKS,
             black_box=None,
-            module_guest=None if modules is None else str(build_group(modules).file),
+            module_guest=None if modules is None else str(built[-1].file),
             lead_ticks=0 if modules is None else lead_ticks(self._experiment),
         )
         try:
@@ -174,7 +177,7 @@ class World:
         self._host: EmulatedHost | None = None
         self._heard = GridMemory(self._experiment)
         if modules is not None:
-            self._host = EmulatedHost(self._engine, self._experiment, self._heard)
+            self._host = EmulatedHost(self._engine, self._experiment, self._places, self._heard)
         self._view: WorldView | None = None
         if view:
             grid = None if self._host is None else self._host.order
@@ -305,9 +308,14 @@ class World:
         return [self._names.names[index] for index in self._names.of_robots(self.leds)]
 
     @property
-    def events(self) -> list["_emulator.Event"]:
-        """All that happened to robots so far: what they printed, and what went wrong."""
-        self._events += self._simulation.events()
+    def events(self) -> list[dict[str, Any]]:
+        """All that happened to robots so far: what they printed, and what went wrong.
+
+        A dict each: `tick`, `robot_tick`, `robot`, `program`, `kind` (print, note, busy_wait,
+        endless, crash, stack_overflow), `text`; `file`, `line` and `function` of the program's
+        sources where they are known.
+        """
+        self._events += map(self._places.of_robot, self._simulation.events())
         return list(self._events)
 
     def prints(self, robot: Whole) -> str:

@@ -7,7 +7,7 @@ from typing import Any
 from kilotwin.compare.shares import share_interval
 from kilotwin.experiment.expect_schema import Expect
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.scenario.looks import Failure, once_per_cause
+from kilotwin.scenario.looks import Failure, by_cause, once_per_cause
 from kilotwin.scenario.one_run import Ran
 
 
@@ -16,7 +16,7 @@ class Verdict:
     """On one expectation, over all its runs.
 
     `where`: file and line. `expected`: as it is written. `said`: what was seen. `seed`: of a run
-    that shows a failure.
+    that shows a failure. `blamed`: failures of programs, one for each cause.
     """
 
     where: str
@@ -24,6 +24,7 @@ class Verdict:
     passed: bool
     said: str
     seed: int | None = None
+    blamed: tuple[Failure, ...] = ()
 
     def line(self) -> str:
         """For people."""
@@ -31,7 +32,7 @@ class Verdict:
 
     def as_dict(self) -> dict[str, Any]:
         """For --json."""
-        return dict(vars(self))
+        return {**vars(self), "blamed": [dict(vars(one)) for one in self.blamed]}
 
 
 def runs_of(experiment: Experiment) -> int:
@@ -125,7 +126,8 @@ def _programs(
         yield Verdict(where, f"{key} = true", True, f"none in {_runs(len(runs))}")
         return
     said = _of_runs(bad, runs, once_per_cause(failures(bad[0])))
-    yield Verdict(where, f"{key} = true", False, said, bad[0].seed)
+    blamed = tuple(failure for failure, _ in by_cause(failures(bad[0])))
+    yield Verdict(where, f"{key} = true", False, said, bad[0].seed, blamed)
 
 
 def _of_runs(bad: Sequence[Ran], runs: Sequence[Ran], said: str) -> str:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 from kilotwin.experiment.expect_names import Names
 from kilotwin.experiment.expect_schema import Expect
@@ -10,6 +10,7 @@ from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.expression import Expression, Value
 from kilotwin.experiment.states import Counts, States, count
 from kilotwin.metrics.values import NO_METRICS, MetricValues
+from kilotwin.runs.causes import said
 from kilotwin.runs.folder import FAILURES
 from kilotwin.units import TICK_S, seconds
 
@@ -32,21 +33,37 @@ class Look:
 
 @dataclass(frozen=True)
 class Failure:
-    """A failure of a robot's or a module's program: `who` and when, and what happened."""
+    """A failure of a robot's or a module's program: `who` and when, what happened, and at which
+    line of its sources; `file` is "" where that is not known."""
 
     who: str
     what: str
+    file: str = ""
+    line: int = 0
+
+    @classmethod
+    def understood(cls, told: dict[str, Any]) -> Self:
+        """As a process of its own told it, in which programs run; errors of what is none."""
+        return cls(str(told["who"]), str(told["what"]), str(told["file"]), int(told["line"]))
+
+
+def by_cause(failures: Sequence[Failure]) -> list[tuple[Failure, int]]:
+    """The first failure of each cause (a line of the sources, or the same words), and how many
+    there are."""
+    causes: dict[tuple[Any, ...], list[Failure]] = {}
+    for failure in failures:
+        key = (failure.file, failure.line) if failure.file else (failure.what,)
+        causes.setdefault(key, []).append(failure)
+    return [(alike[0], len(alike)) for alike in causes.values()]
 
 
 def once_per_cause(failures: Sequence[Failure]) -> str:
-    """`robot 3 (walk) at 1.2 s: crash: ..., and 4 more like it`."""
-    causes: dict[str, list[str]] = {}
-    for failure in failures:
-        causes.setdefault(failure.what, []).append(failure.who)
+    """`robot 3 (walk) at 1.2 s: crash at walk.c:42 in loop(): ... (and 4 more like it)`."""
+    causes = by_cause(failures)
     parts = []
-    for what, whose in list(causes.items())[:_SHOWN_CAUSES]:
-        more = f" (and {len(whose) - 1} more like it)" if len(whose) > 1 else ""
-        parts.append(f"{whose[0]}: {what}{more}")
+    for failure, number in causes[:_SHOWN_CAUSES]:
+        more = f" (and {number - 1} more like it)" if number > 1 else ""
+        parts.append(f"{failure.who}: {failure.what}{more}")
     if len(causes) > _SHOWN_CAUSES:
         parts.append(f"and {len(causes) - _SHOWN_CAUSES} other causes")
     return "; ".join(parts)
@@ -144,5 +161,9 @@ class Looks:
 def _failure(event: "Event | dict[str, Any]") -> Failure:
     row = dict(event)
     who = f"robot {row['robot']}" if "robot" in row else f"module {row.get('module', '')}"
-    what = f"{str(row['kind']).replace('_', ' ')}: {row['text']}"
-    return Failure(f"{who} ({row.get('program', '')}) at {seconds(row['tick']):.1f} s", what)
+    return Failure(
+        f"{who} ({row.get('program', '')}) at {seconds(row['tick']):.1f} s",
+        said(row),
+        row.get("file", ""),
+        row.get("line", 0),
+    )

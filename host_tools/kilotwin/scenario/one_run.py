@@ -23,7 +23,8 @@ from kilotwin.sweep.measure import deadline
 
 @dataclass(frozen=True)
 class Task:
-    """One run for a process of an executor. `guests`, `covered`: as Job has them."""
+    """One run for a process of an executor. `guests`, `covered`, `symbols`: as Job has
+    them."""
 
     experiment: Experiment
     guests: list[str]
@@ -31,6 +32,7 @@ class Task:
     timeout_s: float
     trusted: bool
     covered: bool = False
+    symbols: tuple[Path | None, ...] = ()
 
     @property
     def seed(self) -> int:
@@ -64,12 +66,15 @@ def tasks_of(
     """Builds the programs; a task for each seed, from the experiment's on."""
     built = [build_group(group, notify, covered=covered) for group in experiment.groups]
     guests = [str(guest.file) for guest in built]
-    modules = experiment.modules
-    module_guest = None if modules is None else str(build_group(modules, notify).file)
+    modules = [build_group(group, notify) for group in [experiment.modules] if group is not None]
+    module_guest = str(modules[0].file) if modules else None
+    symbols = tuple(guest.symbols for guest in (*built, *modules))
     trusted = confinement.mode() == "off"
     first = experiment.keys.seed
     return [
-        Task(with_seed(experiment, seed), guests, module_guest, timeout_s, trusted, covered)
+        Task(
+            with_seed(experiment, seed), guests, module_guest, timeout_s, trusted, covered, symbols
+        )
         for seed in range(first, first + runs)
     ]
 
@@ -98,7 +103,7 @@ def run_once(task: Task) -> Ran:
 
 def _in_fork(task: Task) -> dict[str, Any]:
     experiment = task.experiment
-    job = Job(experiment, task.guests, Path(), {}, None, task.module_guest)
+    job = Job(experiment, task.guests, Path(), {}, None, task.module_guest, symbols=task.symbols)
     confined = not (task.trusted or unconfined_because(experiment) or experiment.functions)
     with deadline(task.timeout_s) as is_over:
         try:
@@ -138,7 +143,13 @@ def _rates(task: Task, trial: Trial[Looks], summary: dict[str, Any]) -> list[flo
 def _modules(summary: dict[str, Any]) -> list[Failure]:
     failed = summary.get("grid", {}).get("modules_failed", [])
     return [
-        Failure(f"module {one['module'][0]}-{one['module'][1]}", str(one["what"])) for one in failed
+        Failure(
+            f"module {one['module'][0]}-{one['module'][1]}",
+            str(one["what"]),
+            one.get("file", ""),
+            one.get("line", 0),
+        )
+        for one in failed
     ]
 
 
@@ -165,8 +176,8 @@ def _understood(task: Task, told: dict[str, Any]) -> Ran:
     return Ran(
         task.seed,
         tuple(looks),
-        tuple(Failure(str(one["who"]), str(one["what"])) for one in told["crashes"]),
-        tuple(Failure(str(one["who"]), str(one["what"])) for one in told["busy_waits"]),
+        tuple(map(Failure.understood, told["crashes"])),
+        tuple(map(Failure.understood, told["busy_waits"])),
         tuple(map(float, told["rates"])),
         result_hash=str(told["result_hash"]),
         marks=understood(told["marks"]),

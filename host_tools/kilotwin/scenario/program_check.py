@@ -187,15 +187,22 @@ def of_scenario(scenario: Scenario) -> Step:
     """The steps that were not met."""
     met = len(scenario.verdicts) - len(scenario.failures)
     said = f"{scenario.name}: {met} of {len(scenario.verdicts)} met"
-    return Step("scenario", said, [_of_verdict(verdict) for verdict in scenario.failures])
+    found = [one for verdict in scenario.failures for one in _of_verdict(verdict)]
+    return Step("scenario", said, found)
 
 
-def _of_verdict(verdict: Verdict) -> Found:
+def _of_verdict(verdict: Verdict) -> list[Found]:
+    """Failures of programs at their lines; else the expectation, at its own."""
     file, _, line = verdict.where.rpartition(":")
-    message = f"{verdict.expected}: {verdict.said}"
-    if line.isdigit():
-        return Found("scenario", "error", message, file, int(line))
-    return Found("scenario", "error", message, verdict.where)
+    where = (file, int(line)) if line.isdigit() else (verdict.where, None)
+    if not any(one.file for one in verdict.blamed):
+        said = f"{verdict.expected}: {verdict.said}"
+        return [Found("scenario", "error", said, *where)]
+    return [
+        Found("scenario", "error", f"{one.who}: {one.what}", *placed)
+        for one in verdict.blamed
+        for placed in [(one.file, one.line) if one.file else where]
+    ]
 
 
 def _of_port(finding: Finding) -> Found:

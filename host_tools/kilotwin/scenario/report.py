@@ -55,4 +55,7 @@ def _case(verdict: Verdict, look: str) -> Case:
     named = (file, int(line)) if line.isdigit() else (verdict.where, None)
     if verdict.passed:
         return Case(verdict.expected, file=named[0], line=named[1])
+    placed = next((one for one in verdict.blamed if one.file), None)
+    if placed is not None:
+        named = (placed.file, placed.line)
     return Case(verdict.expected, verdict.said, verdict.line() + look, *named)

@@ -25,6 +25,7 @@ from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.states import Counts, States, count
 from kilotwin.metrics.values import NO_METRICS, MetricValues
 from kilotwin.runs import run
+from kilotwin.runs.causes import causes
 from kilotwin.runs.columns import Records
 from kilotwin.runs.display import NoDisplay
 from kilotwin.runs.job import Job
@@ -107,10 +108,17 @@ def measure(task: Task) -> Measured | Failed:
 
 def job_of(task: Task) -> Job:
     """The job of a trial, with its programs built; KilotwinError if that cannot be."""
-    guests = [str(build_group(group).file) for group in task.experiment.groups]
-    modules = task.experiment.modules
-    module_guest = None if modules is None else str(build_group(modules).file)
-    return Job(task.experiment, guests, task.folder, {}, None, module_guest)
+    guests = [build_group(group) for group in task.experiment.groups]
+    modules = [build_group(group) for group in [task.experiment.modules] if group is not None]
+    return Job(
+        task.experiment,
+        [str(guest.file) for guest in guests],
+        task.folder,
+        {},
+        None,
+        str(modules[0].file) if modules else None,
+        symbols=tuple(guest.symbols for guest in (*guests, *modules)),
+    )
 
 
 def measure_job(
@@ -200,12 +208,9 @@ def _too_long(task: Task, summary: dict[str, Any]) -> str:
 
 
 def _robots_failed(summary: dict[str, Any]) -> str:
-    first = summary["robots_failed"][0]
-    number = len(summary["robots_failed"])
-    return (
-        f"{number} robot{'s' if number > 1 else ''} failed; the first: robot {first['robot']} "
-        f"({first['program']}) at tick {first['tick']}: {first['text']}"
-    )
+    found = causes(summary["robots_failed"])
+    more = f"; and {len(found) - 1} other causes" if len(found) > 1 else ""
+    return found[0].text("robot") + more
 
 
 class _SeriesWriter:
