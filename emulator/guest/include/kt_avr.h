@@ -57,6 +57,6 @@ void kt_interrupts(uint8_t on);
 uint8_t kt_timer0(void);
 void kt_wait(uint32_t cycles);
 void kt_print(const char *text, uint32_t bytes, uint8_t line);
-void kt_unusable(const char *what);
+void kt_unusable(const char *what) __attribute__((noreturn));
 
 #endif

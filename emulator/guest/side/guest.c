@@ -90,4 +90,8 @@ void kt_eeprom_write(uint16_t address, uint8_t value) { kt_host->eeprom_write(ad
 void kt_interrupts(uint8_t on) { kt_host->interrupts(on); }
 uint8_t kt_timer0(void) { return kt_host->timer0(); }
 void kt_wait(uint32_t cycles) { kt_host->wait(cycles); }
-void kt_unusable(const char *what) { kt_host->unusable(what); }
+void kt_unusable(const char *what) {
+    kt_host->unusable(what);
+    for (;;) {
+    }
+}

@@ -57,6 +57,6 @@ uint8_t kt_timer0(void);
 void kt_wait(uint32_t cycles);
 
 /// Stops the robot; `what` completes "the program ...".
-void kt_unusable(const char *what);
+void kt_unusable(const char *what) __attribute__((noreturn));
 
 #endif
