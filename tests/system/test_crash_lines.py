@@ -2,7 +2,6 @@
 
 import json
 import re
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -154,11 +153,10 @@ def test_a_confined_run_tells_it_once_per_cause(kilotwin: Kilotwin, folder: Path
         'duration_s = 3\narena.diameter_m = 1\n[swarm]\nprofile = "kilobot"\nsize = 6\n'
         'cpu = "native"\nprogram = "faulty.c"\n'
         '[[command]]\nat_s = 0.1\nsend = "run"\n'
-        '[[command]]\nat_s = 1\nsend = "message"\ndata = [0]\n'
+        '[[command]]\nat_s = 1\nsend = "user"\ntype = 1\ndata = [0]\n'
     )
     run = folder / "run"
-    done = kilotwin("run", str(experiment), "--out", str(run), "--no-twin", "--json")
-    assert done.returncode == 4, done.stderr
+    done = kilotwin("run", experiment, "--out", run, "--no-twin", "--json", expect=4)
     line = lines_of(PROGRAM)[0]
     text = f"crash at faulty.c:{line} in look(): Segmentation fault at address 0x123456789003"
     assert f"6 robots failed:\n{text}: robots " in done.stderr

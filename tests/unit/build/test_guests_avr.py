@@ -57,7 +57,11 @@ def test_an_assert_that_does_not_hold_stops_the_robot(world: World) -> None:
     assert world.prints(robot) == "before\n"
     crash = next(event for event in world.events if event["robot"] == robot and failed(event))
     assert crash["kind"] == "crash"
-    assert crash["text"] == "assert failed: kilo_ticks == UINT32_MAX"
+    line = (
+        GUESTS[robot // 2].read_text().splitlines().index("    assert(kilo_ticks == UINT32_MAX);")
+    )
+    where = f"{STOPS}.c:{line + 1} in check()"
+    assert crash["text"] == f"at {where}: assert failed: kilo_ticks == UINT32_MAX"
 
 
 def test_a_programs_own_interrupt_handlers_are_noted(world: World) -> None:

@@ -12,6 +12,10 @@ from kilotwin.errors import InputError
 from kilotwin.files.junit import Case, Suite, write_junit
 from kilotwin.files.sarif import Result, write_sarif
 from kilotwin.scenario import program_check as checks
+from kilotwin.scenario.judge import judge
+from kilotwin.scenario.one_run import run_once
+from kilotwin.scenario.report import suite
+from kilotwin.scenario.runner import prepare
 
 PROGRAM = """\
 #include <kilolib.h>
@@ -92,6 +96,20 @@ def test_scenarios_are_those_of_the_program_and_broken_ones_fail(folder: Path) -
     (step,) = unfit
     assert (step.fails, step.found[0].line) == (True, 8)
     assert "did you mean 'led.green'" in step.text()
+
+
+def test_a_crash_is_annotated_at_its_line_and_not_at_the_scenarios(folder: Path) -> None:
+    loop = "static void loop(void) {\n    *(volatile int *)0x123456789000 = 1;\n}"
+    (folder / "my.c").write_text(PROGRAM.replace(PROGRAM.splitlines()[4], loop))
+    (scenario,) = prepare([folder / "scenarios/green.toml"], [], 60, lambda _: None)
+    scenario.ran = {task.seed: run_once(task) for task in scenario.tasks}
+    scenario.verdicts = judge(scenario.experiment, list(scenario.ran.values()))
+    crash, that = checks.of_scenario(scenario).found
+    assert (crash.file, crash.line) == (str(folder / "my.c"), 6)
+    assert "crash at my.c:6 in loop(): Segmentation fault" in crash.message
+    assert that.line == 7
+    case = suite(scenario).cases[0]
+    assert (case.file, case.line) == (str(folder / "my.c"), 6)
 
 
 def test_what_no_service_can_read_is_left_out_and_a_full_disk_is_said(tmp_path: Path) -> None:

@@ -110,7 +110,9 @@ def test_crashes_hangs_and_silent_robots_are_named_once_per_cause(verdicts: Try)
     crash, hang, *_ = verdicts('that = "robots == 4"', crash=1, hang=0)
     assert (crash.passed, hang.passed) == (False, True)
     assert "robot 1 (program) at" in crash.said
-    assert "crash: Segmentation fault" in crash.said
+    assert "crash at program.c:8 in loop(): Segmentation fault" in crash.said
+    (blamed,) = crash.blamed
+    assert (Path(blamed.file).name, blamed.line) == ("program.c", 8)
     crash, hang, *_ = verdicts('that = "robots == 4"', hang=1)
     assert (crash.passed, hang.passed) == (True, False)
     assert "it has been busy for 10 s without coming back" in hang.said
@@ -164,6 +166,11 @@ def test_a_failed_run_is_named_with_how_many_were_so(scenario: Callable[..., Pat
 
 def test_causes_are_told_once_and_a_few_of_them() -> None:
     failures = [Failure(f"robot {n}", f"crash {n // 2}") for n in range(9)]
+    places = [Failure(f"robot {n}", f"crash at address {n}", "a.c", n // 2) for n in range(4)]
+    assert once_per_cause(places) == (
+        "robot 0: crash at address 0 (and 1 more like it); "
+        "robot 2: crash at address 2 (and 1 more like it)"
+    )
     assert once_per_cause(failures) == (
         "robot 0: crash 0 (and 1 more like it); robot 2: crash 1 (and 1 more like it); "
         "robot 4: crash 2 (and 1 more like it); and 2 other causes"
