@@ -9,13 +9,11 @@ import itertools
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from kilotwin.build.code_places import CodePlaces, Place
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.programs import Program
-
-if TYPE_CHECKING:
-    from kilotwin.build.code_places import CodePlaces, Place
 
 CODE = "code"
 FIELDS = ("file", "line", "function")
@@ -56,19 +54,13 @@ class EventPlaces:
 
 
 class _Program:
-    """A program, whose debug information is looked into when something happens."""
+    """A program, and what is known of its addresses."""
 
     def __init__(self, symbols: bytes, program: Program) -> None:
-        self._symbols, self._program = symbols, program
-        self._places: CodePlaces | None = None
+        self._places = CodePlaces(symbols, program)
         self._known: dict[tuple[int, ...], Place | None] = {}
 
-    def place(self, code: tuple[int, ...]) -> "Place | None":
-        if self._places is None:
-            # Takes time, and in most runs nothing happens.
-            from kilotwin.build.code_places import CodePlaces  # noqa: PLC0415
-
-            self._places = CodePlaces(self._symbols, self._program)
+    def place(self, code: tuple[int, ...]) -> Place | None:
         if code not in self._known:
             self._known[code] = self._places.of(code)
         return self._known[code]
