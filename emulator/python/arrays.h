@@ -33,16 +33,17 @@ inline nanobind::object text_of(const Event &event) {
         event.text.data(), static_cast<Py_ssize_t>(event.text.size()), "backslashreplace"));
 }
 
-/// Adds what every event of a program has to its row: name, kind and text, and `code`, a list of
-/// addresses, where that is known.
+/// Adds what every event of a program has to its row: `program`, `kind` and `text`, and `code`, a
+/// list of addresses, where that is known.
+///
+/// `row` is what Python gets, a dict. Needs the interpreter's lock too.
 inline void describe(nanobind::dict &row, const Event &event) {
     row["program"] = event.program;
     row["kind"] = name_of(event.kind);
     row["text"] = text_of(event);
-    if (event.code.empty()) return;
     nanobind::list code;
     for (const uint32_t address : event.code) code.append(address);
-    row["code"] = code;
+    if (!event.code.empty()) row["code"] = code;
 }
 
 }  // namespace kilotwin

@@ -80,6 +80,7 @@ class ModuleBoard : private Microcontroller::Board {
     uint32_t flash_operations() const { return chip_.flash_operations(); }  ///< since power-up
     /// Why the program cannot go on; empty while it can.
     const std::string &failure() const { return chip_.failure(); }
+    /// Where that came about; empty without a failure.
     const CodePath &failure_code() const { return chip_.failure_code(); }
     /// Nominal ticks of 262,144 of its cycles since power-up.
     uint32_t tick() const { return static_cast<uint32_t>(chip_.cycle() / TICK_CYCLES); }

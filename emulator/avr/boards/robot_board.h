@@ -79,6 +79,7 @@ class RobotBoard : private Microcontroller::Board {
 
     /// Why the program cannot go on; empty while it can. "tick" in it counts from power-up.
     const std::string &failure() const { return chip_.failure(); }
+    /// Where that came about; empty without a failure.
     const CodePath &failure_code() const { return chip_.failure_code(); }
 
     uint64_t cycle() const { return chip_.cycle(); }  ///< cycles of its own since power-up
