@@ -12,7 +12,7 @@ from kilotwin import _emulator
 from kilotwin.errors import InputError
 from kilotwin.experiment.record_schema import EXTRA_OF
 from kilotwin.runs.acts import PACED, STEERED, Repetition, acts_of
-from kilotwin.runs.live import Live
+from kilotwin.runs.live import Live, chunk_s
 from kilotwin.runs.live_link import LENGTH
 from kilotwin.runs.pace import MOST_TICKS
 from kilotwin.runs.packing import head_of
@@ -195,6 +195,10 @@ def test_each_order_is_answered_and_a_paused_run_still_shows_itself(bench: Bench
         end.sendall(_sent(do="look"))
         live.ticks_now(0)
         assert EXTRA_OF.keys().isdisjoint(_head(end)["arrays"])
+
+
+def test_large_swarms_are_looked_at_less_often() -> None:
+    assert [chunk_s(robots) for robots in (1, 10_000, 20_000, 1_000_000)] == [0.1, 0.1, 0.2, 0.4]
 
 
 def test_a_run_whose_viewer_is_gone_goes_on(bench: Bench) -> None:
