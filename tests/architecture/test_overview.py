@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from .tree import C_SUFFIXES, ROOT, includes, owners_of, plant, sources
+from .tree import C_SUFFIXES, ROOT, includes, lazy_imports, owners_of, plant, sources
 
 DOCUMENT = "docs/code_overview.md"
 ROW = re.compile(r"^\| `([\w/]+)` \| (.+?) \| (.*?) \|$", re.MULTILINE)
@@ -51,7 +51,10 @@ def imported(root: Path) -> Iterator[tuple[str, str]]:
     for path in sources(root, {".py"}):
         if not path.as_posix().startswith(f"{PACKAGE}/"):
             continue
-        for node in ast.walk(ast.parse((root / path).read_text(encoding="utf-8"))):
+        tree = ast.parse((root / path).read_text(encoding="utf-8"))
+        for name in lazy_imports(tree):
+            yield path.as_posix(), f"{PACKAGE}/{name.replace('.', '/')}/"
+        for node in ast.walk(tree):
             names: list[str] = []
             if isinstance(node, ast.ImportFrom):
                 above = path.parts[1 : len(path.parts) - node.level] if node.level else ()

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from .tree import ROOT, plant, sources
+from .tree import ROOT, lazy_imports, plant, sources
 
 KILOTWIN = "host_tools/kilotwin"
 AT_THE_TOP = ("__init__", "__main__", "errors", "units")
@@ -36,7 +36,7 @@ ORDER = (
 BELOW_ALL = ("errors", "units", "_emulator", "__version__")
 # Where modules are loaded by name, on first use: the Python API, commands, and pytest's plugin.
 LAZY = (
-    *(f"{KILOTWIN}/__init__.py", f"{KILOTWIN}/commands/lazy.py"),
+    *(f"{KILOTWIN}/__init__.py", f"{KILOTWIN}/files/lazy.py"),
     *(f"{KILOTWIN}/testing/__init__.py", f"{KILOTWIN}/testing/plugin.py"),
 )
 
@@ -78,10 +78,19 @@ def upward_imports(root: Path) -> list[str]:
         allowed = (*below, *BELOW_ALL)
         found += [
             f"{path}: imports {name}, which is above {package}"
-            for name in own_imports(tree)
+            for name in (*own_imports(tree), *lazy_imports(tree))
             if name.split(".")[0] not in allowed
         ]
     return found
+
+
+def lazy_imports_of_nothing(root: Path) -> list[str]:
+    return [
+        f"{path}: there is no {name} to load"
+        for path, tree in modules(root)
+        for name in lazy_imports(tree)
+        if not (root / KILOTWIN / f"{name.replace('.', '/')}.py").exists()
+    ]
 
 
 def late_imports(root: Path) -> list[str]:
@@ -107,7 +116,13 @@ def imports_by_name(root: Path) -> list[str]:
     ]
 
 
-RULES = [modules_at_the_top, upward_imports, late_imports, imports_by_name]
+RULES = [
+    modules_at_the_top,
+    upward_imports,
+    lazy_imports_of_nothing,
+    late_imports,
+    imports_by_name,
+]
 
 
 @pytest.mark.parametrize("rule", RULES)
@@ -127,6 +142,8 @@ def test_the_order_has_every_package() -> None:
         (upward_imports, "runs/run.py", "from kilotwin.sweep.plan import Plan\n"),
         (upward_imports, "can/x.py", "def f():\n    import kilotwin.grid.links\n"),
         (upward_imports, "can/x.py", "from kilotwin import grid\n"),
+        (upward_imports, "runs/run.py", "def f():\n    lazy.load('sweep.plan')\n"),
+        (lazy_imports_of_nothing, "runs/run.py", "def f():\n    lazy.load('runs.nothing')\n"),
         (upward_imports, "units.py", "from kilotwin.experiment import schema\n"),
         (late_imports, "runs/run.py", "def f():\n    from kilotwin.runs import job\n"),
         (imports_by_name, "runs/run.py", "importlib.import_module('kilotwin.runs.job')\n"),

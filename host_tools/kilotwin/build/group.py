@@ -5,11 +5,9 @@ import hashlib
 from dataclasses import replace
 from pathlib import Path
 
-from kilotwin.build.avr import build_image
-from kilotwin.build.boot_loader import with_boot_loader
 from kilotwin.build.guest import Guest, Notify, build
-from kilotwin.build.translation import translated, translated_guest
 from kilotwin.experiment.experiment import Group
+from kilotwin.files import lazy
 
 _KEY_CHARACTERS = 32
 
@@ -21,24 +19,29 @@ def build_group(group: Group, notify: Notify = lambda _: None, *, covered: bool 
     Of an image, that is its translation unless the group is interpreted, or cannot be translated.
     """
     if group.translated:
-        return translated_guest(group.program, notify, covered=covered)
+        guest: Guest = lazy.load("build.translation").translated_guest(
+            group.program, notify, covered=covered
+        )
+        return guest
     if not group.on_board:
         return build(group.program, notify)
     guest = _image_of(group, notify)
-    code = None if group.interpreted else translated(guest.file, notify)
+    code = None
+    if not group.interpreted:
+        code = lazy.load("build.translation").translated(guest.file, notify)
     return guest if code is None else replace(guest, file=code)
 
 
 def _image_of(group: Group, notify: Notify) -> Guest:
     program = group.program
     if program.sources:
-        image = build_image(program, notify)
+        image = lazy.load("build.avr").build_image(program, notify)
         guest = Guest(program.name, image.hex, image.key, image.compiler, image.elf)
     else:
         guest = Guest(program.name, program.path, _key_of(program.path), "")
     if group.boot_loader is None:
         return guest
-    whole = with_boot_loader(guest.file, group.boot_loader, notify)
+    whole = lazy.load("build.boot_loader").with_boot_loader(guest.file, group.boot_loader, notify)
     return replace(guest, file=whole, key=_key_of(whole))
 
 

@@ -227,7 +227,7 @@ class _Builder:
         libc = [self._guest / "include"]
         headers = api.includes(libc=libc)
         beside = [source.parent for source in program.sources]
-        extra = shlex.split(os.environ.get("KILOTWIN_CFLAGS", ""))
+        self._extra = extra = shlex.split(os.environ.get("KILOTWIN_CFLAGS", ""))
         unknown = _UNKNOWN_TO_CLANG if "clang" in version else ()
         dialect = [word for word in avr_words("AVR_DIALECT") if word not in unknown]
         flags = [*dialect, clock_define(), *_FLAGS]
@@ -273,8 +273,7 @@ class _Builder:
         digest = hashlib.sha256("\0".join([version, *flags]).encode())
         files = [
             *self._read_by(self._program.sources, self._program_flags),
-            *(self._read_by(self._helpers, self._helper_flags) if self._helpers else []),
-            *self._read_by(self._side, self._side_flags),
+            *self._ours(),
             self._guest / "merge.ld",
             self._guest / "guest.map",
         ]
@@ -393,6 +392,20 @@ class _Builder:
 
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             return list(pool.map(compile_one, range(len(sources)), sources))
+
+    def _ours(self) -> list[Path]:
+        """The thin half, the helpers, and every header that they may read.
+
+        That is more than they do read: the compiler takes 100 ms to say which.
+        """
+        if self._extra:  # may name others
+            helpers = self._read_by(self._helpers, self._helper_flags) if self._helpers else []
+            return [*helpers, *self._read_by(self._side, self._side_flags)]
+        beside = [source.parent for source in (*self._helpers, *self._side)]
+        core = [resources.path(f"kilogrid_modules/runtime/{part}") for part in ("core", "include")]
+        folders = dict.fromkeys([*map(Path, self._headers), *beside, *core])
+        headers = dict.fromkeys(file for folder in folders for file in sorted(folder.rglob("*.h")))
+        return [*self._helpers, *self._side, *headers]
 
     def _read_by(self, sources: Sequence[Path], flags: list[str]) -> list[Path]:
         """The sources and every header of ours or the program's that they include."""

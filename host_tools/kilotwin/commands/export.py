@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
-from kilotwin.commands import lazy
 from kilotwin.commands.options import command_app
 from kilotwin.errors import InputError
+from kilotwin.files import lazy
 
 app = command_app()
 

@@ -7,9 +7,10 @@ import typer
 
 from kilotwin.build.avr import build_image
 from kilotwin.build.linking import wrong_target
-from kilotwin.commands import lazy, steps
+from kilotwin.commands import steps
 from kilotwin.errors import InputError, RunError
 from kilotwin.experiment.programs import Api, ProgramError, find_program
+from kilotwin.files import lazy
 from kilotwin.files.flash_image import HEX_SUFFIXES
 
 File = Annotated[

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from kilotwin.commands import lazy, terminal
+from kilotwin.commands import terminal
 from kilotwin.commands.options import Json, Quiet, command_app, given_settings
 from kilotwin.commands.sweep import (
     AllSettings,
@@ -17,7 +17,7 @@ from kilotwin.commands.sweep import (
     TrialTimeout,
 )
 from kilotwin.errors import InputError
-from kilotwin.files import extras
+from kilotwin.files import extras, lazy
 from kilotwin.search.points import Laboratory
 from kilotwin.search.space import parse_axes, whole_numbers_of
 from kilotwin.sweep.executors import Place, place_for

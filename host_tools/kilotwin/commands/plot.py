@@ -6,9 +6,10 @@ from typing import Annotated, Any
 
 import typer
 
-from kilotwin.commands import lazy, steps
+from kilotwin.commands import steps
 from kilotwin.commands.options import Quiet, Where, command_app
 from kilotwin.errors import InputError
+from kilotwin.files import lazy
 
 app = command_app()
 

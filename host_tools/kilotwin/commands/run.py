@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
-from kilotwin.commands import lazy, terminal
+from kilotwin.commands import terminal
 from kilotwin.commands.options import (
     ConfineMode,
     File,
@@ -33,7 +33,7 @@ from kilotwin.environment.poses import parse_address
 from kilotwin.errors import EXIT_INTERRUPTED, InputError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.text import Setting
-from kilotwin.files import confinement, extras
+from kilotwin.files import confinement, extras, lazy
 from kilotwin.port.twin import chosen
 from kilotwin.runs.job import Probes, Serving
 from kilotwin.runs.run import Outcome

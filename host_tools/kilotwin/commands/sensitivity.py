@@ -6,7 +6,6 @@ from typing import Annotated
 
 import typer
 
-from kilotwin.commands import lazy
 from kilotwin.commands.optimise import Over, Repeats, SearchSeed, laboratory_of, tell
 from kilotwin.commands.options import Json, Quiet, command_app
 from kilotwin.commands.sweep import (
@@ -16,7 +15,7 @@ from kilotwin.commands.sweep import (
     NumberOfProcesses,
     TrialTimeout,
 )
-from kilotwin.files import extras
+from kilotwin.files import extras, lazy
 from kilotwin.search.space import parse_axes, whole_numbers_of
 from kilotwin.sweep.executors import place_for
 

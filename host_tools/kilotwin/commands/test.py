@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from kilotwin.commands import lazy, terminal
+from kilotwin.commands import terminal
 from kilotwin.commands.options import (
     ConfineMode,
     Json,
@@ -19,7 +19,7 @@ from kilotwin.commands.options import (
     given_settings,
 )
 from kilotwin.errors import EXIT_TIMEOUT, KilotwinError
-from kilotwin.files import confinement
+from kilotwin.files import confinement, lazy
 from kilotwin.files.junit import write_junit
 from kilotwin.scenario import report
 from kilotwin.scenario.one_run import with_seed

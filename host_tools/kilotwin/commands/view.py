@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
-from kilotwin.commands import lazy
 from kilotwin.commands.options import NoBrowser, command_app
 from kilotwin.errors import InputError
+from kilotwin.files import lazy
 from kilotwin.files.lean_arrow import leave_pandas_out
 
 app = command_app()

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from kilotwin.commands import lazy
 from kilotwin.experiment.experiment import Experiment
+from kilotwin.files import lazy
 from kilotwin.runs.display import Display
 
 if TYPE_CHECKING:

@@ -2,11 +2,10 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, UnidentifiedImageError
 
 from kilotwin.errors import InputError, cause_of
 from kilotwin.experiment.areas import area_of, inside
@@ -15,6 +14,9 @@ from kilotwin.experiment.picture_schema import FloorTable, LightPicture
 from kilotwin.experiment.schema import ExperimentSchema
 from kilotwin.experiment.text import ExperimentText
 from kilotwin.experiment.toml_lines import KeyPath
+
+if TYPE_CHECKING:
+    from PIL import Image
 
 _MOST_PIXELS = 16_000_000
 _OPAQUE = 255
@@ -82,7 +84,10 @@ def light_picture(keys: ExperimentSchema, origin: ExperimentText) -> Picture | N
     return _placed(file, np.ascontiguousarray(grey[::-1]), keys.light.picture)
 
 
-def _image(file: Path, origin: ExperimentText, path: KeyPath) -> Image.Image:
+def _image(file: Path, origin: ExperimentText, path: KeyPath) -> "Image.Image":
+    # Few experiments have a picture.
+    from PIL import Image, UnidentifiedImageError  # noqa: PLC0415
+
     try:
         image = Image.open(file)
         if image.width * image.height > _MOST_PIXELS:

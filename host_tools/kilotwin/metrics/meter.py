@@ -8,16 +8,17 @@ import numpy as np
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.metric_schema import Metric
 from kilotwin.experiment.schema import ExperimentSchema
+from kilotwin.files import lazy
 from kilotwin.metrics.builtins import Measure, builtin
 from kilotwin.metrics.functions import Functions, Values
 from kilotwin.metrics.moment import Moment
 from kilotwin.metrics.sample import Row, SampleMaker, rows_of
 from kilotwin.metrics.values import NO_METRICS, MetricValues
-from kilotwin.metrics.variables import Variable
 from kilotwin.units import seconds
 
 if TYPE_CHECKING:
     from kilotwin._emulator import Samples
+    from kilotwin.metrics.variables import Variable
 
 _OF_A_MOMENT = ("messages", "message_rate", "survival")
 
@@ -46,7 +47,7 @@ class Meter:
         self._variables: dict[str, Variable] = {}
         if guests is not None:
             self._variables = {
-                name: Variable(experiment, name, guests)
+                name: lazy.load("metrics.variables").Variable(experiment, name, guests)
                 for name, metric in keys.metric.items()
                 if metric.variable is not None
             }

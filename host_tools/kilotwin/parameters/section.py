@@ -52,6 +52,7 @@ class Section(BaseModel):
         strict=True,
         allow_inf_nan=False,
         frozen=True,
+        defer_build=True,  # one within another is checked by that one's rules
     )
 
 

@@ -7,9 +7,9 @@ has each robot's own value.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import pyarrow as pa
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 WORD = pa.dictionary(pa.uint8(), pa.string())
 """The type of a column of few different words."""
+Column: TypeAlias = NDArray[Any] | pa.Array
+"""The values of a column, of numbers or as Arrow has them."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +91,7 @@ class Records:
         k, n = samples["led"].shape
         chosen = np.arange(n, dtype=np.uint32) if self._chosen is None else self._chosen
         tick = np.repeat(samples["tick"], len(chosen))
-        columns: list[object] = [tick, tick * TICK_S, np.tile(chosen, k)]
+        columns: list[Column] = [tick, tick * TICK_S, np.tile(chosen, k)]
         of_robots: Mapping[str, NDArray[np.float64]] = measured.of_robots
         part = chosen if self._chosen is not None else slice(None)
         for column in _OF_ROBOTS:
@@ -98,19 +100,17 @@ class Records:
         if self._chosen is not None:
             of_robots = {name: values[:, chosen] for name, values in of_robots.items()}
         columns += _metric_columns(self.robots_schema, of_robots, len(tick))
-        return pa.record_batch(columns, schema=self.robots_schema)
+        return _batch(columns, self.robots_schema)
 
-    def _column(
-        self, samples: "Samples", name: str, part: "NDArray[np.uint32] | slice"
-    ) -> NDArray[Any] | pa.Array:
+    def _column(self, samples: "Samples", name: str, part: "NDArray[np.uint32] | slice") -> Column:
         """The rows of one of _OF_ROBOTS, of a part of the robots."""
         if name == "state":
             states = self._table.of_robots(samples["led"][:, part].ravel())
-            return pa.DictionaryArray.from_arrays(states, self._states)
+            return pa.DictionaryArray.from_arrays(_flat(states, pa.uint8()), self._states)
         if name == "site":
             site = samples["site"][:, part].ravel()
             # Site 0 is none; its index is masked.
-            index = pa.array(np.maximum(site, 1) - 1, mask=site == 0, type=pa.uint8())
+            index = _flat(np.maximum(site, 1) - 1, pa.uint8(), known=site != 0)
             return pa.DictionaryArray.from_arrays(index, self._sites)
         if name == "led":
             return samples["led"][:, part].ravel()
@@ -145,7 +145,7 @@ class Records:
             samples["object_y_m"].ravel(),
             samples["object_heading_rad"].ravel(),
         ]
-        return pa.record_batch(columns, schema=self.objects_schema)
+        return _batch(columns, self.objects_schema)
 
     def sites(
         self, samples: "Samples", counts: Counts, measured: MetricValues = NO_METRICS
@@ -159,11 +159,28 @@ class Records:
             *counts.in_state.T,
             *_metric_columns(self.sites_schema, measured.values, len(samples["tick"])),
         ]
-        arrays = [
-            column if isinstance(column, pa.Array) else pa.array(column, type=wanted.type)
-            for column, wanted in zip(columns, self.sites_schema, strict=True)
-        ]
-        return pa.record_batch(arrays, schema=self.sites_schema)
+        return _batch(columns, self.sites_schema)
+
+
+def _batch(columns: Sequence[Column], schema: pa.Schema) -> pa.RecordBatch:
+    """Rows of these columns, numbers of which become those of the schema."""
+    arrays = [
+        column if isinstance(column, pa.Array) else _flat(column, wanted.type)
+        for column, wanted in zip(columns, schema, strict=True)
+    ]
+    return pa.record_batch(arrays, schema=schema)
+
+
+def _flat(
+    values: NDArray[Any], kind: pa.DataType, known: NDArray[np.bool_] | None = None
+) -> pa.Array:
+    """Numbers as an array of that kind, null where they are not `known`. The memory is shared.
+
+    pa.array() would load numpy.ma, which takes as long as a short run.
+    """
+    numbers = np.ascontiguousarray(values, dtype=kind.to_pandas_dtype())
+    bits = None if known is None else pa.py_buffer(np.packbits(known, bitorder="little"))
+    return pa.Array.from_buffers(kind, len(numbers), [bits, pa.py_buffer(numbers)])
 
 
 def field(name: str, kind: pa.DataType, unit: str) -> pa.Field:
@@ -218,7 +235,8 @@ def _metric_columns(
     for name in schema.names:
         if name.startswith(METRIC):
             column = values.get(name.removeprefix(METRIC), np.full(rows, np.nan))
-            columns.append(pa.array(column.ravel(), from_pandas=True))
+            numbers = column.ravel()
+            columns.append(_flat(numbers, pa.float64(), known=~np.isnan(numbers)))
     return columns
 
 

@@ -6,9 +6,8 @@ from typing import Any
 from kilotwin import _emulator
 from kilotwin.errors import RunError
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.files import confinement
+from kilotwin.files import confinement, lazy
 from kilotwin.files.confined_process import confine_process
-from kilotwin.grid import frames
 from kilotwin.runs.job import Job
 
 
@@ -50,7 +49,7 @@ def confine_worker(job: Job) -> dict[str, Any]:
 def load_libraries(experiment: Experiment) -> None:
     """Imports what an experiment needs late, and a confined process could not load."""
     if experiment.plan is not None:
-        frames.fixed()
+        lazy.load("grid.frames").fixed()
 
 
 def confine_trial(experiment: Experiment) -> None:

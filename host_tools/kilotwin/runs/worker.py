@@ -34,8 +34,8 @@ from kilotwin.errors import (
 from kilotwin.experiment.engine_spec import engine_spec, place_of_error
 from kilotwin.experiment.informed import informed_for
 from kilotwin.experiment.states import Counts
-from kilotwin.files import extras
-from kilotwin.files.lean_arrow import leave_pandas_out
+from kilotwin.files import extras, lazy
+from kilotwin.files.lean_arrow import leave_pandas_out, load_parquet
 from kilotwin.metrics.functions import Functions, LocalFunctions, RemoteFunctions
 from kilotwin.metrics.meter import Meter, metrics_summary
 from kilotwin.metrics.moment import Moment
@@ -43,9 +43,6 @@ from kilotwin.metrics.values import NO_METRICS, MetricValues
 from kilotwin.runs.acts import STEERED, Repetition
 from kilotwin.runs.causes import causes
 from kilotwin.runs.confined_worker import confine_worker
-from kilotwin.runs.emulated_environment import EmulatedEnvironment
-from kilotwin.runs.emulated_grid import EmulatedHost, lead_ticks
-from kilotwin.runs.environment_record import EnvironmentEvents, EnvironmentRecord
 from kilotwin.runs.event_places import EventPlaces
 from kilotwin.runs.folder import (
     FAILURES,
@@ -56,10 +53,7 @@ from kilotwin.runs.folder import (
     close_manifest,
 )
 from kilotwin.runs.job import Job
-from kilotwin.runs.live import Live, chunk_s
 from kilotwin.runs.pace import MOST_TICKS
-from kilotwin.runs.served_world import ServedWorld
-from kilotwin.runs.steering import Steering
 from kilotwin.runs.steps import Steps
 from kilotwin.runs.writer import RunWriter
 from kilotwin.units import seconds, ticks
@@ -69,6 +63,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from kilotwin._emulator import Event, Samples
+    from kilotwin.runs.emulated_environment import EmulatedEnvironment
+    from kilotwin.runs.emulated_grid import EmulatedHost
+    from kilotwin.runs.live import Live
+    from kilotwin.runs.served_world import ServedWorld
+    from kilotwin.runs.steering import Steering
 
 # About how long a call of the engine takes. Until it is over no signal is seen; at its end no robot
 # may have been run ahead, which with 100,000 robots would cost an eighth at a third of this time.
@@ -92,6 +91,7 @@ def serve(job: Job, parent: int) -> None:
     # Ctrl-C is for the parent, which then closes our stdin.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     leave_pandas_out()
+    load_parquet()  # a confined process cannot
     # Output of libraries and programs must not get between the reports.
     reports = os.dup(1)
     os.dup2(2, 1)
@@ -186,10 +186,14 @@ class Trial(Generic[WriterT]):
         self._keep_environment()
         self._host, self._served = self._join_hosts()
         self._live = None if job.live is None else self._join_viewer(job.live)
-        self._repetition = Repetition(job.acts, self._make_steering().do)
+        self._repetition: Repetition | None = None
+        if job.acts:
+            self._repetition = Repetition(job.acts, self._make_steering().do)
         # Beside other programs, looks are to take their share of this one's time, not of all.
         self._clock = time.perf_counter if self._live is None else time.process_time
-        self._chunk_s = _CHUNK_S if self._live is None else chunk_s(self._simulation.robots)
+        self._chunk_s = _CHUNK_S
+        if self._live is not None:
+            self._chunk_s = lazy.load("runs.live").chunk_s(self._simulation.robots)
         self._events: Counter[str] = Counter()
         self._failed: list[dict[str, Any]] = []
         self._touched = False
@@ -235,7 +239,8 @@ class Trial(Generic[WriterT]):
             allowed = self._allowed_ticks()
             if not allowed:
                 continue
-            allowed = min(allowed, self._repetition.ticks(simulation.tick))
+            if self._repetition is not None:
+                allowed = min(allowed, self._repetition.ticks(simulation.tick))
             ahead = min(chunk, end - simulation.tick, self._ticks_until_sample(), allowed)
             self._advance(ahead)
             self._startup_s = self._startup_s or time.perf_counter() - self._began
@@ -259,7 +264,7 @@ class Trial(Generic[WriterT]):
         every = max(1, ticks(self._keys.record.sample_s))
         return max(1, self._samples * every - self._simulation.tick)
 
-    def _serve(self, world: ServedWorld, stopped: Callable[[], bool]) -> bool:
+    def _serve(self, world: "ServedWorld", stopped: Callable[[], bool]) -> bool:
         """Until a host has had its run; False if stopped before."""
         while not world.over and not stopped():
             world.step()
@@ -275,16 +280,19 @@ class Trial(Generic[WriterT]):
             return MOST_TICKS
         return self._live.ticks_now(self._zero_tick, sys.stdin.fileno())
 
-    def _join_viewer(self, descriptor: int) -> Live:
+    def _join_viewer(self, descriptor: int) -> "Live":
         """The link to a viewer, which does not steer where hosts outside have the say."""
-        if self._served is not None:
-            return Live(descriptor, self._simulation)
-        return Live(descriptor, self._simulation, self._make_steering())
+        steering = self._make_steering() if self._served is None else None
+        live: Live = lazy.load("runs.live").Live(descriptor, self._simulation, steering)
+        return live
 
-    def _make_steering(self) -> Steering:
+    def _make_steering(self) -> "Steering":
         sample_ticks = max(1, ticks(self._keys.record.sample_s))
         grid = None if self._host is None else self._host.order
-        return Steering(self._simulation, sample_ticks, self._note_act, grid)
+        steering: Steering = lazy.load("runs.steering").Steering(
+            self._simulation, sample_ticks, self._note_act, grid
+        )
+        return steering
 
     def _note_act(self, event: dict[str, Any]) -> None:
         """The run was steered, or its pace changed: an event, and the manifest says so at once."""
@@ -413,16 +421,22 @@ class Trial(Generic[WriterT]):
             functions = LocalFunctions(job.experiment)
         return Meter(job.experiment, functions, job.guests)
 
-    def _make_environment(self) -> EmulatedEnvironment | None:
+    def _make_environment(self) -> "EmulatedEnvironment | None":
         """Before there is a folder: its program may refuse. A served world's is outside."""
         if self._keys.environment is None or self._job.serving is not None:
             return None
-        return EmulatedEnvironment(self._job.experiment)
+        made: EmulatedEnvironment = lazy.load("runs.emulated_environment").EmulatedEnvironment(
+            self._job.experiment
+        )
+        return made
 
     def _keep_environment(self) -> None:
         if self._environment is not None:
             writer = self.writer if isinstance(self.writer, RunWriter) else None
-            self._environment.keep(EnvironmentRecord(writer) if writer else EnvironmentEvents())
+            records = lazy.load("runs.environment_record")
+            self._environment.keep(
+                records.EnvironmentRecord(writer) if writer else records.EnvironmentEvents()
+            )
 
     def _environment_summary(self) -> dict[str, Any]:
         if self._environment is None:
@@ -430,19 +444,22 @@ class Trial(Generic[WriterT]):
         simulation = self._simulation
         return {"environment": self._environment.summary(simulation.stats(), simulation.robots)}
 
-    def _join_hosts(self) -> tuple[EmulatedHost | None, ServedWorld | None]:
+    def _join_hosts(self) -> "tuple[EmulatedHost | None, ServedWorld | None]":
         """The grid's host, or what waits for hosts from outside; neither without either."""
         job = self._job
         writer = self.writer if isinstance(self.writer, RunWriter) else None
         if job.serving is not None:
             assert writer is not None
-            world = ServedWorld(self._simulation, job.experiment, job.serving, writer)
+            world = lazy.load("runs.served_world").ServedWorld(
+                self._simulation, job.experiment, job.serving, writer
+            )
             for note in world.notes():
                 self._report({"type": "note", "text": note})
             return None, world
         if self._keys.grid is None:
             return None, None
-        return EmulatedHost(self._simulation, job.experiment, self._places, writer), None
+        grid = lazy.load("runs.emulated_grid")
+        return grid.EmulatedHost(self._simulation, job.experiment, self._places, writer), None
 
     @property
     def _zero_tick(self) -> int:
@@ -469,7 +486,8 @@ class Trial(Generic[WriterT]):
     def _lead_ticks(self) -> int:
         if self._keys.grid is None or self._job.serving is not None:
             return 0
-        return lead_ticks(self._job.experiment)
+        ahead: int = lazy.load("runs.emulated_grid").lead_ticks(self._job.experiment)
+        return ahead
 
 
 def _make_folder(job: Job) -> RunWriter:

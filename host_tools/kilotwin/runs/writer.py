@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from kilotwin import __version__
@@ -191,6 +190,8 @@ def to_parquet(stream: Path, target: Path, *, torn: bool = False) -> None:
 
     `torn`: up to its last whole batch; otherwise it must be whole.
     """
+    import pyarrow.parquet as pq  # noqa: PLC0415  (at the end of a run, and of few others)
+
     with (
         draft_of(target, sync=False) as draft,
         pa.ipc.open_stream(stream, options=_ONE_THREAD) as reader,

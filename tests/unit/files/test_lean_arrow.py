@@ -1,4 +1,4 @@
-"""pyarrow without pandas."""
+"""pyarrow without what it loads for nothing."""
 
 import subprocess
 import sys
@@ -24,3 +24,17 @@ def loads_pandas(*arguments: str) -> str:
 def test_arrays_load_no_pandas_and_it_can_still_be_imported() -> None:
     assert loads_pandas("lean") == "False\n1\n"
     assert loads_pandas() == "True\n1\n", "pyarrow loads it no more: lean_arrow.py can go"
+
+
+_PARQUET = """
+import sys
+from kilotwin.files.lean_arrow import load_parquet
+load_parquet()
+print("pyarrow.parquet" in sys.modules, "pyarrow._s3fs" in sys.modules)
+"""
+
+
+def test_parquet_is_loaded_without_the_file_systems_of_clouds() -> None:
+    words = [sys.executable, "-c", _PARQUET]
+    done = subprocess.run(words, capture_output=True, text=True, check=True)
+    assert done.stdout == "True False\n"
