@@ -20,6 +20,8 @@ LOCKED    := $(VENV)/.locked
 INSTALLED := $(VENV)/.installed
 PAGE   := host_tools/kilotwin/view/page/index.html
 VIEWER := host_tools/viewer
+# What the documentation's site is built with: of no use to anything else.
+DOCS   := build/docs/env
 ENGINE := CMakeLists.txt pyproject.toml $(shell find emulator firmware/aggregation/wire.h \
             firmware/kilolib/include kilogrid_modules -type f \( -name '*.[ch]' -o -name '*.cpp' -o -name '*.hpp' \
             -o -name CMakeLists.txt -o -name '*.cmake' \) 2>/dev/null)
@@ -163,15 +165,24 @@ format: setup
 protocol: setup
 	$(PY) kilogrid_modules/protocol/generate.py
 
-## lock: make requirements.lock anew from requirements.in
+## docs: the documentation as a site that opens offline, into build/docs/site
+.PHONY: docs
+docs: $(DOCS)/.locked
+	@$(DOCS)/bin/python host_tools/release/site.py
+	@NO_MKDOCS_2_WARNING=1 $(DOCS)/bin/mkdocs build --quiet --strict
+	@echo "docs: build/docs/site/index.html"
+
+## lock: make requirements.lock anew from requirements.in, and that of the documentation
 .PHONY: lock
 lock: apt
 	$(PYTHON) -m venv build/uv
 	build/uv/bin/pip install --quiet uv
-	{ echo "# Made by 'make lock' from requirements.in. Do not edit."; \
-	  build/uv/bin/uv pip compile --quiet --upgrade --generate-hashes --no-header \
-	      --python $(PYTHON) requirements.in; } > build/requirements.lock
-	mv build/requirements.lock requirements.lock
+	for name in requirements requirements-docs; do \
+	    { echo "# Made by 'make lock' from $$name.in. Do not edit."; \
+	      build/uv/bin/uv pip compile --quiet --upgrade --generate-hashes --no-header \
+	          --python $(PYTHON) $$name.in; } > build/$$name.lock; \
+	    mv build/$$name.lock $$name.lock; \
+	done
 
 ## wheel: build a wheel for other Linuxes, and try it in an empty environment
 .PHONY: wheel
@@ -212,6 +223,12 @@ apt:
 	{ $$sudo apt-get update -q && \
 	  $$sudo env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends $$missing; \
 	} >build/apt.log 2>&1 || { tail -n 20 build/apt.log >&2; echo "The whole log: build/apt.log" >&2; exit 1; }
+
+$(DOCS)/.locked: requirements-docs.lock | apt
+	@echo "docs: Python packages into $(DOCS) (about half a minute, this time)"
+	@$(PYTHON) -m venv $(DOCS)
+	@$(DOCS)/bin/pip install --quiet --disable-pip-version-check --require-hashes -r requirements-docs.lock
+	@touch $@
 
 $(LOCKED): requirements.lock | apt
 	@echo "set-up: Python packages into $(VENV) (about half a minute)"

@@ -62,6 +62,11 @@ PIECES = {
         ("tests/system/test_new_lab.py",),
         10,
     ),
+    "site": Piece(
+        "the documentation site builds strictly and loads nothing from elsewhere; its sweep runs",
+        ("tests/system/test_site.py", "tests/system/test_blocks.py"),
+        2,
+    ),
     "metrics": Piece(
         "every command of docs/metrics.md runs", ("tests/system/test_metrics.py",), 10
     ),
