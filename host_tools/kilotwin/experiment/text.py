@@ -162,8 +162,12 @@ def _beyond_64_bits(value: Any, path: KeyPath = ()) -> KeyPath | None:
         items = value.items()
     elif isinstance(value, list):
         items = enumerate(value)
-    found = (_beyond_64_bits(item, (*path, key)) for key, item in items)
-    return next((where for where in found if where is not None), None)
+    for key, item in items:
+        if isinstance(item, int | dict | list):  # most are other numbers, as of ten thousand poses
+            where = _beyond_64_bits(item, (*path, key))
+            if where is not None:
+                return where
+    return None
 
 
 def _syntax_message(file: Path, text: str, error: tomllib.TOMLDecodeError) -> str:
