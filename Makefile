@@ -23,7 +23,7 @@ VIEWER := host_tools/viewer
 # What the documentation's site is built with: of no use to anything else.
 DOCS   := build/docs/env
 ENGINE := CMakeLists.txt pyproject.toml $(shell find emulator firmware/aggregation/wire.h \
-            firmware/kilolib/include kilogrid_modules -type f \( -name '*.[ch]' -o -name '*.cpp' -o -name '*.hpp' \
+            firmware/kilolib/include firmware/kilolib/core kilogrid_modules -type f \( -name '*.[ch]' -o -name '*.cpp' -o -name '*.hpp' \
             -o -name CMakeLists.txt -o -name '*.cmake' \) 2>/dev/null)
 C_FILES := $(shell find emulator firmware kilogrid_modules tests -name '*.[ch]' -o -name '*.cpp' \
              -o -name '*.hpp' 2>/dev/null)
@@ -244,9 +244,8 @@ $(PAGE): $(LOCKED) $(wildcard $(VIEWER)/*.* $(VIEWER)/src/*)
 	    || { cat build/viewer.log >&2; exit 1; }
 
 $(INSTALLED): $(LOCKED) $(ENGINE) | apt
-	@echo "set-up: the emulator's engine (about a minute)"
 	@mkdir -p build; touch $@.begun
-	@$(PY) -m pip install --verbose --disable-pip-version-check --no-build-isolation --no-deps -e . 2>&1 \
+	@$(PY) host_tools/release/engine.py $(ENGINE) \
 	    | tee build/kilotwin.log | $(STEPS) || { cat build/kilotwin.log >&2; exit 1; }
 	@mv $@.begun $@
 	@echo "set-up: done; type: . .venv/bin/activate, then kilotwin --help"
