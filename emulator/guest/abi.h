@@ -22,7 +22,7 @@
 extern "C" {
 #endif
 
-#define KT_GUEST_ABI 12
+#define KT_GUEST_ABI 13
 #define KT_PACKED __attribute__((packed))
 
 /// The registers that drive motors and LED (hardware.md 1.8), which a program may write itself. The
@@ -43,6 +43,24 @@ enum {
     KT_NO_LINE,      ///< at once: debug_init() was never called, where the chip prints nothing
     KT_LINE_WAITS,   ///< the program goes on when the serial line has taken all of it
     KT_LINE_QUEUES,  ///< it goes on at once, and what the queue has no room for is lost
+};
+
+/// What the C standard leaves undefined (kt_host_t.undefined()).
+enum {
+    KT_UB_ADD,
+    KT_UB_SUBTRACT,
+    KT_UB_MULTIPLY,
+    KT_UB_NEGATE,
+    KT_UB_DIVIDE,
+    KT_UB_SHIFT,
+    KT_UB_INDEX,
+    KT_UB_ACCESS,
+    KT_UB_LENGTH,
+    KT_UB_CONVERSION,
+    KT_UB_VALUE,
+    KT_UB_POINTER,
+    KT_UB_NULL_ARGUMENT,
+    KT_UB_BUILTIN,
 };
 
 /// CAN frame in a module program's memory (hardware.md 3.3).
@@ -87,7 +105,10 @@ typedef struct KT_PACKED {
     void (*spent)(const uint8_t *frame);  ///< the budget of iterations is spent; the program's
                                           ///< registers and frames lie from `frame` up
     void (*unusable)(const char *what);   ///< stops the robot: a call that it cannot serve
-    const kt_module_host_t *module;       ///< null: a robot runs
+    /// A program that was built to look (side/undefined.c) does what KT_UB_... says, with these
+    /// values. `data` is what the compiler describes the place by; the engine knows its layout.
+    void (*undefined)(uint8_t what, const void *data, uint64_t first, uint64_t second);
+    const kt_module_host_t *module;  ///< null: a robot runs
 } kt_host_t;
 
 /// Tracking records that wait for the next poll, a ring: next_CAN_message() hands out its slots.

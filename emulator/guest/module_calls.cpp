@@ -4,6 +4,7 @@
 #include "guest/fault.h"
 #include "guest/module.h"
 #include "guest/module_timing.h"
+#include "guest/undefined.h"
 #include "runtime/core/eeprom_map.h"
 
 namespace kilotwin {
@@ -100,6 +101,11 @@ struct Module::HostCalls {
 
     static void spent(const uint8_t *frame) { running_->budget_spent(frame); }
 
+    static void undefined(uint8_t what, const void *data, uint64_t first, uint64_t second) {
+        running_->report(EventKind::UNDEFINED, undefined_text(what, data, first, second),
+                         GuestStack::instance().place_of_call(__builtin_frame_address(0)));
+    }
+
     static void unusable(const char *what) {
         auto &stack = GuestStack::instance();
         running_->stop(EventKind::CRASH, what, stack.place_of_call(__builtin_frame_address(0)));
@@ -182,7 +188,7 @@ const kt_host_t Module::HOST = {
     HostCalls::eeprom_read,    HostCalls::eeprom_write, HostCalls::interrupts,
     HostCalls::timer0,         HostCalls::sensor,       HostCalls::print,
     HostCalls::serial_written, HostCalls::serial_ready, HostCalls::spent,
-    HostCalls::unusable,       &Module::MODULE_HOST,
+    HostCalls::unusable,       HostCalls::undefined,    &Module::MODULE_HOST,
 };
 
 /// Empty loops and mistakes of the guest that runs next are the module's.

@@ -4,6 +4,7 @@
 
 #include "guest/fault.h"
 #include "guest/robot.h"
+#include "guest/undefined.h"
 
 namespace kilotwin {
 
@@ -141,6 +142,12 @@ struct Robot::HostCalls {
         return true;
     }
 
+    static void undefined(uint8_t what, const void *data, uint64_t first, uint64_t second) {
+        running->busy_.acted();
+        running->report(EventKind::UNDEFINED, undefined_text(what, data, first, second),
+                        GuestStack::instance().place_of_call(__builtin_frame_address(0)));
+    }
+
     static void unusable(const char *what) {
         auto &stack = GuestStack::instance();
         running->stop(EventKind::CRASH, what, stack.place_of_call(__builtin_frame_address(0)));
@@ -149,23 +156,12 @@ struct Robot::HostCalls {
 };
 
 const kt_host_t Robot::HOST = {
-    HostCalls::init,
-    HostCalls::start,
-    HostCalls::wait,
-    HostCalls::outputs,
-    HostCalls::rand_hard,
-    HostCalls::distance_mm,
-    HostCalls::eeprom_read,
-    HostCalls::eeprom_write,
-    HostCalls::interrupts,
-    HostCalls::timer0,
-    HostCalls::sensor,
-    HostCalls::print,
-    HostCalls::serial_written,
-    HostCalls::serial_ready,
-    HostCalls::spent,
-    HostCalls::unusable,
-    nullptr,
+    HostCalls::init,           HostCalls::start,        HostCalls::wait,
+    HostCalls::outputs,        HostCalls::rand_hard,    HostCalls::distance_mm,
+    HostCalls::eeprom_read,    HostCalls::eeprom_write, HostCalls::interrupts,
+    HostCalls::timer0,         HostCalls::sensor,       HostCalls::print,
+    HostCalls::serial_written, HostCalls::serial_ready, HostCalls::spent,
+    HostCalls::unusable,       HostCalls::undefined,    nullptr,
 };
 
 void Robot::attend_faults() {

@@ -12,7 +12,7 @@ uint64_t pair_of(uint32_t high, uint32_t low) { return uint64_t{high} << 32 | lo
 
 // Acts of robots, and not what the emulator has to say about their programs.
 bool is_of_robots(EventKind kind) {
-    return kind != EventKind::NOTE && kind != EventKind::BUSY_WAIT;
+    return kind != EventKind::NOTE && kind != EventKind::BUSY_WAIT && kind != EventKind::UNDEFINED;
 }
 
 uint64_t hash_of(const Event &event, Cycles zero) {

@@ -2,19 +2,27 @@
 their ATmega328P."""
 
 import hashlib
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from kilotwin.build import sanitizer
 from kilotwin.build.guest import Guest, Notify, build
-from kilotwin.experiment.experiment import Group
+from kilotwin.experiment.experiment import Experiment, Group
 from kilotwin.files import lazy
 
 _KEY_CHARACTERS = 32
 
 
-def build_group(group: Group, notify: Notify = lambda _: None, *, covered: bool = False) -> Guest:
+def build_group(
+    group: Group,
+    notify: Notify = lambda _: None,
+    *,
+    covered: bool = False,
+    sanitized: bool = False,
+) -> Guest:
     """The file that the engine loads. An image that came built is taken as it is. `covered`: a
-    translated program marks what runs.
+    translated program marks what runs. `sanitized`: a native one looks for undefined behaviour.
 
     Of an image, that is its translation unless the group is interpreted, or cannot be translated.
     """
@@ -24,12 +32,33 @@ def build_group(group: Group, notify: Notify = lambda _: None, *, covered: bool 
         )
         return guest
     if not group.on_board:
-        return build(group.program, notify)
+        return build(group.program, notify, sanitizer.flags() if sanitized else ())
     guest = _image_of(group, notify)
     code = None
     if not group.interpreted:
         code = lazy.load("build.translation").translated(guest.file, notify)
     return guest if code is None else replace(guest, file=code)
+
+
+def build_all(
+    experiment: Experiment,
+    notify: Notify = lambda _: None,
+    *,
+    covered: bool = False,
+    sanitized: bool = False,
+) -> tuple[list[Guest], Guest | None]:
+    """What the robots of each group run, and the modules, if there are any."""
+    guests = [
+        build_group(group, notify, covered=covered, sanitized=sanitized)
+        for group in experiment.groups
+    ]
+    modules = experiment.modules
+    return guests, None if modules is None else build_group(modules, notify, sanitized=sanitized)
+
+
+def symbols_of(guests: Sequence[Guest], modules: Guest | None) -> tuple[Path | None, ...]:
+    """Debug information of the guests, then of the modules'."""
+    return tuple(guest.symbols for guest in (*guests, *([modules] if modules else [])))
 
 
 def _image_of(group: Group, notify: Notify) -> Guest:

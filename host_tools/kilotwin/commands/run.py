@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
+from kilotwin.build.sanitizer import ONE_OF_BOTH, SANITIZED, check_sanitized
 from kilotwin.commands import terminal
 from kilotwin.commands.options import (
     ConfineMode,
@@ -125,6 +126,15 @@ Coverage = Annotated[
         help="Run programs by their machine code, and say which of their lines have run.",
     ),
 ]
+Sanitize = Annotated[
+    bool,
+    typer.Option(
+        "--sanitize",
+        envvar="KILOTWIN_SANITIZE",
+        help="Run programs natively, and name what they do that the C standard leaves undefined, "
+        "as an index out of bounds; exit 4 if one does.",
+    ),
+]
 Verify = Annotated[
     bool,
     typer.Option(
@@ -163,6 +173,7 @@ Vcd = Annotated[
     "  kilotwin run my.toml --view\n\n"
     "  kilotwin run my.toml --dry-run --json\n\n"
     "  kilotwin run my.toml --coverage\n\n"
+    "  kilotwin run my.toml --sanitize\n\n"
     "  kilotwin run --verify runs/my-run/manifest.json"
 )
 def run(
@@ -184,6 +195,7 @@ def run(
     gdb_port: GdbPort = 1234,
     vcd: Vcd = None,
     coverage: Coverage = False,
+    sanitize: Sanitize = False,
     verify: Verify = False,
     dry_run: DryRun = False,
     confine: ConfineMode = None,
@@ -198,10 +210,11 @@ def run(
 ) -> None:
     """Run an experiment and leave a run folder."""
     confinement.choose(confine, trust)
-    twin = chosen(require=require_twin, without=no_twin)
+    # A twin is one of the program as it is.
+    twin = "off" if sanitize else chosen(require=require_twin, without=no_twin)
     given = given_settings(settings, seed)
     if verify:
-        others = (given, serve, plots, gdb, vcd, coverage, dry_run, view)
+        others = (given, serve, plots, gdb, vcd, coverage, sanitize, dry_run, view)
         if any(option not in (None, False, []) for option in others):
             raise InputError("--verify repeats a run as it was; give --out, --json or --quiet")
         _verify(experiment, out, as_json, quiet)
@@ -217,8 +230,7 @@ def run(
             link_dispatcher,
             None if poses is None else parse_address(poses),
         )
-    if coverage:
-        given.insert(0, COVERED)
+    given = [*_ways_to_run(coverage, sanitize), *given]
     loaded = Experiment.load(experiment, given)
     if dry_run:
         size = size_of(loaded.keys)
@@ -226,8 +238,7 @@ def run(
         return
     if serving is not None:
         serving.check(loaded)
-    if coverage:
-        check_covered(loaded)
+    _check_ways(loaded, coverage, sanitize)
     if plots:
         extras.require("matplotlib")
     probes = Probes(gdb, gdb_port, tuple(vcd or ()))
@@ -246,6 +257,7 @@ def run(
             twin=twin,
             window=viewer,
             covered=coverage,
+            sanitized=sanitize,
         )
         if coverage:
             _cover(loaded, outcome)
@@ -253,6 +265,21 @@ def run(
         if not outcome.stop_asked:
             stay(viewer)
     raise typer.Exit(outcome.exit_code)
+
+
+def _ways_to_run(coverage: bool, sanitize: bool) -> list[Setting]:
+    """Settings by which programs run so that what is asked for is seen."""
+    if coverage and sanitize:
+        raise InputError(ONE_OF_BOTH)
+    return [*([COVERED] if coverage else []), *([SANITIZED] if sanitize else [])]
+
+
+def _check_ways(experiment: Experiment, coverage: bool, sanitize: bool) -> None:
+    """InputError if a program does not run so."""
+    if coverage:
+        check_covered(experiment)
+    if sanitize:
+        check_sanitized(experiment)
 
 
 def _cover(experiment: Experiment, outcome: Outcome) -> None:

@@ -247,6 +247,16 @@ def module_troubles_text(failed: list[dict[str, Any]]) -> str:
     return "\n".join(_few(lines, "manifest.json"))
 
 
+def _undefined_row(cause: dict[str, Any], kind: str) -> str:
+    """`undefined behaviour at walk.c:42 in loop(): ...: robot 3 and 4 more (walk), from tick 9`.
+
+    `kind`: "robot" or "module".
+    """
+    more = f" and {cause[f'{kind}s'] - 1} more" if cause[f"{kind}s"] > 1 else ""
+    who = f"{kind} {cause[f'first_{kind}']}{more}"
+    return f"{cause['what']}: {who} ({cause['program']}), from tick {cause['first_tick']}"
+
+
 def _few(lines: list[str], file: str) -> list[str]:
     """A heading and its first rows; where the rest is."""
     left = len(lines) - 1 - _LISTED
@@ -262,6 +272,9 @@ def troubles_text(summary: dict[str, Any]) -> str:
     lines = _few([*lines, *(cause.text("robot") for cause in causes(failed))], "events.jsonl")
     if modules := module_troubles_text(summary.get("grid", {}).get("modules_failed", [])):
         lines.append(modules)
+    grid = summary.get("grid", {})
+    lines += [_undefined_row(one, "robot") for one in summary.get("undefined", [])]
+    lines += [_undefined_row(one, "module") for one in grid.get("undefined", [])]
     lines += spoiled
     if busy:
         lines.append(f"{busy} warnings of busy-waiting; events.jsonl has them")

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
+from kilotwin.build.sanitizer import ONE_OF_BOTH
 from kilotwin.commands import terminal
 from kilotwin.commands.options import (
     ConfineMode,
@@ -18,7 +19,8 @@ from kilotwin.commands.options import (
     command_app,
     given_settings,
 )
-from kilotwin.errors import EXIT_TIMEOUT, KilotwinError
+from kilotwin.commands.run import Sanitize
+from kilotwin.errors import EXIT_TIMEOUT, InputError, KilotwinError
 from kilotwin.files import confinement, lazy
 from kilotwin.files.junit import write_junit
 from kilotwin.scenario import report
@@ -85,6 +87,7 @@ Video = Annotated[
     "  kilotwin test gather.toml --junit report.xml\n\n"
     "  kilotwin test scenarios --set swarm.cpu=avr --timeout 60\n\n"
     "  kilotwin test --coverage coverage\n\n"
+    "  kilotwin test --sanitize\n\n"
     "Exit codes: 0 all met, 1 not met, 2 bad input, 124 a run took too long and all else was met.",
 )
 def run_scenarios(
@@ -97,6 +100,7 @@ def run_scenarios(
     keep: Keep = True,
     video: Video = False,
     coverage: Coverage = None,
+    sanitize: Sanitize = False,
     confine: ConfineMode = None,
     trust: Trust = False,
     as_json: Json = False,
@@ -105,9 +109,11 @@ def run_scenarios(
     """Run experiments that say what is to come of them, as scenarios. 1 if one is not met."""
     confinement.choose(confine, trust)
     display = terminal.sweep_display(quiet)
+    if sanitize and coverage is not None:
+        raise InputError(ONE_OF_BOTH)
     found = find(files or [])
     given, covered = given_settings(settings, None), coverage is not None
-    scenarios = prepare(found, given, timeout, display.note, covered=covered)
+    scenarios = prepare(found, given, timeout, display.note, covered=covered, sanitized=sanitize)
     width = max(len(scenario.name) for scenario in scenarios)
     for scenario in run_all(scenarios, Processes(processes or cores()), display):
         if not as_json:

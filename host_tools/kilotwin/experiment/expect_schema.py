@@ -11,7 +11,7 @@ Seconds = Annotated[float, Field(ge=0, le=1e9)]
 Rate = Annotated[float, Field(ge=0, le=1000)]
 Runs = Annotated[int, Field(ge=1, le=10_000)]
 
-KINDS = ("that", "share", "no_crash", "no_busy_wait", "messages_per_robot_s")
+KINDS = ("that", "share", "no_crash", "no_busy_wait", "no_undefined", "messages_per_robot_s")
 """Keys of which an [[expect]] has one: what is expected."""
 
 SHARE_RUNS = 20
@@ -36,7 +36,8 @@ Condition = Annotated[str, AfterValidator(_expression)]
 class Expect(Section):
     """Something that `kilotwin test` expects of a run; the run itself does not depend on it.
 
-    Each has one of `that`, `share`, `no_crash`, `no_busy_wait` and `messages_per_robot_s`.
+    Each has one of `that`, `share`, `no_crash`, `no_busy_wait`, `no_undefined` and
+    `messages_per_robot_s`.
     """
 
     that: Condition | None = None
@@ -64,6 +65,9 @@ class Expect(Section):
     no_busy_wait: bool | None = None
     """Whether no program may stay busy for 10 s without coming back, as one that hangs; true unless
     an expect says false."""
+    no_undefined: bool | None = None
+    """Whether no program may do what the C standard leaves undefined, where that is looked for
+    (--sanitize); true unless an expect says false."""
     messages_per_robot_s: Bounds | None = None
     """[least, most] messages a second of each robot, over the whole run; with the ideal medium the
     mean of all robots."""

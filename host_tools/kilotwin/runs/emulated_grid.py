@@ -154,6 +154,7 @@ class EmulatedHost:
             "polls_missed": poller.counts.missed,
             "bad_frames": poller.counts.bad_frames,
             "modules_failed": self.record.failed_modules(poller.silent),
+            "undefined": self.record.undefined(),
             "buses": self.simulation.can_stats(),
             "cells": self.simulation.cell_stats(),
             "kilodat": self.record.kilodat and str(self.record.kilodat),

@@ -44,6 +44,9 @@ SENT = "sent"
 # Events after which a robot, or a module, takes no part any more.
 FAILURES = {"crash", "endless", "stack_overflow"}
 
+# Events of programs that look for it (--sanitize).
+UNDEFINED = "undefined_behaviour"
+
 # A manifest's key of a run that was steered by hand: `first_s`, when for the first time.
 TOUCHED = "touched"
 

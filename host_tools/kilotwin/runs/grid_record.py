@@ -18,10 +18,10 @@ from kilotwin.experiment.grid_layout import Module
 from kilotwin.grid import kilodat
 from kilotwin.grid.can_log import CanLog
 from kilotwin.grid.poller import Reports
-from kilotwin.runs.causes import said
+from kilotwin.runs.causes import causes, said
 from kilotwin.runs.columns import TRACKING_SCHEMA
 from kilotwin.runs.event_places import FIELDS
-from kilotwin.runs.folder import CAN_LOG, FAILURES, TRACKING
+from kilotwin.runs.folder import CAN_LOG, FAILURES, TRACKING, UNDEFINED
 from kilotwin.runs.tracking import Tracking
 from kilotwin.runs.writer import RunWriter, Stream
 from kilotwin.units import seconds, ticks
@@ -37,6 +37,7 @@ class GridEvents:
         self.log: CanLog | None = None
         self.kilodat: Path | None = None
         self._crashed: list[dict[str, Any]] = []
+        self._undefined: list[Mapping[str, Any]] = []
 
     def reports(self, reports: Reports) -> None:
         """Takes reports of robots."""
@@ -49,6 +50,13 @@ class GridEvents:
         if event["kind"] in FAILURES:
             row = {"module": list(event["module"]), "tick": event["tick"], "what": said(event)}
             self._crashed.append({**row, **{key: event[key] for key in FIELDS if key in event}})
+
+        elif event["kind"] == UNDEFINED:
+            self._undefined.append(event)
+
+    def undefined(self) -> list[dict[str, Any]]:
+        """Causes of undefined behaviour in modules, where programs look for it."""
+        return [cause.as_dict("module") for cause in causes(self._undefined)]
 
     def failed_modules(self, silent: Sequence[Module]) -> list[dict[str, Any]]:
         """Modules whose programs failed, and those that do not answer."""

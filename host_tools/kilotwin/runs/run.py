@@ -15,7 +15,7 @@ from types import FrameType
 from typing import Any
 
 from kilotwin import __version__
-from kilotwin.build.group import build_group
+from kilotwin.build.group import build_all, symbols_of
 from kilotwin.build.guest import Guest
 from kilotwin.coverage.marks import Marks, understood
 from kilotwin.errors import (
@@ -91,14 +91,15 @@ def run(
     twin: Mode = "off",
     window: Window | None = None,
     covered: bool = False,
+    sanitized: bool = False,
     acts: tuple[Act, ...] = (),
 ) -> Outcome:
     """Builds the programs, runs the experiment, leaves the run folder. Input errors leave none.
 
     `serving`: the grid waits for a host from outside. After `timeout_s` of wall time the run is
     interrupted. `twin`: whether native programs are held against their ATmega328P. `window`: where
-    the run is seen as it goes. `covered`: translated programs mark what runs. `acts`: what is done
-    in it again.
+    the run is seen as it goes. `covered`, `sanitized`: as build_group() has them. `acts`: what is
+    done in it again.
     """
     if importlib.util.find_spec("kilotwin._emulator") is None:
         raise RunError("the engine is not built; type: make setup")
@@ -107,8 +108,7 @@ def run(
     size = size_of(experiment.keys)
     if trouble := size.without_room(folder):
         display.warn(trouble)
-    guests = [build_group(group, display.note, covered=covered) for group in experiment.groups]
-    modules = None if experiment.modules is None else build_group(experiment.modules, display.note)
+    guests, modules = build_all(experiment, display.note, covered=covered, sanitized=sanitized)
     built = [*guests, *([modules] if modules else [])]
     commands = experiment.keys.command
     if (
@@ -135,7 +135,7 @@ def run(
             serving,
             probes or Probes(),
             covered,
-            symbols=tuple(guest.symbols for guest in built),
+            symbols=symbols_of(guests, modules),
             functions_outside=functions is not None,
             acts=acts,
             live=None if window is None else window.run_end,

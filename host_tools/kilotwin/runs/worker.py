@@ -49,6 +49,7 @@ from kilotwin.runs.folder import (
     FINISHED,
     INTERRUPTED,
     TOUCHED,
+    UNDEFINED,
     add_to_manifest,
     close_manifest,
 )
@@ -145,7 +146,9 @@ def simulate(
 def _exit_code(summary: dict[str, Any]) -> int:
     if summary["status"] == INTERRUPTED:
         return EXIT_INTERRUPTED
-    failed = summary["robots_failed"] or summary.get("grid", {}).get("modules_failed")
+    grid = summary.get("grid", {})
+    failed = summary["robots_failed"] or summary["undefined"] or grid.get("modules_failed")
+    failed = failed or grid.get("undefined")
     return EXIT_ROBOTS_FAILED if failed else 0
 
 
@@ -196,6 +199,7 @@ class Trial(Generic[WriterT]):
             self._chunk_s = lazy.load("runs.live").chunk_s(self._simulation.robots)
         self._events: Counter[str] = Counter()
         self._failed: list[dict[str, Any]] = []
+        self._undefined: list[dict[str, Any]] = []
         self._touched = False
         self._startup_s = 0.0
         self._sampled_at = -1
@@ -328,6 +332,8 @@ class Trial(Generic[WriterT]):
             self._events[event["kind"]] += 1
             if event["kind"] in FAILURES:
                 self._failed.append(event)
+            elif event["kind"] == UNDEFINED:
+                self._undefined.append(event)
         self._samples += len(samples["tick"])
         counts = self.writer.add(samples, self._measure(samples, last=last))
         if counts is None:
@@ -391,6 +397,7 @@ class Trial(Generic[WriterT]):
             "events": dict(self._events),
             "robots_failed": self._failed,
             "causes": [cause.as_dict("robot") for cause in causes(self._failed)],
+            "undefined": [cause.as_dict("robot") for cause in causes(self._undefined)],
             "stats": simulation.stats(),
             "metrics": metrics_summary(self._keys, self._meter.latest),
             "metrics_failed": self._meter.failed,

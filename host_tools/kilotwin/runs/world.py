@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationError
 
 from kilotwin import _emulator
-from kilotwin.build.group import build_group
+from kilotwin.build.group import build_all, symbols_of
 from kilotwin.build.guest_symbols import GuestSymbols
 from kilotwin.errors import InputError, KilotwinError, RunError
 from kilotwin.experiment.colours import LED_VALUES, Led, led_byte
@@ -147,21 +147,19 @@ class World:
             self._experiment = Experiment.load(Path(given.experiment), settings)
         else:
             self._experiment = experiment_of(keys, settings)
-        guests = [build_group(group) for group in self._experiment.groups]
+        guests, modules = build_all(self._experiment)
         self._names = States.of(self._experiment.keys)
         functions = LocalFunctions(self._experiment) if self._experiment.functions else None
         self._meter = Meter(self._experiment, functions, [str(guest.file) for guest in guests])
         self._symbols: dict[str, GuestSymbols] = {}
         self._events: list[dict[str, Any]] = []
-        modules = self._experiment.modules
-        built = [*guests, *([] if modules is None else [build_group(modules)])]
-        self._places = EventPlaces(self._experiment, [guest.symbols for guest in built])
+        self._places = EventPlaces(self._experiment, symbols_of(guests, modules))
         spec = engine_spec(
             self._experiment,
             [str(guest.file) for guest in guests],
             sample_ticks=_NEVER_TICKS,
             black_box=None,
-            module_guest=None if modules is None else str(built[-1].file),
+            module_guest=None if modules is None else str(modules.file),
             lead_ticks=0 if modules is None else lead_ticks(self._experiment),
         )
         try:

@@ -10,6 +10,9 @@ from kilotwin.experiment.experiment import Experiment
 from kilotwin.scenario.looks import Failure, by_cause, once_per_cause
 from kilotwin.scenario.one_run import Ran
 
+# Have a verdict in each scenario; others where they are written, or not met.
+_ALWAYS = ("no_crash", "no_busy_wait")
+
 
 @dataclass(frozen=True)
 class Verdict:
@@ -50,6 +53,7 @@ def judge(experiment: Experiment, runs: Sequence[Ran]) -> list[Verdict]:
     verdicts = [
         *_programs("no_crash", experiment, runs, lambda ran: ran.crashes),
         *_programs("no_busy_wait", experiment, runs, lambda ran: ran.busy_waits),
+        *_programs("no_undefined", experiment, runs, lambda ran: ran.undefined),
     ]
     for index, expect in enumerate(expects):
         where = experiment.origin.where(("expect", index))
@@ -115,15 +119,17 @@ def _programs(
     failures: Callable[[Ran], Sequence[Failure]],
 ) -> Iterator[Verdict]:
     """Verdicts of `no_crash` and the like, which hold unless an [[expect]] says false."""
-    where, given = experiment.origin.source, True
+    where, given, is_written = experiment.origin.source, True, key in _ALWAYS
     for index, expect in enumerate(experiment.keys.expect):
         if getattr(expect, key) is not None:
             where, given = experiment.origin.where(("expect", index)), getattr(expect, key)
+            is_written = True
     if not given:
         return
     bad = [ran for ran in runs if failures(ran)]
-    if not bad:
+    if not bad and is_written:
         yield Verdict(where, f"{key} = true", True, f"none in {_runs(len(runs))}")
+    if not bad:
         return
     said = _of_runs(bad, runs, once_per_cause(failures(bad[0])))
     blamed = tuple(failure for failure, _ in by_cause(failures(bad[0])))

@@ -11,7 +11,7 @@ from kilotwin.experiment.expression import Expression, Value
 from kilotwin.experiment.states import Counts, States, count
 from kilotwin.metrics.values import NO_METRICS, MetricValues
 from kilotwin.runs.causes import said
-from kilotwin.runs.folder import FAILURES
+from kilotwin.runs.folder import FAILURES, UNDEFINED
 from kilotwin.units import TICK_S, seconds
 
 if TYPE_CHECKING:
@@ -123,6 +123,7 @@ class Looks:
         self._failed: dict[Any, int] = {}  # when, by robot
         self.crashes: list[Failure] = []
         self.busy_waits: list[Failure] = []
+        self.undefined: list[Failure] = []
 
     def looks(self) -> Sequence[Look | None]:
         """One for each [[expect]]; None of those without a condition."""
@@ -153,8 +154,9 @@ class Looks:
         kind = event["kind"]
         if kind in FAILURES and "robot" in event:
             self._failed.setdefault(event["robot"], event["tick"])
-        kept = self.crashes if kind in FAILURES else self.busy_waits
-        if (kind in FAILURES or kind == "busy_wait") and len(kept) < _KEPT_EVENTS:
+        kept = {"busy_wait": self.busy_waits, UNDEFINED: self.undefined}.get(kind)
+        kept = self.crashes if kind in FAILURES else kept
+        if kept is not None and len(kept) < _KEPT_EVENTS:
             kept.append(_failure(event))
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from kilotwin.build.group import build_group
+from kilotwin.build.group import build_all, symbols_of
 from kilotwin.build.guest import Notify
 from kilotwin.coverage.marks import Marks, marks_of_all, understood
 from kilotwin.errors import KilotwinError
@@ -52,6 +52,7 @@ class Ran:
     looks: tuple[Look | None, ...] = ()
     crashes: tuple[Failure, ...] = ()
     busy_waits: tuple[Failure, ...] = ()
+    undefined: tuple[Failure, ...] = ()
     rates: tuple[float, ...] = ()
     trouble: str = ""
     timed_out: bool = False
@@ -61,14 +62,19 @@ class Ran:
 
 
 def tasks_of(
-    experiment: Experiment, runs: int, timeout_s: float, notify: Notify, *, covered: bool = False
+    experiment: Experiment,
+    runs: int,
+    timeout_s: float,
+    notify: Notify,
+    *,
+    covered: bool = False,
+    sanitized: bool = False,
 ) -> list[Task]:
     """Builds the programs; a task for each seed, from the experiment's on."""
-    built = [build_group(group, notify, covered=covered) for group in experiment.groups]
+    built, modules = build_all(experiment, notify, covered=covered, sanitized=sanitized)
     guests = [str(guest.file) for guest in built]
-    modules = [build_group(group, notify) for group in [experiment.modules] if group is not None]
-    module_guest = str(modules[0].file) if modules else None
-    symbols = tuple(guest.symbols for guest in (*built, *modules))
+    module_guest = None if modules is None else str(modules.file)
+    symbols = symbols_of(built, modules)
     trusted = confinement.mode() == "off"
     first = experiment.keys.seed
     return [
@@ -126,6 +132,7 @@ def _in_fork(task: Task) -> dict[str, Any]:
         ],
         "crashes": [vars(one) for one in (*trial.writer.crashes, *_modules(summary))],
         "busy_waits": [vars(one) for one in trial.writer.busy_waits],
+        "undefined": [vars(one) for one in trial.writer.undefined],
         "rates": _rates(task, trial, summary),
         "result_hash": summary["result_hash"],
         "marks": marks_of_all(task.guests) if task.covered else [],
@@ -178,6 +185,7 @@ def _understood(task: Task, told: dict[str, Any]) -> Ran:
         tuple(looks),
         tuple(map(Failure.understood, told["crashes"])),
         tuple(map(Failure.understood, told["busy_waits"])),
+        tuple(map(Failure.understood, told["undefined"])),
         tuple(map(float, told["rates"])),
         result_hash=str(told["result_hash"]),
         marks=understood(told["marks"]),

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from kilotwin.build.guest import Notify
+from kilotwin.build.sanitizer import SANITIZED, check_sanitized
 from kilotwin.coverage.checks import COVERED, check_covered
 from kilotwin.errors import InputError, InterruptError, RunError
 from kilotwin.experiment.experiment import Experiment
@@ -97,11 +98,12 @@ def prepare(
     notify: Notify,
     *,
     covered: bool = False,
+    sanitized: bool = False,
 ) -> list[Scenario]:
     """Loads all files, then builds their programs; InputError names what cannot be used. `covered`:
-    programs run translated, and mark what runs."""
-    if covered:
-        settings = [COVERED, *settings]
+    programs run translated, and mark what runs; `sanitized`: natively, and look for undefined
+    behaviour."""
+    settings = [*([COVERED] if covered else []), *([SANITIZED] if sanitized else []), *settings]
     loaded = [Experiment.load(file, settings) for file in files]
     for experiment in loaded:
         if not experiment.keys.expect:
@@ -110,10 +112,10 @@ def prepare(
             )
         if covered:
             check_covered(experiment)
-    return [
-        Scenario(one, tasks_of(one, runs_of(one), timeout_s, notify, covered=covered))
-        for one in loaded
-    ]
+        if sanitized:
+            check_sanitized(experiment)
+    how = {"covered": covered, "sanitized": sanitized}
+    return [Scenario(one, tasks_of(one, runs_of(one), timeout_s, notify, **how)) for one in loaded]
 
 
 def run_all(

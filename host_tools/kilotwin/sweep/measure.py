@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import pyarrow as pa
 
 from kilotwin import _emulator
-from kilotwin.build.group import build_group
+from kilotwin.build.group import build_all, symbols_of
 from kilotwin.errors import KilotwinError, TimeoutRunError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.states import Counts, States, count
@@ -108,16 +108,15 @@ def measure(task: Task) -> Measured | Failed:
 
 def job_of(task: Task) -> Job:
     """The job of a trial, with its programs built; KilotwinError if that cannot be."""
-    guests = [build_group(group) for group in task.experiment.groups]
-    modules = [build_group(group) for group in [task.experiment.modules] if group is not None]
+    guests, modules = build_all(task.experiment)
     return Job(
         task.experiment,
         [str(guest.file) for guest in guests],
         task.folder,
         {},
         None,
-        str(modules[0].file) if modules else None,
-        symbols=tuple(guest.symbols for guest in (*guests, *modules)),
+        None if modules is None else str(modules.file),
+        symbols=symbols_of(guests, modules),
     )
 
 
