@@ -9,11 +9,14 @@ import itertools
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from kilotwin.build.code_places import CodePlaces, Place
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.programs import Program
+from kilotwin.files import lazy
+
+if TYPE_CHECKING:
+    from kilotwin.build.code_places import CodePlaces, Place
 
 CODE = "code"
 FIELDS = ("file", "line", "function")
@@ -54,13 +57,16 @@ class EventPlaces:
 
 
 class _Program:
-    """A program, and what is known of its addresses."""
+    """A program, and what is known of its addresses. In most runs nobody asks."""
 
     def __init__(self, symbols: bytes, program: Program) -> None:
-        self._places = CodePlaces(symbols, program)
+        self._symbols, self._program = symbols, program
+        self._places: CodePlaces | None = None
         self._known: dict[tuple[int, ...], Place | None] = {}
 
-    def place(self, code: tuple[int, ...]) -> Place | None:
+    def place(self, code: tuple[int, ...]) -> "Place | None":
+        if self._places is None:
+            self._places = lazy.load("build.code_places").CodePlaces(self._symbols, self._program)
         if code not in self._known:
             self._known[code] = self._places.of(code)
         return self._known[code]
