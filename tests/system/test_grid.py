@@ -217,15 +217,24 @@ def test_a_node_that_goes_off_its_bus_is_found_again(run_small: RunSmall) -> Non
         'faults.module=[{at_s = 20.0, kind = "bus_off", module = [1, 1]},'
         '{at_s = 35.0, kind = "recover", module = [1, 1]}]'
     )
-    run = run_small(faults)
+    run = run_small(faults, 'record.also=["modules"]')
     (silent,), (back,) = of_module(run, "module_silent"), of_module(run, "module_back")
     assert 20 < silent["time_s"] < 25
     assert 35 < back["time_s"] < 46
     assert reports_of_others(run, 20) > 30
+    modules = run.modules().to_pylist()
+    assert {row["tick"] for row in modules} == set(run.sites()["tick"].to_pylist())
+    off = {(row["x"], row["y"], row["time_s"]) for row in modules if row["can"] == "bus_off"}
+    assert {(x, y) for x, y, _ in off} == {(1, 1)}
+    assert 20 <= min(time_s for *_, time_s in off) < 20.6
+    assert 34.4 < max(time_s for *_, time_s in off) < 36
 
 
 def test_error_frames_cost_time_and_no_reports(run_small: RunSmall, plain: Run) -> None:
-    run = run_small("faults.error_share=0.05")
+    run = run_small("faults.error_share=0.05", 'record.also=["modules"]')
+    errors = run.modules()["tec"].to_numpy()
+    assert errors[:16].max() == 0  # at the begin
+    assert 8 <= errors.max() < 128
     buses = run.manifest["summary"]["grid"]["buses"]
     for bus in buses:
         share = bus["error_frames"] / (bus["frames"] + bus["error_frames"])

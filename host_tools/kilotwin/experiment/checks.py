@@ -316,6 +316,9 @@ def _record(experiment: ExperimentSchema) -> Iterator[Problem]:
         twice = [one for one, times in Counter(values or []).items() if times > 1]
         if twice:
             yield Problem(f"record.{key} names {twice[0]} twice; name it once", (("record", key),))
+    if record.has("modules") and experiment.grid is None:
+        what = "record.also names modules, and there is no [grid]; remove it, or add [grid]"
+        yield Problem(what, (("record", "also"),))
     missing = next((robot for robot in record.robots or [] if robot >= size), None)
     if missing is not None:
         what = f"record.robots names robot {missing}; there are robots 0 to {size - 1}"

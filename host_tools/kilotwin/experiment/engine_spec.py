@@ -2,7 +2,7 @@
 
 import itertools
 import re
-from typing import Any, get_args
+from typing import Any
 
 from kilotwin.aggregation import block
 from kilotwin.aggregation.block import ALL_ROBOTS, Message
@@ -13,7 +13,7 @@ from kilotwin.experiment.lab_file import TABLES
 from kilotwin.experiment.objects import object_spec
 from kilotwin.experiment.overhead import DUTIES, RUN, TimedMessage, timed
 from kilotwin.experiment.profile_defaults import PROFILES, Profile, motion_defaults
-from kilotwin.experiment.record_schema import Extra
+from kilotwin.experiment.record_schema import EXTRA_OF
 from kilotwin.experiment.schema import (
     Arena,
     ExperimentSchema,
@@ -110,7 +110,7 @@ def engine_spec(
         "grid": None if keys.grid is None else _grid(experiment, module_guest),
         "lead_ticks": lead_ticks,
         "sample_ticks": sample_ticks,
-        "sample_extras": {extra: extra in (keys.record.also or []) for extra in get_args(Extra)},
+        "sample_extras": {extra: keys.record.has(extra) for extra in set(EXTRA_OF.values())},
         "black_box": black_box,
         "run_ahead": True,
     }

@@ -10,7 +10,7 @@ from kilotwin.parameters.section import Section, Share
 from kilotwin.units import TICK_S
 
 RobotColumn = Literal["x_m", "y_m", "heading_rad", "led", "state", "site"]
-Extra = Literal["motors", "battery", "messages"]
+Extra = Literal["motors", "battery", "messages", "modules"]
 Columns = Annotated[list[RobotColumn], Field(max_length=6)]
 Interval = Annotated[float, Field(ge=TICK_S, le=1e6)]
 Index = Annotated[int, Field(ge=0, le=999_999)]
@@ -39,10 +39,11 @@ class Record(Section):
     columns: Columns | None = None
     """Columns of `robots`, besides tick, time_s, robot and metrics: x_m, y_m, heading_rad, led,
     state, site; all if left out."""
-    also: Annotated[list[Extra], Field(max_length=3)] | None = None
+    also: Annotated[list[Extra], Field(max_length=4)] | None = None
     """What `robots` has besides: motors (left_duty, right_duty, 0 to 255), battery (a reading, as
     get_voltage() returns it), messages (sent and received so far). Null for real robots, of which
-    the host does not know them."""
+    the host does not know them. modules, on an emulated grid: a table `modules` with the state and
+    the error counters of each at each sample."""
     robots: list[Index] | None = None
     """Indices of the robots that have rows in `robots`; all if left out. Counts and metrics are of
     all robots."""
@@ -65,10 +66,14 @@ class Record(Section):
         """How many samples are from one row of a robot to the next."""
         return 1 if self.robots_s is None else max(1, round(self.robots_s / self.sample_s))
 
+    def has(self, extra: Extra) -> bool:
+        """Whether `also` names it."""
+        return extra in (self.also or [])
+
     def has_column(self, name: str) -> bool:
         """Whether `robots` has that column."""
         if name in EXTRA_OF:
-            return EXTRA_OF[name] in (self.also or [])
+            return self.has(EXTRA_OF[name])
         return self.columns is None or name in self.columns
 
     def robots_of(self, size: int) -> NDArray[np.uint32] | None:

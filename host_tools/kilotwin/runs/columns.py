@@ -24,7 +24,7 @@ from kilotwin.metrics.values import NO_METRICS, MetricValues
 from kilotwin.units import TICK_S
 
 if TYPE_CHECKING:
-    from kilotwin._emulator import Samples
+    from kilotwin._emulator import ModuleRecord, Samples
 
 WORD = pa.dictionary(pa.uint8(), pa.string())
 """The type of a column of few different words."""
@@ -254,6 +254,41 @@ TRACKING_SCHEMA = pa.schema(
     ]
 )
 """`tracking`: a row per report of a robot, as the host of a grid had it."""
+
+MODULES_SCHEMA = pa.schema(
+    [
+        field("tick", pa.int64(), "32.768 ms"),
+        field("time_s", pa.float64(), "s"),
+        field("x", pa.uint8(), "column"),
+        field("y", pa.uint8(), "row"),
+        field("state", pa.string(), "of its runtime; of one on a board only whether it has power"),
+        field("can", pa.string(), "its CAN controller: active, passive, bus_off, dead"),
+        field("tec", pa.uint32(), "its transmit error counter"),
+        field("rec", pa.uint32(), "its receive error counter"),
+        field("frames_refused", pa.uint64(), "wrong length, out of range or order; so far"),
+        field("frames_missed", pa.uint64(), "came while its buffers were full; so far"),
+    ]
+)
+"""`modules`: a row per module and sample, row by row of modules from the lower left."""
+
+COUNTERS = ("state", "can", "tec", "rec", "frames_refused", "frames_missed")
+"""What is recorded of a module, and told of it at any moment."""
+
+
+def module_rows(tick: int, modules: "list[ModuleRecord]") -> pa.RecordBatch:
+    """The rows of one sample."""
+    number = len(modules)
+    when = [np.full(number, tick), np.full(number, tick * TICK_S)]
+    rest = [
+        [module[column.name] for module in modules]  # type: ignore[literal-required]
+        for column in list(MODULES_SCHEMA)[len(when) :]
+    ]
+    arrays = [
+        pa.array(values, type=column.type)
+        for values, column in zip([*when, *rest], MODULES_SCHEMA, strict=True)
+    ]
+    return pa.record_batch(arrays, schema=MODULES_SCHEMA)
+
 
 SENT_SCHEMA = pa.schema(
     [

@@ -40,6 +40,7 @@ OBJECTS = "objects"
 TRACKING = "tracking"
 CAN_LOG = "can.log"
 SENT = "sent"
+MODULES = "modules"
 
 # Events after which a robot, or a module, takes no part any more.
 FAILURES = {"crash", "endless", "stack_overflow"}

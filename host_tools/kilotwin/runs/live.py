@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from kilotwin.errors import InputError
 from kilotwin.experiment.record_schema import EXTRA_OF
+from kilotwin.runs.columns import COUNTERS
 from kilotwin.runs.live_link import LiveLink
 from kilotwin.runs.pace import MOST_TICKS, Pace
 from kilotwin.runs.packing import for_page, pack
@@ -28,8 +29,8 @@ _OBJECTS = ("object_x_m", "object_y_m", "object_heading_rad")
 def chunk_s(robots: int) -> float:
     """CPU time of a call of the engine between two looks.
 
-    At each end of one no robot may have been run ahead, and then all are looked at: some 0.2 us of each
-    robot, so of large swarms there are fewer looks, that they may take 3 %.
+    At each end of one no robot may have been run ahead, and then all are looked at: some 0.2 us of
+    each robot, so of large swarms there are fewer looks, that they may take 3 %.
     """
     return min(_LONGEST_CHUNK_S, max(1.0, robots / _ROBOTS_A_CHUNK) * CHUNK_S)
 
@@ -48,9 +49,15 @@ class Live:
     """Answers the viewer of one run, and lets it be steered."""
 
     def __init__(
-        self, descriptor: int, simulation: "Simulation", steering: Steering | None = None
+        self,
+        descriptor: int,
+        simulation: "Simulation",
+        steering: Steering | None = None,
+        *,
+        grid: bool = False,
     ) -> None:
-        """Without `steering` it is only seen."""
+        """Without `steering` it is only seen; `grid`: there are modules to be seen."""
+        self._grid = grid
         self._link = LiveLink(descriptor)
         self._simulation = simulation
         self._steering = steering
@@ -66,10 +73,10 @@ class Live:
                 self._answer(order)
         self._link.flush()
         if self._asked and self._link.is_free:
-            look = self._simulation.close_look if self._closely else self._simulation.snapshot
-            self._asked = self._closely = False
-            snapshot = look()
-            self._link.send(packed_moment(snapshot, zero_tick, **self._pace()))
+            closely, self._asked, self._closely = self._closely, False, False
+            look = self._simulation.close_look if closely else self._simulation.snapshot
+            more = self._modules() if closely else {}
+            self._link.send(packed_moment(look(), zero_tick, **self._pace(), **more))
         if self._link.closed and self._steering is not None and self._steering.pace.paused:
             self._steering.pace = Pace()  # no page is left to have it go on
 
@@ -94,6 +101,15 @@ class Live:
             except InputError as refusal:
                 error = str(refusal)
         self._link.send(pack({"answer": order.get("id"), "error": error}, {}))
+
+    def _modules(self) -> dict[str, Any]:
+        """How modules are, if there is a grid: x, y and COUNTERS of each."""
+        if not self._grid:
+            return {}
+        names = ("x", "y", *COUNTERS)
+        modules = self._simulation.modules()
+        rows = [[module[name] for name in names] for module in modules]  # type: ignore[literal-required]
+        return {"modules": rows}
 
     def _pace(self) -> dict[str, Any]:
         pace = Pace() if self._steering is None else self._steering.pace

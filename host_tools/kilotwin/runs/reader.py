@@ -15,8 +15,17 @@ from kilotwin.experiment.checks import swarm_size
 from kilotwin.experiment.pictures import Picture, floor_picture
 from kilotwin.experiment.schema import ExperimentSchema
 from kilotwin.experiment.text import ExperimentText
-from kilotwin.runs.columns import SENT_SCHEMA, TRACKING_SCHEMA, Records
-from kilotwin.runs.folder import EVENTS, EXPERIMENT, FINISHED, MANIFEST, OBJECTS, SENT, TRACKING
+from kilotwin.runs.columns import MODULES_SCHEMA, SENT_SCHEMA, TRACKING_SCHEMA, Records
+from kilotwin.runs.folder import (
+    EVENTS,
+    EXPERIMENT,
+    FINISHED,
+    MANIFEST,
+    MODULES,
+    OBJECTS,
+    SENT,
+    TRACKING,
+)
 
 
 def read_parquet(path: Path) -> pa.Table:
@@ -97,6 +106,10 @@ class Run:
     def tracking(self) -> pa.Table:
         """A row per report that the host of a grid fetched; none without a grid."""
         return self._table(TRACKING, TRACKING_SCHEMA)
+
+    def modules(self) -> pa.Table:
+        """A row per module of an emulated grid and sample; none unless that was recorded."""
+        return self._table(MODULES, MODULES_SCHEMA)
 
     def sent(self) -> pa.Table:
         """A row per word that an environment told a robot; none without an environment."""

@@ -201,6 +201,11 @@ class Trial(Generic[WriterT]):
         self._failed: list[dict[str, Any]] = []
         self._undefined: list[dict[str, Any]] = []
         self._touched = False
+        # Records how modules are at samples.
+        self._modules: RunWriter | None = None
+        if isinstance(self.writer, RunWriter) and self.writer.wants_modules and not self._served:
+            self._modules = self.writer
+        self._stops_at_samples = self._meter.wants_moments or self._modules is not None
         self._startup_s = 0.0
         self._sampled_at = -1
         self._samples = 0
@@ -235,7 +240,7 @@ class Trial(Generic[WriterT]):
             return self._serve(self._served, stopped)
         simulation, end = self._simulation, ticks(self._keys.duration_s)
         chunk = 1
-        if self._meter.wants_moments:
+        if self._stops_at_samples:
             simulation.advance(0)  # takes the first sample, while the engine stands there
             self._take(simulation.samples())
         while simulation.tick < end and not stopped():
@@ -262,8 +267,8 @@ class Trial(Generic[WriterT]):
         return now >= end and len(samples["tick"]) > 0 and int(samples["tick"][-1]) == now
 
     def _ticks_until_sample(self) -> int:
-        """So far may the engine go for the sake of metrics that look at it, beside its samples."""
-        if not self._meter.wants_moments:
+        """So far may the engine go for the sake of what is measured beside its samples."""
+        if not self._stops_at_samples:
             return sys.maxsize
         every = max(1, ticks(self._keys.record.sample_s))
         return max(1, self._samples * every - self._simulation.tick)
@@ -287,7 +292,9 @@ class Trial(Generic[WriterT]):
     def _join_viewer(self, descriptor: int) -> "Live":
         """The link to a viewer, which does not steer where hosts outside have the say."""
         steering = self._make_steering() if self._served is None else None
-        live: Live = lazy.load("runs.live").Live(descriptor, self._simulation, steering)
+        live: Live = lazy.load("runs.live").Live(
+            descriptor, self._simulation, steering, grid=self._keys.grid is not None
+        )
         return live
 
     def _make_steering(self) -> "Steering":
@@ -339,6 +346,8 @@ class Trial(Generic[WriterT]):
         if counts is None:
             return
         self._sampled_at = int(samples["tick"][-1])
+        if self._modules is not None:
+            self._modules.add_modules(self._sampled_at, self._simulation.modules())
         self._last = counts
         if time.perf_counter() - self._reported_at > _PROGRESS_S:
             self._reported_at = time.perf_counter()

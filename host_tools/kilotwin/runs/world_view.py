@@ -34,7 +34,8 @@ class WorldView:
         folder = Path(self._scratch.name) / experiment.keys.name.replace("/", "-")
         self._writer = RunWriter(folder, experiment, manifest)
         steering = Steering(simulation, ticks(_SAMPLE_S), self._writer.add_event, grid)
-        self._live = Live(self._viewer.run_end, simulation, steering)
+        has_grid = experiment.keys.grid is not None
+        self._live = Live(self._viewer.run_end, simulation, steering, grid=has_grid)
         self._written_at = (-1.0, -1)  # wall time and tick
         self.take()
         self._viewer.open(folder)

@@ -23,13 +23,21 @@ from kilotwin.experiment.record_schema import EXTRA_OF, Record
 from kilotwin.experiment.states import Counts, States, count
 from kilotwin.files.drafts import draft_of
 from kilotwin.metrics.values import NO_METRICS, MetricValues
-from kilotwin.runs.columns import Records
-from kilotwin.runs.folder import EVENTS, EXPERIMENT, OBJECTS, PRINTS, Reserve, write_manifest
+from kilotwin.runs.columns import MODULES_SCHEMA, Records, module_rows
+from kilotwin.runs.folder import (
+    EVENTS,
+    EXPERIMENT,
+    MODULES,
+    OBJECTS,
+    PRINTS,
+    Reserve,
+    write_manifest,
+)
 from kilotwin.runs.prints import PrintLimit, Prints
 from kilotwin.units import seconds, ticks
 
 if TYPE_CHECKING:
-    from kilotwin._emulator import Event, Samples
+    from kilotwin._emulator import Event, ModuleRecord, Samples
 
 _ROW_GROUP = 1_000_000
 # A run's process starts no threads (docs/security.md).
@@ -54,6 +62,9 @@ class RunWriter:
         self._objects: Stream | None = None
         if experiment.keys.object and "engine" in manifest:
             self._objects = Stream(folder / f"{OBJECTS}.arrows", self._records.objects_schema)
+        self._modules: Stream | None = None
+        if experiment.keys.record.has("modules") and "engine" in manifest:
+            self._modules = Stream(folder / f"{MODULES}.arrows", MODULES_SCHEMA)
         self._events = (folder / EVENTS).open("w", buffering=1)
         self._prints = Prints(folder / PRINTS)
         self._print_limit = PrintLimit(experiment.keys.record)
@@ -77,6 +88,16 @@ class RunWriter:
             self._robots.write(self._records.robots(rows, values))
         newest = np.arange(len(due)) == len(due) - 1
         self._skipped = None if due[-1] else _at(samples, measured, newest)
+
+    @property
+    def wants_modules(self) -> bool:
+        """Whether modules are recorded."""
+        return self._modules is not None
+
+    def add_modules(self, tick: int, modules: "list[ModuleRecord]") -> None:
+        """Writes how a grid's modules are at a sample, if that is recorded."""
+        if self._modules is not None:
+            self._modules.write(module_rows(tick, modules))
 
     def count(self, samples: "Samples") -> Counts:
         """How many robots do what, in each of the samples."""
@@ -106,7 +127,8 @@ class RunWriter:
                 self._skipped = None
             for event in self._print_limit.left_out():
                 self._write_event(event)
-            for stream in (self._robots, self._sites, self._objects, self._events):
+            streams = (self._robots, self._sites, self._objects, self._modules)
+            for stream in (*streams, self._events):
                 if stream is not None:
                     stream.close()
             if clean:

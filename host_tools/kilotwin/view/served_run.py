@@ -8,6 +8,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from kilotwin.errors import InputError
+from kilotwin.runs.columns import COUNTERS
 from kilotwin.runs.folder import MANIFEST, RUNNING, SENT, TRACKING
 from kilotwin.runs.reader import Run
 from kilotwin.runs.samples import RunSamples
@@ -94,8 +95,8 @@ class ServedRun:
         return [[row[name] for name in ("time_s", "type", "value")] for row in its[-MOST_LINES:]]
 
     def module(self, column: int, row: int) -> dict[str, Any]:
-        """A module's events, how many reports the host had from it, and the last ones: when (s),
-        robot, cell, state. KeyError: there is no such module."""
+        """A module's events, its counters from each change on, how many reports the host had from
+        it, and the last ones: when (s), robot, cell, state. KeyError: there is no such module."""
         grid = self._run.experiment.grid
         if grid is None or not (0 <= column < grid.columns and 0 <= row < grid.rows):
             raise KeyError(f"module {column}-{row}")
@@ -106,11 +107,24 @@ class ServedRun:
         last = reports.slice(max(0, len(reports) - MOST_LINES)).to_pylist()
         return {
             "events": its[-MOST_EVENTS:],
+            "counters": self._counters(column, row),
             "number": len(reports),
             "reports": [
                 [one[name] for name in ("time_s", "robot", "cell", "state")] for one in last
             ],
         }
+
+    def _counters(self, column: int, row: int) -> list[list[Any]]:
+        """When (s), and COUNTERS then; the first, and those that differ from the one before."""
+        table = self._run.modules()
+        here = pc.and_(pc.equal(table["x"], column), pc.equal(table["y"], row))
+        rows = table.filter(here).to_pylist()
+        found: list[list[Any]] = []
+        for one in rows:
+            values = [one[name] for name in COUNTERS]
+            if not found or found[-1][1:] != values:
+                found.append([one["time_s"], *values])
+        return found[-MOST_LINES:]
 
     def reports(self, time_s: float) -> list[list[Any]]:
         """Reports that a grid's host had by then, the last of each robot: when (s), robot, x and y

@@ -95,7 +95,7 @@ export class Exported implements Source {
       const [timeS, robot, , , x, y, cell] = reports.subarray(at, at + REPORT_COLUMNS);
       if (x === column && y === row) found.push([timeS, robot, cell, null]);
     }
-    return { events: its, number: found.length, reports: found.slice(-MOST_LINES) };
+    return { counters: [], events: its, number: found.length, reports: found.slice(-MOST_LINES) };
   }
 
   // The last report of each robot by then.

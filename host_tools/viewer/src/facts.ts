@@ -1,7 +1,7 @@
 // Facts about a robot, or a module, at the time that is shown: rows of name and value.
 
 import type { Between } from "./samples";
-import type { ModuleAnswer, RobotAnswer, RunEvent, Scene } from "./scene";
+import type { Counters, ModuleAnswer, RobotAnswer, RunEvent, Scene } from "./scene";
 
 export type Row = [string, string];
 
@@ -99,7 +99,8 @@ export function cellRows(
   ];
 }
 
-export function moduleRows(answer: ModuleAnswer, timeS: number): Row[] {
+// `now`: what a moment tells of its counters.
+export function moduleRows(answer: ModuleAnswer, timeS: number, now: Counters | null): Row[] {
   const before = answer.events.filter((event) => event.time_s <= timeS);
   const last = before.findLast((event) => event.kind in MODULE_STATES);
   const counts = new Map<string, number>();
@@ -108,6 +109,17 @@ export function moduleRows(answer: ModuleAnswer, timeS: number): Row[] {
   return [
     ["state", last ? `${MODULE_STATES[last.kind]}, since ${last.time_s.toFixed(1)} s` : "answers"],
     ["events so far", counted || "none"],
+    ...counterRows(now ?? (answer.counters.findLast(([atS]) => atS <= timeS)?.slice(1) as Counters)),
+  ];
+}
+
+function counterRows(counters: Counters | undefined): Row[] {
+  if (!counters) return [];
+  const [state, can, transmit, receive, refused, missed] = counters;
+  return [
+    ["its runtime", state],
+    ["CAN controller", `${can}, TEC ${transmit}, REC ${receive}`],
+    ["CAN frames", `refused ${refused}, missed ${missed}`],
   ];
 }
 

@@ -2,7 +2,7 @@
 
 import type { Pane } from "./pane";
 import { cellRows, metricRows, moduleRows, robotRows, textOf, type Row } from "./facts";
-import type { ModuleAnswer, RobotAnswer, Scene } from "./scene";
+import type { Counters, ModuleAnswer, RobotAnswer, Scene } from "./scene";
 import type { Source } from "./source";
 
 const MOST_LINES = 200;
@@ -29,9 +29,9 @@ export class Inspector {
     this.element.hidden = true;
   }
 
-  // Whether it shows a robot.
-  get ofRobot(): boolean {
-    return this.robot !== null;
+  // Whether it shows anything.
+  get open(): boolean {
+    return this.pane !== null;
   }
 
   async showRobot(pane: Pane, run: number, robot: number): Promise<void> {
@@ -75,14 +75,15 @@ export class Inspector {
   }
 
   // Brings what is true now up to the time that is shown.
-  update(timeS: number): void {
+  update(timeS: number, modules: Map<string, Counters> = new Map()): void {
     this.timeS = timeS;
     const list = this.element.querySelector<HTMLElement>("#now");
     if (!list || !this.pane) return;
     const scene = this.pane.scene;
     if (this.cell) {
       const { module, cell, answer } = this.cell;
-      const more = answer ? moduleRows(answer, timeS) : [];
+      const now = modules.get(module.join(",")) ?? null;
+      const more = answer ? moduleRows(answer, timeS, now) : [];
       facts(list, [...cellRows(scene, module, cell, timeS), ...more]);
     } else if (this.robot !== null && this.pane.shown) {
       const place = this.pane.placeOf(this.robot);

@@ -2,7 +2,7 @@
 // that is a sample. The next is asked for when one has been drawn, so that a slow page has fewer.
 
 import { extrasOf, type Sample } from "./samples";
-import type { Scene } from "./scene";
+import type { Counters, Scene } from "./scene";
 import { unpack, type Arrays } from "./source";
 
 export interface Moment {
@@ -12,9 +12,11 @@ export interface Moment {
   spanS: number; // since then
   paused: boolean;
   speed: number | null; // times real time; null: as fast as it can
+  modules: Map<string, Counters>; // by "x,y"
 }
 
 interface Head {
+  modules?: [number, number, ...Counters][];
   time_s: number;
   paused: boolean;
   speed: number | null;
@@ -60,7 +62,9 @@ export class Moments {
     const before = this.latest;
     const spanS = before ? timeS - before.timeS : 0;
     const sample = this.recorded(all);
-    this.latest = { timeS, sample, earlier: before?.sample ?? null, spanS, paused, speed };
+    const modules = new Map<string, Counters>();
+    for (const [x, y, ...counters] of head.modules ?? []) modules.set(`${x},${y}`, counters);
+    this.latest = { timeS, sample, modules, earlier: before?.sample ?? null, spanS, paused, speed };
     this.changed();
   }
 

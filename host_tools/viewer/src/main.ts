@@ -347,7 +347,7 @@ class Page {
     if (this.dirty) {
       this.dirty = false;
       const latest = this.clock.following ? this.newest() : null;
-      if (this.moments) this.moments.closely = this.layers.messages || this.inspector.ofRobot;
+      if (this.moments) this.moments.closely = this.layers.messages || this.inspector.open;
       this.panes[0].showMoment(latest);
       const speed = this.clock.playing ? this.clock.speed : 1;
       const whole = this.panes.map((pane) =>
@@ -382,7 +382,7 @@ class Page {
     byId("live").hidden = !following || !this.scenes.some((scene) => scene.status === RUNNING);
     this.curves.setTime(timeS);
     this.countStates();
-    this.inspector.update(timeS);
+    this.inspector.update(timeS, this.panes[0].shownMoment?.modules);
   }
 }
 

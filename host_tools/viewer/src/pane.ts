@@ -58,6 +58,8 @@ export class Pane {
   private heard: Report[] = [];
   private heardAt = -1;
   private moment: Between | null = null;
+  // That is drawn in place of samples.
+  shownMoment: Moment | null = null;
   // Whether a robot that is dragged is put elsewhere, or turned with Shift, in place of the view's
   // being moved.
   grabs = false;
@@ -118,6 +120,7 @@ export class Pane {
 
   // Draws these robots in place of the time's, until it is called with null.
   showMoment(moment: Moment | null): void {
+    this.shownMoment = moment;
     const sample = moment?.sample ?? null;
     if (this.moment?.from === sample || (!this.moment && !sample)) return;
     const first = Math.max(0, this.samples.count - 1);

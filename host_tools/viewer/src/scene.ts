@@ -82,7 +82,12 @@ export interface RobotAnswer {
   words: [number, number, number | null][]; // time in s, type, value
 }
 
+// Of a module: state, state of its CAN controller, transmit and receive errors, frames it refused,
+// frames it missed.
+export type Counters = [string, string, number, number, number, number];
+
 export interface ModuleAnswer {
+  counters: [number, ...Counters][]; // from a time in s on
   events: RunEvent[];
   number: number; // of reports
   reports: [number, number, number, string | null][]; // time in s, robot, cell, state

@@ -43,6 +43,10 @@ class Table:
             raise _emulator.EngineError("robot 3 has no room there")
         self.told.append(("place", robot, *pose))
 
+    def modules(self) -> Any:
+        counters = {"state": "running", "can": "active", "tec": 8, "rec": 1}
+        return [{"x": 0, "y": 1, **counters, "frames_refused": 2, "frames_missed": 3, "tick": 5}]
+
     def turn(self, robot: int, heading: float) -> None:
         self.told.append(("turn", robot, heading))
 
@@ -195,6 +199,18 @@ def test_each_order_is_answered_and_a_paused_run_still_shows_itself(bench: Bench
         end.sendall(_sent(do="look"))
         live.ticks_now(0)
         assert EXTRA_OF.keys().isdisjoint(_head(end)["arrays"])
+
+
+def test_a_close_look_at_a_grid_tells_how_its_modules_are(bench: Bench) -> None:
+    run, end = socket.socketpair()
+    with run, end:
+        end.settimeout(5)
+        live = Live(run.fileno(), bench.table, bench.steering, grid=True)  # type: ignore[arg-type]
+        for close in (False, True):
+            end.sendall(_sent(do="look", closely=close))
+            live.ticks_now(0)
+            told = _head(end).get("modules")
+            assert told == ([[0, 1, "running", "active", 8, 1, 2, 3]] if close else None)
 
 
 def test_large_swarms_are_looked_at_less_often() -> None:

@@ -122,8 +122,14 @@ def test_a_robot_has_its_variables_and_the_words_it_was_told(begin: Begin) -> No
     assert served.robot(3)["metrics"] == {"metric_seen": [(32.768, 13)]}
 
 
-def test_a_module_has_its_events_and_its_reports(begin: Begin) -> None:
-    writer = begin(text=GRID)
+def _module(x: int, y: int, errors: int) -> Any:
+    """As the engine tells of one."""
+    names = {"x": x, "y": y, "state": "running", "can": "active", "tec": errors, "rec": 0}
+    return {**names, "frames_refused": 0, "frames_missed": 3}
+
+
+def test_a_module_has_its_events_its_counters_and_its_reports(begin: Begin) -> None:
+    writer = begin("run", 'record.also=["modules"]', text=GRID)
     stream = Stream(writer.folder / "tracking.arrows", TRACKING_SCHEMA)
     where = [(1, 2, 0), (3, 5, 1), (1, 2, 3)]
     rows: list[list[Any]] = [
@@ -133,10 +139,14 @@ def test_a_module_has_its_events_and_its_reports(begin: Begin) -> None:
     stream.close()
     writer.add_event({"kind": "module_silent", "tick": 5, "text": "gone", "module": [1, 2]})
     writer.add_event({"kind": "module_silent", "tick": 5, "text": "gone", "module": [2, 1]})
+    for tick, errors in ((0, 0), (61, 0), (122, 8)):
+        writer.add_modules(tick, [_module(1, 2, errors), _module(2, 1, 100)])
     module = ServedRun(Run.open(writer.folder)).module(1, 2)
     assert [event["module"] for event in module["events"]] == [[1, 2]]
     assert module["number"] == 2
     assert module["reports"] == [[0.0, 0, 0, "seen"], [2.0, 2, 3, "seen"]]
+    assert [round(row.pop(0), 2) for row in module["counters"]] == [0, 4]
+    assert module["counters"] == [["running", "active", errors, 0, 0, 3] for errors in (0, 8)]
     with pytest.raises(KeyError):
         ServedRun(Run.open(writer.folder)).module(4, 0)
 
