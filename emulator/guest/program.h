@@ -14,6 +14,7 @@
 
 #include "base/clock.h"
 #include "guest/abi.h"
+#include "guest/known_pass.h"
 #include "guest/translated_code.h"
 
 namespace kilotwin {
@@ -55,6 +56,8 @@ class Program {
     int32_t turns_held_back = 0;
     /// Cycles of a tick's interrupt that only counts, of a translation; 0: not yet known.
     uint32_t tick_cycles = 0;
+    /// Passes of its main loop, of a translation.
+    KnownPasses known_passes;
     /// Size of the state section, and of every image.
     size_t state_bytes() const { return state_bytes_; }
 

@@ -72,6 +72,7 @@ struct RobotContext {
     bool gains_are_mm = true;          ///< the medium reports the distance itself, as both gains
     Cycles battery = 0;                ///< how long it drives on a full battery; 0: for ever
     int16_t temperature = 300;         ///< reading, 0..1023
+    bool recalls_passes = true;        ///< of translated programs, those that change nothing
 };
 
 /// One per robot, on a board or not. The channel executes those with a program.
@@ -302,7 +303,8 @@ class alignas(64) Robot {
     Cycles tick_length_;          ///< calibration_'s, where every run needs it
     Cycles next_tick_ = NEVER;    ///< compare match of timer 0
     Cycles only_ticks_until_ =
-        0;  ///< run_loop() needs not look; 0: the program may have changed that
+        0;  ///< run_loop() needs not look, or nothing need be executed of a translated program
+            ///< (translated_rest.cpp); 0: the program may have changed that
     void (*loop_)(void) = nullptr;
 
     RobotContext &context_;

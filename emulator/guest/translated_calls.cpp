@@ -123,19 +123,23 @@ bool Robot::Translated::can_count_tick() const {
            counts <= word(seam_.tx_period);
 }
 
-/// The same by arithmetic.
-void Robot::Translated::count_tick() {
-    disturb_passes();
+/// What some of these change.
+void Robot::Translated::count(uint32_t ticks) {
     const auto counts =
         static_cast<uint16_t>(seam_.robot + offsetof(robot_core_t, transmit.counts));
     const auto increment =
         static_cast<uint16_t>(seam_.robot + offsetof(robot_core_t, transmit.increment));
-    set_word(counts, static_cast<uint16_t>(word(counts) + at(increment)));
+    const uint32_t counted = word(counts) + at(increment) + (ticks - 1) * TICK_MATCH;
+    set_word(counts, static_cast<uint16_t>(counted));
     at(increment) = TICK_MATCH;
-    uint32_t ticks;
-    std::memcpy(&ticks, data + seam_.ticks, sizeof ticks);
-    ticks++;
-    std::memcpy(data + seam_.ticks, &ticks, sizeof ticks);
+    const uint32_t now = ticks_now() + ticks;
+    std::memcpy(data + seam_.ticks, &now, sizeof now);
+}
+
+/// The same by arithmetic.
+void Robot::Translated::count_tick() {
+    disturb_passes();
+    count(1);
     image_.flagged = TranslatedImage::NO_TIME;
     left -= static_cast<int64_t>(robot_.program_->tick_cycles);
 }
@@ -251,23 +255,23 @@ void Robot::Translated::take_edge() {
     find_edge();
 }
 
-/// Of all of its edges. The last byte is not among those, since its end is the frame's.
+/// Of all of its edges, if it begins with the next one. The last byte is not among those, since its
+/// end is the frame's.
 uint32_t Robot::Translated::cycles_of_byte() const {
-    const auto &lights = robot_.rare_->lights;
     const unsigned slot = edge_light_->slot, byte = slot / BYTE_SLOTS;
-    if (lights.size() > 1 || slot % BYTE_SLOTS != 0 || byte == FRAME_BYTES - 1) return 0;
+    if (slot % BYTE_SLOTS != 0 || byte == FRAME_BYTES - 1) return 0;
     if (byte == 0) return LEADER_BEGIN_CYCLES + LEADER_END_CYCLES;
     const auto *bytes = reinterpret_cast<const uint8_t *>(&edge_light_->message);
     return BYTE_BEGIN_CYCLES + CYCLES_OF_BITS.of[bytes[byte - 1]] + BYTE_END_CYCLES;
 }
 
 /// Takes all edges from a byte's begin up to the frame's last stop, if they come and are served
-/// before `end`, no other frame shines, and passes repeat; `now` is put off by their interrupts.
+/// before `end`, and passes repeat; `now` is put off by their interrupts, so it does not matter
+/// which of two frames that overlap comes first.
 bool Robot::Translated::take_frame_at_rest(uint64_t &now, uint64_t end) {
-    const auto &lights = robot_.rare_->lights;
     const unsigned slot = edge_light_->slot, last = NO_EDGE.slot - 1;
     const uint64_t last_at = edge_at_ + (last - slot) * SLOT_CYCLES;
-    if (lights.size() > 1 || slot % BYTE_SLOTS != 0 || last_at >= end) return false;
+    if (slot % BYTE_SLOTS != 0 || last_at >= end) return false;
     const auto *bytes = reinterpret_cast<const uint8_t *>(&edge_light_->message);
     uint64_t cycles = slot == 0 ? LEADER_BEGIN_CYCLES + LEADER_END_CYCLES : 0;
     for (unsigned byte = std::max(slot / BYTE_SLOTS, 1u); byte < FRAME_BYTES; byte++)
@@ -283,15 +287,19 @@ bool Robot::Translated::take_frame_at_rest(uint64_t &now, uint64_t end) {
 /// To the begin of the next one.
 void Robot::Translated::take_byte() {
     edge_light_->slot = static_cast<uint16_t>(edge_light_->slot + BYTE_SLOTS);
-    edge_at_ += BYTE_SLOTS * SLOT_CYCLES;
-    edge_cycles_ = BYTE_BEGIN_CYCLES;
+    find_edge();
 }
 
-/// The comparator's interrupt. An edge that comes while one waits for it takes its place.
+/// The comparator's interrupt. An edge that comes while one of the same frame waits takes its
+/// place; frames that overlap take their time as if each were alone.
 void Robot::Translated::serve_edge() {
+    const uint64_t now = cycle();
     uint32_t cycles = 0;
-    while (edge_at_ <= cycle()) {
-        cycles = edge_cycles_;
+    while (edge_at_ <= now) {
+        const Edge next = edge_of(edge_light_->message, edge_light_->slot + 1u);
+        const bool waits =
+            next.slot < NO_EDGE.slot && edge_light_->begin + next.slot * SLOT_CYCLES <= now;
+        cycles += waits ? 0 : edge_cycles_;
         take_edge();
     }
     if (!hears_light()) return;

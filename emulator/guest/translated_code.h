@@ -25,7 +25,7 @@
 #include <stdint.h>
 
 /// Changes with every change of the two structures; the emulator takes no other.
-#define TRANSLATION_VERSION 3
+#define TRANSLATION_VERSION 4
 
 /// Of a guest: where a pass of a loop begins, and the state at that moment but for SRAM.
 typedef struct {
@@ -37,6 +37,8 @@ typedef struct {
 
 /// Jumps backwards of a guest from one CHECKPOINT to the next.
 enum { TURNS = 256 };
+/// In place of a pass's cycles: a pass of the main loop begins that may be a known one.
+enum { TO_RECALL = -1 };
 
 /// State of a chip, for the time of a call.
 typedef struct translated_chip {
@@ -58,7 +60,8 @@ typedef struct translated_chip {
     translated_pass_t *pass;  ///< the one that has begun last
     int64_t pass_left;        ///< `left` when that was
     int64_t pass_cycles;      ///< with CHECKPOINT: passes from here on change nothing and take so
-                              ///< long; 0: not known
+                              ///< long; 0: not known, TO_RECALL
+    int32_t recalls_in;       ///< passes of the main loop until the next TO_RECALL
     /// What the engine does in the midst of a region. Of the state the program counter, the stack
     /// pointer, I, r24, r25, `left` and `changed` are here meanwhile; all may be other ones
     /// afterwards. False: the region has to be left.
@@ -270,6 +273,10 @@ enum { COVER_RAN = 1, COVER_TAKEN = 2, COVER_NOT_TAKEN = 4 };
                 note_scratch;                                                                    \
             }                                                                                    \
             chip->turns = TURNS, changed = 0;                                                    \
+            if (main_ && --chip->recalls_in <= 0) {                                              \
+                chip->pass_left = left, chip->pass_cycles = TO_RECALL;                           \
+                STOP(pc, 0, CHECKPOINT);                                                         \
+            }                                                                                    \
         }                                                                                        \
         chip->pass_left = left;                                                                  \
         goto dispatch;                                                                           \

@@ -35,6 +35,11 @@ struct TranslatedImage {
     // A pass of a loop: its state when it began.
     uint64_t pass_cycles;  ///< not 0: at pc a pass begins that changes nothing, and takes so long
     uint64_t pass_begun;   ///< when
+    uint32_t rest_ends;    ///< the passes are so until kilo_ticks is this; 0: until an interrupt
+    uint16_t reads_from, reads_to;  ///< of KnownPass; with rest_ends
+    /// Where passes change something each time, looks for a known one come ever more seldom.
+    int32_t recalls_in;     ///< of translated_chip_t
+    uint16_t recall_pause;  ///< passes of the main loop from one look for a known one to the next
     translated_pass_t pass;
 
     uint32_t pc;          ///< byte address

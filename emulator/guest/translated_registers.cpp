@@ -142,7 +142,7 @@ void Robot::Translated::print(uint8_t byte) {
     limit_changed_ = true;
     auto &line = robot_.written().line;
     if (!ends_line(line, byte)) return;
-    std::memcpy(&robot_.last_tick_, data + seam_.ticks, sizeof robot_.last_tick_);
+    robot_.last_tick_ = ticks_now();
     robot_.now_ = world_time();
     robot_.report(EventKind::PRINT, std::exchange(line, {}));
 }

@@ -22,6 +22,10 @@ constexpr uint32_t FLASH_MASK = 0x7FFE;
 /// A robot whose loop changes nothing need not be executed before something reaches it.
 void Robot::go_on_translated() {
     if (life_ == Life::OFF) life_ = Life::ALIVE;
+    if (until_ <= only_ticks_until_ && next_message_ >= until_ && next_ask() >= until_) {
+        now_ = until_;
+        return;
+    }
     const auto &image = *reinterpret_cast<const TranslatedImage *>(image_);
     const bool rests =
         image.pass_cycles != 0 && image.interrupt == TranslatedImage::Interrupt::NONE;
@@ -50,6 +54,7 @@ Robot::Translated::Translated(Robot &robot)
     pc = image_.pc;
     turns = image_.turns;
     changed = image_.changed;
+    recalls_in = robot.context_.recalls_passes ? image_.recalls_in : INT32_MAX;
     pass = &image_.pass;
     translated_chip_t::attend = [](translated_chip_t *chip, unsigned what) -> uint8_t {
         return static_cast<Translated *>(chip)->attend(what);
@@ -92,12 +97,14 @@ void Robot::Translated::store() {
     image_.pc = pc;
     image_.turns = turns;
     image_.changed = changed;
+    image_.recalls_in = recalls_in;
+    robot_.only_ticks_until_ = goes_on() ? rests_until() : 0;
     if (seam_.robot != 0) {
         auto &core = robot_.core_;
         static_assert(offsetof(robot_core_t, transmit.increment) == 10, "as avr-gcc packs it");
         std::memcpy(&core, data + seam_.robot, offsetof(robot_core_t, transmit.increment) + 1);
     }
-    std::memcpy(&robot_.last_tick_, data + seam_.ticks, sizeof robot_.last_tick_);
+    robot_.last_tick_ = ticks_now();
     const bool rests = image_.pass_cycles != 0 || image_.asleep_until != 0;
     if (robot_.question_ == Question::NONE && robot_.life_ == Life::ALIVE)
         robot_.now_ = rests ? std::max(robot_.until_, world_time()) : world_time();
@@ -117,6 +124,7 @@ void Robot::Translated::store() {
 void Robot::Translated::disturb_passes() {
     changed = 1;
     image_.pass_cycles = 0;
+    image_.rest_ends = 0;
 }
 
 /// When the next interrupt comes, as they are let through, but for edges of light.
@@ -140,7 +148,7 @@ void Robot::Translated::set_limit() {
 
 /// Executes up to there.
 void Robot::Translated::execute() {
-    if (image_.pass_cycles != 0 && lets_interrupts()) take_edges_at_rest();
+    if (image_.pass_cycles != 0 && lets_interrupts()) rest();
     set_limit();
     if (image_.pass_cycles != 0) {
         if (ends_run_) return;  // the rest is for later
@@ -148,11 +156,18 @@ void Robot::Translated::execute() {
         left -= static_cast<int64_t>(left_out * image_.pass_cycles);
         image_.pass_begun = cycle();
         image_.pass_cycles = 0;
+        image_.rest_ends = 0;
         if (left == 0) return;
     }
     pass_left = static_cast<int64_t>(limit_ - image_.pass_begun);
     execute_code();
     image_.pass_begun = limit_ - static_cast<uint64_t>(pass_left);
+}
+
+/// Passes repeat: interrupts that change nothing else put the next ones off, and that is all.
+void Robot::Translated::rest() {
+    do take_edges_at_rest();
+    while (take_ticks_at_rest());
 }
 
 /// Passes repeat: an edge of light in one of them puts the next ones off, and that is all. So for
@@ -243,6 +258,11 @@ bool Robot::Translated::execute_one() {
 bool Robot::Translated::note_pass() {
     const uint16_t stack = word(SPL);
     const uint8_t now = status();
+    if (pass_cycles == TO_RECALL) {
+        pass_cycles = 0;
+        image_.pass_cycles = 0;
+        return recall();
+    }
     const bool same =
         pass_cycles != 0 ||
         (changed == 0 && pass->pc == pc && pass->stack == stack && pass->status == now &&
@@ -288,6 +308,7 @@ void Robot::Translated::doze() {
 /// Its program counter points to what is no instruction: erased flash, mostly.
 void Robot::Translated::fail() {
     robot_.now_ = world_time();
+    robot_.last_tick_ = ticks_now();
     char text[96];
     std::snprintf(text, sizeof text,
                   "it left its program: there is no instruction at address 0x%04X",

@@ -20,6 +20,8 @@
 #ifndef KILOTWIN_GUEST_TRANSLATED_ROBOT_H
 #define KILOTWIN_GUEST_TRANSLATED_ROBOT_H
 
+#include <cstring>
+
 #include "base/board_clock.h"
 #include "guest/interpreter.h"
 #include "guest/robot.h"
@@ -29,8 +31,9 @@ namespace kilotwin {
 
 /// One run of a robot.
 ///
-/// Sources: translated_robot.cpp (running, loops, interrupts), translated_calls.cpp (the engine's
-/// functions, commands and messages), translated_registers.cpp.
+/// Sources: translated_robot.cpp (running, loops, interrupts), translated_rest.cpp (ticks in which
+/// nothing changes), translated_calls.cpp (the engine's functions, commands and messages),
+/// translated_registers.cpp.
 class Robot::Translated : private translated_chip_t {
   public:
     explicit Translated(Robot &robot);
@@ -72,7 +75,14 @@ class Robot::Translated : private translated_chip_t {
     void set_limit();  ///< `left` counts to the next interrupt, or to the end of the run
     void execute();
     bool attend(unsigned what);  ///< as translated_chip_t.attend()
+    /// While passes repeat: interrupts that change nothing but the clock are left out, edges of
+    /// light in any case, ticks if the pass is a known one. recall() finds whether it is.
+    void rest();
     void take_edges_at_rest();
+    bool take_ticks_at_rest();
+    bool recall();
+    Cycles rests_until() const;
+    uint64_t ticks_at_rest(uint64_t others) const;
     void execute_code();
     bool execute_one();
     bool note_pass();
@@ -89,7 +99,13 @@ class Robot::Translated : private translated_chip_t {
     uint64_t next_but_edges() const;
     uint64_t serial_asks_at() const;
     bool can_count_tick() const;
+    void count(uint32_t ticks);
     void count_tick();
+    uint32_t ticks_now() const {
+        uint32_t ticks;
+        std::memcpy(&ticks, data + seam_.ticks, sizeof ticks);
+        return ticks;
+    }
     /// After the tick, whose vector is before it.
     bool message_is_due() const {
         return lets_interrupts() && image_.flagged == TranslatedImage::NO_TIME &&
@@ -103,7 +119,7 @@ class Robot::Translated : private translated_chip_t {
     bool hears_light() const;
     void find_edge();  ///< the next one
     void take_edge();
-    uint32_t cycles_of_byte() const;  ///< if a byte of a frame begins, and no other shines; or 0
+    uint32_t cycles_of_byte() const;  ///< if a byte of a frame begins; or 0
     void take_byte();
     /// All up to the frame's end at once, if there is room for them: most of a frame's time nothing
     /// else happens, and one by one they would take as long as a pass of loop().

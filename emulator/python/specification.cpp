@@ -416,6 +416,7 @@ SimulationDef definition_of(const nb::dict &from) {
     def.sample_extras = extras_of(spec["sample_extras"].table());
     if (!spec["black_box"].is_none()) def.black_box = spec["black_box"].as<std::string>();
     spec.read("run_ahead", def.run_ahead);
+    spec.read("recalls_passes", def.recalls_passes);
     spec.end();
     return def;
 }

@@ -70,7 +70,8 @@ Simulation::Simulation(const SimulationDef &def)
                def.kilobot_medium ? FRAME_CYCLES : 0,
                !def.kilobot_medium,
                static_cast<Cycles>(def.battery_h * 3600 * CYCLES_PER_SECOND),
-               def.temperature},
+               def.temperature,
+               def.recalls_passes},
       boards_(robots_, context_),
       commands_(def.commands, run_at_),
       wake_(count_robots(def), 0) {

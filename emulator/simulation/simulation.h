@@ -86,6 +86,7 @@ struct SimulationDef {
     SampleExtras sample_extras;  ///< of these samples; changes no result
     std::string black_box;       ///< path of a file to map, or empty
     bool run_ahead;              ///< false: tick by tick, for tests
+    bool recalls_passes = true;  ///< false: translated robots execute each pass, for tests
 };
 
 /// Numbers that a run adds up, from the begin on.

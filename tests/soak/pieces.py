@@ -44,8 +44,8 @@ PIECES = {
     ),
     "translated-robots": Piece(
         "60 programs in the styles of published ones decide translated as on the chip",
-        ("tests/translation/test_guests.py",),
-        10,
+        ("tests/translation/test_guests.py", "tests/translation/test_known_passes.py"),
+        20,
     ),
     "optimise": Piece(
         "a search finds what a whole grid of trials finds, with a tenth of them",

@@ -113,6 +113,7 @@ def engine_spec(
         "sample_extras": {extra: keys.record.has(extra) for extra in set(EXTRA_OF.values())},
         "black_box": black_box,
         "run_ahead": True,
+        "recalls_passes": True,
     }
 
 

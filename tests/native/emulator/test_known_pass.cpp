@@ -1,0 +1,106 @@
+#include "guest/known_pass.h"
+
+#include <doctest/doctest.h>
+
+#include "support.h"
+
+using namespace kilotwin;
+using kilotwin::testing::Dice;
+
+namespace {
+
+using Kind = TickCondition::Kind;
+
+constexpr unsigned BYTE_BITS = 8;
+constexpr uint32_t WATCHED_TICKS = 700;
+
+/// What the chip's flags say of the two numbers.
+bool outcome_of(const TickCondition &condition, const uint8_t *data, uint32_t ticks) {
+    const uint64_t mask = (uint64_t{1} << condition.bits) - 1;
+    const uint64_t a = condition.a.value(data, ticks) & mask;
+    const uint64_t b = condition.b.value(data, ticks) & mask;
+    const unsigned unused = 64 - condition.bits;
+    switch (condition.kind) {
+    case Kind::ZERO: return a == 0;
+    case Kind::BIT: return (a >> condition.bit & 1) != 0;
+    case Kind::LESS: return a < b;
+    default: return static_cast<int64_t>(a << unused) < static_cast<int64_t>(b << unused);
+    }
+}
+
+/// A sum of the ticks, near a turn of theirs, and of two bytes.
+TickNumber number_of(Dice &dice, int slope) {
+    TickNumber number;
+    number.slope = slope;
+    number.constant = dice.below(300) - uint64_t{dice.below(300)};
+    number.terms = {{0, 0, 1}, {1, static_cast<uint8_t>(BYTE_BITS * dice.below(2)), -1}};
+    return number;
+}
+
+TickCondition condition_of(Dice &dice) {
+    TickCondition condition = {};
+    condition.kind = static_cast<Kind>(dice.below(4));
+    condition.bits = static_cast<uint8_t>(BYTE_BITS * (1 + dice.below(4)));
+    condition.bit = static_cast<uint8_t>(dice.below(condition.bits));
+    const int slope = static_cast<int>(dice.below(3)) - 1;
+    condition.a = number_of(dice, slope);
+    condition.b = number_of(dice, dice.below(2) != 0 ? slope : 0);
+    return condition;
+}
+
+}  // namespace
+
+TEST_CASE("a condition comes out as it did for as many ticks as it says") {
+    uint32_t ended = 0;
+    for (uint64_t seed = 1; seed <= 3000; seed++) {
+        Dice dice(seed);
+        const uint8_t data[] = {static_cast<uint8_t>(dice.below(256)),
+                                static_cast<uint8_t>(dice.below(256))};
+        const uint32_t now = dice.below(2) != 0 ? dice.below(1000) : UINT32_MAX - dice.below(300);
+        TickCondition condition = condition_of(dice);
+        condition.outcome = outcome_of(condition, data, now);
+        const uint64_t lasts = condition.lasts(data, now);
+        REQUIRE(lasts > 0);
+        for (uint32_t tick = 0; tick < WATCHED_TICKS && tick < lasts; tick++)
+            REQUIRE(outcome_of(condition, data, now + tick) == condition.outcome);
+        ended += lasts < WATCHED_TICKS;
+        condition.outcome = !condition.outcome;
+        REQUIRE(condition.lasts(data, now) == 0);
+    }
+    CHECK(ended > 300);
+}
+
+TEST_CASE("a wait for a tick ends at that tick") {
+    const uint8_t last[] = {200, 1, 0, 0};
+    TickNumber ticks, since, limit;
+    ticks.slope = 1;
+    since = ticks;
+    TickNumber from;
+    for (uint8_t i = 0; i < 4; i++) from.terms.push_back({i, static_cast<uint8_t>(8 * i), 1});
+    since.add(from, -1);
+    limit.constant = 32;
+    const TickCondition early = {Kind::LESS, 32, 0, true, since, limit};
+    CHECK(early.lasts(last, 456) == 32);
+    CHECK(early.lasts(last, 487) == 1);
+    CHECK(early.lasts(last, 488) == 0);
+}
+
+TEST_CASE("a pass is another one where a byte that it depends on differs") {
+    KnownPass pass = {};
+    pass.equal = {{0, 5}, {2, 7}};
+    const uint8_t same[] = {5, 1, 7}, other[] = {5, 1, 8};
+    CHECK(pass.lasts(same, 3) == KnownPass::MOST_TICKS);
+    CHECK(pass.lasts(other, 3) == 0);
+}
+
+TEST_CASE("of more passes than there is room for the oldest are forgotten") {
+    KnownPasses known;
+    for (uint32_t i = 0; i < KnownPasses::MOST + 3; i++) {
+        KnownPass pass = {};
+        pass.cycles = i;
+        CHECK(known.passes[known.keep(pass)].cycles == i);
+    }
+    CHECK(known.passes.size() == KnownPasses::MOST);
+    CHECK(known.passes[2].cycles == KnownPasses::MOST + 2);
+    CHECK(known.passes[3].cycles == 3);
+}
