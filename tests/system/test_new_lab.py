@@ -67,7 +67,7 @@ FAULTS: dict[str, tuple[str, str, str]] = {
     "crash": (
         "    set_color(has_it",
         "    if (has_it) (*(void (*)(void))0xFFFF0000)();\n    set_color(has_it",
-        "crash: ",
+        "crash at spread.c:35 in loop(): ",
     ),
     "wrong colour": ("RGB(0, 1, 0)", "RGB(0, 0, 1)", "RGB(0,0,1)"),
     "lost CRC": (
