@@ -1,6 +1,7 @@
 """`kilotwin run --coverage` names the lines of a robot's program that ran, in any robot."""
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -44,6 +45,7 @@ profile = "kilobot"
 program = "lines.c"
 size = {size}
 """
+GRID = "[grid]\ncolumns = 2\nrows = 1\nbuses = 1"
 
 
 @pytest.fixture
@@ -108,3 +110,35 @@ def test_scenarios_put_together_what_all_their_runs_ran(
 
     assert lines(1) == lines(2)
     assert not lines(1)[6]
+
+
+def test_native_programs_of_robots_and_modules_have_lines_by_their_blocks(
+    covered: Callable[..., dict[str, object]], kilotwin: Kilotwin, tmp_path: Path
+) -> None:
+    native = ("--set", "swarm.cpu=native", "--no-twin")
+    few, many = (covered(size, "--coverage", *native) for size in (3, 20))
+    lines = lines_of(tmp_path / "run3")
+    assert lines == lines_of(tmp_path / "run20")
+    assert {line for line, ran in lines.items() if not ran} == {6, 19, 25}
+    assert "0 of 0 ways out of branches" in str(few["coverage"])
+    plain = covered(4, *native, "--set", "swarm.size=3")
+    assert few["result_hash"] == plain["result_hash"] != many["result_hash"]
+
+    on_grid = (tmp_path / "lines.toml").read_text().replace("[arena]\ndiameter_m = 1.0", GRID)
+    (tmp_path / "grid.toml").write_text(on_grid)
+    run = tmp_path / "grid"
+    kilotwin("run", tmp_path / "grid.toml", "--coverage", *native, "--out", run, "--json")
+    lcov = (run / "coverage/coverage.info").read_text()
+    sites = lcov.partition("sites.c\n")[2].partition("end_of_record")[0]
+    assert re.search(r"^DA:\d+,1", sites, re.MULTILINE)
+    assert re.search(r"^DA:\d+,0", sites, re.MULTILINE)
+
+
+def test_robots_on_a_chip_are_refused(kilotwin: Kilotwin, tmp_path: Path) -> None:
+    (tmp_path / "lines.c").write_text(PROGRAM)
+    of_two = 'program = "lines.c"\nsize = 2\n'
+    text = EXPERIMENT.format(size=2, duration_s=3).replace(of_two, "")
+    kind = '[[robots]]\nprogram = "lines.c"\ncpu = "avr"\ncount = 2\n'
+    (tmp_path / "chip.toml").write_text(text + kind)
+    done = kilotwin("run", tmp_path / "chip.toml", "--coverage", expect=2)
+    assert 'set it to "translated" or "native"' in done.stderr

@@ -22,7 +22,7 @@ def build_group(
     sanitized: bool = False,
 ) -> Guest:
     """The file that the engine loads. An image that came built is taken as it is. `covered`: a
-    translated program marks what runs. `sanitized`: a native one looks for undefined behaviour.
+    program marks what runs. `sanitized`: a native one looks for undefined behaviour.
 
     Of an image, that is its translation unless the group is interpreted, or cannot be translated.
     """
@@ -32,7 +32,8 @@ def build_group(
         )
         return guest
     if not group.on_board:
-        return build(group.program, notify, sanitizer.flags() if sanitized else ())
+        flags = sanitizer.flags() if sanitized else ()
+        return build(group.program, notify, flags, covered=covered)
     guest = _image_of(group, notify)
     code = None
     if not group.interpreted:
@@ -53,7 +54,9 @@ def build_all(
         for group in experiment.groups
     ]
     modules = experiment.modules
-    return guests, None if modules is None else build_group(modules, notify, sanitized=sanitized)
+    if modules is None:
+        return guests, None
+    return guests, build_group(modules, notify, covered=covered, sanitized=sanitized)
 
 
 def symbols_of(guests: Sequence[Guest], modules: Guest | None) -> tuple[Path | None, ...]:

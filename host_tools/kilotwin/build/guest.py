@@ -57,6 +57,11 @@ _CLANG_PROGRAM_FLAGS = [
 _GCC_PROGRAM_FLAGS = ["-mno-red-zone", "-fcf-protection=none"]
 # An older one would warn of it beneath a program's own errors.
 _GCC_14_PROGRAM_FLAGS = ["-Wno-return-mismatch"]
+# Calls at the begin of each basic block, for coverage; clang's make them already.
+_COVERED_FLAGS = ["-O0", "-fsanitize-coverage=trace-pc"]
+COVERED_BYTES = 0x40000
+"""Addresses from 0 on that are marked: more than the code of any robot's program has here."""
+_COVERED_SIDE = [f"-DKT_COVERED={COVERED_BYTES}"]
 # Macros that avr-gcc defines for the robot's processor, and those only a PC's compiler defines.
 _ROBOT_MACROS = [
     "-DAVR=1",
@@ -122,16 +127,24 @@ class Guest:
     symbols: Path | None = None
 
 
-def build(program: Program, notify: Notify = lambda _: None, flags: Sequence[str] = ()) -> Guest:
+def build(
+    program: Program,
+    notify: Notify = lambda _: None,
+    flags: Sequence[str] = (),
+    *,
+    covered: bool = False,
+) -> Guest:
     """The guest of `program`, from the cache if it is there; `notify` gets a line if not.
 
-    `flags` are further ones of the compiler, for the program's own sources.
+    `flags` are further ones of the compiler, for the program's own sources. `covered`: it marks
+    what runs (coverage/native_lines.py), each statement by itself.
 
     A program that does not compile is an InputError that carries the compiler's words.
     """
     compiler = find_compiler()
     version = compiler_version(compiler)
-    builder = _Builder(program, compiler, version, flags)
+    flags = [*flags, *(_COVERED_FLAGS if covered else ())]
+    builder = _Builder(program, compiler, version, flags, _COVERED_SIDE if covered else ())
     key = builder.key(version)
     file = cache_folder() / key / f"{program.name}.so"
     if not is_built(file):
@@ -208,7 +221,12 @@ class _Builder:
     """Paths and flags of one build."""
 
     def __init__(
-        self, program: Program, compiler: str, version: str, more: Sequence[str] = ()
+        self,
+        program: Program,
+        compiler: str,
+        version: str,
+        more: Sequence[str] = (),
+        more_of_side: Sequence[str] = (),
     ) -> None:
         self._program = program
         self._compiler = compiler
@@ -258,6 +276,7 @@ class _Builder:
             f"-I{self._guest}",
             *("-include", str(self._guest / "side/core_names.h")),
             *program.runtime_defines,
+            *more_of_side,
             *extra,
         ]
 

@@ -123,7 +123,8 @@ Coverage = Annotated[
     typer.Option(
         "--coverage",
         envvar="KILOTWIN_COVERAGE",
-        help="Run programs by their machine code, and say which of their lines have run.",
+        help="Run programs by their machine code, and say which of their lines, and of the "
+        "modules', have run.",
     ),
 ]
 Sanitize = Annotated[
@@ -286,7 +287,7 @@ def _cover(experiment: Experiment, outcome: Outcome) -> None:
     """Writes the report of what has run into the run folder, and its shares into the summary."""
     report = lazy.load("coverage.report")
     folder = Path(outcome.summary["run_folder"]) / "coverage"
-    sources = report.of_groups(experiment.groups, outcome.marks)
+    sources = report.of_programs(report.own_marks(experiment, outcome.marks))
     outcome.summary["coverage"] = report.written(sources, folder)
 
 

@@ -143,7 +143,7 @@ def _cover(scenarios: list[Scenario], folder: Path) -> dict[str, Any]:
         pair
         for scenario in scenarios
         for ran in scenario.ran.values()
-        for pair in written.own_marks(scenario.experiment.groups, ran.marks)
+        for pair in written.own_marks(scenario.experiment, ran.marks)
     ]
     return dict(written.written(written.of_programs(marks), folder))
 

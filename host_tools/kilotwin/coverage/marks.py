@@ -4,6 +4,7 @@ import contextlib
 import ctypes
 from collections.abc import Iterable, Mapping, Sequence
 
+from kilotwin.build.guest import COVERED_BYTES
 from kilotwin.files.flash_map import FLASH_BYTES
 
 Marks = Mapping[int, int]
@@ -11,17 +12,21 @@ Marks = Mapping[int, int]
 there; a block of one instruction may have all."""
 RAN, TAKEN, NOT_TAKEN = 1, 2, 4
 
-_NAME = "translation_coverage"
+_OF_TRANSLATION, _OF_NATIVE = "translation_coverage", "kt_coverage"
 
 
 def marks_of(guest: str) -> dict[int, int]:
     """Those of a guest that the engine has loaded, of all robots that have run it in this process.
 
-    ValueError if it was not built for coverage.
+    Of a native one RAN, by the address that a call at a block's begin returns to. ValueError if it
+    was not built for coverage.
     """
     library = ctypes.CDLL(guest)  # the one that is loaded: no file is opened
-    marks = (ctypes.c_uint8 * (FLASH_BYTES // 2)).in_dll(library, _NAME)
-    return {2 * word: mark for word, mark in enumerate(bytes(marks)) if mark}
+    with contextlib.suppress(ValueError):
+        words = (ctypes.c_uint8 * (FLASH_BYTES // 2)).in_dll(library, _OF_TRANSLATION)
+        return {2 * word: mark for word, mark in enumerate(bytes(words)) if mark}
+    calls = (ctypes.c_uint8 * COVERED_BYTES).in_dll(library, _OF_NATIVE)
+    return {address: mark for address, mark in enumerate(bytes(calls)) if mark}
 
 
 def marks_of_all(guests: Iterable[str]) -> list[list[tuple[int, int]]]:

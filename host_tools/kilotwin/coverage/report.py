@@ -10,11 +10,14 @@ from pathlib import Path
 from typing import Any
 
 from kilotwin.build.avr import build_image
+from kilotwin.build.guest import build
 from kilotwin.coverage.lines import Source, Sources, sources_of
 from kilotwin.coverage.marks import Marks, merged
+from kilotwin.coverage.native_lines import native_sources_of
 from kilotwin.errors import RunError
-from kilotwin.experiment.experiment import Group
+from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.programs import Program
+from kilotwin.files import resources
 
 JSON, LCOV, HTML = "coverage.json", "coverage.info", "index.html"
 
@@ -32,28 +35,38 @@ class Share:
         return f"{self.run} of {self.of} {what}{percent}"
 
 
-def of_programs(programs: Iterable[tuple[Program, Marks]]) -> Sources:
+@dataclass(frozen=True)
+class Covered:
+    """A program that marks what runs, by its machine code or natively."""
+
+    program: Program
+    translated: bool
+
+
+def of_programs(programs: Iterable[tuple[Covered, Marks]]) -> Sources:
     """Coverage of all sources. A program may come several times; marks are put together."""
-    by_program: dict[Program, list[Marks]] = {}
-    for program, marks in programs:
-        by_program.setdefault(program, []).append(marks)
+    by_program: dict[Covered, list[Marks]] = {}
+    for covered, own in programs:
+        by_program.setdefault(covered, []).append(own)
     found: Sources = {}
-    for program, several in by_program.items():
-        for file, source in sources_of(program, build_image(program), merged(several)).items():
+    for covered, several in by_program.items():
+        program, marks = covered.program, merged(several)
+        if covered.translated:
+            sources = sources_of(program, build_image(program), marks)
+        else:
+            sources = native_sources_of(program, build(program, covered=True).file, marks)
+        for file, source in sources.items():
             found[file] = _both(found[file], source) if file in found else source
     return dict(sorted(found.items()))
 
 
-def of_groups(groups: Iterable[Group], marks: Iterable[Marks]) -> Sources:
-    """The same of an experiment's groups, those whose programs are translated."""
-    return of_programs(own_marks(groups, marks))
-
-
-def own_marks(groups: Iterable[Group], marks: Iterable[Marks]) -> Iterator[tuple[Program, Marks]]:
-    """Each program that is translated, with its marks in a run; none of a run that failed."""
-    for group, own in zip(groups, marks, strict=False):
-        if group.translated:
-            yield group.program, own
+def own_marks(experiment: Experiment, marks: Iterable[Marks]) -> Iterator[tuple[Covered, Marks]]:
+    """Each program of robots and modules that has sources, with its marks in a run; none of a run
+    that failed."""
+    modules = [] if experiment.modules is None else [experiment.modules]
+    for group, own in zip([*experiment.groups, *modules], marks, strict=False):
+        if not group.on_board:
+            yield Covered(group.program, group.translated), own
 
 
 def _both(one: Source, other: Source) -> Source:
@@ -114,6 +127,28 @@ def written(sources: Sources, folder: Path) -> dict[str, Any]:
 
 
 def _write(sources: Sources, folder: Path) -> None:
+    """gcovr takes files below one folder only. Files with none in common, as of a lab's program and
+    our modules', have a report each: the lab's in `folder`, others below; coverage.info has all."""
+    parts: dict[tuple[str, ...], Sources] = {}
+    for file, source in sources.items():
+        parts.setdefault(file.parts[:2], {})[file] = source
+    ours = [root.resolve() for root in resources.roots()]
+    ordered = sorted(
+        parts.values(),
+        key=lambda part: any(next(iter(part)).is_relative_to(root) for root in ours),
+    )
+    for number, part in enumerate(ordered or [sources]):
+        root = os.path.commonpath([file.parent for file in part]) if part else str(folder)
+        place = folder if number == 0 else folder / Path(root).name
+        place.mkdir(exist_ok=True)
+        _report(part, root, place)
+        if number > 0:
+            with (folder / LCOV).open("a", encoding="utf-8") as lcov:
+                lcov.write((place / LCOV).read_text(encoding="utf-8"))
+
+
+def _report(sources: Sources, root: str, folder: Path) -> None:
+    """The files of gcovr."""
     from gcovr.data_model.version import FORMAT_VERSION  # noqa: PLC0415  # an extra
 
     report = {
@@ -121,7 +156,6 @@ def _write(sources: Sources, folder: Path) -> None:
         "files": [_file(file, source) for file, source in sources.items()],
     }
     (folder / JSON).write_text(json.dumps(report), encoding="utf-8")
-    root = os.path.commonpath([file.parent for file in sources]) if sources else str(folder)
     command = [sys.executable, "-P", "-m", "gcovr", "--root", root, "-a", str(folder / JSON)]
     command += ["--lcov", str(folder / LCOV), "--html-details", str(folder / HTML)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)

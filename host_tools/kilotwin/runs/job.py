@@ -86,3 +86,8 @@ class Job:
     """What somebody did in the run that this one repeats."""
     live: int | None = None
     """The worker's end of the socket to a viewer, inherited; see runs/live_link.py."""
+
+    @property
+    def all_guests(self) -> list[str]:
+        """Those of robots, then that of modules."""
+        return [*self.guests, *([] if self.module_guest is None else [self.module_guest])]

@@ -139,7 +139,7 @@ def simulate(
         close_manifest(job.folder, summary["status"], exit_code, summary=summary)
     except OSError as error:
         raise RunError(f"{job.folder}: cannot write ({cause_of(error)}); see to the disk") from None
-    marks = marks_of_all(job.guests) if job.covered else []
+    marks = marks_of_all(job.all_guests) if job.covered else []
     report({"type": "done", "exit_code": exit_code, "summary": summary, "marks": marks})
 
 

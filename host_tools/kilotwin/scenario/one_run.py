@@ -135,7 +135,7 @@ def _in_fork(task: Task) -> dict[str, Any]:
         "undefined": [vars(one) for one in trial.writer.undefined],
         "rates": _rates(task, trial, summary),
         "result_hash": summary["result_hash"],
-        "marks": marks_of_all(task.guests) if task.covered else [],
+        "marks": marks_of_all(job.all_guests) if task.covered else [],
     }
 
 
