@@ -82,7 +82,7 @@ static void write_data(state_t *state, uint16_t address, uint8_t value) {
     } else {
         const uint8_t effects = address < IO_END ? state->chip->effects[address] : 0;
         WRITE(address, value);
-        if (effects & (WRITE_EFFECT | CHANGE_EFFECT))
+        if (effects & (WRITE_EFFECT | CHANGE_EFFECT | PIN_EFFECT))
             state->registers->written(state->chip, address);
     }
 }

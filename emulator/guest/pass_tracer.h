@@ -79,6 +79,7 @@ class PassTracer : private translated_chip_t {
         bool is_sum, takes_carry, keeps;
     };
 
+    /// What ends a trace in the midst of an instruction: few passes are traced, so it may cost.
     struct Failed {};  ///< thrown: it cannot be known
 
     [[noreturn]] static void fail() { throw Failed{}; }
@@ -103,8 +104,8 @@ class PassTracer : private translated_chip_t {
     bool is_constant(Byte &byte);
     bool has_ticks(const Byte &byte) const { return byte.kind == Byte::OF_SUM && ticks_in(byte); }
     bool ticks_in(const Byte &byte) const { return sums_[byte.place].slope != 0; }
-    /// Makes it one that must be equal, which fails where it depends on kilo_ticks, or on a register
-    /// that has nothing in it when a pass begins. A flag that is asked for so becomes a constant.
+    /// Makes it one that must be equal, which fails where it depends on kilo_ticks, or on a
+    /// register that has nothing in it when a pass begins. A flag asked for so becomes a constant.
     void require(Byte byte);
     void require(uint16_t address);
     void require(const TickNumber &number);
@@ -137,6 +138,7 @@ class PassTracer : private translated_chip_t {
     const translation_t &code_;
     const translated_seam_t &seam_;
     const uint8_t *const before_;  ///< data space when the pass began
+    /// The stack pointer and the program counter at that moment.
     const uint16_t stack_;
     const uint32_t begin_;
     uint16_t deepest_;        ///< stack pointer

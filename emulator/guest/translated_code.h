@@ -25,7 +25,7 @@
 #include <stdint.h>
 
 /// Changes with every change of the two structures; the emulator takes no other.
-#define TRANSLATION_VERSION 4
+#define TRANSLATION_VERSION 5
 
 /// Of a guest: where a pass of a loop begins, and the state at that moment but for SRAM.
 typedef struct {
@@ -66,11 +66,13 @@ typedef struct translated_chip {
     /// pointer, I, r24, r25, `left` and `changed` are here meanwhile; all may be other ones
     /// afterwards. False: the region has to be left.
     uint8_t (*attend)(struct translated_chip *chip, unsigned what);
+    /// A register with PIN_EFFECT has got another value; `left` is that of the instruction's begin.
+    void (*pin_written)(struct translated_chip *chip, uint16_t address);
 } translated_chip_t;
 
 /// An access to this register does more than reading or writing a byte; CHANGE_EFFECT, of guests: a
-/// write of another value does.
-enum { READ_EFFECT = 1, WRITE_EFFECT = 2, CHANGE_EFFECT = 4 };
+/// write of another value does; PIN_EFFECT: that shows, and changes nothing of what comes next.
+enum { READ_EFFECT = 1, WRITE_EFFECT = 2, CHANGE_EFFECT = 4, PIN_EFFECT = 8 };
 
 /// Why a region has come to an end.
 typedef enum {
@@ -499,7 +501,19 @@ enum {
     FOR_EFFECT(at, offset, address, WRITE_EFFECT);                                  \
     if (__builtin_expect(effects[address] & CHANGE_EFFECT && M[address] != (r), 0)) \
     HAND_OVER(at, offset)
+/// The byte itself. One that shows on a pin is told to the engine at its time, without leaving the
+/// region: all that the engine does then is to look at the pins, and no interrupt moves.
+#define WRITE_REGISTER(offset, address, r)                                         \
+    do {                                                                           \
+        const uint8_t shows_ = effects[address] & PIN_EFFECT && M[address] != (r); \
+        WRITE(address, r);                                                         \
+        if (__builtin_expect(shows_, 0)) {                                         \
+            chip->left = left - (offset);                                          \
+            chip->pin_written(chip, address);                                      \
+        }                                                                          \
+    } while (0)
 #else
+#define WRITE_REGISTER(offset, address, r) WRITE(address, r)
 #define FOR_WRITE(at, offset, address, r) FOR_EFFECT(at, offset, address, WRITE_EFFECT)
 #endif
 /// A register below 0x100; three of them are locals, and the status register is put together.
@@ -534,7 +548,7 @@ enum {
             cf = o_ & 1u, zr = ~o_ & 2, nr = (uint8_t)(o_ << 5), vr = (uint8_t)(o_ << 4);       \
             sr = (uint8_t)(o_ << 3), hr = (uint8_t)(o_ >> 1), tf = o_ >> 6 & 1u, inf = o_ >> 7; \
         } else {                                                                                \
-            WRITE(address, o_);                                                                 \
+            WRITE_REGISTER(offset, address, o_);                                                \
         }                                                                                       \
     } while (0)
 /// The stack grows downwards; its pointer is to the next free byte.

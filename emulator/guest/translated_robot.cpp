@@ -17,6 +17,15 @@ namespace {
 constexpr uint64_t NO_TIME = TranslatedImage::NO_TIME;
 constexpr uint32_t FLASH_MASK = 0x7FFE;
 
+/// What nearly every run touches, all at once: registers, the first variables, the top of the stack
+/// and what is beside the data space.
+void prefetch_chip(const uint8_t *image) {
+    constexpr size_t REGISTERS = 0x60, VARIABLES = 0x100, SOME = 0x100, TOP = SRAM_END - 0x40;
+    prefetch_bytes(image, REGISTERS);
+    prefetch_bytes(image + VARIABLES, SOME);
+    prefetch_bytes(image + TOP, sizeof(TranslatedImage) - TOP);
+}
+
 }  // namespace
 
 /// A robot whose loop changes nothing need not be executed before something reaches it.
@@ -26,6 +35,7 @@ void Robot::go_on_translated() {
         now_ = until_;
         return;
     }
+    prefetch_chip(image_);
     const auto &image = *reinterpret_cast<const TranslatedImage *>(image_);
     const bool rests =
         image.pass_cycles != 0 && image.interrupt == TranslatedImage::Interrupt::NONE;
@@ -59,6 +69,7 @@ Robot::Translated::Translated(Robot &robot)
     translated_chip_t::attend = [](translated_chip_t *chip, unsigned what) -> uint8_t {
         return static_cast<Translated *>(chip)->attend(what);
     };
+    pin_written = register_written;
     const unsigned all = (1u << ENGINE_CALLS) - 1;
     calls = static_cast<uint8_t>(robot.context_.gains_are_mm ? all : all & ~(1u << CALL_DISTANCE));
     limit_ = image_.cycle;

@@ -80,8 +80,8 @@ _OPERATIONS = {
     "lpm_r0": "LPM({here}, r0, PAIR(r30, r31));",
     "lpm": "LPM({here}, {d}, PAIR(r30, r31));",
     "lpm+": "LPM({here}, value, {pair}); LPM_NEXT({d}, value);",
-    "sbi": "FOR_EFFECT({here}, {a}, READ_EFFECT | WRITE_EFFECT); M[{a}] |= 1 << {k};",
-    "cbi": "FOR_EFFECT({here}, {a}, READ_EFFECT | WRITE_EFFECT); M[{a}] &= ~(1 << {k});",
+    "sbi": "FOR_EFFECT({here}, {a}, READ_EFFECT); OUT({here}, {a}, M[{a}] | 1 << {k});",
+    "cbi": "FOR_EFFECT({here}, {a}, READ_EFFECT); OUT({here}, {a}, M[{a}] & ~(1 << {k}));",
 }
 """Instructions that go on with the next one; {here} are address and offset."""
 
