@@ -17,7 +17,7 @@ constexpr int MOST_PAUSE = 255;
 }  // namespace
 
 /// A pass of the main loop begins: whether it is one that is known, and how long that goes on.
-/// Where passes change something again and again, it looks ever more seldom.
+/// Where passes change something in each tick, it looks ever more seldom.
 bool Robot::Translated::recall() {
     if (at(seam_.robot) != ROBOT_RUNNING) return false;
     auto &known = robot_.program_->known_passes;
@@ -41,8 +41,9 @@ bool Robot::Translated::recall() {
             lasts = found->lasts(data, ticks);
         }
     }
-    const int pause = 2 * image_.recall_pause + 1;
-    image_.recall_pause = static_cast<uint16_t>(found != nullptr ? 0 : std::min(pause, MOST_PAUSE));
+    // One that ends with this tick leaves nothing out, and looking for it costs as much as the pass.
+    const int pause = lasts > 1 ? 0 : 2 * image_.recall_pause + 1;
+    image_.recall_pause = static_cast<uint16_t>(std::min(pause, MOST_PAUSE));
     recalls_in = image_.recall_pause;
     if (lasts == 0) return false;
     image_.pass_cycles = found->cycles;
