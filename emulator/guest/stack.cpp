@@ -255,6 +255,8 @@ void GuestStack::on_fault(int signal, void *info, void *context) {
         return;
     }
     stack.note_signal(registers);
+    // These two come with the address behind their instruction.
+    if (signal == SIGSYS || signal == SIGTRAP) stack.signal_at_--;
     if (signal == SIGSYS) return stack.refuse_system_call(registers, info);
     auto address = static_cast<const uint8_t *>(fault->si_addr);
     if (stack.survives(signal, address, registers)) return;
