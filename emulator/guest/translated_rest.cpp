@@ -41,7 +41,7 @@ bool Robot::Translated::recall() {
             lasts = found->lasts(data, ticks);
         }
     }
-    // One that ends with this tick leaves nothing out, and looking for it costs as much as the pass.
+    // One that ends with this tick leaves nothing out, and looking for it costs as much.
     const int pause = lasts > 1 ? 0 : 2 * image_.recall_pause + 1;
     image_.recall_pause = static_cast<uint16_t>(std::min(pause, MOST_PAUSE));
     recalls_in = image_.recall_pause;

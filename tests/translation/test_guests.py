@@ -82,6 +82,12 @@ def test_a_loop_in_a_function_that_a_wait_calls_from_two_places_is_no_pass_of_th
     check(compared(Path(__file__).with_name("two_places.c"), 100, seed=1), 100)
 
 
+def test_a_pin_that_is_set_by_an_instruction_for_one_bit_shows_at_once() -> None:
+    test = compared(Path(__file__).with_name("single_bits.c"), 200, seed=1)
+    check(test, 200)
+    assert test.compared >= 12  # four times in 64 ticks
+
+
 def test_it_gets_messages_before_setup_as_the_chip_does() -> None:
     """Nine data bytes and a type each."""
     before = [bytes([number] * 9 + [0]) for number in range(5)]

@@ -130,7 +130,7 @@ class Records:
         if name in samples:
             values: NDArray[Any] = samples[name][:, part].ravel()  # type: ignore[literal-required]
             return values
-        # Real robots': nobody knows.
+        # Not known of real robots.
         return pa.nulls(samples["led"][:, part].size, self.robots_schema.field(name).type)
 
     def objects(self, samples: "Samples") -> pa.RecordBatch:

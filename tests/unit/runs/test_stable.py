@@ -10,7 +10,7 @@ import kilotwin
 from kilotwin import World, errors, testing
 from kilotwin.experiment.record_schema import EXTRA_OF
 from kilotwin.experiment.schema import ExperimentSchema
-from kilotwin.runs.columns import SENT_SCHEMA, TRACKING_SCHEMA, WORD, Records
+from kilotwin.runs.columns import MODULES_SCHEMA, SENT_SCHEMA, TRACKING_SCHEMA, WORD, Records
 from kilotwin.runs.folder import close_manifest
 from kilotwin.runs.run import new_manifest
 
@@ -51,6 +51,7 @@ def rows_of_tables() -> str:
         "sites": records.sites_schema,
         "objects": records.objects_schema,
         "tracking": TRACKING_SCHEMA,
+        "modules": MODULES_SCHEMA,
         "sent": SENT_SCHEMA,
     }
     rows = [
