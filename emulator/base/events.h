@@ -10,8 +10,8 @@
 namespace kilotwin {
 
 /// NOTE marks what a program's author cannot want, or what the emulator does not do; BUSY_WAIT a
-/// wait that costs much, UNDEFINED what the C standard leaves undefined, of a program that was built
-/// to look. After these and PRINT the robot goes on; the others park it.
+/// wait that costs much, UNDEFINED what the C standard leaves undefined, of a program that was
+/// built to look. After these and PRINT the robot goes on; the others park it.
 enum class EventKind { PRINT, NOTE, BUSY_WAIT, ENDLESS, CRASH, STACK_OVERFLOW, UNDEFINED };
 
 /// The kind's name in the run folder.
@@ -23,9 +23,9 @@ inline const char *name_of(EventKind kind) {
 
 /// Where a program was: addresses in its file (in the shared object of a native one, in flash in
 /// bytes of one that runs by its machine code), of an instruction and of the calls that led there,
-/// innermost first; 0 for one outside of the file. Calls are found by return addresses on the stack; so calls that are over may be
-/// among them, and each of them counts only if it calls the function of the one before. Empty: not
-/// known.
+/// innermost first; 0 for one outside of the file. Calls are found by return addresses on the
+/// stack; so calls that are over may be among them, and each of them counts only if it calls the
+/// function of the one before. Empty: not known.
 using CodePath = std::vector<uint32_t>;
 
 /// One event. Robots run ahead of one another, so that events come out of order; the simulation
