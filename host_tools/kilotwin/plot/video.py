@@ -176,7 +176,9 @@ class _Picture:
         draw_floor(axes, self._run.experiment, self._run.floor())
         axes.set(aspect="equal")
         axes.set_axis_off()
-        figure.text(0.03, 0.94, title(self._run), size=12, weight="bold")
+        # Of text, for its column: in small pictures as small as can be read.
+        scale = max(0.5, min(width_px / 720, 1), width_px / 960)
+        figure.text(0.03, 0.94, title(self._run), size=12 * scale, weight="bold")
         self._axes = axes
         diameter = np.array([2 * self._radius])
         point = 1 / points_per_metre(axes)
@@ -195,12 +197,12 @@ class _Picture:
         self._fronts = LineCollection([], colors=OUTLINE, lw=max(outline, 0.3), animated=True)
         for collection in (self._trail, self._discs, self._fronts):
             axes.add_collection(collection)
-        self._clock = figure.text(0.75, 0.88, "", size=11, animated=True)
+        self._clock = figure.text(0.75, 0.88, "", size=11 * scale, animated=True)
         self._counts = []
         for line, name in enumerate(self._states.names[: self._states.known]):
             low = 0.83 - 0.04 * line
-            figure.text(0.75, low, "●", size=13, color=self._named[name])
-            self._counts.append(figure.text(0.78, low, "", size=11, animated=True))
+            figure.text(0.75, low, "●", size=13 * scale, color=self._named[name])
+            self._counts.append(figure.text(0.78, low, "", size=11 * scale, animated=True))
         self._canvas.draw()  # type: ignore[no-untyped-call]
         self._still = self._canvas.copy_from_bbox(figure.bbox)  # type: ignore[no-untyped-call]
         return figure
