@@ -6,10 +6,7 @@ from typing import Any
 
 import pytest
 
-from kilotwin import _emulator
-from kilotwin.build.group import build_group
-from kilotwin.experiment.engine_spec import engine_spec
-from kilotwin.experiment.experiment import Experiment
+from .outcomes import outcome as engine_outcome
 
 ROOT = Path(__file__).resolve().parents[2]
 CORPUS = sorted((Path(__file__).parent / "corpus").glob("*.c"))
@@ -40,16 +37,7 @@ count = {count}
 
 
 def outcome(file: Path, *, recalls: bool, chunk: int = TICKS) -> tuple[Any, ...]:
-    experiment = Experiment.load(file)
-    guests = [str(build_group(group).file) for group in experiment.groups]
-    spec = engine_spec(experiment, guests, sample_ticks=7, black_box=None)
-    spec["recalls_passes"] = recalls
-    simulation = _emulator.Simulation(spec)
-    events: list[Any] = []
-    for _ in range(0, TICKS, chunk):
-        simulation.advance(chunk)
-        events += simulation.events()
-    return simulation.result_hash(), events, simulation.stats()
+    return engine_outcome(file, ticks=TICKS, chunk=chunk, sample_ticks=7, recalls_passes=recalls)
 
 
 def world(folder: Path, medium: str, programs: list[Path], count: int) -> Path:

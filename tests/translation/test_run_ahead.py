@@ -5,10 +5,7 @@ from typing import Any
 
 import pytest
 
-from kilotwin import _emulator
-from kilotwin.build.group import build_group
-from kilotwin.experiment.engine_spec import engine_spec
-from kilotwin.experiment.experiment import Experiment
+from .outcomes import outcome as engine_outcome
 
 ROOT = Path(__file__).resolve().parents[2]
 CORPUS = Path(__file__).parent / "corpus"
@@ -44,16 +41,7 @@ KILOBOTS = [
 
 
 def outcome(file: Path, *, run_ahead: bool, chunk: int) -> tuple[Any, ...]:
-    experiment = Experiment.load(file)
-    guests = [str(build_group(group).file) for group in experiment.groups]
-    spec = engine_spec(experiment, guests, sample_ticks=31, black_box=None)
-    spec["run_ahead"] = run_ahead
-    simulation = _emulator.Simulation(spec)
-    events: list[Any] = []
-    for done in range(0, TICKS, chunk):
-        simulation.advance(min(chunk, TICKS - done))
-        events += simulation.events()
-    return simulation.result_hash(), events, simulation.stats()
+    return engine_outcome(file, ticks=TICKS, chunk=chunk, sample_ticks=31, run_ahead=run_ahead)
 
 
 @pytest.mark.parametrize("seed", [1, 2])

@@ -1,0 +1,25 @@
+"""Outcome of a run by the engine alone, for comparisons of ways to run it."""
+
+from pathlib import Path
+from typing import Any
+
+from kilotwin import _emulator
+from kilotwin.build.group import build_group
+from kilotwin.experiment.engine_spec import engine_spec
+from kilotwin.experiment.experiment import Experiment
+
+
+def outcome(
+    file: Path, *, ticks: int, chunk: int, sample_ticks: int, **spec: bool
+) -> tuple[Any, ...]:
+    """Hash, events and statistics after `ticks`, which go by in chunks; `spec`: keys of the
+    engine's input that no experiment has."""
+    experiment = Experiment.load(file)
+    guests = [str(build_group(group).file) for group in experiment.groups]
+    keys = engine_spec(experiment, guests, sample_ticks=sample_ticks, black_box=None) | spec
+    simulation = _emulator.Simulation(keys)
+    events: list[Any] = []
+    for done in range(0, ticks, chunk):
+        simulation.advance(min(chunk, ticks - done))
+        events += simulation.events()
+    return simulation.result_hash(), events, simulation.stats()
