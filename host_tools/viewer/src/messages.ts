@@ -2,6 +2,7 @@
 // have counts; those of the time in between are drawn evenly spread over it.
 
 import * as three from "three";
+import { aim, pointsOf, uniformsWith, type Uniforms } from "./points";
 import type { Between, Sample } from "./samples";
 
 const LIFE_S = 0.25; // of a ring
@@ -87,7 +88,7 @@ void main() {
 
 export class Rings {
   readonly mesh: three.Points;
-  private readonly uniforms: Record<string, three.IUniform>;
+  private readonly uniforms: Uniforms;
   private readonly number: three.BufferAttribute;
   private shown: Uint16Array | null = null;
 
@@ -98,44 +99,23 @@ export class Rings {
     radiusM: number,
     rangeM: number,
   ) {
-    const geometry = new three.BufferGeometry();
     this.number = new three.BufferAttribute(new Float32Array(size), 1);
     this.number.setUsage(three.DynamicDrawUsage);
-    for (const [name, attribute] of Object.entries({ ...places, number: this.number })) {
-      geometry.setAttribute(name, attribute);
-    }
-    geometry.setDrawRange(0, size);
-    this.uniforms = {
-      part: { value: 0 },
+    this.uniforms = uniformsWith({
       life: { value: LIFE_S },
       span: { value: 0 },
       radius: { value: radiusM },
       reach: { value: Math.max(rangeM, 1.5 * radiusM) },
-      pixel: { value: 0.001 },
-      ratio: { value: 1 },
-      middle: { value: new three.Vector2() },
-      scale: { value: new three.Vector2(1, 1) },
       colour: { value: new three.Color("#0072b2").convertLinearToSRGB() },
-    };
-    const material = new three.RawShaderMaterial({
-      glslVersion: three.GLSL3,
-      vertexShader: VERTEX,
-      fragmentShader: FRAGMENT,
-      uniforms: this.uniforms,
-      transparent: true,
-      depthTest: false,
     });
-    this.mesh = new three.Points(geometry, material);
-    this.mesh.frustumCulled = false;
-    this.mesh.renderOrder = 11;
+    const attributes = { ...places, number: this.number };
+    const shaders = { vertexShader: VERTEX, fragmentShader: FRAGMENT };
+    this.mesh = pointsOf(attributes, size, this.uniforms, shaders, 11);
     this.mesh.visible = false;
   }
 
   view(middle: [number, number], scale: [number, number], pixelM: number): void {
-    this.uniforms.ratio.value = window.devicePixelRatio;
-    this.uniforms.middle.value.set(...middle);
-    this.uniforms.scale.value.set(...scale);
-    this.uniforms.pixel.value = pixelM;
+    aim(this.uniforms, middle, scale, pixelM);
   }
 
   show(number: Uint16Array | null, part: number, beat: Beat): void {

@@ -2,6 +2,7 @@
 // processor, so that a frame uploads nothing and a sample is uploaded once.
 
 import * as three from "three";
+import { aim, pointsOf, uniformsWith, type Uniforms } from "./points";
 import type { Between, Sample } from "./samples";
 import type { Scene } from "./scene";
 
@@ -85,7 +86,7 @@ void main() {
 
 export class Robots {
   readonly mesh: three.Points;
-  private readonly uniforms: Record<string, three.IUniform>;
+  private readonly uniforms: Uniforms;
   private readonly attributes: Record<string, three.BufferAttribute>;
   private readonly leds: three.DataTexture;
   private shownFrom: Sample | null = null;
@@ -113,33 +114,14 @@ export class Robots {
       led: each(new Uint8Array(size), 1, false),
       informed: each(informedFor(scene, ids), 1, false),
     };
-    const geometry = new three.BufferGeometry();
-    geometry.setDrawRange(0, size);
-    for (const [name, attribute] of Object.entries(this.attributes)) {
-      geometry.setAttribute(name, attribute);
-    }
     this.leds = new three.DataTexture(new Uint8Array(4 * LEDS), LEDS, 1);
-    this.uniforms = {
-      part: { value: 0 },
+    this.uniforms = uniformsWith({
       radius: { value: scene.radius_m },
-      pixel: { value: 0.001 },
       least: { value: 3 },
-      ratio: { value: 1 },
-      middle: { value: new three.Vector2() },
-      scale: { value: new three.Vector2(1, 1) },
       leds: { value: this.leds },
-    };
-    const material = new three.RawShaderMaterial({
-      glslVersion: three.GLSL3,
-      vertexShader: VERTEX,
-      fragmentShader: FRAGMENT,
-      uniforms: this.uniforms,
-      transparent: true,
-      depthTest: false,
     });
-    this.mesh = new three.Points(geometry, material);
-    this.mesh.frustumCulled = false;
-    this.mesh.renderOrder = 10;
+    const shaders = { vertexShader: VERTEX, fragmentShader: FRAGMENT };
+    this.mesh = pointsOf(this.attributes, size, this.uniforms, shaders, 10);
     this.colourBy("led");
   }
 
@@ -160,11 +142,8 @@ export class Robots {
     pixelM: number,
     least: number,
   ): void {
-    this.uniforms.ratio.value = window.devicePixelRatio;
+    aim(this.uniforms, middle, scale, pixelM);
     this.uniforms.least.value = least;
-    this.uniforms.middle.value.set(...middle);
-    this.uniforms.scale.value.set(...scale);
-    this.uniforms.pixel.value = pixelM;
   }
 
   show(between: Between): void {
