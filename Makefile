@@ -20,7 +20,7 @@ LOCKED    := $(VENV)/.locked
 INSTALLED := $(VENV)/.installed
 PAGE   := host_tools/kilotwin/view/page/index.html
 VIEWER := host_tools/viewer
-# What the documentation's site is built with: of no use to anything else.
+# The environment that builds the documentation's site, and nothing else.
 DOCS   := build/docs/env
 ENGINE := CMakeLists.txt pyproject.toml $(shell find emulator firmware/aggregation/wire.h \
             firmware/kilolib/include firmware/kilolib/core kilogrid_modules -type f \( -name '*.[ch]' -o -name '*.cpp' -o -name '*.hpp' \

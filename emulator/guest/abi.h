@@ -45,7 +45,7 @@ enum {
     KT_LINE_QUEUES,  ///< it goes on at once, and what the queue has no room for is lost
 };
 
-/// What the C standard leaves undefined (kt_host_t.undefined()).
+/// Kinds of undefined behaviour (kt_host_t.undefined()).
 enum {
     KT_UB_ADD,
     KT_UB_SUBTRACT,

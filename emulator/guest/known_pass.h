@@ -34,7 +34,7 @@ struct TickNumber {
     void add(const TickNumber &other, int sign);
 };
 
-/// What a branch depends on: of numbers that have some bits.
+/// A condition that a branch depends on: of numbers that have some bits.
 struct TickCondition {
     enum class Kind : uint8_t {
         ZERO,        ///< a is 0
@@ -54,7 +54,7 @@ struct TickCondition {
     uint64_t lasts(const uint8_t *data, uint32_t ticks) const;
 };
 
-/// What a pass that changes nothing depends on.
+/// A pass that changes nothing, by all that it depends on.
 struct KnownPass {
     struct Equal {
         uint16_t address;

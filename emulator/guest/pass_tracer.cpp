@@ -181,7 +181,7 @@ PassTracer::Byte PassTracer::load(uint16_t address) {
     return {Byte::BEFORE, 0, address};
 }
 
-/// What a tick's interrupt changes.
+/// Addresses that a tick's interrupt changes.
 bool PassTracer::is_of_clock(uint16_t address) const {
     constexpr uint16_t CLOCK = offsetof(robot_core_t, transmit);
     return static_cast<uint16_t>(address - seam_.ticks) < sizeof ticks_ ||
@@ -329,7 +329,7 @@ void PassTracer::note(Flag &flag, unsigned bit) {
 
 // Instructions
 
-/// Of a register with itself `eor` clears and `and` tests; otherwise bitwise operations, like
+/// A register with itself is cleared by `eor`, tested by `and`; otherwise bitwise operations, like
 /// products, want both bytes to be equal.
 bool PassTracer::two_registers(unsigned word) {
     const unsigned d = d_of(word), r = r_of(word);
@@ -541,7 +541,7 @@ bool PassTracer::flow(unsigned word) {
         require(load(static_cast<uint16_t>(stack + 1)));
         require(load(static_cast<uint16_t>(stack + 2)));
     } else if (word >> 12 == 0xD || (is_far && (word & 2) != 0) || word == 0x9509) {
-        // What is there before does not matter.
+        // The value before does not matter.
         store(stack, {}, 0);
         store(static_cast<uint16_t>(stack - 1), {}, 0);
     } else if (!is_pointer && !is_near && !is_far) {

@@ -5,7 +5,7 @@
 /// the pass began, or a byte of a sum of kilo_ticks, such bytes and constants. Additions,
 /// differences and comparisons over several bytes make such sums, and branches on their flags
 /// conditions; whatever else an instruction does with a byte makes it one that must be equal.
-/// What cannot be said so is no known pass: it is executed each time, as if there were no tracer.
+/// A pass beyond that is not known: it is executed each time, as if there were no tracer.
 #ifndef KILOTWIN_GUEST_PASS_TRACER_H
 #define KILOTWIN_GUEST_PASS_TRACER_H
 
@@ -27,7 +27,7 @@ class PassTracer : private translated_chip_t {
     /// A chip where a pass of its main loop begins; `effects` of its registers by address.
     PassTracer(const translation_t &code, const translated_chip_t &chip);
 
-    /// What the pass depends on; none: it changes something, or cannot be known.
+    /// The pass by what it depends on; none: it changes something, or cannot be known.
     std::optional<KnownPass> trace();
 
   private:
@@ -64,7 +64,7 @@ class PassTracer : private translated_chip_t {
         uint16_t result;  ///< number of the sum
     };
 
-    /// What a flag tells of: a constant, the last byte of a chain, or a byte. Where a pass begins
+    /// The origin of a flag: a constant, the last byte of a chain, or a byte. Where a pass begins
     /// nothing is known of the flags, since nothing reads them.
     struct Flag {
         enum Kind : uint8_t { UNKNOWN, CONSTANT, OF_CHAIN, OF_BYTE };
@@ -79,7 +79,7 @@ class PassTracer : private translated_chip_t {
         bool is_sum, takes_carry, keeps;
     };
 
-    /// What ends a trace in the midst of an instruction: few passes are traced, so it may cost.
+    /// The end of a trace in the midst of an instruction: few passes are traced, so it may cost.
     struct Failed {};  ///< thrown: it cannot be known
 
     [[noreturn]] static void fail() { throw Failed{}; }
@@ -111,8 +111,8 @@ class PassTracer : private translated_chip_t {
     void require(const TickNumber &number);
     void require(Flag &flag);
     void require_all_flags();
-    /// Of data space. What a tick's interrupt changes, and registers with an effect, fail;
-    /// kilo_ticks are bytes of the first sum.
+    /// A byte of data space. Those that a tick's interrupt changes, and registers with an effect,
+    /// fail; kilo_ticks are bytes of the first sum.
     Byte load(uint16_t address);
     bool is_of_clock(uint16_t address) const;
     /// To data space; a register that is not plain memory must have the byte already.

@@ -123,7 +123,7 @@ bool Robot::Translated::can_count_tick() const {
            counts <= word(seam_.tx_period);
 }
 
-/// What some of these change.
+/// The changes that some of these make.
 void Robot::Translated::count(uint32_t ticks) {
     const auto counts =
         static_cast<uint16_t>(seam_.robot + offsetof(robot_core_t, transmit.counts));
@@ -255,8 +255,8 @@ void Robot::Translated::take_edge() {
     find_edge();
 }
 
-/// Of all of its edges, if it begins with the next one. The last byte is not among those, since its
-/// end is the frame's.
+/// Cycles of all of its edges, if it begins with the next one. The last byte is not among those,
+/// since its end is the frame's.
 uint32_t Robot::Translated::cycles_of_byte() const {
     const unsigned slot = edge_light_->slot, byte = slot / BYTE_SLOTS;
     if (slot % BYTE_SLOTS != 0 || byte == FRAME_BYTES - 1) return 0;

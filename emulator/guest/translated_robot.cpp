@@ -17,8 +17,8 @@ namespace {
 constexpr uint64_t NO_TIME = TranslatedImage::NO_TIME;
 constexpr uint32_t FLASH_MASK = 0x7FFE;
 
-/// What nearly every run touches, all at once: registers, the first variables, the top of the stack
-/// and what is beside the data space.
+/// Prefetches bytes that nearly every run touches: registers, the first variables, the top of the
+/// stack and all beside the data space.
 void prefetch_chip(const uint8_t *image) {
     constexpr size_t REGISTERS = 0x60, VARIABLES = 0x100, SOME = 0x100, TOP = SRAM_END - 0x40;
     prefetch_bytes(image, REGISTERS);

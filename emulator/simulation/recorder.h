@@ -10,7 +10,7 @@
 
 namespace kilotwin {
 
-/// What samples of robots have beside poses, LEDs and sites.
+/// Columns of robots in samples beside poses, LEDs and sites.
 struct SampleExtras {
     bool motors, battery, messages;
 };

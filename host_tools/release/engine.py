@@ -59,7 +59,7 @@ def key_of(root: Path, files: Iterable[Path]) -> str:
 
 
 def output(*command: str) -> str:
-    """What a tool prints; nothing where there is no such tool."""
+    """The output of a tool; nothing where there is no such tool."""
     if shutil.which(command[0]) is None:
         return ""
     return subprocess.run(command, capture_output=True, text=True, check=False).stdout

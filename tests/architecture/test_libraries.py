@@ -5,7 +5,7 @@ import sys
 
 from kilotwin.files.extras import EXTRAS
 
-# What bars on a terminal, grids, pictures and clouds need.
+# Libraries of bars on a terminal, grids, pictures and clouds.
 OF_FEW_RUNS = {"PIL", "cantools", "numpy.ma", "pyarrow._s3fs", "rich"}
 
 

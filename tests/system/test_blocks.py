@@ -67,7 +67,7 @@ def blocks() -> list[Block]:
 BLOCKS = blocks()
 TOML = [block for block in BLOCKS if block.language == "toml"]
 
-# What comes before a part of an experiment file.
+# The beginning that a part of an experiment file lacks.
 BEFORE = {
     "docs/avr.md": (ARENA + SWARM, SWARM + ONE),
     "docs/environment.md": (ARENA + SWARM + ONE,),
@@ -143,7 +143,7 @@ def test_the_stream_of_a_run_is_read_as_the_quickstart_does(
 
 
 def executed(code: Block, folder: Path) -> dict[str, Any]:
-    """What a block of Python leaves, run in a folder."""
+    """The variables that a block of Python leaves, run in a folder."""
     names: dict[str, Any] = {}
     before = Path.cwd()
     os.chdir(folder)

@@ -1,4 +1,4 @@
-"""What goes wrong in a program is told with file and line, native and by its machine code."""
+"""Faults of a program are told with file and line, native and by its machine code."""
 
 import json
 import re

@@ -59,9 +59,9 @@ def test_the_life_of_a_message_names_functions_of_those_files() -> None:
 
 
 def commands_in(document: Path) -> list[list[str]]:
-    """What a document types: where a line begins with `kilotwin`, after a prompt or in backquotes.
+    """Commands that a document types, as words behind `kilotwin`.
 
-    As words behind `kilotwin`.
+    A line begins with it, or it comes after a prompt or in backquotes.
     """
     text = re.sub(r"\\\n\s*", "", document.read_text())
     lines = re.findall(r"^\s*(?:\$ )?(?:\.venv/bin/)?kilotwin ([^#\n]+)", text, re.MULTILINE)

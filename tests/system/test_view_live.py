@@ -173,7 +173,7 @@ def test_a_run_is_steered_from_its_page_and_says_so(
         page.keyboard.up("Shift")
         page.wait_for_timeout(200)
         assert page.inner_text("#said") == ""
-        for known in ("motors", "battery", "messages"):  # nobody asked for them
+        for known in ("motors", "battery", "messages"):  # not asked for
             page.wait_for_selector(f'#now dt:text-is("{known}")')
         page.select_option("#steering select", "sleep")
         page.fill("#steering form input", f"robot = {robot}")

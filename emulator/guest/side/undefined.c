@@ -1,6 +1,6 @@
-// What compilers call for what -fsanitize=undefined and bounds find, in place of their own library:
-// hands it to the engine. The data of a place is a variable of the program, so of each robot; its
-// column is set once it has been told.
+// Functions that compilers call when a check of -fsanitize=undefined or bounds fails, in place of
+// their own library: they hand the finding to the engine. The data of a place is a variable of the
+// program, so of each robot; its column is set once it has been told.
 #include "side.h"
 
 typedef struct {

@@ -48,7 +48,7 @@ def build_all(
     covered: bool = False,
     sanitized: bool = False,
 ) -> tuple[list[Guest], Guest | None]:
-    """What the robots of each group run, and the modules, if there are any."""
+    """The guests of each group of robots, and of the modules, if there are any."""
     guests = [
         build_group(group, notify, covered=covered, sanitized=sanitized)
         for group in experiment.groups

@@ -1,4 +1,4 @@
-"""What has run of a native program's sources, by the calls at the begins of its basic blocks.
+"""Lines that have run of a native program's sources, by calls at the begins of its basic blocks.
 
 A line has run if a block has that has an instruction of it. Programs that are covered are compiled
 without optimisation, so that each block has the lines that are written there.

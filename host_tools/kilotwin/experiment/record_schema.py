@@ -40,7 +40,7 @@ class Record(Section):
     """Columns of `robots`, besides tick, time_s, robot and metrics: x_m, y_m, heading_rad, led,
     state, site; all if left out."""
     also: Annotated[list[Extra], Field(max_length=4)] | None = None
-    """What `robots` has besides: motors (left_duty, right_duty, 0 to 255), battery (a reading, as
+    """Columns of `robots` besides: motors (left_duty, right_duty, 0 to 255), battery (a reading, as
     get_voltage() returns it), messages (sent and received so far). Null for real robots, of which
     the host does not know them. modules, on an emulated grid: a table `modules` with the state and
     the error counters of each at each sample."""

@@ -176,7 +176,7 @@ class _Picture:
         draw_floor(axes, self._run.experiment, self._run.floor())
         axes.set(aspect="equal")
         axes.set_axis_off()
-        # Of text, for its column: in small pictures as small as can be read.
+        # Text fits its column; in small pictures it is as small as can be read.
         scale = max(0.5, min(width_px / 720, 1), width_px / 960)
         figure.text(0.03, 0.94, title(self._run), size=12 * scale, weight="bold")
         self._axes = axes

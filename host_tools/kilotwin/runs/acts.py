@@ -1,4 +1,4 @@
-"""Acts of somebody in a run that goes on: their events, and their repetition."""
+"""Acts that steer a run while it goes on: their events, and their repetition."""
 
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
@@ -21,7 +21,7 @@ def event_of(tick: int, kind: str, text: str, order: Mapping[str, Any]) -> dict[
 
 
 def acts_of(events: Iterable[Mapping[str, Any]]) -> tuple[Act, ...]:
-    """What was done in a run that was steered, by its events, which are in order of time."""
+    """The acts in a run that was steered, by its events, which are in order of time."""
     return tuple(
         (int(event["tick"]), _order_of(event)) for event in events if event["kind"] == STEERED
     )

@@ -9,7 +9,7 @@ _NAMED = 3
 
 @dataclass
 class Cause:
-    """What happened, and to whom: robots by their numbers, or modules as "column-row".
+    """A failure and where it came up: robots by their numbers, or modules as "column-row".
 
     `file` is "" where no line is known. `first_tick` is that of the first of them.
     """

@@ -272,7 +272,7 @@ MODULES_SCHEMA = pa.schema(
 """`modules`: a row per module and sample, row by row of modules from the lower left."""
 
 COUNTERS = ("state", "can", "tec", "rec", "frames_refused", "frames_missed")
-"""What is recorded of a module, and told of it at any moment."""
+"""Columns of a module that are recorded, and told at any moment."""
 
 
 def module_rows(tick: int, modules: "list[ModuleRecord]") -> pa.RecordBatch:

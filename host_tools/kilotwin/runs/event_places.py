@@ -57,7 +57,7 @@ class EventPlaces:
 
 
 class _Program:
-    """A program, and what is known of its addresses. In most runs nobody asks."""
+    """A program, and what is known of its addresses. Most runs never ask."""
 
     def __init__(self, symbols: bytes, program: Program) -> None:
         self._symbols, self._program = symbols, program

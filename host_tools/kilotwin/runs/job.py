@@ -83,7 +83,7 @@ class Job:
     functions_outside: bool = False
     """Metrics' functions are called by the parent, whose answers come on stdin."""
     acts: tuple[Act, ...] = ()
-    """What somebody did in the run that this one repeats."""
+    """Acts in the run that this one repeats."""
     live: int | None = None
     """The worker's end of the socket to a viewer, inherited; see runs/live_link.py."""
 

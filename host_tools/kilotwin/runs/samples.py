@@ -209,7 +209,7 @@ class RunSamples:
         if shown:
             read["led"] = self._leds(read[shown], shown)
         read.pop("state", None)
-        # Of real robots extras are null.
+        # Extras of real robots are null.
         known = {
             name: values
             for name, values in read.items()

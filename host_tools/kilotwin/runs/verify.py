@@ -1,6 +1,6 @@
 """Repeats a recorded run and compares: the same result, or the first sample that differs.
 
-What somebody did in it from its page is done again, each act at its tick.
+Acts from its page are done again, each at its tick.
 """
 
 import tempfile

@@ -8,7 +8,7 @@ const REPORT_COLUMNS = 7;
 const NOWHERE = 65535;
 const MOST_LINES = 200;
 const HEADING_SHIFT = 6;
-// Of robots besides their poses.
+// Columns of robots besides their poses.
 const WHOLE: Record<string, { from(of: Uint16Array, value: (one: number) => number): Arrays[string] }> = {
   left_duty: Uint8Array,
   right_duty: Uint8Array,

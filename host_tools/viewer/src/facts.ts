@@ -46,7 +46,7 @@ function motionRows({ from, to, spanS, earlier }: Between, place: number): Row[]
   return [["moves", `${((1000 * way) / spanS).toFixed(1)} mm/s, turns ${degrees.toFixed(0)}°/s`]];
 }
 
-// What was recorded besides, or a moment tells.
+// Facts that were recorded besides, or that a moment tells.
 function extraRows(between: Between, place: number): Row[] {
   const { motors, battery, messages } = between.from;
   const rows: Row[] = [];

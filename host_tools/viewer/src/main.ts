@@ -126,7 +126,7 @@ class Page {
     listen(actions);
     const tellsMessages = ({ moments, also }: Scene) => moments || also.includes("messages");
     hideUnless("messages", this.scenes.some(tellsMessages));
-    // Of many robots only if it is asked for: rings hide them, and each look costs the run more.
+    // Many robots have it only if it is asked for: rings hide them, and each look costs more.
     if (this.scenes.some((scene) => scene.robots > ALL_MESSAGES)) this.actions().messages();
     hideUnless("light", this.scenes.some((scene) => scene.light));
     for (const name of ["cells", "reports"]) hideUnless(name, this.scenes.some((one) => one.grid));

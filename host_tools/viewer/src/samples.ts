@@ -8,7 +8,7 @@ export interface Sample {
   y: Float32Array;
   heading: Uint16Array; // in 2^16 parts of a turn
   led: Uint8Array;
-  // What was recorded besides; null: it was not.
+  // Columns that were recorded besides; null: they were not.
   motors: { left: Uint8Array; right: Uint8Array } | null;
   battery: Uint16Array | null;
   messages: { sent: Uint32Array; received: Uint32Array } | null;
@@ -25,7 +25,7 @@ export interface Between {
   earlier?: Sample; // of a moment: the one before
 }
 
-// What there is of robots besides, of arrays by the names of columns.
+// Columns of robots besides, of arrays by the names of columns.
 export function extrasOf(arrays: Arrays): Pick<Sample, "motors" | "battery" | "messages"> {
   const column = <T>(name: string) => arrays[name] as unknown as T;
   const motors = { left: column<Uint8Array>("left_duty"), right: column<Uint8Array>("right_duty") };

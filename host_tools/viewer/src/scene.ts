@@ -39,7 +39,7 @@ export interface Scene extends RunState {
   seed: number;
   folder: string;
   emulated: boolean;
-  // What was recorded of robots besides: motors, battery, messages.
+  // Columns of robots that were recorded besides: motors, battery, messages.
   also: string[];
   // Whether it goes on here, so that `moments` of it are served.
   moments: boolean;
@@ -82,8 +82,8 @@ export interface RobotAnswer {
   words: [number, number, number | null][]; // time in s, type, value
 }
 
-// Of a module: state, state of its CAN controller, transmit and receive errors, frames it refused,
-// frames it missed.
+// Counters of a module: state, state of its CAN controller, transmit and receive errors, frames it
+// refused, frames it missed.
 export type Counters = [string, string, number, number, number, number];
 
 export interface ModuleAnswer {

@@ -14,7 +14,7 @@ using Kind = TickCondition::Kind;
 constexpr unsigned BYTE_BITS = 8;
 constexpr uint32_t WATCHED_TICKS = 700;
 
-/// What the chip's flags say of the two numbers.
+/// The chip's flags after a comparison of the two numbers.
 bool outcome_of(const TickCondition &condition, const uint8_t *data, uint32_t ticks) {
     const uint64_t mask = (uint64_t{1} << condition.bits) - 1;
     const uint64_t a = condition.a.value(data, ticks) & mask;
