@@ -1,7 +1,6 @@
 #include "guest/known_pass.h"
 
 #include <algorithm>
-#include <utility>
 
 namespace kilotwin {
 
@@ -72,7 +71,7 @@ uint64_t TickCondition::lasts(const uint8_t *data, uint32_t ticks) const {
                      until_wrap(first, a.slope, mask), until_wrap(second, b.slope, mask)});
 }
 
-uint32_t KnownPass::lasts(const uint8_t *data, uint32_t ticks) const {
+uint32_t Dependence::lasts(const uint8_t *data, uint32_t ticks) const {
     for (const auto &[address, value] : equal)
         if (data[address] != value) return 0;
     uint64_t lasts = MOST_TICKS;
@@ -81,14 +80,44 @@ uint32_t KnownPass::lasts(const uint8_t *data, uint32_t ticks) const {
     return static_cast<uint32_t>(lasts);
 }
 
-size_t KnownPasses::keep(KnownPass pass) {
-    if (passes.size() < MOST) {
-        passes.push_back(std::move(pass));
-        return passes.size() - 1;
+bool Dependence::has(uint16_t address, unsigned bytes) const {
+    const auto is_there = [&](const auto &one) { return one.address - address + 0u < bytes; };
+    const auto asks = [&](const TickNumber &number) {
+        return std::any_of(number.terms.begin(), number.terms.end(), is_there);
+    };
+    return std::any_of(equal.begin(), equal.end(), is_there) ||
+           std::any_of(conditions.begin(), conditions.end(), [&](const auto &condition) {
+               return asks(condition.a) || asks(condition.b);
+           });
+}
+
+bool TickFollower::follows(const uint8_t *data, uint32_t ticks) const {
+    const uint64_t value = ticks + ahead;
+    for (unsigned byte = 0; byte < bytes; byte++)
+        if (data[address + byte] != static_cast<uint8_t>(value >> 8 * byte)) return false;
+    return true;
+}
+
+void KnownPass::add_to_work(const Dependence &more) {
+    const auto has = [](const auto &all, const auto &one) {
+        return std::find(all.begin(), all.end(), one) != all.end();
+    };
+    for (const Dependence::Equal &one : more.equal)
+        if (!has(rest.equal, one) && !has(work.equal, one)) work.equal.push_back(one);
+    for (const TickCondition &one : more.conditions) {
+        TickCondition before = one;  // the same of the tick before
+        for (TickNumber *number : {&before.a, &before.b})
+            number->constant += static_cast<uint64_t>(static_cast<int64_t>(number->slope));
+        const bool is_said = has(rest.conditions, one) || has(rest.conditions, before);
+        if (!is_said && !has(work.conditions, one)) work.conditions.push_back(one);
     }
-    const size_t place = next++ % MOST;
-    passes[place] = std::move(pass);
-    return place;
+}
+
+uint32_t KnownPass::lasts(const uint8_t *data, uint32_t ticks) const {
+    for (const TickFollower &follower : followers)
+        if (!follower.follows(data, ticks)) return 0;
+    const uint32_t lasts = rest.lasts(data, ticks);
+    return lasts <= 1 ? lasts : std::min(lasts, 1 + work.lasts(data, ticks + 1));
 }
 
 }  // namespace kilotwin

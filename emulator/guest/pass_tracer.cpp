@@ -15,35 +15,82 @@ using namespace atmega328p;
 namespace {
 
 constexpr int MOST_INSTRUCTIONS = 3000;
-constexpr uint32_t MOST_CYCLES = TICK_CYCLES / 4;
-constexpr unsigned Z_POINTER = 30, BYTE_BITS = 8;
-constexpr uint16_t REGISTERS_END = 0x20, IO_END = 0x100;
 constexpr uint16_t INTERRUPTED = 64;  // bytes that a tick's interrupt may push
 constexpr uint32_t FLASH_MASK = 0x7FFE;
-enum { CARRY = 0, ZERO = 1, NEGATIVE = 2, SIGN = 4, BIT_COPY = 6, INTERRUPTS = 7 };
+constexpr uint16_t RETI = 0x9518;
 
 /// Registers that a function may change (avr-gcc): where a pass begins nothing is in them.
 constexpr bool is_scratch(uint16_t address) {
     return address == 0 || (address >= 18 && address <= 27) || address == 30 || address == 31;
 }
 
-unsigned d_of(unsigned word) { return word >> 4 & 31; }
-unsigned r_of(unsigned word) { return (word >> 5 & 16) | (word & 15); }
-
 uint8_t no_read(translated_chip_t *chip, uint16_t address) { return chip->data[address]; }
 void no_write(translated_chip_t * /*chip*/, uint16_t /*address*/) {}
 
 }  // namespace
 
-PassTracer::PassTracer(const translation_t &code, const translated_chip_t &chip)
+std::optional<KnownPass> known_pass_of(const translation_t &code, const translated_chip_t &chip) {
+    constexpr auto NO_TICK = PassTracer::NO_TICK;
+    auto rest = PassTracer(code, chip, {}, NO_TICK).trace();
+    if (!rest) return std::nullopt;
+    KnownPass known = {};
+    auto work = rest;
+    uint32_t ticks;
+    std::memcpy(&ticks, chip.data + code.seam->ticks, sizeof ticks);
+    if (rest->on.lasts(chip.data, ticks) <= 1) {
+        auto found = PassTracer(code, chip, {}, 0).find_followers();
+        auto rest_so = PassTracer(code, chip, found, NO_TICK).trace();
+        auto work_so = PassTracer(code, chip, found, 0).trace();
+        const bool follow = !found.empty() && rest_so && work_so && work_so->works;
+        if (follow) {
+            known.followers = std::move(found);
+            rest = std::move(rest_so);
+            work = std::move(work_so);
+        }
+    }
+    known.pc = chip.pc;
+    known.stack = static_cast<uint16_t>(chip.data[SPL] | chip.data[SPH] << 8);
+    known.status =
+        static_cast<uint8_t>(chip.flags[PassTracer::BIT_COPY] << PassTracer::BIT_COPY |
+                             chip.flags[PassTracer::INTERRUPTS] << PassTracer::INTERRUPTS);
+    known.cycles = rest->cycles;
+    known.work_cycles = work->cycles;
+    known.reads_from = rest->reads_from;
+    known.reads_to = rest->reads_to;
+    known.rest = std::move(rest->on);
+    if (!known.followers.empty()) known.add_to_work(work->on);
+    for (const uint32_t block : rest->blocks) {
+        if (block > known.reads_to) break;
+        const auto torn = PassTracer(code, chip, known.followers, block).trace();
+        if (!torn) break;
+        known.add_to_work(torn->on);
+        const bool is_over = torn->works || known.followers.empty();
+        const uint32_t cycles = torn->cycles + (is_over ? 0 : known.work_cycles);
+        if (known.torn.empty() || known.torn.back().cycles != cycles)
+            known.torn.push_back({block, cycles});
+        known.torn.back().to = block;
+    }
+    return known;
+}
+
+std::optional<KnownAsk> known_ask_of(const translation_t &code, const translated_chip_t &chip,
+                                     uint32_t sense_cycles) {
+    return PassTracer(code, chip, {}, PassTracer::NO_TICK).trace_ask(sense_cycles);
+}
+
+PassTracer::PassTracer(const translation_t &code, const translated_chip_t &chip,
+                       const std::vector<TickFollower> &followers, uint32_t tick_at)
     : translated_chip_t(chip),
       code_(code),
       seam_(*code.seam),
       before_(chip.data),
-      stack_(static_cast<uint16_t>(chip.data[SPL] | chip.data[SPH] << 8)),
+      followers_(followers),
+      tick_at_(tick_at),
+      stack_(static_cast<uint16_t>(chip.data[SPL] | chip.data[SPH] << BYTE_BITS)),
       begin_(chip.pc),
       deepest_(stack_),
-      bit_copy_(chip.flags[BIT_COPY]) {
+      bit_copy_(chip.flags[BIT_COPY]),
+      has_ticked_(tick_at == NO_TICK) {
     std::memcpy(copy_.data(), chip.data, copy_.size());
     std::memcpy(copied_flags_.data(), chip.flags, copied_flags_.size());
     std::memcpy(&ticks_, chip.data + seam_.ticks, sizeof ticks_);
@@ -52,20 +99,73 @@ PassTracer::PassTracer(const translation_t &code, const translated_chip_t &chip)
     pass = &no_pass_;
     left = MOST_CYCLES;
     for (uint16_t at = 0; at < registers_.size(); at++) registers_[at] = {Byte::BEFORE, 0, at};
-    TickNumber ticks;
-    ticks.slope = 1;
-    new_sum(ticks);
+    const uint64_t behind = has_ticked_ ? 0 : 1;
+    ticks_ += static_cast<uint32_t>(behind);
+    new_sum({1, 0, {}});
+    new_sum({1, 0 - behind, {}});
+    for (const TickFollower &follower : followers_) new_sum({1, follower.ahead - behind, {}});
 }
 
-std::optional<KnownPass> PassTracer::trace() {
-    KnownPass known = {};
+std::optional<PassTracer::Traced> PassTracer::trace() {
     try {
         follow();
-        finish(known);
+        finish();
     } catch (const Failed &) {
         return std::nullopt;
     }
-    return known;
+    unsigned set = 0, all = 0;
+    for (const TickFollower &follower : followers_)
+        for (unsigned byte = 0; byte < follower.bytes; byte++) {
+            set += written_[follower.address + byte];
+            all++;
+        }
+    if (tick_at_ != NO_TICK && set != 0 && set != all) return std::nullopt;
+    return Traced{dependence(), cycles(), first_read_, last_read_, std::move(blocks_), set == all};
+}
+
+std::vector<TickFollower> PassTracer::find_followers() {
+    std::vector<TickFollower> found;
+    try {
+        follow();
+    } catch (const Failed &) {
+        return {};
+    }
+    for (uint16_t at = IO_END; at < DATA_END; at++) {
+        const bool is_frame = at > deepest_ && at <= stack_;
+        if (!written_[at] || is_frame || !has_ticks(memory_[at])) continue;
+        const Byte byte = memory_[at];
+        const TickNumber &number = sums_[byte.place];
+        const bool goes_on = !found.empty() && found.back().address + found.back().bytes == at &&
+                             found.back().bytes == byte.at;
+        if (goes_on && follows(byte, byte.at, found.back().ahead))
+            found.back().bytes++;
+        else if (byte.at == 0 && follows(byte, 0, number.constant))
+            found.push_back({at, 1, number.constant});
+    }
+    const auto is_late = [this](const TickFollower &follower) {
+        return !follower.follows(before_, ticks_ - 1);
+    };
+    const bool is_steady = std::none_of(found.begin(), found.end(), is_late);
+    return is_steady && found.size() <= KnownPass::MOST_FOLLOWERS ? found
+                                                                  : std::vector<TickFollower>{};
+}
+
+std::optional<KnownAsk> PassTracer::trace_ask(uint32_t sense_cycles) {
+    constexpr int RETI_CYCLES = 4;
+    sense_cycles_ = sense_cycles;
+    pc = VECTOR_TIMER0_COMPA * VECTOR_BYTES;
+    copied_flags_[INTERRUPTS] = 0;
+    try {
+        for (int left_over = MOST_INSTRUCTIONS; flash_word(flash, pc) != RETI; left_over--) {
+            if (left_over == 0 || left <= 0) fail();
+            step();
+        }
+        finish_interrupt();
+    } catch (const Failed &) {
+        return std::nullopt;
+    }
+    left -= RETI_CYCLES;
+    return KnownAsk{dependence(), cycles()};
 }
 
 void PassTracer::follow() {
@@ -75,42 +175,96 @@ void PassTracer::follow() {
         step();
     } while (pc != begin_);
     const bool is_back = pointer(SPL) == stack_ && copied_flags_[BIT_COPY] == bit_copy_;
-    if (!is_back) fail();
+    if (!is_back || !has_ticked_) fail();
 }
 
-/// What the pass has written must be what was there, and depend on nothing that may differ. Bytes
-/// below the stack pointer do not count; an interrupt writes some more below the lowest one.
-void PassTracer::finish(KnownPass &known) {
-    auto check = [this](uint16_t address, const Byte &byte) {
-        if (byte.kind == Byte::BEFORE && byte.place == address) return;
-        require(byte);
-        require(address);
-        if (copy_[address] != before_[address]) fail();
-    };
+/// The tick's interrupt is over: what it has done besides to count nothing reads.
+void PassTracer::tick() {
+    has_ticked_ = true;
+    std::memcpy(&copy_[seam_.ticks], &ticks_, sizeof ticks_);
+}
+
+bool PassTracer::follows(const Byte &byte, unsigned at, uint64_t ahead) const {
+    if (byte.kind != Byte::OF_SUM || byte.at != at) return false;
+    const TickNumber &number = sums_[byte.place];
+    const uint64_t differing = number.constant ^ ahead;
+    return number.slope == 1 && number.terms.empty() &&
+           static_cast<uint8_t>(differing >> BYTE_BITS * at) == 0 &&
+           (differing & ((uint64_t{1} << BYTE_BITS * at) - 1)) == 0;
+}
+
+bool PassTracer::is_of_follower(uint16_t address, const Byte &byte) {
+    for (const TickFollower &follower : followers_) {
+        const unsigned at = address - follower.address + 0u;
+        if (at >= follower.bytes) continue;
+        if (!follows(byte, at, follower.ahead)) fail();
+        return true;
+    }
+    return false;
+}
+
+/// What the pass has written must be what was there, and depend on nothing that may differ.
+void PassTracer::check(uint16_t address, const Byte &byte) {
+    if (byte.kind == Byte::BEFORE && byte.place == address) return;
+    require(byte);
+    require(address);
+    if (copy_[address] != before_[address]) fail();
+}
+
+/// Bytes below the stack pointer do not count; an interrupt writes some more below the lowest one.
+void PassTracer::finish() {
     for (uint16_t at = 0; at < REGISTERS_END; at++)
         if (!is_scratch(at)) check(at, registers_[at]);
     for (uint16_t at = 0; at < DATA_END; at++) {
         const bool is_frame = at > deepest_ && at <= stack_;
-        if (written_[at] && !is_frame) check(at, memory_[at]);
+        if (written_[at] && !is_frame && !is_of_follower(at, memory_[at])) check(at, memory_[at]);
         if (loaded_[at] && at + INTERRUPTED > deepest_ && at <= stack_) fail();
     }
-    known.pc = begin_;
-    known.stack = stack_;
-    known.status = static_cast<uint8_t>(copied_flags_[BIT_COPY] << BIT_COPY |
-                                        copied_flags_[INTERRUPTS] << INTERRUPTS);
-    known.cycles = static_cast<uint32_t>(MOST_CYCLES - left);
-    known.reads_from = first_read_;
-    known.reads_to = last_read_;
+    if (cycles() > UINT16_MAX) fail();
+}
+
+/// All registers have to be what they were, and the clock must have counted.
+void PassTracer::finish_interrupt() {
+    constexpr uint16_t CLOCK = offsetof(robot_core_t, transmit);
+    if (pointer(SPL) != stack_ || deepest_ + INTERRUPTED < stack_) fail();
+    for (uint16_t at = 0; at < REGISTERS_END; at++) {
+        const Byte &byte = registers_[at];
+        if (byte.kind != Byte::BEFORE || byte.place != at) fail();
+    }
+    for (uint16_t at = 0; at < DATA_END; at++) {
+        const bool is_frame = at > deepest_ && at <= stack_;
+        if (written_[at] && !is_frame && !is_of_clock(at)) check(at, memory_[at]);
+        if (loaded_[at] && at <= stack_ && at > deepest_) fail();
+    }
+    for (unsigned byte = 0; byte < sizeof ticks_; byte++)
+        if (!follows(memory_[seam_.ticks + byte], byte, 1)) fail();
+    transmit_clock_t clock;
+    std::memcpy(&clock.counts, before_ + seam_.robot + CLOCK, sizeof clock.counts);
+    clock.increment = before_[seam_.robot + CLOCK + offsetof(transmit_clock_t, increment)];
+    transmit_clock_match(&clock);
+    const uint8_t *now = &copy_[seam_.robot + CLOCK];
+    if (now[0] != (clock.counts & UINT8_MAX) || now[1] != clock.counts >> BYTE_BITS ||
+        now[offsetof(transmit_clock_t, increment)] != clock.increment)
+        fail();
+}
+
+Dependence PassTracer::dependence() {
+    Dependence on;
     for (uint16_t at = 0; at < DATA_END; at++)
-        if (equal_[at]) known.equal.push_back({at, before_[at]});
-    known.conditions = std::move(conditions_);
+        if (equal_[at]) on.equal.push_back({at, before_[at]});
+    on.conditions = std::move(conditions_);
+    return on;
 }
 
 void PassTracer::step() {
     static constexpr registers_t REGISTERS = {no_read, no_write};
     const auto *const end = std::end(seam_.calls);
-    if (std::find(std::begin(seam_.calls), end, pc) != end) fail();
-    if (code_.region_of[pc / 2] != 0) block_ = static_cast<uint32_t>(MOST_CYCLES - left);
+    if (std::find(std::begin(seam_.calls), end, pc) != end) return sense();
+    if (code_.region_of[pc / 2] != 0) {
+        block_ = cycles();
+        if (reads_ticks_) blocks_.push_back(block_);
+        if (!has_ticked_ && block_ >= tick_at_) tick();
+    }
     const unsigned word = flash_word(flash, pc);
     if (!two_registers(word) && !immediate(word) && !pairs(word) && !one_register(word) &&
         !memory(word) && !transfer(word) && !branches(word) && !flow(word))
@@ -120,6 +274,19 @@ void PassTracer::step() {
     deepest_ = std::min(deepest_, pointer(SPL));
     const bool jumps = pc != ((at + 2) & FLASH_MASK) && pc != ((at + 4) & FLASH_MASK);
     if (jumps && code_.region_of[pc / 2] == 0) fail();
+}
+
+/// Of the engine's functions the one that an interrupt asks before the program: nothing is received.
+void PassTracer::sense() {
+    constexpr unsigned RESULT = 24;
+    const uint16_t stack = pointer(SPL);
+    if (sense_cycles_ == 0 || pc != seam_.calls[CALL_RECEIVING] || stack + 2u > stack_) fail();
+    set(RESULT), set(RESULT + 1);
+    copy_[RESULT] = copy_[RESULT + 1] = 0;
+    pc = (copy_[stack + 1] << BYTE_BITS | copy_[stack + 2]) * 2u;
+    copy_[SPL] = static_cast<uint8_t>(stack + 2);
+    copy_[SPH] = static_cast<uint8_t>((stack + 2) >> BYTE_BITS);
+    left -= sense_cycles_;
 }
 
 // Where bytes come from
@@ -132,8 +299,14 @@ bool PassTracer::is_constant(Byte &byte) {
     return byte.kind == Byte::CONSTANT;
 }
 
+/// Registers that have nothing in them, or where an interrupt comes may have anything.
+bool PassTracer::has_no_place(uint16_t address) const {
+    return is_scratch(address) || address == STATUS ||
+           (sense_cycles_ != 0 && address < REGISTERS_END);
+}
+
 void PassTracer::require(uint16_t address) {
-    if (is_scratch(address)) fail();
+    if (has_no_place(address)) fail();
     equal_.set(address);
 }
 
@@ -174,11 +347,29 @@ PassTracer::Byte PassTracer::load(uint16_t address) {
         if (!reads_ticks_) first_read_ = block_;
         reads_ticks_ = true;
         last_read_ = block_;
-        return {Byte::OF_SUM, static_cast<uint8_t>(of_ticks), 0};
+        const uint16_t sum = has_ticked_ ? TICKS_BEHIND : TICKS_BEFORE;
+        return {Byte::OF_SUM, static_cast<uint8_t>(of_ticks), sum};
     }
-    if (is_of_clock(address)) fail();
+    for (uint16_t i = 0; i < followers_.size(); i++) {
+        const unsigned at = address - followers_[i].address + 0u;
+        if (at < followers_[i].bytes)
+            return {Byte::OF_SUM, static_cast<uint8_t>(at),
+                    static_cast<uint16_t>(FIRST_FOLLOWER + i)};
+    }
+    if (is_of_clock(address)) {
+        if (sense_cycles_ == 0) fail();
+        return {};
+    }
     loaded_.set(address);
     return {Byte::BEFORE, 0, address};
+}
+
+PassTracer::Byte PassTracer::load_status() {
+    const bool is_before = sense_cycles_ != 0 && carry_.kind == Flag::UNKNOWN &&
+                           zero_.kind == Flag::UNKNOWN && signs_.kind == Flag::UNKNOWN;
+    if (is_before) return {Byte::BEFORE, 0, STATUS};
+    require_all_flags();
+    return {};
 }
 
 /// Addresses that a tick's interrupt changes.
@@ -190,7 +381,8 @@ bool PassTracer::is_of_clock(uint16_t address) const {
 
 /// A register that is not plain memory must already have the byte.
 void PassTracer::store(uint16_t address, Byte byte, uint8_t value) {
-    if (address < REGISTERS_END || address >= DATA_END || is_of_clock(address)) fail();
+    if (address < REGISTERS_END || address >= DATA_END) fail();
+    if (sense_cycles_ == 0 && is_of_clock(address)) fail();
     if (address < IO_END) {
         if ((effects[address] & (READ_EFFECT | WRITE_EFFECT)) != 0) fail();
         if (copy_[address] != value) fail();
@@ -284,7 +476,7 @@ void PassTracer::note(TickCondition condition) {
     for (const auto *number : {&condition.a, &condition.b}) {
         if (std::abs(number->slope) > 1) fail();
         for (const auto &term : number->terms)
-            if (is_scratch(term.address)) fail();
+            if (has_no_place(term.address)) fail();
     }
     if (std::abs(condition.a.slope - condition.b.slope) > 1) fail();
     if (condition.lasts(before_, ticks_) == 0) fail();
@@ -325,230 +517,6 @@ void PassTracer::note(Flag &flag, unsigned bit) {
         return note({Kind::ZERO, bits, 0, outcome, sums_[chain.result], {}});
     if (bit != NEGATIVE) fail();
     note({Kind::BIT, bits, static_cast<uint8_t>(bits - 1), outcome, sums_[chain.result], {}});
-}
-
-// Instructions
-
-/// A register with itself is cleared by `eor`, tested by `and`; otherwise bitwise operations, like
-/// products, want both bytes to be equal.
-bool PassTracer::two_registers(unsigned word) {
-    const unsigned d = d_of(word), r = r_of(word);
-    const Byte byte = registers_[r];
-    const uint8_t value = copy_[r];
-    switch (word >> 10) {
-    case 0x01: add(d, byte, value, {false, true, false}); return true;
-    case 0x02: add(d, byte, value, {false, true, true}); return true;
-    case 0x03: add(d, byte, value, {true, false, true}); return true;
-    case 0x05: add(d, byte, value, {false, false, false}); return true;
-    case 0x06: add(d, byte, value, {false, false, true}); return true;
-    case 0x07: add(d, byte, value, {true, true, true}); return true;
-    case 0x0B: set(d, byte); return true;
-    case 0x08:
-    case 0x09:
-    case 0x0A: break;
-    case 0x27:
-        require(registers_[d]), require(byte);
-        set(0), set(1);
-        carry_ = zero_ = PLAIN;
-        return true;
-    default: return false;
-    }
-    zero_ = signs_ = PLAIN;
-    if (word >> 10 == 0x09 && d == r) {
-        set(d);
-    } else if (word >> 10 == 0x08 && d == r) {  // tst
-        zero_ = signs_ = {Flag::OF_BYTE, 0, 0, byte};
-    } else {
-        require(registers_[d]), require(byte);
-        set(d);
-    }
-    return true;
-}
-
-/// A register from r16 on and a constant.
-bool PassTracer::immediate(unsigned word) {
-    const unsigned d = 16 + (word >> 4 & 15);
-    const auto k = static_cast<uint8_t>((word >> 4 & 0xF0) | (word & 15));
-    switch (word >> 12) {
-    case 0x3: add(d, {}, k, {false, false, false}); return true;
-    case 0x4: add(d, {}, k, {false, true, true}); return true;
-    case 0x5: add(d, {}, k, {false, false, true}); return true;
-    case 0x6:
-    case 0x7:
-        require(registers_[d]);
-        zero_ = signs_ = PLAIN;
-        [[fallthrough]];
-    case 0xE: set(d); return true;
-    default: return false;
-    }
-}
-
-/// adiw and sbiw are chains of two bytes, of which Z tells both; movw copies where bytes come from.
-bool PassTracer::pairs(unsigned word) {
-    if (word >> 8 == 0x96 || word >> 8 == 0x97) {
-        const unsigned low = 24 + (word >> 3 & 6);
-        const auto k = static_cast<uint8_t>((word >> 2 & 48) | (word & 15));
-        const bool is_sum = word >> 8 == 0x96;
-        add(low, {}, k, {is_sum, false, true});
-        const bool is_chain = carry_.kind == Flag::OF_CHAIN;
-        copied_flags_[CARRY] = is_sum ? copy_[low] + k > UINT8_MAX : copy_[low] < k;
-        add(low + 1, {}, 0, {is_sum, true, true});
-        if (is_chain) chains_[carry_.chain].tells_zero = true;
-        return true;
-    }
-    if (word >> 8 == 0x01) {
-        const unsigned from = word << 1 & 30, to = word >> 3 & 30;
-        const Byte low = registers_[from], high = registers_[from + 1];
-        set(to, low), set(to + 1, high);
-        return true;
-    }
-    if (word >> 8 != 0x02 && word >> 8 != 0x03) return false;
-    const unsigned part = word >> 8 == 0x02 ? 15 : 7;
-    require(registers_[16 + (word >> 4 & part)]), require(registers_[16 + (word & part)]);
-    set(0), set(1);
-    carry_ = zero_ = PLAIN;
-    return true;
-}
-
-/// Each goes on to the flags that it shares with the next ones.
-bool PassTracer::one_register(unsigned word) {
-    const unsigned d = d_of(word);
-    if ((word & 0xFC08) == 0xF800) {  // bld, bst
-        require(registers_[d]);
-        if ((word & 0x200) == 0) set(d);
-        return true;
-    }
-    switch (word & 0xFE0F) {
-    case 0x9407: require(carry_); [[fallthrough]];
-    case 0x9400:
-    case 0x9401:
-    case 0x9405:
-    case 0x9406: carry_ = PLAIN; [[fallthrough]];
-    case 0x9403:
-    case 0x940A: zero_ = signs_ = PLAIN; [[fallthrough]];
-    case 0x9402: require(registers_[d]); break;
-    default: return false;
-    }
-    set(d);
-    return true;
-}
-
-/// A pointer's bytes must be equal, so that the address is the same each time.
-bool PassTracer::memory(unsigned word) {
-    constexpr unsigned X = 26, Y = 28;
-    const unsigned d = d_of(word);
-    const bool is_store = (word & 0x200) != 0;
-    unsigned pair = word & 8 ? Y : Z_POINTER;
-    int before = 0, moves = 0;
-    if ((word & 0xD000) == 0x8000) {
-        before = static_cast<int>((word >> 8 & 32) | (word >> 7 & 24) | (word & 7));
-    } else if ((word & 0xFC0F) == 0x9000) {
-        pair = REGISTERS_END;
-    } else {
-        switch (word & 0xFC0F) {
-        case 0x9001:
-        case 0x9009: moves = 1; break;
-        case 0x9002:
-        case 0x900A: before = -1, moves = 1; break;
-        case 0x900C: pair = X; break;
-        case 0x900D: pair = X, moves = 1; break;
-        case 0x900E: pair = X, before = -1, moves = 1; break;
-        default: return false;
-        }
-    }
-    uint16_t address = flash_word(flash, pc + 2);
-    if (pair < REGISTERS_END) {
-        require(registers_[pair]), require(registers_[pair + 1]);
-        address = static_cast<uint16_t>(pointer(pair) + before);
-    }
-    if (is_store)
-        store(address, registers_[d], copy_[d]);
-    else
-        set(d, load(address));
-    if (moves != 0) set(pair), set(pair + 1);
-    return true;
-}
-
-/// Input, output, stack and flash. What changes whether interrupts are let through fails: one that
-/// waits for that comes later than known.
-bool PassTracer::transfer(unsigned word) {
-    const unsigned d = d_of(word);
-    const auto port = static_cast<uint16_t>(32 + ((word >> 5 & 48) | (word & 15)));
-    const uint16_t stack = pointer(SPL);
-    const bool is_stack = port == SPL || port == SPH;
-    if (word >> 11 == 0x16) {
-        if (port == STATUS) require_all_flags();
-        set(d, is_stack || port == STATUS ? Byte{} : load(port));
-    } else if (word >> 11 == 0x17) {
-        if (port == STATUS) fail();
-        if (is_stack)
-            require(registers_[d]);
-        else
-            store(port, registers_[d], copy_[d]);
-    } else if ((word & 0xFE0F) == 0x920F) {
-        store(stack, registers_[d], copy_[d]);
-    } else if ((word & 0xFE0F) == 0x900F) {
-        if (stack >= stack_) fail();
-        set(d, load(static_cast<uint16_t>(stack + 1)));
-    } else if (word == 0x95C8 || (word & 0xFE0E) == 0x9004) {
-        require(registers_[Z_POINTER]), require(registers_[Z_POINTER + 1]);
-        set(word == 0x95C8 ? 0 : d);
-        if ((word & 0xFE0F) == 0x9005) set(Z_POINTER), set(Z_POINTER + 1);
-    } else {
-        return false;
-    }
-    return true;
-}
-
-/// Branches on flags and skips on bits are what conditions come from.
-bool PassTracer::branches(unsigned word) {
-    const unsigned d = d_of(word), bit = word & 7;
-    if (word >> 10 == 0x3C || word >> 10 == 0x3D) {
-        if (bit == CARRY)
-            note(carry_, bit);
-        else if (bit == ZERO)
-            note(zero_, bit);
-        else if (bit == NEGATIVE || bit == SIGN)
-            note(signs_, bit);
-        else if (bit != BIT_COPY && bit != INTERRUPTS)
-            fail();
-    } else if (word >> 10 == 0x04) {
-        require(registers_[d]), require(registers_[r_of(word)]);
-    } else if ((word & 0xFC08) == 0xFC00) {
-        Byte byte = registers_[d];
-        if (!is_constant(byte) && has_ticks(byte))
-            note_bit(byte, bit);
-        else
-            require(byte);
-    } else if (word >> 8 == 0x99 || word >> 8 == 0x9B) {
-        require(load(static_cast<uint16_t>(32 + (word >> 3 & 31))));
-    } else {
-        return false;
-    }
-    return true;
-}
-
-/// Jumps and calls, and a return to a call of this pass; what is left over sets C or T,
-/// or is no instruction that can be known.
-bool PassTracer::flow(unsigned word) {
-    const bool is_pointer = word == 0x9409 || word == 0x9509;
-    const bool is_near = word >> 12 == 0xC || word >> 12 == 0xD;
-    const bool is_far = (word & 0xFE0C) == 0x940C;
-    const uint16_t stack = pointer(SPL);
-    if (is_pointer) require(registers_[Z_POINTER]), require(registers_[Z_POINTER + 1]);
-    if (word == 0x9508) {
-        if (stack + 2u > stack_) fail();
-        require(load(static_cast<uint16_t>(stack + 1)));
-        require(load(static_cast<uint16_t>(stack + 2)));
-    } else if (word >> 12 == 0xD || (is_far && (word & 2) != 0) || word == 0x9509) {
-        // The value before does not matter.
-        store(stack, {}, 0);
-        store(static_cast<uint16_t>(stack - 1), {}, 0);
-    } else if (!is_pointer && !is_near && !is_far) {
-        if (word == 0x9408 || word == 0x9488) carry_ = PLAIN;  // sec, clc
-        return word == 0 || word == 0x9408 || word == 0x9488 || word == 0x9468 || word == 0x94E8;
-    }
-    return true;
 }
 
 }  // namespace kilotwin

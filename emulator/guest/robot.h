@@ -226,9 +226,11 @@ class alignas(64) Robot {
     void attend_faults();
     void go_on(Cycles until);  ///< executes up to there, or to a question
     void go_on_translated();   ///< the same for one whose program is translated
-    void live();               ///< on the guest stack: main(), then the main loop
-    void set_up();             ///< SETUP: setup(), once
-    void run_loop();           ///< loop(), again and again while only ticks happen
+    /// At rest, of a program that is asked for messages and has none.
+    void pass_ticks();
+    void live();      ///< on the guest stack: main(), then the main loop
+    void set_up();    ///< SETUP: setup(), once
+    void run_loop();  ///< loop(), again and again while only ticks happen
     void count_tick(volatile uint32_t &ticks);
     void receive_before_others(Cycles at, const message_t &message,
                                distance_measurement_t distance);
@@ -329,6 +331,7 @@ class alignas(64) Robot {
     bool loop_due_ : 1 = false;        ///< a tick has passed since loop() came back
     bool answer_ : 1 = false;          ///< of the channel
     bool tick_pending_ : 1 = false;    ///< a tick came while interrupts were off
+    bool has_no_message_ : 1 = false;  ///< of a translated program, up to only_ticks_until_
 
     // ... the next two what comes in and goes out ...
     Few<Reception, 2> inbox_;  ///< in order of time, from inbox_next_ on

@@ -21,7 +21,7 @@ constexpr uint32_t LEADER_BEGIN_CYCLES = 150, LEADER_END_CYCLES = 190;
 constexpr uint32_t BYTE_BEGIN_CYCLES = 106, BYTE_END_CYCLES = 164;
 constexpr uint32_t BIT_CYCLES = 154, BIT_PLACE_CYCLES = 5, LAST_CYCLES = SLOT_CYCLES;
 constexpr uint64_t RECEIVE_CYCLES = 172, RECEIVE_END_CYCLES = 37;
-constexpr uint64_t SENSE_CALL_CYCLES = 11, SENSE_LIGHT_CYCLES = 9, BEGAN_CALL_CYCLES = 8;
+constexpr uint64_t SENSE_LIGHT_CYCLES = 9, BEGAN_CALL_CYCLES = 8;
 constexpr uint64_t CONVERT_CYCLES = 177, CONVERT_SLOWLY_CYCLES = 3422;
 constexpr uint64_t SEND_CALL_CYCLES = 33, DISTANCE_CYCLES = 300;
 
@@ -111,16 +111,19 @@ uint64_t Robot::Translated::serial_asks_at() const {
     return (data[UCSR0B] & UCSR0B_UDRIE) != 0 ? image_.serial_free : TranslatedImage::NO_TIME;
 }
 
-/// Whether the tick's interrupt would do no more than count.
+bool Robot::Translated::ticks_are_plain() const {
+    constexpr uint16_t ATTEMPTS = offsetof(robot_core_t, answer.attempts);
+    return robot_.program_->tick_cycles != 0 && data[seam_.robot + ATTEMPTS] == 0 &&
+           data[OCR0A] == TICK_MATCH;
+}
+
 bool Robot::Translated::can_count_tick() const {
-    constexpr uint16_t ATTEMPTS = offsetof(robot_core_t, answer.attempts),
-                       COUNTS = offsetof(robot_core_t, transmit.counts),
+    constexpr uint16_t COUNTS = offsetof(robot_core_t, transmit.counts),
                        INCREMENT = offsetof(robot_core_t, transmit.increment);
     const uint8_t *core = data + seam_.robot;
     const auto counts =
         static_cast<uint16_t>(word(static_cast<uint16_t>(seam_.robot + COUNTS)) + core[INCREMENT]);
-    return robot_.program_->tick_cycles != 0 && core[ATTEMPTS] == 0 && data[OCR0A] == TICK_MATCH &&
-           counts <= word(seam_.tx_period);
+    return ticks_are_plain() && counts <= word(seam_.tx_period);
 }
 
 /// The changes that some of these make.

@@ -6,9 +6,31 @@
 #include <cstdint>
 
 #include "base/registers.h"
+#include "guest/known_pass.h"
 #include "guest/translated_code.h"
 
 namespace kilotwin {
+
+/// Passes of the main loop that go on over ticks: what is needed of a KnownPass and a KnownAsk.
+struct TickRest {
+    struct Torn {
+        uint16_t to;
+        uint32_t cycles;
+    };
+    struct Follower {
+        uint16_t address;
+        uint8_t bytes;
+    };
+    static constexpr size_t MOST_TORN = 2;
+
+    uint32_t ends;        ///< passes are so until kilo_ticks is this; 0: not over ticks
+    uint32_t ask_cycles;  ///< of an interrupt that asks and gets no message; 0: not known
+    uint32_t work_cycles;
+    uint16_t reads_from, reads_to;
+    Torn torn[MOST_TORN];  ///< in order; behind the last one that is used, `to` is 0
+    Follower followers[KnownPass::MOST_FOLLOWERS];  ///< likewise with `bytes`
+    bool is_whole;  ///< it is known of all places of a pass what a tick there does
+};
 
 /// Plain bytes, copied as a whole. Times are the robot's own cycles since power-up.
 struct TranslatedImage {
@@ -35,8 +57,7 @@ struct TranslatedImage {
     // A pass of a loop: its state when it began.
     uint64_t pass_cycles;  ///< not 0: at pc a pass begins that changes nothing, and takes so long
     uint64_t pass_begun;   ///< when
-    uint32_t rest_ends;    ///< the passes are so until kilo_ticks is this; 0: until an interrupt
-    uint16_t reads_from, reads_to;  ///< of KnownPass; with rest_ends
+    TickRest rest;         ///< goes on over ticks
     /// Where passes change something each time, looks for a known one come ever more seldom.
     int32_t recalls_in;     ///< of translated_chip_t
     uint16_t recall_pause;  ///< passes of the main loop from one look for a known one to the next

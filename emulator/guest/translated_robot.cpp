@@ -31,7 +31,9 @@ void prefetch_chip(const uint8_t *image) {
 /// A robot whose loop changes nothing need not be executed before something reaches it.
 void Robot::go_on_translated() {
     if (life_ == Life::OFF) life_ = Life::ALIVE;
-    if (until_ <= only_ticks_until_ && next_message_ >= until_ && next_ask() >= until_) {
+    const bool rests_on = until_ <= only_ticks_until_ && next_message_ >= until_;
+    if (rests_on && (has_no_message_ || next_ask() >= until_)) {
+        if (has_no_message_) pass_ticks();
         now_ = until_;
         return;
     }
@@ -48,6 +50,16 @@ void Robot::go_on_translated() {
     if (inbox_next_ > 0)
         inbox_.erase(inbox_.begin(), inbox_.begin() + static_cast<ptrdiff_t>(inbox_next_));
     inbox_next_ = 0;
+}
+
+/// Ticks up to `until_` go by without its being executed: it is to be asked at the next one.
+void Robot::pass_ticks() {
+    if (next_tick_ >= until_) return;
+    const Cycles ticks = (until_ - 1 - next_tick_) / tick_length_ + 1;
+    transmit_clock_match(&core_.transmit);
+    core_.transmit.counts = static_cast<uint16_t>(core_.transmit.counts + (ticks - 1) * TICK_MATCH);
+    last_tick_ += static_cast<uint32_t>(ticks);
+    next_tick_ += ticks * tick_length_;
 }
 
 Robot::Translated::Translated(Robot &robot)
@@ -110,6 +122,7 @@ void Robot::Translated::store() {
     image_.changed = changed;
     image_.recalls_in = recalls_in;
     robot_.only_ticks_until_ = goes_on() ? rests_until() : 0;
+    robot_.has_no_message_ = image_.rest.ask_cycles != 0;
     if (seam_.robot != 0) {
         auto &core = robot_.core_;
         static_assert(offsetof(robot_core_t, transmit.increment) == 10, "as avr-gcc packs it");
@@ -135,7 +148,7 @@ void Robot::Translated::store() {
 void Robot::Translated::disturb_passes() {
     changed = 1;
     image_.pass_cycles = 0;
-    image_.rest_ends = 0;
+    image_.rest.ends = 0;
 }
 
 /// When the next interrupt comes, as they are let through, but for edges of light.
@@ -167,7 +180,7 @@ void Robot::Translated::execute() {
         left -= static_cast<int64_t>(left_out * image_.pass_cycles);
         image_.pass_begun = cycle();
         image_.pass_cycles = 0;
-        image_.rest_ends = 0;
+        image_.rest.ends = 0;
         if (left == 0) return;
     }
     pass_left = static_cast<int64_t>(limit_ - image_.pass_begun);

@@ -49,6 +49,8 @@ class Robot::Translated : private translated_chip_t {
     static constexpr uint64_t INTERRUPT_BEYOND = 1024;
     /// Where a message's callback returns to: the last word of the flash, which no program fills.
     static constexpr uint16_t RETURN_FROM_MESSAGE = 0x7FFE;
+    /// Of kilolib_infrared_receiving(), if nothing is received.
+    static constexpr uint64_t SENSE_CALL_CYCLES = 11;
 
     /// Own time, and what it is in the world's.
     uint64_t cycle() const { return limit_ - static_cast<uint64_t>(left); }
@@ -81,8 +83,12 @@ class Robot::Translated : private translated_chip_t {
     void take_edges_at_rest();
     bool take_ticks_at_rest();
     bool recall();
+    /// While a known pass goes on: what is kept of it, and of asks for a message that get none.
+    const KnownPass *find_known_pass(uint32_t &lasts) const;
+    static TickRest rest_of(const KnownPass &known);
+    void recall_ask(const KnownPass &found, uint32_t lasts);
+    uint32_t cycles_with_tick(uint32_t phase) const;
     Cycles rests_until() const;
-    uint64_t ticks_at_rest(uint64_t others) const;
     void execute_code();
     bool execute_one();
     bool note_pass();
@@ -98,6 +104,9 @@ class Robot::Translated : private translated_chip_t {
     bool serve_interrupt();
     uint64_t next_but_edges() const;
     uint64_t serial_asks_at() const;
+    /// Whether the tick's interrupt does no more than count and, where that is due, ask the program
+    /// for a message; whether it only counts.
+    bool ticks_are_plain() const;
     bool can_count_tick() const;
     void count(uint32_t ticks);
     void count_tick();

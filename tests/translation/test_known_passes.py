@@ -11,6 +11,7 @@ from .outcomes import outcome as engine_outcome
 ROOT = Path(__file__).resolve().parents[2]
 CORPUS = sorted((Path(__file__).parent / "corpus").glob("*.c"))
 EXAMPLES = ROOT / "firmware/examples"
+EACH_TICK = sorted((Path(__file__).parent / "each_tick").glob("*.c"))
 TICKS = 1200
 WORLD = """
 name = "known passes"
@@ -19,11 +20,11 @@ duration_s = 60
 
 [arena]
 shape = "circle"
-diameter_m = 0.6
+diameter_m = {diameter_m}
 
 [swarm]
-profile = "kilobot"
-floor = false
+profile = "{profile}"
+floor = {floor}
 
 [medium]
 kind = "{medium}"
@@ -40,10 +41,20 @@ def outcome(file: Path, *, recalls: bool, chunk: int = TICKS) -> tuple[Any, ...]
     return engine_outcome(file, ticks=TICKS, chunk=chunk, sample_ticks=7, recalls_passes=recalls)
 
 
-def world(folder: Path, medium: str, programs: list[Path], count: int) -> Path:
+def world(
+    folder: Path, medium: str, programs: list[Path], count: int, profile: str = "kilobot"
+) -> Path:
     file = folder / "world.toml"
     robots = "".join(ROBOTS.format(program=program, count=count) for program in programs)
-    file.write_text(WORLD.format(seed=len(programs) + count, medium=medium) + robots)
+    is_kilobot = profile == "kilobot"
+    head = WORLD.format(
+        seed=len(programs) + count,
+        medium=medium,
+        profile=profile,
+        diameter_m=0.6 if is_kilobot else 3,
+        floor="false" if is_kilobot else "true",
+    )
+    file.write_text(head + robots)
     return file
 
 
@@ -57,6 +68,24 @@ def test_robots_do_the_same_with_and_without_known_passes(medium: str, tmp_path:
     assert outcome(file, recalls=True) == executed
     assert outcome(file, recalls=True, chunk=20) == executed
     assert executed[2]["frames_received"] > 100
+
+
+@pytest.mark.parametrize("medium", ["ideal", "kilobot"])
+def test_programs_that_work_in_each_tick_do_the_same(medium: str, tmp_path: Path) -> None:
+    """They note the tick that they have worked for; some have no message when they are asked."""
+    file = world(tmp_path, medium, EACH_TICK, 6)
+    executed = outcome(file, recalls=False)
+    assert outcome(file, recalls=True) == executed
+    assert outcome(file, recalls=True, chunk=20) == executed
+    assert executed[2]["frames_received"] > 100
+
+
+def test_the_paper_s_program_does_the_same(tmp_path: Path) -> None:
+    """On a floor of sites, asked at each tick while it does not signal."""
+    file = world(tmp_path, "ideal", [ROOT / "firmware/aggregation"], 12, "foot-bot")
+    executed = outcome(file, recalls=False)
+    assert outcome(file, recalls=True) == executed
+    assert outcome(file, recalls=True, chunk=20) == executed
 
 
 @pytest.mark.long

@@ -87,20 +87,21 @@ TEST_CASE("a wait for a tick ends at that tick") {
 
 TEST_CASE("a pass is another one where a byte that it depends on differs") {
     KnownPass pass = {};
-    pass.equal = {{0, 5}, {2, 7}};
+    pass.rest.equal = {{0, 5}, {2, 7}};
     const uint8_t same[] = {5, 1, 7}, other[] = {5, 1, 8};
-    CHECK(pass.lasts(same, 3) == KnownPass::MOST_TICKS);
+    CHECK(pass.lasts(same, 3) == Dependence::MOST_TICKS);
     CHECK(pass.lasts(other, 3) == 0);
 }
 
 TEST_CASE("of more passes than there is room for the oldest are forgotten") {
-    KnownPasses known;
-    for (uint32_t i = 0; i < KnownPasses::MOST + 3; i++) {
+    using Passes = KnownOnes<KnownPass>;
+    Passes known;
+    for (uint32_t i = 0; i < Passes::MOST + 3; i++) {
         KnownPass pass = {};
         pass.cycles = i;
-        CHECK(known.passes[known.keep(pass)].cycles == i);
+        CHECK(known.keep(pass).cycles == i);
     }
-    CHECK(known.passes.size() == KnownPasses::MOST);
-    CHECK(known.passes[2].cycles == KnownPasses::MOST + 2);
-    CHECK(known.passes[3].cycles == 3);
+    CHECK(known.all.size() == Passes::MOST);
+    CHECK(known.all[2].cycles == Passes::MOST + 2);
+    CHECK(known.all[3].cycles == 3);
 }
