@@ -66,6 +66,7 @@ std::optional<KnownPass> known_pass_of(const translation_t &code, const translat
         known.add_to_work(torn->on);
         const bool is_over = torn->works || known.followers.empty();
         const uint32_t cycles = torn->cycles + (is_over ? 0 : known.work_cycles);
+        if (cycles > UINT16_MAX) break;
         if (known.torn.empty() || known.torn.back().cycles != cycles)
             known.torn.push_back({block, cycles});
         known.torn.back().to = block;
@@ -160,11 +161,12 @@ std::optional<KnownAsk> PassTracer::trace_ask(uint32_t sense_cycles) {
             if (left_over == 0 || left <= 0) fail();
             step();
         }
+        left -= RETI_CYCLES;
         finish_interrupt();
+        if (cycles() > UINT16_MAX) fail();
     } catch (const Failed &) {
         return std::nullopt;
     }
-    left -= RETI_CYCLES;
     return KnownAsk{dependence(), cycles()};
 }
 

@@ -205,12 +205,14 @@ class alignas(64) Robot {
     /// State of a robot whose EEPROM was written to, that heard others answer a host, or that
     /// printed by the serial line; of a translated one that was shone on.
     struct Rare {
-        std::unique_ptr<EepromImage> eeprom;  ///< once it was written to
-        std::optional<gain_tables_t> gains;   ///< found by the program when it started; none:
-                                              ///< those of its calibration
+        std::unique_ptr<EepromImage> eeprom;   ///< once it was written to
+        std::unique_ptr<gain_tables_t> gains;  ///< found by the program when it started; null:
+                                               ///< those of its calibration
         robot_heard_t heard;
-        SerialLine serial;          ///< not of a translated program
-        std::string line;           ///< that it prints, of a translated program
+        SerialLine serial;                  ///< not of a translated program
+        std::unique_ptr<std::string> line;  ///< that it prints, of a translated program
+        uint64_t eeprom_free = 0;   ///< of a translated program: when it has written the last byte,
+        uint64_t light_asked = 0;   ///< and when it last asked whether a frame has begun
         std::vector<Light> lights;  ///< in order of time
         std::vector<Cycles> told;   ///< when messages beside the medium come, of a translated
                                     ///< program that may miss others

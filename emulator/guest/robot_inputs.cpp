@@ -17,6 +17,9 @@ namespace {
 // standing still in time.
 constexpr uint32_t RESTART_CYCLES = CYCLES_PER_SECOND / 1000;
 
+// Room for so many frames at once: a swarm has many robots that are shone on by few.
+constexpr size_t MORE_LIGHTS = 3;
+
 }  // namespace
 
 void Robot::receive(Cycles at, const message_t &message, distance_measurement_t distance) {
@@ -49,9 +52,11 @@ void Robot::tell(Cycles at, const message_t &message) {
 
 void Robot::disturb(Cycles begin, Cycles end, const message_t &message) {
     if (on_board()) return;  // it sees for itself
-    if (program_->translation() != nullptr)
-        written().lights.push_back(
-            {BoardClock{power_up_, tick_length_}.own_cycle(begin), message, 0});
+    if (program_->translation() != nullptr) {
+        auto &lights = written().lights;
+        if (lights.size() == lights.capacity()) lights.reserve(lights.size() + MORE_LIGHTS);
+        lights.push_back({BoardClock{power_up_, tick_length_}.own_cycle(begin), message, 0});
+    }
     if (frames_seen_.size() == frames_seen_.capacity()) {
         auto over = [this](const auto &frame) { return frame.second <= now_; };
         frames_seen_.erase(std::remove_if(frames_seen_.begin(), frames_seen_.end(), over),
@@ -136,7 +141,8 @@ void Robot::gains_saved(uint8_t which, uint8_t *content) const {
 // As firmware/kilolib/avr/gains_read.c. What was saved since does not change a running program.
 void Robot::read_gains() {
     if (!rare_ || !rare_->eeprom) return;
-    auto &tables = rare_->gains.emplace();
+    rare_->gains = std::make_unique<gain_tables_t>();
+    auto &tables = *rare_->gains;
     auto word = [this](uint8_t entry, uint8_t upper) {
         const int value = eeprom(eeprom_gain_place(entry, upper)) << 8 |
                           eeprom(eeprom_gain_place(entry, static_cast<uint8_t>(upper + 1)));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "guest/avr_calls.h"
 #include "guest/fault.h"
 #include "guest/timer.h"
 #include "guest/translated_robot.h"
@@ -30,6 +31,9 @@ constexpr uint8_t SAVED[] = {0, 1, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27, 30, 3
 
 // Channels of the converter (hardware.md 1.8).
 constexpr uint8_t BATTERY = 6, LIGHT = 7, TEMPERATURE = 8;
+
+// A program may stay away from its main loop for so many before that is told.
+constexpr uint16_t MOST_TICKS_AWAY = BusyWatch::WARN_AFTER / TICK_CYCLES;
 
 // An edge waits for its interrupt; the next one, a slot later, takes its place.
 constexpr uint64_t WAITS_FOR_EDGE = SLOT_CYCLES;
@@ -78,7 +82,22 @@ void Robot::Translated::flag_matches() {
     while (image_.match <= cycle()) {
         if (image_.flagged == TranslatedImage::NO_TIME) image_.flagged = image_.match;
         image_.match += TICK_CYCLES;
+        watch_main_loop();
     }
+}
+
+/// At each match: says so, as of a native program, if it has not been in its main loop nor in
+/// delay() for long; again if it comes back and stays away once more.
+void Robot::Translated::watch_main_loop() {
+    if (passed != 0) {
+        passed = 0;
+        image_.ticks_away = 0;
+        return;
+    }
+    if (image_.ticks_away == MOST_TICKS_AWAY || ++image_.ticks_away < MOST_TICKS_AWAY) return;
+    robot_.last_tick_ = ticks_now();
+    robot_.now_ = world_time();
+    robot_.report(EventKind::BUSY_WAIT, BusyWatch::WARNING, avr_code_path(pc, data, flash));
 }
 
 /// Begins the interrupt that is due: the tick's first, whose vector is before the others'.
@@ -454,12 +473,13 @@ void Robot::Translated::take_answer() {
 
 /// kilolib_infrared_frame_began(): since the last call.
 void Robot::Translated::frame_began() {
-    const Cycles from = clock_.world_time(image_.light_asked), now = world_time();
+    auto &asked = robot_.written().light_asked;
+    const Cycles from = clock_.world_time(asked), now = world_time();
     const auto &frames = robot_.frames_seen_;
     const bool began = std::any_of(frames.begin(), frames.end(), [&](const auto &frame) {
         return frame.first > from && frame.first <= now;
     });
-    image_.light_asked = cycle();
+    asked = cycle();
     come_back(began, BEGAN_CALL_CYCLES);
 }
 

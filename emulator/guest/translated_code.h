@@ -25,7 +25,7 @@
 #include <stdint.h>
 
 /// Changes with every change of the two structures; the emulator takes no other.
-#define TRANSLATION_VERSION 5
+#define TRANSLATION_VERSION 6
 
 /// Of a guest: where a pass of a loop begins, and the state at that moment but for SRAM.
 typedef struct {
@@ -54,6 +54,7 @@ typedef struct translated_chip {
     uint8_t awaits;          ///< of a guest: `left` counts to the next interrupt, as interrupts are
                              ///< let through; they may be held back and let through on the way
     uint8_t calls;           ///< of a guest: which functions are the engine's, bits by CALL_
+    uint8_t passed;          ///< of a guest: set by passes of the main loop, and within delay()
 
     // Of a guest: passes of loops.
     uint8_t repeats;          ///< `left` counts to an interrupt, not to the end of a run
@@ -153,9 +154,8 @@ enum { COVER_RAN = 1, COVER_TAKEN = 2, COVER_NOT_TAKEN = 4 };
 #define PASS_TOP (void)0
 #define RETURNED
 #endif
-/// At a region's begin: flags and the stack pointer become locals, so that the compiler keeps them
-/// in this computer's registers and leaves out what is never read. Registers follow, those that the
-/// region uses; others stay where they are.
+/// At a region's begin: flags and the stack pointer become locals, which the compiler keeps in this
+/// computer's registers. Registers follow, those that the region uses; others stay where they are.
 #define ENTER                                                                 \
     uint8_t *const M = chip->data;                                            \
     uint8_t *const F = chip->flags;                                           \
@@ -259,6 +259,7 @@ enum { COVER_RAN = 1, COVER_TAKEN = 2, COVER_NOT_TAKEN = 4 };
     pass : {                                                                                     \
         translated_pass_t *const pass_ = chip->pass;                                             \
         const uint8_t main_ = (in_main);                                                         \
+        chip->passed |= main_;                                                                   \
         const uint8_t status_ = main_ ? (uint8_t)(tf << 6 | inf << 7) : SREG;                    \
         if (changed == 0 && pass_->pc == pc && pass_->stack == sp && pass_->status == status_ && \
             (differing) == 0 && (main_ || (scratch_differing) == 0)) {                           \

@@ -14,8 +14,7 @@ namespace kilotwin {
 /// Passes of the main loop that go on over ticks: what is needed of a KnownPass and a KnownAsk.
 struct TickRest {
     struct Torn {
-        uint16_t to;
-        uint32_t cycles;
+        uint16_t to, cycles;
     };
     struct Follower {
         uint16_t address;
@@ -24,8 +23,8 @@ struct TickRest {
     static constexpr size_t MOST_TORN = 2;
 
     uint32_t ends;        ///< passes are so until kilo_ticks is this; 0: not over ticks
-    uint32_t ask_cycles;  ///< of an interrupt that asks and gets no message; 0: not known
-    uint32_t work_cycles;
+    uint16_t ask_cycles;  ///< of an interrupt that asks and gets no message; 0: not known
+    uint16_t work_cycles;
     uint16_t reads_from, reads_to;
     Torn torn[MOST_TORN];  ///< in order; behind the last one that is used, `to` is 0
     Follower followers[KnownPass::MOST_FOLLOWERS];  ///< likewise with `bytes`
@@ -51,8 +50,6 @@ struct TranslatedImage {
     // Other peripherals.
     uint64_t asleep_until;  ///< 0: it is awake
     uint64_t serial_free;   ///< when the serial line takes the next byte
-    uint64_t eeprom_free;   ///< when the last byte is written
-    uint64_t light_asked;   ///< when the program last asked whether a frame has begun
 
     // A pass of a loop: its state when it began.
     uint64_t pass_cycles;  ///< not 0: at pc a pass begins that changes nothing, and takes so long
@@ -65,7 +62,9 @@ struct TranslatedImage {
 
     uint32_t pc;          ///< byte address
     int32_t turns;        ///< of translated_chip_t
-    uint8_t changed;      ///< of translated_chip_t
+    uint16_t ticks_away;  ///< since the main loop was passed
+    uint8_t passed;       ///< of translated_chip_t, likewise the next one
+    uint8_t changed;
     uint8_t latch;        ///< high byte of a count, read behind the low one
     Interrupt interrupt;  ///< the one that is served
     uint8_t waits_for;    ///< 1 + number of the engine's call that the channel has to answer

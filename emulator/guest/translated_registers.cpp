@@ -66,7 +66,7 @@ uint8_t Robot::Translated::read_register(translated_chip_t *chip, uint16_t addre
     robot.changed = 1;  // it depends on the time
     switch (address) {
     case UCSR0A: return now < image.serial_free ? 0 : UCSR0A_UDRE;
-    case EECR: return now < image.eeprom_free ? robot.at(EECR) | EECR_EEPE : robot.at(EECR);
+    case EECR: return now < robot.eeprom_free() ? robot.at(EECR) | EECR_EEPE : robot.at(EECR);
     case TCNT0: return static_cast<uint8_t>((now - image.timer_zero) / COUNT_CYCLES);
     case TCNT1L: image.latch = static_cast<uint8_t>(now >> 8); return static_cast<uint8_t>(now);
     case TCNT1H: return image.latch;
@@ -126,10 +126,10 @@ void Robot::Translated::eeprom_written() {
     const uint8_t control = at(EECR);
     const auto address = static_cast<uint16_t>(word(EEARL) % EEPROM_BYTES);
     if ((control & EECR_EERE) != 0) at(EEDR) = robot_.eeprom(address);
-    const bool is_free = cycle() >= image_.eeprom_free;
+    const bool is_free = cycle() >= eeprom_free();
     if (is_free && (control & EECR_EEPE) != 0 && (control & EECR_EEMPE) != 0) {
         robot_.set_eeprom(address, at(EEDR));
-        image_.eeprom_free = cycle() + EEPROM_WRITE_CYCLES;
+        robot_.written().eeprom_free = cycle() + EEPROM_WRITE_CYCLES;
     }
     at(EECR) = control & (EECR_EEPE | EECR_EERE) ? 0 : control & EECR_EEMPE;
 }
@@ -141,10 +141,11 @@ void Robot::Translated::print(uint8_t byte) {
     image_.serial_free = cycle() + uint64_t{SERIAL_BITS} * scale * (rate + 1);
     limit_changed_ = true;
     auto &line = robot_.written().line;
-    if (!ends_line(line, byte)) return;
+    if (line == nullptr) line = std::make_unique<std::string>();
+    if (!ends_line(*line, byte)) return;
     robot_.last_tick_ = ticks_now();
     robot_.now_ = world_time();
-    robot_.report(EventKind::PRINT, std::exchange(line, {}));
+    robot_.report(EventKind::PRINT, std::exchange(*line, {}));
 }
 
 /// Motors and LED are what the ports and timer 2 make of them.

@@ -69,12 +69,14 @@ bool Robot::Translated::recall() {
 /// What of the pass is kept while it goes on.
 TickRest Robot::Translated::rest_of(const KnownPass &known) {
     TickRest rest = {};
-    rest.work_cycles = known.followers.empty() ? known.cycles : known.work_cycles;
+    rest.work_cycles =
+        static_cast<uint16_t>(known.followers.empty() ? known.cycles : known.work_cycles);
     rest.reads_from = static_cast<uint16_t>(known.reads_from);
     rest.reads_to = static_cast<uint16_t>(known.reads_to);
     const size_t torn = std::min(known.torn.size(), std::size(rest.torn));
     for (size_t i = 0; i < torn; i++)
-        rest.torn[i] = {static_cast<uint16_t>(known.torn[i].to), known.torn[i].cycles};
+        rest.torn[i] = {static_cast<uint16_t>(known.torn[i].to),
+                        static_cast<uint16_t>(known.torn[i].cycles)};
     rest.is_whole = known.reads_from == known.reads_to ||
                     (torn > 0 && rest.torn[torn - 1].to == known.reads_to);
     for (size_t i = 0; i < known.followers.size(); i++)
@@ -93,7 +95,7 @@ void Robot::Translated::recall_ask(const KnownPass &found, uint32_t lasts) {
         if (std::any_of(found.followers.begin(), found.followers.end(), moves)) return false;
         const uint32_t so_long = ask.on.lasts(data, ticks);
         if (so_long <= 1) return false;
-        image_.rest.ask_cycles = ask.cycles;
+        image_.rest.ask_cycles = static_cast<uint16_t>(ask.cycles);
         image_.rest.ends = ticks + std::min(lasts, so_long);
         return true;
     };
@@ -138,6 +140,8 @@ bool Robot::Translated::take_ticks_at_rest() {
         phase = (TICK_CYCLES + phase - takes) % idle;
     }
     if (taken == 0) return false;
+    passed = 1;
+    image_.ticks_away = 0;
     count(taken);
     for (const auto &follower : rest.followers) {
         uint64_t value = 0;

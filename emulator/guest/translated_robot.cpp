@@ -76,6 +76,7 @@ Robot::Translated::Translated(Robot &robot)
     pc = image_.pc;
     turns = image_.turns;
     changed = image_.changed;
+    passed = image_.passed;
     recalls_in = robot.context_.recalls_passes ? image_.recalls_in : INT32_MAX;
     pass = &image_.pass;
     translated_chip_t::attend = [](translated_chip_t *chip, unsigned what) -> uint8_t {
@@ -120,6 +121,7 @@ void Robot::Translated::store() {
     image_.pc = pc;
     image_.turns = turns;
     image_.changed = changed;
+    image_.passed = passed;
     image_.recalls_in = recalls_in;
     robot_.only_ticks_until_ = goes_on() ? rests_until() : 0;
     robot_.has_no_message_ = image_.rest.ask_cycles != 0;
@@ -162,9 +164,10 @@ void Robot::Translated::set_limit() {
     const uint64_t others = lets_interrupts() ? next_but_edges() : NO_TIME;
     const uint64_t edge = lets_interrupts() ? edge_at_ : NO_TIME;
     const uint64_t interrupt = std::min(others, edge);
-    limit_ = std::min(end, interrupt);
+    const uint64_t next = std::min(interrupt, image_.match);  // also if it is not let through
+    limit_ = std::min(end, next);
     set_cycle(now);
-    ends_run_ = end < interrupt && image_.interrupt == Interrupt::NONE;
+    ends_run_ = end < next && image_.interrupt == Interrupt::NONE;
     repeats = !ends_run_ && edge >= std::min(end, others);
     limit_changed_ = false;
     awaits = lets_interrupts();

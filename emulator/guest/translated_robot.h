@@ -101,6 +101,7 @@ class Robot::Translated : private translated_chip_t {
     // The tick's is left out, by arithmetic, if it would do no more than count.
     bool lets_interrupts() const { return flags[7] != 0; }
     void flag_matches();
+    void watch_main_loop();
     bool serve_interrupt();
     uint64_t next_but_edges() const;
     uint64_t serial_asks_at() const;
@@ -162,6 +163,8 @@ class Robot::Translated : private translated_chip_t {
     void find_match();
     bool timer_ticks() const;
     void eeprom_written();
+    /// When the last byte is written.
+    uint64_t eeprom_free() const { return robot_.rare_ == nullptr ? 0 : robot_.rare_->eeprom_free; }
     void print(uint8_t byte);
     void look_at_pins();
 

@@ -58,6 +58,8 @@ class Seam:
     """The program's own interrupt handlers, "A, B"."""
     main_loop: tuple[int, int]
     """Begin of kilo_start(), and the address behind it."""
+    delay: tuple[int, int]
+    """Likewise of delay(); (0, 0): the program has none."""
     functions: tuple[int, ...]
     """The program's own."""
 
@@ -78,7 +80,6 @@ def seam_of(elf: Path, objects: Sequence[Path]) -> Seam:
     missing = [name for name in _NEEDED if name not in everywhere]
     if missing:
         raise KilotwinError(f"{elf.name} has no {missing[0]}: it is not linked with Kilotwin's API")
-    start = everywhere["kilo_start"]
     return Seam(
         calls=tuple(_address(everywhere, name) for name in _CALLS),
         obey=_address(everywhere, "kilolib_command_obey"),
@@ -91,7 +92,8 @@ def seam_of(elf: Path, objects: Sequence[Path]) -> Seam:
         message_rx=_address(everywhere, "kilo_message_rx"),
         names_period=any(_names(file, "kilo_tx_period") for file in objects),
         handlers=", ".join(_own_handlers(everywhere)),
-        main_loop=(start["st_value"], start["st_value"] + start["st_size"]),
+        main_loop=_extent(everywhere, "kilo_start"),
+        delay=_extent(everywhere, "delay"),
         functions=tuple(_own_functions(symbols, objects)),
     )
 
@@ -113,6 +115,11 @@ def _is_global(symbol: Symbol) -> bool:
 
 def _address(symbols: Mapping[str, Symbol], name: str) -> int:
     return int(symbols[name]["st_value"]) & _DATA_MASK if name in symbols else 0
+
+
+def _extent(symbols: Mapping[str, Symbol], name: str) -> tuple[int, int]:
+    begin = _address(symbols, name)
+    return begin, begin + (int(symbols[name]["st_size"]) if name in symbols else 0)
 
 
 def _names(file: Path, name: str) -> bool:

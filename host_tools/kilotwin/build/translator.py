@@ -252,6 +252,11 @@ class _Code:
         calls = () if self.seam is None else self.seam.calls
         return calls.index(address) if address != 0 and address in calls else None
 
+    def waits(self, address: int) -> bool:
+        """Whether it is one of delay()."""
+        begin, end = (0, 0) if self.seam is None else self.seam.delay
+        return begin <= address < end
+
     def go(self, jump: Instruction, target: int, spent: int, inside: set[int]) -> str:
         """To a block, in this region or not, `spent` cycles after the begin of the one before."""
         if target not in inside:
@@ -379,6 +384,8 @@ def _block_text(block: _Block, inside: set[int], code: _Code) -> str:
     lines = [f"BLOCK(0x{block[0].address:x}, {offsets[-2]})"]
     if code.covered:
         lines.append(_cover(block[0].address, "RAN"))
+    if code.waits(block[0].address):
+        lines.append("chip->passed = 1;")
     call = code.engine_call(block[0].address)
     if call is not None:
         lines.append(f"ENGINE_CALL(0x{block[0].address:x}, {call})")
