@@ -16,7 +16,7 @@ constexpr double SKIN_STEPS = 10;
 // Lists are renewed when so much of the skin is used up: the rest is left for running ahead.
 constexpr double SKIN_USED = 0.6;
 constexpr double CONTACT_MARGIN = 0.03;      // of a radius
-constexpr double CANDIDATE_GAP = 1;          // of a radius: gap up to which robots are candidates
+constexpr double CANDIDATE_GAP = 2;          // of a radius: gap up to which robots are candidates
 constexpr uint8_t STEPS_APART_TO_LEAVE = 2;  // then a robot is free again
 // Limit of the speed of a pushed robot, relative to the fastest drive.
 constexpr double PUSHED_SPEED = 1.1;
