@@ -62,7 +62,7 @@ class Chance {
 
     /// The n-th draw of `robot` for `purpose`, n from 0: 64 uniform bits. Costs ten rounds of two
     /// multiplications, as each draw below.
-    uint64_t bits(uint32_t robot, Purpose purpose, uint64_t n) const {
+    [[gnu::flatten]] uint64_t bits(uint32_t robot, Purpose purpose, uint64_t n) const {
         const auto out = block(robot, purpose, n);
         return static_cast<uint64_t>(out[1]) << 32 | out[0];
     }
@@ -73,7 +73,7 @@ class Chance {
     }
 
     /// Mean 0, variance 1, nearly normal: the sum of eight uniform numbers, hence within +-4.9.
-    double normal(uint32_t robot, Purpose purpose, uint64_t n) const {
+    [[gnu::flatten]] double normal(uint32_t robot, Purpose purpose, uint64_t n) const {
         uint32_t sum = 0;
         for (const uint32_t word : block(robot, purpose, n)) sum += (word & 0xFFFF) + (word >> 16);
         return (static_cast<double>(sum) - MEAN_OF_EIGHT) * SCALE;
@@ -88,8 +88,9 @@ class Chance {
     static constexpr double SCALE = 1.224744871391589 * 0x1p-16;  // sqrt(12 / 8)
 
   private:
-    // Inlined always: out of line its result would go through memory. Ten rounds of Philox, after
-    // Salmon et al., "Parallel random numbers: as easy as 1, 2, 3" (2011), by Random123.
+    // Inlined always: out of line its result would go through memory. Its callers are flat, since
+    // gcc would call a function in each round. Ten rounds of Philox, after Salmon et al., "Parallel
+    // random numbers: as easy as 1, 2, 3" (2011), by Random123.
     [[gnu::always_inline]] r123::Philox4x32::ctr_type block(uint32_t robot, Purpose purpose,
                                                             uint64_t n) const {
         const r123::Philox4x32::ctr_type counter = {{static_cast<uint32_t>(n),

@@ -44,7 +44,7 @@ double measured_signal(const uint16_t *table, double distance_mm) {
 }
 
 int16_t converted(double value) {
-    return static_cast<int16_t>(std::clamp(std::floor(value + 0.5), 0.0, double(CONVERTER_MOST)));
+    return static_cast<int16_t>(std::clamp(value + 0.5, 0.0, double(CONVERTER_MOST)));
 }
 
 }  // namespace
