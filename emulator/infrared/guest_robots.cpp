@@ -83,8 +83,10 @@ void GuestRobots::take_request(uint32_t index, Cycles at) {
     Robot &robot = context_.robots[index];
     Cycles until = at + 1;
     if (is_channel_free(index, at)) {
-        const Cycles alone = runs_past_requests_ ? channel_.lookahead(index, channel_.limit()) : 0;
-        if (alone > channel_.end()) {
+        const Cycles end = channel_.end();
+        const Cycles alone =
+            runs_past_requests_ ? channel_.lookahead(index, end + 1, channel_.limit()) : 0;
+        if (alone > end) {
             until = alone;
             robot.grant(at, alone - CarrierSense::WINDOW_END - 1, alone);
         } else {

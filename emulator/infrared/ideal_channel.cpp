@@ -53,7 +53,7 @@ void IdealChannel::run(Cycles begin, Cycles end, Cycles /*limit*/) {
 }
 
 // A frame is received when the step is over in which it begins, at the earliest.
-Cycles IdealChannel::lookahead(uint32_t robot, Cycles limit) {
+Cycles IdealChannel::lookahead(uint32_t robot, Cycles useful, Cycles limit) {
     const Cycles step = context_.step;
     if (!has_lookahead_) return end_;
     const Cycles until = std::min({limit, context_.bodies.lists_hold_until() + step,
@@ -62,8 +62,9 @@ Cycles IdealChannel::lookahead(uint32_t robot, Cycles limit) {
     // All have one range, and a frame counts from the step on in which it begins.
     auto range_of = [this](uint32_t) { return range_m_; };
     auto begin_of = [&](uint32_t other) { return begin_of_step(next_begin_[other], step); };
-    return std::min(until,
-                    first_light(robot, end_of_step(until - step, step), range_of, begin_of) + step);
+    const Cycles light =
+        first_light(robot, useful - step, end_of_step(until - step, step), range_of, begin_of);
+    return std::min(until, light + step);
 }
 
 // Tick by tick is the oracle of run ahead: the same result in smaller pieces.

@@ -38,7 +38,7 @@ class IdealChannel final : public Channel {
     void shine_from_above(const message_t &message, Cycles at) override;
     Cycles next_from_above() const override;
     void run(Cycles begin, Cycles end, Cycles limit) override;
-    Cycles lookahead(uint32_t robot, Cycles limit) override;
+    Cycles lookahead(uint32_t robot, Cycles useful, Cycles limit) override;
     void run_robot(uint32_t index, Cycles until) override;
 
     /// Other stations are executed through the step; then its frames, in order of time, reach their

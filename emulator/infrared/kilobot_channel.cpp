@@ -112,7 +112,7 @@ bool KilobotChannel::run_others(Cycles next) {
     return turn + 1 < next;
 }
 
-Cycles KilobotChannel::lookahead(uint32_t robot, Cycles limit) {
+Cycles KilobotChannel::lookahead(uint32_t robot, Cycles useful, Cycles limit) {
     if (!has_lookahead_ || carrier_sense_.may_be_busy(robot)) return end_;
     const Cycles until = std::min(limit, context_.bodies.lists_hold_until());
     if (until <= end_) return end_;
@@ -120,7 +120,7 @@ Cycles KilobotChannel::lookahead(uint32_t robot, Cycles limit) {
     auto range_of = [this](uint32_t other) { return ranges_m_[other]; };
     auto begin_of = [this](uint32_t other) { return next_begin_[other]; };
     const Cycles matters =
-        first_light(robot, end_of_step(until, context_.step), range_of, begin_of);
+        first_light(robot, useful, end_of_step(until, context_.step), range_of, begin_of);
     return guests_.alone_until(robot, std::min(until, matters));
 }
 
