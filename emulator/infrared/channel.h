@@ -129,7 +129,7 @@ class Channel {
             limit = std::min(limit, std::max(begin_of(other), in_reach));
         };
         const uint32_t *other = list.begin();
-        // Without a branch, which could not be predicted.
+        // Without a branch, which could not be predicted: sparse swarms have no more neighbours.
         for (const uint32_t *few = other + std::min(FEW, list.end() - other); other != few; other++)
             look_at(*other);
         for (; other != list.end(); other++) {

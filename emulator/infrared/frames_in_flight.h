@@ -101,6 +101,12 @@ class FramesInFlight {
     /// A frame has ended or was given up. It can be read until the next one begins.
     void take_off_air(const Frame &frame);
 
+    /// Brings the frame that `sender` sends into the cache, but for a long list of receivers. Reads
+    /// the sender's record.
+    void prefetch_frame(uint32_t sender) const {
+        prefetch_bytes(&frames_[stations_[sender].frame], sizeof(Frame));
+    }
+
     /// Brings a station's record, and its message, into the cache.
     void prefetch(uint32_t station) const { prefetch_line(&stations_[station]); }
     void prefetch_message(uint32_t station) const { prefetch_line(&messages_[station]); }

@@ -83,6 +83,7 @@ void GuestRobots::take_request(uint32_t index, Cycles at) {
     Robot &robot = context_.robots[index];
     Cycles until = at + 1;
     if (is_channel_free(index, at)) {
+        // Each moment beyond this step is useful: the robot is not due again in it.
         const Cycles end = channel_.end();
         const Cycles alone =
             runs_past_requests_ ? channel_.lookahead(index, end + 1, channel_.limit()) : 0;
@@ -239,13 +240,20 @@ void GuestRobots::received(const Frame &frame, const Reached &reached) {
 
 // Memory
 
-/// Brings into the cache what the events some turns after the `next` need: the robots that are
-/// asked or begin a frame, and those around them.
+void GuestRobots::prefetch(uint32_t robot) const {
+    receiver_.prefetch(robot);
+    context_.robots[robot].prefetch_receiver();
+}
+
+// The robots that are asked or begin a frame, and those around them.
 void GuestRobots::prefetch_after(size_t next) {
-    constexpr size_t SOONER = 2, SOON = 4, LATER = 6, LATEST = 8;
+    constexpr size_t SOONER = 2, SOON = 4, LATER = 6, LATEST = 8, PLANNED = 12;
     const auto &robots = context_.robots;
-    if (!prefetches(robots.size()) || next + LATEST >= events_.size()) return;
+    if (!prefetches(robots.size()) || next + PLANNED >= events_.size()) return;
     auto is_request = [&](size_t turns) { return events_[next + turns].what == What::REQUEST; };
+    // Events are in order of time, the frames that they stand for are not.
+    if (const Event &event = events_[next + PLANNED]; event.what == What::BEGIN)
+        prefetch_line(&planned_at(event.at)[event.number]);
     const FramesInFlight &in_flight = channel_.in_flight();
     const Neighbours &lists = context_.bodies.lists();
     const uint32_t latest = robot_of(events_[next + LATEST]),
@@ -257,7 +265,11 @@ void GuestRobots::prefetch_after(size_t next) {
     if (is_request(LATEST)) robots[latest].prefetch();
     lists.prefetch(later);
     if (is_request(LATER)) robots[later].prefetch_state();
-    for (uint32_t other : lists.of(robot_of(events_[next + SOON]))) in_flight.prefetch(other);
+    for (uint32_t other : lists.of(robot_of(events_[next + SOON]))) {
+        in_flight.prefetch(other);
+        channel_.prefetch_next_begin(other);
+        context_.bodies.prefetch_place(other);
+    }
     for (uint32_t other : lists.of(sooner))
         if (is_in_range(sooner, other)) robots[other].prefetch_light();
 }

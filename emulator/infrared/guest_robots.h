@@ -59,6 +59,8 @@ class GuestRobots final : public Stations {
     void sent(const Frame &frame) override;
     void light_begins(const Frame &frame, Reached &reached) override;
     void received(const Frame &frame, const Reached &reached) override;
+    /// Its gains and its inbox.
+    void prefetch(uint32_t robot) const override;
 
   private:
     static constexpr uint8_t KIND = 0;  ///< the channel assigns it first
@@ -77,6 +79,8 @@ class GuestRobots final : public Stations {
 
     const Event *first_event() const;
     void schedule(const Event &event);
+    /// Brings into the cache what the events some turns after the `next` one need. For large swarms
+    /// only.
     void prefetch_after(size_t next);
     uint32_t robot_of(const Event &event);
     bool is_in_range(uint32_t sender, uint32_t other) const;

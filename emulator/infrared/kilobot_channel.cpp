@@ -89,6 +89,7 @@ void KilobotChannel::run(Cycles begin, Cycles end, Cycles limit) {
         if (ends == next) {
             const uint32_t sender = frame_ends_.sender();
             frame_ends_.pop();
+            prefetch_frame_ends();
             end_frame(sender);
         } else if (windows == next) {
             end_window();
@@ -99,6 +100,21 @@ void KilobotChannel::run(Cycles begin, Cycles end, Cycles limit) {
         }
     }
     guests_.end_requests();
+}
+
+// First the senders' records, which say where frames are, then frames, which say whom they reached,
+// then what the channel and what a kind of stations keeps of these.
+void KilobotChannel::prefetch_frame_ends() {
+    constexpr size_t SOONER = 2, SOON = 4, LATER = 6, LATEST = 8;
+    if (!prefetches(context_.robots.size()) || frame_ends_.size() <= LATEST) return;
+    const uint32_t latest = frame_ends_.sender(LATEST);
+    in_flight_.prefetch(latest);
+    in_flight_.prefetch_message(latest);
+    in_flight_.prefetch_frame(frame_ends_.sender(LATER));
+    for (const Reached &reached : in_flight_.of(frame_ends_.sender(SOON)).reached)
+        in_flight_.prefetch(reached.station);
+    for (const Reached &reached : in_flight_.of(frame_ends_.sender(SOONER)).reached)
+        kind_of(reached.station).prefetch(reached.station);
 }
 
 /// Executes stations of other kinds up to `next`. Stations receive one another: none may get ahead.

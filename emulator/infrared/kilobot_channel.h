@@ -134,6 +134,10 @@ class KilobotChannel final : public Channel {
         /// When the first is due, NEVER without one; and its sender.
         Cycles next() const { return first_ < ends_.size() ? ends_[first_].at : NEVER; }
         uint32_t sender() const { return ends_[first_].sender; }
+        /// How many there are.
+        size_t size() const { return ends_.size() - first_; }
+        /// The sender of the one that comes so many turns after the first; below size().
+        uint32_t sender(size_t turns) const { return ends_[first_ + turns].sender; }
 
       private:
         std::vector<End> ends_;  ///< from first_ on
@@ -144,6 +148,9 @@ class KilobotChannel final : public Channel {
     Stations &kind_of(uint32_t station) { return *kinds_[in_flight_.station(station).kind]; }
     bool run_others(Cycles next);
     void end_window();
+    /// Brings into the cache what the ends of frames some turns later need: between its begin and
+    /// its end a frame leaves the cache again where many are on air. For large swarms only.
+    void prefetch_frame_ends();
 
     Settings settings_;
     RobotReceiver receiver_;

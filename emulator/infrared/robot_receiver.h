@@ -10,6 +10,7 @@
 #include "base/chance.h"
 #include "base/memory.h"
 #include "base/normal_pairs.h"
+#include "base/prefetch.h"
 #include "guest/robot.h"
 #include "infrared/frames_in_flight.h"
 
@@ -45,6 +46,15 @@ class RobotReceiver {
     /// What a robot takes every distance to be more than it is.
     double error_mm(uint32_t robot) const {
         return errors_mm_.empty() ? 0 : static_cast<double>(errors_mm_[robot]);
+    }
+
+    /// Brings what measure() needs of a robot into the cache: its gains, and its error. Does not
+    /// wait for any of it.
+    void prefetch(uint32_t robot) const {
+        const InfraredGains &gains = robots_[robot].calibration().gains;
+        prefetch_line(&gains);
+        prefetch_line(&gains + 1);  // it ends on another line
+        if (!errors_mm_.empty()) prefetch_line(&errors_mm_[robot]);
     }
 
     /// Whether chance loses a frame at a robot. `draw` is the robot's own count of frames, of which

@@ -92,6 +92,9 @@ class Stations {
     /// it.
     virtual void hold_receivers(const Frame & /*frame*/, Cycles /*begin*/, Cycles /*end*/) {}
 
+    /// Brings what received() needs of one of its stations into the cache.
+    virtual void prefetch(uint32_t /*station*/) const {}
+
     // --- Pulses: for kinds that see each pulse for itself, of whichever sender. ---
 
     /// A frame begins at `sender`: forgets whom its light reached before.

@@ -132,6 +132,7 @@ void Simulation::run_on(uint32_t robot, Cycles limit) {
     if (light_changes()) robots_[robot].light = def_.light.at(bodies_->position(robot), def_.arena);
     limit = floor_->look(robot, limit, !def_.run_ahead);
     Cycles until = end;
+    // Less than a step brings nothing: it would be due in the next one all the same.
     if (limit > end && may_run_ahead())
         until = std::max(channel_->lookahead(robot, end + step_, limit), end);
     floor_->tell(robots_[robot], until);
