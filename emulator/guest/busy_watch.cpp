@@ -16,8 +16,9 @@ constexpr int32_t TURNS_WHILE_WAITING = 500;
 // Iterations within which the state of a waiting program comes back.
 constexpr uint16_t PROBES = 512;
 constexpr Cycles ENDLESS_AFTER = 60 * CYCLES_PER_SECOND;
-// Early looks: turns before the first one, and one in how many turns is compared with a kept state.
-constexpr int32_t FIRST_LOOK = 8, COMPARED_SHARE = 8;
+// Early looks: turns before the first one, some more than a guest that sleeps in each may take in
+// STUCK_WALL_S (stack.h), and one in how many turns is compared with a kept state.
+constexpr int32_t FIRST_LOOK = 32, COMPARED_SHARE = 8;
 
 // By words of 8 bytes, which is faster: it only has to tell states apart.
 uint64_t fnv(uint64_t hash, const uint8_t *begin, const uint8_t *end) {
@@ -125,19 +126,19 @@ BusyWatch::Finding BusyWatch::look_early(Program &program, const uint8_t *frame,
     if (watch.comparisons_left == 0) {
         if (watch.spacing == 0) watch.spacing = program.turns_to_look;
         watch.left_when_kept = *table.budget + program.turns_held_back + 1;
-        watch.turns_since = 0;
         watch.comparisons_left = std::clamp<int32_t>(watch.spacing / COMPARED_SHARE, 1, PROBES);
         watch.acts_when_kept = watch.acts;
         keep(watch.kept, table, frame, top);
         look_after(1, program);
         return Finding::LOOKING;
     }
-    watch.turns_since++;
+    const int32_t left = *table.budget + program.turns_held_back + 1;
+    const int32_t turns_since = watch.left_when_kept - left;
     watch.comparisons_left--;
     auto like = likeness(watch.kept, table, frame, top);
     if (watch.acts != watch.acts_when_kept || holds_long_doubles()) like = Likeness::NONE;
     if (like == Likeness::ALL) {
-        const int32_t over = watch.left_when_kept % watch.turns_since;
+        const int32_t over = watch.left_when_kept % turns_since;
         if (over == 0) return found_waiting(program, true);
         watch.arrives = true;
         look_after(over, program);

@@ -91,7 +91,6 @@ class BusyWatch {
         // Early looks: a state is kept, and compared with those of the next turns.
         std::vector<uint8_t> kept;
         int32_t left_when_kept = 0;    ///< turns from then on up to where the budget is spent
-        int32_t turns_since = 0;       ///< since it was kept
         int32_t comparisons_left = 0;  ///< 0: the next state is kept
         int32_t spacing =
             0;  ///< turns up to the next state to keep, if this one does not come back
