@@ -24,12 +24,14 @@ enum { DATA = 0x900, FLASH = 0x8000, FLAGS = 8, ENOUGH = 8 };
 
 static uint64_t seed;
 
-static uint64_t draw(void) {
+static uint64_t draw_64_bits(void) {
     seed ^= seed << 13;
     seed ^= seed >> 7;
     seed ^= seed << 17;
-    return seed * 0x2545F4914F6CDD1Du >> 11;
+    return seed * 0x2545F4914F6CDD1Du;
 }
+
+static uint64_t draw(void) { return draw_64_bits() >> 11; }
 
 static void point(uint8_t *low, unsigned begin, unsigned bytes) {
     const unsigned address = begin + (unsigned)(draw() % bytes);
@@ -46,7 +48,10 @@ enum { OFTEN = 8, FIRST = 0x100, SPAN = 0x800 };
 
 /// Pointers lead into SRAM, mostly, so that more than the interpreter is tested.
 static void make_state(avr_t *avr) {
-    for (unsigned i = 0; i < DATA; i++) avr->data[i] = (uint8_t)draw();
+    for (unsigned i = 0; i < DATA; i += sizeof(uint64_t)) {
+        const uint64_t bytes = draw_64_bits();
+        memcpy(avr->data + i, &bytes, sizeof bytes);
+    }
     if (draw() % 4 == 0) avr->data[draw() % 32] = draw() % 2 ? 0 : 0xFF;
     for (unsigned i = 0; i < FLAGS; i++) avr->sreg[i] = draw() & 1;
     for (unsigned pair = 26; pair <= 30; pair += 2)
@@ -108,9 +113,10 @@ static int test(avr_t *avr, unsigned address) {
     if (simavrs_counter(avr) != chip.pc) fail("program counter", address, chip.pc, avr->pc);
     for (unsigned i = 0; i < FLAGS; i++)
         if (avr->sreg[i] != flags[i]) fail("flag", address, i << 4 | flags[i], avr->sreg[i]);
-    for (unsigned i = 0; i < DATA; i++)
-        if (avr->data[i] != data[i] && i != STATUS)
-            fail("data", address, i << 8 | data[i], avr->data[i]);
+    avr->data[STATUS] = data[STATUS];
+    if (memcmp(avr->data, data, DATA) != 0)
+        for (unsigned i = 0; i < DATA; i++)
+            if (avr->data[i] != data[i]) fail("data", address, i << 8 | data[i], avr->data[i]);
     return given != chip.left;
 }
 
