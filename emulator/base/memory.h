@@ -6,6 +6,8 @@
 #include <boost/container/small_vector.hpp>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include "base/large_pages.h"
@@ -27,6 +29,24 @@ constexpr size_t cache_lines(size_t bytes) {
 /// A list whose first N items lie in the object itself; more are allocated. For lists that each
 /// robot has, and that are mostly short.
 template <typename T, size_t N> using Few = boost::container::small_vector<T, N>;
+
+/// A std::unique_ptr whose copy has a copy of the object. For parts of a record that few have.
+template <typename T> class Own : public std::unique_ptr<T> {
+  public:
+    using std::unique_ptr<T>::unique_ptr;
+    template <typename... Arguments> static Own make(Arguments &&...arguments) {
+        return Own(new T(std::forward<Arguments>(arguments)...));
+    }
+    Own() = default;
+    Own(const Own &other) : std::unique_ptr<T>(other ? new T(*other) : nullptr) {}
+    Own &operator=(const Own &other) {
+        if (*this || other) this->reset(other ? new T(*other) : nullptr);
+        return *this;
+    }
+    Own(Own &&) noexcept = default;
+    Own &operator=(Own &&) noexcept = default;
+    ~Own() = default;
+};
 
 /// Records of all robots, by index, on large pages where there are many. They never grow during a
 /// run, so that references into them stay valid.

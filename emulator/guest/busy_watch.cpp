@@ -77,7 +77,7 @@ bool holds_long_doubles() {
 
 BusyWatch::Finding BusyWatch::look(Program &program, const uint8_t *frame, const uint8_t *top,
                                    bool early) {
-    if (!watch_) watch_ = std::make_unique<Watch>();
+    if (!watch_) watch_ = Own<Watch>::make();
     auto &budget = *program.table().budget;
     if (std::exchange(watch_->arrives, false)) return found_waiting(program, early);
     int32_t &held_back = program.turns_held_back;

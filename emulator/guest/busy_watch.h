@@ -15,10 +15,10 @@
 #define KILOTWIN_GUEST_BUSY_WATCH_H
 
 #include <cstdint>
-#include <memory>
 #include <vector>
 
 #include "base/clock.h"
+#include "base/memory.h"
 #include "guest/program.h"
 
 namespace kilotwin {
@@ -102,7 +102,7 @@ class BusyWatch {
     Finding found_waiting(Program &program, bool early);
     static void look_after(int32_t turns, Program &program);  ///< the next time
 
-    std::unique_ptr<Watch> watch_;  ///< from a spent budget until the program returns
+    Own<Watch> watch_;  ///< from a spent budget until the program returns
 };
 
 }  // namespace kilotwin

@@ -64,6 +64,7 @@ Program::Program(const std::string &path, std::string name) : name_(std::move(na
         throw EngineError("program " + name_ + " cannot be loaded: " + std::string(dlerror()));
     table_ = static_cast<const kt_table_t *>(dlsym(handle, "kt_table"));
     translation_ = static_cast<const translation_t *>(dlsym(handle, "translation"));
+    is_covered_ = dlsym(handle, "kt_coverage") != nullptr;
     if (translation_ != nullptr)
         take_translation();
     else if (table_ != nullptr)
@@ -118,6 +119,14 @@ void Program::swap_in(uint8_t *image) {
 std::vector<uint8_t> Program::state_of(const uint8_t *image) const {
     const uint8_t *at = image == resident_ ? table_->state_begin : image;
     return {at, at + state_bytes_};
+}
+
+void Program::set_state_of(uint8_t *image, const uint8_t *state) {
+    std::memcpy(image == resident_ ? table_->state_begin : image, state, state_bytes_);
+}
+
+void Program::copy_state_of(const uint8_t *image, uint8_t *state) const {
+    std::memcpy(state, image == resident_ ? table_->state_begin : image, state_bytes_);
 }
 
 void Program::evict(const uint8_t *image) {

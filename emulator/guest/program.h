@@ -45,6 +45,8 @@ class Program {
     /// Whether the program may ever have a message when it is asked; a native one that does not
     /// name kilo_message_tx has none, and need not be asked.
     bool may_send() const { return may_send_; }
+    /// Whether it notes which of its code has run: then it is not run tentatively.
+    bool is_covered() const { return is_covered_; }
     /// Registers of a translated robot that have an effect, by address (translated_code.h).
     static const uint8_t *effects();
     /// Turns of loop() before it is looked at whether it busy-waits (busy_watch.h): fewer once it
@@ -77,6 +79,11 @@ class Program {
     /// A copy of the state that belongs to `image`, resident or not.
     std::vector<uint8_t> state_of(const uint8_t *image) const;
 
+    /// Sets the state that belongs to `image`, resident or not, from `state`, state_bytes() long;
+    /// and copies it there.
+    void set_state_of(uint8_t *image, const uint8_t *state);
+    void copy_state_of(const uint8_t *image, uint8_t *state) const;
+
     /// Writes the state back if `image` is resident. To be called before it is freed or
     /// overwritten.
     void evict(const uint8_t *image);
@@ -98,7 +105,7 @@ class Program {
     std::string name_, path_;
     const kt_table_t *table_ = nullptr;
     const translation_t *translation_ = nullptr;
-    bool names_period_ = false, settles_period_ = false, may_send_ = true;
+    bool names_period_ = false, settles_period_ = false, may_send_ = true, is_covered_ = false;
     size_t state_bytes_ = 0;
     std::vector<uint8_t> initial_;
     uint8_t *resident_ = nullptr;

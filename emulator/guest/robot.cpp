@@ -19,32 +19,14 @@ static_assert(sizeof(Robot) == 8 * sizeof(CacheLine));
 
 Robot::Robot(RobotContext &context, Program &program, uint32_t index,
              const Calibration &calibration, Cycles power_up, uint8_t *image)
-    : program_(&program),
-      image_(image),
-      now_(power_up),
-      tick_length_(calibration.tick),
-      context_(context),
-      index_(index),
-      outgoing_(),
-      state_since_(power_up),
-      power_up_(power_up),
-      name_(&program.name()),
-      calibration_(calibration) {
+    : RobotRecord(context, &program, image, index, program.name(), calibration, power_up) {
     std::memcpy(image_, program_->initial_state(), program_->state_bytes());
     if (program_->translation() == nullptr) *program_->table().host = &HOST;
 }
 
 Robot::Robot(RobotContext &context, const std::string &name, uint32_t index,
              const Calibration &calibration, Cycles power_up)
-    : now_(power_up),
-      tick_length_(calibration.tick),
-      context_(context),
-      index_(index),
-      outgoing_(),
-      state_since_(power_up),
-      power_up_(power_up),
-      name_(&name),
-      calibration_(calibration) {}
+    : RobotRecord(context, nullptr, nullptr, index, name, calibration, power_up) {}
 
 void Robot::serve_this_thread() { GuestStack::instance().serve_this_thread(); }
 
@@ -76,7 +58,7 @@ void Robot::go_on(Cycles until) {
     until_ = until;
     running = this;
     program_->make_resident(image_);
-    if (context_.black_box != nullptr) *context_.black_box = {index_, last_tick_};
+    if (context_->black_box != nullptr) *context_->black_box = {index_, last_tick_};
     attend_faults();
     auto &stack = GuestStack::instance();
     GuestStack::Outcome outcome;
@@ -283,10 +265,13 @@ void Robot::tick() {
         interrupt(table, [this, &table] { ask_for_message(table); });
 }
 
+inline bool Robot::may_be_asked() { return in_the_dark_ || ask_medium(Question::MAY_ASK); }
+
 inline void Robot::ask_for_message(const kt_table_t &table) {
     const bool granted = may_send();
-    if (!granted && !ask_medium(Question::MAY_ASK)) return;
+    if (!granted && !may_be_asked()) return;
     const message_t *message = (*table.message_tx)();
+    nulls_ = message != nullptr ? 0 : std::min(nulls_ + 1, NULLS_TO_BE_QUIET);
     if (message == nullptr) return;
     if (!put_on_air(*message, granted)) return retry_soon();
     transmit_clock_sent(&core_.transmit);
@@ -296,7 +281,7 @@ inline void Robot::ask_for_message(const kt_table_t &table) {
 // The runtime's own frame: the program's transmit clock goes on as if there were none.
 void Robot::try_to_answer(const kt_table_t &table) {
     const bool granted = may_send();
-    if (!granted && !ask_medium(Question::MAY_ASK)) return;
+    if (!granted && !may_be_asked()) return;
     const robot_heard_t heard = rare_ ? rare_->heard : robot_heard_t{};
     uint8_t content[REPORT_CONTENT];
     if (core_.answer.first == ROBOT_QUERY_VITALS)
@@ -310,7 +295,7 @@ void Robot::try_to_answer(const kt_table_t &table) {
 
 bool Robot::put_on_air(const message_t &message, bool granted) {
     if (granted) {
-        Emission &emission = context_.emissions.emplace_back();  // filled where it stands
+        Emission &emission = context_->emissions.emplace_back();  // filled where it stands
         emission.at = now_;
         emission.robot = index_;
         emission.message = message;
@@ -322,7 +307,7 @@ bool Robot::put_on_air(const message_t &message, bool granted) {
             return false;
         }
     }
-    if (context_.frame > 0) wait_until(now_ + context_.frame);
+    if (context_->frame > 0) wait_until(now_ + context_->frame);
     return true;
 }
 

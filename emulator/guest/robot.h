@@ -18,66 +18,25 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
-#include <memory>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "base/chance.h"
 #include "base/clock.h"
-#include "base/events.h"
 #include "base/memory.h"
-#include "base/motor_command.h"
 #include "base/prefetch.h"
-#include "guest/busy_watch.h"
-#include "guest/eeprom.h"
-#include "guest/infrared_gains.h"
-#include "guest/program.h"
-#include "guest/serial_line.h"
-#include "guest/stack.h"
+#include "guest/robot_record.h"
 #include "guest/timer.h"
-#include "kilolib/core/robot_commands.h"
 
 namespace kilotwin {
 
-/// A frame that a robot receives; delivered when it ends.
-struct Reception {
-    Cycles at;  ///< end of the frame
-    message_t message;
-    distance_measurement_t distance;
-};
-
-/// A frame that a robot sends.
-struct Emission {
-    Cycles at;       ///< begin of the frame
-    uint32_t robot;  ///< index
-    message_t message;
-};
-
-/// Which robot runs, for the report if its program kills the process. Survives that when it is a
-/// mapped file.
-struct BlackBox {
-    uint32_t robot;  ///< index
-    uint32_t tick;   ///< its kilo_ticks at the last tick
-};
-
-/// Shared by all robots of a simulation.
-struct RobotContext {
-    const Chance &chance;
-    Events &events;
-    std::vector<Emission> &emissions;  ///< of granted attempts; each robot's in order of time
-    BlackBox *black_box = nullptr;     ///< may be null
-    Cycles frame = 0;                  ///< how long sending keeps a robot busy; 0 with `ideal`
-    bool gains_are_mm = true;          ///< the medium reports the distance itself, as both gains
-    Cycles battery = 0;                ///< how long it drives on a full battery; 0: for ever
-    int16_t temperature = 300;         ///< reading, 0..1023
-    bool recalls_passes = true;        ///< of translated programs, those that change nothing
-};
-
 /// One per robot, on a board or not. The channel executes those with a program.
-class alignas(64) Robot {
+class alignas(64) Robot : private RobotRecord {
   public:
+    using RobotRecord::light;
+    using RobotRecord::motor_commands;
+    using RobotRecord::Question;
+
     /// Robot `index`, switched on at `power_up`. `image` holds its state: program.state_bytes()
     /// bytes of its own.
     Robot(RobotContext &context, Program &program, uint32_t index, const Calibration &calibration,
@@ -121,7 +80,6 @@ class alignas(64) Robot {
     /// The same, but it stops where the program is about to be requested for a message, or sends
     /// one: then the channel decides by answer(). Returns the time run up to: `until`, or that of
     /// the question.
-    enum class Question : uint8_t { NONE, MAY_ASK, IS_CHANNEL_FREE };
     Cycles run_arbitrated(Cycles until);
     Question question() const { return question_; }  ///< the one that waits for answer()
     Cycles now() const { return now_; }              ///< the time run up to
@@ -173,6 +131,43 @@ class alignas(64) Robot {
     /// Converter reading of its battery, 0..1023.
     int16_t voltage(Cycles at) const;
 
+    // Tentative runs, of a native program only.
+
+    /// A robot at a moment, with its program's variables.
+    class Saved {
+      public:
+        explicit Saved(const Robot &robot) : record_(robot), variables_(robot.state()) {}
+
+      private:
+        friend Robot;
+        RobotRecord record_;
+        std::vector<uint8_t> variables_;
+    };
+    /// Copies the robot into `saved`, which was made of a robot with the same program. Costs a copy
+    /// of 512 bytes and of its program's variables, and of what it has allocated: its inbox, and
+    /// the stack of a program that waits.
+    void save(Saved &saved) const;
+
+    /// Whether it has had no message the last times that its program was asked for one. Never so of
+    /// a translated program.
+    bool is_quiet() const { return nulls_ >= NULLS_TO_BE_QUIET; }
+
+    /// Runs it as run_arbitrated() does, but as if no light reached it before `until`: MAY_ASK is
+    /// answered with yes. `saved` is the robot as it is now. Returns whether bring_back() can undo
+    /// that. If not, it is undone already: it told something (an event), or set the floating-point
+    /// units otherwise.
+    bool run_tentatively(Cycles until, const Saved &saved);
+
+    /// Brings it back to where it was saved, and once more up to `until`, as far as no light reaches
+    /// it. Its motor commands up to there are those that it gave the first time; they do not come
+    /// again.
+    void bring_back(const Saved &saved, Cycles until);
+    /// Goes on from there: runs it as run_tentatively() does, and answers for nothing.
+    void run_in_the_dark(Cycles until);
+
+    /// When the first message of its inbox ends; NEVER without one.
+    Cycles next_message() const { return next_message_; }
+
     // Identity and state, for reading at any time.
     uint32_t index() const { return index_; }
     uint16_t uid() const { return calibration_.uid; }
@@ -192,33 +187,8 @@ class alignas(64) Robot {
     uint8_t right_duty() const { return right_; }
 
   private:
-    /// STOPPED: its program crashed or never came back; it stays where it is.
-    enum class Life : uint8_t { OFF, BOOTING, ALIVE, STOPPED };
-
-    /// Of a translated program: a frame whose edges have not all been taken.
-    struct Light {
-        uint64_t begin;  ///< own cycles
-        message_t message;
-        uint16_t slot;  ///< edges before it have been taken
-    };
-
-    /// State of a robot whose EEPROM was written to, that heard others answer a host, or that
-    /// printed by the serial line; of a translated one that was shone on.
-    struct Rare {
-        std::unique_ptr<EepromImage> eeprom;   ///< once it was written to
-        std::unique_ptr<gain_tables_t> gains;  ///< found by the program when it started; null:
-                                               ///< those of its calibration
-        robot_heard_t heard;
-        SerialLine serial;                  ///< not of a translated program
-        std::unique_ptr<std::string> line;  ///< that it prints, of a translated program
-        uint64_t eeprom_free = 0;   ///< of a translated program: when it has written the last byte,
-        uint64_t light_asked = 0;   ///< and when it last asked whether a frame has begun
-        std::vector<Light> lights;  ///< in order of time
-        std::vector<Cycles> told;   ///< when messages beside the medium come, of a translated
-                                    ///< program that may miss others
-    };
-
     class Translated;
+    static constexpr int NULLS_TO_BE_QUIET = 4;
     static constexpr size_t OFTEN_USED_BYTES = 6 * sizeof(CacheLine);
     static const kt_host_t HOST;
     struct HostCalls;
@@ -263,6 +233,7 @@ class alignas(64) Robot {
     /// A frame begins now; without `granted` the channel is asked first. False if that is busy.
     bool put_on_air(const message_t &message, bool granted);
     bool ask_medium(Question question);
+    bool may_be_asked();  ///< its program, for a message
     void retry_soon();    ///< back-off: the timer's next match is at a random count
     void take_message();  ///< the first of the inbox: a command, or the program's
     bool receives(const Reception &reception);
@@ -295,84 +266,11 @@ class alignas(64) Robot {
     uint8_t eeprom(uint16_t address) const;
     void set_eeprom(uint16_t address, uint8_t value);
     Rare &written();  ///< made when it is needed for the first time
+    /// Brings it back, resident or not. Events that it told and light that it saw stay.
+    void restore(const Saved &saved);
     void stop(EventKind kind, std::string text, CodePath code = {});
     void report(EventKind kind, std::string text, CodePath code = {});
     void note(uint8_t mistake, std::string text, CodePath code = {});  ///< once each
-
-    // By lines of the cache: the first two are what every run needs ...
-    Program *program_ = nullptr;  ///< null: it runs on a board
-    uint8_t *image_ = nullptr;    ///< its state while another robot's is in place
-    Cycles now_;                  ///< the time run up to
-    Cycles until_ = 0;            ///< of the run that goes on
-    Cycles tick_length_;          ///< calibration_'s, where every run needs it
-    Cycles next_tick_ = NEVER;    ///< compare match of timer 0
-    Cycles only_ticks_until_ =
-        0;  ///< run_loop() needs not look, or nothing need be executed of a translated program
-            ///< (translated_rest.cpp); 0: the program may have changed that
-    void (*loop_)(void) = nullptr;
-
-    RobotContext &context_;
-    Cycles next_message_ = NEVER;  ///< when the first of its inbox ends
-    uint64_t outputs_seen_ = 0;    ///< registers of motors and LED, when last looked at
-    BusyWatch busy_;
-    uint32_t index_;
-    uint32_t last_tick_ =
-        0;  ///< kilo_ticks after the last tick, for reports: the program may spoil its own
-    uint32_t inbox_next_ = 0;  ///< those before it have been taken
-    uint32_t waits_past_tick_ =
-        0;  ///< of a callback that waits: so long after next_tick_ it goes on
-    robot_core_t core_ = {};
-    int16_t stale_conversion_ =
-        -1;  ///< of get_voltage(): the next message's high gain is read from its channel
-    Life life_ : 2 = Life::OFF;
-    Question question_ : 2 = Question::NONE;
-    bool is_suspended_ : 1 = false;    ///< a call waits in suspended_, which only then is looked at
-    bool arbitrated_ : 1 = false;      ///< the channel decides, by answer()
-    bool in_interrupt_ : 1 = false;    ///< in a callback of the program
-    bool interrupts_off_ : 1 = false;  ///< by cli()
-    bool loop_due_ : 1 = false;        ///< a tick has passed since loop() came back
-    bool answer_ : 1 = false;          ///< of the channel
-    bool tick_pending_ : 1 = false;    ///< a tick came while interrupts were off
-    bool has_no_message_ : 1 = false;  ///< of a translated program, up to only_ticks_until_
-
-    // ... the next two what comes in and goes out ...
-    Few<Reception, 2> inbox_;  ///< in order of time, from inbox_next_ on
-
-  public:
-    /// Motor commands of the last run(), in order of time; the caller clears them.
-    Few<MotorCommand, 2> motor_commands;
-
-  private:
-    // ... then what blocking calls, sending and receiving by the Kilobot's medium, and other
-    // outputs need ...
-    SuspendedCall suspended_;  ///< the program in a delay(), or between runs
-    Cycles granted_from_ = NEVER, granted_to_ = 0, granted_until_ = 0;
-    message_t outgoing_;                   ///< of the attempt
-    uint16_t period_ = TX_PERIOD_DEFAULT;  ///< kilo_tx_period of a program that settles it
-
-  public:
-    /// Reading of the light sensor from now on, 0..1023; set from outside.
-    int16_t light = 0;
-
-  private:
-    Few<std::pair<Cycles, Cycles>, 1> frames_seen_;  ///< light on the receiver: begin, end
-    Cycles driven_ = 0;                              ///< with a motor on, up to driving_since_
-    Cycles driving_since_ = NEVER;
-    uint32_t rand_hard_draws_ = 0;  ///< so far
-    uint8_t left_ = 0, right_ = 0;  ///< duties
-    uint8_t color_ = 0;             ///< of the LED, as the program set it
-    uint8_t noted_ = 0;             ///< Mistakes
-
-    // ... and what changes rarely.
-    std::unique_ptr<Rare> rare_;  ///< by written()
-    Cycles overflow_ = NEVER;     ///< after a retry: when the timer's next ordinary match comes
-    Cycles state_since_;          ///< for the light of states
-    Cycles acts_at_ = 0;          ///< when the main loop sees the state; of SLEEPING: when it last
-                                  ///< went down (sleep_rhythm.h)
-    Cycles power_up_;
-    void (*setup_)(void) = nullptr;
-    const std::string *name_;  ///< of its program
-    Calibration calibration_;
 };
 
 /// Looks at what the registers now make of motors and LED; `settle` is the table's, or null.

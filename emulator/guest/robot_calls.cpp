@@ -47,7 +47,7 @@ struct Robot::HostCalls {
     static uint8_t rand_hard() {
         auto &robot = *running;
         auto bits =
-            robot.context_.chance.bits(robot.index_, Purpose::RAND_HARD, robot.rand_hard_draws_++);
+            robot.context_->chance.bits(robot.index_, Purpose::RAND_HARD, robot.rand_hard_draws_++);
         wait(RAND_HARD_CYCLES);
         return static_cast<uint8_t>(bits);
     }
@@ -58,14 +58,14 @@ struct Robot::HostCalls {
         if (robot.disturbed()) return -1;
         robot.stale_conversion_ = -1;
         if (which == KT_SENSOR_LIGHT) return robot.light;
-        if (which == KT_SENSOR_TEMPERATURE) return robot.context_.temperature;
+        if (which == KT_SENSOR_TEMPERATURE) return robot.context_->temperature;
         const int16_t reading = robot.voltage(robot.now_);
         if (robot.program_->table().original != 0) robot.stale_conversion_ = reading;
         return reading;
     }
 
     static uint8_t distance_mm(int16_t low_gain, int16_t high_gain) {
-        if (running->context_.gains_are_mm)
+        if (running->context_->gains_are_mm)
             return static_cast<uint8_t>(std::clamp<int16_t>(high_gain, 0, UINT8_MAX));
         const distance_measurement_t measured = {low_gain, high_gain};
         const auto &rare = running->rare_;
@@ -196,12 +196,12 @@ uint8_t Robot::eeprom(uint16_t address) const {
 
 void Robot::set_eeprom(uint16_t address, uint8_t value) {
     auto &image = written().eeprom;
-    if (!image) image = std::make_unique<EepromImage>(eeprom_of(calibration_));
+    if (!image) image = Own<EepromImage>::make(eeprom_of(calibration_));
     (*image)[address % EEPROM_BYTES] = value;
 }
 
 Robot::Rare &Robot::written() {
-    if (!rare_) rare_ = std::make_unique<Rare>();
+    if (!rare_) rare_ = Own<Rare>::make();
     return *rare_;
 }
 

@@ -46,7 +46,7 @@ void Robot::receive_before_others(Cycles at, const message_t &message,
 
 void Robot::tell(Cycles at, const message_t &message) {
     receive(at, message, {});
-    const bool misses = !on_board() && program_->translation() != nullptr && context_.frame > 0;
+    const bool misses = !on_board() && program_->translation() != nullptr && context_->frame > 0;
     if (misses) written().told.push_back(at);
 }
 
@@ -141,7 +141,7 @@ void Robot::gains_saved(uint8_t which, uint8_t *content) const {
 // As firmware/kilolib/avr/gains_read.c. What was saved since does not change a running program.
 void Robot::read_gains() {
     if (!rare_ || !rare_->eeprom) return;
-    rare_->gains = std::make_unique<gain_tables_t>();
+    rare_->gains = Own<gain_tables_t>::make();
     auto &tables = *rare_->gains;
     auto word = [this](uint8_t entry, uint8_t upper) {
         const int value = eeprom(eeprom_gain_place(entry, upper)) << 8 |

@@ -54,7 +54,7 @@ void Robot::switch_led_off() {
 
 int16_t Robot::voltage(Cycles at) const {
     const Cycles driven = driven_ + (driving_since_ < at ? at - driving_since_ : 0);
-    return battery_reading(driven, at > power_up_ ? at - power_up_ : 0, context_.battery);
+    return battery_reading(driven, at > power_up_ ? at - power_up_ : 0, context_->battery);
 }
 
 // In SETUP, RUNNING and MOVING the LED is what the registers make of it. In CHARGING the charger is
@@ -108,7 +108,7 @@ void Robot::note(uint8_t mistake, std::string text, CodePath code) {
 }
 
 void Robot::report(EventKind kind, std::string text, CodePath code) {
-    context_.events.push_back(
+    context_->events.push_back(
         {now_, index_, last_tick_, *name_, kind, std::move(text), std::move(code)});
 }
 

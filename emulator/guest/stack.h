@@ -97,6 +97,11 @@ class GuestStack {
         if (!float_controls_.empty()) float_controls_.erase(clock);
     }
 
+    /// Whether the guest with this clock has set floating-point units otherwise than the host.
+    bool keeps_float_control(const volatile Cycles *clock) const {
+        return !float_controls_.empty() && float_controls_.contains(clock);
+    }
+
     /// Sets the handlers and the clock (its present moment) of the guest that runs from now on:
     /// robots and modules have their own.
     void set_guest(EmptyLoop empty_loop, OnMistake on_mistake, const volatile Cycles *clock) {

@@ -206,7 +206,7 @@ void Robot::Translated::take_message() {
     robot_.inbox_changed();
     find_message();
     const uint64_t ended = clock_.own_cycle(reception.at);
-    const uint64_t frame = robot_.context_.frame;
+    const uint64_t frame = robot_.context_->frame;
     const bool late = cycle() > ended + WAITS_FOR_EDGE,
                deaf = ended - std::min(ended, frame) < image_.deaf_until;
     const bool told = forget_told(reception.at);
@@ -449,7 +449,7 @@ void Robot::Translated::send() {
 
 /// A frame begins that no other can disturb: the robot is busy with it, and goes on.
 void Robot::Translated::put_on_air(const message_t &message) {
-    Emission &emission = robot_.context_.emissions.emplace_back();
+    Emission &emission = robot_.context_->emissions.emplace_back();
     emission.at = robot_.now_;
     emission.robot = robot_.index_;
     emission.message = message;
@@ -457,7 +457,7 @@ void Robot::Translated::put_on_air(const message_t &message) {
         robot_.until_ = std::max(robot_.until_, robot_.granted_until_);
         until_ = clock_.own_cycle(robot_.until_);
     }
-    come_back(1, robot_.context_.frame + SEND_CALL_CYCLES);
+    come_back(1, robot_.context_->frame + SEND_CALL_CYCLES);
 }
 
 /// The channel has answered the question that the last run ended with.
@@ -468,7 +468,7 @@ void Robot::Translated::take_answer() {
     if (number == CALL_RECEIVING)
         come_back(!yes, yes ? SENSE_CALL_CYCLES : SENSE_LIGHT_CYCLES);
     else
-        come_back(yes, (yes ? robot_.context_.frame : SENSE_CYCLES) + SEND_CALL_CYCLES);
+        come_back(yes, (yes ? robot_.context_->frame : SENSE_CYCLES) + SEND_CALL_CYCLES);
 }
 
 /// kilolib_infrared_frame_began(): since the last call.
@@ -491,11 +491,11 @@ void Robot::Translated::convert() {
     int reading = 0;
     if (channel == BATTERY) reading = robot_.voltage(robot_.now_);
     if (channel == LIGHT) reading = robot_.light;
-    if (channel == TEMPERATURE) reading = robot_.context_.temperature;
+    if (channel == TEMPERATURE) reading = robot_.context_->temperature;
     // The thermometer is read twice, the first time to let it settle.
     robot_.rand_hard_draws_ += channel == TEMPERATURE ? 2 : 1;
-    const uint64_t bits = robot_.context_.chance.bits(robot_.index_, Purpose::CONVERTER_NOISE,
-                                                      robot_.rand_hard_draws_ - 1);
+    const uint64_t bits = robot_.context_->chance.bits(robot_.index_, Purpose::CONVERTER_NOISE,
+                                                       robot_.rand_hard_draws_ - 1);
     reading += static_cast<int>(bits & 1) - static_cast<int>(bits >> 1 & 1);
     const uint64_t cycles = channel == TEMPERATURE ? CONVERT_SLOWLY_CYCLES : CONVERT_CYCLES;
     come_back(static_cast<uint16_t>(std::clamp(reading, 0, MOST)), cycles);

@@ -141,7 +141,7 @@ void Robot::Translated::print(uint8_t byte) {
     image_.serial_free = cycle() + uint64_t{SERIAL_BITS} * scale * (rate + 1);
     limit_changed_ = true;
     auto &line = robot_.written().line;
-    if (line == nullptr) line = std::make_unique<std::string>();
+    if (line == nullptr) line = Own<std::string>::make();
     if (!ends_line(*line, byte)) return;
     robot_.last_tick_ = ticks_now();
     robot_.now_ = world_time();

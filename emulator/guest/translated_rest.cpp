@@ -87,7 +87,7 @@ TickRest Robot::Translated::rest_of(const KnownPass &known) {
 /// While the pass goes on the program may be asked for a message each time, and have none. Of a
 /// medium that has to be asked before, nothing is known.
 void Robot::Translated::recall_ask(const KnownPass &found, uint32_t lasts) {
-    if (robot_.arbitrated_ || robot_.context_.frame != 0) return;
+    if (robot_.arbitrated_ || robot_.context_->frame != 0) return;
     auto &known = robot_.program_->known_passes;
     const uint32_t ticks = ticks_now();
     const auto use = [&](const KnownAsk &ask) {

@@ -45,7 +45,7 @@ void Robot::go_on_translated() {
         now_ = until_;
         return;
     }
-    if (context_.black_box != nullptr) *context_.black_box = {index_, last_tick_};
+    if (context_->black_box != nullptr) *context_->black_box = {index_, last_tick_};
     Translated(*this).run();
     if (inbox_next_ > 0)
         inbox_.erase(inbox_.begin(), inbox_.begin() + static_cast<ptrdiff_t>(inbox_next_));
@@ -77,14 +77,14 @@ Robot::Translated::Translated(Robot &robot)
     turns = image_.turns;
     changed = image_.changed;
     passed = image_.passed;
-    recalls_in = robot.context_.recalls_passes ? image_.recalls_in : INT32_MAX;
+    recalls_in = robot.context_->recalls_passes ? image_.recalls_in : INT32_MAX;
     pass = &image_.pass;
     translated_chip_t::attend = [](translated_chip_t *chip, unsigned what) -> uint8_t {
         return static_cast<Translated *>(chip)->attend(what);
     };
     pin_written = register_written;
     const unsigned all = (1u << ENGINE_CALLS) - 1;
-    calls = static_cast<uint8_t>(robot.context_.gains_are_mm ? all : all & ~(1u << CALL_DISTANCE));
+    calls = static_cast<uint8_t>(robot.context_->gains_are_mm ? all : all & ~(1u << CALL_DISTANCE));
     limit_ = image_.cycle;
     until_ = clock_.own_cycle(robot.until_);
     find_message();

@@ -54,12 +54,13 @@ class FramesInFlight {
 
     /// State of a station: one cache line.
     struct alignas(64) Station {
-        Indices audible;        ///< frames whose light falls on it
-        uint64_t draws = 0;     ///< so many numbers were drawn for what it receives
-        FrameCounts counts;     ///< of a robot
-        uint32_t frame = NONE;  ///< what it sends
-        uint16_t planned = 0;   ///< so many of its frames are planned
-        uint8_t kind = 0;       ///< index of its Stations in the channel
+        Indices audible;            ///< frames whose light falls on it
+        uint64_t draws = 0;         ///< so many numbers were drawn for what it receives
+        FrameCounts counts;         ///< of a robot
+        uint32_t frame = NONE;      ///< what it sends
+        uint16_t planned = 0;       ///< so many of its frames are planned
+        uint8_t kind = 0;           ///< index of its Stations in the channel
+        bool is_tentative = false;  ///< a robot that is run tentatively (tentative_runs.h)
     };
 
     /// No frame, and no light on any of so many stations.

@@ -14,7 +14,8 @@ GuestRobots::GuestRobots(KilobotChannel &channel, const ChannelContext &context,
       context_(context),
       receiver_(receiver),
       runs_past_requests_(runs_past_requests),
-      ran_ahead_(std::move(ran_ahead)) {}
+      ran_ahead_(std::move(ran_ahead)),
+      tentative_(context.robots, context.step) {}
 
 double GuestRobots::range_m(uint32_t robot) const { return channel_.robot_range_m(robot); }
 
@@ -23,7 +24,7 @@ Cycles GuestRobots::next_begin(uint32_t robot) const { return context_.robots[ro
 // Requests
 
 void GuestRobots::begin_requests() {
-    const FramesInFlight &in_flight = channel_.in_flight();
+    FramesInFlight &in_flight = channel_.in_flight();
     const Cycles begin = channel_.now(), end = channel_.end();
     events_.clear();
     next_ = 0;
@@ -31,6 +32,15 @@ void GuestRobots::begin_requests() {
            [&](uint32_t robot) { return channel_.next_begin(robot) < end; });
     for (uint32_t robot : senders_) {
         const auto &station = in_flight.station(robot);
+        if (station.is_tentative) {
+            const Cycles due = tentative_.due(robot);
+            const bool over = due < end && !tentative_.has_message(robot);
+            if (due >= end || (over && end_tentative_run(robot) >= end)) continue;
+            if (!over) {
+                events_.push_back({due, What::REQUEST, robot});
+                continue;
+            }
+        }
         if (station.frame == FramesInFlight::NONE && station.planned == 0 && station.kind == KIND)
             events_.push_back({std::max(channel_.next_begin(robot), begin), What::REQUEST, robot});
     }
@@ -65,7 +75,7 @@ Cycles GuestRobots::next_event() const {
 }
 
 void GuestRobots::take_event() {
-    const Event event = *first_event();
+    const Event event = turn_ = *first_event();
     if (next_ < events_.size() && !(events_[next_] > event))
         prefetch_after(++next_);
     else
@@ -81,6 +91,13 @@ void GuestRobots::take_event() {
 /// alone.
 void GuestRobots::take_request(uint32_t index, Cycles at) {
     Robot &robot = context_.robots[index];
+    if (channel_.in_flight().station(index).is_tentative) {
+        // Otherwise it is the request of a run that was brought back.
+        if (!tentative_.has_message(index) || tentative_.due(index) != at) return;
+        end_tentative_run(index);
+        return channel_.begin_frame(index, at, robot.outgoing(), false);
+    }
+    if (robot.is_quiet() && may_run_tentatively(index) && run_tentatively(index)) return;
     Cycles until = at + 1;
     if (is_channel_free(index, at)) {
         // Each moment beyond this step is useful: the robot is not due again in it.
@@ -101,6 +118,52 @@ void GuestRobots::take_request(uint32_t index, Cycles at) {
     const Cycles next = channel_.next_begin(index);
     if (next < channel_.end() && station.frame == FramesInFlight::NONE && station.planned == 0)
         schedule({std::max(next, at + 1), What::REQUEST, index});
+}
+
+/// Whether nothing but light can make a tentative run wrong, and none falls on it.
+bool GuestRobots::may_run_tentatively(uint32_t index) const {
+    return runs_past_requests_ && channel_.has_guests_only() &&
+           !channel_.carrier_sense().may_be_busy(index) &&
+           channel_.in_flight().station(index).planned == 0 &&
+           context_.robots[index].question() == Robot::Question::NONE;
+}
+
+/// Executes a robot as if no light reached it, for some steps or up to its next message. False if
+/// it has to be executed in the order of time.
+bool GuestRobots::run_tentatively(uint32_t index) {
+    if (!tentative_.begin(index, channel_.now(), channel_.limit())) return false;
+    channel_.in_flight().station(index).is_tentative = true;
+    channel_.next_begin(index) = 0;  // it may be brought back, and then speak
+    const Cycles due = tentative_.due(index);
+    if (tentative_.has_message(index) && due < channel_.end())
+        schedule({due, What::REQUEST, index});
+    ran_ahead_(index, due);
+    return true;
+}
+
+/// It was right. Returns when the robot may next begin a frame.
+Cycles GuestRobots::end_tentative_run(uint32_t index) {
+    channel_.in_flight().station(index).is_tentative = false;
+    tentative_.end(index);
+    const Robot &robot = context_.robots[index];
+    return channel_.next_begin(index) = std::min(next_request(robot), robot.next_message());
+}
+
+/// Light of `frame` begins to fall on a robot that was run past that: executes it again, up to
+/// there.
+void GuestRobots::bring_back(uint32_t index, const Frame &frame) {
+    channel_.in_flight().station(index).is_tentative = false;
+    tentative_.bring_back(index, frame.begin);
+    Robot &robot = context_.robots[index];
+    Cycles until = frame.begin;
+    // Asked at the same time it would have had its turn before the frame's sender.
+    const bool was_asked = turn_.what == What::REQUEST && turn_.at == frame.begin &&
+                           turn_.number == frame.sender && index < frame.sender;
+    if (was_asked && next_request(robot) == until) tentative_.go_on(index, ++until);
+    context_.bodies.take_back_commands(index, until);
+    ran_ahead_(index, until);
+    const Cycles next = channel_.next_begin(index) = next_request(robot);
+    if (next < channel_.end()) schedule({next, What::REQUEST, index});
 }
 
 /// Whether carrier sense is known to find the channel free if the robot's request comes at `at`: it
@@ -206,6 +269,8 @@ void GuestRobots::sent(const Frame &frame) {
 
 // Whatever becomes of the frame: while its light falls on the receiver sensors cannot be read.
 void GuestRobots::light_begins(const Frame &frame, Reached &reached) {
+    if (channel_.in_flight().station(reached.station).is_tentative)
+        bring_back(reached.station, frame);
     context_.robots[reached.station].disturb(frame.begin, frame.begin + FRAME_CYCLES,
                                              frame.message->message());
 }

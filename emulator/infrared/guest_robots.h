@@ -4,6 +4,10 @@
 /// A robot is executed up to the moment of its transmit request, and past it if carrier sense is
 /// known to find the channel free: then its frames are planned, and begin in their time. Requests
 /// and planned frames of one step are kept in order of time; each costs O(neighbours).
+///
+/// A robot that has had nothing to say for some time is run on tentatively, for many steps, as if no
+/// light reached it, and where light does reach it, it is brought back (tentative_runs.h). To all
+/// others it is a robot that may begin a frame any time.
 #ifndef KILOTWIN_INFRARED_GUEST_ROBOTS_H
 #define KILOTWIN_INFRARED_GUEST_ROBOTS_H
 
@@ -16,6 +20,7 @@
 #include "infrared/planned_frames.h"
 #include "infrared/robot_receiver.h"
 #include "infrared/station.h"
+#include "infrared/tentative_runs.h"
 
 namespace kilotwin {
 
@@ -85,6 +90,10 @@ class GuestRobots final : public Stations {
     uint32_t robot_of(const Event &event);
     bool is_in_range(uint32_t sender, uint32_t other) const;
     void take_request(uint32_t index, Cycles at);
+    bool may_run_tentatively(uint32_t index) const;
+    bool run_tentatively(uint32_t index);
+    Cycles end_tentative_run(uint32_t index);
+    void bring_back(uint32_t index, const Frame &frame);
     bool is_channel_free(uint32_t index, Cycles at) const;
     void run_on(uint32_t index, Cycles until);
     void plan_frames(uint32_t index);
@@ -103,6 +112,8 @@ class GuestRobots final : public Stations {
     size_t next_ = 0;
     std::priority_queue<Event, std::vector<Event>, std::greater<>> other_events_;
     Cycles requested_at_ = NEVER;  ///< the moment that a robot is executed through
+    TentativeRuns tentative_;
+    Event turn_ = {0, What::BEGIN, 0};  ///< the event that was taken last
 };
 
 }  // namespace kilotwin

@@ -85,6 +85,9 @@ class KilobotChannel final : public Channel {
     /// How far a robot is received: drawn once for the run.
     double robot_range_m(uint32_t robot) const { return ranges_m_[robot]; }
 
+    /// Whether all stations are robots as guests: all light is theirs, or comes from above.
+    bool has_guests_only() const { return others_.empty(); }
+
     /// Whether any kind may begin a frame near `robot` until `until`, other robots left aside.
     bool others_begin_near(uint32_t robot, Cycles until) const;
 

@@ -83,6 +83,14 @@ void Bodies::command(uint32_t robot, const MotorCommand &command) {
         next_contact_[robot] = std::min(next_contact_[robot], begin_of_step(at, step_));
 }
 
+// What was looked at for their sake stays looked at, too early.
+void Bodies::take_back_commands(uint32_t robot, Cycles from) {
+    auto &[list, next] = commands_[robot];
+    while (next < list.size() && list.back().at >= from) list.pop_back();
+    next_change_[robot] =
+        std::min(next < list.size() ? list[next].at : NEVER, chassis_.next_renewal(robot));
+}
+
 bool Bodies::has_room(uint32_t robot, const Eigen::Vector2d &point) const {
     if (!arena_.has_room(point, radius_m_)) return false;
     for (uint32_t i = 0; i < objects_.size(); i++)

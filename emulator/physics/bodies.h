@@ -44,6 +44,9 @@ class Bodies {
     /// robot; a time before the current step acts at its begin.
     void command(uint32_t robot, const MotorCommand &command);
 
+    /// Takes back what was ordered of a robot from `from` on, a time not before the current step.
+    void take_back_commands(uint32_t robot, Cycles from);
+
     /// Whether a robot could stand at a point: clear of walls, objects and all other robots.
     /// O(robots).
     bool has_room(uint32_t robot, const Eigen::Vector2d &point) const;

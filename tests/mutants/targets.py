@@ -81,6 +81,7 @@ TARGETS = [
             "guest_robots.cpp": f"{_ON_AIR} time commands",
             "ideal_channel.cpp": f"messages run_ahead receivers_in_range {_ON_AIR}",
             "kilobot_channel.cpp": _ON_AIR,
+            "tentative_runs.cpp": "run_ahead",
             "receivers_in_range.cpp": "receivers_in_range messages run_ahead",
         },
     ),

@@ -18,6 +18,7 @@ struct Outcome {
     std::vector<std::tuple<int, int, int, uint32_t, uint32_t>> extras;  ///< of each row
     std::vector<std::tuple<Cycles, uint32_t, uint32_t, EventKind, std::string>> events;
     Statistics statistics;
+    std::vector<std::vector<uint8_t>> variables;  ///< by robot, in the end
 };
 
 void note(Outcome &outcome, Simulation &simulation) {
@@ -49,6 +50,8 @@ Outcome outcome_of(SimulationDef def, bool run_ahead, int64_t duration_ticks,
     }
     outcome.hash = final_hash(simulation.snapshot());
     outcome.statistics = simulation.statistics();
+    for (size_t robot = 0; robot < simulation.size(); robot++)
+        outcome.variables.push_back(simulation.robot(robot).state());
     return outcome;
 }
 
@@ -64,10 +67,15 @@ void check_same(const Outcome &a, const Outcome &b) {
         CHECK(std::get<std::string>(*one) == std::get<std::string>(*other));
     }
     CHECK(one == a.events.end());
+    CHECK((a.variables == b.variables));
     CHECK(a.statistics.steps == b.statistics.steps);
     CHECK(a.statistics.medium.sent == b.statistics.medium.sent);
     CHECK(a.statistics.medium.received == b.statistics.medium.received);
     CHECK(a.statistics.medium.wrong_crc == b.statistics.medium.wrong_crc);
+    CHECK(a.statistics.medium.attempts_failed == b.statistics.medium.attempts_failed);
+    CHECK(a.statistics.medium.collided == b.statistics.medium.collided);
+    CHECK(a.statistics.medium.deaf == b.statistics.medium.deaf);
+    CHECK(a.statistics.medium.lost == b.statistics.medium.lost);
     CHECK(a.statistics.solver_steps == b.statistics.solver_steps);
     CHECK(a.statistics.list_rebuilds == b.statistics.list_rebuilds);
     CHECK(a.statistics.overlaps.contacts() == b.statistics.overlaps.contacts());
@@ -173,6 +181,64 @@ TEST_CASE("programs that never send: run ahead, tick by tick and in chunks give 
         scene.tell(400, 3, message(RESET));
         scene.tell(500, 3, run_message());
         check_all_ways(scene, 1500);
+    }
+}
+
+namespace {
+
+/// Bits of the program `seldom`: all but CHATS, in many combinations.
+uint8_t habits_of(uint32_t robot) {
+    return static_cast<uint8_t>(robot * 11 % 64 + (robot % 5 == 0 ? 128 : 0));
+}
+
+/// Robots that mostly have nothing to say, in steps of 1, 2 or 4 ticks; some of them chat, and some
+/// always speak.
+Scene seldom_scene(uint64_t seed, double side_m, size_t seldom, size_t chatting, size_t wanderers) {
+    Scene scene(square_hall(side_m), seed);
+    scene.def.kilobot_medium = infrared_settings();
+    scene.def.kilobot_medium->range_m = 0.6;
+    scene.def.step_ticks = 1u << seed % 3;
+    scene.def.sample_ticks = 77;
+    scene.def.clock_spread = seed % 2 ? 0.005 : 0;
+    scene.add_anywhere("seldom", seldom);
+    const uint32_t first = scene.add_anywhere("seldom", chatting);
+    for (uint32_t robot = first; robot < first + chatting; robot++)
+        scene.tell(5, robot, message(0x40, {64}));
+    scene.add_anywhere("wanderer", wanderers);
+    return scene;
+}
+
+}  // namespace
+
+TEST_CASE("programs with seldom anything to say: run ahead, tick by tick and in chunks are alike") {
+    for (uint64_t seed = 81; seed <= 84; seed++) {
+        CAPTURE(seed);
+        Scene scene = seldom_scene(seed, seed % 2 ? 1.8 : 5, 16, 3, seed == 84 ? 4 : 0);
+        for (uint32_t robot = 0; robot < 16; robot++)
+            scene.tell(20, robot, message(0x40, {habits_of(robot)}));
+        scene.tell(700, 2, message(RESET));
+        scene.tell(800, 2, run_message());
+        scene.tell(900, 4, message(VOLTAGE));
+        scene.tell(1000, 4, run_message());
+        check_all_ways(scene, 1500);
+    }
+}
+
+TEST_CASE("programs with seldom anything to say, whose ticks coincide: all ways are alike") {
+    for (uint64_t seed = 92; seed <= 94; seed += 2) {
+        CAPTURE(seed);
+        Scene scene = seldom_scene(seed, 1.8, 14, 6, 2);
+        // Robots that go to sleep together wake together: then they have one phase. They listen
+        // for the third time after 751 ticks. They do not look at their sensors: what these read in
+        // the very cycle in which light begins is left open.
+        scene.tell_all(20, message(SLEEP));
+        scene.tell_all(771, message(WAKEUP));
+        scene.tell_all(780, run_message());
+        for (uint32_t robot = 0; robot < 14; robot++)
+            scene.tell(790, robot, message(0x40, {static_cast<uint8_t>(habits_of(robot) & ~8)}));
+        const auto outcome = outcome_of(scene.def, true, 1600, {1600});
+        CHECK(outcome.statistics.medium.received > 200);
+        check_all_ways(scene, 1600);
     }
 }
 
