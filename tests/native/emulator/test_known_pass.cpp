@@ -93,6 +93,41 @@ TEST_CASE("a pass is another one where a byte that it depends on differs") {
     CHECK(pass.lasts(other, 3) == 0);
 }
 
+TEST_CASE("a pass that notes its tick is known only while the note is of this tick") {
+    KnownPass pass = {};
+    pass.followers = {{1, 2, 5}};
+    TickNumber ticks, end;
+    ticks.slope = 1;
+    end.constant = 300;
+    pass.work.conditions = {{Kind::LESS, 16, 0, true, ticks, end}};
+    const uint8_t noted[] = {0, 0x05, 0x01}, late[] = {0, 0x04, 0x01}, wide[] = {0, 0x05, 0x02};
+    CHECK(pass.lasts(noted, 256) == 44);  // the tick 300 is the first in which it works otherwise
+    CHECK(pass.lasts(late, 256) == 0);
+    CHECK(pass.lasts(wide, 256) == 0);
+}
+
+TEST_CASE("what a tick asks beyond the rest is added once, and not what the rest says of it") {
+    TickNumber ticks, before, variable;
+    ticks.slope = before.slope = 1;
+    before.constant = UINT64_MAX;
+    variable.terms = {{2, 0, 1}};
+    KnownPass pass = {};
+    pass.rest.equal = {{0, 5}};
+    pass.rest.conditions = {{Kind::LESS, 8, 0, true, ticks, variable}};
+    Dependence more;
+    more.equal = {{0, 5}, {1, 6}};
+    more.conditions = {{Kind::LESS, 8, 0, true, ticks, variable},
+                       {Kind::LESS, 8, 0, true, before, variable},
+                       {Kind::ZERO, 8, 0, false, before, {}}};
+    pass.add_to_work(more);
+    pass.add_to_work(more);
+    CHECK(pass.work.equal == std::vector<Dependence::Equal>{{1, 6}});
+    CHECK(pass.work.conditions == std::vector<TickCondition>{more.conditions[2]});
+    CHECK(pass.rest.has(1, 2));
+    CHECK_FALSE(pass.rest.has(3, 4));
+    CHECK_FALSE(pass.rest.has(1, 1));
+}
+
 TEST_CASE("of more passes than there is room for the oldest are forgotten") {
     using Passes = KnownOnes<KnownPass>;
     Passes known;

@@ -1,5 +1,6 @@
 // Notes the tick it has worked for in two variables of other widths, one of them some ticks ahead,
-// and tells by its LED how many it has heard since.
+// and tells by its LED how many it has heard since, and at which cycle it looks.
+#include <avr/io.h>
 #include <kilolib.h>
 
 static uint16_t seen;
@@ -29,7 +30,8 @@ static void loop(void) {
     if ((int16_t)(now - from) < 0) return;
     from = (uint16_t)(now + soon % 8 + 20);
     talks = (kilo_uid + (from >> 3)) % 3 == 0;
-    set_color(RGB(heard & 3, heard >> 2 & 3, talks));
+    const uint8_t cycle = TCNT1L;
+    set_color(RGB((cycle ^ heard) & 3, cycle >> 2 & 3, cycle >> 4 & 3));
 }
 
 int main(void) {

@@ -1,5 +1,6 @@
 // Works once a tick, by two reads of kilo_ticks between which a tick may come, and is asked for a
-// message at each tick before it has one.
+// message at each tick before it has one. Its LED shows at which cycle it changes.
+#include <avr/io.h>
 #include <kilolib.h>
 
 static uint32_t last, next_change = 40, next_talk = 60;
@@ -20,7 +21,8 @@ static void loop(void) {
     if (last < next_change) return;
     next_change = last + 5 + (rand_soft() & 15);
     changes++;
-    set_color(RGB(changes & 3, changes >> 2 & 3, changes >> 4 & 3));
+    const uint8_t cycle = TCNT1L;
+    set_color(RGB(cycle & 3, cycle >> 2 & 3, cycle >> 4 & 3));
     set_motors(changes & 1 ? kilo_turn_left : 0, kilo_turn_right);
 }
 
