@@ -278,7 +278,7 @@ void PassTracer::step() {
     if (jumps && code_.region_of[pc / 2] == 0) fail();
 }
 
-/// Of the engine's functions the one that an interrupt asks before the program: nothing is received.
+/// The engine's function that an interrupt asks before the program: nothing is received.
 void PassTracer::sense() {
     constexpr unsigned RESULT = 24;
     const uint16_t stack = pointer(SPL);

@@ -7,9 +7,9 @@
 /// conditions; whatever else an instruction does with a byte makes it one that must be equal.
 /// A pass beyond that is not known: it is executed each time, as if there were no tracer.
 ///
-/// A tick's interrupt may come in the midst of the pass: it is traced as it is then, with kilo_ticks
-/// a number before and the next one behind. The interrupt itself is traced likewise, where it asks
-/// the program for a message.
+/// A tick's interrupt may come in the midst of the pass: it is traced as it is then, with
+/// kilo_ticks a number before and the next one behind. The interrupt itself is traced likewise,
+/// where it asks the program for a message.
 ///
 /// Sources: pass_tracer.cpp, pass_tracer_steps.cpp (instructions).
 #ifndef KILOTWIN_GUEST_PASS_TRACER_H
@@ -60,7 +60,8 @@ class PassTracer : private translated_chip_t {
     };
     /// The pass; none: it changes something else than followers, or cannot be known.
     std::optional<Traced> trace();
-    /// What would follow kilo_ticks if the pass came in each tick; none: nothing, or not that alone.
+    /// Variables that would follow kilo_ticks if the pass came in each tick; none: nothing would,
+    /// or not that alone.
     std::vector<TickFollower> find_followers();
     /// The interrupt of the next tick, in place of a pass.
     std::optional<KnownAsk> trace_ask(uint32_t sense_cycles);
@@ -139,8 +140,8 @@ class PassTracer : private translated_chip_t {
     uint32_t cycles() const { return static_cast<uint32_t>(MOST_CYCLES - left); }
     Dependence dependence();
 
-    // By groups of instructions (pass_tracer_steps.cpp); false if it is none of these. Each says where the bytes that it
-    // changes come from; interpret() then changes them.
+    // By groups of instructions (pass_tracer_steps.cpp); false if it is none of these. Each says
+    // where the bytes that it changes come from; interpret() then changes them.
     bool two_registers(unsigned word);
     bool immediate(unsigned word);
     bool pairs(unsigned word);

@@ -158,9 +158,9 @@ class alignas(64) Robot : private RobotRecord {
     /// units otherwise.
     bool run_tentatively(Cycles until, const Saved &saved);
 
-    /// Brings it back to where it was saved, and once more up to `until`, as far as no light reaches
-    /// it. Its motor commands up to there are those that it gave the first time; they do not come
-    /// again.
+    /// Brings it back to where it was saved, and once more up to `until`, as far as no light
+    /// reaches it. Its motor commands up to there are those that it gave the first time; they do
+    /// not come again.
     void bring_back(const Saved &saved, Cycles until);
     /// Goes on from there: runs it as run_tentatively() does, and answers for nothing.
     void run_in_the_dark(Cycles until);

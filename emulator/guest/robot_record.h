@@ -1,5 +1,5 @@
-/// All that changes of a robot while it runs, but for its program's variables: a copy is the robot at
-/// a moment, to which it can be brought back (robot.h).
+/// All that changes of a robot while it runs, but for its program's variables: a copy is the robot
+/// at a moment, to which it can be brought back (robot.h).
 #ifndef KILOTWIN_GUEST_ROBOT_RECORD_H
 #define KILOTWIN_GUEST_ROBOT_RECORD_H
 

@@ -5,9 +5,9 @@
 /// known to find the channel free: then its frames are planned, and begin in their time. Requests
 /// and planned frames of one step are kept in order of time; each costs O(neighbours).
 ///
-/// A robot that has had nothing to say for some time is run on tentatively, for many steps, as if no
-/// light reached it, and where light does reach it, it is brought back (tentative_runs.h). To all
-/// others it is a robot that may begin a frame any time.
+/// A robot that has had nothing to say for some time is run on tentatively, for many steps, as if
+/// no light reached it, and where light does reach it, it is brought back (tentative_runs.h). To
+/// all others it is a robot that may begin a frame any time.
 #ifndef KILOTWIN_INFRARED_GUEST_ROBOTS_H
 #define KILOTWIN_INFRARED_GUEST_ROBOTS_H
 

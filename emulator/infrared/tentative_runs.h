@@ -1,10 +1,10 @@
 /// Robots that are run ahead tentatively: as if no light reached them.
 ///
 /// Whether light reaches a robot is known only when all others have been executed up to there. One
-/// that is asked for a message at each tick and has none would have to be executed tick by tick, and
-/// so would those around it. Instead it is copied, and run on through many steps or up to its next
-/// message. Mostly that comes true. If light reaches it before, it is brought back to the copy and
-/// executed again up to there: the result is that of the order of time, bit for bit.
+/// that is asked for a message at each tick and has none would have to be executed tick by tick,
+/// and so would those around it. Instead it is copied, and run on through many steps or up to its
+/// next message. Mostly that comes true. If light reaches it before, it is brought back to the copy
+/// and executed again up to there: the result is that of the order of time, bit for bit.
 ///
 /// How far each is run is learned from how that went; it changes the cost alone.
 #ifndef KILOTWIN_INFRARED_TENTATIVE_RUNS_H

@@ -1,6 +1,6 @@
-// Asked for a message it mostly has none. What it sends, when, and how it drives depends on all that
-// it hears, when, and on how often it was asked; callbacks change its motors and its LED, too. 0x40
-// sets bits of `habits`.
+// Asked for a message it mostly has none. What it sends, when, and how it drives depends on all
+// that it hears, when, and on how often it was asked; callbacks change its motors and its LED, too.
+// 0x40 sets bits of `habits`.
 #define DEBUG
 #include <avr/eeprom.h>
 #include <debug.h>
