@@ -33,9 +33,11 @@ message_t run() {
 std::string guest(const char *name) { return std::string(GUESTS) + "/" + name + ".so"; }
 
 SimulationDef crowd_definition() {
-    auto def = definition({{Region::Shape::CIRCLE, {0, 0}, {5, 5}},
-                           {{Region::Shape::CIRCLE, {-1.2, 0}, {1.6, 1.6}},
-                            {Region::Shape::RECTANGLE, {1.2, 0}, {1, 1.4}}}});
+    Arena arena;
+    arena.bounds = {Region::Shape::CIRCLE, {0, 0}, {5, 5}};
+    arena.sites = {{Region::Shape::CIRCLE, {-1.2, 0}, {1.6, 1.6}},
+                   {Region::Shape::RECTANGLE, {1.2, 0}, {1, 1.4}}};
+    auto def = definition(arena);
     def.seed = 20240229;
     def.floor = floor_settings();
     def.groups = {{guest("aggregation"), "aggregation", 50, {}, false},
