@@ -123,16 +123,16 @@ BusyWatch::Finding BusyWatch::look_early(Program &program, const uint8_t *frame,
                                          const uint8_t *top) {
     Watch &watch = *watch_;
     const auto &table = program.table();
+    const int32_t left = *table.budget + program.turns_held_back + 1;
     if (watch.comparisons_left == 0) {
         if (watch.spacing == 0) watch.spacing = program.turns_to_look;
-        watch.left_when_kept = *table.budget + program.turns_held_back + 1;
+        watch.left_when_kept = left;
         watch.comparisons_left = std::clamp<int32_t>(watch.spacing / COMPARED_SHARE, 1, PROBES);
         watch.acts_when_kept = watch.acts;
         keep(watch.kept, table, frame, top);
         look_after(1, program);
         return Finding::LOOKING;
     }
-    const int32_t left = *table.budget + program.turns_held_back + 1;
     const int32_t turns_since = watch.left_when_kept - left;
     watch.comparisons_left--;
     auto like = likeness(watch.kept, table, frame, top);

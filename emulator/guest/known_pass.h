@@ -97,7 +97,7 @@ struct KnownPass {
     /// a pass on. So many cycles, without the interrupt, are then up to the begin of one that
     /// changes nothing again.
     struct Torn {
-        uint32_t to, cycles;
+        uint16_t to, cycles;
     };
     static constexpr size_t MOST_FOLLOWERS = 2;
 

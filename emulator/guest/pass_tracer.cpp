@@ -68,8 +68,8 @@ std::optional<KnownPass> known_pass_of(const translation_t &code, const translat
         const uint32_t cycles = torn->cycles + (is_over ? 0 : known.work_cycles);
         if (cycles > UINT16_MAX) break;
         if (known.torn.empty() || known.torn.back().cycles != cycles)
-            known.torn.push_back({block, cycles});
-        known.torn.back().to = block;
+            known.torn.push_back({0, static_cast<uint16_t>(cycles)});
+        known.torn.back().to = static_cast<uint16_t>(block);
     }
     return known;
 }
@@ -205,7 +205,8 @@ bool PassTracer::is_of_follower(uint16_t address, const Byte &byte) {
     return false;
 }
 
-/// What the pass has written must be what was there, and depend on nothing that may differ.
+/// A byte that the pass has written must be the one that was there, and depend on nothing that may
+/// differ.
 void PassTracer::check(uint16_t address, const Byte &byte) {
     if (byte.kind == Byte::BEFORE && byte.place == address) return;
     require(byte);

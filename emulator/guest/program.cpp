@@ -117,7 +117,7 @@ void Program::swap_in(uint8_t *image) {
 }
 
 std::vector<uint8_t> Program::state_of(const uint8_t *image) const {
-    const uint8_t *at = image == resident_ ? table_->state_begin : image;
+    const uint8_t *at = state_at(image);
     return {at, at + state_bytes_};
 }
 
@@ -126,7 +126,7 @@ void Program::set_state_of(uint8_t *image, const uint8_t *state) {
 }
 
 void Program::copy_state_of(const uint8_t *image, uint8_t *state) const {
-    std::memcpy(state, image == resident_ ? table_->state_begin : image, state_bytes_);
+    std::memcpy(state, state_at(image), state_bytes_);
 }
 
 void Program::evict(const uint8_t *image) {

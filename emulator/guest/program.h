@@ -101,6 +101,9 @@ class Program {
     void take_table();
     void take_translation();
     void swap_in(uint8_t *image);
+    const uint8_t *state_at(const uint8_t *image) const {
+        return image == resident_ ? table_->state_begin : image;
+    }
 
     std::string name_, path_;
     const kt_table_t *table_ = nullptr;

@@ -59,7 +59,7 @@ struct RobotContext {
 
 class RobotRecord {
   public:
-    /// What a robot may wait for: the channel's answer, whether its program is to be asked for a
+    /// Answers of the channel that a robot may wait for: whether its program is to be asked for a
     /// message, or whether the one that it wants to send finds the channel free.
     enum class Question : uint8_t { NONE, MAY_ASK, IS_CHANNEL_FREE };
 
@@ -67,7 +67,7 @@ class RobotRecord {
     /// STOPPED: its program crashed or never came back; it stays where it is.
     enum class Life : uint8_t { OFF, BOOTING, ALIVE, STOPPED };
 
-    /// Of a translated program: a frame whose edges have not all been taken.
+    /// A frame whose edges a translated program has not all taken.
     struct Light {
         uint64_t begin;  ///< own cycles
         message_t message;

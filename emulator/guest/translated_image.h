@@ -13,9 +13,6 @@ namespace kilotwin {
 
 /// Passes of the main loop that go on over ticks: what is needed of a KnownPass and a KnownAsk.
 struct TickRest {
-    struct Torn {
-        uint16_t to, cycles;
-    };
     struct Follower {
         uint16_t address;
         uint8_t bytes;
@@ -26,7 +23,7 @@ struct TickRest {
     uint16_t ask_cycles;  ///< of an interrupt that asks and gets no message; 0: not known
     uint16_t work_cycles;
     uint16_t reads_from, reads_to;
-    Torn torn[MOST_TORN];  ///< in order; behind the last one that is used, `to` is 0
+    KnownPass::Torn torn[MOST_TORN];  ///< in order; behind the last that is used, `to` is 0
     Follower followers[KnownPass::MOST_FOLLOWERS];  ///< likewise with `bytes`
     bool is_whole;  ///< it is known of all places of a pass what a tick there does
 };

@@ -66,7 +66,7 @@ bool Robot::Translated::recall() {
     return true;
 }
 
-/// What of the pass is kept while it goes on.
+/// The part of a pass that is kept while it goes on.
 TickRest Robot::Translated::rest_of(const KnownPass &known) {
     TickRest rest = {};
     rest.work_cycles =
@@ -74,9 +74,7 @@ TickRest Robot::Translated::rest_of(const KnownPass &known) {
     rest.reads_from = static_cast<uint16_t>(known.reads_from);
     rest.reads_to = static_cast<uint16_t>(known.reads_to);
     const size_t torn = std::min(known.torn.size(), std::size(rest.torn));
-    for (size_t i = 0; i < torn; i++)
-        rest.torn[i] = {static_cast<uint16_t>(known.torn[i].to),
-                        static_cast<uint16_t>(known.torn[i].cycles)};
+    std::copy_n(known.torn.begin(), torn, rest.torn);
     rest.is_whole = known.reads_from == known.reads_to ||
                     (torn > 0 && rest.torn[torn - 1].to == known.reads_to);
     for (size_t i = 0; i < known.followers.size(); i++)

@@ -49,7 +49,7 @@ class Robot::Translated : private translated_chip_t {
     static constexpr uint64_t INTERRUPT_BEYOND = 1024;
     /// Where a message's callback returns to: the last word of the flash, which no program fills.
     static constexpr uint16_t RETURN_FROM_MESSAGE = 0x7FFE;
-    /// Of kilolib_infrared_receiving(), if nothing is received.
+    /// Duration of kilolib_infrared_receiving(), if nothing is received.
     static constexpr uint64_t SENSE_CALL_CYCLES = 11;
 
     /// Own time, and what it is in the world's.

@@ -8,6 +8,7 @@ bool TentativeRuns::begin(uint32_t robot, Cycles now, Cycles limit) {
     if (runs_.empty()) runs_.resize(robots_.size());
     Run &run = runs_[robot];
     Robot &guest = robots_[robot];
+    if (guest.program().is_covered()) return false;
     if (run.pause > 0) {
         run.pause--;
         return false;
@@ -17,7 +18,7 @@ bool TentativeRuns::begin(uint32_t robot, Cycles now, Cycles limit) {
     else
         run.saved = std::make_unique<Robot::Saved>(guest);
     const Cycles until = std::min(limit, now + run.steps * step_);
-    if (guest.program().is_covered() || !guest.run_tentatively(until, *run.saved)) {
+    if (!guest.run_tentatively(until, *run.saved)) {
         run.pause = PAUSE;
         return false;
     }

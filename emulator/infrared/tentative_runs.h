@@ -21,7 +21,7 @@ namespace kilotwin {
 
 class TentativeRuns {
   public:
-    /// Of guests among `robots`, which must live on, in world steps of `step`.
+    /// Runs guests among `robots`, which must live on, in world steps of `step`.
     TentativeRuns(Swarm<Robot> &robots, Cycles step) : robots_(robots), step_(step) {}
 
     /// Runs a robot on, in the step that begins at `now`, not beyond `limit`. False if that cannot

@@ -83,7 +83,7 @@ void Bodies::command(uint32_t robot, const MotorCommand &command) {
         next_contact_[robot] = std::min(next_contact_[robot], begin_of_step(at, step_));
 }
 
-// What was looked at for their sake stays looked at, too early.
+// Work that was done early for their sake stays done.
 void Bodies::take_back_commands(uint32_t robot, Cycles from) {
     auto &[list, next] = commands_[robot];
     while (next < list.size() && list.back().at >= from) list.pop_back();
