@@ -156,6 +156,8 @@ class Simulation {
     size_t objects() const { return def_.objects.size(); }  ///< how many there are
     const Robot &robot(size_t index) const { return robots_[index]; }
     const Boards &boards() const { return boards_; }
+    /// The same, for tests and profiles.
+    Boards &boards() { return boards_; }
 
     /// Lets gdb control a robot on a board, by `port` on 127.0.0.1: nothing goes on until it says
     /// so. EngineError for other robots; for trace(), too.

@@ -52,7 +52,8 @@ WALLS = [
     (
         re.compile(r"simavr/"),
         re.compile(
-            r"emulator/avr/chip/(microcontroller|idle_loop|self_programming|translated_core)\.cpp"
+            r"emulator/avr/chip/"
+            r"(microcontroller|idle_loop|quiet_timers|self_programming|translated_core)\.cpp"
         ),
         "simavr",
     ),

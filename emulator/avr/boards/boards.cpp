@@ -27,6 +27,7 @@ void Boards::add(uint32_t index, const FlashImage &flash, Cycles power_up) {
     if (place_of_.size() <= index) place_of_.resize(index + 1, -1);
     place_of_[index] = static_cast<int32_t>(places_.size());
     robots_with_.push_back(index);
+    robots_rest_.push_back(0);
     places_.emplace_back(robots_[index], flash, power_up, context_.chance);
 }
 
@@ -39,18 +40,55 @@ RobotBoard &Boards::board_of(size_t robot) {
     return board(index);
 }
 
+/// As far as whole quanta go before a board or a flash wants its turn: the lock-step stays the same.
+bool Boards::rest(Cycles until) {
+    if (!told_.empty()) return false;
+    for (const auto *rests : {&robots_rest_, &modules_rest_})
+        for (Cycles rest : *rests) until = std::min(until, rest);
+    if (!flashes_.empty()) until = std::min(until, flashes_.front().at);
+    if (until < now_ + QUANTUM) return false;
+    now_ += (until - now_) / QUANTUM * QUANTUM;
+    return true;
+}
+
+/// A chip that was left alone lags behind; passing over its wait up to now costs a division. What
+/// comes from outside may end the wait, so that it is executed in the next quantum.
+RobotBoard &Boards::up_to_date(Place &place) {
+    Cycles &rest = robots_rest_[static_cast<size_t>(place_of_[place.index])];
+    if (rest > now_) place.board.run(now_);
+    rest = 0;
+    return place.board;
+}
+
+ModuleBoard &Boards::up_to_date(ModulePlace &module) {
+    Cycles &rest = modules_rest_[module.index];
+    if (rest > now_) module.board->run(now_);
+    rest = 0;
+    return *module.board;
+}
+
+/// While an LED is on, or in the midst of a frame, each quantum has something to pass on.
+template <typename Board> Cycles Boards::rest_of(const Board &board, const Lamp &lamp) {
+    return lamp.on_since != NEVER || lamp.reader.reading() ? 0 : board.rests_until();
+}
+
 void Boards::execute(Cycles until) {
-    for (Place &place : places_) {
+    const size_t flashes = flashes_.size();
+    for (size_t i = 0; i < places_.size(); i++) {
+        if (robots_rest_[i] >= until) continue;
+        Place &place = places_[i];
         if (context_.black_box != nullptr) *context_.black_box = {place.index, place.board.tick()};
         place.board.light = place.robot.light;
         place.board.battery = place.robot.voltage(now_);
         place.board.temperature = context_.temperature;
         place.board.run(until);
         take_outputs(place, until);
+        robots_rest_[i] = rest_of(place.board, place.lamp);
     }
     for (ModulePlace &module : modules_)
-        if (module.powered) execute(module, until);
+        if (module.powered && modules_rest_[module.index] < until) execute(module, until);
     now_ = until;
+    if (flashes_.size() == flashes) return;
     std::stable_sort(flashes_.begin(), flashes_.end(),
                      [](const Flash &a, const Flash &b) { return a.at < b.at; });
 }
@@ -58,15 +96,17 @@ void Boards::execute(Cycles until) {
 /// Messages to robots from outside the channel are to go to their boards as light.
 void Boards::take_messages() {
     for (Place &place : places_)
-        for (const Reception &reception : place.robot.take_inbox())
+        for (const Reception &reception : place.robot.take_inbox()) {
+            if (place.messages.empty()) told_.push_back(&place);
             place.messages.push_back(reception);
+        }
 }
 
 void Boards::shine_message(Place &place, Cycles begin) {
     message_t message = place.messages.front().message;
     message.crc = crc_of(message);
     for (Cycles offset : pulses_of(message))
-        place.board.shine(
+        up_to_date(place).shine(
             {begin + offset, begin + offset + RobotBoard::SEEN_PULSE, RobotReceiver::FROM_ABOVE});
     place.light_free = std::max(place.light_free, begin + FRAME_PERIOD);
     place.shown_until = begin + FRAME_CYCLES;
@@ -120,6 +160,9 @@ void Boards::execute(ModulePlace &module, Cycles until) {
     board.can_frames.clear();
     board.serial.clear();
     board.resets.clear();
+    Cycles rest = NEVER;
+    for (const Lamp &lamp : module.lamps) rest = std::min(rest, rest_of(board, lamp));
+    modules_rest_[module.index] = rest;
     if (module.failed || board.failure().empty()) return;
     module.failed = true;
     report(board.now(), EventKind::CRASH, board.failure(), board.failure_code());
@@ -189,9 +232,9 @@ void Boards::pulse(uint32_t station, Cycles begin, Cycles end, bool begins) {
 }
 
 void Boards::shine(uint32_t station, const LightPulse &pulse) {
-    if (!is_cell(station)) return place(station).board.shine(pulse);
+    if (!is_cell(station)) return up_to_date(place(station)).shine(pulse);
     ModulePlace &module = module_of(station);
-    if (module.powered) module.board->shine(cell_of(station), pulse);
+    if (module.powered) up_to_date(module).shine(cell_of(station), pulse);
 }
 
 void Boards::first_pulse(uint32_t station, Cycles at) {
@@ -206,10 +249,10 @@ void Boards::other_pulses(uint32_t station, Cycles at, const message_t &message)
 
 void Boards::hold_busy() {
     constexpr Cycles FOR_EVER = Cycles{1} << 60;
-    for (Place &place : places_) place.board.shine({0, FOR_EVER, RobotReceiver::FROM_ABOVE});
+    for (Place &place : places_) up_to_date(place).shine({0, FOR_EVER, RobotReceiver::FROM_ABOVE});
     for (ModulePlace &module : modules_)
         for (uint8_t cell = 0; cell < CELLS_PER_MODULE; cell++)
-            module.board->shine(cell, {0, FOR_EVER, RobotReceiver::FROM_ABOVE});
+            up_to_date(module).shine(cell, {0, FOR_EVER, RobotReceiver::FROM_ABOVE});
 }
 
 // Modules
@@ -220,6 +263,7 @@ void Boards::add_module(const std::string &program, uint8_t x, uint8_t y, Cycles
     const auto index = static_cast<uint32_t>(modules_.size());
     ModulePlace &module = modules_.emplace_back();
     module.index = index;
+    modules_rest_.push_back(0);
     module.tick = tick;
     module.eeprom = ModuleBoard::eeprom_of(x, y);
     module.board.emplace(*module_flash_, index, module.eeprom, tick, power_up, context_.chance);
@@ -232,6 +276,7 @@ void Boards::set_power(uint32_t index, Cycles at, bool on) {
     ModulePlace &module = modules_[index];
     if (module.powered) module.eeprom = module.board->eeprom();
     module.powered = on;
+    modules_rest_[index] = on ? 0 : NEVER;
     module.failed = false;
     module.line.clear();
     for (Lamp &lamp : module.lamps) lamp.on_since = NEVER;
@@ -246,20 +291,20 @@ std::vector<ModuleBoards::QueuedFrame> Boards::take_queued_frames() {
 }
 
 void Boards::frame_sent(uint32_t module, Cycles at) {
-    if (modules_[module].powered) modules_[module].board->frame_sent(at);
+    if (modules_[module].powered) up_to_date(modules_[module]).frame_sent(at);
 }
 
 void Boards::frame_lost(uint32_t module) {
-    if (modules_[module].powered) modules_[module].board->frame_lost();
+    if (modules_[module].powered) up_to_date(modules_[module]).frame_lost();
 }
 
 void Boards::receive_can(uint32_t module, Cycles at, const CanFrame &frame) {
-    if (modules_[module].powered) modules_[module].board->receive_can(at, frame);
+    if (modules_[module].powered) up_to_date(modules_[module]).receive_can(at, frame);
 }
 
 void Boards::set_can_errors(uint32_t module, uint32_t transmit, uint32_t receive, bool bus_off) {
     if (modules_[module].powered)
-        modules_[module].board->set_can_errors(transmit, receive, bus_off);
+        up_to_date(modules_[module]).set_can_errors(transmit, receive, bus_off);
 }
 
 CellLight Boards::module_light(uint32_t module, uint8_t cell) const {
@@ -267,7 +312,12 @@ CellLight Boards::module_light(uint32_t module, uint8_t cell) const {
 }
 
 bool Boards::module_stopped(uint32_t module) const { return modules_[module].failed; }
-uint32_t Boards::module_ticks(uint32_t module) const { return modules_[module].board->tick(); }
+
+uint32_t Boards::module_ticks(uint32_t module) const {
+    auto *self = const_cast<Boards *>(this);
+    ModulePlace &place = self->modules_[module];
+    return place.powered ? self->up_to_date(place).tick() : place.board->tick();
+}
 
 uint32_t Boards::frames_missed(uint32_t module) const {
     return modules_[module].board->frames_missed();

@@ -59,7 +59,7 @@ class Boards : public ModuleBoards {
     bool has(uint32_t robot) const { return robot < place_of_.size() && place_of_[robot] >= 0; }
     const std::vector<uint32_t> &robots() const { return robots_with_; }
     /// The board of a robot that has() one.
-    RobotBoard &board(uint32_t robot) { return place(robot).board; }
+    RobotBoard &board(uint32_t robot) { return up_to_date(place(robot)); }
 
     /// The same for any robot: EngineError if it does not exist, or has no board.
     RobotBoard &board_of(size_t robot);
@@ -98,13 +98,16 @@ class Boards : public ModuleBoards {
             if (!flashes_.empty() && flashes_.front().at < std::min(next, until))
                 return take_flash();
             if (next > until) return std::nullopt;
-            for (Place &place : places_) {
+            if (rest(until)) continue;
+            for (Place *told : told_) {
+                Place &place = *told;
                 end_message(place);
                 if (place.messages.empty() || place.shows) continue;
                 // A receiver that was disturbed is itself again after a silence.
                 if (busy(place.index)) place.light_free = next + QUANTUM + PulseReader::SILENCE;
                 if (place.message_due() <= next) shine_message(place, next);
             }
+            std::erase_if(told_, [](const Place *place) { return place->messages.empty(); });
             execute(next);
         }
     }
@@ -193,6 +196,13 @@ class Boards : public ModuleBoards {
     uint8_t cell_of(uint32_t station) const {
         return GridLayout::index_in_module(station - static_cast<uint32_t>(robots_.size()));
     }
+    /// Passes over quanta in which nothing comes of executing any board; false: the next is none.
+    bool rest(Cycles until);
+    /// A board that is to be looked at, or touched from outside: as if executed quantum by quantum.
+    RobotBoard &up_to_date(Place &place);
+    ModuleBoard &up_to_date(ModulePlace &module);
+    /// Until when a board that has been executed need not be: 0, or later than that.
+    template <typename Board> static Cycles rest_of(const Board &board, const Lamp &lamp);
     /// Light falls on a robot's or a cell's receiver.
     void shine(uint32_t station, const LightPulse &pulse);
     /// All boards, one after the other: none sees what another sends within this quantum.
@@ -218,6 +228,9 @@ class Boards : public ModuleBoards {
     std::deque<Place> places_;       ///< robots on boards, ascending; they do not move in memory
     std::vector<int32_t> place_of_;  ///< by robot; -1: none
     std::vector<uint32_t> robots_with_;               ///< those of places_
+    std::vector<Place *> told_;                       ///< those with messages to be shown
+    std::vector<Cycles> robots_rest_, modules_rest_;  ///< by place: nothing comes of executing it
+                                                      ///< up to then
     std::deque<ModulePlace> modules_;                 ///< by index in the grid
     std::shared_ptr<const FlashImage> module_flash_;  ///< all modules run the same
     std::vector<QueuedFrame> queued_;                 ///< since take_queued_frames()

@@ -63,19 +63,22 @@ Countdown countdown_at(const avr_t *avr, uint32_t pc) {
 
 }  // namespace
 
-IdleLoop::IdleLoop(avr_t *avr) : avr_(avr), memory_(avr->ramend + 1u) {}
+IdleLoop::IdleLoop(avr_t *avr) : avr_(avr), quiet_(avr), memory_(avr->ramend + 1u) {}
 
 uint64_t IdleLoop::next_event() const {
     const auto *slot = avr_->cycle_timers.timer;
     return slot != nullptr ? slot->when : UINT64_MAX;
 }
 
+bool IdleLoop::can_wait() const {
+    return avr_->state == cpu_Running && avr_->interrupt_state == 0 &&
+           avr_has_pending_interrupts(avr_) == 0 && avr_->gdb == nullptr;
+}
+
 bool IdleLoop::pass(uint64_t until) {
-    if (avr_->state != cpu_Running || avr_->interrupt_state != 0 ||
-        avr_has_pending_interrupts(avr_) != 0 || avr_->gdb != nullptr)
-        return false;
-    uint64_t limit = std::min(until, next_event());
+    if (!can_wait()) return false;
     if (period_ == 0) {
+        const uint64_t limit = std::min(until, next_event());
         if (avr_->cycle < not_before_ || avr_->cycle + WORTHWHILE > limit) return false;
         if (!repeats_last(until) && (asleep_ || !find(until))) {
             patience_ = std::clamp(2 * patience_, LEAST_PATIENCE, MOST_PATIENCE);
@@ -83,13 +86,14 @@ bool IdleLoop::pass(uint64_t until) {
             return false;
         }
         patience_ = 0;
-        if (period_ == 0) return false;         // a countdown was shortened instead
-        limit = std::min(until, next_event());  // the search may have started a timer
+        if (period_ == 0) return false;  // a countdown was shortened instead
     }
+    const uint64_t event = quiet_.next_event();
     // One cycle short of an event: simavr processes events behind an instruction, not before one.
-    const uint64_t last = limit == next_event() ? limit - 1 : limit;
+    const uint64_t last = std::min(until, event - 1);
     if (avr_->cycle < last) avr_->cycle += (last - avr_->cycle) / period_ * period_;
-    return until < next_event();
+    if (next_event() <= avr_->cycle) avr_cycle_timer_process(avr_);
+    return until < event;
 }
 
 /// Whether the chip is in a wait of the same length as the one before, which is then its period.

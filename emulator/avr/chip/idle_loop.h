@@ -13,6 +13,8 @@
 #include <utility>
 #include <vector>
 
+#include "avr/chip/quiet_timers.h"
+
 struct avr_t;
 
 namespace kilotwin {
@@ -36,6 +38,10 @@ class IdleLoop {
     /// long, up to 524,288 cycles.
     bool pass(uint64_t until);
 
+    /// The cycle of the event that ends the present wait, UINT64_MAX: none does; 0 while none is
+    /// known.
+    uint64_t end() const { return period_ != 0 && can_wait() ? quiet_.next_event() : 0; }
+
     /// Whether the program went to sleep within pass(), which the caller has to attend to; once.
     bool fell_asleep() { return std::exchange(asleep_, false); }
 
@@ -50,9 +56,11 @@ class IdleLoop {
     void keep_state();
     bool step();
     bool count_down(uint64_t limit);
+    bool can_wait() const;
     uint64_t next_event() const;
 
     avr_t *avr_;
+    QuietTimers quiet_;
     bool active_ = false;
     bool asleep_ = false;
     uint64_t last_period_ = 0;  ///< the one found last; 0: none so far

@@ -290,6 +290,12 @@ Microcontroller::~Microcontroller() {
 
 uint64_t Microcontroller::cycle() const { return avr_->cycle; }
 
+uint64_t Microcontroller::rests_until() const {
+    if (!failure_.empty()) return NO_ALARM;
+    const uint64_t end = idle_ ? idle_->end() : 0;
+    return end == 0 || end == NO_ALARM ? end : end - 1;
+}
+
 void Microcontroller::run(uint64_t until) {
     while (avr_->cycle < until && failure_.empty()) {
         // Should the watchdog reset it next, these are 0 when that is noticed.

@@ -78,6 +78,9 @@ class Microcontroller {
     /// there.
     void run(uint64_t until);
     uint64_t cycle() const;
+    /// Up to which cycle run() would change nothing observable, if the board does nothing
+    /// meanwhile; NO_ALARM: for ever, 0: not known.
+    uint64_t rests_until() const;
 
     /// Executes every instruction from now on, also where the program only waits: the plain twin
     /// that tests compare with.

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "../settings.h"
 #include "base/errors.h"
@@ -104,6 +106,22 @@ TEST_CASE("the same mixed swarm twice is the same, bit for bit") {
         return final_hash(simulation.snapshot());
     };
     CHECK(hash() == hash());
+}
+
+TEST_CASE("chips that wait are left alone, and do as chips that execute every instruction") {
+    auto outcome = [](bool skips) {
+        Simulation simulation(row_of_mates(4, 2, 0.04, 7));
+        for (uint32_t robot = 0; robot < 4; robot++)
+            if (!skips) simulation.boards().board(robot).skip_nothing();
+        simulation.advance(100);
+        std::vector<uint8_t> memory;
+        // The variables; how deep the stack is depends on where a wait was left.
+        for (uint32_t robot = 0; robot < 4; robot++)
+            for (uint16_t address = 0x100; address < 0x200; address++)
+                memory.push_back(simulation.boards().board(robot).read(address));
+        return std::pair(simulation.result_hash(), memory);
+    };
+    CHECK(outcome(true) == outcome(false));
 }
 
 TEST_CASE("boards need the Kilobot medium, and only they can be debugged") {
