@@ -153,7 +153,6 @@ struct Box2DSolver::Box2D {
     void create_thing(const Object &object, double robot_kg, b2BodyId table) {
         b2BodyDef def = b2DefaultBodyDef();
         def.type = b2_dynamicBody;
-        def.enableSleep = false;
         Thing thing = {b2CreateBody(world, &def), {}, object.radius_m()};
         b2ShapeDef shape = b2DefaultShapeDef();
         // Box2D takes the geometric mean of two shapes' friction.
@@ -262,13 +261,12 @@ struct Box2DSolver::Box2D {
         const auto [p, q] = body.now = b2Body_GetTransform(body.body);
         const double sine = static_cast<double>(q.s) * q0.c - static_cast<double>(q.c) * q0.s;
         const Eigen::Vector2d by(static_cast<double>(p.x) - p0.x, static_cast<double>(p.y) - p0.y);
-        return {by / units_per_m, q.s == q0.s && q.c == q0.c ? 0 : small_angle(sine)};
+        return {by / units_per_m, small_angle(sine)};
     }
 
     void create(Disc &disc) {
         b2BodyDef def = b2DefaultBodyDef();
         def.type = b2_dynamicBody;
-        def.enableSleep = false;
         def.isEnabled = false;
         disc.body = b2CreateBody(world, &def);
         b2ShapeDef shape = b2DefaultShapeDef();
