@@ -94,7 +94,7 @@ TARGETS = [
             "contacts.cpp": f"{_TOUCHING} grouping",
             "disc_solver.cpp": f"disc_solver {_TOUCHING}",
             "grouping.cpp": f"grouping {_TOUCHING}",
-            "mechanics.cpp": f"{_TOUCHING} disc_solver",
+            "mechanics.cpp": f"mechanics {_TOUCHING} disc_solver",
         },
     ),
     *_python(

@@ -226,18 +226,24 @@ TEST_CASE("the harder a robot is to push, the more stand in a row") {
 }
 
 TEST_CASE("robots that do not give way are met as walls are, and drive off as ever") {
-    for (bool gives_way : {true, false}) {
-        CAPTURE(gives_way);
-        Scene scene(square_hall(4));
-        scene.def.profile.gives_way = gives_way;
-        scene.add("puppet", {{{-0.5, 0}, 0}, {{0, 0}, 0}});
-        scene.motors(0, 0, FULL, FULL);
-        scene.motors(500, 1, FULL, FULL);
-        const Samples samples = run(scene, 900, 100);
-        const double pushed = pose_of(samples, 1, 4).position.x();
-        CHECK((gives_way ? pushed > 0.05 : pushed == 0));
-        CHECK(pose_of(samples, 1, last_row(samples)).position.x() > pushed + 0.5);
-    }
+    for (bool gives_way : {true, false})
+        for (uint32_t driver : {0u, 1u}) {
+            CAPTURE(gives_way);
+            CAPTURE(driver);
+            const uint32_t other = 1 - driver;
+            Scene scene(square_hall(4));
+            scene.def.profile.gives_way = gives_way;
+            std::vector<Pose> poses(2);
+            poses[driver] = {{-0.5, 0}, 0};
+            scene.add("puppet", poses);
+            scene.motors(0, driver, FULL, FULL);
+            scene.motors(500, other, FULL, FULL);
+            const Samples samples = run(scene, 900, 100);
+            const double pushed = pose_of(samples, other, 4).position.x();
+            CHECK((gives_way ? pushed > 0.05 : pushed == 0));
+            CHECK(std::abs(gap(samples, 0, 1, 4)) < 0.05 * DIAMETER);
+            CHECK(pose_of(samples, other, last_row(samples)).position.x() > pushed + 0.5);
+        }
 }
 
 TEST_CASE("a robot at rest stays where it is, also beside one that passes") {
