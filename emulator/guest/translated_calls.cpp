@@ -289,8 +289,11 @@ uint32_t Robot::Translated::cycles_of_byte() const {
 
 /// Takes all edges from a byte's begin up to the frame's last stop, if they come and are served
 /// before `end`, and passes repeat; `now` is put off by their interrupts, so it does not matter
-/// which of two frames that overlap comes first.
+/// which of two frames that overlap comes first. Of a frame that is alone each edge is served
+/// before the next one comes, but for what `now` is behind: an interrupt takes less than a slot.
 bool Robot::Translated::take_frame_at_rest(uint64_t &now, uint64_t end) {
+    static_assert(LEADER_END_CYCLES < SLOT_CYCLES && BYTE_END_CYCLES < SLOT_CYCLES &&
+                  BIT_CYCLES + 7 * BIT_PLACE_CYCLES < SLOT_CYCLES);
     const unsigned slot = edge_light_->slot, last = NO_EDGE.slot - 1;
     const uint64_t last_at = edge_at_ + (last - slot) * SLOT_CYCLES;
     if (slot % BYTE_SLOTS != 0 || last_at >= end) return false;
@@ -299,7 +302,10 @@ bool Robot::Translated::take_frame_at_rest(uint64_t &now, uint64_t end) {
     for (unsigned byte = std::max(slot / BYTE_SLOTS, 1u); byte < FRAME_BYTES; byte++)
         cycles += BYTE_BEGIN_CYCLES + CYCLES_OF_BITS.of[bytes[byte - 1]] + BYTE_END_CYCLES;
     cycles -= BYTE_END_CYCLES;
-    if (std::max(now, last_at) + cycles + image_.pass_cycles > end) return false;
+    // The last one that is taken comes a slot before the frame's last, at the latest.
+    const bool is_alone = robot_.rare_->lights.size() == 1;
+    const uint64_t served = std::max(now, is_alone ? 0 : last_at) + cycles;
+    if (std::max(served, last_at) + image_.pass_cycles > end) return false;
     now += hears_light() ? cycles : 0;
     edge_light_->slot = static_cast<uint16_t>(last);
     find_edge();
