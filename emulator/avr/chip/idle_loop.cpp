@@ -14,8 +14,11 @@ namespace {
 // Instructions a period may have. It is searched in stretches that double, so that instructions
 // ahead of the loop do no harm (Brent's algorithm).
 constexpr int FIRST_STRETCH = 32, LONGEST_STRETCH = 512;
-// A search does not pay for fewer cycles than this.
-constexpr uint64_t WORTHWHILE = 256;
+// A search does not pay for fewer cycles than this, interpreted and translated.
+constexpr uint64_t WORTHWHILE = 256, WORTHWHILE_TRANSLATED = 512;
+// Translated code counts down by arithmetic itself: for so long it is left to do so, as between
+// the pulses of a frame that it sends.
+constexpr uint64_t COUNTDOWNS = 8192;
 constexpr uint64_t LEAST_PATIENCE = 512, MOST_PATIENCE = 524'288;
 // So many times the last period, something may still go on that is not the wait itself.
 constexpr int MOST_TRIES = 6;
@@ -61,6 +64,9 @@ Countdown countdown_at(const avr_t *avr, uint32_t pc) {
     return word_at(avr, pc + 2 * words) == brne ? loop : Countdown{};
 }
 
+/// Whether the chip's code is executed otherwise than by simavr's interpreter.
+bool is_translated(const avr_t *avr) { return avr->run != avr_callback_run_raw; }
+
 }  // namespace
 
 IdleLoop::IdleLoop(avr_t *avr) : avr_(avr), quiet_(avr), memory_(avr->ramend + 1u) {}
@@ -79,14 +85,18 @@ bool IdleLoop::pass(uint64_t until) {
     if (!can_wait()) return false;
     if (period_ == 0) {
         const uint64_t limit = std::min(until, next_event());
-        if (avr_->cycle < not_before_ || avr_->cycle + WORTHWHILE > limit) return false;
+        const uint64_t least = is_translated(avr_) ? WORTHWHILE_TRANSLATED : WORTHWHILE;
+        if (avr_->cycle < not_before_ || avr_->cycle + least > limit) return false;
         if (!repeats_last(until) && (asleep_ || !find(until))) {
             patience_ = std::clamp(2 * patience_, LEAST_PATIENCE, MOST_PATIENCE);
             not_before_ = avr_->cycle + patience_;
             return false;
         }
         patience_ = 0;
-        if (period_ == 0) return false;  // a countdown was shortened instead
+        if (period_ == 0) {  // a countdown was shortened instead
+            if (is_translated(avr_)) not_before_ = avr_->cycle + COUNTDOWNS;
+            return false;
+        }
     }
     const uint64_t event = quiet_.next_event();
     // One cycle short of an event: simavr processes events behind an instruction, not before one.
