@@ -19,6 +19,8 @@ ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "build/mutants"
 """Where copies and builds go, unless said otherwise. Two sessions need two folders."""
 MEMORY_BYTES = 6 << 30
+# Commands that tests type, by the module whose main() each is.
+SCRIPTS = {"kilotwin": "kilotwin.commands.cli", "dask": "dask.__main__"}
 # A test takes at most so many times what it takes without a fault, and so many seconds more.
 PATIENCE, GRACE_S = 4, 10
 BUILD_S = 900
@@ -44,6 +46,14 @@ class _Finder(importlib.abc.MetaPathFinder):
 sys.meta_path.insert(0, _Finder())
 """
 
+# Workers of a sweep import it, too.
+_SCRIPT = """\
+#!{python}
+from {package} import main
+
+if __name__ == "__main__":
+    main()
+"""
 
 _COMPARE = """\
 import subprocess, sys
@@ -188,10 +198,10 @@ class Workshop:
         ours = Path(sys.prefix) / packages.relative_to(self._python)
         (packages / "a.pth").write_text(_PTH.format(packages=str(ours)))
         (packages / "kilotwin_fault.py").write_text(_FINDER)
-        script = self._python / "bin/kilotwin"
-        python = self._python / "bin/python"
-        script.write_text(f"#!{python}\nfrom kilotwin.commands.cli import main\nmain()\n")
-        script.chmod(0o755)
+        for name, package in SCRIPTS.items():
+            script = self._python / "bin" / name
+            script.write_text(_SCRIPT.format(python=self._python / "bin/python", package=package))
+            script.chmod(0o755)
         self._has_python = True
 
 
