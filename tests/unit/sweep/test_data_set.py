@@ -1,9 +1,12 @@
 """A sweep's folder: parts that come in any order make the same tables."""
 
+import contextlib
 import errno
 import json
 import os
 import re
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future
 from pathlib import Path
 
 import pyarrow as pa
@@ -17,7 +20,7 @@ from kilotwin.sweep import parts
 from kilotwin.sweep.conditions import Condition, Conditions, Ending
 from kilotwin.sweep.data_set import DataSet, trial_key
 from kilotwin.sweep.executors import Dask, Processes
-from kilotwin.sweep.measure import Measured, part_of
+from kilotwin.sweep.measure import Failed, Measured, Task, engine_sha256, part_of
 from kilotwin.sweep.plan import Plan, read_plan
 from kilotwin.sweep.report import summary_text
 from kilotwin.sweep.runner import Estimate, Sweep
@@ -364,6 +367,110 @@ def test_the_time_is_divided_among_workers_whose_number_is_known() -> None:
     assert f"about 2.0 h of one core on the Dask cluster at {address}" in estimate.text(
         Dask(address)
     )
+
+
+WIRE = """\
+type = 5
+[parameter.share]
+kind = "real"
+scale = 255
+bytes = 1
+byte = 4
+most = 1
+default = 0.5
+"""
+
+
+@pytest.mark.parametrize(
+    ("file", "before", "after"),
+    [
+        ("my.wire.toml", "scale = 255", "scale = 100"),
+        ("mine.py", "return 1.0", "return 2.0"),
+        ("blink.c", "RGB(1, 1, 1)", "RGB(0, 1, 1)"),
+    ],
+)
+def test_trials_run_again_once_a_file_that_they_name_says_something_else(
+    file: str, before: str, after: str, folder: Path, tmp_path: Path
+) -> None:
+    (folder / "my.wire.toml").write_text(WIRE)
+    (folder / "mine.py").write_text("def radius(sample):\n    return 1.0\n")
+    text = (
+        (folder / "small.toml").read_text().replace("size = 10", 'size = 10\nwire = "my.wire.toml"')
+    )
+    (folder / "small.toml").write_text(f'{text}\n[metric.radius]\nfunction = "mine.py:radius"\n')
+    (folder / "sweep.toml").write_text('base = "small.toml"\nseeds = 2\n')
+
+    def keys_now() -> list[str]:
+        plan = read_plan(folder / "sweep.toml")
+        return Sweep.prepare(plan, tmp_path / "out", lambda _: None).keys
+
+    first = keys_now()
+    assert keys_now() == first
+    named = folder / file
+    named.write_text(named.read_text().replace(before, after))
+    assert not set(first) & set(keys_now())
+
+
+class Answers(Executor):
+    """A place whose trials are answered as they are asked for: the second is past its time."""
+
+    name = "a test"
+
+    def __init__(self, plan: Plan, sweep: Sweep) -> None:
+        self._answers = {own: measured(plan, index) for index, own in enumerate(sweep.keys)}
+        self._late = sweep.keys[1]
+
+    @contextlib.contextmanager
+    def open(self) -> Iterator[Executor]:
+        yield self
+
+    def workers(self) -> int:
+        return 1
+
+    def submit(self, _how: Callable[..., object], task: Task) -> Future[object]:  # type: ignore[override]
+        future: Future[object] = Future()
+        part = self._answers[task.key].part
+        late = Failed(task.key, "it took too long", None, timed_out=True)
+        there = Measured(task.key, part, 1.0, engine_sha256(), "here")
+        future.set_result(late if task.key == self._late else there)
+        return future
+
+
+class Shown:
+    """A display that keeps what it is told."""
+
+    def __init__(self) -> None:
+        self.began = (0, 0)
+        self.steps: list[tuple[int, int, float]] = []
+
+    def note(self, text: str) -> None: ...
+
+    def start(self, trials: int, done: int) -> None:
+        self.began = trials, done
+
+    def progress(self, done: int, failed: int, left_s: float, _last: str) -> None:
+        self.steps.append((done, failed, left_s))
+
+    def stop(self) -> None: ...
+
+
+def test_a_sweep_shows_how_many_trials_are_done_and_failed_and_how_long_the_others_take(
+    plan: Plan, tmp_path: Path
+) -> None:
+    sweep = Sweep.prepare(plan, tmp_path / "out", lambda _: None)
+    sweep.data.begin(plan, sweep.keys)
+    sweep.data.part(sweep.keys[0]).write_bytes(parts.sealed(measured(plan, 0).part))
+    sweep = Sweep.prepare(plan, tmp_path / "out", lambda _: None)
+    shown = Shown()
+    sweep.run(Answers(plan, sweep), shown)
+    assert shown.began == (4, 1)
+    counts = [(done, failed) for done, failed, _ in shown.steps]
+    assert counts[-1] == (3, 1)
+    assert [done + failed for done, failed in counts] == [2, 3, 4]
+    left_s = [left for *_, left in shown.steps]
+    assert left_s[0] > 0
+    assert left_s[2] == 0
+    assert (sweep.exit_code, list(sweep.failures)) == (1, [sweep.keys[1]])
 
 
 def test_trials_are_sorted_into_conditions(plan: Plan, tmp_path: Path) -> None:
