@@ -402,7 +402,7 @@ def test_trials_run_again_once_a_file_that_they_name_says_something_else(
 
     def keys_now() -> list[str]:
         plan = read_plan(folder / "sweep.toml")
-        return Sweep.prepare(plan, tmp_path / "out", lambda _: None).keys
+        return list(Sweep.prepare(plan, tmp_path / "out", lambda _: None).keys)
 
     first = keys_now()
     assert keys_now() == first
