@@ -94,7 +94,9 @@ void Robot::Translated::watch_main_loop() {
         image_.ticks_away = 0;
         return;
     }
-    if (image_.ticks_away == MOST_TICKS_AWAY || ++image_.ticks_away < MOST_TICKS_AWAY) return;
+    if (image_.ticks_away == MOST_TICKS_AWAY) return;
+    image_.ticks_away++;
+    if (image_.ticks_away < MOST_TICKS_AWAY) return;
     robot_.last_tick_ = ticks_now();
     robot_.now_ = world_time();
     robot_.report(EventKind::BUSY_WAIT, BusyWatch::WARNING, avr_code_path(pc, data, flash));

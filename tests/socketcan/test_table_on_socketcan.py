@@ -92,7 +92,8 @@ def test_the_host_logs_what_candump_logs_frame_for_frame(tmp_path: Path) -> None
     for bus in BUSES:
         for to_host in (True, False):
             ours = frames(log, bus, to_host=to_host)
-            assert ours == frames(tmp_path / bus, bus, to_host=to_host), bus
+            # Before its log begins, the host asks the modules as `kilotwin grid check` does.
+            assert frames(tmp_path / bus, bus, to_host=to_host)[-len(ours) :] == ours, bus
             total += len(ours)
     print(f"{total} frames")
     # 200 modules were asked and answered 7 times.
