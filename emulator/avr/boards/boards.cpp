@@ -40,7 +40,8 @@ RobotBoard &Boards::board_of(size_t robot) {
     return board(index);
 }
 
-/// As far as whole quanta go before a board or a flash wants its turn: the lock-step stays the same.
+/// As far as whole quanta go before a board or a flash wants its turn, so that the lock-step stays
+/// the same.
 bool Boards::rest(Cycles until) {
     if (!told_.empty()) return false;
     for (const auto *rests : {&robots_rest_, &modules_rest_})

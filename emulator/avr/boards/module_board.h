@@ -50,8 +50,8 @@ class ModuleBoard : private Microcontroller::Board {
 
     /// Runs up to `until`, plus the rest of the instruction begun. Cheap while the program idles.
     void run(Cycles until);
-    /// Up to when run() would do nothing that shows, if nothing comes from outside meanwhile; NEVER:
-    /// for ever. 0, or the past, if that is not known.
+    /// Up to when run() would do nothing that shows, if nothing comes from outside meanwhile;
+    /// NEVER: for ever. 0, or the past, if that is not known.
     Cycles rests_until() const {
         const uint64_t cycle = chip_.rests_until();
         return cycle == Microcontroller::NO_ALARM ? NEVER : clock_.world_time(cycle);
