@@ -88,7 +88,7 @@ class ModuleBoards {
     // How a module is, as of where the boards have been executed.
     virtual CellLight module_light(uint32_t module, uint8_t cell) const = 0;
     virtual bool module_stopped(uint32_t module) const = 0;     ///< it crashed
-    virtual uint32_t module_ticks(uint32_t module) const = 0;   ///< since power-up
+    virtual uint32_t module_ticks(uint32_t module) = 0;         ///< since power-up
     virtual uint32_t frames_missed(uint32_t module) const = 0;  ///< its buffers were full
     /// Prints and failures of modules since the last call; `robot` is the module's index.
     virtual Events take_module_events() = 0;

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pyarrow as pa
 import pytest
+from tests.processes import alive, children, stat
 
 from .conftest import KILOTWIN, ROOT, SIMPLIFIED, Kilotwin
 
@@ -26,22 +27,6 @@ def wait_for(condition: Callable[[], object], what: str, limit_s: float = 60.0) 
     while not condition():
         assert time.monotonic() < end, f"waited {limit_s} s for {what}"
         time.sleep(0.005)
-
-
-def children(pid: int) -> list[int]:
-    found: list[int] = []
-    with contextlib.suppress(FileNotFoundError):  # it may end meanwhile
-        for listing in Path(f"/proc/{pid}/task").glob("*/children"):
-            with contextlib.suppress(FileNotFoundError, ProcessLookupError):
-                found += map(int, listing.read_text().split())
-    return found
-
-
-def alive(pid: int) -> bool:
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
-    except FileNotFoundError:
-        return False
 
 
 @pytest.fixture
@@ -148,10 +133,8 @@ def test_no_process_is_left_of_a_killed_command_whose_robot_hangs(
 
 def computes(pid: int) -> bool:
     """Whether it has used more CPU time than a start takes."""
-    with contextlib.suppress(FileNotFoundError):
-        fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
-        return int(fields[11]) > 2 * os.sysconf("SC_CLK_TCK")
-    return False
+    fields = stat(pid)
+    return bool(fields) and int(fields[11]) > 2 * os.sysconf("SC_CLK_TCK")
 
 
 def test_a_robot_that_hangs_is_named_and_the_others_go_on(

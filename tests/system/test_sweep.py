@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pyarrow.parquet as pq
 import pytest
+from tests.processes import alive, children
 
 from .conftest import KILOTWIN, ROOT, Kilotwin
 
@@ -93,18 +94,6 @@ def started(*words: object, env: dict[str, str]) -> Iterator["subprocess.Popen[s
             process.kill()
 
 
-def children(pid: int) -> list[int]:
-    tasks = Path(f"/proc/{pid}/task").glob("*/children")
-    return [int(child) for task in tasks for child in task.read_text().split()]
-
-
-def is_gone(pid: int) -> bool:
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] == "Z"
-    except FileNotFoundError:
-        return True
-
-
 def test_the_data_set_does_not_depend_on_the_number_of_workers(
     kilotwin: Kilotwin, sweep_file: Path, reference: dict[str, bytes], tmp_path: Path
 ) -> None:
@@ -127,7 +116,7 @@ def test_a_killed_sweep_goes_on_to_the_same_data_set_and_leaves_no_process(
         wait_for(lambda: parts(out) >= 1)
         workers = children(process.pid)
         process.kill()
-    wait_for(lambda: all(is_gone(pid) for pid in workers))
+    wait_for(lambda: not any(map(alive, workers)))
     assert parts(out) < MOST
     done = kilotwin("sweep", sweep_file, "--out", out, "-j", "2")
     assert re.search(rf"{TRIALS} trials, \d+ of them there already", done.stderr)
@@ -208,7 +197,7 @@ def test_the_papers_whole_grid_survives_kills_at_random_moments(
             time.sleep(moments.uniform(0, 120))
             workers = children(process.pid)
             process.kill()
-        wait_for(lambda workers=workers: all(is_gone(pid) for pid in workers))  # type: ignore[misc]
+        wait_for(lambda workers=workers: not any(map(alive, workers)))  # type: ignore[misc]
     kilotwin("sweep", grid, *seeds, "--out", out, timeout_s=7200)
     assert tables(out) == tables(undisturbed)
 

@@ -314,10 +314,9 @@ CellLight Boards::module_light(uint32_t module, uint8_t cell) const {
 
 bool Boards::module_stopped(uint32_t module) const { return modules_[module].failed; }
 
-uint32_t Boards::module_ticks(uint32_t module) const {
-    auto *self = const_cast<Boards *>(this);
-    ModulePlace &place = self->modules_[module];
-    return place.powered ? self->up_to_date(place).tick() : place.board->tick();
+uint32_t Boards::module_ticks(uint32_t module) {
+    ModulePlace &place = modules_[module];
+    return place.powered ? up_to_date(place).tick() : place.board->tick();
 }
 
 uint32_t Boards::frames_missed(uint32_t module) const {

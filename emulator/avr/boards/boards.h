@@ -80,7 +80,7 @@ class Boards : public ModuleBoards {
                         bool bus_off) override;
     CellLight module_light(uint32_t module, uint8_t cell) const override;
     bool module_stopped(uint32_t module) const override;
-    uint32_t module_ticks(uint32_t module) const override;
+    uint32_t module_ticks(uint32_t module) override;
     uint32_t frames_missed(uint32_t module) const override;
     /// The cell that the multiplexer of its receiver selects.
     uint8_t listening_cell(uint32_t module) const {

@@ -5,9 +5,9 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import pytest
+from tests.processes import alive
 
 CHILD = """
 import os, signal, sys, time
@@ -24,14 +24,6 @@ time.sleep(1000)
 """
 
 
-def is_alive(pid: int) -> bool:
-    stat = Path(f"/proc/{pid}/stat")
-    try:
-        return stat.read_text().rsplit(")", 1)[1].split()[0] != "Z"
-    except FileNotFoundError:
-        return False
-
-
 def lives_on_s(grace_s: float, ignores: str = "") -> float:
     """How long a child lives on when its parent is killed."""
     script = CHILD.format(ignores=ignores)
@@ -43,11 +35,11 @@ def lives_on_s(grace_s: float, ignores: str = "") -> float:
         parent.wait()
         began = time.monotonic()
         try:
-            while is_alive(child):
+            while alive(child):
                 assert time.monotonic() < began + 10, "it lives on"
                 time.sleep(0.01)
         finally:
-            if is_alive(child):
+            if alive(child):
                 os.kill(child, signal.SIGKILL)
     return time.monotonic() - began
 

@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from tests.processes import children
 
 from kilotwin.commands.terminal import Lines, Silent
 from kilotwin.experiment.experiment import Experiment
@@ -78,8 +79,7 @@ def start_endless(start: Start, folder: Path, trouble: Callable[[str], str]) -> 
 
 def engine_of(process: "subprocess.Popen[str]") -> int:
     """The process id of its worker."""
-    children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text()
-    (engine,) = map(int, children.split())
+    (engine,) = children(process.pid)
     return engine
 
 
