@@ -11,43 +11,7 @@ from kilotwin.experiment.wire_file import read_wire, wire_table
 from kilotwin.search.space import parse_axes, whole_numbers_of
 from kilotwin.units import TICK_S
 
-from ..conftest import GRID, SMALL, Load
-
-WIRE = """\
-type = 5
-[parameter.step_s]
-kind = "seconds"
-byte = 0
-most = 60
-default = 3.0
-unit = "s"
-meaning = "how long"
-[parameter.offset]
-kind = "whole"
-byte = 2
-least = -5
-most = 5
-[parameter.share]
-kind = "real"
-scale = 255
-bytes = 1
-byte = 4
-most = 1
-default = 0.5
-[parameter.bold]
-kind = "yes_no"
-bytes = 1
-byte = 5
-default = true
-[parameter.way]
-kind = "choice"
-choices = ["left", "right"]
-bytes = 1
-byte = 8
-default = "left"
-"""
-DECLARED = SMALL.replace("size = 10", 'size = 10\nwire = "my.wire.toml"')
-GIVEN = f"{DECLARED}\n[parameters]\noffset = -2\n"
+from ..conftest import DECLARED, GIVEN, GRID, SMALL, WIRE, Load
 
 
 @pytest.fixture

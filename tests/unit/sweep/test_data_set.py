@@ -25,6 +25,8 @@ from kilotwin.sweep.plan import Plan, read_plan
 from kilotwin.sweep.report import summary_text
 from kilotwin.sweep.runner import Estimate, Sweep
 
+from ..conftest import GIVEN, WIRE
+
 SWEEP = """\
 name = "sizes"
 base = "small.toml"
@@ -369,18 +371,6 @@ def test_the_time_is_divided_among_workers_whose_number_is_known() -> None:
     )
 
 
-WIRE = """\
-type = 5
-[parameter.share]
-kind = "real"
-scale = 255
-bytes = 1
-byte = 4
-most = 1
-default = 0.5
-"""
-
-
 @pytest.mark.parametrize(
     ("file", "before", "after"),
     [
@@ -394,10 +384,8 @@ def test_trials_run_again_once_a_file_that_they_name_says_something_else(
 ) -> None:
     (folder / "my.wire.toml").write_text(WIRE)
     (folder / "mine.py").write_text("def radius(sample):\n    return 1.0\n")
-    text = (
-        (folder / "small.toml").read_text().replace("size = 10", 'size = 10\nwire = "my.wire.toml"')
-    )
-    (folder / "small.toml").write_text(f'{text}\n[metric.radius]\nfunction = "mine.py:radius"\n')
+    metric = '[metric.radius]\nfunction = "mine.py:radius"\n'
+    (folder / "small.toml").write_text(f"{GIVEN}\n{metric}")
     (folder / "sweep.toml").write_text('base = "small.toml"\nseeds = 2\n')
 
     def keys_now() -> list[str]:
