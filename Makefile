@@ -247,5 +247,6 @@ $(INSTALLED): $(LOCKED) $(ENGINE) | apt
 	@mkdir -p build; touch $@.begun
 	@$(PY) host_tools/release/engine.py $(ENGINE) \
 	    | tee build/kilotwin.log | $(STEPS) || { cat build/kilotwin.log >&2; exit 1; }
+	@$(PY) -m compileall -q host_tools/kilotwin # for users who may not write here: a start takes 0.8
 	@mv $@.begun $@
 	@echo "set-up: done; type: . .venv/bin/activate, then kilotwin --help"

@@ -17,12 +17,14 @@ __all__ = ["RGB", "World", "__version__"]
 def __getattr__(name: str) -> Any:
     """The Python API and the version, loaded on first use: `kilotwin --help` waits for neither.
 
-    The version is known where the package is installed; the native build compiles guests without.
+    The engine knows the version, and tells it sooner than what is known of an installed package;
+    the native build compiles guests without either.
     """
     if name == "__version__":
-        from importlib.metadata import version  # noqa: PLC0415
-
-        return version("kilotwin")
+        try:
+            return import_module("kilotwin._emulator").VERSION
+        except ImportError:
+            return import_module("importlib.metadata").version("kilotwin")
     if name in ("RGB", "World"):
         return getattr(import_module("kilotwin.runs.world"), name)
     raise AttributeError(f"module 'kilotwin' has no attribute '{name}'")

@@ -5,8 +5,12 @@ import sys
 
 from kilotwin.files.extras import EXTRAS
 
-# Libraries of bars on a terminal, grids, pictures and clouds.
-OF_FEW_RUNS = {"PIL", "cantools", "numpy.ma", "pyarrow._s3fs", "rich"}
+# Libraries of bars on a terminal, compilers, grids, pictures and clouds, and ours of few tables.
+OF_FEW_RUNS = {
+    *("PIL", "cantools", "concurrent.futures", "numpy.ma", "pyarrow._s3fs", "rich", "ssl"),
+    *("kilotwin.environment", "kilotwin.experiment.expect_names", "kilotwin.experiment.grid_plan"),
+    *("kilotwin.experiment.lab_file", "kilotwin.experiment.wire_file"),
+}
 
 
 def loaded_by(code: str, names: set[str]) -> str:
@@ -24,6 +28,12 @@ def test_a_run_loads_no_library_of_an_extra() -> None:
 def test_a_run_loads_no_library_that_few_runs_need() -> None:
     code = "import kilotwin.commands.run, kilotwin.runs.worker"
     assert loaded_by(code, OF_FEW_RUNS) == "[]"
+
+
+def test_a_command_does_not_look_for_plugins_of_pydantic() -> None:
+    code = "import sys; from kilotwin.commands import cli; sys.argv[1:] = ['run', '--dry-run', 'x']"
+    code += "\ntry: cli.main()\nexcept SystemExit: pass"
+    assert loaded_by(code, {"pydantic", "importlib.metadata"}) == "['pydantic']"
 
 
 def test_tables_of_a_run_are_made_without_masked_arrays() -> None:

@@ -2,10 +2,17 @@
 
 import re
 import tomllib
+from importlib.metadata import version
 from pathlib import Path
+
+import kilotwin
 
 ROOT = Path(__file__).resolve().parents[2]
 VERSION = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
+
+
+def test_the_engine_and_the_package_have_the_version() -> None:
+    assert kilotwin.__version__ == version("kilotwin") == VERSION
 
 
 def test_the_citation_names_the_version() -> None:

@@ -11,9 +11,9 @@ from kilotwin.build.guest import Notify
 from kilotwin.build.image_size import FLASH_BYTES, RAM_BYTES, size_of
 from kilotwin.build.linking import TARGETS, wrong_target
 from kilotwin.errors import InputError, RunError, cause_of
-from kilotwin.experiment.programs import Program
+from kilotwin.experiment.programs import HEX_SUFFIXES, Program
 from kilotwin.files.drafts import draft_of
-from kilotwin.files.flash_image import HEX_SUFFIXES, read_hex
+from kilotwin.files.flash_image import read_hex
 from kilotwin.files.headers import PAGES
 
 

@@ -20,7 +20,6 @@ import subprocess
 import tempfile
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -29,11 +28,9 @@ from kilotwin.build.apis import APIS, defined_symbols, missing_symbols, wanted_h
 from kilotwin.build.avr_flags import avr_words, clock_define
 from kilotwin.build.confined_tools import CANNOT_START, confined, scratch_of
 from kilotwin.build.linking import ENGLISH, check_main, explained
-from kilotwin.build.robot_assembly import without_assembly
-from kilotwin.build.robot_widths import with_robots_widths
 from kilotwin.errors import InputError, RunError, cause_of
 from kilotwin.experiment.programs import Program
-from kilotwin.files import resources
+from kilotwin.files import lazy, resources
 
 # Besides the robot's dialect, and nothing that would make results differ between compilers.
 _FLAGS = [
@@ -316,11 +313,13 @@ class _Builder:
         try:
             self._build(target, ways[0])
         except InputError:
+            with_robots_widths: _Change = lazy.load("build.robot_widths").with_robots_widths
+            without_assembly: _Change = lazy.load("build.robot_assembly").without_assembly
             others: list[tuple[list[str], list[_Change]]] = [
                 (ways[1], []),
                 (ways[0], [with_robots_widths]),
             ]
-            if self._has_assembly():
+            if self._has_assembly(without_assembly):
                 others += [(ways[0], [without_assembly]), (ways[1], [without_assembly])]
                 others += [(ways[0], [with_robots_widths, without_assembly])]
             for flags, changes in others:
@@ -328,7 +327,7 @@ class _Builder:
                     return self._build(target, flags, changes)
             raise
 
-    def _has_assembly(self) -> bool:
+    def _has_assembly(self, without_assembly: _Change) -> bool:
         with contextlib.suppress(InputError):
             return any(
                 text != without_assembly(text, self._headers)
@@ -409,6 +408,9 @@ class _Builder:
         return self._tool([self._compiler, *self._program_flags, "-E", source])
 
     def _compile(self, sources: Sequence[Path], flags: list[str], folder: Path) -> list[Path]:
+        # Few runs compile, and the rest start sooner without its threads' queues and logs.
+        from concurrent.futures import ThreadPoolExecutor  # noqa: PLC0415
+
         folder.mkdir()
 
         def compile_one(number: int, source: Path) -> Path:

@@ -4,13 +4,15 @@ To add a command, add a module with an `app` that holds it, and a line to COMMAN
 an environment variable too.
 """
 
+import atexit
 import contextlib
 import gc
 import os
 import signal
 import sys
+import threading
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NoReturn
 
 import typer
 import typer.core
@@ -20,6 +22,7 @@ import kilotwin
 from kilotwin.errors import InputError, InterruptError, KilotwinError, RunError, cause_of
 from kilotwin.files import extras, lazy
 from kilotwin.files.confinement import SINGLE_THREADED
+from kilotwin.files.lean_pydantic import leave_plugins_out
 
 COMMANDS = {
     "doctor": "Say what is here, what is missing, and what to type.",
@@ -85,12 +88,32 @@ app = typer.Typer(
 )
 
 
+def script() -> NoReturn:
+    """The console script: main(), and then the end of the process at once, where no thread is left.
+
+    To take down all that the libraries made would take longer than many a command.
+    """
+    code: int | str | None = 0
+    try:
+        main()
+    except SystemExit as ended:
+        code = ended.code or 0
+    if not isinstance(code, int) or threading.active_count() > 1:
+        sys.exit(code)
+    atexit._run_exitfuncs()
+    with contextlib.suppress(OSError):
+        sys.stdout.flush()
+        sys.stderr.flush()
+    os._exit(code)
+
+
 def main() -> None:
-    """The console script. 0 done, 1 failed, 2 bad input, 3 no device, 4 some robots failed."""
+    """The command that was typed. 0 done, 1 failed, 2 bad input, 3 no device, 4 some failed."""
     gc.disable()  # until a command is loaded: imports leave no garbage, a quarter of their time
     # Threads of numpy's linear algebra, of which we have none, would only spin beside the engine.
     for name, value in SINGLE_THREADED.items():
         os.environ.setdefault(name, value)
+    leave_plugins_out()
     try:
         _check_working_folder()
         try:
@@ -158,4 +181,4 @@ for _name, _help in COMMANDS.items():
 
 
 if __name__ == "__main__":
-    main()
+    script()

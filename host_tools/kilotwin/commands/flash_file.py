@@ -9,9 +9,8 @@ from kilotwin.build.avr import build_image
 from kilotwin.build.linking import wrong_target
 from kilotwin.commands import steps
 from kilotwin.errors import InputError, RunError
-from kilotwin.experiment.programs import Api, ProgramError, find_program
+from kilotwin.experiment.programs import HEX_SUFFIXES, Api, ProgramError, find_program
 from kilotwin.files import lazy
-from kilotwin.files.flash_image import HEX_SUFFIXES
 
 File = Annotated[
     Path, typer.Argument(metavar="FILE", help="A .hex; or a .c or a folder, to be built first.")

@@ -30,7 +30,6 @@ from kilotwin.commands.options import (
 )
 from kilotwin.commands.window import stay, window
 from kilotwin.coverage.checks import COVERED, check_covered
-from kilotwin.environment.poses import parse_address
 from kilotwin.errors import EXIT_INTERRUPTED, InputError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.text import Setting
@@ -229,7 +228,7 @@ def run(
             math.inf if fast else speed,
             link_ohc,
             link_dispatcher,
-            None if poses is None else parse_address(poses),
+            None if poses is None else lazy.load("environment.poses").parse_address(poses),
         )
     given = [*_ways_to_run(coverage, sanitize), *given]
     loaded = Experiment.load(experiment, given)

@@ -13,8 +13,6 @@ from kilotwin.experiment.arena_checks import (
     narrow,
     pose_problems,
 )
-from kilotwin.experiment.ark import MOST_UID
-from kilotwin.experiment.expect_checks import expect_problems
 from kilotwin.experiment.grid_checks import Problem, grid_problems, within_the_run
 from kilotwin.experiment.grid_schema import Grid
 from kilotwin.experiment.metric_checks import metric_problems
@@ -25,6 +23,7 @@ from kilotwin.experiment.profile_defaults import KILOBOT_MEDIUM, PROFILES, motio
 from kilotwin.experiment.schema import Command, Cpu, ExperimentSchema, Robots
 from kilotwin.experiment.step_checks import step_problems
 from kilotwin.experiment.toml_lines import KeyPath
+from kilotwin.files import lazy
 
 # Robots placed one after the other at random stop fitting somewhere above half of the area.
 _FULLEST_SHARE = 0.5
@@ -71,7 +70,8 @@ def _problems(experiment: ExperimentSchema) -> Iterator[Problem]:
         yield from within_the_run(("command", index, "at_s"), command.at_s, experiment)
     yield from step_problems(experiment, swarm_size(experiment))
     yield from metric_problems(experiment)
-    yield from expect_problems(experiment)
+    if experiment.expect:
+        yield from lazy.load("experiment.expect_checks").expect_problems(experiment)
     yield from _record(experiment)
 
 
@@ -216,8 +216,9 @@ def _environment(experiment: ExperimentSchema) -> Iterator[Problem]:
     if experiment.grid is not None:
         what = "a grid's cells do what camera and overhead controller would; remove one of them"
         yield Problem(what, (("environment",), ("grid",)))
-    if swarm_size(experiment) > MOST_UID:
-        what = f"words reach robots 1 to {MOST_UID}; take fewer robots, or remove [environment]"
+    last: int = lazy.load("experiment.ark").MOST_UID
+    if swarm_size(experiment) > last:
+        what = f"words reach robots 1 to {last}; take fewer robots, or remove [environment]"
         yield Problem(what, (("environment",),))
 
 

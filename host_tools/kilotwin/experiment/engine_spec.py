@@ -9,7 +9,6 @@ from kilotwin.aggregation.block import ALL_ROBOTS, Message
 from kilotwin.experiment.aggregation import runs_aggregation
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.informed import informed_ranges
-from kilotwin.experiment.lab_file import TABLES
 from kilotwin.experiment.objects import object_spec
 from kilotwin.experiment.overhead import DUTIES, RUN, TimedMessage, timed
 from kilotwin.experiment.profile_defaults import PROFILES, Profile, motion_defaults
@@ -22,6 +21,7 @@ from kilotwin.experiment.schema import (
 )
 from kilotwin.experiment.start_poses import starts
 from kilotwin.experiment.toml_lines import KeyPath
+from kilotwin.files import lazy
 from kilotwin.units import ticks
 
 # The foot-bot's control step is 3 ticks; the floor speaks on change and every 16 ticks at least.
@@ -85,7 +85,7 @@ def engine_spec(
         "light": {
             "ambient": keys.light.ambient,
             "sources": [
-                {**source.model_dump(), "at_m": [float(part) for part in source.at_m]}
+                {**dict(source), "at_m": [float(part) for part in source.at_m]}
                 for source in keys.light.source
             ],
             "picture": None if experiment.light is None else experiment.light.spec(),
@@ -127,7 +127,7 @@ def place_of_error(experiment: Experiment, what: str, module_guest: str | None =
 
 
 def _profile(profile: Profile, keys: ExperimentSchema) -> dict[str, Any]:
-    motion = motion_defaults(profile) if keys.motion is None else keys.motion.model_dump()
+    motion = motion_defaults(profile) if keys.motion is None else dict(keys.motion)
     push_m_s2 = motion.pop("push_n") / motion["mass_kg"]
     return {
         **{key: getattr(profile, key) for key in _BODY_KEYS},
@@ -137,7 +137,7 @@ def _profile(profile: Profile, keys: ExperimentSchema) -> dict[str, Any]:
 
 
 def _medium(keys: ExperimentSchema) -> dict[str, Any]:
-    own = keys.medium.model_dump(exclude_none=True)
+    own = {key: value for key, value in keys.medium if value is not None}
     if keys.medium.kind == "ideal":
         own["line_of_sight"] = keys.reading.line_of_sight
     return own
@@ -154,7 +154,7 @@ def _grid(experiment: Experiment, module_guest: str | None) -> dict[str, Any]:
         "program": module_guest,
         "name": experiment.modules.program.name,
         "on_board": experiment.modules.on_board,
-        "cells": keys.grid.cells.model_dump(),
+        "cells": dict(keys.grid.cells),
         "faults": [
             {"at_tick": ticks(fault.at_s), "kind": fault.kind, "module": fault.module}
             for fault in keys.faults.module
@@ -182,13 +182,16 @@ def _centre(place: Obstacle | Site) -> list[float]:
 
 def _lab(experiment: Experiment, profile: Profile) -> list[dict[str, Any]]:
     """Duties that a lab's file leaves out are the profile's."""
-    robots = []
+    robots: list[dict[str, Any]] = []
+    if not experiment.lab:
+        return robots
+    tables: tuple[str, ...] = lazy.load("experiment.lab_file").TABLES
     for uid, robot in experiment.lab:
         duties = {
             key: getattr(profile, key) if getattr(robot, key) is None else getattr(robot, key)
             for key in DUTIES
         }
-        robots.append({"uid": uid, **duties, **{key: getattr(robot, key) for key in TABLES}})
+        robots.append({"uid": uid, **duties, **{key: getattr(robot, key) for key in tables}})
     return robots
 
 

@@ -19,12 +19,11 @@ _OFF_SHARE = 0.02
 
 def expect_problems(experiment: ExperimentSchema) -> Iterator[Problem]:
     """Mistakes in what is expected of an experiment whose other keys are right."""
-    names = Names(experiment) if experiment.expect else None
+    names = Names(experiment)
     for index, expect in enumerate(experiment.expect):
         path: KeyPath = ("expect", index)
         yield from _kind(path, expect)
         if expect.condition is not None:
-            assert names is not None
             wanted = Expression.of(expect.condition).names
             if what := names.problem_of(wanted):
                 yield Problem(what, ((*path, expect.kind),))

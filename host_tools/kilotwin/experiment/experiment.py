@@ -10,7 +10,7 @@ import json
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import tomli_w
 from pydantic import ValidationError
@@ -18,10 +18,8 @@ from pydantic import ValidationError
 from kilotwin.errors import InputError
 from kilotwin.experiment.checks import first_problem, first_problem_of_command, swarm_size
 from kilotwin.experiment.files import find_file, shown
-from kilotwin.experiment.grid_plan import GridPlan, plan_of
 from kilotwin.experiment.grid_schema import Grid
 from kilotwin.experiment.informed import informed_ranges
-from kilotwin.experiment.lab_file import LabRobot, read_lab
 from kilotwin.experiment.pictures import Picture, floor_picture, light_picture
 from kilotwin.experiment.programs import (
     Api,
@@ -36,9 +34,13 @@ from kilotwin.experiment.python_code import PythonName, find_python
 from kilotwin.experiment.schema import Command, ExperimentSchema, Robots
 from kilotwin.experiment.text import ExperimentText, Setting
 from kilotwin.experiment.toml_lines import KeyPath
-from kilotwin.experiment.validation_errors import input_error, is_whole_number
-from kilotwin.experiment.wire_file import Wire, wire_of
-from kilotwin.files.build_id import Target
+from kilotwin.files import lazy
+
+if TYPE_CHECKING:
+    from kilotwin.experiment.grid_plan import GridPlan
+    from kilotwin.experiment.lab_file import Lab, LabRobot
+    from kilotwin.experiment.wire_file import Wire
+    from kilotwin.files.build_id import Target
 
 # Tables by which an experiment and a sweep are told apart when one is given for the other.
 _OF_EXPERIMENTS = {"swarm", "arena", "robots", "duration_s"}
@@ -53,7 +55,7 @@ class Group:
     count: int
     poses: list[list[float]] | None
     on_board: bool = False  # each of them is an ATmega328P
-    boot_loader: Target | None = None  # whose loader is in its flash, besides the program
+    boot_loader: "Target | None" = None  # whose loader is in its flash, besides the program
     interpreted: bool = False  # on board, code is not translated
     translated: bool = False  # as guests, by their machine code
 
@@ -73,13 +75,13 @@ class Experiment:
     groups: tuple[Group, ...]
     origin: ExperimentText
     modules: Group | None = None
-    plan: GridPlan | None = None
-    lab: tuple[tuple[int, LabRobot], ...] = ()
+    plan: "GridPlan | None" = None
+    lab: "tuple[tuple[int, LabRobot], ...]" = ()
     environment: PythonName | None = None
     floor: Picture | None = None
     light: Picture | None = None
     functions: dict[str, PythonName] = field(default_factory=dict)
-    wire: Wire | None = None
+    wire: "Wire | None" = None
 
     @staticmethod
     def load(file: Path, settings: Iterable[Setting] = ()) -> "Experiment":
@@ -95,8 +97,8 @@ class Experiment:
         try:
             keys = ExperimentSchema.model_validate(origin.raw)
         except ValidationError as error:
-            raise input_error(origin, error) from None
-        wire = wire_of(keys, origin)
+            raise _explained(origin, error) from None
+        wire = _wire(keys, origin)
         if wire is not None:
             keys = keys.model_copy(update={"parameters": wire.values})
         problem = first_problem(keys, origin.is_set)
@@ -111,7 +113,7 @@ class Experiment:
                 keys, groups, origin, None, None, lab, environment, floor, light, functions, wire
             )
         modules = _modules(keys.grid, origin, interpreted=_interprets(keys))
-        plan = plan_of(keys, origin, floor)
+        plan = lazy.load("experiment.grid_plan").plan_of(keys, origin, floor)
         return Experiment(
             keys, groups, origin, modules, plan, lab, None, floor, light, functions, wire
         )
@@ -138,7 +140,10 @@ class Experiment:
         """Whether a key, as ("swarm", "size"), takes no other numbers."""
         declared = {} if self.wire is None else self.wire.keys.parameter
         parameter = declared.get(str(key[-1])) if key[0] == "parameters" else None
-        return is_whole_number(key) if parameter is None else parameter.kind == "whole"
+        if parameter is not None:
+            return parameter.kind == "whole"
+        whole: bool = lazy.load("experiment.validation_errors").is_whole_number(key)
+        return whole
 
     def resolved(self) -> dict[str, Any]:
         """Every key with its value, as plain tables that TOML can hold; loads to the same."""
@@ -207,11 +212,27 @@ def one_command(origin: ExperimentText, robots: int) -> Command:
     try:
         command = Command.model_validate(origin.raw["command"][0])
     except ValidationError as error:
-        raise input_error(origin, error, ("command", 0)) from None
+        raise _explained(origin, error, ("command", 0)) from None
     problem = first_problem_of_command(command, robots)
     if problem is not None:
         raise InputError(f"{origin.where(*problem.paths)}: {problem.what}")
     return command
+
+
+def _wire(keys: ExperimentSchema, origin: ExperimentText) -> "Wire | None":
+    """The declaration of parameters, if there is one, with their values."""
+    if keys.swarm.wire is None and keys.parameters is None:
+        return None
+    wire: Wire | None = lazy.load("experiment.wire_file").wire_of(keys, origin)
+    return wire
+
+
+def _explained(origin: ExperimentText, error: ValidationError, table: KeyPath = ()) -> InputError:
+    """A broken rule of the schema as an error with its place."""
+    explained: InputError = lazy.load("experiment.validation_errors").input_error(
+        origin, error, table
+    )
+    return explained
 
 
 def _groups(keys: ExperimentSchema, origin: ExperimentText) -> Iterable[Group]:
@@ -277,12 +298,13 @@ def _interprets(keys: ExperimentSchema) -> bool:
     return keys.engine.avr_core == "interpreted"
 
 
-def _lab(keys: ExperimentSchema, origin: ExperimentText) -> tuple[tuple[int, LabRobot], ...]:
+def _lab(keys: ExperimentSchema, origin: ExperimentText) -> "tuple[tuple[int, LabRobot], ...]":
     """The lab's robots with the lowest uids, as many as there are robots."""
     if keys.swarm.lab is None:
         return ()
     path: KeyPath = ("swarm", "lab")
-    lab = read_lab(shown(find_file(keys.swarm.lab, path, origin)))
+    file = shown(find_file(keys.swarm.lab, path, origin))
+    lab: Lab = lazy.load("experiment.lab_file").read_lab(file)
     robots = lab.first(swarm_size(keys))
     if len(robots) < swarm_size(keys):
         what = f"{lab.source} has {len(robots)} robots, for {swarm_size(keys)}; take fewer robots"

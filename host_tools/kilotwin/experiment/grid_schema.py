@@ -108,7 +108,7 @@ class Grid(Section):
     kilobot_ids: Text | None = None
     """A file with a serial and an id per robot, for the `.kilodat`; the first line may be a header.
     """
-    cells: GridCells = GridCells()
+    cells: GridCells = GridCells.model_construct()
     change: list[GridChange] = []
 
 

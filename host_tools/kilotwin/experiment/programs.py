@@ -8,11 +8,12 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from kilotwin.files import resources
-from kilotwin.files.build_id import Target
-from kilotwin.files.flash_image import HEX_SUFFIXES
+
+if TYPE_CHECKING:
+    from kilotwin.files.build_id import Target
 
 # Marks of Kilogrid programs: the grid's name of the message, or one of its headers.
 _KILOGRID_WORDS = re.compile(
@@ -24,6 +25,8 @@ Api = Literal["kilobot", "kilogrid", "module"]
 """API that a program is written for: kilolib, the Kilogrid's flavour of it, or the module API."""
 Runtime = Literal["original", "kilotwin"]
 """Runtime of a program: with the published library's traits, or ours (docs/hex_files.md)."""
+HEX_SUFFIXES = (".hex", ".ihex", ".ihx")
+"""How names of Intel HEX files end, in small letters."""
 _IMAGES = (*HEX_SUFFIXES, ".elf")
 
 # A macro with its parameters, if it has some, and what it stands for.
@@ -33,7 +36,7 @@ _MACRO = re.compile(
 )
 
 # How main() of a program for each target ends.
-_STARTS: dict[Target, re.Pattern[bytes]] = {
+_STARTS: "dict[Target, re.Pattern[bytes]]" = {
     "robot": re.compile(rb"\bkilo_start\s*\("),
     "module": re.compile(rb"\bmodule_start\s*\("),
 }
@@ -71,7 +74,7 @@ class Program:
         return " ".join(self.parts)
 
     @property
-    def target(self) -> Target:
+    def target(self) -> "Target":
         """The target that it is to be built for."""
         return "module" if self.api == "module" else "robot"
 
@@ -82,7 +85,7 @@ class Program:
         return [f"-D{library}_ORIGINAL=1"] if self.runtime == "original" else []
 
     @property
-    def looks_like(self) -> Target | None:
+    def looks_like(self) -> "Target | None":
         """The target of its sources, if they have either kilo_start() or module_start()."""
         texts = [source.read_bytes() for source in self.sources]
         found = [target for target, start in _STARTS.items() if any(map(start.search, texts))]

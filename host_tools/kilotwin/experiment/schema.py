@@ -399,14 +399,14 @@ class ExperimentSchema(AggregationTables):
     )
     motion: Motion | None = None
     medium: Medium
-    light: Light = Light()
-    battery: Battery = Battery()
+    light: Light = Light.model_construct()
+    battery: Battery = Battery.model_construct()
     command: list[Command] | None = None
     step: Annotated[list[Step], Field(max_length=10_000)] = []
     environment: EnvironmentTable | None = None
     grid: Grid | None = None
-    faults: Faults = Faults()
-    record: Record = Record()
+    faults: Faults = Faults.model_construct()
+    record: Record = Record.model_construct()
     metric: Annotated[dict[Text, Metric], Field(max_length=100)] = {}
     expect: Annotated[list[Expect], Field(max_length=1000)] = []
     engine: Engine

@@ -17,9 +17,6 @@ from kilotwin.files.message_crc import message_crc
 APPLICATION = range(PAGES * PAGE_BYTES)
 """Addresses of a program's flash: 220 pages; the boot section is above (hardware.md 1.11)."""
 
-HEX_SUFFIXES = (".hex", ".ihex", ".ihx")
-"""How names of Intel HEX files end, in small letters."""
-
 _ERASED = b"\xff"
 _AGAIN = "build it again, or get another copy"
 _DAMAGED = f"the file is cut off or damaged: {_AGAIN}"

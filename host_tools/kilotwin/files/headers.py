@@ -13,17 +13,20 @@ _ROBOT_QUERY = "firmware/kilolib/core/robot_query.h"
 _GAINS = "firmware/kilolib/core/gains.h"
 
 
+_NUMBER = re.compile(r"^#define (\w+) (\d+|0x[0-9A-Fa-f]+)U?L?\b", re.MULTILINE)
+
+
 @cache
-def _text(header: str) -> str:
-    return resources.path(header).read_text()
+def _numbers(header: str) -> dict[str, str]:
+    return dict(_NUMBER.findall(resources.path(header).read_text()))
 
 
 def number_of(header: str, macro: str) -> int:
     """The value of `#define macro` in a header of ours; KilotwinError if there is none."""
-    found = re.search(rf"^#define {macro} (\d+|0x[0-9A-Fa-f]+)U?L?\b", _text(header), re.MULTILINE)
+    found = _numbers(header).get(macro)
     if found is None:
         raise KilotwinError(f"{header} has no number {macro}; install kilotwin again")
-    return int(found.group(1), 0)
+    return int(found, 0)
 
 
 CELL_M = number_of(_DIMENSIONS, "KILOGRID_CELL_MM") / 1000

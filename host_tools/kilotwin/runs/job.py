@@ -2,12 +2,14 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from kilotwin.environment.poses import Address
 from kilotwin.errors import InputError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.runs.acts import Act
+
+if TYPE_CHECKING:
+    from kilotwin.environment.poses import Address
 
 
 @dataclass(frozen=True)
@@ -34,7 +36,7 @@ class Serving:
     speed: float = 1.0
     ohc_link: Path | None = None
     dispatcher_link: Path | None = None
-    poses: Address | None = None
+    poses: "Address | None" = None
 
     def check(self, experiment: Experiment) -> None:
         """InputError if the experiment has no such table."""

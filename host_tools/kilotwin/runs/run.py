@@ -3,6 +3,7 @@
 import contextlib
 import importlib.util
 import json
+import os
 import platform
 import signal
 import struct
@@ -172,9 +173,16 @@ def new_manifest(
         ],
         **_environment(experiment),
         "python": platform.python_version(),
-        "machine": platform.platform(),
+        "machine": _machine(),
         "started_utc": utc_now(),
     }
+
+
+def _machine() -> str:
+    """As platform.platform() has it, which starts a process to ask for the processor."""
+    system = os.uname()
+    c_library = "".join(platform.libc_ver())
+    return f"{system.sysname}-{system.release}-{system.machine}-with-{c_library}"
 
 
 def _environment(experiment: Experiment) -> dict[str, Any]:

@@ -10,7 +10,6 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from kilotwin import __version__
 from kilotwin.commands import bench_workloads, cli, plot
 from kilotwin.commands.doctor import Finding, examine, report_text
 from kilotwin.errors import EXIT_INTERRUPTED
@@ -52,8 +51,8 @@ GROUPS = {
 }
 
 
-def test_the_version_is_told(kilotwin: Kilotwin) -> None:
-    assert kilotwin("--version").stdout == f"kilotwin {__version__}\n"
+def test_the_version_is_that_of_the_engine(kilotwin: Kilotwin) -> None:
+    assert kilotwin("--version").stdout == "kilotwin fake\n"
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -129,6 +128,39 @@ def test_help_does_not_wait_for_the_heavy_libraries() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "[]\n"
+
+
+_SCRIPT = """
+import atexit, sys, threading, time
+from kilotwin.commands import cli
+
+def main():
+    atexit.register(print, "at the end")
+    print("said before")
+    if "thread" in sys.argv:
+        threading.Thread(target=lambda: (time.sleep(0.1), print("thread over"))).start()
+    raise SystemExit(eval(sys.argv[1]))
+
+cli.main = main
+cli.script()
+"""
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "said"),
+    [
+        (["None"], 0, ""),
+        (["4"], 4, ""),
+        (["'all is lost'"], 1, ""),
+        (["2", "thread"], 2, "thread over\n"),
+    ],
+)
+def test_the_script_ends_with_all_said_and_done(words: list[str], code: int, said: str) -> None:
+    command = [sys.executable, "-c", _SCRIPT, *words]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == code
+    assert done.stdout == f"said before\n{said}at the end\n"
+    assert done.stderr.strip() == ("all is lost" if code == 1 else "")
 
 
 @pytest.mark.parametrize(

@@ -1,16 +1,18 @@
 """Experiment files: what is filled in, what `--set` does, what a resolved experiment means."""
 
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import get_args
 
 import pytest
+from pydantic import BaseModel
 
 from kilotwin.aggregation.tables import CONTROLLER_DEFAULTS
 from kilotwin.errors import InputError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.profile_defaults import PROFILES
-from kilotwin.experiment.schema import ProfileName
+from kilotwin.experiment.schema import ExperimentSchema, ProfileName
 from kilotwin.experiment.text import parse_setting
 
 from ..conftest import SMALL, Load
@@ -26,6 +28,27 @@ def test_defaults_are_filled_in(load: Load) -> None:
     assert keys.medium.range_m == 0.8
     assert keys.reading.signal_from == "rest"
     assert keys.controller is None
+
+
+def sections_of(section: type[BaseModel]) -> Iterator[type[BaseModel]]:
+    """The section and all below."""
+    yield section
+    for field in section.model_fields.values():
+        for part in (field.annotation, *get_args(field.annotation)):
+            if isinstance(part, type) and issubclass(part, BaseModel):
+                yield from sections_of(part)
+
+
+def test_a_table_that_is_left_out_means_what_an_empty_one_does() -> None:
+    defaults = [
+        (name, field.default)
+        for section in sections_of(ExperimentSchema)
+        for name, field in section.model_fields.items()
+        if isinstance(field.default, BaseModel)
+    ]
+    assert {name for name, _ in defaults} == {"battery", "cells", "faults", "light", "record"}
+    for _, default in defaults:
+        assert default == type(default).model_validate({})
 
 
 def test_a_file_without_a_name_is_called_after_itself(load: Load) -> None:

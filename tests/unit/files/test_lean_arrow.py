@@ -30,11 +30,13 @@ _PARQUET = """
 import sys
 from kilotwin.files.lean_arrow import load_parquet
 load_parquet()
-print("pyarrow.parquet" in sys.modules, "pyarrow._s3fs" in sys.modules)
+print("pyarrow.parquet" in sys.modules, "pyarrow._s3fs" in sys.modules, "ssl" in sys.modules)
+import ssl
+print(ssl.create_default_context().verify_mode.name)
 """
 
 
-def test_parquet_is_loaded_without_the_file_systems_of_clouds() -> None:
+def test_parquet_is_loaded_without_clouds_and_their_certificates() -> None:
     words = [sys.executable, "-c", _PARQUET]
     done = subprocess.run(words, capture_output=True, text=True, check=True)
-    assert done.stdout == "True False\n"
+    assert done.stdout == "True False False\nCERT_REQUIRED\n"
