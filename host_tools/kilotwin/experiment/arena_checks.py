@@ -167,6 +167,23 @@ def pose_problems(
         yield Problem(what, (path, ("obstacle", number)))
 
 
+def in_doubt(
+    places: NDArray[np.float64], radius: float, experiment: ExperimentSchema
+) -> NDArray[np.bool_]:
+    """Those of robots' places, [k, 2] in metres, that pose_problems() has to look at: the others
+    stand inside the arena and clear of obstacles by the boxes of these."""
+    x, y = places.T
+    arena = area_of(experiment.arena)
+    if arena.corners or arena.width / 2 < radius + _LEAST_M:
+        return np.ones(len(places), np.bool_)
+    doubt = ~inside(arena, x, y, slack=-radius - _LEAST_M)
+    for obstacle in experiment.obstacle:
+        area = area_of(obstacle)
+        box = Area(False, area.x, area.y, area.width, area.height)
+        doubt |= inside(box, x, y, slack=radius + _LEAST_M)
+    return doubt
+
+
 def narrow(experiment: ExperimentSchema, radius: float) -> bool:
     """Whether no robot fits into the arena, as far as that is known without a try."""
     arena = area_of(experiment.arena)

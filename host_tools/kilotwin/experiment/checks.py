@@ -3,16 +3,21 @@
 import itertools
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
 
 from kilotwin.aggregation.checks import controller_problems, informed_problems
 from kilotwin.experiment.areas import Area, area_of, lies_inside
 from kilotwin.experiment.arena_checks import (
     arena_problems,
     free_square_metres,
+    in_doubt,
     narrow,
     pose_problems,
 )
+from kilotwin.experiment.crowds import crowded
 from kilotwin.experiment.grid_checks import Problem, grid_problems, within_the_run
 from kilotwin.experiment.grid_schema import Grid
 from kilotwin.experiment.metric_checks import metric_problems
@@ -158,28 +163,38 @@ def _poses(
     if len(kind.poses) != kind.count:
         what = f"{len(kind.poses)} poses for {kind.count} robots; give one each, or none at all"
         yield Problem(what, (path,))
-    for index, (x, y, _) in enumerate(kind.poses):
+    doubtful = in_doubt(_places(kind.poses), radius, experiment)
+    for index in map(int, np.flatnonzero(doubtful)):
+        x, y, _ = kind.poses[index]
         yield from pose_problems((*path, index), x, y, radius, experiment)
+
+
+def _places(poses: Sequence[Sequence[float]]) -> NDArray[np.float64]:
+    """[k, 2]: x_m and y_m of poses."""
+    return np.array(poses, np.float64).reshape(-1, 3)[:, :2]
 
 
 def _apart(experiment: ExperimentSchema, diameter: float) -> Iterator[Problem]:
     """No two robots that are given their poses stand in the same place."""
     least = (1 - _TOUCHING) * diameter
+    given = [kind.poses or [] for kind in experiment.robots or []]
+    near_others = crowded(_places([pose for poses in given for pose in poses]), diameter)
+    robots = ((group, index) for group, poses in enumerate(given) for index in range(len(poses)))
     stand: dict[tuple[int, int], list[tuple[KeyPath, float, float]]] = {}  # by squares
-    for group, kind in enumerate(experiment.robots or []):
-        for index, (x, y, _) in enumerate(kind.poses or []):
-            path: KeyPath = ("robots", group, "poses", index)
-            column, row = math.floor(x / diameter), math.floor(y / diameter)
-            for near in itertools.product(range(column - 1, column + 2), range(row - 1, row + 2)):
-                for other, other_x, other_y in stand.get(near, ()):
-                    if math.hypot(x - other_x, y - other_y) < least:
-                        what = (
-                            f"robots at ({other_x:g}, {other_y:g}) and ({x:g}, {y:g}) m stand in "
-                            f"one another; move them {diameter:g} m apart"
-                        )
-                        yield Problem(what, (path, other))
-                        return
-            stand.setdefault((column, row), []).append((path, x, y))
+    for group, index in itertools.compress(robots, near_others):
+        x, y, _ = given[group][index]
+        path: KeyPath = ("robots", group, "poses", index)
+        column, row = math.floor(x / diameter), math.floor(y / diameter)
+        for near in itertools.product(range(column - 1, column + 2), range(row - 1, row + 2)):
+            for other, other_x, other_y in stand.get(near, ()):
+                if math.hypot(x - other_x, y - other_y) < least:
+                    what = (
+                        f"robots at ({other_x:g}, {other_y:g}) and ({x:g}, {y:g}) m stand in "
+                        f"one another; move them {diameter:g} m apart"
+                    )
+                    yield Problem(what, (path, other))
+                    return
+        stand.setdefault((column, row), []).append((path, x, y))
 
 
 def _aggregation(experiment: ExperimentSchema) -> Iterator[Problem]:

@@ -12,7 +12,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import tomli_w
 from pydantic import ValidationError
 
 from kilotwin.errors import InputError
@@ -34,6 +33,7 @@ from kilotwin.experiment.python_code import PythonName, find_python
 from kilotwin.experiment.schema import Command, ExperimentSchema, Robots
 from kilotwin.experiment.text import ExperimentText, Setting
 from kilotwin.experiment.toml_lines import KeyPath
+from kilotwin.experiment.toml_text import toml_of
 from kilotwin.files import lazy
 
 if TYPE_CHECKING:
@@ -200,7 +200,7 @@ class Experiment:
 
     def to_toml(self) -> str:
         """The resolved experiment as a file that `kilotwin run` takes."""
-        return tomli_w.dumps(self.resolved())
+        return toml_of(self.resolved())
 
     def error(self, path: KeyPath, what: str) -> InputError:
         """An error about a key that only the build or the engine could find."""

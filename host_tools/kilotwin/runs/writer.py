@@ -52,9 +52,10 @@ class RunWriter:
         self.folder = folder
         self._states = States.of(experiment.keys)
         self._site_count = len(experiment.keys.site)
-        about = {"kilotwin": __version__, "experiment": experiment.to_toml()}
+        resolved = experiment.to_toml()
+        about = {"kilotwin": __version__, "experiment": resolved}
         self._records = Records.of(experiment.keys, about)
-        self._reserve = _make_folder(folder, experiment, manifest)
+        self._reserve = _make_folder(folder, resolved, manifest)
         self._due = _Due(experiment.keys.record)
         self._skipped: tuple[Samples, MetricValues] | None = None  # newest sample, without rows
         self._robots = Stream(folder / "robots.arrows", self._records.robots_schema)
@@ -174,7 +175,7 @@ def _at(
     return part, MetricValues(of_robots=of_robots)
 
 
-def _make_folder(folder: Path, experiment: Experiment, manifest: dict[str, Any]) -> Reserve:
+def _make_folder(folder: Path, resolved: str, manifest: dict[str, Any]) -> Reserve:
     folder.parent.mkdir(parents=True, exist_ok=True)
     draft = folder.parent / f".kilotwin-{os.getpid()}"
     draft.mkdir()
@@ -183,7 +184,7 @@ def _make_folder(folder: Path, experiment: Experiment, manifest: dict[str, Any])
         reserve = Reserve(draft)
         undo.callback(reserve.release)
         write_manifest(draft, manifest)
-        (draft / EXPERIMENT).write_text(experiment.to_toml())
+        (draft / EXPERIMENT).write_text(resolved)
         draft.replace(folder)
         undo.pop_all()
     return reserve
