@@ -52,7 +52,7 @@ void GuestRobots::begin_requests() {
         [](const Event &a, const Event &b) { return b > a; });
 }
 
-void GuestRobots::end_requests() { planned_at(channel_.now()).clear(); }
+void GuestRobots::end_requests() { planned_.forget(channel_.now(), context_.step); }
 
 /// Adds to the events of this step, or to those of later steps. Most come in order of time.
 void GuestRobots::schedule(const Event &event) {

@@ -114,7 +114,7 @@ void IdealChannel::end_step() {
         next_begin_[emission.robot] = sender.planned > 0 ? next : sender.next_request;
         send(emission);
     }
-    frames.clear();
+    frames_.forget(now_, context_.step);
 }
 
 // Cells receive a frame whatever its CRC, robots drop one that is wrong.

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "base/clock.h"
@@ -17,18 +18,32 @@ struct PlannedFrame {
     Cycles next;        ///< nothing more comes from its sender before
 };
 
-/// A ring of steps.
+/// A ring of steps. Few of them have frames at a time, so memory goes from step to step: kept by
+/// each, it would be what the fullest of its turns took, 1 KB a robot where all talk at once.
 class PlannedFrames {
   public:
     static constexpr size_t STEPS = 64;  ///< a frame begins less than so many steps ahead
 
     /// Those of the step in which `at` lies.
     std::vector<PlannedFrame> &at(Cycles at, Cycles step) {
-        return steps_[number_of_step(at, step) % STEPS];
+        std::vector<PlannedFrame> &frames = steps_[number_of_step(at, step) % STEPS];
+        if (frames.capacity() == 0 && !spares_.empty()) {
+            frames = std::move(spares_.back());
+            spares_.pop_back();
+        }
+        return frames;
+    }
+
+    /// Forgets those of that step.
+    void forget(Cycles at, Cycles step) {
+        std::vector<PlannedFrame> &frames = this->at(at, step);
+        frames.clear();
+        spares_.push_back(std::exchange(frames, {}));
     }
 
   private:
     std::array<std::vector<PlannedFrame>, STEPS> steps_;  ///< by number of step
+    std::vector<std::vector<PlannedFrame>> spares_;       ///< empty ones, with their memory
 };
 
 }  // namespace kilotwin
