@@ -9,7 +9,6 @@ As with guests, results are kept under the hash of everything that went in, and 
 
 import hashlib
 import re
-import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +16,7 @@ from pathlib import Path
 import kilotwin
 from kilotwin.build.apis import APIS, wanted_helpers
 from kilotwin.build.avr_flags import avr_words
+from kilotwin.build.avr_tools import avr_gcc
 from kilotwin.build.guest import (
     Notify,
     building,
@@ -38,7 +38,6 @@ _FLAGS = ("AVR_CHIP", "AVR_DIALECT", "AVR_DEBUG")
 _REPORT_FLAGS = ["-fstack-usage"]
 _MODULE_RUNTIME = ["runtime/core", "runtime/avr", "protocol"]
 _BUILD_ID, _BUILD_ID_SCRIPT = "firmware/build_id.c", "firmware/build_id.ld"
-_TOOLS = ("avr-gcc", "avr-nm", "avr-ar", "avr-objcopy")
 
 
 @dataclass(frozen=True)
@@ -64,17 +63,6 @@ class Image:
     def objects(self, part: str) -> list[Path]:
         """Object files of `program`, in the order of its sources, or of `kilolib`."""
         return sorted((self.folder / part).glob("*.o"))
-
-
-def avr_gcc() -> str:
-    """The path of avr-gcc; RunError with the command that installs it if it is not there."""
-    found = {tool: shutil.which(tool) for tool in _TOOLS}
-    for tool, path in found.items():
-        if path is None:
-            raise RunError(
-                f"{tool} is not here; type: apt-get install gcc-avr avr-libc binutils-avr"
-            )
-    return str(found["avr-gcc"])
 
 
 def _flags() -> list[str]:

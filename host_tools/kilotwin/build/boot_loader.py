@@ -8,8 +8,9 @@ import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 
-from kilotwin.build.avr import avr_gcc, make_hex
+from kilotwin.build.avr import make_hex
 from kilotwin.build.avr_flags import avr_words
+from kilotwin.build.avr_tools import avr_gcc
 from kilotwin.build.guest import (
     Notify,
     building,

@@ -27,6 +27,7 @@ from kilotwin.build import period
 from kilotwin.build.apis import APIS, defined_symbols, missing_symbols, wanted_helpers
 from kilotwin.build.avr_flags import avr_words, clock_define
 from kilotwin.build.confined_tools import CANNOT_START, confined, scratch_of
+from kilotwin.build.includes import files_read
 from kilotwin.build.linking import ENGLISH, check_main, explained
 from kilotwin.errors import InputError, RunError, cause_of
 from kilotwin.experiment.programs import Program
@@ -436,7 +437,10 @@ class _Builder:
         return [*self._helpers, *self._side, *headers]
 
     def _read_by(self, sources: Sequence[Path], flags: list[str]) -> list[Path]:
-        """The sources and every header of ours or the program's that they include."""
+        """The sources and every header of ours or the program's that they include, or may."""
+        told = None if self._extra else files_read(sources, flags)
+        if told is not None:
+            return told
         rules = self._tool([self._compiler, *flags, "-MM", *sources])
         return list(dict.fromkeys(Path(name) for name in prerequisites(rules)))
 

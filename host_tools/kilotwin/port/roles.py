@@ -8,7 +8,8 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from kilotwin.build.avr import avr_gcc, program_flags
+from kilotwin.build.avr import program_flags
+from kilotwin.build.avr_tools import avr_gcc
 from kilotwin.build.guest import run_tool
 from kilotwin.experiment.programs import Program
 from kilotwin.port.disassembly import Place

@@ -6,7 +6,8 @@ import subprocess
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from kilotwin.build.avr import avr_gcc, program_flags
+from kilotwin.build.avr import program_flags
+from kilotwin.build.avr_tools import avr_gcc
 from kilotwin.build.confined_tools import confined
 from kilotwin.build.guest import find_compiler
 from kilotwin.experiment.programs import Program

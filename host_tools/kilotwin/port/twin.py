@@ -18,7 +18,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Literal
 
-from kilotwin.build.avr import avr_gcc
+from kilotwin.build.avr_tools import avr_gcc
 from kilotwin.build.guest import Guest, Notify, cache_folder
 from kilotwin.errors import InputError, RunError
 from kilotwin.experiment.experiment import Experiment
