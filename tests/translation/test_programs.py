@@ -31,6 +31,8 @@ TICK = 262_144
 RUN_AT = 20 * TICK
 # Between the pulses of a frame, or the light of a robot at rest, another frame may not begin.
 LEAST_GAP = 200_000
+# The instruction that a chip is in is executed to its end: light begins after that.
+LONGEST_INSTRUCTION = 16
 DATA_END, VARIABLES = 0x900, (0x100, 0x700)
 SHORT_TICKS, LONG_TICKS = 400, 1_000_000
 
@@ -72,7 +74,7 @@ class Pair:
 
     def run(self, until: int) -> None:
         while self._next_message < until:
-            self._advance(self._next_message - 1)
+            self._advance(self._next_message - LONGEST_INSTRUCTION)
             content = bytes(self._draw.randrange(256) for _ in range(9))
             kind = self._commands.pop() if self._commands else self._draw.choice(self._types)
             for chip in self.chips:
