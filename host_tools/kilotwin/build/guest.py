@@ -286,7 +286,7 @@ class _Builder:
         ]
 
     def key(self, version: str) -> str:
-        """The hash of compiler, flags, and every file that is read."""
+        """The hash of compiler, flags, and every file that is read, or may be."""
         flags = [
             *self._program_flags,
             *self._helper_flags,
