@@ -250,8 +250,10 @@ void GuestStack::on_fault(int signal, void *info, void *context) {
         return;
     }
     if (stack.host_ == nullptr) {  // not in a guest: let the default action kill the process
-        ::signal(signal, SIG_DFL);
-        raise(signal);
+        if (::signal(signal, SIG_DFL) != SIG_ERR)
+            raise(signal);
+        else  // confined; the kernel kills a process that faults where the signal is blocked
+            sigaddset(&static_cast<ucontext_t *>(context)->uc_sigmask, signal);
         return;
     }
     stack.note_signal(registers);

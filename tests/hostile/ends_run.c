@@ -31,6 +31,9 @@ static void loop(void) {
     case 7:
         for (long file = 0; file < 64; file++) call(3, file, 0, 0, 0);  // close
         break;
+    case 8:  // its own variables, which the engine puts aside for another robot's
+        call(11, (long)page & ~4095L, 2 * sizeof page, 0, 0);
+        break;
     }
 }
 

@@ -149,7 +149,7 @@ def test_the_manifest_says_that_the_run_was_confined(swarm: Swarm) -> None:
     assert (manifest["confined"], manifest["not_confined"]) == (True, [])
 
 
-@pytest.mark.parametrize("way", range(1, 8))
+@pytest.mark.parametrize("way", range(1, 9))
 def test_a_program_that_ends_its_worker_costs_that_run_alone(way: int, tmp_path: Path) -> None:
     began = time.monotonic()
     done = run(tmp_path / "run", HERE / "ends_run.c", 3, 3, way)
