@@ -10,7 +10,7 @@ namespace {
 
 // Change of the CRC by each value of its low half, as the runtime's core computes it: a look-up a
 // byte is faster here.
-const std::array<uint16_t, 256> TABLE = []() noexcept {
+std::array<uint16_t, 256> changes() noexcept {
     std::array<uint16_t, 256> table{};
     for (size_t i = 0; i < table.size(); i++) {
         crc16_t crc = {static_cast<uint8_t>(i), 0};
@@ -18,7 +18,8 @@ const std::array<uint16_t, 256> TABLE = []() noexcept {
         table[i] = crc16_value(crc);
     }
     return table;
-}();
+}
+const std::array<uint16_t, 256> TABLE = changes();
 
 }  // namespace
 
