@@ -125,9 +125,9 @@ COMPARISONS = (
         "as `kilotwin compare kilogrid-uplink` says",
     ),
     run_and_compare(
-        "collective-perception",
+        "collective-perception-native",
         "8 logs of 100 real robots",
-        COLLECTIVE,
+        f"{COLLECTIVE} --set swarm.cpu=native",
         "real",
         "95 % of one more real run, each measure",
     ),
