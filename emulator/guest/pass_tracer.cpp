@@ -99,7 +99,8 @@ PassTracer::PassTracer(const translation_t &code, const translated_chip_t &chip,
     flags = copied_flags_.data();
     pass = &no_pass_;
     left = MOST_CYCLES;
-    for (uint16_t at = 0; at < registers_.size(); at++) registers_[at] = {Byte::BEFORE, 0, at};
+    for (size_t at = 0; at < registers_.size(); at++)
+        registers_[at] = {Byte::BEFORE, 0, static_cast<uint16_t>(at)};
     const uint64_t behind = has_ticked_ ? 0 : 1;
     ticks_ += static_cast<uint32_t>(behind);
     new_sum({1, 0, {}});
@@ -353,7 +354,7 @@ PassTracer::Byte PassTracer::load(uint16_t address) {
         const uint16_t sum = has_ticked_ ? TICKS_BEHIND : TICKS_BEFORE;
         return {Byte::OF_SUM, static_cast<uint8_t>(of_ticks), sum};
     }
-    for (uint16_t i = 0; i < followers_.size(); i++) {
+    for (size_t i = 0; i < followers_.size(); i++) {
         const unsigned at = address - followers_[i].address + 0u;
         if (at < followers_[i].bytes)
             return {Byte::OF_SUM, static_cast<uint8_t>(at),

@@ -18,6 +18,7 @@
 #include <array>
 #include <bitset>
 #include <cstdint>
+#include <exception>
 #include <optional>
 #include <vector>
 
@@ -121,7 +122,7 @@ class PassTracer : private translated_chip_t {
     };
 
     /// The end of a trace in the midst of an instruction: few passes are traced, so it may cost.
-    struct Failed {};  ///< thrown: it cannot be known
+    struct Failed : std::exception {};  ///< it cannot be known
 
     [[noreturn]] static void fail() { throw Failed{}; }
     /// The pass, then what it has left behind.

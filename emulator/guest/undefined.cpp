@@ -1,7 +1,6 @@
 #include "guest/undefined.h"
 
 #include <cstdio>
-#include <cstring>
 
 #include "guest/abi.h"
 
@@ -23,10 +22,8 @@ struct Type {
 /// The types of a place follow its file, line and column.
 const Type &type_of(const void *data, size_t number) {
     constexpr size_t LOCATION_BYTES = 16;
-    const Type *type;
-    std::memcpy(&type, static_cast<const uint8_t *>(data) + LOCATION_BYTES + number * sizeof type,
-                sizeof type);
-    return *type;
+    const void *types = static_cast<const uint8_t *>(data) + LOCATION_BYTES;
+    return *static_cast<const Type *const *>(types)[number];
 }
 
 std::string name_of(const Type &type) {
@@ -36,7 +33,7 @@ std::string name_of(const Type &type) {
 }
 
 bool is_negative(const Type &type, uint64_t value) {
-    return type.has_sign() && (value >> (type.bits() - 1) & 1) != 0;
+    return type.has_sign() && type.bits() <= 64 && (value >> (type.bits() - 1) & 1) != 0;
 }
 
 std::string number_of(const Type &type, uint64_t value) {

@@ -23,6 +23,7 @@ constexpr double PUSHED_SPEED = 1.1;
 
 std::vector<Object> objects_of(const std::vector<PlacedObject> &placed) {
     std::vector<Object> objects;
+    objects.reserve(placed.size());
     for (const auto &[object, pose] : placed) objects.push_back(object);
     return objects;
 }
