@@ -223,7 +223,7 @@ def _wire(keys: ExperimentSchema, origin: ExperimentText) -> "Wire | None":
     """The declaration of parameters, if there is one, with their values."""
     if keys.swarm.wire is None and keys.parameters is None:
         return None
-    wire: Wire | None = lazy.load("experiment.wire_file").wire_of(keys, origin)
+    wire: Wire = lazy.load("experiment.wire_file").wire_of(keys, origin)
     return wire
 
 

@@ -127,15 +127,14 @@ class Wire:
         return hashlib.sha256(self.file.read_bytes()).hexdigest()
 
 
-def wire_of(keys: ExperimentSchema, origin: ExperimentText) -> Wire | None:
-    """The declaration that swarm.wire names, with the experiment's [parameters] checked by it.
+def wire_of(keys: ExperimentSchema, origin: ExperimentText) -> Wire:
+    """The declaration that swarm.wire names, with [parameters] checked by it, of an experiment that
+    has one of these.
 
     InputError names the place, in either file."""
     if keys.swarm.wire is None:
-        if keys.parameters is not None:
-            what = "which program's? Add swarm.wire, the file that declares them"
-            raise InputError(f"{origin.where(('parameters',))}: {what}")
-        return None
+        what = "which program's? Add swarm.wire, the file that declares them"
+        raise InputError(f"{origin.where(('parameters',))}: {what}")
     file = find_file(keys.swarm.wire, ("swarm", "wire"), origin)
     declared = read_wire(shown(file))
     model = create_model("Parameters", __base__=Section, parameters=(_table(declared), ...))
