@@ -19,8 +19,8 @@ typedef struct {
     const registers_t *registers;
     uint8_t *data;
     unsigned c, t, i;
-    uint8_t z, n, v, s, h, is_changed;
-    uint16_t stack, word, next;
+    uint8_t z, n, v, s, h;
+    uint16_t is_changed, stack, word, next;
     uint32_t after;   ///< address of the next instruction
     unsigned cycles;  ///< of this one
 } state_t;
@@ -36,6 +36,7 @@ typedef struct {
 #define hr (state->h)
 #define sp (state->stack)
 #define changed (state->is_changed)
+#define top (state->chip->pass->stack)
 #define r0 (M[0])
 #define r1 (M[1])
 #define r30 (M[30])
@@ -81,7 +82,7 @@ static void write_data(state_t *state, uint16_t address, uint8_t value) {
         set_status(state, value);
     } else {
         const uint8_t effects = address < IO_END ? state->chip->effects[address] : 0;
-        WRITE(address, value);
+        WRITE_AT(address, value);
         if (effects & (WRITE_EFFECT | CHANGE_EFFECT | PIN_EFFECT))
             state->registers->written(state->chip, address);
     }
@@ -352,6 +353,7 @@ static bool flags_and_control(state_t *state) {
 }
 
 #undef changed
+#undef top
 
 bool interpret(translated_chip_t *chip, const registers_t *registers) {
     state_t own = {.chip = chip, .registers = registers, .data = chip->data, .cycles = 1};

@@ -81,10 +81,11 @@ void Robot::go_on(Cycles until) {
 }
 
 // A callback that waits comes back later. A translated program takes a message where a block of
-// its code has ended: it may be an order to run.
+// its code has ended: it may be an order to run. An interrupt of it that is not over may yet put
+// the next one forward: one that has found the channel busy draws when it tries again.
 Cycles Robot::next_ask() const {
     if (life_ != Life::ALIVE || next_tick_ == NEVER) return NEVER;
-    if (next_message_ <= now_ && program_->translation() != nullptr) [[unlikely]]
+    if (program_->translation() != nullptr && (in_interrupt_ || next_message_ <= now_)) [[unlikely]]
         return now_;
     return std::max(std::min(next_request(), next_answer()), next_tick_ + waits_past_tick_);
 }

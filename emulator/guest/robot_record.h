@@ -131,9 +131,9 @@ class RobotRecord {
         -1;  ///< of get_voltage(): the next message's high gain is read from its channel
     Life life_ : 2 = Life::OFF;
     Question question_ : 2 = Question::NONE;
-    bool is_suspended_ : 1 = false;    ///< a call waits in suspended_, which only then is looked at
-    bool arbitrated_ : 1 = false;      ///< the channel decides, by answer()
-    bool in_interrupt_ : 1 = false;    ///< in a callback of the program
+    bool is_suspended_ : 1 = false;  ///< a call waits in suspended_, which only then is looked at
+    bool arbitrated_ : 1 = false;    ///< the channel decides, by answer()
+    bool in_interrupt_ : 1 = false;  ///< in a callback of the program; translated: in an interrupt
     bool interrupts_off_ : 1 = false;  ///< by cli()
     bool loop_due_ : 1 = false;        ///< a tick has passed since loop() came back
     bool answer_ : 1 = false;          ///< of the channel

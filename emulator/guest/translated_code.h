@@ -24,21 +24,10 @@
 
 #include <stdint.h>
 
+#include "guest/translated_pass.h"
+
 /// Changes with every change of the two structures; the emulator takes no other.
-#define TRANSLATION_VERSION 6
-
-/// Of a guest: where a pass of a loop begins, and the state at that moment but for SRAM.
-typedef struct {
-    uint8_t registers[0x20];
-    uint32_t pc;  ///< byte address
-    uint16_t stack;
-    uint8_t status;  ///< the status register
-} translated_pass_t;
-
-/// Jumps backwards of a guest from one CHECKPOINT to the next.
-enum { TURNS = 256 };
-/// In place of a pass's cycles: a pass of the main loop begins that may be a known one.
-enum { TO_RECALL = -1 };
+#define TRANSLATION_VERSION 7
 
 /// State of a chip, for the time of a call.
 typedef struct translated_chip {
@@ -49,15 +38,18 @@ typedef struct translated_chip {
     int64_t left;            ///< cycles: an instruction begins only while this is above 0
     uint32_t pc;             ///< byte address of the next instruction
     int32_t turns;           ///< of a guest: jumps backwards until the next CHECKPOINT
-    uint8_t changed;         ///< of a guest: not 0 if a store has changed a byte, or a function has
-                             ///< returned behind where the pass stands; pushes left out
-    uint8_t awaits;          ///< of a guest: `left` counts to the next interrupt, as interrupts are
-                             ///< let through; they may be held back and let through on the way
-    uint8_t calls;           ///< of a guest: which functions are the engine's, bits by CALL_
-    uint8_t passed;          ///< of a guest: set by passes of the main loop, and within delay()
+    uint16_t changed;  ///< of a guest: the low byte is not 0 if a store has changed a byte, or
+                       ///< a function has returned behind where the pass stands; the high
+                       ///< one if a store has changed only what translated_below() is of;
+                       ///< pushes left out
+    uint8_t awaits;    ///< of a guest: `left` counts to the next interrupt, as interrupts are
+                       ///< let through; they may be held back and let through on the way
+    uint8_t calls;     ///< of a guest: which functions are the engine's, bits by CALL_
+    uint8_t passed;    ///< of a guest: set by passes of the main loop, and within delay()
 
     // Of a guest: passes of loops.
     uint8_t repeats;          ///< `left` counts to an interrupt, not to the end of a run
+    uint8_t executes;         ///< each pass, also those that change nothing: for tests
     translated_pass_t *pass;  ///< the one that has begun last
     int64_t pass_left;        ///< `left` when that was
     int64_t pass_cycles;      ///< with CHECKPOINT: passes from here on change nothing and take so
@@ -168,7 +160,7 @@ enum { COVER_RAN = 1, COVER_TAKEN = 2, COVER_NOT_TAKEN = 4 };
     unsigned cf = F[0], tf = F[6], inf = F[7];                                \
     uint8_t zr = !F[1], nr = (uint8_t)(F[2] << 7), vr = (uint8_t)(F[3] << 7), \
             sr = (uint8_t)(F[4] << 7), hr = (uint8_t)(F[5] << 4);             \
-    uint8_t changed = chip->changed;                                          \
+    uint16_t changed = chip->changed;                                         \
     unsigned attended = 0;                                                    \
     PASS_TOP;                                                                 \
     (void)flash, (void)effects, (void)attended;
@@ -248,65 +240,25 @@ enum { COVER_RAN = 1, COVER_TAKEN = 2, COVER_NOT_TAKEN = 4 };
         left -= (spent), pc = (at), attended = (which); \
         goto attend;                                    \
     } while (0)
-/// Behind the blocks of that region: `pass` and `attend`, to which the macros above jump. A pass
-/// that has left registers, flags and SRAM as they were will do so again: of all up to an interrupt
-/// only the last one is executed, in which it comes. `differing` is 0 if the registers are
-/// those of chip->pass, `note` copies them there. The main loop, of whose addresses `in_main` is
-/// true, calls functions in each pass, so that where one begins nothing is in the registers that
-/// they may change, nor in the flags but T and I: elsewhere those are looked at too, by
-/// `scratch_differing` and `note_scratch`.
-#define MAIN_REGION_ENDS(in_main, differing, note, scratch_differing, note_scratch)              \
-    pass : {                                                                                     \
-        translated_pass_t *const pass_ = chip->pass;                                             \
-        const uint8_t main_ = (in_main);                                                         \
-        chip->passed |= main_;                                                                   \
-        const uint8_t status_ = main_ ? (uint8_t)(tf << 6 | inf << 7) : SREG;                    \
-        if (changed == 0 && pass_->pc == pc && pass_->stack == sp && pass_->status == status_ && \
-            (differing) == 0 && (main_ || (scratch_differing) == 0)) {                           \
-            const int64_t took_ = chip->pass_left - left;                                        \
-            if (!chip->repeats) {                                                                \
-                chip->pass_cycles = took_;                                                       \
-                STOP(pc, 0, CHECKPOINT);                                                         \
-            }                                                                                    \
-            if (left > 0) left = (int64_t)((uint64_t)left % (uint64_t)took_);                    \
-        } else {                                                                                 \
-            pass_->pc = pc, pass_->stack = top = sp, pass_->status = status_;                    \
-            note;                                                                                \
-            if (!main_) {                                                                        \
-                note_scratch;                                                                    \
-            }                                                                                    \
-            chip->turns = TURNS, changed = 0;                                                    \
-            if (main_ && --chip->recalls_in <= 0) {                                              \
-                chip->pass_left = left, chip->pass_cycles = TO_RECALL;                           \
-                STOP(pc, 0, CHECKPOINT);                                                         \
-            }                                                                                    \
-        }                                                                                        \
-        chip->pass_left = left;                                                                  \
-        goto dispatch;                                                                           \
-    }                                                                                            \
-    attend:                                                                                      \
-    chip->left = left, chip->pc = pc, chip->changed = changed;                                   \
-    M[0x5D] = (uint8_t)sp, M[0x5E] = (uint8_t)(sp >> 8), F[7] = (uint8_t)inf;                    \
-    M[24] = r24, M[25] = r25;                                                                    \
-    {                                                                                            \
-        const uint8_t goes_on_ = chip->attend(chip, attended);                                   \
-        left = chip->left, pc = chip->pc, changed = chip->changed;                               \
-        sp = (uint16_t)(M[0x5D] | M[0x5E] << 8), inf = F[7], r24 = M[24], r25 = M[25];           \
-        if (!goes_on_) STOP(pc, 0, ATTENDED);                                                    \
-    }                                                                                            \
-    goto dispatch;
 #else
 #define PASS(to, spent) STOP(to, spent, CHECKPOINT)
 #define ENGINE_CALL(at, number) \
     if (chip->calls >> (number)&1) STOP(at, 0, CALL_ENGINE);
 #define END_INTERRUPT(at, spent) HAND_OVER(at, spent)
-#define MAIN_REGION_ENDS(in_main, differing, note, scratch_differing, note_scratch)
 #endif
 /// Writes SRAM, or a register that is plain memory.
 #ifdef TRANSLATED_GUEST
 #define WRITE(address, r) (changed |= M[address] ^ (r), M[address] = (r))
 #else
 #define WRITE(address, r) (M[address] = (r))
+#endif
+/// The same by a pointer: locals lie below where the stack ends between two passes.
+#ifdef TRANSLATED_GUEST
+#define WRITE_AT(address, r)                                                         \
+    (changed |= (M[address] ^ (r)) << ((uint16_t)(top - (address)) < BELOW ? 8 : 0), \
+     M[address] = (r))
+#else
+#define WRITE_AT(address, r) WRITE(address, r)
 #endif
 
 /// A block that counts down to 0: all of its passes but two at once, as far as cycles go. The last
@@ -491,7 +443,7 @@ enum {
     do {                                                              \
         const uint16_t m_ = (uint16_t)(address);                      \
         if (__builtin_expect(!IN_SRAM(m_), 0)) HAND_OVER(at, offset); \
-        WRITE(m_, r);                                                 \
+        WRITE_AT(m_, r);                                              \
     } while (0)
 /// Before an access to a register below 0x100 that may have one of the effects.
 #define FOR_EFFECT(at, offset, address, which) \

@@ -78,6 +78,7 @@ Robot::Translated::Translated(Robot &robot)
     changed = image_.changed;
     passed = image_.passed;
     recalls_in = robot.context_->recalls_passes ? image_.recalls_in : INT32_MAX;
+    executes = !robot.context_->recalls_passes;
     pass = &image_.pass;
     translated_chip_t::attend = [](translated_chip_t *chip, unsigned what) -> uint8_t {
         return static_cast<Translated *>(chip)->attend(what);
@@ -125,6 +126,7 @@ void Robot::Translated::store() {
     image_.recalls_in = recalls_in;
     robot_.only_ticks_until_ = goes_on() ? rests_until() : 0;
     robot_.has_no_message_ = image_.rest.ask_cycles != 0;
+    robot_.in_interrupt_ = image_.interrupt != Interrupt::NONE;
     if (seam_.robot != 0) {
         auto &core = robot_.core_;
         static_assert(offsetof(robot_core_t, transmit.increment) == 10, "as avr-gcc packs it");
@@ -290,10 +292,11 @@ bool Robot::Translated::note_pass() {
         image_.pass_cycles = 0;
         return recall();
     }
+    const uint64_t below = changed >> 8 != 0 ? translated_below(data, stack) : 0;
     const bool same =
-        pass_cycles != 0 ||
-        (changed == 0 && pass->pc == pc && pass->stack == stack && pass->status == now &&
-         std::memcmp(pass->registers, data, sizeof pass->registers) == 0);
+        pass_cycles != 0 || (executes == 0 && translated_kept(pass, changed, below) &&
+                             pass->pc == pc && pass->stack == stack && pass->status == now &&
+                             std::memcmp(pass->registers, data, sizeof pass->registers) == 0);
     turns = TURNS;
     pass_cycles = 0;
     image_.pass_cycles = same ? static_cast<uint64_t>(pass_left - left) : 0;
@@ -304,6 +307,7 @@ bool Robot::Translated::note_pass() {
     pass->pc = pc;
     pass->stack = stack;
     pass->status = now;
+    pass->below = below;
     changed = 0;
     return false;
 }

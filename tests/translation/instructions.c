@@ -15,7 +15,7 @@
 #ifdef INTERPRETER
 #include "guest/interpreter.h"
 #endif
-#include "translated_code.h"
+#include "guest/translated_code.h"
 
 extern const translation_t translation;
 

@@ -65,8 +65,8 @@ def check(test: DifferentialTest, steps: int) -> None:
     assert test.tick == steps + 1
 
 
-def test_the_corpus_has_sixty_programs() -> None:
-    assert len(CORPUS) == 60
+def test_the_corpus_has_sixty_programs_at_least() -> None:
+    assert len(CORPUS) >= 60
     assert {path.stem for path in CORPUS} > SAMPLE
 
 

@@ -158,8 +158,7 @@ def run(states: int, seed: int, each: int, folder: Path, *, interpreter: bool = 
         sources.append(folder / f"{number}.c")
         sources[-1].write_text(text)
     program = folder / "instructions"
-    command = [find_compiler(), "-O1", "-w", f"-I{resources.path('emulator/guest')}"]
-    command.append(f"-I{resources.path('emulator')}")
+    command = [find_compiler(), "-O1", "-w", f"-I{resources.path('emulator')}"]
     if interpreter:
         command += ["-DINTERPRETER", str(resources.path("emulator/guest/interpreter.c"))]
     command += ["-o", str(program), *map(str, [*sources, HARNESS]), "-lsimavr"]

@@ -9,9 +9,10 @@ import pytest
 from .outcomes import outcome as engine_outcome
 
 ROOT = Path(__file__).resolve().parents[2]
-CORPUS = sorted((Path(__file__).parent / "corpus").glob("*.c"))
+HERE = Path(__file__).parent
+CORPUS = sorted((HERE / "corpus").glob("*.c"))
 EXAMPLES = ROOT / "firmware/examples"
-EACH_TICK = sorted((Path(__file__).parent / "each_tick").glob("*.c"))
+EACH_TICK = sorted((HERE / "each_tick").glob("*.c"))
 TICKS = 1200
 WORLD = """
 name = "known passes"
@@ -78,6 +79,22 @@ def test_programs_that_work_in_each_tick_do_the_same(medium: str, tmp_path: Path
     assert outcome(file, recalls=True) == executed
     assert outcome(file, recalls=True, chunk=20) == executed
     assert executed[2]["frames_received"] > 100
+
+
+def test_a_pass_that_changes_a_local_for_the_next_one_is_executed(tmp_path: Path) -> None:
+    """The program has not cleared it; most that is below the main loop's stack changes nothing."""
+    programs = [HERE / "programs/uncleared_local.c", HERE / "corpus/locals_of_loop.c"]
+    file = world(tmp_path, "ideal", programs, 1)
+    executed = outcome(file, recalls=False)
+    assert outcome(file, recalls=True) == executed
+
+
+def test_a_robot_in_an_interrupt_is_asked_again_before_others_run_past_it(tmp_path: Path) -> None:
+    """It may yet send sooner than it had to when the run ended."""
+    file = world(tmp_path, "kilobot", [HERE / "programs/slow_to_answer.c"], 24)
+    executed = outcome(file, recalls=False)
+    assert outcome(file, recalls=True) == executed
+    assert executed[2]["attempts_failed"] > 0
 
 
 def test_the_paper_s_program_does_the_same(tmp_path: Path) -> None:

@@ -34,7 +34,8 @@ from kilotwin.files import resources
 _OPTIMISATION = ["-O1", "-fexpensive-optimizations", "-fcaller-saves"]
 _FLAGS = [*_OPTIMISATION, "-w", "-fPIC", "-fvisibility=hidden"]
 _LINK_FLAGS = ["-shared", "-Wl,-z,now", "-Wl,-z,defs"]
-_HEADER = "emulator/guest/translated_code.h"
+_INCLUDE = "emulator"
+_HEADERS = [f"{_INCLUDE}/guest/translated_{what}.h" for what in ("code", "pass")]
 _MAKERS = (avr_instructions, avr_liveness, avr_statements, seam, translator)
 _KEY_CHARACTERS = 32
 
@@ -94,7 +95,7 @@ def _key(
     words = [version, *_FLAGS, *_LINK_FLAGS, repr(met_at), *(["covered"] if covered else [])]
     digest = hashlib.sha256("\0".join(words).encode())
     makers = [Path(maker.__file__) for maker in _MAKERS if maker.__file__]
-    for file in [resources.path(_HEADER), *makers]:
+    for file in [*map(resources.path, _HEADERS), *makers]:
         digest.update(file.read_bytes())
     digest.update(flash)
     digest.update(repr(sorted(eeprom.items())).encode())
@@ -103,7 +104,7 @@ def _key(
 
 def _build(compiler: str, texts: list[str], target: Path) -> None:
     target.parent.mkdir(parents=True, exist_ok=True)
-    include = f"-I{resources.path(_HEADER).parent}"
+    include = f"-I{resources.path(_INCLUDE)}"
     failure = "the translation of machine code does not compile; this is a mistake of Kilotwin"
     with tempfile.TemporaryDirectory(prefix="kilotwin-") as scratch:
 

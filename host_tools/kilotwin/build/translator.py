@@ -49,7 +49,7 @@ _MOST_BYTES = 4  # of a counter
 _SCRATCH = (0, *range(18, 28), 30, 31)  # registers that a function may change (avr-gcc)
 _HEAD = """\
 #define TRANSLATED_CODE
-#include "translated_code.h"
+#include "guest/translated_code.h"
 """
 _GUEST_HEAD = "#define TRANSLATED_GUEST\n"
 _COVERAGE = '__attribute__((visibility("default"))) uint8_t translation_coverage[0x4000]'
