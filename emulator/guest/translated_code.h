@@ -24,6 +24,7 @@
 
 #include <stdint.h>
 
+#include "guest/translated_loops.h"
 #include "guest/translated_pass.h"
 
 /// Changes with every change of the two structures; the emulator takes no other.
@@ -261,21 +262,6 @@ enum { COVER_RAN = 1, COVER_TAKEN = 2, COVER_NOT_TAKEN = 4 };
 #define WRITE_AT(address, r) WRITE(address, r)
 #endif
 
-/// A block that counts down to 0: all of its passes but two at once, as far as cycles go. The last
-/// two set the flags as they would be, and the branch of all that are left out is taken. `bits` has
-/// the counter, 0 is as many as it can count; `back` sets it to n_.
-#define COUNT_DOWN(value, bits, cycles, back)                       \
-    do {                                                            \
-        const uint32_t c_ = (value);                                \
-        const uint64_t all_ = c_ != 0 ? c_ : (uint64_t)1 << (bits); \
-        const uint64_t room_ = (uint64_t)left / (cycles);           \
-        const uint64_t do_ = all_ < room_ ? all_ : room_;           \
-        if (do_ > 2) {                                              \
-            const uint64_t n_ = all_ - (do_ - 2);                   \
-            left -= (int64_t)((do_ - 2) * (cycles));                \
-            back                                                    \
-        }                                                           \
-    } while (0);
 /// Addresses below are registers, and there is nothing above.
 #define IN_SRAM(address) ((uint16_t)((address)-0x100) < 0x800)
 /// Two registers as one number, as the pointers X, Y and Z are, adiw's and sbiw's operands, and the

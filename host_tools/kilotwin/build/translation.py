@@ -12,7 +12,14 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from kilotwin import _emulator
-from kilotwin.build import avr_instructions, avr_liveness, avr_statements, seam, translator
+from kilotwin.build import (
+    avr_instructions,
+    avr_liveness,
+    avr_loops,
+    avr_statements,
+    seam,
+    translator,
+)
 from kilotwin.build.avr import build_image
 from kilotwin.build.guest import (
     Guest,
@@ -35,8 +42,8 @@ _OPTIMISATION = ["-O1", "-fexpensive-optimizations", "-fcaller-saves"]
 _FLAGS = [*_OPTIMISATION, "-w", "-fPIC", "-fvisibility=hidden"]
 _LINK_FLAGS = ["-shared", "-Wl,-z,now", "-Wl,-z,defs"]
 _INCLUDE = "emulator"
-_HEADERS = [f"{_INCLUDE}/guest/translated_{what}.h" for what in ("code", "pass")]
-_MAKERS = (avr_instructions, avr_liveness, avr_statements, seam, translator)
+_HEADERS = [f"{_INCLUDE}/guest/translated_{what}.h" for what in ("code", "loops", "pass")]
+_MAKERS = (avr_instructions, avr_liveness, avr_loops, avr_statements, seam, translator)
 _KEY_CHARACTERS = 32
 
 

@@ -18,10 +18,10 @@ from itertools import pairwise
 
 from kilotwin.build.avr_instructions import Instruction, decode, is_long
 from kilotwin.build.avr_liveness import ALL_FLAGS, live_flags
+from kilotwin.build.avr_loops import turns_left_out
 from kilotwin.build.avr_statements import (
     REGISTERS,
     SKIPS,
-    Z,
     condition,
     cycles,
     is_interpreted,
@@ -45,7 +45,6 @@ _LEAVES = {*_CALLS, *_JUMPS, "ret", "ijmp", "icall", *_BRANCHES, *SKIPS}
 _MOST_OF_A_REGION = 400  # instructions; of a file, too: several are compiled at once
 _MOST_OF_A_FILE = 1500
 _MOST_OF_THE_PROGRAM = 6000  # instructions of the region that a guest mostly is in
-_MOST_BYTES = 4  # of a counter
 _SCRATCH = (0, *range(18, 28), 30, 31)  # registers that a function may change (avr-gcc)
 _HEAD = """\
 #define TRANSLATED_CODE
@@ -351,6 +350,7 @@ def _region_text(number: int, region: _Region, code: _Code) -> str:
         for instruction in block:
             used |= registers(instruction)
     inside = {block[0].address for block in region}
+    own = {instruction.address: instruction for block in region for instruction in block}
     everything = {at: f"r{at}" if at in used else f"M[{at}]" for at in range(REGISTERS)}
     kept = {at: name for at, name in everything.items() if at not in _SCRATCH}
     scratch = {at: everything[at] for at in _SCRATCH}
@@ -360,7 +360,7 @@ def _region_text(number: int, region: _Region, code: _Code) -> str:
         load=" ".join(f"uint8_t r{register} = M[{register}];" for register in sorted(used)),
         store=" ".join(f"M[{register}] = r{register};" for register in sorted(used)),
         entries="\n".join(f"case 0x{at:x}: goto block_0x{at:x};" for at in sorted(inside)),
-        blocks="\n".join(_block_text(block, inside, code) for block in region),
+        blocks="\n".join(_block_text(block, own, inside, code) for block in region),
         in_main=f"pc >= {begin} && pc < {end}",
         differing=_differing(kept),
         note=_note(kept),
@@ -377,7 +377,9 @@ def _note(names: Mapping[int, str]) -> str:
     return "; ".join(f"pass_->registers[{at}] = {name}" for at, name in names.items())
 
 
-def _block_text(block: _Block, inside: set[int], code: _Code) -> str:
+def _block_text(
+    block: _Block, own: Mapping[int, Instruction], inside: set[int], code: _Code
+) -> str:
     offsets = [0]
     for instruction in block:
         offsets.append(offsets[-1] + cycles(instruction))
@@ -389,11 +391,9 @@ def _block_text(block: _Block, inside: set[int], code: _Code) -> str:
     call = code.engine_call(block[0].address)
     if call is not None:
         lines.append(f"ENGINE_CALL(0x{block[0].address:x}, {call})")
-    if _is_countdown(block):
-        counter = [f"r{instruction.d}" for instruction in block[:-1]]
-        if block[0].name == "sbiw":
-            counter.append(f"r{block[0].d + 1}")
-        lines.append(_countdown(counter, offsets[-1] + 1))
+    shortcut = turns_left_out(block[0].address, own)
+    if shortcut is not None and not code.covered:
+        lines.append(shortcut)
     for instruction, (offset, behind) in zip(block, pairwise(offsets), strict=True):
         if instruction.name in _LEAVES and not is_interpreted(instruction):
             lines += _leave(instruction, offset, behind, inside, code)
@@ -409,24 +409,6 @@ def _block_text(block: _Block, inside: set[int], code: _Code) -> str:
 
 def _cover(address: int, what: str) -> str:
     return f"COVER(0x{address:x}, {what})"
-
-
-def _is_countdown(block: _Block) -> bool:
-    """Whether a block only counts registers down to 0, as compilers make delays."""
-    first, *others, last = block if len(block) > 1 else [*block, *block]
-    counts = first.name == "dec" or (first.name in ("sbiw", "subi") and first.k == 1)
-    carries = all(
-        other.name == "sbci" and other.k == 0 and first.name == "subi" for other in others
-    )
-    loops = last.name == "brbc" and last.k == Z and last.target == first.address
-    return counts and carries and loops and len(others) < _MOST_BYTES
-
-
-def _countdown(counter: list[str], cycles_a_pass: int) -> str:
-    """Leaves out all passes but the last two, which set the flags."""
-    value = " | ".join(f"(uint32_t){name} << {8 * at}" for at, name in enumerate(counter))
-    back = " ".join(f"{name} = (uint8_t)(n_ >> {8 * at});" for at, name in enumerate(counter))
-    return f"COUNT_DOWN({value}, {8 * len(counter)}, {cycles_a_pass}, {back})"
 
 
 def _leave(
