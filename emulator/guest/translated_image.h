@@ -61,7 +61,7 @@ struct TranslatedImage {
     int32_t turns;        ///< of translated_chip_t
     uint16_t ticks_away;  ///< since the main loop was passed
     uint8_t passed;       ///< of translated_chip_t, likewise the next one
-    uint16_t changed;
+    uint16_t changed;     ///< of translated_chip_t, by the pass that goes on
     uint8_t latch;        ///< high byte of a count, read behind the low one
     Interrupt interrupt;  ///< the one that is served
     uint8_t waits_for;    ///< 1 + number of the engine's call that the channel has to answer

@@ -2,6 +2,9 @@
 /// those of host_tools/kilotwin/build/avr_loops.py. Each macro stands where the loop's first block
 /// begins, of whichever turn; it does nothing where an interrupt may come before the end. The last
 /// turn sets the flags, and the branches back are taken in all that are left out.
+///
+/// The plain twin of each is the code itself, turn by turn, as translations execute it that are
+/// marked for coverage (tests/translation/test_loops.py).
 #ifndef KILOTWIN_GUEST_TRANSLATED_LOOPS_H
 #define KILOTWIN_GUEST_TRANSLATED_LOOPS_H
 

@@ -5,6 +5,9 @@
 /// have changed a byte. Those of a function's locals mostly do, since what lies below the main
 /// loop's stack is many functions' in turn; of these bytes only what the whole pass has made of
 /// them counts. Pushes are not looked at: a program reads what it has pushed itself.
+///
+/// A pass that an interrupt has torn counts as one that changes something, so that the one behind
+/// it is the first that may be known to repeat, and is executed to know it.
 #ifndef KILOTWIN_GUEST_TRANSLATED_PASS_H
 #define KILOTWIN_GUEST_TRANSLATED_PASS_H
 
@@ -57,6 +60,9 @@ static inline uint8_t translated_kept(const translated_pass_t *pass, uint16_t ch
 /// there. The main loop, of whose addresses `in_main` is true, calls functions in each pass, so
 /// that where one begins nothing is in the registers that they may change, nor in the flags but T
 /// and I: elsewhere those are looked at too, by `scratch_differing` and `note_scratch`.
+///
+/// `attend` hands the engine what it needs of the state and takes it back. The engine may have
+/// served interrupts or ended one, so that the program goes on elsewhere.
 #define MAIN_REGION_ENDS(in_main, differing, note, scratch_differing, note_scratch)          \
     pass : {                                                                                 \
         translated_pass_t *const pass_ = chip->pass;                                         \
