@@ -19,8 +19,8 @@ typedef struct {
     const registers_t *registers;
     uint8_t *data;
     unsigned c, t, i;
-    uint8_t z, n, v, s, h;
-    uint16_t is_changed, stack, word, next;
+    uint8_t z, n, v, s, h, is_changed;
+    uint16_t stack, word, next;
     uint32_t after;   ///< address of the next instruction
     unsigned cycles;  ///< of this one
 } state_t;
@@ -36,6 +36,7 @@ typedef struct {
 #define hr (state->h)
 #define sp (state->stack)
 #define changed (state->is_changed)
+#define net (state->chip->net)
 #define top (state->chip->pass->stack)
 #define r0 (M[0])
 #define r1 (M[1])
@@ -80,9 +81,11 @@ static void write_data(state_t *state, uint16_t address, uint8_t value) {
         sp = (uint16_t)((sp & 0xFF) | value << 8);
     } else if (address == SREG_ADDRESS) {
         set_status(state, value);
+    } else if (address >= IO_END) {
+        WRITE_SRAM(address, value);
     } else {
-        const uint8_t effects = address < IO_END ? state->chip->effects[address] : 0;
-        WRITE_AT(address, value);
+        const uint8_t effects = state->chip->effects[address];
+        WRITE(address, value);
         if (effects & (WRITE_EFFECT | CHANGE_EFFECT | PIN_EFFECT))
             state->registers->written(state->chip, address);
     }
@@ -353,6 +356,7 @@ static bool flags_and_control(state_t *state) {
 }
 
 #undef changed
+#undef net
 #undef top
 
 bool interpret(translated_chip_t *chip, const registers_t *registers) {

@@ -274,6 +274,22 @@ void Robot::Translated::find_edge() {
     }
 }
 
+/// Whether no other frame's edges come up to its last one.
+bool Robot::Translated::frame_is_alone() const {
+    const auto &lights = robot_.rare_->lights;
+    const uint64_t last_at = edge_light_->begin + (NO_EDGE.slot - 1) * SLOT_CYCLES;
+    return std::all_of(lights.begin(), lights.end(), [&](const Light &other) {
+        return &other == edge_light_ || other.slot >= NO_EDGE.slot || other.begin > last_at;
+    });
+}
+
+/// When the same frame's edge behind the next one comes; or NO_TIME.
+uint64_t Robot::Translated::next_of_frame() const {
+    const Edge next = edge_of(edge_light_->message, edge_light_->slot + 1u);
+    return next.slot < NO_EDGE.slot ? edge_light_->begin + next.slot * SLOT_CYCLES
+                                    : TranslatedImage::NO_TIME;
+}
+
 void Robot::Translated::take_edge() {
     edge_light_->slot++;
     find_edge();
@@ -289,10 +305,9 @@ uint32_t Robot::Translated::cycles_of_byte() const {
     return BYTE_BEGIN_CYCLES + CYCLES_OF_BITS.of[bytes[byte - 1]] + BYTE_END_CYCLES;
 }
 
-/// Takes all edges from a byte's begin up to the frame's last stop, if they come and are served
-/// before `end`, and passes repeat; `now` is put off by their interrupts, so it does not matter
-/// which of two frames that overlap comes first. Of a frame that is alone each edge is served
-/// before the next one comes, but for what `now` is behind: an interrupt takes less than a slot.
+/// Takes all edges of a frame that is alone from a byte's begin up to its last stop, if they come
+/// and are served before `end`, and passes repeat; `now` is put off by their interrupts. Each edge
+/// is served before the next one comes: an interrupt takes less than a slot.
 bool Robot::Translated::take_frame_at_rest(uint64_t &now, uint64_t end) {
     static_assert(LEADER_END_CYCLES < SLOT_CYCLES && BYTE_END_CYCLES < SLOT_CYCLES &&
                   BIT_CYCLES + 7 * BIT_PLACE_CYCLES < SLOT_CYCLES);
@@ -305,9 +320,7 @@ bool Robot::Translated::take_frame_at_rest(uint64_t &now, uint64_t end) {
         cycles += BYTE_BEGIN_CYCLES + CYCLES_OF_BITS.of[bytes[byte - 1]] + BYTE_END_CYCLES;
     cycles -= BYTE_END_CYCLES;
     // The last one that is taken comes a slot before the frame's last, at the latest.
-    const bool is_alone = robot_.rare_->lights.size() == 1;
-    const uint64_t served = std::max(now, is_alone ? 0 : last_at) + cycles;
-    if (std::max(served, last_at) + image_.pass_cycles > end) return false;
+    if (std::max(now + cycles, last_at) + image_.pass_cycles > end) return false;
     now += hears_light() ? cycles : 0;
     edge_light_->slot = static_cast<uint16_t>(last);
     find_edge();
@@ -326,10 +339,7 @@ void Robot::Translated::serve_edge() {
     const uint64_t now = cycle();
     uint32_t cycles = 0;
     while (edge_at_ <= now) {
-        const Edge next = edge_of(edge_light_->message, edge_light_->slot + 1u);
-        const bool waits =
-            next.slot < NO_EDGE.slot && edge_light_->begin + next.slot * SLOT_CYCLES <= now;
-        cycles += waits ? 0 : edge_cycles_;
+        cycles += next_of_frame() <= now ? 0 : edge_cycles_;
         take_edge();
     }
     if (!hears_light()) return;
@@ -391,7 +401,7 @@ void Robot::Translated::call() {
 }
 
 void Robot::Translated::call(unsigned number) {
-    changed = 1;
+    changed = CHANGED;
     const bool asks =
         number == CALL_SEND || (number == CALL_RECEIVING && image_.interrupt == Interrupt::TICK);
     is_early_ = number != CALL_DISTANCE && !(asks ? is_asked_in_time() : cycle() < until_);

@@ -39,18 +39,17 @@ typedef struct translated_chip {
     int64_t left;            ///< cycles: an instruction begins only while this is above 0
     uint32_t pc;             ///< byte address of the next instruction
     int32_t turns;           ///< of a guest: jumps backwards until the next CHECKPOINT
-    uint16_t changed;  ///< of a guest: the low byte is not 0 if a store has changed a byte, or
-                       ///< a function has returned behind where the pass stands; the high
-                       ///< one if a store has changed only what translated_below() is of;
-                       ///< pushes left out
-    uint8_t awaits;    ///< of a guest: `left` counts to the next interrupt, as interrupts are
-                       ///< let through; they may be held back and let through on the way
-    uint8_t calls;     ///< of a guest: which functions are the engine's, bits by CALL_
-    uint8_t passed;    ///< of a guest: set by passes of the main loop, and within delay()
+    uint8_t changed;         ///< of a guest: CHANGED bits of the pass that goes on
+    uint8_t awaits;          ///< of a guest: `left` counts to the next interrupt, as interrupts are
+                             ///< let through; they may be held back and let through on the way
+    uint8_t calls;           ///< of a guest: which functions are the engine's, bits by CALL_
+    uint8_t passed;          ///< of a guest: set by passes of the main loop, and within delay()
 
     // Of a guest: passes of loops.
     uint8_t repeats;          ///< `left` counts to an interrupt, not to the end of a run
     uint8_t executes;         ///< each pass, also those that change nothing: for tests
+    uint64_t net;             ///< translated_weight() of what it has changed so far of SRAM, but
+                              ///< for CHANGED_BELOW: 0 if all is as it was
     translated_pass_t *pass;  ///< the one that has begun last
     int64_t pass_left;        ///< `left` when that was
     int64_t pass_cycles;      ///< with CHECKPOINT: passes from here on change nothing and take so
@@ -161,7 +160,8 @@ enum { COVER_RAN = 1, COVER_TAKEN = 2, COVER_NOT_TAKEN = 4 };
     unsigned cf = F[0], tf = F[6], inf = F[7];                                \
     uint8_t zr = !F[1], nr = (uint8_t)(F[2] << 7), vr = (uint8_t)(F[3] << 7), \
             sr = (uint8_t)(F[4] << 7), hr = (uint8_t)(F[5] << 4);             \
-    uint16_t changed = chip->changed;                                         \
+    uint8_t changed = chip->changed;                                          \
+    uint64_t net = chip->net;                                                 \
     unsigned attended = 0;                                                    \
     PASS_TOP;                                                                 \
     (void)flash, (void)effects, (void)attended;
@@ -171,7 +171,7 @@ enum { COVER_RAN = 1, COVER_TAKEN = 2, COVER_NOT_TAKEN = 4 };
     M[0x5D] = (uint8_t)sp, M[0x5E] = (uint8_t)(sp >> 8);                                \
     F[0] = (uint8_t)cf, F[1] = zr == 0, F[2] = nr >> 7, F[3] = vr >> 7, F[4] = sr >> 7; \
     F[5] = hr >> 4 & 1, F[6] = (uint8_t)tf, F[7] = (uint8_t)inf;                        \
-    chip->left = left, chip->pc = pc, chip->changed = changed;                          \
+    chip->left = left, chip->pc = pc, chip->changed = changed, chip->net = net;         \
     return end;
 
 /// Notes for such a translation that something has happened.
@@ -247,21 +247,28 @@ enum { COVER_RAN = 1, COVER_TAKEN = 2, COVER_NOT_TAKEN = 4 };
     if (chip->calls >> (number)&1) STOP(at, 0, CALL_ENGINE);
 #define END_INTERRUPT(at, spent) HAND_OVER(at, spent)
 #endif
-/// Writes SRAM, or a register that is plain memory.
+/// Writes a register that is plain memory. Others may see at once that it has changed, so that a
+/// pass that sets it and sets it back is not one that changes nothing.
 #ifdef TRANSLATED_GUEST
-#define WRITE(address, r) (changed |= M[address] ^ (r), M[address] = (r))
+#define WRITE(address, r) (changed |= M[address] != (r) ? CHANGED : 0, M[address] = (r))
 #else
 #define WRITE(address, r) (M[address] = (r))
 #endif
-/// The same by a pointer: locals lie below where the stack ends between two passes.
+/// Writes SRAM. What the pass has changed is added up, whatever order it comes in; of the bytes that
+/// translated_below() is of only that one has changed is kept.
 #ifdef TRANSLATED_GUEST
-#define WRITE_AT(address, r)                                                         \
-    (changed |= (M[address] ^ (r)) << ((uint16_t)(top - (address)) < BELOW ? 8 : 0), \
-     M[address] = (r))
+#define WRITE_SRAM(address, r)                                               \
+    do {                                                                     \
+        const uint8_t w_ = (r);                                              \
+        if ((uint16_t)(top - (address)) < BELOW)                             \
+            changed |= M[address] != w_ ? CHANGED_BELOW : 0;                 \
+        else                                                                 \
+            net += translated_weight(address) * ((uint64_t)w_ - M[address]); \
+        M[address] = w_;                                                     \
+    } while (0)
 #else
-#define WRITE_AT(address, r) WRITE(address, r)
+#define WRITE_SRAM(address, r) WRITE(address, r)
 #endif
-
 /// Addresses below are registers, and there is nothing above.
 #define IN_SRAM(address) ((uint16_t)((address)-0x100) < 0x800)
 /// Two registers as one number, as the pointers X, Y and Z are, adiw's and sbiw's operands, and the
@@ -429,7 +436,7 @@ enum {
     do {                                                              \
         const uint16_t m_ = (uint16_t)(address);                      \
         if (__builtin_expect(!IN_SRAM(m_), 0)) HAND_OVER(at, offset); \
-        WRITE_AT(m_, r);                                              \
+        WRITE_SRAM(m_, r);                                            \
     } while (0)
 /// Before an access to a register below 0x100 that may have one of the effects.
 #define FOR_EFFECT(at, offset, address, which) \

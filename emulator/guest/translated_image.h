@@ -56,12 +56,13 @@ struct TranslatedImage {
     int32_t recalls_in;     ///< of translated_chip_t
     uint16_t recall_pause;  ///< passes of the main loop from one look for a known one to the next
     translated_pass_t pass;
+    uint64_t net;
 
     uint32_t pc;          ///< byte address
     int32_t turns;        ///< of translated_chip_t
     uint16_t ticks_away;  ///< since the main loop was passed
     uint8_t passed;       ///< of translated_chip_t, likewise the next one
-    uint16_t changed;     ///< of translated_chip_t, by the pass that goes on
+    uint8_t changed;      ///< of translated_chip_t, by the pass that goes on; likewise `net`
     uint8_t latch;        ///< high byte of a count, read behind the low one
     Interrupt interrupt;  ///< the one that is served
     uint8_t waits_for;    ///< 1 + number of the engine's call that the channel has to answer

@@ -1,10 +1,11 @@
 /// Passes of a guest's loops: what the engine and translated code (translated_code.h) note of one
 /// when it begins, and how they know that all passes up to the next interrupt will do the same.
 ///
-/// A pass that has left registers, flags and SRAM as they were repeats. Stores tell whether they
-/// have changed a byte. Those of a function's locals mostly do, since what lies below the main
-/// loop's stack is many functions' in turn; of these bytes only what the whole pass has made of
-/// them counts. Pushes are not looked at: a program reads what it has pushed itself.
+/// A pass that has left registers, flags and SRAM as they were repeats. A variable may have been
+/// another one meanwhile, as a lock or a sum that begins anew: what stores change is added up, and
+/// comes to nothing. A function's locals are no sum, since what lies below the main loop's stack is
+/// many functions' in turn, whose pushes are not looked at: a program reads what it has pushed
+/// itself. Of these bytes what the whole pass has made of them is compared.
 ///
 /// A pass that an interrupt has torn counts as one that changes something, so that the one behind
 /// it is the first that may be known to repeat, and is executed to know it.
@@ -41,16 +42,29 @@ static inline uint64_t translated_below(const uint8_t *data, uint16_t stack) {
     return sum | 1;
 }
 
+/// What else a pass has changed: something that does not go back, as a register, or the stack by a
+/// function that has returned behind where the pass stands; bytes that translated_below() is of.
+enum { CHANGED = 1, CHANGED_BELOW = 2 };
+
+/// Of a byte in SRAM. The sum of weights times differences is 0 if the bytes are as they were, and
+/// otherwise in one case of 2^64.
+static inline uint64_t translated_weight(uint16_t address) {
+    uint64_t weight = (address + 1u) * 0x9E3779B97F4A7C15;
+    weight ^= weight >> 32;
+    return weight * 0xD6E8FEB86659FD93;
+}
+
 /// Jumps backwards from one CHECKPOINT to the next.
 enum { TURNS = 256 };
 /// In place of a pass's cycles: a pass of the main loop begins that may be a known one.
 enum { TO_RECALL = -1 };
 
-/// Whether a pass has left all but registers as it found it: `changed` of translated_chip_t, and
-/// translated_below() of where it ends, or 0 if that has not changed.
-static inline uint8_t translated_kept(const translated_pass_t *pass, uint16_t changed,
+/// Whether a pass has left all but registers as it found it: `changed` and `net` as in
+/// translated_chip_t, and translated_below() of where it ends, or 0 if that has not changed.
+static inline uint8_t translated_kept(const translated_pass_t *pass, uint8_t changed, uint64_t net,
                                       uint64_t below) {
-    return (uint8_t)changed == 0 && (changed == 0 || (below != 0 && below == pass->below));
+    if (net != 0 || (changed & CHANGED) != 0) return 0;
+    return changed == 0 || (below != 0 && below == pass->below);
 }
 
 #ifdef MAIN_REGION
@@ -63,47 +77,47 @@ static inline uint8_t translated_kept(const translated_pass_t *pass, uint16_t ch
 ///
 /// `attend` hands the engine what it needs of the state and takes it back. The engine may have
 /// served interrupts or ended one, so that the program goes on elsewhere.
-#define MAIN_REGION_ENDS(in_main, differing, note, scratch_differing, note_scratch)          \
-    pass : {                                                                                 \
-        translated_pass_t *const pass_ = chip->pass;                                         \
-        const uint8_t main_ = (in_main);                                                     \
-        chip->passed |= main_;                                                               \
-        const uint8_t status_ = main_ ? (uint8_t)(tf << 6 | inf << 7) : SREG;                \
-        const uint64_t below_ = changed >> 8 ? translated_below(M, sp) : 0;                  \
-        if (!chip->executes && translated_kept(pass_, changed, below_) && pass_->pc == pc && \
-            pass_->stack == sp && pass_->status == status_ && (differing) == 0 &&            \
-            (main_ || (scratch_differing) == 0)) {                                           \
-            const int64_t took_ = chip->pass_left - left;                                    \
-            if (!chip->repeats) {                                                            \
-                chip->pass_cycles = took_;                                                   \
-                STOP(pc, 0, CHECKPOINT);                                                     \
-            }                                                                                \
-            if (left > 0) left = (int64_t)((uint64_t)left % (uint64_t)took_);                \
-        } else {                                                                             \
-            pass_->pc = pc, pass_->stack = top = sp, pass_->status = status_;                \
-            note;                                                                            \
-            if (!main_) {                                                                    \
-                note_scratch;                                                                \
-            }                                                                                \
-            pass_->below = below_, chip->turns = TURNS, changed = 0;                         \
-            if (main_ && --chip->recalls_in <= 0) {                                          \
-                chip->pass_left = left, chip->pass_cycles = TO_RECALL;                       \
-                STOP(pc, 0, CHECKPOINT);                                                     \
-            }                                                                                \
-        }                                                                                    \
-        chip->pass_left = left;                                                              \
-        goto dispatch;                                                                       \
-    }                                                                                        \
-    attend:                                                                                  \
-    chip->left = left, chip->pc = pc, chip->changed = changed;                               \
-    M[0x5D] = (uint8_t)sp, M[0x5E] = (uint8_t)(sp >> 8), F[7] = (uint8_t)inf;                \
-    M[24] = r24, M[25] = r25;                                                                \
-    {                                                                                        \
-        const uint8_t goes_on_ = chip->attend(chip, attended);                               \
-        left = chip->left, pc = chip->pc, changed = chip->changed;                           \
-        sp = (uint16_t)(M[0x5D] | M[0x5E] << 8), inf = F[7], r24 = M[24], r25 = M[25];       \
-        if (!goes_on_) STOP(pc, 0, ATTENDED);                                                \
-    }                                                                                        \
+#define MAIN_REGION_ENDS(in_main, differing, note, scratch_differing, note_scratch)               \
+    pass : {                                                                                      \
+        translated_pass_t *const pass_ = chip->pass;                                              \
+        const uint8_t main_ = (in_main);                                                          \
+        chip->passed |= main_;                                                                    \
+        const uint8_t status_ = main_ ? (uint8_t)(tf << 6 | inf << 7) : SREG;                     \
+        const uint64_t below_ = changed & CHANGED_BELOW ? translated_below(M, sp) : 0;            \
+        if (!chip->executes && translated_kept(pass_, changed, net, below_) && pass_->pc == pc && \
+            pass_->stack == sp && pass_->status == status_ && (differing) == 0 &&                 \
+            (main_ || (scratch_differing) == 0)) {                                                \
+            const int64_t took_ = chip->pass_left - left;                                         \
+            if (!chip->repeats) {                                                                 \
+                chip->pass_cycles = took_;                                                        \
+                STOP(pc, 0, CHECKPOINT);                                                          \
+            }                                                                                     \
+            if (left > 0) left = (int64_t)((uint64_t)left % (uint64_t)took_);                     \
+        } else {                                                                                  \
+            pass_->pc = pc, pass_->stack = top = sp, pass_->status = status_;                     \
+            note;                                                                                 \
+            if (!main_) {                                                                         \
+                note_scratch;                                                                     \
+            }                                                                                     \
+            pass_->below = below_, chip->turns = TURNS, changed = 0, net = 0;                     \
+            if (main_ && --chip->recalls_in <= 0) {                                               \
+                chip->pass_left = left, chip->pass_cycles = TO_RECALL;                            \
+                STOP(pc, 0, CHECKPOINT);                                                          \
+            }                                                                                     \
+        }                                                                                         \
+        chip->pass_left = left;                                                                   \
+        goto dispatch;                                                                            \
+    }                                                                                             \
+    attend:                                                                                       \
+    chip->left = left, chip->pc = pc, chip->changed = changed;                                    \
+    M[0x5D] = (uint8_t)sp, M[0x5E] = (uint8_t)(sp >> 8), F[7] = (uint8_t)inf;                     \
+    M[24] = r24, M[25] = r25;                                                                     \
+    {                                                                                             \
+        const uint8_t goes_on_ = chip->attend(chip, attended);                                    \
+        left = chip->left, pc = chip->pc, changed = chip->changed;                                \
+        sp = (uint16_t)(M[0x5D] | M[0x5E] << 8), inf = F[7], r24 = M[24], r25 = M[25];            \
+        if (!goes_on_) STOP(pc, 0, ATTENDED);                                                     \
+    }                                                                                             \
     goto dispatch;
 #else
 #define MAIN_REGION_ENDS(in_main, differing, note, scratch_differing, note_scratch)

@@ -63,7 +63,7 @@ uint8_t Robot::Translated::read_register(translated_chip_t *chip, uint16_t addre
     auto &robot = *static_cast<Translated *>(chip);
     auto &image = robot.image_;
     const uint64_t now = robot.cycle();
-    robot.changed = 1;  // it depends on the time
+    robot.changed = CHANGED;  // it depends on the time
     switch (address) {
     case UCSR0A: return now < image.serial_free ? 0 : UCSR0A_UDRE;
     case EECR: return now < robot.eeprom_free() ? robot.at(EECR) | EECR_EEPE : robot.at(EECR);
@@ -79,7 +79,7 @@ void Robot::Translated::register_written(translated_chip_t *chip, uint16_t addre
 }
 
 void Robot::Translated::register_written(uint16_t address) {
-    changed = 1;
+    changed = CHANGED;
     switch (address) {
     case TIFR0:
     case TCCR0B:

@@ -1,6 +1,7 @@
 #include "guest/translated_robot.h"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdio>
 #include <cstring>
@@ -76,6 +77,7 @@ Robot::Translated::Translated(Robot &robot)
     pc = image_.pc;
     turns = image_.turns;
     changed = image_.changed;
+    net = image_.net;
     passed = image_.passed;
     recalls_in = robot.context_->recalls_passes ? image_.recalls_in : INT32_MAX;
     executes = !robot.context_->recalls_passes;
@@ -122,6 +124,7 @@ void Robot::Translated::store() {
     image_.pc = pc;
     image_.turns = turns;
     image_.changed = changed;
+    image_.net = net;
     image_.passed = passed;
     image_.recalls_in = recalls_in;
     robot_.only_ticks_until_ = goes_on() ? rests_until() : 0;
@@ -150,7 +153,7 @@ void Robot::Translated::store() {
 
 /// The last pass may not foretell the next one.
 void Robot::Translated::disturb_passes() {
-    changed = 1;
+    changed = CHANGED;
     image_.pass_cycles = 0;
     image_.rest.ends = 0;
 }
@@ -205,6 +208,10 @@ void Robot::Translated::take_edges_at_rest() {
     const uint64_t end = std::min(end_of_run(), next_but_edges());
     uint64_t now = cycle();
     while (edge_at_ < end) {
+        if (!frame_is_alone()) {
+            if (!take_burst_at_rest(now, end)) break;
+            continue;
+        }
         if (take_frame_at_rest(now, end)) continue;
         if (const uint32_t byte = cycles_of_byte();
             byte != 0 &&
@@ -220,6 +227,34 @@ void Robot::Translated::take_edges_at_rest() {
     }
     limit_ = std::max(now, limit_);
     set_cycle(now);
+}
+
+/// Edges of frames that overlap, whose interrupts wait for one another, up to a moment at which
+/// none waits. False, and nothing done, where one may take the place of another one of its frame:
+/// that depends on where in a pass it comes.
+bool Robot::Translated::take_burst_at_rest(uint64_t &now, uint64_t end) {
+    constexpr size_t MOST_FRAMES = 4;
+    auto &lights = robot_.rare_->lights;
+    const size_t frames = lights.size();
+    if (frames > MOST_FRAMES) return false;
+    std::array<Light, MOST_FRAMES> saved;
+    std::copy(lights.begin(), lights.end(), saved.begin());
+    uint64_t took = 0, free_at = edge_at_;
+    do {
+        const uint64_t cycles = hears_light() ? edge_cycles_ : 0;
+        const uint64_t served = std::max(free_at, edge_at_);
+        const bool fits = std::max(now + took, served) + cycles + image_.pass_cycles <= end;
+        if (!fits || served + LONGEST_BLOCK >= next_of_frame()) {
+            lights.assign(saved.begin(), saved.begin() + frames);
+            find_edge();
+            return false;
+        }
+        free_at = served + cycles;
+        took += cycles;
+        take_edge();
+    } while (edge_at_ < free_at + LONGEST_BLOCK);
+    now += took;
+    return true;
 }
 
 /// The same as a turn of run(), within a region. What needs all of the state leaves the region.
@@ -292,9 +327,9 @@ bool Robot::Translated::note_pass() {
         image_.pass_cycles = 0;
         return recall();
     }
-    const uint64_t below = changed >> 8 != 0 ? translated_below(data, stack) : 0;
+    const uint64_t below = (changed & CHANGED_BELOW) != 0 ? translated_below(data, stack) : 0;
     const bool same =
-        pass_cycles != 0 || (executes == 0 && translated_kept(pass, changed, below) &&
+        pass_cycles != 0 || (executes == 0 && translated_kept(pass, changed, net, below) &&
                              pass->pc == pc && pass->stack == stack && pass->status == now &&
                              std::memcmp(pass->registers, data, sizeof pass->registers) == 0);
     turns = TURNS;
@@ -309,6 +344,7 @@ bool Robot::Translated::note_pass() {
     pass->status = now;
     pass->below = below;
     changed = 0;
+    net = 0;
     return false;
 }
 

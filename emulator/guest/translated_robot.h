@@ -47,6 +47,8 @@ class Robot::Translated : private translated_chip_t {
     /// An interrupt that has begun before the end of a run is executed so far beyond, since nothing
     /// reaches it: the channel is asked as of the interrupt's begin.
     static constexpr uint64_t INTERRUPT_BEYOND = 1024;
+    /// So long an edge waits at most for the end of a block of code.
+    static constexpr uint64_t LONGEST_BLOCK = 128;
     /// Where a message's callback returns to: the last word of the flash, which no program fills.
     static constexpr uint16_t RETURN_FROM_MESSAGE = 0x7FFE;
     /// Duration of kilolib_infrared_receiving(), if nothing is received.
@@ -129,8 +131,12 @@ class Robot::Translated : private translated_chip_t {
     bool hears_light() const;
     void find_edge();  ///< the next one
     void take_edge();
+    bool frame_is_alone() const;  ///< the one that has the next edge
+    uint64_t next_of_frame() const;
     uint32_t cycles_of_byte() const;  ///< if a byte of a frame begins; or 0
     void take_byte();
+    /// Of frames that overlap, as far as interrupts wait for one another.
+    bool take_burst_at_rest(uint64_t &now, uint64_t end);
     /// All up to the frame's end at once, if there is room for them: most of a frame's time nothing
     /// else happens, and one by one they would take as long as a pass of loop().
     bool take_frame_at_rest(uint64_t &now, uint64_t end);

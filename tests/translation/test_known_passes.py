@@ -82,9 +82,11 @@ def test_programs_that_work_in_each_tick_do_the_same(medium: str, tmp_path: Path
 
 
 def test_a_pass_that_changes_a_local_for_the_next_one_is_executed(tmp_path: Path) -> None:
-    """The program has not cleared it; most that is below the main loop's stack changes nothing."""
-    programs = [HERE / "programs/uncleared_local.c", HERE / "corpus/locals_of_loop.c"]
-    file = world(tmp_path, "ideal", programs, 1)
+    """The program has not cleared it; most that is below the main loop's stack changes nothing,
+    and so do variables that go back to what they were."""
+    programs = [HERE / "programs/uncleared_local.c"]
+    programs += [HERE / "corpus" / f"{name}.c" for name in ("locals_of_loop", "sums_anew")]
+    file = world(tmp_path, "kilobot", programs, 2)
     executed = outcome(file, recalls=False)
     assert outcome(file, recalls=True) == executed
 
