@@ -46,12 +46,13 @@ static inline uint64_t translated_below(const uint8_t *data, uint16_t stack) {
 /// function that has returned behind where the pass stands; bytes that translated_below() is of.
 enum { CHANGED = 1, CHANGED_BELOW = 2 };
 
-/// Of a byte in SRAM. The sum of weights times differences is 0 if the bytes are as they were, and
-/// otherwise in one case of 2^64.
+/// Of a byte in SRAM: an odd number that has little to do with that of the next byte. The sum of
+/// weights times differences is 0 if the bytes are as they were; it is not if one has changed, and
+/// of several in one case of 2^64.
 static inline uint64_t translated_weight(uint16_t address) {
     uint64_t weight = (address + 1u) * 0x9E3779B97F4A7C15;
     weight ^= weight >> 32;
-    return weight * 0xD6E8FEB86659FD93;
+    return weight * 0xD6E8FEB86659FD93 | 1;
 }
 
 /// Jumps backwards from one CHECKPOINT to the next.
