@@ -257,17 +257,19 @@ enum { COVER_RAN = 1, COVER_TAKEN = 2, COVER_NOT_TAKEN = 4 };
 /// Writes SRAM. What the pass has changed is added up, whatever order it comes in; of the bytes that
 /// translated_below() is of only that one has changed is kept.
 #ifdef TRANSLATED_GUEST
-#define WRITE_SRAM(address, r)                                               \
-    do {                                                                     \
-        const uint8_t w_ = (r);                                              \
-        if ((uint16_t)(top - (address)) < BELOW)                             \
-            changed |= M[address] != w_ ? CHANGED_BELOW : 0;                 \
-        else                                                                 \
-            net += translated_weight(address) * ((uint64_t)w_ - M[address]); \
-        M[address] = w_;                                                     \
+#define WRITE_SRAM(address, r)                                   \
+    do {                                                         \
+        const uint64_t d_ = (uint64_t)(r)-M[address];            \
+        const uint64_t b_ = (uint16_t)(top - (address)) < BELOW; \
+        changed |= (uint8_t)((d_ != 0 & b_) * CHANGED_BELOW);    \
+        net += translated_weight(address) * d_ * (b_ ^ 1);       \
+        M[address] = (r);                                        \
     } while (0)
+#define WRITE_STATIC(address, r) \
+    (net += translated_weight(address) * ((uint64_t)(r)-M[address]), M[address] = (r))
 #else
 #define WRITE_SRAM(address, r) WRITE(address, r)
+#define WRITE_STATIC(address, r) WRITE(address, r)
 #endif
 /// Addresses below are registers, and there is nothing above.
 #define IN_SRAM(address) ((uint16_t)((address)-0x100) < 0x800)

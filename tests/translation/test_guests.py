@@ -25,12 +25,9 @@ SAMPLE = {
     "before_setup",
     "delay_in_callback",
     "floats_each_pass",
-    "heap_list",
     "light_sum",
-    "lock_in_loop",
     "passes_blink",
     "print_in_wait",
-    "rand_seeded",
     "two_producers",
 }
 PROGRAMS = [
