@@ -254,14 +254,15 @@ enum { COVER_RAN = 1, COVER_TAKEN = 2, COVER_NOT_TAKEN = 4 };
 #else
 #define WRITE(address, r) (M[address] = (r))
 #endif
-/// Writes SRAM. What the pass has changed is added up, whatever order it comes in; of the bytes that
-/// translated_below() is of only that one has changed is kept.
+/// Writes SRAM, by a pointer and by a constant address, which is a variable's. What the pass has
+/// changed is added up, whatever order it comes in; of the bytes that translated_below() is of only
+/// that one has changed is kept.
 #ifdef TRANSLATED_GUEST
 #define WRITE_SRAM(address, r)                                   \
     do {                                                         \
         const uint64_t d_ = (uint64_t)(r)-M[address];            \
         const uint64_t b_ = (uint16_t)(top - (address)) < BELOW; \
-        changed |= (uint8_t)((d_ != 0 & b_) * CHANGED_BELOW);    \
+        changed |= (uint8_t)(((d_ != 0) & b_) * CHANGED_BELOW);  \
         net += translated_weight(address) * d_ * (b_ ^ 1);       \
         M[address] = (r);                                        \
     } while (0)
