@@ -1,6 +1,6 @@
 /// Turns of a guest's loops that are left out, all but the last, for speed alone: the shapes are
 /// those of host_tools/kilotwin/build/avr_loops.py. Each macro stands where the loop's first block
-/// begins, of whichever turn; it does nothing where an interrupt may come before the end. The last
+/// begins, in any turn; it does nothing where an interrupt may come before the end. The last
 /// turn sets the flags, and the branches back are taken in all that are left out.
 ///
 /// The plain twin of each is the code itself, turn by turn, as translations execute it that are

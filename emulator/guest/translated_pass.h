@@ -5,7 +5,7 @@
 /// another one meanwhile, as a lock or a sum that begins anew: what stores change is added up, and
 /// comes to nothing. A function's locals are no sum, since what lies below the main loop's stack is
 /// many functions' in turn, whose pushes are not looked at: a program reads what it has pushed
-/// itself. Of these bytes what the whole pass has made of them is compared.
+/// itself. These bytes are compared as the whole pass has left them.
 ///
 /// A pass that an interrupt has torn counts as one that changes something, so that the one behind
 /// it is the first that may be known to repeat, and is executed to know it.
@@ -42,13 +42,14 @@ static inline uint64_t translated_below(const uint8_t *data, uint16_t stack) {
     return sum | 1;
 }
 
-/// What else a pass has changed: something that does not go back, as a register, or the stack by a
-/// function that has returned behind where the pass stands; bytes that translated_below() is of.
+/// Changes of a pass that do not go back: registers of peripherals, and the stack by a function
+/// that has returned behind where the pass stands; and those of bytes that translated_below() tells
+/// apart.
 enum { CHANGED = 1, CHANGED_BELOW = 2 };
 
-/// Of a byte in SRAM: an odd number that has little to do with that of the next byte. The sum of
-/// weights times differences is 0 if the bytes are as they were; it is not if one has changed, and
-/// of several in one case of 2^64.
+/// The weight of a byte in SRAM: an odd number that has little to do with that of the next byte.
+/// The sum of weights times differences is 0 if the bytes are as they were; it is not if one has
+/// changed, and of several in one case of 2^64.
 static inline uint64_t translated_weight(uint16_t address) {
     uint64_t weight = (address + 1u) * 0x9E3779B97F4A7C15;
     weight ^= weight >> 32;

@@ -135,9 +135,9 @@ class Robot::Translated : private translated_chip_t {
     uint64_t next_of_frame() const;
     uint32_t cycles_of_byte() const;  ///< if a byte of a frame begins; or 0
     void take_byte();
-    /// Of frames that overlap, as far as interrupts wait for one another. An edge that waits until
-    /// the next one of its frame has come is lost, by arithmetic as on the chip: where that may be
-    /// so the pass is executed.
+    /// Takes edges up to a moment at which none waits for another's interrupt. An edge that waits
+    /// until the next one of its frame has come is lost, by arithmetic as on the chip: where that
+    /// may be so the pass is executed.
     bool take_burst_at_rest(uint64_t &now, uint64_t end);
     /// All up to the frame's end at once, if there is room for them: most of a frame's time nothing
     /// else happens, and one by one they would take as long as a pass of loop().

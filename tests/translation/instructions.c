@@ -15,23 +15,13 @@
 #ifdef INTERPRETER
 #include "guest/interpreter.h"
 #endif
+#include "draws.h"
 #include "guest/translated_code.h"
 
 extern const translation_t translation;
 
 // Cycles that suffice for any of them and for what follows it in its block.
 enum { DATA = 0x900, FLASH = 0x8000, FLAGS = 8, ENOUGH = 8 };
-
-static uint64_t seed;
-
-static uint64_t draw_64_bits(void) {
-    seed ^= seed << 13;
-    seed ^= seed >> 7;
-    seed ^= seed << 17;
-    return seed * 0x2545F4914F6CDD1Du;
-}
-
-static uint64_t draw(void) { return draw_64_bits() >> 11; }
 
 static void point(uint8_t *low, unsigned begin, unsigned bytes) {
     const unsigned address = begin + (unsigned)(draw() % bytes);

@@ -1,178 +1,110 @@
 ; Loops of which a translation leaves out turns (emulator/guest/translated_loops.h), one behind each
-; label, with the registers as they are found.
-
-.macro ends
-    break
-.endm
+; label, with the registers as they are found. A number of some bytes begins with its lowest one.
 
 .rept 52  ; in place of the interrupts' vectors
     break
 .endr
 
-; Restoring divisions by a counter, as libgcc's: rest, divisor and quotient of 1, 2, 3 and 4 bytes.
+; `first` for the lowest byte, `others` for those above, from registers `to` and `from` on.
+.macro chain first, others, bytes, to, from
+    \first \to, \from
+.set at, 1
+.rept \bytes - 1
+    \others \to + at, \from + at
+.set at, at + 1
+.endr
+.endm
+
+; A turn of a restoring division up to where its bit goes to the quotient: the rest is in r2, the
+; divisor in r6. `first` shifts the lowest byte.
+.macro subtract_if_not_less first, bytes
+    chain \first, adc, \bytes, 2, 2
+    chain cp, cpc, \bytes, 2, 6
+    brcs 2f
+    chain sub, sbc, \bytes, 2, 6
+2:
+.endm
+
+; By a counter in r16, as libgcc's; the quotient is in r10.
+.macro divide_by_count bytes
+1:  subtract_if_not_less adc, \bytes
+    chain adc, adc, \bytes, 10, 10
+    dec r16
+    brne 1b
+    break
+.endm
+
+; To the mark in r10, as avr-libc's of floats.
+.macro divide_to_mark bytes
+1:  subtract_if_not_less add, \bytes
+    adc r10, r10
+    brcc 1b
+    break
+.endm
+
+; Behind a counter that goes down, up to the highest bit of r2.
+.macro shift_to_highest bytes
+    chain add, adc, \bytes, 2, 2
+    brpl 1b
+    break
+.endm
+
 .globl count_1, count_2, count_3, count_4
 count_1:
     andi r16, 15
-1:  adc r2, r2
-    cp r2, r6
-    brcs 2f
-    sub r2, r6
-2:  adc r10, r10
-    dec r16
-    brne 1b
-    ends
+    divide_by_count 1
 count_2:
     andi r16, 31
-1:  adc r2, r2
-    adc r3, r3
-    cp r2, r6
-    cpc r3, r7
-    brcs 2f
-    sub r2, r6
-    sbc r3, r7
-2:  adc r10, r10
-    adc r11, r11
-    dec r16
-    brne 1b
-    ends
+    divide_by_count 2
 count_3:
     andi r16, 31
-1:  adc r2, r2
-    adc r3, r3
-    adc r4, r4
-    cp r2, r6
-    cpc r3, r7
-    cpc r4, r8
-    brcs 2f
-    sub r2, r6
-    sbc r3, r7
-    sbc r4, r8
-2:  adc r10, r10
-    adc r11, r11
-    adc r12, r12
-    dec r16
-    brne 1b
-    ends
+    divide_by_count 3
 count_4:
     andi r16, 63
-1:  adc r2, r2
-    adc r3, r3
-    adc r4, r4
-    adc r5, r5
-    cp r2, r6
-    cpc r3, r7
-    cpc r4, r8
-    cpc r5, r9
-    brcs 2f
-    sub r2, r6
-    sbc r3, r7
-    sbc r4, r8
-    sbc r5, r9
-2:  adc r10, r10
-    adc r11, r11
-    adc r12, r12
-    adc r13, r13
-    dec r16
-    brne 1b
-    ends
+    divide_by_count 4
 
-; The same with nothing in the rest, as divisions begin.
+; With nothing in the rest, as divisions begin.
 .globl from_nothing
 from_nothing:
     eor r2, r2
     eor r3, r3
     ldi r16, 16
-1:  adc r2, r2
-    adc r3, r3
-    cp r2, r6
-    cpc r3, r7
-    brcs 2f
-    sub r2, r6
-    sbc r3, r7
-2:  adc r10, r10
-    adc r11, r11
-    dec r16
-    brne 1b
-    ends
+    divide_by_count 2
 
-; Divisions to the mark, as avr-libc's of floats.
 .globl mark_3, mark_4
 mark_3:
-1:  add r2, r2
-    adc r3, r3
-    adc r4, r4
-    cp r2, r6
-    cpc r3, r7
-    cpc r4, r8
-    brcs 2f
-    sub r2, r6
-    sbc r3, r7
-    sbc r4, r8
-2:  adc r10, r10
-    brcc 1b
-    ends
+    divide_to_mark 3
 mark_4:
-1:  add r2, r2
-    adc r3, r3
-    adc r4, r4
-    adc r5, r5
-    cp r2, r6
-    cpc r3, r7
-    cpc r4, r8
-    cpc r5, r9
-    brcs 2f
-    sub r2, r6
-    sbc r3, r7
-    sbc r4, r8
-    sbc r5, r9
-2:  adc r10, r10
-    brcc 1b
-    ends
+    divide_to_mark 4
 
-; Shifts up to the highest bit, with counters of one byte and of two.
 .globl highest_1, highest_2, highest_3, highest_4
 highest_1:
 1:  dec r16
-    add r2, r2
-    brpl 1b
-    ends
+    shift_to_highest 1
 highest_2:
 1:  subi r16, 1
-    add r2, r2
-    adc r3, r3
-    brpl 1b
-    ends
+    shift_to_highest 2
 highest_3:
 1:  subi r16, 1
     sbci r17, 0
-    add r2, r2
-    adc r3, r3
-    adc r4, r4
-    brpl 1b
-    ends
+    shift_to_highest 3
 highest_4:
 1:  sbiw r24, 1
-    add r2, r2
-    adc r3, r3
-    adc r4, r4
-    adc r5, r5
-    brpl 1b
-    ends
+    shift_to_highest 4
 
-; Counters.
 .globl down_1, down_2, down_3
 down_1:
 1:  dec r16
     brne 1b
-    ends
+    break
 down_2:
 1:  sbiw r24, 1
     brne 1b
-    ends
+    break
 down_3:
     andi r18, 1
 1:  subi r16, 1
     sbci r17, 0
     sbci r18, 0
     brne 1b
-    ends
+    break

@@ -5,19 +5,12 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "draws.h"
 #include "guest/translated_code.h"
 
 extern const translation_t translation;
 
 enum { DATA = 0x900, FLAGS = 8, REGISTERS = 32, SOON = 600 };
-
-static uint64_t drawn;
-
-static uint64_t draw(void) {
-    drawn ^= drawn << 13;
-    drawn ^= drawn >> 7;
-    return drawn ^= drawn << 17;
-}
 
 // Small numbers, too, and bytes that are alike.
 static void draw_registers(uint8_t *data) {
@@ -48,7 +41,7 @@ static void run(uint32_t address) {
 int main(int arguments, char **argument) {
     if (arguments != 3) return 2;
     const unsigned states = (unsigned)atoi(argument[1]);
-    drawn = 0x9E3779B97F4A7C15 + (uint64_t)atoi(argument[2]);
+    seed = 0x9E3779B97F4A7C15 + (uint64_t)atoi(argument[2]);
     unsigned address;
     while (scanf("%x", &address) == 1)
         for (unsigned state = 0; state < states; state++) run(address);

@@ -47,14 +47,14 @@ def _set(registers: list[int], value: str) -> str:
 @dataclass
 class _Reader:
     """Takes instructions one after the other. Code may lead into their midst: turns are left out
-    where one begins, whichever way that came about."""
+    where one begins, also if code has led there from elsewhere."""
 
     instructions: Mapping[int, Instruction]
     begin: int
     """Address of the first."""
     at: int = field(init=False)
     cycles: int = 0
-    """Of those taken; of a branch that is not taken."""
+    """Sum over those taken; branches as if they were not taken."""
 
     def __post_init__(self) -> None:
         self.at = self.begin
@@ -138,9 +138,8 @@ def _division(reader: _Reader) -> str | None:
     taken = reader.chain("sub", "sbc")
     subtracting = reader.cycles
     divisor = [step.r for step in compared]
-    pairs = [list(zip(rest, divisor, strict=False))]
-    pairs += [[(step.d, step.r) for step in chain] for chain in (compared, taken)]
-    if pairs[0] != pairs[1] or pairs[0] != pairs[2] or len(pairs[0]) != len(rest):
+    pairs = [(step.d, step.r) for step in compared]
+    if rest != [step.d for step in compared] or pairs != [(step.d, step.r) for step in taken]:
         return None
     if skip is None or skip.k != _C or skip.target != reader.at:
         return None

@@ -391,8 +391,7 @@ def _block_text(
     call = code.engine_call(block[0].address)
     if call is not None:
         lines.append(f"ENGINE_CALL(0x{block[0].address:x}, {call})")
-    shortcut = turns_left_out(block[0].address, own)
-    if shortcut is not None and not code.covered:
+    if not code.covered and (shortcut := turns_left_out(block[0].address, own)):
         lines.append(shortcut)
     for instruction, (offset, behind) in zip(block, pairwise(offsets), strict=True):
         if instruction.name in _LEAVES and not is_interpreted(instruction):

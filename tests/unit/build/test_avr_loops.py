@@ -44,7 +44,7 @@ COUNTDOWN = [line("subi", 24, k=1), line("sbci", 25), line("brbc", k=Z)]
 
 
 def found(code: list[Line]) -> str | None:
-    """Of code at address 0; the shape's macro."""
+    """The macro of code at address 0."""
     instructions = {
         2 * at: Instruction(2 * at, name, d, r, k, target)
         for at, (name, d, r, k, target) in enumerate(code)
