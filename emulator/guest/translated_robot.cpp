@@ -163,19 +163,20 @@ uint64_t Robot::Translated::next_but_edges() const {
     return std::min({image_.match, message_at_, serial_asks_at()});
 }
 
-/// Sets what execution goes on to: the next interrupt, or the end of the run.
+/// Sets what execution goes on to: the next interrupt, or the end of the run. While interrupts are
+/// held back and none waits, it is as before they were: code lets them through by itself then.
 void Robot::Translated::set_limit() {
     const uint64_t end = end_of_run(), now = cycle();
-    const uint64_t others = lets_interrupts() ? next_but_edges() : NO_TIME;
-    const uint64_t edge = lets_interrupts() ? edge_at_ : NO_TIME;
-    const uint64_t interrupt = std::min(others, edge);
-    const uint64_t next = std::min(interrupt, image_.match);  // also if it is not let through
+    uint64_t others = next_but_edges(), edge = edge_at_;
+    const bool one_waits = image_.flagged != NO_TIME || std::min(others, edge) <= now;
+    awaits = lets_interrupts() || !one_waits;
+    if (awaits == 0) others = edge = NO_TIME;
+    const uint64_t next = std::min({others, edge, image_.match});  // also if it is not let through
     limit_ = std::min(end, next);
     set_cycle(now);
     ends_run_ = end < next && image_.interrupt == Interrupt::NONE;
     repeats = !ends_run_ && edge >= std::min(end, others);
     limit_changed_ = false;
-    awaits = lets_interrupts();
 }
 
 /// Executes up to there.
