@@ -1,7 +1,6 @@
 #include "guest/busy_watch.h"
 
 #include <algorithm>
-#include <array>
 #include <cstring>
 #include <utility>
 
@@ -65,12 +64,15 @@ Likeness likeness(const std::vector<uint8_t> &kept, const kt_table_t &table, con
     return same_ticks ? Likeness::ALL : Likeness::ALL_BUT_TICKS;
 }
 
-/// Whether the x87 unit, whose registers are not among those compared, holds values.
+/// Whether the x87 unit, whose registers are not among those compared, holds values: what they are
+/// pushed on has one on top then. Also if it has an exception that the next instruction would raise.
 bool holds_long_doubles() {
-    constexpr size_t TAGS = 4;
-    alignas(16) std::array<uint8_t, 512> area;
-    __asm__ volatile("fxsave64 %0" : "=m"(area));
-    return area[TAGS] != 0;
+    constexpr uint16_t PENDING = 1 << 7, CLASS = 0x4500, EMPTY = 0x4100;
+    uint16_t status;
+    __asm__ volatile("fnstsw %0" : "=a"(status));
+    if ((status & PENDING) != 0) return true;
+    __asm__ volatile("fxam\n\tfnstsw %0" : "=a"(status));
+    return (status & CLASS) != EMPTY;
 }
 
 }  // namespace

@@ -49,7 +49,7 @@ class BusyWatch {
     void came_back(int32_t &budget) {
         budget = TURNS_PER_TICK;
         if (watch_) [[unlikely]]
-            watch_.reset();
+            watch_->forget();
     }
 
     /// The same for a program that may be looked at early.
@@ -81,7 +81,8 @@ class BusyWatch {
     Verdict judge(Finding finding, Cycles now);
 
   private:
-    struct Watch {
+    /// Since the program last came back.
+    struct Turns {
         uint64_t fingerprint = 0;        ///< hash of the state that is waited for
         Cycles busy_since = NEVER;       ///< since then, no return
         Cycles computing_since = NEVER;  ///< since then, every look found it computing
@@ -89,20 +90,24 @@ class BusyWatch {
         bool warned = false;
 
         // Early looks: a state is kept, and compared with those of the next turns.
-        std::vector<uint8_t> kept;
+        bool arrives = false;          ///< the next look is where it would be found waiting
         int32_t left_when_kept = 0;    ///< turns from then on up to where the budget is spent
         int32_t comparisons_left = 0;  ///< 0: the next state is kept
-        int32_t spacing =
-            0;  ///< turns up to the next state to keep, if this one does not come back
+        /// Turns up to the next state to keep, if this one does not come back.
+        int32_t spacing = 0;
         uint32_t acts = 0, acts_when_kept = 0;
-        bool arrives = false;  ///< the next look is where it would be found waiting
+    };
+    struct Watch : Turns {
+        std::vector<uint8_t> kept;
+
+        void forget() { static_cast<Turns &>(*this) = {}; }
     };
 
     Finding look_early(Program &program, const uint8_t *frame, const uint8_t *top);
     Finding found_waiting(Program &program, bool early);
     static void look_after(int32_t turns, Program &program);  ///< the next time
 
-    Own<Watch> watch_;  ///< from a spent budget until the program returns
+    Own<Watch> watch_;  ///< from the first spent budget on
 };
 
 }  // namespace kilotwin
