@@ -64,8 +64,9 @@ Likeness likeness(const std::vector<uint8_t> &kept, const kt_table_t &table, con
     return same_ticks ? Likeness::ALL : Likeness::ALL_BUT_TICKS;
 }
 
-/// Whether the x87 unit, whose registers are not among those compared, holds values: what they are
-/// pushed on has one on top then. Also if it has an exception that the next instruction would raise.
+/// Whether the x87 unit, whose registers are not among those compared, holds values: they are
+/// pushed, so that the topmost is one then. Also if it has an exception that the next instruction
+/// would raise.
 bool holds_long_doubles() {
     constexpr uint16_t PENDING = 1 << 7, CLASS = 0x4500, EMPTY = 0x4100;
     uint16_t status;

@@ -78,7 +78,7 @@ def test_a_bad_experiment_is_refused_in_one_line(
     case: Path, refuse: Refuse, tmp_path: Path
 ) -> None:
     name, out = str(case.relative_to(CASES)), str(tmp_path / "run")
-    first, *others = refuse(name, "--out", out).splitlines()
+    first, *others = refuse(name, "--out", out, "--quiet").splitlines()
     expected = case.with_suffix(".expected").read_text().rstrip("\n")
     assert first == "kilotwin: " + expected.replace("{cases}", str(CASES))
     # Only a compiler has more to say.
