@@ -34,10 +34,10 @@ SAMPLE = {
     "two_producers",
 }
 EXAMPLES = sorted((ROOT / "firmware/examples").glob("*.c"))
-MANY = [*EXAMPLES, *CORPUS]
+CONFORMANCE = sorted((ROOT / "tests/conformance/programs").glob("*.c"))
+MANY = [*EXAMPLES, *CONFORMANCE, *CORPUS]
 PROGRAMS = [
     ROOT / "firmware/aggregation",
-    *sorted((ROOT / "tests/conformance/programs").glob("*.c")),
     *(path for path in MANY if path.stem in SAMPLE),
     *(pytest.param(path, marks=pytest.mark.long) for path in MANY if path.stem not in SAMPLE),
 ]
