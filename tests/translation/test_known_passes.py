@@ -84,7 +84,7 @@ def test_programs_that_work_in_each_tick_do_the_same(medium: str, tmp_path: Path
 def test_a_pass_that_changes_a_local_for_the_next_one_is_executed(tmp_path: Path) -> None:
     """The program has not cleared it; most that is below the main loop's stack changes nothing,
     and so do variables that go back to what they were."""
-    programs = [HERE / "programs/uncleared_local.c", HERE / "corpus/sums_anew.c"]
+    programs = [HERE / f"programs/{name}.c" for name in ("uncleared_local", "sums_anew")]
     file = world(tmp_path, "kilobot", programs, 2)
     executed = outcome(file, recalls=False)
     assert outcome(file, recalls=True) == executed

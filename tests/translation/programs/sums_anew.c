@@ -1,5 +1,6 @@
 // Variables that each pass takes to something else and back: a lock around a message that is filled
-// again, a nearest neighbour that is looked for again, and a sum.
+// again, a nearest neighbour that is looked for again, and a sum. Whether it is asked within the
+// lock depends on some cycles, so that a chip shows another colour (docs/limits.md).
 #include <kilolib.h>
 
 #define NEIGHBOURS 6
