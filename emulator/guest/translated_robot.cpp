@@ -163,8 +163,8 @@ uint64_t Robot::Translated::next_but_edges() const {
     return std::min({image_.match, message_at_, serial_asks_at()});
 }
 
-/// Sets what execution goes on to: the next interrupt, or the end of the run. While interrupts are
-/// held back and none waits, it is as before they were: code lets them through by itself then.
+/// Sets what execution goes on to: the next interrupt, or the end of the run. Interrupts that are
+/// held back count too, unless one waits: the code that lets them through need not be left then.
 void Robot::Translated::set_limit() {
     const uint64_t end = end_of_run(), now = cycle();
     uint64_t others = next_but_edges(), edge = edge_at_;
