@@ -52,7 +52,7 @@ run: setup
 	@$(VENV)/bin/kilotwin run $(PAPER) --set swarm.informed=0 --out $(RUN) --plots
 	@echo; echo "The run is in $(RUN): map.png, timeline.png, and the numbers above."
 
-## test: every test but the long ones (under 10 minutes)
+## test: every test but the long ones (a quarter of an hour)
 .PHONY: test
 test: native
 	@$(PY) tests/run_all.py
