@@ -61,11 +61,12 @@ def translated(image: Path, notify: Notify = lambda _: None) -> Path | None:
         flash, eeprom = _emulator.flash_image(str(image))
     except (RunError, _emulator.EngineError):
         return None
-    key = _key(compiler_version(compiler), flash, eeprom, None)
+    version = compiler_version(compiler)
+    key = _key(version, flash, eeprom, None)
     file = _file(key, image.name)
     if not is_built(file):
         with building(f"translating {image.name} for this computer", file.parent, notify):
-            _build(compiler, translator.translate(flash, eeprom), file)
+            _build(compiler, _flags(version), translator.translate(flash, eeprom), file)
     return file
 
 
@@ -85,7 +86,8 @@ def translated_guest(
     file = _file(key, program.name)
     if not is_built(file):
         with building(f"translating {program.written} for this computer", file.parent, notify):
-            _build(compiler, translator.translate(flash, eeprom, met_at, covered=covered), file)
+            texts = translator.translate(flash, eeprom, met_at, covered=covered)
+            _build(compiler, _flags(version), texts, file)
     return Guest(program.name, file, key, f"{image.compiler}; {version}", image.elf)
 
 
@@ -117,8 +119,7 @@ def _flags(version: str) -> list[str]:
     return [*_FLAGS, *(f"-fno-{name}" for name in idle)]
 
 
-def _build(compiler: str, texts: list[str], target: Path) -> None:
-    flags = _flags(compiler_version(compiler))
+def _build(compiler: str, flags: list[str], texts: list[str], target: Path) -> None:
     target.parent.mkdir(parents=True, exist_ok=True)
     include = f"-I{resources.path(_INCLUDE)}"
     failure = "the translation of machine code does not compile; this is a mistake of Kilotwin"
