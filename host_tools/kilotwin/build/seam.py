@@ -21,6 +21,36 @@ _CALLS = (
     "kilolib_converter_read",
     "estimate_distance",
 )
+RARE = (
+    "kilo_init",
+    "kilolib_clock_init",
+    "kilolib_clock_stop",
+    "kilolib_converter_init",
+    "kilolib_converter_stop",
+    "kilolib_converter_sample_on_edge",
+    "kilolib_converter_sampled",
+    "kilolib_infrared_receive_init",
+    "kilolib_infrared_receive_stop",
+    "kilolib_infrared_send_init",
+    "kilolib_infrared_send_frame",
+    "kilolib_motors_init",
+    "kilolib_motors_on",
+    "kilolib_motors_off",
+    "kilolib_power_on",
+    "kilolib_power_off",
+    "kilolib_calibration_load",
+    "kilolib_calibration_save",
+    "place_of",
+    "crc_of",
+    "finish",
+    "kilolib_command_obey",
+    "robot_obey",
+    "kilolib_sleep_for_8_s",
+    "__vector_11",
+    "__vector_23",
+)
+"""Of a robot's runtime what runs at power-up, at a command, or in no guest, since the engine stands
+for it. It is not translated: a small program's translation would take 3.7 times as long with it."""
 _NEEDED = ("kilo_ticks", "kilo_tx_period", "kilolib_robot", "kilo_message_rx", "kilo_start")
 _RECEIVER = "infrared_receive.c"
 _MESSAGE_IN_READER = 6  # offset in infrared_reader_t
@@ -62,6 +92,8 @@ class Seam:
     """Likewise of delay(); (0, 0): the program has none."""
     functions: tuple[int, ...]
     """The program's own."""
+    rare: tuple[tuple[int, int], ...]
+    """Extents of functions of RARE, which the interpreter executes."""
 
     def text(self) -> str:
         """C of the structure translated_seam_t."""
@@ -77,6 +109,7 @@ def seam_of(elf: Path, objects: Sequence[Path]) -> Seam:
         symbols = list(_symbols(ELFFile(file)))
     everywhere = {symbol.name: symbol for _, symbol in symbols if _is_global(symbol)}
     own = {symbol.name: symbol for source, symbol in symbols if source == _RECEIVER}
+    functions = list(_own_functions(symbols, objects))
     missing = [name for name in _NEEDED if name not in everywhere]
     if missing:
         raise KilotwinError(f"{elf.name} has no {missing[0]}: it is not linked with Kilotwin's API")
@@ -94,7 +127,8 @@ def seam_of(elf: Path, objects: Sequence[Path]) -> Seam:
         handlers=", ".join(_own_handlers(everywhere)),
         main_loop=_extent(everywhere, "kilo_start"),
         delay=_extent(everywhere, "delay"),
-        functions=tuple(_own_functions(symbols, objects)),
+        functions=tuple(functions),
+        rare=tuple(_rare(symbols, functions)),
     )
 
 
@@ -143,6 +177,14 @@ def _own_functions(symbols: Sequence[tuple[str, Symbol]], objects: Sequence[Path
         if symbol["st_info"]["type"] == "STT_FUNC"
         and (source in sources or (_is_global(symbol) and symbol.name in names))
     )
+
+
+def _rare(symbols: Sequence[tuple[str, Symbol]], own: Sequence[int]) -> Iterator[tuple[int, int]]:
+    """A program may have functions of these names itself, which are none of them."""
+    for _, symbol in symbols:
+        begin = int(symbol["st_value"])
+        if symbol.name in RARE and symbol["st_info"]["type"] == "STT_FUNC" and begin not in own:
+            yield begin, begin + int(symbol["st_size"])
 
 
 def _own_handlers(symbols: Mapping[str, Symbol]) -> Iterator[str]:

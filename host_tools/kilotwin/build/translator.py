@@ -9,7 +9,7 @@ translation cannot be entered the emulator interprets.
 
 With a seam it is a guest's: a block begins at each access to a register, so that its effect comes
 at its time; the begin of a function that is the engine's leaves the code, as do passes of the main
-loop (emulator/guest/translated_code.h).
+loop (emulator/guest/translated_code.h). What of its runtime hardly ever runs is left out (seam.py).
 """
 
 from collections.abc import Iterator, Mapping
@@ -293,8 +293,10 @@ class _Code:
                 self.entries.add(2 * (low.k | high.k << 8))
 
     def _blocks(self) -> Iterator[_Block]:
+        extents = () if self.seam is None else self.seam.rare
+        left_out = {at for begin, end in extents for at in range(begin, end)}
         block: _Block = []
-        for at in sorted(self.instructions):
+        for at in sorted(self.instructions.keys() - left_out):
             if block and (at in self.entries or at != block[-1].end):
                 yield block
                 block = []
