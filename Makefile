@@ -135,7 +135,7 @@ fuzz: setup
 
 ## truth: hold the emulation against chips, logs and the paper, into docs/truth.md (or ONLY="walk uplink")
 .PHONY: truth
-truth: native
+truth: setup
 	@$(PY) -m tests.truth $(ONLY)
 
 ## mutants: plant small faults and list those that no test finds (ARGS="--group cores --all")

@@ -12,6 +12,7 @@ import signal
 import sys
 import threading
 from pathlib import Path
+from types import FrameType
 from typing import Annotated, Any, NoReturn
 
 import typer
@@ -54,6 +55,8 @@ COMMANDS = {
     "grid": "Talks to the modules of a Kilogrid, and through them to its robots.",
 }
 """Modules of kilotwin.commands and the first lines of their help, in the order of `--help`."""
+
+_ENDED_BY = 128  # exit code less the signal's number, as shells have it
 
 
 class Commands(typer.core.TyperGroup):
@@ -114,6 +117,9 @@ def main() -> None:
     for name, value in SINGLE_THREADED.items():
         os.environ.setdefault(name, value)
     leave_plugins_out()
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(number) is signal.SIG_DFL:
+            signal.signal(number, _end)
     try:
         _check_working_folder()
         try:
@@ -133,6 +139,13 @@ def main() -> None:
         _discard_output()
         _show(f"{error.filename or 'output'}: {cause_of(error)}; see to the disk")
         sys.exit(RunError.exit_code)
+
+
+def _end(number: int, _frame: FrameType | None) -> NoReturn:
+    """Ends what does not heed a signal otherwise, but not before it has cleared up behind itself.
+    One more ends it at once."""
+    signal.signal(number, signal.SIG_DFL)
+    sys.exit(_ENDED_BY + number)
 
 
 def _check_working_folder() -> None:

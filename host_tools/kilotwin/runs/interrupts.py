@@ -1,7 +1,9 @@
-"""Ctrl-C and a polite kill, for what ends with its data kept."""
+"""Ctrl-C, a polite kill and a terminal that goes away, for what ends with its data kept."""
 
 import contextlib
+import os
 import signal
+import stat
 from collections.abc import Callable, Iterator
 from types import FrameType
 from typing import Any
@@ -11,16 +13,35 @@ Handler = Callable[[int, FrameType | None], Any]
 
 @contextlib.contextmanager
 def heeding_interrupts(handler: Handler) -> Iterator[None]:
-    """Within, both signals call `handler`, also where a shell has them ignored (`&`).
+    """Within, these signals call `handler`, also where a shell has them ignored (`&`); but a
+    terminal that goes away does not under `nohup`.
 
     Outside the main thread nothing changes: signals are not ours there.
     """
+
+    def hung_up(number: int, frame: FrameType | None) -> None:
+        _leave_terminal()
+        handler(number, frame)
+
+    heeded: dict[int, Handler] = {signal.SIGINT: handler, signal.SIGTERM: handler}
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
+        heeded[signal.SIGHUP] = hung_up
     before = {}
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number, heed in heeded.items():
         with contextlib.suppress(ValueError):
-            before[number] = signal.signal(number, handler)
+            before[number] = signal.signal(number, heed)
     try:
         yield
     finally:
         for number, former in before.items():
             signal.signal(number, former)
+
+
+def _leave_terminal() -> None:
+    """Output to a terminal, which is gone and would be an error, goes nowhere from here on."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    for output in (1, 2):
+        with contextlib.suppress(OSError):
+            if stat.S_ISCHR(os.fstat(output).st_mode):
+                os.dup2(nowhere, output)
+    os.close(nowhere)

@@ -2,6 +2,7 @@
 
 import json
 import re
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -345,3 +346,24 @@ def test_bench_interrupted_keeps_what_is_measured_in_full_and_goes_no_further(
     assert [result["workload"] for result in json.loads(done.stdout)] == ["paper/simplified-n100"]
     assert "interrupted" in done.stderr
     assert len(list(outcomes)) == 2
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_a_command_that_does_not_heed_a_signal_clears_up_before_it_ends(
+    number: int, tmp_path: Path
+) -> None:
+    command = f"""
+import os, tempfile, time
+from kilotwin.commands import cli
+def app(**_):
+    with tempfile.TemporaryDirectory(dir={str(tmp_path)!r}):
+        os.kill(os.getpid(), {number})
+        time.sleep(60)
+cli.app = app
+cli.script()
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", command], check=False, capture_output=True, timeout=30
+    )
+    assert (done.returncode, done.stderr) == (128 + number, b"")
+    assert list(tmp_path.iterdir()) == []

@@ -208,14 +208,12 @@ def test_when_the_engine_dies_the_parent_closes_the_folder(
     assert Run.open(folder / "run").robots().num_rows >= 10
 
 
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 130)])
-def test_an_interrupted_run_keeps_its_data(
-    number: int, code: int, start_endless: Start, folder: Path
-) -> None:
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_an_interrupted_run_keeps_its_data(number: int, start_endless: Start, folder: Path) -> None:
     process = start_endless("--json")
     os.killpg(process.pid, number)
     output, errors = process.communicate(timeout=30)
-    assert process.returncode == code, errors
+    assert process.returncode == 130, errors
     assert "interrupted; what was recorded is kept" in errors
     result = json.loads(output)
     assert result["status"] == "interrupted"
@@ -224,6 +222,32 @@ def test_an_interrupted_run_keeps_its_data(
     run = Run.open(folder / "run")
     assert run.sites()["tick"][-1].as_py() == round(result["simulated_s"] / 0.032768)
     assert not (folder / "run/robots.parquet").exists()
+
+
+def test_a_run_whose_terminal_goes_away_keeps_its_data(
+    folder: Path, fake_environment: dict[str, str], trouble: Callable[[str], str]
+) -> None:
+    command = [sys.executable, "-m", "kilotwin", "run", "small.toml", "--out", "run"]
+    command += ["--set", trouble("slow"), "--set", "duration_s=1e9"]
+    here, there = pty.openpty()
+    process = subprocess.Popen(
+        ["setsid", "--ctty", *command],
+        cwd=folder,
+        env={**fake_environment, **SINGLE_THREADED},
+        stdin=there,
+        stdout=there,
+        stderr=there,
+    )
+    os.close(there)
+    try:
+        wait_for((folder / "run").exists, "the run folder")
+        wait_for(lambda: Run.open(folder / "run").sites().num_rows > 5, "samples")
+        os.close(here)
+        assert process.wait(30) == 130
+    finally:
+        process.kill()
+        process.wait()
+    assert status(folder / "run") == "interrupted"
 
 
 def test_a_run_interrupted_twice_ends_at_once_and_says_what_is_kept(
