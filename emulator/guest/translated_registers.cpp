@@ -1,4 +1,5 @@
 // Registers of a translated robot that do more than a byte of memory (translated_robot.h).
+#include <algorithm>
 #include <cstring>
 #include <utility>
 
@@ -65,7 +66,9 @@ uint8_t Robot::Translated::read_register(translated_chip_t *chip, uint16_t addre
     const uint64_t now = robot.cycle();
     robot.changed = CHANGED;  // it depends on the time
     switch (address) {
-    case UCSR0A: return now < image.serial_free ? 0 : UCSR0A_UDRE;
+    case UCSR0A:
+        robot.leave_out_polls();
+        return robot.cycle() < image.serial_free ? 0 : UCSR0A_UDRE;
     case EECR: return now < robot.eeprom_free() ? robot.at(EECR) | EECR_EEPE : robot.at(EECR);
     case TCNT0: return static_cast<uint8_t>((now - image.timer_zero) / COUNT_CYCLES);
     case TCNT1L: image.latch = static_cast<uint8_t>(now >> 8); return static_cast<uint8_t>(now);
@@ -132,6 +135,23 @@ void Robot::Translated::eeprom_written() {
         robot_.written().eeprom_free = cycle() + EEPROM_WRITE_CYCLES;
     }
     at(EECR) = control & (EECR_EEPE | EECR_EERE) ? 0 : control & EECR_EEMPE;
+}
+
+/// A program that prints mostly waits for the line, and each look at it is the interpreter's. In the
+/// loop that avr-gcc makes of such a wait only the last turn is executed, that finds the line free
+/// or in which an interrupt comes.
+void Robot::Translated::leave_out_polls() {
+    // lds r, UCSR0A; sbrs r, UDRE0; rjmp to the lds: the three take `TURN` cycles.
+    constexpr uint16_t LDS = 0x9000, LDS_MASK = 0xFE0F, REGISTER = 0x01F0, SBRS_UDRE0 = 0xFE05,
+                       RJMP_BACK = 0xCFFC;
+    constexpr int64_t TURN = 5;
+    const uint16_t load = flash_word(flash, pc);
+    const bool waits = (load & LDS_MASK) == LDS &&
+                       flash_word(flash, pc + 4) == (SBRS_UDRE0 | (load & REGISTER)) &&
+                       flash_word(flash, pc + 6) == RJMP_BACK;
+    const auto busy = static_cast<int64_t>(image_.serial_free - cycle());
+    if (executes != 0 || !waits || busy <= 0 || left <= 0) return;
+    left -= std::min((busy + TURN - 1) / TURN, (left - 1) / TURN) * TURN;
 }
 
 /// The line is busy for the time of a byte.

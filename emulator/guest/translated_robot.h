@@ -173,6 +173,7 @@ class Robot::Translated : private translated_chip_t {
     void eeprom_written();
     /// When the last byte is written.
     uint64_t eeprom_free() const { return robot_.rare_ == nullptr ? 0 : robot_.rare_->eeprom_free; }
+    void leave_out_polls();
     void print(uint8_t byte);
     void look_at_pins();
 

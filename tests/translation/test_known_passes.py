@@ -90,6 +90,15 @@ def test_a_pass_that_changes_a_local_for_the_next_one_is_executed(tmp_path: Path
     assert outcome(file, recalls=True) == executed
 
 
+def test_waits_for_the_serial_line_do_the_same(tmp_path: Path) -> None:
+    """Runs and interrupts end in their midst; a second program talks to those that print."""
+    programs = [HERE / "corpus/print_in_wait.c", EXAMPLES / "talk_and_listen.c"]
+    file = world(tmp_path, "kilobot", programs, 2)
+    executed = outcome(file, recalls=False)
+    assert outcome(file, recalls=True) == executed
+    assert outcome(file, recalls=True, chunk=4) == executed
+
+
 def test_a_robot_in_an_interrupt_is_asked_again_before_others_run_past_it(tmp_path: Path) -> None:
     """It may yet send sooner than it had to when the run ended."""
     file = world(tmp_path, "kilobot", [HERE / "programs/slow_to_answer.c"], 24)
