@@ -12,6 +12,7 @@ from kilotwin.experiment.record_schema import Record
 from kilotwin.units import seconds
 
 LEFT_OUT = "left_out"
+_LINES = re.compile(r"[^\n]*\n|[^\n]+")
 
 
 class PrintLimit:
@@ -43,25 +44,30 @@ class PrintLimit:
 
 
 class Prints:
-    """Appends at once, so that nothing is lost when a run is killed."""
+    """Prints of all robots."""
 
     def __init__(self, folder: Path) -> None:
         """The folder appears with the first print."""
         self._folder = folder
         self._in_line: set[int] = set()  # robots whose last line has no end yet
+        self._unwritten: dict[int, list[str]] = {}
 
     def add(self, robot: int, tick: int, text: str) -> None:
-        """Adds what a robot printed at a tick."""
-        self._folder.mkdir(exist_ok=True)
+        """Adds what a robot printed at a tick, to be written soon."""
         stamp = f"[{seconds(tick):10.3f} s, tick {tick:7}] "
-        lines = re.findall(r"[^\n]*\n|[^\n]+", text)
-        stamped = [
-            line if number == 0 and robot in self._in_line else stamp + line
-            for number, line in enumerate(lines)
-        ]
-        with (self._folder / f"robot-{robot}.log").open("a", newline="") as file:
-            file.write("".join(stamped))
+        lines = self._unwritten.setdefault(robot, [])
+        for number, line in enumerate(_LINES.findall(text)):
+            lines.append(line if number == 0 and robot in self._in_line else stamp + line)
         if text.endswith("\n"):
             self._in_line.discard(robot)
         elif text:
             self._in_line.add(robot)
+
+    def write(self) -> None:
+        """Appends all that was added, so that it is kept when a run is killed."""
+        if self._unwritten:
+            self._folder.mkdir(exist_ok=True)
+        for robot, lines in self._unwritten.items():
+            with (self._folder / f"robot-{robot}.log").open("a", newline="") as file:
+                file.write("".join(lines))
+        self._unwritten.clear()

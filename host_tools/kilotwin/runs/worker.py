@@ -18,7 +18,7 @@ import signal
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 from kilotwin import _emulator
@@ -161,8 +161,8 @@ class Writer(Protocol):
     def count(self, samples: "Samples") -> Counts:
         """How many robots do what, in each of the samples."""
 
-    def add_event(self, event: "Event | dict[str, Any]") -> None:
-        """Takes one event."""
+    def add_events(self, events: "Iterable[Event | dict[str, Any]]") -> None:
+        """Takes events."""
 
 
 WriterT = TypeVar("WriterT", bound=Writer)
@@ -307,7 +307,7 @@ class Trial(Generic[WriterT]):
 
     def _note_act(self, event: dict[str, Any]) -> None:
         """The run was steered, or its pace changed: an event, and the manifest says so at once."""
-        self.writer.add_event(event)
+        self.writer.add_events([event])
         self._events[event["kind"]] += 1
         time_s = round(seconds(event["tick"]), 3)
         if event["kind"] == STEERED and not self._touched:
@@ -332,15 +332,16 @@ class Trial(Generic[WriterT]):
     def _take(self, samples: "Samples", *, last: bool = False) -> None:
         if self._host is not None:
             self._host.see(samples)
-        for told in self._simulation.events():
-            event = self._places.of_robot(told)
+        events = [self._places.of_robot(told) for told in self._simulation.events()]
+        for event in events:
             event["tick"] -= self._zero_tick
-            self.writer.add_event(event)
             self._events[event["kind"]] += 1
             if event["kind"] in FAILURES:
                 self._failed.append(event)
             elif event["kind"] == UNDEFINED:
                 self._undefined.append(event)
+        if events:
+            self.writer.add_events(events)
         self._samples += len(samples["tick"])
         counts = self.writer.add(samples, self._measure(samples, last=last))
         if counts is None:
@@ -365,7 +366,7 @@ class Trial(Generic[WriterT]):
         for name in self._meter.failed.keys() - before:
             what = f"metric {name}: {self._meter.failed[name]}"
             event = {"tick": int(samples["tick"][-1]), "kind": "metric_failed", "text": what}
-            self.writer.add_event(event)
+            self.writer.add_events([event])
         return measured
 
     def _robots_now(self, counts: Counts) -> dict[str, Any]:

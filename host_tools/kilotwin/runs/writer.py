@@ -9,7 +9,7 @@ import contextlib
 import json
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -66,7 +66,7 @@ class RunWriter:
         self._modules: Stream | None = None
         if experiment.keys.record.has("modules") and "engine" in manifest:
             self._modules = Stream(folder / f"{MODULES}.arrows", MODULES_SCHEMA)
-        self._events = (folder / EVENTS).open("w", buffering=1)
+        self._events = (folder / EVENTS).open("w")
         self._prints = Prints(folder / PRINTS)
         self._print_limit = PrintLimit(experiment.keys.record)
 
@@ -105,12 +105,20 @@ class RunWriter:
         return count(self._states, samples["led"], samples["site"], self._site_count)
 
     def add_event(self, event: "Event | dict[str, Any]") -> None:
-        """Writes one event; what a robot prints goes to its own file too, up to a limit."""
-        if event["kind"] == "print" and not self._print_limit.admits(event):
-            return
-        self._write_event(event)
-        if event["kind"] == "print" and "robot" in event:
-            self._prints.add(event["robot"], event["tick"], event["text"])
+        """Writes one event."""
+        self.add_events([event])
+
+    def add_events(self, events: "Iterable[Event | dict[str, Any]]") -> None:
+        """Writes events, which are kept from then on, also if the run is killed. What a robot
+        prints goes to its own file too, up to a limit."""
+        for event in events:
+            if event["kind"] == "print" and not self._print_limit.admits(event):
+                continue
+            self._write_event(event)
+            if event["kind"] == "print" and "robot" in event:
+                self._prints.add(event["robot"], event["tick"], event["text"])
+        self._events.flush()
+        self._prints.write()
 
     def _write_event(self, event: "Event | dict[str, Any]") -> None:
         time_s = round(seconds(event["tick"]), 3)

@@ -1,6 +1,6 @@
 """Looks of an `[[expect]]` in one run: the samples that its time asks for."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Self
 
@@ -149,8 +149,12 @@ class Looks:
         """How many robots do what, in each of the samples."""
         return count(self._states, samples["led"], samples["site"], self._sites)
 
-    def add_event(self, event: "Event | dict[str, Any]") -> None:
+    def add_events(self, events: "Iterable[Event | dict[str, Any]]") -> None:
         """Keeps failures of robots' and modules' programs."""
+        for event in events:
+            self._keep(event)
+
+    def _keep(self, event: "Event | dict[str, Any]") -> None:
         kind = event["kind"]
         if kind in FAILURES and "robot" in event:
             self._failed.setdefault(event["robot"], event["tick"])

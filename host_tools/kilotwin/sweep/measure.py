@@ -11,7 +11,7 @@ import json
 import platform
 import signal
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -232,5 +232,5 @@ class _SeriesWriter:
         sites = len(self._experiment.keys.site)
         return count(self._states, samples["led"], samples["site"], sites)
 
-    def add_event(self, event: "Event | dict[str, Any]") -> None:
+    def add_events(self, events: "Iterable[Event | dict[str, Any]]") -> None:
         """Events of a trial that went well are not kept."""
