@@ -8,6 +8,7 @@ from kilotwin import _emulator
 from kilotwin.build.avr import build_image
 from kilotwin.build.seam import RARE, Seam, seam_of
 from kilotwin.build.translator import Block, blocks_of
+from kilotwin.errors import InputError
 from kilotwin.experiment.programs import find_program
 
 # Each of these functions has a name of the runtime's own, which no header makes known.
@@ -58,3 +59,11 @@ def test_a_programs_function_of_the_same_name_is_translated(
     seam, blocks = built
     assert len(seam.functions) == 5  # crc_of, finish, loop, setup, main
     assert set(seam.functions) <= {block.begin for block in blocks}
+
+
+def test_a_program_that_does_without_kilo_start_is_refused(tmp_path: Path) -> None:
+    program = tmp_path / "alone.c"
+    program.write_text("#include <kilolib.h>\nint main(void) { for (;;) set_color(1); }\n")
+    image = build_image(find_program(str(program), Path.cwd()))
+    with pytest.raises(InputError, match='write cpu = "avr", or "native"'):
+        seam_of(image.elf, image.objects("program"))

@@ -11,7 +11,7 @@ from pathlib import Path
 from elftools.elf.elffile import ELFFile
 from elftools.elf.sections import Symbol, SymbolTableSection
 
-from kilotwin.errors import KilotwinError
+from kilotwin.errors import InputError
 
 # Functions that are the engine's, in the order of CALL_SEND and its fellows.
 _CALLS = (
@@ -112,7 +112,10 @@ def seam_of(elf: Path, objects: Sequence[Path]) -> Seam:
     functions = list(_own_functions(symbols, objects))
     missing = [name for name in _NEEDED if name not in everywhere]
     if missing:
-        raise KilotwinError(f"{elf.name} has no {missing[0]}: it is not linked with Kilotwin's API")
+        raise InputError(
+            f'{elf.stem} does not use {missing[0]}: cpu = "translated" is for programs that call '
+            'kilo_init() and kilo_start(); write cpu = "avr", or "native"'
+        )
     return Seam(
         calls=tuple(_address(everywhere, name) for name in _CALLS),
         obey=_address(everywhere, "kilolib_command_obey"),
