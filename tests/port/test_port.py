@@ -76,6 +76,17 @@ def test_good_programs_are_passed_in_silence(program: str) -> None:
     assert 20 < report.trial.stack_bytes <= report.stack.bytes
 
 
+def test_a_program_without_kilo_start_and_variables_is_looked_through_without_a_trial(
+    tmp_path: Path,
+) -> None:
+    program = tmp_path / "alone.c"
+    program.write_text("#include <kilolib.h>\nint main(void) { for (;;) set_color(1); }\n")
+    said: list[str] = []
+    report = check([str(program)], [], [], Trial(TRIAL_S), said.append)
+    assert (report.findings, report.trial) == ((), None)
+    assert said[-1] == "no trial: the program never calls kilo_start()"
+
+
 @pytest.mark.parametrize("program", DEEP, ids=lambda path: path.stem)
 def test_the_stack_is_never_deeper_than_its_bound_and_not_much_less(program: Path) -> None:
     report = checked(str(program), Trial(TRIAL_S))

@@ -114,7 +114,9 @@ def check(
     own = {line.place.file for line in lines}
     theirs = [found for found in findings if found.place is None or found.place.file in own]
     outcome = None
-    if trial is not None:
+    if trial is not None and "kilo_start" not in code.functions:
+        notify("no trial: the program never calls kilo_start()")
+    elif trial is not None:
         guest = build_guest(bounds.watched(program), notify, flags=bounds.FLAGS)
         notify(f"running {program.written} for {trial.seconds:g} s on an ATmega328P and here")
         outcome = trials.run(trial, guest, image, code, roles)

@@ -28,6 +28,7 @@ _JUMPS = {"jmp", "rjmp"}
 _ENDS = _JUMPS | {"ret", "reti", "ijmp"}
 _SKIPS = {"cpse", "sbrc", "sbrs", "sbic", "sbis"}
 _SREG = "0x3f,"
+_NO_BSS = 0x10000
 _DATA_BASE = 0x800000
 _RESET = "__vectors"  # a jump to address 0 begins anew
 # A program that uses one of these may have streams of its own.
@@ -178,7 +179,7 @@ class Disassembly:
     stream_functions: frozenset[str]
     """Functions that fputc() may call, the program's and the runtime's."""
     bss_begin: int = 0
-    """From this address on variables are 0 at the start."""
+    """From this address on variables are 0 at the start; beyond all if none are."""
 
     @staticmethod
     def of(image: Image) -> "Disassembly":
@@ -208,7 +209,7 @@ class Disassembly:
             frozenset(_address_taken(program)),
             frozenset(_address_taken(file for file in runtime if not _uses_streams(file))),
             frozenset(_address_taken(filter(_uses_streams, [*program, *runtime]))),
-            begins[0],
+            begins[0] if begins else _NO_BSS,
         )
 
     @cached_property
