@@ -56,6 +56,20 @@ def test_a_planted_trap_is_found_at_its_line(program: Path) -> None:
         assert weights == {Weight.FAILS}
 
 
+@pytest.mark.parametrize(
+    "kick", ["set_motors(255, 0xff);", "uint8_t l = 0, r = 0; l = r = 0xff; set_motors(l, r);"]
+)
+def test_motors_that_are_kicked_at_full_duty_are_passed(kick: str, tmp_path: Path) -> None:
+    program = tmp_path / "kicks.c"
+    program.write_text(f"""\
+#include <kilolib.h>
+static void setup(void) {{}}
+static void loop(void) {{ {kick} delay(15); set_motors(70, 70); delay(500); }}
+int main(void) {{ kilo_init(); kilo_start(setup, loop); return 0; }}
+""")
+    assert found(str(program)) == []
+
+
 @pytest.mark.parametrize("program", BAD_RUN, ids=lambda path: path.stem)
 def test_a_trap_that_shows_at_run_time_is_found(program: Path) -> None:
     name, weight, line = re.match(  # type: ignore[union-attr]

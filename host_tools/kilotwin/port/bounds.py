@@ -24,16 +24,24 @@ def watched(program: Program) -> Program:
 
 
 def findings(prints: Sequence[tuple[int, str]]) -> Iterator[Finding]:
-    """Lines of the handler, among all that the program printed: tick and text."""
+    """Lines of the handler, among all that the program printed: tick and text. One finding for
+    each line of the program and array."""
+    first: dict[tuple[str, str, str], int] = {}
+    indices: dict[tuple[str, str, str], dict[str, None]] = {}
     for tick, text in prints:
         if not text.startswith(_MARK):
             continue
         file, line, index, array = text[len(_MARK) :].rstrip("\n").split("\t")
+        first.setdefault((file, line, array), tick)
+        indices.setdefault((file, line, array), {})[index] = None
+    for (file, line, array), tick in first.items():
+        index, *more = indices[file, line, array]
+        others = f", then of {', '.join(more)}" if more else ""
         yield Finding(
             "array-bounds",
             Weight.WARNS,
-            f"an index of {index} into {array}, at tick {tick:,}: on the robot that is another "
-            "variable, or the stack",
+            f"an index of {index} into {array}, at tick {tick:,}{others}: on the robot that is "
+            "another variable, or the stack",
             "make the array larger, or test the index before it is used",
             Place(str(Path(file).resolve()), int(line)),
         )

@@ -109,6 +109,7 @@ def check(
         *source_text.checksum(lines, roles),
         *source_text.widths(program),
         *source_text.shifts(lines),
+        *source_text.joined_bytes(lines),
     ]
     # The API's own code is not the program's to mend.
     own = {line.place.file for line in lines}

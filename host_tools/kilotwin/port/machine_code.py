@@ -22,6 +22,8 @@ _TICKS = "kilo_ticks"
 _SCALARS = (2, 4, 8)
 # A loop that reads a variable until two readings agree is no longer, in instructions.
 _NEAR = 64
+# Two accesses to bytes of a variable belong together where fewer instructions come in between.
+_ADJACENT = 3
 
 
 def size(program: Disassembly, stack: StackBound) -> Iterator[Finding]:
@@ -99,7 +101,7 @@ def torn(program: Disassembly, roles: Roles) -> Iterator[Finding]:
                 bad = changes and not (reads and _compared(function, group))
                 changed_by = "a callback"
             if bad:
-                yield _torn(variable, group[0], reads, changed_by)
+                yield _torn(variable, group[-1], reads, changed_by)
 
 
 def _torn(variable: Variable, at: Instruction, reads: bool, changed_by: str) -> Finding:
@@ -133,15 +135,24 @@ def _accesses(program: Disassembly, names: set[str], how: str) -> set[int]:
 def _groups(
     program: Disassembly, function: Function
 ) -> Iterator[tuple[Variable, list[Instruction]]]:
-    """Accesses to the bytes of one scalar, one source line at a time."""
+    """Accesses to the bytes of one scalar, one source line at a time. The linker shortens code, so
+    that the line of the first may be that of the statement before."""
     groups: dict[tuple[int, str, Place], list[Instruction]] = {}
-    for instruction in function.instructions:
+    latest: dict[tuple[int, str], tuple[int, Place]] = {}
+    for at, instruction in enumerate(function.instructions):
         if instruction.data_address is None or instruction.place is None:
             continue
         variable = program.variable_at(instruction.data_address)
-        if variable is not None and variable.size in _SCALARS:
-            key = (variable.address, instruction.name, instruction.place)
-            groups.setdefault(key, []).append(instruction)
+        if variable is None or variable.size not in _SCALARS:
+            continue
+        access = variable.address, instruction.name
+        before, place = latest.get(access, (at, instruction.place))
+        group = groups.get((*access, place), [])
+        repeats = any(other.data_address == instruction.data_address for other in group)
+        if at - before >= _ADJACENT or repeats:
+            place = instruction.place
+        groups.setdefault((*access, place), []).append(instruction)
+        latest[access] = at, place
     for (address, _, _), group in groups.items():
         if len({instruction.data_address for instruction in group}) > 1:
             yield program.variables[address], group
@@ -166,6 +177,8 @@ def _compared(function: Function, group: list[Instruction]) -> bool:
             and instruction.name == "lds"
             and instruction.data_address == group[0].data_address
         ]
-        if back_to < branch.address and reads:
+        # Else the way back is to an end that several branches share.
+        goes_on = not any(back_to <= other.address and other.ends for other in code[:place])
+        if back_to < branch.address and reads and goes_on:
             return True
     return False

@@ -24,9 +24,12 @@ _KICK = re.compile(
     r"\bspinup_motors\s*\(|\bset_motors\s*\([^;]*\b(255|0xFF|0xff)\b|"
     r"OCR2[AB]\s*=\s*(255|0xFF|0xff)\b"
 )
+_FULL_DUTY = re.compile(r"\b(\w+)\s*=\s*(?:255|0[xX][fF]{2})\b")
 _NO_DUTY = re.compile(r"^\s*(?:\([\w\s]+\)\s*)?0\s*,\s*(?:\([\w\s]+\)\s*)?0\s*$")
 # A 1 that is shifted by something that is no number, and is not cast to something wider before.
 _SHIFT = re.compile(r"(?<![\w.)])(?<!\) )\(?\s*1\s*\)?\s*<<\s*\(*\s*(?![\s(]*\d+\b)[A-Za-z_]")
+# An int of two bytes, the first one shifted, and not cast to something wider or without a sign.
+_JOINED = re.compile(r"\bint\s+(\w+)\s*=\s*(?!\s*\(\s*(?:u?int\d+_t|unsigned|long)\b)[^;]*<<\s*8\b")
 # Names of variables and functions with more than 16 bits.
 _WIDE = re.compile(
     r"\b(?:u?int(?:32|64)_t|(?:unsigned\s+|signed\s+)?long(?:\s+long)?(?:\s+int)?)\s+(\w+)"
@@ -39,6 +42,8 @@ _WARNING = re.compile(
 _WIDTH = re.compile(
     r"conversion to .(unsigned )?int. |overflow|shift|always (true|false)|truncated"
 )
+_ALWAYS = re.compile(r"always (true|false)")
+_Warning = tuple[str, int, str]  # file, line, text
 # Warnings that only a 16-bit int brings about: the PC's compiler does not say it of the same line.
 _WIDTH_FLAGS = ["-Wconversion", "-Woverflow", "-Wshift-count-overflow", "-Wtype-limits"]
 
@@ -81,12 +86,31 @@ def shifts(lines: Sequence[Line]) -> Iterator[Finding]:
             )
 
 
+def joined_bytes(lines: Sequence[Line]) -> Iterator[Finding]:
+    """`int id = high << 8 | low`, of which the sign is asked: on the robot it may have one."""
+    text = "\n".join(line.text for line in lines)
+    for line in lines:
+        found = _JOINED.search(line.text)
+        if found and re.search(rf"\b{found[1]}\s*(?:>=|<=|<|>)\s*-?[01]\b(?!\.)", text):
+            yield Finding(
+                "int-width",
+                Weight.WARNS,
+                f"{found[1]} is negative on the robot where the first byte is 128 and more, and "
+                "never here",
+                "say which is meant: int16_t, or uint16_t",
+                line.place,
+            )
+
+
 def motors(lines: Sequence[Line]) -> Iterator[Finding]:
     """A motor that stands needs 15 ms at full duty to start."""
     if any(_KICK.search(line.text) for line in lines):
         return
-    for line in lines:
-        found = _SET_MOTORS.search(line.text)
+    full = {name for line in lines for name in _FULL_DUTY.findall(line.text)}
+    calls = [(line, _SET_MOTORS.search(line.text)) for line in lines]
+    if any(found and full & set(re.findall(r"\w+", found[1])) for _, found in calls):
+        return
+    for line, found in calls:
         if found and not _NO_DUTY.match(found[1]):
             yield Finding(
                 "no-kick",
@@ -116,16 +140,16 @@ def checksum(lines: Sequence[Line], roles: Roles) -> Iterator[Finding]:
 
 
 def widths(program: Program) -> Iterator[Finding]:
-    """Where an int of 16 bits loses what one of 32 keeps: avr-gcc warns, the PC's does not."""
+    """Where an int of 16 bits loses what one of 32 keeps: avr-gcc warns, the PC's does not; and
+    comparisons that only with 32 bits come out the same always."""
     flags = [flag for flag in program_flags(program) if flag != "-fstack-usage"]
     avr_libc = f"-I{resources.path('emulator/guest/include')}"
     for source in program.sources:
         ours = _warnings([avr_gcc(), *flags, *_WIDTH_FLAGS], source)
         pc = [find_compiler(), avr_libc, *(flag for flag in flags if not flag.startswith("-mmcu"))]
-        theirs = {(file, line) for file, line, _ in _warnings([*pc, *_WIDTH_FLAGS], source)}
-        for file, line, what in ours:
-            own = Path(file).resolve() in program.sources
-            if own and (file, line) not in theirs and _WIDTH.search(what):
+        theirs = _warnings([*pc, *_WIDTH_FLAGS], source)
+        for file, line, what in _only_in(ours, theirs, program):
+            if _WIDTH.search(what):
                 yield Finding(
                     "int-width",
                     Weight.WARNS,
@@ -133,9 +157,28 @@ def widths(program: Program) -> Iterator[Finding]:
                     "use a type that says its width, as int32_t; write 60000UL for constants",
                     Place(str(Path(file).resolve()), line),
                 )
+        for file, line, what in _only_in(theirs, ours, program):
+            if _ALWAYS.search(what):
+                yield Finding(
+                    "int-width",
+                    Weight.WARNS,
+                    f"an int has 32 bits here: {what}; on the robot it is not",
+                    "compare with a value of the variable's own type, as UINT16_MAX",
+                    Place(str(Path(file).resolve()), line),
+                )
 
 
-def _warnings(command: list[str], source: Path) -> list[tuple[str, int, str]]:
+def _only_in(
+    some: Sequence[_Warning], others: Sequence[_Warning], program: Program
+) -> Iterator[_Warning]:
+    """Warnings of the program's own lines of which the other compiler says nothing."""
+    known = {(file, line) for file, line, _ in others}
+    for warning in some:
+        if warning[:2] not in known and Path(warning[0]).resolve() in program.sources:
+            yield warning
+
+
+def _warnings(command: list[str], source: Path) -> list[_Warning]:
     done = subprocess.run(
         confined([*command, "-fsyntax-only", str(source)]),
         capture_output=True,
