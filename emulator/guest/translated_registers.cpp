@@ -137,9 +137,9 @@ void Robot::Translated::eeprom_written() {
     at(EECR) = control & (EECR_EEPE | EECR_EERE) ? 0 : control & EECR_EEMPE;
 }
 
-/// A program that prints mostly waits for the line, and each look at it is the interpreter's. Of the
-/// loop that avr-gcc makes of such a wait only the last turn is executed: it finds the line free, or
-/// an interrupt comes in it.
+/// A program that prints mostly waits for the line, and each look is the interpreter's. Of the loop
+/// that avr-gcc makes of such a wait only the last turn is executed: it finds the line free, or an
+/// interrupt comes in it.
 void Robot::Translated::leave_out_polls() {
     // lds r, UCSR0A; sbrs r, UDRE0; rjmp to the lds: the three take `TURN` cycles.
     constexpr uint16_t LDS = 0x9000, LDS_MASK = 0xFE0F, REGISTER = 0x01F0, SBRS_UDRE0 = 0xFE05,
