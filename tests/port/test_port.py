@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from kilotwin.port import bounds
 from kilotwin.port.check import Report, check
 from kilotwin.port.disassembly import Function, Instruction, Place, parse
 from kilotwin.port.findings import Finding, Weight, in_order
@@ -266,3 +267,13 @@ def test_the_command_says_what_the_trial_showed() -> None:
     assert report["trial"]["first_difference"]["what"].startswith("here LED RGB(")
     assert report["trial"]["ticks_lost"] == 0
     assert [call["function"] for call in report["trial"]["loop"]] == ["loop"]
+
+
+def test_indices_beyond_an_array_are_one_finding_for_a_line_and_the_first_are_named() -> None:
+    prints = [(tick, f"\1a.c\t7\t{4 + tick}\tint[4]\n") for tick in range(12)]
+    prints += [(12, "text\n"), (13, "\1a.c\t8\t9\tint[4]\n"), (14, "\1a.c\t8\t9\tint[4]\n")]
+    many, one = bounds.findings(prints)
+    assert many.what.startswith(
+        "an index of 4 into int[4], at tick 0, then of 5, 6, 7, 8, 9, 10, 11, 12, 3 more: on"
+    )
+    assert one.what.startswith("an index of 9 into int[4], at tick 13: on")

@@ -15,6 +15,7 @@ FLAGS = ("-fsanitize=bounds",)
 """For the program's own sources."""
 
 _HANDLER = Path(__file__).with_name("bounds.c")
+_SHOWN = 8  # indices behind the first
 _MARK = "\1"  # how what the handler prints begins
 
 
@@ -36,7 +37,8 @@ def findings(prints: Sequence[tuple[int, str]]) -> Iterator[Finding]:
         indices.setdefault((file, line, array), {})[index] = None
     for (file, line, array), tick in first.items():
         index, *more = indices[file, line, array]
-        others = f", then of {', '.join(more)}" if more else ""
+        shown = [*more[:_SHOWN], *([f"{len(more) - _SHOWN} more"] if len(more) > _SHOWN else [])]
+        others = f", then of {', '.join(shown)}" if shown else ""
         yield Finding(
             "array-bounds",
             Weight.WARNS,
