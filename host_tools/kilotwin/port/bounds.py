@@ -9,13 +9,12 @@ from pathlib import Path
 
 from kilotwin.experiment.programs import Program
 from kilotwin.port.disassembly import Place
-from kilotwin.port.findings import Finding, Weight
+from kilotwin.port.findings import Finding, Weight, listed
 
 FLAGS = ("-fsanitize=bounds",)
 """For the program's own sources."""
 
 _HANDLER = Path(__file__).with_name("bounds.c")
-_SHOWN = 8  # indices behind the first
 _MARK = "\1"  # how what the handler prints begins
 
 
@@ -37,8 +36,7 @@ def findings(prints: Sequence[tuple[int, str]]) -> Iterator[Finding]:
         indices.setdefault((file, line, array), {})[index] = None
     for (file, line, array), tick in first.items():
         index, *more = indices[file, line, array]
-        shown = [*more[:_SHOWN], *([f"{len(more) - _SHOWN} more"] if len(more) > _SHOWN else [])]
-        others = f", then of {', '.join(shown)}" if shown else ""
+        others = f", then of {listed(more)}" if more else ""
         yield Finding(
             "array-bounds",
             Weight.WARNS,

@@ -1,6 +1,6 @@
 """Findings of `kilotwin port` on a program."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
@@ -35,7 +35,7 @@ _CONSEQUENCES = (
     # It does the same, later.
     ("differs-in-time",),
 )
-_SHOWN_PLACES = 8
+_SHOWN = 8
 
 
 @dataclass(frozen=True)
@@ -69,11 +69,9 @@ class Finding:
             f"line {place.line}"
             if place.file == self.place.file
             else f"{Path(place.file).name}:{place.line}"
-            for place in self.more[:_SHOWN_PLACES]
+            for place in self.more
         ]
-        if len(self.more) > _SHOWN_PLACES:
-            shown.append(f"{len(self.more) - _SHOWN_PLACES} more")
-        return f"; so also at {', '.join(shown)}"
+        return f"; so also at {listed(shown)}"
 
     def as_dict(self) -> dict[str, Any]:
         """For --json."""
@@ -86,6 +84,12 @@ class Finding:
             "do": self.do,
             "more": [{"file": place.file, "line": place.line} for place in self.more],
         }
+
+
+def listed(names: Sequence[str]) -> str:
+    """The first few, and how many more there are."""
+    left_out = len(names) - _SHOWN
+    return ", ".join([*names[:_SHOWN], *([f"{left_out} more"] if left_out > 0 else [])])
 
 
 def in_order(findings: Iterable[Finding]) -> tuple[Finding, ...]:

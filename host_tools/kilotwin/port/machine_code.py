@@ -169,16 +169,11 @@ def _compared(function: Function, group: list[Instruction]) -> bool:
         branch = code[place]
         if not branch.name.startswith("br") or code[place - 1].name != "cpc" or not branch.target:
             continue
-        back_to = branch.target[0]
-        reads = [
-            instruction
-            for instruction in code[:place]
-            if instruction.address >= back_to
-            and instruction.name == "lds"
-            and instruction.data_address == group[0].data_address
-        ]
-        # Else the way back is to an end that several branches share.
-        goes_on = not any(back_to <= other.address and other.ends for other in code[:place])
-        if back_to < branch.address and reads and goes_on:
+        again = [other for other in code[:place] if other.address >= branch.target[0]]
+        reads = any(
+            other.name == "lds" and other.data_address == group[0].data_address for other in again
+        )
+        # With an end in between the way back is to one that several branches share.
+        if reads and not any(other.ends for other in again):
             return True
     return False

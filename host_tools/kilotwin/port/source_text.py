@@ -148,24 +148,26 @@ def widths(program: Program) -> Iterator[Finding]:
         ours = _warnings([avr_gcc(), *flags, *_WIDTH_FLAGS], source)
         pc = [find_compiler(), avr_libc, *(flag for flag in flags if not flag.startswith("-mmcu"))]
         theirs = _warnings([*pc, *_WIDTH_FLAGS], source)
-        for file, line, what in _only_in(ours, theirs, program):
-            if _WIDTH.search(what):
-                yield Finding(
-                    "int-width",
-                    Weight.WARNS,
-                    f"an int has 16 bits on the robot: {what}",
-                    "use a type that says its width, as int32_t; write 60000UL for constants",
-                    Place(str(Path(file).resolve()), line),
-                )
-        for file, line, what in _only_in(theirs, ours, program):
-            if _ALWAYS.search(what):
-                yield Finding(
-                    "int-width",
-                    Weight.WARNS,
-                    f"an int has 32 bits here: {what}; on the robot it is not",
-                    "compare with a value of the variable's own type, as UINT16_MAX",
-                    Place(str(Path(file).resolve()), line),
-                )
+        for some, others, pattern, text, do in (
+            (
+                ours,
+                theirs,
+                _WIDTH,
+                "an int has 16 bits on the robot: {}",
+                "use a type that says its width, as int32_t; write 60000UL for constants",
+            ),
+            (
+                theirs,
+                ours,
+                _ALWAYS,
+                "an int has 32 bits here: {}; on the robot it is not",
+                "compare with a value of the variable's own type, as UINT16_MAX",
+            ),
+        ):
+            for file, line, what in _only_in(some, others, program):
+                if pattern.search(what):
+                    place = Place(str(Path(file).resolve()), line)
+                    yield Finding("int-width", Weight.WARNS, text.format(what), do, place)
 
 
 def _only_in(
