@@ -109,13 +109,13 @@ def seam_of(elf: Path, objects: Sequence[Path]) -> Seam:
         symbols = list(_symbols(ELFFile(file)))
     everywhere = {symbol.name: symbol for _, symbol in symbols if _is_global(symbol)}
     own = {symbol.name: symbol for source, symbol in symbols if source == _RECEIVER}
-    functions = list(_own_functions(symbols, objects))
     missing = [name for name in _NEEDED if name not in everywhere]
     if missing:
         raise InputError(
             f'{elf.stem} does not use {missing[0]}: cpu = "translated" is for programs that call '
             'kilo_init() and kilo_start(); write cpu = "avr", or "native"'
         )
+    functions = _own_functions(symbols, objects)
     return Seam(
         calls=tuple(_address(everywhere, name) for name in _CALLS),
         obey=_address(everywhere, "kilolib_command_obey"),

@@ -340,8 +340,7 @@ class Trial(Generic[WriterT]):
                 self._failed.append(event)
             elif event["kind"] == UNDEFINED:
                 self._undefined.append(event)
-        if events:
-            self.writer.add_events(events)
+        self.writer.add_events(events)
         self._samples += len(samples["tick"])
         counts = self.writer.add(samples, self._measure(samples, last=last))
         if counts is None:
