@@ -24,11 +24,12 @@
 
 #include <stdint.h>
 
+#include "guest/translated_counters.h"
 #include "guest/translated_loops.h"
 #include "guest/translated_pass.h"
 
 /// Changes with every change of the two structures; the emulator takes no other.
-#define TRANSLATION_VERSION 7
+#define TRANSLATION_VERSION 8
 
 /// State of a chip, for the time of a call.
 typedef struct translated_chip {
@@ -433,6 +434,7 @@ enum {
     do {                                                              \
         const uint16_t m_ = (uint16_t)(address);                      \
         if (__builtin_expect(!IN_SRAM(m_), 0)) HAND_OVER(at, offset); \
+        READ_COUNTED(m_);                                             \
         (d) = M[m_];                                                  \
     } while (0)
 #define STORE(at, offset, address, r)                                 \

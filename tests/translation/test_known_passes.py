@@ -13,6 +13,7 @@ HERE = Path(__file__).parent
 CORPUS = sorted((HERE / "corpus").glob("*.c"))
 EXAMPLES = ROOT / "firmware/examples"
 EACH_TICK = sorted((HERE / "each_tick").glob("*.c"))
+COUNTED = sorted((HERE / "counted").glob("*.c"))
 TICKS = 600
 WORLD = """
 name = "known passes"
@@ -88,6 +89,16 @@ def test_a_pass_that_changes_a_local_for_the_next_one_is_executed(tmp_path: Path
     file = world(tmp_path, "kilobot", programs, 2)
     executed = outcome(file, recalls=False)
     assert outcome(file, recalls=True) == executed
+
+
+def test_passes_that_count_do_the_same(tmp_path: Path) -> None:
+    """Their counters go over all bounds that the programs ask for; one reads its counters by a
+    pointer too, and in one robots' messages change what is added."""
+    file = world(tmp_path, "kilobot", COUNTED, 3)
+    executed = outcome(file, recalls=False)
+    assert outcome(file, recalls=True) == executed
+    assert outcome(file, recalls=True, chunk=20) == executed
+    assert executed[2]["frames_received"] > 100
 
 
 def test_waits_for_the_serial_line_do_the_same(tmp_path: Path) -> None:

@@ -6,7 +6,9 @@ the status register and restores it. What is not known to be dead counts as live
 """
 
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from functools import reduce
+from operator import or_
 
 from kilotwin.build.avr_instructions import Instruction
 
@@ -58,40 +60,65 @@ def live_flags(
 ) -> dict[int, int]:
     """By address, the flags that may be read after that instruction; `skipped_to` says where a
     skip leads to. Time O(instructions)."""
-    followers = {
-        at: _followers(instruction, skipped_to) for at, instruction in instructions.items()
-    }
+
+    def ahead(instruction: Instruction) -> Sequence[int] | None:
+        if instruction.name in _ANYWHERE:
+            return None
+        if instruction.name in _CALLS:
+            return (instruction.target,)
+        return followers(instruction, skipped_to)
+
+    def needed(instruction: Instruction, after: int) -> int:
+        return (after & ~flags_set(instruction)) | flags_read(instruction, after)
+
+    def together(_: Instruction, read: Sequence[int]) -> int:
+        return reduce(or_, read, 0)
+
+    return live_after(instructions, ahead, needed, together, ALL_FLAGS)
+
+
+def live_after(
+    instructions: Mapping[int, Instruction],
+    ahead: Callable[[Instruction], Sequence[int] | None],
+    needed: Callable[[Instruction, int], int],
+    joined: Callable[[Instruction, Sequence[int]], int],
+    everything: int,
+) -> dict[int, int]:
+    """By address, the bits of what may be read after that instruction.
+
+    `ahead` says which addresses may be next, None where that may be any; `joined` what is read
+    after an instruction by what is read from each of these on, and `needed` what an instruction and
+    those behind it read by that. Where the next address has no instruction `everything` is read.
+    """
+    leads_to = {at: ahead(instruction) for at, instruction in instructions.items()}
     before: dict[int, list[int]] = {}
-    for at, ahead in followers.items():
-        for follower in ahead or ():
+    for at, following in leads_to.items():
+        for follower in following or ():
             before.setdefault(follower, []).append(at)
-    needed = dict.fromkeys(instructions, 0)  # by an instruction and what follows it
+    read = dict.fromkeys(instructions, 0)  # by an instruction and what follows it
     after = dict.fromkeys(instructions, 0)
     waiting = deque(sorted(instructions, reverse=True))
     while waiting:
         at = waiting.popleft()
-        ahead = followers[at]
-        after[at] = ALL_FLAGS
-        if ahead is not None and all(follower in needed for follower in ahead):
-            after[at] = 0
-            for follower in ahead:
-                after[at] |= needed[follower]
-        instruction = instructions[at]
-        now = (after[at] & ~flags_set(instruction)) | flags_read(instruction, after[at])
-        if now != needed[at]:
-            needed[at] = now
+        following = leads_to[at]
+        after[at] = everything
+        if following is not None and all(follower in read for follower in following):
+            after[at] = joined(instructions[at], [read[follower] for follower in following])
+        now = needed(instructions[at], after[at])
+        if now != read[at]:
+            read[at] = now
             waiting.extend(before.get(at, ()))
     return after
 
 
-def _followers(
+def followers(
     instruction: Instruction, skipped_to: Callable[[Instruction], int]
-) -> tuple[int, ...] | None:
-    """Addresses of what may be executed next; None: anything."""
+) -> tuple[int, ...]:
+    """Addresses of what a function may execute next; a call's is what comes behind it."""
     name = instruction.name
-    if name in _ANYWHERE:
-        return None
-    if name in _CALLS:
+    if name in ("ret", "reti", "ijmp", "invalid"):
+        return ()
+    if name in ("jmp", "rjmp"):
         return (instruction.target,)
     if name in ("brbs", "brbc"):
         return (instruction.target, instruction.end)

@@ -87,9 +87,9 @@ _OPERATIONS = {
 
 # By address: where `in` and `out` lead, and SRAM.
 _LOW = {"lds": _OPERATIONS["in"], "sts": _OPERATIONS["out"]}
-_HIGH = {"lds": "LOAD({here}, {d}, {k});", "sts": "WRITE_STATIC({k}, {d});"}
+_HIGH = {"lds": "{d} = M[{k}];", "sts": "WRITE_STATIC({k}, {d});"}
 
-REGISTERS, _IO_END, _SRAM_END = 0x20, 0x100, 0x900
+REGISTERS, _IO_END, DATA_END = 0x20, 0x100, 0x900
 _SPL, _SPH, _SREG = 0x5D, 0x5E, 0x5F
 
 
@@ -101,7 +101,7 @@ def cycles(instruction: Instruction) -> int:
 def is_interpreted(instruction: Instruction) -> bool:
     """Whether the interpreter executes it, always."""
     if instruction.name in ("lds", "sts"):
-        return not REGISTERS <= instruction.k < _SRAM_END
+        return not REGISTERS <= instruction.k < DATA_END
     if instruction.name in ("bset", "bclr"):
         return False
     return instruction.name in ("sleep", "break", "wdr", "spm", "reti", "invalid")

@@ -4,13 +4,14 @@ functions and variables, from the symbols of the linked image.
 What the engine does there is emulator/guest/translated_robot.h.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from elftools.elf.elffile import ELFFile
 from elftools.elf.sections import Symbol, SymbolTableSection
 
+from kilotwin.build.avr_registers import Function
 from kilotwin.errors import InputError
 
 # Functions that are the engine's, in the order of CALL_SEND and its fellows.
@@ -54,7 +55,7 @@ for it. It is not translated: a small program's translation would take 3.7 times
 _NEEDED = ("kilo_ticks", "kilo_tx_period", "kilolib_robot", "kilo_message_rx", "kilo_start")
 _RECEIVER = "infrared_receive.c"
 _MESSAGE_IN_READER = 6  # offset in infrared_reader_t
-_DATA_MASK = 0xFFFF  # of addresses in data space, which avr-gcc keeps apart by a higher bit
+_DATA_MASK, _DATA = 0xFFFF, 0x800000  # addresses in data space, kept apart by a higher bit
 _VECTOR = "__vector_"
 # Those that the runtime has, and the engine serves or stands for.
 _RUNTIMES = {6, 11, 14, 19, 23}
@@ -92,6 +93,10 @@ class Seam:
     """Likewise of delay(); (0, 0): the program has none."""
     functions: tuple[int, ...]
     """The program's own."""
+    variables: tuple[tuple[int, int], ...]
+    """Likewise: addresses and sizes of those that are one number of 1, 2 or 4 bytes, maybe."""
+    compiled: tuple[Function, ...]
+    """All that are C."""
     rare: tuple[tuple[int, int], ...]
     """Extents of functions of RARE, which the interpreter executes."""
 
@@ -115,7 +120,12 @@ def seam_of(elf: Path, objects: Sequence[Path]) -> Seam:
             f'{elf.stem} does not use {missing[0]}: cpu = "translated" is for programs that call '
             'kilo_init() and kilo_start(); write cpu = "avr", or "native"'
         )
-    functions = _own_functions(symbols, objects)
+    is_own = _is_own(objects)
+    functions = sorted(
+        int(symbol["st_value"])
+        for source, symbol in symbols
+        if symbol["st_info"]["type"] == "STT_FUNC" and is_own(source, symbol)
+    )
     return Seam(
         calls=tuple(_address(everywhere, name) for name in _CALLS),
         obey=_address(everywhere, "kilolib_command_obey"),
@@ -131,6 +141,8 @@ def seam_of(elf: Path, objects: Sequence[Path]) -> Seam:
         main_loop=_extent(everywhere, "kilo_start"),
         delay=_extent(everywhere, "delay"),
         functions=tuple(functions),
+        variables=tuple(_variables(symbols, is_own)),
+        compiled=tuple(_compiled(elf)),
         rare=tuple(_rare(symbols, functions)),
     )
 
@@ -164,7 +176,8 @@ def _names(file: Path, name: str) -> bool:
         return any(symbol.name == name for _, symbol in _symbols(ELFFile(opened)))
 
 
-def _own_functions(symbols: Sequence[tuple[str, Symbol]], objects: Sequence[Path]) -> list[int]:
+def _is_own(objects: Sequence[Path]) -> Callable[[str, Symbol], bool]:
+    """Whether a symbol, with its source as of _symbols(), is of one of these objects."""
     sources: set[str] = set()
     names: set[str] = set()
     for object_file in objects:
@@ -174,12 +187,38 @@ def _own_functions(symbols: Sequence[tuple[str, Symbol]], objects: Sequence[Path
                 if _is_global(symbol):
                     names.add(symbol.name)
     sources.discard("")
+    return lambda source, symbol: source in sources or (_is_global(symbol) and symbol.name in names)
+
+
+def _variables(
+    symbols: Sequence[tuple[str, Symbol]], is_own: Callable[[str, Symbol], bool]
+) -> list[tuple[int, int]]:
     return sorted(
-        int(symbol["st_value"])
+        (int(symbol["st_value"]) & _DATA_MASK, int(symbol["st_size"]))
         for source, symbol in symbols
-        if symbol["st_info"]["type"] == "STT_FUNC"
-        and (source in sources or (_is_global(symbol) and symbol.name in names))
+        if symbol["st_info"]["type"] == "STT_OBJECT"
+        and symbol["st_size"] in (1, 2, 4)
+        and symbol["st_value"] & ~_DATA_MASK == _DATA
+        and is_own(source, symbol)
     )
+
+
+def _compiled(elf: Path) -> list[Function]:
+    """By the debug information."""
+    functions: list[Function] = []
+    with elf.open("rb") as file:
+        for unit in ELFFile(file).get_dwarf_info().iter_CUs():
+            for die in unit.get_top_DIE().iter_children():
+                if die.tag != "DW_TAG_subprogram" or "DW_AT_high_pc" not in die.attributes:
+                    continue
+                begin, end = (
+                    die.attributes[f"DW_AT_{which}_pc"].value for which in ("low", "high")
+                )
+                declared = die
+                if "DW_AT_abstract_origin" in die.attributes:
+                    declared = die.get_DIE_from_attribute("DW_AT_abstract_origin")
+                functions.append(Function(begin, end, "DW_AT_type" in declared.attributes))
+    return sorted(functions, key=lambda function: function.begin)
 
 
 def _rare(symbols: Sequence[tuple[str, Symbol]], own: Sequence[int]) -> Iterator[tuple[int, int]]:

@@ -13,10 +13,13 @@ from pathlib import Path
 
 from kilotwin import _emulator
 from kilotwin.build import (
+    avr_counters,
     avr_instructions,
     avr_liveness,
     avr_loops,
+    avr_registers,
     avr_statements,
+    avr_taint,
     seam,
     translator,
 )
@@ -44,8 +47,20 @@ _FLAGS = [*_OPTIMISATION, "-w", "-fPIC", "-fvisibility=hidden"]
 _IDLE_PASSES = ["tree-dominator-opts", "thread-jumps", "if-conversion", "if-conversion2", "tree-ch"]
 _LINK_FLAGS = ["-shared", "-Wl,-z,now", "-Wl,-z,defs"]
 _INCLUDE = "emulator"
-_HEADERS = [f"{_INCLUDE}/guest/translated_{what}.h" for what in ("code", "loops", "pass")]
-_MAKERS = (avr_instructions, avr_liveness, avr_loops, avr_statements, seam, translator)
+_HEADERS = [
+    f"{_INCLUDE}/guest/translated_{what}.h" for what in ("code", "counters", "loops", "pass")
+]
+_MAKERS = (
+    avr_counters,
+    avr_instructions,
+    avr_liveness,
+    avr_loops,
+    avr_registers,
+    avr_statements,
+    avr_taint,
+    seam,
+    translator,
+)
 _KEY_CHARACTERS = 32
 
 

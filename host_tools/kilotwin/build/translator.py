@@ -12,14 +12,16 @@ at its time; the begin of a function that is the engine's leaves the code, as do
 loop (emulator/guest/translated_code.h). What of its runtime hardly ever runs is left out (seam.py).
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 
+from kilotwin.build.avr_counters import Counter, find_counters
 from kilotwin.build.avr_instructions import Instruction, decode, is_long
 from kilotwin.build.avr_liveness import ALL_FLAGS, live_flags
 from kilotwin.build.avr_loops import turns_left_out
 from kilotwin.build.avr_statements import (
+    DATA_END,
     REGISTERS,
     SKIPS,
     condition,
@@ -51,6 +53,12 @@ _HEAD = """\
 #include "guest/translated_code.h"
 """
 _GUEST_HEAD = "#define TRANSLATED_GUEST\n"
+_COUNTER_HEAD = "#define COUNTERS\n"
+_COUNTED = """\
+static const translated_counter_t counters[] = {{{counters}}};
+static const translated_bound_t bounds[] = {{{bounds}}};
+static const translated_counters_t counted = {{{count}, counters, {bounds_count}, bounds}};
+"""
 _COVERAGE = '__attribute__((visibility("default"))) uint8_t translation_coverage[0x4000]'
 _TABLE = """\
 {declarations}
@@ -60,6 +68,7 @@ static const uint16_t region_of[] = {{{region_of}}};
 static const uint8_t flash[] = {{{flash}}};
 static const uint16_t eeprom[][2] = {{{eeprom}}};
 {seam}
+{counted}
 __attribute__((visibility("default"))) const translation_t translation = {{
     TRANSLATION_VERSION, {count}, code, extent, region_of, flash, {eeprom_bytes}, eeprom,
     {met_at}}};
@@ -95,6 +104,8 @@ def translate(
     code = _Code(flash, seam, covered)
     regions = code.regions()
     head = _HEAD if seam is None else _GUEST_HEAD + _HEAD
+    if code.counters:
+        head = _COUNTER_HEAD + head
     if covered:
         head += f"extern {_COVERAGE};\n"
     files: list[str] = []
@@ -102,7 +113,7 @@ def translate(
     for number, region in enumerate(regions):
         size = sum(map(len, region))
         if seam is not None and number == 0:
-            files.append(_MAIN + head)
+            files.append(_MAIN + head + _counted(code.counters))
         elif size > room:
             files.append(head)
             room = _MOST_OF_A_FILE
@@ -138,6 +149,30 @@ def _extent(block: "_Block") -> Block:
     return Block(block[0].address, last.end, branch, jump)
 
 
+def _counted(counters: Sequence[Counter]) -> str:
+    """What repeating passes know of counters."""
+    if not counters:
+        return ""
+    bounds = [
+        f"{{{number}, {bits}, {at}u}}"
+        for number, counter in enumerate(counters)
+        for bits, at in counter.bounds
+    ]
+    places = (f"{{{counter.address}, {counter.bytes}}}" for counter in counters)
+    return _COUNTED.format(
+        counters=", ".join(places),
+        count=len(counters),
+        bounds=", ".join(bounds) or "{0, 1, 0}",
+        bounds_count=len(bounds),
+    )
+
+
+def _is_counted(counters: Sequence[Counter]) -> str:
+    """By address of data space, whether a byte is a counter's."""
+    own = {one.address + byte for one in counters for byte in range(one.bytes)}
+    return ", ".join("NOT_COUNTED" if at in own else "0" for at in range(DATA_END))
+
+
 def _table(regions: "list[_Region]", code: "_Code", eeprom: Mapping[int, int]) -> str:
     region_of = [0] * (FLASH_BYTES // 2)
     for number, region in enumerate(regions, 1):
@@ -155,6 +190,9 @@ def _table(regions: "list[_Region]", code: "_Code", eeprom: Mapping[int, int]) -
         eeprom_bytes=len(eeprom),
         count=len(regions),
         seam=f"static const translated_seam_t seam = {code.seam.text()};" if code.seam else "",
+        counted=f"const uint8_t is_counted[] = {{{_is_counted(code.counters)}}};"
+        if code.counters
+        else "",
         met_at="&seam" if code.seam else "0",
     )
 
@@ -177,6 +215,9 @@ class _Code:
     """Addresses at which blocks begin."""
     called: set[int] = field(default_factory=set)
     """Those at which functions begin."""
+    counters: list[Counter] = field(default_factory=list)
+    pointed: set[int] = field(default_factory=set)
+    """Those that a pointer may lead to."""
     live: dict[int, int] = field(default_factory=dict)
     """Flags that are set by an instruction, by its address, if not all are: a chip's interpreter
     may go on behind any of them."""
@@ -195,6 +236,14 @@ class _Code:
         self.called &= set(self.instructions)
         if self.seam is not None:
             self.live = live_flags(self.instructions, self.skipped_to)
+            self.counters = find_counters(
+                self.instructions,
+                self.skipped_to,
+                variables=self.seam.variables,
+                functions=self.seam.compiled,
+                pointed=self.pointed,
+                live_flags=self.live,
+            )
 
     def _is_programmed(self, address: int) -> bool:
         return self.flash[address : address + 2] not in (_ERASED, b"")
@@ -251,6 +300,16 @@ class _Code:
         calls = () if self.seam is None else self.seam.calls
         return calls.index(address) if address != 0 and address in calls else None
 
+    def count(self, instruction: Instruction) -> Iterator[str]:
+        """What is noted before an instruction that has to do with counters."""
+        place = 0
+        for counter in self.counters:
+            if instruction.address in counter.others:
+                yield "changed |= NOT_COUNTED;"
+            if instruction.address in counter.adds:
+                yield f"COUNT({instruction.k}, {place + instruction.k - counter.address});"
+            place += counter.bytes
+
     def waits(self, address: int) -> bool:
         """Whether it is one of delay()."""
         begin, end = (0, 0) if self.seam is None else self.seam.delay
@@ -286,11 +345,12 @@ class _Code:
         """Takes what tables, variables and pairs of ldi may point to for entries."""
         for at in range(0, FLASH_BYTES, 2):
             if self._owners.get(at // 2) not in reached:
-                self.entries.add(2 * int.from_bytes(self.flash[at : at + 2], "little"))
+                self.pointed.add(2 * int.from_bytes(self.flash[at : at + 2], "little"))
         for low in list(self.instructions.values()):
             high = self.instructions.get(low.end)
             if high and low.name == high.name == "ldi" and high.d == low.d + 1:
-                self.entries.add(2 * (low.k | high.k << 8))
+                self.pointed.add(2 * (low.k | high.k << 8))
+        self.entries |= self.pointed
 
     def _blocks(self) -> Iterator[_Block]:
         extents = () if self.seam is None else self.seam.rare
@@ -396,6 +456,7 @@ def _block_text(
     if not code.covered and (shortcut := turns_left_out(block[0].address, own)):
         lines.append(shortcut)
     for instruction, (offset, behind) in zip(block, pairwise(offsets), strict=True):
+        lines += code.count(instruction)
         if instruction.name in _LEAVES and not is_interpreted(instruction):
             lines += _leave(instruction, offset, behind, inside, code)
         else:
