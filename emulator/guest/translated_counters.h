@@ -6,11 +6,11 @@
 /// crosses a bound; so many passes are left out by a multiplication. In such a pass each counter is
 /// stored once at most, and no pointer reads it.
 ///
-/// Why that is so: let all but counters be the same where a pass begins and where it ends. Code sees
-/// of a counter what its branches ask for, and adds to it numbers that come from elsewhere. So if
-/// each branch is taken as before the next pass executes the same instructions in the same cycles,
-/// adds the same numbers, and ends with all else as it was: the condition for the one behind it. An
-/// interrupt may change anything, so that passes go on up to the next one and no farther.
+/// Why that is so: let all but counters be the same where a pass begins and where it ends. Code
+/// sees of a counter what its branches ask for, and adds to it numbers that come from elsewhere. So
+/// if each branch is taken as before the next pass executes the same instructions in the same
+/// cycles, adds the same numbers, and ends with all else as it was: the condition for the next
+/// again. An interrupt may change anything, so that passes go on up to it and no farther.
 ///
 /// The plain twin is each pass executed, by `executes` of translated_chip_t
 /// (tests/translation/test_known_passes.py).
@@ -53,8 +53,8 @@ static inline uint32_t translated_number(const uint8_t *bytes, unsigned count) {
 }
 
 /// What the pass has added to counters, as it is in `net` of translated_chip_t: weights times
-/// differences of bytes. If that is all of `net`, nothing else in SRAM has changed; it is taken from
-/// the bytes themselves, so that a stack that reaches down to a counter shows.
+/// differences of bytes. If that is all of `net`, nothing else in SRAM has changed. It is taken
+/// from the bytes themselves, so that a stack that reaches down to a counter shows.
 static inline uint64_t translated_added(const translated_counters_t *all, const uint8_t *data,
                                         const translated_pass_t *pass) {
     uint64_t net = 0;
