@@ -27,10 +27,11 @@ typedef struct {
     uint8_t bytes;     ///< 1, 2 or 4
 } translated_counter_t;
 
-/// Where the outcome of a branch may change. Several of them make an exact picture of a comparison:
-/// n == 1000 has 1000 and 1001, n < 500 has 500 and 0, where n begins anew.
-/// Something that code asks of counter number `counter`, modulo 2^bits, comes out otherwise from
-/// `at` - 1 to `at`.
+/// A number at which a branch may go another way: something that code asks of a counter, modulo
+/// 2^bits, comes out otherwise from `at` - 1 to `at`.
+///
+/// n == 1000 has the bounds 1000 and 1001, n < 500 has 500 and 0, where n begins anew. A test of
+/// bit 5 is one of n modulo 64, with the bounds 32 and 0.
 typedef struct {
     uint8_t counter;  ///< number, as in translated_counters_t
     uint8_t bits;     ///< 1 to 32
@@ -52,9 +53,9 @@ static inline uint32_t translated_number(const uint8_t *bytes, unsigned count) {
     return number;
 }
 
-/// What the pass has added to counters, as it is in `net` of translated_chip_t: weights times
-/// differences of bytes. If that is all of `net`, nothing else in SRAM has changed. It is taken
-/// from the bytes themselves, so that a stack that reaches down to a counter shows.
+/// The sum of what the pass has added to counters, as it is in `net` of translated_chip_t: weights
+/// times differences of bytes. If that is all of `net`, nothing else in SRAM has changed. It is
+/// taken from the bytes themselves, so that a stack that reaches down to a counter shows.
 static inline uint64_t translated_added(const translated_counters_t *all, const uint8_t *data,
                                         const translated_pass_t *pass) {
     uint64_t net = 0;
@@ -82,9 +83,8 @@ static inline uint64_t translated_room(const translated_bound_t *bound, uint32_t
     return steps > 1 ? steps - 1 : 0;
 }
 
-/// All counters go on by as many steps, each by its own; the first that has no room ends it.
-/// Repeats the pass that has just ended, at most so many times, as far as counters go. What it
-/// gives is how many times that was.
+/// Repeats the pass that has just ended, at most so many times: all counters go on by as many
+/// steps, each by its own, and the first that has no room ends it. How many times that was.
 static inline uint64_t translated_count_on(const translated_counters_t *all, uint8_t *data,
                                            const translated_pass_t *pass, uint64_t most) {
     uint32_t was[sizeof pass->counted], now[sizeof pass->counted];
@@ -116,7 +116,7 @@ static inline void translated_note_counters(const translated_counters_t *all, co
             *to++ = data[all->counters[i].address + at];
 }
 
-/// Of a program with counters; elsewhere they cost nothing.
+/// Macros of a program with counters; elsewhere they cost nothing.
 #ifdef COUNTERS
 /// By address of data space: NOT_COUNTED if the byte is a counter's, or 0.
 extern const uint8_t is_counted[];

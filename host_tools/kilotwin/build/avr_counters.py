@@ -18,7 +18,7 @@ from kilotwin.build.avr_registers import Function, live_registers
 from kilotwin.build.avr_taint import Bound, Part, State, UnknownError
 
 MOST_BYTES = 16
-"""Of all counters of a program, as in translated_pass_t."""
+"""All counters of a program, as in translated_pass_t."""
 _MOST_BOUNDS = 24
 _MOST_STEPS = 600
 _ENDS = {"call", "rcall", "icall", "ret", "reti", "jmp", "rjmp", "ijmp", "brbs", "brbc"}
@@ -34,7 +34,7 @@ class Counter:
     adds: frozenset[int]
     """Addresses of `sts` that add to it."""
     others: frozenset[int]
-    """Of instructions that set it otherwise, or do more with it than its bounds say."""
+    """Addresses of instructions that set it otherwise, or do more with it than its bounds say."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ def find_counters(
             code.store_of[at] = access.begin
     stored = {access.variable for access in stores if access.is_whole}
     alone = [_counter(variable, [variable], code, loads, stores) for variable in sorted(stored)]
-    # What is added to one must be none itself.
+    # A number that is added to one must be none itself.
     together = [(one.address, one.bytes) for one in alone if one is not None]
     counters: list[Counter] = []
     for variable in together:
@@ -161,7 +161,7 @@ class _Code:
     store_of: dict[int, int] = field(default_factory=dict)
     """The first one of those that store a variable together."""
     leads_here: dict[int, list[int]] = field(default_factory=dict)
-    """What may be executed before an address, but for pointers and calls."""
+    """Addresses that lead to an address, but for pointers and calls."""
 
     def __post_init__(self) -> None:
         for at, instruction in self.instructions.items():
@@ -219,9 +219,9 @@ class _Walk:
         self.adds: set[int] = set()
         """Addresses of stores to which nothing comes but the variable and what was added."""
         self.others: set[int] = set()
-        """Of instructions that do something else with it."""
+        """Addresses of instructions that do something else with it."""
         self._stored: dict[int, set[Part | None]] = {}
-        """What comes to the variable, by address of the store."""
+        """Values that come to the variable, by address of the store."""
         self._bounds: set[tuple[int, Bound]] = set()
         self._edges: set[tuple[int, int]] = set()
         self._left: set[tuple[int, int]] = set()

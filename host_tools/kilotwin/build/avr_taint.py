@@ -1,4 +1,4 @@
-"""What registers and flags have of a variable while code runs: bytes of the variable and constants
+"""Parts of a variable in registers and flags while code runs: bytes of the variable and constants
 added to it, and comparisons of them (avr_counters.py follows code by it)."""
 
 from dataclasses import dataclass, replace
@@ -50,7 +50,7 @@ class Part:
         """Whether it is that byte, all of it."""
         return self.low == self.high == byte and self.bits == _BYTE * (byte + 1)
 
-    def agrees(self, lower: "Part | Comparison") -> bool:
+    def agrees(self, lower: "Part") -> bool:
         """Whether it goes on where another one, of lower bytes, ends."""
         mask = (1 << _BYTE * self.low) - 1
         return (
@@ -62,41 +62,31 @@ class Part:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Bytes `low` to `high` of such a number minus `k`, from which flags come; or plus minus k."""
+    """Flags by a part minus `k`, or plus minus k if it is a sum."""
 
-    base: int
-    low: int
-    high: int
-    offset: int
-    addends: tuple[int, ...]
-    bits: int
+    part: Part
     k: int
     is_sum: bool = False
     addend: int | None = None
     """Address of the addition, if what was added is no constant."""
 
-    @staticmethod
-    def with_zero(part: Part) -> "Comparison":
-        """Flags that say what the bytes themselves are."""
-        return Comparison(part.base, part.low, part.high, part.offset, part.addends, part.bits, 0)
-
     def bounds(self, flag: int) -> set[tuple[int, Bound]]:
-        """Of a flag: with the number of the load.
+        """Bounds that a flag depends on, with the number of the load.
 
         UnknownError if they depend on more than constants.
         """
-        if self.addends or self.addend is not None or (flag not in (_C, _Z, _N, _V, _S)):
+        part, k = self.part, self.k
+        if part.addends or self.addend is not None or flag not in (_C, _Z, _N, _V, _S):
             raise UnknownError
-        half, k = 1 << (self.bits - 1), self.k
+        half = 1 << (part.bits - 1)
         at = {
             _C: (k, 0),
-            _Z: (k, k + (1 << _BYTE * self.low)),
+            _Z: (k, k + (1 << _BYTE * part.low)),
             _N: (k, k + half),
             _S: (k, half),
             _V: (k, k + half, half),
         }[flag]
-        mask = (1 << self.bits) - 1
-        return {(self.base, (self.bits, (one - self.offset) & mask)) for one in at}
+        return {(part.base, (part.bits, (one - part.offset) & _ones(part.bits))) for one in at}
 
 
 class _Poison:
@@ -109,7 +99,7 @@ _Flag = Comparison | _Poison
 
 
 class State:
-    """Of registers constants and what comes from variables; of flags the latter."""
+    """Constants in registers, and what comes from variables in registers and flags."""
 
     def __init__(self) -> None:
         self._registers: dict[int, _Value] = {_ZERO_REGISTER: 0}
@@ -137,7 +127,7 @@ class State:
         self._registers[register] = part
 
     def part(self, register: int) -> Part | None:
-        """What a register has of a variable, None if nothing.
+        """The part of a variable that a register has, None if it has none.
 
         UnknownError if that is known to no more than that.
         """
@@ -196,8 +186,8 @@ class State:
     # By kind
 
     def _other(self, instruction: Instruction) -> set[tuple[int, Bound]]:
-        """What has no meaning here: its results are known no more if it reads such bytes, and where
-        these lead out of the registers nothing is known."""
+        """An instruction without a meaning here: if it reads such bytes its results are known no
+        more, and where these lead out of the registers nothing is known."""
         name, bounds = instruction.name, set[tuple[int, Bound]]()
         reads = self._tainted(registers_read(instruction))
         changed = registers_changed(instruction)
@@ -284,8 +274,7 @@ class State:
         if isinstance(a, int) and isinstance(b, Part):
             a, b = b, a
         if isinstance(a, Part) and isinstance(b, int) and a.low == a.high:
-            zero = Comparison.with_zero(a)
-            return replace(zero, k=b << _BYTE * a.low).bounds(_Z)
+            return Comparison(a, b << _BYTE * a.low).bounds(_Z)
         if isinstance(a, Part | _Poison) or isinstance(b, Part | _Poison):
             raise UnknownError
         return set()
@@ -310,7 +299,7 @@ class State:
         self._put(d, result)
         flag: _Flag | None = None
         if isinstance(result, Part):
-            flag = Comparison.with_zero(result)
+            flag = Comparison(result, 0)
         elif isinstance(result, _Poison):
             flag = _POISON
         self._set_flag(_Z, flag)
@@ -394,31 +383,22 @@ class State:
     ) -> None:
         """The flags of one: of a difference of several bytes Z is of all, of a sum of the last."""
         flag = sum_ if sum_ is not None else (_POISON if is_tainted else None)
-        before = self._flags.get(_Z)
+        is_of_all = self._flags.get(_Z) == self._flags.get(_C)
         for which in (_C, _Z, _N, _V, _S):
             self._set_flag(which, flag)
         if sum_ is None:
             return
-        if sum_.bits != _BYTE * (sum_.high + 1):
+        part = sum_.part
+        if part.bits != _BYTE * (part.high + 1):
             self._flags.update(dict.fromkeys((_N, _V, _S), _POISON))
         if sum_.is_sum:
-            known = Comparison.with_zero(result) if isinstance(result, Part) else _POISON
-            self._flags[_Z] = known
-        elif sum_.high > sum_.low:
-            mask = (1 << _BYTE * sum_.high) - 1
-            goes_on = (
-                isinstance(before, Comparison)
-                and not before.is_sum
-                and (before.base, before.low, before.high) == (sum_.base, sum_.low, sum_.high - 1)
-                and before.k == sum_.k & mask
-                and before.addends == sum_.addends
-            )
-            if not goes_on:
-                self._flags[_Z] = _POISON
+            self._flags[_Z] = Comparison(result, 0) if isinstance(result, Part) else _POISON
+        elif part.high > part.low and not is_of_all:
+            self._flags[_Z] = _POISON
 
 
 def _masked(part: Part, mask: int) -> tuple[_Value | None, set[tuple[int, Bound]]]:
-    """Of low bits it is known what they are, of higher ones until when they stay."""
+    """A byte and a mask: low bits are known, higher ones until they change."""
     if part.low != part.high or part.addends:
         return _POISON, set()
     mask &= (1 << (part.bits - _BYTE * part.low)) - 1
@@ -453,21 +433,16 @@ def _compared(
     shifted = (operand or 0) << _BYTE * a.low
     addend = at if operand is None else None
     if not takes_carry:
-        return Comparison(
-            a.base, a.low, a.high, a.offset, a.addends, a.bits,
-            -shifted & _ones(a.bits) if is_sum else shifted, is_sum, addend,
-        )  # fmt: skip
-    if not isinstance(carry, Comparison) or carry.is_sum != is_sum or not a.agrees(carry):
+        return Comparison(a, -shifted & _ones(a.bits) if is_sum else shifted, is_sum, addend)
+    if not isinstance(carry, Comparison) or carry.is_sum != is_sum or not a.agrees(carry.part):
         return None
-    if carry.bits != _BYTE * a.low:
+    if carry.part.bits != _BYTE * a.low:
         return None
     k = carry.k + shifted
     if is_sum:  # what is known of the lower bytes is so modulo their size
-        k = -((-carry.k & _ones(carry.bits)) + shifted) & _ones(a.bits)
-    return replace(
-        carry, high=a.high, offset=a.offset, bits=a.bits, k=k,
-        addend=carry.addend if carry.addend is not None else addend,
-    )  # fmt: skip
+        k = -((-carry.k & _ones(carry.part.bits)) + shifted) & _ones(a.bits)
+    first = carry.addend if carry.addend is not None else addend
+    return Comparison(replace(a, low=carry.part.low), k, is_sum, first)
 
 
 def _ones(bits: int) -> int:

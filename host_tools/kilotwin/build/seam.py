@@ -95,8 +95,6 @@ class Seam:
     """The program's own."""
     variables: tuple[tuple[int, int], ...]
     """Likewise: addresses and sizes of those that are one number of 1, 2 or 4 bytes, maybe."""
-    compiled: tuple[Function, ...]
-    """All that are C."""
     rare: tuple[tuple[int, int], ...]
     """Extents of functions of RARE, which the interpreter executes."""
 
@@ -142,7 +140,6 @@ def seam_of(elf: Path, objects: Sequence[Path]) -> Seam:
         delay=_extent(everywhere, "delay"),
         functions=tuple(functions),
         variables=tuple(_variables(symbols, is_own)),
-        compiled=tuple(_compiled(elf)),
         rare=tuple(_rare(symbols, functions)),
     )
 
@@ -203,8 +200,11 @@ def _variables(
     )
 
 
-def _compiled(elf: Path) -> list[Function]:
-    """By the debug information."""
+def compiled_functions(elf: Path) -> list[Function]:
+    """Those of a linked image that are C, by its debug information, which takes some time to read.
+
+    The code says the same of itself, so that two images with the same code may share these.
+    """
     functions: list[Function] = []
     with elf.open("rb") as file:
         for unit in ELFFile(file).get_dwarf_info().iter_CUs():

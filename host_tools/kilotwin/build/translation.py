@@ -12,17 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from kilotwin import _emulator
-from kilotwin.build import (
-    avr_counters,
-    avr_instructions,
-    avr_liveness,
-    avr_loops,
-    avr_registers,
-    avr_statements,
-    avr_taint,
-    seam,
-    translator,
-)
+from kilotwin.build import seam, translator
 from kilotwin.build.avr import build_image
 from kilotwin.build.guest import (
     Guest,
@@ -50,17 +40,11 @@ _INCLUDE = "emulator"
 _HEADERS = [
     f"{_INCLUDE}/guest/translated_{what}.h" for what in ("code", "counters", "loops", "pass")
 ]
-_MAKERS = (
-    avr_counters,
-    avr_instructions,
-    avr_liveness,
-    avr_loops,
-    avr_registers,
-    avr_statements,
-    avr_taint,
-    seam,
-    translator,
-)
+# Files beside this one that a translation depends on.
+_MAKERS = [
+    *("avr_counters.py", "avr_instructions.py", "avr_liveness.py", "avr_loops.py"),
+    *("avr_registers.py", "avr_statements.py", "avr_taint.py", "seam.py", "translator.py"),
+]
 _KEY_CHARACTERS = 32
 
 
@@ -101,7 +85,8 @@ def translated_guest(
     file = _file(key, program.name)
     if not is_built(file):
         with building(f"translating {program.written} for this computer", file.parent, notify):
-            texts = translator.translate(flash, eeprom, met_at, covered=covered)
+            functions = seam.compiled_functions(image.elf)
+            texts = translator.translate(flash, eeprom, met_at, functions, covered=covered)
             _build(compiler, _flags(version), texts, file)
     return Guest(program.name, file, key, f"{image.compiler}; {version}", image.elf)
 
@@ -121,7 +106,7 @@ def _key(
     words = [version, *_flags(version), *_LINK_FLAGS, repr(met_at)]
     words += ["covered"] if covered else []
     digest = hashlib.sha256("\0".join(words).encode())
-    makers = [Path(maker.__file__) for maker in _MAKERS if maker.__file__]
+    makers = [Path(__file__).with_name(name) for name in _MAKERS]
     for file in [*map(resources.path, _HEADERS), *makers]:
         digest.update(file.read_bytes())
     digest.update(flash)

@@ -20,6 +20,7 @@ from kilotwin.build.avr_counters import Counter, find_counters
 from kilotwin.build.avr_instructions import Instruction, decode, is_long
 from kilotwin.build.avr_liveness import ALL_FLAGS, live_flags
 from kilotwin.build.avr_loops import turns_left_out
+from kilotwin.build.avr_registers import Function
 from kilotwin.build.avr_statements import (
     DATA_END,
     REGISTERS,
@@ -94,14 +95,29 @@ LEAVE
 
 
 def translate(
-    flash: bytes, eeprom: Mapping[int, int], seam: Seam | None = None, *, covered: bool = False
+    flash: bytes,
+    eeprom: Mapping[int, int],
+    seam: Seam | None = None,
+    functions: Sequence[Function] = (),
+    *,
+    covered: bool = False,
 ) -> list[str]:
     """C files for a whole image: flash, 32 KB as the chip has them, and the EEPROM's bytes by
-    address that come with it; of a guest the seam. `covered`: it marks what runs.
+    address that come with it; of a guest the seam, and its functions that are C. `covered`: it
+    marks what runs.
 
     The same image gives the same text. Costs some tenths of a second.
     """
     code = _Code(flash, seam, covered)
+    if seam is not None:
+        code.counters = find_counters(
+            code.instructions,
+            code.skipped_to,
+            variables=seam.variables,
+            functions=functions,
+            pointed=code.pointed,
+            live_flags=code.live,
+        )
     regions = code.regions()
     head = _HEAD if seam is None else _GUEST_HEAD + _HEAD
     if code.counters:
@@ -150,7 +166,7 @@ def _extent(block: "_Block") -> Block:
 
 
 def _counted(counters: Sequence[Counter]) -> str:
-    """What repeating passes know of counters."""
+    """Counters and bounds, as passes that repeat need them."""
     if not counters:
         return ""
     bounds = [
@@ -236,14 +252,6 @@ class _Code:
         self.called &= set(self.instructions)
         if self.seam is not None:
             self.live = live_flags(self.instructions, self.skipped_to)
-            self.counters = find_counters(
-                self.instructions,
-                self.skipped_to,
-                variables=self.seam.variables,
-                functions=self.seam.compiled,
-                pointed=self.pointed,
-                live_flags=self.live,
-            )
 
     def _is_programmed(self, address: int) -> bool:
         return self.flash[address : address + 2] not in (_ERASED, b"")
@@ -301,7 +309,7 @@ class _Code:
         return calls.index(address) if address != 0 and address in calls else None
 
     def count(self, instruction: Instruction) -> Iterator[str]:
-        """What is noted before an instruction that has to do with counters."""
+        """Notes before an instruction that has to do with counters."""
         place = 0
         for counter in self.counters:
             if instruction.address in counter.others:

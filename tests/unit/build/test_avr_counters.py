@@ -1,5 +1,5 @@
-"""Of a variable that is added to it is known what code asks of it: numbers at which any of its
-branches may go another way. All that code here does is held against each value of the variable."""
+"""A variable that is added to has bounds: numbers at which a branch of its code may go another way.
+All that code here does is held against each value of the variable."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -45,7 +45,7 @@ def assembled(lines: list[Line]) -> dict[int, Instruction]:
 def found(
     lines: list[Line], size: int, *, returns: bool = False, pointed: frozenset[int] = frozenset()
 ) -> Counter | None:
-    """What is known of a variable of that size by a function of these lines."""
+    """The counter of that size in a function of these lines."""
     code = assembled([*lines, line("ret")])
     return counter_of(code, [Function(0, max(code) + 2, returns)], size, pointed)
 
@@ -156,7 +156,7 @@ def check_bounds(counter: Counter, lines: list[Line]) -> None:
 
 
 def questions() -> Iterator[list[Line]]:
-    """What code asks of a word in r24 and r25, each followed by a branch on the flag."""
+    """Comparisons of a word in r24 and r25, each to be followed by a branch on the flag."""
     for high, low in ((0, 0), (0, 1), (1, 0), (3, 0xE8), (0x80, 5), (0xFF, 0xFE)):
         constant = [line("ldi", 18, k=high)]
         yield [*constant, line("cpi", 24, k=low), line("cpc", 25, 18)]
