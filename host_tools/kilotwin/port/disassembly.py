@@ -5,7 +5,7 @@ may go to any function whose address is taken.
 """
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -23,6 +23,7 @@ _PLACE = re.compile(r"^(/.*|[^\s:]+\.[chS]):(\d+)(?: \(discriminator \d+\))?$")
 _TARGET = re.compile(r"0x([0-9a-f]+) <([^>+]+)(\+0x[0-9a-f]+)?>")
 _DATA = re.compile(r"0x80([0-9a-f]{4})")
 _RELOCATION = re.compile(r"R_AVR_(?:LO8_LDI|HI8_LDI|16)_?(?:GS|PM)\s+(\S+)")
+_OBJECT_HEADING = re.compile(r"^.+:\s+file format elf32-avr$", re.MULTILINE)
 _CALLS = {"call", "rcall"}
 _JUMPS = {"jmp", "rjmp"}
 _ENDS = _JUMPS | {"ret", "reti", "ijmp"}
@@ -200,15 +201,16 @@ class Disassembly:
                 if symbol.name == "__bss_start"
             ]
         size = size_of(image.elf)
-        program, runtime = image.objects("program"), image.objects("kilolib")
+        program = _read_objects(image.objects("program"))
+        runtime = _read_objects(image.objects("kilolib"))
         return Disassembly(
             parse(text),
             variables,
             size.flash,
             size.ram,
-            frozenset(_address_taken(program)),
-            frozenset(_address_taken(file for file in runtime if not _uses_streams(file))),
-            frozenset(_address_taken(filter(_uses_streams, [*program, *runtime]))),
+            _address_taken(program),
+            _address_taken(file for file in runtime if not file.uses_streams),
+            _address_taken(file for file in [*program, *runtime] if file.uses_streams),
             begins[0] if begins else _NO_BSS,
         )
 
@@ -287,22 +289,34 @@ def _symbols(elf: ELFFile) -> Iterable[Symbol]:
     return table.iter_symbols()
 
 
-def _uses_streams(file: Path) -> bool:
-    with file.open("rb") as stream:
-        return any(symbol.name in _STREAMS for symbol in _symbols(ELFFile(stream)))
-
-
-def _address_taken(objects: Iterable[Path]) -> Iterable[str]:
+@dataclass(frozen=True)
+class _ObjectFile:
+    uses_streams: bool
+    address_taken: frozenset[str]
     """Functions that a pointer may lead to: the linker leaves no trace of them."""
-    for file in objects:
-        with file.open("rb") as stream:
-            elf = ELFFile(stream)
-            functions = {
-                (elf.get_section(symbol["st_shndx"]).name, symbol["st_value"]): symbol.name
-                for symbol in _symbols(elf)
-                if symbol["st_info"]["type"] == "STT_FUNC" and symbol["st_shndx"] != "SHN_UNDEF"
-            }
-        listing = run_tool(["avr-objdump", "-r", str(file)], f"{file}: not readable")
-        for meant in _RELOCATION.findall(listing):
-            section, _, offset = meant.partition("+")
-            yield functions.get((section, int(offset or "0", 16)), section)
+
+
+def _read_objects(files: Sequence[Path]) -> list[_ObjectFile]:
+    listing = run_tool(["avr-objdump", "-r", *map(str, files)], f"{files[0].parent}: not readable")
+    parts = _OBJECT_HEADING.split(listing)[1:]
+    return [_read_object(file, part) for file, part in zip(files, parts, strict=True)]
+
+
+def _read_object(file: Path, relocations: str) -> _ObjectFile:
+    with file.open("rb") as stream:
+        elf = ELFFile(stream)
+        symbols = list(_symbols(elf))
+        functions = {
+            (elf.get_section(symbol["st_shndx"]).name, symbol["st_value"]): symbol.name
+            for symbol in symbols
+            if symbol["st_info"]["type"] == "STT_FUNC" and symbol["st_shndx"] != "SHN_UNDEF"
+        }
+    taken = set()
+    for meant in _RELOCATION.findall(relocations):
+        section, _, offset = meant.partition("+")
+        taken.add(functions.get((section, int(offset or "0", 16)), section))
+    return _ObjectFile(any(symbol.name in _STREAMS for symbol in symbols), frozenset(taken))
+
+
+def _address_taken(objects: Iterable[_ObjectFile]) -> frozenset[str]:
+    return frozenset().union(*(file.address_taken for file in objects))
