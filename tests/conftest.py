@@ -1,11 +1,18 @@
 """Shared by all tests. Programs are not held against their ATmega328P, but where that is tested."""
 
 import os
+import signal
 from pathlib import Path
 
 import pytest
 
 os.environ["KILOTWIN_NO_TWIN"] = "1"
+
+# Commands inherit what is ignored, not what is handled: under nohup they heed a test's signals, and
+# tests still outlive their terminal.
+for number in (signal.SIGHUP, signal.SIGINT):
+    if signal.getsignal(number) is signal.SIG_IGN:
+        signal.signal(number, lambda *_: None)
 
 
 @pytest.fixture(scope="session")
