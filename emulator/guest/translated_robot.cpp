@@ -308,6 +308,7 @@ bool Robot::Translated::execute_one() {
         const bool rings = (at(WDTCSR) & WDTCSR_WDIE) != 0;
         image_.asleep_until = down && rings ? cycle() + SLEEP_DOWN_CYCLES : NO_TIME;
     }
+    changed |= NOT_COUNTED;  // whether it reads a counter, or stores one again, is not looked at
     if (!interpret(this, &REGISTERS)) {
         fail();
         return true;
