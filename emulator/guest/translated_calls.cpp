@@ -7,6 +7,7 @@
 #include "guest/fault.h"
 #include "guest/timer.h"
 #include "guest/translated_robot.h"
+#include "guest/translated_stack.h"
 
 namespace kilotwin {
 
@@ -174,8 +175,7 @@ void Robot::Translated::begin_interrupt(Interrupt which) {
     disturb_passes();
     image_.interrupted = cycle();
     image_.interrupt = which;
-    push(static_cast<uint8_t>(pc / 2));
-    push(static_cast<uint8_t>(pc / 2 >> 8));
+    TranslatedStack(data).push_return(pc);
     flags[7] = 0;
     if (which == Interrupt::TICK) image_.flagged = TranslatedImage::NO_TIME;
     pc = (which == Interrupt::TICK ? VECTOR_TIMER0_COMPA : VECTOR_UDRE) * VECTOR_BYTES;
@@ -184,8 +184,7 @@ void Robot::Translated::begin_interrupt(Interrupt which) {
 /// By a reti, not by kilolib's receiver.
 void Robot::Translated::return_from_interrupt() {
     constexpr int RETI_CYCLES = 4;
-    const unsigned high = pop();
-    pc = (high << 8 | pop()) * 2;
+    pc = TranslatedStack(data).pop_return();
     flags[7] = 1;
     left -= RETI_CYCLES;
     end_interrupt();
@@ -215,8 +214,9 @@ void Robot::Translated::take_message() {
     if (!hears_light() || (frame > 0 && !told && (late || deaf))) return;
     message_t message = reception.message;
     begin_interrupt(Interrupt::MESSAGE);
-    for (const uint8_t saved : SAVED) push(data[saved]);
-    push(status());
+    TranslatedStack stack(data);
+    for (const uint8_t saved : SAVED) stack.push(data[saved]);
+    stack.push(status());
     at(1) = 0;
     distance_measurement_t measured = reception.distance;
     // Where the original's get_voltage() has left the converter (core/traits.h).
@@ -233,8 +233,7 @@ void Robot::Translated::take_message() {
     }
     std::memcpy(data + seam_.message, &message, sizeof message);
     std::memcpy(data + seam_.distance, &measured, sizeof measured);
-    push(static_cast<uint8_t>(RETURN_FROM_MESSAGE / 2));
-    push(static_cast<uint8_t>(RETURN_FROM_MESSAGE / 2 >> 8));
+    stack.push_return(RETURN_FROM_MESSAGE);
     set_word(24, seam_.message);
     set_word(22, seam_.distance);
     pc = is_command ? seam_.obey : word(seam_.message_rx) * 2u;
@@ -350,12 +349,12 @@ void Robot::Translated::serve_edge() {
 
 /// The callback is over: what the interrupt saved goes back.
 void Robot::Translated::end_message() {
-    const uint8_t saved = pop();
-    for (size_t i = std::size(SAVED); i-- > 0;) data[SAVED[i]] = pop();
+    TranslatedStack stack(data);
+    const uint8_t saved = stack.pop();
+    for (size_t i = std::size(SAVED); i-- > 0;) data[SAVED[i]] = stack.pop();
     for (unsigned flag = 0; flag < 8; flag++) flags[flag] = saved >> flag & 1;
     flags[7] = 1;
-    const unsigned high = pop();
-    pc = (high << 8 | pop()) * 2;
+    pc = stack.pop_return();
     left -= RECEIVE_END_CYCLES;
     end_interrupt();
 }
@@ -365,19 +364,6 @@ uint8_t Robot::Translated::status() const {
     uint8_t all = 0;
     for (unsigned flag = 0; flag < 8; flag++) all = static_cast<uint8_t>(all | flags[flag] << flag);
     return all;
-}
-
-/// The stack as the interrupt uses it; behind SRAM there is nothing.
-void Robot::Translated::push(uint8_t value) {
-    const uint16_t stack = word(SPL);
-    if (stack < SRAM_END) at(stack) = value;
-    set_word(SPL, static_cast<uint16_t>(stack - 1));
-}
-
-uint8_t Robot::Translated::pop() {
-    const auto stack = static_cast<uint16_t>(word(SPL) + 1);
-    set_word(SPL, stack);
-    return stack < SRAM_END ? at(stack) : 0;
 }
 
 void Robot::Translated::set_word(uint16_t address, uint16_t value) {
@@ -418,8 +404,7 @@ void Robot::Translated::call(unsigned number) {
 /// Returns to the program.
 void Robot::Translated::come_back(uint16_t result, uint64_t cycles) {
     set_word(24, result);
-    const unsigned high = pop();
-    pc = (high << 8 | pop()) * 2;
+    pc = TranslatedStack(data).pop_return();
     left -= static_cast<int64_t>(cycles);
 }
 

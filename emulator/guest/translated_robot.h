@@ -70,8 +70,6 @@ class Robot::Translated : private translated_chip_t {
     }
     void set_word(uint16_t address, uint16_t value);
     uint8_t status() const;
-    void push(uint8_t value);
-    uint8_t pop();
 
     // Running. A turn of run() serves what is due, then executes up to what comes next; attend() is
     // such a turn from within the main region. What needs all registers (a message that is handed
