@@ -197,7 +197,7 @@ void DifferentialTest::give(const message_t &content, distance_measurement_t str
     const Cycles begin = base_ + tick_ * TICK_CYCLES + FIRST_BEGIN + below(BEGINS);
     for (Cycles offset : pulses_of(message))
         board_.shine({begin + offset, begin + offset + RobotBoard::SEEN_PULSE, strength});
-    native_->disturb(begin, begin + FRAME_CYCLES, message);
+    if (native_->heeds_light()) native_->disturb(begin, begin + FRAME_CYCLES, message);
     native_->receive(begin + FRAME_CYCLES, message, strength);
     received_++;
 }

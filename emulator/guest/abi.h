@@ -22,7 +22,7 @@
 extern "C" {
 #endif
 
-#define KT_GUEST_ABI 13
+#define KT_GUEST_ABI 14
 #define KT_PACKED __attribute__((packed))
 
 /// The registers that drive motors and LED (hardware.md 1.8), which a program may write itself. The
@@ -162,7 +162,8 @@ typedef struct KT_PACKED {
     const kt_host_t **host;      ///< not part of the state
     const kt_module_t *module;   ///< null: a robot's program
     uint8_t original;            ///< whether its runtime has the traits of its core/traits.h
-    const uint8_t *settled_period;  ///< null if tx_period may change after set-up
+    const uint8_t *settled_period;     ///< null if tx_period may change after set-up
+    int16_t (*sensor)(uint8_t which);  ///< null if a robot's program reads none
 } kt_table_t;
 
 /// The registers of kt_host_t.spent: so many bytes from `frame` up, then the address that the

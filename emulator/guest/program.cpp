@@ -87,6 +87,7 @@ void Program::take_table() {
     names_period_ = table_->tx_period != nullptr;
     settles_period_ = table_->settled_period != nullptr;
     may_send_ = table_->message_tx != nullptr;
+    reads_sensors_ = table_->sensor != nullptr;
 }
 
 void Program::take_translation() {

@@ -45,6 +45,9 @@ class Program {
     /// Whether the program may ever have a message when it is asked; a native one that does not
     /// name kilo_message_tx has none, and need not be asked.
     bool may_send() const { return may_send_; }
+    /// Whether the program may read a sensor: not a native one that names no function or register
+    /// for that.
+    bool reads_sensors() const { return reads_sensors_; }
     /// Whether it notes which of its code has run: then it is not run tentatively.
     bool is_covered() const { return is_covered_; }
     /// Registers of a translated robot that have an effect, by address (translated_code.h).
@@ -108,7 +111,8 @@ class Program {
     std::string name_, path_;
     const kt_table_t *table_ = nullptr;
     const translation_t *translation_ = nullptr;
-    bool names_period_ = false, settles_period_ = false, may_send_ = true, is_covered_ = false;
+    bool names_period_ = false, settles_period_ = false, may_send_ = true, reads_sensors_ = true,
+         is_covered_ = false;
     size_t state_bytes_ = 0;
     std::vector<uint8_t> initial_;
     uint8_t *resident_ = nullptr;

@@ -112,8 +112,11 @@ class alignas(64) Robot : private RobotRecord {
     /// also if others come at the same time.
     void tell(Cycles at, const message_t &message);
 
+    /// Whether its program can tell that light falls on its receiver; one on a board sees for itself.
+    bool heeds_light() const { return !on_board() && program_->reads_sensors(); }
+
     /// A frame is being received from `begin` to `end`: meanwhile sensors return -1, and the edges
-    /// of its light take time from a translated program.
+    /// of its light take time from a translated program. Only if heeds_light().
     void disturb(Cycles begin, Cycles end, const message_t &message);
 
     // For a board: takes the inbox out, in order of time; notes what the board's pins do, and a

@@ -51,7 +51,6 @@ void Robot::tell(Cycles at, const message_t &message) {
 }
 
 void Robot::disturb(Cycles begin, Cycles end, const message_t &message) {
-    if (on_board()) return;  // it sees for itself
     if (program_->translation() != nullptr) {
         auto &lights = written().lights;
         if (lights.size() == lights.capacity()) lights.reserve(lights.size() + MORE_LIGHTS);

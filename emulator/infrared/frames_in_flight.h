@@ -60,6 +60,7 @@ class FramesInFlight {
         uint32_t frame = NONE;      ///< what it sends
         uint16_t planned = 0;       ///< so many of its frames are planned
         uint8_t kind = 0;           ///< index of its Stations in the channel
+        bool heeds_light = false;   ///< a robot that is told when light falls on it
         bool is_tentative = false;  ///< a robot that is run tentatively (tentative_runs.h)
     };
 

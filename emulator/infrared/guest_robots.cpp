@@ -269,8 +269,9 @@ void GuestRobots::sent(const Frame &frame) {
 
 // Whatever becomes of the frame: while its light falls on the receiver sensors cannot be read.
 void GuestRobots::light_begins(const Frame &frame, Reached &reached) {
-    if (channel_.in_flight().station(reached.station).is_tentative)
-        bring_back(reached.station, frame);
+    const auto &station = channel_.in_flight().station(reached.station);
+    if (station.is_tentative) bring_back(reached.station, frame);
+    if (!station.heeds_light) return;
     context_.robots[reached.station].disturb(frame.begin, frame.begin + FRAME_CYCLES,
                                              frame.message->message());
 }

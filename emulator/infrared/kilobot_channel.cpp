@@ -27,6 +27,7 @@ KilobotChannel::KilobotChannel(const Settings &settings, const ChannelContext &c
             std::clamp(context.chance.normal(robot, Purpose::RANGE, 0), -RANGE_LIMIT, RANGE_LIMIT);
         ranges_m_.push_back(
             static_cast<float>(settings.range_m * (1 + spread * settings.range_spread)));
+        in_flight_.station(robot).heeds_light = context.robots[robot].heeds_light();
     }
     assign(guests_, 0, robots);
     assign(above_, robots + others, 1);

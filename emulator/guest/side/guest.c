@@ -96,7 +96,6 @@ int kt_run_program() {
 }
 
 uint32_t kt_ticks(void) { return *kt_table.ticks; }
-int16_t kt_sensor(uint8_t which) { return kt_host->sensor(which); }
 void kt_print(const char *text, uint32_t bytes, uint8_t line) { kt_host->print(text, bytes, line); }
 void kt_serial_written(void) { kt_host->serial_written(); }
 void kt_serial_ready(void) { kt_host->serial_ready(); }

@@ -14,6 +14,7 @@
 volatile uint32_t kilo_ticks;
 #pragma weak kilo_tx_period   // tx_period.c
 #pragma weak kilo_message_tx  // message_tx.c
+#pragma weak kt_sensor        // sensor.c
 
 static void ignore_rx(message_t *message, distance_measurement_t *distance) {
     (void)message;
@@ -54,6 +55,7 @@ const kt_table_t kt_table = {
     .host = &kt_host,
     .original = KILOLIB_ORIGINAL,
     .settled_period = &kt_settled_period,
+    .sensor = kt_sensor,
 };
 
 void kilo_init(void) {
@@ -80,10 +82,6 @@ void spinup_motors(void) {
     set_motors(KICK_DUTY, KICK_DUTY);
     delay(KICK_MS);
 }
-
-int16_t get_ambientlight(void) { return kt_sensor(KT_SENSOR_LIGHT); }
-int16_t get_voltage(void) { return kt_sensor(KT_SENSOR_VOLTAGE); }
-int16_t get_temperature(void) { return kt_sensor(KT_SENSOR_TEMPERATURE); }
 
 void rand_seed(uint8_t seed) { kilolib_random_seed(seed); }
 
