@@ -63,7 +63,13 @@ distance_measurement_t InfraredGains::measure(double distance_mm, double low_noi
     if (measured_) [[unlikely]]
         return {converted(measured_signal(tables_.low, distance_mm) + low_noise_lsb),
                 converted(measured_signal(tables_.high, distance_mm) + high_noise_lsb)};
-    double low = signal(tables_.low[0], distance_mm);
+    return measure_synthetic(tables_.low[0], distance_mm, low_noise_lsb, high_noise_lsb);
+}
+
+distance_measurement_t InfraredGains::measure_synthetic(uint16_t low_at_contact, double distance_mm,
+                                                        double low_noise_lsb,
+                                                        double high_noise_lsb) {
+    const double low = signal(low_at_contact, distance_mm);
     return {converted(low + low_noise_lsb), converted(low * HIGH_OVER_LOW + high_noise_lsb)};
 }
 

@@ -26,6 +26,10 @@ class InfraredGains {
     distance_measurement_t measure(double distance_mm, double low_noise_lsb = 0,
                                    double high_noise_lsb = 0) const;
 
+    /// The same of synthetic tables, which follow from the first entry of low().
+    static distance_measurement_t measure_synthetic(uint16_t low_at_contact, double distance_mm,
+                                                    double low_noise_lsb, double high_noise_lsb);
+
     /// Distance in mm for a reading, 33..255, by the robot's own rule.
     uint8_t estimate_mm(distance_measurement_t measured) const {
         return kilolib_gains_distance(&tables_, &measured);

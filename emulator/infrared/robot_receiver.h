@@ -38,24 +38,15 @@ class RobotReceiver {
           chance_(chance),
           pairs_(chance),
           robots_(robots) {
-        if (settings.distance_error_mm == 0) return;
-        for (uint32_t robot = 0; robot < robots.size(); robot++)
-            errors_mm_.push_back(static_cast<float>(draw_error_mm(robot)));
+        for (uint32_t robot = 0; robot < robots.size(); robot++) {
+            const InfraredGains &gains = robots[robot].calibration().gains;
+            receivers_.push_back(
+                {static_cast<float>(draw_error_mm(robot)), gains.low(0), gains.are_measured()});
+        }
     }
 
-    /// What a robot takes every distance to be more than it is.
-    double error_mm(uint32_t robot) const {
-        return errors_mm_.empty() ? 0 : static_cast<double>(errors_mm_[robot]);
-    }
-
-    /// Brings what measure() needs of a robot into the cache: its gains, and its error. Does not
-    /// wait for any of it.
-    void prefetch(uint32_t robot) const {
-        const InfraredGains &gains = robots_[robot].calibration().gains;
-        prefetch_line(&gains);
-        prefetch_line(&gains + 1);  // it ends on another line
-        if (!errors_mm_.empty()) prefetch_line(&errors_mm_[robot]);
-    }
+    /// Brings what measure() needs of a robot into the cache. Does not wait for it.
+    void prefetch(uint32_t robot) const { prefetch_line(&receivers_[robot]); }
 
     /// Whether chance loses a frame at a robot. `draw` is the robot's own count of frames, of which
     /// those from above are none: they have numbers of their own.
@@ -76,15 +67,30 @@ class RobotReceiver {
         std::array<double, 2> noise = {0, 0};
         if (settings_.gain_noise_lsb > 0)
             noise = pairs_.draw(reached.station, {Purpose::LOW_GAIN, Purpose::HIGH_GAIN}, draw);
-        return robots_[reached.station].calibration().gains.measure(
-            reached.distance_mm + error_mm(reached.station), settings_.gain_noise_lsb * noise[0],
-            settings_.gain_noise_lsb * noise[1]);
+        const Receiver &receiver = receivers_[reached.station];
+        const double distance_mm = reached.distance_mm + static_cast<double>(receiver.error_mm);
+        const double low_lsb = settings_.gain_noise_lsb * noise[0],
+                     high_lsb = settings_.gain_noise_lsb * noise[1];
+        if (receiver.is_measured) [[unlikely]]
+            return robots_[reached.station].calibration().gains.measure(distance_mm, low_lsb,
+                                                                        high_lsb);
+        return InfraredGains::measure_synthetic(receiver.low_at_contact, distance_mm, low_lsb,
+                                                high_lsb);
     }
 
   private:
+    /// What every frame needs of a robot's receiver: side by side, since its record has other lines
+    /// of the cache.
+    struct Receiver {
+        float error_mm;           ///< that it takes every distance to be more than it is
+        uint16_t low_at_contact;  ///< the first entry of its gains
+        bool is_measured;         ///< its gains
+    };
+
     // Cut as other spreads. What a lab has measured of a robot is right.
     double draw_error_mm(uint32_t robot) const {
         constexpr double LIMIT = 3;
+        if (settings_.distance_error_mm == 0) return 0;
         if (robots_[robot].calibration().gains.are_measured()) return 0;
         const double drawn = chance_.normal(robot, Purpose::DISTANCE_ERROR, 0);
         return settings_.distance_error_mm * std::clamp(drawn, -LIMIT, LIMIT);
@@ -94,7 +100,7 @@ class RobotReceiver {
     const Chance &chance_;
     NormalPairs pairs_;
     const Swarm<Robot> &robots_;
-    std::vector<float> errors_mm_;  ///< by robot; empty: none has one
+    std::vector<Receiver> receivers_;  ///< by robot
 };
 
 }  // namespace kilotwin
