@@ -112,7 +112,7 @@ class alignas(64) Robot : private RobotRecord {
     /// also if others come at the same time.
     void tell(Cycles at, const message_t &message);
 
-    /// Whether its program can tell that light falls on its receiver; one on a board sees for itself.
+    /// Whether its program can tell that light falls on its receiver; a board sees for itself.
     bool heeds_light() const { return !on_board() && program_->reads_sensors(); }
 
     /// A frame is being received from `begin` to `end`: meanwhile sensors return -1, and the edges

@@ -1,4 +1,5 @@
-/// The stack of a translated robot, while the engine does to it what interrupts and calls do.
+/// The stack of a translated robot, while the engine does to it what interrupts and calls do: of
+/// the robot's code `push`, `pop` and `ret` are its own (translated_code.h).
 #ifndef KILOTWIN_GUEST_TRANSLATED_STACK_H
 #define KILOTWIN_GUEST_TRANSLATED_STACK_H
 
@@ -24,10 +25,12 @@ class TranslatedStack {
         data_[atmega328p::SPH] = static_cast<uint8_t>(next_ >> 8);
     }
 
+    /// A byte, to where the pointer is; that goes down.
     void push(uint8_t value) {
         if (next_ < atmega328p::SRAM_END) data_[next_] = value;
         next_--;
     }
+    /// The byte that was pushed last.
     uint8_t pop() {
         next_++;
         return next_ < atmega328p::SRAM_END ? data_[next_] : 0;
@@ -38,6 +41,7 @@ class TranslatedStack {
         push(static_cast<uint8_t>(pc / 2));
         push(static_cast<uint8_t>(pc / 2 >> 8));
     }
+    /// As `ret` takes it.
     uint32_t pop_return() {
         const uint32_t high = pop();
         return (high << 8 | pop()) * 2;
