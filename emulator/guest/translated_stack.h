@@ -10,8 +10,11 @@
 namespace kilotwin {
 
 /// Its pointer is kept from the first byte to the last, and goes back to its registers at the end:
-/// seventeen bytes are pushed for each message. Behind SRAM there is nothing: what is pushed there
-/// is lost, and 0 comes back.
+/// nineteen bytes are pushed for each message. These are, from the top down: where the program goes
+/// on; r0, r1 and the registers that functions may change; the status register; where the callback
+/// returns to.
+///
+/// Behind SRAM there is nothing: what is pushed there is lost, and 0 comes back.
 class TranslatedStack {
   public:
     /// `data`: the data space, of which nothing else may change the pointer meanwhile.
