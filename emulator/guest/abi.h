@@ -162,8 +162,10 @@ typedef struct KT_PACKED {
     const kt_host_t **host;      ///< not part of the state
     const kt_module_t *module;   ///< null: a robot's program
     uint8_t original;            ///< whether its runtime has the traits of its core/traits.h
-    const uint8_t *settled_period;     ///< null if tx_period may change after set-up
-    int16_t (*sensor)(uint8_t which);  ///< null if a robot's program reads none
+    const uint8_t *settled_period;  ///< null if tx_period may change after set-up
+    /// Reads a sensor; null if a robot's program reads none, by a function or a register: then it
+    /// need not be told of light on its receiver.
+    int16_t (*sensor)(uint8_t which);
 } kt_table_t;
 
 /// The registers of kt_host_t.spent: so many bytes from `frame` up, then the address that the
