@@ -114,7 +114,8 @@ _Change = Callable[[str, Sequence[str]], str]
 
 # Files of the thin half that only the guests of one kind have.
 _SIDE_OF = dict.fromkeys(
-    ["kilobot.c", "message_tx.c", "settled_period.c", "tx_period.c"], "kilobot"
+    ["kilobot.c", "message_tx.c", "sensor_functions.c", "settled_period.c", "tx_period.c"],
+    "kilobot",
 ) | dict.fromkeys(["module.c", "module_debug.c", "module_send.c"], "module")
 # Files of the robot's runtime that run on the guest's side, in robots' and in modules' guests.
 _CORE = ("calibration.c", "message_crc.c", "random_soft.c")
