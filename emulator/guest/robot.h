@@ -61,7 +61,7 @@ class alignas(64) Robot : private RobotRecord {
         if (!on_board()) prefetch_bytes(image_, program_->state_bytes());
     }
 
-    /// Prefetch the fields of receive(), and those of disturb() and the gains as well.
+    /// Prefetch the fields of receive(), and those of disturb() as well.
     void prefetch_receiver() const {
         prefetch_line(&next_message_);
         prefetch_line(&inbox_);
@@ -71,7 +71,6 @@ class alignas(64) Robot : private RobotRecord {
         prefetch_receiver();
         prefetch_line(this);
         prefetch_line(&frames_seen_);
-        prefetch_line(&calibration_);
     }
 
     /// Runs the robot through everything strictly before `until`. Every attempt to send succeeds.

@@ -60,3 +60,14 @@ def test_a_program_sees_frames_whichever_way_it_reads_a_sensor(
     ) as world:
         world.run(30)
         assert world.leds[1] == RGB(1, 0, 0)
+
+
+def test_a_program_may_bring_a_function_of_its_own_in_place_of_a_sensors(tmp_path: Path) -> None:
+    program = tmp_path / "own.c"
+    own = "int16_t get_voltage(void) { return 5; }"
+    program.write_text(
+        PROGRAM.format(reading="get_voltage()", failed="== 5", code=own, includes="")
+    )
+    with World(program=program) as world:
+        world.run(1)
+        assert world.leds[0] == RGB(1, 0, 0)
