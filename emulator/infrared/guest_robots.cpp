@@ -337,7 +337,8 @@ void GuestRobots::prefetch_after(size_t next) {
         context_.bodies.prefetch_place(other);
     }
     for (uint32_t other : lists.of(sooner))
-        if (is_in_range(sooner, other)) robots[other].prefetch_light();
+        if (in_flight.station(other).heeds_light && is_in_range(sooner, other))
+            robots[other].prefetch_light();
 }
 
 uint32_t GuestRobots::robot_of(const Event &event) {
