@@ -8,12 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import Browser, Page, WebSocketRoute
 from websockets.sync.client import connect
 
 from kilotwin.runs.reader import Run
 from kilotwin.units import TICK_S
 
+from ..steering import steer
 from .browser import chromium, new_page, open_viewer, viewer
 from .conftest import KILOTWIN, ROOT, WALKER
 from .served_table import Table
@@ -82,9 +83,11 @@ def test_a_run_is_seen_as_it_goes_and_stays_until_its_page_is_closed(
     watched: Callable[..., Watched], browser: Browser, alone: str
 ) -> None:
     process, address = watched("seen", "--set", "duration_s=20000")
+    steer(address, do="pause")
     problems: list[str] = []
     with new_page(browser, problems) as page:
         open_viewer(page, address)
+        steer(address, do="resume")
         times = set()
         for _ in range(200):
             times.add(page.input_value("#time"))
@@ -98,6 +101,43 @@ def test_a_run_is_seen_as_it_goes_and_stays_until_its_page_is_closed(
     out, _ = process.communicate(timeout=30)
     assert process.returncode == 0
     assert json.loads(out)["result_hash"] == alone
+    assert problems == []
+
+
+def test_a_page_that_is_late_shows_the_last_sample_all_the_same(
+    watched: Callable[..., Watched], browser: Browser
+) -> None:
+    process, address = watched("late", "--set", "duration_s=1e6")
+    problems: list[str] = []
+    states: list[str] = []
+    pages: list[WebSocketRoute] = []
+
+    def hold(socket: WebSocketRoute) -> None:
+        pages.append(socket)
+        socket.connect_to_server().on_message(lambda state: states.append(str(state)))
+
+    def sample(state: str) -> float:
+        return float(json.loads(state)[0]["last_s"])
+
+    with new_page(browser, problems) as page:
+        page.route_web_socket("**/moments", lambda socket: socket.close())
+        page.route_web_socket("**/live", hold)
+        open_viewer(page, address)
+        while len({sample(state) for state in states}) < 4:
+            page.wait_for_timeout(50)
+        steer(address, do="pause")
+        page.wait_for_timeout(1000)  # it has written, and the server has looked again
+        earlier = next(state for state in states if sample(state) > sample(states[0]))
+        last = f"{sample(states[-1]):.3f}"
+        # The page is told of few samples, and is answered with all that there are by now.
+        with page.expect_response("**/times?*"):
+            pages[0].send(earlier)
+        for state in states[states.index(earlier) + 1 :]:
+            pages[0].send(state)
+        page.wait_for_function("last => document.querySelector('#time').value === last", arg=last)
+        page.wait_for_function("last => document.body.dataset.shown === last", arg=last)
+    process.terminate()
+    process.communicate(timeout=30)
     assert problems == []
 
 

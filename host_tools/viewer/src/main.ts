@@ -40,6 +40,7 @@ class Page {
   private lastFrame = performance.now();
   private frames = 0;
   private curvesAt = 0;
+  private told: RunState[] | null = null; // the newest state, while one is taken in
   private readonly moments: Moments | null;
   private steering: SteeringBar | null = null;
 
@@ -71,7 +72,7 @@ class Page {
   async start(): Promise<void> {
     await Promise.all(this.panes.map((pane) => pane.samples.extend()));
     const first = Math.min(...this.scenes.map((scene) => scene.first_s));
-    const last = Math.max(...this.panes.map((pane) => pane.samples.times.at(-1) ?? 0));
+    const last = this.lastSampleS();
     this.clock.setRange(first, last, Math.max(...this.scenes.map((scene) => scene.duration_s)));
     if (this.scenes.some((scene) => scene.status === RUNNING)) {
       this.clock.following = true;
@@ -261,18 +262,36 @@ class Page {
     }
   }
 
+  // When the newest sample that is here was taken, of all runs.
+  private lastSampleS(): number {
+    return Math.max(...this.panes.map((pane) => pane.samples.times.at(-1) ?? 0));
+  }
+
+  // One state after the other: of those that come while one is taken in, the newest.
   private async heed(states: RunState[] | null): Promise<void> {
     byId("gone").hidden = states !== null;
-    if (!states) return;
-    const grown = states.map((state, run) => state.samples > this.panes[run].samples.count);
-    states.forEach((state, run) => Object.assign(this.scenes[run], state));
-    await Promise.all(this.panes.map((pane, run) => grown[run] && pane.samples.extend()));
-    if (grown.some(Boolean)) {
-      this.clock.extend(Math.max(...states.map((state) => state.last_s)));
-      const now = performance.now();
-      const ended = states.every((state) => state.status !== RUNNING);
-      if (ended || now - this.curvesAt > CURVES_AGAIN_MS) await this.readCurves();
+    const busy = this.told !== null;
+    if (states) this.told = states;
+    if (busy) return;
+    try {
+      while (this.told) {
+        const taken: RunState[] = this.told;
+        await this.takeState(taken);
+        if (this.told === taken) this.told = null;
+      }
+    } finally {
+      this.told = null;
     }
+  }
+
+  private async takeState(states: RunState[]): Promise<void> {
+    states.forEach((state, run) => Object.assign(this.scenes[run], state));
+    const grown = states.map((state, run) => state.samples > this.panes[run].samples.count);
+    await Promise.all(this.panes.map((pane, run) => grown[run] && pane.samples.extend()));
+    // The server may have answered with more samples than this state is told of.
+    this.clock.extend(this.lastSampleS());
+    const ended = states.every((state) => state.status !== RUNNING);
+    if (ended || performance.now() - this.curvesAt > CURVES_AGAIN_MS) await this.readCurves();
     this.drawStatus();
     this.dirty = true;
   }

@@ -15,6 +15,7 @@ from kilotwin import World
 from kilotwin.runs.attached import PAGE
 from kilotwin.runs.packing import head_of
 
+from ...steering import steer
 from .test_world import TALKER
 
 pytestmark = pytest.mark.skipif(not PAGE.exists(), reason="the viewer's page is not built")
@@ -27,16 +28,6 @@ def no_display(monkeypatch: pytest.MonkeyPatch) -> None:
     """No browser opens."""
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
-
-
-def steer(address: str, **order: object) -> None:
-    """As the page does it."""
-    place = urllib.parse.urlsplit(address)
-    headers = {"Origin": f"http://{place.netloc}", "Content-Type": "application/json"}
-    body = json.dumps(order).encode()
-    urllib.request.urlopen(
-        urllib.request.Request(f"{address}steer", body, headers, method="POST"), timeout=60
-    ).close()
 
 
 def test_a_world_is_seen_steered_and_otherwise_the_same(
