@@ -1,4 +1,4 @@
-"""Compares two engines on one machine: this one and another checkout's, run in turns."""
+"""Compares two engines on one machine: this one and another checkout's, which take turns."""
 
 import json
 import os
@@ -15,10 +15,13 @@ from typing import Any
 import tomli_w
 
 from kilotwin.commands.bench_measure import Columns, Note, machine, table_lines
+from kilotwin.commands.bench_turns import take_turns
 from kilotwin.commands.bench_workloads import Case, cases
 from kilotwin.errors import InputError, RunError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.runs.interrupts import heeding_interrupts
+
+_SUMMARY, _ERRORS = "summary.json", "errors.txt"
 
 
 @dataclass(frozen=True)
@@ -38,8 +41,8 @@ def measure(
 ) -> Iterator[dict[str, Any]]:
     """One record per case. `folder` is a checkout with its own .venv (`make setup` there).
 
-    Each round runs both engines once, each as `kilotwin run` of its own checkout with its own
-    copies of the programs; the order alternates, so that neither always gets the warmer machine.
+    Each round runs both engines, each as `kilotwin run` of its own checkout with its own copies of
+    the programs: in turns of a tenth of a second, and every other round the other one first.
     `ratio` is the median over the rounds of new speed / old speed: above 1, this engine is faster.
     """
     command = folder.resolve() / ".venv" / "bin" / "kilotwin"
@@ -62,12 +65,10 @@ def _measure_one(
     old: list[dict[str, Any]] = []
     turns = [(other, old), (this, new)]
     for number in range(1, rounds + 1):
-        for engine, summaries in turns:
-            note(
-                f"{case.workload}, {size} robots, {medium}: round {number} of {rounds}, "
-                f"{engine.name}"
-            )
-            summaries.append(_run(engine, case.experiment))
+        note(f"{case.workload}, {size} robots, {medium}: round {number} of {rounds}")
+        found = _run([engine for engine, _ in turns], case.experiment)
+        for (_, summaries), summary in zip(turns, found, strict=True):
+            summaries.append(summary)
         turns.reverse()
     speeds = [
         a["robot_s_per_cpu_s"] / max(b["robot_s_per_cpu_s"], 1)
@@ -99,32 +100,40 @@ def _final_hash(summary: dict[str, Any]) -> str:
     return str(summary.get("final_hash", summary["result_hash"]))
 
 
-def _run(engine: _Engine, experiment: Experiment) -> dict[str, Any]:
-    """The summary of one run in a process of its own."""
+def _run(engines: list[_Engine], experiment: Experiment) -> list[dict[str, Any]]:
+    """The summaries of one run by each engine, in their order; RunError if one fails."""
+    with tempfile.TemporaryDirectory(prefix="kilotwin-bench-") as scratch:
+        folders = [Path(scratch) / str(number) for number in range(len(engines))]
+        runs = [_start(*one, experiment) for one in zip(engines, folders, strict=True)]
+        failed = take_turns(runs)
+        if failed is not None:
+            number = runs.index(failed)
+            cause = f"{engines[number].name}: `kilotwin run` ended with code {failed.returncode}"
+            raise RunError(cause, detail=(folders[number] / _ERRORS).read_text().strip())
+        return [json.loads((folder / _SUMMARY).read_text()) for folder in folders]
+
+
+def _start(engine: _Engine, folder: Path, experiment: Experiment) -> "subprocess.Popen[str]":
+    """A run in a new folder, into which it prints, too."""
+    folder.mkdir()
+    # From here relative programs are those of the engine's own checkout.
+    (folder / "bench.toml").write_text(tomli_w.dumps(experiment.origin.raw))
     environment = {
         name: value
         for name, value in os.environ.items()
         if not name.startswith("KILOTWIN_") or name == "KILOTWIN_CACHE"
     }
-    with tempfile.TemporaryDirectory(prefix="kilotwin-bench-") as scratch:
-        # From the scratch folder relative programs are those of the engine's own checkout.
-        (Path(scratch) / "bench.toml").write_text(tomli_w.dumps(experiment.origin.raw))
-        words = ["run", "bench.toml", "--out", "run", "--json", "--quiet"]
-        done = subprocess.run(
+    words = ["run", "bench.toml", "--out", "run", "--json", "--quiet"]
+    with (folder / _SUMMARY).open("w") as summary, (folder / _ERRORS).open("w") as errors:
+        return subprocess.Popen(
             [*engine.command, *words],
-            cwd=scratch,
+            cwd=folder,
             env=environment,
             stdin=subprocess.DEVNULL,
-            capture_output=True,
+            stdout=summary,
+            stderr=errors,
             text=True,
-            check=False,
         )
-    try:
-        summary: dict[str, Any] = json.loads(done.stdout)
-    except json.JSONDecodeError:
-        cause = f"{engine.name}: `kilotwin run` ended with code {done.returncode}"
-        raise RunError(cause, detail=done.stderr.strip()) from None
-    return summary
 
 
 def table_text(results: list[dict[str, Any]]) -> str:
@@ -135,7 +144,7 @@ def table_text(results: list[dict[str, Any]]) -> str:
             *table_lines(_COLUMNS, results),
             "",
             f"Speed of this engine / that of {first['against']}: median of {first['rounds']} "
-            f"rounds in turns (lowest to highest). {first['machine']}",
+            f"rounds, in turns of a tenth of a second (lowest to highest). {first['machine']}",
         ]
     )
 
