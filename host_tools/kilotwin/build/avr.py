@@ -7,8 +7,8 @@ steps are those of firmware/image.mk: `make firmware` gives the same bytes, and 
 As with guests, results are kept under the hash of everything that went in, and appear in one step.
 """
 
-import hashlib
 import re
+import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,15 +17,8 @@ import kilotwin
 from kilotwin.build.apis import APIS, wanted_helpers
 from kilotwin.build.avr_flags import avr_words
 from kilotwin.build.avr_tools import avr_gcc
-from kilotwin.build.guest import (
-    Notify,
-    building,
-    cache_folder,
-    compiler_version,
-    is_built,
-    prerequisites,
-    run_tool,
-)
+from kilotwin.build.cache import Notify, building, cache_folder, is_built, kept_objects, key_of
+from kilotwin.build.guest import compiler_version, read_by, run_tool
 from kilotwin.build.linking import ENGLISH, check_main, explained
 from kilotwin.errors import InputError, RunError
 from kilotwin.experiment.programs import Program
@@ -139,24 +132,15 @@ def _link(command: list[str], program: Program, objects: Sequence[Path]) -> None
 def _key(program: Program, compiler: str, written: BuildId, runtime: Sequence[Path]) -> str:
     own, kilolib, helped = program_flags(program), _runtime_flags(program), _helper_flags(program)
     words = [str(written), *own, *kilolib, *helped, *_link_flags()]
-    digest = hashlib.sha256("\0".join(words).encode())
-    digest.update(resources.path(_BUILD_ID_SCRIPT).read_bytes())
-    helpers = APIS[program.api].helper_sources()
-    id_source = [resources.path(_BUILD_ID)]
+    files = [resources.path(_BUILD_ID_SCRIPT)]
     for sources, flags in (
         (program.sources, own),
         (runtime, kilolib),
-        (helpers, helped),
-        (id_source, _build_id_flags(written)),
+        (APIS[program.api].helper_sources(), helped),
+        ([resources.path(_BUILD_ID)], _build_id_flags(written)),
     ):
-        if not sources:
-            continue
-        words = [compiler, *flags, "-w", "-MM", *map(str, sources)]
-        rules = run_tool(words, _failure(program), confine=True)
-        for name in dict.fromkeys(prerequisites(rules)):
-            digest.update(f"\0{name}\0".encode())
-            digest.update(Path(name).read_bytes())
-    return digest.hexdigest()[:32]
+        files += read_by(compiler, sources, flags, _failure(program))
+    return key_of(words, files)
 
 
 def _runtime_flags(program: Program) -> list[str]:
@@ -175,32 +159,45 @@ def _helper_flags(program: Program) -> list[str]:
 
 def _build(program: Program, compiler: str, runtime: Sequence[Path], image: Image) -> None:
     failure = _failure(program)
+
+    def compile_into(folder: Path, sources: Sequence[Path], flags: list[str]) -> list[Path]:
+        objects = [folder / f"{k:03}-{source.stem}.o" for k, source in enumerate(sources)]
+        for source, target in zip(sources, objects, strict=True):
+            words = [compiler, *flags, "-c", str(source), "-o", str(target)]
+            run_tool(words, failure, confine=True)
+        return objects
+
+    def kept_in(folder: Path, sources: Sequence[Path], flags: list[str]) -> list[Path]:
+        """What all programs have alike."""
+        if not sources:
+            return []
+        words = [image.compiler, *flags, *map(str, sources)]
+        files = read_by(compiler, sources, flags, failure)
+        kept = kept_objects(words, files, lambda draft: compile_into(draft, sources, flags))
+        shutil.copytree(kept, folder, dirs_exist_ok=True)
+        return sorted(folder.glob("*.o"))
+
     with folder_draft_of(image.folder) as draft:
-        parts = (
-            ("program", program.sources, [*program_flags(program), "-w"]),
-            ("kilolib", runtime, _runtime_flags(program)),
-            ("helpers", APIS[program.api].helper_sources(), _helper_flags(program)),
-            ("build_id", [resources.path(_BUILD_ID)], _build_id_flags(image.build_id)),
-        )
-        objects: dict[str, list[str]] = {}
-        for part, sources, flags in parts:
+        for part in ("program", "kilolib", "helpers", "build_id"):
             (draft / part).mkdir()
-            objects[part] = []
-            for number, source in enumerate(sources):
-                target = str(draft / part / f"{number:03}-{source.stem}.o")
-                words = [compiler, *flags, "-c", str(source), "-o", target]
-                run_tool(words, failure, confine=True)
-                objects[part].append(target)
-        own = list(map(Path, objects["program"]))
+        flags = [*program_flags(program), "-w"]
+        own = compile_into(draft / "program", program.sources, flags)
         check_main(program, "avr-nm", own)
-        helpers = wanted_helpers("avr-nm", own, list(map(Path, objects["helpers"])))
+        sources = APIS[program.api].helper_sources()
+        helpers = kept_in(draft / "helpers", sources, _helper_flags(program))
+        kilolib = kept_in(draft / "kilolib", runtime, _runtime_flags(program))
+        sources = [resources.path(_BUILD_ID)]
+        told = compile_into(draft / "build_id", sources, _build_id_flags(image.build_id))
         libraries = []
-        for name, members in (("helpers", [*map(str, helpers)]), ("kilolib", objects["kilolib"])):
+        for name, members in (
+            ("helpers", wanted_helpers("avr-nm", own, helpers)),
+            ("kilolib", kilolib),
+        ):
             if members:
                 libraries.append(str(draft / f"lib{name}.a"))
-                run_tool(["avr-ar", "rcs", libraries[-1], *members], failure)
+                run_tool(["avr-ar", "rcs", libraries[-1], *map(str, members)], failure)
         elf = draft / f"{image.name}.elf"
-        linked = [*objects["program"], *objects["build_id"], *libraries, "-lm"]
+        linked = [*map(str, [*own, *told]), *libraries, "-lm"]
         _link([compiler, *_link_flags(), *linked, "-o", str(elf)], program, own)
         make_hex(elf, draft / f"{image.name}.hex", failure)
 

@@ -11,15 +11,8 @@ from pathlib import Path
 from kilotwin.build.avr import make_hex
 from kilotwin.build.avr_flags import avr_words
 from kilotwin.build.avr_tools import avr_gcc
-from kilotwin.build.guest import (
-    Notify,
-    building,
-    cache_folder,
-    compiler_version,
-    is_built,
-    prerequisites,
-    run_tool,
-)
+from kilotwin.build.cache import Notify, building, cache_folder, is_built, key_of
+from kilotwin.build.guest import compiler_version, read_by, run_tool
 from kilotwin.files import image_record, resources
 from kilotwin.files.build_id import Target
 from kilotwin.files.drafts import folder_draft_of
@@ -120,14 +113,12 @@ def _link_flags() -> list[str]:
 
 
 def _key(compiler: str, sources: list[_Source]) -> str:
-    digest = hashlib.sha256("\0".join([compiler_version(compiler), *_link_flags()]).encode())
+    words = [compiler_version(compiler), *_link_flags()]
+    files: list[Path] = []
     for source in sources:
-        command = [compiler, *source.flags, "-MM", str(source.file)]
-        digest.update("\0".join(source.flags).encode())
-        for name in dict.fromkeys(prerequisites(run_tool(command, _FAILURE))):
-            digest.update(f"\0{name}\0".encode())
-            digest.update(Path(name).read_bytes())
-    return digest.hexdigest()[:32]
+        words += source.flags
+        files += read_by(compiler, [source.file], source.flags, _FAILURE)
+    return key_of(words, files)
 
 
 def _build(compiler: str, sources: list[_Source], folder: Path) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from kilotwin.build.avr import Image, build_image
-from kilotwin.build.guest import Notify
+from kilotwin.build.cache import Notify
 from kilotwin.build.image_size import FLASH_BYTES, RAM_BYTES, size_of
 from kilotwin.build.linking import TARGETS, wrong_target
 from kilotwin.errors import InputError, RunError, cause_of

@@ -7,7 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from kilotwin.build import sanitizer
-from kilotwin.build.guest import Guest, Notify, build
+from kilotwin.build.cache import Notify
+from kilotwin.build.guest import Guest, build
 from kilotwin.experiment.experiment import Experiment, Group
 from kilotwin.files import lazy
 

@@ -4,32 +4,38 @@ Robot programs get the mock of the Kilobot API, module programs that of the Kilo
 Programs written for the Kilogrid also get its helper sources, as far as they do not bring their
 own.
 
-Sources stay as they are. Results are kept in a cache under the hash of everything that went in, so
-that a program is compiled once; a finished guest appears in one step, so that builds may go on side
-by side.
+Sources stay as they are. A program is compiled once, and what it is linked with once for all
+programs (cache.py).
 """
 
 import contextlib
 import errno
-import hashlib
 import os
 import re
 import shlex
 import shutil
 import subprocess
 import tempfile
-import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from kilotwin.build import period
 from kilotwin.build.apis import APIS, defined_symbols, missing_symbols, wanted_helpers
 from kilotwin.build.avr_flags import avr_words, clock_define
+from kilotwin.build.cache import (
+    Notify,
+    building,
+    cache_folder,
+    is_built,
+    keep,
+    kept_objects,
+    key_of,
+)
 from kilotwin.build.confined_tools import CANNOT_START, confined, scratch_of
 from kilotwin.build.includes import files_read
 from kilotwin.build.linking import ENGLISH, check_main, explained
-from kilotwin.errors import InputError, RunError, cause_of
+from kilotwin.errors import InputError, RunError
 from kilotwin.experiment.programs import Program
 from kilotwin.files import lazy, resources
 
@@ -104,10 +110,6 @@ _INLINE_FLAGS = ["-fgnu89-inline"]
 _INLINE_FIRST = {"kilogrid", "module"}
 _SHARED_FLAGS = ["-shared", "-Wl,-Bsymbolic", "-Wl,-z,now", "-Wl,-z,defs"]
 
-_SLOW_S = 0.5
-
-Notify = Callable[[str], None]
-
 # A change of a program's preprocessed text; gets the folders of headers that are not the program's.
 _Change = Callable[[str, Sequence[str]], str]
 
@@ -151,53 +153,13 @@ def build(
     version = compiler_version(compiler)
     flags = [*flags, *(_COVERED_FLAGS if covered else ())]
     builder = _Builder(program, compiler, version, flags, _COVERED_SIDE if covered else ())
-    key = builder.key(version)
+    key = builder.key()
     file = cache_folder() / key / f"{program.name}.so"
     if not is_built(file):
         with building(f"compiling {program.written}", file.parent, notify):
             file.parent.mkdir(parents=True, exist_ok=True)
             builder.build(file)
     return Guest(program.name, file, key, version, file)
-
-
-@contextlib.contextmanager
-def building(what: str, folder: Path, notify: Notify) -> Iterator[None]:
-    """Around a build into the cache: `notify` gets a line if it takes time.
-
-    RunError if nothing can be written in `folder`.
-    """
-    slow = threading.Timer(_SLOW_S, notify, [what])
-    slow.start()
-    try:
-        yield
-    except OSError as error:
-        raise _cannot_keep(folder, error) from None
-    finally:
-        slow.cancel()
-
-
-def is_built(file: Path) -> bool:
-    """Whether it is in the cache. RunError if the cache may not be looked into."""
-    try:
-        return file.exists()
-    except OSError as error:
-        raise _cannot_keep(file.parent, error) from None
-
-
-def _cannot_keep(folder: Path, error: OSError) -> RunError:
-    return RunError(
-        f"{folder}: cannot keep compiled programs ({cause_of(error)}); "
-        "set KILOTWIN_CACHE to a folder that can be written"
-    )
-
-
-def cache_folder() -> Path:
-    """$KILOTWIN_CACHE, else kilotwin in the user's cache folder."""
-    own = os.environ.get("KILOTWIN_CACHE")
-    if own:
-        return Path(own).absolute()
-    base = os.environ.get("XDG_CACHE_HOME")
-    return (Path(base) if base else Path.home() / ".cache") / "kilotwin"
 
 
 def find_compiler() -> str:
@@ -236,6 +198,7 @@ class _Builder:
     ) -> None:
         self._program = program
         self._compiler = compiler
+        self._version = version
         self._guest = resources.path("emulator/guest")
         api = APIS[program.api]
         kind = "module" if program.api == "module" else "kilobot"
@@ -286,26 +249,23 @@ class _Builder:
             *extra,
         ]
 
-    def key(self, version: str) -> str:
+    def key(self) -> str:
         """The hash of compiler, flags, and every file that is read, or may be."""
-        flags = [
+        words = [
+            self._version,
             *self._program_flags,
             *self._helper_flags,
             *self._side_flags,
             *_SHARED_FLAGS,
             *period.FLAGS,
         ]
-        digest = hashlib.sha256("\0".join([version, *flags]).encode())
         files = [
             *self._read_by(self._program.sources, self._program_flags),
             *self._ours(),
             self._guest / "merge.ld",
             self._guest / "guest.map",
         ]
-        for file in files:
-            digest.update(f"\0{file}\0".encode())
-            digest.update(file.read_bytes())
-        return digest.hexdigest()[:32]
+        return key_of(words, files)
 
     def build(self, target: Path) -> None:
         """Compiles, merges all state into one section, links, and shows the result at once."""
@@ -346,10 +306,8 @@ class _Builder:
                 sources = self._changed(sources, changes, work / "changed")
             objects = self._compile(sources, flags, work / "program")
             check_main(self._program, "nm", objects, MAIN)
-            helpers = wanted_helpers(
-                "nm", objects, self._compile(self._helpers, self._helper_flags, work / "helpers")
-            )
-            side = self._compile(self._side, self._side_flags, work / "side")
+            helpers = wanted_helpers("nm", objects, self._kept(self._helpers, self._helper_flags))
+            side = self._kept(self._side, self._side_flags)
             library, merged = work / "libside.a", work / "merged.o"
             # From an archive only what is missing comes along: malloc's heap is state that few
             # need, and a program may bring its own helpers.
@@ -409,14 +367,24 @@ class _Builder:
     def _preprocessed(self, source: Path) -> str:
         return self._tool([self._compiler, *self._program_flags, "-E", source])
 
+    def _kept(self, sources: Sequence[Path], flags: list[str]) -> list[Path]:
+        """Objects of sources of ours, which are the same for all programs."""
+        if not sources:
+            return []
+        words = [self._version, *flags, *map(str, sources)]
+        folder = kept_objects(
+            words, self._ours(), lambda draft: self._compile(sources, flags, draft)
+        )
+        return sorted(folder.glob("*.o"))
+
     def _compile(self, sources: Sequence[Path], flags: list[str], folder: Path) -> list[Path]:
         # Few runs compile, and the rest start sooner without its threads' queues and logs.
         from concurrent.futures import ThreadPoolExecutor  # noqa: PLC0415
 
-        folder.mkdir()
+        folder.mkdir(exist_ok=True)
 
         def compile_one(number: int, source: Path) -> Path:
-            target = folder / f"{number}-{source.stem}.o"
+            target = folder / f"{number:03}-{source.stem}.o"
             self._tool([self._compiler, *flags, "-c", source, "-o", target])
             return target
 
@@ -438,36 +406,41 @@ class _Builder:
         return [*self._helpers, *self._side, *headers]
 
     def _read_by(self, sources: Sequence[Path], flags: list[str]) -> list[Path]:
-        """The sources and every header of ours or the program's that they include, or may."""
-        told = None if self._extra else files_read(sources, flags)
-        if told is not None:
-            return told
-        rules = self._tool([self._compiler, *flags, "-MM", *sources])
-        return list(dict.fromkeys(Path(name) for name in prerequisites(rules)))
+        failure, plain = self._failure(), not self._extra
+        return read_by(self._compiler, sources, flags, failure, plain=plain)
+
+    def _failure(self) -> str:
+        return f"{self._program.written}: does not compile; mend what the compiler says"
 
     def _tool(
         self, command: Sequence[str | Path], environment: Mapping[str, str] | None = None
     ) -> str:
         return run_tool(
             [str(word) for word in command],
-            f"{self._program.written}: does not compile; mend what the compiler says",
+            self._failure(),
             environment,
             confine=command[0] == self._compiler,
         )
 
 
-def keep(built: Path, target: Path) -> None:
-    """Copies into the cache in one step; another process may do so too. OSError leaves nothing."""
-    with tempfile.NamedTemporaryFile(
-        dir=target.parent, prefix=f".{target.stem}-", delete=False
-    ) as draft:
-        pass
-    try:
-        shutil.copyfile(built, draft.name)
-        Path(draft.name).chmod(0o755)
-        Path(draft.name).replace(target)
-    finally:
-        Path(draft.name).unlink(missing_ok=True)
+def read_by(
+    compiler: str,
+    sources: Sequence[Path],
+    flags: Sequence[str],
+    failure: str,
+    *,
+    plain: bool = True,
+) -> list[Path]:
+    """The sources and every header of ours or the program's that they include, or may.
+
+    `plain`: the flags name headers and their folders by -I, -iquote and -include alone. `failure`:
+    as of run_tool().
+    """
+    told = files_read(sources, flags) if plain else None
+    if told is not None:
+        return told
+    rules = run_tool([compiler, *flags, "-MM", *map(str, sources)], failure, confine=True)
+    return list(dict.fromkeys(Path(name) for name in prerequisites(rules)))
 
 
 def prerequisites(make_rules: str) -> list[str]:

@@ -14,6 +14,7 @@ _PLAIN = re.compile(
     rb"^[ \t]*#[ \t]*(?:include|include_next|import)[ \t]*(?:\"([^\"\n]+)\"|<([^>\n]+)>)",
     re.MULTILINE,
 )
+_FOLDER = re.compile("-(?:I|iquote)(.+)")
 _MARKED = re.compile(rb"^[^\n]*#[^\n]*", re.MULTILINE)
 # Its word comes after a comment, which may be of several lines, or is cut in two by the line's end.
 _OPEN = re.compile(rb"#[ \t]*(?:/\*|\w*\\[ \t]*\r?$)")
@@ -23,16 +24,18 @@ _OTHER_MARKS = (b"%:", b"??=")  # for #
 
 def files_read(sources: Sequence[Path], flags: Sequence[str]) -> list[Path] | None:
     """The sources and all files that an #include may mean, whatever comes of `#if`, by the folders
-    and the headers of `flags` (-I, -include); the system's are left out.
+    and the headers of `flags` (-I, -iquote, -include); the system's are left out.
 
     None where a compiler has to say, which is confined: a directive is made by macros or comments,
     a file cannot be read, or it is in no folder of these.
     """
-    folders = [word.removeprefix("-I") for word in flags if word.startswith("-I")]
+    folders = [found[1] for found in map(_FOLDER.match, flags) if found]
     first = [after for word, after in itertools.pairwise(flags) if word == "-include"]
     found = dict.fromkeys([*map(str, sources), *first])
     known = {os.path.realpath(folder) for folder in (*folders, *map(os.path.dirname, found))}
     waiting = list(found)
+    # Headers that name each other by "../" have endless ways to the same folders.
+    ways, places = set(found), {_place_of(file) for file in found}
     while waiting:
         file = waiting.pop()
         try:
@@ -44,12 +47,22 @@ def files_read(sources: Sequence[Path], flags: Sequence[str]) -> list[Path] | No
         for name in names:
             for folder in (os.path.dirname(file), *folders):  # noqa: PTH120 (Path takes its time)
                 path = os.path.join(folder, name)  # noqa: PTH118
-                if path not in found and os.path.isfile(path):  # noqa: PTH113
-                    if not _is_below(known, path):
-                        return None
+                if path in ways or not os.path.isfile(path):  # noqa: PTH113
+                    continue
+                if not _is_below(known, path):
+                    return None
+                ways.add(path)
+                if (place := _place_of(path)) not in places:
+                    places.add(place)
                     found[path] = None
                     waiting.append(path)
     return list(map(Path, found))
+
+
+def _place_of(file: str) -> tuple[str, str]:
+    """Its folder, links followed, and its name there, which may be a link."""
+    folder, name = os.path.split(file)
+    return os.path.realpath(folder), name
 
 
 def _is_below(folders: set[str], file: str) -> bool:

@@ -4,7 +4,8 @@ import shutil
 from pathlib import Path
 from typing import Any
 
-from kilotwin.build.guest import Notify, build
+from kilotwin.build.cache import Notify
+from kilotwin.build.guest import build
 from kilotwin.build.guest_symbols import GuestSymbols
 from kilotwin.build.linking import wrong_target
 from kilotwin.errors import InputError, cause_of

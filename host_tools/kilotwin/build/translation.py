@@ -14,17 +14,8 @@ from pathlib import Path
 from kilotwin import _emulator
 from kilotwin.build import seam, translator
 from kilotwin.build.avr import build_image
-from kilotwin.build.guest import (
-    Guest,
-    Notify,
-    building,
-    cache_folder,
-    compiler_version,
-    find_compiler,
-    is_built,
-    keep,
-    run_tool,
-)
+from kilotwin.build.cache import Notify, building, cache_folder, is_built, keep
+from kilotwin.build.guest import Guest, compiler_version, find_compiler, run_tool
 from kilotwin.errors import RunError
 from kilotwin.experiment.programs import Program
 from kilotwin.files import resources

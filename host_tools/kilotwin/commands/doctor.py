@@ -14,7 +14,8 @@ from typing import Any
 
 import typer
 
-from kilotwin.build.guest import cache_folder, compiler_version, find_compiler
+from kilotwin.build.cache import cache_folder
+from kilotwin.build.guest import compiler_version, find_compiler
 from kilotwin.can.buses import interfaces
 from kilotwin.commands.options import Json, command_app
 from kilotwin.errors import KilotwinError, cause_of

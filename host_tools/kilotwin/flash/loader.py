@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from kilotwin.build.boot_loader import build_boot_loader
-from kilotwin.build.guest import Notify
+from kilotwin.build.cache import Notify
 from kilotwin.errors import InputError
 from kilotwin.files.flash_map import LOADER_BEGIN, Segments
 from kilotwin.flash.image import has_loader, loader_of

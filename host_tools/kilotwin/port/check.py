@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from kilotwin.build.avr import build_image
-from kilotwin.build.guest import Notify
+from kilotwin.build.cache import Notify
 from kilotwin.build.guest import build as build_guest
 from kilotwin.build.image_size import FLASH_BYTES, RAM_BYTES
 from kilotwin.errors import InputError

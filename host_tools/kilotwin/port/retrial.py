@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from kilotwin.build.avr import build_image
-from kilotwin.build.guest import Notify
+from kilotwin.build.cache import Notify
 from kilotwin.build.guest import build as build_guest
 from kilotwin.errors import KilotwinError
 from kilotwin.experiment.programs import Program

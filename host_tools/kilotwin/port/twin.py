@@ -19,7 +19,8 @@ from pathlib import Path
 from typing import Literal
 
 from kilotwin.build.avr_tools import avr_gcc
-from kilotwin.build.guest import Guest, Notify, cache_folder
+from kilotwin.build.cache import Notify, cache_folder
+from kilotwin.build.guest import Guest
 from kilotwin.errors import InputError, RunError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.programs import Program

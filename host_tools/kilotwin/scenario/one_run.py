@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from kilotwin.build.cache import Notify
 from kilotwin.build.group import build_all, symbols_of
-from kilotwin.build.guest import Notify
 from kilotwin.coverage.marks import Marks, marks_of_all, understood
 from kilotwin.errors import KilotwinError
 from kilotwin.experiment.experiment import Experiment

@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
-from kilotwin.build.guest import Notify, build
+from kilotwin.build.cache import Notify
+from kilotwin.build.guest import build
 from kilotwin.errors import InputError, KilotwinError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.programs import Program, ProgramError, find_program

@@ -8,7 +8,7 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from kilotwin.build.guest import Notify
+from kilotwin.build.cache import Notify
 from kilotwin.build.sanitizer import SANITIZED, check_sanitized
 from kilotwin.coverage.checks import COVERED, check_covered
 from kilotwin.errors import InputError, InterruptError, RunError

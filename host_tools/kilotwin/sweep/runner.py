@@ -11,8 +11,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
 
+from kilotwin.build.cache import Notify
 from kilotwin.build.group import build_group
-from kilotwin.build.guest import Guest, Notify
+from kilotwin.build.guest import Guest
 from kilotwin.errors import EXIT_INTERRUPTED, KilotwinError, RunError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.programs import Program

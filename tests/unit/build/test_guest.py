@@ -96,7 +96,8 @@ def test_builds_side_by_side_give_one_guest(program: Path, cache: Path) -> None:
         guests = list(pool.map(build, [found] * 4))
     assert len(set(guests)) == 1
     assert [path.name for path in guests[0].file.parent.iterdir()] == ["my program.so"]
-    assert len(list(cache.iterdir())) == 1
+    assert len(list(cache.glob("*-objects"))) == 1
+    assert len(list(cache.iterdir())) == 2
 
 
 @pytest.mark.usefixtures("compiler")

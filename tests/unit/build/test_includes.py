@@ -9,8 +9,8 @@ from kilotwin.build.guest import prerequisites
 from kilotwin.build.includes import files_read
 
 FILES = {
-    "main.c": '#include "a.h"\n  #  include <far.h> // import this\n#if 0\n#include "never.h"\n'
-    '#endif\n#include <stdint.h>\nchar *text = "include";\nint include;\n',
+    "main.c": '#include "a.h"\n  #  include <far.h> // import this\n#include "d.h"\n#if 0\n'
+    '#include "never.h"\n#endif\n#include <stdint.h>\nchar *text = "include";\nint include;\n',
     "a.h": '#ifndef A\n#define A 1 \\\n  + 2\n#include "sub/b.h"\n#endif\n',
     "sub/b.h": '#include "../a.h"\r\n#include_next "c.h"\n',
     "sub/c.h": "",
@@ -18,6 +18,7 @@ FILES = {
     "folder/far.h": '#import "c.h"\n',
     "folder/c.h": "#pragma once\n",
     "forced.h": "\n",
+    "quoted/d.h": "",
 }
 
 
@@ -30,15 +31,18 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
+def flags(folder: Path) -> list[str]:
+    folders = [f"-I{folder}/folder", f"-iquote{folder}/quoted"]
+    return [*folders, "-include", f"{folder}/forced.h"]
+
+
 def told(folder: Path) -> set[str] | None:
-    flags = [f"-I{folder}/folder", "-include", f"{folder}/forced.h", "-DX=1"]
-    files = files_read([folder / "main.c"], flags)
+    files = files_read([folder / "main.c"], [*flags(folder), "-DX=1"])
     return None if files is None else {str(file.resolve().relative_to(folder)) for file in files}
 
 
 def by_compiler(folder: Path) -> set[str]:
-    flags = ["-w", f"-I{folder}/folder", "-include", f"{folder}/forced.h"]
-    words = ["gcc", *flags, "-MM", f"{folder}/main.c"]
+    words = ["gcc", "-w", *flags(folder), "-MM", f"{folder}/main.c"]
     done = subprocess.run(words, capture_output=True, text=True, check=True)
     return {str(Path(name).resolve().relative_to(folder)) for name in prerequisites(done.stdout)}
 
@@ -46,6 +50,12 @@ def by_compiler(folder: Path) -> set[str]:
 def test_all_that_is_included_is_found_and_what_might_be(folder: Path) -> None:
     assert told(folder) == {*FILES}
     assert by_compiler(folder) < {*FILES}
+
+
+def test_headers_that_include_each_other_by_ways_up_are_read_once(folder: Path) -> None:
+    files = files_read([folder / "main.c"], flags(folder))
+    assert files is not None
+    assert len(files) == len(FILES)
 
 
 def test_a_header_that_would_come_first_is_found_once_it_is_there(folder: Path) -> None:

@@ -1,0 +1,101 @@
+"""The cache of what is built: each under the hash of everything that went in.
+
+What is there is whole, so that builds may go on side by side: it appears in one step.
+"""
+
+import contextlib
+import hashlib
+import os
+import shutil
+import tempfile
+import threading
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+
+from kilotwin.errors import RunError, cause_of
+from kilotwin.files.drafts import folder_draft_of
+
+Notify = Callable[[str], None]
+
+_SLOW_S = 0.5
+
+
+def cache_folder() -> Path:
+    """$KILOTWIN_CACHE, else kilotwin in the user's cache folder."""
+    own = os.environ.get("KILOTWIN_CACHE")
+    if own:
+        return Path(own).absolute()
+    base = os.environ.get("XDG_CACHE_HOME")
+    return (Path(base) if base else Path.home() / ".cache") / "kilotwin"
+
+
+def key_of(words: Iterable[str], files: Iterable[Path]) -> str:
+    """The hash of words (versions, flags), and of files by name and content; 32 hex digits."""
+    digest = hashlib.sha256("\0".join(words).encode())
+    for file in files:
+        digest.update(f"\0{file}\0".encode())
+        digest.update(file.read_bytes())
+    return digest.hexdigest()[:32]
+
+
+def kept_objects(
+    words: Iterable[str], files: Iterable[Path], compile_into: Callable[[Path], object]
+) -> Path:
+    """The folder with objects of sources of ours that many programs are linked with.
+
+    From the cache, or made by `compile_into`, which gets a new folder. `words` and `files`: as of
+    key_of(), all that goes in.
+    """
+    folder = cache_folder() / f"{key_of(words, files)}-objects"
+    if not folder.exists():
+        with tempfile.TemporaryDirectory(prefix="kilotwin-") as scratch:
+            compile_into(Path(scratch))
+            with folder_draft_of(folder) as draft:
+                for file in Path(scratch).iterdir():
+                    shutil.copyfile(file, draft / file.name)
+    return folder
+
+
+@contextlib.contextmanager
+def building(what: str, folder: Path, notify: Notify) -> Iterator[None]:
+    """Around a build into the cache: `notify` gets a line if it takes time.
+
+    RunError if nothing can be written in `folder`.
+    """
+    slow = threading.Timer(_SLOW_S, notify, [what])
+    slow.start()
+    try:
+        yield
+    except OSError as error:
+        raise _cannot_keep(folder, error) from None
+    finally:
+        slow.cancel()
+
+
+def is_built(file: Path) -> bool:
+    """Whether it is in the cache. RunError if the cache may not be looked into."""
+    try:
+        return file.exists()
+    except OSError as error:
+        raise _cannot_keep(file.parent, error) from None
+
+
+def keep(built: Path, target: Path) -> None:
+    """Copies into the cache in one step; another process may do so too. OSError leaves nothing."""
+    with tempfile.NamedTemporaryFile(
+        dir=target.parent, prefix=f".{target.stem}-", delete=False
+    ) as draft:
+        pass
+    try:
+        shutil.copyfile(built, draft.name)
+        Path(draft.name).chmod(0o755)
+        Path(draft.name).replace(target)
+    finally:
+        Path(draft.name).unlink(missing_ok=True)
+
+
+def _cannot_keep(folder: Path, error: OSError) -> RunError:
+    return RunError(
+        f"{folder}: cannot keep compiled programs ({cause_of(error)}); "
+        "set KILOTWIN_CACHE to a folder that can be written"
+    )

@@ -1,0 +1,57 @@
+"""What many programs are linked with is compiled once, and kept."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from kilotwin.build.avr import build_image
+from kilotwin.build.guest import build
+from kilotwin.experiment.programs import Api, Program, find_program
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    for name in ("KILOTWIN_CC", "KILOTWIN_CFLAGS"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("KILOTWIN_CACHE", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+def program(folder: Path, number: int, api: Api = "kilobot") -> Program:
+    """One that is built anew for each number."""
+    return find_program("blink.c", folder, (), (f"N={number}",), api)
+
+
+def times(cache: Path) -> dict[Path, int]:
+    """When each kept file was written."""
+    return {file: file.stat().st_mtime_ns for file in cache.glob("*-objects/*")}
+
+
+@pytest.mark.parametrize("build_one", [build, build_image])
+def test_the_runtime_is_compiled_with_the_first_program(
+    build_one: Callable[[Program], object], folder: Path, cache: Path
+) -> None:
+    build_one(program(folder, 1))
+    kept = times(cache)
+    assert len(kept) > 10
+    build_one(program(folder, 2))
+    assert times(cache) == kept
+
+
+def test_an_image_has_the_runtimes_objects_and_stack_usage_beside_its_own(
+    folder: Path, cache: Path
+) -> None:
+    for number in range(2):
+        found = build_image(program(folder, number)).objects("kilolib")
+        assert {file.name for file in times(cache)} == {
+            file.with_suffix(ending).name for file in found for ending in (".o", ".su")
+        }
+
+
+def test_helpers_are_compiled_with_the_first_program_of_the_kilogrid(
+    folder: Path, cache: Path
+) -> None:
+    for number in range(2):
+        build(program(folder, number, "kilogrid"))
+    assert len(list(cache.glob("*-objects"))) == 2
