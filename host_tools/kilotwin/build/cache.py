@@ -70,6 +70,7 @@ def building(what: str, folder: Path, notify: Notify) -> Iterator[None]:
         raise _cannot_keep(folder, error) from None
     finally:
         slow.cancel()
+        slow.join()  # a process of one thread forks its worker, which starts sooner
 
 
 def is_built(file: Path) -> bool:

@@ -12,6 +12,7 @@ import resource
 import signal
 import subprocess
 import sys
+import time
 import traceback
 from dataclasses import replace
 from pathlib import Path
@@ -22,6 +23,8 @@ from kilotwin.files.confinement import SINGLE_THREADED
 from kilotwin.runs import worker
 from kilotwin.runs.confined_worker import unconfined_because
 from kilotwin.runs.job import Job
+
+_THREADS_END_S = 0.05
 
 
 class WorkerProcess(Protocol):
@@ -58,10 +61,17 @@ def start_worker(job: Job, log: IO[str]) -> WorkerProcess:
 
 def _can_fork() -> bool:
     """Whether this process has one thread, and libraries that start none later."""
-    threads = sum(1 for _ in Path("/proc/self/task").iterdir())
-    return threads == 1 and all(
-        os.environ.get(name) == SINGLE_THREADED[name] for name in SINGLE_THREADED
-    )
+    if any(os.environ.get(name) != SINGLE_THREADED[name] for name in SINGLE_THREADED):
+        return False
+    # A thread that was joined takes a moment to be gone.
+    ends = time.monotonic() + _THREADS_END_S
+    while not (alone := _has_one_thread()) and time.monotonic() < ends:
+        time.sleep(0.001)
+    return alone
+
+
+def _has_one_thread() -> bool:
+    return sum(1 for _ in Path("/proc/self/task").iterdir()) == 1
 
 
 def _python(job: Job, log: IO[str]) -> WorkerProcess:

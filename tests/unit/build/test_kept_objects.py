@@ -1,11 +1,13 @@
 """What many programs are linked with is compiled once, and kept."""
 
+import threading
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from kilotwin.build.avr import build_image
+from kilotwin.build.cache import building
 from kilotwin.build.guest import build
 from kilotwin.experiment.programs import Api, Program, find_program
 
@@ -47,6 +49,13 @@ def test_an_image_has_the_runtimes_objects_and_stack_usage_beside_its_own(
         assert {file.name for file in times(cache)} == {
             file.with_suffix(ending).name for file in found for ending in (".o", ".su")
         }
+
+
+def test_a_build_leaves_no_thread(tmp_path: Path) -> None:
+    before = threading.active_count()
+    with building("compiling", tmp_path, print):
+        assert threading.active_count() == before + 1
+    assert threading.active_count() == before
 
 
 def test_helpers_are_compiled_with_the_first_program_of_the_kilogrid(
