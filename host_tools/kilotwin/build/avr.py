@@ -8,7 +8,6 @@ As with guests, results are kept under the hash of everything that went in, and 
 """
 
 import re
-import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +16,15 @@ import kilotwin
 from kilotwin.build.apis import APIS, wanted_helpers
 from kilotwin.build.avr_flags import avr_words
 from kilotwin.build.avr_tools import avr_gcc
-from kilotwin.build.cache import Notify, building, cache_folder, is_built, kept_objects, key_of
+from kilotwin.build.cache import (
+    Notify,
+    building,
+    cache_folder,
+    copy_files,
+    is_built,
+    kept_objects,
+    key_of,
+)
 from kilotwin.build.guest import compiler_version, read_by, run_tool
 from kilotwin.build.linking import ENGLISH, check_main, explained
 from kilotwin.errors import InputError, RunError
@@ -174,7 +181,7 @@ def _build(program: Program, compiler: str, runtime: Sequence[Path], image: Imag
         words = [image.compiler, *flags, *map(str, sources)]
         files = read_by(compiler, sources, flags, failure)
         kept = kept_objects(words, files, lambda draft: compile_into(draft, sources, flags))
-        shutil.copytree(kept, folder, dirs_exist_ok=True)
+        copy_files(kept, folder)
         return sorted(folder.glob("*.o"))
 
     with folder_draft_of(image.folder) as draft:

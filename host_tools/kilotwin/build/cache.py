@@ -51,9 +51,14 @@ def kept_objects(
         with tempfile.TemporaryDirectory(prefix="kilotwin-") as scratch:
             compile_into(Path(scratch))
             with folder_draft_of(folder) as draft:
-                for file in Path(scratch).iterdir():
-                    shutil.copyfile(file, draft / file.name)
+                copy_files(Path(scratch), draft)
     return folder
+
+
+def copy_files(folder: Path, target: Path) -> None:
+    """The files of a folder, into another; OSError at the first that cannot be written."""
+    for file in sorted(folder.iterdir()):
+        shutil.copyfile(file, target / file.name)
 
 
 @contextlib.contextmanager
