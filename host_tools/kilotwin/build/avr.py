@@ -175,7 +175,7 @@ def _build(program: Program, compiler: str, runtime: Sequence[Path], image: Imag
         return objects
 
     def kept_in(folder: Path, sources: Sequence[Path], flags: list[str]) -> list[Path]:
-        """What all programs have alike."""
+        """Objects that all programs have alike."""
         if not sources:
             return []
         words = [image.compiler, *flags, *map(str, sources)]

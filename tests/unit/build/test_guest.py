@@ -19,12 +19,7 @@ from ..conftest import BLINK
 HERE = Path("/nowhere")
 
 
-@pytest.fixture(autouse=True)
-def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    for name in ("KILOTWIN_CC", "KILOTWIN_CFLAGS"):
-        monkeypatch.delenv(name, raising=False)
-    monkeypatch.setenv("KILOTWIN_CACHE", str(tmp_path / "cache"))
-    return tmp_path / "cache"
+pytestmark = pytest.mark.usefixtures("cache")
 
 
 @pytest.fixture(params=["gcc", "clang"])

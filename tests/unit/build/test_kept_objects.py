@@ -1,4 +1,4 @@
-"""What many programs are linked with is compiled once, and kept."""
+"""Objects that many programs are linked with are compiled once, and kept."""
 
 import threading
 from collections.abc import Callable
@@ -11,13 +11,7 @@ from kilotwin.build.cache import building
 from kilotwin.build.guest import build
 from kilotwin.experiment.programs import Api, Program, find_program
 
-
-@pytest.fixture(autouse=True)
-def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    for name in ("KILOTWIN_CC", "KILOTWIN_CFLAGS"):
-        monkeypatch.delenv(name, raising=False)
-    monkeypatch.setenv("KILOTWIN_CACHE", str(tmp_path / "cache"))
-    return tmp_path / "cache"
+pytestmark = pytest.mark.usefixtures("cache")
 
 
 def program(folder: Path, number: int, api: Api = "kilobot") -> Program:
