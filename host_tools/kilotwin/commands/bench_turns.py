@@ -40,6 +40,7 @@ def take_turns(commands: Sequence[Command]) -> Command | None:
     finally:
         for command in commands:
             if command.poll() is None:
+                _stop(command.pid)
                 _each(command.pid, psutil.Process.kill)
                 command.wait()
 

@@ -18,7 +18,6 @@ from ..conftest import BLINK
 
 HERE = Path("/nowhere")
 
-
 pytestmark = pytest.mark.usefixtures("cache")
 
 

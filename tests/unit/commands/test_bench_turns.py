@@ -11,17 +11,17 @@ from kilotwin.commands.bench_turns import Command, take_turns
 
 # Writes, once it has seen the other one stopped, fifty times whether it still is or has ended.
 CHILD = """
-import pathlib, sys, time
+import os, pathlib, psutil, sys, time
 me, other = map(pathlib.Path, sys.argv[1:])
 
 def stopped():
     try:
-        stat = pathlib.Path(f"/proc/{other.read_text()}/stat").read_text()
-    except (FileNotFoundError, ProcessLookupError):
-        return other.exists()
-    return stat.rpartition(")")[2].split()[0] in "TZX"
+        return psutil.Process(int(other.read_text())).status() in ("stopped", "zombie")
+    except FileNotFoundError:
+        return False
+    except psutil.NoSuchProcess:
+        return True
 
-import os
 me.with_suffix(".new").write_text(str(os.getpid()))
 me.with_suffix(".new").rename(me)
 while not stopped():
@@ -53,14 +53,16 @@ def test_one_goes_on_while_the_other_and_its_children_are_stopped(tmp_path: Path
 
 @pytest.mark.parametrize("place", [0, 1])
 def test_of_one_that_fails_is_told_and_the_other_is_killed_with_its_children(place: int) -> None:
-    commands = [begin("import time; time.sleep(1000)")]
+    sleep = f"import time; time.sleep(1000 + {place})"
+    commands = [begin(sleep)]
     commands.insert(place, begin("raise SystemExit(7)"))
     failed = take_turns(commands)
     assert failed is commands[place]
     assert failed.returncode == 7
     assert commands[1 - place].returncode == -9
-    here = psutil.Process()
-    assert not any("time.sleep(1000)" in child.cmdline() for child in here.children(recursive=True))
+    # Its child has another parent now, wherever it is.
+    left = [one for one in psutil.process_iter(["cmdline"]) if sleep in (one.info["cmdline"] or [])]
+    assert psutil.wait_procs(left, timeout=30)[1] == []
 
 
 def test_an_exception_ends_all(monkeypatch: pytest.MonkeyPatch) -> None:
