@@ -1,9 +1,8 @@
-/// Layout of records in memory: what lies on one cache line, and lists without an allocation of
-/// their own. A robot has about 2 KB of records; swarms of a million are to fit into 2 GB.
+/// Layout of records in memory: what lies on one cache line, copies of owned parts.
+/// A robot has about 2 KB of records; swarms of a million are to fit into 2 GB.
 #ifndef KILOTWIN_BASE_MEMORY_H
 #define KILOTWIN_BASE_MEMORY_H
 
-#include <boost/container/small_vector.hpp>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -25,10 +24,6 @@ struct alignas(64) CacheLine {
 constexpr size_t cache_lines(size_t bytes) {
     return (bytes + sizeof(CacheLine) - 1) / sizeof(CacheLine);
 }
-
-/// A list whose first N items lie in the object itself; more are allocated. For lists that each
-/// robot has, and that are mostly short.
-template <typename T, size_t N> using Few = boost::container::small_vector<T, N>;
 
 /// A std::unique_ptr whose copy has a copy of the object. For parts of a record that few have.
 template <typename T> class Own : public std::unique_ptr<T> {

@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "base/clock.h"
+#include "base/few.h"
 #include "base/memory.h"
 #include "base/prefetch.h"
 #include "guest/robot_record.h"

@@ -11,6 +11,7 @@
 #include "base/chance.h"
 #include "base/clock.h"
 #include "base/events.h"
+#include "base/few.h"
 #include "base/memory.h"
 #include "base/motor_command.h"
 #include "guest/busy_watch.h"

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/clock.h"
+#include "base/few.h"
 #include "base/memory.h"
 #include "base/message_crc.h"
 #include "base/prefetch.h"

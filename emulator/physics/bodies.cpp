@@ -213,7 +213,7 @@ void Bodies::find_free_motion(uint32_t robot, FreeMotion &free) {
 void Bodies::find_candidates(uint32_t robot) {
     auto &[until, robots] = candidates_[robot];
     const auto list = lists_.of(robot);
-    robots.resize(list.size(), boost::container::default_init);
+    robots.resize(list.size());
     const Eigen::Vector2d here = position(robot);
     const double near_m = 2 * radius_m_ + std::max(CANDIDATE_GAP * radius_m_, 3 * contact_gap_m_);
     double outside = INFINITY;

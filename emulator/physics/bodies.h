@@ -17,6 +17,7 @@
 
 #include "base/chance.h"
 #include "base/clock.h"
+#include "base/few.h"
 #include "base/memory.h"
 #include "base/motor_command.h"
 #include "base/prefetch.h"
