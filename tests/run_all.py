@@ -75,7 +75,7 @@ def main() -> int:
     total, good = Count(), True
     jobs = []
     report = BUILD / "native.xml"
-    command = ["ctest", "--test-dir", "build/native", "--output-on-failure", "--no-tests=error"]
+    command = ["ctest", "--test-dir", "build/engine", "--output-on-failure", "--no-tests=error"]
     command += ["--parallel", str(os.cpu_count()), "--output-junit", str(report)]
     jobs.append(Job.start("native tests", command, report, BUILD / "native-tests.log"))
     report = BUILD / "pytest.xml"

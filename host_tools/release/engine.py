@@ -24,7 +24,7 @@ _VARIABLES = ("CC", "CXX", "CFLAGS", "CXXFLAGS", "LDFLAGS", "CMAKE_ARGS", "CMAKE
 
 
 def main(files: list[str]) -> None:
-    """Ends with the build's or pip's code if it fails."""
+    """Ends with the build's or uv's code if it fails."""
     os.chdir(ROOT)
     wheels = Path(os.environ.get("KILOTWIN_WHEELS") or ROOT / "build/wheels")
     folder = wheels / key_of(ROOT, map(Path, files))
@@ -36,15 +36,15 @@ def main(files: list[str]) -> None:
     else:
         print(f"set-up: the emulator's engine, as it was built before ({folder})", file=sys.stderr)
         os.utime(folder)
-    pip = [sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
-    own = ["--no-index", "--no-deps", "--force-reinstall"]
-    sys.exit(subprocess.run([*pip, *own, str(wheel)], check=False).returncode)
+    install = [str(Path(sys.executable).with_name("uv")), "pip", "install", "--quiet"]
+    own = ["--python", sys.executable, "--no-index", "--no-deps", "--reinstall", str(wheel)]
+    sys.exit(subprocess.run([*install, *own], check=False).returncode)
 
 
 def key_of(root: Path, files: Iterable[Path]) -> str:
     """A hash of all that decides what the wheel becomes: the files, names of packages, tools."""
     digest = hashlib.sha256()
-    for file in sorted({*files, Path("requirements.lock")}):
+    for file in sorted({*files, Path("requirements/run.lock")}):
         digest.update(f"\0{file}\0".encode() + (root / file).read_bytes())
     packages = sorted(file.parent for file in (root / "host_tools").rglob("__init__.py"))
     compiler = os.environ.get("CXX") or "c++"

@@ -1,7 +1,7 @@
 """`make wheel`: builds a source archive and from it a wheel, which works without this tree.
 
 Both land in build/wheel. The wheel is repaired for other Linuxes. It is installed into an empty
-environment, with versions of libraries as requirements.lock has them, and runs the README's program
+environment, with versions of libraries as requirements/ has them, and runs the README's program
 there: with a PATH that has a C compiler, without one from a .hex, and with nothing. What takes long
 or is large is printed.
 """
@@ -121,8 +121,9 @@ def path_with(*tools: str) -> str:
 
 
 def constraints() -> Path:
-    """requirements.lock without hashes, since the wheel itself has none there."""
-    locked = (ROOT / "requirements.lock").read_text(encoding="utf-8")
+    """What `make test` installs, without hashes, since the wheel itself has none there."""
+    locks = [ROOT / f"requirements/{name}.lock" for name in ("run", "test")]
+    locked = "".join(lock.read_text(encoding="utf-8") for lock in locks)
     file = WHEEL / "constraints.txt"
     names = re.findall(r"^[\w.-]+==\S+", locked, re.MULTILINE)
     file.write_text("\n".join(names) + "\n", encoding="utf-8")

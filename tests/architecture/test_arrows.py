@@ -155,7 +155,8 @@ def test_the_walk_sees_the_tree() -> None:
 
 
 def test_every_declared_package_is_locked() -> None:
-    lock = (ROOT / "requirements.lock").read_text(encoding="utf-8")
+    locks = (ROOT / "requirements").glob("*.lock")
+    lock = "".join(file.read_text(encoding="utf-8") for file in locks)
     locked = {name.replace("-", "_") for name in re.findall(r"^([a-z0-9-]+)==", lock, re.MULTILINE)}
     assert {name.lower() for name in declared_packages(ROOT)} - locked == NOT_LOCKED
 
@@ -206,7 +207,7 @@ def test_a_good_tree_passes(rule: Callable[[Path], list[str]], tmp_path: Path) -
         (bad_imports, "host_tools/kilotwin/view.py", "from tests.system import conftest\n"),
         (bad_words, "docs/quickstart.md", "cd /" + "home/ada/kilotwin\n"),
         (bad_words, "Makefile", "CC = /" + "opt/avr/bin/avr-gcc\n"),
-        (bad_words, "requirements.lock", "--index" + "-url https://example.org/simple\n"),
+        (bad_words, "requirements/run.lock", "--index" + "-url https://example.org/simple\n"),
         (bad_words, "README.md", "see https://" + "pypi" + ".org/project/kilotwin\n"),
     ],
 )

@@ -7,8 +7,9 @@ RUNTIME = "kilogrid_modules/runtime/core"
 LOADER = "firmware/bootloader/core"
 CHANNEL = "emulator/infrared"
 CONTACT = "emulator/physics/contact"
-GOLDEN_RUN = "matrix_run"
-"""Ends with a hash of a whole run, which tests/native/matrix/matrix.py knows."""
+GOLDEN_RUN = "golden_run"
+"""Prints a hash of whole runs, GOLDEN_HASH."""
+GOLDEN_HASH = (Path(__file__).parents[1] / "native/golden/hash.txt").read_text().strip()
 
 
 @dataclass(frozen=True)

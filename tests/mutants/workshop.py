@@ -10,10 +10,8 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.native.matrix.matrix import GOLDEN
-
 from .mutations import Mutation
-from .targets import GOLDEN_RUN, Target
+from .targets import GOLDEN_HASH, GOLDEN_RUN, Target
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "build/mutants"
@@ -115,7 +113,7 @@ class Workshop:
         for name in target.programs:
             program = str(next(self._native.glob(f"**/{name}")))
             if name == GOLDEN_RUN:
-                commands[name] = [sys.executable, "-c", _COMPARE, program, GOLDEN]
+                commands[name] = [sys.executable, "-c", _COMPARE, program, GOLDEN_HASH]
                 continue
             for argument in target.arguments:
                 shown = argument.split("*")[-1].removesuffix(".cpp") or name
@@ -175,7 +173,8 @@ class Workshop:
                 shutil.copymode(source, copy)
         configure = ["cmake", "-S", self._tree, "-B", self._native, "-G", "Ninja"]
         configure += [f"-DPython_EXECUTABLE={sys.executable}", "-DKILOTWIN_TESTS=ON"]
-        configure += ["-DKILOTWIN_PYTHON=OFF"]
+        # One file at a time: a fault is planted into one.
+        configure += ["-DKILOTWIN_PYTHON=OFF", "-DKILOTWIN_UNITY=OFF"]
         subprocess.run(list(map(str, configure)), check=True, stdout=subprocess.DEVNULL)
         self._copied = True
 

@@ -10,7 +10,7 @@ CASE = "a full bus of 51 nodes loses no frame in 24 hours*"
 
 @pytest.mark.long
 def test_a_full_bus_loses_no_frame_in_a_day() -> None:
-    program = ROOT / "build/native/tests/native/grid/grid_tests"
+    program = ROOT / "build/engine/tests/native/grid/grid_tests"
     command = [program, "--no-skip", f"--test-case={CASE}"]
     done = subprocess.run(
         list(map(str, command)), capture_output=True, text=True, timeout=7200, check=False

@@ -103,7 +103,7 @@ def test_an_arena_without_room_says_so(program: Program) -> None:
 @pytest.mark.long
 def test_nothing_passes_a_wall_in_a_hundred_million_robot_steps() -> None:
     """The random walks of tests/native/emulator/test_walls.cpp, for longer."""
-    binary = ROOT / "build/native/tests/native/emulator/emulator_tests"
+    binary = ROOT / "build/engine/tests/native/emulator/emulator_tests"
     done = subprocess.run(
         [binary, "--test-case=nothing passes a wall*", "--no-version=true"],
         env={**os.environ, "KILOTWIN_TEST_ROBOT_STEPS": "1e8"},

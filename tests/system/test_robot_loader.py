@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-TESTS = ROOT / "build/native/tests/native/bootloader/robot_loader_tests"
+TESTS = ROOT / "build/engine/tests/native/bootloader/robot_loader_tests"
 
 
 @pytest.mark.long

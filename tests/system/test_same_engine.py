@@ -13,6 +13,7 @@ import pytest
 
 from .conftest import ROOT, SIMPLIFIED, RunJson
 
+GOLDEN = ROOT / "tests/native/golden/hash.txt"
 COMPILERS = {"gcc": "g++", "clang": "clang++"}
 # Takes the engine's place in every Python process of a run.
 SITECUSTOMIZE = """
@@ -29,18 +30,21 @@ sys.meta_path.insert(0, OtherEngine)
 
 
 def build_engine(compiler: str, level: str) -> Path:
-    """The engine's module, built in build/same/; kept there, so that a second call is quick."""
+    """A build folder with the engine's module and golden_run, whose robot programs are built alike.
+
+    It is below build/same/ and stays there, so that a second call is quick.
+    """
     folder = ROOT / "build" / "same" / f"{compiler}{level}"
     kind = level.removeprefix("-")
     configure = ["cmake", "-S", str(ROOT), "-B", str(folder), "-G", "Ninja"]
     configure += [f"-DPython_EXECUTABLE={sys.executable}", f"-DCMAKE_BUILD_TYPE={kind}"]
     configure += [f"-DCMAKE_{language}_FLAGS_{kind}={level}" for language in ("C", "CXX")]
-    build = ["cmake", "--build", str(folder), "--target", "_emulator"]
+    configure += ["-DKILOTWIN_TESTS=ON", f"-DKILOTWIN_GUEST_CFLAGS={level}"]
+    build = ["cmake", "--build", str(folder), "--target", "_emulator", "golden_run"]
     environment = {**os.environ, "CC": compiler, "CXX": COMPILERS[compiler]}
     for command in (configure, build):
         subprocess.run(command, env=environment, check=True, stdout=subprocess.DEVNULL)
-    (module,) = folder.rglob("_emulator*.so")
-    return module
+    return folder
 
 
 @pytest.mark.long
@@ -49,11 +53,16 @@ def build_engine(compiler: str, level: str) -> Path:
 def test_every_build_of_the_engine_gives_the_same(
     compiler: str, level: str, run_json: RunJson, tmp_path: Path
 ) -> None:
+    folder = build_engine(compiler, level)
+    golden = subprocess.run([folder / "golden_run"], check=True, capture_output=True, text=True)
+    assert golden.stdout.split()[0] == GOLDEN.read_text().strip()
+
+    (module,) = folder.rglob("_emulator*.so")
     settings = ("duration_s=1200", "swarm.informed=0.2")
     expected = run_json(SIMPLIFIED, *settings, seed=11)["result_hash"]
     (tmp_path / "sitecustomize.py").write_text(SITECUSTOMIZE)
     other = {
-        "OTHER_ENGINE": str(build_engine(compiler, level)),
+        "OTHER_ENGINE": str(module),
         "PYTHONPATH": str(tmp_path),
         "KILOTWIN_CC": compiler,
     }

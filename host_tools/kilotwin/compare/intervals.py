@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
 
 from kilotwin.compare.shares import Interval
 
@@ -23,6 +22,8 @@ def bootstrap(
 
     Where each group is one value there is no interval.
     """
+    from scipy import stats  # noqa: PLC0415 - large, and figures of a run do without
+
     arrays: list[NDArray[np.float64]] = [np.asarray(group, dtype=np.float64) for group in groups]
     value = float(statistic(*arrays, axis=-1))
     if max(map(len, arrays)) == 1:

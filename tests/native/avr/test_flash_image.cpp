@@ -14,6 +14,8 @@
 
 using namespace kilotwin;
 
+namespace test_flash_image {
+
 namespace {
 
 /// A file of its own with this content, gone at the end.
@@ -114,3 +116,5 @@ TEST_CASE("a file that is no AVR program is refused") {
     CHECK_THROWS_WITH_AS(FlashImage::load("/no/such/file.hex"), "/no/such/file.hex cannot be read",
                          EngineError);
 }
+
+}  // namespace test_flash_image

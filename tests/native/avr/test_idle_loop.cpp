@@ -10,6 +10,8 @@
 
 using namespace kilotwin;
 
+namespace test_idle_loop {
+
 namespace {
 
 constexpr Cycles MS = CYCLES_PER_SECOND / 1000;
@@ -77,3 +79,5 @@ TEST_CASE("a board that waits can be left alone nearly all the time") {
         CHECK(10 * few.rests > 9 * few.runs);
     }
 }
+
+}  // namespace test_idle_loop

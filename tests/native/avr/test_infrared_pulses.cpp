@@ -6,6 +6,9 @@
 #include "infrared/infrared_pulses.h"
 
 using namespace kilotwin;
+
+namespace test_infrared_pulses {
+
 using Found = PulseReader::Found;
 
 namespace {
@@ -80,3 +83,5 @@ TEST_CASE("a leader that is not 0 and a pulse out of place are no frame") {
     CHECK(reader.pulse(200'000 + 2650) == Found::NONSENSE);
     CHECK(read(reader, pulses_of(message_of(3)), 300'000) == Found::MESSAGE);
 }
+
+}  // namespace test_infrared_pulses

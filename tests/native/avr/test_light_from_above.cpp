@@ -7,6 +7,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_light_from_above {
+
 namespace {
 
 /// From the begin of a frame to that of the next, when they go out back to back.
@@ -72,3 +74,5 @@ TEST_CASE("a frame may end steps later, is never in the past, and comes in order
         for (size_t robot : {0u, 1u}) CHECK(simulation.robot(robot).color(0) == 2);
     }
 }
+
+}  // namespace test_light_from_above

@@ -8,6 +8,8 @@
 
 using namespace kilotwin;
 
+namespace test_mcp2515 {
+
 namespace {
 
 enum : uint8_t {
@@ -274,3 +276,5 @@ TEST_CASE("error counters raise flags, and an interrupt when they change") {
     bench.write(TEC, 0);
     CHECK(bench.read(TEC) == 255);
 }
+
+}  // namespace test_mcp2515

@@ -12,6 +12,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_mixed_swarm {
+
 namespace {
 
 constexpr double PERIOD_S = 16 * TICK_S;
@@ -150,3 +152,5 @@ TEST_CASE("a robot's reset by its watchdog is an event that names it and the cau
     REQUIRE(notes.size() == 1);
     CHECK(notes[0].starts_with("its watchdog reset it: not fed for 1024 ms, at PC 0x"));
 }
+
+}  // namespace test_mixed_swarm

@@ -12,6 +12,8 @@
 
 using namespace kilotwin;
 
+namespace test_module_board {
+
 namespace {
 
 constexpr Cycles MS = CYCLES_PER_SECOND / 1000;
@@ -273,3 +275,5 @@ TEST_CASE("a module's reset by its watchdog is handed out with its time and caus
     CHECK(board.resets[0].at / MS / 100 == 30);
     CHECK(board.resets[0].reset.text().starts_with("its watchdog reset it: not fed for 1024 ms"));
 }
+
+}  // namespace test_module_board

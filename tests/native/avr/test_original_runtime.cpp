@@ -12,6 +12,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_original_runtime {
+
 namespace {
 
 constexpr Cycles MS = CYCLES_PER_SECOND / 1000;
@@ -176,3 +178,5 @@ TEST_CASE("other runtimes, ours and native robots hear one another") {
     // These show how many they have heard, modulo 64.
     for (size_t robot : {1u, 2u}) CHECK(simulation.robot(robot).color(0) > 2 * said * 9 / 10 - 64);
 }
+
+}  // namespace test_original_runtime

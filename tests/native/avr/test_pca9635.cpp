@@ -7,6 +7,8 @@
 
 using namespace kilotwin;
 
+namespace test_pca9635 {
+
 namespace {
 
 constexpr uint8_t ADDRESS = 0x15, AI_ALL = 4 << 5, AI_PWM = 5 << 5, AI_GROUP = 6 << 5;
@@ -92,3 +94,5 @@ TEST_CASE("the reset call takes it back to where it came up") {
     CHECK(tell(chip, {0xA5, 0x5A}, 0x06));
     CHECK(chip.light(0) == 0);
 }
+
+}  // namespace test_pca9635

@@ -16,6 +16,8 @@
 
 using namespace kilotwin;
 
+namespace test_robot_board {
+
 namespace {
 
 constexpr Cycles MS = CYCLES_PER_SECOND / 1000;
@@ -359,3 +361,5 @@ TEST_CASE("a trace tells a wave viewer what the pins did") {
     CHECK(text.find("b01000110 #") != std::string::npos);  // left motor: 70
     std::remove(path.c_str());
 }
+
+}  // namespace test_robot_board

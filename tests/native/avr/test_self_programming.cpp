@@ -6,6 +6,8 @@
 
 using namespace kilotwin;
 
+namespace test_self_programming {
+
 namespace {
 
 constexpr Cycles MS = CYCLES_PER_SECOND / 1000;
@@ -70,3 +72,5 @@ TEST_CASE("while flash is programmed, and until it is enabled again, it cannot b
     CHECK(bench.flash(0x4200) == 0xFFFF);
     CHECK(bench.flash(0x4000) == (0xF0FF & 0x3CFF));
 }
+
+}  // namespace test_self_programming

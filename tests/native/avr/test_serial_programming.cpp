@@ -5,6 +5,8 @@
 
 using namespace kilotwin;
 
+namespace test_serial_programming {
+
 namespace {
 
 using Bytes = SerialProgramming::Bytes;
@@ -143,3 +145,5 @@ TEST_CASE("lock bits forbid writing in mode 2, and reading too in mode 3") {
     CHECK(chip.memory.flash[0] == 7);
     CHECK(chip.memory.eeprom[0] == 7);
 }
+
+}  // namespace test_serial_programming

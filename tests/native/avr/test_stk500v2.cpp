@@ -7,6 +7,8 @@
 
 using namespace kilotwin;
 
+namespace test_stk500v2 {
+
 namespace {
 
 using Message = Stk500v2::Message;
@@ -204,3 +206,5 @@ TEST_CASE("fuses, lock bits and signature by their own commands, and any instruc
     CHECK(bench.ask({0x1D, 4, 2, 7, 0x30, 0, 2, 0}) == Message{0x1D, 0, 0, 0, 0});
     CHECK(bench.ask({0x1D, 0, 0, 0}) == Message{0x1D, 0, 0});
 }
+
+}  // namespace test_stk500v2

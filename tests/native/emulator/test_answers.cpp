@@ -8,6 +8,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_answers {
+
 namespace {
 
 message_t question(uint8_t slots, uint8_t nonce = 0, uint16_t uid = ROBOT_QUERY_ALL) {
@@ -173,3 +175,5 @@ TEST_CASE("answers of a swarm are the same run ahead and tick by tick") {
         CHECK(sent[0] > 20 * 1000 / 16 + 100);
     }
 }
+
+}  // namespace test_answers

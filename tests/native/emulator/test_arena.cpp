@@ -10,6 +10,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_arena {
+
 namespace {
 
 const Region DISC = {Region::Shape::CIRCLE, {1, 2}, {0.8, 0.8}};
@@ -115,3 +117,5 @@ TEST_CASE("a rectangle has four walls, the nearest gives the gap") {
     CHECK(sum == Eigen::Vector2d(0, 0));
     CHECK(gaps == doctest::Approx(4 + 2));
 }
+
+}  // namespace test_arena

@@ -9,6 +9,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_beacons {
+
 namespace {
 
 /// Adds a disc that sends every `period_ticks`. Without friction it would slide for ever.
@@ -128,3 +130,5 @@ TEST_CASE("with beacons a world is the same run ahead and tick by tick") {
             CHECK(hashes[0] == hashes[1]);
         }
 }
+
+}  // namespace test_beacons

@@ -10,6 +10,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_box2d_solver {
+
 namespace {
 
 constexpr double RADIUS = 0.1, SPEED = 0.1, FASTEST = 0.11;
@@ -90,3 +92,5 @@ TEST_CASE("no part of an object that Box2D turns is faster than the bound") {
         CHECK(state.velocity.turn * radius_m <= FASTEST * (1 + 1e-5));
     }
 }
+
+}  // namespace test_box2d_solver

@@ -9,6 +9,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_busy_channel {
+
 namespace {
 
 constexpr int RUNS = 8;
@@ -121,3 +123,5 @@ TEST_CASE(
     auto both = compare(line_of(21, 0.035), RANGE_M);
     CHECK(mean_of(both.brute, &BruteCounts::collided).mean > 0);
 }
+
+}  // namespace test_busy_channel

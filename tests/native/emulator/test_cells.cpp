@@ -9,6 +9,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_cells {
+
 TEST_CASE("the grid's middle is the arena's middle, and module 0 is at the lower left") {
     GridLayout grid(10, 20, 4);
     CHECK(grid.modules() == 200);
@@ -108,3 +110,5 @@ TEST_CASE("a grid that cannot be wired is refused") {
     CHECK_NOTHROW(GridLayout(28, 4, 1));
     CHECK_THROWS_AS(GridLayout(29, 4, 1), EngineError);
 }
+
+}  // namespace test_cells

@@ -11,6 +11,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_chance {
+
 TEST_CASE("draws are those of Philox 4x32-10: the published vectors") {
     CHECK(Chance(0).bits(0, Purpose(0), 0) == 0xe169c58d6627e8d5);
     CHECK(Chance(~0ull).bits(~0u, Purpose(~0u), ~0ull) == 0x41c83b0e408f276d);
@@ -88,3 +90,5 @@ TEST_CASE("a 101st robot in a far corner leaves the first draws of all others as
     CHECK(distinct.size() == 100);
     CHECK(with.draws[100].size() == 1);
 }
+
+}  // namespace test_chance

@@ -7,6 +7,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_commands {
+
 namespace {
 
 using Texts = std::vector<std::string>;
@@ -218,3 +220,5 @@ TEST_CASE("a robot knows its uid and calibration from its EEPROM") {
     REQUIRE(heard.size() >= 2);
     CHECK(heard[0] == "9: 2 0, 500 mm");
 }
+
+}  // namespace test_commands

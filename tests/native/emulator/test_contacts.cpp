@@ -13,6 +13,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_contacts {
+
 namespace {
 
 constexpr double RADIUS = 0.085, DIAMETER = 0.17;
@@ -460,3 +462,5 @@ TEST_CASE("robots in a nook of 30 degrees agree with a run that has all robots i
                          {FORWARD, FORWARD, FORWARD}, 400);
     CHECK(worst < 0.05 * DIAMETER);
 }
+
+}  // namespace test_contacts

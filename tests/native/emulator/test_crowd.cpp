@@ -11,6 +11,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_crowd {
+
 namespace {
 
 /// 100 robots that drive straight to `spot` for 300 s, with all their force.
@@ -113,3 +115,5 @@ TEST_CASE("robots that do not give way stay where they are, however many drive a
         CHECK(simulation.statistics().overlaps.worst() < 0.05);
     }
 }
+
+}  // namespace test_crowd

@@ -5,6 +5,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_different_programs {
+
 namespace {
 
 using Texts = std::vector<std::string>;
@@ -61,3 +63,5 @@ TEST_CASE("a group's robots are the ones after those of the groups before it") {
     CHECK(now.led == std::vector<uint8_t>{0, RGB(3, 0, 0), 0});
     CHECK(now.x_m == std::vector<float>{-1, 0, 1});
 }
+
+}  // namespace test_different_programs

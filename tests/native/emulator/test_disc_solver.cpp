@@ -11,6 +11,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_disc_solver {
+
 namespace {
 
 constexpr double RADIUS = 0.1, DIAMETER = 0.2, SPEED = 0.1, FASTEST = 0.11;
@@ -168,3 +170,5 @@ TEST_CASE("a robot without contact goes as it drives") {
     CHECK(discs.robots[0].pose.heading == doctest::Approx(0.5 * time_s));
     CHECK(discs.robots[1].pose.position == Eigen::Vector2d(0, 0.3));
 }
+
+}  // namespace test_disc_solver

@@ -13,6 +13,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_failures {
+
 namespace {
 
 struct Failure {
@@ -176,3 +178,5 @@ TEST_CASE("after a guest's fault the process still dies of its own") {
     CHECK(WIFSIGNALED(status));
     CHECK(WTERMSIG(status) == SIGSEGV);
 }
+
+}  // namespace test_failures

@@ -8,6 +8,8 @@
 
 using kilotwin::Few;
 
+namespace test_few {
+
 namespace {
 
 struct Pair {
@@ -102,3 +104,5 @@ TEST_CASE("a cleared list keeps its room, and a resized one its first items") {
     list.resize(40);
     CHECK(list.front() == Pair{3, 0, 0});
 }
+
+}  // namespace test_few

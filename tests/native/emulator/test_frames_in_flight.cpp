@@ -7,6 +7,8 @@
 
 using namespace kilotwin;
 
+namespace test_frames_in_flight {
+
 namespace {
 
 constexpr double RANGE_M = 0.1;
@@ -111,3 +113,5 @@ TEST_CASE("a station may be busy while it is lit or sends, or if it is held busy
     CHECK_FALSE(sense.may_be_busy(2));
     CHECK(CarrierSense(true, true, line.frames).may_be_busy(2));
 }
+
+}  // namespace test_frames_in_flight

@@ -10,6 +10,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_grid {
+
 namespace {
 
 /// CAN types (hardware.md 3.2) and infrared types that the tests use.
@@ -425,3 +427,5 @@ TEST_CASE("a grid that cannot be, and frames without a grid, are refused") {
     Simulation simulation(scene.def);
     CHECK_THROWS_AS(simulation.send_can(0, {}), EngineError);
 }
+
+}  // namespace test_grid

@@ -4,6 +4,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_grid_robot {
+
 namespace {
 
 constexpr Cycles TENTH = SECOND / 10;
@@ -90,3 +92,5 @@ TEST_CASE("a robot and a module of lab programs hear one another") {
     CHECK(dropped);
     CHECK(shown(robots.robot(0)) == RGB(0, 1, 0));
 }
+
+}  // namespace test_grid_robot

@@ -7,6 +7,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_grouping {
+
 namespace {
 
 using Kind = ContactBody::Kind;
@@ -124,3 +126,5 @@ TEST_CASE("all that may touch a body at an object are in its island") {
     CHECK(c.bodies[0].kind == Kind::ISLAND);
     CHECK(c.bodies[1].kind == Kind::ISLAND);
 }
+
+}  // namespace test_grouping

@@ -7,6 +7,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_kilobot_channel {
+
 namespace {
 
 /// Talkers that stand still, heard without loss or noise unless a test asks for it.
@@ -148,3 +150,5 @@ TEST_CASE("a Kilobot's world is the same run ahead and step by step, with all no
     }
     CHECK(hashes[0] == hashes[1]);
 }
+
+}  // namespace test_kilobot_channel

@@ -7,6 +7,8 @@
 using namespace kilotwin;
 using kilotwin::testing::Dice;
 
+namespace test_known_pass {
+
 namespace {
 
 using Kind = TickCondition::Kind;
@@ -140,3 +142,5 @@ TEST_CASE("of more passes than there is room for the oldest are forgotten") {
     CHECK(known.all[2].cycles == Passes::MOST + 2);
     CHECK(known.all[3].cycles == 3);
 }
+
+}  // namespace test_known_pass

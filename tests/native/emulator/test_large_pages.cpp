@@ -7,6 +7,8 @@
 
 using namespace kilotwin;
 
+namespace test_large_pages {
+
 TEST_CASE(
     "an array of a large page or more begins on one, and shorter ones hold what they should") {
     constexpr size_t PAGE = 2 << 20, NUMBERS = PAGE / sizeof(uint64_t);
@@ -19,3 +21,5 @@ TEST_CASE(
         for (size_t i = 0; i < count; i++) REQUIRE(numbers[i] == 7);
     }
 }
+
+}  // namespace test_large_pages

@@ -5,6 +5,8 @@
 
 using namespace kilotwin;
 
+namespace test_mechanics {
+
 namespace {
 
 constexpr Mechanics::Change FORCE = {0.01, 0.5};
@@ -76,3 +78,5 @@ TEST_CASE("a drive's rate is its force over what is missing, up to a bound") {
     CHECK(free.rates(mechanics, most_per_s).by_per_s == most_per_s);
     CHECK(free.rates(mechanics, most_per_s).turn_per_s == most_per_s);
 }
+
+}  // namespace test_mechanics

@@ -7,6 +7,8 @@
 
 using namespace kilotwin;
 
+namespace test_message_crc {
+
 namespace {
 
 struct Vector {
@@ -63,3 +65,5 @@ TEST_CASE("whether a message is right is known anew whenever it changes, and onl
         CHECK(said.message().data[8] == wrong.data[8]);
     }
 }
+
+}  // namespace test_message_crc

@@ -9,6 +9,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_messages {
+
 namespace {
 
 using Texts = std::vector<std::string>;
@@ -163,3 +165,5 @@ TEST_CASE("a robot that steps between two hides one from the other") {
     // 0.17 m of shadow at 0.1 m/s: 52 ticks, 3 or 4 frames.
     CHECK(simulation.statistics().medium.received >= 25 + 21);
 }
+
+}  // namespace test_messages

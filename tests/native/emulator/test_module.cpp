@@ -6,6 +6,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_module {
+
 TEST_CASE("a module shows its lights when switched on, then breathes white") {
     ModuleBench bench("module_lab", 2 * SECOND);
     bench.run(2 * SECOND + 60 * MS);
@@ -565,3 +567,5 @@ TEST_CASE("a module that is run ahead does what it does step by step") {
         CHECK(story(100 * SECOND) == by_ticks);
     }
 }
+
+}  // namespace test_module

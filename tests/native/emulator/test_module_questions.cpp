@@ -6,6 +6,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_module_questions {
+
 namespace {
 
 constexpr uint8_t ASK = 0x19, REPORTED = 0x1A;
@@ -88,3 +90,5 @@ TEST_CASE("an answer is the next thing that a module does, however it is run ahe
     REQUIRE(bench.frames.size() == 1);
     CHECK(bench.frames[0].at == at);
 }
+
+}  // namespace test_module_questions

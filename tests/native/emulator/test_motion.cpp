@@ -11,6 +11,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_motion {
+
 namespace {
 
 const Chance LUCK(1);
@@ -194,3 +196,5 @@ TEST_CASE("a robot that changes its drive after ten years goes on to the cycle")
         CHECK(late.heading(TEN_YEARS + time) == early.heading(time));
     }
 }
+
+}  // namespace test_motion

@@ -7,6 +7,8 @@
 using namespace kilotwin;
 using kilotwin::testing::Dice;
 
+namespace test_neighbours {
+
 namespace {
 
 using Positions = std::vector<Eigen::Vector2d>;
@@ -88,3 +90,5 @@ TEST_CASE("robots in one point, in one line and alone are listed") {
     neighbours.rebuild({{7, 7}});
     CHECK(list_of(neighbours, 0).empty());
 }
+
+}  // namespace test_neighbours

@@ -7,6 +7,8 @@
 using namespace kilotwin;
 using kilotwin::testing::Dice;
 
+namespace test_normal_pairs {
+
 TEST_CASE("two normal draws side by side are those that are drawn one by one, bit for bit") {
     Dice dice(1);
     for (const uint64_t seed : {0ull, 1ull, 0xFFFFFFFFull, 0x100000000ull, ~0ull}) {
@@ -21,3 +23,5 @@ TEST_CASE("two normal draws side by side are those that are drawn one by one, bi
         }
     }
 }
+
+}  // namespace test_normal_pairs

@@ -12,6 +12,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_objects {
+
 namespace {
 
 // Radius of foot_bot(), as the tests' puppets are.
@@ -312,3 +314,5 @@ TEST_CASE("the disc solver refuses objects") {
     scene.def.solver = SolverKind::DISCS;
     CHECK_THROWS_AS(Simulation{scene.def}, EngineError);
 }
+
+}  // namespace test_objects

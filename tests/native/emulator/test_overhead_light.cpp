@@ -10,6 +10,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_overhead_light {
+
 namespace {
 
 /// Robots that stand still, so near that all hear all, without loss or noise.
@@ -164,3 +166,5 @@ TEST_CASE("with the ideal medium all robots receive each frame when it ends") {
     for (uint32_t robot = 0; robot < 2; robot++)
         CHECK(shown(simulation.robot(robot)) == RGB(0, 0, 3));
 }
+
+}  // namespace test_overhead_light

@@ -4,6 +4,8 @@
 
 using namespace kilotwin;
 
+namespace test_overlaps {
+
 TEST_CASE("overlaps count contacts, keep the worst, and give the median to 0.0001") {
     Overlaps overlaps;
     CHECK(overlaps.median() == 0);
@@ -24,3 +26,5 @@ TEST_CASE("one contact is its own median, and a whole robot in another is not be
     CHECK(huge.worst() == 0.9);
     CHECK(huge.median() > 0.2);
 }
+
+}  // namespace test_overlaps

@@ -10,6 +10,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_placed_robots {
+
 namespace {
 
 /// All that can be known of a run.
@@ -140,3 +142,5 @@ TEST_CASE("a place that is taken, beyond a wall or no robot's is refused and cha
     simulation.place(0, {{-0.49, 0}, 0});
     CHECK(simulation.result_hash() != before);
 }
+
+}  // namespace test_placed_robots

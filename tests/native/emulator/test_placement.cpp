@@ -11,6 +11,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_placement {
+
 namespace {
 
 constexpr double RADIUS = 0.085;
@@ -86,3 +88,5 @@ TEST_CASE("more robots than fit are refused, with the number of the one too many
     CHECK_THROWS_AS(place(1, square_hall(0.16)), EngineError);
     CHECK_THROWS_AS(place(100, round_hall(1)), EngineError);
 }
+
+}  // namespace test_placement

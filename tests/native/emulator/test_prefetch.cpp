@@ -9,6 +9,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_prefetch {
+
 namespace {
 
 /// Sets the size from which on swarms are prefetched, until the end of its life.
@@ -53,3 +55,5 @@ TEST_CASE("large swarms are prefetched and small ones are not") {
     CHECK(prefetches(10'000));
     CHECK_FALSE(prefetches(1'000));
 }
+
+}  // namespace test_prefetch

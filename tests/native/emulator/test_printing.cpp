@@ -8,6 +8,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_printing {
+
 namespace {
 
 constexpr Cycles BYTE = SERIAL_BYTE_CYCLES;
@@ -122,3 +124,5 @@ TEST_CASE("a program that never called debug_init() prints without taking time")
     bench.run(ticks(3) - 1);
     CHECK(bench.times() == std::vector<Cycles>(20, BEGIN));
 }
+
+}  // namespace test_printing

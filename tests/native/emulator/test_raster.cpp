@@ -12,6 +12,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_raster {
+
 namespace {
 
 constexpr size_t COLUMNS = 31, ROWS = 23;
@@ -97,3 +99,5 @@ TEST_CASE("a site that is drawn counts where no other site is") {
     CHECK(arena.distance_to_site_edge({0.15, 0}) > 0.03);
     CHECK(arena.distance_to_site_edge({0.11, 0}) == doctest::Approx(0.01));
 }
+
+}  // namespace test_raster

@@ -10,6 +10,8 @@
 using namespace kilotwin;
 using kilotwin::testing::Dice;
 
+namespace test_receivers_in_range {
+
 namespace {
 
 using Positions = std::vector<Eigen::Vector2d>;
@@ -147,3 +149,5 @@ TEST_CASE("a wall that blocks light hides what is behind it, others do not") {
         CHECK(heard == (blocks_light ? Who{2} : Who{1, 2}));
     }
 }
+
+}  // namespace test_receivers_in_range

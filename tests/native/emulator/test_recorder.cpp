@@ -7,6 +7,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_recorder {
+
 TEST_CASE("a sample holds poses as float32, LED and site") {
     auto samples = two_robots();
     CHECK(samples.x_m == std::vector<float>{1, -0.5f});
@@ -15,3 +17,5 @@ TEST_CASE("a sample holds poses as float32, LED and site") {
     CHECK(samples.led == std::vector<uint8_t>{0x3F, 0});
     CHECK(samples.site == std::vector<uint8_t>{0, 2});
 }
+
+}  // namespace test_recorder

@@ -10,6 +10,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_result_hash {
+
 namespace {
 
 uint64_t value_of(const ResultHash &hash) { return hash.value(two_robots(), {}, {}); }
@@ -130,3 +132,5 @@ TEST_CASE("the result's hash sees the end and each count of frames") {
           none.value(two_robots(), {}, {{0, 0}, {1, 0}}));
     CHECK(none.value(two_robots(), {}, {{1, 0}}) != none.value(two_robots(), {}, {{0, 1}}));
 }
+
+}  // namespace test_result_hash

@@ -9,6 +9,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_run_ahead {
+
 namespace {
 
 /// All that can be known of a run.
@@ -445,3 +447,5 @@ TEST_CASE("a grid: run ahead, module by module and in chunks give the same") {
         check_same(ahead, grid_outcome_of(scene.def, false, TICKS, {5, 64, 11}));
     }
 }
+
+}  // namespace test_run_ahead

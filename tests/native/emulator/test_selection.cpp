@@ -7,6 +7,8 @@
 using namespace kilotwin;
 using kilotwin::testing::Dice;
 
+namespace test_selection {
+
 namespace {
 
 struct Item {
@@ -63,3 +65,5 @@ TEST_CASE("what happens within a step is sorted by time, then by name, however i
         CHECK(items == sorted);
     }
 }
+
+}  // namespace test_selection

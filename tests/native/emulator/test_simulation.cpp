@@ -13,6 +13,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_simulation {
+
 TEST_CASE("time starts at RUN and advances to the end of a world step") {
     for (uint32_t step : {1u, 2u, 4u}) {
         Scene scene(square_hall(6));
@@ -228,3 +230,5 @@ TEST_CASE("two runs in one process do not disturb each other") {
     }
     CHECK(final_hash(first.snapshot()) == final_hash(alone.snapshot()));
 }
+
+}  // namespace test_simulation

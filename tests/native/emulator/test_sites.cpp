@@ -4,6 +4,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_sites {
+
 namespace {
 
 wire_cell_t said_by(const ModuleBench &bench, uint8_t cell) {
@@ -84,3 +86,5 @@ TEST_CASE("lights and messages are right again a second after a pause") {
     CHECK(said_by(bench, 0).site == 1);
     CHECK(bench.module.light(2, bench.now).color() == 1);
 }
+
+}  // namespace test_sites

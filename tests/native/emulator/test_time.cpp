@@ -6,6 +6,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_time {
+
 namespace {
 
 using Texts = std::vector<std::string>;
@@ -218,3 +220,5 @@ TEST_CASE("rand_hard gives other bytes to each robot and each draw, the same in 
         for (uint32_t other = 0; other < robot; other++) CHECK(a.said(robot) != a.said(other));
     }
 }
+
+}  // namespace test_time

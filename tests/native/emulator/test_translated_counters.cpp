@@ -9,6 +9,8 @@
 
 using kilotwin::testing::Dice;
 
+namespace test_translated_counters {
+
 namespace {
 
 /// How often a number that counts on without end has crossed a bound. Code may tell these apart.
@@ -77,3 +79,5 @@ TEST_CASE("counters of several widths go on together, up to the first bound") {
         CHECK((data[0x101] | data[0x102] << 8) == 1990);
     }
 }
+
+}  // namespace test_translated_counters

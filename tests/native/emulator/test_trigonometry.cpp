@@ -9,6 +9,8 @@
 using namespace kilotwin;
 using kilotwin::testing::Dice;
 
+namespace test_trigonometry {
+
 namespace {
 
 /// Largest difference from libm, in long double, over random angles up to `most`.
@@ -87,3 +89,5 @@ TEST_CASE("angles on the edge wrap into [-pi, pi)") {
 TEST_CASE("wrapping leaves an angle in range alone") {
     for (double angle : {-PI, -1.0, 0.0, 1e-300, 0.5, 3.14}) CHECK(wrapped(angle) == angle);
 }
+
+}  // namespace test_trigonometry

@@ -8,6 +8,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_variables {
+
 namespace {
 
 using Texts = std::vector<std::string>;
@@ -108,3 +110,5 @@ TEST_CASE("an event of printf has robot, text and time") {
     CHECK(printed[0].at ==
           ticks(5) + 100 + 4 * CYCLES_PER_SECOND / 2000);  // four rand_hard of 0.5 ms
 }
+
+}  // namespace test_variables

@@ -13,6 +13,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_virtual_floor {
+
 namespace {
 
 struct Told {
@@ -212,3 +214,5 @@ TEST_CASE("a robot at rest gets a message when another drives up to it") {
             }
     }
 }
+
+}  // namespace test_virtual_floor

@@ -9,6 +9,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_waiting {
+
 namespace {
 
 using Texts = std::vector<std::string>;
@@ -207,3 +209,5 @@ TEST_CASE("a program that comes back in time is never warned about") {
     bench.run(ticks(5000));
     CHECK(bench.others(10).empty());
 }
+
+}  // namespace test_waiting

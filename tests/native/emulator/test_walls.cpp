@@ -15,6 +15,8 @@
 using namespace kilotwin;
 using namespace kilotwin::testing;
 
+namespace test_walls {
+
 namespace {
 
 constexpr double RADIUS = 0.085, REACH = 3 * RADIUS;
@@ -311,3 +313,5 @@ TEST_CASE("a robot that others drive into an acute nook is not wedged in deeper 
         CHECK(worst < 0.05);
     }
 }
+
+}  // namespace test_walls

@@ -11,6 +11,8 @@
 
 using namespace kilotwin;
 
+namespace test_bus_day {
+
 namespace {
 
 /// Memory of this process that is in use.
@@ -70,3 +72,5 @@ TEST_CASE("a full bus of 51 nodes loses no frame in 24 hours, and takes no more 
     CHECK(resident_bytes() - first_hour_bytes < 256 * 1024);
     MESSAGE(arrived, " frames, ", counts.error_frames, " sent again");
 }
+
+}  // namespace test_bus_day

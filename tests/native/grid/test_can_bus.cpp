@@ -9,6 +9,8 @@
 
 using namespace kilotwin;
 
+namespace test_can_bus {
+
 namespace {
 
 constexpr Cycles BIT = CAN_BIT_CYCLES, GAP = CAN_INTERMISSION_BITS * BIT;
@@ -586,3 +588,5 @@ TEST_CASE("errors at random, deaths and returns lose nothing that is not counted
     for (size_t i = 1; i < bench.log.size(); i++)
         REQUIRE(bench.log[i].begin >= bench.log[i - 1].at + GAP);
 }
+
+}  // namespace test_can_bus

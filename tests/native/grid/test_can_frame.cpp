@@ -6,6 +6,8 @@
 
 using namespace kilotwin;
 
+namespace test_can_frame {
+
 namespace {
 
 /// Bit by bit, as the standard says it: the checksum's register of 15 bits.
@@ -103,3 +105,5 @@ TEST_CASE("the longest frame has 24 stuff bits") {
     CHECK(most <= 108 + 24);
     CHECK(most >= 108 + 20);
 }
+
+}  // namespace test_can_frame

@@ -6,6 +6,8 @@
 
 using namespace kilotwin;
 
+namespace test_socketcand {
+
 namespace {
 
 struct Heard {
@@ -67,3 +69,5 @@ TEST_CASE("frames are written with microseconds and two digits a byte") {
     CHECK(text == "< frame 043 1763777777.000001 01AB00 >< frame 7FF 1.000000  >"
                   "< frame 7FF -2.250000  >< frame 7FF 0.000000  >");
 }
+
+}  // namespace test_socketcand

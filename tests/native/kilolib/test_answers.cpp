@@ -6,6 +6,8 @@
 
 using namespace kilotwin;
 
+namespace test_answers {
+
 namespace {
 
 constexpr Cycles TICK = TICK_CYCLES;
@@ -142,3 +144,5 @@ TEST_CASE("a program's own messages go on beside answers") {
     CHECK(own >= 5);
     CHECK(own <= 7);
 }
+
+}  // namespace test_answers

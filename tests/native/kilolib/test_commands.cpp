@@ -5,6 +5,8 @@
 
 using namespace kilotwin;
 
+namespace test_commands {
+
 namespace {
 
 constexpr int RECORD_BYTES = 10;
@@ -285,3 +287,5 @@ TEST_CASE("an unknown command changes nothing") {
     CHECK(bench.state() == ROBOT_RUNNING);
     CHECK(bench.word("received_count", 2) == 0);
 }
+
+}  // namespace test_commands

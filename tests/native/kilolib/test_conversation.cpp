@@ -3,6 +3,8 @@
 
 using namespace kilotwin;
 
+namespace test_conversation {
+
 namespace {
 
 /// Pulses that one sends, the other sees a moment later.
@@ -68,3 +70,5 @@ TEST_CASE("two robots that always want to send share the channel") {
     CHECK(a.word("received_count", 2) + 5 >= b.byte("sent"));
     CHECK(b.word("received_count", 2) + 5 >= a.byte("sent"));
 }
+
+}  // namespace test_conversation

@@ -5,6 +5,8 @@
 
 using namespace kilotwin;
 
+namespace test_reception {
+
 namespace {
 
 constexpr distance_measurement_t DIM = {1, 1};
@@ -200,3 +202,5 @@ TEST_CASE("a program that reads a sensor all the time still receives, and knows 
     bench.set("gains", 300 | 1023u << 16, 4);
     CHECK(bench.ask(DISTANCE) == expected);
 }
+
+}  // namespace test_reception

@@ -3,6 +3,8 @@
 
 using namespace kilotwin;
 
+namespace test_serial_line {
+
 namespace {
 
 std::string text_of(const Bench &bench) {
@@ -38,3 +40,5 @@ TEST_CASE("printf() that does not wait loses what its queue does not hold") {
     bench.run_ms(100);
     CHECK(text_of(bench) == text);
 }
+
+}  // namespace test_serial_line

@@ -3,6 +3,8 @@
 
 using namespace kilotwin;
 
+namespace test_sleep {
+
 namespace {
 
 constexpr uint8_t WHITE = 0x3F, RED = 0x03;
@@ -98,3 +100,5 @@ TEST_CASE("a frame in the look round keeps the robot awake a while longer, lit r
     CHECK(bench.state() == ROBOT_SLEEPING);
     CHECK(bench.board.color() == 0);
 }
+
+}  // namespace test_sleep

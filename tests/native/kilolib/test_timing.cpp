@@ -5,6 +5,8 @@
 
 using namespace kilotwin;
 
+namespace test_timing {
+
 namespace {
 
 void talk_for_ever(Bench &bench, const message_t &message) {
@@ -115,3 +117,5 @@ TEST_CASE("delay() waits as long as it is told") {
     CHECK(ms > 100);
     CHECK(ms < 100.3);
 }
+
+}  // namespace test_timing

@@ -5,6 +5,8 @@
 
 using namespace kilotwin;
 
+namespace test_values {
+
 TEST_CASE("rand_soft() gives the known numbers from power-up and after a seed") {
     Bench bench("probe");
     bench.start();
@@ -71,3 +73,5 @@ TEST_CASE("estimate_distance() agrees with the emulator's own") {
         CHECK(bench.ask(DISTANCE) == bench.calibration.gains.estimate_mm(gains));
     }
 }
+
+}  // namespace test_values

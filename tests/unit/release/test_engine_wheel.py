@@ -15,7 +15,8 @@ key_of, keep, prune, KEPT = (ENGINE[name] for name in ("key_of", "keep", "prune"
 def tree(tmp_path: Path) -> Path:
     (tmp_path / "host_tools/kilotwin/runs").mkdir(parents=True)
     (tmp_path / "host_tools/kilotwin/runs/__init__.py").write_text("")
-    (tmp_path / "requirements.lock").write_text("numpy==2")
+    (tmp_path / "requirements").mkdir()
+    (tmp_path / "requirements/run.lock").write_text("numpy==2")
     (tmp_path / "engine.cpp").write_text("int one;")
     return tmp_path
 
@@ -32,7 +33,7 @@ def test_the_same_sources_have_the_same_key(tree: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "changed", ["engine.cpp", "requirements.lock", "host_tools/new/__init__.py"]
+    "changed", ["engine.cpp", "requirements/run.lock", "host_tools/new/__init__.py"]
 )
 def test_what_the_engine_is_built_from_changes_the_key(changed: str, tree: Path) -> None:
     first = key(tree)
