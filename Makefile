@@ -56,7 +56,7 @@ help:
 ## setup: install what a run needs (Debian packages, .venv, kilotwin); costs nothing when all is there
 .PHONY: setup
 setup: $(LOCKED)-run
-	@$(MAKE) --jobs=2 $(INSTALLED) $(PAGE)
+	@$(MAKE) --silent --jobs=2 $(INSTALLED) $(PAGE)
 
 # What `make test` and `make check` need beside it.
 .PHONY: setup-test setup-check
@@ -144,6 +144,11 @@ $(TIDIED): build/tidy/%.ok: %.cpp $(CPP_CONFIG)
 .PHONY: check-long
 check-long: native setup-check
 	@$(PY) -m tests.soak.run $(PIECES)
+
+## bare: README's two commands on a bare Debian 12, by root and by a user, with a table (half an hour)
+.PHONY: bare
+bare: apt-check
+	@$(PYTHON) tests/bare.py
 
 ## fuzz: feed every decoder of bytes from outside for a minute each (NAMES="kconf serial ...")
 .PHONY: fuzz

@@ -15,6 +15,13 @@ Statistic = Callable[..., Any]
 """A figure of groups of values: arrays, along `axis`; their other axes are resamples."""
 
 
+def _stats() -> Any:
+    """SciPy's, which is large: figures of a run do without."""
+    from scipy import stats  # noqa: PLC0415
+
+    return stats
+
+
 def bootstrap(
     groups: Sequence[Sequence[float]], statistic: Statistic, resamples: int = 5000
 ) -> Interval:
@@ -22,15 +29,13 @@ def bootstrap(
 
     Where each group is one value there is no interval.
     """
-    from scipy import stats  # noqa: PLC0415 - large, and figures of a run do without
-
     arrays: list[NDArray[np.float64]] = [np.asarray(group, dtype=np.float64) for group in groups]
     value = float(statistic(*arrays, axis=-1))
     if max(map(len, arrays)) == 1:
         return Interval(value, nan, nan)
     # SciPy wants two values of a group at least; one that stands twice is the same when resampled.
     several = [np.repeat(array, 2) if len(array) == 1 else array for array in arrays]
-    found = stats.bootstrap(
+    found = _stats().bootstrap(
         several,
         statistic,
         vectorized=True,
@@ -60,17 +65,17 @@ def mean_difference(*groups: NDArray[np.float64], axis: int = -1) -> Any:
 
 def spread_difference(*groups: NDArray[np.float64], axis: int = -1) -> Any:
     """The same of interquartile ranges."""
-    spreads = [stats.iqr(group, axis=axis) for group in groups]
+    spreads = [_stats().iqr(group, axis=axis) for group in groups]
     return np.mean(spreads[0::2], axis=0) - np.mean(spreads[1::2], axis=0)
 
 
 def spread(values: Sequence[float]) -> float:
     """The interquartile range, quartiles interpolated as numpy does."""
-    return float(stats.iqr(values))
+    return float(_stats().iqr(values))
 
 
 def rank_correlation(x: Sequence[float], y: Sequence[float]) -> float:
     """Spearman's, equal values sharing their mean rank; 0 if one of the two does not vary."""
     if len(set(x)) < 2 or len(set(y)) < 2:
         return 0.0
-    return float(stats.spearmanr(x, y).statistic)
+    return float(_stats().spearmanr(x, y).statistic)
