@@ -142,10 +142,10 @@ class BareRoot:
         self._log_command(words)
         if subprocess.run(words, stdout=self._log, stderr=self._log, check=False).returncode:
             raise BareRootError("debootstrap failed")
-        self._hand_in()
         self.report.rows.append(Row("a bare root", time.monotonic() - began, size_of(self.folder)))
 
     def _hand_in(self) -> None:
+        """Before each command, since packages bring files of these names."""
         home = Path.home()
         files = [Path(name) for name in _SETTING_FILES]
         files += [Path(value) for value in self._handed.values() if Path(value).is_absolute()]
@@ -173,6 +173,7 @@ class BareRoot:
 
     def run(self, command: str, folder: str = "/", user: str = "root", name: str = "") -> None:
         """A command of a person there; its time goes into the report, its output into the log."""
+        self._hand_in()
         home = "/root" if user == "root" else f"/home/{user}"
         before = {label: self._size(label, folder) for label in ("", *_FOLDERS)}
         inside = f"cd {shlex.quote(folder)} && {command}"

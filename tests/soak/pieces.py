@@ -22,6 +22,11 @@ class Piece:
 
 
 PIECES = {
+    "bare": Piece(
+        "README's two commands pass on a bare Debian 12, by root and by a user without sudo",
+        ("tests/system/test_bare.py",),
+        40,
+    ),
     "conformance": Piece(
         "controllers and examples decide as on the chip, for hours",
         ("tests/conformance/test_conformance.py",),
