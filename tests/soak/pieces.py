@@ -86,7 +86,7 @@ PIECES = {
         60,
     ),
     "walls": Piece(
-        "nothing passes a wall in 10^8 robot-steps",
+        "nothing passes a wall in 10^8 robot-steps; crowds and busy channels as by brute force",
         ("tests/system/test_obstacles.py",),
         40,
     ),

@@ -103,13 +103,28 @@ def test_an_arena_without_room_says_so(program: Program) -> None:
 @pytest.mark.long
 def test_nothing_passes_a_wall_in_a_hundred_million_robot_steps() -> None:
     """The random walks of tests/native/emulator/test_walls.cpp, for longer."""
+    run_thoroughly("nothing passes a wall*", 1)
+
+
+@pytest.mark.long
+def test_crowds_overlap_by_little_at_any_step() -> None:
+    run_thoroughly("a hundred robots*", 4)
+
+
+@pytest.mark.long
+def test_a_busy_channel_loses_as_many_frames_as_by_brute_force() -> None:
+    run_thoroughly("*by brute force", 3)
+
+
+def run_thoroughly(cases: str, count: int) -> None:
+    """Native cases that try a part of what they can in `make test`, whole."""
     binary = ROOT / "build/engine/tests/native/emulator/emulator_tests"
     done = subprocess.run(
-        [binary, "--test-case=nothing passes a wall*", "--no-version=true"],
-        env={**os.environ, "KILOTWIN_TEST_ROBOT_STEPS": "1e8"},
+        [binary, f"--test-case={cases}", "--no-version=true"],
+        env={**os.environ, "KILOTWIN_TEST_LONG": "1"},
         capture_output=True,
         text=True,
         check=False,
     )
     assert done.returncode == 0, done.stdout
-    assert "1 passed" in done.stdout
+    assert f"{count} passed" in done.stdout

@@ -1,8 +1,12 @@
 #include "support.h"
 
+#include <cstdlib>
+
 #include <algorithm>
 
 namespace kilotwin::testing {
+
+bool thorough() { return std::getenv("KILOTWIN_TEST_LONG") != nullptr; }
 
 std::string guest(const std::string &name) { return std::string(GUESTS) + "/" + name + ".so"; }
 

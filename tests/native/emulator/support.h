@@ -27,6 +27,10 @@ enum PuppetMessage : uint8_t {
 
 constexpr uint8_t FULL = 70;  ///< motor value that drives a foot-bot straight at full speed
 
+/// Whether KILOTWIN_TEST_LONG is set, as tests/soak does: cases that take long then try all that they
+/// can, and a part of it otherwise.
+bool thorough();
+
 std::string guest(const std::string &name);
 
 /// A message with the right CRC.
