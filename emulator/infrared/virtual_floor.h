@@ -1,5 +1,5 @@
 /// Stands in for the foot-bot's ground sensor and proximity ring: tells each robot by a CELL
-/// message what it stands on and whether something is close ahead (design.md 5.3). Outside the
+/// message what it stands on and whether something is close ahead (design.md 5). Outside the
 /// medium: it is lossless and takes no air time.
 ///
 /// A control step that senses between two world steps does so at the next one. A message goes out

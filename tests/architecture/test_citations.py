@@ -15,7 +15,7 @@ PAGE = re.compile(
     r"(?<![\w/.-])((?:\.\./|\./)*(?:[\w-]+/)*[\w-]+\.md)(?![\w-])"
     rf"(?: ({NUMBER}(?:(?:,| to| and|, and) {NUMBER}(?![\w%]))*))?"
 )
-LINK = re.compile(r"\]\(([^()\s#]*)(#[^()\s]*)?\)")
+LINK = re.compile(r"\]\(([^()\s#]*)(#[^()\s]*)?\)")  # sections may be named behind it, too
 HEADING = re.compile(r"^#+ +(.*?)\s*$", re.MULTILINE)
 CODE = re.compile(r"^```.*?^```", re.MULTILINE | re.DOTALL)
 # Marks before the text of a comment's next line.
@@ -28,15 +28,8 @@ def headings(text: str) -> list[str]:
 
 
 def sections(text: str) -> set[str]:
-    """The numbers of its headings, "1" and "1.6", and of numbered paragraphs below one, "2.1"."""
-    found, heading = set(), ""
-    for line in CODE.sub("", text).splitlines():
-        if match := re.match(rf"#+ +({NUMBER})?", line):
-            heading = match[1] or ""
-            found.add(heading)
-        elif (match := re.match(r"(\d+)\. ", line)) and heading:
-            found.add(f"{heading}.{match[1]}")
-    return found - {""}
+    """The numbers of its headings, "1" and "1.6". An item of a list cannot be searched for."""
+    return {match[0] for heading in headings(text) if (match := re.match(NUMBER, heading))}
 
 
 def anchors(text: str) -> set[str]:
@@ -64,7 +57,8 @@ def bad_citations(root: Path) -> Iterator[str]:
         if path.name == Path(__file__).name:
             continue  # it is full of planted ones
         prose = CONTINUED.sub(" ", text) if path.suffix != ".md" else text.replace("\n", " ")
-        for name, numbers in PAGE.findall(re.sub(r"\w+://\S+", "", prose)):
+        prose = LINK.sub(r"](\1", re.sub(r"\w+://\S+", "", prose))
+        for name, numbers in PAGE.findall(prose):
             page = page_of(root, path, name)
             if page is None:
                 yield f"{path}: cites {name}, which is not there"
@@ -112,9 +106,10 @@ GOOD = {
     "docs/facts.md": "# Facts\n\n## 1. Radio\n\n### 1.6 Timing, and more\n\n"
     "```\n# 3 no heading\n```\n### 1.7 Chance\n\nSee [above](#16-timing-and-more).\n\n"
     "## 2. Rules\n\n1. One.\n2. Two.\n",
-    "docs/page.md": "# Page\n\nAs [facts](facts.md#17-chance) say, and facts.md 1.6,\n1.7 too.\n",
+    "docs/page.md": "# Page\n\nAs [facts](facts.md#17-chance) say, and facts.md 1.6,\n1.7 too;\n"
+    "as do [they](facts.md) 1.7 and 2.\n",
     "emulator/x.h": "/// Waits (facts.md\n/// 1.6 to 1.7).\n// As docs/page.md says, 5 times.\n",
-    "tools/y.py": '"""Numbers, facts.md 1: 18 ticks."""\n# facts.md\n# 1.7, 2.2.\n',
+    "tools/y.py": '"""Numbers, facts.md 1: 18 ticks."""\n# facts.md\n# 1.7, 2.\n',
 }
 
 
@@ -128,13 +123,15 @@ def test_a_good_tree_passes(rule: Rule, tmp_path: Path) -> None:
     [
         ("emulator/x.h", "// facts.md 1.8\n"),
         ("emulator/x.h", "/// (facts.md\n/// 3)\n"),
-        ("emulator/x.h", "/// (facts.md 2.3)\n"),
+        ("emulator/x.h", "/// (facts.md 2.1)\n"),
         ("emulator/x.h", "// facts.md 1.6, 1.9\n"),
         ("emulator/x.h", "// facts.md 1.6 to 1.9\n"),
         ("emulator/x.h", "// facts.md 3: a comment of shell is no heading\n"),
         ("emulator/x.h", "// hardware.md 1\n"),
         ("tools/y.py", '"""docs/nowhere.m' + 'd"""\n'),
         ("docs/page.md", "facts.md\n1.9\n"),
+        ("docs/page.md", "([facts](facts.md) 2.1)\n"),
+        ("docs/page.md", "[facts](facts.md#17-chance) 1.7, 1.9\n"),
         ("docs/page.md", "[facts](fact.md)\n"),
         ("docs/page.md", "[facts](facts.md#16-timing)\n"),
         ("docs/page.md", "[here](#there)\n"),
