@@ -6,7 +6,7 @@ That is assembly but for what the emulator's headers know, and attributes of int
 import re
 from collections.abc import Callable, Sequence
 
-from kilotwin.build.robot_widths import TEXT, change_own_lines
+from kilotwin.build.robot_widths import MARKER, TEXT, change_own_lines
 
 _ASSEMBLY = re.compile(
     rf"{TEXT}|\b(?:asm|__asm|__asm__)\b\s*(?:(?:volatile|__volatile|__volatile__|goto)\b\s*)*(?=\()"
@@ -34,7 +34,8 @@ def without_assembly(preprocessed: str, headers: Sequence[str]) -> str:
 def _no_assembly(words: str, parentheses: str) -> str:
     if _JUMP_TO_0.fullmatch(parentheses):
         return words + parentheses
-    return "\n" * (words + parentheses).count("\n")
+    *lines, _ = (words + parentheses).split("\n")
+    return "".join(f"{line}\n" if MARKER.match(line) else "\n" for line in lines)
 
 
 def _no_handler(words: str, parentheses: str) -> str:

@@ -5,10 +5,12 @@ defined with the other. On a PC that does not compile.
 """
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from itertools import groupby
 
-_MARKER = re.compile(r'# \d+ "(.*?)"([ \d]*)$')
+MARKER = re.compile(r'# \d+ "(.*)"([ \d]*)$', re.MULTILINE)
+"""The preprocessor's line that says whose lines come next: the file's name, and flags."""
+_BEFORE_MARKER = re.compile(r'^(?=# \d+ ")', re.MULTILINE)
 _SYSTEM_HEADER = "3"
 TEXT = r'"(?:\\.|[^"\\\n])*"|' + r"'(?:\\.|[^'\\\n])*'"
 """A string or a character, as an expression."""
@@ -30,25 +32,21 @@ def change_own_lines(
 ) -> str:
     """C text as `cc -E` gives it, with `change` made to what the program wrote, in pieces.
 
-    Left alone are files whose name begins as one of `headers`, and the compiler's own.
+    Left alone are files whose name begins as one of `headers`, and the compiler's own. A piece may
+    hold markers, which the preprocessor also puts behind comments and system headers' macros.
     """
-    return "".join(change(lines) if own else lines for own, lines in _pieces(preprocessed, headers))
+    chunks = _BEFORE_MARKER.split(preprocessed)
+    pieces = groupby(chunks, lambda chunk: _is_own(chunk, tuple(headers)))
+    return "".join(change("".join(piece)) if own else "".join(piece) for own, piece in pieces)
 
 
-def _pieces(preprocessed: str, headers: Sequence[str]) -> Iterator[tuple[bool, str]]:
-    """Lines of the program's own, and others, in turn."""
-    own = True
-
-    def is_own(line: str) -> bool:
-        nonlocal own
-        marker = _MARKER.match(line)
-        if marker:
-            name, flags = marker.groups()
-            own = _SYSTEM_HEADER not in flags and not name.startswith(tuple(headers))
-        return own and not marker
-
-    for own, lines in groupby(preprocessed.splitlines(), is_own):
-        yield own, "".join(f"{line}\n" for line in lines)
+def _is_own(chunk: str, headers: tuple[str, ...]) -> bool:
+    """Whether the program wrote it, by the marker that it begins with."""
+    marker = MARKER.match(chunk)
+    if not marker:
+        return True
+    name, flags = marker.groups()
+    return _SYSTEM_HEADER not in flags and not name.startswith(headers)
 
 
 def _robots_type(match: re.Match[str]) -> str:

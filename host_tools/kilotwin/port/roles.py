@@ -68,7 +68,7 @@ def own_lines(program: Program) -> list[Line]:
 
 def _marked(text: str) -> Iterator[Line]:
     file, number = "", 0
-    for line in text.splitlines():
+    for line in text.split("\n"):
         if mark := _MARK.match(line):
             number, file = int(mark[1]), mark[2]
         else:
