@@ -1,6 +1,8 @@
 #include "infrared/kilobot_channel.h"
 
 #include <algorithm>
+#include <limits>
+#include <stdexcept>
 #include <utility>
 
 namespace kilotwin {
@@ -39,11 +41,15 @@ double KilobotChannel::reach_m(const Settings &settings) {
 
 // Kinds are found again by their address: one kind may be given several ranges.
 void KilobotChannel::assign(Stations &kind, uint32_t first, uint32_t count) {
-    const auto end = kinds_.begin() + static_cast<ptrdiff_t>(kind_count_);
-    const auto at = std::find(kinds_.begin(), end, &kind);
-    if (at == end) kinds_[kind_count_++] = &kind;
+    constexpr size_t MOST = std::numeric_limits<decltype(FramesInFlight::Station::kind)>::max() + 1;
+    const auto at = std::find(kinds_.begin(), kinds_.end(), &kind);
+    const auto number = static_cast<size_t>(at - kinds_.begin());
+    if (number == MOST)
+        throw std::length_error("too many kinds of stations for FramesInFlight::Station::kind");
+    if (number == kinds_.size()) kinds_.push_back(&kind);
     for (uint32_t station = first; station < first + count; station++)
-        in_flight_.station(station).kind = static_cast<uint8_t>(at - kinds_.begin());
+        in_flight_.station(station).kind =
+            static_cast<decltype(FramesInFlight::Station::kind)>(number);
 }
 
 // The other kinds know when theirs may begin only once they have been executed.

@@ -19,7 +19,6 @@
 #ifndef KILOTWIN_INFRARED_KILOBOT_CHANNEL_H
 #define KILOTWIN_INFRARED_KILOBOT_CHANNEL_H
 
-#include <array>
 #include <vector>
 
 #include "infrared/carrier_sense.h"
@@ -53,7 +52,8 @@ class KilobotChannel final : public Channel {
     /// The farthest at which any robot is received, m.
     static double reach_m(const Settings &settings);
 
-    /// Stations `first` to `first + count` - 1 are of this kind. Before boot(). At most KINDS.
+    /// Stations `first` to `first + count` - 1 are of this kind. Before boot(). Throws
+    /// std::length_error where there are more kinds than Station::kind can number.
     void assign(Stations &kind, uint32_t first, uint32_t count);
 
     void boot(Cycles now) override;
@@ -119,8 +119,6 @@ class KilobotChannel final : public Channel {
     void other_pulses(uint32_t sender, Cycles at, const message_t &message);
 
   private:
-    static constexpr size_t KINDS = 5;  ///< of stations, at most
-
     /// The end of a window, or of a frame.
     struct End {
         Cycles at;
@@ -159,8 +157,7 @@ class KilobotChannel final : public Channel {
     RobotReceiver receiver_;
     FramesInFlight in_flight_;
     CarrierSense carrier_sense_;
-    std::array<Stations *, KINDS> kinds_{};  ///< by FramesInFlight::Station::kind
-    size_t kind_count_ = 0;
+    std::vector<Stations *> kinds_;  ///< by FramesInFlight::Station::kind
     GuestRobots guests_;
     LightFromAbove above_;
     std::vector<float> ranges_m_;  ///< of robots

@@ -1,6 +1,8 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <deque>
+#include <stdexcept>
 
 #include "support.h"
 
@@ -31,6 +33,15 @@ ChannelCounts counts_after(const Scene &scene, double duration_s) {
     simulation.advance(static_cast<int64_t>(duration_s / TICK_S));
     return simulation.statistics().medium;
 }
+
+/// Notes whose frame it is told of.
+class Noting final : public Stations {
+  public:
+    double range_m(uint32_t /*station*/) const override { return 1; }
+    void shine(Frame &frame) override { told.push_back(frame.sender); }
+
+    std::vector<uint32_t> told;
+};
 
 constexpr double FRAME_S = static_cast<double>(FRAME_CYCLES) * CYCLE_S;
 constexpr double PERIOD_S = 16 * TICK_S;
@@ -149,6 +160,31 @@ TEST_CASE("a Kilobot's world is the same run ahead and step by step, with all no
         hashes[ahead] = final_hash(simulation.snapshot());
     }
     CHECK(hashes[0] == hashes[1]);
+}
+
+TEST_CASE("each of as many kinds of stations as can be numbered speaks for its own, and no more") {
+    constexpr uint32_t OTHERS = 256 - 2;  // robots as guests and light from above are there
+    const Arena arena = square_hall(1);
+    const Chance chance(1);
+    Bodies bodies(arena, small_robot(), chance, ticks(1), 0, {}, 0.1, SolverKind::BOX2D);
+    Swarm<Robot> robots;
+    std::vector<Emission> emissions;
+    KilobotChannel channel(infrared_settings(), {chance, robots, bodies, emissions, ticks(1), true},
+                           OTHERS + 1, true, {});
+    std::deque<Noting> kinds(OTHERS);
+    for (uint32_t station = 0; station < OTHERS; station++)
+        channel.assign(kinds[station], station, 1);
+    for (uint32_t station = 0; station < OTHERS; station++)
+        channel.begin_light(station, 0, run_message());
+    for (uint32_t station = 0; station < OTHERS; station++)
+        CHECK(kinds[station].told == std::vector<uint32_t>{station});
+    Noting one_too_many;
+    CHECK_THROWS_WITH_AS(channel.assign(one_too_many, OTHERS, 1),
+                         "too many kinds of stations for FramesInFlight::Station::kind",
+                         std::length_error);
+    channel.assign(kinds[0], OTHERS, 1);  // a kind may have stations in several places
+    channel.begin_light(OTHERS, 0, run_message());
+    CHECK(kinds[0].told == std::vector<uint32_t>{0, OTHERS});
 }
 
 }  // namespace test_kilobot_channel
