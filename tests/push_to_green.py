@@ -17,7 +17,7 @@ import time
 import venv
 from pathlib import Path
 
-from kilotwin.files import templates
+from kilotwin.files import origins, templates
 
 ROOT = Path(__file__).resolve().parents[1]
 WHEEL = ROOT / "build/wheel"
@@ -43,13 +43,12 @@ def timed(scratch: Path) -> dict[str, tuple[float, float]]:
     home, folder = scratch / "environment", scratch / "lab"
     for old in (home, folder):
         shutil.rmtree(old, ignore_errors=True)
-    templates.write("robots", folder)
+    templates.write("robots", folder, origins.find(str(WHEEL)))
     steps = re.findall(r"^ +- run: (.*)$", (folder / WORKFLOW).read_text(), re.MULTILINE)
     environment = {
         **os.environ,
         "PATH": f"{home / 'bin'}{os.pathsep}{os.environ['PATH']}",
         "XDG_CACHE_HOME": str(scratch / "cache"),
-        "PIP_FIND_LINKS": str(WHEEL),
         "PIP_DISABLE_PIP_VERSION_CHECK": "1",
     }
     for name in ("KILOTWIN_CACHE", "KILOTWIN_NO_TWIN"):

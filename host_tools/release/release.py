@@ -1,7 +1,7 @@
 """`make release`: what `make wheel` made, with notes and checksums, in build/release.
 
-Refuses a tree with changes that are not committed, and a version that the CHANGELOG does not have
-or that has been tagged.
+Refuses a tree with changes that are not committed, a version that the CHANGELOG does not have or
+that has been tagged, and the placeholder of the repository's address.
 """
 
 import hashlib
@@ -18,12 +18,16 @@ WHEEL, RELEASE = ROOT / "build/wheel", ROOT / "build/release"
 
 def main() -> None:
     """With --check it only says whether a release could be made."""
-    version = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"][
-        "version"
-    ]
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    version, address = project["version"], project["urls"]["Repository"]
     notes = notes_of((ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), version)
     if notes is None:
         sys.exit(f"make release: CHANGELOG.md has no section [{version}]; write it")
+    if "//example.org/" in address:
+        sys.exit(
+            f"make release: {address} in pyproject.toml (project.urls) is a placeholder; put the "
+            "repository's address there and into CITATION.cff"
+        )
     if changed := git("status", "--porcelain"):
         sys.exit(f"make release: commit these first, or put them away:\n{changed}")
     if git("tag", "--list", f"v{version}"):

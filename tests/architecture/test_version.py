@@ -1,4 +1,4 @@
-"""pyproject.toml owns the version; what cannot read it there says the same."""
+"""pyproject.toml owns the version and the address; what cannot read them there says the same."""
 
 import re
 import tomllib
@@ -8,7 +8,8 @@ from pathlib import Path
 import kilotwin
 
 ROOT = Path(__file__).resolve().parents[2]
-VERSION = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+VERSION = PROJECT["version"]
 
 
 def test_the_engine_and_the_package_have_the_version() -> None:
@@ -18,6 +19,13 @@ def test_the_engine_and_the_package_have_the_version() -> None:
 def test_the_citation_names_the_version() -> None:
     citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     assert re.findall(r"^version: (.*)$", citation, re.MULTILINE) == [VERSION]
+
+
+def test_the_citation_names_the_repository_where_to_write() -> None:
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    address = PROJECT["urls"]["Repository"]
+    assert re.findall(r"^repository-code: (.*)$", citation, re.MULTILINE) == [address]
+    assert "`CITATION.cff` names (`repository-code`)" in (ROOT / "docs/security.md").read_text()
 
 
 def test_the_changelog_begins_with_the_version() -> None:

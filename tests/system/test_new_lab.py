@@ -9,11 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from kilotwin.files import templates
+from kilotwin.files import origins, templates
 
 pytestmark = pytest.mark.long
 
 STEP = re.compile(r"^\s*- (?:run: )?((?:kilotwin|pytest) .*)$", re.MULTILINE)
+ORIGIN = origins.find("git+https://example.org/kilotwin.git")  # the steps do not install it
 CI = (".github/workflows/robots.yml", ".gitlab-ci.yml")
 
 Shell = Callable[..., "subprocess.CompletedProcess[str]"]
@@ -42,10 +43,10 @@ def shell(environment: dict[str, str]) -> Shell:
 @pytest.mark.parametrize("kind", templates.KINDS)
 def test_the_steps_of_both_ci_services_are_green(kind: str, shell: Shell, tmp_path: Path) -> None:
     folder = tmp_path / "lab"
-    templates.write(kind, folder)
+    templates.write(kind, folder, ORIGIN)
     steps = {ci: STEP.findall((folder / ci).read_text()) for ci in CI}
     assert steps[CI[0]] == steps[CI[1]]
-    assert len(steps[CI[0]]) == 2
+    assert len(steps[CI[0]]) == 3
     readme = re.search(r"^```\n(.*?)^```", (folder / "README.md").read_text(), re.M | re.S)
     assert readme is not None
     lines = [line.partition("#")[0].strip() for line in readme[1].splitlines()[1:]]
@@ -53,8 +54,9 @@ def test_the_steps_of_both_ci_services_are_green(kind: str, shell: Shell, tmp_pa
         done = shell(line, folder)
         assert done.returncode == 0, f"{line}\n{done.stdout}\n{done.stderr}"
     assert {file.name for file in (folder / "build").iterdir()} == {
-        *("check.sarif", "check.xml", "pytest.xml")
+        *("check.sarif", "check.xml", "coverage", "pytest.xml", "scenarios.xml")
     }
+    assert (folder / "build/coverage/index.html").exists()
 
 
 # Each fault: the text, the one in its place, and the words that pytest must have for it.
@@ -116,7 +118,7 @@ def test_a_planted_fault_turns_it_red_and_is_named(
     fault: str, shell: Shell, tmp_path: Path
 ) -> None:
     folder = tmp_path / "lab"
-    templates.write("robots", folder)
+    templates.write("robots", folder, ORIGIN)
     program = folder / "spread.c"
     before, after, said = FAULTS[fault]
     text = program.read_text()

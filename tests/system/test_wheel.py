@@ -54,7 +54,7 @@ def test_an_installed_wheel_runs_a_program(environment: dict[str, str], tmp_path
     done = python(page)
     assert done.stdout.strip() == "['index.html', 'viewer-style.css', 'viewer.js']", done.stderr
     # Nor are the files of a lab's repository, some of which are hidden ones.
-    done = python(command, "new", "lab", "--json")
+    done = python(command, "new", "lab", "--json", "--from", "ssh://git@example.org/kilotwin.git")
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "lab/.github/workflows/robots.yml").exists()
     assert (tmp_path / "lab/spread.c").exists()

@@ -1,31 +1,72 @@
 """`kilotwin new`: a repository for a lab's programs, with tests and CI."""
 
 import json
+import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from kilotwin.commands.options import Json, command_app
-from kilotwin.files import templates
+from kilotwin.errors import InputError
+from kilotwin.files import origins, templates
 
 app = command_app()
 
+From = Annotated[
+    str | None,
+    typer.Option(
+        "--from",
+        metavar="WHEEL",
+        envvar="KILOTWIN_FROM",
+        help="Where the repository's pip gets Kilotwin: a wheel, which it then carries, a folder "
+        "with one, the URL of one, or a git address. If not given where this one came from, or you "
+        "are asked.",
+    ),
+]
 
-@app.command(epilog="Examples:\n\n  kilotwin new my-swarm\n\n  kilotwin new my-table --grid")
+
+@app.command(
+    epilog="Examples:\n\n"
+    "  kilotwin new my-swarm --from build/wheel\n\n"
+    "  kilotwin new my-table --grid --from git+https://example.org/kilotwin.git@v1.0.0"
+)
 def new(
     folder: Annotated[Path, typer.Argument(metavar="NAME", help="The folder to make.")],
     *,
     grid: Annotated[
         bool, typer.Option("--grid", envvar="KILOTWIN_GRID", help="Robots on a Kilogrid.")
     ] = False,
+    where: From = None,
     as_json: Json = False,
 ) -> None:
     """Make a repository for a lab: program, experiment, scenario, tests, and files for CI."""
-    written = templates.write("grid" if grid else "robots", folder)
+    where = where or origins.own() or _asked()
+    origin = origins.find(where)
+    written = templates.write("grid" if grid else "robots", folder, origin)
     if as_json:
-        typer.echo(json.dumps({"folder": str(folder), "files": [str(file) for file in written]}))
+        made = {"folder": str(folder), "files": list(map(str, written)), "from": where}
+        typer.echo(json.dumps(made))
         return
     for file in written:
         typer.echo(f"  {folder / file}")
+    typer.echo(f"requirements.txt has pip install Kilotwin from {_told(origin, where)}")
     typer.echo(f"now type: cd {folder} && git init && pytest")
+
+
+def _asked() -> str:
+    """The answer of the terminal. InputError if there is none to ask."""
+    if not sys.stdin.isatty():
+        raise InputError(
+            "no index has Kilotwin yet, so say where pip gets it: --from and a wheel (`make wheel` "
+            "makes one, in build/wheel), a folder with one, the URL of one, or a git address"
+        )
+    question = "No index has Kilotwin yet. Where is its wheel: a file, a folder, a URL, or git's?"
+    typer.echo(question, err=True)
+    return str(typer.prompt("from", err=True))
+
+
+def _told(origin: origins.Origin, where: str) -> str:
+    if origin.wheel is not None:
+        return f"{origins.WHEELS}/{origin.wheel.name}, a copy; commit it too"
+    return f"{where}, which is compiled there (minutes)" if origin.compiled else where

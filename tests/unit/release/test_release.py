@@ -11,13 +11,19 @@ import pytest
 SCRIPT = Path(__file__).parents[3] / "host_tools/release/release.py"
 CHANGELOG = "# Changelog\n\n## [1.1.0] - soon\n\n- Added: this.\n\n## [1.0.0] - then\n\n- First.\n"
 
+PROJECT = """
+[project]
+version = "1.1.0"
+urls = {Repository = "https://git.example.com/kilotwin"}
+"""
+
 
 @pytest.fixture
 def tree(tmp_path: Path) -> Path:
     """A clean checkout of version 1.1.0 whose wheel was made."""
     (tmp_path / "host_tools/release").mkdir(parents=True)
     shutil.copy(SCRIPT, tmp_path / "host_tools/release")
-    (tmp_path / "pyproject.toml").write_text('[project]\nversion = "1.1.0"\n')
+    (tmp_path / "pyproject.toml").write_text(PROJECT)
     (tmp_path / "CHANGELOG.md").write_text(CHANGELOG)
     (tmp_path / ".gitignore").write_text("build\n")
     (tmp_path / "build/wheel").mkdir(parents=True)
@@ -65,7 +71,7 @@ def test_changes_that_are_not_committed_are_refused_and_named(tree: Path) -> Non
 
 
 def test_a_version_without_notes_is_refused(tree: Path) -> None:
-    (tree / "pyproject.toml").write_text('[project]\nversion = "1.2.0"\n')
+    (tree / "pyproject.toml").write_text(PROJECT.replace("1.1.0", "1.2.0"))
     commit(tree)
     assert "CHANGELOG.md has no section [1.2.0]" in release(tree).stderr
 
@@ -73,3 +79,11 @@ def test_a_version_without_notes_is_refused(tree: Path) -> None:
 def test_a_version_that_has_been_tagged_is_refused(tree: Path) -> None:
     git(tree, "tag", "v1.1.0")
     assert "v1.1.0 is a tag already" in release(tree).stderr
+
+
+def test_a_placeholder_of_the_repositorys_address_is_refused(tree: Path) -> None:
+    (tree / "pyproject.toml").write_text(PROJECT.replace("git.example.com", "example.org"))
+    commit(tree)
+    refused = release(tree, "--check")
+    assert refused.returncode == 1
+    assert "https://example.org/kilotwin in pyproject.toml (project.urls)" in refused.stderr
