@@ -29,7 +29,7 @@ VIEWER := host_tools/viewer
 DOCS   := build/docs/env
 ENGINE := CMakeLists.txt pyproject.toml $(shell find emulator firmware/aggregation/wire.h \
             firmware/kilolib/include firmware/kilolib/core kilogrid_modules -type f \( -name '*.[ch]' -o -name '*.cpp' -o -name '*.hpp' \
-            -o -name CMakeLists.txt -o -name '*.cmake' \) 2>/dev/null)
+            -o -name CMakeLists.txt -o -name '*.cmake' -o -name '*.dbc' -o -name generate.py \) 2>/dev/null)
 C_FILES := $(shell find emulator firmware kilogrid_modules tests -name '*.[ch]' -o -name '*.cpp' \
              -o -name '*.hpp' 2>/dev/null)
 CMAKE_FLAGS := -G Ninja -DPython_EXECUTABLE=$(CURDIR)/$(PY) -DKILOTWIN_TESTS=ON
@@ -89,8 +89,7 @@ check-mutants: setup-check
 check-format: apt-check
 	@echo "== clang-format"
 	@clang-format --dry-run -Werror $(C_FILES)
-	@awk 'length($$0) > 100 { print FILENAME ":" FNR ": wider than 100 columns"; wide = 1 } END { exit wide }' \
-	    $(filter-out %/kilogrid_can.c %/kilogrid_can.h,$(C_FILES))
+	@awk 'length($$0) > 100 { print FILENAME ":" FNR ": wider than 100 columns"; wide = 1 } END { exit wide }' $(C_FILES)
 
 check-viewer: setup-check
 	@echo "== tsc: the viewer's types"
@@ -121,7 +120,7 @@ TIDY    := $(VENV)/bin/clang-tidy --quiet
 # Freestanding: avr-libc has no limits.h of its own.
 AVR_C   := -std=gnu99 -O2 --target=avr -ffreestanding $(AVR_CHIP) -isystem /usr/lib/avr/include
 TIDY_PC := $(shell find firmware kilogrid_modules/protocol kilogrid_modules/bootloader kilogrid_modules/runtime/core -name '*.c' \
-             ! -name kilogrid_can.c -not -path '*/avr/*' -not -path '*/kilogrid/*')
+             -not -path '*/avr/*' -not -path '*/kilogrid/*')
 CPP_FILES := $(shell find emulator -name '*.cpp')
 CPP_CONFIG := .clang-tidy emulator/.clang-tidy $(shell find emulator -name '*.h')
 TIDIED  := $(CPP_FILES:%.cpp=build/tidy/%.ok)
@@ -130,6 +129,7 @@ check-tidy: check-clang
 	@echo "== clang-tidy: the firmware's C, the emulator's C++ (minutes where headers changed)"
 	@mkdir -p build/tidy
 	@$(TIDY) $(TIDY_PC) -- -std=gnu11 -DBUILD_ID='"id"' -Ifirmware/kilolib/include -Ikilogrid_modules/protocol \
+	    -Ibuild/check-clang/kilogrid_modules/protocol \
 	    > build/tidy/pc.log 2>&1 || { cat build/tidy/pc.log; exit 1; }
 	@$(TIDY) firmware/kilogrid/*.c firmware/kilolib/avr/*.c firmware/bootloader/avr/*.c -- $(AVR_C) \
 	    -Ifirmware/kilogrid/include -Ifirmware/kilolib/include > build/tidy/avr.log 2>&1 || { cat build/tidy/avr.log; exit 1; }
@@ -172,7 +172,7 @@ firmware: apt-run
 
 ## modules: the same for the Kilogrid's modules: sites, or PROGRAM=x.c
 .PHONY: modules
-modules: apt-run
+modules: $(LOCKED)-run
 	@$(MAKE) -C kilogrid_modules modules $(foreach name,PROGRAM BOARD,$(if $($(name)),$(name)=$(abspath $($(name)))))
 
 ## format: rewrite all sources in the one format
@@ -181,11 +181,6 @@ format: setup-check
 	clang-format -i $(C_FILES)
 	$(VENV)/bin/ruff check --quiet --fix . || true
 	$(VENV)/bin/ruff format .
-
-## protocol: make the C code of the CAN frames anew from kilogrid_modules/protocol/kilogrid.dbc
-.PHONY: protocol
-protocol: setup
-	$(PY) kilogrid_modules/protocol/generate.py
 
 ## docs: the documentation as a site that opens offline, into build/docs/site
 .PHONY: docs

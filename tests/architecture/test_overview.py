@@ -20,6 +20,7 @@ PACKAGE = "host_tools/kilotwin"
 ENGINE = "emulator/python"
 # Guests find the C library here; a robot's compiler has its own.
 C_LIBRARY = "emulator/guest/include"
+MADE = "kilogrid_modules/protocol/kilogrid_can.h"  # by builds, elsewhere
 
 Table = dict[str, set[str]]
 
@@ -41,7 +42,7 @@ def included(root: Path, parts: Table) -> Iterator[tuple[str, list[str]]]:
     for file in files:
         if file.startswith(FOLDERS):
             for name, quoted in includes(root / file):
-                owners = owners_of(files, Path(file), name, quoted)
+                owners = owners_of([*files, MADE], Path(file), name, quoted)
                 found = {part_of(parts, owner) for owner in owners} - {None, C_LIBRARY}
                 yield file, sorted(part for part in found if part)
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from kilotwin.can import transfer
+from kilotwin.files import resources
 from kilotwin.files.flash_image import FlashImage
 
 HERE = Path(__file__).parent
@@ -90,19 +91,21 @@ def _cpp() -> tuple[str, ...]:
 _STORE = tuple(FIRMWARE / f"bootloader/core/{name}.c" for name in ("image_store", "image_record"))
 _CRC = FIRMWARE / "kilolib/core/message_crc.c"
 _CHIP = EMULATOR / "avr/chip"
+_FRAMES = (f"-I{PROTOCOL}", f"-I{resources.made()}")
 
 NATIVE = {
     "module": NativeTarget(
-        _c("-fpack-struct", f"-I{PROTOCOL}"),
+        _c("-fpack-struct", *_FRAMES),
         (
             HERE / "fuzz_module.c",
-            *(PROTOCOL / f"{name}.c" for name in ("address", "kilogrid_can", "transfer")),
+            *(PROTOCOL / f"{name}.c" for name in ("address", "transfer")),
+            resources.made() / "kilogrid_can.c",
         ),
         4096,
         module_seeds,
     ),
     "module-loader": NativeTarget(
-        _c(*INCLUDES, f"-I{PROTOCOL}"),
+        _c(*INCLUDES, *_FRAMES),
         (
             HERE / "fuzz_module_loader.c",
             ROOT / "kilogrid_modules/bootloader/core/boot_frames.c",

@@ -117,3 +117,15 @@ def test_what_is_not_there_is_named(tmp_path: Path, arguments: list[str], said: 
     made = make(f"BUILD={tmp_path}", *arguments)
     assert made.returncode == 2
     assert said in made.stderr
+
+
+def test_modules_say_what_to_type_where_no_python_makes_the_c_of_their_frames(
+    tmp_path: Path,
+) -> None:
+    words = ["make", "-s", "-C", str(ROOT / "kilogrid_modules"), f"BUILD={tmp_path}"]
+    refused = subprocess.run(
+        [*words, "DBC_PYTHON=no-python"], capture_output=True, text=True, check=False
+    )
+    assert refused.returncode != 0
+    assert "no-python is not there" in refused.stderr
+    assert "type: make setup. Or name a Python with cantools: DBC_PYTHON=" in refused.stderr

@@ -41,10 +41,15 @@ def test_an_installed_wheel_runs_a_program(environment: dict[str, str], tmp_path
     done = python(command, "build", "my.c", "--hex", "my.hex", "--json")
     assert done.returncode == 0, done.stderr
     assert '"build_id": "robot my avr-gcc-' in done.stdout
-    # And the boot loader that goes in with it.
-    code = "from kilotwin.build.boot_loader import build_boot_loader as b; print(b().exists())"
-    done = python(code)
-    assert done.stdout.strip() == "True", done.stderr
+    # And one for a module, with the C of the CAN frames, which was made in the build.
+    sites = ("build", "kilogrid_modules/sites", "--for", "module", "--hex", "sites.hex", "--json")
+    done = python(command, *sites)
+    assert done.returncode == 0, done.stderr
+    assert '"build_id": "module sites avr-gcc-' in done.stdout
+    # And the boot loaders that go in with them.
+    code = "from kilotwin.build.boot_loader import build_boot_loader as b"
+    done = python(f"{code}; print(b('robot').exists(), b('module').exists())")
+    assert done.stdout.strip() == "True True", done.stderr
     # The CAN frames' description is not Python either.
     frame = "from kilotwin.can import protocol; print(protocol.to_module('MODULE_RUN').hex())"
     done = python(frame)

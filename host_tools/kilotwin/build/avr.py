@@ -36,7 +36,6 @@ from kilotwin.files.drafts import folder_draft_of
 _FLAGS = ("AVR_CHIP", "AVR_DIALECT", "AVR_DEBUG")
 # Besides those of firmware/avr.mk: `kilotwin port` reads how deep the stack of a function is.
 _REPORT_FLAGS = ["-fstack-usage"]
-_MODULE_RUNTIME = ["runtime/core", "runtime/avr", "protocol"]
 _BUILD_ID, _BUILD_ID_SCRIPT = "firmware/build_id.c", "firmware/build_id.ld"
 
 
@@ -112,8 +111,9 @@ def _runtime_of(program: Program) -> list[Path]:
     if program.api != "module":
         return [*core, *sorted(kilolib.glob("*.c"))]
     modules = resources.path("kilogrid_modules")
-    own = [file for folder in _MODULE_RUNTIME for file in modules.glob(f"{folder}/*.c")]
-    return [*sorted(own), *core, *(kilolib / name for name in avr_words("AVR_SHARED"))]
+    frames = [*modules.glob("protocol/*.c"), *resources.made().glob("*.c")]
+    own = [*sorted(frames, key=lambda file: file.name), *sorted(modules.glob("runtime/*/*.c"))]
+    return [*own, *core, *(kilolib / name for name in avr_words("AVR_SHARED"))]
 
 
 def _failure(program: Program) -> str:
@@ -156,7 +156,8 @@ def _runtime_flags(program: Program) -> list[str]:
         include = f"-I{resources.path('firmware/kilolib/include')}"
         return [*flags, include, *program.runtime_defines]
     modules = resources.path("kilogrid_modules")
-    includes = [*APIS["module"].includes(), f"-I{modules / 'protocol'}"]
+    protocol = (modules / "protocol", resources.made())
+    includes = [*APIS["module"].includes(), *(f"-I{folder}" for folder in protocol)]
     return [*flags, *includes, *program.runtime_defines]
 
 

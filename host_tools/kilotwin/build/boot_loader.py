@@ -105,6 +105,8 @@ def _include_flags(tree: str) -> list[str]:
     for word in _INCLUDES[tree]:
         option = "-iquote" if word.startswith("-iquote") else "-I"
         words.append(f"{option}{resources.path(word.removeprefix(option))}")
+    if tree == _MODULES:
+        words.append(f"-I{resources.made()}")
     return words
 
 

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import kilotwin
 from kilotwin.errors import KilotwinError
 
 _PACKAGE = Path(__file__).resolve().parents[1]
@@ -17,8 +18,18 @@ def roots() -> list[Path]:
 
 
 def build_folders() -> list[Path]:
-    """Those below the roots that programs are built from."""
-    return [root / part for root in roots() for part in _PARTS]
+    """Those that programs are built from."""
+    return [*(root / part for root in roots() for part in _PARTS), *_made()]
+
+
+def made() -> Path:
+    """The folder of kilogrid_can.c and .h, which the build makes of kilogrid.dbc."""
+    return _there(next((folder for folder in _made() if folder.exists()), None), "kilogrid_can.c")
+
+
+def _made() -> list[Path]:
+    """Where it may be: an editable install keeps what is built apart from the sources."""
+    return [Path(folder) / "made" for folder in kilotwin.__path__]
 
 
 def find(relative: str) -> Path | None:
@@ -34,7 +45,10 @@ def files(pattern: str) -> list[Path]:
 
 def path(relative: str) -> Path:
     """Like `find`, for what every installation must have."""
-    found = find(relative)
+    return _there(find(relative), relative)
+
+
+def _there(found: Path | None, name: str) -> Path:
     if found is None:
-        raise KilotwinError(f"this installation of kilotwin lacks {relative}; install it again")
+        raise KilotwinError(f"this installation of kilotwin lacks {name}; install it again")
     return found

@@ -2,10 +2,11 @@
 
 import ctypes
 import re
-from pathlib import Path
 from typing import Any
 
-HEADER = Path(__file__).parents[3] / "kilogrid_modules/protocol/kilogrid_can.h"
+from kilotwin.files import resources
+
+HEADER = resources.made() / "kilogrid_can.h"
 C_TYPES = {"uint8_t": ctypes.c_uint8, "uint16_t": ctypes.c_uint16, "uint32_t": ctypes.c_uint32}
 
 

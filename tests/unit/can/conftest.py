@@ -7,10 +7,13 @@ from pathlib import Path
 import pytest
 
 from kilotwin.build.avr_flags import avr_words
+from kilotwin.files import resources
 
 ROOT = Path(__file__).parents[3]
 PROTOCOL = ROOT / "kilogrid_modules" / "protocol"
-SOURCES = [PROTOCOL / name for name in ("address.c", "kilogrid_can.c", "transfer.c")]
+MADE = resources.made()
+SOURCES = [PROTOCOL / "address.c", MADE / "kilogrid_can.c", PROTOCOL / "transfer.c"]
+INCLUDES = [f"-I{PROTOCOL}", f"-I{MADE}"]
 WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wpedantic", "-Werror"]
 DIALECT = [word for word in avr_words("AVR_DIALECT") if word != "-funsigned-bitfields"]
 
@@ -18,7 +21,7 @@ DIALECT = [word for word in avr_words("AVR_DIALECT") if word != "-funsigned-bitf
 @pytest.fixture(scope="session")
 def protocol_c(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
     library = tmp_path_factory.mktemp("protocol") / "libprotocol.so"
-    options = [*DIALECT, *WARNINGS, "-shared", "-fPIC", "-o", str(library)]
+    options = [*DIALECT, *WARNINGS, *INCLUDES, "-shared", "-fPIC", "-o", str(library)]
     subprocess.run(["cc", *options, *map(str, SOURCES)], check=True)
     loaded = ctypes.CDLL(str(library))
     for name in ("dlc_to_module", "dlc_to_host", "least_dlc_to_module", "least_dlc_to_host"):

@@ -14,22 +14,30 @@ from kilotwin.build.avr_flags import avr_words
 from kilotwin.can import protocol
 
 from .c_protocol import Codec, Transfer
-from .conftest import PROTOCOL, SOURCES, WARNINGS
+from .conftest import INCLUDES, MADE, PROTOCOL, SOURCES, WARNINGS
 
 NAMES = ["ToModule", "ToHost"]
 
 
-def test_the_committed_c_is_what_the_dbc_makes(tmp_path: Path) -> None:
+def test_the_installed_c_is_what_the_dbc_makes(tmp_path: Path) -> None:
     subprocess.run([sys.executable, PROTOCOL / "generate.py", tmp_path], check=True)
     for name in ("kilogrid_can.h", "kilogrid_can.c"):
-        made, committed = (tmp_path / name).read_text(), (PROTOCOL / name).read_text()
-        assert made == committed, "kilogrid.dbc has changed: make protocol"
+        made, installed = (tmp_path / name).read_text(), (MADE / name).read_text()
+        assert made == installed, "kilogrid.dbc has changed: make setup"
+
+
+def test_a_python_without_cantools_is_told_which_has_it(tmp_path: Path) -> None:
+    bare = [sys.executable, "-I", "-S", str(PROTOCOL / "generate.py"), str(tmp_path)]
+    done = subprocess.run(bare, capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert "has no cantools, which makes C of the DBC; take .venv/bin/python" in done.stderr
+    assert "Traceback" not in done.stderr
 
 
 @pytest.mark.skipif(shutil.which("avr-gcc") is None, reason="no avr-gcc here")
 def test_the_protocol_compiles_for_the_module_without_a_warning(tmp_path: Path) -> None:
     for source in SOURCES:
-        flags = [*avr_words("AVR_CHIP"), *avr_words("AVR_DIALECT"), *WARNINGS]
+        flags = [*avr_words("AVR_CHIP"), *avr_words("AVR_DIALECT"), *WARNINGS, *INCLUDES]
         command = ["avr-gcc", *flags, "-c"]
         subprocess.run([*command, source, "-o", tmp_path / f"{source.stem}.o"], check=True)
 

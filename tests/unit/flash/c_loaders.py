@@ -6,6 +6,7 @@ from pathlib import Path
 
 from kilotwin.build.avr_flags import avr_words
 from kilotwin.experiment.grid_layout import Layout, Module
+from kilotwin.files import resources
 from kilotwin.grid.cover import Group
 
 ROOT = Path(__file__).parents[3]
@@ -17,6 +18,7 @@ SOURCES = [
 INCLUDES = [
     ROOT,
     ROOT / "kilogrid_modules/protocol",
+    resources.made(),
     ROOT / "kilogrid_modules/runtime/include",
     ROOT / "firmware/kilogrid/include",
     ROOT / "firmware/kilolib/include",
