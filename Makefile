@@ -62,10 +62,10 @@ setup: $(LOCKED)-run
 .PHONY: setup-test setup-check
 setup-test setup-check: setup-%: setup $(LOCKED)-%
 
-## run: the paper's main experiment (N = 100, nobody informed), with a map and a timeline
+## run: the paper's main experiment (100 robots, 30 of them informed), with a map and a timeline
 .PHONY: run
 run: setup
-	@$(VENV)/bin/kilotwin run $(PAPER) --set swarm.informed=0 --out $(RUN) --plots
+	@$(VENV)/bin/kilotwin run $(PAPER) --out $(RUN) --plots
 	@echo; echo "The run is in $(RUN): map.png, timeline.png, and the numbers above."
 
 ## test: every test but the long ones (ten minutes on two cores, once it is set up)

@@ -7,11 +7,13 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from kilotwin.commands import cli
 
-from .conftest import ROOT, Kilotwin, block
+from .conftest import ROOT, SIMPLIFIED, Kilotwin, block
 
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 
@@ -30,6 +32,27 @@ def test_the_example_of_the_readme_runs(kilotwin: Kilotwin, tmp_path: Path) -> N
     assert [line for line in events if json.loads(line).get("kind") in {"crash", "endless"}] == []
     kilotwin("plot", "map", tmp_path / "run", "-o", tmp_path / "my.png")
     assert (tmp_path / "my.png").stat().st_size > 0
+
+
+def test_make_run_makes_the_picture_of_the_readme(kilotwin: Kilotwin, tmp_path: Path) -> None:
+    """And the caption says what came of it. Fonts and edges may differ a little."""
+    makefile = (ROOT / "Makefile").read_text()
+    (words,) = re.findall(
+        r"^\t@.*/kilotwin run \$\(PAPER\)(.*) --out \$\(RUN\) --plots$", makefile, re.M
+    )
+    assert re.findall(r"^PAPER +:= (\S+)$", makefile, re.M) == [SIMPLIFIED]
+    done = kilotwin(
+        "run", SIMPLIFIED, *words.split(), "--out", tmp_path / "run", "--plots", "--json"
+    )
+    result = json.loads(done.stdout)
+    came = [result["resting"][site] for site in ("black", "white")]
+    readme = " ".join((ROOT / "README.md").read_text().split())
+    assert f"this run ended with {came[0]} and {came[1]}" in readme
+    made, shown = (
+        np.asarray(Image.open(file).convert("RGB").resize((300, 240)), dtype=int)
+        for file in (tmp_path / "run/map.png", ROOT / "docs/images/map.png")
+    )
+    assert np.abs(made - shown).mean() < 1
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)

@@ -1,7 +1,7 @@
 """A run as a video: the table from above, robots where they are at each frame's time."""
 
 import contextlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import EllipseCollection, LineCollection
+from matplotlib.colors import to_rgba_array
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -20,7 +22,7 @@ from kilotwin.experiment.states import States
 from kilotwin.files import extras
 from kilotwin.files.drafts import draft_of
 from kilotwin.plot.map import area_patch, draw_floor, points_per_metre
-from kilotwin.plot.palette import OBJECT, OUTLINE, state_colours
+from kilotwin.plot.palette import FLOOR, OBJECT, OUTLINE, state_colours
 from kilotwin.plot.style import draw, title
 from kilotwin.runs.reader import Run
 from kilotwin.runs.samples import RunSamples
@@ -32,6 +34,9 @@ _DPI = 100
 _TRAIL_SAMPLES = 20
 _TURN = 65536
 _FORMATS = {".mp4": "mp4", ".webm": "webm"}
+# Of a GIF's 256 colours.
+_MOST_OF_STATES = 192
+_CLOSE = 8
 
 
 @dataclass(frozen=True)
@@ -66,7 +71,7 @@ def write_video(run: Run, target: Path, film: Film, part: Callable[[float], None
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         with draft_of(target) as draft:
-            _encode(draft, target.suffix.lower(), _counted(frames, len(times), part), picture.size)
+            _encode(draft, target.suffix.lower(), _counted(frames, len(times), part), picture)
     except OSError as error:
         reason = cause_of(error)
         raise InputError(f"-o {target}: cannot be written ({reason}); name another file") from None
@@ -109,11 +114,13 @@ def _counted(
 
 
 def _encode(
-    file: Path, suffix: str, frames: Iterator[NDArray[np.uint8]], size: tuple[int, int]
+    file: Path, suffix: str, frames: Iterator[NDArray[np.uint8]], picture: "_Picture"
 ) -> None:
     if suffix == ".gif":
+        palette = picture.palette()
         pictures = (
-            Image.fromarray(frame).quantize(64, dither=Image.Dither.NONE) for frame in frames
+            Image.fromarray(frame).quantize(palette=palette, dither=Image.Dither.NONE)
+            for frame in frames
         )
         first = next(pictures)
         first.save(
@@ -130,7 +137,7 @@ def _encode(
 
     encoder = imageio_ffmpeg.write_frames(
         str(file),
-        size,
+        picture.size,
         fps=FRAMES_S,
         codec=SUFFIXES[suffix],
         quality=None,
@@ -166,6 +173,22 @@ class _Picture:
         width, height = self._canvas.get_width_height()
         return width, height
 
+    def palette(self) -> Image.Image:
+        """The colours of all frames of a GIF: those of states as they are, mixtures of these with
+        what may be around robots, and then what stands still needs."""
+        states = to_rgba_array([self._named[name] for name in self._states.names])[:, :3]
+        around = to_rgba_array([FLOOR, "white", "black", OUTLINE])[:, :3]
+        mixtures = [(states[: self._states.known] + colour) / 2 for colour in around]
+        own = np.round(255 * np.concatenate([around, states, *mixtures]))[:_MOST_OF_STATES]
+        self._canvas.restore_region(self._still)  # type: ignore[no-untyped-call]
+        still = Image.fromarray(self._drawn()).quantize(256 - len(own)).getpalette() or []
+        # Pillow finds the nearest colour by its upper bits: none may be close to one of ours.
+        others = np.array(still, dtype=float).reshape(-1, 3)
+        far = np.abs(others[:, None] - own).max(axis=2).min(axis=1) > _CLOSE
+        palette = Image.new("P", (1, 1))
+        palette.putpalette(np.concatenate([own, others[far]]).astype(np.uint8).tobytes())
+        return palette
+
     def _make(self, width_px: int) -> Figure:
         """The floor, and what will be moved over it."""
         width_px -= width_px % 2
@@ -178,7 +201,8 @@ class _Picture:
         axes.set_axis_off()
         # Text fits its column; in small pictures it is as small as can be read.
         scale = max(0.5, min(width_px / 720, 1), width_px / 960)
-        figure.text(0.03, 0.94, title(self._run), size=12 * scale, weight="bold")
+        heading = figure.text(0.03, 0.94, title(self._run), size=12 * scale, weight="bold")
+        _shrink([heading])
         self._axes = axes
         diameter = np.array([2 * self._radius])
         point = 1 / points_per_metre(axes)
@@ -197,12 +221,19 @@ class _Picture:
         self._fronts = LineCollection([], colors=OUTLINE, lw=max(outline, 0.3), animated=True)
         for collection in (self._trail, self._discs, self._fronts):
             axes.add_collection(collection)
-        self._clock = figure.text(0.75, 0.88, "", size=11 * scale, animated=True)
+        names = self._states.names[: self._states.known]
+        widest = self._time(self._times[-1])
+        self._clock = figure.text(0.75, 0.88, widest, size=11 * scale, animated=True)
+        line = min(0.04, 0.8 / max(1, len(names)))
+        scale *= line / 0.04
         self._counts = []
-        for line, name in enumerate(self._states.names[: self._states.known]):
-            low = 0.83 - 0.04 * line
+        for number, name in enumerate(names):
+            low = 0.83 - line * number
             figure.text(0.75, low, "●", size=13 * scale, color=self._named[name])
-            self._counts.append(figure.text(0.78, low, "", size=11 * scale, animated=True))
+            widest = f"{name}: {len(self._samples.robots.ids)}"
+            self._counts.append(figure.text(0.78, low, widest, size=11 * scale, animated=True))
+        _shrink([self._clock])
+        _shrink(self._counts)
         self._canvas.draw()  # type: ignore[no-untyped-call]
         self._still = self._canvas.copy_from_bbox(figure.bbox)  # type: ignore[no-untyped-call]
         return figure
@@ -221,6 +252,9 @@ class _Picture:
         self._draw_trails(number, x, y)
         self._draw_robots(read, x, y, share)
         self._draw_text(read.get("led"), time_s)
+        return self._drawn()
+
+    def _drawn(self) -> NDArray[np.uint8]:
         drawn = self._canvas.buffer_rgba()  # type: ignore[no-untyped-call]
         return np.asarray(drawn)[..., :3].copy()
 
@@ -260,7 +294,7 @@ class _Picture:
                 self._axes.draw_artist(patch)
 
     def _draw_text(self, led: NDArray[np.uint8] | None, time_s: float) -> None:
-        self._clock.set_text(f"{time_s:,.1f} s   ({self._speed:g}x)")
+        self._clock.set_text(self._time(time_s))
         self._axes.draw_artist(self._clock)
         if led is None:
             return
@@ -268,6 +302,20 @@ class _Picture:
         for state, text in enumerate(self._counts):
             text.set_text(f"{self._states.names[state]}: {np.count_nonzero(shown == state)}")
             self._axes.draw_artist(text)
+
+    def _time(self, time_s: float) -> str:
+        return f"{time_s:,.1f} s   ({self._speed:g}x)"
+
+
+def _shrink(texts: Sequence[Text]) -> None:
+    """All by as much that none goes beyond the picture's right edge, hinted or not."""
+    shares = [1.0]
+    for text in texts:
+        box, figure = text.get_window_extent(), text.get_figure(root=True)
+        assert figure is not None
+        shares.append((0.97 * figure.bbox.width - box.x0) / box.width)
+    for text in texts:
+        text.set_fontsize(min(shares) * float(text.get_fontsize()))
 
 
 def _between(values: NDArray[Any], share: float) -> NDArray[Any]:

@@ -4,9 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
 from PIL import Image
 
 from kilotwin.errors import InputError
+from kilotwin.plot.palette import state_colours
 from kilotwin.plot.video import Film, write_video
 from kilotwin.runs.reader import Run
 
@@ -65,6 +67,67 @@ def test_robots_go_where_the_run_says(run: Run, tmp_path: Path) -> None:
     assert moved * pixel_m == pytest.approx(1.0, abs=0.05)
     half = middle_of_robots(pictures[len(pictures) // 2]) - middle_of_robots(pictures[0])
     assert half == pytest.approx(moved / 2, abs=2)
+
+
+def many(names: list[str]) -> str:
+    """[states] with these names: the first is the LED's byte 0, the next 1, ..."""
+    rows = (f"{name} = [{k % 4}, {k // 4 % 4}, {k // 16}]\n" for k, name in enumerate(names))
+    return "\n[states]\n" + "".join(rows)
+
+
+def coloured(begin: Begin, names: list[str], name: str = "small") -> Run:
+    """Two samples of ten robots, one in each of the states and the others in the first."""
+    writer = begin("run", f"name={name}", text=SMALL + many(names))
+    for number in range(2):
+        one = samples([number * SECOND])
+        one["x_m"][0] = np.linspace(-1.8, 1.8, 10)
+        one["y_m"][0] = 0.8
+        one["led"][0] = [k if k < len(names) else 0 for k in range(10)]
+        writer.add(one)
+    writer.close(clean=True)
+    return Run.open(writer.folder)
+
+
+def test_every_frame_of_a_gif_has_the_colours_of_all_states(begin: Begin, tmp_path: Path) -> None:
+    names = ["walking", "entering", "resting", "leaving", "avoiding", "lost", "found"]
+    run = coloured(begin, names)
+    write_video(run, tmp_path / "run.gif", Film(speed=1, width_px=360), quiet)
+    for frame in frames(tmp_path / "run.gif"):
+        legend = frame[:, round(0.74 * frame.shape[1]) :].reshape(-1, 3).astype(int)
+        for name, colour in state_colours(names).items():
+            off = np.abs(legend - np.round(255 * np.array(to_rgb(colour)))).max(axis=1)
+            assert off.min() <= 2, name
+        white = (legend == 255).all(axis=1)
+        assert white.mean() > 0.8
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ["avoiding_an_obstacle_that_is_close_ahead", "at_rest"],
+        [f"state_{number}" for number in range(40)],
+    ],
+)
+@pytest.mark.parametrize("width_px", [160, 960])
+def test_heading_and_legend_are_whole(
+    names: list[str], width_px: int, begin: Begin, tmp_path: Path
+) -> None:
+    run = coloured(
+        begin, names, "an experiment whose name says all that is in it and goes on for long"
+    )
+    write_video(run, tmp_path / "run.gif", Film(speed=1, width_px=width_px), quiet)
+    (frame, *_) = frames(tmp_path / "run.gif")
+    margin = max(1, width_px // 160)
+    assert (frame[:, -margin:] > 200).all()
+    assert (frame[-margin:] > 200).all()
+    right = frame[:, round(0.75 * width_px) :]
+    dots = [
+        (
+            np.abs(right.astype(int) - np.round(255 * np.array(to_rgb(colour)))).max(axis=2) < 60
+        ).any()
+        for colour in state_colours(names).values()
+    ]
+    assert all(dots)
 
 
 def test_the_same_run_gives_the_same_frames(run: Run, tmp_path: Path) -> None:
