@@ -108,11 +108,14 @@ check-firmware: setup-check
 	@$(MAKE) -C kilogrid_modules check
 
 check-gcc: CXX_NAME := g++
+check-gcc: UNITY := ON
 check-clang: CXX_NAME := clang++
+# clang-tidy wants a compile command for each file.
+check-clang: UNITY := OFF
 check-gcc check-clang: check-%: setup-check
 	@echo "== $*: warnings are errors"
 	@mkdir -p build
-	@{ CC=$* CXX=$(CXX_NAME) cmake -S . -B build/check-$* $(CMAKE_FLAGS) -DKILOTWIN_WERROR=ON && \
+	@{ CC=$* CXX=$(CXX_NAME) cmake -S . -B build/check-$* $(CMAKE_FLAGS) -DKILOTWIN_WERROR=ON -DKILOTWIN_UNITY=$(UNITY) && \
 	    cmake --build build/check-$* -- --quiet; } > build/check-$*.log || { cat build/check-$*.log; exit 1; }
 
 # The compile commands of the clang build; a file is looked at again when it or any header changed.
