@@ -116,7 +116,7 @@ check-gcc check-clang: check-%: setup-check
 	@echo "== $*: warnings are errors"
 	@mkdir -p build
 	@{ CC=$* CXX=$(CXX_NAME) cmake -S . -B build/check-$* $(CMAKE_FLAGS) -DKILOTWIN_WERROR=ON -DKILOTWIN_UNITY=$(UNITY) && \
-	    cmake --build build/check-$* -- --quiet; } > build/check-$*.log || { cat build/check-$*.log; exit 1; }
+	    cmake --build build/check-$* --target all tests/native/all -- --quiet; } > build/check-$*.log || { cat build/check-$*.log; exit 1; }
 
 # The compile commands of the clang build; a file is looked at again when it or any header changed.
 TIDY    := $(VENV)/bin/clang-tidy --quiet
