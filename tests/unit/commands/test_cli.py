@@ -9,12 +9,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner
 
-from kilotwin.commands import bench_workloads, cli, plot
+from kilotwin.commands import cli, plot
 from kilotwin.commands.doctor import Finding, examine, report_text
-from kilotwin.errors import EXIT_INTERRUPTED
-from kilotwin.files import resources
 from kilotwin.plot.figures import (
     METRIC_FIGURES,
     RUN_FIGURES,
@@ -22,7 +19,6 @@ from kilotwin.plot.figures import (
     SWEEP_FIGURES,
     VIDEO,
 )
-from kilotwin.runs import run
 
 from ..conftest import Kilotwin
 
@@ -199,153 +195,6 @@ def test_the_doctor_says_what_to_type() -> None:
 def test_a_missing_engine_is_for_the_doctor(kilotwin: Kilotwin) -> None:
     done = kilotwin("doctor", expect=1, KILOTWIN_CC="no-such-compiler")
     assert "MISSING  compiler of robot programs" in done.stdout
-
-
-def test_bench_prints_a_list_of_measurements(kilotwin: Kilotwin) -> None:
-    words = ["bench", "paper", "--json", "--repeats", "1", "--duration-s", "100", "--quiet"]
-    results = json.loads(kilotwin(*words).stdout)
-    assert [result["workload"] for result in results] == [
-        "paper/simplified-n100",
-        "paper/firat-n100",
-        "paper/simplified-n50",
-        "paper/firat-n50",
-    ]
-    for result in results:
-        assert result["medium"] == "ideal"
-        assert result["robots"] in (50, 100)
-        assert result["robot_s_per_cpu_s"] > 0
-        assert result["worst_overlap_fraction"] == 0.01
-        assert result["box2d_share"] == 0.25
-        assert result["startup_s"] > 0
-        assert result["bytes_per_robot"] is None
-
-
-def test_bench_compares_with_the_peer_of_the_same_size(kilotwin: Kilotwin) -> None:
-    words = ["bench", "paper", "--json", "--repeats", "1", "--duration-s", "100", "--quiet"]
-    for result in json.loads(kilotwin(*words).stdout):
-        figure = result["robot_s_per_cpu_s"]
-        assert result["peer_robot_s_per_cpu_s"] == (1_700 if result["robots"] == 100 else 4_600)
-        expected = figure / result["peer_robot_s_per_cpu_s"]
-        assert result["times_the_peer"] == round(expected, 2)
-
-
-def test_bench_tells_speeds_as_ratios_to_a_loop_that_never_changes(kilotwin: Kilotwin) -> None:
-    words = ["bench", "dense", "--json", "--repeats", "1", "--duration-s", "1", "--quiet"]
-    for result in json.loads(kilotwin(*words).stdout):
-        assert result["loop_s"] == 0.5  # the fake engine's
-        assert result["robot_s_per_loop"] == pytest.approx(result["robot_s_per_cpu_s"] / 2, abs=1)
-
-
-def test_bench_has_a_program_for_each_thing_that_labs_programs_do() -> None:
-    words = ["silent", "seldom", "period", "waits", "delays", "computes", "state-1500"]
-    experiments = [case.experiment for case in bench_workloads.cases(words, 1)]
-    assert {(e.size, e.keys.medium.kind, e.keys.duration_s) for e in experiments} == {
-        (1000, "kilobot", 1.0)
-    }
-    programs = {group.program.path for e in experiments for group in e.groups}
-    assert len(programs) == len(words)
-    (ten,) = bench_workloads.cases(["programs-10"], 1)
-    assert len({group.program.defines for group in ten.experiment.groups}) == 10
-
-
-def test_bench_dense_covers_47_percent_with_either_medium(kilotwin: Kilotwin) -> None:
-    words = ["bench", "dense", "--json", "--repeats", "1", "--duration-s", "1", "--quiet"]
-    results = json.loads(kilotwin(*words).stdout)
-    assert [(r["workload"], r["robots"], r["medium"]) for r in results] == [
-        ("dense", 1000, "kilobot"),
-        ("dense", 1000, "ideal"),
-    ]
-
-
-def test_bench_squeeze_drives_a_thousand_robots_to_one_spot(kilotwin: Kilotwin) -> None:
-    words = ["bench", "squeeze", "--json", "--repeats", "1", "--duration-s", "1", "--quiet"]
-    (result,) = json.loads(kilotwin(*words).stdout)
-    assert (result["robots"], result["worst_overlap_fraction"]) == (1000, 0.01)
-
-
-def test_bench_prints_a_table_for_people(kilotwin: Kilotwin) -> None:
-    shown = kilotwin("bench", "paper", "--repeats", "1", "--duration-s", "10").stdout
-    assert "robot-s/CPU-s" in shown.splitlines()[0]
-    assert "paper/firat-n50" in shown
-    assert "cores" in shown.splitlines()[-1]
-
-
-OTHER_ENGINE = """\
-#!{python}
-import json, sys, tomllib
-assert sys.argv[1:] == ["run", "bench.toml", "--out", "run", "--json", "--quiet"]
-experiment = tomllib.load(open("bench.toml", "rb"))
-with open({log!r}, "a") as log:
-    print(experiment["name"], experiment["duration_s"], file=log)
-speed = {{"robot_s_per_cpu_s": 1000, "peak_bytes": 1 << 20}}
-print(json.dumps(speed | {{"result_hash": {result_hash!r}}}))
-"""
-
-
-@pytest.mark.parametrize("agrees", [pytest.param(True, marks=pytest.mark.long), False])
-def test_bench_against_another_checkout_runs_both_engines_in_turns(
-    kilotwin: Kilotwin, tmp_path: Path, agrees: bool
-) -> None:
-    experiment = resources.path("experiments/paper/firat-n50.toml")
-    whole = kilotwin("run", str(experiment), "--json", "--quiet", "--set", "duration_s=10")
-    result_hash = json.loads(whole.stdout)["result_hash"] if agrees else "another"
-    log = tmp_path / "log.txt"
-    other = tmp_path / "before" / ".venv" / "bin" / "kilotwin"
-    other.parent.mkdir(parents=True)
-    other.write_text(
-        OTHER_ENGINE.format(python=sys.executable, log=str(log), result_hash=result_hash)
-    )
-    other.chmod(0o755)
-    words = ["--against", "before", "--repeats", "3", "--duration-s", "10", "--json", "--quiet"]
-    results = json.loads(kilotwin("bench", "paper", *words).stdout)
-    assert len(results) == 4
-    found = results[-1]
-    assert (found["workload"], found["against"], found["rounds"]) == (
-        "paper/firat-n50",
-        "before",
-        3,
-    )
-    assert found["against_robot_s_per_cpu_s"] == 1000
-    assert found["ratio"] == pytest.approx(found["robot_s_per_cpu_s"] / 1000, abs=0.001)
-    assert found["ratio_min"] <= found["ratio"] <= found["ratio_max"]
-    assert found["same_results"] is agrees
-    assert log.read_text().splitlines()[-3:] == ["firat, N = 50 10.0"] * 3
-
-
-def test_bench_against_a_folder_that_is_no_checkout_says_so(kilotwin: Kilotwin) -> None:
-    done = kilotwin("bench", "walk", "--against", ".", expect=2)
-    assert "has no .venv/bin/kilotwin" in done.stderr
-
-
-def test_bench_against_an_engine_that_fails_shows_why(kilotwin: Kilotwin, tmp_path: Path) -> None:
-    other = tmp_path / "before" / ".venv" / "bin" / "kilotwin"
-    other.parent.mkdir(parents=True)
-    other.write_text("#!/bin/sh\necho 'bench.toml:3: unknown key' >&2\nexit 2\n")
-    other.chmod(0o755)
-    done = kilotwin("bench", "dense", "--against", "before", expect=1)
-    assert "before: `kilotwin run` ended with code 2" in done.stderr
-    assert "unknown key" in done.stderr
-
-
-CUT_SHORT, ASKED_TOO_LATE = (EXIT_INTERRUPTED, True), (0, True)
-
-
-@pytest.mark.parametrize("end", [CUT_SHORT, ASKED_TOO_LATE])
-def test_bench_interrupted_keeps_what_is_measured_in_full_and_goes_no_further(
-    kilotwin: Kilotwin, monkeypatch: pytest.MonkeyPatch, end: tuple[int, bool]
-) -> None:
-    words = ["bench", "paper", "--json", "--repeats", "2", "--duration-s", "10", "--quiet"]
-    (whole, *_) = json.loads(kilotwin(*words).stdout)
-    stats = {"worst_overlap_fraction": 0.0, "steps": 1, "island_steps": 0}
-    summary = {**whole, "stats": stats}
-    ends = [(0, False)] * 3 + [end] + [(0, False)] * 2
-    outcomes = iter([run.Outcome(summary, code, asked) for code, asked in ends])
-    monkeypatch.setattr(run, "run", lambda *_: next(outcomes))
-    done = CliRunner().invoke(cli.app, words)
-    assert done.exit_code == 130
-    assert [result["workload"] for result in json.loads(done.stdout)] == ["paper/simplified-n100"]
-    assert "interrupted" in done.stderr
-    assert len(list(outcomes)) == 2
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])

@@ -4,6 +4,7 @@ Its modules sit on python-can buses and live by the test's clock. It is written 
 alone and shares no code with the host, so that both cannot err in the same way.
 """
 
+import math
 from collections import deque
 from dataclasses import dataclass, field
 
@@ -56,6 +57,7 @@ class ModuleTable:
         self.modules = {module: FakeModule(*module) for modules in modules_of for module in modules}
         self._of_bus = [[self.modules[module] for module in modules] for modules in modules_of]
         self._answers: list[tuple[float, int, int, bytes]] = []
+        self._next_s = math.inf
         self.frames = 0
 
     def step(self, now_s: float) -> None:
@@ -69,6 +71,14 @@ class ModuleTable:
             self._buses[bus_number].send(
                 can.Message(arbitration_id=identifier, data=data, is_extended_id=False)
             )
+        self._next_s = now_s if due else min((at_s for at_s, *_ in self._answers), default=math.inf)
+
+    def next_step_s(self) -> float:
+        """When it has something to say, or the host something to hear: now, if it has just said it.
+
+        What comes from the host it hears in the same step.
+        """
+        return self._next_s
 
     def reset(self, module: Module, now_s: float) -> None:
         old = self.modules[module]
