@@ -23,7 +23,7 @@ class PairedRun(_Message):
     """Order for the process: the program in its two forms, and how long it runs.
 
     `follow`: byte addresses of functions to watch on the chip. With it, the run ends when stack and
-    data meet; without, at the first difference.
+    data meet. With `to_difference`, it ends at the first difference.
     """
 
     name: str
@@ -34,6 +34,7 @@ class PairedRun(_Message):
     slack_s: float
     waits: bool
     follow: list[int] | None
+    to_difference: bool
     ticks: int
     look_ticks: int
 

@@ -43,7 +43,7 @@ def _measured(wanted: PairedRun) -> Measured:
     while test.tick < wanted.ticks:
         before = test.tick
         test.run(min(wanted.look_ticks, wanted.ticks - test.tick))
-        if test.tick < before + 1 or _is_decided(test):
+        if test.tick < before + 1 or _is_decided(wanted, test):
             break
     return Measured.model_validate(test, from_attributes=True)
 
@@ -54,9 +54,11 @@ def _confine(wanted: PairedRun) -> None:
         raise _emulator.EngineError(f"--confine=require: {missing[0]}; use a newer kernel")
 
 
-def _is_decided(test: _emulator.DifferentialTest) -> bool:
+def _is_decided(wanted: PairedRun, test: _emulator.DifferentialTest) -> bool:
     watched = test.watched
-    return test.difference is not None if watched is None else watched["room_bytes"] < 0
+    if wanted.to_difference and test.difference is not None:
+        return True
+    return watched is not None and watched["room_bytes"] < 0
 
 
 if __name__ == "__main__":

@@ -99,7 +99,8 @@ def _blamed(causes: Sequence[Cause], tried: Tried, notify: Notify) -> Sequence[C
         try:
             image, guest = build_image(other), build_guest(other)
             notify("running it again: " + " and ".join(cause.without for cause in some))
-            outcome = trials.run(tried.trial, guest, image, Disassembly.of(image), tried.roles)
+            code = Disassembly.of(image)
+            outcome = trials.run(tried.trial, guest, image, code, tried.roles, to_difference=True)
         except KilotwinError:
             continue  # the macro means something else to this program, or no room is left
         failed = outcome.avr_failure or outcome.native_failure or outcome.room_bytes < 0

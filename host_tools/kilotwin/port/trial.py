@@ -139,8 +139,19 @@ class Outcome:
         yield f"  {self.compared:,} decisions are the same on the robot and here, {apart}{then}"
 
 
-def run(trial: Trial, guest: Guest, image: Image, code: Disassembly, roles: Roles) -> Outcome:
-    """Runs the program, confined; errors as of paired_run.run."""
+def run(
+    trial: Trial,
+    guest: Guest,
+    image: Image,
+    code: Disassembly,
+    roles: Roles,
+    *,
+    to_difference: bool = False,
+) -> Outcome:
+    """Runs the program, confined; errors as of paired_run.run.
+
+    With `to_difference`, no further than to the first one.
+    """
     loops, callbacks = sorted(roles.loop), sorted(roles.in_interrupts)
     entries = {
         code.functions[name].instructions[0].address: name
@@ -156,6 +167,7 @@ def run(trial: Trial, guest: Guest, image: Image, code: Disassembly, roles: Role
         slack_s=SLACK_S,
         waits=waits(code, roles),
         follow=list(entries),
+        to_difference=to_difference,
         ticks=ticks(trial.seconds),
         look_ticks=_LOOK_TICKS,
     )

@@ -60,6 +60,7 @@ def _measured(program: Program, guest: Guest, image: Image) -> Measured:
         slack_s=SLACK_S,
         waits=waits(code, find_roles(own_lines(program))),
         follow=None,
+        to_difference=True,
         ticks=ticks(SECONDS),
         look_ticks=ticks(SECONDS),
     )
