@@ -2,7 +2,8 @@
 
 import contextlib
 import subprocess
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from playwright.sync_api import Browser, ConsoleMessage, Page, sync_playwright
@@ -64,6 +65,14 @@ def viewer(environment: dict[str, str], *words: Path | str) -> Iterator[str]:
             yield process.stdout.readline().strip()
         finally:
             process.terminate()
+
+
+def comes(page: Page, is_so: Callable[[], object]) -> None:
+    """Waits until it is so; the page lives on meanwhile."""
+    end = time.monotonic() + PATIENCE_MS / 1000
+    while not is_so():
+        assert time.monotonic() < end, "it did not come"
+        page.wait_for_timeout(50)
 
 
 def open_viewer(page: Page, address: str) -> None:

@@ -59,7 +59,7 @@ def serving(chip: Path, environment: Mapping[str, str]) -> Iterator[str]:
         assert process.stdout is not None
         yield json.loads(process.stdout.readline())["port"]
         process.terminate()
-        _, errors = process.communicate(timeout=30)
+        _, errors = process.communicate(timeout=120)
         assert process.returncode == 0, errors
 
 
@@ -82,7 +82,7 @@ class BadProgrammer:
 
     def __exit__(self, *_: object) -> None:
         self._ended.set()
-        self._thread.join(30)
+        self._thread.join(120)
         self._terminal.close()
         assert self.failed.is_set(), "nothing went wrong"
         chip_file.save(self._chip, self._programmer)

@@ -164,7 +164,7 @@ def test_a_run_that_is_interrupted_does_not_wait_for_its_twin(
         while not manifest.exists():
             time.sleep(0.01)
         os.killpg(process.pid, 2)
-        killer = threading.Timer(30, process.kill)
+        killer = threading.Timer(120, process.kill)
         killer.start()
         process.communicate()
         killer.cancel()

@@ -14,7 +14,7 @@ from playwright.sync_api import Browser, Page
 
 from kilotwin.runs.reader import Run
 
-from .browser import chromium, go_to, new_page, open_viewer, shown, viewer
+from .browser import chromium, comes, go_to, new_page, open_viewer, shown, viewer
 from .conftest import KILOTWIN, SIMPLIFIED, WALKER, Kilotwin
 
 LIVE = """\
@@ -125,10 +125,8 @@ def test_the_arena_its_sites_and_robots_are_drawn_where_they_are(page: Page, pap
 def test_it_plays_and_pauses_and_keys_step_by_samples_and_ticks(page: Page, paper: Path) -> None:
     go_to(page, 1000)
     page.keyboard.press(" ")
-    page.wait_for_timeout(700)
+    comes(page, lambda: float(page.input_value("#time")) > 1000)
     page.keyboard.press(" ")
-    played = float(page.input_value("#time"))
-    assert played > 1000
     times = np.unique(np.asarray(Run.open(paper).robots()["time_s"]))
     page.keyboard.press("Home")
     shown(page, 0)
@@ -171,16 +169,18 @@ def test_every_key_is_told_and_works(page: Page) -> None:
     page.keyboard.press("Escape")
     go_to(page, 3000)
     plain = picture(page)
+
+    def others() -> float:
+        """The share of pixels that are others than before."""
+        return float(np.mean(np.any(picture(page) != plain, axis=2)))
+
     for key in ("s", "t", "l", "m", "u", "b"):
         page.keyboard.press(key)
-        page.wait_for_timeout(600)
-        assert np.any(picture(page) != plain), key
+        comes(page, lambda: others() > 0)
         page.keyboard.press(key)
-        page.wait_for_timeout(600)
-    assert np.mean(np.any(picture(page) != plain, axis=2)) < 0.001
+        comes(page, lambda: others() < 0.001)
     page.keyboard.press("+")
-    page.wait_for_timeout(300)
-    assert np.any(picture(page) != plain)
+    comes(page, lambda: others() > 0.001)
     page.keyboard.press("f")
 
 
@@ -205,8 +205,7 @@ def test_an_exported_page_shows_the_run_from_a_file(
         assert f"states ({changes} changes)" in page.inner_text("#inspector")
         assert "received" in page.inner_text("#now")
         page.keyboard.press(" ")
-        page.wait_for_timeout(300)
-        assert float(page.input_value("#time")) > 12_000
+        comes(page, lambda: float(page.input_value("#time")) > 12_000)
     assert [url for url in asked if not url.startswith(("data:", "blob:"))] == [file.as_uri()]
 
 
@@ -253,9 +252,7 @@ def test_a_run_that_goes_on_is_followed_and_not_changed(
             open_viewer(page, address)
             page.wait_for_selector("#live")
             first = float(page.input_value("#time"))
-            page.wait_for_timeout(1500)
-            later = float(page.input_value("#time"))
-            assert later > first
+            comes(page, lambda: float(page.input_value("#time")) > first)
             run.terminate()
             page.wait_for_selector("#title:has-text('interrupted')")
         run.wait()

@@ -15,10 +15,12 @@ from kilotwin.runs.reader import Run
 from kilotwin.units import TICK_S
 
 from ..steering import steer
-from .browser import chromium, new_page, open_viewer, viewer
+from .browser import chromium, comes, new_page, open_viewer, viewer
 from .conftest import KILOTWIN, ROOT, WALKER
 from .served_table import Table
 from .test_view import LIVE, picture
+
+pytestmark = pytest.mark.waits
 
 Watched = tuple["subprocess.Popen[str]", str]
 
@@ -98,14 +100,18 @@ def test_a_run_is_seen_as_it_goes_and_stays_until_its_page_is_closed(
         page.wait_for_function("() => document.querySelector('#time').value === '20000.014'")
         page.wait_for_timeout(500)
         assert process.poll() is None
-    out, _ = process.communicate(timeout=30)
+    out, _ = process.communicate(timeout=120)
     assert process.returncode == 0
     assert json.loads(out)["result_hash"] == alone
     assert problems == []
 
 
+def last_sample(run: Path) -> float:
+    return float(Run.open(run).sites()["time_s"][-1].as_py())
+
+
 def test_a_page_that_is_late_shows_the_last_sample_all_the_same(
-    watched: Callable[..., Watched], browser: Browser
+    watched: Callable[..., Watched], browser: Browser, folder: Path
 ) -> None:
     process, address = watched("late", "--set", "duration_s=1e6")
     problems: list[str] = []
@@ -127,6 +133,7 @@ def test_a_page_that_is_late_shows_the_last_sample_all_the_same(
             page.wait_for_timeout(50)
         steer(address, do="pause")
         page.wait_for_timeout(1000)  # it has written, and the server has looked again
+        comes(page, lambda: sample(states[-1]) == last_sample(folder / "late"))
         earlier = next(state for state in states if sample(state) > sample(states[0]))
         last = f"{sample(states[-1]):.3f}"
         # The page is told of few samples, and is answered with all that there are by now.
@@ -137,7 +144,7 @@ def test_a_page_that_is_late_shows_the_last_sample_all_the_same(
         page.wait_for_function("last => document.querySelector('#time').value === last", arg=last)
         page.wait_for_function("last => document.body.dataset.shown === last", arg=last)
     process.terminate()
-    process.communicate(timeout=30)
+    process.communicate(timeout=120)
     assert problems == []
 
 
@@ -166,7 +173,7 @@ def test_ctrl_c_after_the_end_closes_the_viewer_with_the_runs_own_code(
         if "stays until" in line:
             break
     process.send_signal(2)
-    process.communicate(timeout=30)
+    process.communicate(timeout=120)
     assert process.returncode == 0
     with pytest.raises(ConnectionRefusedError), connect(address.replace("http", "ws") + "live"):
         pass
@@ -177,10 +184,30 @@ HEARS = """() =>
     Number(document.querySelector("#time").value) > 1"""
 
 
+MOVED = "here => document.querySelector('#now').innerText !== here"
+
+
 def steered(folder: Path) -> list[dict[str, object]]:
     """The events of acts by hand."""
     events = Run.open(folder).events()
     return [event for event in events if event["kind"] in ("steered", "paced")]
+
+
+def acts(folder: Path) -> list[object]:
+    return [event["do"] for event in steered(folder)]
+
+
+def time_that_stands(page: Page) -> str:
+    """The time that a page shows once it does not change any more."""
+    before: list[str] = []
+
+    def stands() -> bool:
+        page.wait_for_timeout(500)
+        before.append(page.input_value("#time"))
+        return before[-2:-1] == before[-1:]
+
+    comes(page, stands)
+    return before[-1]
 
 
 def test_a_run_is_steered_from_its_page_and_says_so(
@@ -193,41 +220,33 @@ def test_a_run_is_steered_from_its_page_and_says_so(
         page.wait_for_selector("#steering")
         page.keyboard.press("P")
         page.wait_for_selector("#hold.on")
-        page.wait_for_timeout(300)
-        time = page.input_value("#time")
-        page.wait_for_timeout(500)
-        assert page.input_value("#time") == time
+        time = time_that_stands(page)
         page.keyboard.press(">")
         page.wait_for_function("time => document.querySelector('#time').value !== time", arg=time)
         stepped = float(page.input_value("#time")) - float(time)
         assert stepped == pytest.approx(4 * TICK_S, abs=0.002)  # a world step
         page.keyboard.press("M")
         robot, (x, y) = drag_first_robot(page, folder / "steered")
-        page.wait_for_timeout(500)  # it is seen there
-        assert page.inner_text("#said") == ""
         page.keyboard.down("Shift")
         page.mouse.move(x, y)
         page.mouse.down()
         page.mouse.move(x, y - 60, steps=4)
         page.mouse.up()
         page.keyboard.up("Shift")
-        page.wait_for_timeout(200)
+        comes(page, lambda: acts(folder / "steered")[-1] == "turn")
         assert page.inner_text("#said") == ""
-        for known in ("motors", "battery", "messages"):  # not asked for
-            page.wait_for_selector(f'#now dt:text-is("{known}")')
         page.select_option("#steering select", "sleep")
         page.fill("#steering form input", f"robot = {robot}")
         page.click("#steering form button")
-        page.wait_for_timeout(1000)
+        comes(page, lambda: acts(folder / "steered")[-1] == "send")
         assert page.inner_text("#said") == ""
         page.keyboard.press("P")
         page.wait_for_selector("#hold:not(.on)")
     process.terminate()
-    process.communicate(timeout=30)
+    process.communicate(timeout=120)
     assert problems == []
     done = steered(folder / "steered")
-    acts = [event["do"] for event in done]
-    assert acts == ["pause", "step", "place", "turn", "send", "resume"]
+    assert acts(folder / "steered") == ["pause", "step", "place", "turn", "send", "resume"]
     assert done[2]["robot"] == done[3]["robot"] == robot
     assert done[3]["heading_rad"] == pytest.approx(np.pi / 2, abs=0.2)
     touched = Run.open(folder / "steered").manifest["touched"]
@@ -253,10 +272,15 @@ def drag_first_robot(page: Page, run: Path) -> tuple[int, tuple[float, float]]:
                 robot = int(page.inner_text("#inspector h2").split()[-1]) - 1
                 way = 45 * direction_with_room(run, robot)
                 to = at[0] + float(way[0]), at[1] - float(way[1])
+                for known in ("motors", "battery", "messages"):  # not asked for
+                    page.wait_for_selector(f'#now dt:text-is("{known}")')
+                here = page.inner_text("#now")
                 page.mouse.move(*at)
                 page.mouse.down()
                 page.mouse.move(*to, steps=4)
                 page.mouse.up()
+                page.wait_for_function(MOVED, arg=here)
+                assert page.inner_text("#said") == ""
                 return robot, to
     raise AssertionError("no robot")
 
@@ -270,6 +294,11 @@ def direction_with_room(run: Path, robot: int) -> np.ndarray:
     there = places[robot] + 0.08 * ways
     away = np.linalg.norm(there[:, None] - np.delete(places, robot, axis=0), axis=2).min(axis=1)
     return np.asarray(ways[away.argmax()])
+
+
+def circled(seen: np.ndarray) -> int:
+    """Pixels of the circles around robots' reports."""
+    return int(np.all(np.abs(seen - np.array([0xCC, 0x33, 0x99])) < 40, axis=2).sum())
 
 
 def test_a_kilogrid_is_seen_while_it_is_recorded(
@@ -303,9 +332,7 @@ def test_a_kilogrid_is_seen_while_it_is_recorded(
             before, robots = picture(page), Run.open(tmp_path / "recorded").robots()
             assert len(robots) > 0
             page.keyboard.press("r")  # where each was heard, and how far it may be
-            page.wait_for_timeout(700)
-            circles = np.all(np.abs(picture(page) - np.array([0xCC, 0x33, 0x99])) < 40, axis=2)
-            assert circles.sum() > 50
+            comes(page, lambda: circled(picture(page)) > 50)
             page.wait_for_function("() => Number(document.querySelector('#time').value) > 8")
             assert np.any(picture(page) != before)
             with viewer(environment, grid, "--can", table.bus) as heard:
@@ -317,7 +344,7 @@ def test_a_kilogrid_is_seen_while_it_is_recorded(
                 assert "can1: " in said
                 page.goto("about:blank")  # a page whose server is gone complains
         host.send_signal(2)
-        host.wait(60)
+        host.wait(120)
         assert problems == []
     summary = Run.open(tmp_path / "recorded").manifest["summary"]
     assert summary["grid"]["foreign_orders"] == []

@@ -6,6 +6,7 @@ for fonts and edges. To make them anew after a change that is wanted, and then l
     KILOTWIN_NEW_PICTURES=1 .venv/bin/python -m pytest tests/system/test_view_pictures.py
 """
 
+import contextlib
 import io
 import os
 from collections.abc import Callable, Iterator
@@ -23,7 +24,7 @@ from kilotwin.experiment.text import ExperimentText
 from kilotwin.runs.folder import close_manifest
 from kilotwin.runs.writer import RunWriter
 
-from .browser import chromium, go_to, new_page, open_viewer, viewer
+from .browser import chromium, comes, go_to, new_page, open_viewer, viewer
 
 if TYPE_CHECKING:
     from kilotwin._emulator import Samples
@@ -192,7 +193,11 @@ def test_a_picture_is_as_it_was(
     go_to(page, 100)
     for key in keys:
         page.keyboard.press(key)
-    page.wait_for_timeout(700)
+    if NEW:
+        page.wait_for_timeout(700)
+    else:
+        with contextlib.suppress(AssertionError):
+            comes(page, lambda: alike(seen(page, selector), kept(name)))
     now = seen(page, selector)
     for key in [*keys.replace("]", ""), "Escape"]:
         page.keyboard.press(key)

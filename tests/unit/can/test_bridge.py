@@ -18,7 +18,7 @@ from kilotwin.can.buses import open_bus, parse_bus
 from kilotwin.errors import DeviceError
 
 RECORD = np.dtype(CAN_RECORD)
-PATIENCE_S = 20.0
+PATIENCE_S = 120.0
 """The machine may be busy: how long anything may take that is sure to come."""
 
 

@@ -212,7 +212,7 @@ cli.app = app
 cli.script()
 """
     done = subprocess.run(
-        [sys.executable, "-c", command], check=False, capture_output=True, timeout=30
+        [sys.executable, "-c", command], check=False, capture_output=True, timeout=50
     )
     assert (done.returncode, done.stderr) == (128 + number, b"")
     assert list(tmp_path.iterdir()) == []

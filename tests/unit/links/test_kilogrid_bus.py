@@ -87,7 +87,7 @@ class Device:
 
 
 def wait(ready: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + 30
+    deadline = time.monotonic() + 120
     while not ready():
         assert time.monotonic() < deadline
         time.sleep(0.002)
@@ -109,7 +109,7 @@ def bus(device: Device) -> Iterator[KilogridBus]:
 
 def send(bus: can.BusABC, data: bytes, identifier: int = to_id(ALL_MODULES)) -> None:
     """As the controller does: again while the queue is full."""
-    deadline = time.monotonic() + 30
+    deadline = time.monotonic() + 120
     while True:
         assert time.monotonic() < deadline
         try:
@@ -212,8 +212,7 @@ def test_orders_wait_until_it_is_available_and_the_last_reports_come_by_themselv
     send(bus, to_module("FORWARD_IR_MESSAGE_STOP"))
     found = pump(bus, lambda: not bus.running and not device.device.running)
     found += pump(bus, lambda: len(device.frames) == 7)
-    wait_s = time.monotonic() + 5
-    while not found and time.monotonic() < wait_s:
+    while len(found) < 2:
         found += pump(bus, lambda: True)
     assert [bytes(m.data) for m in found] == [bytes([0x14, 1]), report(4, 1)]
     message = [frame.data for frame in infrared(bytes(9), 0x85)]
@@ -224,7 +223,7 @@ def test_orders_wait_until_it_is_available_and_the_last_reports_come_by_themselv
 def test_a_dispatcher_that_a_dead_module_holds_up_can_be_stopped(
     device: Device, bus: KilogridBus, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(kilogrid_bus, "_STUCK_S", 0.5)
+    monkeypatch.setattr(kilogrid_bus, "_STUCK_S", 3)
     device.dead = {(1, 1)}
     send(bus, RUN)
     pump(bus, lambda: device.polls > 3)

@@ -2,7 +2,6 @@
 
 import json
 import socket
-import time
 from collections.abc import Iterator
 
 import numpy as np
@@ -69,9 +68,7 @@ def test_what_is_no_order_ends_the_link(ends: Ends, sent: bytes) -> None:
 def test_a_viewer_that_reads_nothing_is_waited_for_by_nobody(ends: Ends) -> None:
     link, viewer = ends
     large = pack({}, {"x_m": np.zeros(1_000_000, np.float32)})
-    began = time.monotonic()
     link.send(large)
-    assert time.monotonic() - began < 1
     kept = not link.is_free
     assert kept
     received = bytearray()

@@ -97,7 +97,7 @@ def kill_group(pid: int) -> None:
         os.killpg(pid, signal.SIGKILL)
 
 
-def wait_for(condition: Callable[[], object], what: str, limit_s: float = 30) -> None:
+def wait_for(condition: Callable[[], object], what: str, limit_s: float = 120) -> None:
     end = time.monotonic() + limit_s
     while not condition():
         assert time.monotonic() < end, f"waited {limit_s} s for {what}"
@@ -212,7 +212,7 @@ def test_when_the_engine_dies_the_parent_closes_the_folder(
 def test_an_interrupted_run_keeps_its_data(number: int, start_endless: Start, folder: Path) -> None:
     process = start_endless("--json")
     os.killpg(process.pid, number)
-    output, errors = process.communicate(timeout=30)
+    output, errors = process.communicate(timeout=120)
     assert process.returncode == 130, errors
     assert "interrupted; what was recorded is kept" in errors
     result = json.loads(output)
@@ -243,7 +243,7 @@ def test_a_run_whose_terminal_goes_away_keeps_its_data(
         wait_for((folder / "run").exists, "the run folder")
         wait_for(lambda: Run.open(folder / "run").sites().num_rows > 5, "samples")
         os.close(here)
-        assert process.wait(30) == 130
+        assert process.wait(120) == 130
     finally:
         process.kill()
         process.wait()
@@ -255,12 +255,11 @@ def test_a_run_interrupted_twice_ends_at_once_and_says_what_is_kept(
 ) -> None:
     process = start_endless()
     stop_engine_of(process)  # it does not heed the first one
-    os.kill(process.pid, signal.SIGINT)
-    for _ in range(3):
+    # On a busy machine several may arrive as one.
+    while process.poll() is None:
+        os.kill(process.pid, signal.SIGINT)
         time.sleep(0.1)
-        with contextlib.suppress(ProcessLookupError):
-            os.kill(process.pid, signal.SIGINT)
-    _, errors = process.communicate(timeout=30)
+    _, errors = process.communicate(timeout=120)
     assert process.returncode == 130, errors
     said = f"interrupted twice, and ended at once; what was recorded is in {folder / 'run'}"
     assert errors.splitlines()[-1] == f"kilotwin: {said}"
@@ -274,7 +273,7 @@ def test_a_run_whose_engine_hangs_ends_soon_after_one_polite_kill(
     process = start_endless()
     stop_engine_of(process)
     process.terminate()
-    _, errors = process.communicate(timeout=30)
+    _, errors = process.communicate(timeout=120)
     assert process.returncode == 130, errors
     said = errors.splitlines()[-1]
     assert said.startswith("kilotwin: interrupted; the engine did not stop within 10 s")
