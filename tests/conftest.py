@@ -15,16 +15,17 @@ for number in (signal.SIGHUP, signal.SIGINT):
         signal.signal(number, lambda *_: None)
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="session", autouse=True)
 def guest_cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Compiled programs of this session: a test never sees what an older build left.
 
-    One for all processes of pytest-xdist, each of which has its own folder of temporary files
-    beside it, so that a program is compiled once.
+    In $TESTS_GUESTS, which tests/run_all.py sets; else one for all processes of pytest-xdist, each
+    of which has its own folder of temporary files beside it. So a program is compiled once.
     """
     folder = tmp_path_factory.getbasetemp()
     if "PYTEST_XDIST_WORKER" in os.environ:
         folder = folder.parent
-    cache = folder / "guests"
+    cache = Path(os.environ.get("TESTS_GUESTS", folder / "guests"))
     cache.mkdir(exist_ok=True)
+    os.environ["KILOTWIN_CACHE"] = str(cache)
     return cache

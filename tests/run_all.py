@@ -1,15 +1,18 @@
 """Runs the native tests (ctest) and the Python tests (pytest) and ends with one plain line.
 
-They run side by side. pytest has a process more than there are cores, since tests that type a
-person's commands (tests/system) often wait for a table that runs in real time; a file's tests stay
-in one process. What the native tests print comes when pytest is done. The exit code is 0 only if
-nothing failed and each ran something.
+They run side by side. Python tests that mostly wait, for a table in real time or for a browser,
+have the marker `waits` and a wide pool of processes of their own, which goes first where both want
+a core; those that compute have a process more than there are cores. In both a process that has
+nothing to do takes tests from the one that has most, so that a long file does not come last alone.
+What the native tests and the wide pool print comes when the others are done. The exit code is 0
+only if nothing failed and each ran something.
 """
 
 import contextlib
 import os
 import subprocess
 import sys
+import tempfile
 import time
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass
@@ -56,10 +59,15 @@ class Job:
     output: Path | None
 
     @staticmethod
-    def start(name: str, command: list[str], report: Path, output: Path | None = None) -> "Job":
+    def start(
+        name: str, command: list[str], report: Path, output: Path | None = None, **more: str
+    ) -> "Job":
+        """`more`: of the process's environment."""
         report.unlink(missing_ok=True)
         with output.open("wb") if output else contextlib.nullcontext() as file:
-            process = subprocess.Popen(command, cwd=ROOT, stdout=file, stderr=file)
+            process = subprocess.Popen(
+                command, cwd=ROOT, env={**os.environ, **more}, stdout=file, stderr=file
+            )
         return Job(name, report, process, output)
 
     def finish(self) -> tuple[Count, bool]:
@@ -70,24 +78,48 @@ class Job:
         return count, code == 0 and count.passed > 0
 
 
+CORES = os.cpu_count() or 1
+# Which tests, and in how many processes; the last pool's are seen as they go.
+POOLS = {
+    "waits": ("not long and waits", 3 * CORES),
+    "computes": ("not long and not waits", CORES + 1),
+}
+_YIELD = ["nice", "-n", "5"]
+
+
+def native_tests() -> Job:
+    report = BUILD / "native.xml"
+    command = ["ctest", "--test-dir", "build/engine", "--output-on-failure", "--no-tests=error"]
+    command += ["--parallel", str(CORES), "--output-junit", str(report)]
+    return Job.start("native tests", [*_YIELD, *command], report, BUILD / "native-tests.log")
+
+
+def python_tests(pool: str, guests: str) -> Job:
+    """`guests`: the folder for compiled programs, the same for all pools."""
+    marked, processes = POOLS[pool]
+    report = BUILD / f"pytest-{pool}.xml"
+    command = [sys.executable, "-m", "pytest", "-m", marked, f"--junitxml={report}", "tests"]
+    command += ["--numprocesses", str(processes), "--dist", "worksteal"]
+    is_shown = pool == list(POOLS)[-1]
+    return Job.start(
+        f"Python tests: {pool}",
+        command if pool == "waits" else [*_YIELD, *command],
+        report,
+        None if is_shown else BUILD / f"pytest-{pool}.log",
+        TESTS_GUESTS=guests,
+    )
+
+
 def main() -> int:
     started = time.monotonic()
     total, good = Count(), True
-    jobs = []
-    report = BUILD / "native.xml"
-    command = ["ctest", "--test-dir", "build/engine", "--output-on-failure", "--no-tests=error"]
-    command += ["--parallel", str(os.cpu_count()), "--output-junit", str(report)]
-    jobs.append(Job.start("native tests", command, report, BUILD / "native-tests.log"))
-    report = BUILD / "pytest.xml"
-    command = [sys.executable, "-m", "pytest", "-m", "not long", f"--junitxml={report}", "tests"]
-    command += ["--numprocesses", str((os.cpu_count() or 1) + 1), "--dist", "loadfile"]
-    print("== Python tests", flush=True)
-    jobs.append(Job.start("Python tests", command, report))
-
-    for job in reversed(jobs):
-        count, passed = job.finish()
-        total.add(count)
-        good = good and passed
+    with tempfile.TemporaryDirectory(prefix="kilotwin-tests-") as guests:
+        jobs = [native_tests(), *(python_tests(pool, guests) for pool in POOLS)]
+        print(f"== {jobs[-1].name}", flush=True)
+        for job in reversed(jobs):
+            count, passed = job.finish()
+            total.add(count)
+            good = good and passed
     seconds = time.monotonic() - started
     print(f"\nAll tests took {seconds:.0f} s.")
     print(f"{total.passed} passed, {total.failed} failed, {total.skipped} skipped")

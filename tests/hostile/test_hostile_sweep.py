@@ -1,7 +1,6 @@
 """Trials whose programs mean harm to their sweep: each costs itself alone, and is named."""
 
 import json
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -43,7 +42,6 @@ def swept(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any
     (folder / "sweep.toml").write_text(f"base = [{bases}]\nseeds = 2\n")
     done = subprocess.run(
         [KILOTWIN, "sweep", folder / "sweep.toml", "--out", folder / "out", "--json", "-j", "2"],
-        env={**os.environ, "KILOTWIN_CACHE": str(folder.parent / "cache")},
         capture_output=True,
         text=True,
         check=False,

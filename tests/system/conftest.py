@@ -42,8 +42,8 @@ def block(text: str, language: str) -> str:
 
 
 @pytest.fixture(scope="session")
-def environment(guest_cache: Path) -> dict[str, str]:
-    return {**os.environ, "KILOTWIN_CACHE": str(guest_cache), "NO_COLOR": "1", "COLUMNS": "200"}
+def environment() -> dict[str, str]:
+    return {**os.environ, "NO_COLOR": "1", "COLUMNS": "200"}
 
 
 def kilotwin_in(environment: dict[str, str]) -> Kilotwin:

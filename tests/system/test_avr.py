@@ -2,7 +2,6 @@
 
 import itertools
 import json
-import os
 import re
 import socket
 import subprocess
@@ -76,9 +75,8 @@ def folder(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def image(folder: Path, guest_cache: Path, monkeypatch: pytest.MonkeyPatch) -> Image:
+def image(folder: Path) -> Image:
     """The talker, built for the robot."""
-    monkeypatch.setenv("KILOTWIN_CACHE", str(guest_cache))
     return build_image(find_program("talker.c", folder))
 
 
@@ -285,13 +283,12 @@ sample_s = 0.5
 
 
 @pytest.fixture(scope="module")
-def grid_run(tmp_path_factory: pytest.TempPathFactory, guest_cache: Path) -> Run:
+def grid_run(tmp_path_factory: pytest.TempPathFactory) -> Run:
     """Two robots on boards and two native ones on a grid."""
     folder = tmp_path_factory.mktemp("grid")
     (folder / "both.toml").write_text(GRID)
     subprocess.run(
         [KILOTWIN, "run", folder / "both.toml", "--out", folder / "run", "--quiet"],
-        env={**os.environ, "KILOTWIN_CACHE": str(guest_cache)},
         stdin=subprocess.DEVNULL,
         capture_output=True,
         check=True,

@@ -166,10 +166,7 @@ def test_the_environment_of_the_page_is_a_class_as_its_program_has_it(folder: Pa
         )
 
 
-def test_the_robots_side_of_an_environment_compiles(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, guest_cache: Path
-) -> None:
-    monkeypatch.setenv("KILOTWIN_CACHE", str(guest_cache))
+def test_the_robots_side_of_an_environment_compiles(tmp_path: Path) -> None:
     shutil.copy(ROOT / "experiments/environment/ark.h", tmp_path)
     text = block((ROOT / "docs/environment.md").read_text(), "c")
     start = "kilo_init(); kilo_message_rx = on_message; kilo_start(loop, loop); return 0;"

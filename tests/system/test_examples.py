@@ -19,11 +19,6 @@ WHITE, YELLOW = RGB(3, 3, 3), RGB(3, 3, 0)
 Pose = tuple[float, float, float]
 
 
-@pytest.fixture(autouse=True)
-def cache(guest_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("KILOTWIN_CACHE", str(guest_cache))
-
-
 def world_of(name: str, poses: Sequence[Pose], seed: int = 1, **keys: Any) -> World:
     # Looked at every two ticks, finer than a Kilobot's world steps by default.
     keys.setdefault("engine", {"step_ticks": 2})

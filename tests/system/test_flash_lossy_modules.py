@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from kilotwin import _emulator
 from kilotwin.build.avr import build_image
@@ -106,10 +105,7 @@ class Silent:
         raise AssertionError(text)
 
 
-def test_chips_that_miss_frames_are_verified_and_run(
-    tmp_path: Path, guest_cache: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("KILOTWIN_CACHE", str(guest_cache))
+def test_chips_that_miss_frames_are_verified_and_run(tmp_path: Path) -> None:
     (tmp_path / "grid.toml").write_text(EXPERIMENT)
     experiment = Experiment.load(tmp_path / "grid.toml")
     assert experiment.plan is not None

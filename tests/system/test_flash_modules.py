@@ -13,6 +13,8 @@ import pytest
 from .conftest import KILOTWIN, ROOT, Kilotwin
 from .served_table import Table
 
+pytestmark = pytest.mark.waits
+
 GRID = """
 name = "two modules"
 duration_s = 600

@@ -23,8 +23,7 @@ PURPLE = 0b110011
 
 
 @pytest.fixture
-def image(tmp_path: Path, guest_cache: Path, monkeypatch: pytest.MonkeyPatch) -> FlashImage:
-    monkeypatch.setenv("KILOTWIN_CACHE", str(guest_cache))
+def image(tmp_path: Path) -> FlashImage:
     (tmp_path / "show.c").write_text(PROGRAM)
     return swarm_image(build_image(find_program("show.c", tmp_path)).hex)
 

@@ -1,11 +1,9 @@
 """A grid whose modules run from their .hex: the same host, the same frames as with native ones."""
 
-import os
 import subprocess
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import can
 import pytest
@@ -66,13 +64,12 @@ RunGrid = Callable[..., Run]
 
 
 @pytest.fixture(scope="module")
-def run_grid(tmp_path_factory: pytest.TempPathFactory, guest_cache: Path) -> RunGrid:
+def run_grid(tmp_path_factory: pytest.TempPathFactory) -> RunGrid:
     def run(*words: str) -> Run:
         folder = tmp_path_factory.mktemp("grid")
         (folder / "grid.toml").write_text(GRID)
         done = subprocess.run(
             [KILOTWIN, "run", folder / "grid.toml", "--out", folder / "run", "--quiet", *words],
-            env={**os.environ, "KILOTWIN_CACHE": str(guest_cache)},
             stdin=subprocess.DEVNULL,
             capture_output=True,
             text=True,
@@ -176,11 +173,8 @@ def test_robots_hear_the_cells_of_both(native: Run, boards: Run) -> None:
 
 
 @pytest.mark.long
-def test_a_hex_is_run_as_it_is(
-    boards: Run, run_grid: RunGrid, guest_cache: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_hex_is_run_as_it_is(boards: Run, run_grid: RunGrid) -> None:
     """The one that was built for `cpu = "avr"`, under the other key, to the same result."""
-    monkeypatch.setenv("KILOTWIN_CACHE", str(guest_cache))
     modules = Experiment.load(boards.folder / "experiment.toml").modules
     assert modules is not None
     image = build_group(replace(modules, interpreted=True)).file

@@ -22,11 +22,6 @@ RADIUS_M = 0.0165
 GAPS_M = (0.04, 0.06, 0.08, 0.12)
 
 
-@pytest.fixture(autouse=True)
-def cache(guest_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("KILOTWIN_CACHE", str(guest_cache))
-
-
 def to_the_lamp_m(for_s: float, seed: int, *settings: str) -> float:
     """How far from the lamp the middle of the hoop is after a while; 0.45 m at first."""
     with World(OBJECTS / "transport.toml", seed=seed, set=settings) as world:

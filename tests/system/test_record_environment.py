@@ -22,9 +22,12 @@ from kilotwin.runs.reader import Run
 
 from .conftest import KILOTWIN, ROOT, Kilotwin
 
+pytestmark = pytest.mark.waits
+
 EXAMPLES = ROOT / "experiments/environment"
 WALL_M = 0.2
-SPEED = ("--speed", "10")
+# Robots walk on while a busy machine thinks.
+SPEED = ("--speed", "4")
 
 
 def free_port() -> int:

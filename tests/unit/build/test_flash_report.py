@@ -68,9 +68,8 @@ def sources(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def place(tmp_path: Path, guest_cache: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The current folder, an empty one."""
-    monkeypatch.setenv("KILOTWIN_CACHE", str(guest_cache))
     monkeypatch.chdir(tmp_path)
     return tmp_path
 

@@ -17,16 +17,14 @@ NAMES = [guest.stem for guest in GUESTS]
 
 
 @pytest.fixture(scope="module")
-def world(tmp_path_factory: pytest.TempPathFactory) -> Iterator[World]:
+def world() -> Iterator[World]:
     """Two robots of each program, after the 15 s that the slowest check takes."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("KILOTWIN_CACHE", str(tmp_path_factory.mktemp("guests")))
-        with ThreadPoolExecutor(2) as pool:
-            list(pool.map(lambda guest: build(find_program(str(guest), Path.cwd())), GUESTS))
-        kinds = [{"program": guest, "count": 2} for guest in GUESTS]
-        with World(robots=kinds, arena=(3.0, 3.0)) as world:
-            world.run(15)
-            yield world
+    with ThreadPoolExecutor(2) as pool:
+        list(pool.map(lambda guest: build(find_program(str(guest), Path.cwd())), GUESTS))
+    kinds = [{"program": guest, "count": 2} for guest in GUESTS]
+    with World(robots=kinds, arena=(3.0, 3.0)) as world:
+        world.run(15)
+        yield world
 
 
 @pytest.mark.parametrize("name", [name for name in NAMES if name != STOPS])

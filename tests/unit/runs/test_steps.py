@@ -65,9 +65,8 @@ that = "led.red == robots"
 
 
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, guest_cache: Path) -> Path:
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with small.toml, and a program that shows the light it sees."""
-    monkeypatch.setenv("KILOTWIN_CACHE", str(guest_cache))
     monkeypatch.chdir(tmp_path)
     (tmp_path / "light.c").write_text(PROGRAM)
     (tmp_path / "blink.c").write_text(PROGRAM)

@@ -38,10 +38,9 @@ that = "led.green == 2"
 
 
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, guest_cache: Path) -> Path:
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with a program whose messages have a wrong CRC, and a scenario that is not met."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("KILOTWIN_CACHE", str(guest_cache))
     (tmp_path / "my.c").write_text(PROGRAM)
     (tmp_path / "scenarios").mkdir()
     (tmp_path / "scenarios/green.toml").write_text(SCENARIO)

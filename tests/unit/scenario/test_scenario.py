@@ -53,11 +53,8 @@ Try = Callable[..., list[Verdict]]
 
 
 @pytest.fixture
-def scenario(
-    tmp_path: Path, guest_cache: Path, monkeypatch: pytest.MonkeyPatch
-) -> Callable[..., Path]:
+def scenario(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Path]:
     """`scenario("that = ...", ..., hang=1)`: the file."""
-    monkeypatch.setenv("KILOTWIN_CACHE", str(guest_cache))
     monkeypatch.chdir(tmp_path)
     (tmp_path / "program.c").write_text(PROGRAM)
 

@@ -71,7 +71,7 @@ def test_a_run(kilotwin):
 
 
 @pytest.fixture
-def project(pytester: pytest.Pytester, guest_cache: Path) -> pytest.Pytester:
+def project(pytester: pytest.Pytester) -> pytest.Pytester:
     """A project whose tests lie in a folder of their own, as its program does."""
     pytester.makeini("[pytest]\nfilterwarnings = ignore::pytest.PytestAssertRewriteWarning\n")
     (pytester.path / "deep").mkdir()
@@ -88,12 +88,12 @@ def project(pytester: pytest.Pytester, guest_cache: Path) -> pytest.Pytester:
     return pytester
 
 
-def run(project: pytest.Pytester, guest_cache: Path, *words: str) -> str:
+def run(project: pytest.Pytester, *words: str) -> str:
     """The output of pytest in the project."""
     done = subprocess.run(
         [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *words],
         cwd=project.path,
-        env={**os.environ, "KILOTWIN_CACHE": str(guest_cache), "COLUMNS": "200"},
+        env={**os.environ, "COLUMNS": "200"},
         capture_output=True,
         text=True,
         check=False,
@@ -103,9 +103,9 @@ def run(project: pytest.Pytester, guest_cache: Path, *words: str) -> str:
 
 
 def test_worlds_seeds_runs_and_scenarios_pass_or_say_why_and_are_kept(
-    project: pytest.Pytester, guest_cache: Path
+    project: pytest.Pytester,
 ) -> None:
-    said = run(project, guest_cache, "-q")
+    said = run(project, "-q")
     assert "7 failed, 4 passed" in said, said
     assert "RGB(1,0,0) == RGB(0,3,0)" in said
     assert "2 of 12 seeds passed, a share of 0.17 [0.02, 0.48], expected 0.9 at least" in said
@@ -126,22 +126,18 @@ def test_worlds_seeds_runs_and_scenarios_pass_or_say_why_and_are_kept(
 
 
 @pytest.mark.long  # compiles the image, and its translation
-def test_with_avr_the_same_tests_run_from_the_hex(
-    project: pytest.Pytester, guest_cache: Path
-) -> None:
+def test_with_avr_the_same_tests_run_from_the_hex(project: pytest.Pytester) -> None:
     words = ("-q", "--kilotwin-cpu=avr", "-k", "beside or met", "--deselect", "deep/missed.toml")
-    assert "2 passed" in run(project, guest_cache, *words)
+    assert "2 passed" in run(project, *words)
 
 
-def test_the_tests_of_the_page_on_testing_pass(
-    pytester: pytest.Pytester, guest_cache: Path
-) -> None:
+def test_the_tests_of_the_page_on_testing_pass(pytester: pytest.Pytester) -> None:
     pytester.makeini("[pytest]\nfilterwarnings = ignore::pytest.PytestAssertRewriteWarning\n")
     blocks = re.findall(r"^```\w+\n(?:#|//) (\S+)\n(.*?)^```", TESTING, re.MULTILINE | re.DOTALL)
     assert {name for name, _ in blocks} == {"beacon.c", "beacon.toml", "test_beacon.py"}
     for name, text in blocks:
         (pytester.path / name).write_text(text)
-    assert "4 passed" in run(pytester, guest_cache, "-q")
+    assert "4 passed" in run(pytester, "-q")
 
 
 def test_a_project_without_worlds_loads_nothing_of_the_engine() -> None:
