@@ -14,11 +14,6 @@ from ..conftest import BLINK
 HERE = Path()
 
 
-@pytest.fixture(autouse=True)
-def _cache(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("KILOTWIN_CACHE", str(tmp_path_factory.mktemp("cache")))
-
-
 @pytest.mark.parametrize("include", ['"/etc/passwd"', '"../../secret.h"'])
 def test_a_file_elsewhere_is_not_shown_by_a_compile_error(include: str, tmp_path: Path) -> None:
     secret = "mysecret:x:0:0"

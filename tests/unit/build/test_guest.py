@@ -3,7 +3,6 @@
 import ctypes
 import shutil
 import subprocess
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -82,16 +81,6 @@ def test_flags_compile_anew(program: Path, monkeypatch: pytest.MonkeyPatch) -> N
 def test_either_compiler_will_do(program: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("KILOTWIN_CC", "clang")
     assert "clang" in build(find_program(str(program), HERE)).compiler
-
-
-def test_builds_side_by_side_give_one_guest(program: Path, cache: Path) -> None:
-    found = find_program(str(program), HERE)
-    with ThreadPoolExecutor(4) as pool:
-        guests = list(pool.map(build, [found] * 4))
-    assert len(set(guests)) == 1
-    assert [path.name for path in guests[0].file.parent.iterdir()] == ["my program.so"]
-    assert len(list(cache.glob("*-objects"))) == 1
-    assert len(list(cache.iterdir())) == 2
 
 
 @pytest.mark.usefixtures("compiler")

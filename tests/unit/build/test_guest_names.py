@@ -84,7 +84,6 @@ def run(*command: str) -> str:
 def test_names_are_the_programs_own(
     form: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setenv("KILOTWIN_CACHE", str(tmp_path / "cache"))
     monkeypatch.setenv("KILOTWIN_CFLAGS", "-O0")
     tried = names()
     assert {"write", "malloc", "index", "time", "y1", "gamma", "put", "flags"} <= {*tried}

@@ -2,6 +2,7 @@
 
 import threading
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -11,7 +12,7 @@ from kilotwin.build.cache import building
 from kilotwin.build.guest import build
 from kilotwin.experiment.programs import Api, Program, find_program
 
-pytestmark = pytest.mark.usefixtures("cache")
+pytestmark = pytest.mark.usefixtures("empty_cache")
 
 
 def program(folder: Path, number: int, api: Api = "kilobot") -> Program:
@@ -26,21 +27,21 @@ def times(cache: Path) -> dict[Path, int]:
 
 @pytest.mark.parametrize("build_one", [build, build_image])
 def test_the_runtime_is_compiled_with_the_first_program(
-    build_one: Callable[[Program], object], folder: Path, cache: Path
+    build_one: Callable[[Program], object], folder: Path, empty_cache: Path
 ) -> None:
     build_one(program(folder, 1))
-    kept = times(cache)
+    kept = times(empty_cache)
     assert len(kept) > 10
     build_one(program(folder, 2))
-    assert times(cache) == kept
+    assert times(empty_cache) == kept
 
 
 def test_an_image_has_the_runtimes_objects_and_stack_usage_beside_its_own(
-    folder: Path, cache: Path
+    folder: Path, empty_cache: Path
 ) -> None:
     for number in range(2):
         found = build_image(program(folder, number)).objects("kilolib")
-        assert {file.name for file in times(cache)} == {
+        assert {file.name for file in times(empty_cache)} == {
             file.with_suffix(ending).name for file in found for ending in (".o", ".su")
         }
 
@@ -53,8 +54,18 @@ def test_a_build_leaves_no_thread(tmp_path: Path) -> None:
 
 
 def test_helpers_are_compiled_with_the_first_program_of_the_kilogrid(
-    folder: Path, cache: Path
+    folder: Path, empty_cache: Path
 ) -> None:
     for number in range(2):
         build(program(folder, number, "kilogrid"))
-    assert len(list(cache.glob("*-objects"))) == 2
+    assert len(list(empty_cache.glob("*-objects"))) == 2
+
+
+def test_builds_side_by_side_give_one_guest(folder: Path, empty_cache: Path) -> None:
+    found = program(folder, 1)
+    with ThreadPoolExecutor(4) as pool:
+        guests = list(pool.map(build, [found] * 4))
+    assert len(set(guests)) == 1
+    assert [path.name for path in guests[0].file.parent.iterdir()] == ["blink.so"]
+    assert len(list(empty_cache.glob("*-objects"))) == 1
+    assert len(list(empty_cache.iterdir())) == 2

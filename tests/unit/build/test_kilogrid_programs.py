@@ -71,11 +71,6 @@ int main(void) {
 """
 
 
-@pytest.fixture(autouse=True)
-def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("KILOTWIN_CACHE", str(tmp_path / "cache"))
-
-
 def written(folder: Path, **files: str) -> Path:
     for name, text in files.items():
         (folder / f"{name[:-2]}.{name[-1]}").write_text(text)
