@@ -59,6 +59,9 @@ diameter_m = 1.0
 [swarm]
 profile = "kilobot"
 
+[engine]
+avr_core = "interpreted"
+
 [medium]
 kind = "kilobot"
 

@@ -97,7 +97,8 @@ class Lab:
     """Robots, and the host of their overhead controller."""
 
     def __init__(self, robots: list[dict[str, object]]) -> None:
-        engine = {"step_ticks": 1}  # as with --serve
+        # Steps as with --serve. To translate the images takes longer than they run.
+        engine = {"step_ticks": 1, "avr_core": "interpreted"}
         sees_all = {"overhead_loss": 0}  # where one lap is to do
         self.world = World(
             robots=robots, command=NEVER, arena=(1, 1), engine=engine, medium=sees_all
@@ -266,6 +267,9 @@ diameter_m = 0.5
 [swarm]
 profile = "kilobot"
 runtime = "kilotwin"
+
+[engine]
+avr_core = "interpreted"
 
 [medium]
 overhead_loss = 0
