@@ -279,6 +279,7 @@ def test_a_chip_that_does_not_answer_is_told_apart_from_a_missing_programmer(
     assert "-c odd: avrdude knows no such programmer" in refused(odd)
 
 
+@pytest.mark.waits
 def test_a_port_where_nothing_answers_is_given_up_soon(
     image: Path, kilotwin: Kilotwin, tmp_path: Path
 ) -> None:

@@ -28,6 +28,8 @@ from kilotwin.links.grid_robots import open_grid
 from kilotwin.links.kilogrid_bus import KilogridBus
 from kilotwin.ports.pseudo_terminal import PseudoTerminal
 
+pytestmark = pytest.mark.waits
+
 STEP_S = 0.032768
 IDLE, RUN = to_module("MODULE_IDLE"), to_module("MODULE_RUN")
 POLL = to_module("TRACKING_REQ")

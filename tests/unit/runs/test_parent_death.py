@@ -9,6 +9,8 @@ import time
 import pytest
 from tests.processes import alive
 
+pytestmark = pytest.mark.waits
+
 CHILD = """
 import os, signal, sys, time
 from kilotwin import _emulator

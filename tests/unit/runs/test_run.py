@@ -267,6 +267,7 @@ def test_a_run_interrupted_twice_ends_at_once_and_says_what_is_kept(
     assert Run.open(folder / "run").sites().num_rows > 5
 
 
+@pytest.mark.waits
 def test_a_run_whose_engine_hangs_ends_soon_after_one_polite_kill(
     start_endless: Start, folder: Path
 ) -> None:
