@@ -302,11 +302,12 @@ def wait_for_run(out: Path) -> None:
 def test_ctrl_c_leaves_robots_and_modules_idle_and_the_log_whole(
     kilotwin: Kilotwin, environment: dict[str, str], tmp_path: Path, tables: list[Table]
 ) -> None:
-    table = Table(SMALL, tmp_path, environment, "--speed", "2")
+    words = ["--set", "duration_s=100000", "--speed", "2"]
+    table = Table(SMALL, tmp_path, environment, *words)
     tables.append(table)
     out = tmp_path / "recorded"
     host = subprocess.Popen(
-        [KILOTWIN, "record", SMALL, "--can", table.bus, "--speed", "2", "--out", out, "-q"],
+        [KILOTWIN, "record", SMALL, "--can", table.bus, *words, "--out", out, "-q"],
         cwd=ROOT,
         env=environment,
         stdin=subprocess.DEVNULL,
@@ -332,10 +333,11 @@ def test_ctrl_c_leaves_robots_and_modules_idle_and_the_log_whole(
 def test_a_table_that_vanishes_ends_the_record_and_alarms(
     environment: dict[str, str], tmp_path: Path, tables: list[Table]
 ) -> None:
-    table = Table(SMALL, tmp_path, environment, "--speed", "4")
+    words = ["--set", "duration_s=100000", "--speed", "4"]
+    table = Table(SMALL, tmp_path, environment, *words)
     tables.append(table)
     out = tmp_path / "recorded"
-    words = ["--can", table.bus, "--speed", "4", "--set", "duration_s=1000", "-q"]
+    words += ["--can", table.bus, "-q"]
     with subprocess.Popen(
         [KILOTWIN, "record", SMALL, "--out", out, *words],
         cwd=ROOT,

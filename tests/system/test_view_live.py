@@ -304,7 +304,8 @@ def circled(seen: np.ndarray) -> int:
 def test_a_kilogrid_is_seen_while_it_is_recorded(
     tmp_path: Path, environment: dict[str, str], browser: Browser
 ) -> None:
-    grid, speed = "tests/system/grid_small.toml", ["--speed", "3", "--no-browser", "--view"]
+    grid = "tests/system/grid_small.toml"
+    speed = ["--speed", "3", "--set", "duration_s=100000", "--no-browser", "--view"]
     table = Table(grid, tmp_path, environment, *speed)
     words = ["record", grid, "--can", table.bus, *speed, "--out", tmp_path / "recorded", "-q"]
     with contextlib.ExitStack() as stack:
