@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from typer.testing import CliRunner
 
 from kilotwin.commands import cli, plot
 from kilotwin.commands.doctor import Finding, examine, report_text
@@ -52,20 +53,22 @@ def test_the_version_is_that_of_the_engine(kilotwin: Kilotwin) -> None:
     assert kilotwin("--version").stdout == "kilotwin fake\n"
 
 
+def help_of(*words: str) -> str:
+    done = CliRunner().invoke(cli.app, [*words, "--help"], prog_name="kilotwin")
+    assert done.exit_code == 0, done.output
+    return done.stdout
+
+
 @pytest.mark.parametrize("command", COMMANDS)
-def test_every_command_helps_with_an_example(command: str, kilotwin: Kilotwin) -> None:
-    shown = kilotwin(command, "--help").stdout
-    assert f"kilotwin {command}" in shown.split("Example")[1]
+def test_every_command_helps_with_an_example(command: str) -> None:
+    assert f"kilotwin {command}" in help_of(command).split("Example")[1]
 
 
 @pytest.mark.parametrize(
     ("group", "command"), [(group, command) for group in GROUPS for command in GROUPS[group]]
 )
-def test_every_command_of_a_group_helps_with_an_example(
-    group: str, command: str, kilotwin: Kilotwin
-) -> None:
-    shown = kilotwin(group, command, "--help").stdout
-    assert f"kilotwin {group} {command}" in shown.split("Example")[1]
+def test_every_command_of_a_group_helps_with_an_example(group: str, command: str) -> None:
+    assert f"kilotwin {group} {command}" in help_of(group, command).split("Example")[1]
 
 
 def test_every_option_has_an_environment_variable() -> None:
