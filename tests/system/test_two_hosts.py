@@ -1,6 +1,7 @@
 """One host a table: a second one is refused, or spoils the first one's record, which says so."""
 
 import json
+import signal
 import subprocess
 import time
 from collections.abc import Iterator
@@ -74,7 +75,7 @@ def test_a_host_is_seen_before_its_run_begins_while_it_gives_no_orders(
 ) -> None:
     """Set-up of original modules ends some seconds before t = 0."""
     out = tmp_path / "recorded"
-    words = ["--can", table.bus, "--set", "duration_s=2", "--set", "grid.health=false"]
+    words = ["--can", table.bus, "--set", "duration_s=1000", "--set", "grid.health=false"]
     with subprocess.Popen(
         [KILOTWIN, "record", SMALL, *map(str, [*words, "--out", out, "-q"])],
         cwd=ROOT,
@@ -83,10 +84,12 @@ def test_a_host_is_seen_before_its_run_begins_while_it_gives_no_orders(
         stdout=subprocess.DEVNULL,
     ) as first:
         seen = set()
-        while not out.exists():
+        while not (out / "events.jsonl").exists():
             assert first.poll() is None
             time.sleep(0.01)
-        while first.poll() is None:
+        began = False
+        while not began:
+            began = '"kind": "run"' in (out / "events.jsonl").read_text()
             done = subprocess.run(
                 [KILOTWIN, "grid", "ls", *buses(table)],
                 env=environment,
@@ -94,10 +97,10 @@ def test_a_host_is_seen_before_its_run_begins_while_it_gives_no_orders(
                 text=True,
                 check=False,
             )
-            if first.poll() is None:
-                seen.add((done.returncode, "another host" in done.stderr))
-    assert (3, True) in seen
-    assert (0, False) not in seen
+            assert first.poll() is None
+            seen.add((done.returncode, "another host" in done.stderr))
+        first.send_signal(signal.SIGINT)
+    assert seen == {(3, True)}
     assert json.loads((out / "manifest.json").read_text()).get("spoiled") is None
 
 
