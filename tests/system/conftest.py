@@ -53,7 +53,7 @@ def kilotwin_in(environment: dict[str, str]) -> Kilotwin:
         *arguments: str | Path,
         expect: int = 0,
         env: dict[str, str] | None = None,
-        timeout_s: float = 300,
+        timeout_s: float = 600,
         folder: Path = ROOT,
     ) -> subprocess.CompletedProcess[str]:
         done = subprocess.run(

@@ -195,7 +195,7 @@ def test_gdb_holds_a_robot_in_its_loop_reads_it_and_lets_it_go(
                 assert gdb.byte_at(loops) == count
             assert gdb.ask(f"z0,{loop:x},2") == "OK"
             gdb.ask("D")
-        output, errors = process.communicate(timeout=60)
+        output, errors = process.communicate(timeout=240)
     finally:
         process.kill()
     assert process.returncode == 0, errors

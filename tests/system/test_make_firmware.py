@@ -29,7 +29,7 @@ def make(*arguments: str) -> subprocess.CompletedProcess[str]:
         ["make", "-s", "-C", str(FIRMWARE), *arguments],
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=600,
         check=False,
     )
 

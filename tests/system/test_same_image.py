@@ -50,7 +50,7 @@ FLASH, RAM = 1, 2
 def made(folder: str, out: Path, *words: str) -> tuple[Path, list[str]]:
     """The .hex of the one program, and its line of the report."""
     command = ["make", "-s", "-C", str(ROOT / folder), f"BUILD={out}", *words]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)
     assert done.returncode == 0, done.stderr
     (image,) = (file for file in out.rglob("*.hex") if file.stem != "bootloader")
     (line,) = [line for line in done.stdout.splitlines() if line.split()[0] == image.stem]
@@ -107,7 +107,7 @@ def test_our_own_programs_are_made_with_the_same_bytes(tmp_path: Path, kilotwin:
     assert build_boot_loader("module").read_bytes() == loader
 
     command = ["make", "-s", "-C", str(ROOT / "firmware"), f"BUILD={tmp_path}/robots"]
-    subprocess.run(command, capture_output=True, timeout=120, check=True)
+    subprocess.run(command, capture_output=True, timeout=600, check=True)
     # And the boot loader, which has flags and vectors of its own.
     loader = (tmp_path / "robots" / "bootloader.hex").read_bytes()
     assert build_boot_loader().read_bytes() == loader

@@ -64,7 +64,7 @@ def reference(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     file.write_text(SWEEP.format(experiment=ROOT / "experiments/paper/simplified-n50.toml"))
     out = str(folder / "out")
     command = [str(KILOTWIN), "sweep", str(file), "--out", out, "-j", "1", "--quiet"]
-    subprocess.run(command, check=True, timeout=300)
+    subprocess.run(command, check=True, timeout=600)
     return tables(folder / "out")
 
 
@@ -248,7 +248,7 @@ def test_a_worker_that_dies_costs_nothing_but_time(
         wait_for(lambda: parts(out) >= 1)
         # The pool's workers, not its resource tracker, are the busy ones.
         os.kill(max(children(process.pid)), signal.SIGKILL)
-        assert process.wait(120) == 0
+        assert process.wait(600) == 0
     assert tables(out) == reference
 
 
@@ -348,7 +348,7 @@ def test_a_dask_worker_that_dies_costs_nothing_but_time(
     ):
         wait_for(lambda: parts(out) >= 1)
         workers[0].kill()
-        assert process.wait(120) == 0
+        assert process.wait(600) == 0
     assert tables(out) == reference
 
 

@@ -194,7 +194,7 @@ def call_kilotwin(
         capture_output=True,
         text=True,
         check=False,
-        timeout=120,
+        timeout=600,
     )
     assert done.returncode == expect, f"{arguments}\n{done.stdout}\n{done.stderr}"
     return done

@@ -357,7 +357,7 @@ def test_the_documents_test_passes(tmp_path: Path) -> None:
         capture_output=True,
         text=True,
         check=False,
-        timeout=120,
+        timeout=600,
     )
     assert done.returncode == 0, done.stdout
     assert "1 passed" in done.stdout

@@ -54,7 +54,7 @@ def test_every_finding_has_a_row_a_case_and_an_annotation(folder: Path) -> None:
         capture_output=True,
         text=True,
         check=False,
-        timeout=120,
+        timeout=600,
     )
     assert done.returncode == 1, done.stderr
     assert "ok    build" in done.stdout

@@ -224,7 +224,7 @@ def test_the_command_has_a_row_for_each_scenario_junit_and_exit_codes(
 
     def kilotwin(*words: str, expect: int) -> str:
         command = [sys.executable, "-m", "kilotwin", "test", "-j", "2", *words]
-        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=600)
         assert done.returncode == expect, done.stderr
         return done.stdout
 

@@ -97,7 +97,7 @@ def run(project: pytest.Pytester, *words: str) -> str:
         capture_output=True,
         text=True,
         check=False,
-        timeout=120,
+        timeout=600,
     )
     return done.stdout + done.stderr
 
