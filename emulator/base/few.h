@@ -1,4 +1,5 @@
-/// Few: a short list without an allocation of its own.
+/// Few: a short list without an allocation of its own, for the records that each robot has. Swarms of
+/// a million have many such lists, and most of them hold an item or two.
 #ifndef KILOTWIN_BASE_FEW_H
 #define KILOTWIN_BASE_FEW_H
 
@@ -23,6 +24,7 @@ template <typename T, uint32_t N> class Few {
     using iterator = T *;
     using const_iterator = const T *;
 
+    /// Empty; allocates nothing.
     Few() : items_(own()) {}
     Few(const Few &other) : Few() { assign(other); }
     Few(Few &&other) noexcept : Few() { take(other); }
@@ -39,6 +41,7 @@ template <typename T, uint32_t N> class Few {
     }
     ~Few() { release(); }
 
+    // Items lie side by side, in the order in which they were added.
     T *begin() { return items_; }
     const T *begin() const { return items_; }
     T *end() { return items_ + size_; }
@@ -46,8 +49,10 @@ template <typename T, uint32_t N> class Few {
     T *data() { return items_; }
     const T *data() const { return items_; }
     size_t size() const { return size_; }
+    /// How many items it holds before it allocates again; N at first, never less than before.
     size_t capacity() const { return capacity_; }
     bool empty() const { return size_ == 0; }
+    // Not checked: `i` is below size(), and front(), back() and pop_back() want an item.
     T &operator[](size_t i) { return items_[i]; }
     const T &operator[](size_t i) const { return items_[i]; }
     T &front() { return items_[0]; }
@@ -58,6 +63,7 @@ template <typename T, uint32_t N> class Few {
     /// Keeps what was allocated.
     void clear() { size_ = 0; }
 
+    /// Allocates for `count` items at once, if they do not fit.
     void reserve(size_t count) {
         if (count > capacity_) grow(static_cast<uint32_t>(count));
     }
@@ -68,11 +74,13 @@ template <typename T, uint32_t N> class Few {
         size_ = static_cast<uint32_t>(count);
     }
 
-    void push_back(T item) {  // by value: it may be one of the list's own
+    /// Adds an item at the end; it may be one of the list's own.
+    void push_back(T item) {
         make_room();
         std::construct_at(items_ + size_++, item);
     }
 
+    /// Adds T(arguments...), which may not be taken from the list itself; returns it.
     template <typename... Arguments> T &emplace_back(Arguments &&...arguments) {
         make_room();
         return *std::construct_at(items_ + size_++, std::forward<Arguments>(arguments)...);
@@ -86,6 +94,7 @@ template <typename T, uint32_t N> class Few {
         std::rotate(begin() + index, end() - 1, end());
         return begin() + index;
     }
+    /// Removes the items from `first` to before `last`; returns where the next one is.
     T *erase(const T *first, const T *last) {
         T *const to = begin() + (first - items_);
         size_ -= static_cast<uint32_t>(last - first);
@@ -97,6 +106,7 @@ template <typename T, uint32_t N> class Few {
   private:
     T *own() { return reinterpret_cast<T *>(own_); }
     bool is_allocated() const { return items_ != reinterpret_cast<const T *>(own_); }
+    /// For one item more. The room doubles, so that n items cost O(n).
     void make_room() {
         if (size_ == capacity_) grow(2 * capacity_);
     }
@@ -107,12 +117,14 @@ template <typename T, uint32_t N> class Few {
         items_ = items;
         capacity_ = capacity;
     }
+    /// Copies the items of another list.
     void assign(const Few &other) {
         clear();
         reserve(other.size_);
         std::uninitialized_copy(other.begin(), other.end(), items_);
         size_ = other.size_;
     }
+    /// Gives back what was allocated, and is empty.
     void release() {
         if (is_allocated()) std::allocator<T>().deallocate(items_, capacity_);
         items_ = own();
