@@ -41,10 +41,11 @@ def find(where: str) -> Origin:
     address = urlsplit(url.removeprefix("git+"))
     if not address.netloc:
         return _carried(Path(unquote(address.path) if address.scheme == "file" else where))
-    if address.password:
+    # A token may stand where a user does.
+    if address.password or (address.username and not address.scheme.endswith("ssh")):
         raise InputError(
-            f"--from: the address of {address.hostname} has a password in it, which the repository "
-            "would keep; leave it out, and give pip's netrc file the password"
+            f"--from: the address of {address.hostname} has a user or a password in it, which the "
+            "repository would keep; leave it out, and give pip's netrc file both"
         )
     if url.startswith("git+") or address.scheme == "ssh" or address.path.endswith(".git"):
         git = url if url.startswith("git+") else f"git+{url}"

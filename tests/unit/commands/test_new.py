@@ -146,7 +146,8 @@ def test_ci_says_which_lines_have_run_as_the_readme_promises(tmp_path: Path) -> 
         ("kilotwin-2.whl", "it does not hold all of Kilotwin; type: make wheel"),
         ("empty", "the folder has no kilotwin-....whl; name one wheel"),
         ("https://example.org/kilotwin", "not the URL of a kilotwin-....whl"),
-        ("https://me:secret@example.org/kilotwin.git", "has a password in it"),
+        ("https://me:secret@example.org/kilotwin.git", "has a user or a password in it"),
+        ("git+https://secret@example.org/kilotwin.git", "has a user or a password in it"),
     ],
 )
 def test_what_is_no_wheel_is_refused_and_nothing_is_made(
