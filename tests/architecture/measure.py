@@ -25,26 +25,6 @@ class Function:
     lines: int
 
 
-@dataclass
-class Share:
-    """Lines with a comment and lines with code; a line that has both counts as one of each."""
-
-    comment: int = 0
-    code: int = 0
-
-    def add(self, other: "Share") -> None:
-        self.comment += other.comment
-        self.code += other.code
-
-    @property
-    def lines(self) -> int:
-        return self.comment + self.code
-
-    @property
-    def percent(self) -> float:
-        return 100 * self.comment / max(1, self.lines)
-
-
 def _blank(text: str) -> str:
     """Spaces in place of every character but line ends."""
     return re.sub(r"[^\n]", " ", text)
@@ -64,15 +44,6 @@ def code_and_comments(text: str) -> tuple[str, str]:
     code.append(text[end:])
     comments.append(_blank(text[end:]))
     return "".join(code), "".join(comments)
-
-
-def comment_share(text: str) -> Share:
-    """Lines of comment and code of a C source."""
-    code, comments = code_and_comments(text)
-    return Share(
-        comment=sum(bool(line.strip()) for line in comments.splitlines()),
-        code=sum(bool(line.strip()) for line in code.splitlines()),
-    )
 
 
 @dataclass
