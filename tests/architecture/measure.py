@@ -30,20 +30,16 @@ def _blank(text: str) -> str:
     return re.sub(r"[^\n]", " ", text)
 
 
-def code_and_comments(text: str) -> tuple[str, str]:
-    """A C source twice, line by line as it was: without comments and texts, and comments alone."""
-    code, comments, end = [], [], 0
+def code_of(text: str) -> str:
+    """A C source, line by line as it was, without comments and what texts say."""
+    code, end = [], 0
     for match in TOKEN.finditer(text):
-        between, token = text[end : match.start()], match[0]
-        code.append(between)
-        comments.append(_blank(between))
-        comment = match["line"] or match["block"]
-        code.append(_blank(token) if comment else '""' + _blank(token[2:]))
-        comments.append(token if comment else _blank(token))
+        token = match[0]
+        is_comment = match["line"] or match["block"]
+        code.append(text[end : match.start()])
+        code.append(_blank(token) if is_comment else '""' + _blank(token[2:]))
         end = match.end()
-    code.append(text[end:])
-    comments.append(_blank(text[end:]))
-    return "".join(code), "".join(comments)
+    return "".join([*code, text[end:]])
 
 
 @dataclass
@@ -79,7 +75,7 @@ def _kind(head: str, inside: _Scope | None) -> str:
 
 def c_functions(text: str) -> Iterator[Function]:
     """The functions of a C or C++ source; ValueError where its braces do not match."""
-    code, _ = code_and_comments(text)
+    code = code_of(text)
     code = DIRECTIVE.sub(lambda match: _blank(match[0]), code)
     stack: list[_Scope] = []
     head, head_line, line = "", 1, 1
