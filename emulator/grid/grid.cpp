@@ -239,12 +239,17 @@ CellLight Grid::light(uint32_t cell, Cycles at) {
     const uint32_t module = GridLayout::module_of(cell);
     if (dead_[module]) return {};
     if (on_board()) return boards_->module_light(module, GridLayout::index_in_module(cell));
-    // It may have been left behind; what it does up to now is received by no robot.
-    if (!modules_[module].asks()) modules_[module].run(at);
+    catch_up(module, at);
     return modules_[module].light(GridLayout::index_in_module(cell), at);
 }
 
-Grid::About Grid::about(uint32_t index) const {
+/// Executes a module that was left behind: what it does up to `at` is received by nobody.
+void Grid::catch_up(uint32_t index, Cycles at) {
+    if (!on_board() && !dead_[index] && !modules_[index].asks()) modules_[index].run(at);
+}
+
+Grid::About Grid::about(uint32_t index, Cycles at) {
+    catch_up(index, at);
     if (on_board())
         return {dead_[index] ? "dead" : "on a board", boards_->module_stopped(index),
                 boards_->module_ticks(index), 0, boards_->frames_missed(index)};
@@ -341,7 +346,8 @@ std::vector<Grid::LoggedFrame> Grid::take_frames() {
     return std::exchange(frames_, {});
 }
 
-Events Grid::take_events() {
+Events Grid::take_events(Cycles at) {
+    for (uint32_t index = 0; index < layout_.modules(); index++) catch_up(index, at);
     if (on_board())
         for (Event &event : boards_->take_module_events()) events_.push_back(std::move(event));
     std::stable_sort(events_.begin(), events_.end(), [](const Event &a, const Event &b) {
@@ -360,6 +366,7 @@ void Grid::apply(const Fault &fault, Cycles at) {
     const uint32_t index = layout_.module(fault.x, fault.y), node = node_[index];
     CanBus &bus = buses_[layout_.bus(index)];
     run_bus(layout_.bus(index), at);
+    catch_up(index, at);
     auto power = [&](bool on) {
         on_bus_[index] = false;
         if (on_board())

@@ -205,7 +205,8 @@ class Grid {
     /// Colour of a cell at `at`, up to which everything has been executed.
     CellLight light(uint32_t cell, Cycles at);
 
-    /// How a module is. What one on a board makes of itself, only its answers by CAN tell.
+    /// How a module is at `at`, up to which everything has been executed. What one on a board makes
+    /// of itself, only its answers by CAN tell.
     struct About {
         const char *state;        ///< of its runtime, by name
         bool stopped;             ///< its program crashed, or never returns
@@ -213,12 +214,13 @@ class Grid {
         uint64_t frames_refused;  ///< by its transfers
         uint64_t frames_missed;   ///< its buffers were full
     };
-    About about(uint32_t index) const;
+    About about(uint32_t index, Cycles at);
 
     /// Frames that ended on any bus since the last call, in order of time.
     std::vector<LoggedFrame> take_frames();
-    /// Prints and failures of module programs, in order of time; `robot` is the module's index.
-    Events take_events();
+    /// Prints and failures of module programs in order of time, since the last call; `robot` is the
+    /// module's index. Everything has been executed up to `at`.
+    Events take_events(Cycles at);
     /// A bus, by index; the lowest rows are on bus 0.
     const CanBus &bus(uint32_t index) const { return buses_[index]; }
     /// Node of a module on its bus; the host is node 0 of each.
@@ -238,6 +240,7 @@ class Grid {
     /// Queues what its program has sent at its node.
     void send_frames(uint32_t index);
     void queue_frames_of_boards();
+    void catch_up(uint32_t index, Cycles at);
     /// Finds anew when it is due.
     void schedule(uint32_t index, Cycles not_before = 0);
     void run_bus(uint32_t index, Cycles until);

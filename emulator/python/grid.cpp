@@ -69,8 +69,9 @@ const char *name_of(CanBus::State state) {
 }
 
 // State of program, runtime and CAN controller of each module, as of now.
-nb::list modules_of(const PythonSimulation &self) {
-    const Grid &grid = self.simulation.grid();
+nb::list modules_of(PythonSimulation &self) {
+    Grid &grid = self.simulation.grid();
+    Grid::serve_this_thread();
     nb::list out;
     for (uint32_t index = 0; index < grid.layout().modules(); index++) {
         const uint32_t on_bus = grid.layout().bus(index), node = grid.node(index);
@@ -79,7 +80,7 @@ nb::list modules_of(const PythonSimulation &self) {
         row["x"] = grid.layout().x(index);
         row["y"] = grid.layout().y(index);
         row["bus"] = on_bus;
-        const auto &about = grid.about(index);
+        const auto &about = grid.about(index, self.simulation.now());
         row["state"] = about.state;
         row["stopped"] = about.stopped;
         row["tick"] = about.ticks;

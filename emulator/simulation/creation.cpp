@@ -235,6 +235,7 @@ void Simulation::boot() {
     emissions_.clear();
     for (auto &robot : robots_) robot.motor_commands.clear();
     now_ = start_;
+    sample_if_due();
 }
 
 }  // namespace kilotwin

@@ -1,6 +1,8 @@
 #include "simulation/simulation.h"
 
 #include <algorithm>
+#include <bit>
+#include <iterator>
 #include <string>
 #include <utility>
 
@@ -10,9 +12,26 @@
 
 namespace kilotwin {
 
+namespace {
+
+/// Takes events before `now` out, in order of time. What a robot did at the end of its last
+/// instruction or wait may be later than the others have been executed.
+Events take_before(Events &events, Cycles now) {
+    std::stable_sort(events.begin(), events.end(), [](const Event &a, const Event &b) {
+        return a.at != b.at ? a.at < b.at : a.robot < b.robot;
+    });
+    const auto later = std::partition_point(events.begin(), events.end(),
+                                            [now](const Event &event) { return event.at < now; });
+    Events taken(std::move_iterator(events.begin()), std::move_iterator(later));
+    events.erase(events.begin(), later);
+    return taken;
+}
+
+}  // namespace
+
 int64_t Simulation::tick_of(Cycles at) const {
-    return (static_cast<int64_t>(at) - static_cast<int64_t>(run_at_)) /
-           static_cast<int64_t>(TICK_CYCLES);
+    static_assert(std::has_single_bit(TICK_CYCLES));
+    return static_cast<int64_t>(at - run_at_) >> std::countr_zero(TICK_CYCLES);
 }
 
 // The loop
@@ -21,7 +40,6 @@ void Simulation::advance(int64_t ticks) {
     Robot::serve_this_thread();
     const Cycles end = end_of_step(now_ + static_cast<Cycles>(ticks) * TICK_CYCLES, step_);
     channel_->host_silent_until(end);
-    sample_if_due();
     // Robots are run ahead up to the next sample at most: it shows them as they are then.
     while (now_ < end) {
         step(std::min(end, next_sample_));
@@ -196,8 +214,9 @@ void Simulation::sample_if_due() {
     if (now_ < next_sample_) return;
     sample_into(samples_, def_.sample_extras);
     result_.take(samples_);
-    samples_due_++;
-    next_sample_ = end_of_step(run_at_ + samples_due_ * def_.sample_ticks * TICK_CYCLES, step_);
+    const Cycles period = def_.sample_ticks * TICK_CYCLES;
+    const Cycles periods = (now_ - run_at_) / period + 1;
+    next_sample_ = end_of_step(run_at_ + periods * period, step_);
 }
 
 void Simulation::sample_into(Samples &samples, const SampleExtras &extras) const {
@@ -231,22 +250,20 @@ Samples Simulation::snapshot(const SampleExtras &extras) const {
 }
 
 Events Simulation::take_events() {
-    // Robots are executed one after the other.
-    std::stable_sort(events_.begin(), events_.end(), [](const Event &a, const Event &b) {
-        return a.at != b.at ? a.at < b.at : a.robot < b.robot;
-    });
-    result_.take(events_, run_at_);
-    return std::exchange(events_, {});
+    Events taken = take_before(events_, now_);
+    result_.take(taken, run_at_);
+    return taken;
 }
 
 Events Simulation::take_module_events() {
     fetch_module_events();
-    return std::exchange(module_events_, {});
+    return take_before(module_events_, now_);
 }
 
 // Boards and native modules keep theirs until they are asked; the hash wants all of them.
 void Simulation::fetch_module_events() {
-    const Events events = grid().take_events();
+    Grid::serve_this_thread();
+    const Events events = grid().take_events(now_);
     result_.take(events, run_at_);
     module_events_.insert(module_events_.end(), events.begin(), events.end());
 }

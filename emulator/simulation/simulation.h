@@ -82,7 +82,9 @@ struct SimulationDef {
     std::vector<LabRobot>
         lab;  ///< by index, one for each robot; empty: uid index + 1, the profile's duties
     std::vector<Command> commands;
-    uint32_t sample_ticks;       ///< at least step_ticks; taken when the world step is over
+    /// From one sample to the next, from RUN on. Each is taken at the end of the world step in
+    /// which it is due; of several that are due in one step only one is.
+    uint32_t sample_ticks;
     SampleExtras sample_extras;  ///< of these samples; changes no result
     std::string black_box;       ///< path of a file to map, or empty
     bool run_ahead;              ///< false: tick by tick, for tests
@@ -107,13 +109,15 @@ class Simulation {
     explicit Simulation(const SimulationDef &def);
     ~Simulation();
 
-    /// Goes on by at least `ticks`, to the end of a world step.
+    /// Goes on by at least `ticks`, to the end of a world step. Where a call ends changes nothing:
+    /// a run that is cut up is the same run. What is due at the end of a step is sampled by then,
+    /// before the host can do anything at that moment.
     void advance(int64_t ticks);
 
     /// Nominal ticks since RUN, which happens at 0.
     int64_t tick() const { return tick_of(now_); }
 
-    /// Nominal ticks since RUN of a moment.
+    /// Nominal ticks since RUN of a moment, rounded down.
     int64_t tick_of(Cycles at) const;
     /// The begin of the next world step.
     Cycles now() const { return now_; }
@@ -172,8 +176,9 @@ class Simulation {
     /// One sample of this moment; those that take_samples() returns do not change.
     Samples snapshot() const { return snapshot(def_.sample_extras); }
     Samples snapshot(const SampleExtras &extras) const;
-    Events take_events();         ///< in order of time
-    Events take_module_events();  ///< of a grid's modules; EngineError without one
+    /// Events before now since the last call, in order of time.
+    Events take_events();
+    Events take_module_events();  ///< likewise of a grid's modules; EngineError without one
     Statistics statistics() const;
 
     /// Hash of all that was sampled, printed, sent and failed up to now, fetched or not.
@@ -213,7 +218,7 @@ class Simulation {
     void shine_on_robots();  ///< the light of the definition, at once
     /// Not where light depends on the place: how long a robot will stay where it is is not known.
     bool may_run_ahead() const { return def_.run_ahead && !light_changes(); }
-    /// Takes a sample if the step that has begun is the first not before its time.
+    /// Takes a sample if one is due by the step that begins now.
     void sample_if_due();
     void sample_into(Samples &samples, const SampleExtras &extras) const;
     void add_extras(Samples &samples, const SampleExtras &extras) const;
@@ -225,9 +230,8 @@ class Simulation {
     Cycles run_at_;                    ///< when RUN is given: t = 0
     Cycles start_;                     ///< when stepping begins: before, robots wait for commands
     Cycles now_;                       ///< begin of the current step
-    uint64_t samples_due_ = 0;         ///< so many were taken
     Cycles next_sample_;               ///< when the next is due, a begin of a step
-    Events events_;                    ///< since the last take_events(), in order of execution
+    Events events_;                    ///< not taken yet, in order of execution
     Events module_events_;             ///< fetched from the grid, and not taken yet
     std::vector<Emission> emissions_;  ///< of the robot executed last; the channel takes them
     BlackBox *black_box_ = nullptr;    ///< mapped file that tells which robot runs, or null

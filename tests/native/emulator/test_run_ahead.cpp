@@ -370,7 +370,7 @@ GridOutcome grid_outcome_of(SimulationDef def, bool run_ahead, int64_t duration_
             for (const auto &logged : grid.take_frames())
                 outcome.frames.emplace_back(logged.at, logged.bus, logged.frame.id,
                                             logged.frame.data);
-            for (const auto &event : grid.take_events())
+            for (const auto &event : grid.take_events(simulation.now()))
                 outcome.events.emplace_back(event.at, event.robot, event.text);
         }
     }

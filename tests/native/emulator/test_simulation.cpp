@@ -4,8 +4,11 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <set>
+#include <tuple>
 
 #include "base/errors.h"
 #include "support.h"
@@ -116,9 +119,62 @@ TEST_CASE("a snapshot shows now and disturbs nothing") {
     CHECK(now.tick == std::vector<int64_t>{0});
     CHECK(now.heading_rad == std::vector<float>{0.5f, -2});
     CHECK(now.site == std::vector<uint8_t>{0, 1});
-    CHECK(simulation.take_samples().tick.empty());
-    simulation.advance(2);
     CHECK(simulation.take_samples().tick == std::vector<int64_t>{0});
+    simulation.advance(2);
+    CHECK(simulation.take_samples().tick.empty());
+}
+
+TEST_CASE("a period of any length gives one sample at the end of each step in which one is due") {
+    constexpr int64_t END = 120;
+    for (uint32_t step : {1u, 2u, 4u})
+        for (uint32_t period = 1; period <= 9; period++) {
+            CAPTURE(step);
+            CAPTURE(period);
+            Scene scene(square_hall(6));
+            scene.def.step_ticks = step;
+            scene.def.sample_ticks = period;
+            scene.add("wanderer", {{{0, 0}, 0}, {{1, 0}, 1}});
+            std::set<int64_t> due;
+            for (int64_t tick = 0; tick <= END; tick += period)
+                due.insert((tick + step - 1) / step * step);
+            due.erase(due.upper_bound(END), due.end());
+            std::set<uint64_t> hashes;
+            for (int64_t cut : {1, 2, 3, 5, 7, 120}) {
+                Simulation simulation(scene.def);
+                std::vector<int64_t> taken = simulation.take_samples().tick;
+                while (simulation.tick() < END) {
+                    simulation.advance(std::min(cut, END - simulation.tick()));
+                    for (int64_t tick : simulation.take_samples().tick) taken.push_back(tick);
+                    simulation.advance(0);
+                }
+                CHECK(taken == std::vector<int64_t>(due.begin(), due.end()));
+                hashes.insert(simulation.result_hash());
+            }
+            CHECK(hashes.size() == 1);
+        }
+}
+
+TEST_CASE("events are handed out up to now, however the run is cut") {
+    Scene scene(round_hall(1));
+    scene.def.kilobot_medium = infrared_settings();
+    scene.add_anywhere("talker", 6);
+    auto events_of = [&scene](int64_t cut) {
+        Simulation simulation(scene.def);
+        std::vector<std::tuple<Cycles, uint32_t, std::string>> all;
+        while (simulation.tick() < 4000) {
+            simulation.advance(std::min(cut, 4000 - simulation.tick()));
+            for (const Event &event : simulation.take_events()) {
+                CHECK(event.at < simulation.now());
+                all.emplace_back(event.at, event.robot, event.text);
+            }
+        }
+        return all;
+    };
+    const auto whole = events_of(4000);
+    CHECK(whole.size() > 20);
+    CHECK(std::is_sorted(whole.begin(), whole.end()));
+    CHECK(events_of(1) == whole);
+    CHECK(events_of(37) == whole);
 }
 
 TEST_CASE("commands are given at their tick, to the robots in their range of uids") {
