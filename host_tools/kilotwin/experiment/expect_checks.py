@@ -9,7 +9,7 @@ from kilotwin.experiment.expression import Expression
 from kilotwin.experiment.grid_checks import Problem
 from kilotwin.experiment.schema import ExperimentSchema
 from kilotwin.experiment.toml_lines import KeyPath
-from kilotwin.units import TICK_S, seconds, ticks
+from kilotwin.units import TICK_S, seconds
 
 _TIMES = ("at_s", "within_s", "throughout_s")
 # A sample is late by a world step at most, of 4 ticks; and as much as a tick is no divisor of it.
@@ -87,7 +87,7 @@ def _sampled(
     path: KeyPath, key: str, begin_s: float, end_s: float, experiment: ExperimentSchema
 ) -> Iterator[Problem]:
     """A problem if there is no sample where it wants to look."""
-    every_s = seconds(max(1, ticks(experiment.record.sample_s)))
+    every_s = seconds(experiment.sample_ticks)
     off_s = max(_OFF_S, _OFF_SHARE * end_s)
     if end_s >= experiment.duration_s - off_s:
         return  # the end is always sampled

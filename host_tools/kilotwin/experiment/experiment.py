@@ -7,7 +7,7 @@ import functools
 import hashlib
 import itertools
 import json
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -35,6 +35,7 @@ from kilotwin.experiment.text import ExperimentText, Setting
 from kilotwin.experiment.toml_lines import KeyPath
 from kilotwin.experiment.toml_text import toml_of
 from kilotwin.files import lazy
+from kilotwin.units import seconds, ticks
 
 if TYPE_CHECKING:
     from kilotwin.experiment.grid_plan import GridPlan
@@ -135,6 +136,22 @@ class Experiment:
     def program_of(self, robot: int) -> Program:
         """The program of the robot with that id."""
         return self.group_of(robot).program
+
+    def notes(self) -> Iterator[str]:
+        """What is to be known of an emulated run of it before it begins."""
+        commands, record = self.keys.command, self.keys.record
+        if (
+            self.modules is None
+            and commands is not None
+            and not any(command.send == "run" for command in commands)
+        ):
+            yield 'no [[command]] has send = "run": setup() and loop() are never called'
+        if ticks(record.sample_s) < self.keys.sample_ticks:
+            yield (
+                f"record.sample_s = {record.sample_s:g} is shorter than the world's step: a sample "
+                f"comes every {seconds(self.keys.sample_ticks):.3f} s; for more of them set "
+                f"engine.step_ticks = {min(ticks(record.sample_s), 2)}"
+            )
 
     def takes_whole_numbers(self, key: KeyPath) -> bool:
         """Whether a key, as ("swarm", "size"), takes no other numbers."""

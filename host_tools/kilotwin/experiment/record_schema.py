@@ -32,7 +32,9 @@ class Record(Section):
     """
 
     sample_s: Interval = 10.0
-    """Seconds from one record to the next. Begin and end are always recorded."""
+    """Seconds from one record to the next. Each comes at the end of a world step
+    (engine.step_ticks), so that they come no oftener than these. Begin and end are always
+    recorded."""
     robots_s: Interval | None = None
     """The same of the rows of `robots`, a multiple of sample_s, which counts, objects and metrics
     keep; as sample_s if left out."""

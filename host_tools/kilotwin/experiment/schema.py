@@ -46,7 +46,7 @@ from kilotwin.parameters.section import (
     Uid,
     one_or_more,
 )
-from kilotwin.units import TICK_S
+from kilotwin.units import TICK_S, ticks
 
 ProfileName = Literal["foot-bot", "kilobot"]
 Cpu = Literal["native", "translated", "avr"]
@@ -415,6 +415,11 @@ class ExperimentSchema(AggregationTables):
         description="LED colours by the name of what they mean: [r, g, b] with 0 to 3 each, as in "
         f"RGB(r, g, b), or a colour's name: {_led_names()}.",
     )
+
+    @property
+    def sample_ticks(self) -> int:
+        """Ticks from one sample of an emulated run to the next: a world step at least."""
+        return max(ticks(self.record.sample_s), self.engine.step_ticks)
 
     @model_validator(mode="before")
     @classmethod

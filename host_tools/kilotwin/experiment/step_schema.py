@@ -10,7 +10,8 @@ from kilotwin.parameters.section import Pose, Reading10, Section
 class Step(Section):
     """Light that changes during a run, or a robot that is moved by hand.
 
-    Each has `ambient`, `lamp` with `peak`, or `robot` with `pose`.
+    Each has `ambient`, `lamp` with `peak`, or `robot` with `pose`. A sample of the same moment is
+    taken before.
     """
 
     at_s: Annotated[float, Field(ge=0, le=1e9)]

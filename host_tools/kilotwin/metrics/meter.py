@@ -36,7 +36,6 @@ class Meter:
         variables to read. `functions` may be None where the experiment has none."""
         keys = experiment.keys
         self._metrics = keys.metric
-        self._has_grid = experiment.modules is not None
         self._functions = functions
         self._make = SampleMaker(keys)
         self._builtins: dict[str, Measure] = {
@@ -62,11 +61,12 @@ class Meter:
 
     @property
     def wants_moments(self) -> bool:
-        """Whether the engine has to stand still at each sample."""
+        """Whether the engine has to stand still at each sample: for what is not in samples, and
+        since the failure of a function is an event of that moment."""
         metrics = self._metrics.values()
         return any(
             metric.variable is not None
-            or (metric.function is not None and self._has_grid)
+            or metric.function is not None
             or metric.builtin in _OF_A_MOMENT
             for metric in metrics
             if metric.when == "samples"

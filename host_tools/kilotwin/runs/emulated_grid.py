@@ -69,14 +69,15 @@ class EmulatedHost:
         self._due_tick = simulation.tick
 
     def see(self, samples: "Samples") -> None:
-        """Corrects the sites in samples: on a grid those of the cells below robots, as of now."""
+        """Corrects the sites in samples: on a grid those of the cells below robots."""
         sites_of_cells(samples, self._plan.layout, self._plan.site_maps, TICK_S)
-        self.see_events()
 
-    def see_events(self) -> None:
-        """Takes the events of modules' programs."""
-        for event in self.simulation.module_events():
-            self.record.module_event(self._places.of_module(event))
+    def module_events(self) -> list[dict[str, Any]]:
+        """Events of modules' programs since the last call, which the record sees too."""
+        events = [self._places.of_module(event) for event in self.simulation.module_events()]
+        for event in events:
+            self.record.module_event(event)
+        return events
 
     def order(self, order: str) -> None:
         """Has the host `pause` or `resume` robots now, after what it is at. InputError while the

@@ -46,7 +46,7 @@ class GridEvents:
         """Events."""
 
     def module_event(self, event: Mapping[str, Any]) -> None:
-        """Takes an event of a module's program: a print, or a failure."""
+        """Takes an event of a module's program, which its caller writes down."""
         if event["kind"] in FAILURES:
             row = {"module": list(event["module"]), "tick": event["tick"], "what": said(event)}
             self._crashed.append({**row, **{key: event[key] for key in FIELDS if key in event}})
@@ -136,12 +136,6 @@ class GridRecord(GridEvents):
         """Writes what happened, at once."""
         event = {"time_s": round(time_s, 3), "tick": ticks(time_s), "kind": kind, "text": text}
         self._writer.add_event({**event, **more})
-
-    def module_event(self, event: Mapping[str, Any]) -> None:
-        """Writes it too."""
-        super().module_event(event)
-        where = {"module": list(event["module"]), "time_s": round(seconds(event["tick"]), 3)}
-        self._writer.add_event({**event, **where})
 
     def flush(self, *, now: bool = False) -> None:
         """Hands everything to the system, if it is time to."""

@@ -111,13 +111,8 @@ def run(
         display.warn(trouble)
     guests, modules = build_all(experiment, display.note, covered=covered, sanitized=sanitized)
     built = [*guests, *([modules] if modules else [])]
-    commands = experiment.keys.command
-    if (
-        experiment.modules is None
-        and commands is not None
-        and not any(command.send == "run" for command in commands)
-    ):
-        display.note('no [[command]] has send = "run": setup() and loop() are never called')
+    for note in experiment.notes():
+        display.note(note)
     functions = LocalFunctions(experiment) if experiment.functions else None
     manifest = new_manifest(experiment, built, command_line)
     twins = Twins(native_kilobots(experiment, guests), twin, display.note)

@@ -12,6 +12,7 @@ from typing import Any
 
 from kilotwin.experiment.checks import swarm_size
 from kilotwin.experiment.schema import ExperimentSchema
+from kilotwin.units import seconds
 
 # Bytes per row in robots.arrows and robots.parquet together, compressed.
 _ROBOT = 2.6
@@ -74,7 +75,8 @@ def size_of(keys: ExperimentSchema) -> Size:
     record, size = keys.record, swarm_size(keys)
     chosen = record.robots_of(size)
     robots = size if chosen is None else len(chosen)
-    samples = math.ceil(keys.duration_s / record.sample_s) + 1
+    every_s = max(record.sample_s, seconds(keys.engine.step_ticks))
+    samples = math.ceil(keys.duration_s / every_s) + 1
     rows = robots * (math.ceil((samples - 1) / record.robots_every) + 1)
     per_robot = sum(metric.per_robot for metric in keys.metric.values())
     of_row = _ROBOT + _METRIC * per_robot

@@ -205,6 +205,8 @@ class Trial(Generic[WriterT]):
         self._modules: RunWriter | None = None
         if isinstance(self.writer, RunWriter) and self.writer.wants_modules and not self._served:
             self._modules = self.writer
+        if isinstance(self.writer, RunWriter):
+            self.writer.before_event = self._take_events
         self._stops_at_samples = self._meter.wants_moments or self._modules is not None
         self._startup_s = 0.0
         self._sampled_at = -1
@@ -240,9 +242,7 @@ class Trial(Generic[WriterT]):
             return self._serve(self._served, stopped)
         simulation, end = self._simulation, ticks(self._keys.duration_s)
         chunk = 1
-        if self._stops_at_samples:
-            simulation.advance(0)  # takes the first sample, while the engine stands there
-            self._take(simulation.samples())
+        self._take(simulation.samples())
         while simulation.tick < end and not stopped():
             began_s = self._clock()
             allowed = self._allowed_ticks()
@@ -270,8 +270,7 @@ class Trial(Generic[WriterT]):
         """So far may the engine go for the sake of what is measured beside its samples."""
         if not self._stops_at_samples:
             return sys.maxsize
-        every = max(1, ticks(self._keys.record.sample_s))
-        return max(1, self._samples * every - self._simulation.tick)
+        return max(1, self._samples * self._keys.sample_ticks - self._simulation.tick)
 
     def _serve(self, world: "ServedWorld", stopped: Callable[[], bool]) -> bool:
         """Until a host has had its run; False if stopped before."""
@@ -298,10 +297,9 @@ class Trial(Generic[WriterT]):
         return live
 
     def _make_steering(self) -> "Steering":
-        sample_ticks = max(1, ticks(self._keys.record.sample_s))
         grid = None if self._host is None else self._host.order
         steering: Steering = lazy.load("runs.steering").Steering(
-            self._simulation, sample_ticks, self._note_act, grid
+            self._simulation, self._keys.sample_ticks, self._note_act, grid
         )
         return steering
 
@@ -329,18 +327,25 @@ class Trial(Generic[WriterT]):
                 ahead = min(ahead, self._environment.ticks_until_due(simulation))
             simulation.advance(ahead)
 
-    def _take(self, samples: "Samples", *, last: bool = False) -> None:
-        if self._host is not None:
-            self._host.see(samples)
-        events = [self._places.of_robot(told) for told in self._simulation.events()]
-        for event in events:
+    def _take_events(self) -> None:
+        """Writes down what programs did before now, in order of time: at the end of a call of the
+        engine, and before an event that is not the engine's, so that all are in that order."""
+        modules = [] if self._host is None else self._host.module_events()
+        robots = [self._places.of_robot(told) for told in self._simulation.events()]
+        for event in robots:
             event["tick"] -= self._zero_tick
             self._events[event["kind"]] += 1
             if event["kind"] in FAILURES:
                 self._failed.append(event)
             elif event["kind"] == UNDEFINED:
                 self._undefined.append(event)
-        self.writer.add_events(events)
+        if modules or robots:
+            self.writer.add_events(sorted(modules + robots, key=lambda event: event["tick"]))
+
+    def _take(self, samples: "Samples", *, last: bool = False) -> None:
+        self._take_events()
+        if self._host is not None:
+            self._host.see(samples)
         self._samples += len(samples["tick"])
         counts = self.writer.add(samples, self._measure(samples, last=last))
         if counts is None:
@@ -420,6 +425,8 @@ class Trial(Generic[WriterT]):
 
     def close(self) -> None:
         """Ends what the grid has open; the writer is its maker's."""
+        if isinstance(self.writer, RunWriter):
+            self.writer.before_event = lambda: None  # what robots do from now on is no part of it
         if self._environment is not None:
             self._environment.close()
         if self._host is not None:
@@ -487,7 +494,7 @@ class Trial(Generic[WriterT]):
         spec = engine_spec(
             job.experiment,
             job.guests,
-            sample_ticks=max(1, ticks(self._keys.record.sample_s)),
+            sample_ticks=self._keys.sample_ticks,
             black_box=job.black_box,
             module_guest=job.module_guest,
             lead_ticks=self._lead_ticks(),

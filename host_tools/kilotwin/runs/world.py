@@ -403,7 +403,7 @@ class World:
     @property
     def grid_events(self) -> list[dict[str, Any]]:
         """Events of the host and of modules' programs: `time_s`, `kind`, `text`."""
-        return list(self._grid_memory().happened)
+        return sorted(self._grid_memory().happened, key=lambda event: float(event["time_s"]))
 
     @property
     def cells(self) -> NDArray[np.uint8]:
@@ -419,7 +419,7 @@ class World:
         return self._grid.simulation.modules()
 
     def _grid_memory(self) -> GridMemory:
-        self._grid.see_events()
+        self._grid.module_events()
         return self._heard
 
     @property

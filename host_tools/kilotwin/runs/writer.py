@@ -9,7 +9,7 @@ import contextlib
 import json
 import os
 import shutil
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -67,6 +67,8 @@ class RunWriter:
         if experiment.keys.record.has("modules") and "engine" in manifest:
             self._modules = Stream(folder / f"{MODULES}.arrows", MODULES_SCHEMA)
         self._events = (folder / EVENTS).open("w")
+        self.before_event: Callable[[], None] = lambda: None
+        """Called before add_event() writes, for what is to be written before."""
         self._prints = Prints(folder / PRINTS)
         self._print_limit = PrintLimit(experiment.keys.record)
 
@@ -106,6 +108,7 @@ class RunWriter:
 
     def add_event(self, event: "Event | dict[str, Any]") -> None:
         """Writes one event."""
+        self.before_event()
         self.add_events([event])
 
     def add_events(self, events: "Iterable[Event | dict[str, Any]]") -> None:

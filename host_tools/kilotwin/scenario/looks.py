@@ -135,7 +135,7 @@ class Looks:
             return None
         counts = self.count(samples)
         for k, tick in enumerate(samples["tick"].tolist()):
-            failed = sum(at <= tick for at in self._failed.values())
+            failed = sum(at < tick for at in self._failed.values())
             for looker in self._lookers:
                 if looker is not None:
                     wanted = looker.expression.names
@@ -150,13 +150,14 @@ class Looks:
         return count(self._states, samples["led"], samples["site"], self._sites)
 
     def add_events(self, events: "Iterable[Event | dict[str, Any]]") -> None:
-        """Keeps failures of robots' and modules' programs."""
+        """Keeps failures of robots' programs; those of modules are in the run's summary."""
         for event in events:
-            self._keep(event)
+            if "robot" in event:
+                self._keep(event)
 
     def _keep(self, event: "Event | dict[str, Any]") -> None:
         kind = event["kind"]
-        if kind in FAILURES and "robot" in event:
+        if kind in FAILURES:
             self._failed.setdefault(event["robot"], event["tick"])
         kept = {"busy_wait": self.busy_waits, UNDEFINED: self.undefined}.get(kind)
         kept = self.crashes if kind in FAILURES else kept
@@ -166,9 +167,8 @@ class Looks:
 
 def _failure(event: "Event | dict[str, Any]") -> Failure:
     row = dict(event)
-    who = f"robot {row['robot']}" if "robot" in row else f"module {row.get('module', '')}"
     return Failure(
-        f"{who} ({row.get('program', '')}) at {seconds(row['tick']):.1f} s",
+        f"robot {row['robot']} ({row.get('program', '')}) at {seconds(row['tick']):.1f} s",
         said(row),
         row.get("file", ""),
         row.get("line", 0),

@@ -71,6 +71,8 @@ def tasks_of(
     sanitized: bool = False,
 ) -> list[Task]:
     """Builds the programs; a task for each seed, from the experiment's on."""
+    for note in experiment.notes():
+        notify(f"{experiment.origin.source}: {note}")
     built, modules = build_all(experiment, notify, covered=covered, sanitized=sanitized)
     guests = [str(guest.file) for guest in built]
     module_guest = None if modules is None else str(modules.file)

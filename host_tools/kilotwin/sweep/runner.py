@@ -112,6 +112,9 @@ class Sweep:
         guests: dict[tuple[Program, bool, Target | None, bool, bool], Guest] = {}
         keys = []
         native: list[tuple[Program, Guest]] = []
+        notes = {note: None for trial in plan.trials for note in trial.experiment.notes()}
+        for note in notes:
+            notify(note)
         for trial in plan.trials:
             parts = list(trial.experiment.groups)
             if trial.experiment.modules is not None:

@@ -10,7 +10,7 @@ from kilotwin.runs.folder import FINISHED, close_manifest
 from kilotwin.runs.run import new_manifest
 from kilotwin.runs.world import World
 from kilotwin.runs.writer import RunWriter
-from kilotwin.units import seconds, ticks
+from kilotwin.units import seconds
 
 if TYPE_CHECKING:
     from kilotwin._emulator import Samples
@@ -27,7 +27,7 @@ class RecordedWorld(World):
     def __init__(self, experiment: str | Path | None = None, **keys: Any) -> None:
         """As World."""
         super().__init__(experiment, **keys)
-        self._every = max(1, ticks(self._experiment.keys.record.sample_s))
+        self._every = self._experiment.keys.sample_ticks
         self._samples = [self._simulation.snapshot()]
 
     @property

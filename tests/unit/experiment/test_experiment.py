@@ -229,3 +229,20 @@ def test_a_swarms_program_may_be_several_files(load: Load, folder: Path) -> None
     (group,) = experiment.groups
     assert [source.name for source in group.program.sources] == ["blink.c", "more.c"]
     assert len(experiment.resolved()["swarm"]["program"]) == 2
+
+
+@pytest.mark.parametrize(
+    ("sample_s", "step_ticks", "sample_ticks", "finer"),
+    [(0.1, 4, 4, 2), (0.04, 4, 4, 1), (0.04, 2, 2, 1), (0.04, 1, 1, None), (0.13, 4, 4, None)],
+)
+def test_samples_come_no_oftener_than_steps_and_that_is_told(
+    load: Load, sample_s: float, step_ticks: int, sample_ticks: int, finer: int | None
+) -> None:
+    settings = f"record.sample_s={sample_s}", f"engine.step_ticks={step_ticks}"
+    experiment = load(SMALL, *settings)
+    assert experiment.keys.sample_ticks == sample_ticks
+    told = list(experiment.notes())
+    assert [f"record.sample_s = {sample_s:g} is shorter" in text for text in told] == [True] * (
+        finer is not None
+    )
+    assert all(text.endswith(f"set engine.step_ticks = {finer}") for text in told)
