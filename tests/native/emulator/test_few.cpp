@@ -34,10 +34,12 @@ TEST_CASE("a list of a few is as a vector, whatever is done to it") {
         case 0:
         case 1: list.push_back(item), twin.push_back(item); break;
         case 2: list.emplace_back(item.at), twin.emplace_back(item.at); break;
-        case 3:
-            CHECK(list.insert(list.begin() + place, item) == list.begin() + place);
+        case 3: {
+            const Pair *put = list.insert(list.begin() + place, item);
+            CHECK(put == list.begin() + place);
             twin.insert(twin.begin() + place, item);
             break;
+        }
         case 4:
             list.erase(list.begin(), list.begin() + place);
             twin.erase(twin.begin(), twin.begin() + place);
