@@ -6,6 +6,8 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <optional>
+#include <utility>
 
 #include "base/errors.h"
 #include "base/landlock.h"
@@ -24,9 +26,16 @@ void check(bool done, const char *what) {
     if (!done) throw EngineError(std::string("cannot confine: ") + what + ": " + strerror(errno));
 }
 
+/// A confined worker that has yet to load its guests.
+struct Loader {
+    uint64_t memory_bytes;
+    bool sockets;
+    std::ifstream status;  ///< opened before Landlock shuts it
+};
+std::optional<Loader> loader;
+
 /// Private memory of this process now, bytes, as RLIMIT_DATA counts it.
-uint64_t private_bytes() {
-    std::ifstream status("/proc/self/status");
+uint64_t private_bytes(std::ifstream &status) {
     for (std::string line; std::getline(status, line);)
         if (line.starts_with("VmData:")) return std::stoull(line.substr(7)) * 1024;
     return 0;
@@ -42,7 +51,6 @@ void limit(int what, uint64_t most) {
 std::vector<std::string> confine(const Confinement &wanted, const SystemCallFilter &filter) {
     check(prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0, "PR_SET_NO_NEW_PRIVS");
     limit(RLIMIT_CORE, 0);
-    if (wanted.memory_bytes > 0) limit(RLIMIT_DATA, private_bytes() + wanted.memory_bytes);
     const auto missing = lacking_layers();
     if (landlock_version() > 0)
         landlock_restrict(wanted.readable, wanted.executable, wanted.writable);
@@ -53,7 +61,15 @@ std::vector<std::string> confine(const Confinement &wanted, const SystemCallFilt
 }  // namespace
 
 std::vector<std::string> confine_worker(const Confinement &wanted) {
-    return confine(wanted, SystemCallFilter::of_worker(wanted.sockets));
+    loader = {wanted.memory_bytes, wanted.sockets, std::ifstream("/proc/self/status")};
+    return confine(wanted, SystemCallFilter::of_loader(wanted.sockets));
+}
+
+void close_worker() {
+    if (!loader) return;
+    Loader last = *std::exchange(loader, std::nullopt);
+    if (last.memory_bytes > 0) limit(RLIMIT_DATA, private_bytes(last.status) + last.memory_bytes);
+    if (SystemCallFilter::is_there()) SystemCallFilter::of_worker(last.sockets).install();
 }
 
 std::vector<std::string> confine_compiler(const Confinement &wanted) {

@@ -19,7 +19,7 @@ struct Confinement {
     std::vector<std::string> readable;
     std::vector<std::string> executable;  ///< readable too
     std::vector<std::string> writable;    ///< readable too; files may be made and removed there
-    /// Private memory beyond what it has now, bytes; 0: no limit.
+    /// Memory beyond what it has when it is closed, bytes; 0: no limit.
     uint64_t memory_bytes = 0;
     /// Takes connections, sends and receives by sockets that it has open.
     bool sockets = false;
@@ -27,9 +27,14 @@ struct Confinement {
 
 /// Confines this process, which must have one thread: threads that it has already keep their files.
 /// A system call that is not left fails with EPERM; made by a guest it ends the guest's call
-/// (guest/stack.h). Takes some milliseconds. Returns the layers that the kernel lacks, each as a
-/// clause; empty: all is as said. EngineError if the kernel has a layer and refuses it.
+/// (guest/stack.h). Guests are loaded behind it, so it still maps code of files that it may read,
+/// until close_worker(). Takes some milliseconds. Returns the layers that the kernel lacks, each as
+/// a clause; empty: all is as said. EngineError if the kernel has a layer and refuses it.
 std::vector<std::string> confine_worker(const Confinement &wanted);
+
+/// Takes what a confined worker has for loading guests alone, and limits its memory; called before
+/// the first guest runs (guest/stack.h). Nothing happens where it is not confined, or closed.
+void close_worker();
 
 /// The same for a process that is about to execute a compiler: it may start programs, and is not
 /// kept from system calls but those that reach other processes or the network.

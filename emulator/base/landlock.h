@@ -7,7 +7,8 @@
 
 namespace kilotwin {
 
-/// Version of the kernel's Landlock, from 1 on; 0: it has none, or none that is switched on.
+/// Version of the kernel's Landlock, from 1 on; 0: it has none, or none that is switched on, or
+/// KILOTWIN_WITHOUT_LANDLOCK is set: so tests see what is left without it.
 int landlock_version();
 
 /// Leaves this thread, and those it starts, the files and folders that are named, with all below;

@@ -29,7 +29,7 @@ constexpr uint32_t X32_BIT = 0x40000000;
 constexpr int WORKER[] = {
     // what is open
     SYS_read, SYS_write, SYS_readv, SYS_writev, SYS_pread64, SYS_pwrite64, SYS_lseek, SYS_close,
-    SYS_fcntl, SYS_dup, SYS_fsync, SYS_fdatasync, SYS_ftruncate, SYS_fallocate, SYS_fadvise64,
+    SYS_dup, SYS_fsync, SYS_fdatasync, SYS_ftruncate, SYS_fallocate, SYS_fadvise64, SYS_fcntl,
     SYS_poll, SYS_ppoll, SYS_select, SYS_pselect6, SYS_epoll_wait, SYS_epoll_pwait, SYS_epoll_ctl,
     SYS_copy_file_range, SYS_sendfile, SYS_flock, SYS_eventfd2, SYS_pipe2,
     // files, of which Landlock leaves some
@@ -49,6 +49,12 @@ constexpr int WORKER[] = {
     SYS_getrusage, SYS_getrlimit, SYS_uname, SYS_sysinfo, SYS_getrandom,
     // its end
     SYS_exit, SYS_exit_group};
+
+// While guests are loaded: the limit of memory, the filter that ends it.
+constexpr int WHILE_LOADING[] = {SYS_prlimit64, SYS_seccomp};
+
+// While guests are loaded, a debugger's port is opened.
+constexpr int NEW_SOCKETS[] = {SYS_socket, SYS_bind, SYS_listen};
 
 constexpr int OPEN_SOCKETS[] = {
     SYS_accept, SYS_accept4, SYS_recvfrom, SYS_recvmsg, SYS_sendto, SYS_sendmsg, SYS_sendmmsg,
@@ -120,21 +126,37 @@ void SystemCallFilter::allow_if(int number, unsigned argument, uint32_t mask, ui
                                      give(ALLOW), load(offsetof(seccomp_data, nr))});
 }
 
+/// The common part of both filters of a worker.
+void SystemCallFilter::allow_work(bool sockets) {
+    begin();
+    for (const int number : WORKER) answer(number, ALLOW);
+    if (sockets)
+        for (const int number : OPEN_SOCKETS) answer(number, ALLOW);
+    allow_if(SYS_mmap, 2, PROT_EXEC, 0);
+    allow_if(SYS_mprotect, 2, PROT_EXEC, 0);
+    for (const uint32_t ask : ASKS) allow_if(SYS_ioctl, 1, ~0u, ask);
+    allow_if(SYS_tgkill, 0, ~0u, static_cast<uint32_t>(getpid()));
+    if (grace_timer() >= 0)
+        allow_if(SYS_timer_settime, 0, ~0u, static_cast<uint32_t>(grace_timer()));
+    allow_if(SYS_prlimit64, 2, ~0u, 0);  // to look, not to change
+    allow_if(SYS_prctl, 0, ~0u, PR_SET_NAME);
+    allow_if(SYS_prctl, 0, ~0u, PR_SET_VMA);
+}
+
+SystemCallFilter SystemCallFilter::of_loader(bool sockets) {
+    SystemCallFilter filter;
+    filter.allow_work(sockets);
+    for (const int number : WHILE_LOADING) filter.answer(number, ALLOW);
+    if (sockets)
+        for (const int number : NEW_SOCKETS) filter.answer(number, ALLOW);
+    filter.allow_if(SYS_mmap, 3, MAP_ANONYMOUS, 0);  // code of files
+    filter.program_.push_back(give(TRAP));
+    return filter;
+}
+
 SystemCallFilter SystemCallFilter::of_worker(bool sockets) {
     SystemCallFilter filter;
-    filter.begin();
-    for (const int number : WORKER) filter.answer(number, ALLOW);
-    if (sockets)
-        for (const int number : OPEN_SOCKETS) filter.answer(number, ALLOW);
-    filter.allow_if(SYS_mmap, 2, PROT_EXEC, 0);
-    filter.allow_if(SYS_mprotect, 2, PROT_EXEC, 0);
-    for (const uint32_t ask : ASKS) filter.allow_if(SYS_ioctl, 1, ~0u, ask);
-    filter.allow_if(SYS_tgkill, 0, ~0u, static_cast<uint32_t>(getpid()));
-    if (grace_timer() >= 0)
-        filter.allow_if(SYS_timer_settime, 0, ~0u, static_cast<uint32_t>(grace_timer()));
-    filter.allow_if(SYS_prlimit64, 2, ~0u, 0);  // to look, not to change
-    filter.allow_if(SYS_prctl, 0, ~0u, PR_SET_NAME);
-    filter.allow_if(SYS_prctl, 0, ~0u, PR_SET_VMA);
+    filter.allow_work(sockets);
     filter.program_.push_back(give(TRAP));
     return filter;
 }

@@ -18,6 +18,10 @@ class SystemCallFilter {
     /// do; connections only by `sockets` that are there.
     static SystemCallFilter of_worker(bool sockets);
 
+    /// The same for a worker that has yet to load its guests: it maps code of files, opens ports if
+    /// it may have sockets, limits its memory, and installs a further filter.
+    static SystemCallFilter of_loader(bool sockets);
+
     /// A refuse-list for a compiler and what it starts: the network, and other processes.
     static SystemCallFilter of_compiler();
 
@@ -28,6 +32,7 @@ class SystemCallFilter {
 
   private:
     void begin();
+    void allow_work(bool sockets);
     void answer(int number, uint32_t answer);
     void allow_if(int number, unsigned argument, uint32_t mask, uint32_t value);
 

@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "base/errors.h"
+#include "guest/guest_file.h"
 #include "guest/stack.h"
 #include "guest/translated_image.h"
 
@@ -59,9 +60,7 @@ Program &Program::load(const std::string &path, const std::string &name) {
 }
 
 Program::Program(const std::string &path, std::string name) : name_(std::move(name)), path_(path) {
-    void *handle = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
-    if (handle == nullptr)
-        throw EngineError("program " + name_ + " cannot be loaded: " + std::string(dlerror()));
+    void *handle = load_guest_file(path, "program " + name_ + " cannot be loaded");
     table_ = static_cast<const kt_table_t *>(dlsym(handle, "kt_table"));
     translation_ = static_cast<const translation_t *>(dlsym(handle, "translation"));
     is_covered_ = dlsym(handle, "kt_coverage") != nullptr;

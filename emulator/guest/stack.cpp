@@ -11,6 +11,7 @@
 #include <cstring>
 #include <new>
 
+#include "base/confinement.h"
 #include "guest/abi.h"
 
 namespace kilotwin {
@@ -166,6 +167,7 @@ void GuestStack::attend_system_calls() {
 void GuestStack::serve_this_thread() {
     signals_of_this_thread();
     host_control_ = float_control();
+    close_worker();
 }
 
 void GuestStack::watch_sleep() { signals_of_this_thread().watch_sleep(); }

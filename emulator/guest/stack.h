@@ -80,8 +80,8 @@ class GuestStack {
     /// The process's stack; the first call installs the signal handlers.
     static GuestStack &instance();
 
-    /// To be called by a thread before it runs guests: gives it a signal stack and the timer. Cheap
-    /// when called again.
+    /// To be called by a thread before it runs guests: gives it a signal stack and the timer, and
+    /// closes a confined process to guests that are not loaded. Cheap when called again.
     void serve_this_thread();
 
     /// To be called before the process confines itself (base/confinement.h): a system call that is

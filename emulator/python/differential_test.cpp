@@ -74,11 +74,6 @@ nb::list native_prints(const DifferentialTest &self) {
 
 // Both programs are built by the host: the same source for the PC and for the robot.
 void register_differential_test(nb::module_ &m) {
-    m.def(
-        "load_program",
-        [](const std::string &path, const std::string &name) { Program::load(path, name); },
-        nb::arg("path"), nb::arg("name"),
-        "Loads a guest, which this process then has for good; confined, it could not load it.");
     nb::class_<DifferentialTest>(m, "DifferentialTest",
                                  "One program, native and on an ATmega328P, compared; see "
                                  "emulator/avr/differential_test.h.")

@@ -28,14 +28,14 @@ bool send_can(PythonSimulation &self, uint32_t bus, uint16_t id, const nb::bytes
     std::memcpy(frame.data.data(), data.c_str(), data.size());
     if (!(after_s >= 0 && after_s <= 1)) throw EngineError("a frame waits for 0 to 1 s");
     const auto after = static_cast<Cycles>(std::llround(after_s * double(CYCLES_PER_SECOND)));
-    return self.simulation.grid().send_can(self.simulation.now() + after, bus, frame);
+    return self.simulation().grid().send_can(self.simulation().now() + after, bus, frame);
 }
 
 // One structured array for all frames, not an object each: a full table has 8,000 a second.
 nb::object can_frames(PythonSimulation &self) {
     std::vector<CanRecord> rows;
-    for (const auto &logged : self.simulation.grid().take_frames())
-        rows.push_back({self.simulation.seconds_of(logged.at), static_cast<uint8_t>(logged.bus),
+    for (const auto &logged : self.simulation().grid().take_frames())
+        rows.push_back({self.simulation().seconds_of(logged.at), static_cast<uint8_t>(logged.bus),
                         logged.frame.id, logged.frame.dlc, logged.frame.data, logged.from_host});
     nb::module_ numpy = nb::module_::import_("numpy");
     return numpy.attr("frombuffer")(nb::bytes(rows.data(), rows.size() * sizeof(CanRecord)),
@@ -44,7 +44,7 @@ nb::object can_frames(PythonSimulation &self) {
 
 // Rows from the bottom, columns from the left, two cells a module in either direction.
 nb::object cells_of(PythonSimulation &self) {
-    Grid &grid = self.simulation.grid();
+    Grid &grid = self.simulation().grid();
     const GridLayout &layout = grid.layout();
     const size_t rows = 2 * layout.rows(), columns = 2 * layout.columns();
     auto *values = new std::vector<uint8_t>();
@@ -54,7 +54,7 @@ nb::object cells_of(PythonSimulation &self) {
     Grid::serve_this_thread();
     for (uint32_t row = 0; row < rows; row++)
         for (uint32_t column = 0; column < columns; column++) {
-            const CellLight light = grid.light(layout.cell(column, row), self.simulation.now());
+            const CellLight light = grid.light(layout.cell(column, row), self.simulation().now());
             values->push_back(light.color());
             values->push_back(light.brightness());
         }
@@ -70,7 +70,7 @@ const char *name_of(CanBus::State state) {
 
 // State of program, runtime and CAN controller of each module, as of now.
 nb::list modules_of(PythonSimulation &self) {
-    Grid &grid = self.simulation.grid();
+    Grid &grid = self.simulation().grid();
     Grid::serve_this_thread();
     nb::list out;
     for (uint32_t index = 0; index < grid.layout().modules(); index++) {
@@ -80,7 +80,7 @@ nb::list modules_of(PythonSimulation &self) {
         row["x"] = grid.layout().x(index);
         row["y"] = grid.layout().y(index);
         row["bus"] = on_bus;
-        const auto &about = grid.about(index, self.simulation.now());
+        const auto &about = grid.about(index, self.simulation().now());
         row["state"] = about.state;
         row["stopped"] = about.stopped;
         row["tick"] = about.ticks;
@@ -96,13 +96,13 @@ nb::list modules_of(PythonSimulation &self) {
 
 // Counts since the begin; `load` is the share of the time in which a bus was busy.
 nb::list can_stats(const PythonSimulation &self) {
-    const Grid &grid = self.simulation.grid();
+    const Grid &grid = self.simulation().grid();
     nb::list out;
     for (uint32_t index = 0; index < grid.layout().buses(); index++) {
         const CanBus &bus = grid.bus(index);
         const auto &counts = bus.counts();
         nb::dict row;
-        row["load"] = bus.load(self.simulation.now());
+        row["load"] = bus.load(self.simulation().now());
         row["frames"] = counts.frames;
         row["error_frames"] = counts.error_frames;
         row["not_acknowledged"] = counts.not_acknowledged;
@@ -117,7 +117,7 @@ nb::list can_stats(const PythonSimulation &self) {
 
 // Frames of cells, and robots' frames at cells, since the begin.
 nb::dict cell_stats(const PythonSimulation &self) {
-    const Grid::Counts &counts = self.simulation.grid().counts;
+    const Grid::Counts &counts = self.simulation().grid().counts;
     nb::dict out;
     out["sent"] = counts.sent;
     out["unheard"] = counts.unheard;
@@ -132,11 +132,11 @@ nb::dict cell_stats(const PythonSimulation &self) {
 
 // As Simulation.events(), with a module's column and row in place of a robot.
 nb::list module_events(PythonSimulation &self) {
-    const GridLayout &layout = self.simulation.grid().layout();
+    const GridLayout &layout = self.simulation().grid().layout();
     nb::list out;
-    for (const auto &event : self.simulation.take_module_events()) {
+    for (const auto &event : self.simulation().take_module_events()) {
         nb::dict row;
-        row["tick"] = self.simulation.tick_of(event.at);
+        row["tick"] = self.simulation().tick_of(event.at);
         row["module_tick"] = event.tick;
         row["module"] = nb::make_tuple(layout.x(event.robot), layout.y(event.robot));
         describe(row, event);

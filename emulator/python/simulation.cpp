@@ -93,9 +93,9 @@ std::string digits_of(uint64_t hash) {
 
 // Indices come from Python: -1 is not the last robot, and none is beyond the end.
 const Robot &robot_of(const PythonSimulation &self, size_t robot) {
-    if (robot >= self.simulation.size())
+    if (robot >= self.simulation().size())
         throw EngineError("there is no robot " + std::to_string(robot));
-    return self.simulation.robot(robot);
+    return self.simulation().robot(robot);
 }
 
 // Path of a robot's guest, or of its .hex: a robot on a board has no guest, but its group's file.
@@ -111,9 +111,9 @@ std::string program_of(const PythonSimulation &self, size_t robot) {
 // [N, 2]: duties of the left and the right motor, 0 to 255.
 nb::object motors_of(const PythonSimulation &self) {
     std::vector<uint8_t> duties;
-    for (size_t i = 0; i < self.simulation.size(); i++) {
-        duties.push_back(self.simulation.robot(i).left_duty());
-        duties.push_back(self.simulation.robot(i).right_duty());
+    for (size_t i = 0; i < self.simulation().size(); i++) {
+        duties.push_back(self.simulation().robot(i).left_duty());
+        duties.push_back(self.simulation().robot(i).right_duty());
     }
     return array_of(std::move(duties), 2);
 }
@@ -121,7 +121,7 @@ nb::object motors_of(const PythonSimulation &self) {
 // [N, 2]: frames sent and received since the begin.
 nb::object frames_of(const PythonSimulation &self) {
     std::vector<uint32_t> counts;
-    for (const FrameCounts &robot : self.simulation.frames()) {
+    for (const FrameCounts &robot : self.simulation().frames()) {
         counts.push_back(robot.sent);
         counts.push_back(robot.received);
     }
@@ -138,17 +138,21 @@ using Class = nb::class_<PythonSimulation>;
 
 // advance() is the only method that takes long: it gives up the interpreter's lock.
 void register_stepping(Class &simulation) {
-    simulation.def(nb::init<const nb::dict &>(), nb::arg("spec"))
+    simulation
+        .def(nb::init<const nb::dict &, bool>(), nb::arg("spec"), nb::kw_only(),
+             nb::arg("powered") = true)
+        .def("power_up", &PythonSimulation::power_up,
+             "Load the programs and boot the robots, of one that was made with powered=False.")
         .def(
             "advance",
-            [](PythonSimulation &self, int64_t ticks) { self.simulation.advance(ticks); },
+            [](PythonSimulation &self, int64_t ticks) { self.simulation().advance(ticks); },
             nb::arg("ticks"), nb::call_guard<nb::gil_scoped_release>(),
             "Go on by at least `ticks`, to the end of a world step.")
         .def(
             "send",
             [](PythonSimulation &self, const nb::bytes &message, uint16_t first, uint16_t last,
                const nb::object &region) {
-                self.simulation.send(command_of(message, first, last, region));
+                self.simulation().send(command_of(message, first, last, region));
             },
             nb::arg("message"), nb::arg("uid_first") = 0, nb::arg("uid_last") = 65535,
             nb::arg("region").none() = nb::none(),
@@ -156,14 +160,14 @@ void register_stepping(Class &simulation) {
         .def(
             "place",
             [](PythonSimulation &self, size_t robot, double x_m, double y_m, double heading_rad) {
-                self.simulation.place(robot, {{x_m, y_m}, heading_rad});
+                self.simulation().place(robot, {{x_m, y_m}, heading_rad});
             },
             nb::arg("robot"), nb::arg("x_m"), nb::arg("y_m"), nb::arg("heading_rad"),
             "Take a robot away to a pose. EngineError where it has no room.")
         .def(
             "turn",
             [](PythonSimulation &self, size_t robot, double heading_rad) {
-                self.simulation.turn(robot, heading_rad);
+                self.simulation().turn(robot, heading_rad);
             },
             nb::arg("robot"), nb::arg("heading_rad"), "Turn a robot where it stands.")
         .def(
@@ -171,60 +175,61 @@ void register_stepping(Class &simulation) {
             [](PythonSimulation &self, const nb::bytes &frame, double after_s) {
                 if (!(after_s >= 0)) throw EngineError("a frame cannot begin in the past");
                 const auto after = static_cast<Cycles>(after_s * double{CYCLES_PER_SECOND});
-                self.simulation.shine_from_above(frame_of(frame), self.simulation.now() + after);
+                self.simulation().shine_from_above(frame_of(frame),
+                                                   self.simulation().now() + after);
             },
             nb::arg("frame"), nb::arg("after_s"),
             "An overhead controller's frame begins so much later: 12 bytes, CRC included.")
         .def(
             "set_ambient",
-            [](PythonSimulation &self, double reading) { self.simulation.set_ambient(reading); },
+            [](PythonSimulation &self, double reading) { self.simulation().set_ambient(reading); },
             nb::arg("reading"), "Ambient light from now on.")
         .def(
             "set_peak",
             [](PythonSimulation &self, size_t lamp, double reading) {
-                self.simulation.set_peak(lamp, reading);
+                self.simulation().set_peak(lamp, reading);
             },
             nb::arg("lamp"), nb::arg("reading"), "What a lamp adds right below it, from now on.");
 }
 
 // samples() and events() hand over what has come since the last call; the others change nothing.
 void register_results(Class &simulation) {
-    simulation
-        .def_prop_ro("tick", [](const PythonSimulation &self) { return self.simulation.tick(); })
-        .def_prop_ro("robots", [](const PythonSimulation &self) { return self.simulation.size(); })
+    simulation.def_prop_ro("tick", &PythonSimulation::tick)
+        .def_prop_ro("robots",
+                     [](const PythonSimulation &self) { return self.simulation().size(); })
         .def("samples",
              [](PythonSimulation &self) {
-                 return to_python(self.simulation.take_samples(), self.simulation.size(),
-                                  self.simulation.objects());
+                 return to_python(self.simulation().take_samples(), self.simulation().size(),
+                                  self.simulation().objects());
              })
         .def("snapshot",
              [](PythonSimulation &self) {
-                 return to_python(self.simulation.snapshot(), self.simulation.size(),
-                                  self.simulation.objects());
+                 return to_python(self.simulation().snapshot(), self.simulation().size(),
+                                  self.simulation().objects());
              })
         .def(
             "close_look",
             [](PythonSimulation &self) {
-                return to_python(self.simulation.snapshot({true, true, true}),
-                                 self.simulation.size(), self.simulation.objects());
+                return to_python(self.simulation().snapshot({true, true, true}),
+                                 self.simulation().size(), self.simulation().objects());
             },
             "A snapshot with motors, batteries and counts of messages, whatever samples have.")
         .def("events",
              [](PythonSimulation &self) {
-                 return to_python(self.simulation, self.simulation.take_events());
+                 return to_python(self.simulation(), self.simulation().take_events());
              })
         .def(
             "result_hash",
-            [](PythonSimulation &self) { return digits_of(self.simulation.result_hash()); },
+            [](PythonSimulation &self) { return digits_of(self.simulation().result_hash()); },
             "16 hex digits over every sample, prints, failures and counts of frames up to now.")
         .def(
             "final_hash",
             [](const PythonSimulation &self) {
-                return digits_of(final_hash(self.simulation.snapshot()));
+                return digits_of(final_hash(self.simulation().snapshot()));
             },
             "16 hex digits over poses and LEDs as they are now.")
         .def("stats", [](const PythonSimulation &self) {
-            return to_python(self.simulation.statistics(), 2 * self.def.profile.radius_m);
+            return to_python(self.simulation().statistics(), 2 * self.def.profile.radius_m);
         });
 }
 
@@ -235,17 +240,9 @@ void register_robots(Class &simulation) {
         .def("state", state_of, nb::arg("robot"))
         .def("program", program_of, nb::arg("robot"))
         .def(
-            "serve_debugger",
-            [](PythonSimulation &self, size_t robot, uint16_t port) {
-                self.simulation.serve_debugger(robot, port);
-            },
-            nb::arg("robot"), nb::arg("port"),
-            "Let gdb control a robot on a board, by 127.0.0.1:port. Nothing goes on until it says "
-            "so.")
-        .def(
             "trace",
             [](PythonSimulation &self, size_t robot, const std::string &path) {
-                self.simulation.trace(robot, path);
+                self.simulation().trace(robot, path);
             },
             nb::arg("robot"), nb::arg("path"),
             "Write what the pins of a robot on a board do from now on to a VCD file.");
@@ -253,9 +250,20 @@ void register_robots(Class &simulation) {
 
 }  // namespace
 
-PythonSimulation::PythonSimulation(const nb::dict &spec)
-    : def(definition_of(spec)),
-      simulation(def) {}
+PythonSimulation::PythonSimulation(const nb::dict &spec, bool powered) : def(definition_of(spec)) {
+    if (powered) power_up();
+}
+
+void PythonSimulation::power_up() { simulation_ = std::make_unique<Simulation>(def); }
+
+int64_t PythonSimulation::tick() const {
+    return simulation_ ? simulation_->tick() : Simulation::first_tick(def);
+}
+
+Simulation &PythonSimulation::simulation() const {
+    if (!simulation_) throw EngineError("the simulation is not powered up");
+    return *simulation_;
+}
 
 // One class in parts, so that each part can be read at once.
 void register_simulation(nb::module_ &m) {

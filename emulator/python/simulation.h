@@ -4,6 +4,8 @@
 
 #include <nanobind/nanobind.h>
 
+#include <memory>
+
 #include "simulation/simulation.h"
 
 namespace kilotwin {
@@ -11,10 +13,21 @@ namespace kilotwin {
 /// A simulation and what it was made from: the engine keeps no names of programs.
 struct PythonSimulation {
     /// Throws EngineError for a specification that the engine cannot run (specification.h).
-    explicit PythonSimulation(const nanobind::dict &spec);
+    PythonSimulation(const nanobind::dict &spec, bool powered);
+
+    /// Loads the programs and boots the robots, once. EngineError as of Simulation's constructor.
+    void power_up();
+
+    /// Nominal ticks since RUN; before it is powered up, where it will begin.
+    int64_t tick() const;
+
+    /// EngineError before it is powered up.
+    Simulation &simulation() const;
 
     SimulationDef def;  ///< as given
-    Simulation simulation;
+
+  private:
+    std::unique_ptr<Simulation> simulation_;
 };
 
 /// Adds the class Simulation to the module. Its objects belong to one thread at a time; advance()

@@ -415,6 +415,11 @@ SimulationDef definition_of(const nb::dict &from) {
     spec.read("sample_ticks", def.sample_ticks);
     def.sample_extras = extras_of(spec["sample_extras"].table());
     if (!spec["black_box"].is_none()) def.black_box = spec["black_box"].as<std::string>();
+    if (!spec["debugged"].is_none()) {
+        Table debugged = spec["debugged"].table();
+        def.debugged = {debugged["robot"], debugged["port"]};
+        debugged.end();
+    }
     spec.read("run_ahead", def.run_ahead);
     spec.read("recalls_passes", def.recalls_passes);
     spec.end();

@@ -35,7 +35,8 @@ BlackBox *map_black_box(const std::string &path) {
 }
 
 /// Whole world steps, however long these are.
-Cycles round_up(int64_t ticks) { return static_cast<Cycles>((ticks + 3) / 4 * 4) * TICK_CYCLES; }
+int64_t whole_steps(int64_t ticks) { return (ticks + 3) / 4 * 4; }
+Cycles round_up(int64_t ticks) { return static_cast<Cycles>(whole_steps(ticks)) * TICK_CYCLES; }
 
 /// When RUN is given: after the lead, and after every command that comes before RUN.
 Cycles run_cycles(const SimulationDef &def) {
@@ -86,8 +87,14 @@ Simulation::Simulation(const SimulationDef &def)
         create_kilobot_channel();
     else
         create_ideal_channel();
+    // Its port is opened before a guest runs, from when on no port can be (base/confinement.h).
+    RobotBoard *debugged = def.debugged ? &boards_.board_of(def.debugged->robot) : nullptr;
+    if (debugged != nullptr) debugged->listen_for_debugger(def.debugged->port);
     boot();
+    if (debugged != nullptr) debugged->serve_debugger();
 }
+
+int64_t Simulation::first_tick(const SimulationDef &def) { return -whole_steps(def.lead_ticks); }
 
 Simulation::~Simulation() {
     if (black_box_ != nullptr) munmap(black_box_, sizeof *black_box_);

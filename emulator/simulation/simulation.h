@@ -52,6 +52,11 @@ struct SimulationDef {
         std::vector<Pose> poses;  ///< empty: placed at random
         bool on_board;            ///< each robot is an ATmega328P; with the Kilobot medium only
     };
+    /// A robot on a board that gdb controls, by `port` on 127.0.0.1.
+    struct Debugged {
+        size_t robot;
+        uint16_t port;
+    };
     /// EEPROM of a lab's robot.
     struct LabRobot {
         uint16_t uid;
@@ -87,6 +92,8 @@ struct SimulationDef {
     uint32_t sample_ticks;
     SampleExtras sample_extras;  ///< of these samples; changes no result
     std::string black_box;       ///< path of a file to map, or empty
+    /// None, or one with which nothing goes on, from the lead on, until gdb says so.
+    std::optional<Debugged> debugged = {};
     bool run_ahead;              ///< false: tick by tick, for tests
     bool recalls_passes = true;  ///< false: translated robots execute each pass, for tests
 };
@@ -113,6 +120,9 @@ class Simulation {
     /// a run that is cut up is the same run. What is due at the end of a step is sampled by then,
     /// before the host can do anything at that moment.
     void advance(int64_t ticks);
+
+    /// The tick at which a simulation of this definition begins.
+    static int64_t first_tick(const SimulationDef &def);
 
     /// Nominal ticks since RUN, which happens at 0.
     int64_t tick() const { return tick_of(now_); }
@@ -163,12 +173,8 @@ class Simulation {
     /// The same, for tests and profiles.
     Boards &boards() { return boards_; }
 
-    /// Lets gdb control a robot on a board, by `port` on 127.0.0.1: nothing goes on until it says
-    /// so. EngineError for other robots; for trace(), too.
-    void serve_debugger(size_t robot, uint16_t port) {
-        boards_.board_of(robot).serve_debugger(port);
-    }
-    /// Writes what the pins of a robot on a board do from now on to a VCD file.
+    /// Writes what the pins of a robot on a board do from now on to a VCD file. EngineError for
+    /// other robots.
     void trace(size_t robot, const std::string &path) { boards_.board_of(robot).trace(path); }
 
     /// The samples since the last call.

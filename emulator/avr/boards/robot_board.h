@@ -110,8 +110,9 @@ class RobotBoard : private Microcontroller::Board {
     /// Calls `follower` around each instruction; it must live on.
     void follow(Microcontroller::Follower &follower) { chip_.follow(follower); }
 
-    /// Waits for gdb on 127.0.0.1:`port` before the next instruction.
-    void serve_debugger(uint16_t port) { chip_.serve_debugger(port); }
+    /// Opens 127.0.0.1:`port` for gdb, and waits for it before the next instruction.
+    void listen_for_debugger(uint16_t port) { chip_.listen_for_debugger(port); }
+    void serve_debugger() { chip_.serve_debugger(); }
 
     /// Writes its pins from now on to a VCD file. Throws EngineError if the file cannot be written.
     void trace(const std::string &path);

@@ -569,13 +569,24 @@ EepromImage Microcontroller::eeprom() const {
     return bytes;
 }
 
-void Microcontroller::serve_debugger(uint16_t port) {
+void Microcontroller::listen_for_debugger(uint16_t port) {
+    const auto run = avr_->run;
+    const auto sleep = avr_->sleep;
     avr_->gdb_port = port;
-    avr_->state = cpu_Stopped;
     if (avr_gdb_init(avr_) < 0 || avr_->gdb == nullptr)
         throw EngineError("gdb cannot be served on port " + std::to_string(port) +
                           ": is it taken?");
+    debugger_ = std::exchange(avr_->gdb, nullptr);
+    avr_->gdb_port = 0;  // simavr would serve a chip that crashes
+    avr_->run = run;
+    avr_->sleep = sleep;
+}
+
+void Microcontroller::serve_debugger() {
+    avr_->gdb = debugger_;
+    avr_->run = avr_callback_run_gdb;
     avr_->sleep = Hooks::sleep;
+    avr_->state = cpu_Stopped;
 }
 
 }  // namespace kilotwin

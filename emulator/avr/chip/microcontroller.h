@@ -25,6 +25,7 @@
 #include "base/events.h"
 #include "guest/eeprom.h"
 
+struct avr_gdb_t;
 struct avr_t;
 
 namespace kilotwin {
@@ -139,9 +140,10 @@ class Microcontroller {
 
     EepromImage eeprom() const;
 
-    /// Executes nothing more until gdb connects to 127.0.0.1:`port` and continues. Throws
-    /// EngineError if the port is taken.
-    void serve_debugger(uint16_t port);
+    /// Opens 127.0.0.1:`port` for gdb. Throws EngineError if the port is taken.
+    void listen_for_debugger(uint16_t port);
+    /// Executes nothing more until gdb connects to that port, and continues.
+    void serve_debugger();
 
   private:
     struct Hooks;
@@ -183,6 +185,7 @@ class Microcontroller {
 
     Board &board_;
     avr_t *avr_;
+    avr_gdb_t *debugger_ = nullptr;  ///< listens; simavr's once it is served
     std::unique_ptr<IdleLoop> idle_;
     std::unique_ptr<SelfProgramming> programming_;
     std::unique_ptr<TranslatedCore> translated_;  ///< null: code is interpreted

@@ -8,6 +8,7 @@
 
 #include "base/errors.h"
 #include "base/registers.h"
+#include "guest/guest_file.h"
 
 namespace kilotwin {
 
@@ -22,8 +23,7 @@ translated_end_t interpret_one(translated_chip_t *) { return INTERPRET_ONE; }
 }  // namespace
 
 const translation_t &load_translation(const std::string &path) {
-    void *library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
-    if (library == nullptr) throw EngineError("cannot load " + path + ": " + dlerror());
+    void *library = load_guest_file(path, "cannot load " + path);
     const auto *translation = static_cast<const translation_t *>(dlsym(library, "translation"));
     if (translation == nullptr || translation->version != TRANSLATION_VERSION)
         throw EngineError(path + ": made for another version of the engine; remove the file");

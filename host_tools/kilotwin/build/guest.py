@@ -108,7 +108,11 @@ _PROGRAM_FLAGS = [
 _INLINE_FLAGS = ["-fgnu89-inline"]
 # Labs write their helpers that way.
 _INLINE_FIRST = {"kilogrid", "module"}
-_SHARED_FLAGS = ["-shared", "-Wl,-Bsymbolic", "-Wl,-z,now", "-Wl,-z,defs"]
+# Of a shared object in which nothing runs when it is loaded, as the engine wants it
+# (emulator/guest/guest_file.h).
+LINK_FLAGS = ["-shared", "-nostartfiles", "-Wl,-z,now", "-Wl,-z,defs", "-Wl,-z,noexecstack"]
+LINK_FLAGS += ["-Wl,--hash-style=sysv"]
+_SHARED_FLAGS = [*LINK_FLAGS, "-Wl,-Bsymbolic"]
 
 # A change of a program's preprocessed text; gets the folders of headers that are not the program's.
 _Change = Callable[[str, Sequence[str]], str]

@@ -15,7 +15,7 @@ from kilotwin import _emulator
 from kilotwin.build import seam, translator
 from kilotwin.build.avr import build_image
 from kilotwin.build.cache import Notify, building, cache_folder, is_built, keep
-from kilotwin.build.guest import Guest, compiler_version, find_compiler, run_tool
+from kilotwin.build.guest import LINK_FLAGS, Guest, compiler_version, find_compiler, run_tool
 from kilotwin.errors import RunError
 from kilotwin.experiment.programs import Program
 from kilotwin.files import resources
@@ -26,7 +26,6 @@ _OPTIMISATION = ["-O1", "-fexpensive-optimizations", "-fcaller-saves"]
 _FLAGS = [*_OPTIMISATION, "-w", "-fPIC", "-fvisibility=hidden"]
 # Passes of gcc that take a third of its time here and make nothing faster. Clang has none of them.
 _IDLE_PASSES = ["tree-dominator-opts", "thread-jumps", "if-conversion", "if-conversion2", "tree-ch"]
-_LINK_FLAGS = ["-shared", "-Wl,-z,now", "-Wl,-z,defs"]
 _INCLUDE = "emulator"
 _HEADERS = [
     f"{_INCLUDE}/guest/translated_{what}.h" for what in ("code", "counters", "loops", "pass")
@@ -94,7 +93,7 @@ def _key(
     *,
     covered: bool = False,
 ) -> str:
-    words = [version, *_flags(version), *_LINK_FLAGS, repr(met_at)]
+    words = [version, *_flags(version), *LINK_FLAGS, repr(met_at)]
     words += ["covered"] if covered else []
     digest = hashlib.sha256("\0".join(words).encode())
     makers = [Path(__file__).with_name(name) for name in _MAKERS]
@@ -126,5 +125,5 @@ def _build(compiler: str, flags: list[str], texts: list[str], target: Path) -> N
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             objects = list(pool.map(compile_one, range(len(texts)), texts))
         linked = Path(scratch) / "linked.so"
-        run_tool([compiler, *_LINK_FLAGS, "-o", str(linked), *objects], failure)
+        run_tool([compiler, *LINK_FLAGS, "-o", str(linked), *objects], failure)
         keep(linked, target)

@@ -48,12 +48,13 @@ def engine_spec(
     module_guest: str | None = None,
     lead_ticks: int = 0,
     waits: bool = False,
+    debugged: tuple[int, int] | None = None,
 ) -> dict[str, Any]:
     """The spec of `_emulator.Simulation`, with every key that it has: the engine has no defaults.
 
     `guests`: built programs or images, one per group. On a grid, `module_guest` is its modules'
     program, and the world begins `lead_ticks` before 0. `waits`: robots are not told to run unless
-    a [[command]] does.
+    a [[command]] does. `debugged`: a robot on a chip that gdb controls, and the port for that.
     """
     keys = experiment.keys
     profile = PROFILES[keys.swarm.profile]
@@ -112,6 +113,7 @@ def engine_spec(
         "sample_ticks": sample_ticks,
         "sample_extras": {extra: keys.record.has(extra) for extra in set(EXTRA_OF.values())},
         "black_box": black_box,
+        "debugged": None if debugged is None else {"robot": debugged[0], "port": debugged[1]},
         "run_ahead": True,
         "recalls_passes": True,
     }

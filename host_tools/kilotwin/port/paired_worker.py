@@ -24,7 +24,6 @@ def main() -> None:
 
 def _measured(wanted: PairedRun) -> Measured:
     try:
-        _emulator.load_program(wanted.guest, wanted.name)
         if confinement.mode() != "off":
             _confine(wanted)
         test = _emulator.DifferentialTest(
@@ -49,7 +48,7 @@ def _measured(wanted: PairedRun) -> Measured:
 
 
 def _confine(wanted: PairedRun) -> None:
-    missing = confine_process(1, readable=[Path(wanted.elf)])
+    missing = confine_process(1, readable=[Path(wanted.guest), Path(wanted.elf)])
     if missing and confinement.mode() == "require":
         raise _emulator.EngineError(f"--confine=require: {missing[0]}; use a newer kernel")
 

@@ -1,6 +1,7 @@
-"""Confines the process of a run once its programs are loaded and its files are open."""
+"""Confines the process of a run before its programs are loaded, once its files are open."""
 
 import threading
+from pathlib import Path
 from typing import Any
 
 from kilotwin import _emulator
@@ -32,7 +33,10 @@ def confine_worker(job: Job) -> dict[str, Any]:
     if required and missing:
         raise RunError(f"--confine=require: {missing[0]}; use a newer kernel, or leave it out")
     load_libraries(job.experiment)
-    writable = [job.folder]
+    if job.live is not None or job.acts:
+        for module in ("runs.live", "runs.steering"):
+            lazy.load(module)
+    writable = [job.folder, *([] if job.black_box is None else [Path(job.black_box)])]
     serving = job.serving
     if serving is not None:
         writable += [link.parent for link in (serving.ohc_link, serving.dispatcher_link) if link]
@@ -40,6 +44,7 @@ def confine_worker(job: Job) -> dict[str, Any]:
         missing.append("threads that were there before keep their files")
     confine_process(
         job.experiment.size,
+        readable=map(Path, job.all_guests),
         writable=writable,
         sockets=serving is not None or job.probes.gdb is not None,
     )
@@ -50,11 +55,13 @@ def load_libraries(experiment: Experiment) -> None:
     """Imports what an experiment needs late, and a confined process could not load."""
     if experiment.plan is not None:
         lazy.load("grid.frames").fixed()
+    if experiment.environment is not None:
+        lazy.load("runs.environment_record")
 
 
-def confine_trial(experiment: Experiment) -> None:
+def confine_trial(job: Job) -> None:
     """Confines this process, a fork that does nothing but a trial: it may write no file.
 
     What the kernel lacks is left out.
     """
-    confine_process(experiment.size)
+    confine_process(job.experiment.size, readable=map(Path, job.all_guests))

@@ -5,6 +5,7 @@ import importlib.util
 import json
 import os
 import platform
+import shutil
 import signal
 import struct
 import tempfile
@@ -52,7 +53,7 @@ _BLACK_BOX = struct.Struct("=II")
 _NO_ROBOT = 0xFFFFFFFF
 _PAGE_BYTES = 4096
 
-_REPORTS = ("started", "note", "progress", "measure", "done", "error")
+_REPORTS = ("folder", "started", "note", "progress", "measure", "done", "error")
 _LONGEST_REPORT = 1 << 26
 _GARBLED = (
     "the engine's process reports what cannot be understood; one of the programs wrote into its "
@@ -188,6 +189,14 @@ def _environment(experiment: Experiment) -> dict[str, Any]:
     return {"environment": {"file": named.file.name, "sha256": named.sha256()}}
 
 
+def _beside(folder: Path) -> set[Path]:
+    """Files of a grid's runs of this name (runs/grid_record.py)."""
+    if not folder.parent.is_dir():
+        return set()
+    files = folder.parent.iterdir()
+    return {f for f in files if f.name.startswith(folder.name) and f.suffix == ".kilodat"}
+
+
 class _Child:
     """The worker process of one run."""
 
@@ -206,7 +215,8 @@ class _Child:
         self._display = display
         self._timeout_s = timeout_s
         self._timed_out = False
-        self._folder_made = False
+        self._folder_made = self._began = False
+        self._beside_before = _beside(job.folder)
         self._interrupts = 0
         self._out_of_patience = False
 
@@ -271,8 +281,10 @@ class _Child:
         return dict(message)
 
     def _show(self, message: dict[str, Any]) -> None:
-        if message["type"] == "started":
+        if message["type"] == "folder":
             self._folder_made = True
+        elif message["type"] == "started":
+            self._began = True
             self._display.note(size_of(self._job.experiment.keys).text())
             self._display.start(self._job.experiment, self._job.folder)
             if self._window is not None:
@@ -289,6 +301,9 @@ class _Child:
         if last.get("type") == "error":
             kinds = {kind.exit_code: kind for kind in (InputError, DeviceError)}
             error: KilotwinError = kinds.get(last["exit_code"], RunError)(last["message"])
+            if self._folder_made and not self._began:
+                self._remove_refused()
+                return error
         else:
             error = self._death(returncode, log)
         if self._folder_made:
@@ -296,6 +311,12 @@ class _Child:
             with contextlib.suppress(OSError):
                 close_manifest(self._job.folder, status, error.exit_code, reason=str(error))
         return error
+
+    def _remove_refused(self) -> None:
+        """A refused run leaves nothing: no folder, no file beside it that was not there before."""
+        shutil.rmtree(self._job.folder, ignore_errors=True)
+        for file in _beside(self._job.folder) - self._beside_before:
+            file.unlink(missing_ok=True)
 
     def _death(self, returncode: int, log: str) -> KilotwinError:
         kept = f"; what was recorded is in {self._job.folder}" if self._folder_made else ""
@@ -314,8 +335,9 @@ class _Child:
 
     def _ran_last(self) -> str:
         assert self._job.black_box is not None
-        robot, tick = _BLACK_BOX.unpack_from(Path(self._job.black_box).read_bytes())
-        if robot == _NO_ROBOT:
+        kept = Path(self._job.black_box).read_bytes().ljust(_BLACK_BOX.size, b"\0")
+        robot, tick = _BLACK_BOX.unpack_from(kept)
+        if robot >= self._job.experiment.size:
             return ""
         program = self._job.experiment.program_of(robot).name
         return f"; last to run was {program} robot {robot} tick {tick}"

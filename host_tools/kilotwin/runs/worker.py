@@ -18,7 +18,7 @@ import signal
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 from kilotwin import _emulator
@@ -124,12 +124,20 @@ def simulate(
 ) -> None:
     """Runs the experiment to its end or until `stopped`. A refused one leaves no folder.
 
-    `confine` is called before the first robot runs; what it returns goes into the manifest. It is
-    for a process that does nothing else.
+    `confine` is called before the first program is loaded; what it returns goes into the manifest.
+    It is for a process that does nothing else.
     """
-    trial = Trial(job, report, lambda: _make_folder(job))
-    if confine is not None:
-        add_to_manifest(job.folder, confine(job))
+
+    def make_writer() -> RunWriter:
+        writer = _make_folder(job)
+        report({"type": "folder"})
+        return writer
+
+    def confine_now() -> None:
+        if confine is not None:
+            add_to_manifest(job.folder, confine(job))
+
+    trial = Trial(job, report, make_writer, confine_now)
     try:
         interrupted = not trial.run(stopped)
         summary = trial.summary(interrupted)
@@ -171,23 +179,32 @@ WriterT = TypeVar("WriterT", bound=Writer)
 class Trial(Generic[WriterT]):
     """The engine, the writer, and what has been seen so far."""
 
-    def __init__(self, job: Job, report: Report, make_writer: Callable[[], WriterT]) -> None:
-        """Places the robots first: a writer is only made for an experiment that can run."""
+    def __init__(
+        self,
+        job: Job,
+        report: Report,
+        make_writer: Callable[[], WriterT],
+        confine: Callable[[], None] = lambda: None,
+    ) -> None:
+        """Reads and opens all that it needs, is confined by `confine`, and then loads the programs
+        and powers the robots up."""
         self._began = time.perf_counter()
         self._cpu_began = time.process_time()
         self._job = job
         self._report = report
         self._keys = job.experiment.keys
-        self._simulation = self._place_robots()
-        self._places = EventPlaces(job.experiment, job.symbols)
         self._check_probes()
+        self._simulation = self._make_simulation()
+        self._places = EventPlaces(job.experiment, job.symbols)
         self._meter = self._make_meter()
         self._environment = self._make_environment()
         self._steps = Steps(self._keys)
         self.writer = make_writer()
+        self._host, self._served = self._join_hosts()
+        confine()
+        self._power_up()
         self._attach_probes()
         self._keep_environment()
-        self._host, self._served = self._join_hosts()
         self._live = None if job.live is None else self._join_viewer(job.live)
         self._repetition: Repetition | None = None
         if job.acts:
@@ -216,7 +233,7 @@ class Trial(Generic[WriterT]):
         report({"type": "started", "folder": str(job.folder)})
 
     def _check_probes(self) -> None:
-        probes, size = self._job.probes, self._simulation.robots
+        probes, size = self._job.probes, self._job.experiment.size
         wanted = [("--gdb", probes.gdb), *(("--vcd", robot) for robot in probes.vcd)]
         for option, robot in wanted:
             if robot is not None and robot >= size:
@@ -227,14 +244,11 @@ class Trial(Generic[WriterT]):
         try:
             for robot in probes.vcd:
                 self._simulation.trace(robot, str(self._job.folder / f"robot_{robot}.vcd"))
-            if probes.gdb is not None:
-                self._simulation.serve_debugger(probes.gdb, probes.gdb_port)
-                what = (
-                    f"robot {probes.gdb} waits; in avr-gdb type: target remote :{probes.gdb_port}"
-                )
-                self._report({"type": "note", "text": what})
         except _emulator.EngineError as error:
             raise InputError(str(error)) from None
+        if probes.gdb is not None:
+            what = f"robot {probes.gdb} waits; in avr-gdb type: target remote :{probes.gdb_port}"
+            self._report({"type": "note", "text": what})
 
     def run(self, stopped: Callable[[], bool]) -> bool:
         """Advances to the end; False if stopped before. The last record is the last moment."""
@@ -489,7 +503,7 @@ class Trial(Generic[WriterT]):
         """Tick of the engine when the run began."""
         return 0 if self._served is None else self._served.zero_tick or 0
 
-    def _place_robots(self) -> _emulator.Simulation:
+    def _make_simulation(self) -> _emulator.Simulation:
         job = self._job
         spec = engine_spec(
             job.experiment,
@@ -499,9 +513,22 @@ class Trial(Generic[WriterT]):
             module_guest=job.module_guest,
             lead_ticks=self._lead_ticks(),
             waits=job.serving is not None,
+            debugged=None if job.probes.gdb is None else (job.probes.gdb, job.probes.gdb_port),
         )
+        with self._placing_errors():
+            return _emulator.Simulation(spec, powered=False)
+
+    def _power_up(self) -> None:
+        """The first time that a program can do anything."""
+        with self._placing_errors():
+            self._simulation.power_up()
+
+    @contextlib.contextmanager
+    def _placing_errors(self) -> Iterator[None]:
+        """What the engine does not like becomes an error at its place in the experiment."""
+        job = self._job
         try:
-            return _emulator.Simulation(spec)
+            yield
         except _emulator.EngineError as error:
             place = place_of_error(job.experiment, str(error), job.module_guest)
             raise job.experiment.error(place, str(error)) from None

@@ -115,9 +115,12 @@ def _in_fork(task: Task) -> dict[str, Any]:
     confined = not (task.trusted or unconfined_because(experiment) or experiment.functions)
     with deadline(task.timeout_s) as is_over:
         try:
-            trial = Trial(job, lambda _: None, lambda: Looks(experiment))
-            if confined:
-                confine_trial(experiment)
+            trial = Trial(
+                job,
+                lambda _: None,
+                lambda: Looks(experiment),
+                (lambda: confine_trial(job)) if confined else lambda: None,
+            )
             in_time = trial.run(is_over)
         except KilotwinError as error:
             return {"trouble": str(error), "timed_out": False}

@@ -67,7 +67,7 @@ def serve(parent: int) -> None:
 def _work(task: Task, job: Job) -> bytes:
     """In the fork: runs the trial; a head, and the part."""
     with deadline(task.timeout_s) as is_over:
-        answer = measure_job(task, job, is_over, lambda: confine_trial(task.experiment))
+        answer = measure_job(task, job, is_over, lambda: confine_trial(job))
     part = b""
     if isinstance(answer, Failed):
         head: dict[str, Any] = {"failed": answer.reason, "timed_out": answer.timed_out}

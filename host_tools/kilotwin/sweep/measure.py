@@ -123,10 +123,9 @@ def job_of(task: Task) -> Job:
 def measure_job(
     task: Task, job: Job, is_over: Callable[[], bool], confine: Callable[[], None]
 ) -> Measured | Failed:
-    """Runs the trial in this process. `confine` is called before the first robot runs."""
+    """Runs the trial in this process. `confine` is called before a program is loaded."""
     try:
-        trial = Trial(job, lambda _: None, lambda: _SeriesWriter(task.experiment))
-        confine()
+        trial = Trial(job, lambda _: None, lambda: _SeriesWriter(task.experiment), confine)
         in_time = trial.run(is_over)
     except KilotwinError as error:
         return Failed(task.key, str(error), None)

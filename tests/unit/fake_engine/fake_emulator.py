@@ -87,11 +87,11 @@ def config_message(uid_first: int, uid_last: int, key: int, value: int) -> bytes
 class Simulation:
     """The engine's one class."""
 
-    def __init__(self, spec: dict[str, Any]) -> None:
+    def __init__(self, spec: dict[str, Any], *, powered: bool = True) -> None:
         self._spec = spec
         self._programs = [group["name"] for group in spec["groups"] for _ in range(group["count"])]
-        if "refused" in self._programs:
-            raise EngineError("there is no room for 7 of the robots")
+        if powered:
+            self.power_up()
         self.robots = len(self._programs)
         self.tick = 0
         random = np.random.default_rng(spec["seed"])
@@ -100,6 +100,10 @@ class Simulation:
         self._taken: list[int] = []
         self._next_sample = 0
         self._events: list[dict[str, Any]] = []
+
+    def power_up(self) -> None:
+        if "refused" in self._programs:
+            raise EngineError("there is no room for 7 of the robots")
 
     def advance(self, ticks: int) -> None:
         end = self.tick + ticks
