@@ -22,6 +22,10 @@ constexpr const char *NO_LANDLOCK =
 constexpr const char *NO_SECCOMP =
     "this kernel has no seccomp filters: programs can make any system call";
 
+// Addresses for files that are mapped, as tables are that a run writes anew; what is only read
+// takes memory of the kernel, a 512th.
+constexpr uint64_t FILES_BYTES = uint64_t{64} << 30;
+
 void check(bool done, const char *what) {
     if (!done) throw EngineError(std::string("cannot confine: ") + what + ": " + strerror(errno));
 }
@@ -34,11 +38,19 @@ struct Loader {
 };
 std::optional<Loader> loader;
 
-/// Private memory of this process now, bytes, as RLIMIT_DATA counts it.
-uint64_t private_bytes(std::ifstream &status) {
-    for (std::string line; std::getline(status, line);)
-        if (line.starts_with("VmData:")) return std::stoull(line.substr(7)) * 1024;
-    return 0;
+/// Memory of this process now, in bytes.
+struct MemoryNow {
+    uint64_t addresses = 0, own = 0;  ///< as RLIMIT_AS and RLIMIT_DATA count it
+};
+
+MemoryNow memory_now(std::ifstream &status) {
+    MemoryNow now;
+    const auto read = [](const std::string &line) { return std::stoull(line.substr(7)) * 1024; };
+    for (std::string line; std::getline(status, line);) {
+        if (line.starts_with("VmSize:")) now.addresses = read(line);
+        if (line.starts_with("VmData:")) now.own = read(line);
+    }
+    return now;
 }
 
 void limit(int what, uint64_t most) {
@@ -51,6 +63,7 @@ void limit(int what, uint64_t most) {
 std::vector<std::string> confine(const Confinement &wanted, const SystemCallFilter &filter) {
     check(prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0, "PR_SET_NO_NEW_PRIVS");
     limit(RLIMIT_CORE, 0);
+    if (wanted.file_bytes > 0) limit(RLIMIT_FSIZE, wanted.file_bytes);
     const auto missing = lacking_layers();
     if (landlock_version() > 0)
         landlock_restrict(wanted.readable, wanted.executable, wanted.writable);
@@ -68,11 +81,18 @@ std::vector<std::string> confine_worker(const Confinement &wanted) {
 void close_worker() {
     if (!loader) return;
     Loader last = *std::exchange(loader, std::nullopt);
-    if (last.memory_bytes > 0) limit(RLIMIT_DATA, private_bytes(last.status) + last.memory_bytes);
+    if (last.memory_bytes > 0) {
+        const MemoryNow now = memory_now(last.status);
+        limit(RLIMIT_AS, now.addresses + last.memory_bytes + FILES_BYTES);
+        limit(RLIMIT_DATA, now.own + last.memory_bytes);
+    }
     if (SystemCallFilter::is_there()) SystemCallFilter::of_worker(last.sockets).install();
 }
 
 std::vector<std::string> confine_compiler(const Confinement &wanted) {
+    limit(RLIMIT_AS, COMPILER_MEMORY_BYTES);
+    limit(RLIMIT_CPU, COMPILER_CPU_S);
+    limit(RLIMIT_FSIZE, COMPILER_FILE_BYTES);
     return confine(wanted, SystemCallFilter::of_compiler());
 }
 

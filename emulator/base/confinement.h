@@ -1,7 +1,7 @@
 /// Confinement of a process by the kernel: for workers, in which programs of robots run, and for
 /// the compiler that builds those.
 ///
-/// Four layers, each as far as the kernel has it: no new privileges; limits of memory and core
+/// Four layers, each as far as the kernel has it: no new privileges; limits of memory and of
 /// files; Landlock, which leaves the named files and folders; seccomp, which leaves named system
 /// calls. None of them can be taken back, and children have them too.
 #ifndef KILOTWIN_BASE_CONFINEMENT_H
@@ -19,11 +19,15 @@ struct Confinement {
     std::vector<std::string> readable;
     std::vector<std::string> executable;  ///< readable too
     std::vector<std::string> writable;    ///< readable too; files may be made and removed there
-    /// Memory beyond what it has when it is closed, bytes; 0: no limit.
-    uint64_t memory_bytes = 0;
+    /// Memory beyond what it has when it is closed, and size of a file, bytes; 0: no limit.
+    uint64_t memory_bytes = 0, file_bytes = 0;
     /// Takes connections, sends and receives by sockets that it has open.
     bool sockets = false;
 };
+
+/// More than our largest programs take several times over.
+constexpr uint64_t COMPILER_MEMORY_BYTES = uint64_t{3} << 30, COMPILER_FILE_BYTES = 1 << 28,
+                   COMPILER_CPU_S = 300;
 
 /// Confines this process, which must have one thread: threads that it has already keep their files.
 /// A system call that is not left fails with EPERM; made by a guest it ends the guest's call
@@ -37,7 +41,8 @@ std::vector<std::string> confine_worker(const Confinement &wanted);
 void close_worker();
 
 /// The same for a process that is about to execute a compiler: it may start programs, and is not
-/// kept from system calls but those that reach other processes or the network.
+/// kept from system calls but those that reach other processes or the network. Each process of it
+/// has COMPILER_MEMORY_BYTES and COMPILER_CPU_S, and makes files of COMPILER_FILE_BYTES at most.
 std::vector<std::string> confine_compiler(const Confinement &wanted);
 
 /// The layers that this kernel lacks, without confining anything.

@@ -30,8 +30,12 @@ constexpr uint64_t ALL_OF[] = {
 constexpr int NEWEST_KNOWN = 5;
 constexpr uint32_t GET_VERSION = 1, PATH_BENEATH = 1;
 
+// From version 6 on: signals, and abstract sockets, reach no process outside.
+constexpr uint64_t SCOPES = 3;
+constexpr int HAS_SCOPES = 6;
+
 struct Ruleset {
-    uint64_t handled_files;
+    uint64_t handled_files, handled_network, scopes;
 };
 struct __attribute__((packed)) PathBeneath {
     uint64_t allowed;
@@ -67,9 +71,11 @@ void landlock_restrict(const std::vector<std::string> &readable,
                        const std::vector<std::string> &executable,
                        const std::vector<std::string> &writable) {
     const uint64_t handled = ALL_OF[std::min(landlock_version(), NEWEST_KNOWN)];
-    const Ruleset rules = {handled};
+    const bool has_scopes = landlock_version() >= HAS_SCOPES;
+    const Ruleset rules = {handled, 0, SCOPES};
     const int ruleset =
-        static_cast<int>(syscall(SYS_landlock_create_ruleset, &rules, sizeof rules, 0));
+        static_cast<int>(syscall(SYS_landlock_create_ruleset, &rules,
+                                 has_scopes ? sizeof rules : sizeof rules.handled_files, 0));
     if (ruleset < 0) fail("no rules");
     allow(ruleset, readable, handled & READING);
     allow(ruleset, executable, handled & (READING | EXECUTE));

@@ -1,4 +1,5 @@
-/// Landlock: the kernel's means for a process to give up access to files (landlock(7)).
+/// Landlock: the kernel's means for a process to give up access to files (landlock(7)). Where it
+/// has version 6 (Linux 6.12), signals of the process reach none but its own as well.
 #ifndef KILOTWIN_BASE_LANDLOCK_H
 #define KILOTWIN_BASE_LANDLOCK_H
 

@@ -1,13 +1,14 @@
 #include "base/parent_death.h"
 
+#include <poll.h>
 #include <signal.h>
 #include <sys/prctl.h>
+#include <sys/syscall.h>
 #include <time.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cmath>
-#include <cstdint>
 #include <cstring>
 #include <string>
 
@@ -17,44 +18,49 @@ namespace kilotwin {
 
 namespace {
 
-constexpr int PARENT_ENDED = SIGUSR2;
-
-timer_t timer;
-bool has_timer = false;
-itimerspec grace = {};
-
-// The timer sends SIGKILL, which a program cannot hold off.
-void begin_grace(int) { timer_settime(timer, 0, &grace, nullptr); }
-
 void must(bool done, const char *what) {
     if (!done) throw EngineError(std::string(what) + ": " + std::strerror(errno));
 }
 
-void prepare_grace(double grace_s) {
+void sleep_s(double for_s) {
     double whole_s = 0;
-    grace.it_value.tv_nsec = static_cast<long>(std::modf(grace_s, &whole_s) * 1e9);
-    grace.it_value.tv_sec = static_cast<time_t>(whole_s);
-    sigevent event = {};
-    event.sigev_notify = SIGEV_SIGNAL;
-    event.sigev_signo = SIGKILL;
-    must(timer_create(CLOCK_MONOTONIC, &event, &timer) == 0, "timer_create");
-    has_timer = true;
-    struct sigaction action = {};
-    action.sa_handler = begin_grace;
-    action.sa_flags = SA_RESTART;
-    must(sigaction(PARENT_ENDED, &action, nullptr) == 0, "sigaction");
+    timespec left = {};
+    left.tv_nsec = static_cast<long>(std::modf(for_s, &whole_s) * 1e9);
+    left.tv_sec = static_cast<time_t>(whole_s);
+    while (nanosleep(&left, &left) != 0 && errno == EINTR) continue;
+}
+
+/// The guardian of its parent, the worker: kills that some time after the process behind `parent`
+/// has ended. It ends with the worker.
+[[noreturn]] void guard(pid_t worker, int parent, double grace_s) {
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (getppid() != worker) _exit(0);
+    // The worker's pipes are closed with the worker.
+    pollfd ended = {dup2(parent, 0), POLLIN, 0};
+    syscall(SYS_close_range, 1, ~0U, 0);
+    while (poll(&ended, 1, -1) < 0 && errno == EINTR) continue;
+    sleep_s(grace_s);
+    kill(worker, SIGKILL);
+    _exit(0);
 }
 
 }  // namespace
 
 void end_with_parent(int parent, double grace_s) {
-    if (grace_s > 0) prepare_grace(grace_s);
-    must(prctl(PR_SET_PDEATHSIG, grace_s > 0 ? PARENT_ENDED : SIGKILL) == 0, "PR_SET_PDEATHSIG");
-    // A parent that ended before the call above sends nothing any more.
+    const pid_t worker = getpid();
+    int handle = -1;
+    if (grace_s == 0)
+        must(prctl(PR_SET_PDEATHSIG, SIGKILL) == 0, "PR_SET_PDEATHSIG");
+    else
+        handle = static_cast<int>(syscall(SYS_pidfd_open, parent, 0));
+    // A parent that ended before sends nothing any more.
     if (getppid() != parent) _exit(1);
+    if (grace_s == 0) return;
+    must(handle >= 0, "pidfd_open");
+    const pid_t guardian = fork();
+    must(guardian >= 0, "fork");
+    if (guardian == 0) guard(worker, handle, grace_s);
+    close(handle);
 }
-
-// libc hands out the kernel's number where the timer sends a signal.
-int grace_timer() { return has_timer ? static_cast<int>(reinterpret_cast<intptr_t>(timer)) : -1; }
 
 }  // namespace kilotwin

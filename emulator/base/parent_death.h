@@ -9,12 +9,10 @@ namespace kilotwin {
 /// order. Ends the process at once if `parent` is not its parent any more.
 ///
 /// To be called once, by a process that lives for its parent, before it runs anything that may
-/// hang. The parent's end is that of the thread which started this process. Takes SIGUSR2.
+/// hang. With 0 the parent's end is that of the thread which started this process. With more a
+/// child of this process waits for it, from which no program of a robot can hide.
 /// EngineError where the kernel refuses.
 void end_with_parent(int parent, double grace_s);
-
-/// The kernel's number of the timer that ends the time of grace; -1: there is none.
-int grace_timer();
 
 }  // namespace kilotwin
 

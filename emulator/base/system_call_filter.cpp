@@ -4,6 +4,7 @@
 #include <linux/audit.h>
 #include <linux/prctl.h>
 #include <linux/seccomp.h>
+#include <signal.h>
 #include <sys/ioctl.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
@@ -17,21 +18,20 @@
 
 #include "base/confinement.h"
 #include "base/errors.h"
-#include "base/parent_death.h"
 
 namespace kilotwin {
 
 namespace {
 
 constexpr uint32_t ALLOW = SECCOMP_RET_ALLOW, TRAP = SECCOMP_RET_TRAP;
+constexpr uint32_t WHOLE = ~0u;
 constexpr uint32_t X32_BIT = 0x40000000;
 
 constexpr int WORKER[] = {
     // what is open
     SYS_read, SYS_write, SYS_readv, SYS_writev, SYS_pread64, SYS_pwrite64, SYS_lseek, SYS_close,
-    SYS_dup, SYS_fsync, SYS_fdatasync, SYS_ftruncate, SYS_fallocate, SYS_fadvise64, SYS_fcntl,
-    SYS_poll, SYS_ppoll, SYS_select, SYS_pselect6, SYS_epoll_wait, SYS_epoll_pwait, SYS_epoll_ctl,
-    SYS_copy_file_range, SYS_sendfile, SYS_flock, SYS_eventfd2, SYS_pipe2,
+    SYS_dup, SYS_fsync, SYS_fdatasync, SYS_ftruncate, SYS_fadvise64, SYS_poll, SYS_select,
+    SYS_epoll_wait, SYS_epoll_ctl, SYS_copy_file_range, SYS_sendfile, SYS_flock,
     // files, of which Landlock leaves some
     SYS_open, SYS_openat, SYS_stat, SYS_fstat, SYS_lstat, SYS_newfstatat, SYS_statx, SYS_access,
     SYS_faccessat, SYS_faccessat2, SYS_readlink, SYS_readlinkat, SYS_getdents64, SYS_getcwd,
@@ -61,6 +61,9 @@ constexpr int OPEN_SOCKETS[] = {
     SYS_shutdown, SYS_getsockopt, SYS_setsockopt, SYS_getsockname, SYS_getpeername,
     // The bridge's thread ends with signals blocked, and would be killed by SIGSYS.
     SYS_rt_sigprocmask};
+
+// Of fcntl(); not who gets signals of a file, nor how much a pipe holds.
+constexpr uint32_t FILE_COMMANDS[] = {F_DUPFD, F_DUPFD_CLOEXEC, F_GETFD, F_SETFD, F_GETFL};
 
 constexpr uint32_t ASKS[] = {TCGETS, FIONREAD, FIONBIO, FIOCLEX, FIONCLEX, TIOCGWINSZ, TIOCGPTN};
 
@@ -117,13 +120,22 @@ void SystemCallFilter::answer(int number, uint32_t answer) {
     program_.insert(program_.end(), {unless(static_cast<uint32_t>(number), 1), give(answer)});
 }
 
-/// Allows a call whose argument, masked, has this value. The number of the call is loaded again
+/// Allows a call whose arguments are as said, all of them. The number of the call is loaded again
 /// behind it.
-void SystemCallFilter::allow_if(int number, unsigned argument, uint32_t mask, uint32_t value) {
-    const size_t at = offsetof(seccomp_data, args) + 8 * argument;
-    program_.insert(program_.end(), {unless(static_cast<uint32_t>(number), 5), load(at),
-                                     BPF_STMT(BPF_ALU | BPF_AND | BPF_K, mask), unless(value, 1),
-                                     give(ALLOW), load(offsetof(seccomp_data, nr))});
+void SystemCallFilter::allow_if(int number, std::initializer_list<Argument> wanted) {
+    constexpr size_t BYTES_EACH = 8, STEPS_EACH = 3;
+    const auto steps = static_cast<uint8_t>(STEPS_EACH * wanted.size() + 2);
+    program_.push_back(unless(static_cast<uint32_t>(number), steps));
+    uint8_t left = steps;
+    for (const Argument &each : wanted) {
+        left -= STEPS_EACH;
+        const size_t at = offsetof(seccomp_data, args) + BYTES_EACH * each.number;
+        const size_t half = each.high ? sizeof(uint32_t) : 0;
+        program_.insert(program_.end(),
+                        {load(at + half), BPF_STMT(BPF_ALU | BPF_AND | BPF_K, each.mask),
+                         unless(each.value, static_cast<uint8_t>(left - 1))});
+    }
+    program_.insert(program_.end(), {give(ALLOW), load(offsetof(seccomp_data, nr))});
 }
 
 /// The common part of both filters of a worker.
@@ -132,15 +144,20 @@ void SystemCallFilter::allow_work(bool sockets) {
     for (const int number : WORKER) answer(number, ALLOW);
     if (sockets)
         for (const int number : OPEN_SOCKETS) answer(number, ALLOW);
-    allow_if(SYS_mmap, 2, PROT_EXEC, 0);
-    allow_if(SYS_mprotect, 2, PROT_EXEC, 0);
-    for (const uint32_t ask : ASKS) allow_if(SYS_ioctl, 1, ~0u, ask);
-    allow_if(SYS_tgkill, 0, ~0u, static_cast<uint32_t>(getpid()));
-    if (grace_timer() >= 0)
-        allow_if(SYS_timer_settime, 0, ~0u, static_cast<uint32_t>(grace_timer()));
-    allow_if(SYS_prlimit64, 2, ~0u, 0);  // to look, not to change
-    allow_if(SYS_prctl, 0, ~0u, PR_SET_NAME);
-    allow_if(SYS_prctl, 0, ~0u, PR_SET_VMA);
+    // Private memory, which is counted.
+    allow_if(SYS_mmap, {{2, PROT_EXEC, 0}, {3, MAP_SHARED | MAP_GROWSDOWN, 0}});
+    allow_if(SYS_mprotect, {{2, PROT_EXEC, 0}});
+    for (const uint32_t command : FILE_COMMANDS) allow_if(SYS_fcntl, {{1, WHOLE, command}});
+    allow_if(SYS_fcntl, {{1, WHOLE, F_SETFL}, {2, O_ASYNC, 0}});
+    for (const uint32_t ask : ASKS) allow_if(SYS_ioctl, {{1, WHOLE, ask}});
+    // Waits that no signal mask prolongs.
+    allow_if(SYS_ppoll, {{3, WHOLE, 0}, {3, WHOLE, 0, true}});
+    allow_if(SYS_pselect6, {{5, WHOLE, 0}, {5, WHOLE, 0, true}});
+    allow_if(SYS_epoll_pwait, {{4, WHOLE, 0}, {4, WHOLE, 0, true}});
+    allow_if(SYS_tgkill, {{0, WHOLE, static_cast<uint32_t>(getpid())}, {2, WHOLE, SIGABRT}});
+    allow_if(SYS_prlimit64, {{2, WHOLE, 0}, {2, WHOLE, 0, true}});  // to look, not to change
+    allow_if(SYS_prctl, {{0, WHOLE, PR_SET_NAME}});
+    allow_if(SYS_prctl, {{0, WHOLE, PR_SET_VMA}});
 }
 
 SystemCallFilter SystemCallFilter::of_loader(bool sockets) {
@@ -149,7 +166,7 @@ SystemCallFilter SystemCallFilter::of_loader(bool sockets) {
     for (const int number : WHILE_LOADING) filter.answer(number, ALLOW);
     if (sockets)
         for (const int number : NEW_SOCKETS) filter.answer(number, ALLOW);
-    filter.allow_if(SYS_mmap, 3, MAP_ANONYMOUS, 0);  // code of files
+    filter.allow_if(SYS_mmap, {{3, MAP_ANONYMOUS, 0}});  // code of files
     filter.program_.push_back(give(TRAP));
     return filter;
 }
@@ -215,6 +232,13 @@ std::string system_call_name(int number) {
                                       {SYS_setrlimit, "setrlimit()"},
                                       {SYS_wait4, "wait()"},
                                       {SYS_ioctl, "ioctl()"},
+                                      {SYS_fcntl, "fcntl()"},
+                                      {SYS_fallocate, "fallocate()"},
+                                      {SYS_pipe2, "pipe()"},
+                                      {SYS_eventfd2, "eventfd()"},
+                                      {SYS_ppoll, "ppoll()"},
+                                      {SYS_pselect6, "pselect()"},
+                                      {SYS_epoll_pwait, "epoll_pwait()"},
                                       {SYS_io_uring_setup, "io_uring_setup()"},
                                       {SYS_memfd_create, "memfd_create()"},
                                       {SYS_process_vm_writev, "process_vm_writev()"}};

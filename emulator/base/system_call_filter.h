@@ -5,17 +5,22 @@
 #include <linux/filter.h>
 
 #include <cstdint>
+#include <initializer_list>
 #include <vector>
 
 namespace kilotwin {
 
 /// Programs of the kernel's filter machine for x86-64. Calls that are not allowed raise SIGSYS, so
 /// that a handler decides (guest/stack.h), as do those of 32-bit code.
+///
+/// The kernel asks every filter that a process has, and takes the strictest answer: what one has
+/// refused no later one can allow. A filter sees the numbers that a call is made with, and not
+/// what they point to: so a wait is allowed without a signal mask, and not with certain ones.
 class SystemCallFilter {
   public:
     /// An allow-list for a worker: memory, files that it may open, time, its own end. No memory
-    /// that can be executed, no process or thread, no signal to others, no change of what signals
-    /// do; connections only by `sockets` that are there.
+    /// that can be executed or that is shared, no process or thread, no signal but abort()'s, no
+    /// change of what signals do, no pipes; connections only by `sockets` that are there.
     static SystemCallFilter of_worker(bool sockets);
 
     /// The same for a worker that has yet to load its guests: it maps code of files, opens ports if
@@ -31,10 +36,21 @@ class SystemCallFilter {
     void install() const;
 
   private:
+    /// Refuses code of other machines, and leaves the number of the call loaded.
     void begin();
+    /// What a worker needs at all times.
     void allow_work(bool sockets);
+    /// The kernel's answer to a call, whatever its arguments are.
     void answer(int number, uint32_t answer);
-    void allow_if(int number, unsigned argument, uint32_t mask, uint32_t value);
+
+    /// Half of an argument: the lower one, or `high`; masked, it has to have the value.
+    struct Argument {
+        unsigned number;
+        uint32_t mask, value;
+        bool high = false;
+    };
+    /// Allows a call all of whose arguments are so.
+    void allow_if(int number, std::initializer_list<Argument> wanted);
 
     std::vector<sock_filter> program_;
 };

@@ -58,7 +58,7 @@ void Robot::go_on(Cycles until) {
     until_ = until;
     running = this;
     program_->make_resident(image_);
-    if (context_->black_box != nullptr) *context_->black_box = {index_, last_tick_};
+    if (context_->black_box != nullptr) context_->black_box->runs(index_, last_tick_);
     attend_faults();
     auto &stack = GuestStack::instance();
     GuestStack::Outcome outcome;

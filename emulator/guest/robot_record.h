@@ -38,11 +38,18 @@ struct Emission {
     message_t message;
 };
 
-/// Which robot runs, for the report if its program kills the process. Survives that when it is a
-/// mapped file.
+/// Which robot runs, for the report if its program kills the process, and for the watch that does
+/// if it does not come back. Survives that when it is a mapped file.
 struct BlackBox {
-    uint32_t robot;  ///< index
-    uint32_t tick;   ///< its kilo_ticks at the last tick
+    uint32_t robot;    ///< index of the last that ran
+    uint32_t tick;     ///< its kilo_ticks at the last tick
+    uint64_t steps;    ///< world steps so far
+    uint32_t at_work;  ///< 0: the engine is between two calls, and no robot runs
+
+    void runs(uint32_t index, uint32_t its_tick) {
+        robot = index;
+        tick = its_tick;
+    }
 };
 
 /// Shared by all robots of a simulation.

@@ -46,7 +46,7 @@ void Robot::go_on_translated() {
         now_ = until_;
         return;
     }
-    if (context_->black_box != nullptr) *context_->black_box = {index_, last_tick_};
+    if (context_->black_box != nullptr) context_->black_box->runs(index_, last_tick_);
     Translated(*this).run();
     if (inbox_next_ > 0)
         inbox_.erase(inbox_.begin(), inbox_.begin() + static_cast<ptrdiff_t>(inbox_next_));

@@ -235,6 +235,7 @@ void Simulation::create_ideal_channel() {
 // From power-up to RUN robots wait on their places for what the host orders.
 void Simulation::boot() {
     Robot::serve_this_thread();
+    note_work(true);
     give_commands(start_);
     for (auto &robot : robots_) robot.run(start_);
     channel_->boot(start_);
@@ -243,6 +244,7 @@ void Simulation::boot() {
     for (auto &robot : robots_) robot.motor_commands.clear();
     now_ = start_;
     sample_if_due();
+    note_work(false);
 }
 
 }  // namespace kilotwin

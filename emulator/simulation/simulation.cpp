@@ -38,6 +38,7 @@ int64_t Simulation::tick_of(Cycles at) const {
 
 void Simulation::advance(int64_t ticks) {
     Robot::serve_this_thread();
+    note_work(true);
     const Cycles end = end_of_step(now_ + static_cast<Cycles>(ticks) * TICK_CYCLES, step_);
     channel_->host_silent_until(end);
     // Robots are run ahead up to the next sample at most: it shows them as they are then.
@@ -45,6 +46,11 @@ void Simulation::advance(int64_t ticks) {
         step(std::min(end, next_sample_));
         sample_if_due();
     }
+    note_work(false);
+}
+
+void Simulation::note_work(bool goes_on) {
+    if (black_box_ != nullptr) black_box_->at_work = goes_on;
 }
 
 void Simulation::step(Cycles limit) {
@@ -63,6 +69,7 @@ void Simulation::step(Cycles limit) {
     bodies_->step();
     now_ = end;
     steps_++;
+    if (black_box_ != nullptr) black_box_->steps = steps_;
     floor_->end_step(now_);
 }
 

@@ -207,6 +207,8 @@ class Simulation {
     /// From power-up to start_.
     void boot();
 
+    void note_work(bool goes_on);  ///< in the black box
+
     /// One world step; no robot is executed beyond `limit`.
     void step(Cycles limit);
     void give_commands(Cycles until);

@@ -20,7 +20,12 @@ def normal(seed: int, purpose: str, robot: int, n: int) -> float: ...
 def flash_image(path: str) -> tuple[bytes, dict[int, int]]: ...  # flash; EEPROM by address
 def end_with_parent(parent: int, grace_s: float = 0.0) -> None: ...  # see base/parent_death.h
 def confine(  # see base/confinement.h
-    *, readable: Sequence[str], writable: Sequence[str], memory_bytes: int, sockets: bool
+    *,
+    readable: Sequence[str],
+    writable: Sequence[str],
+    memory_bytes: int,
+    file_bytes: int,
+    sockets: bool,
 ) -> list[str]: ...
 def lacking_layers() -> list[str]: ...
 def reference_loop_s() -> float: ...

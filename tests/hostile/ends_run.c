@@ -14,7 +14,7 @@ static void loop(void) {
     const long engine = (long)(uintptr_t)kt_host[0] & ~4095L;
     switch (WAY) {
     case 1: call(231, 0, 0, 0, 0); break;                                         // exit_group
-    case 2: call(234, call(39, 0, 0, 0, 0), call(186, 0, 0, 0, 0), 9, 0); break;  // tgkill
+    case 2: call(234, call(39, 0, 0, 0, 0), call(186, 0, 0, 0, 0), 6, 0); break;  // tgkill
     case 3: call(11, engine - 65536, 1 << 20, 0, 0); break;    // munmap the engine
     case 4: call(9, engine - 65536, 1 << 20, 3, 0x32); break;  // mmap over it
     case 5:                                                    // into all that is open

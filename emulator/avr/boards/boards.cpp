@@ -78,7 +78,8 @@ void Boards::execute(Cycles until) {
     for (size_t i = 0; i < places_.size(); i++) {
         if (robots_rest_[i] >= until) continue;
         Place &place = places_[i];
-        if (context_.black_box != nullptr) *context_.black_box = {place.index, place.board.tick()};
+        if (context_.black_box != nullptr)
+            context_.black_box->runs(place.index, place.board.tick());
         place.board.light = place.robot.light;
         place.board.battery = place.robot.voltage(now_);
         place.board.temperature = context_.temperature;

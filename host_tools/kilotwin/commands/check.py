@@ -21,6 +21,7 @@ from kilotwin.commands.options import (
 from kilotwin.commands.test import Junit, TestProcesses, Timeout, cores
 from kilotwin.files import confinement
 from kilotwin.files.junit import write_junit
+from kilotwin.files.plain_text import plain
 from kilotwin.files.sarif import write_sarif
 from kilotwin.port.trial import Trial
 from kilotwin.scenario import program_check as checks
@@ -104,7 +105,7 @@ def check(
     def take(step: checks.Step) -> None:
         steps.append(step)
         if not as_json:
-            typer.echo(step.text())
+            typer.echo(plain(step.text()))
 
     take(checks.on_this_computer(found, display.note))
     port, report = checks.on_the_chip(

@@ -24,6 +24,7 @@ from kilotwin.errors import InputError, InterruptError, KilotwinError, RunError,
 from kilotwin.files import extras, lazy
 from kilotwin.files.confinement import SINGLE_THREADED
 from kilotwin.files.lean_pydantic import leave_plugins_out
+from kilotwin.files.plain_text import plain
 
 COMMANDS = {
     "doctor": "Say what is here, what is missing, and what to type.",
@@ -112,6 +113,7 @@ def script() -> NoReturn:
 
 def main() -> None:
     """The command that was typed. 0 done, 1 failed, 2 bad input, 3 no device, 4 some failed."""
+    _open_closed_streams()
     gc.disable()  # until a command is loaded: imports leave no garbage, a quarter of their time
     # Threads of numpy's linear algebra, of which we have none, would only spin beside the engine.
     for name, value in SINGLE_THREADED.items():
@@ -141,6 +143,19 @@ def main() -> None:
         sys.exit(RunError.exit_code)
 
 
+def _open_closed_streams() -> None:
+    """Where a shell has closed one of the first three files, what is read or written there is
+    nothing; else the next file that is opened would take its place."""
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        try:
+            os.fstat(number)
+        except OSError:
+            # The lowest number that is free is this one.
+            nothing = os.open(os.devnull, os.O_RDONLY if number == 0 else os.O_WRONLY)
+            mode = "r" if number == 0 else "w"
+            setattr(sys, name, os.fdopen(nothing, mode, encoding="utf-8", closefd=False))
+
+
 def _end(number: int, _frame: FrameType | None) -> NoReturn:
     """Ends what does not heed a signal otherwise, but not before it has cleared up behind itself.
     One more ends it at once."""
@@ -157,9 +172,9 @@ def _check_working_folder() -> None:
 
 def _show(line: str, detail: str = "") -> None:
     with contextlib.suppress(OSError):
-        typer.echo(f"kilotwin: {line}", err=True)
+        typer.echo(f"kilotwin: {plain(line)}", err=True)
         if detail:
-            typer.echo(detail, err=True)
+            typer.echo(plain(detail), err=True)
 
 
 def _discard_output() -> None:

@@ -34,6 +34,7 @@ from kilotwin.errors import EXIT_INTERRUPTED, InputError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.text import Setting
 from kilotwin.files import confinement, extras, lazy
+from kilotwin.files.plain_text import plain
 from kilotwin.port.twin import chosen
 from kilotwin.runs.job import Probes, Serving
 from kilotwin.runs.run import Outcome
@@ -295,9 +296,9 @@ def _tell(outcome: Outcome, *, plots: bool, as_json: bool) -> None:
     summary = outcome.summary
     if plots:
         _plot_both(Path(summary["run_folder"]))
-    typer.echo(json.dumps(summary) if as_json else terminal.summary_text(summary))
+    typer.echo(json.dumps(summary) if as_json else plain(terminal.summary_text(summary)))
     if troubles := terminal.troubles_text(summary):
-        typer.echo(troubles, err=True)
+        typer.echo(plain(troubles), err=True)
     if outcome.exit_code == EXIT_INTERRUPTED:
         typer.echo("interrupted; what was recorded is kept", err=True)
 

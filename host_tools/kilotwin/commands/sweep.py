@@ -19,6 +19,7 @@ from kilotwin.commands.options import (
 )
 from kilotwin.errors import InputError
 from kilotwin.files import confinement
+from kilotwin.files.plain_text import plain
 from kilotwin.port.twin import chosen
 from kilotwin.sweep.executors import choose_place
 from kilotwin.sweep.plan import read_plan
@@ -142,5 +143,5 @@ def sweep(
     with prepared.data.held():
         prepared.run(place, display, twin)
         summary = prepared.summary(prepared.finish())
-    typer.echo(json.dumps(summary) if as_json else summary_text(summary))
+    typer.echo(json.dumps(summary) if as_json else plain(summary_text(summary)))
     raise typer.Exit(prepared.exit_code)

@@ -23,6 +23,7 @@ from kilotwin.commands.run import Sanitize
 from kilotwin.errors import EXIT_TIMEOUT, InputError, KilotwinError
 from kilotwin.files import confinement, lazy
 from kilotwin.files.junit import write_junit
+from kilotwin.files.plain_text import plain
 from kilotwin.scenario import report
 from kilotwin.scenario.one_run import with_seed
 from kilotwin.scenario.runner import Scenario, find, prepare, run_all
@@ -117,7 +118,7 @@ def run_scenarios(
     width = max(len(scenario.name) for scenario in scenarios)
     for scenario in run_all(scenarios, Processes(processes or cores()), display):
         if not as_json:
-            typer.echo(report.row(scenario, width))
+            typer.echo(plain(report.row(scenario, width)))
     for scenario in scenarios:
         if keep and scenario.failures:
             _keep(scenario, timeout, video, quiet, shown=not as_json)
@@ -128,7 +129,7 @@ def run_scenarios(
         rows = {"scenarios": [report.as_dict(one) for one in scenarios]}
         typer.echo(json.dumps(rows if told is None else {**rows, "coverage": told}))
     else:
-        typer.echo(report.summary_text(scenarios))
+        typer.echo(plain(report.summary_text(scenarios)))
         if told is not None:
             typer.echo(f"coverage: {told['text']}\n{terminal.coverage_text(told)}")
     failed = [scenario for scenario in scenarios if scenario.failures]
@@ -160,7 +161,7 @@ def _keep(scenario: Scenario, timeout_s: float, video: bool, quiet: bool, *, sho
         except (KilotwinError, ModuleNotFoundError) as error:
             terminal.sweep_display(quiet).note(f"{scenario.folder}: no picture of it: {error}")
     if shown and scenario.folder is not None:
-        typer.echo(f"{scenario.name}:\n{report.look_text(scenario)}")
+        typer.echo(plain(f"{scenario.name}:\n{report.look_text(scenario)}"))
 
 
 def cores() -> int:

@@ -56,8 +56,7 @@ def engine_spec(
     program, and the world begins `lead_ticks` before 0. `waits`: robots are not told to run unless
     a [[command]] does. `debugged`: a robot on a chip that gdb controls, and the port for that.
     """
-    keys = experiment.keys
-    profile = PROFILES[keys.swarm.profile]
+    keys, profile = experiment.keys, PROFILES[experiment.keys.swarm.profile]
     floor = {
         "obstacle_m": keys.reading.obstacle_m,
         "step_ticks": _FLOOR_STEP_TICKS,
@@ -113,7 +112,7 @@ def engine_spec(
         "sample_ticks": sample_ticks,
         "sample_extras": {extra: keys.record.has(extra) for extra in set(EXTRA_OF.values())},
         "black_box": black_box,
-        "debugged": None if debugged is None else {"robot": debugged[0], "port": debugged[1]},
+        "debugged": debugged and {"robot": debugged[0], "port": debugged[1]},
         "run_ahead": True,
         "recalls_passes": True,
     }

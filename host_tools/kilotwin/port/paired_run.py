@@ -11,6 +11,7 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from kilotwin.errors import InputError, RunError
+from kilotwin.files.plain_text import quoted
 
 _MOST_ANSWER_BYTES = 1 << 26
 
@@ -93,7 +94,7 @@ def run(wanted: PairedRun, timeout_s: float | None = None) -> Measured:
         measured = Measured.model_validate_json(answer[:_MOST_ANSWER_BYTES])
     if measured is None:
         what = f"{wanted.name}: the program ended its process (code {process.returncode})"
-        raise RunError(what, detail=words.decode(errors="replace").strip())
+        raise RunError(what, detail=quoted(words.decode(errors="replace").strip()))
     if measured.error:
         raise InputError(f"{wanted.name}: {measured.error}")
     return measured

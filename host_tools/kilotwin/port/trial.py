@@ -21,6 +21,8 @@ SLACK_S = 0.04
 UID = 7
 # Between two looks at the stack: what runs on behind a spoilt one means nothing.
 _LOOK_TICKS = 4
+# Wall time that a trial may take: many times what it does, for a program that stands still.
+_LEAST_LIMIT_S, _LIMIT_PER_S = 120.0, 10.0
 _TAKE_LESS = (
     "look for what malloc() gives and free() never gets back, take less, or take an array of a "
     "fixed length: malloc() leaves 32 bytes to the stack as it is when it is called, no more"
@@ -171,7 +173,7 @@ def run(
         ticks=ticks(trial.seconds),
         look_ticks=_LOOK_TICKS,
     )
-    measured = paired_run.run(wanted)
+    measured = paired_run.run(wanted, _LEAST_LIMIT_S + _LIMIT_PER_S * trial.seconds)
     return _outcome(trial, measured, code, {name: entry for entry, name in entries.items()}, roles)
 
 

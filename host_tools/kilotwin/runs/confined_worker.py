@@ -1,5 +1,6 @@
 """Confines the process of a run before its programs are loaded, once its files are open."""
 
+import math
 import threading
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,10 @@ from kilotwin.experiment.experiment import Experiment
 from kilotwin.files import confinement, lazy
 from kilotwin.files.confined_process import confine_process
 from kilotwin.runs.job import Job
+from kilotwin.runs.size import size_of
+
+# More than the log of a full table's buses takes, and than a trace of all pins of a chip.
+_BUSES_BYTES_PER_S, _TRACE_BYTES_PER_S = 4_000_000, 40_000_000
 
 
 def unconfined_because(experiment: Experiment) -> str:
@@ -36,7 +41,7 @@ def confine_worker(job: Job) -> dict[str, Any]:
     if job.live is not None or job.acts:
         for module in ("runs.live", "runs.steering"):
             lazy.load(module)
-    writable = [job.folder, *([] if job.black_box is None else [Path(job.black_box)])]
+    writable = [job.folder, *_black_box_of(job)]
     serving = job.serving
     if serving is not None:
         writable += [link.parent for link in (serving.ohc_link, serving.dispatcher_link) if link]
@@ -46,9 +51,17 @@ def confine_worker(job: Job) -> dict[str, Any]:
         job.experiment.size,
         readable=map(Path, job.all_guests),
         writable=writable,
+        most_written=_most_written(job),
         sockets=serving is not None or job.probes.gdb is not None,
     )
     return {"confined": not missing, "not_confined": missing}
+
+
+def _most_written(job: Job) -> int:
+    """Bytes of the longest file that the run may make, with much to spare."""
+    keys = job.experiment.keys
+    of_time = _TRACE_BYTES_PER_S * bool(job.probes.vcd) + _BUSES_BYTES_PER_S * bool(keys.grid)
+    return 4 * size_of(keys).estimated_bytes + math.ceil(keys.duration_s * of_time)
 
 
 def load_libraries(experiment: Experiment) -> None:
@@ -64,4 +77,10 @@ def confine_trial(job: Job) -> None:
 
     What the kernel lacks is left out.
     """
-    confine_process(job.experiment.size, readable=map(Path, job.all_guests))
+    confine_process(
+        job.experiment.size, readable=map(Path, job.all_guests), writable=_black_box_of(job)
+    )
+
+
+def _black_box_of(job: Job) -> list[Path]:
+    return [] if job.black_box is None else [Path(job.black_box)]

@@ -7,7 +7,6 @@ import os
 import platform
 import shutil
 import signal
-import struct
 import tempfile
 import threading
 from collections.abc import Iterator, Sequence
@@ -29,9 +28,11 @@ from kilotwin.errors import (
     TimeoutRunError,
 )
 from kilotwin.experiment.experiment import Experiment
+from kilotwin.files.plain_text import plain, quoted
 from kilotwin.metrics.functions import LocalFunctions, answer
 from kilotwin.port.twin import Mode, Twins, native_kilobots
 from kilotwin.runs.acts import Act
+from kilotwin.runs.black_box import LOOK_S, BlackBox, Watch
 from kilotwin.runs.display import Display, Window
 from kilotwin.runs.folder import (
     FAILED,
@@ -48,12 +49,17 @@ from kilotwin.runs.job import Job, Probes, Serving
 from kilotwin.runs.size import bytes_of, size_of
 from kilotwin.runs.worker_process import WorkerProcess, start_worker
 
-# Into the black box the engine writes, before it runs a robot, the robot's id and its tick.
-_BLACK_BOX = struct.Struct("=II")
-_NO_ROBOT = 0xFFFFFFFF
-_PAGE_BYTES = 4096
-
-_REPORTS = ("folder", "started", "note", "progress", "measure", "done", "error")
+# Kinds of reports, and what each has.
+_REPORTS: dict[str, dict[str, type]] = {
+    "folder": {},
+    "started": {},
+    "note": {"text": str},
+    "waits": {},
+    "progress": {"tick": int, "resting": dict, "not_resting": int, "metrics": dict},
+    "measure": {},
+    "done": {"exit_code": int, "summary": dict},
+    "error": {"exit_code": int, "message": str},
+}
 _LONGEST_REPORT = 1 << 26
 _GARBLED = (
     "the engine's process reports what cannot be understood; one of the programs wrote into its "
@@ -117,9 +123,7 @@ def run(
     functions = LocalFunctions(experiment) if experiment.functions else None
     manifest = new_manifest(experiment, built, command_line)
     twins = Twins(native_kilobots(experiment, guests), twin, display.note)
-    with tempfile.NamedTemporaryFile(prefix="kilotwin-") as black_box:
-        black_box.write(_BLACK_BOX.pack(_NO_ROBOT, 0).ljust(_PAGE_BYTES, b"\0"))
-        black_box.flush()
+    with BlackBox.made() as black_box:
         files = [str(guest.file) for guest in guests]
         module_file = None if modules is None else str(modules.file)
         job = Job(
@@ -127,7 +131,7 @@ def run(
             files,
             folder.absolute(),
             manifest,
-            black_box.name,
+            str(black_box.path),
             module_file,
             serving,
             probes or Probes(),
@@ -209,6 +213,10 @@ class _Child:
         window: Window | None,
     ) -> None:
         self._job = job
+        assert job.black_box is not None
+        self._black_box = BlackBox(Path(job.black_box))
+        self._watch = Watch(self._black_box)
+        self._stuck = False
         self._window = window
         self._functions = functions
         self._in_function = False
@@ -233,10 +241,13 @@ class _Child:
             with self._stop_on_signals(process):
                 reports = process.stdout
                 for line in iter(lambda: reports.readline(_LONGEST_REPORT), b""):
+                    self._watch.heard()
                     last = self._understood(line, process)
                     if last["type"] == "measure":
                         last = self._answer(last, process)
                     self._show(last)
+                    if last["type"] == "error":  # what comes behind it is of no account
+                        break
                 returncode = process.wait()
                 if last.get("type") == "done":
                     summary, code = last["summary"], last["exit_code"]
@@ -274,8 +285,9 @@ class _Child:
         """A report; a program that writes into the worker's pipe ends its run."""
         try:
             message = json.loads(line)
-            if message["type"] not in _REPORTS:
-                raise ValueError
+            for key, kind in _REPORTS[message["type"]].items():
+                if not isinstance(message[key], kind):
+                    raise TypeError
         except (ValueError, TypeError, KeyError, RecursionError):
             return self._garbled(process)
         return dict(message)
@@ -290,7 +302,7 @@ class _Child:
             if self._window is not None:
                 self._window.open(self._job.folder)
         elif message["type"] == "note":
-            self._display.note(message["text"])
+            self._display.note(plain(message["text"]))
         elif message["type"] == "progress":
             self._display.progress(
                 message["tick"], message["resting"], message["not_resting"], message["metrics"]
@@ -328,19 +340,16 @@ class _Child:
             if self._timed_out:
                 return TimeoutRunError(f"it took longer than {self._timeout_s:g} s; {late}")
             return InterruptError(f"interrupted; {late}")
+        if self._stuck:
+            return RunError(self._watch.what(self._job.experiment) + kept)
         cause = f"ended with code {returncode}"
         if returncode < 0:
             cause = f"was ended by {signal.Signals(-returncode).name}"
-        return RunError(f"the engine's process {cause}{ran}{kept}", detail=log)
+        return RunError(f"the engine's process {cause}{ran}{kept}", detail=quoted(log))
 
     def _ran_last(self) -> str:
-        assert self._job.black_box is not None
-        kept = Path(self._job.black_box).read_bytes().ljust(_BLACK_BOX.size, b"\0")
-        robot, tick = _BLACK_BOX.unpack_from(kept)
-        if robot >= self._job.experiment.size:
-            return ""
-        program = self._job.experiment.program_of(robot).name
-        return f"; last to run was {program} robot {robot} tick {tick}"
+        last = self._black_box.ran_last(self._job.experiment)
+        return f"; last to run was {last}" if last else ""
 
     @contextlib.contextmanager
     def _stop_on_signals(self, process: WorkerProcess) -> Iterator[None]:
@@ -376,11 +385,29 @@ class _Child:
                 if not self._timed_out:
                     patience.start()
 
+        over = threading.Event()
+
+        def look() -> None:
+            while not over.wait(LOOK_S):
+                if self._in_function:
+                    self._watch.heard()
+                elif self._watch.is_stuck():
+                    self._stuck = True
+                    process.kill()
+                    return
+
+        watcher = threading.Thread(target=look, daemon=True)
         if self._timeout_s is not None:
             limit.start()
+        # A debugger holds a chip for as long as it likes, an environment thinks as long.
+        if self._job.probes.gdb is None and self._job.experiment.environment is None:
+            watcher.start()
         with heeding_interrupts(stop):
             try:
                 yield
             finally:
                 limit.cancel()
                 patience.cancel()
+                over.set()
+                if watcher.is_alive():
+                    watcher.join()

@@ -261,6 +261,7 @@ class Trial(Generic[WriterT]):
             began_s = self._clock()
             allowed = self._allowed_ticks()
             if not allowed:
+                self._report({"type": "waits"})
                 continue
             if self._repetition is not None:
                 allowed = min(allowed, self._repetition.ticks(simulation.tick))

@@ -1,7 +1,6 @@
 """One run of a scenario, in a fork of an executor's process, confined as a sweep's trial is."""
 
 import json
-import signal
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,12 +12,13 @@ from kilotwin.coverage.marks import Marks, marks_of_all, understood
 from kilotwin.errors import KilotwinError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.files import confinement
+from kilotwin.runs.black_box import BlackBox, Watch
 from kilotwin.runs.confined_worker import confine_trial, load_libraries, unconfined_because
-from kilotwin.runs.fork import ended_by, in_fork
+from kilotwin.runs.fork import in_fork
 from kilotwin.runs.job import Job
 from kilotwin.runs.worker import Trial
 from kilotwin.scenario.looks import Failure, Look, Looks
-from kilotwin.sweep.measure import deadline
+from kilotwin.sweep.measure import GRACE_S, clock_of
 
 
 @dataclass(frozen=True)
@@ -96,36 +96,42 @@ def run_once(task: Task) -> Ran:
     """Runs it in a fork; whatever brings that down is the run's trouble."""
     try:
         load_libraries(task.experiment)  # once for all runs
-        said, status = in_fork(lambda: json.dumps(_in_fork(task)).encode())
+        with BlackBox.made() as box:
+            watch = Watch(box)
+            ended = in_fork(
+                lambda: json.dumps(_in_fork(task, box)).encode(), watch, task.timeout_s + GRACE_S
+            )
+            if ended.stuck:
+                return Ran(task.seed, trouble=watch.what(task.experiment))
     except KilotwinError as error:
         return Ran(task.seed, trouble=str(error))
-    if number := ended_by(status):
-        timed_out = number == signal.SIGALRM
-        why = _too_long(task, None) if timed_out else f"its process was ended by {number.name}"
-        return Ran(task.seed, trouble=why, timed_out=timed_out)
+    if ended.late:
+        return Ran(task.seed, trouble=_too_long(task, None), timed_out=True)
+    if number := ended.signal:
+        return Ran(task.seed, trouble=f"its process was ended by {number.name}")
     try:
-        return _understood(task, json.loads(said))
+        return _understood(task, json.loads(ended.said))
     except (ValueError, KeyError, TypeError, RecursionError):
         return Ran(task.seed, trouble="its process ended without a result")
 
 
-def _in_fork(task: Task) -> dict[str, Any]:
-    experiment = task.experiment
-    job = Job(experiment, task.guests, Path(), {}, None, task.module_guest, symbols=task.symbols)
+def _in_fork(task: Task, box: BlackBox) -> dict[str, Any]:
+    experiment, module = task.experiment, task.module_guest
+    job = Job(experiment, task.guests, Path(), {}, str(box.path), module, symbols=task.symbols)
     confined = not (task.trusted or unconfined_because(experiment) or experiment.functions)
-    with deadline(task.timeout_s) as is_over:
-        try:
-            trial = Trial(
-                job,
-                lambda _: None,
-                lambda: Looks(experiment),
-                (lambda: confine_trial(job)) if confined else lambda: None,
-            )
-            in_time = trial.run(is_over)
-        except KilotwinError as error:
-            return {"trouble": str(error), "timed_out": False}
-        summary = trial.summary(interrupted=not in_time)
-        trial.close()
+    is_over = clock_of(task.timeout_s)
+    try:
+        trial = Trial(
+            job,
+            lambda _: None,
+            lambda: Looks(experiment),
+            (lambda: confine_trial(job)) if confined else lambda: None,
+        )
+        in_time = trial.run(is_over)
+    except KilotwinError as error:
+        return {"trouble": str(error), "timed_out": False}
+    summary = trial.summary(interrupted=not in_time)
+    trial.close()
     if not in_time:
         return {"trouble": _too_long(task, summary["simulated_s"]), "timed_out": True}
     if spoiled := summary["metrics_failed"]:

@@ -8,8 +8,8 @@ import contextlib
 import json
 import pickle
 import platform
-import signal
 import threading
+from dataclasses import replace
 from typing import Any
 
 import numpy.ma  # noqa: F401 (numpy loads it at its first use, which would be in each fork)
@@ -17,16 +17,18 @@ import pyarrow as pa
 
 from kilotwin import _emulator
 from kilotwin.errors import KilotwinError
+from kilotwin.runs.black_box import BlackBox, Watch
 from kilotwin.runs.columns import Records
 from kilotwin.runs.confined_worker import confine_trial, load_libraries, unconfined_because
-from kilotwin.runs.fork import ended_by, in_fork
+from kilotwin.runs.fork import Ended, in_fork
 from kilotwin.runs.job import Job
 from kilotwin.sweep import parts
 from kilotwin.sweep.measure import (
+    GRACE_S,
     Failed,
     Measured,
     Task,
-    deadline,
+    clock_of,
     engine_sha256,
     job_of,
     measure,
@@ -50,8 +52,14 @@ def measure_confined(task: Task) -> Measured | Failed:
         load_libraries(task.experiment)  # once for all trials
     except KilotwinError as error:
         return Failed(task.key, str(error), None)
-    said, status = in_fork(lambda: _work(task, job))
-    return _answer(task, said, status)
+    limit_s = None if task.timeout_s is None else task.timeout_s + GRACE_S
+    with BlackBox.made() as box:
+        watch = Watch(box)
+        job = replace(job, black_box=str(box.path))
+        ended = in_fork(lambda: _work(task, job), watch, limit_s)
+        if ended.stuck:
+            return Failed(task.key, watch.what(task.experiment), None)
+    return _answer(task, ended)
 
 
 def serve(parent: int) -> None:
@@ -66,8 +74,7 @@ def serve(parent: int) -> None:
 
 def _work(task: Task, job: Job) -> bytes:
     """In the fork: runs the trial; a head, and the part."""
-    with deadline(task.timeout_s) as is_over:
-        answer = measure_job(task, job, is_over, lambda: confine_trial(job))
+    answer = measure_job(task, job, clock_of(task.timeout_s), lambda: confine_trial(job))
     part = b""
     if isinstance(answer, Failed):
         head: dict[str, Any] = {"failed": answer.reason, "timed_out": answer.timed_out}
@@ -76,11 +83,13 @@ def _work(task: Task, job: Job) -> bytes:
     return json.dumps(head).encode() + b"\n" + part
 
 
-def _answer(task: Task, said: bytes, status: int) -> Measured | Failed:
-    if number := ended_by(status):
-        timed_out = number == signal.SIGALRM and task.timeout_s is not None
-        return Failed(task.key, f"its process was ended by {number.name}", None, timed_out)
-    head, _, part = said.partition(b"\n")
+def _answer(task: Task, ended: Ended) -> Measured | Failed:
+    if ended.late:
+        why = f"stopped after trial_timeout_s = {task.timeout_s:g}, in which it did not come back"
+        return Failed(task.key, why, None, timed_out=True)
+    if number := ended.signal:
+        return Failed(task.key, f"its process was ended by {number.name}", None)
+    head, _, part = ended.said.partition(b"\n")
     try:
         told = json.loads(head)
         if "failed" in told:

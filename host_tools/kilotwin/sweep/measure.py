@@ -8,6 +8,7 @@ import contextlib
 import functools
 import hashlib
 import json
+import math
 import platform
 import signal
 import time
@@ -39,7 +40,7 @@ RESULT = b"result"
 """Under which the metadata of a part's schema has the trial's result."""
 
 # After its time a trial ends within a second, unless the engine hangs.
-_GRACE_S = 10.0
+GRACE_S = 10.0
 
 # Keys of a run's summary that are the trial's result: the same on every machine.
 RESULT_KEYS = ("robots", "resting", "not_resting", "result_hash", "final_hash")
@@ -182,20 +183,21 @@ def part_of(sites: pa.Table, result: dict[str, Any]) -> bytes:
     return bytes(sink.getvalue())
 
 
+def clock_of(timeout_s: float | None) -> Callable[[], bool]:
+    """Whether the time that begins now is over, as a function."""
+    end = math.inf if timeout_s is None else time.monotonic() + timeout_s
+    return lambda: time.monotonic() >= end
+
+
 @contextlib.contextmanager
 def deadline(timeout_s: float | None) -> Iterator[Callable[[], bool]]:
-    """Whether the time is over, as a function; some seconds later SIGALRM ends the process."""
-    if timeout_s is None:
-        yield lambda: False
-        return
-    end = time.monotonic() + timeout_s
-    signal.setitimer(signal.ITIMER_REAL, timeout_s + _GRACE_S)
+    """The same; some seconds later SIGALRM ends this process."""
+    if timeout_s is not None:
+        signal.setitimer(signal.ITIMER_REAL, timeout_s + GRACE_S)
     try:
-        yield lambda: time.monotonic() >= end
+        yield clock_of(timeout_s)
     finally:
-        # A confined process may not, and ends with its trial.
-        with contextlib.suppress(OSError):
-            signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.setitimer(signal.ITIMER_REAL, 0)
 
 
 def _too_long(task: Task, summary: dict[str, Any]) -> str:

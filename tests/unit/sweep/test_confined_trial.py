@@ -12,6 +12,7 @@ import pytest
 
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.files import confinement
+from kilotwin.runs.fork import Ended
 from kilotwin.sweep import confined_trial, parts, trial_helper
 from kilotwin.sweep.measure import RESULT, RESULT_KEYS, Failed, Measured, Task, measure, part_of
 
@@ -125,7 +126,7 @@ def test_a_helper_that_is_gone_costs_a_trial_and_is_replaced(
 def test_what_a_program_may_write_in_its_place_is_a_failed_trial(
     said: bytes, reason: str, tmp_path: Path
 ) -> None:
-    failed = confined_trial._answer(task(tmp_path), said, 0)
+    failed = confined_trial._answer(task(tmp_path), Ended(said, 0))
     assert isinstance(failed, Failed)
     assert (reason in failed.reason, failed.timed_out) == (True, False)
 
@@ -143,5 +144,5 @@ def test_a_table_of_other_columns_is_no_result(tmp_path: Path) -> None:
     assert isinstance(made, Measured)
     metadata = pa.ipc.open_stream(made.part).schema.metadata
     other = part_of(pa.table({"tick": ["x"]}), json.loads(metadata[RESULT]))
-    failed = confined_trial._answer(task(tmp_path), b'{"cpu_s": 1}\n' + other, 0)
+    failed = confined_trial._answer(task(tmp_path), Ended(b'{"cpu_s": 1}\n' + other, 0))
     assert isinstance(failed, Failed)

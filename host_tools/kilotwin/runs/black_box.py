@@ -1,0 +1,104 @@
+"""What the engine writes down as it runs, in a file that outlives its process; and the watch that
+notices by it when a robot's program does not come back, however it holds its process."""
+
+import contextlib
+import os
+import struct
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from kilotwin.errors import InputError
+from kilotwin.experiment.experiment import Experiment
+
+LOOK_S = 1.0
+"""From look to look of a Watch."""
+
+VARIABLE = "KILOTWIN_STUCK_S"
+_STUCK_S = 60
+# Between two calls of the engine a run may write tables, or wait for a metric's function.
+_BETWEEN_CALLS = 10
+
+_FIELDS = struct.Struct("=IIQI")  # BlackBox of emulator/guest/robot_record.h
+_PAGE_BYTES = 4096
+
+
+@dataclass(frozen=True)
+class Seen:
+    """A look into it: the robot that ran last, and its tick; the world's steps; whether the engine
+    is in a call."""
+
+    robot: int
+    tick: int
+    steps: int
+    at_work: bool
+
+
+@dataclass(frozen=True)
+class BlackBox:
+    """The file."""
+
+    path: Path
+
+    @staticmethod
+    @contextlib.contextmanager
+    def made() -> Iterator["BlackBox"]:
+        """A new one, which is removed at the end."""
+        with tempfile.NamedTemporaryFile(prefix="kilotwin-") as file:
+            file.write(bytes(_PAGE_BYTES))
+            file.flush()
+            yield BlackBox(Path(file.name))
+
+    def seen(self) -> Seen:
+        """As it is now. A program may have written it: any numbers."""
+        with self.path.open("rb") as file:
+            robot, tick, steps, at_work = _FIELDS.unpack(
+                file.read(_FIELDS.size).ljust(_FIELDS.size, b"\0")
+            )
+        return Seen(robot, tick, steps, at_work != 0)
+
+    def ran_last(self, experiment: Experiment) -> str:
+        """The robot that the engine was executing: "count robot 3 tick 17"; "" if none."""
+        seen = self.seen()
+        if not seen.at_work or seen.robot >= experiment.size:
+            return ""
+        program = experiment.program_of(seen.robot).name
+        return f"{program} robot {seen.robot} tick {seen.tick}"
+
+
+class Watch:
+    """Looks whether a process gets on. It counts looks and not the wall's time, so that a computer
+    that slept, or a parent that was stopped, is no reason."""
+
+    def __init__(self, box: BlackBox) -> None:
+        self._box = box
+        self._last: Seen | None = None
+        self._same = 0
+        self.stuck_s = stuck_s()
+        """So long nothing may change while the engine is at work."""
+
+    def heard(self) -> None:
+        """The process has said something."""
+        self._same = 0
+
+    def is_stuck(self) -> bool:
+        """To be called each LOOK_S: whether nothing has changed for too long."""
+        now = self._box.seen()
+        self._same = self._same + 1 if now == self._last else 0
+        self._last = now
+        return self._same * LOOK_S >= self.stuck_s * (1 if now.at_work else _BETWEEN_CALLS)
+
+    def what(self, experiment: Experiment) -> str:
+        """Why the process was ended, as a clause."""
+        last = self._box.ran_last(experiment)
+        ran = f"; last to run was {last}" if last else ""
+        return f"nothing went on in the engine for {self.stuck_s} s, so that it was ended{ran}"
+
+
+def stuck_s() -> int:
+    """By KILOTWIN_STUCK_S, else a minute."""
+    written = os.environ.get(VARIABLE, str(_STUCK_S))
+    if written.isdecimal() and len(written) < 6 and int(written) > 0:
+        return int(written)
+    raise InputError(f"{VARIABLE}={written}: must be a whole number of seconds, 1 to 99999")
