@@ -22,6 +22,7 @@ from kilotwin.build.cache import (
     cache_folder,
     copy_files,
     is_built,
+    kept_folder,
     kept_objects,
     key_of,
 )
@@ -31,7 +32,6 @@ from kilotwin.errors import InputError, RunError
 from kilotwin.experiment.programs import Program
 from kilotwin.files import resources
 from kilotwin.files.build_id import BuildId, build_id
-from kilotwin.files.drafts import folder_draft_of
 
 _FLAGS = ("AVR_CHIP", "AVR_DIALECT", "AVR_DEBUG")
 # Besides those of firmware/avr.mk: `kilotwin port` reads how deep the stack of a function is.
@@ -99,7 +99,7 @@ def build_image(program: Program, notify: Notify = lambda _: None) -> Image:
     written = build_id(program.target, program.name, version, kilotwin.__version__)
     key = _key(program, compiler, written, runtime)
     image = Image(program.name, cache_folder() / f"{key}-avr", key, version, written)
-    if not is_built(image.folder):
+    if not is_built(image.folder, notify):
         with building(f"compiling {program.written} for the ATmega328P", image.folder, notify):
             _build(program, compiler, runtime, image)
     return image
@@ -185,7 +185,7 @@ def _build(program: Program, compiler: str, runtime: Sequence[Path], image: Imag
         copy_files(kept, folder)
         return sorted(folder.glob("*.o"))
 
-    with folder_draft_of(image.folder) as draft:
+    with kept_folder(image.folder) as draft:
         for part in ("program", "kilolib", "helpers", "build_id"):
             (draft / part).mkdir()
         flags = [*program_flags(program), "-w"]

@@ -11,11 +11,18 @@ from pathlib import Path
 from kilotwin.build.avr import make_hex
 from kilotwin.build.avr_flags import avr_words
 from kilotwin.build.avr_tools import avr_gcc
-from kilotwin.build.cache import Notify, building, cache_folder, is_built, key_of
+from kilotwin.build.cache import (
+    Notify,
+    building,
+    cache_folder,
+    is_built,
+    kept_folder,
+    key_of,
+    note_whole,
+)
 from kilotwin.build.guest import compiler_version, read_by, run_tool
 from kilotwin.files import image_record, resources
 from kilotwin.files.build_id import Target
-from kilotwin.files.drafts import folder_draft_of
 from kilotwin.files.flash_image import read_hex
 from kilotwin.files.flash_map import FLASH_BYTES, LOADER_BEGIN
 from kilotwin.files.memories import write_memories
@@ -59,7 +66,7 @@ def build_boot_loader(target: Target = "robot", notify: Notify = lambda _: None)
     compiler = avr_gcc()
     sources = _sources(target)
     folder = cache_folder() / f"{_key(compiler, sources)}-loader"
-    if not is_built(folder):
+    if not is_built(folder, notify):
         with building("compiling the boot loader", folder, notify):
             _build(compiler, sources, folder)
     return folder / NAME
@@ -76,12 +83,13 @@ def with_boot_loader(
     content = application.read_bytes()
     key = hashlib.sha256(loader.read_bytes() + b"\0" + content).hexdigest()[:32]
     whole = cache_folder() / f"{key}-flash" / application.name
-    if not is_built(whole):
+    if not is_built(whole, notify):
         section = read_hex(loader, range(LOADER_BEGIN, FLASH_BYTES)).content
         recorded = image_record.recorded({0: read_hex(application).content})
         with building("laying out the flash", whole.parent, notify):
             whole.parent.mkdir(parents=True, exist_ok=True)
             write_memories(whole, {**recorded, LOADER_BEGIN: section})
+            note_whole(whole, whole)
     return whole
 
 
@@ -124,7 +132,7 @@ def _key(compiler: str, sources: list[_Source]) -> str:
 
 
 def _build(compiler: str, sources: list[_Source], folder: Path) -> None:
-    with folder_draft_of(folder) as draft:
+    with kept_folder(folder) as draft:
         objects = []
         for number, source in enumerate(sources):
             objects.append(str(draft / f"{number:03}-{source.file.stem}.o"))

@@ -1,6 +1,8 @@
 """The cache of what is built: each under the hash of everything that went in.
 
-What is there is whole, so that builds may go on side by side: it appears in one step.
+What is there is whole, so that builds may go on side by side: it appears in one step. Beside each
+file or folder lies the hash of its content, a line for each build that made it; what does not fit,
+as a disk or a hand has damaged it, is built again.
 """
 
 import contextlib
@@ -39,7 +41,10 @@ def key_of(words: Iterable[str], files: Iterable[Path]) -> str:
 
 
 def kept_objects(
-    words: Iterable[str], files: Iterable[Path], compile_into: Callable[[Path], object]
+    words: Iterable[str],
+    files: Iterable[Path],
+    compile_into: Callable[[Path], object],
+    notify: Notify = lambda _: None,
 ) -> Path:
     """The folder with objects of sources of ours that many programs are linked with.
 
@@ -47,12 +52,20 @@ def kept_objects(
     key_of(), all that goes in.
     """
     folder = cache_folder() / f"{key_of(words, files)}-objects"
-    if not folder.exists():
+    if not is_built(folder, notify):
         with tempfile.TemporaryDirectory(prefix="kilotwin-") as scratch:
             compile_into(Path(scratch))
-            with folder_draft_of(folder) as draft:
+            with kept_folder(folder) as draft:
                 copy_files(Path(scratch), draft)
     return folder
+
+
+@contextlib.contextmanager
+def kept_folder(folder: Path) -> Iterator[Path]:
+    """A folder to fill that then is in the cache, unless another process was faster with it."""
+    with folder_draft_of(folder) as draft:
+        yield draft
+        note_whole(folder, draft)
 
 
 def copy_files(folder: Path, target: Path) -> None:
@@ -78,12 +91,45 @@ def building(what: str, folder: Path, notify: Notify) -> Iterator[None]:
         slow.join()  # a process of one thread forks its worker, which starts sooner
 
 
-def is_built(file: Path) -> bool:
-    """Whether it is in the cache. RunError if the cache may not be looked into."""
+def is_built(kept: Path, notify: Notify = lambda _: None) -> bool:
+    """Whether the file or folder is in the cache, as it was put there. `notify` gets a line of one
+    that is damaged, and gone then. RunError if the cache may not be looked into."""
     try:
-        return file.exists()
+        if not kept.exists():
+            return False
+        sums = _sums_of(kept)
+        told = sums.read_text().split() if sums.exists() else []
+        if _digest(kept) in told:
+            return True
+        if told:  # one without a hash is of an older version
+            notify(f"{kept}: is damaged, and built again")
+        if kept.is_dir():
+            shutil.rmtree(kept)
+        else:
+            kept.unlink(missing_ok=True)
     except OSError as error:
-        raise _cannot_keep(file.parent, error) from None
+        raise _cannot_keep(kept.parent, error) from None
+    return False
+
+
+def note_whole(kept: Path, content: Path) -> None:
+    """Writes down the content, a file or folder, that `kept` has from now on."""
+    with _sums_of(kept).open("a") as sums:
+        sums.write(_digest(content) + "\n")
+
+
+def _sums_of(kept: Path) -> Path:
+    return kept.with_name(f".{kept.name}.sha256")
+
+
+def _digest(kept: Path) -> str:
+    """The hash of a file, or of all files in a folder with their names."""
+    if not kept.is_dir():
+        return hashlib.sha256(kept.read_bytes()).hexdigest()
+    digest = hashlib.sha256()
+    for file in sorted(file for file in kept.rglob("*") if file.is_file()):
+        digest.update(f"{file.relative_to(kept)}\0{_digest(file)}\0".encode())
+    return digest.hexdigest()
 
 
 def keep(built: Path, target: Path) -> None:
@@ -95,6 +141,7 @@ def keep(built: Path, target: Path) -> None:
     try:
         shutil.copyfile(built, draft.name)
         Path(draft.name).chmod(0o755)
+        note_whole(target, built)
         Path(draft.name).replace(target)
     finally:
         Path(draft.name).unlink(missing_ok=True)

@@ -4,9 +4,11 @@ What a program may include is what its compiler may read; so a header that names
 the user gives an error, and no part of that file.
 """
 
+import contextlib
 import importlib.util
 import itertools
 import re
+import stat
 import tempfile
 from collections.abc import Iterator, Sequence
 from functools import cache
@@ -21,7 +23,7 @@ CANNOT_START = 125
 
 _SYSTEM = ("/usr", "/lib", "/lib32", "/lib64", "/bin", "/opt", "/nix/store", "/gnu/store")
 _LOADER_CACHE = "/etc/ld.so.cache"
-_SOURCES = {".c", ".h", ".S", ".s"}
+_SOURCES = {".c", ".h", ".inc", ".S", ".s"}
 # Folders this near the root hold more than one program.
 _SHALLOW = 3
 _NAMED_WITHIN = re.compile(r"[=,](/[^,]+)")
@@ -82,21 +84,35 @@ def _read_by(command: Sequence[str]) -> Iterator[str]:
     yield from map(str, resources.build_folders())
     for word in command[1:]:
         if word.startswith("-I"):
-            yield word[2:]
+            yield from _sources_of(Path(word[2:]))
             continue
         inner = _NAMED_WITHIN.search(word)
         path = Path(inner[1] if inner else word)
         if (word.startswith("-") and not inner) or not path.exists():
             continue
         if path.suffix in _SOURCES:
-            yield from map(str, program_folders(path))
+            for folder in program_folders(path):
+                yield from _sources_of(folder)
         else:
             yield str(path)
 
 
+def _sources_of(folder: Path) -> Iterator[str]:
+    """The folder; where it has a user's files, or those of all users as /tmp has them, the sources
+    and headers that lie in it."""
+    folder = folder.resolve()
+    if not folder.is_dir():
+        return
+    if not (Path.home().is_relative_to(folder) or folder.stat().st_mode & stat.S_ISVTX):
+        yield str(folder)
+        return
+    with contextlib.suppress(PermissionError):
+        yield from (str(file) for file in folder.iterdir() if file.suffix in _SOURCES)
+
+
 def program_folders(source: Path) -> Iterator[Path]:
     """Folders that belong to the program of a source: its own, the one that holds that, and its
-    checkout; but none that holds the files of a user, or of all."""
+    checkout; but, of these two, none that holds the files of a user, or of all."""
     home = Path.home()
     folder = source.resolve().parent
     yield folder

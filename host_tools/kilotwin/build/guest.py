@@ -14,6 +14,7 @@ import os
 import re
 import shlex
 import shutil
+import signal
 import subprocess
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
@@ -114,6 +115,14 @@ LINK_FLAGS = ["-shared", "-nostartfiles", "-Wl,-z,now", "-Wl,-z,defs", "-Wl,-z,n
 LINK_FLAGS += ["-Wl,--hash-style=sysv"]
 _SHARED_FLAGS = [*LINK_FLAGS, "-Wl,-Bsymbolic"]
 
+# A tool's wall time; what it computes is limited by emulator/base/confinement.h.
+_LONGEST_S = 600.0
+# What compilers say at those limits.
+_OUT_OF_LIMITS = re.compile(
+    r"terminated program|virtual memory exhausted|out of memory|Cannot allocate memory"
+    r"|limit exceeded|File too large"
+)
+
 # A change of a program's preprocessed text; gets the folders of headers that are not the program's.
 _Change = Callable[[str, Sequence[str]], str]
 
@@ -159,7 +168,7 @@ def build(
     builder = _Builder(program, compiler, version, flags, _COVERED_SIDE if covered else ())
     key = builder.key()
     file = cache_folder() / key / f"{program.name}.so"
-    if not is_built(file):
+    if not is_built(file, notify):
         with building(f"compiling {program.written}", file.parent, notify):
             file.parent.mkdir(parents=True, exist_ok=True)
             builder.build(file)
@@ -473,13 +482,10 @@ def run_tool(
     folders, our headers and the system's, no other file.
     """
     own = {"TMPDIR": scratch_of(command)} if confine else {}
-    done = subprocess.run(
+    done = _done(
         confined(command) if confine else command,
-        env={**os.environ, **own, **(environment or {})},
-        capture_output=True,
-        text=True,
-        check=False,
-        errors="replace",
+        {**os.environ, **own, **(environment or {})},
+        Path(command[0]).name,
     )
     if done.returncode == 0:
         return done.stdout
@@ -493,6 +499,37 @@ def run_tool(
             "the compiler cannot be confined; see it yourself, or add --trust",
             detail=done.stderr.rstrip(),
         )
+    if confine and _OUT_OF_LIMITS.search(done.stderr):
+        failure += "; it takes more memory, time or room than a compiler gets (docs/security.md)"
     if confine and os.strerror(errno.EACCES) in done.stderr:
         failure += "; it may read the program's folders, those of `include`, and the system's"
     raise InputError(failure, detail=done.stderr.rstrip())
+
+
+def _done(
+    command: list[str], environment: Mapping[str, str], name: str
+) -> "subprocess.CompletedProcess[str]":
+    """A tool that has ended; RunError if it does not within _LONGEST_S, with all that it started.
+
+    A header may be a pipe that nobody writes.
+    """
+    with subprocess.Popen(
+        command,
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        errors="replace",
+        process_group=0,
+    ) as process:
+        try:
+            out, said = process.communicate(timeout=_LONGEST_S)
+        except subprocess.TimeoutExpired:
+            raise RunError(
+                f"{name} did not end within {_LONGEST_S:.0f} s; look for a header that is a pipe"
+            ) from None
+        finally:
+            if process.returncode is None:
+                os.killpg(process.pid, signal.SIGKILL)
+    return subprocess.CompletedProcess(command, process.returncode, out, said)

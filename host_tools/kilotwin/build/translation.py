@@ -53,7 +53,7 @@ def translated(image: Path, notify: Notify = lambda _: None) -> Path | None:
     version = compiler_version(compiler)
     key = _key(version, flash, eeprom, None)
     file = _file(key, image.name)
-    if not is_built(file):
+    if not is_built(file, notify):
         with building(f"translating {image.name} for this computer", file.parent, notify):
             _build(compiler, _flags(version), translator.translate(flash, eeprom), file)
     return file
@@ -73,7 +73,7 @@ def translated_guest(
     version = compiler_version(compiler)
     key = _key(version, flash, eeprom, met_at, covered=covered)
     file = _file(key, program.name)
-    if not is_built(file):
+    if not is_built(file, notify):
         with building(f"translating {program.written} for this computer", file.parent, notify):
             functions = seam.compiled_functions(image.elf)
             texts = translator.translate(flash, eeprom, met_at, functions, covered=covered)
