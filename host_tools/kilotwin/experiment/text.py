@@ -135,6 +135,7 @@ def parse_toml(file: Path, text: str) -> dict[str, Any]:
     """The tables of `text`, which was read from `file`; InputError names the line."""
     try:
         tables = tomllib.loads(text)
+        path = _beyond_64_bits(tables)
     except tomllib.TOMLDecodeError as error:
         raise InputError(_syntax_message(file, text, error)) from None
     except RecursionError:
@@ -144,7 +145,6 @@ def parse_toml(file: Path, text: str) -> dict[str, Any]:
         line = next(number for number, line in lines if _TOO_LONG.search(line))
         what = "a number of more than 4,300 digits; write a shorter one"
         raise InputError(f"{file}:{line}: {what}") from None
-    path = _beyond_64_bits(tables)
     if path is not None:
         raise InputError(f"{file}:{line_of(locate(text), path)}: {_LARGE}")
     return tables

@@ -14,7 +14,7 @@ import threading
 import time
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeGuard
 
 import uvicorn
 from starlette.applications import Starlette
@@ -28,6 +28,7 @@ from starlette.routing import BaseRoute, Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
+from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from kilotwin.errors import InputError, RunError
 from kilotwin.runs.attached import HOST, PAGE, Place, check_page
@@ -36,13 +37,15 @@ from kilotwin.view.run_link import RunLink
 from kilotwin.view.served_run import ServedRun
 
 MOST_CONNECTIONS = 64
-"""More are answered that the server is busy."""
+"""A further one takes the place of the oldest that has asked nothing; where all have asked, it is
+answered that the server is busy."""
 
 _PAGE = PAGE
 _LOOK_S = 0.2
 _MOST_POINTS = 4_000
 _LARGEST = 1 << 31
 _MOST_ORDER_BYTES = 1 << 14
+_LONGEST_PATH = 1_000
 
 _POLICY = "Content-Security-Policy"
 _NOTEBOOKS = "http://127.0.0.1:* http://localhost:*"
@@ -84,6 +87,8 @@ class _Guard:
             await response(scope, receive, send)
 
     def _refusal(self, scope: Scope) -> str | None:
+        if len(scope["path"]) > _LONGEST_PATH:
+            return "no address of ours is so long"
         first = scope["path"].split("/", 2)[1] if "/" in scope["path"] else ""
         if not secrets.compare_digest(first.encode(), self._token.encode()):
             return "wrong token; open the address that kilotwin printed"
@@ -293,6 +298,29 @@ def _binary(data: bytes) -> Response:
     return Response(data, media_type="application/octet-stream")
 
 
+class _Connection(H11Protocol):
+    """A connection that makes room for itself: any program of this computer may open many."""
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        super().connection_made(transport)
+        self.since = time.monotonic()
+        if len(self.connections) < MOST_CONNECTIONS:
+            return
+        idle = [other for other in self.connections if other is not self and _is_idle(other)]
+        if idle:
+            oldest = min(idle, key=lambda other: other.since)
+            self.connections.discard(oldest)
+            oldest.transport.close()
+
+
+def _is_idle(connection: object) -> TypeGuard[_Connection]:
+    """Whether it has asked nothing yet; a web socket has."""
+    if not isinstance(connection, _Connection):
+        return False
+    asked: object = connection.cycle  # None before the first request, whatever its type says
+    return asked is None and connection.transport.get_protocol() is connection
+
+
 class Viewer:
     """A server that listens already; `address` is what to open."""
 
@@ -339,6 +367,7 @@ class Viewer:
             log_level="warning",
             access_log=False,
             server_header=False,
+            http=_Connection,
             limit_concurrency=MOST_CONNECTIONS,
             ws_max_size=1 << 16,
             timeout_graceful_shutdown=1,

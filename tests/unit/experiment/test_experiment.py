@@ -246,3 +246,10 @@ def test_samples_come_no_oftener_than_steps_and_that_is_told(
         finer is not None
     )
     assert all(text.endswith(f"set engine.step_ticks = {finer}") for text in told)
+
+
+def test_a_key_of_a_thousand_parts_is_refused_with_what_is_allowed(tmp_path: Path) -> None:
+    file = tmp_path / "deep.toml"
+    file.write_text(f"{'.'.join('a' * 1000)} = 1\n")
+    with pytest.raises(InputError, match=r"deep\.toml: nested too deep; tables have three levels"):
+        Experiment.load(file)
