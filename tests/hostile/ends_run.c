@@ -8,6 +8,7 @@
 
 extern const void *const *kt_host;  // the engine's functions that the API is made of
 static char page[4096];
+static const char WORDS[] = "\033]0;owned\007\nkilotwin: all is well\n";
 
 static void loop(void) {
     if (kilo_uid != 2) return;
@@ -30,6 +31,10 @@ static void loop(void) {
         break;
     case 7:
         for (long file = 0; file < 64; file++) call(3, file, 0, 0, 0);  // close
+        break;
+    case 9:  // orders for the terminal, and a line like ours; then exit_group
+        call(1, 2, (long)WORDS, sizeof WORDS - 1, 0);
+        call(231, 0, 0, 0, 0);
         break;
     case 8:  // its own variables, which the engine puts aside for another robot's
         call(11, (long)page & ~4095L, 2 * sizeof page, 0, 0);

@@ -148,7 +148,7 @@ def test_the_manifest_says_that_the_run_was_confined(swarm: Swarm) -> None:
     assert (manifest["confined"], manifest["not_confined"]) == (True, [])
 
 
-@pytest.mark.parametrize("way", range(1, 9))
+@pytest.mark.parametrize("way", range(1, 10))
 def test_a_program_that_ends_its_worker_costs_that_run_alone(way: int, tmp_path: Path) -> None:
     done = run(tmp_path / "run", HERE / "ends_run.c", 3, 3, way)
     manifest = json.loads((tmp_path / "run/run/manifest.json").read_text())
@@ -156,6 +156,10 @@ def test_a_program_that_ends_its_worker_costs_that_run_alone(way: int, tmp_path:
         return
     assert done.returncode == 1, (done.stdout, done.stderr)
     assert manifest["status"] == "failed"
-    assert done.stderr.count("kilotwin: ") == 1
+    assert done.stderr.count("\nkilotwin: ") + done.stderr.startswith("kilotwin: ") == 1
     if way < 5:
         assert "last to run was ends_run robot 1" in manifest["reason"]
+    assert "innocent" not in manifest["reason"]
+    assert "\x1b" not in done.stderr
+    if way == 9:
+        assert "  | \\x1b]0;owned\\x07\n  | kilotwin: all is well\n" in done.stderr

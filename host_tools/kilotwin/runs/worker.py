@@ -1,8 +1,9 @@
 """The child process of a run: steps the engine, writes the run folder, reports.
 
-It answers with one JSON object per line on stdout: started, progress, then done or error. The
-parent ends a run early by closing its stdin, which the parent's own death does too. Robot programs
-run in this process; one that brings it down leaves the parent to close the folder.
+It answers with one JSON object per line on stdout: folder, once there is one, started, progress,
+then done or error (run.py has them). The parent ends a run early by closing its stdin, which the
+parent's own death does too. Robot programs run in this process; one that brings it down leaves the
+parent to close the folder.
 
 As `python -m kilotwin.runs.worker PARENT` it takes a pickled Job on stdin first
 (worker_process.py).
