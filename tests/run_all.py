@@ -94,11 +94,18 @@ def native_tests() -> Job:
     return Job.start("native tests", [*_YIELD, *command], report, BUILD / "native-tests.log")
 
 
+def files_that_wait() -> list[str]:
+    """Files that name the marker, so that each process of the wide pool reads them alone."""
+    files = sorted((ROOT / "tests").rglob("test_*.py"))
+    return [str(file.relative_to(ROOT)) for file in files if "mark.waits" in file.read_text()]
+
+
 def python_tests(pool: str, guests: str) -> Job:
     """`guests`: the folder for compiled programs, the same for all pools."""
     marked, processes = POOLS[pool]
     report = BUILD / f"pytest-{pool}.xml"
-    command = [sys.executable, "-m", "pytest", "-m", marked, f"--junitxml={report}", "tests"]
+    files = files_that_wait() if pool == "waits" else ["tests"]
+    command = [sys.executable, "-m", "pytest", "-m", marked, f"--junitxml={report}", *files]
     command += ["--numprocesses", str(processes), "--dist", "worksteal"]
     is_shown = pool == list(POOLS)[-1]
     return Job.start(
