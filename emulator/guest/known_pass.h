@@ -93,9 +93,10 @@ struct TickFollower {
 
 /// A pass that changes nothing, and what becomes of it in a tick.
 struct KnownPass {
-    /// The tick comes behind the last `to` and at this one at the latest: cycles from the begin of
-    /// a pass on. So many cycles, without the interrupt, are then up to the begin of one that
-    /// changes nothing again.
+    /// What follows when the tick's interrupt falls into the pass. An entry holds for interrupts
+    /// later than the previous entry's `to` and no later than its own. Both count from the start
+    /// of the pass: `cycles` to the start of the next pass that changes nothing, the interrupt
+    /// left out.
     struct Torn {
         uint16_t to, cycles;
     };

@@ -29,10 +29,10 @@ class LightFromAbove final : public Stations {
     /// When the next frame begins that has not begun; NEVER without one.
     Cycles next() const;
 
-    /// Begins it.
+    /// Starts the next frame.
     void begin_next();
 
-    /// Without limit: at a robot no share of it matters (RobotReceiver::is_lost()).
+    /// Any value: loss from above does not depend on the distance (RobotReceiver::is_lost()).
     double range_m(uint32_t /*station*/) const override { return 1; }
     void shine(Frame &frame) override;
     void sent(const Frame &frame) override;

@@ -10,7 +10,7 @@ namespace kilotwin {
 /// The shape of an arena, of an obstacle or of a site.
 struct Region {
     /// Sides of a rectangle are parallel to the axes; a turned one is a polygon. PICTURE: a site
-    /// that a picture of the floor has; it contains no point, and its edge is nowhere.
+    /// painted in a picture of the floor; contains() is false everywhere, and it has no edge.
     enum class Shape { CIRCLE, RECTANGLE, POLYGON, PICTURE };
     Shape shape;
     Eigen::Vector2d centre;  ///< (0, 0) for a round or rectangular arena; a polygon's: of its box

@@ -1,5 +1,6 @@
-/// A boot loader's time, and its sleep. Timer 0 counts, of 128 us each; here with more bits than it
-/// has. Differences of times count, below half of their range: 4 s. Timer 1 counts cycles.
+/// A boot loader's clock and sleep. Timer 0 counts every 128 us in 8 bits; `boot_now` extends the
+/// count to 16. Compare times by their difference, which is right up to half of the range, 4 s.
+/// Timer 1 counts cycles.
 #ifndef BOOTLOADER_AVR_CLOCK_H
 #define BOOTLOADER_AVR_CLOCK_H
 

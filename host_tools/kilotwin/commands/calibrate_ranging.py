@@ -270,10 +270,10 @@ def _as_dict(robot: RangedRobot) -> dict[str, Any]:
 
 
 def _errors(robots: Sequence[RangedRobot]) -> dict[str, Any]:
-    """How far estimates at the checked distances are off, by their readings alone.
+    """Errors in mm of the distances estimated from the readings at the checked distances.
 
-    By the tables that robots came with, if they had any; by one table for all, the mean; by those
-    that were measured.
+    Three sets of tables are compared: those that the robots came with, if they had any; the mean
+    table for all; and the measured ones.
     """
     ranged = [(robot, robot.tables) for robot in robots if robot.tables is not None]
     if not ranged:

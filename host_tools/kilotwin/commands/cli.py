@@ -29,7 +29,7 @@ from kilotwin.files.plain_text import plain
 COMMANDS = {
     "doctor": "Say what is here, what is missing, and what to type.",
     "run": "Run an experiment and leave a run folder.",
-    "test": "Run experiments that say what is to come of them, as scenarios. 1 if one is not met.",
+    "test": "Run scenarios: experiments with expectations. Exits 1 if one fails.",
     "sweep": "Run an experiment many times, varied, into one data set. Goes on where it was "
     "stopped.",
     "optimise": "Search for the values of keys with which a metric is best. Goes on where it was "

@@ -107,7 +107,7 @@ def run_scenarios(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Run experiments that say what is to come of them, as scenarios. 1 if one is not met."""
+    """Run scenarios: experiments with expectations. Exits 1 if one fails."""
     confinement.choose(confine, trust)
     display = terminal.sweep_display(quiet)
     if sanitize and coverage is not None:

@@ -203,7 +203,7 @@ class _Way:
                 self._take(state.depth - _RETURN_ADDRESS + call.bytes, here.function, call.chain)
 
     def _reach_cases(self) -> bool:
-        """A switch's: what nothing else leads to. Whether there was something."""
+        """Reaches the next case of a switch that nothing else leads to; False if there is none."""
         for start, state in self._switches.items():
             address = start
             while address in self._code and self._code[address].start == start:

@@ -74,7 +74,10 @@ def _forget(ran: list[_Ran]) -> None:
 def _all(
     item: pytest.Function, arguments: dict[str, object], seeds: range, timeout_s: float
 ) -> Iterator[_Ran]:
-    """Forks first, so that no thread of ours is there yet; waits for each by turns."""
+    """Runs each seed in a fork, as many at once as there are cores; yields results in order.
+
+    This process has no thread of ours when it forks.
+    """
     cores = len(os.sched_getaffinity(0))
     waiting = list(seeds)
     running: list[tuple[int, int, int]] = []
