@@ -90,7 +90,7 @@ _YIELD = ["nice", "-n", "5"]
 def native_tests() -> Job:
     report = BUILD / "native.xml"
     command = ["ctest", "--test-dir", "build/engine", "--output-on-failure", "--no-tests=error"]
-    command += ["--parallel", str(CORES), "--output-junit", str(report)]
+    command += ["--parallel", str(CORES), "--timeout", "1200", "--output-junit", str(report)]
     return Job.start("native tests", [*_YIELD, *command], report, BUILD / "native-tests.log")
 
 

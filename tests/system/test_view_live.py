@@ -84,12 +84,11 @@ def alone(folder: Path, environment: dict[str, str]) -> str:
 def test_a_run_is_seen_as_it_goes_and_stays_until_its_page_is_closed(
     watched: Callable[..., Watched], browser: Browser, alone: str
 ) -> None:
-    process, address = watched("seen", "--set", "duration_s=20000")
-    steer(address, do="pause")
+    process, address = watched("seen", "--set", "duration_s=20000", "--speed", "10")
     problems: list[str] = []
     with new_page(browser, problems) as page:
         open_viewer(page, address)
-        steer(address, do="resume")
+        steer(address, do="speed")
         times = set()
         for _ in range(200):
             times.add(page.input_value("#time"))
