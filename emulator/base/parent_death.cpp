@@ -7,6 +7,8 @@
 #include <time.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
@@ -22,25 +24,46 @@ void must(bool done, const char *what) {
     if (!done) throw EngineError(std::string(what) + ": " + std::strerror(errno));
 }
 
-void sleep_s(double for_s) {
-    double whole_s = 0;
-    timespec left = {};
-    left.tv_nsec = static_cast<long>(std::modf(for_s, &whole_s) * 1e9);
-    left.tv_sec = static_cast<time_t>(whole_s);
-    while (nanosleep(&left, &left) != 0 && errno == EINTR) continue;
+int handle_of(pid_t process) { return static_cast<int>(syscall(SYS_pidfd_open, process, 0)); }
+
+double now_s() {
+    timespec now = {};
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-/// The guardian of its parent, the worker: kills that some time after the process behind `parent`
-/// has ended. It ends with the worker.
+/// Waits until one of the processes behind `handles` has ended, but not beyond `end_s`.
+template <size_t N> void await(std::array<pollfd, N> &handles, double end_s) {
+    for (;;) {
+        const double left_ms = std::ceil(1e3 * (end_s - now_s()));
+        const int most_ms = std::isfinite(left_ms) ? std::max(0, static_cast<int>(left_ms)) : -1;
+        if (poll(handles.data(), handles.size(), most_ms) >= 0 || errno != EINTR) return;
+    }
+}
+
+void close_all_but(std::array<int, 2> kept) {
+    std::sort(kept.begin(), kept.end());
+    unsigned first = 0;
+    for (const int handle : kept) {
+        const auto next = static_cast<unsigned>(handle);
+        if (next > first) syscall(SYS_close_range, first, next - 1, 0);
+        first = next + 1;
+    }
+    syscall(SYS_close_range, first, ~0U, 0);
+}
+
+/// The guardian of `worker`, its parent: kills it `grace_s` seconds after the process behind
+/// `parent` has ended. Ends with the worker, which it watches itself: a worker that Landlock
+/// confines sends no signal at its end (PR_SET_PDEATHSIG).
 [[noreturn]] void guard(pid_t worker, int parent, double grace_s) {
-    prctl(PR_SET_PDEATHSIG, SIGKILL);
-    if (getppid() != worker) _exit(0);
-    // The worker's pipes are closed with the worker.
-    pollfd ended = {dup2(parent, 0), POLLIN, 0};
-    syscall(SYS_close_range, 1, ~0U, 0);
-    while (poll(&ended, 1, -1) < 0 && errno == EINTR) continue;
-    sleep_s(grace_s);
-    kill(worker, SIGKILL);
+    const int own = handle_of(worker);
+    if (getppid() != worker || own < 0) _exit(0);
+    close_all_but({parent, own});  // the worker's pipes are closed with the worker
+    std::array<pollfd, 2> both = {{{own, POLLIN, 0}, {parent, POLLIN, 0}}};
+    await(both, INFINITY);
+    std::array<pollfd, 1> one = {{{own, POLLIN, 0}}};
+    await(one, now_s() + grace_s);
+    if (one[0].revents == 0) syscall(SYS_pidfd_send_signal, own, SIGKILL, nullptr, 0);
     _exit(0);
 }
 
@@ -52,7 +75,7 @@ void end_with_parent(int parent, double grace_s) {
     if (grace_s == 0)
         must(prctl(PR_SET_PDEATHSIG, SIGKILL) == 0, "PR_SET_PDEATHSIG");
     else
-        handle = static_cast<int>(syscall(SYS_pidfd_open, parent, 0));
+        handle = handle_of(parent);
     // A parent that ended before sends nothing any more.
     if (getppid() != parent) _exit(1);
     if (grace_s == 0) return;

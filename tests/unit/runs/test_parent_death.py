@@ -63,3 +63,24 @@ def test_a_worker_whose_parent_has_gone_already_ends_at_once() -> None:
         [sys.executable, "-c", script, "1", "0"], capture_output=True, check=False, timeout=120
     )
     assert (done.returncode, done.stdout) == (1, b"")
+
+
+CONFINED = """
+import os, sys
+from pathlib import Path
+from kilotwin import _emulator
+from kilotwin.files.confined_process import confine_process
+_emulator.end_with_parent(os.getppid(), 1000)
+guardian = Path(f"/proc/self/task/{os.getpid()}/children").read_text()
+confine_process(1)
+print(guardian, flush=True)
+"""
+
+
+def test_a_confined_worker_that_ends_leaves_no_guardian_to_its_parent() -> None:
+    done = subprocess.run([sys.executable, "-c", CONFINED], capture_output=True, check=True)
+    guardian = int(done.stdout)
+    began = time.monotonic()
+    while alive(guardian):
+        assert time.monotonic() < began + 120, "it lives on"
+        time.sleep(0.01)
