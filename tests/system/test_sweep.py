@@ -166,7 +166,8 @@ def test_a_full_disk_and_a_damaged_part_cost_nothing_but_time(
     out = tmp_path / "out"
     words = ["sweep", str(sweep_file), "--out", str(out), "-j", "1", "--quiet"]
     kilotwin(*words, "--list")  # compiles the program
-    limited = ["bash", "-c", 'ulimit -f 1; exec "$@"', "bash", str(KILOTWIN), *words]
+    # 4 KB: room for what a trial's process notes in /tmp, and not for a part.
+    limited = ["bash", "-c", 'ulimit -f 4; exec "$@"', "bash", str(KILOTWIN), *words]
     done = subprocess.run(limited, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 1, done.stderr
     assert "cannot write (file too large); make room" in done.stderr
