@@ -1,5 +1,5 @@
-/// Few: a short list without an allocation of its own, for the records that each robot has. Swarms of
-/// a million have many such lists, and most of them hold an item or two.
+/// Few: a short list without an allocation of its own, for the records that each robot has. Swarms
+/// of a million have many such lists, and most of them hold an item or two.
 #ifndef KILOTWIN_BASE_FEW_H
 #define KILOTWIN_BASE_FEW_H
 
@@ -14,7 +14,7 @@ namespace kilotwin {
 
 /// A list whose first N items lie in the object itself; more are allocated. For lists that each
 /// robot has and that are mostly short. Items are plain data: they are copied and dropped without
-/// a call. At most 2^32 - 1 items. Pointers to items hold until the list grows, is moved or swapped.
+/// a call. At most 2^32 - 1 items. Pointers to items hold until the list grows or is moved.
 template <typename T, uint32_t N> class Few {
     static_assert(N > 0 && std::is_trivially_copy_constructible_v<T> &&
                   std::is_trivially_destructible_v<T> && std::is_default_constructible_v<T>);

@@ -8,9 +8,9 @@ namespace kilotwin {
 
 /// Loads the shared object at `path` for the life of the process; dlopen()'s handle.
 ///
-/// EngineError that begins with `failure` if it cannot be loaded, or has what the loader would run (initialisers,
-/// resolvers of ifunc), an executable stack, libraries beside libc and libm, or symbols for others
-/// than those that the engine looks for.
+/// EngineError that begins with `failure` if it cannot be loaded, or has what the loader would run
+/// (initialisers, resolvers of ifunc), an executable stack, libraries beside libc and libm, or
+/// symbols for others than those that the engine looks for.
 void *load_guest_file(const std::string &path, const std::string &failure);
 
 }  // namespace kilotwin

@@ -119,8 +119,8 @@ class RobotRecord {
     Cycles until_ = 0;            ///< of the run that goes on
     Cycles tick_length_;          ///< calibration_'s, where every run needs it
     Cycles next_tick_ = NEVER;    ///< compare match of timer 0
-    /// Until then only ticks pass: run_loop() can skip its checks, and a translated program executes
-    /// nothing (translated_rest.cpp). 0 when the program may have changed that.
+    /// Until then only ticks pass: run_loop() can skip its checks, and a translated program
+    /// executes nothing (translated_rest.cpp). 0 when the program may have changed that.
     Cycles only_ticks_until_ = 0;
     void (*loop_)(void) = nullptr;
 

@@ -27,7 +27,7 @@ enum PuppetMessage : uint8_t {
 
 constexpr uint8_t FULL = 70;  ///< motor value that drives a foot-bot straight at full speed
 
-/// Whether KILOTWIN_TEST_LONG is set, as tests/soak does: cases that take long then try all that they
+/// Whether KILOTWIN_TEST_LONG is set, as long tests do: cases that take long then try all that they
 /// can, and a part of it otherwise.
 bool thorough();
 
