@@ -172,11 +172,12 @@ def test_an_event_cut_short_is_left_out(experiment: Experiment, tmp_path: Path) 
 
 
 WRITER = """
-import sys, time
-from collections.abc import Callable
+import os, sys
 from pathlib import Path
+from kilotwin import _emulator
 from kilotwin.experiment.experiment import Experiment
 from tests.unit.runs.test_folder import some_samples, RunWriter
+_emulator.end_with_parent(os.getppid())  # it would fill the disk
 experiment = Experiment.load(Path(sys.argv[1]))
 writer = RunWriter(Path(sys.argv[2]), experiment, {"status": "running"})
 batch = 0
