@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from kilotwin.errors import InputError
+from kilotwin.errors import InputError, RunError, cause_of
 from kilotwin.experiment.experiment import Experiment
 
 LOOK_S = 1.0
@@ -44,11 +44,23 @@ class BlackBox:
     @staticmethod
     @contextlib.contextmanager
     def made() -> Iterator["BlackBox"]:
-        """A new one, which is removed at the end."""
-        with tempfile.NamedTemporaryFile(prefix="kilotwin-") as file:
-            file.write(bytes(_PAGE_BYTES))
-            file.flush()
-            yield BlackBox(Path(file.name))
+        """A new one, which is removed at the end. RunError if the disk has no room for it."""
+        folder = Path(tempfile.gettempdir())
+        try:
+            handle, name = tempfile.mkstemp(prefix="kilotwin-")
+        except OSError as error:
+            raise _cannot_write(folder, error) from None
+        path = Path(name)
+        try:
+            with os.fdopen(handle, "wb") as file:
+                file.write(bytes(_PAGE_BYTES))
+        except OSError as error:
+            path.unlink()
+            raise _cannot_write(folder, error) from None
+        try:
+            yield BlackBox(path)
+        finally:
+            path.unlink(missing_ok=True)
 
     def seen(self) -> Seen:
         """As it is now. A program may have written it: any numbers."""
@@ -94,6 +106,10 @@ class Watch:
         last = self._box.ran_last(experiment)
         ran = f"; last to run was {last}" if last else ""
         return f"nothing went on in the engine for {self.stuck_s} s, so that it was ended{ran}"
+
+
+def _cannot_write(folder: Path, error: OSError) -> RunError:
+    return RunError(f"{folder}: cannot write ({cause_of(error)}); make room")
 
 
 def stuck_s() -> int:

@@ -47,18 +47,18 @@ def measure_confined(task: Task) -> Measured | Failed:
         return measure(task)
     if threading.active_count() > 1:
         return measure_by_helper(task)
+    limit_s = None if task.timeout_s is None else task.timeout_s + GRACE_S
     try:
         job = job_of(task)
         load_libraries(task.experiment)  # once for all trials
+        with BlackBox.made() as box:
+            watch = Watch(box)
+            job = replace(job, black_box=str(box.path))
+            ended = in_fork(lambda: _work(task, job), watch, limit_s)
+            if ended.stuck:
+                return Failed(task.key, watch.what(task.experiment), None)
     except KilotwinError as error:
         return Failed(task.key, str(error), None)
-    limit_s = None if task.timeout_s is None else task.timeout_s + GRACE_S
-    with BlackBox.made() as box:
-        watch = Watch(box)
-        job = replace(job, black_box=str(box.path))
-        ended = in_fork(lambda: _work(task, job), watch, limit_s)
-        if ended.stuck:
-            return Failed(task.key, watch.what(task.experiment), None)
     return _answer(task, ended)
 
 
