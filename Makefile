@@ -6,7 +6,7 @@ SHELL := /bin/bash
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 MAKEFLAGS += --no-print-directory
-# Each command of the tests starts a Python, which reads bytecode ten times as fast.
+# Each command of the tests starts a Python, which would compile all of its libraries otherwise.
 unexport PYTHONDONTWRITEBYTECODE
 
 # Debian's own Python: another one that comes first on PATH may lack the headers.
@@ -70,7 +70,7 @@ run: setup
 	@$(VENV)/bin/kilotwin run $(PAPER) --out $(RUN) --plots
 	@echo; echo "The run is in $(RUN): map.png, timeline.png, and the numbers above."
 
-## test: every test but the long ones (ten minutes on two cores, once it is set up)
+## test: every test but the long ones (a quarter of an hour on two cores, once it is set up)
 .PHONY: test
 test: native
 	@$(PY) tests/run_all.py
@@ -150,7 +150,7 @@ $(TIDIED): build/tidy/%.ok: %.cpp $(CPP_CONFIG)
 check-long: native setup-check
 	@$(PY) -m tests.soak.run $(PIECES)
 
-## bare: README's two commands on a bare Debian 12, by root and by a user, with a table (half an hour)
+## bare: README's two commands on a bare Debian 12, by root and by a user, with a table (forty minutes)
 .PHONY: bare
 bare: apt-check
 	@$(PYTHON) tests/bare.py

@@ -30,7 +30,7 @@ LOG = PROJECT / "build/bare.log"
 USER = "student"
 PATH = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"
 
-# What says where packages come from, and whom to trust there.
+# Variables that say where packages come from, and which certificates are trusted.
 _SETTINGS = re.compile(r"(?i)((https?|ftp|all|no)_proxy|(pip|uv|npm_config)_.*|.*(_ca|cert).*)")
 _SETTING_FILES = ("/etc/pip.conf", "/etc/npmrc", "/etc/resolv.conf", "/etc/hosts")
 _HOME_FILES = (".config/pip/pip.conf", ".pip/pip.conf", ".npmrc", ".config/uv/uv.toml")

@@ -62,7 +62,7 @@ constexpr int OPEN_SOCKETS[] = {
     // The bridge's thread ends with signals blocked, and would be killed by SIGSYS.
     SYS_rt_sigprocmask};
 
-// Of fcntl(); not who gets signals of a file, nor how much a pipe holds.
+// Commands of fcntl() that are left; F_SETOWN, F_SETSIG and F_SETPIPE_SZ are not.
 constexpr uint32_t FILE_COMMANDS[] = {F_DUPFD, F_DUPFD_CLOEXEC, F_GETFD, F_SETFD, F_GETFL};
 
 constexpr uint32_t ASKS[] = {TCGETS, FIONREAD, FIONBIO, FIOCLEX, FIONCLEX, TIOCGWINSZ, TIOCGPTN};

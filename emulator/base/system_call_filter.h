@@ -38,7 +38,7 @@ class SystemCallFilter {
   private:
     /// Refuses code of other machines, and leaves the number of the call loaded.
     void begin();
-    /// What a worker needs at all times.
+    /// Allows what a worker needs at all times.
     void allow_work(bool sockets);
     /// The kernel's answer to a call, whatever its arguments are.
     void answer(int number, uint32_t answer);

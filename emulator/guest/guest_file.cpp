@@ -19,7 +19,7 @@ namespace kilotwin {
 
 namespace {
 
-// What the loader would call, or look for code by. Lists of IRELATIVE relocations are looked into.
+// Tags by which the loader finds code, or calls it. IRELATIVE relocations are searched for below.
 constexpr int64_t PACKED_RELOCATIONS = 36;  // DT_RELR, which older headers lack
 constexpr std::pair<int64_t, const char *> RUN_BY_LOADER[] = {
     {DT_INIT, "an initialiser (_init, section .init)"},
@@ -39,7 +39,7 @@ constexpr std::string_view LIBRARIES[] = {"libc.so.6", "libm.so.6"};
 constexpr std::string_view EXPORTS[] = {"kt_table", "kt_coverage", "translation",
                                         "translation_coverage"};
 
-/// What is wrong with a file, as a clause.
+/// Throws; `what` is the clause that says what is wrong with the file.
 [[noreturn]] void refuse(const std::string &what) { throw EngineError(what); }
 
 /// The bytes of a shared object by their addresses, as the loader would map them.

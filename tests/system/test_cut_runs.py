@@ -20,7 +20,7 @@ from kilotwin.runs.worker import Trial, _make_folder
 from kilotwin.runs.writer import RunWriter
 from kilotwin.scenario.looks import Looks
 
-# Of a summary: the machine's time and memory, and where the run lies.
+# Keys of a summary that tell of the machine: its time and memory, and where the run lies.
 MACHINE = re.compile("(cpu|wall|startup)_s|peak_bytes|robot_s_per_cpu_s|run_folder|grid")
 
 # Walks, talks, listens, prints; every third robot's program fails at a time of its own.

@@ -14,7 +14,7 @@ BASE_PYTHON = sys._base_executable  # type: ignore[attr-defined]
 def test_an_installed_wheel_runs_a_program(environment: dict[str, str], tmp_path: Path) -> None:
     pip = [sys.executable, "-m", "pip", "--disable-pip-version-check"]
     options = ["--quiet", "--no-deps", "--no-build-isolation"]
-    # Of the engine that is built already.
+    # The engine's objects, which are built already, are taken.
     options += [f"--config-settings=build-dir={ROOT / 'build/engine'}"]
     installed, locked = tmp_path / "installed", sysconfig.get_path("purelib")
     subprocess.run([*pip, "install", *options, "--target", installed, ROOT], check=True)

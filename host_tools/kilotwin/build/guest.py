@@ -109,7 +109,7 @@ _PROGRAM_FLAGS = [
 _INLINE_FLAGS = ["-fgnu89-inline"]
 # Labs write their helpers that way.
 _INLINE_FIRST = {"kilogrid", "module"}
-# Of a shared object in which nothing runs when it is loaded, as the engine wants it
+# Flags for a shared object in which nothing runs when it is loaded, as the engine wants it
 # (emulator/guest/guest_file.h).
 LINK_FLAGS = ["-shared", "-nostartfiles", "-Wl,-z,now", "-Wl,-z,defs", "-Wl,-z,noexecstack"]
 LINK_FLAGS += ["-Wl,--hash-style=sysv"]
@@ -117,7 +117,7 @@ _SHARED_FLAGS = [*LINK_FLAGS, "-Wl,-Bsymbolic"]
 
 # A tool's wall time; what it computes is limited by emulator/base/confinement.h.
 _LONGEST_S = 600.0
-# What compilers say at those limits.
+# Messages of compilers at those limits.
 _OUT_OF_LIMITS = re.compile(
     r"terminated program|virtual memory exhausted|out of memory|Cannot allocate memory"
     r"|limit exceeded|File too large"

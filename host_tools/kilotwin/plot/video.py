@@ -34,7 +34,7 @@ _DPI = 100
 _TRAIL_SAMPLES = 20
 _TURN = 65536
 _FORMATS = {".mp4": "mp4", ".webm": "webm"}
-# Of a GIF's 256 colours.
+# Colours of a GIF's 256 that states may take.
 _MOST_OF_STATES = 192
 _CLOSE = 8
 
