@@ -1,6 +1,6 @@
 # Compiler flags for the chip of robots and modules, an ATmega328P with a crystal of 8 MHz, as kilolib
 # uses them. Their only home: both firmware Makefiles and the top one include this file, and
-# host_tools/kilotwin/build/avr_flags.py reads it, for images and for guests of the same dialect on a
+# host_tools/kilotwin/programs/image/flags.py reads it, for images and for guests of the same dialect on a
 # PC. Only lines "NAME := words", of which some are $(NAME) of another, and comments.
 
 AVR_CHIP    := -mmcu=atmega328p -DF_CPU=8000000UL

@@ -1,5 +1,5 @@
 # The last steps of an image, the same for robots and modules: its build id, linking, and the .hex.
-# `kilotwin build` takes the same steps (host_tools/kilotwin/build/avr.py), and a test compares the
+# `kilotwin build` takes the same steps (host_tools/kilotwin/programs/image/image.py), and a test compares the
 # bytes. Both Makefiles include it; they set FIRMWARE, LIBRARY, and HELPER_OBJECTS if there are any.
 
 KILOTWIN_VERSION := $(shell sed -n 's/^version = "\(.*\)"/\1/p' $(FIRMWARE)/../pyproject.toml)
@@ -11,7 +11,7 @@ build_id_option = "-DBUILD_ID=\"$1\
  avr-gcc-$$($(AVR_CC) --version | sed -n '1s/.* //p') kilotwin-$(KILOTWIN_VERSION)\""
 
 # symbols(objects): what others can use of them. wanted_helpers(objects): the helpers of which a
-# program's objects define nothing themselves (as host_tools/kilotwin/build/apis.py has it).
+# program's objects define nothing themselves (as host_tools/kilotwin/programs/apis.py has it).
 symbols = $(AVR_NM) -g --defined-only -P $1 | sed -n 's/ .*//p'
 wanted_helpers = $$(own=$$($(call symbols,$1)); for helper in $(HELPER_OBJECTS); do \
     [ "$$($(call symbols,$$helper) | grep -cxF "$$own")" != 0 ] || echo $$helper; done)

@@ -3,11 +3,10 @@
 From Python: `from kilotwin import RGB, World`, see docs/python_api.md.
 """
 
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from kilotwin.runs.world import RGB, World
+    from kilotwin.session.world import RGB, World
 
     __version__: str
 
@@ -22,9 +21,14 @@ def __getattr__(name: str) -> Any:
     """
     if name == "__version__":
         try:
-            return import_module("kilotwin._emulator").VERSION
+            from kilotwin._emulator import VERSION
         except ImportError:
-            return import_module("importlib.metadata").version("kilotwin")
+            from importlib.metadata import version
+
+            return version("kilotwin")
+        return VERSION
     if name in ("RGB", "World"):
-        return getattr(import_module("kilotwin.runs.world"), name)
+        from kilotwin.session import world
+
+        return getattr(world, name)
     raise AttributeError(f"module 'kilotwin' has no attribute '{name}'")

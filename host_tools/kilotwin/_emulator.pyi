@@ -155,7 +155,7 @@ class Simulation:
 class BridgeError(OSError): ...
 
 class Bridge:
-    """The buses for programs outside; kilotwin.can.bridge opens it with its defaults."""
+    """The buses for programs outside; kilotwin.table.can.bridge opens it with its defaults."""
 
     port: int
     clients: int

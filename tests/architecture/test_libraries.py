@@ -8,7 +8,11 @@ from kilotwin.files.extras import EXTRAS
 # Libraries of bars on a terminal, compilers, grids, pictures and clouds, and ours of few tables.
 OF_FEW_RUNS = {
     *("PIL", "cantools", "concurrent.futures", "numpy.ma", "pyarrow._s3fs", "rich", "ssl"),
-    *("kilotwin.environment", "kilotwin.experiment.expect_names", "kilotwin.experiment.grid_plan"),
+    *(
+        "kilotwin.table.environment",
+        "kilotwin.experiment.expect_names",
+        "kilotwin.experiment.spec.grid_plan",
+    ),
     *("kilotwin.experiment.lab_file", "kilotwin.experiment.wire_file"),
 }
 
@@ -21,12 +25,12 @@ def loaded_by(code: str, names: set[str]) -> str:
 
 
 def test_a_run_loads_no_library_of_an_extra() -> None:
-    code = "import kilotwin.commands.run, kilotwin.runs.worker"
+    code = "import kilotwin.commands.run, kilotwin.session.worker"
     assert loaded_by(code, {*EXTRAS}) == "[]"
 
 
 def test_a_run_loads_no_library_that_few_runs_need() -> None:
-    code = "import kilotwin.commands.run, kilotwin.runs.worker"
+    code = "import kilotwin.commands.run, kilotwin.session.worker"
     assert loaded_by(code, OF_FEW_RUNS) == "[]"
 
 
@@ -40,7 +44,7 @@ def test_tables_of_a_run_are_made_without_masked_arrays() -> None:
     """They take as long to load as a short run takes."""
     code = """
 import numpy as np
-from kilotwin.experiment.schema import ExperimentSchema
+from kilotwin.experiment.schema.experiment import ExperimentSchema
 from kilotwin.runs.columns import Records
 swarm = {"profile": "kilobot", "program": "a.c", "size": 2}
 site = {"name": "den", "centre_m": [0.0, 0.0], "diameter_m": 0.1}

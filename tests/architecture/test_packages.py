@@ -1,44 +1,29 @@
-"""The packages of host_tools/kilotwin import one way, at the top of their files.
+"""The rooms of host_tools/kilotwin import one way, also in functions.
 
 The rules are functions of a tree, so that each of them is also tried on a small bad tree.
 """
 
 import ast
+from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
-from .tree import ROOT, lazy_imports, plant, sources
+from .tree import ROOT, plant, sources
 
 KILOTWIN = "host_tools/kilotwin"
-AT_THE_TOP = ("__init__", "__main__", "errors", "units")
-# A package imports from itself, from those on its left, from errors and units, and the engine.
+# Besides packages: what everything knows, and what users' tests and environments import.
+AT_THE_TOP = ("__init__", "__main__", "errors", "units", "testing", "environment")
+# A room imports from itself, from those on its left, from errors and units, and the engine.
 ORDER = (
-    *(
-        "files",
-        "ports",
-        "parameters",
-        "aggregation",
-        "experiment",
-        "build",
-        "port",
-        "coverage",
-        "can",
-        "grid",
-        "links",
-        "environment",
-    ),
-    *("metrics", "runs", "lab", "sweep", "compare", "plot", "paper", "scenario"),
-    *("testing", "view", "export", "search", "flash"),
-    "commands",
+    *("files", "experiment", "programs", "metrics", "table", "runs"),
+    *("session", "studies", "view", "commands"),
 )
+MOST_FILES = 40  # of a folder
 BELOW_ALL = ("errors", "units", "_emulator", "__version__")
-# Where modules are loaded by name, on first use: the Python API, commands, and pytest's plugin.
-LAZY = (
-    *(f"{KILOTWIN}/__init__.py", f"{KILOTWIN}/files/lazy.py"),
-    *(f"{KILOTWIN}/testing/__init__.py", f"{KILOTWIN}/testing/plugin.py"),
-)
+# Commands are loaded by name: there is a module for each.
+BY_NAME = (f"{KILOTWIN}/commands/cli.py",)
 
 
 def modules(root: Path) -> Iterator[tuple[Path, ast.Module]]:
@@ -78,30 +63,16 @@ def upward_imports(root: Path) -> list[str]:
         allowed = (*below, *BELOW_ALL)
         found += [
             f"{path}: imports {name}, which is above {package}"
-            for name in (*own_imports(tree), *lazy_imports(tree))
+            for name in own_imports(tree)
             if name.split(".")[0] not in allowed
         ]
     return found
 
 
-def lazy_imports_of_nothing(root: Path) -> list[str]:
-    return [
-        f"{path}: there is no {name} to load"
-        for path, tree in modules(root)
-        for name in lazy_imports(tree)
-        if not (root / KILOTWIN / f"{name.replace('.', '/')}.py").exists()
-    ]
-
-
-def late_imports(root: Path) -> list[str]:
-    functions = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)
-    return [
-        f"{path}: imports {name} in a function"
-        for path, tree in modules(root)
-        for node in ast.walk(tree)
-        if isinstance(node, functions)
-        for name in own_imports(node)
-    ]
+def crowded_folders(root: Path) -> list[str]:
+    files = [path for path in sources(root, {".py"}) if path.is_relative_to(KILOTWIN)]
+    folders = Counter(path.parent for path in files)
+    return [f"{folder}: {n} files" for folder, n in folders.items() if n > MOST_FILES]
 
 
 def imports_by_name(root: Path) -> list[str]:
@@ -112,40 +83,36 @@ def imports_by_name(root: Path) -> list[str]:
         if isinstance(node, ast.Name | ast.Attribute)
         and (node.id if isinstance(node, ast.Name) else node.attr)
         in ("import_module", "__import__")
-        and path.as_posix() not in LAZY
+        and path.as_posix() not in BY_NAME
     ]
 
 
 RULES = [
     modules_at_the_top,
     upward_imports,
-    lazy_imports_of_nothing,
-    late_imports,
+    crowded_folders,
     imports_by_name,
 ]
 
 
 @pytest.mark.parametrize("rule", RULES)
-def test_packages_import_one_way(rule: Callable[[Path], list[str]]) -> None:
+def test_rooms_import_one_way(rule: Callable[[Path], list[str]]) -> None:
     assert rule(ROOT) == []
 
 
-def test_the_order_has_every_package() -> None:
-    found = {path.parent for path, _ in modules(ROOT) if path.name == "__init__.py"}
-    assert found == {Path(KILOTWIN), *(Path(KILOTWIN, package) for package in ORDER)}
+def test_the_order_has_every_room() -> None:
+    found = {path.relative_to(KILOTWIN).parts[0] for path, _ in modules(ROOT)}
+    assert found == {*ORDER, *(f"{name}.py" for name in AT_THE_TOP)}
 
 
 @pytest.mark.parametrize(
     ("rule", "name", "text"),
     [
         (modules_at_the_top, "run.py", ""),
-        (upward_imports, "runs/run.py", "from kilotwin.sweep.plan import Plan\n"),
-        (upward_imports, "can/x.py", "def f():\n    import kilotwin.grid.links\n"),
-        (upward_imports, "can/x.py", "from kilotwin import grid\n"),
-        (upward_imports, "runs/run.py", "def f():\n    lazy.load('sweep.plan')\n"),
-        (lazy_imports_of_nothing, "runs/run.py", "def f():\n    lazy.load('runs.nothing')\n"),
+        (upward_imports, "runs/run.py", "from kilotwin.studies.sweep.plan import Plan\n"),
+        (upward_imports, "table/x.py", "def f():\n    import kilotwin.session.run\n"),
+        (upward_imports, "files/x.py", "from kilotwin import table\n"),
         (upward_imports, "units.py", "from kilotwin.experiment import schema\n"),
-        (late_imports, "runs/run.py", "def f():\n    from kilotwin.runs import job\n"),
         (imports_by_name, "runs/run.py", "importlib.import_module('kilotwin.runs.job')\n"),
     ],
 )
@@ -156,3 +123,8 @@ def test_a_planted_bad_module_is_caught(
     found = rule(tmp_path)
     assert len(found) == 1, found
     assert found[0].startswith(f"{KILOTWIN}/{name}")
+
+
+def test_a_crowded_folder_is_caught(tmp_path: Path) -> None:
+    plant(tmp_path, {f"{KILOTWIN}/runs/n{n}.py": "" for n in range(MOST_FILES + 1)})
+    assert crowded_folders(tmp_path) == [f"{KILOTWIN}/runs: {MOST_FILES + 1} files"]

@@ -61,17 +61,6 @@ def imports(path: Path) -> Iterator[str]:
             yield node.module.split(".")[0]
 
 
-def lazy_imports(tree: ast.AST) -> Iterator[str]:
-    """Modules that `lazy.load` gets by a name that is written out."""
-    for node in ast.walk(tree):
-        match node:
-            case ast.Call(
-                func=ast.Attribute(value=ast.Name(id="lazy"), attr="load"),
-                args=[ast.Constant(value=str(name))],
-            ):
-                yield name
-
-
 def plant(root: Path, files: dict[str, str]) -> Path:
     """Writes a small tree below `root`."""
     for name, text in files.items():

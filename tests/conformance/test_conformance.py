@@ -19,9 +19,9 @@ from typing import Any
 import pytest
 
 from kilotwin._emulator import CONFIG_KEYS, DifferentialTest, config_message
-from kilotwin.build import avr as avr_build
-from kilotwin.build import guest as guest_build
 from kilotwin.experiment.programs import find_program
+from kilotwin.programs.image import image as avr_build
+from kilotwin.programs.native import guest as guest_build
 
 ROOT = Path(__file__).resolve().parents[2]
 OWN = Path(__file__).parent / "programs"

@@ -8,9 +8,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from kilotwin.can import transfer
 from kilotwin.files import resources
 from kilotwin.files.flash_image import FlashImage
+from kilotwin.table.can import transfer
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]

@@ -10,19 +10,19 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from kilotwin.can import address, protocol
-from kilotwin.environment import poses
 from kilotwin.errors import KilotwinError
-from kilotwin.experiment import kconf, serials
 from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.spec import kconf, serials
 from kilotwin.experiment.text import ExperimentText, parse_setting
 from kilotwin.files import flash_image
 from kilotwin.files.build_id import find_build_id
-from kilotwin.grid import kilodat
-from kilotwin.links import packets
-from kilotwin.links.robot_link import Report
 from kilotwin.runs.check import check
 from kilotwin.runs.reader import Run
+from kilotwin.table.can import address, protocol
+from kilotwin.table.environment import poses
+from kilotwin.table.grid import kilodat
+from kilotwin.table.links import packets
+from kilotwin.table.links.robot_link import Report
 
 ROOT = Path(__file__).resolve().parents[2]
 Take = Callable[[bytes], None]

@@ -11,9 +11,9 @@ import pytest
 from kilotwin import World
 from kilotwin.errors import InputError, RunError
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.sweep.measure import RESULT, Measured, Task, measure
-from kilotwin.sweep.plan import Trial, read_plan
-from kilotwin.sweep.runner import Sweep
+from kilotwin.studies.sweep.measure import RESULT, Measured, Task, measure
+from kilotwin.studies.sweep.plan import Trial, read_plan
+from kilotwin.studies.sweep.runner import Sweep
 from kilotwin.units import ticks
 
 ROOT = Path(__file__).parents[2]

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from kilotwin import World
 from kilotwin.errors import InputError, RunError
 from kilotwin.files import resources
-from kilotwin.sweep.plan import read_plan
-from kilotwin.sweep.runner import Sweep
+from kilotwin.studies.sweep.plan import read_plan
+from kilotwin.studies.sweep.runner import Sweep
 
 HERE = Path(__file__).parent
 HAS_HEARD_S = 5

@@ -101,8 +101,8 @@ TARGETS = [
     *_python(
         "writers",
         {
-            "grid/can_log.py": "unit/grid/test_can_log.py",
-            "grid/kilodat.py": "unit/grid/test_kilodat.py",
+            "table/grid/can_log.py": "unit/grid/test_can_log.py",
+            "table/grid/kilodat.py": "unit/grid/test_kilodat.py",
             "runs/folder.py": "unit/runs/test_folder.py",
             "runs/prints.py": "unit/runs/test_prints.py",
             "runs/writer.py": "unit/runs/test_folder.py",
@@ -111,9 +111,10 @@ TARGETS = [
     *_python(
         "sweeps",
         {
-            "sweep/data_set.py": "unit/sweep/test_data_set.py",
-            "sweep/parts.py": "unit/sweep/test_confined_trial.py unit/sweep/test_data_set.py",
-            "sweep/runner.py": "unit/sweep/test_data_set.py system/test_sweep.py",
+            "studies/sweep/data_set.py": "unit/sweep/test_data_set.py",
+            "studies/sweep/parts.py": "unit/sweep/test_confined_trial.py"
+            " unit/sweep/test_data_set.py",
+            "studies/sweep/runner.py": "unit/sweep/test_data_set.py system/test_sweep.py",
         },
     ),
 ]

@@ -5,14 +5,14 @@ from pathlib import Path
 
 import pytest
 
-from kilotwin.build.avr import build_image
-from kilotwin.build.guest import build as build_guest
-from kilotwin.build.image_size import RAM_BYTES
 from kilotwin.experiment.programs import Api, find_program
-from kilotwin.port import trial
-from kilotwin.port.disassembly import Disassembly
-from kilotwin.port.roles import Roles, find_roles, own_lines
-from kilotwin.port.stack import bound
+from kilotwin.programs.image.image import build_image
+from kilotwin.programs.image.image_size import RAM_BYTES
+from kilotwin.programs.native.guest import build as build_guest
+from kilotwin.programs.port import trial
+from kilotwin.programs.port.disassembly import Disassembly
+from kilotwin.programs.port.roles import Roles, find_roles, own_lines
+from kilotwin.programs.port.stack import bound
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = sorted((ROOT / "firmware/examples").glob("*.c"))

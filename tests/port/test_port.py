@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from kilotwin.port import bounds
-from kilotwin.port.check import Report, check
-from kilotwin.port.disassembly import Function, Instruction, Place, parse
-from kilotwin.port.findings import Finding, Weight, in_order
-from kilotwin.port.roles import Line, find_roles
-from kilotwin.port.trial import Trial
+from kilotwin.programs.port import bounds
+from kilotwin.programs.port.check import Report, check
+from kilotwin.programs.port.disassembly import Function, Instruction, Place, parse
+from kilotwin.programs.port.findings import Finding, Weight, in_order
+from kilotwin.programs.port.roles import Line, find_roles
+from kilotwin.programs.port.trial import Trial
 
 ROOT = Path(__file__).resolve().parents[2]
 BAD = sorted((Path(__file__).parent / "programs").glob("*.c"))

@@ -12,8 +12,8 @@ from tests.kept_table import ROOT
 from tests.system.conftest import KILOTWIN
 
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.runs.emulated_grid import lead_ticks
 from kilotwin.runs.reader import Run
+from kilotwin.session.emulated_grid import lead_ticks
 from kilotwin.units import seconds
 
 TABLE = """

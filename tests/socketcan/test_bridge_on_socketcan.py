@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from kilotwin._emulator import CAN_RECORD, Bridge
-from kilotwin.can import protocol
-from kilotwin.can.bridge import open_bridge
+from kilotwin.table.can import protocol
+from kilotwin.table.can.bridge import open_bridge
 
 pytestmark = pytest.mark.socketcan
 

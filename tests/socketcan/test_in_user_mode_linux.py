@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from kilotwin.build.group import build_group
 from kilotwin.experiment.experiment import Experiment
+from kilotwin.programs.group import build_group
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]

@@ -4,20 +4,20 @@ import contextlib
 from pathlib import Path
 
 from kilotwin import _emulator
-from kilotwin.build.group import build_group
-from kilotwin.experiment.engine_spec import engine_spec
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.experiment.grid_layout import Layout
+from kilotwin.experiment.spec.engine import engine_spec
+from kilotwin.experiment.spec.grid_layout import Layout
 from kilotwin.experiment.text import parse_setting
 from kilotwin.files.flash_image import FlashImage
-from kilotwin.flash.swarm import SwarmFlasher
-from kilotwin.flash.upload import Upload, Wish
-from kilotwin.grid.clock import Clock, SimulatedClock
-from kilotwin.grid.emulated_links import EmulatedLinks
-from kilotwin.links.dispatcher_robots import DispatcherRobots
-from kilotwin.links.grid_robots import GridRobots
-from kilotwin.links.robot_link import RobotLink
-from kilotwin.runs.served_dispatcher import ServedDispatcher
+from kilotwin.programs.group import build_group
+from kilotwin.session.served_dispatcher import ServedDispatcher
+from kilotwin.table.flash.swarm import SwarmFlasher
+from kilotwin.table.flash.upload import Upload, Wish
+from kilotwin.table.grid.clock import Clock, SimulatedClock
+from kilotwin.table.grid.emulated_links import EmulatedLinks
+from kilotwin.table.links.dispatcher_robots import DispatcherRobots
+from kilotwin.table.links.grid_robots import GridRobots
+from kilotwin.table.links.robot_link import RobotLink
 from kilotwin.units import TICK_S
 
 EXPERIMENT = """

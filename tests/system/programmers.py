@@ -8,8 +8,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from kilotwin.files.memories import write_memories
-from kilotwin.flash import chip_file
-from kilotwin.ports.pseudo_terminal import PseudoTerminal
+from kilotwin.table.flash import chip_file
+from kilotwin.table.ports.pseudo_terminal import PseudoTerminal
 
 from .conftest import KILOTWIN
 

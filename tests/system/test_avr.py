@@ -11,8 +11,8 @@ from pathlib import Path
 import pyarrow as pa
 import pytest
 
-from kilotwin.build.avr import Image, build_image
 from kilotwin.experiment.programs import find_program
+from kilotwin.programs.image.image import Image, build_image
 from kilotwin.runs.reader import Run
 
 from .conftest import KILOTWIN, Kilotwin

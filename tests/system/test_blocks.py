@@ -12,11 +12,11 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from kilotwin.build.guest import build
-from kilotwin.environment.poses import read_line
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.lab_file import read_lab
 from kilotwin.experiment.programs import find_program
+from kilotwin.programs.native.guest import build
+from kilotwin.table.environment.poses import read_line
 
 from .conftest import ROOT, SIMPLIFIED, Kilotwin, block
 

@@ -10,9 +10,9 @@ import pytest
 
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.lab_file import read_lab
-from kilotwin.lab.emulated_jig import EmulatedJig
-from kilotwin.lab.gain_tables import DISTANCES_MM, GainTables
-from kilotwin.lab.ranging import Ranging
+from kilotwin.session.emulated_jig import EmulatedJig
+from kilotwin.table.lab.gain_tables import DISTANCES_MM, GainTables
+from kilotwin.table.lab.ranging import Ranging
 
 EXPERIMENT = """
 name = "few"

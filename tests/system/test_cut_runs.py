@@ -12,13 +12,13 @@ import pyarrow as pa
 import pytest
 
 from kilotwin import World
-from kilotwin.build.group import build_all, symbols_of
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.runs.job import Job
-from kilotwin.runs.pace import MOST_TICKS
-from kilotwin.runs.worker import Trial, _make_folder
+from kilotwin.programs.group import build_all, symbols_of
 from kilotwin.runs.writer import RunWriter
-from kilotwin.scenario.looks import Looks
+from kilotwin.session.job import Job
+from kilotwin.session.pace import MOST_TICKS
+from kilotwin.session.worker import Trial, _make_folder
+from kilotwin.studies.scenario.looks import Looks
 
 # Keys of a summary that tell of the machine: its time and memory, and where the run lies.
 MACHINE = re.compile("(cpu|wall|startup)_s|peak_bytes|robot_s_per_cpu_s|run_folder|grid")

@@ -7,19 +7,19 @@ from pathlib import Path
 import numpy as np
 
 from kilotwin import _emulator
-from kilotwin.build.avr import build_image
-from kilotwin.build.group import build_group
-from kilotwin.can.address import AddressType, from_id, module, to_id
-from kilotwin.experiment.engine_spec import engine_spec
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.experiment.grid_layout import Layout, Module
 from kilotwin.experiment.programs import find_program
-from kilotwin.flash.image import modules_image
-from kilotwin.flash.modules import Job, ModulesFlasher
-from kilotwin.flash.modules_table import Inbox, ModulesTable
-from kilotwin.grid.clock import SimulatedClock
-from kilotwin.grid.emulated_links import EmulatedLinks
-from kilotwin.grid.links import Frames
+from kilotwin.experiment.spec.engine import engine_spec
+from kilotwin.experiment.spec.grid_layout import Layout, Module
+from kilotwin.programs.group import build_group
+from kilotwin.programs.image.image import build_image
+from kilotwin.table.can.address import AddressType, from_id, module, to_id
+from kilotwin.table.flash.image import modules_image
+from kilotwin.table.flash.modules import Job, ModulesFlasher
+from kilotwin.table.flash.modules_table import Inbox, ModulesTable
+from kilotwin.table.grid.clock import SimulatedClock
+from kilotwin.table.grid.emulated_links import EmulatedLinks
+from kilotwin.table.grid.links import Frames
 
 from .conftest import ROOT
 

@@ -14,11 +14,11 @@ import pytest
 from intelhex import IntelHex
 
 from kilotwin import _emulator
-from kilotwin.build.avr import build_image
-from kilotwin.build.boot_loader import build_boot_loader
 from kilotwin.experiment.programs import find_program
 from kilotwin.files.message_crc import message_crc
-from kilotwin.flash import chip_file
+from kilotwin.programs.image.boot_loader import build_boot_loader
+from kilotwin.programs.image.image import build_image
+from kilotwin.table.flash import chip_file
 
 from .conftest import KILOTWIN, Kilotwin, kilotwin_in
 from .programmers import (

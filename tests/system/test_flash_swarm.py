@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from kilotwin.build.avr import build_image
 from kilotwin.experiment.programs import find_program
 from kilotwin.files.flash_image import FlashImage
-from kilotwin.flash import swarm
-from kilotwin.flash.image import swarm_image
+from kilotwin.programs.image.image import build_image
+from kilotwin.table.flash import swarm
+from kilotwin.table.flash.image import swarm_image
 
 from .emulated_swarm import EmulatedSwarm
 

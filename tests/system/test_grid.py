@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from kilotwin.build.group import build_group
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.text import parse_setting
-from kilotwin.grid import kilodat
-from kilotwin.runs.job import Job
+from kilotwin.programs.group import build_group
 from kilotwin.runs.reader import Run
-from kilotwin.runs.worker import simulate
+from kilotwin.session.job import Job
+from kilotwin.session.worker import simulate
+from kilotwin.table.grid import kilodat
 
 from .conftest import KILOTWIN, ROOT, Kilotwin
 from .served_table import Table

@@ -8,8 +8,8 @@ from dataclasses import replace
 import can
 import pytest
 
-from kilotwin.build.group import build_group
 from kilotwin.experiment.experiment import Experiment
+from kilotwin.programs.group import build_group
 from kilotwin.runs.reader import Run
 
 from .conftest import KILOTWIN

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from kilotwin import World
 from kilotwin.experiment.areas import area_of, disc, lies_inside
-from kilotwin.experiment.schema import Arena
+from kilotwin.experiment.schema.experiment import Arena
 
 from .conftest import Kilotwin
 

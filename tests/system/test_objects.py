@@ -19,11 +19,11 @@ from kilotwin import World
 from kilotwin.errors import InputError
 from kilotwin.experiment import polygons
 from kilotwin.experiment.areas import disc, lies_inside, overlap, polygon_of
-from kilotwin.experiment.object_schema import PushedObject
-from kilotwin.experiment.objects import areas_at
-from kilotwin.plot.map import draw_map
-from kilotwin.plot.palette import OBJECT
+from kilotwin.experiment.schema.object import PushedObject
+from kilotwin.experiment.spec.objects import areas_at
+from kilotwin.runs.palette import OBJECT
 from kilotwin.runs.reader import Run
+from kilotwin.studies.plot.map import draw_map
 from kilotwin.units import TICK_S
 
 from .conftest import KILOTWIN, WALKER, Kilotwin, Program

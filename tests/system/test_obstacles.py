@@ -11,7 +11,7 @@ import pytest
 from kilotwin import RGB, World
 from kilotwin.errors import InputError
 from kilotwin.experiment.areas import area_of, disc, lies_inside, overlap, polygon_of
-from kilotwin.experiment.schema import Obstacle
+from kilotwin.experiment.schema.experiment import Obstacle
 
 from .conftest import WALKER, Program
 

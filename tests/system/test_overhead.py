@@ -14,12 +14,12 @@ from pathlib import Path
 import pytest
 
 from kilotwin import RGB, World
-from kilotwin.experiment.overhead import message
+from kilotwin.experiment.spec.overhead import message
 from kilotwin.files.flash_image import FlashImage, read_hex
-from kilotwin.links.overhead_robots import OverheadRobots
-from kilotwin.links.packets import Overhead, encode, encode_page
 from kilotwin.runs.reader import Run
-from kilotwin.runs.served_overhead import ServedOverhead
+from kilotwin.session.served_overhead import ServedOverhead
+from kilotwin.table.links.overhead_robots import OverheadRobots
+from kilotwin.table.links.packets import Overhead, encode, encode_page
 from kilotwin.units import TICK_S
 
 from .conftest import KILOTWIN, ROOT, Kilotwin

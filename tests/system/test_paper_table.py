@@ -7,10 +7,10 @@ from statistics import median
 
 import pytest
 
-from kilotwin.paper.presets import PRESETS
-from kilotwin.plot.effects import STATISTICS
-from kilotwin.sweep.conditions import Conditions, errors
-from kilotwin.sweep.results import Results
+from kilotwin.studies.paper.presets import PRESETS
+from kilotwin.studies.plot.effects import STATISTICS
+from kilotwin.studies.sweep.conditions import Conditions, errors
+from kilotwin.studies.sweep.results import Results
 
 from .conftest import ROOT, Kilotwin
 

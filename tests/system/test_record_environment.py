@@ -17,8 +17,8 @@ import pytest
 from numpy.typing import NDArray
 
 from kilotwin.commands import cli
-from kilotwin.ports.pseudo_terminal import PseudoTerminal
 from kilotwin.runs.reader import Run
+from kilotwin.table.ports.pseudo_terminal import PseudoTerminal
 
 from .conftest import KILOTWIN, ROOT, Kilotwin
 

@@ -7,7 +7,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from kilotwin.experiment.record_schema import EXTRA_OF
+from kilotwin.experiment.schema.record import EXTRA_OF
 
 from .conftest import Kilotwin
 

@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 from kilotwin import _emulator
-from kilotwin.build.group import build_group
-from kilotwin.can import address, protocol
-from kilotwin.experiment.engine_spec import engine_spec
 from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.spec.engine import engine_spec
+from kilotwin.programs.group import build_group
+from kilotwin.table.can import address, protocol
 
 GRID = """
 name = "three robots on a module"

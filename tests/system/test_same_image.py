@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from kilotwin.build.boot_loader import build_boot_loader
+from kilotwin.programs.image.boot_loader import build_boot_loader
 
 from .conftest import ROOT, Kilotwin
 

@@ -88,7 +88,7 @@ def test_a_cache_that_may_not_be_read_is_named(tmp_path: Path) -> None:
     python += ["-u", "XDG_CACHE_HOME", f"HOME={home}", sys.executable, "-c"]
     code = (
         "from pathlib import Path\n"
-        "from kilotwin.build.cache import cache_folder, is_built\n"
+        "from kilotwin.programs.cache import cache_folder, is_built\n"
         "is_built(cache_folder() / 'x')\n"
     )
     if subprocess.run([*python, ""], check=False).returncode != 0:

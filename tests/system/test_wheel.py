@@ -47,11 +47,11 @@ def test_an_installed_wheel_runs_a_program(environment: dict[str, str], tmp_path
     assert done.returncode == 0, done.stderr
     assert '"build_id": "module sites avr-gcc-' in done.stdout
     # And the boot loaders that go in with them.
-    code = "from kilotwin.build.boot_loader import build_boot_loader as b"
+    code = "from kilotwin.programs.image.boot_loader import build_boot_loader as b"
     done = python(f"{code}; print(b('robot').exists(), b('module').exists())")
     assert done.stdout.strip() == "True True", done.stderr
     # The CAN frames' description is not Python either.
-    frame = "from kilotwin.can import protocol; print(protocol.to_module('MODULE_RUN').hex())"
+    frame = "from kilotwin.table.can import protocol; print(protocol.to_module('MODULE_RUN').hex())"
     done = python(frame)
     assert done.stdout.strip() == "0d00000000000000", done.stderr
     # Nor is the viewer's page.

@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from kilotwin import _emulator
-from kilotwin.build.group import build_group
-from kilotwin.experiment.engine_spec import engine_spec
 from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.spec.engine import engine_spec
+from kilotwin.programs.group import build_group
 
 PROGRAM = """\
 #define DEBUG

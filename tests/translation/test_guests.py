@@ -14,9 +14,9 @@ from typing import Any
 import pytest
 
 from kilotwin._emulator import DifferentialTest
-from kilotwin.build import avr as avr_build
-from kilotwin.build.translation import translated_guest
 from kilotwin.experiment.programs import find_program
+from kilotwin.programs.image import image as avr_build
+from kilotwin.programs.translate.translation import translated_guest
 
 ROOT = Path(__file__).resolve().parents[2]
 CORPUS = sorted((Path(__file__).parent / "corpus").glob("*.c"))

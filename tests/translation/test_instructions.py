@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from kilotwin.build.guest import find_compiler
-from kilotwin.build.translator import translate
 from kilotwin.files import resources
+from kilotwin.programs.native.guest import find_compiler
+from kilotwin.programs.translate.translator import translate
 
 FLASH_BYTES = 0x8000
 HARNESS = Path(__file__).with_name("instructions.c")

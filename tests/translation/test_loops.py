@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from kilotwin import _emulator
-from kilotwin.build import translator
-from kilotwin.build.guest import find_compiler
 from kilotwin.files import resources
+from kilotwin.programs.native.guest import find_compiler
+from kilotwin.programs.translate import translator
 
 HERE = Path(__file__).parent
 STATES = 5_000

@@ -15,10 +15,10 @@ from pathlib import Path
 import pytest
 
 from kilotwin._emulator import RobotChip
-from kilotwin.build import translation
-from kilotwin.build.avr import build_image
-from kilotwin.build.boot_loader import with_boot_loader
 from kilotwin.experiment.programs import find_program
+from kilotwin.programs.image.boot_loader import with_boot_loader
+from kilotwin.programs.image.image import build_image
+from kilotwin.programs.translate import translation
 
 ROOT = Path(__file__).resolve().parents[2]
 OWN = Path(__file__).parent / "programs"

@@ -1,15 +1,15 @@
-"""What of a robot's runtime is translated with its program (kilotwin/build/seam.py)."""
+"""What of a robot's runtime is translated with its program (programs/translate/seam.py)."""
 
 from pathlib import Path
 
 import pytest
 
 from kilotwin import _emulator
-from kilotwin.build.avr import build_image
-from kilotwin.build.seam import RARE, Seam, seam_of
-from kilotwin.build.translator import Block, blocks_of
 from kilotwin.errors import InputError
 from kilotwin.experiment.programs import find_program
+from kilotwin.programs.image.image import build_image
+from kilotwin.programs.translate.seam import RARE, Seam, seam_of
+from kilotwin.programs.translate.translator import Block, blocks_of
 
 # Each of these functions has a name of the runtime's own, which no header makes known.
 PROGRAM = """\

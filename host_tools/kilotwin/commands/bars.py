@@ -17,7 +17,7 @@ from rich.text import Text
 
 from kilotwin.commands.terminal import robots_now, sweep_now
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.runs.display import NO_VALUES, Values
+from kilotwin.session.display import NO_VALUES, Values
 from kilotwin.units import seconds, ticks
 
 

@@ -7,9 +7,10 @@ from typing import Annotated, Any
 
 import typer
 
-from kilotwin.commands import bench_against, bench_measure, bench_view, steps
+from kilotwin.commands import steps
 from kilotwin.commands.options import Json, Quiet, command_app
 from kilotwin.errors import EXIT_INTERRUPTED, InputError, InterruptError
+from kilotwin.studies.bench import measure, two_engines, view
 
 app = command_app()
 
@@ -81,14 +82,14 @@ def bench(
     interrupted = False
     try:
         if of_viewer:
-            table_text = bench_view.table_text
-            results.extend(bench_view.measure(repeats, note))
+            table_text = view.table_text
+            results.extend(view.measure(repeats, note))
         elif against is None:
-            table_text = bench_measure.table_text
-            results.extend(bench_measure.measure(names, repeats, duration_s, note))
+            table_text = measure.table_text
+            results.extend(measure.measure(names, repeats, duration_s, note))
         else:
-            table_text = bench_against.table_text
-            results.extend(bench_against.measure(names, against, repeats, duration_s, note))
+            table_text = two_engines.table_text
+            results.extend(two_engines.measure(names, against, repeats, duration_s, note))
     except (InterruptError, KeyboardInterrupt):
         interrupted = True
     if results or as_json:

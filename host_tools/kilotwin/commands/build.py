@@ -7,12 +7,12 @@ from typing import Annotated
 
 import typer
 
-from kilotwin.build.flash_report import build_hex, built_text, show_hex, shown_text
-from kilotwin.build.report import build_program, report_text
 from kilotwin.commands import steps
 from kilotwin.commands.options import Define, Include, Json, Quiet, command_app
 from kilotwin.errors import InputError
 from kilotwin.experiment.programs import Api, ProgramError, find_program
+from kilotwin.programs.image.flash_report import build_hex, built_text, show_hex, shown_text
+from kilotwin.programs.report import build_program, report_text
 
 app = command_app()
 

@@ -20,19 +20,19 @@ from kilotwin.commands.robots_via import link_to_robots
 from kilotwin.errors import EXIT_ROBOTS_FAILED, DeviceError, InputError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.lab_file import LAST_UID, Lab
-from kilotwin.experiment.overhead import DUTIES
-from kilotwin.experiment.profile_defaults import PROFILES
+from kilotwin.experiment.schema.profile_defaults import PROFILES
+from kilotwin.experiment.spec.overhead import DUTIES
 from kilotwin.files.headers import ALL_ROBOTS
-from kilotwin.flash.progress import stepwise
-from kilotwin.grid.clock import WallClock
-from kilotwin.grid.console import named_grid
-from kilotwin.lab import by_hand, lab_store, motor_rounds
-from kilotwin.lab.emulated import EmulatedTable, true_bends, true_turns
-from kilotwin.lab.lab_store import Entry
-from kilotwin.lab.motor_rounds import MotorRounds, Robot, Table
-from kilotwin.links.robot_link import RobotLink, RobotState
-from kilotwin.links.roll_call import RollCall
-from kilotwin.links.via import forms
+from kilotwin.session.emulated_calibration import EmulatedTable, true_bends, true_turns
+from kilotwin.table.flash.progress import stepwise
+from kilotwin.table.grid.clock import WallClock
+from kilotwin.table.grid.console import named_grid
+from kilotwin.table.lab import by_hand, lab_store, motor_rounds
+from kilotwin.table.lab.lab_store import Entry
+from kilotwin.table.lab.motor_rounds import MotorRounds, Robot, Table
+from kilotwin.table.links.robot_link import RobotLink, RobotState
+from kilotwin.table.links.roll_call import RollCall
+from kilotwin.table.links.via import forms
 
 EXAMPLES = (
     "Examples:\n\n"

@@ -18,13 +18,13 @@ from kilotwin.commands.robots_via import link_to_robots
 from kilotwin.errors import EXIT_ROBOTS_FAILED, DeviceError, InputError, InterruptError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.lab_file import LAST_UID
-from kilotwin.flash.progress import stepwise
-from kilotwin.lab import lab_store
-from kilotwin.lab.emulated_jig import EmulatedJig
-from kilotwin.lab.gain_tables import DISTANCES_MM, errors_mm, mean_of, reach_mm
-from kilotwin.lab.lab_store import Entry
-from kilotwin.lab.ranging import READINGS, Jig, RangedRobot, Ranging
-from kilotwin.links.robot_link import RobotLink
+from kilotwin.session.emulated_jig import EmulatedJig
+from kilotwin.table.flash.progress import stepwise
+from kilotwin.table.lab import lab_store
+from kilotwin.table.lab.gain_tables import DISTANCES_MM, errors_mm, mean_of, reach_mm
+from kilotwin.table.lab.lab_store import Entry
+from kilotwin.table.lab.ranging import READINGS, Jig, RangedRobot, Ranging
+from kilotwin.table.links.robot_link import RobotLink
 
 EXAMPLES = (
     "Examples:\n\n"

@@ -13,8 +13,8 @@ from kilotwin.commands.options import Buses, Json, Quiet, Size
 from kilotwin.commands.robots_via import RobotsVia, link_to_robots
 from kilotwin.errors import EXIT_ROBOTS_FAILED, InputError
 from kilotwin.files.headers import ALL_ROBOTS
-from kilotwin.lab import lab_store
-from kilotwin.lab.by_hand import heard, save
+from kilotwin.table.lab import lab_store
+from kilotwin.table.lab.by_hand import heard, save
 
 EXAMPLES = (
     "Example:\n\n  kilotwin calibrate uid 65535 12 --via ohc:/dev/ttyUSB0\n\n"

@@ -23,10 +23,10 @@ from kilotwin.files import confinement
 from kilotwin.files.junit import write_junit
 from kilotwin.files.plain_text import plain
 from kilotwin.files.sarif import write_sarif
-from kilotwin.port.trial import Trial
-from kilotwin.scenario import program_check as checks
-from kilotwin.scenario.runner import prepare, run_all
-from kilotwin.sweep.executors import Processes
+from kilotwin.programs.port.trial import Trial
+from kilotwin.studies.scenario import program_check as checks
+from kilotwin.studies.scenario.runner import prepare, run_all
+from kilotwin.studies.sweep.executors import Processes
 
 app = command_app()
 

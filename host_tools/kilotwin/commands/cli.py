@@ -11,6 +11,7 @@ import os
 import signal
 import sys
 import threading
+from importlib import import_module
 from pathlib import Path
 from types import FrameType
 from typing import Annotated, Any, NoReturn
@@ -21,7 +22,7 @@ import typer.main
 
 import kilotwin
 from kilotwin.errors import InputError, InterruptError, KilotwinError, RunError, cause_of
-from kilotwin.files import extras, lazy
+from kilotwin.files import extras
 from kilotwin.files.confinement import SINGLE_THREADED
 from kilotwin.files.lean_pydantic import leave_plugins_out
 from kilotwin.files.plain_text import plain
@@ -75,7 +76,7 @@ class Commands(typer.core.TyperGroup):
 
 def load(name: str) -> Any:
     """The command or group of commands called `name`, as click has it."""
-    return typer.main.get_command(lazy.load(f"commands.{name.replace('-', '_')}").app)
+    return typer.main.get_command(import_module(f"kilotwin.commands.{name.replace('-', '_')}").app)
 
 
 app = typer.Typer(

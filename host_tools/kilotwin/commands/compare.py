@@ -9,10 +9,10 @@ import typer
 
 from kilotwin.commands import steps
 from kilotwin.commands.options import Json, Where, command_app
-from kilotwin.compare import kilogrid_uplink, kilogrid_walk, real_runs, variants
-from kilotwin.compare.sides import open_both
 from kilotwin.errors import InputError
-from kilotwin.paper import claims
+from kilotwin.studies.compare import kilogrid_uplink, kilogrid_walk, real_runs, variants
+from kilotwin.studies.compare.sides import open_both
+from kilotwin.studies.paper import claims
 
 app = command_app()
 

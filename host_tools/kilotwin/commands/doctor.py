@@ -14,13 +14,13 @@ from typing import Any
 
 import typer
 
-from kilotwin.build.cache import cache_folder
-from kilotwin.build.guest import compiler_version, find_compiler
-from kilotwin.can.buses import interfaces
 from kilotwin.commands.options import Json, command_app
 from kilotwin.errors import KilotwinError, cause_of
 from kilotwin.files.headers import CAN_BIT_RATE
-from kilotwin.ports.list_ports import ports
+from kilotwin.programs.cache import cache_folder
+from kilotwin.programs.native.guest import compiler_version, find_compiler
+from kilotwin.table.can.buses import interfaces
+from kilotwin.table.ports.list_ports import ports
 
 try:
     from kilotwin import _emulator

@@ -7,7 +7,6 @@ import typer
 
 from kilotwin.commands.options import command_app
 from kilotwin.errors import InputError
-from kilotwin.files import lazy
 
 app = command_app()
 
@@ -38,10 +37,18 @@ def export(
     """Write a run as other tools read it: CSV, MCAP for Foxglove, RRD for Rerun."""
     if csv is None and mcap is None and rrd is None:
         raise InputError("nothing to write; name --csv FOLDER, --mcap FILE or --rrd FILE")
-    run = lazy.load("runs.reader").Run.open(folder)
+    from kilotwin.runs.reader import Run
+
+    run = Run.open(folder)
     if csv is not None:
-        typer.echo(lazy.load("export.csv_tables").write_csv(run, csv))
+        from kilotwin.studies.export.csv_tables import write_csv
+
+        typer.echo(write_csv(run, csv))
     if mcap is not None:
-        typer.echo(lazy.load("export.mcap_file").write_mcap(run, mcap))
+        from kilotwin.studies.export.mcap_file import write_mcap
+
+        typer.echo(write_mcap(run, mcap))
     if rrd is not None:
-        typer.echo(lazy.load("export.rrd_file").write_rrd(run, rrd))
+        from kilotwin.studies.export.rrd_file import write_rrd
+
+        typer.echo(write_rrd(run, rrd))

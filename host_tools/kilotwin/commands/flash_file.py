@@ -5,12 +5,11 @@ from typing import Annotated
 
 import typer
 
-from kilotwin.build.avr import build_image
-from kilotwin.build.linking import wrong_target
 from kilotwin.commands import steps
 from kilotwin.errors import InputError, RunError
 from kilotwin.experiment.programs import HEX_SUFFIXES, Api, ProgramError, find_program
-from kilotwin.files import lazy
+from kilotwin.programs.image.image import build_image
+from kilotwin.programs.linking import wrong_target
 
 File = Annotated[
     Path, typer.Argument(metavar="FILE", help="A .hex; or a .c or a folder, to be built first.")
@@ -69,8 +68,11 @@ def _build(
     except InputError as error:
         raise wrong_target(program) or error from None
     if not force:
-        trial = None if api == "module" else lazy.load("port.trial").Trial()
-        check = lazy.load("port.check").check
+        from kilotwin.programs.port.trial import Trial
+
+        trial = None if api == "module" else Trial()
+        from kilotwin.programs.port.check import check
+
         report = check([str(file)], include, define, trial, display.step, api=api)
         if report.fails:
             where = "module" if api == "module" else "robot"

@@ -8,18 +8,18 @@ from typing import Annotated
 
 import typer
 
-from kilotwin.can.buses import BusName, need_answers, open_all
 from kilotwin.commands import steps
 from kilotwin.commands.flash_file import Display, File, Force, hex_of
 from kilotwin.commands.options import Buses, Define, Include, Json, Quiet, Size, typed_command
 from kilotwin.errors import EXIT_ROBOTS_FAILED, InputError
-from kilotwin.experiment.grid_layout import Layout, Module
-from kilotwin.flash.image import modules_image
-from kilotwin.flash.modules import Job, ModulesFlasher
-from kilotwin.flash.modules_table import Inbox, ModulesTable
-from kilotwin.grid.can_links import CanLinks
-from kilotwin.grid.clock import WallClock
-from kilotwin.grid.console import named_grid
+from kilotwin.experiment.spec.grid_layout import Layout, Module
+from kilotwin.table.can.buses import BusName, need_answers, open_all
+from kilotwin.table.flash.image import modules_image
+from kilotwin.table.flash.modules import Job, ModulesFlasher
+from kilotwin.table.flash.modules_table import Inbox, ModulesTable
+from kilotwin.table.grid.can_links import CanLinks
+from kilotwin.table.grid.clock import WallClock
+from kilotwin.table.grid.console import named_grid
 
 EXAMPLES = (
     "Examples:\n\n"

@@ -11,12 +11,12 @@ import typer
 from kilotwin.commands import steps
 from kilotwin.commands.flash_file import Display, File, Force, hex_of, is_built
 from kilotwin.commands.options import Define, Include, Json, Quiet, typed_command
-from kilotwin.flash import eeprom_files, loader
-from kilotwin.flash.avrdude import Wiring, program_path
-from kilotwin.flash.chip import EEPROM_BYTES
-from kilotwin.flash.image import application_of
-from kilotwin.flash.robot import Job, RobotFlasher
-from kilotwin.ports.holders import reserved
+from kilotwin.table.flash import eeprom_files, loader
+from kilotwin.table.flash.avrdude import Wiring, program_path
+from kilotwin.table.flash.chip import EEPROM_BYTES
+from kilotwin.table.flash.image import application_of
+from kilotwin.table.flash.robot import Job, RobotFlasher
+from kilotwin.table.ports.holders import reserved
 
 EXAMPLES = (
     "Examples:\n\n"

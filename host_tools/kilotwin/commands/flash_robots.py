@@ -12,11 +12,11 @@ from kilotwin.commands.options import Buses, Define, Include, Json, Quiet, Size,
 from kilotwin.commands.robots_via import RobotsVia, link_to_robots
 from kilotwin.errors import EXIT_ROBOTS_FAILED, InputError
 from kilotwin.files.headers import ALL_ROBOTS
-from kilotwin.flash import swarm
-from kilotwin.flash.image import swarm_image
-from kilotwin.flash.upload import Upload, Wish
-from kilotwin.grid.clock import WallClock
-from kilotwin.links.via import parse_via
+from kilotwin.table.flash import swarm
+from kilotwin.table.flash.image import swarm_image
+from kilotwin.table.flash.upload import Upload, Wish
+from kilotwin.table.grid.clock import WallClock
+from kilotwin.table.links.via import parse_via
 
 EXAMPLES = (
     "Examples:\n\n"

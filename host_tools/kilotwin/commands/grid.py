@@ -9,10 +9,10 @@ import typer
 from kilotwin.commands import steps
 from kilotwin.commands.options import Buses, Json, Quiet, Settings, Size, Takeover, given_settings
 from kilotwin.errors import EXIT_ROBOTS_FAILED, InputError, RunError
-from kilotwin.experiment import kconf
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.grid.console import Console, message_for_robots
-from kilotwin.links import preflight, verdicts
+from kilotwin.experiment.spec import kconf
+from kilotwin.table.grid.console import Console, message_for_robots
+from kilotwin.table.links import preflight, verdicts
 
 app = typer.Typer(
     help="Talks to the modules of a Kilogrid, and through them to its robots.",

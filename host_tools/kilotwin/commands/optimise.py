@@ -17,10 +17,10 @@ from kilotwin.commands.sweep import (
     TrialTimeout,
 )
 from kilotwin.errors import InputError
-from kilotwin.files import extras, lazy
-from kilotwin.search.points import Laboratory
-from kilotwin.search.space import parse_axes, whole_numbers_of
-from kilotwin.sweep.executors import Place, place_for
+from kilotwin.files import extras
+from kilotwin.studies.search.points import Laboratory
+from kilotwin.studies.search.space import parse_axes, whole_numbers_of
+from kilotwin.studies.sweep.executors import Place, place_for
 
 app = command_app()
 
@@ -73,7 +73,8 @@ def laboratory_of(
 
 def tell(laboratory: Laboratory, found: Any, as_json: bool) -> None:
     """Writes the report of a search and prints it."""
-    report = lazy.load("search.report")
+    from kilotwin.studies.search import report
+
     text = report.write(laboratory.folder, found)
     typer.echo(json.dumps(report.as_dict(found)) if as_json else f"{text}\n\n{laboratory.folder}")
 
@@ -146,7 +147,8 @@ def optimise(
     names, goals = metric or [], goal or []
     if not names or len(names) != len(goals):
         raise InputError("--metric, --goal: one goal for each metric, as --metric hops --goal min")
-    found_by = lazy.load("search.optimise")
+    from kilotwin.studies.search import optimise as found_by
+
     search = found_by.Search(
         parse_axes(over or [], whole_numbers_of(file)),
         [found_by.Goal(name, one.value) for name, one in zip(names, goals, strict=True)],

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import typer
 
-from kilotwin.can.buses import name_all, need_answers
 from kilotwin.errors import InputError
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.runs.attached import Place, open_page
 from kilotwin.runs.folder import slug
-from kilotwin.runs.overhearing import Overhearing
 from kilotwin.runs.reader import Run
+from kilotwin.session.attached import Place, open_page
+from kilotwin.session.overhearing import Overhearing
+from kilotwin.table.can.buses import name_all, need_answers
 from kilotwin.view.served_run import ServedRun
 from kilotwin.view.server import Viewer
 

@@ -9,7 +9,6 @@ import typer
 from kilotwin.commands import steps
 from kilotwin.commands.options import Quiet, Where, command_app
 from kilotwin.errors import InputError
-from kilotwin.files import lazy
 
 app = command_app()
 
@@ -135,7 +134,8 @@ def plot(
     quiet: Quiet = False,
 ) -> None:
     """Draw a figure of a run or a sweep, or a video of a run."""
-    figures = lazy.load("plot.figures")
+    from kilotwin.studies.plot import figures
+
     wanted = figures.Wanted(
         tuple(where or ()),
         column,
@@ -155,7 +155,9 @@ def plot(
         if given is not None:
             raise InputError(f"--{option} {given:g}: for video; {figure.value} is one picture")
     if preset is not None:
-        wanted = lazy.load("paper.presets").with_preset(preset, figure.value, wanted)
+        from kilotwin.studies.paper.presets import with_preset
+
+        wanted = with_preset(preset, figure.value, wanted)
     figures.write_figure(figure.value, folder, output, wanted)
 
 
@@ -166,8 +168,10 @@ def _write_video(
     *,
     quiet: bool,
 ) -> None:
-    video = lazy.load("plot.video")
-    run = lazy.load("runs.reader").Run.open(folder)
+    from kilotwin.runs.reader import Run
+    from kilotwin.studies.plot import video
+
+    run = Run.open(folder)
     display = steps.display(quiet)
     display.step(f"drawing {output}")
     try:

@@ -7,8 +7,8 @@ import typer
 
 from kilotwin.commands import steps
 from kilotwin.commands.options import Define, Include, Json, Quiet, Sources, command_app
-from kilotwin.port.check import check
-from kilotwin.port.trial import Trial
+from kilotwin.programs.port.check import check
+from kilotwin.programs.port.trial import Trial
 
 app = command_app()
 

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
-from kilotwin.can.buses import name_all
 from kilotwin.commands import terminal
 from kilotwin.commands.options import (
     Buses,
@@ -26,15 +25,16 @@ from kilotwin.commands.options import (
     given_settings,
 )
 from kilotwin.commands.window import beside, stay, window
-from kilotwin.environment.poses import parse_address
 from kilotwin.errors import EXIT_INTERRUPTED, InputError
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.links.via import parse_via
-from kilotwin.runs import overhead_recording, recording
-from kilotwin.runs.run import Outcome
+from kilotwin.session import overhead_recording, recording
+from kilotwin.session.run import Outcome
+from kilotwin.table.can.buses import name_all
+from kilotwin.table.environment.poses import parse_address
+from kilotwin.table.links.via import parse_via
 
 if TYPE_CHECKING:
-    from kilotwin.runs.attached import AttachedViewer
+    from kilotwin.session.attached import AttachedViewer
 
 app = command_app()
 

@@ -14,10 +14,10 @@ from kilotwin.commands import steps
 from kilotwin.commands.options import Buses, Json, Quiet, Size
 from kilotwin.commands.robots_via import RobotsVia, link_to_robots
 from kilotwin.errors import EXIT_ROBOTS_FAILED, InputError
-from kilotwin.experiment.overhead import readuid
-from kilotwin.grid.console import message_for_robots
-from kilotwin.links.robot_link import RobotLink
-from kilotwin.links.roll_call import RollCall, colours
+from kilotwin.experiment.spec.overhead import readuid
+from kilotwin.table.grid.console import message_for_robots
+from kilotwin.table.links.robot_link import RobotLink
+from kilotwin.table.links.roll_call import RollCall, colours
 
 app = typer.Typer(
     help="Gives orders to all robots by infrared light, and asks them how they are.",

@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
-from kilotwin.links.robot_link import RobotLink
-from kilotwin.links.via import forms, open_link, parse_via
+from kilotwin.table.links.robot_link import RobotLink
+from kilotwin.table.links.via import forms, open_link, parse_via
 
 RobotsVia = Annotated[
     str,

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
-from kilotwin.build.sanitizer import ONE_OF_BOTH, SANITIZED, check_sanitized
 from kilotwin.commands import terminal
 from kilotwin.commands.options import (
     ConfineMode,
@@ -29,20 +28,21 @@ from kilotwin.commands.options import (
     given_settings,
 )
 from kilotwin.commands.window import stay, window
-from kilotwin.coverage.checks import COVERED, check_covered
 from kilotwin.errors import EXIT_INTERRUPTED, InputError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.text import Setting
-from kilotwin.files import confinement, extras, lazy
+from kilotwin.files import confinement, extras
 from kilotwin.files.plain_text import plain
-from kilotwin.port.twin import chosen
-from kilotwin.runs.job import Probes, Serving
-from kilotwin.runs.run import Outcome
-from kilotwin.runs.run import run as run_experiment
+from kilotwin.programs.coverage.checks import COVERED, check_covered
+from kilotwin.programs.native.sanitizer import ONE_OF_BOTH, SANITIZED, check_sanitized
+from kilotwin.programs.port.twin import chosen
 from kilotwin.runs.size import size_of
+from kilotwin.session.job import Probes, Serving
+from kilotwin.session.run import Outcome
+from kilotwin.session.run import run as run_experiment
 
 if TYPE_CHECKING:
-    from kilotwin.runs.verify import Verdict
+    from kilotwin.session.verify import Verdict
 
 app = command_app()
 
@@ -223,13 +223,15 @@ def run(
     if serve:
         # The engine takes frames of the host once in a world step.
         given.insert(0, Setting(("engine", "step_ticks"), 1, "--serve"))
+        from kilotwin.table.environment.poses import parse_address
+
         serving = Serving(
             port,
             tuple(can or ()),
             math.inf if fast else speed,
             link_ohc,
             link_dispatcher,
-            None if poses is None else lazy.load("environment.poses").parse_address(poses),
+            None if poses is None else parse_address(poses),
         )
     given = [*_ways_to_run(coverage, sanitize), *given]
     loaded = Experiment.load(experiment, given)
@@ -285,7 +287,8 @@ def _check_ways(experiment: Experiment, coverage: bool, sanitize: bool) -> None:
 
 def _cover(experiment: Experiment, outcome: Outcome) -> None:
     """Writes the report of what has run into the run folder, and its shares into the summary."""
-    report = lazy.load("coverage.report")
+    from kilotwin.programs.coverage import report
+
     folder = Path(outcome.summary["run_folder"]) / "coverage"
     sources = report.of_programs(report.own_marks(experiment, outcome.marks))
     outcome.summary["coverage"] = report.written(sources, folder)
@@ -305,7 +308,9 @@ def _tell(outcome: Outcome, *, plots: bool, as_json: bool) -> None:
 
 def _verify(recorded: Path, out: Path | None, as_json: bool, quiet: bool) -> NoReturn:
     display = terminal.display(quiet)
-    verdict = lazy.load("runs.verify").verify(recorded, out, sys.argv, display)
+    from kilotwin.session.verify import verify
+
+    verdict = verify(recorded, out, sys.argv, display)
     typer.echo(json.dumps(verdict.as_dict()) if as_json else _verdict_text(verdict))
     raise typer.Exit(1 if verdict.difference else 0)
 
@@ -320,6 +325,7 @@ def _verdict_text(verdict: "Verdict") -> str:
 
 
 def _plot_both(folder: Path) -> None:
-    plot = lazy.load("plot.figures")
+    from kilotwin.studies.plot import figures as plot
+
     for figure in ("map", "timeline"):
         plot.write_figure(figure, folder, folder / f"{figure}.png")

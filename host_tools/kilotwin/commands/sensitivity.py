@@ -15,9 +15,9 @@ from kilotwin.commands.sweep import (
     NumberOfProcesses,
     TrialTimeout,
 )
-from kilotwin.files import extras, lazy
-from kilotwin.search.space import parse_axes, whole_numbers_of
-from kilotwin.sweep.executors import place_for
+from kilotwin.files import extras
+from kilotwin.studies.search.space import parse_axes, whole_numbers_of
+from kilotwin.studies.sweep.executors import place_for
 
 app = command_app()
 
@@ -75,7 +75,8 @@ def sensitivity(
         file, settings, [metric], place, trial_timeout=trial_timeout, quiet=quiet
     )
     laboratory.open(out, "sensitivity")
-    module = lazy.load("search.sensitivity")
+    from kilotwin.studies.search import sensitivity as module
+
     found = module.sensitivity(
         axes,
         metric,

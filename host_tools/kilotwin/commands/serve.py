@@ -8,8 +8,8 @@ import typer
 
 from kilotwin.commands import steps
 from kilotwin.commands.options import Json, Quiet
-from kilotwin.flash.served_programmer import ServedProgrammer
-from kilotwin.runs.interrupts import heeding_interrupts
+from kilotwin.files.interrupts import heeding_interrupts
+from kilotwin.table.flash.served_programmer import ServedProgrammer
 
 app = typer.Typer(
     help="Emulates a device on a serial port, for other programs, until Ctrl-C.",

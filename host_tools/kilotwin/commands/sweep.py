@@ -20,11 +20,11 @@ from kilotwin.commands.options import (
 from kilotwin.errors import InputError
 from kilotwin.files import confinement
 from kilotwin.files.plain_text import plain
-from kilotwin.port.twin import chosen
-from kilotwin.sweep.executors import choose_place
-from kilotwin.sweep.plan import read_plan
-from kilotwin.sweep.report import listing_text, summary_text
-from kilotwin.sweep.runner import Sweep, default_folder
+from kilotwin.programs.port.twin import chosen
+from kilotwin.studies.sweep.executors import choose_place
+from kilotwin.studies.sweep.plan import read_plan
+from kilotwin.studies.sweep.report import listing_text, summary_text
+from kilotwin.studies.sweep.runner import Sweep, default_folder
 
 app = command_app()
 

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.files import lazy
 from kilotwin.runs.causes import causes, listed
-from kilotwin.runs.display import NO_VALUES, Display, NoDisplay, Values
+from kilotwin.session.display import NO_VALUES, Display, Silent, Values
 from kilotwin.units import duration_text, seconds
 
 if TYPE_CHECKING:
@@ -26,16 +25,9 @@ def display(quiet: bool) -> Display:
         return Silent()
     if not sys.stderr.isatty():
         return Lines()
-    bar: Display = lazy.load("commands.bars").Bar()
-    return bar
+    from kilotwin.commands.bars import Bar
 
-
-class Silent(NoDisplay):
-    """Shows nothing but warnings."""
-
-    def warn(self, text: str) -> None:
-        """One line."""
-        typer.echo(text, err=True)
+    return Bar()
 
 
 class Lines:
@@ -116,8 +108,9 @@ def sweep_display(quiet: bool) -> "SweepLines | SweepBar":
         return SweepSilent()
     if not sys.stderr.isatty():
         return SweepLines()
-    bar: SweepBar = lazy.load("commands.bars").SweepBar()
-    return bar
+    from kilotwin.commands.bars import SweepBar
+
+    return SweepBar()
 
 
 def sweep_now(done: int, trials: int, failed: int, left_s: float) -> str:

@@ -8,7 +8,6 @@ from typing import Annotated, Any
 
 import typer
 
-from kilotwin.build.sanitizer import ONE_OF_BOTH
 from kilotwin.commands import terminal
 from kilotwin.commands.options import (
     ConfineMode,
@@ -21,13 +20,14 @@ from kilotwin.commands.options import (
 )
 from kilotwin.commands.run import Sanitize
 from kilotwin.errors import EXIT_TIMEOUT, InputError, KilotwinError
-from kilotwin.files import confinement, lazy
+from kilotwin.files import confinement
 from kilotwin.files.junit import write_junit
 from kilotwin.files.plain_text import plain
-from kilotwin.scenario import report
-from kilotwin.scenario.one_run import with_seed
-from kilotwin.scenario.runner import Scenario, find, prepare, run_all
-from kilotwin.sweep.executors import Processes
+from kilotwin.programs.native.sanitizer import ONE_OF_BOTH
+from kilotwin.studies.scenario import report
+from kilotwin.studies.scenario.one_run import with_seed
+from kilotwin.studies.scenario.runner import Scenario, find, prepare, run_all
+from kilotwin.studies.sweep.executors import Processes
 
 app = command_app()
 
@@ -139,7 +139,8 @@ def run_scenarios(
 
 def _cover(scenarios: list[Scenario], folder: Path) -> dict[str, Any]:
     """Writes what has run in any run of any of them; what --json says of it."""
-    written = lazy.load("coverage.report")
+    from kilotwin.programs.coverage import report as written
+
     marks = [
         pair
         for scenario in scenarios
@@ -154,10 +155,14 @@ def _keep(scenario: Scenario, timeout_s: float, video: bool, quiet: bool, *, sho
     if seed is None or scenario.timed_out:
         return
     again = with_seed(scenario.experiment, seed)
-    scenario.folder = lazy.load("scenario.keeping").keep(again, sys.argv, timeout_s)
+    from kilotwin.studies.scenario.keeping import keep
+
+    scenario.folder = keep(again, sys.argv, timeout_s)
     if scenario.folder is not None:
         try:
-            lazy.load("scenario.pictures").draw(scenario.folder, video=video)
+            from kilotwin.studies.scenario.pictures import draw
+
+            draw(scenario.folder, video=video)
         except (KilotwinError, ModuleNotFoundError) as error:
             terminal.sweep_display(quiet).note(f"{scenario.folder}: no picture of it: {error}")
     if shown and scenario.folder is not None:

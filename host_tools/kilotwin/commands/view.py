@@ -7,7 +7,6 @@ import typer
 
 from kilotwin.commands.options import NoBrowser, command_app
 from kilotwin.errors import InputError
-from kilotwin.files import lazy
 from kilotwin.files.lean_arrow import leave_pandas_out
 
 app = command_app()
@@ -77,16 +76,24 @@ def view(
     if buses:
         if len(folders) > 1 or export is not None:
             raise InputError("--can: name the one experiment of that Kilogrid, and no --export")
-        lazy.load("commands.overhear").overhear(folders[0], buses, port, no_browser=no_browser)
+        from kilotwin.commands.overhear import overhear
+
+        overhear(folders[0], buses, port, no_browser=no_browser)
         return
-    runs = [lazy.load("runs.reader").Run.open(folder) for folder in folders]
+    from kilotwin.runs.reader import Run
+
+    runs = [Run.open(folder) for folder in folders]
     if export is not None:
-        write_page = lazy.load("view.exported_page").write_page
+        from kilotwin.view.exported_page import write_page
+
         typer.echo("\n".join(write_page(runs, export, _EXPORTED_MB if size is None else size)))
         return
-    served = [lazy.load("view.served_run").ServedRun(run) for run in runs]
-    server = lazy.load("view.server")
-    attached = lazy.load("runs.attached")
+    from kilotwin.view.served_run import ServedRun
+
+    served = [ServedRun(run) for run in runs]
+    from kilotwin.session import attached
+    from kilotwin.view import server
+
     viewer = server.Viewer(served, attached.Place.at(port))
     typer.echo(f"{viewer.address}\nCtrl-C ends the viewer.")
     viewer.serve(lambda: None if no_browser else attached.open_page(viewer.address))

@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING
 import typer
 
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.files import lazy
-from kilotwin.runs.display import Display
+from kilotwin.session.display import Display
 
 if TYPE_CHECKING:
-    from kilotwin.runs.attached import AttachedViewer
+    from kilotwin.session.attached import AttachedViewer
 
 
 @contextlib.contextmanager
@@ -30,8 +29,9 @@ def window(
         if not no_browser:
             attached.open_page(address)
 
-    attached = lazy.load("runs.attached")
-    viewer: AttachedViewer = attached.AttachedViewer(shown, port, steers=steers)
+    from kilotwin.session import attached
+
+    viewer = attached.AttachedViewer(shown, port, steers=steers)
     try:
         yield viewer
     finally:

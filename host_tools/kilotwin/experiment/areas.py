@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kilotwin.experiment import polygons
-from kilotwin.experiment.metric_schema import Region
-from kilotwin.experiment.object_schema import ObjectPart
 from kilotwin.experiment.polygons import Corner
-from kilotwin.experiment.schema import Arena, Obstacle, Site
+from kilotwin.experiment.schema.experiment import Arena, Obstacle, Site
+from kilotwin.experiment.schema.metric import Region
+from kilotwin.experiment.schema.object import ObjectPart
 
 # Sites may touch one another and the wall.
 _TOUCH_M = 1e-9

@@ -17,13 +17,13 @@ from typing import Any, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from kilotwin.aggregation.tables import CONTROLLER_DEFAULTS, READING_DEFAULTS
-from kilotwin.experiment.metric_schema import BUILTINS, CHOICE, Builtin
-from kilotwin.experiment.profile_defaults import KILOBOT_MEDIUM, PROFILES, motion_defaults
-from kilotwin.experiment.schema import ExperimentSchema
+from kilotwin.experiment.schema.controller import CONTROLLER_DEFAULTS, READING_DEFAULTS
+from kilotwin.experiment.schema.experiment import ExperimentSchema
+from kilotwin.experiment.schema.metric import BUILTINS, CHOICE, Builtin
+from kilotwin.experiment.schema.profile_defaults import KILOBOT_MEDIUM, PROFILES, motion_defaults
+from kilotwin.experiment.schema.section import keys_of, lineage
 from kilotwin.experiment.validation_errors import bare, is_section, limits
 from kilotwin.experiment.wire_file import read_wire, wire_table
-from kilotwin.parameters.section import keys_of, lineage
 
 _HEAD = "| key | allowed | default | meaning |\n|---|---|---|---|\n"
 _BUILTINS_HEAD = "| builtin | keys | unit | what it is |\n|---|---|---|---|\n"

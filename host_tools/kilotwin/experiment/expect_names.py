@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from kilotwin.experiment.colours import LED_COLOURS, LED_VALUES, led_byte
 from kilotwin.experiment.expression import Value
-from kilotwin.experiment.schema import ExperimentSchema
+from kilotwin.experiment.schema.experiment import ExperimentSchema
 from kilotwin.experiment.states import Counts, States
 from kilotwin.units import seconds
 

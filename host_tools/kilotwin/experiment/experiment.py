@@ -15,10 +15,12 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from kilotwin.errors import InputError
-from kilotwin.experiment.checks import first_problem, first_problem_of_command, swarm_size
+from kilotwin.experiment.checks.experiment import (
+    first_problem,
+    first_problem_of_command,
+    swarm_size,
+)
 from kilotwin.experiment.files import find_file, shown
-from kilotwin.experiment.grid_schema import Grid
-from kilotwin.experiment.informed import informed_ranges
 from kilotwin.experiment.pictures import Picture, floor_picture, light_picture
 from kilotwin.experiment.programs import (
     Api,
@@ -30,16 +32,17 @@ from kilotwin.experiment.programs import (
     portable,
 )
 from kilotwin.experiment.python_code import PythonName, find_python
-from kilotwin.experiment.schema import Command, ExperimentSchema, Robots
+from kilotwin.experiment.schema.experiment import Command, ExperimentSchema, Robots
+from kilotwin.experiment.schema.grid import Grid
+from kilotwin.experiment.spec.informed import informed_ranges
 from kilotwin.experiment.text import ExperimentText, Setting
 from kilotwin.experiment.toml_lines import KeyPath
 from kilotwin.experiment.toml_text import toml_of
-from kilotwin.files import lazy
 from kilotwin.units import seconds, ticks
 
 if TYPE_CHECKING:
-    from kilotwin.experiment.grid_plan import GridPlan
-    from kilotwin.experiment.lab_file import Lab, LabRobot
+    from kilotwin.experiment.lab_file import LabRobot
+    from kilotwin.experiment.spec.grid_plan import GridPlan
     from kilotwin.experiment.wire_file import Wire
     from kilotwin.files.build_id import Target
 
@@ -114,7 +117,9 @@ class Experiment:
                 keys, groups, origin, None, None, lab, environment, floor, light, functions, wire
             )
         modules = _modules(keys.grid, origin, interpreted=_interprets(keys))
-        plan = lazy.load("experiment.grid_plan").plan_of(keys, origin, floor)
+        from kilotwin.experiment.spec.grid_plan import plan_of
+
+        plan = plan_of(keys, origin, floor)
         return Experiment(
             keys, groups, origin, modules, plan, lab, None, floor, light, functions, wire
         )
@@ -159,8 +164,9 @@ class Experiment:
         parameter = declared.get(str(key[-1])) if key[0] == "parameters" else None
         if parameter is not None:
             return parameter.kind == "whole"
-        whole: bool = lazy.load("experiment.validation_errors").is_whole_number(key)
-        return whole
+        from kilotwin.experiment.validation_errors import is_whole_number
+
+        return is_whole_number(key)
 
     def resolved(self) -> dict[str, Any]:
         """Every key with its value, as plain tables that TOML can hold; loads to the same."""
@@ -240,16 +246,16 @@ def _wire(keys: ExperimentSchema, origin: ExperimentText) -> "Wire | None":
     """The declaration of parameters, if there is one, with their values."""
     if keys.swarm.wire is None and keys.parameters is None:
         return None
-    wire: Wire = lazy.load("experiment.wire_file").wire_of(keys, origin)
-    return wire
+    from kilotwin.experiment.wire_file import wire_of
+
+    return wire_of(keys, origin)
 
 
 def _explained(origin: ExperimentText, error: ValidationError, table: KeyPath = ()) -> InputError:
     """A broken rule of the schema as an error with its place."""
-    explained: InputError = lazy.load("experiment.validation_errors").input_error(
-        origin, error, table
-    )
-    return explained
+    from kilotwin.experiment.validation_errors import input_error
+
+    return input_error(origin, error, table)
 
 
 def _groups(keys: ExperimentSchema, origin: ExperimentText) -> Iterable[Group]:
@@ -321,7 +327,9 @@ def _lab(keys: ExperimentSchema, origin: ExperimentText) -> "tuple[tuple[int, La
         return ()
     path: KeyPath = ("swarm", "lab")
     file = shown(find_file(keys.swarm.lab, path, origin))
-    lab: Lab = lazy.load("experiment.lab_file").read_lab(file)
+    from kilotwin.experiment.lab_file import read_lab
+
+    lab = read_lab(file)
     robots = lab.first(swarm_size(keys))
     if len(robots) < swarm_size(keys):
         what = f"{lab.source} has {len(robots)} robots, for {swarm_size(keys)}; take fewer robots"

@@ -9,7 +9,7 @@
     high_gain = [1023, 1023, ...]
     motors = { at = 2026-11-24T12:00:00, how = "by hand, ohc:/dev/ttyUSB0" }
 
-Written by `lab/lab_store.py`.
+Written by `table/lab/lab_store.py`.
 """
 
 import itertools
@@ -22,10 +22,10 @@ from typing import Annotated
 from pydantic import Field, ValidationError
 
 from kilotwin.errors import InputError
+from kilotwin.experiment.schema.section import Byte, Section, Text
 from kilotwin.experiment.text import ExperimentText, parse_toml
 from kilotwin.experiment.toml_lines import KeyPath
 from kilotwin.experiment.validation_errors import input_error
-from kilotwin.parameters.section import Byte, Section, Text
 
 TABLES = ("low_gain", "high_gain")
 LAST_UID = 65535

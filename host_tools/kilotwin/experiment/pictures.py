@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from kilotwin.errors import InputError, cause_of
 from kilotwin.experiment.areas import area_of, inside
 from kilotwin.experiment.files import find_file, shown
-from kilotwin.experiment.picture_schema import FloorTable, LightPicture
-from kilotwin.experiment.schema import ExperimentSchema
+from kilotwin.experiment.schema.experiment import ExperimentSchema
+from kilotwin.experiment.schema.picture import FloorTable, LightPicture
 from kilotwin.experiment.text import ExperimentText
 from kilotwin.experiment.toml_lines import KeyPath
 
@@ -86,7 +86,7 @@ def light_picture(keys: ExperimentSchema, origin: ExperimentText) -> Picture | N
 
 def _image(file: Path, origin: ExperimentText, path: KeyPath) -> "Image.Image":
     # Few experiments have a picture.
-    from PIL import Image, UnidentifiedImageError  # noqa: PLC0415
+    from PIL import Image, UnidentifiedImageError
 
     try:
         image = Image.open(file)

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from kilotwin.experiment.aggregation import runs_aggregation
 from kilotwin.experiment.colours import LED_COLOURS, LED_VALUES, led_byte, led_rgb
-from kilotwin.experiment.schema import ExperimentSchema
+from kilotwin.experiment.schema.experiment import ExperimentSchema
+from kilotwin.experiment.spec.aggregation import runs_aggregation
 
 RESTING = "resting"
 

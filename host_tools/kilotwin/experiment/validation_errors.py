@@ -10,10 +10,10 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
 from kilotwin.errors import InputError
-from kilotwin.experiment.schema import ExperimentSchema
+from kilotwin.experiment.schema.experiment import ExperimentSchema
+from kilotwin.experiment.schema.section import keys_of
 from kilotwin.experiment.text import ExperimentText
 from kilotwin.experiment.toml_lines import KeyPath
-from kilotwin.parameters.section import keys_of
 
 _KINDS = {
     "float_type": "a number",

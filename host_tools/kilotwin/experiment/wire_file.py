@@ -20,13 +20,13 @@ from pydantic import ConfigDict, Field, ValidationError, create_model
 
 from kilotwin.errors import InputError
 from kilotwin.experiment.files import find_file, shown
-from kilotwin.experiment.overhead import DATA_BYTES, message
-from kilotwin.experiment.schema import ExperimentSchema
+from kilotwin.experiment.schema.experiment import ExperimentSchema
+from kilotwin.experiment.schema.parameter import Kind, Parameter
+from kilotwin.experiment.schema.section import Byte, MessageType, Section, Text
+from kilotwin.experiment.spec.overhead import DATA_BYTES, message
 from kilotwin.experiment.text import ExperimentText
 from kilotwin.experiment.toml_lines import KeyPath
 from kilotwin.experiment.validation_errors import input_error
-from kilotwin.parameters.parameter import Kind, Parameter
-from kilotwin.parameters.section import Byte, MessageType, Section, Text
 from kilotwin.units import TICK_S
 
 _KEY_AT, _VALUE_BYTES = 4, 4  # in a message with a key

@@ -7,7 +7,7 @@ The text is four words: `robot` or `module`, the program, the compiler, kilotwin
 
 Equal programs, compilers and versions have equal ids: no time and no path is in it. What tells two
 versions of one program apart is the image id (files/flash_image.py). firmware/build_id.c puts the
-text there; firmware/image.mk and build/avr.py compose it.
+text there; firmware/image.mk and programs/image/image.py compose it.
 """
 
 import re

@@ -35,7 +35,7 @@ def load_parquet() -> None:
     For processes of our own, which write to disks.
     """
     with _without(_CLOUDS), _without_certificates():
-        import pyarrow.parquet  # noqa: F401, PLC0415
+        import pyarrow.parquet  # noqa: F401
 
 
 @contextlib.contextmanager

@@ -1,4 +1,4 @@
-"""The built-in metrics. What each is called and takes is in `experiment/metric_schema.py`."""
+"""The built-in metrics. What each is called and takes is in `experiment/schema/metric.py`."""
 
 import math
 from collections.abc import Callable
@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kilotwin.experiment.areas import Area, area_of, inside
-from kilotwin.experiment.metric_schema import Metric
-from kilotwin.experiment.schema import ExperimentSchema
+from kilotwin.experiment.schema.experiment import ExperimentSchema
+from kilotwin.experiment.schema.metric import Metric
 from kilotwin.metrics import geometry
 from kilotwin.metrics.moment import Moment
 from kilotwin.metrics.sample import Sample

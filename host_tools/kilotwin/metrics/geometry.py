@@ -14,7 +14,7 @@ Points = NDArray[np.float64]
 
 def hull_area() -> Callable[[Points], float]:
     """The area of the convex hull; 0 of points on a line."""
-    from scipy.spatial import ConvexHull, QhullError  # noqa: PLC0415
+    from scipy.spatial import ConvexHull, QhullError
 
     def area(points: Points) -> float:
         if len(points) < 3:
@@ -29,9 +29,9 @@ def hull_area() -> Callable[[Points], float]:
 
 def cluster_sizes(within_m: float) -> Callable[[Points], list[int]]:
     """How many robots each group has that is joined by gaps of so much at most."""
-    from scipy.sparse import coo_array  # noqa: PLC0415
-    from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
-    from scipy.spatial import KDTree  # noqa: PLC0415
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import KDTree
 
     def sizes(points: Points) -> list[int]:
         number = len(points)

@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.experiment.metric_schema import Metric
-from kilotwin.experiment.schema import ExperimentSchema
-from kilotwin.files import lazy
+from kilotwin.experiment.schema.experiment import ExperimentSchema
+from kilotwin.experiment.schema.metric import Metric
 from kilotwin.metrics.builtins import Measure, builtin
 from kilotwin.metrics.functions import Functions, Values
 from kilotwin.metrics.moment import Moment
@@ -45,8 +44,10 @@ class Meter:
         }
         self._variables: dict[str, Variable] = {}
         if guests is not None:
+            from kilotwin.metrics import variables
+
             self._variables = {
-                name: lazy.load("metrics.variables").Variable(experiment, name, guests)
+                name: variables.Variable(experiment, name, guests)
                 for name, metric in keys.metric.items()
                 if metric.variable is not None
             }

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from kilotwin.build.guest_symbols import GuestSymbols, NumberPlace
 from kilotwin.errors import InputError
 from kilotwin.experiment.experiment import Experiment
+from kilotwin.programs.guest_symbols import GuestSymbols, NumberPlace
 
 Numbers = NDArray[np.float64]
 

@@ -15,10 +15,10 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from kilotwin.experiment.checks import swarm_size
-from kilotwin.experiment.profile_defaults import PROFILES
-from kilotwin.experiment.record_schema import EXTRA_OF
-from kilotwin.experiment.schema import ExperimentSchema
+from kilotwin.experiment.checks.experiment import swarm_size
+from kilotwin.experiment.schema.experiment import ExperimentSchema
+from kilotwin.experiment.schema.profile_defaults import PROFILES
+from kilotwin.experiment.schema.record import EXTRA_OF
 from kilotwin.experiment.states import Counts, States
 from kilotwin.metrics.values import NO_METRICS, MetricValues
 from kilotwin.units import TICK_S

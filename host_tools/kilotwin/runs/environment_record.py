@@ -8,11 +8,11 @@ from typing import Any
 
 import pyarrow as pa
 
-from kilotwin.environment.outbox import Sending
-from kilotwin.experiment.overhead import ALL_ROBOTS, DATA_BYTES
+from kilotwin.experiment.spec.overhead import ALL_ROBOTS, DATA_BYTES
 from kilotwin.runs.columns import SENT_SCHEMA
 from kilotwin.runs.folder import SENT
 from kilotwin.runs.writer import RunWriter, Stream
+from kilotwin.table.environment.outbox import Sending
 from kilotwin.units import ticks
 
 # Rows by the hundred cost less; a kill costs no more than these.

@@ -13,10 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.programs import Program
-from kilotwin.files import lazy
 
 if TYPE_CHECKING:
-    from kilotwin.build.code_places import CodePlaces, Place
+    from kilotwin.programs.code_places import CodePlaces, Place
 
 CODE = "code"
 FIELDS = ("file", "line", "function")
@@ -66,7 +65,9 @@ class _Program:
 
     def place(self, code: tuple[int, ...]) -> "Place | None":
         if self._places is None:
-            self._places = lazy.load("build.code_places").CodePlaces(self._symbols, self._program)
+            from kilotwin.programs.code_places import CodePlaces
+
+            self._places = CodePlaces(self._symbols, self._program)
         if code not in self._known:
             self._known[code] = self._places.of(code)
         return self._known[code]

@@ -14,16 +14,16 @@ from pathlib import Path
 from typing import Any
 
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.experiment.grid_layout import Module
-from kilotwin.grid import kilodat
-from kilotwin.grid.can_log import CanLog
-from kilotwin.grid.poller import Reports
+from kilotwin.experiment.spec.grid_layout import Module
 from kilotwin.runs.causes import causes, said
 from kilotwin.runs.columns import TRACKING_SCHEMA
 from kilotwin.runs.event_places import FIELDS
 from kilotwin.runs.folder import CAN_LOG, FAILURES, TRACKING, UNDEFINED
 from kilotwin.runs.tracking import Tracking
 from kilotwin.runs.writer import RunWriter, Stream
+from kilotwin.table.grid import kilodat
+from kilotwin.table.grid.can_log import CanLog
+from kilotwin.table.grid.poller import Reports
 from kilotwin.units import seconds, ticks
 
 # A kill costs no more than this much wall time.

@@ -8,7 +8,7 @@ from collections.abc import Hashable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from kilotwin.experiment.record_schema import Record
+from kilotwin.experiment.schema.record import Record
 from kilotwin.units import seconds
 
 LEFT_OUT = "left_out"

@@ -11,9 +11,9 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from kilotwin.errors import InputError, cause_of
-from kilotwin.experiment.checks import swarm_size
+from kilotwin.experiment.checks.experiment import swarm_size
 from kilotwin.experiment.pictures import Picture, floor_picture
-from kilotwin.experiment.schema import ExperimentSchema
+from kilotwin.experiment.schema.experiment import ExperimentSchema
 from kilotwin.experiment.text import ExperimentText
 from kilotwin.runs.columns import MODULES_SCHEMA, SENT_SCHEMA, TRACKING_SCHEMA, Records
 from kilotwin.runs.folder import (

@@ -11,7 +11,7 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from kilotwin.experiment.record_schema import EXTRA_OF
+from kilotwin.experiment.schema.record import EXTRA_OF
 from kilotwin.experiment.states import States
 from kilotwin.runs.columns import METRIC
 from kilotwin.runs.folder import OBJECTS

@@ -10,8 +10,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from kilotwin.experiment.checks import swarm_size
-from kilotwin.experiment.schema import ExperimentSchema
+from kilotwin.experiment.checks.experiment import swarm_size
+from kilotwin.experiment.schema.experiment import ExperimentSchema
 from kilotwin.units import seconds
 
 # Bytes per row in robots.arrows and robots.parquet together, compressed.

@@ -7,13 +7,13 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from kilotwin.experiment.aggregation import runs_aggregation
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.experiment.grid_layout import Cells, Layout
 from kilotwin.experiment.lab_file import LAST_UID
+from kilotwin.experiment.spec.aggregation import runs_aggregation
+from kilotwin.experiment.spec.grid_layout import Cells, Layout
 from kilotwin.experiment.states import States
-from kilotwin.grid.poller import Reports
 from kilotwin.runs.columns import TRACKING_SCHEMA, WORD
+from kilotwin.table.grid.poller import Reports
 
 if TYPE_CHECKING:
     from kilotwin._emulator import Samples

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from kilotwin import __version__
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.experiment.record_schema import EXTRA_OF, Record
+from kilotwin.experiment.schema.record import EXTRA_OF, Record
 from kilotwin.experiment.states import Counts, States, count
 from kilotwin.files.drafts import draft_of
 from kilotwin.metrics.values import NO_METRICS, MetricValues
@@ -224,7 +224,7 @@ def to_parquet(stream: Path, target: Path, *, torn: bool = False) -> None:
 
     `torn`: up to its last whole batch; otherwise it must be whole.
     """
-    import pyarrow.parquet as pq  # noqa: PLC0415  (at the end of a run, and of few others)
+    import pyarrow.parquet as pq
 
     with (
         draft_of(target, sync=False) as draft,

@@ -14,8 +14,8 @@ import threading
 import time
 from pathlib import Path
 
-from kilotwin.runs.attached import Place
 from kilotwin.runs.reader import Run
+from kilotwin.session.attached import Place
 from kilotwin.view.helm import helm_of
 from kilotwin.view.run_link import RunLink
 from kilotwin.view.served_run import ServedRun

@@ -1,4 +1,4 @@
-"""Wishes of a page, made into orders for the run's process (runs/steering.py).
+"""Wishes of a page, made into orders for the run's process (session/steering.py).
 
 Here, since experiments and programs are read: the run's process reads no files any more.
 """
@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from kilotwin.errors import InputError
-from kilotwin.experiment.engine_spec import config_messages
 from kilotwin.experiment.experiment import Experiment, one_command
-from kilotwin.experiment.overhead import KEYS, message_of, region, uids
-from kilotwin.experiment.profile_defaults import PROFILES
+from kilotwin.experiment.schema.profile_defaults import PROFILES
+from kilotwin.experiment.spec.engine import config_messages
+from kilotwin.experiment.spec.overhead import KEYS, message_of, region, uids
 from kilotwin.experiment.text import ExperimentText, Setting, parse_setting
 from kilotwin.runs.folder import EXPERIMENT
 

@@ -1,4 +1,4 @@
-"""The viewer's end of the socket to a run that goes on (runs/live_link.py)."""
+"""The viewer's end of the socket to a run that goes on (session/live_link.py)."""
 
 import asyncio
 import json
@@ -6,8 +6,8 @@ import socket
 from typing import Any
 
 from kilotwin.errors import RunError
-from kilotwin.runs.live_link import LENGTH
 from kilotwin.runs.packing import head_of
+from kilotwin.session.live_link import LENGTH
 
 # Robots' programs run in the process at the other end: what comes is bounded, and data.
 _MOST_BYTES = 256 << 20

@@ -12,7 +12,7 @@ from kilotwin.runs.columns import COUNTERS
 from kilotwin.runs.folder import MANIFEST, RUNNING, SENT, TRACKING
 from kilotwin.runs.reader import Run
 from kilotwin.runs.samples import RunSamples
-from kilotwin.view.scene import scene_of
+from kilotwin.runs.scene import scene_of
 
 MOST_EVENTS = 10_000
 """Events in one answer: the last ones."""

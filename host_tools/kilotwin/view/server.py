@@ -31,7 +31,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from kilotwin.errors import InputError, RunError
-from kilotwin.runs.attached import HOST, PAGE, Place, check_page
+from kilotwin.session.attached import HOST, PAGE, Place, check_page
 from kilotwin.view.helm import Helm
 from kilotwin.view.run_link import RunLink
 from kilotwin.view.served_run import ServedRun

@@ -1,5 +1,5 @@
 // Types of the server's answers. A scene is all of a run that does not change with time
-// (kilotwin/view/scene.py).
+// (kilotwin/runs/scene.py).
 // Lengths in metres, angles in radians, colours as #rrggbb.
 
 import type { Offers } from "./steering";

@@ -9,9 +9,9 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from kilotwin.build import guest as guest_build
 from kilotwin.errors import KilotwinError
 from kilotwin.experiment.programs import find_program
+from kilotwin.programs.native import guest as guest_build
 
 
 def main() -> int:

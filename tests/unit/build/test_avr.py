@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from kilotwin.build.avr import Image, build_image
 from kilotwin.errors import InputError
 from kilotwin.experiment.programs import find_program
+from kilotwin.programs.image.image import Image, build_image
 
 pytestmark = pytest.mark.usefixtures("cache")
 

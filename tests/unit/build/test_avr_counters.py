@@ -7,10 +7,10 @@ from itertools import product
 
 import pytest
 
-from kilotwin.build.avr_counters import Counter, find_counters
-from kilotwin.build.avr_instructions import Instruction
-from kilotwin.build.avr_liveness import live_flags
-from kilotwin.build.avr_registers import Function
+from kilotwin.programs.translate.counters import Counter, find_counters
+from kilotwin.programs.translate.instructions import Instruction
+from kilotwin.programs.translate.liveness import live_flags
+from kilotwin.programs.translate.registers import Function
 
 C, Z, N, V, S, H, T = range(7)
 COUNTER, OTHER = 0x200, 0x300

@@ -1,7 +1,7 @@
 """Flags count as dead only where something sets them anew before anything can read them."""
 
-from kilotwin.build.avr_instructions import Instruction
-from kilotwin.build.avr_liveness import ALL_FLAGS, live_flags
+from kilotwin.programs.translate.instructions import Instruction
+from kilotwin.programs.translate.liveness import ALL_FLAGS, live_flags
 
 C, Z, T = 1 << 0, 1 << 1, 1 << 6
 NEVER_SET = T | 1 << 7  # by arithmetic

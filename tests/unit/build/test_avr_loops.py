@@ -3,8 +3,8 @@ turn by tests/translation/test_loops.py."""
 
 import pytest
 
-from kilotwin.build.avr_instructions import Instruction
-from kilotwin.build.avr_loops import turns_left_out
+from kilotwin.programs.translate.instructions import Instruction
+from kilotwin.programs.translate.loops import turns_left_out
 
 C, Z, N = 0, 1, 2
 Line = tuple[str, int, int, int, int]

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from kilotwin.build.avr import Image, build_image
-from kilotwin.build.guest import Guest, build
 from kilotwin.experiment.programs import find_program
+from kilotwin.programs.image.image import Image, build_image
+from kilotwin.programs.native.guest import Guest, build
 
 pytestmark = pytest.mark.usefixtures("cache")
 

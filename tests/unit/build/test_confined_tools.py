@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from kilotwin.build.guest import build
 from kilotwin.errors import InputError, RunError
 from kilotwin.experiment.programs import find_program
+from kilotwin.programs.native.guest import build
 
 from ..conftest import BLINK
 
@@ -90,7 +90,7 @@ def test_a_compiler_makes_no_larger_file_than_it_may(tmp_path: Path) -> None:
 def test_a_compiler_that_waits_for_ever_is_ended(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("kilotwin.build.guest._LONGEST_S", 2.0)
+    monkeypatch.setattr("kilotwin.programs.native.guest._LONGEST_S", 2.0)
     source = tmp_path / "a/b/waits.c"
     source.parent.mkdir(parents=True)
     os.mkfifo(source.with_name("pipe.h"))

@@ -6,12 +6,12 @@ from typing import Any
 
 import pytest
 
-from kilotwin.build.flash_report import build_hex, built_text, show_hex, shown_text
-from kilotwin.build.image_size import FLASH_BYTES, RAM_BYTES, size_of
-from kilotwin.build.report import build_program
 from kilotwin.errors import InputError, KilotwinError
 from kilotwin.experiment.programs import Api, find_program
 from kilotwin.files.flash_image import read_hex
+from kilotwin.programs.image.flash_report import build_hex, built_text, show_hex, shown_text
+from kilotwin.programs.image.image_size import FLASH_BYTES, RAM_BYTES, size_of
+from kilotwin.programs.report import build_program
 
 from ..conftest import BLINK
 

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from kilotwin import World
-from kilotwin.build import guest as guest_build
-from kilotwin.build.guest import build
 from kilotwin.errors import InputError, RunError
 from kilotwin.experiment.programs import find_program
+from kilotwin.programs.native import guest as guest_build
+from kilotwin.programs.native.guest import build
 
 from ..conftest import BLINK
 

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from kilotwin.build import guest as guest_build
 from kilotwin.experiment.programs import Api, find_program
+from kilotwin.programs.native import guest as guest_build
 
 from ..conftest import BLINK
 

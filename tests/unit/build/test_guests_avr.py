@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from kilotwin import World
-from kilotwin.build.guest import build
 from kilotwin.experiment.programs import find_program
+from kilotwin.programs.native.guest import build
 
 GUESTS = sorted((Path(__file__).parents[2] / "guests_avr").glob("*.c"))
 STOPS = "assert_stops_the_robot"

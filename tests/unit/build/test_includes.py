@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from kilotwin.build.guest import prerequisites
-from kilotwin.build.includes import files_read
+from kilotwin.programs.includes import files_read
+from kilotwin.programs.native.guest import prerequisites
 
 FILES = {
     "main.c": '#include "a.h"\n  #  include <far.h> // import this\n#include "d.h"\n#if 0\n'

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from kilotwin.build.avr import build_image
-from kilotwin.build.cache import building
-from kilotwin.build.guest import build
 from kilotwin.experiment.programs import Api, Program, find_program
+from kilotwin.programs.cache import building
+from kilotwin.programs.image.image import build_image
+from kilotwin.programs.native.guest import build
 
 pytestmark = pytest.mark.usefixtures("empty_cache")
 

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from kilotwin.build import guest as guest_build
 from kilotwin.errors import InputError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.programs import Program, find_program
 from kilotwin.experiment.text import ExperimentText
+from kilotwin.programs.native import guest as guest_build
 
 HERE = Path("/nowhere")
 

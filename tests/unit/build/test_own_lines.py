@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from kilotwin import World
-from kilotwin.build.robot_assembly import without_assembly
-from kilotwin.build.robot_widths import with_robots_widths
+from kilotwin.programs.native.robot_assembly import without_assembly
+from kilotwin.programs.native.robot_widths import with_robots_widths
 
 pytestmark = pytest.mark.usefixtures("cache")
 

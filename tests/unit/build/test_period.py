@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from kilotwin.build import period
+from kilotwin.programs.native import period
 
 HEAD = """
 #include <stdint.h>

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from kilotwin.build.avr_flags import avr_words
 from kilotwin.files import resources
+from kilotwin.programs.image.flags import avr_words
 
 ROOT = Path(__file__).parents[3]
 PROTOCOL = ROOT / "kilogrid_modules" / "protocol"

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kilotwin.can import address
-from kilotwin.can.address import Address, AddressType
+from kilotwin.table.can import address
+from kilotwin.table.can.address import Address, AddressType
 
 NO_ID = 0xFFFF
 

@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 from kilotwin._emulator import CAN_RECORD, Bridge, BridgeError
-from kilotwin.can.bridge import open_bridge
-from kilotwin.can.buses import open_bus, parse_bus
 from kilotwin.errors import DeviceError
+from kilotwin.table.can.bridge import open_bridge
+from kilotwin.table.can.buses import open_bus, parse_bus
 
 RECORD = np.dtype(CAN_RECORD)
 PATIENCE_S = 120.0

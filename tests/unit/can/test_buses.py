@@ -6,12 +6,12 @@ from contextlib import closing
 
 import pytest
 
-from kilotwin.can.bridge import open_bridge
-from kilotwin.can.buses import BusName, name_all, open_all, parse_bus
 from kilotwin.errors import DeviceError, InputError
-from kilotwin.experiment.overhead import WAKEUP
-from kilotwin.grid.console import Console, message_for_robots
-from kilotwin.runs.job import Serving
+from kilotwin.experiment.spec.overhead import WAKEUP
+from kilotwin.session.job import Serving
+from kilotwin.table.can.bridge import open_bridge
+from kilotwin.table.can.buses import BusName, name_all, open_all, parse_bus
+from kilotwin.table.grid.console import Console, message_for_robots
 
 from ..conftest import GRID, Kilotwin, Load
 

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kilotwin.build.avr_flags import avr_words
-from kilotwin.can import protocol
+from kilotwin.programs.image.flags import avr_words
+from kilotwin.table.can import protocol
 
 from .c_protocol import Codec, Transfer
 from .conftest import INCLUDES, MADE, PROTOCOL, SOURCES, WARNINGS

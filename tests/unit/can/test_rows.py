@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from kilotwin.can import protocol, transfer
+from kilotwin.table.can import protocol, transfer
 
 from .c_protocol import Codec
 

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from kilotwin.can import transfer
-from kilotwin.can.protocol import FrameError
 from kilotwin.files.flash_image import FlashImage
 from kilotwin.files.message_crc import message_crc
+from kilotwin.table.can import transfer
+from kilotwin.table.can.protocol import FrameError
 
 from .c_protocol import Receiver
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from kilotwin.can import address, protocol
+from kilotwin.table.can import address, protocol
 
 ROOT = Path(__file__).parents[3]
 TEXT = (ROOT / "docs/wire.md").read_text(encoding="utf-8")

@@ -10,9 +10,10 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from kilotwin import _emulator
-from kilotwin.commands import bench_against, bench_workloads, cli
+from kilotwin.commands import cli
 from kilotwin.errors import EXIT_INTERRUPTED
-from kilotwin.runs import run
+from kilotwin.session import run
+from kilotwin.studies.bench import two_engines, workloads
 
 from ..conftest import Kilotwin
 
@@ -106,13 +107,13 @@ def test_of_memory_the_bytes_of_one_robot_more_are_told(
 
 def test_there_is_a_program_for_each_thing_that_labs_programs_do() -> None:
     words = ["silent", "seldom", "period", "waits", "delays", "computes", "state-1500"]
-    experiments = [case.experiment for case in bench_workloads.cases(words, 1)]
+    experiments = [case.experiment for case in workloads.cases(words, 1)]
     assert {(e.size, e.keys.medium.kind, e.keys.duration_s) for e in experiments} == {
         (1000, "kilobot", 1.0)
     }
     programs = {group.program.path for e in experiments for group in e.groups}
     assert len(programs) == len(words)
-    (ten,) = bench_workloads.cases(["programs-10"], 1)
+    (ten,) = workloads.cases(["programs-10"], 1)
     assert len({group.program.defines for group in ten.experiment.groups}) == 10
 
 
@@ -183,7 +184,7 @@ def test_two_engines_agree_if_their_robots_end_alike(
     other_engine(tmp_path, "")
     this = {**SUMMARY, "final_hash": "ab", "result_hash": "files"}
     monkeypatch.setattr(
-        bench_against,
+        two_engines,
         "_run",
         lambda engines, _: [
             this

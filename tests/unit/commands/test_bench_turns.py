@@ -7,7 +7,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from kilotwin.commands.bench_turns import Command, take_turns
+from kilotwin.studies.bench.turns import Command, take_turns
 
 # Writes, once it has seen the other one stopped, fifty times whether it still is or has ended.
 CHILD = """

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from kilotwin.commands.bench import Workload, bench
-from kilotwin.commands.bench_view import measure
-from kilotwin.commands.bench_view_runs import write_run
 from kilotwin.errors import InputError, RunError
 from kilotwin.runs.reader import Run
 from kilotwin.runs.samples import RunSamples
+from kilotwin.studies.bench.view import measure
+from kilotwin.studies.bench.view_runs import write_run
 
 
 def test_its_runs_are_read_as_any_other(tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 from kilotwin.commands import calibrate, calibrate_motors, calibrate_uid
 from kilotwin.errors import DeviceError, InputError
 from kilotwin.experiment.lab_file import read_lab
-from kilotwin.lab.lab_store import lab_of
+from kilotwin.table.lab.lab_store import lab_of
 
 DEAF = 99
 ON_GRID = ("--via", "grid", "--can", "virtual:a", "--size", "4x6")

@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 from kilotwin.commands import calibrate, calibrate_ranging, steps
 from kilotwin.errors import DeviceError, InputError, InterruptError
 from kilotwin.experiment.lab_file import read_lab
-from kilotwin.lab.gain_tables import DISTANCES_MM
+from kilotwin.table.lab.gain_tables import DISTANCES_MM
 
 ON_GRID = ("--via", "grid", "--can", "virtual:a", "--size", "4x6")
 

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from kilotwin.commands import cli, plot
 from kilotwin.commands.doctor import Finding, examine, report_text
-from kilotwin.plot.figures import (
+from kilotwin.studies.plot.figures import (
     METRIC_FIGURES,
     RUN_FIGURES,
     SERIES_FIGURE,

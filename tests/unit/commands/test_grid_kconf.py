@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from kilotwin.commands import cli
-from kilotwin.experiment import kconf
 from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.spec import kconf
 
 from ..conftest import SMALL
 

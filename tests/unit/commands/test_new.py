@@ -16,7 +16,7 @@ import pytest
 from kilotwin.errors import InputError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.files import origins, templates
-from kilotwin.scenario.runner import find
+from kilotwin.studies.scenario.runner import find
 
 from ..conftest import Kilotwin
 

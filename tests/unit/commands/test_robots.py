@@ -9,9 +9,9 @@ from typer.testing import CliRunner, Result
 
 from kilotwin.commands import robots
 from kilotwin.errors import InputError
-from kilotwin.experiment.overhead import COMMANDS, readuid
+from kilotwin.experiment.spec.overhead import COMMANDS, readuid
 from kilotwin.files.headers import ALL_ROBOTS, VITALS
-from kilotwin.links.robot_link import Report
+from kilotwin.table.links.robot_link import Report
 
 
 class Link:

@@ -6,14 +6,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kilotwin.compare.intervals import (
+from kilotwin.studies.compare.intervals import (
     bootstrap,
     bootstrap_mean,
     mean_difference,
     rank_correlation,
     spread,
 )
-from kilotwin.compare.shares import Interval, share_interval
+from kilotwin.studies.compare.shares import Interval, share_interval
 
 
 @pytest.mark.parametrize(

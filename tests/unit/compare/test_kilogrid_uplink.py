@@ -5,13 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kilotwin.commands.terminal import Silent
-from kilotwin.compare import kilogrid_uplink
 from kilotwin.errors import InputError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.text import Setting
 from kilotwin.files.resources import path
-from kilotwin.runs import run
+from kilotwin.session import run
+from kilotwin.session.display import Silent
+from kilotwin.studies.compare import kilogrid_uplink
 
 LOG_SECOND_S = 32 * 0.032768
 

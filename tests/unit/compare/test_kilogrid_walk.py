@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 
-from kilotwin.compare import kilogrid_walk
-from kilotwin.compare.kilogrid_walk import (
+from kilotwin.errors import InputError
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.files.resources import path
+from kilotwin.studies.compare import kilogrid_walk
+from kilotwin.studies.compare.kilogrid_walk import (
     Floats,
     cells,
     displacements_cm,
@@ -12,9 +15,6 @@ from kilotwin.compare.kilogrid_walk import (
     records,
     report_text,
 )
-from kilotwin.errors import InputError
-from kilotwin.experiment.experiment import Experiment
-from kilotwin.files.resources import path
 
 from ..conftest import Kilotwin
 

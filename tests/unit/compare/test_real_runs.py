@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kilotwin.compare import real_runs
-from kilotwin.compare.collective_log import LEAST_SECONDS, Log, Measures, measure, read
 from kilotwin.errors import InputError
-from kilotwin.grid import kilodat
-from kilotwin.grid.poller import Reports
+from kilotwin.studies.compare import real_runs
+from kilotwin.studies.compare.collective_log import LEAST_SECONDS, Log, Measures, measure, read
+from kilotwin.table.grid import kilodat
+from kilotwin.table.grid.poller import Reports
 
 LOGS = "KILOTWIN_REAL_LOGS"
 Row = tuple[int, int, tuple[int, int, int], tuple[int, ...]]

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kilotwin.compare.sides import Side
-from kilotwin.compare.variants import APART, OPEN, SAME, bounds_of, compare, report_text
 from kilotwin.errors import InputError
+from kilotwin.studies.compare.sides import Side
+from kilotwin.studies.compare.variants import APART, OPEN, SAME, bounds_of, compare, report_text
 
 CHANCE = np.random.default_rng(3)
 

@@ -1,6 +1,6 @@
 """Blocks of native code that begin with a call which marks that they have run."""
 
-from kilotwin.coverage.native_lines import blocks
+from kilotwin.programs.coverage.native_lines import blocks
 
 LISTING = """\
 0000000000001100 <loop>:

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from kilotwin.coverage import report
-from kilotwin.coverage.lines import Source
-from kilotwin.coverage.marks import NOT_TAKEN, RAN, TAKEN, merged, understood
+from kilotwin.programs.coverage import report
+from kilotwin.programs.coverage.lines import Source
+from kilotwin.programs.coverage.marks import NOT_TAKEN, RAN, TAKEN, merged, understood
 
 ONE = Source({3: True, 4: False, 5: False, 7: True}, {3: [(True, False)]})
 OTHER = Source({4: True, 5: False, 9: False}, {3: [(False, True)], 9: [(False, False)]})

@@ -2,7 +2,7 @@
 
 import pytest
 
-from kilotwin.experiment.ark import MOST_UID, Word, pack
+from kilotwin.experiment.spec.ark import MOST_UID, Word, pack
 
 
 def bits(message: bytes, first: int, count: int) -> int:

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from kilotwin.environment.camera import EmulatedCamera
-from kilotwin.experiment.environment_schema import EnvironmentTable
+from kilotwin.experiment.schema.environment import EnvironmentTable
+from kilotwin.table.environment.camera import EmulatedCamera
 from kilotwin.units import TICK_S
 
 if TYPE_CHECKING:

@@ -2,9 +2,9 @@
 
 import pytest
 
-from kilotwin.environment.outbox import PACKET_S, Outbox, Sending
-from kilotwin.experiment.overhead import RUN, message
-from kilotwin.links.packets import Overhead, ToDevice
+from kilotwin.experiment.spec.overhead import RUN, message
+from kilotwin.table.environment.outbox import PACKET_S, Outbox, Sending
+from kilotwin.table.links.packets import Overhead, ToDevice
 
 MESSAGE_S = 0.05
 

@@ -5,9 +5,9 @@ import socket
 
 import pytest
 
-from kilotwin.environment.poses import PoseListener, parse_address, read_line, write_lines
-from kilotwin.environment.protocol import SeenRobot
 from kilotwin.errors import DeviceError, InputError
+from kilotwin.table.environment.poses import PoseListener, parse_address, read_line, write_lines
+from kilotwin.table.environment.protocol import SeenRobot
 
 ROBOT = {"uid": 7, "x_m": 0.1, "y_m": -0.05, "heading_rad": 1.5, "led": [0, 3, 0]}
 SEEN = SeenRobot(7, 0.1, -0.05, 1.5, (0, 3, 0))

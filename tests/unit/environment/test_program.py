@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from kilotwin.environment.program import EnvironmentProgram
-from kilotwin.environment.protocol import Arena, Draws, Seen
 from kilotwin.errors import InputError, RunError
+from kilotwin.table.environment.program import EnvironmentProgram
+from kilotwin.table.environment.protocol import Arena, Draws, Seen
 
 ARENA = Arena("circle", 1.0, 1.0, (1, 2), Draws(1), lambda text: None, lambda x, y: True)
 SEEN = Seen(2.5, ())

@@ -18,7 +18,7 @@ from kilotwin.experiment.areas import (
     overlap,
     polygon_of,
 )
-from kilotwin.experiment.schema import Obstacle
+from kilotwin.experiment.schema.experiment import Obstacle
 
 ROUND = Area(True, 0, 0, 4, 4)
 SQUARE = Area(False, 0, 0, 4, 4)

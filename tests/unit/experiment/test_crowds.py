@@ -6,10 +6,10 @@ import math
 import numpy as np
 import pytest
 
-from kilotwin.experiment.arena_checks import in_doubt, pose_problems
-from kilotwin.experiment.checks import first_problem
-from kilotwin.experiment.crowds import crowded
-from kilotwin.experiment.schema import ExperimentSchema
+from kilotwin.experiment.checks.arena import in_doubt, pose_problems
+from kilotwin.experiment.checks.crowds import crowded
+from kilotwin.experiment.checks.experiment import first_problem
+from kilotwin.experiment.schema.experiment import ExperimentSchema
 
 ROBOT_M = 0.033
 

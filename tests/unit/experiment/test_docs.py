@@ -8,7 +8,7 @@ from PIL import Image
 
 from kilotwin.experiment.colours import LED_COLOURS
 from kilotwin.experiment.docs import renewed, table
-from kilotwin.experiment.schema import ExperimentSchema
+from kilotwin.experiment.schema.experiment import ExperimentSchema
 
 from ..conftest import SMALL, Load
 

@@ -8,16 +8,16 @@ import pytest
 from annotated_types import Ge, Le
 
 from kilotwin import _emulator
-from kilotwin.aggregation.block import config_values
-from kilotwin.aggregation.tables import (
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.schema.controller import (
     CONTROLLER_DEFAULTS,
     READING_DEFAULTS,
     Controller,
     Reading,
 )
-from kilotwin.build.guest import build
-from kilotwin.experiment.engine_spec import commands, config_messages, engine_spec
-from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.spec.block import config_values
+from kilotwin.experiment.spec.engine import commands, config_messages, engine_spec
+from kilotwin.programs.native.guest import build
 
 from ..conftest import INFORMED, SMALL, Load
 

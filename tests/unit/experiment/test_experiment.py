@@ -8,11 +8,11 @@ from typing import get_args
 import pytest
 from pydantic import BaseModel
 
-from kilotwin.aggregation.tables import CONTROLLER_DEFAULTS
 from kilotwin.errors import InputError
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.experiment.profile_defaults import PROFILES
-from kilotwin.experiment.schema import ExperimentSchema, ProfileName
+from kilotwin.experiment.schema.controller import CONTROLLER_DEFAULTS
+from kilotwin.experiment.schema.experiment import ExperimentSchema, ProfileName
+from kilotwin.experiment.schema.profile_defaults import PROFILES
 from kilotwin.experiment.text import parse_setting
 
 from ..conftest import SMALL, Load

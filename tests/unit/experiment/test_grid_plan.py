@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 
 from kilotwin.errors import InputError
-from kilotwin.experiment.engine_spec import (
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.spec.engine import (
     commands,
     config_differences,
     config_messages,
     engine_spec,
 )
-from kilotwin.experiment.experiment import Experiment
-from kilotwin.experiment.grid_layout import Layout, place_of, walls_on_cells
-from kilotwin.experiment.grid_plan import GridPlan
-from kilotwin.experiment.start_poses import starts
-from kilotwin.grid.in_turn import last
+from kilotwin.experiment.spec.grid_layout import Layout, place_of, walls_on_cells
+from kilotwin.experiment.spec.grid_plan import GridPlan
+from kilotwin.experiment.spec.start_poses import starts
+from kilotwin.table.grid.in_turn import last
 
 from ..conftest import GRID, Load
 

@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kilotwin.aggregation.informed import informed_count, split
-from kilotwin.experiment.informed import informed_for, informed_ranges
+from kilotwin.experiment.spec.informed import informed_for, informed_ranges
+from kilotwin.experiment.spec.informed_counts import informed_count, split
 
 from ..conftest import INFORMED, SMALL, Load
 

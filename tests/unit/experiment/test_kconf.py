@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kilotwin.errors import InputError
-from kilotwin.experiment import kconf
-from kilotwin.experiment.kconf import Block, Target
+from kilotwin.experiment.spec import kconf
+from kilotwin.experiment.spec.kconf import Block, Target
 
 numbers = st.integers(0, kconf.LAST)
 targets = st.one_of(

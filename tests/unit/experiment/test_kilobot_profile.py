@@ -2,9 +2,9 @@
 
 import pytest
 
-from kilotwin.experiment.engine_spec import engine_spec
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.experiment.profile_defaults import KILOBOT_MEDIUM, PROFILES, motion_defaults
+from kilotwin.experiment.schema.profile_defaults import KILOBOT_MEDIUM, PROFILES, motion_defaults
+from kilotwin.experiment.spec.engine import engine_spec
 
 from ..conftest import SMALL, Load
 

@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from kilotwin.errors import InputError
-from kilotwin.experiment.engine_spec import commands, engine_spec
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.lab_file import parse_lab, read_lab
+from kilotwin.experiment.spec.engine import commands, engine_spec
 
 Load = Callable[..., Experiment]
 

@@ -6,8 +6,8 @@ import pytest
 
 from kilotwin.experiment import polygons
 from kilotwin.experiment.areas import disc, overlap
-from kilotwin.experiment.object_schema import PushedObject
-from kilotwin.experiment.objects import areas_at, object_spec, parts_of
+from kilotwin.experiment.schema.object import PushedObject
+from kilotwin.experiment.spec.objects import areas_at, object_spec, parts_of
 
 from ..conftest import Load
 from .test_kilobot_profile import KILOBOT, spec_of

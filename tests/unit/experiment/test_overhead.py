@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from kilotwin.experiment.engine_spec import commands
-from kilotwin.experiment.overhead import message_of, region, timed, uids
-from kilotwin.experiment.profile_defaults import PROFILES
-from kilotwin.experiment.schema import Command
+from kilotwin.experiment.schema.experiment import Command
+from kilotwin.experiment.schema.profile_defaults import PROFILES
+from kilotwin.experiment.spec.engine import commands
+from kilotwin.experiment.spec.overhead import message_of, region, timed, uids
 
 from ..conftest import SMALL, Kilotwin, Load
 

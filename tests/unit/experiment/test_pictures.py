@@ -7,10 +7,10 @@ import pytest
 from PIL import Image
 
 from kilotwin.errors import InputError
-from kilotwin.experiment.engine_spec import engine_spec
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.experiment.kconf import blocks_of, configurations, parse, to_text
-from kilotwin.plot.palette import site_fills
+from kilotwin.experiment.spec.engine import engine_spec
+from kilotwin.experiment.spec.kconf import blocks_of, configurations, parse, to_text
+from kilotwin.runs.palette import site_fills
 
 from ..conftest import SMALL, Load
 

@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 
 from kilotwin.errors import InputError
-from kilotwin.experiment.engine_spec import commands, config_differences
 from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.spec.engine import commands, config_differences
 from kilotwin.experiment.wire_file import read_wire, wire_table
-from kilotwin.search.space import parse_axes, whole_numbers_of
+from kilotwin.studies.search.space import parse_axes, whole_numbers_of
 from kilotwin.units import TICK_S
 
 from ..conftest import DECLARED, GIVEN, GRID, SMALL, WIRE, Load

@@ -14,10 +14,10 @@ from mcap.reader import make_reader
 
 from kilotwin.errors import InputError, RunError
 from kilotwin.experiment.colours import led_byte
-from kilotwin.export.csv_tables import write_csv
-from kilotwin.export.mcap_file import write_mcap
-from kilotwin.export.rrd_file import write_rrd
 from kilotwin.runs.reader import Run
+from kilotwin.studies.export.csv_tables import write_csv
+from kilotwin.studies.export.mcap_file import write_mcap
+from kilotwin.studies.export.rrd_file import write_rrd
 
 from ..known_run import ROBOTS, Begin, samples
 

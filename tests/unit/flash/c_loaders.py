@@ -4,10 +4,10 @@ import ctypes
 import subprocess
 from pathlib import Path
 
-from kilotwin.build.avr_flags import avr_words
-from kilotwin.experiment.grid_layout import Layout, Module
+from kilotwin.experiment.spec.grid_layout import Layout, Module
 from kilotwin.files import resources
-from kilotwin.grid.cover import Group
+from kilotwin.programs.image.flags import avr_words
+from kilotwin.table.grid.cover import Group
 
 ROOT = Path(__file__).parents[3]
 SOURCES = [

@@ -4,13 +4,13 @@ import random
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from kilotwin.experiment import overhead
+from kilotwin.experiment.spec import overhead
 from kilotwin.files.flash_image import FlashImage
 from kilotwin.files.headers import ALL_ROBOTS, BOOT_IDENTITY, VITALS
 from kilotwin.files.message_crc import message_crc
-from kilotwin.flash.upload import Action, Announce, Ask, Pause, Repeat, SendPage, Upload
-from kilotwin.links import messages
-from kilotwin.links.robot_link import LoaderState, MessageType, Report, RobotState, slot_of
+from kilotwin.table.flash.upload import Action, Announce, Ask, Pause, Repeat, SendPage, Upload
+from kilotwin.table.links import messages
+from kilotwin.table.links.robot_link import LoaderState, MessageType, Report, RobotState, slot_of
 
 FRAGMENTS = 22
 FRAGMENT = 6

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from kilotwin.errors import DeviceError, InputError, KilotwinError, RunError
-from kilotwin.flash.avrdude import SignsOfLife, Wiring
+from kilotwin.table.flash.avrdude import SignsOfLife, Wiring
 
 WIRING = Wiring("stk500v2", "usb", ("-B", "20"))
 BEGAN = "avrdude: AVR device initialized and ready to accept instructions\n"

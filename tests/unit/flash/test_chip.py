@@ -4,7 +4,7 @@ import dataclasses
 
 import pytest
 
-from kilotwin.flash.chip import EEPROM_BYTES, Chip
+from kilotwin.table.flash.chip import EEPROM_BYTES, Chip
 
 AVRDUDE = "avrdude -p m328p -c c -P p"
 EEPROM = bytearray(b"\xff" * EEPROM_BYTES)

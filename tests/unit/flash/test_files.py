@@ -7,7 +7,7 @@ import pytest
 from kilotwin.errors import InputError
 from kilotwin.files.flash_map import LOADER_BEGIN
 from kilotwin.files.memories import write_memories
-from kilotwin.flash import chip_file, eeprom_files, loader
+from kilotwin.table.flash import chip_file, eeprom_files, loader
 
 PROGRAM = {0: b"\x01\x02"}
 LOADER = {LOADER_BEGIN: b"\x03\x04"}

@@ -12,7 +12,7 @@ from kilotwin.files.build_id import Target, build_id
 from kilotwin.files.flash_image import FlashImage
 from kilotwin.files.flash_map import LOADER_BEGIN
 from kilotwin.files.memories import read_memories, write_memories
-from kilotwin.flash.image import (
+from kilotwin.table.flash.image import (
     application_of,
     has_loader,
     loader_of,

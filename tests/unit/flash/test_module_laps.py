@@ -5,13 +5,13 @@ import random
 
 import pytest
 
-from kilotwin.can.protocol import BootReport, read_to_host
-from kilotwin.experiment.grid_layout import Layout
+from kilotwin.experiment.spec.grid_layout import Layout
 from kilotwin.files.flash_image import FlashImage
-from kilotwin.flash.module_laps import FRUITLESS_LAPS, Fate, ModuleLaps
-from kilotwin.flash.module_rounds import Round, groups, old_lap
-from kilotwin.grid import frames as wire
-from kilotwin.grid.cover import ALL_MODULES, Group
+from kilotwin.table.can.protocol import BootReport, read_to_host
+from kilotwin.table.flash.module_laps import FRUITLESS_LAPS, Fate, ModuleLaps
+from kilotwin.table.flash.module_rounds import Round, groups, old_lap
+from kilotwin.table.grid import frames as wire
+from kilotwin.table.grid.cover import ALL_MODULES, Group
 
 from .boot_loaders import COMPLETE, Modules
 

@@ -5,11 +5,11 @@ import random
 
 import pytest
 
-from kilotwin.can.protocol import BootReport, read_to_host
-from kilotwin.experiment.grid_layout import Layout
+from kilotwin.experiment.spec.grid_layout import Layout
 from kilotwin.files import image_record
 from kilotwin.files.flash_image import FlashImage
-from kilotwin.flash.module_laps import Fate, ModuleLaps
+from kilotwin.table.can.protocol import BootReport, read_to_host
+from kilotwin.table.flash.module_laps import Fate, ModuleLaps
 
 from .c_loaders import Loaders, compiled
 

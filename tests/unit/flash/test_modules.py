@@ -8,13 +8,13 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import pytest
 
-from kilotwin.can.protocol import to_module
 from kilotwin.errors import DeviceError, InterruptError, RunError
-from kilotwin.experiment.grid_layout import Layout
+from kilotwin.experiment.spec.grid_layout import Layout
 from kilotwin.files.flash_image import FlashImage
-from kilotwin.flash.modules import Job, ModulesFlasher, Outcome, Result
-from kilotwin.flash.modules_table import Inbox, ModulesTable
-from kilotwin.grid.links import FRAME, NO_FRAMES, Frames
+from kilotwin.table.can.protocol import to_module
+from kilotwin.table.flash.modules import Job, ModulesFlasher, Outcome, Result
+from kilotwin.table.flash.modules_table import Inbox, ModulesTable
+from kilotwin.table.grid.links import FRAME, NO_FRAMES, Frames
 
 from .boot_loaders import Modules
 

@@ -9,10 +9,10 @@ from kilotwin.commands.flash_robots import parse_uids
 from kilotwin.errors import DeviceError, InputError, InterruptError
 from kilotwin.files.flash_image import FlashImage
 from kilotwin.files.headers import ALL_ROBOTS
-from kilotwin.flash import swarm
-from kilotwin.flash.swarm import SwarmFlasher
-from kilotwin.flash.upload import Announce, Ask, Pause, Repeat, SendPage, Upload, Wish
-from kilotwin.links.robot_link import LoaderState, Report, RobotState
+from kilotwin.table.flash import swarm
+from kilotwin.table.flash.swarm import SwarmFlasher
+from kilotwin.table.flash.upload import Announce, Ask, Pause, Repeat, SendPage, Upload, Wish
+from kilotwin.table.links.robot_link import LoaderState, Report, RobotState
 
 from .swarm_model import ModelRobot, Swarm
 

@@ -7,9 +7,9 @@ import pytest
 
 from kilotwin.files.flash_image import FlashImage
 from kilotwin.files.headers import ALL_ROBOTS
-from kilotwin.flash.upload import Action, Announce, Ask, Pause, Repeat, SendPage, Upload, Wish
-from kilotwin.links import messages
-from kilotwin.links.robot_link import LoaderState, MessageType, RobotState
+from kilotwin.table.flash.upload import Action, Announce, Ask, Pause, Repeat, SendPage, Upload, Wish
+from kilotwin.table.links import messages
+from kilotwin.table.links.robot_link import LoaderState, MessageType, RobotState
 
 from .swarm_model import ModelRobot, Swarm
 

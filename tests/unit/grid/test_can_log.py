@@ -8,8 +8,8 @@ import numpy as np
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from kilotwin.grid.can_log import CanLog
-from kilotwin.grid.links import FRAME, Frames
+from kilotwin.table.grid.can_log import CanLog
+from kilotwin.table.grid.links import FRAME, Frames
 
 frame = st.tuples(
     st.floats(0, 1e5),

@@ -9,17 +9,17 @@ from typing import Any
 import can
 import pytest
 
-from kilotwin.can.protocol import ModuleState
-from kilotwin.can.transfer import Paced
 from kilotwin.errors import InputError
-from kilotwin.experiment.grid_layout import Layout
-from kilotwin.experiment.grid_plan import Settings
-from kilotwin.experiment.overhead import RESET, RUN, WAKEUP, message
-from kilotwin.flash.modules_table import Inbox
-from kilotwin.grid.can_links import CanLinks
-from kilotwin.grid.controller import Controller
-from kilotwin.grid.cover import ALL_MODULES, Group
-from kilotwin.grid.poller import Reports
+from kilotwin.experiment.spec.grid_layout import Layout
+from kilotwin.experiment.spec.grid_plan import Settings
+from kilotwin.experiment.spec.overhead import RESET, RUN, WAKEUP, message
+from kilotwin.table.can.protocol import ModuleState
+from kilotwin.table.can.transfer import Paced
+from kilotwin.table.flash.modules_table import Inbox
+from kilotwin.table.grid.can_links import CanLinks
+from kilotwin.table.grid.controller import Controller
+from kilotwin.table.grid.cover import ALL_MODULES, Group
+from kilotwin.table.grid.poller import Reports
 
 from .module_table import Module, ModuleTable
 

@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kilotwin.grid.cover import ALL_MODULES, Group, Module, apply, cover
+from kilotwin.table.grid.cover import ALL_MODULES, Group, Module, apply, cover
 
 FREE, WALL, SITE = b"\0", b"\1", b"\2"
 

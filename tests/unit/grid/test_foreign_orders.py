@@ -5,10 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from kilotwin.can.address import HOST_ID
-from kilotwin.can.protocol import read_to_host, to_module
-from kilotwin.grid.foreign_orders import LISTEN_S, WatchedLinks
-from kilotwin.grid.links import FRAME, NO_FRAMES, Frames
+from kilotwin.table.can.address import HOST_ID
+from kilotwin.table.can.protocol import read_to_host, to_module
+from kilotwin.table.grid.foreign_orders import LISTEN_S, WatchedLinks
+from kilotwin.table.grid.links import FRAME, NO_FRAMES, Frames
 
 
 class Wire:

@@ -3,9 +3,9 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kilotwin.experiment.kconf import InTurn
-from kilotwin.grid.cover import apply
-from kilotwin.grid.in_turn import behind, last, rounds
+from kilotwin.experiment.spec.kconf import InTurn
+from kilotwin.table.grid.cover import apply
+from kilotwin.table.grid.in_turn import behind, last, rounds
 
 Module = tuple[int, int]
 MODULES = [(x, y) for y in range(3) for x in range(4)]

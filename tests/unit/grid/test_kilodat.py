@@ -8,9 +8,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from kilotwin.errors import InputError
-from kilotwin.experiment.serials import read_serials
-from kilotwin.grid import kilodat
-from kilotwin.grid.poller import Reports
+from kilotwin.experiment.spec.serials import read_serials
+from kilotwin.table.grid import kilodat
+from kilotwin.table.grid.poller import Reports
 
 rows = st.tuples(
     st.integers(0, 30),

@@ -6,10 +6,10 @@ amplifiers, one five times the other (docs/experiments.md).
 
 import numpy as np
 
-from kilotwin.experiment.overhead import CALIB_MARK, WAKEUP
+from kilotwin.experiment.spec.overhead import CALIB_MARK, WAKEUP
 from kilotwin.files.flash_image import FlashImage
 from kilotwin.files.headers import ALL_ROBOTS, GAINS, VITALS
-from kilotwin.links.robot_link import Report, RobotLink, RobotState, slot_of
+from kilotwin.table.links.robot_link import Report, RobotLink, RobotState, slot_of
 
 
 class FakePairs:

@@ -6,12 +6,12 @@ docs/experiments.md, no contacts between robots.
 
 import numpy as np
 
-from kilotwin.experiment.overhead import CALIB_MARK
+from kilotwin.experiment.spec.overhead import CALIB_MARK
 from kilotwin.files.flash_image import FlashImage
 from kilotwin.files.headers import ALL_ROBOTS
-from kilotwin.lab.motor_rounds import CELL_M
-from kilotwin.lab.wheels import LEG_M, SPEED_M_S
-from kilotwin.links.robot_link import Report, RobotState, slot_of
+from kilotwin.table.lab.motor_rounds import CELL_M
+from kilotwin.table.lab.wheels import LEG_M, SPEED_M_S
+from kilotwin.table.links.robot_link import Report, RobotState, slot_of
 from kilotwin.units import TICK_S
 
 BEHIND_M = 0.0092

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from kilotwin.lab.arcs import FEWEST_POINTS, PIECE_S, Point, drift_of, pieces_of
+from kilotwin.table.lab.arcs import FEWEST_POINTS, PIECE_S, Point, drift_of, pieces_of
 
 CELL_M = 0.05
 SPEED = 0.0135

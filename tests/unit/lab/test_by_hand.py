@@ -2,8 +2,8 @@
 
 import pytest
 
-from kilotwin.experiment.overhead import CALIB_MARK
-from kilotwin.lab.by_hand import ByHand, save
+from kilotwin.experiment.spec.overhead import CALIB_MARK
+from kilotwin.table.lab.by_hand import ByHand, save
 
 from .fake_table import FakeTable
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from kilotwin.lab.gain_tables import (
+from kilotwin.table.lab.gain_tables import (
     DISTANCES_MM,
     GainTables,
     errors_mm,
@@ -11,7 +11,7 @@ from kilotwin.lab.gain_tables import (
     reach_mm,
     tables_of,
 )
-from kilotwin.links.robot_link import Gains
+from kilotwin.table.links.robot_link import Gains
 
 LOW = tuple(900 - 60 * entry for entry in range(14))
 HIGH = tuple(1023 if entry < 5 else 1000 - 70 * (entry - 5) for entry in range(14))

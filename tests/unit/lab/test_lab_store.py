@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from kilotwin.errors import InputError
-from kilotwin.lab import lab_store
-from kilotwin.lab.lab_store import Entry, duties_of, lab_of, rename, store
+from kilotwin.table.lab import lab_store
+from kilotwin.table.lab.lab_store import Entry, duties_of, lab_of, rename, store
 
 NOW = datetime(2026, 11, 24, 12, 0, 0, 123456)
 DUTIES = {"straight_left": 62, "straight_right": 80}

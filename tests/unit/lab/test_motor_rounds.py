@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from kilotwin.lab.motor_rounds import MotorRounds, Table
-from kilotwin.lab.wheels import LEAST_DUTY, MOST_TURN_DUTY
+from kilotwin.table.lab.motor_rounds import MotorRounds, Table
+from kilotwin.table.lab.wheels import LEAST_DUTY, MOST_TURN_DUTY
 
 from .fake_table import FakeTable
 

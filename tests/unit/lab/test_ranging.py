@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from tests.unit.lab.fake_pairs import FakePairs
 
-from kilotwin.lab.gain_tables import DISTANCES_MM
-from kilotwin.lab.ranging import Ranging
+from kilotwin.table.lab.gain_tables import DISTANCES_MM
+from kilotwin.table.lab.ranging import Ranging
 
 PAIRS = ((1, 2), (3, 4))
 

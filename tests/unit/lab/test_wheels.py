@@ -5,8 +5,8 @@ import itertools
 import numpy as np
 import pytest
 
-from kilotwin.lab.arcs import Drift
-from kilotwin.lab.wheels import (
+from kilotwin.table.lab.arcs import Drift
+from kilotwin.table.lab.wheels import (
     DUTY,
     LEAST_DUTY,
     LEG_M,

@@ -2,11 +2,11 @@
 
 import pytest
 
-from kilotwin.can.address import ALL_MODULES, Address, AddressType, module
-from kilotwin.can.protocol import to_module
-from kilotwin.can.transfer import configuration, infrared, modules_page, robots_page
-from kilotwin.links.emulated_dispatcher import EmulatedDispatcher, ToModules
-from kilotwin.links.packets import (
+from kilotwin.table.can.address import ALL_MODULES, Address, AddressType, module
+from kilotwin.table.can.protocol import to_module
+from kilotwin.table.can.transfer import configuration, infrared, modules_page, robots_page
+from kilotwin.table.links.emulated_dispatcher import EmulatedDispatcher, ToModules
+from kilotwin.table.links.packets import (
     CONTINUE,
     Dispatched,
     FromDispatcher,

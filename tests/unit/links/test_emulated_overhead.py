@@ -5,8 +5,8 @@ import itertools
 import pytest
 
 from kilotwin.files.message_crc import message_crc
-from kilotwin.links.emulated_overhead import EmulatedOverhead, Frame
-from kilotwin.links.packets import Overhead, encode, encode_page
+from kilotwin.table.links.emulated_overhead import EmulatedOverhead, Frame
+from kilotwin.table.links.packets import Overhead, encode, encode_page
 
 RUN = bytes(9) + b"\x88"
 STEP_S = 0.032768

@@ -5,17 +5,17 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import pytest
 
-from kilotwin.can.protocol import to_module, types_to_host
 from kilotwin.errors import DeviceError, InputError
-from kilotwin.experiment.grid_layout import Layout
-from kilotwin.experiment.overhead import RUN
+from kilotwin.experiment.spec.grid_layout import Layout
+from kilotwin.experiment.spec.overhead import RUN
 from kilotwin.files.flash_image import FlashImage
 from kilotwin.files.headers import BOOT_IDENTITY, VITALS
-from kilotwin.grid import frames as wire
-from kilotwin.grid.cover import Group
-from kilotwin.grid.links import FRAME, NO_FRAMES, Frames
-from kilotwin.links.grid_robots import GridRobots, open_grid
-from kilotwin.links.robot_link import RobotState
+from kilotwin.table.can.protocol import to_module, types_to_host
+from kilotwin.table.grid import frames as wire
+from kilotwin.table.grid.cover import Group
+from kilotwin.table.grid.links import FRAME, NO_FRAMES, Frames
+from kilotwin.table.links.grid_robots import GridRobots, open_grid
+from kilotwin.table.links.robot_link import RobotState
 
 LAYOUT = Layout(2, 2, 2)
 

@@ -8,10 +8,12 @@ from collections.abc import Callable, Iterator
 import can
 import pytest
 
-from kilotwin.can.address import ALL_MODULES, column, module, to_id
-from kilotwin.can.buses import name_all, open_all
-from kilotwin.can.protocol import health_request, to_module
-from kilotwin.can.transfer import (
+from kilotwin.errors import DeviceError, InputError
+from kilotwin.files.flash_image import FlashImage
+from kilotwin.table.can.address import ALL_MODULES, column, module, to_id
+from kilotwin.table.can.buses import name_all, open_all
+from kilotwin.table.can.protocol import health_request, to_module
+from kilotwin.table.can.transfer import (
     configuration,
     infrared,
     modules_announcement,
@@ -19,14 +21,12 @@ from kilotwin.can.transfer import (
     robots_announcement,
     robots_page,
 )
-from kilotwin.errors import DeviceError, InputError
-from kilotwin.files.flash_image import FlashImage
-from kilotwin.links import kilogrid_bus
-from kilotwin.links.dispatcher_robots import DispatcherRobots, parse_port
-from kilotwin.links.emulated_dispatcher import EmulatedDispatcher, ToModules
-from kilotwin.links.grid_robots import open_grid
-from kilotwin.links.kilogrid_bus import KilogridBus
-from kilotwin.ports.pseudo_terminal import PseudoTerminal
+from kilotwin.table.links import kilogrid_bus
+from kilotwin.table.links.dispatcher_robots import DispatcherRobots, parse_port
+from kilotwin.table.links.emulated_dispatcher import EmulatedDispatcher, ToModules
+from kilotwin.table.links.grid_robots import open_grid
+from kilotwin.table.links.kilogrid_bus import KilogridBus
+from kilotwin.table.ports.pseudo_terminal import PseudoTerminal
 
 pytestmark = pytest.mark.waits
 
@@ -334,7 +334,7 @@ def test_robots_get_messages_and_pages_by_the_dispatcher(device: Device) -> None
 def test_a_dispatcher_that_asks_for_no_page_is_named_with_its_baud_rate(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("kilotwin.links.dispatcher_robots._REQUEST_S", 0.1)
+    monkeypatch.setattr("kilotwin.table.links.dispatcher_robots._REQUEST_S", 0.1)
     terminal = PseudoTerminal()
     link = DispatcherRobots(terminal.port)
     with pytest.raises(DeviceError, match=r"asks for no page; .* 256000 baud\? .*@38400"):

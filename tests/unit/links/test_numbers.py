@@ -3,7 +3,7 @@
 import re
 
 from kilotwin.files import resources
-from kilotwin.links.robot_link import RobotState
+from kilotwin.table.links.robot_link import RobotState
 
 
 def test_states_are_numbered_as_in_the_firmware() -> None:

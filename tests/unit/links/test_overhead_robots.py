@@ -9,9 +9,9 @@ import pytest
 
 from kilotwin.errors import DeviceError
 from kilotwin.files.flash_image import FlashImage
-from kilotwin.links.overhead_robots import OverheadRobots
-from kilotwin.links.packets import Overhead, Packet, ToDevice
-from kilotwin.ports.pseudo_terminal import PseudoTerminal
+from kilotwin.table.links.overhead_robots import OverheadRobots
+from kilotwin.table.links.packets import Overhead, Packet, ToDevice
+from kilotwin.table.ports.pseudo_terminal import PseudoTerminal
 
 RUN = bytes(9) + b"\x88"
 IMAGE = FlashImage(bytes(range(200)))

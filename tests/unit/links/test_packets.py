@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kilotwin.links.packets import (
+from kilotwin.table.links.packets import (
     CONTINUE,
     Dispatched,
     FromDispatcher,

@@ -6,12 +6,12 @@ import can
 import pytest
 
 from kilotwin.errors import DeviceError
-from kilotwin.experiment.grid_layout import Layout
-from kilotwin.experiment.grid_plan import GridPlan, Settings
-from kilotwin.grid.can_links import CanLinks
-from kilotwin.links.preflight import look_at_table
-from kilotwin.links.roll_call import RollCall
-from kilotwin.links.verdicts import NotAsked
+from kilotwin.experiment.spec.grid_layout import Layout
+from kilotwin.experiment.spec.grid_plan import GridPlan, Settings
+from kilotwin.table.grid.can_links import CanLinks
+from kilotwin.table.links.preflight import look_at_table
+from kilotwin.table.links.roll_call import RollCall
+from kilotwin.table.links.verdicts import NotAsked
 
 from ..grid.module_table import ModuleTable
 

@@ -3,7 +3,7 @@
 import pytest
 
 from kilotwin.files.headers import BOOT_IDENTITY, GAINS, VITALS
-from kilotwin.links.robot_link import Gains, Heard, LoaderState, Report, RobotState, slot_of
+from kilotwin.table.links.robot_link import Gains, Heard, LoaderState, Report, RobotState, slot_of
 
 
 def test_a_loaders_answer_names_the_pages_that_it_lacks() -> None:

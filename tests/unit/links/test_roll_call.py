@@ -6,8 +6,8 @@ import pytest
 
 from kilotwin.files.flash_image import FlashImage
 from kilotwin.files.headers import ALL_ROBOTS, VITALS
-from kilotwin.links.robot_link import Report
-from kilotwin.links.roll_call import RollCall, colour_of, colours, state_of, volts
+from kilotwin.table.links.robot_link import Report
+from kilotwin.table.links.roll_call import RollCall, colour_of, colours, state_of, volts
 
 
 def vitals(uid: int, reading: int = 700, state: int = 0x12) -> Report:

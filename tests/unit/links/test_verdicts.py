@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import pytest
 
-from kilotwin.can.protocol import BusHealth, Health, ModuleState
-from kilotwin.experiment.grid_layout import Layout
+from kilotwin.experiment.spec.grid_layout import Layout
 from kilotwin.files.headers import ALL_ROBOTS, VITALS
 from kilotwin.files.message_crc import message_crc
-from kilotwin.links.robot_link import Report
-from kilotwin.links.verdicts import (
+from kilotwin.table.can.protocol import BusHealth, Health, ModuleState
+from kilotwin.table.links.robot_link import Report
+from kilotwin.table.links.verdicts import (
     Finding,
     NotAsked,
     Seen,

@@ -3,8 +3,8 @@
 import pytest
 
 from kilotwin.errors import InputError
-from kilotwin.links import via
-from kilotwin.links.via import Kind, Via, open_link, parse_via
+from kilotwin.table.links import via
+from kilotwin.table.links.via import Kind, Via, open_link, parse_via
 
 
 class Device:

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from kilotwin.build.guest_symbols import GuestSymbols
 from kilotwin.errors import InputError
-from kilotwin.runs.world import World
+from kilotwin.programs.guest_symbols import GuestSymbols
+from kilotwin.session.world import World
 
 PROGRAM = """\
 #include <kilolib.h>

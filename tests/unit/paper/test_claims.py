@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from kilotwin.paper.claims import (
+from kilotwin.studies.paper.claims import (
     HOLDS,
     MISSED,
     OPEN,
@@ -18,7 +18,7 @@ from kilotwin.paper.claims import (
     report_text,
     verdicts,
 )
-from kilotwin.sweep.conditions import Condition, Conditions, Ending
+from kilotwin.studies.sweep.conditions import Condition, Conditions, Ending
 
 SHARES = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 INFORMED = (0.1, 0.2, 0.3, 0.4, 0.5)

@@ -12,15 +12,15 @@ import pyarrow.parquet as pq
 import pytest
 
 from kilotwin.errors import InputError
-from kilotwin.paper.presets import PRESETS, with_preset
-from kilotwin.plot import style
-from kilotwin.plot.effects import STATISTICS, draw_heat
-from kilotwin.plot.figures import Wanted, write_figure
-from kilotwin.plot.sweep import quartile_range
 from kilotwin.runs.columns import field
-from kilotwin.sweep.conditions import Conditions, on_site
-from kilotwin.sweep.data_set import ABOUT, SERIES, TRIALS
-from kilotwin.sweep.results import Results
+from kilotwin.studies.paper.presets import PRESETS, with_preset
+from kilotwin.studies.plot import style
+from kilotwin.studies.plot.effects import STATISTICS, draw_heat
+from kilotwin.studies.plot.figures import Wanted, write_figure
+from kilotwin.studies.plot.sweep import quartile_range
+from kilotwin.studies.sweep.conditions import Conditions, on_site
+from kilotwin.studies.sweep.data_set import ABOUT, SERIES, TRIALS
+from kilotwin.studies.sweep.results import Results
 
 BASES = {"simplified-n50": ("simplified", 50), "firat-n50": ("firat", 50)}
 SHARES, INFORMED, SEEDS = (0.5, 1.0), (0.1, 0.3), (1, 2, 3, 4)

@@ -12,13 +12,13 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from kilotwin.errors import InputError
-from kilotwin.plot import style
-from kilotwin.plot.effects import draw_ecdf, draw_effect, draw_heat
-from kilotwin.plot.figures import Wanted, write_figure
-from kilotwin.plot.series import draw_curve
 from kilotwin.runs.columns import field
-from kilotwin.sweep.data_set import ABOUT, SERIES, TRIALS
-from kilotwin.sweep.results import Results
+from kilotwin.studies.plot import style
+from kilotwin.studies.plot.effects import draw_ecdf, draw_effect, draw_heat
+from kilotwin.studies.plot.figures import Wanted, write_figure
+from kilotwin.studies.plot.series import draw_curve
+from kilotwin.studies.sweep.data_set import ABOUT, SERIES, TRIALS
+from kilotwin.studies.sweep.results import Results
 
 SIZES, LOSSES, SEEDS = (10, 20), ("low", "high"), (1, 2, 3)
 

@@ -15,11 +15,12 @@ from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 
 from kilotwin.errors import InputError
-from kilotwin.plot import palette, style
-from kilotwin.plot.figures import RUN_FIGURES, write_figure
-from kilotwin.plot.palette import site_fills, state_colours
+from kilotwin.runs import palette
 from kilotwin.runs.folder import close_manifest
+from kilotwin.runs.palette import site_fills, state_colours
 from kilotwin.runs.reader import Run
+from kilotwin.studies.plot import style
+from kilotwin.studies.plot.figures import RUN_FIGURES, write_figure
 
 from ..conftest import BLINK, INFORMED, SMALL, Load, call_kilotwin
 

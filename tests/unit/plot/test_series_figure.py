@@ -14,10 +14,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from kilotwin.errors import InputError
-from kilotwin.plot import style
-from kilotwin.plot.figures import Wanted, write_figure
-from kilotwin.plot.series import draw_series
-from kilotwin.sweep.data_set import ABOUT, SERIES, TRIALS
+from kilotwin.studies.plot import style
+from kilotwin.studies.plot.figures import Wanted, write_figure
+from kilotwin.studies.plot.series import draw_series
+from kilotwin.studies.sweep.data_set import ABOUT, SERIES, TRIALS
 
 # Robots past the gap at 0, 10 and 20 s, by gap and seed.
 PAST = {("40 mm", 1): [0, 1, 2], ("40 mm", 2): [0, 3, 4], ("80 mm", 1): [0, 9, 20]}

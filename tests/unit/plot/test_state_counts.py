@@ -5,8 +5,8 @@ import pytest
 from matplotlib.figure import Figure
 
 from kilotwin.errors import InputError
-from kilotwin.plot.timeline import draw_timeline
 from kilotwin.runs.reader import Run
+from kilotwin.studies.plot.timeline import draw_timeline
 
 from ..conftest import SMALL
 from ..known_run import ROBOTS, Begin, samples

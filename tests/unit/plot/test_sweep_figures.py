@@ -12,12 +12,12 @@ from matplotlib.patches import Rectangle
 from matplotlib.text import Text
 
 from kilotwin.errors import InputError
-from kilotwin.plot import style
-from kilotwin.plot.figures import SWEEP_FIGURES, write_figure
-from kilotwin.plot.heat_map import value_labels
-from kilotwin.plot.style import MOST_LINES, line_look, trials_note
-from kilotwin.plot.sweep import bar_edges, error_panels, quartile_range, site_cells
-from kilotwin.sweep.conditions import Condition, Conditions, Ending
+from kilotwin.studies.plot import style
+from kilotwin.studies.plot.figures import SWEEP_FIGURES, write_figure
+from kilotwin.studies.plot.heat_map import value_labels
+from kilotwin.studies.plot.style import MOST_LINES, line_look, trials_note
+from kilotwin.studies.plot.sweep import bar_edges, error_panels, quartile_range, site_cells
+from kilotwin.studies.sweep.conditions import Condition, Conditions, Ending
 
 TWO, THREE = ("black", "white"), ("black", "white", "red")
 

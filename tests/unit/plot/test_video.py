@@ -8,9 +8,9 @@ from matplotlib.colors import to_rgb
 from PIL import Image
 
 from kilotwin.errors import InputError
-from kilotwin.plot.palette import state_colours
-from kilotwin.plot.video import Film, write_video
+from kilotwin.runs.palette import state_colours
 from kilotwin.runs.reader import Run
+from kilotwin.studies.plot.video import Film, write_video
 
 from ..conftest import SMALL
 from ..known_run import Begin, samples

@@ -2,9 +2,9 @@
 
 import re
 
-from kilotwin.port.disassembly import Disassembly, Place, parse
-from kilotwin.port.roles import Roles
-from kilotwin.port.stack import StackBound, bound
+from kilotwin.programs.port.disassembly import Disassembly, Place, parse
+from kilotwin.programs.port.roles import Roles
+from kilotwin.programs.port.stack import StackBound, bound
 
 NOBODY = Roles(frozenset(), frozenset(), {})
 SAVES = """

@@ -10,7 +10,7 @@ import pytest
 from serial.tools.list_ports_common import ListPortInfo
 
 from kilotwin.commands import doctor
-from kilotwin.ports.list_ports import ports
+from kilotwin.table.ports.list_ports import ports
 
 
 def info(device: str, vid: int | None, pid: int | None, product: str | None) -> ListPortInfo:

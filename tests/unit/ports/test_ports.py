@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from kilotwin.errors import DeviceError, InputError
-from kilotwin.ports.holders import reserved
-from kilotwin.ports.pseudo_terminal import PseudoTerminal
+from kilotwin.table.ports.holders import reserved
+from kilotwin.table.ports.pseudo_terminal import PseudoTerminal
 
 
 @pytest.fixture

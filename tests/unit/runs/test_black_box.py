@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from kilotwin.errors import RunError
-from kilotwin.runs.black_box import BlackBox
+from kilotwin.session.black_box import BlackBox
 
 
 def test_a_box_is_there_until_its_end_and_says_nothing_at_first() -> None:

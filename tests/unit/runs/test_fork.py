@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from kilotwin.errors import InputError
-from kilotwin.runs import fork
-from kilotwin.runs.black_box import VARIABLE, BlackBox, Watch, stuck_s
+from kilotwin.session import fork
+from kilotwin.session.black_box import VARIABLE, BlackBox, Watch, stuck_s
 
 AT_WORK = (7).to_bytes(4, "little") + bytes(12) + (1).to_bytes(4, "little")
 

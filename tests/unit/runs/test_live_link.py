@@ -7,9 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from kilotwin.runs.live import Live
-from kilotwin.runs.live_link import LENGTH, LiveLink
 from kilotwin.runs.packing import head_of, pack
+from kilotwin.session.live import Live
+from kilotwin.session.live_link import LENGTH, LiveLink
 from kilotwin.units import TICK_S
 
 from ..known_run import samples

@@ -7,13 +7,13 @@ import can
 import numpy as np
 import pytest
 
-from kilotwin.can.buses import BusName, OpenBus
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.grid import frames as wire
-from kilotwin.grid.cover import Group
-from kilotwin.runs import overhearing
-from kilotwin.runs.overhearing import Overhearing
 from kilotwin.runs.reader import Run
+from kilotwin.session import overhearing
+from kilotwin.session.overhearing import Overhearing
+from kilotwin.table.can.buses import BusName, OpenBus
+from kilotwin.table.grid import frames as wire
+from kilotwin.table.grid.cover import Group
 
 from ..conftest import GRID, Load
 

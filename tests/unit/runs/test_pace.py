@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from kilotwin.runs.pace import Pace
+from kilotwin.session.pace import Pace
 from kilotwin.units import TICK_S
 
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from kilotwin.experiment.record_schema import Record
+from kilotwin.experiment.schema.record import Record
 from kilotwin.runs.prints import PrintLimit, Prints
 
 

@@ -10,15 +10,15 @@ import can
 import pytest
 from typer.testing import CliRunner, Result
 
-from kilotwin.can.buses import BusName, OpenBus
 from kilotwin.commands.cli import app
 from kilotwin.errors import DeviceError, RunError
-from kilotwin.grid import console
-from kilotwin.links.preflight import check_before_record
-from kilotwin.links.verdicts import Finding
-from kilotwin.runs import recording as live
 from kilotwin.runs.grid_record import GridRecord
 from kilotwin.runs.reader import Run
+from kilotwin.session import recording as live
+from kilotwin.table.can.buses import BusName, OpenBus
+from kilotwin.table.grid import console
+from kilotwin.table.links.preflight import check_before_record
+from kilotwin.table.links.verdicts import Finding
 
 from ..conftest import GRID
 

@@ -16,12 +16,13 @@ from pathlib import Path
 import pytest
 from tests.processes import children
 
-from kilotwin.commands.terminal import Lines, Silent
+from kilotwin.commands.terminal import Lines
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.files.confinement import SINGLE_THREADED
-from kilotwin.runs import run
 from kilotwin.runs.folder import FINISHED
 from kilotwin.runs.reader import Run
+from kilotwin.session import run
+from kilotwin.session.display import Silent
 
 from ..conftest import BLINK, INFORMED, SMALL, Kilotwin, Load
 
@@ -359,7 +360,7 @@ def test_a_wish_to_stop_that_comes_too_late_is_told(
 
 def test_a_run_without_a_grid_does_not_wait_for_the_can_tools() -> None:
     code = (
-        "import sys, kilotwin.runs.worker; "
+        "import sys, kilotwin.session.worker; "
         "print([m for m in ('can', 'cantools', 'matplotlib') if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

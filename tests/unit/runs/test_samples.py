@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kilotwin.experiment.record_schema import EXTRA_OF
+from kilotwin.experiment.schema.record import EXTRA_OF
 from kilotwin.runs.packing import pack
 from kilotwin.runs.reader import Run
 from kilotwin.runs.samples import MOST_ROWS, RunSamples

@@ -8,11 +8,11 @@ import pyarrow as pa
 
 import kilotwin
 from kilotwin import World, errors, testing
-from kilotwin.experiment.record_schema import EXTRA_OF
-from kilotwin.experiment.schema import ExperimentSchema
+from kilotwin.experiment.schema.experiment import ExperimentSchema
+from kilotwin.experiment.schema.record import EXTRA_OF
 from kilotwin.runs.columns import MODULES_SCHEMA, SENT_SCHEMA, TRACKING_SCHEMA, WORD, Records
 from kilotwin.runs.folder import close_manifest
-from kilotwin.runs.run import new_manifest
+from kilotwin.session.run import new_manifest
 
 DOCS = Path(__file__).parents[3] / "docs"
 TEXT = (DOCS / "versions.md").read_text()

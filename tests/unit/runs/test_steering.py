@@ -10,13 +10,13 @@ import pytest
 
 from kilotwin import _emulator
 from kilotwin.errors import InputError
-from kilotwin.experiment.record_schema import EXTRA_OF
-from kilotwin.runs.acts import PACED, STEERED, Repetition, acts_of
-from kilotwin.runs.live import Live, chunk_s
-from kilotwin.runs.live_link import LENGTH
-from kilotwin.runs.pace import MOST_TICKS
+from kilotwin.experiment.schema.record import EXTRA_OF
 from kilotwin.runs.packing import head_of
-from kilotwin.runs.steering import Steering
+from kilotwin.session.acts import PACED, STEERED, Repetition, acts_of
+from kilotwin.session.live import Live, chunk_s
+from kilotwin.session.live_link import LENGTH
+from kilotwin.session.pace import MOST_TICKS
+from kilotwin.session.steering import Steering
 
 from ..known_run import samples
 

@@ -8,8 +8,8 @@ import pytest
 from kilotwin import World
 from kilotwin.errors import InputError, RunError
 from kilotwin.experiment.experiment import Experiment
-from kilotwin.scenario.judge import judge
-from kilotwin.scenario.one_run import run_once, tasks_of
+from kilotwin.studies.scenario.judge import judge
+from kilotwin.studies.scenario.one_run import run_once, tasks_of
 
 from ..conftest import SMALL, Load
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from kilotwin import World
-from kilotwin.experiment.overhead import calib, readuid
+from kilotwin.experiment.spec.overhead import calib, readuid
 
 LAB = """
 [robot.12]

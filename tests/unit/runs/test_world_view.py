@@ -12,8 +12,8 @@ import pytest
 from websockets.sync.client import connect
 
 from kilotwin import World
-from kilotwin.runs.attached import PAGE
 from kilotwin.runs.packing import head_of
+from kilotwin.session.attached import PAGE
 
 from ...steering import steer
 from .test_world import TALKER

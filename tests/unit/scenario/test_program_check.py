@@ -11,11 +11,11 @@ import pytest
 from kilotwin.errors import InputError
 from kilotwin.files.junit import Case, Suite, write_junit
 from kilotwin.files.sarif import Result, write_sarif
-from kilotwin.scenario import program_check as checks
-from kilotwin.scenario.judge import judge
-from kilotwin.scenario.one_run import run_once
-from kilotwin.scenario.report import suite
-from kilotwin.scenario.runner import prepare
+from kilotwin.studies.scenario import program_check as checks
+from kilotwin.studies.scenario.judge import judge
+from kilotwin.studies.scenario.one_run import run_once
+from kilotwin.studies.scenario.report import suite
+from kilotwin.studies.scenario.runner import prepare
 
 PROGRAM = """\
 #include <kilolib.h>

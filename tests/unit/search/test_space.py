@@ -5,7 +5,7 @@ import re
 import pytest
 
 from kilotwin.errors import InputError
-from kilotwin.search.space import parse_axes, settings_of
+from kilotwin.studies.search.space import parse_axes, settings_of
 
 
 @pytest.mark.parametrize(

@@ -11,9 +11,9 @@ import pyarrow.parquet as pq
 import pytest
 
 from kilotwin.errors import InputError
-from kilotwin.paper.claims import check
-from kilotwin.plot.figures import write_figure
-from kilotwin.sweep.conditions import Conditions
+from kilotwin.studies.paper.claims import check
+from kilotwin.studies.plot.figures import write_figure
+from kilotwin.studies.sweep.conditions import Conditions
 
 ROW: dict[str, Any] = {
     "trial": 0,

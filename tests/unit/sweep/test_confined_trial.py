@@ -12,9 +12,17 @@ import pytest
 
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.files import confinement
-from kilotwin.runs.fork import Ended
-from kilotwin.sweep import confined_trial, parts, trial_helper
-from kilotwin.sweep.measure import RESULT, RESULT_KEYS, Failed, Measured, Task, measure, part_of
+from kilotwin.session.fork import Ended
+from kilotwin.studies.sweep import confined_trial, parts, trial_helper
+from kilotwin.studies.sweep.measure import (
+    RESULT,
+    RESULT_KEYS,
+    Failed,
+    Measured,
+    Task,
+    measure,
+    part_of,
+)
 
 ROOT = Path(__file__).resolve().parents[3]
 TEXT = """\

@@ -16,14 +16,14 @@ import pytest
 from kilotwin.errors import InputError, RunError
 from kilotwin.files import resources
 from kilotwin.runs.columns import Records
-from kilotwin.sweep import parts
-from kilotwin.sweep.conditions import Condition, Conditions, Ending
-from kilotwin.sweep.data_set import DataSet, trial_key
-from kilotwin.sweep.executors import Dask, Processes
-from kilotwin.sweep.measure import Failed, Measured, Task, engine_sha256, part_of
-from kilotwin.sweep.plan import Plan, read_plan
-from kilotwin.sweep.report import summary_text
-from kilotwin.sweep.runner import Estimate, Sweep
+from kilotwin.studies.sweep import parts
+from kilotwin.studies.sweep.conditions import Condition, Conditions, Ending
+from kilotwin.studies.sweep.data_set import DataSet, trial_key
+from kilotwin.studies.sweep.executors import Dask, Processes
+from kilotwin.studies.sweep.measure import Failed, Measured, Task, engine_sha256, part_of
+from kilotwin.studies.sweep.plan import Plan, read_plan
+from kilotwin.studies.sweep.report import summary_text
+from kilotwin.studies.sweep.runner import Estimate, Sweep
 
 from ..conftest import GIVEN, WIRE
 
@@ -92,7 +92,7 @@ def test_a_series_written_in_several_groups_has_each_row_once(
 ) -> None:
     tables = []
     for name, row_group in (("whole", 1000), ("in-groups", 3)):
-        monkeypatch.setattr("kilotwin.sweep.data_set._ROW_GROUP", row_group)
+        monkeypatch.setattr("kilotwin.studies.sweep.data_set._ROW_GROUP", row_group)
         data = data_set(tmp_path / name, plan)
         for index in range(4):
             data.add(measured(plan, index))

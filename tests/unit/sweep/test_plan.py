@@ -7,8 +7,8 @@ import pytest
 from kilotwin.errors import InputError
 from kilotwin.experiment.experiment import Experiment
 from kilotwin.experiment.text import parse_setting
-from kilotwin.sweep.executors import Dask
-from kilotwin.sweep.plan import Plan, read_plan, shown
+from kilotwin.studies.sweep.executors import Dask
+from kilotwin.studies.sweep.plan import Plan, read_plan, shown
 
 
 def plan_of(folder: Path, text: str, *settings: str, seeds: int | None = None) -> Plan:

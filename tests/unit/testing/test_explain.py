@@ -3,8 +3,8 @@
 import numpy as np
 
 from kilotwin import RGB
-from kilotwin.testing.explain import leds
-from kilotwin.testing.plugin import pytest_assertrepr_compare
+from kilotwin.studies.testing.explain import leds
+from kilotwin.studies.testing.plugin import pytest_assertrepr_compare
 
 RED, GREEN = RGB(1, 0, 0), RGB(0, 3, 0)
 

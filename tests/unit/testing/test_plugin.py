@@ -142,7 +142,7 @@ def test_the_tests_of_the_page_on_testing_pass(pytester: pytest.Pytester) -> Non
 
 def test_a_project_without_worlds_loads_nothing_of_the_engine() -> None:
     code = (
-        "import sys, kilotwin.testing.plugin; "
+        "import sys, kilotwin.studies.testing.plugin; "
         "print([m for m in ('numpy', 'pydantic', 'pyarrow', 'scipy') if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

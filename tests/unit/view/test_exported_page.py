@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from kilotwin.errors import InputError, RunError
-from kilotwin.experiment.record_schema import EXTRA_OF
+from kilotwin.experiment.schema.record import EXTRA_OF
 from kilotwin.runs.reader import Run
 from kilotwin.runs.writer import RunWriter
 from kilotwin.view import exported_page

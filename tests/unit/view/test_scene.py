@@ -14,8 +14,8 @@ from kilotwin.experiment.colours import led_byte
 from kilotwin.metrics.values import MetricValues
 from kilotwin.runs.columns import SENT_SCHEMA, TRACKING_SCHEMA
 from kilotwin.runs.reader import Run
+from kilotwin.runs.scene import scene_of
 from kilotwin.runs.writer import Stream
-from kilotwin.view.scene import scene_of
 from kilotwin.view.served_run import ServedRun
 
 from ..conftest import GRID, INFORMED, SMALL

@@ -18,10 +18,10 @@ from websockets.sync.client import connect
 from websockets.typing import Origin
 
 from kilotwin.errors import InputError, RunError
-from kilotwin.runs.attached import Place
-from kilotwin.runs.live_link import LENGTH
 from kilotwin.runs.packing import pack
 from kilotwin.runs.reader import Run
+from kilotwin.session.attached import Place
+from kilotwin.session.live_link import LENGTH
 from kilotwin.view import server
 from kilotwin.view.helm import Helm
 from kilotwin.view.run_link import RunLink

@@ -1,1 +1,0 @@
-"""The parameter block of `firmware/aggregation`: its tables, and CONFIG. One block among others."""

@@ -1,0 +1,1 @@
+"""Checks that concern several keys of an experiment."""

@@ -1,0 +1,42 @@
+"""The table of an experiment file about a virtual environment: program, camera, controller."""
+
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, Field
+
+from kilotwin.experiment.schema.section import Section, Share, Text
+from kilotwin.units import TICK_S
+
+_PLAIN = (bool, int, float, str)
+
+
+def _plain(value: Any) -> Any:
+    """Values that TOML and JSON both have; ValueError for dates and times."""
+    if isinstance(value, dict | list):
+        for part in value.values() if isinstance(value, dict) else value:
+            _plain(part)
+    elif not isinstance(value, _PLAIN):
+        raise ValueError("has a date or a time; write numbers, texts, lists and tables")
+    return value
+
+
+class EnvironmentTable(Section):
+    """A program that sees robots by a camera and tells them by the overhead controller."""
+
+    program: Text
+    """A class in a file: "pheromone.py:Pheromone"; see docs/environment.md."""
+    settings: Annotated[dict[str, Any], AfterValidator(_plain)] = {}
+    """The program's own keys, handed to it as they are: [environment.settings]."""
+    picture_hz: Annotated[float, Field(gt=0, le=1 / TICK_S)] = 10.0
+    """How many pictures a second it is shown. ARK: each 100 ms (hardware.md 1.13)."""
+    delay_s: Annotated[float, Field(ge=0, le=10)] = 0.1
+    """From the moment of a picture until the program is shown it. A guess."""
+    position_noise_m: Annotated[float, Field(ge=0, le=0.1)] = 0.001
+    """Error of a place in a picture, along x and along y: standard deviation. A guess."""
+    heading_noise_rad: Annotated[float, Field(ge=0, le=3.2)] = 0.1
+    """Error of a heading: standard deviation. A guess."""
+    missed: Share = 0.01
+    """Share of the robots that are not found in a picture. A guess."""
+    message_s: Annotated[float, Field(ge=0.035, le=1)] = 0.05
+    """For how long the overhead controller shines a message, for three robots, before the next.
+    ARK's 50 ms; a packet takes 34 ms on its line (hardware.md 1.13)."""

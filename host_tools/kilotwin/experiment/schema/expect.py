@@ -1,0 +1,101 @@
+"""The `[[expect]]` tables of an experiment: what `kilotwin test` wants to see of it."""
+
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, Field
+
+from kilotwin.experiment.expression import Expression
+from kilotwin.experiment.schema.section import Section, Share
+
+Seconds = Annotated[float, Field(ge=0, le=1e9)]
+Rate = Annotated[float, Field(ge=0, le=1000)]
+Runs = Annotated[int, Field(ge=1, le=10_000)]
+
+KINDS = ("that", "share", "no_crash", "no_busy_wait", "no_undefined", "messages_per_robot_s")
+"""Keys of which an [[expect]] has one: what is expected."""
+
+SHARE_RUNS = 20
+"""Runs of an [[expect]] with a share that does not say how many."""
+
+
+def _expression(text: str) -> str:
+    Expression.of(text)
+    return text
+
+
+def _range(bounds: list[float]) -> list[float]:
+    if bounds[0] > bounds[1]:
+        raise ValueError("must be [least, most]")
+    return bounds
+
+
+Bounds = Annotated[list[Rate], Field(min_length=2, max_length=2), AfterValidator(_range)]
+Condition = Annotated[str, AfterValidator(_expression)]
+
+
+class Expect(Section):
+    """Something that `kilotwin test` expects of a run; the run itself does not depend on it.
+
+    Each has one of `that`, `share`, `no_crash`, `no_busy_wait`, `no_undefined` and
+    `messages_per_robot_s`.
+    """
+
+    that: Condition | None = None
+    """A condition, as "resting.black >= 60": docs/testing.md. It must hold in each of the runs."""
+    share: Condition | None = None
+    """The same, and the share of the runs in which it holds is judged."""
+    at_least: Share | None = None
+    """share: contradicted by runs whose whole 95 % interval is below."""
+    at_most: Share | None = None
+    """share: contradicted by runs whose whole 95 % interval is above."""
+    runs: Runs | None = None
+    """How many runs, with seeds from `seed` on. Left out: 20 for a share; else one, or all that
+    there are for other expectations."""
+    at_s: Seconds | None = None
+    """When it is looked at: the sample nearest to it. Without a time: at the end of the run."""
+    within_s: Seconds | None = None
+    """It must hold at a sample of that time, from after_s on."""
+    throughout_s: Seconds | None = None
+    """It must hold at all samples of that time, from after_s on."""
+    after_s: Seconds | None = None
+    """within_s, throughout_s: since when; 0 if left out."""
+    no_crash: bool | None = None
+    """Whether no program may crash, overflow its stack or compute for ever; true unless an expect
+    says false."""
+    no_busy_wait: bool | None = None
+    """Whether no program may stay busy for 10 s without coming back, as one that hangs; true unless
+    an expect says false."""
+    no_undefined: bool | None = None
+    """Whether no program may do what the C standard leaves undefined, where that is looked for
+    (--sanitize); true unless an expect says false."""
+    messages_per_robot_s: Bounds | None = None
+    """[least, most] messages a second of each robot, over the whole run; with the ideal medium the
+    mean of all robots."""
+
+    @property
+    def kind(self) -> str:
+        """Which of KINDS it has; the first of several."""
+        return next((kind for kind in KINDS if getattr(self, kind) is not None), "")
+
+    @property
+    def condition(self) -> str | None:
+        """The text of `that` or `share`."""
+        return self.that or self.share
+
+    @property
+    def times(self) -> int:
+        """In how many runs it is looked at."""
+        return self.runs or (SHARE_RUNS if self.share is not None else 1)
+
+    def text(self) -> str:
+        """As it is written, in one line, for messages."""
+        given: dict[str, Any] = self.model_dump(exclude_none=True)
+        return ", ".join(f"{key} = {_toml(value)}" for key, value in given.items())
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return f'"{value}"'
+    return f"{value:g}" if isinstance(value, int | float) else str(value)

@@ -1,0 +1,451 @@
+"""Every key an experiment file may have, with its range, default and meaning. The only place that
+says so, with the tables beside it (`grid_schema`, `environment_schema`): `docs/experiments.md` is
+made from here.
+
+Units are in the keys. Shares are 0 to 1. What only makes sense together with other keys is checked
+in `checks`. Defaults that depend on the robot come from `profile_defaults`.
+"""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+
+from kilotwin.experiment.colours import LED_COLOURS, led_triple, site_colour
+from kilotwin.experiment.programs import Runtime
+from kilotwin.experiment.schema.controller import AggregationTables, InformedShares, with_defaults
+from kilotwin.experiment.schema.environment import EnvironmentTable
+from kilotwin.experiment.schema.expect import Expect
+from kilotwin.experiment.schema.grid import CellColour, Faults, Grid, grid_size_m
+from kilotwin.experiment.schema.metric import Metric
+from kilotwin.experiment.schema.object import PushedObject
+from kilotwin.experiment.schema.picture import FloorTable, LightPicture
+from kilotwin.experiment.schema.profile_defaults import KILOBOT_MEDIUM, PROFILES, motion_defaults
+from kilotwin.experiment.schema.record import Record
+from kilotwin.experiment.schema.section import (
+    Byte,
+    Count,
+    Heading,
+    Length,
+    MessageData,
+    MessageType,
+    Outline,
+    Point,
+    Pose,
+    Reading10,
+    Rectangle,
+    Section,
+    Shape,
+    Share,
+    Spread,
+    Text,
+    Uid,
+    one_or_more,
+)
+from kilotwin.experiment.schema.step import Step
+from kilotwin.units import TICK_S, ticks
+
+ProfileName = Literal["foot-bot", "kilobot"]
+Cpu = Literal["native", "translated", "avr"]
+SiteShape = Literal["circle", "rectangle", "polygon", "picture"]
+# Message types of hardware.md 1.4; `pause` is what people call WAKEUP.
+Sent = Literal[
+    "run",
+    "pause",
+    "wakeup",
+    "sleep",
+    "reset",
+    "voltage",
+    "charge",
+    "readuid",
+    "calib",
+    "user",
+]
+
+
+def _named_colour(text: str) -> str:
+    site_colour(text)
+    return text
+
+
+def _led_names() -> str:
+    """Every name of an LED's colour with its intensities."""
+    return ", ".join(f'`"{name}"` {list(rgb)}' for name, rgb in LED_COLOURS.items())
+
+
+class Arena(Section):
+    """The wall; its middle is (0, 0)."""
+
+    shape: Shape = "circle"
+    """The wall's shape."""
+    diameter_m: Length | None = None
+    """Diameter of a circle."""
+    width_m: Length | None = None
+    """Size of a rectangle along x."""
+    height_m: Length | None = None
+    """Size of a rectangle along y."""
+    points_m: Outline | None = None
+    """Corners [x, y] of a polygon, one after the other, in either order."""
+    blocks_light: bool | None = None
+    """Whether the walls of a polygon stop light, where one comes between."""
+
+
+class Obstacle(Section):
+    """Something solid that stands in the arena; obstacles may overlap and reach into the wall."""
+
+    shape: Shape = "circle"
+    """Its shape."""
+    centre_m: Point | None = None
+    """Where its middle is, [x, y]; of a polygon, where (0, 0) of its points is: [0, 0], if left
+    out."""
+    heading_rad: Heading = 0.0
+    """Angle by which it is turned about there, counter-clockwise."""
+    diameter_m: Length | None = None
+    """Diameter of a circle."""
+    width_m: Length | None = None
+    """Size of a rectangle along x, before it is turned."""
+    height_m: Length | None = None
+    """Size of a rectangle along y, before it is turned."""
+    points_m: Outline | None = None
+    """Corners [x, y] of a polygon, one after the other, in either order."""
+    blocks_light: bool
+    """Whether infrared messages and the light of lamps stop at it."""
+
+
+class Site(Section):
+    """A spot on the floor. Robots know it by its number: its place in the file, from 1."""
+
+    name: Text
+    """Its name in tables and figures."""
+    shape: SiteShape = "circle"
+    """Its shape; "picture" for one that `[floor.legend]` names, which needs no [[site]]."""
+    centre_m: Point | None = None
+    """Where its middle is, [x, y]; of a polygon, where (0, 0) of its points is: [0, 0], if left
+    out."""
+    diameter_m: Length | None = None
+    """Diameter of a circle."""
+    width_m: Length | None = None
+    """Size of a rectangle along x."""
+    height_m: Length | None = None
+    """Size of a rectangle along y."""
+    points_m: Outline | None = None
+    """Corners [x, y] of a polygon, one after the other, in either order."""
+    colour: Annotated[str, AfterValidator(_named_colour)] | None = None
+    """In pictures: a colour's name or #rrggbb."""
+    light: CellColour | None = None
+    """On a grid: the light of its cells. Left out: green, blue, yellow ... in turn."""
+
+
+class Swarm(InformedShares):
+    """The robots. `program` and `size`, or `[[robots]]` for several programs."""
+
+    profile: ProfileName
+    """The kind of robot: body, motors, medium, and the defaults of many keys."""
+    program: Annotated[
+        Annotated[list[Text], Field(min_length=1)] | None, BeforeValidator(one_or_more)
+    ] = None
+    """A `.c` file, a folder whose `.c` files are one program, or a list of `.c` files."""
+    size: Count | None = None
+    """How many robots run it."""
+    cpu: Cpu | None = None
+    """Processor of `program`, and of each `[[robots]]` that has a program and says nothing else:
+    see `robots.cpu`."""
+    runtime: Runtime
+    """Runtime of the robots whose program is C source: the published kilolib's traits, as labs'
+    robots have, or ours; see `robots.runtime`."""
+    wire: Text | None = None
+    """A file that declares the parameters of the robots' program, for `[parameters]`."""
+    lab: Text | None = None
+    """A `lab.toml` whose robots these are, by uid from the lowest on: uids, duties, gains."""
+    floor: bool
+    """Whether the virtual floor sends robots their site, walls and obstacles (message CELL)."""
+    start: Literal["uniform"] = "uniform"
+    """Where robots without poses begin: anywhere, or anywhere in `start_in_m`."""
+    start_in_m: Rectangle | None = None
+    """Robots without poses begin in this rectangle: [left, bottom, right, top]."""
+
+
+class Robots(Section):
+    """One kind of robot of a mixed swarm."""
+
+    program: Annotated[
+        Annotated[list[Text], Field(min_length=1)] | None, BeforeValidator(one_or_more)
+    ] = None
+    """A `.c` file, a folder whose `.c` files are one program, or a list of `.c` files."""
+    hex: Text | None = None
+    """Instead of `program`: a `.hex` or `.elf` for the ATmega328P, run as it would be flashed."""
+    cpu: Cpu | None = None
+    """Processor of `program`: this computer; this computer by the robot's machine code, translated,
+    with its cycles and its 16-bit `int`; or each robot's ATmega328P (`kilobot` medium only)."""
+    runtime: Runtime | None = None
+    """`original`: RUN is seen when a blink ends, within 201 ms; after `get_voltage()` the next
+    distance is wrong; questions of ours are not answered. `kilotwin`: ours. As `swarm.runtime` if
+    left out, or ours beside our boot loader."""
+    boot_loader: bool = False
+    """Whether their flash also holds Kilotwin's boot loader, so that they can be flashed over the
+    air; ATmega328P only."""
+    include: list[Text] = []
+    """Folders to look for headers in, besides the program's own."""
+    define: list[Text] = []
+    """Macros for the compiler: "NAME", "NAME=value" or "NAME(a,b)=value"."""
+    flavour: Literal["kilobot", "kilogrid"] | None = None
+    """API that it is written for: kilolib, or the Kilogrid's flavour of it with its helpers; as its
+    `.c` files look (`IR_message_t`, `kilogrid.h`, `kilob_*.h`) if left out."""
+    count: Count
+    """How many robots run it."""
+    poses: list[Pose] | None = None
+    """Where each of them begins, [x_m, y_m, heading_rad]; anywhere if left out."""
+
+
+class Motion(Section):
+    """How a Kilobot moves, and how its motors differ from the next one's and from themselves.
+
+    The foot-bot's motion is fixed and ideal.
+    """
+
+    speed_m_s: Annotated[float, Field(gt=0, le=1)]
+    """Both motors at their straight duties."""
+    turn_rad_s: Annotated[float, Field(gt=0, le=5)]
+    """One motor at its turn duty."""
+    mass_kg: Annotated[float, Field(ge=0.001, le=100)]
+    """Mass of a robot. 10 g is what others simulate (hardware.md 2); the foot-bot's is a guess."""
+    push_n: Annotated[float, Field(gt=0, le=1000)]
+    """The most that its drive pushes with, or the table's friction brakes with while its motors are
+    off. A guess."""
+    kick_needed: bool
+    """Whether a motor at rest needs 15 ms at full duty (`spinup_motors()`) to start."""
+    gives_way: bool
+    """Whether a robot that stands can be pushed; if not, others meet it as they meet a wall."""
+    speed_spread: Spread
+    """Speed, from robot to robot: standard deviation, share of the speed."""
+    bias_spread: Spread
+    """Each motor's speed: standard deviation over motors, share. Such a robot walks in a bend."""
+    motor_noise: Spread
+    """Each motor's speed, from second to second: standard deviation, share."""
+
+
+class Medium(Section):
+    """How robots receive each other; centre to centre. `ideal` has `kind` and `range_m` only."""
+
+    kind: Literal["ideal", "kilobot"]
+    """`ideal`: all in range receive everything. `kilobot`: the infrared of real robots."""
+    range_m: Length
+    """How far a robot is received."""
+    range_spread: Spread | None = None
+    """The range, from robot to robot: standard deviation, share."""
+    loss: Share | None = None
+    """Share of the frames lost to nothing in particular, near the sender."""
+    loss_at_range: Share | None = None
+    """The same at the end of the range; in between it grows with the distance's 4th power."""
+    overhead_loss: Share | None = None
+    """Share of an overhead controller's frames lost to nothing in particular. Default: a guess."""
+    gain_noise_lsb: Annotated[float, Field(ge=0, le=100)] | None = None
+    """Noise of the two readings that a distance is estimated from: standard deviation."""
+    distance_error_mm: Annotated[float, Field(ge=0, le=20)] | None = None
+    """What a robot takes every distance to be more than it is, for its whole life: standard
+    deviation from robot to robot. With the default 95 of 100 are within 2 mm, as is published.
+    Robots whose tables a lab has measured have none."""
+    carrier_sense: bool | None = None
+    """Whether a robot that sees light puts off sending."""
+    collisions: bool | None = None
+    """Whether frames that overlap at a receiver spoil each other there."""
+    half_duplex: bool | None = None
+    """Whether a robot that sends receives nothing."""
+    held_busy: bool | None = None
+    """A test: a light that never goes out, so that no robot gets to send."""
+    clock_spread: Annotated[float, Field(ge=0, le=0.05)] | None = None
+    """The oscillator's rate, from robot to robot: standard deviation, share."""
+    sensitivity_spread: Spread | None = None
+    """How strongly a receiver sees light, from robot to robot: standard deviation, share."""
+
+
+class Source(Section):
+    """A lamp above the arena."""
+
+    at_m: Point
+    """The point below it, [x, y]."""
+    peak: Reading10
+    """Its addition to the reading there."""
+    half_m: Length
+    """How far from there half of that is left."""
+
+
+class Light(Section):
+    """Reading of `get_ambientlight()`, 0 to 1023."""
+
+    ambient: Reading10 = 0.0
+    """The reading without any lamp."""
+    source: list[Source] = []
+    """Lamps, as [[light.source]] tables."""
+    picture: LightPicture | None = None
+
+
+class Battery(Section):
+    """Reading of `get_voltage()`."""
+
+    hours: Annotated[float, Field(ge=0, le=1000)] = 0.0
+    """How long a full battery lasts a robot that drives; 0: it never drains."""
+
+
+class Command(Section):
+    """A message of the overhead controller, to all robots unless keys name some.
+
+    Without any [[command]] robots get RUN at 0. One [[command]] or more take its place.
+    """
+
+    at_s: Annotated[float, Field(ge=0, le=1e9)]
+    """When, in seconds from the begin of the run; before its end, unless `--set` put that earlier.
+    """
+    send: Sent
+    """Which message; `pause` and `wakeup` are the same."""
+    repeat_s: Annotated[float, Field(ge=0, le=3600)] = 0.0
+    """For how long it is repeated, once a tick; 0: once. `wakeup` may need 48 s: docs/limits.md."""
+    robot: Annotated[int, Field(ge=0, le=65534)] | None = None
+    """Only to the robot of this index, which has the uid index + 1 unless CALIB or `swarm.lab` gave
+    it another."""
+    uid_first: Uid | None = None
+    """Only to robots from this uid on; 0 if left out."""
+    uid_last: Uid | None = None
+    """Only to robots up to this uid; 65535 if left out."""
+    centre_m: Point | None = None
+    """Only to robots near this point, [x, y] ..."""
+    within_m: Length | None = None
+    """... with centres not farther away than this."""
+    bit: Annotated[int, Field(ge=0, le=15)] | None = None
+    """readuid: which bit of its uid a robot shows; it turns left if the bit is set."""
+    mode: Literal["save", "uid", "turn_left", "turn_right", "straight"] | None = None
+    """calib: show how the robot moves, or `save` what the message carries while it does."""
+    uid: Uid | None = None
+    """calib, save: the robot's uid from now on."""
+    turn_left: Byte | None = None
+    """calib: duty of the left motor in a left turn."""
+    turn_right: Byte | None = None
+    """calib: duty of the right motor in a right turn."""
+    straight_left: Byte | None = None
+    """calib: duty of the left motor straight on."""
+    straight_right: Byte | None = None
+    """calib: duty of the right motor straight on."""
+    type: MessageType | None = None
+    """user: the message's type."""
+    data: MessageData | None = None
+    """user: the message's bytes, filled up with zeros."""
+
+
+class Engine(Section):
+    """How the world is computed."""
+
+    step_ticks: Literal[1, 2, 4]
+    """The world's step, in ticks of 32.768 ms."""
+    contact_solver: Literal["box2d", "discs"] = "box2d"
+    """Solver of three and more robots in contact: Box2D, or one that knows discs only."""
+    avr_core: Literal["translated", "interpreted"] = "translated"
+    """How an ATmega328P's code is executed: translated to this computer's if it has a C compiler,
+    or interpreted; the result is the same."""
+
+
+def _light_at_walls(raw: dict[str, Any], blocks: bool) -> dict[str, Any]:
+    """Arena and obstacles, where left out with what the robots' light does at walls."""
+    filled: dict[str, Any] = {}
+    arena, obstacles = raw.get("arena"), raw.get("obstacle")
+    if isinstance(arena, dict) and arena.get("shape") == "polygon":
+        filled["arena"] = {"blocks_light": blocks, **arena}
+    if isinstance(obstacles, list):
+        filled["obstacle"] = [
+            {"blocks_light": blocks, **obstacle} if isinstance(obstacle, dict) else obstacle
+            for obstacle in obstacles
+        ]
+    return filled
+
+
+def _drawn_sites(raw: dict[str, Any]) -> dict[str, Any]:
+    """The sites, and those of the floor's legend that are not among them."""
+    floor, sites = raw.get("floor"), raw.get("site", [])
+    legend = floor.get("legend") if isinstance(floor, dict) else None
+    if not isinstance(legend, dict) or not isinstance(sites, list):
+        return {}
+    known = [site.get("name") for site in sites if isinstance(site, dict)]
+    more: dict[str, dict[str, Any]] = {}
+    for colour, name in legend.items():
+        if isinstance(name, str) and name and name not in known and name not in more:
+            more[name] = {"name": name, "shape": "picture", "colour": colour}
+    return {"site": [*sites, *more.values()]}
+
+
+class ExperimentSchema(AggregationTables):
+    """A whole experiment file."""
+
+    name: Text
+    """Its name in figures and run folders; the file's name if left out."""
+    seed: Annotated[int, Field(ge=0, le=2**63 - 1)] = 1
+    """All chance comes from it: same seed, same run."""
+    duration_s: Annotated[float, Field(ge=TICK_S, le=1e9)]
+    """Simulated time."""
+    temperature: Annotated[int, Field(ge=0, le=1023)] = 300
+    """Reading of `get_temperature()`, 0 to 1023."""
+    arena: Arena
+    obstacle: Annotated[list[Obstacle], Field(max_length=1000)] = []
+    object: Annotated[list[PushedObject], Field(max_length=1000)] = []
+    site: Annotated[list[Site], Field(max_length=255)] = []
+    floor: FloorTable | None = None
+    swarm: Swarm
+    robots: list[Robots] | None = None
+    parameters: Annotated[dict[Text, Any], Field(max_length=100)] | None = Field(
+        default=None,
+        description="Parameters of the robots' program by name, as swarm.wire declares them: "
+        "docs/parameters.md.",
+    )
+    motion: Motion | None = None
+    medium: Medium
+    light: Light = Light.model_construct()
+    battery: Battery = Battery.model_construct()
+    command: list[Command] | None = None
+    step: Annotated[list[Step], Field(max_length=10_000)] = []
+    environment: EnvironmentTable | None = None
+    grid: Grid | None = None
+    faults: Faults = Faults.model_construct()
+    record: Record = Record.model_construct()
+    metric: Annotated[dict[Text, Metric], Field(max_length=100)] = {}
+    expect: Annotated[list[Expect], Field(max_length=1000)] = []
+    engine: Engine
+    states: dict[Text, Annotated[list[int], BeforeValidator(led_triple)]] | None = Field(
+        default=None,
+        description="LED colours by the name of what they mean: [r, g, b] with 0 to 3 each, as in "
+        f"RGB(r, g, b), or a colour's name: {_led_names()}.",
+    )
+
+    @property
+    def sample_ticks(self) -> int:
+        """Ticks from one sample of an emulated run to the next: a world step at least."""
+        return max(ticks(self.record.sample_s), self.engine.step_ticks)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _defaults_of_the_profile(cls, raw: Any) -> Any:
+        """Fills in what depends on the robot. A wrong profile is reported as such, nothing else."""
+        if not isinstance(raw, dict):
+            return raw
+        swarm = raw.get("swarm")
+        name = swarm.get("profile") if isinstance(swarm, dict) else None
+        if not isinstance(name, str) or name not in PROFILES:
+            name = next(iter(PROFILES))
+        profile = PROFILES[name]
+        filled = dict(raw)
+        if "arena" not in raw and (size := grid_size_m(raw.get("grid"))):
+            filled["arena"] = {"shape": "rectangle", "width_m": size[0], "height_m": size[1]}
+        filled |= _light_at_walls(filled, profile.line_of_light)
+        filled |= _drawn_sites(raw)
+        if isinstance(swarm, dict):
+            floor = profile.virtual_floor and "grid" not in raw
+            filled["swarm"] = {"floor": floor, "runtime": profile.runtime, **swarm}
+        medium = raw.get("medium", {})
+        if isinstance(medium, dict):
+            kind = medium.get("kind", profile.medium)
+            own = KILOBOT_MEDIUM if kind == "kilobot" else {}
+            filled["medium"] = {"kind": kind, "range_m": profile.range_m, **own, **medium}
+        engine = raw.get("engine", {})
+        if isinstance(engine, dict):
+            filled["engine"] = {"step_ticks": profile.step_ticks, **engine}
+        motion = raw.get("motion", {} if profile.legs else None)
+        if isinstance(motion, dict):
+            filled["motion"] = {**motion_defaults(profile), **motion}
+        filled |= with_defaults(raw, name)
+        return filled

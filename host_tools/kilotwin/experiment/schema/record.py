@@ -1,0 +1,90 @@
+"""[record]: what of a run is written down, how often, and how exactly."""
+
+from typing import Annotated, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from kilotwin.experiment.schema.section import Section, Share
+from kilotwin.units import TICK_S
+
+RobotColumn = Literal["x_m", "y_m", "heading_rad", "led", "state", "site"]
+Extra = Literal["motors", "battery", "messages", "modules"]
+Columns = Annotated[list[RobotColumn], Field(max_length=6)]
+Interval = Annotated[float, Field(ge=TICK_S, le=1e6)]
+Index = Annotated[int, Field(ge=0, le=999_999)]
+
+EXTRA_OF: dict[str, Extra] = {
+    "left_duty": "motors",
+    "right_duty": "motors",
+    "battery": "battery",
+    "sent": "messages",
+    "received": "messages",
+}
+"""Columns by what `also` calls them."""
+
+
+class Record(Section):
+    """How often poses, LED and states are written down, of which robots, and how exactly.
+
+    Nothing here but sample_s changes a run's result_hash.
+    """
+
+    sample_s: Interval = 10.0
+    """Seconds from one record to the next. Each comes at the end of a world step
+    (engine.step_ticks), so that they come no oftener than these. Begin and end are always
+    recorded."""
+    robots_s: Interval | None = None
+    """The same of the rows of `robots`, a multiple of sample_s, which counts, objects and metrics
+    keep; as sample_s if left out."""
+    columns: Columns | None = None
+    """Columns of `robots`, besides tick, time_s, robot and metrics: x_m, y_m, heading_rad, led,
+    state, site; all if left out."""
+    also: Annotated[list[Extra], Field(max_length=4)] | None = None
+    """Columns of `robots` besides: motors (left_duty, right_duty, 0 to 255), battery (a reading, as
+    get_voltage() returns it), messages (sent and received so far). Null for real robots, of which
+    the host does not know them. modules, on an emulated grid: a table `modules` with the state and
+    the error counters of each at each sample."""
+    robots: list[Index] | None = None
+    """Indices of the robots that have rows in `robots`; all if left out. Counts and metrics are of
+    all robots."""
+    robots_count: Annotated[int, Field(ge=0, le=1_000_000)] | None = None
+    """In place of `robots`: how many, spread evenly over the indices; all, if there are fewer."""
+    robots_share: Share | None = None
+    """In place of `robots`: which share of them, spread evenly."""
+    precision_m: Annotated[float, Field(ge=1e-6, le=1)] | None = None
+    """Step to which positions in `robots` are rounded, to a power of two below it; headings so that
+    a robot's rim is as exact. As the engine has them (float32), if left out."""
+    can_log: bool = True
+    """On a grid: whether every CAN frame is kept in can.log."""
+    prints_per_robot: Annotated[int, Field(ge=0)] = 100_000
+    """Prints of a robot, or of a module, that are kept; how many more there were is said."""
+    prints: Annotated[int, Field(ge=0)] = 1_000_000
+    """Prints of a run that are kept."""
+
+    @property
+    def robots_every(self) -> int:
+        """How many samples are from one row of a robot to the next."""
+        return 1 if self.robots_s is None else max(1, round(self.robots_s / self.sample_s))
+
+    def has(self, extra: Extra) -> bool:
+        """Whether `also` names it."""
+        return extra in (self.also or [])
+
+    def has_column(self, name: str) -> bool:
+        """Whether `robots` has that column."""
+        if name in EXTRA_OF:
+            return self.has(EXTRA_OF[name])
+        return self.columns is None or name in self.columns
+
+    def robots_of(self, size: int) -> NDArray[np.uint32] | None:
+        """Indices of the robots that have rows, of so many; None for all."""
+        if self.robots is not None:
+            return np.array(sorted(self.robots), np.uint32)
+        count = size if self.robots_count is None else min(self.robots_count, size)
+        if self.robots_share is not None:
+            count = round(self.robots_share * size)
+        if count == size:
+            return None
+        return (np.arange(count, dtype=np.int64) * size // max(count, 1)).astype(np.uint32)

@@ -1,0 +1,1 @@
+"""An experiment as engine and grid get it: numbers, messages, configurations."""

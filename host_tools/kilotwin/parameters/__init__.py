@@ -1,1 +1,0 @@
-"""Tables of keys with ranges, and parameters of programs as messages carry them."""

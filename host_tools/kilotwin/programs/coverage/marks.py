@@ -1,0 +1,54 @@
+"""Marks that a translation leaves of what has run in this process (COVER, translated_code.h)."""
+
+import contextlib
+import ctypes
+from collections.abc import Iterable, Mapping, Sequence
+
+from kilotwin.files.flash_map import FLASH_BYTES
+from kilotwin.programs.native.guest import COVERED_BYTES
+
+Marks = Mapping[int, int]
+"""By byte address in flash: RAN of a block that begins there, TAKEN and NOT_TAKEN of the branch
+there; a block of one instruction may have all."""
+RAN, TAKEN, NOT_TAKEN = 1, 2, 4
+
+_OF_TRANSLATION, _OF_NATIVE = "translation_coverage", "kt_coverage"
+
+
+def marks_of(guest: str) -> dict[int, int]:
+    """Those of a guest that the engine has loaded, of all robots that have run it in this process.
+
+    Of a native one RAN, by the address that a call at a block's begin returns to. ValueError if it
+    was not built for coverage.
+    """
+    library = ctypes.CDLL(guest)  # the one that is loaded: no file is opened
+    with contextlib.suppress(ValueError):
+        words = (ctypes.c_uint8 * (FLASH_BYTES // 2)).in_dll(library, _OF_TRANSLATION)
+        return {2 * word: mark for word, mark in enumerate(bytes(words)) if mark}
+    calls = (ctypes.c_uint8 * COVERED_BYTES).in_dll(library, _OF_NATIVE)
+    return {address: mark for address, mark in enumerate(bytes(calls)) if mark}
+
+
+def marks_of_all(guests: Iterable[str]) -> list[list[tuple[int, int]]]:
+    """Those of each guest, for a message; none of one that was not built for coverage."""
+    told = []
+    for guest in guests:
+        with contextlib.suppress(ValueError):
+            told.append(list(marks_of(guest).items()))
+            continue
+        told.append([])
+    return told
+
+
+def understood(told: Sequence[Sequence[Sequence[int]]]) -> list[dict[int, int]]:
+    """Such a message. A program may have written it: ValueError or TypeError if it is none."""
+    return [{int(address): int(mark) for address, mark in marks} for marks in told]
+
+
+def merged(several: Iterable[Marks]) -> dict[int, int]:
+    """The marks of several runs of one program, put together."""
+    all_of_them: dict[int, int] = {}
+    for marks in several:
+        for address, mark in marks.items():
+            all_of_them[address] = all_of_them.get(address, 0) | mark
+    return all_of_them

@@ -1,0 +1,86 @@
+"""Builds what the robots of a group run: a guest, native or of their machine code, or an image for
+their ATmega328P."""
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from kilotwin.experiment.experiment import Experiment, Group
+from kilotwin.programs.cache import Notify
+from kilotwin.programs.native import sanitizer
+from kilotwin.programs.native.guest import Guest, build
+
+_KEY_CHARACTERS = 32
+
+
+def build_group(
+    group: Group,
+    notify: Notify = lambda _: None,
+    *,
+    covered: bool = False,
+    sanitized: bool = False,
+) -> Guest:
+    """The file that the engine loads. An image that came built is taken as it is. `covered`: a
+    program marks what runs. `sanitized`: a native one looks for undefined behaviour.
+
+    Of an image, that is its translation unless the group is interpreted, or cannot be translated.
+    """
+    if group.translated:
+        from kilotwin.programs.translate.translation import translated_guest
+
+        return translated_guest(group.program, notify, covered=covered)
+    if not group.on_board:
+        flags = sanitizer.flags() if sanitized else ()
+        return build(group.program, notify, flags, covered=covered)
+    guest = _image_of(group, notify)
+    code = None
+    if not group.interpreted:
+        from kilotwin.programs.translate.translation import translated
+
+        code = translated(guest.file, notify)
+    return guest if code is None else replace(guest, file=code)
+
+
+def build_all(
+    experiment: Experiment,
+    notify: Notify = lambda _: None,
+    *,
+    covered: bool = False,
+    sanitized: bool = False,
+) -> tuple[list[Guest], Guest | None]:
+    """The guests of each group of robots, and of the modules, if there are any."""
+    guests = [
+        build_group(group, notify, covered=covered, sanitized=sanitized)
+        for group in experiment.groups
+    ]
+    modules = experiment.modules
+    if modules is None:
+        return guests, None
+    return guests, build_group(modules, notify, covered=covered, sanitized=sanitized)
+
+
+def symbols_of(guests: Sequence[Guest], modules: Guest | None) -> tuple[Path | None, ...]:
+    """Debug information of the guests, then of the modules'."""
+    return tuple(guest.symbols for guest in (*guests, *([modules] if modules else [])))
+
+
+def _image_of(group: Group, notify: Notify) -> Guest:
+    program = group.program
+    if program.sources:
+        from kilotwin.programs.image.image import build_image
+
+        image = build_image(program, notify)
+        guest = Guest(program.name, image.hex, image.key, image.compiler, image.elf)
+    else:
+        guest = Guest(program.name, program.path, _key_of(program.path), "")
+    if group.boot_loader is None:
+        return guest
+    from kilotwin.programs.image.boot_loader import with_boot_loader
+
+    whole = with_boot_loader(guest.file, group.boot_loader, notify)
+    return replace(guest, file=whole, key=_key_of(whole))
+
+
+def _key_of(file: Path) -> str:
+    return hashlib.sha256(file.read_bytes()).hexdigest()[:_KEY_CHARACTERS]

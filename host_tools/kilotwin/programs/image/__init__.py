@@ -1,0 +1,1 @@
+"""Images: programs compiled and linked for the ATmega328P."""

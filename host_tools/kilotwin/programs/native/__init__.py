@@ -1,0 +1,1 @@
+"""Guests: programs compiled for this computer, with the mock Kilobot API."""

@@ -1,0 +1,126 @@
+"""`kilotwin port`: will a program run on the robot as it does here?"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from kilotwin.errors import InputError
+from kilotwin.experiment.programs import Api, ProgramError, find_program
+from kilotwin.programs.cache import Notify
+from kilotwin.programs.image.image import build_image
+from kilotwin.programs.image.image_size import FLASH_BYTES, RAM_BYTES
+from kilotwin.programs.native.guest import build as build_guest
+from kilotwin.programs.port import bounds, callbacks, machine_code, retrial, source_text
+from kilotwin.programs.port import trial as trials
+from kilotwin.programs.port.disassembly import Disassembly
+from kilotwin.programs.port.findings import Finding, Weight, in_order
+from kilotwin.programs.port.retrial import Tried
+from kilotwin.programs.port.roles import find_roles, own_lines
+from kilotwin.programs.port.stack import StackBound, bound
+from kilotwin.programs.port.trial import Outcome, Trial
+
+_SHOWN_CHAIN = 120
+
+
+@dataclass(frozen=True)
+class Report:
+    """The findings on one program, the worst first."""
+
+    program: str
+    flash_bytes: int
+    ram_bytes: int
+    stack: StackBound
+    trial: Outcome | None
+    """None: it was not run."""
+    findings: tuple[Finding, ...]
+
+    @property
+    def fails(self) -> bool:
+        """Whether it would fail on the robot."""
+        return any(finding.weight is Weight.FAILS for finding in self.findings)
+
+    def as_dict(self) -> dict[str, Any]:
+        """The --json object."""
+        return {
+            "program": self.program,
+            "fails": self.fails,
+            "flash_bytes": self.flash_bytes,
+            "flash_budget_bytes": FLASH_BYTES,
+            "ram_bytes": self.ram_bytes,
+            "ram_budget_bytes": RAM_BYTES,
+            "stack_bound_bytes": self.stack.bytes,
+            "stack_bound_by": self.stack.why,
+            "trial": self.trial.as_dict() if self.trial else None,
+            "findings": [finding.as_dict() for finding in self.findings],
+        }
+
+    def text(self) -> str:
+        """For people."""
+        stack = "no bound" if self.stack.bytes is None else f"{self.stack.bytes:,} bytes at most"
+        why = self.stack.why
+        lines = [
+            f"{self.program}, on an ATmega328P:",
+            f"  flash  {self.flash_bytes:6,} of {FLASH_BYTES:,} bytes",
+            f"  RAM    {self.ram_bytes:6,} of {RAM_BYTES:,} bytes of variables",
+            f"  stack  {stack} ({why if len(why) <= _SHOWN_CHAIN else why[:_SHOWN_CHAIN] + '...'})",
+            *(self.trial.lines() if self.trial else ()),
+            "",
+            *(finding.text() for finding in self.findings),
+        ]
+        if not self.findings:
+            lines.append("nothing found that would go wrong on the robot")
+        return "\n".join(lines)
+
+
+def check(
+    written: Sequence[str],
+    include: Sequence[str],
+    define: Sequence[str],
+    trial: Trial | None,
+    notify: Notify,
+    *,
+    api: Api | None = None,
+) -> Report:
+    """Builds the program for the robot and looks for what goes wrong there, in a `trial` too.
+
+    Of a module's program (`api`) it knows the size alone.
+    """
+    try:
+        program = find_program(written, Path.cwd(), include, define, api)
+    except ProgramError as error:
+        raise InputError(str(error)) from None
+    image = build_image(program, notify)
+    code = Disassembly.of(image)
+    lines = own_lines(program)
+    roles = find_roles(lines)
+    stack = bound(code, roles)
+    if program.target == "module":
+        found = tuple(machine_code.size(code, stack))
+        return Report(program.name, code.flash_bytes, code.ram_bytes, stack, None, found)
+    findings = [
+        *machine_code.size(code, stack),
+        *machine_code.interrupts(code, roles),
+        *machine_code.torn(code, roles),
+        *callbacks.before_setup(code, roles),
+        *callbacks.messages(code, roles, lines),
+        *source_text.ticks(lines),
+        *source_text.motors(lines),
+        *source_text.checksum(lines, roles),
+        *source_text.widths(program),
+        *source_text.shifts(lines),
+        *source_text.joined_bytes(lines),
+    ]
+    # The API's own code is not the program's to mend.
+    own = {line.place.file for line in lines}
+    theirs = [found for found in findings if found.place is None or found.place.file in own]
+    outcome = None
+    if trial is not None and "kilo_start" not in code.functions:
+        notify("no trial: the program never calls kilo_start()")
+    elif trial is not None:
+        guest = build_guest(bounds.watched(program), notify, flags=bounds.FLAGS)
+        notify(f"running {program.written} for {trial.seconds:g} s on an ATmega328P and here")
+        outcome = trials.run(trial, guest, image, code, roles)
+        theirs += trials.findings(outcome)
+        theirs += retrial.findings(Tried(program, code, roles, trial), outcome, notify)
+    return Report(program.name, code.flash_bytes, code.ram_bytes, stack, outcome, in_order(theirs))

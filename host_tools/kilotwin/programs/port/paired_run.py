@@ -1,0 +1,100 @@
+"""One program here and on an emulated ATmega328P, side by side: in a process of its own, since the
+program may do anything, which is confined (docs/security.md).
+"""
+
+import contextlib
+import os
+import subprocess
+import sys
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from kilotwin.errors import InputError, RunError
+from kilotwin.files.plain_text import quoted
+
+_MOST_ANSWER_BYTES = 1 << 26
+
+
+class _Message(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class PairedRun(_Message):
+    """Order for the process: the program in its two forms, and how long it runs.
+
+    `follow`: byte addresses of functions to watch on the chip. With it, the run ends when stack and
+    data meet. With `to_difference`, it ends at the first difference.
+    """
+
+    name: str
+    guest: str
+    elf: str
+    seed: int
+    uid: int
+    slack_s: float
+    waits: bool
+    follow: list[int] | None
+    to_difference: bool
+    ticks: int
+    look_ticks: int
+
+
+class Difference(_Message):
+    """The first decision that one of them does not share."""
+
+    tick: int
+    kind: Literal["led", "motors", "message"]
+    text: str
+
+
+class Watched(_Message):
+    """The chip's stack, and its calls by address: number, cycles of the longest, its tick."""
+
+    stack_bytes: int
+    deepest_at: int
+    room_bytes: int
+    ticks_lost: int
+    calls: dict[int, tuple[int, int, int]]
+
+
+class Measured(_Message):
+    """Answer of the process: how far it came, and what was seen. `error`: it could not begin."""
+
+    error: str = ""
+    tick: int = 0
+    received: int = 0
+    compared: int = 0
+    worst_lag_s: float = 0
+    difference: Difference | None = None
+    avr_failure: str = ""
+    native_failure: str = ""
+    native_prints: list[tuple[int, str]] = []
+    watched: Watched | None = None
+
+
+def run(wanted: PairedRun, timeout_s: float | None = None) -> Measured:
+    """Runs it; what it takes on a second core, and ends with this process.
+
+    InputError if the program does not come to kilo_init(); RunError if it ends its process, or
+    takes longer than `timeout_s`.
+    """
+    command = [sys.executable, "-P", "-m", "kilotwin.programs.port.paired_worker", str(os.getpid())]
+    with subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as process:
+        try:
+            answer, words = process.communicate(wanted.model_dump_json().encode(), timeout_s)
+        except subprocess.TimeoutExpired:
+            raise RunError(f"{wanted.name}: took longer than {timeout_s:g} s") from None
+        finally:
+            process.kill()
+    measured = None
+    with contextlib.suppress(ValidationError):
+        measured = Measured.model_validate_json(answer[:_MOST_ANSWER_BYTES])
+    if measured is None:
+        what = f"{wanted.name}: the program ended its process (code {process.returncode})"
+        raise RunError(what, detail=quoted(words.decode(errors="replace").strip()))
+    if measured.error:
+        raise InputError(f"{wanted.name}: {measured.error}")
+    return measured

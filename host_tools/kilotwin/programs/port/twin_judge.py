@@ -1,0 +1,84 @@
+"""The process that finds a twin's verdict: pickled program and guest on stdin, JSON on stdout.
+What the program itself does it leaves to a paired run, which is confined.
+
+`python -m kilotwin.programs.port.twin_judge PARENT`. It ends with its parent.
+"""
+
+import json
+import pickle
+import sys
+from dataclasses import asdict
+
+from kilotwin import _emulator
+from kilotwin.errors import InputError, KilotwinError, RunError
+from kilotwin.experiment.programs import Program
+from kilotwin.programs.image.image import Image, build_image
+from kilotwin.programs.native.guest import Guest
+from kilotwin.programs.port import paired_run
+from kilotwin.programs.port.disassembly import Disassembly
+from kilotwin.programs.port.paired_run import Measured, PairedRun
+from kilotwin.programs.port.roles import find_roles, own_lines
+from kilotwin.programs.port.trial import SLACK_S, UID, waits
+from kilotwin.programs.port.twin import Verdict
+from kilotwin.units import ticks
+
+SECONDS = 10.0
+_SEED = 1
+_TIMEOUT_S = 60.0
+
+
+def main() -> None:
+    """Judges what is on stdin."""
+    _emulator.end_with_parent(int(sys.argv[1]))
+    program, guest = pickle.load(sys.stdin.buffer)
+    sys.stdout.write(json.dumps(asdict(verdict(program, guest))))
+
+
+def verdict(program: Program, guest: Guest) -> Verdict:
+    """Both run for SECONDS, or to the first difference."""
+    name = program.written
+    try:
+        image = build_image(program)
+    except InputError as error:
+        return Verdict(name, False, f"which does not build for the ATmega328P: {error}")
+    except RunError as error:
+        return Verdict(name, None, f"{error}")
+    try:
+        return judged(name, _measured(program, guest, image))
+    except KilotwinError as error:
+        return Verdict(name, None, f"{error}")
+
+
+def _measured(program: Program, guest: Guest, image: Image) -> Measured:
+    code = Disassembly.of(image)
+    wanted = PairedRun(
+        name=guest.name,
+        guest=str(guest.file),
+        elf=str(image.elf),
+        seed=_SEED,
+        uid=UID,
+        slack_s=SLACK_S,
+        waits=waits(code, find_roles(own_lines(program))),
+        follow=None,
+        to_difference=True,
+        ticks=ticks(SECONDS),
+        look_ticks=ticks(SECONDS),
+    )
+    return paired_run.run(wanted, _TIMEOUT_S)
+
+
+def judged(name: str, measured: Measured) -> Verdict:
+    """The verdict by what was measured."""
+    if failure := measured.native_failure or measured.avr_failure:
+        where = "here" if measured.native_failure else "on the robot"
+        return Verdict(name, False, f"it cannot go on {where}: {failure}")
+    if measured.difference is not None:
+        first = f"first at tick {measured.difference.tick:,}: {measured.difference.text}"
+        why = f'`kilotwin port {name}` says why, cpu = "translated" runs it as the robot does'
+        return Verdict(name, False, f"{first}; {why}")
+    how_many = f"{measured.compared:,} decisions in {SECONDS:g} s"
+    return Verdict(name, True, f"{how_many} are as on its ATmega328P")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""Machine code of the ATmega328P, translated to C that does the same."""

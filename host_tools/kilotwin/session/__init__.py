@@ -1,0 +1,1 @@
+"""Sessions: a table, and all that takes part in a run on it."""

@@ -1,0 +1,87 @@
+"""Confines the process of a run before its programs are loaded, once its files are open."""
+
+import math
+import threading
+from pathlib import Path
+from typing import Any
+
+from kilotwin import _emulator
+from kilotwin.errors import RunError
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.files import confinement
+from kilotwin.files.confined_process import confine_process
+from kilotwin.runs.size import size_of
+from kilotwin.session.job import Job
+
+# More than the log of a full table's buses takes, and than a trace of all pins of a chip.
+_BUSES_BYTES_PER_S, _TRACE_BYTES_PER_S = 4_000_000, 40_000_000
+
+
+def unconfined_because(experiment: Experiment) -> str:
+    """Why runs of this experiment are not confined unless it is required; "" if they are."""
+    if confinement.mode() == "off":
+        return "programs are trusted (--trust)"
+    if confinement.mode() == "auto" and experiment.environment is not None:
+        return "the environment's Python program runs in the same process"
+    return ""
+
+
+def confine_worker(job: Job) -> dict[str, Any]:
+    """Leaves this process the run folder, and returns the manifest's entry on it.
+
+    RunError if it is required and the kernel cannot.
+    """
+    if why := unconfined_because(job.experiment):
+        return {"confined": False, "not_confined": [why]}
+    required = confinement.mode() == "require"
+    missing = _emulator.lacking_layers()
+    if required and missing:
+        raise RunError(f"--confine=require: {missing[0]}; use a newer kernel, or leave it out")
+    load_libraries(job.experiment)
+    if job.live is not None or job.acts:
+        pass
+    writable = [job.folder, *_black_box_of(job)]
+    serving = job.serving
+    if serving is not None:
+        writable += [link.parent for link in (serving.ohc_link, serving.dispatcher_link) if link]
+    if threading.active_count() > 1:
+        missing.append("threads that were there before keep their files")
+    confine_process(
+        job.experiment.size,
+        readable=map(Path, job.all_guests),
+        writable=writable,
+        most_written=_most_written(job),
+        sockets=serving is not None or job.probes.gdb is not None,
+    )
+    return {"confined": not missing, "not_confined": missing}
+
+
+def _most_written(job: Job) -> int:
+    """Bytes of the longest file that the run may make, with much to spare."""
+    keys = job.experiment.keys
+    of_time = _TRACE_BYTES_PER_S * bool(job.probes.vcd) + _BUSES_BYTES_PER_S * bool(keys.grid)
+    return 4 * size_of(keys).estimated_bytes + math.ceil(keys.duration_s * of_time)
+
+
+def load_libraries(experiment: Experiment) -> None:
+    """Imports what an experiment needs late, and a confined process could not load."""
+    if experiment.plan is not None:
+        from kilotwin.table.grid.frames import fixed
+
+        fixed()
+    if experiment.environment is not None:
+        pass
+
+
+def confine_trial(job: Job) -> None:
+    """Confines this process, a fork that does nothing but a trial: it may write no file.
+
+    What the kernel lacks is left out.
+    """
+    confine_process(
+        job.experiment.size, readable=map(Path, job.all_guests), writable=_black_box_of(job)
+    )
+
+
+def _black_box_of(job: Job) -> list[Path]:
+    return [] if job.black_box is None else [Path(job.black_box)]

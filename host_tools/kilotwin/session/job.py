@@ -1,0 +1,95 @@
+"""A run as the parent passes it to its worker process."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from kilotwin.errors import InputError
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.session.acts import Act
+
+if TYPE_CHECKING:
+    from kilotwin.table.environment.poses import Address
+
+
+@dataclass(frozen=True)
+class Probes:
+    """Looks into robots on an ATmega328P."""
+
+    gdb: int | None = None  # the robot that gdb controls
+    gdb_port: int = 1234
+    vcd: tuple[int, ...] = ()  # robots whose pins are traced
+
+
+@dataclass(frozen=True)
+class Serving:
+    """How robots wait for a host, and a table does. `interfaces` of the kernel, one per bus, are
+    in place of the server.
+
+    `speed`: simulated seconds per second; infinite for as fast as it goes. `ohc_link`,
+    `dispatcher_link`: names for the ports of overhead controller and dispatcher. `poses`: where a
+    camera above the robots tells their poses.
+    """
+
+    port: int | None = None
+    interfaces: tuple[str, ...] = ()
+    speed: float = 1.0
+    ohc_link: Path | None = None
+    dispatcher_link: Path | None = None
+    poses: "Address | None" = None
+
+    def check(self, experiment: Experiment) -> None:
+        """InputError if the experiment has no such table."""
+        if experiment.keys.step:
+            where = experiment.origin.where(("step", 0))
+            raise InputError(f"{where}: a served table has no [[step]]; remove it for --serve")
+        if experiment.plan is None:
+            given = {
+                "--can": bool(self.interfaces),
+                "--port": self.port is not None,
+                "--link-dispatcher": self.dispatcher_link is not None,
+            }
+            for option in (name for name, is_given in given.items() if is_given):
+                what = f"{experiment.origin.source} has no [grid], so no CAN buses"
+                raise InputError(f"{option}: {what}; leave it out, or add [grid]")
+            return
+        buses = experiment.plan.layout.buses
+        if self.interfaces and len(self.interfaces) != buses:
+            number = len(self.interfaces)
+            named = "one interface is" if number == 1 else f"{number} interfaces are"
+            has = "one bus" if buses == 1 else f"{buses} buses"
+            what = f"{named} named, but the grid has {has}"
+            raise InputError(f"--can: {what}; give --can once per bus")
+
+
+@dataclass(frozen=True)
+class Job:
+    """One run; `guests` are the files of the built programs, one per group of the experiment.
+
+    `module_guest` is that of a grid's modules.
+    """
+
+    experiment: Experiment
+    guests: list[str]
+    folder: Path
+    manifest: dict[str, Any]
+    black_box: str | None
+    module_guest: str | None = None
+    serving: Serving | None = None
+    """Robots wait for a host from outside, as a grid does, in place of one that has its own."""
+    probes: Probes = Probes()
+    covered: bool = False
+    """Guests mark what runs, and the worker hands the marks back."""
+    symbols: tuple[Path | None, ...] = ()
+    """Debug information of the guests, then of the modules' (Guest.symbols)."""
+    functions_outside: bool = False
+    """Metrics' functions are called by the parent, whose answers come on stdin."""
+    acts: tuple[Act, ...] = ()
+    """Acts in the run that this one repeats."""
+    live: int | None = None
+    """The worker's end of the socket to a viewer, inherited; see session/live_link.py."""
+
+    @property
+    def all_guests(self) -> list[str]:
+        """Those of robots, then that of modules."""
+        return [*self.guests, *([] if self.module_guest is None else [self.module_guest])]

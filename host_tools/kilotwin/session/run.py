@@ -1,0 +1,413 @@
+"""Runs an experiment in a child process, and closes its folder whatever happens to the child."""
+
+import contextlib
+import importlib.util
+import json
+import os
+import platform
+import shutil
+import signal
+import tempfile
+import threading
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+from kilotwin import __version__
+from kilotwin.errors import (
+    DeviceError,
+    InputError,
+    InterruptError,
+    KilotwinError,
+    RunError,
+    TimeoutRunError,
+)
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.files.interrupts import heeding_interrupts
+from kilotwin.files.plain_text import plain, quoted
+from kilotwin.metrics.functions import LocalFunctions, answer
+from kilotwin.programs.coverage.marks import Marks, understood
+from kilotwin.programs.group import build_all, symbols_of
+from kilotwin.programs.native.guest import Guest
+from kilotwin.programs.port.twin import Mode, Twins, native_kilobots
+from kilotwin.runs.folder import (
+    FAILED,
+    INTERRUPTED,
+    RUNNING,
+    add_to_manifest,
+    check_free,
+    close_manifest,
+    default_folder,
+    utc_now,
+)
+from kilotwin.runs.size import bytes_of, size_of
+from kilotwin.session.acts import Act
+from kilotwin.session.black_box import LOOK_S, BlackBox, Watch
+from kilotwin.session.display import Display, Window
+from kilotwin.session.job import Job, Probes, Serving
+from kilotwin.session.worker_process import WorkerProcess, start_worker
+
+# Kinds of reports, and what each has.
+_REPORTS: dict[str, dict[str, type]] = {
+    "folder": {},
+    "started": {},
+    "note": {"text": str},
+    "waits": {},
+    "progress": {"tick": int, "resting": dict, "not_resting": int, "metrics": dict},
+    "measure": {},
+    "done": {"exit_code": int, "summary": dict},
+    "error": {"exit_code": int, "message": str},
+}
+_LONGEST_REPORT = 1 << 26
+_GARBLED = (
+    "the engine's process reports what cannot be understood; one of the programs wrote into its "
+    "files, so that what was recorded is spoiled"
+)
+
+# From the first interrupt on: what the engine has under way takes a second or so, unless a program
+# keeps it.
+_PATIENCE_S = 10.0
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a run ended: `summary` is what --json prints.
+
+    `stop_asked`: Ctrl-C or a kill came, be it too late to cut it short. `timed_out`: the time that
+    it had was over before its end. `marks`: what of each group's program has run, if it was built
+    for that.
+    """
+
+    summary: dict[str, Any]
+    exit_code: int
+    stop_asked: bool = False
+    timed_out: bool = False
+    marks: Sequence[Marks] = ()
+
+
+def run(
+    experiment: Experiment,
+    folder: Path | None,
+    command_line: list[str],
+    display: Display,
+    *,
+    serving: Serving | None = None,
+    probes: Probes | None = None,
+    timeout_s: float | None = None,
+    twin: Mode = "off",
+    window: Window | None = None,
+    covered: bool = False,
+    sanitized: bool = False,
+    acts: tuple[Act, ...] = (),
+) -> Outcome:
+    """Builds the programs, runs the experiment, leaves the run folder. Input errors leave none.
+
+    `serving`: the grid waits for a host from outside. After `timeout_s` of wall time the run is
+    interrupted. `twin`: whether native programs are held against their ATmega328P. `window`: where
+    the run is seen as it goes. `covered`, `sanitized`: as build_group() has them. `acts`: what is
+    done in it again.
+    """
+    if importlib.util.find_spec("kilotwin._emulator") is None:
+        raise RunError("the engine is not built; type: make setup")
+    folder = folder or default_folder(experiment)
+    check_free(folder)
+    size = size_of(experiment.keys)
+    if trouble := size.without_room(folder):
+        display.warn(trouble)
+    guests, modules = build_all(experiment, display.note, covered=covered, sanitized=sanitized)
+    built = [*guests, *([modules] if modules else [])]
+    for note in experiment.notes():
+        display.note(note)
+    functions = LocalFunctions(experiment) if experiment.functions else None
+    manifest = new_manifest(experiment, built, command_line)
+    twins = Twins(native_kilobots(experiment, guests), twin, display.note)
+    with BlackBox.made() as black_box:
+        files = [str(guest.file) for guest in guests]
+        module_file = None if modules is None else str(modules.file)
+        job = Job(
+            experiment,
+            files,
+            folder.absolute(),
+            manifest,
+            str(black_box.path),
+            module_file,
+            serving,
+            probes or Probes(),
+            covered,
+            symbols=symbols_of(guests, modules),
+            functions_outside=functions is not None,
+            acts=acts,
+            live=None if window is None else window.run_end,
+        )
+        try:
+            outcome = _Child(job, display, timeout_s, functions, window).wait()
+        finally:
+            display.stop()
+    outcome.summary["record"] = {**size.as_dict(), "bytes": bytes_of(folder)}
+    return outcome if outcome.stop_asked else _with_twins(outcome, twins, folder)
+
+
+def _with_twins(outcome: Outcome, twins: Twins, folder: Path) -> Outcome:
+    """The summary and the manifest say what came of them."""
+    if verdicts := [asdict(verdict) for verdict in twins.verdicts()]:
+        add_to_manifest(folder, {"twins": verdicts})
+        outcome.summary["twins"] = verdicts
+    return outcome
+
+
+def new_manifest(
+    experiment: Experiment, guests: list[Guest], command_line: list[str]
+) -> dict[str, Any]:
+    """The manifest of a run that begins now."""
+    return {
+        "kilotwin": __version__,
+        "status": RUNNING,
+        "command_line": command_line,
+        "experiment_sha256": experiment.identity(),
+        "seed": experiment.keys.seed,
+        "programs": [
+            {"name": it.name, "file": it.file.name, "key": it.key, "compiler": it.compiler}
+            for it in guests
+        ],
+        **_environment(experiment),
+        "python": platform.python_version(),
+        "machine": _machine(),
+        "started_utc": utc_now(),
+    }
+
+
+def _machine() -> str:
+    """As platform.platform() has it, which starts a process to ask for the processor."""
+    system = os.uname()
+    c_library = "".join(platform.libc_ver())
+    return f"{system.sysname}-{system.release}-{system.machine}-with-{c_library}"
+
+
+def _environment(experiment: Experiment) -> dict[str, Any]:
+    """Which program an environment has, if there is one."""
+    if experiment.environment is None:
+        return {}
+    named = experiment.environment
+    return {"environment": {"file": named.file.name, "sha256": named.sha256()}}
+
+
+def _beside(folder: Path) -> set[Path]:
+    """Files of a grid's runs of this name (runs/grid_record.py)."""
+    if not folder.parent.is_dir():
+        return set()
+    files = folder.parent.iterdir()
+    return {f for f in files if f.name.startswith(folder.name) and f.suffix == ".kilodat"}
+
+
+class _Child:
+    """The worker process of one run."""
+
+    def __init__(
+        self,
+        job: Job,
+        display: Display,
+        timeout_s: float | None,
+        functions: LocalFunctions | None,
+        window: Window | None,
+    ) -> None:
+        self._job = job
+        assert job.black_box is not None
+        self._black_box = BlackBox(Path(job.black_box))
+        self._watch = Watch(self._black_box)
+        self._stuck = False
+        self._window = window
+        self._functions = functions
+        self._in_function = False
+        self._display = display
+        self._timeout_s = timeout_s
+        self._timed_out = False
+        self._folder_made = self._began = False
+        self._beside_before = _beside(job.folder)
+        self._interrupts = 0
+        self._out_of_patience = False
+
+    def wait(self) -> Outcome:
+        """Starts it, shows what it reports, and gives its outcome; errors leave a closed folder."""
+        last: dict[str, Any] = {}
+        with (
+            tempfile.TemporaryFile("w+", errors="replace") as log,
+            start_worker(self._job, log) as process,
+        ):
+            if self._window is not None:
+                self._window.handed_over()
+            assert process.stdout is not None
+            with self._stop_on_signals(process):
+                reports = process.stdout
+                for line in iter(lambda: reports.readline(_LONGEST_REPORT), b""):
+                    self._watch.heard()
+                    last = self._understood(line, process)
+                    if last["type"] == "measure":
+                        last = self._answer(last, process)
+                    self._show(last)
+                    if last["type"] == "error":  # what comes behind it is of no account
+                        break
+                returncode = process.wait()
+                if last.get("type") == "done":
+                    summary, code = last["summary"], last["exit_code"]
+                    cut_short = self._timed_out and summary["status"] == INTERRUPTED
+                    try:
+                        marks = understood(last.get("marks", ()))
+                    except (TypeError, ValueError):
+                        raise RunError(_GARBLED) from None
+                    return Outcome(summary, code, self._interrupts > 0, cut_short, marks)
+                log.seek(0)
+                raise self._failure(last, returncode, log.read().strip())
+
+    def _answer(self, message: dict[str, Any], process: WorkerProcess) -> dict[str, Any]:
+        """Calls metrics' functions for the worker; returns the message, or an error for one that is
+        none. Without an answer, once the run is interrupted."""
+        self._in_function = True
+        try:
+            assert self._functions is not None
+            line = answer(self._functions, message)
+        except (AssertionError, ValueError, TypeError, KeyError):
+            return self._garbled(process)
+        finally:
+            self._in_function = False
+        if process.stdin is not None and not process.stdin.closed:
+            with contextlib.suppress(BrokenPipeError):
+                process.stdin.write(line)
+                process.stdin.flush()
+        return message
+
+    def _garbled(self, process: WorkerProcess) -> dict[str, Any]:
+        process.kill()
+        return {"type": "error", "exit_code": RunError.exit_code, "message": _GARBLED}
+
+    def _understood(self, line: bytes, process: WorkerProcess) -> dict[str, Any]:
+        """A report; a program that writes into the worker's pipe ends its run."""
+        try:
+            message = json.loads(line)
+            for key, kind in _REPORTS[message["type"]].items():
+                if not isinstance(message[key], kind):
+                    raise TypeError
+        except (ValueError, TypeError, KeyError, RecursionError):
+            return self._garbled(process)
+        return dict(message)
+
+    def _show(self, message: dict[str, Any]) -> None:
+        if message["type"] == "folder":
+            self._folder_made = True
+        elif message["type"] == "started":
+            self._began = True
+            self._display.note(size_of(self._job.experiment.keys).text())
+            self._display.start(self._job.experiment, self._job.folder)
+            if self._window is not None:
+                self._window.open(self._job.folder)
+        elif message["type"] == "note":
+            self._display.note(plain(message["text"]))
+        elif message["type"] == "progress":
+            self._display.progress(
+                message["tick"], message["resting"], message["not_resting"], message["metrics"]
+            )
+
+    def _failure(self, last: dict[str, Any], returncode: int, log: str) -> KilotwinError:
+        """The error when no `done` came; closes the folder, if there is one."""
+        if last.get("type") == "error":
+            kinds = {kind.exit_code: kind for kind in (InputError, DeviceError)}
+            error: KilotwinError = kinds.get(last["exit_code"], RunError)(last["message"])
+            if self._folder_made and not self._began:
+                self._remove_refused()
+                return error
+        else:
+            error = self._death(returncode, log)
+        if self._folder_made:
+            status = INTERRUPTED if isinstance(error, InterruptError) else FAILED
+            with contextlib.suppress(OSError):
+                close_manifest(self._job.folder, status, error.exit_code, reason=str(error))
+        return error
+
+    def _remove_refused(self) -> None:
+        """A refused run leaves nothing: no folder, no file beside it that was not there before."""
+        shutil.rmtree(self._job.folder, ignore_errors=True)
+        for file in _beside(self._job.folder) - self._beside_before:
+            file.unlink(missing_ok=True)
+
+    def _death(self, returncode: int, log: str) -> KilotwinError:
+        kept = f"; what was recorded is in {self._job.folder}" if self._folder_made else ""
+        if self._interrupts > 1:
+            return InterruptError("interrupted twice, and ended at once" + kept)
+        ran = self._ran_last()
+        if self._out_of_patience:
+            late = f"the engine did not stop within {_PATIENCE_S:.0f} s, and was ended{ran}{kept}"
+            if self._timed_out:
+                return TimeoutRunError(f"it took longer than {self._timeout_s:g} s; {late}")
+            return InterruptError(f"interrupted; {late}")
+        if self._stuck:
+            return RunError(self._watch.what(self._job.experiment) + kept)
+        cause = f"ended with code {returncode}"
+        if returncode < 0:
+            cause = f"was ended by {signal.Signals(-returncode).name}"
+        return RunError(f"the engine's process {cause}{ran}{kept}", detail=quoted(log))
+
+    def _ran_last(self) -> str:
+        last = self._black_box.ran_last(self._job.experiment)
+        return f"; last to run was {last}" if last else ""
+
+    @contextlib.contextmanager
+    def _stop_on_signals(self, process: WorkerProcess) -> Iterator[None]:
+        """Ctrl-C or a polite kill ends the run early, with its data kept; a second ends it now.
+
+        So does the engine's not ending within some seconds.
+        """
+
+        def give_up() -> None:
+            self._out_of_patience = True
+            process.kill()
+
+        def time_is_over() -> None:
+            if self._interrupts:
+                return
+            self._timed_out = True
+            if process.stdin is not None:
+                process.stdin.close()
+            patience.start()
+
+        patience = threading.Timer(_PATIENCE_S, give_up)
+        limit = threading.Timer(self._timeout_s or 0, time_is_over)
+        patience.daemon = limit.daemon = True
+
+        def stop(number: int, frame: FrameType | None) -> None:
+            self._interrupts += 1
+            if self._interrupts > 1:
+                process.kill()
+                if self._in_function:  # which may never return
+                    raise InterruptError("interrupted twice, while a metric's function was called")
+            elif process.stdin is not None:
+                process.stdin.close()
+                if not self._timed_out:
+                    patience.start()
+
+        over = threading.Event()
+
+        def look() -> None:
+            while not over.wait(LOOK_S):
+                if self._in_function:
+                    self._watch.heard()
+                elif self._watch.is_stuck():
+                    self._stuck = True
+                    process.kill()
+                    return
+
+        watcher = threading.Thread(target=look, daemon=True)
+        if self._timeout_s is not None:
+            limit.start()
+        # A debugger holds a chip for as long as it likes, an environment thinks as long.
+        if self._job.probes.gdb is None and self._job.experiment.environment is None:
+            watcher.start()
+        with heeding_interrupts(stop):
+            try:
+                yield
+            finally:
+                limit.cancel()
+                patience.cancel()
+                over.set()
+                if watcher.is_alive():
+                    watcher.join()

@@ -1,0 +1,48 @@
+"""An emulated overhead controller on a pseudo terminal, above the robots of a served world."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from kilotwin.experiment.spec.overhead import DATA_BYTES, RUN
+from kilotwin.table.links.emulated_overhead import EmulatedOverhead
+from kilotwin.table.ports.pseudo_terminal import PseudoTerminal
+from kilotwin.units import TICK_S
+
+if TYPE_CHECKING:
+    from kilotwin._emulator import Simulation
+
+
+class ServedOverhead:
+    """Packets of programs outside become light on all robots."""
+
+    def __init__(self, simulation: "Simulation", link: Path | None) -> None:
+        """`link`: a name for the port, or none. InputError if it cannot be."""
+        self._simulation = simulation
+        self._controller = EmulatedOverhead()
+        self._terminal = PseudoTerminal(link, "--link-ohc")
+        self.ran_at: int | None = None
+        """The engine's tick at its first RUN."""
+
+    @property
+    def note(self) -> str:
+        """How a host finds it, for people."""
+        port = self._terminal.shown
+        return f"an overhead controller is at {port}; --via ohc:{port}"
+
+    def step(self, ticks: int) -> None:
+        """Takes packets, and shines what begins within the next ticks."""
+        while data := self._terminal.read(0):
+            self._controller.take(data, self._now_s)
+        now_s = self._now_s
+        for at_s, frame in self._controller.frames(now_s, now_s + ticks * TICK_S):
+            self._simulation.shine(frame, at_s - now_s)
+            if self.ran_at is None and frame[DATA_BYTES] == RUN[DATA_BYTES]:
+                self.ran_at = self._simulation.tick
+
+    def close(self) -> None:
+        """Unplugs it."""
+        self._terminal.close()
+
+    @property
+    def _now_s(self) -> float:
+        return self._simulation.tick * TICK_S

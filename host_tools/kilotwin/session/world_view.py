@@ -1,0 +1,69 @@
+"""The page of a `World(view=True)`. What it shows is in a folder that goes with the world."""
+
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from kilotwin import _emulator
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.runs.folder import RUNNING
+from kilotwin.runs.writer import RunWriter
+from kilotwin.session.attached import AttachedViewer, open_page
+from kilotwin.session.live import CHUNK_S, Live
+from kilotwin.session.steering import Steering
+from kilotwin.units import ticks
+
+if TYPE_CHECKING:
+    from kilotwin._emulator import Simulation
+
+# For the step "to the next sample": a world has samples when it is looked at.
+_SAMPLE_S = 1.0
+
+
+class WorldView:
+    """Shows a world while it is stepped, and lets it be steered."""
+
+    def __init__(self, experiment: Experiment, simulation: "Simulation", grid: Any = None) -> None:
+        """RunError without the built page. `grid`: takes orders for the host of a grid."""
+        self._simulation = simulation
+        self._viewer = AttachedViewer(self._show, steers=True, framed=True)
+        self._scratch = tempfile.TemporaryDirectory(prefix="kilotwin-world-")
+        manifest = {"status": RUNNING, "engine": {"version": _emulator.VERSION}}
+        folder = Path(self._scratch.name) / experiment.keys.name.replace("/", "-")
+        self._writer = RunWriter(folder, experiment, manifest)
+        steering = Steering(simulation, ticks(_SAMPLE_S), self._writer.add_event, grid)
+        has_grid = experiment.keys.grid is not None
+        self._live = Live(self._viewer.run_end, simulation, steering, grid=has_grid)
+        self._written_at = (-1.0, -1)  # wall time and tick
+        self.take()
+        self._viewer.open(folder)
+
+    @property
+    def address(self) -> str:
+        """The address of the page."""
+        return self._viewer.address
+
+    def allowed_ticks(self) -> int:
+        """How far the world may go now; 0 after a wait, if its page has paused it."""
+        return self._live.ticks_now(0)
+
+    def take(self, *, now: bool = True) -> None:
+        """Writes down how it is, if it is time to; `now`: in any case."""
+        wall_s, tick = time.monotonic(), self._simulation.tick
+        if tick <= self._written_at[1] or (not now and wall_s - self._written_at[0] < CHUNK_S):
+            return
+        self._written_at = wall_s, tick
+        self._writer.add(self._simulation.snapshot())
+
+    def close(self) -> None:
+        """Ends the viewer; its page keeps what it has."""
+        self._viewer.close()
+        self._writer.close(clean=False)
+        self._scratch.cleanup()
+
+    def _show(self, address: str) -> None:
+        sys.stderr.write(f"view: {address}\n")
+        if "ipykernel" not in sys.modules:  # a notebook has it in a cell
+            open_page(address)

@@ -1,0 +1,330 @@
+"""A run as a video: the table from above, robots where they are at each frame's time."""
+
+import contextlib
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import EllipseCollection, LineCollection
+from matplotlib.colors import to_rgba_array
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+from numpy.typing import NDArray
+from PIL import Image
+
+from kilotwin.errors import InputError, cause_of
+from kilotwin.experiment.schema.profile_defaults import PROFILES
+from kilotwin.experiment.spec.objects import areas_at
+from kilotwin.experiment.states import States
+from kilotwin.files import extras
+from kilotwin.files.drafts import draft_of
+from kilotwin.runs.palette import FLOOR, OBJECT, OUTLINE, state_colours
+from kilotwin.runs.reader import Run
+from kilotwin.runs.samples import RunSamples
+from kilotwin.studies.plot.map import area_patch, draw_floor, points_per_metre
+from kilotwin.studies.plot.style import draw, title
+
+SUFFIXES = {".mp4": "libx264", ".webm": "libvpx-vp9", ".gif": ""}
+FRAMES_S = 25
+_TARGET_S = 30.0
+_DPI = 100
+_TRAIL_SAMPLES = 20
+_TURN = 65536
+_FORMATS = {".mp4": "mp4", ".webm": "webm"}
+# Colours of a GIF's 256 that states may take.
+_MOST_OF_STATES = 192
+_CLOSE = 8
+
+
+@dataclass(frozen=True)
+class Film:
+    """Which part of a run, how fast, how large; None is all of it, in half a minute.
+
+    `speed`: simulated seconds in a second. `width_px`: of the picture, 160 to 3840.
+    """
+
+    speed: float | None = None
+    from_s: float | None = None
+    to_s: float | None = None
+    width_px: int = 960
+    trails: bool = False
+
+
+def write_video(run: Run, target: Path, film: Film, part: Callable[[float], None]) -> str:
+    """Writes .mp4, .webm or .gif; returns a line that says what is in it.
+
+    The same run and film give the same frames. `part` is called with the share that is done.
+    InputError: another suffix, a run without places, a part that it has not, a place that cannot
+    be written.
+    RunError: no encoder.
+    """
+    if target.suffix.lower() not in SUFFIXES:
+        raise InputError(f"-o {target}: not a kind of video; end the name in .mp4, .webm or .gif")
+    run.need("x_m", "y_m")
+    samples = RunSamples.of(run)
+    times, speed = _times(run, samples, film)
+    picture = _Picture(run, samples, film, speed)
+    frames = (picture.at(time_s) for time_s in times)
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with draft_of(target) as draft:
+            _encode(draft, target.suffix.lower(), _counted(frames, len(times), part), picture)
+    except OSError as error:
+        reason = cause_of(error)
+        raise InputError(f"-o {target}: cannot be written ({reason}); name another file") from None
+    return (
+        f"{target}: {times[0]:,.0f} s to {times[-1]:,.0f} s at {speed:g} times real time, "
+        f"{len(times)} frames of {picture.size[0]} x {picture.size[1]}"
+    )
+
+
+def _times(run: Run, samples: RunSamples, film: Film) -> tuple[NDArray[np.float64], float]:
+    """The time of each frame, and the speed."""
+    if not samples.samples:
+        raise InputError(f"{run.folder}: no sample was recorded; let the run go on for longer")
+    known = samples.times_s()
+    first = known[0] if film.from_s is None else film.from_s
+    last = known[-1] if film.to_s is None else min(film.to_s, known[-1])
+    if not known[0] <= first < last:
+        raise InputError(
+            f"--from {first:g} --to {last:g}: the run was recorded from {known[0]:.0f} s to "
+            f"{known[-1]:.0f} s; name a part of that"
+        )
+    speed = film.speed or _round((last - first) / _TARGET_S)
+    number = int((last - first) / speed * FRAMES_S) + 1
+    return first + np.arange(number) * speed / FRAMES_S, speed
+
+
+def _round(speed: float) -> float:
+    """The next one of 1, 2, 5, 10, ... times real time; at least real time."""
+    speed = max(1.0, speed)
+    power = 10.0 ** np.floor(np.log10(speed))
+    return float(next(step * power for step in (1, 2, 5, 10) if step * power >= speed * 0.999))
+
+
+def _counted(
+    frames: Iterator[NDArray[np.uint8]], number: int, part: Callable[[float], None]
+) -> Iterator[NDArray[np.uint8]]:
+    for done, frame in enumerate(frames):
+        part(done / number)
+        yield frame
+
+
+def _encode(
+    file: Path, suffix: str, frames: Iterator[NDArray[np.uint8]], picture: "_Picture"
+) -> None:
+    if suffix == ".gif":
+        palette = picture.palette()
+        pictures = (
+            Image.fromarray(frame).quantize(palette=palette, dither=Image.Dither.NONE)
+            for frame in frames
+        )
+        first = next(pictures)
+        first.save(
+            file,
+            "GIF",
+            save_all=True,
+            append_images=pictures,
+            duration=1000 // FRAMES_S,
+            loop=0,
+        )
+        return
+    extras.require("imageio_ffmpeg")
+    import imageio_ffmpeg  # it takes a tenth of a second, and is an extra
+
+    encoder = imageio_ffmpeg.write_frames(
+        str(file),
+        picture.size,
+        fps=FRAMES_S,
+        codec=SUFFIXES[suffix],
+        quality=None,
+        bitrate=None,
+        macro_block_size=2,
+        ffmpeg_log_level="error",
+        output_params=["-crf", "26", "-fflags", "+bitexact", "-f", _FORMATS[suffix]],
+    )
+    with contextlib.closing(encoder):
+        encoder.send(None)
+        for frame in frames:
+            encoder.send(np.ascontiguousarray(frame))
+
+
+class _Picture:
+    """Draws frames: what stands still once, robots anew."""
+
+    def __init__(self, run: Run, samples: RunSamples, film: Film, speed: float) -> None:
+        self._run = run
+        self._samples = samples
+        self._times = samples.times_s()
+        self._states = states = States.of(run.experiment)
+        named = self._named = state_colours(states.names)
+        self._colours = [named[states.names[state]] for state in states.of_led]
+        self._trails = film.trails
+        self._speed = speed
+        self._radius = PROFILES[run.experiment.swarm.profile].radius_m
+        draw(lambda: self._make(film.width_px))
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height, pixels."""
+        width, height = self._canvas.get_width_height()
+        return width, height
+
+    def palette(self) -> Image.Image:
+        """The colours of all frames of a GIF: those of states as they are, mixtures of these with
+        what may be around robots, and then what stands still needs."""
+        states = to_rgba_array([self._named[name] for name in self._states.names])[:, :3]
+        around = to_rgba_array([FLOOR, "white", "black", OUTLINE])[:, :3]
+        mixtures = [(states[: self._states.known] + colour) / 2 for colour in around]
+        own = np.round(255 * np.concatenate([around, states, *mixtures]))[:_MOST_OF_STATES]
+        self._canvas.restore_region(self._still)  # type: ignore[no-untyped-call]
+        still = Image.fromarray(self._drawn()).quantize(256 - len(own)).getpalette() or []
+        # Pillow finds the nearest colour by its upper bits: none may be close to one of ours.
+        others = np.array(still, dtype=float).reshape(-1, 3)
+        far = np.abs(others[:, None] - own).max(axis=2).min(axis=1) > _CLOSE
+        palette = Image.new("P", (1, 1))
+        palette.putpalette(np.concatenate([own, others[far]]).astype(np.uint8).tobytes())
+        return palette
+
+    def _make(self, width_px: int) -> Figure:
+        """The floor, and what will be moved over it."""
+        width_px -= width_px % 2
+        height_px = round(width_px * 0.75 / 2) * 2
+        figure = Figure(figsize=(width_px / _DPI, height_px / _DPI), dpi=_DPI)
+        self._canvas = FigureCanvasAgg(figure)
+        axes = figure.add_axes((0.03, 0.03, 0.7, 0.87))
+        draw_floor(axes, self._run.experiment, self._run.floor())
+        axes.set(aspect="equal")
+        axes.set_axis_off()
+        # Text fits its column; in small pictures it is as small as can be read.
+        scale = max(0.5, min(width_px / 720, 1), width_px / 960)
+        heading = figure.text(0.03, 0.94, title(self._run), size=12 * scale, weight="bold")
+        _shrink([heading])
+        self._axes = axes
+        diameter = np.array([2 * self._radius])
+        point = 1 / points_per_metre(axes)
+        outline = min(0.6, 0.08 * 2 * self._radius / point)
+        self._trail = LineCollection([], colors=OUTLINE, lw=0.6, alpha=0.5, animated=True)
+        self._discs = EllipseCollection(
+            diameter,
+            diameter,
+            np.zeros(1),
+            units="xy",
+            offset_transform=axes.transData,
+            edgecolor=OUTLINE,
+            lw=outline,
+            animated=True,
+        )
+        self._fronts = LineCollection([], colors=OUTLINE, lw=max(outline, 0.3), animated=True)
+        for collection in (self._trail, self._discs, self._fronts):
+            axes.add_collection(collection)
+        names = self._states.names[: self._states.known]
+        widest = self._time(self._times[-1])
+        self._clock = figure.text(0.75, 0.88, widest, size=11 * scale, animated=True)
+        line = min(0.04, 0.8 / max(1, len(names)))
+        scale *= line / 0.04
+        self._counts = []
+        for number, name in enumerate(names):
+            low = 0.83 - line * number
+            figure.text(0.75, low, "●", size=13 * scale, color=self._named[name])
+            widest = f"{name}: {len(self._samples.robots.ids)}"
+            self._counts.append(figure.text(0.78, low, widest, size=11 * scale, animated=True))
+        _shrink([self._clock])
+        _shrink(self._counts)
+        self._canvas.draw()  # type: ignore[no-untyped-call]
+        self._still = self._canvas.copy_from_bbox(figure.bbox)  # type: ignore[no-untyped-call]
+        return figure
+
+    def at(self, time_s: float) -> NDArray[np.uint8]:
+        """[height, width, 3] of a time."""
+        number = max(0, int(np.searchsorted(self._times, time_s, side="right")) - 1)
+        following = min(number + 1, len(self._times) - 1)
+        pair = sorted({number, following})
+        read = self._samples.read(pair)
+        span = self._times[following] - self._times[number]
+        share = 0.0 if span <= 0 else float(np.clip((time_s - self._times[number]) / span, 0, 1))
+        x, y = (_between(read[name], share) for name in ("x_m", "y_m"))
+        self._canvas.restore_region(self._still)  # type: ignore[no-untyped-call]
+        self._draw_objects(read, share)
+        self._draw_trails(number, x, y)
+        self._draw_robots(read, x, y, share)
+        self._draw_text(read.get("led"), time_s)
+        return self._drawn()
+
+    def _drawn(self) -> NDArray[np.uint8]:
+        drawn = self._canvas.buffer_rgba()  # type: ignore[no-untyped-call]
+        return np.asarray(drawn)[..., :3].copy()
+
+    def _draw_robots(
+        self, read: dict[str, NDArray[Any]], x: NDArray[Any], y: NDArray[Any], share: float
+    ) -> None:
+        led = read["led"][0] & 63 if "led" in read else np.zeros(len(x), dtype=np.uint8)
+        self._discs.set_offsets(np.column_stack([x, y]))
+        self._discs.set_facecolor([self._colours[one] for one in led])
+        self._axes.draw_artist(self._discs)
+        if "heading_rad" in read:
+            heading = _turned(read["heading_rad"], share)
+            front = np.column_stack([np.cos(heading), np.sin(heading)]) * self._radius
+            centres = np.column_stack([x, y])
+            self._fronts.set_segments(list(np.stack([centres, centres + front], axis=1)))
+            self._axes.draw_artist(self._fronts)
+
+    def _draw_trails(self, number: int, x: NDArray[Any], y: NDArray[Any]) -> None:
+        if not self._trails:
+            return
+        before = self._samples.read(range(max(0, number - _TRAIL_SAMPLES), number + 1))
+        xs = np.vstack([before["x_m"], x[None]])
+        ys = np.vstack([before["y_m"], y[None]])
+        self._trail.set_segments(list(np.stack([xs, ys], axis=2).transpose(1, 0, 2)))
+        self._axes.draw_artist(self._trail)
+
+    def _draw_objects(self, read: dict[str, NDArray[Any]], share: float) -> None:
+        if "object_x_m" not in read:
+            return
+        heading = _turned(read["object_heading_rad"], share)
+        x, y = (_between(read[f"object_{name}"], share) for name in ("x_m", "y_m"))
+        for thing, *pose in zip(self._run.experiment.object, x, y, heading, strict=True):
+            for part in areas_at(thing, [float(value) for value in pose]):
+                patch = area_patch(part, facecolor=OBJECT, edgecolor=OUTLINE, lw=1)
+                patch.set_transform(self._axes.transData)
+                patch.set_figure(self._axes.figure)
+                self._axes.draw_artist(patch)
+
+    def _draw_text(self, led: NDArray[np.uint8] | None, time_s: float) -> None:
+        self._clock.set_text(self._time(time_s))
+        self._axes.draw_artist(self._clock)
+        if led is None:
+            return
+        shown = self._states.of_robots(led[0])
+        for state, text in enumerate(self._counts):
+            text.set_text(f"{self._states.names[state]}: {np.count_nonzero(shown == state)}")
+            self._axes.draw_artist(text)
+
+    def _time(self, time_s: float) -> str:
+        return f"{time_s:,.1f} s   ({self._speed:g}x)"
+
+
+def _shrink(texts: Sequence[Text]) -> None:
+    """All by as much that none goes beyond the picture's right edge, hinted or not."""
+    shares = [1.0]
+    for text in texts:
+        box, figure = text.get_window_extent(), text.get_figure(root=True)
+        assert figure is not None
+        shares.append((0.97 * figure.bbox.width - box.x0) / box.width)
+    for text in texts:
+        text.set_fontsize(min(shares) * float(text.get_fontsize()))
+
+
+def _between(values: NDArray[Any], share: float) -> NDArray[Any]:
+    """The value at that share of the way from the first row to the last."""
+    return np.asarray(values[0] + share * (values[-1] - values[0]))
+
+
+def _turned(headings: NDArray[np.uint16], share: float) -> NDArray[np.float64]:
+    """The same of headings in 2^16 parts of a turn, by the shorter way; rad."""
+    turns = headings.astype(np.int64)
+    turn = (turns[-1] - turns[0] + 3 * _TURN // 2) % _TURN - _TURN // 2
+    return np.asarray(2 * np.pi / _TURN * (turns[0] + share * turn))

@@ -1,0 +1,1 @@
+"""Tests of robots' programs by pytest: the plugin, and assertions on samples."""

@@ -1,0 +1,1 @@
+"""Virtual environments: a program that sees robots by a camera and sends them words by infrared."""

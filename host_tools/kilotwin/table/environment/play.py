@@ -1,0 +1,92 @@
+"""An environment at work: its program is shown pictures, and what it wants told goes out in turn.
+
+The same for an emulated table and a real one; pictures, clock and controller are its user's.
+"""
+
+from collections.abc import Iterator
+from typing import Any, Protocol
+
+import numpy as np
+
+from kilotwin.experiment.experiment import Experiment
+from kilotwin.experiment.spec.ark import MOST_UID
+from kilotwin.table.environment.outbox import Outbox, Sending
+from kilotwin.table.environment.program import EnvironmentProgram
+from kilotwin.table.environment.protocol import Seen, arena_of
+
+# hardware.md 1.6: a robot has a frame when it ends.
+_FRAME_S = 130 * 33.625e-6
+
+
+class Listener(Protocol):
+    """Keeper of all that happens."""
+
+    def sent(self, sending: Sending) -> None:
+        """A packet has gone out."""
+
+    def note(self, time_s: float, text: str) -> None:
+        """The program has something to say."""
+
+
+class Play:
+    """One environment of one run. Times are the run's, in seconds since its begin."""
+
+    def __init__(self, experiment: Experiment, listener: Listener) -> None:
+        """InputError if the program cannot be made, or robots cannot be told."""
+        keys, named = experiment.keys.environment, experiment.environment
+        assert keys is not None
+        assert named is not None
+        arena = arena_of(experiment, lambda text: listener.note(self.outbox.now_s, text))
+        far = next((uid for uid in arena.uids if uid > MOST_UID), None)
+        if far is not None:
+            what = f"words reach uids 0 to {MOST_UID}; {experiment.keys.swarm.lab} has {far}"
+            raise experiment.error(("environment",), what)
+        self._listener = listener
+        self._latencies: list[float] = []
+        self._packets = 0
+        self.pictures = 0
+        self.outbox = Outbox(keys.message_s, arena.uids)
+        self.program = EnvironmentProgram(named.file, named.name, arena, keys.settings)
+
+    def show(self, seen: Seen, now_s: float) -> None:
+        """Shows the program a picture, at `now_s`; RunError names the line that failed."""
+        self.outbox.now_s = now_s
+        self.pictures += 1
+        self.program.step(seen, self.outbox)
+
+    def sendings(self, begin_s: float, end_s: float) -> Iterator[Sending]:
+        """The packets that begin in [begin_s, end_s), where the last call ended, each kept."""
+        for sending in self.outbox.sendings(begin_s, end_s):
+            self._packets += 1
+            self._latencies += [
+                sending.there_s + _FRAME_S - wanted.asked_s for wanted in sending.told
+            ]
+            self._listener.sent(sending)
+            yield sending
+
+    def summary(self) -> dict[str, Any]:
+        """The `environment` part of a run's summary.
+
+        `latency_s`: from a wish of the program until a robot that loses nothing has heard it.
+        """
+        return {
+            "pictures": self.pictures,
+            "asked": self.outbox.asked,
+            "sent": len(self._latencies),
+            "replaced": self.outbox.replaced,
+            "waiting": self.outbox.waiting,
+            "packets": self._packets,
+            "latency_s": _spread(self._latencies),
+        }
+
+
+def _spread(values: list[float]) -> dict[str, float] | None:
+    """Mean, 95th percentile and the worst; None without any."""
+    if not values:
+        return None
+    array = np.array(values)
+    return {
+        "mean": round(float(array.mean()), 3),
+        "p95": round(float(np.percentile(array, 95)), 3),
+        "worst": round(float(array.max()), 3),
+    }

@@ -1,0 +1,5 @@
+"""What tests of robots' programs import (docs/testing.md); the work is in studies/testing."""
+
+from kilotwin.studies.testing.asserts import assert_share, assert_within
+
+__all__ = ["assert_share", "assert_within"]
